@@ -1,0 +1,12 @@
+//! `strandlight demo`.
+
+use super::{Failure, Outcome};
+
+/// Bakes and renders the bundled sample
+#[derive(clap::Args)]
+pub struct Args {}
+
+/// Runs the command.
+pub fn run(_args: &Args) -> Outcome {
+    Err(Failure::Input("not built yet".to_owned()))
+}

@@ -1,0 +1,78 @@
+//! The commands, one file each: `Args` are parsed by clap, `run` does the work.
+
+pub mod demo;
+pub mod export;
+pub mod groom;
+pub mod inspect;
+pub mod lights;
+pub mod probe;
+pub mod render;
+pub mod tables;
+pub mod verify;
+
+use std::fmt;
+use std::io::{self, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Why a command did not do what was asked; printed as one line on stderr.
+#[derive(Debug)]
+pub enum Failure {
+    /// A check was made and failed: exit code 1.
+    Check(String),
+    /// Bad usage or bad input: exit code 2.
+    Input(String),
+}
+
+impl Failure {
+    /// Any error of a library, as bad input.
+    pub fn input(error: impl fmt::Display) -> Self {
+        Failure::Input(error.to_string())
+    }
+
+    /// An error about `path`.
+    pub fn file(path: &Path, error: impl fmt::Display) -> Self {
+        Failure::Input(format!("{}: {error}", path.display()))
+    }
+
+    /// The process exit code that stands for this failure.
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Failure::Check(_) => ExitCode::from(1),
+            Failure::Input(_) => ExitCode::from(2),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Failure::Check(text) | Failure::Input(text)) = self;
+        // One line, whatever a library put into its message.
+        for (ix, line) in text
+            .lines()
+            .map(str::trim)
+            .filter(|line| !line.is_empty())
+            .enumerate()
+        {
+            write!(f, "{}{line}", if ix == 0 { "" } else { " " })?;
+        }
+        Ok(())
+    }
+}
+
+/// What every command answers.
+pub type Outcome = Result<(), Failure>;
+
+/// Prints a line of the result on stdout; a closed pipe is no error.
+pub fn print_line(line: impl fmt::Display) -> Outcome {
+    match writeln!(io::stdout().lock(), "{line}") {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::input(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Writes a file whole or not at all.
+pub fn write_output(path: &Path, bytes: &[u8]) -> Outcome {
+    strandlight_formats::write_file(path, bytes)
+        .map_err(|error| Failure::file(path, format!("cannot be written: {error}")))
+}

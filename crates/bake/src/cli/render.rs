@@ -1,0 +1,12 @@
+//! `strandlight render`.
+
+use super::{Failure, Outcome};
+
+/// Renders a scene
+#[derive(clap::Args)]
+pub struct Args {}
+
+/// Runs the command.
+pub fn run(_args: &Args) -> Outcome {
+    Err(Failure::Input("not built yet".to_owned()))
+}

@@ -1,0 +1,7 @@
+//! The baking side of Strandlight: tables, light sets, grooms, and the CPU twin of the renderer.
+
+pub mod cpu;
+pub mod grooms;
+pub mod lights;
+pub mod progress;
+pub mod tables;

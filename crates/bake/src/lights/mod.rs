@@ -1,0 +1,1 @@
+//! Environment maps and their fit by spherical Gaussian lights.

@@ -1,0 +1,52 @@
+//! `strandlight`: bakes light sets, tables and grooms, verifies and renders them.
+//!
+//! Exit codes: 0 done; 1 a check failed; 2 bad usage or bad input.
+
+mod cli;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Bakes light sets, tables and grooms for rendering hair under environment lighting.
+#[derive(Parser)]
+#[command(name = "strandlight", version, propagate_version = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(cli::demo::Args),
+    Tables(cli::tables::Args),
+    Lights(cli::lights::Args),
+    Groom(cli::groom::Args),
+    Inspect(cli::inspect::Args),
+    Export(cli::export::Args),
+    Verify(cli::verify::Args),
+    Render(cli::render::Args),
+    Probe(cli::probe::Args),
+}
+
+fn main() -> ExitCode {
+    let command = Cli::parse().command;
+    let result = match command {
+        Command::Demo(args) => cli::demo::run(&args),
+        Command::Tables(args) => cli::tables::run(&args),
+        Command::Lights(args) => cli::lights::run(&args),
+        Command::Groom(args) => cli::groom::run(&args),
+        Command::Inspect(args) => cli::inspect::run(&args),
+        Command::Export(args) => cli::export::run(&args),
+        Command::Verify(args) => cli::verify::run(&args),
+        Command::Render(args) => cli::render::run(&args),
+        Command::Probe(args) => cli::probe::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("strandlight: {failure}");
+            failure.exit_code()
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Progress of long work: a bar on a terminal, plain lines otherwise, always on stderr.
+
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Reports progress of one piece of work; share it freely between threads.
+pub struct Progress {
+    sink: Sink,
+}
+
+enum Sink {
+    Silent,
+    Bar(ProgressBar),
+    Lines {
+        label: String,
+        total: u64,
+        state: Mutex<(u64, u64)>,
+    },
+}
+
+impl Progress {
+    /// Reports nothing; for tests and library callers.
+    pub const fn silent() -> Self {
+        Progress { sink: Sink::Silent }
+    }
+
+    /// A bar called `label` over `total` steps if stderr is a terminal; otherwise one line for
+    /// each quarter done.
+    pub fn new(label: &str, total: u64) -> Self {
+        if std::io::stderr().is_terminal() {
+            let style = ProgressStyle::with_template("{msg:20} [{bar:40}] {pos}/{len} {elapsed}")
+                .unwrap_or_else(|_| ProgressStyle::default_bar())
+                .progress_chars("=> ");
+            let bar = ProgressBar::new(total)
+                .with_style(style)
+                .with_message(label.to_owned());
+            Progress {
+                sink: Sink::Bar(bar),
+            }
+        } else {
+            let state = Mutex::new((0, 0));
+            Progress {
+                sink: Sink::Lines {
+                    label: label.to_owned(),
+                    total,
+                    state,
+                },
+            }
+        }
+    }
+
+    /// `steps` more are done.
+    pub fn advance(&self, steps: u64) {
+        match &self.sink {
+            Sink::Silent => {}
+            Sink::Bar(bar) => bar.inc(steps),
+            Sink::Lines {
+                label,
+                total,
+                state,
+            } => {
+                let Ok(mut state) = state.lock() else { return };
+                state.0 += steps;
+                let quarter = (state.0 * 4).checked_div(*total).unwrap_or(4).min(4);
+                if quarter > state.1 {
+                    state.1 = quarter;
+                    eprintln!("{label}: {}%", quarter * 25);
+                }
+            }
+        }
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        if let Sink::Bar(bar) = &self.sink {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// Runs `work` and returns its value and the seconds it took.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let value = work();
+    (value, start.elapsed().as_secs_f64())
+}

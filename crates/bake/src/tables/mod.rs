@@ -1,0 +1,1 @@
+//! Baking and verifying the tables.

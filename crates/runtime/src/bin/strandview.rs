@@ -1,0 +1,3 @@
+//! `strandview`: shows a scene in a window or renders one frame without one.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Renders baked hair scenes with wgpu.

@@ -1,0 +1,153 @@
+//! The parameters of the fibre model and their valid ranges.
+
+/// A scattering mode of Marschner's model; the number of internal path segments is `p`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Lobe {
+    /// Surface reflection, p = 0.
+    R,
+    /// Transmission through the fibre, p = 1.
+    Tt,
+    /// One internal reflection, p = 2.
+    Trt,
+}
+
+impl Lobe {
+    /// All modes, in the order of `p`.
+    pub const ALL: [Lobe; 3] = [Lobe::R, Lobe::Tt, Lobe::Trt];
+
+    /// Number of internal path segments: 0, 1, 2.
+    pub const fn p(self) -> u32 {
+        self as u32
+    }
+
+    /// The name used in files, flags and JSON: `R`, `TT`, `TRT`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Lobe::R => "R",
+            Lobe::Tt => "TT",
+            Lobe::Trt => "TRT",
+        }
+    }
+
+    /// The mode called `name` (see [`Lobe::name`]), or `None`.
+    pub fn from_name(name: &str) -> Option<Lobe> {
+        Lobe::ALL.into_iter().find(|lobe| lobe.name() == name)
+    }
+}
+
+/// One value per mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PerLobe<T> {
+    /// Value of R.
+    pub r: T,
+    /// Value of TT.
+    pub tt: T,
+    /// Value of TRT.
+    pub trt: T,
+}
+
+impl<T: Copy> PerLobe<T> {
+    /// The value of `lobe`.
+    pub fn get(&self, lobe: Lobe) -> T {
+        match lobe {
+            Lobe::R => self.r,
+            Lobe::Tt => self.tt,
+            Lobe::Trt => self.trt,
+        }
+    }
+
+    /// Applies `f` to each value.
+    pub fn map<U>(self, mut f: impl FnMut(T) -> U) -> PerLobe<U> {
+        PerLobe {
+            r: f(self.r),
+            tt: f(self.tt),
+            trt: f(self.trt),
+        }
+    }
+}
+
+/// Parameters of one hair fibre (Xu 2011 Table 1). All angles in radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HairParams {
+    /// Index of refraction, 1.0001..=3.
+    pub eta: f64,
+    /// Absorption per fibre radius, linear RGB, 0..=50.
+    pub sigma_a: [f64; 3],
+    /// Longitudinal shift alpha_t in the half angle theta_h, +-0.5.
+    pub shift: PerLobe<f64>,
+    /// Longitudinal width beta_t in theta_h in Xu's sense, sqrt(2) * standard deviation,
+    /// 0.001..=1.5.
+    pub width: PerLobe<f64>,
+    /// Azimuthal width w_c of the TRT caustic in Xu's sense, 0.01..=1.5.
+    pub caustic_width: f64,
+    /// Eccentricity a of the cross section (Eq 24), 0.5..=2; 1 is circular.
+    pub eccentricity: f64,
+}
+
+impl Default for HairParams {
+    /// Brown hair: eta 1.55, widths and shifts in the middle of Marschner's Table 1.
+    fn default() -> Self {
+        let deg = std::f64::consts::PI / 180.0;
+        let std_dev = std::f64::consts::SQRT_2 * deg;
+        HairParams {
+            eta: 1.55,
+            sigma_a: [0.26, 0.42, 0.83],
+            shift: PerLobe {
+                r: -7.0 * deg,
+                tt: 3.5 * deg,
+                trt: 10.5 * deg,
+            },
+            width: PerLobe {
+                r: 7.0 * std_dev,
+                tt: 3.5 * std_dev,
+                trt: 14.0 * std_dev,
+            },
+            caustic_width: 0.15,
+            eccentricity: 1.0,
+        }
+    }
+}
+
+/// A hair parameter outside its range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("hair parameter {field} is {value}, outside {min}..={max}")]
+pub struct ParamError {
+    /// Name of the field, e.g. `width.tt`.
+    pub field: &'static str,
+    /// The offending value.
+    pub value: f64,
+    /// Smallest accepted value.
+    pub min: f64,
+    /// Largest accepted value.
+    pub max: f64,
+}
+
+impl HairParams {
+    /// Checks every field against its documented range; NaN is outside every range.
+    pub fn validate(&self) -> Result<(), ParamError> {
+        let check = |field, value: f64, min, max| {
+            if (min..=max).contains(&value) {
+                Ok(())
+            } else {
+                Err(ParamError {
+                    field,
+                    value,
+                    min,
+                    max,
+                })
+            }
+        };
+        check("eta", self.eta, 1.0001, 3.0)?;
+        for sigma_a in self.sigma_a {
+            check("sigma_a", sigma_a, 0.0, 50.0)?;
+        }
+        check("shift.r", self.shift.r, -0.5, 0.5)?;
+        check("shift.tt", self.shift.tt, -0.5, 0.5)?;
+        check("shift.trt", self.shift.trt, -0.5, 0.5)?;
+        check("width.r", self.width.r, 0.001, 1.5)?;
+        check("width.tt", self.width.tt, 0.001, 1.5)?;
+        check("width.trt", self.width.trt, 0.001, 1.5)?;
+        check("caustic_width", self.caustic_width, 0.01, 1.5)?;
+        check("eccentricity", self.eccentricity, 0.5, 2.0)
+    }
+}

@@ -1,0 +1,12 @@
+//! Hair scattering under spherical Gaussian lights: the mathematics, without files or GPU.
+//!
+//! - [`HairParams`]: the parameters of Marschner's fibre model.
+//! - [`Lobe`]: the scattering modes R, TT, TRT.
+//!
+//! Conventions: radians; theta is the inclination to the normal plane; widths are Xu's
+//! (`lambda = sqrt(2) * standard deviation`); sigma_a per fibre radius; directions point away
+//! from the fibre; phi = phi_o - phi_i = pi is straight through.
+
+mod hair;
+
+pub use hair::{HairParams, Lobe, ParamError, PerLobe};
