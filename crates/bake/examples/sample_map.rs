@@ -131,7 +131,11 @@ fn main() {
         encoding,
         channels,
     );
-    if let Err(error) = Image::from_layer(layer).write().non_parallel().to_file(&path) {
+    if let Err(error) = Image::from_layer(layer)
+        .write()
+        .non_parallel()
+        .to_file(&path)
+    {
         eprintln!("sample_map: {path}: {error}");
         std::process::exit(2);
     }
