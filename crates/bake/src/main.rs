@@ -30,7 +30,16 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let command = Cli::parse().command;
+    let command = match Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(error) if error.use_stderr() => {
+            let failure = cli::usage(&error);
+            eprintln!("strandlight: {failure}");
+            return failure.exit_code();
+        }
+        // Help and version are answers, not errors.
+        Err(answer) => answer.exit(),
+    };
     let result = match command {
         Command::Demo(args) => cli::demo::run(&args),
         Command::Tables(args) => cli::tables::run(&args),

@@ -60,6 +60,14 @@ impl fmt::Display for Failure {
     }
 }
 
+/// What clap says of a command line, without its usage text: one line like every other failure.
+pub fn usage(error: &clap::Error) -> Failure {
+    let rendered = error.render().to_string();
+    let text = rendered.strip_prefix("error: ").unwrap_or(&rendered);
+    let first = text.split("\n\n").next().unwrap_or(text);
+    Failure::Input(format!("{} (see --help)", first.replace('\n', " ")))
+}
+
 /// What every command answers.
 pub type Outcome = Result<(), Failure>;
 
