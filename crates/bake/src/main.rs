@@ -6,6 +6,7 @@ mod cli;
 
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 /// Bakes light sets, tables and grooms for rendering hair under environment lighting.
@@ -32,7 +33,11 @@ enum Command {
 fn main() -> ExitCode {
     let command = match Cli::try_parse() {
         Ok(cli) => cli.command,
-        Err(error) if error.use_stderr() => {
+        // A bare `strandlight` gets the whole help.
+        Err(error)
+            if error.use_stderr()
+                && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand =>
+        {
             let failure = cli::usage(&error);
             eprintln!("strandlight: {failure}");
             return failure.exit_code();
