@@ -5,14 +5,35 @@
 //! - [`TableFile`]: baked tables that describe their own axes.
 //! - [`Scene`]: a TOML file that names the others.
 
+//!
+//! Every reader answers damaged input with a typed [`Error`] that names the file, in memory
+//! bounded by the length of the file; every writer is deterministic. The layout shared by the
+//! binary kinds is described in [`container`].
+
+pub mod container;
+mod error;
 mod groom;
+mod groom_file;
+mod input;
 mod light_set;
 mod scene;
+mod scene_file;
+mod table_file;
 mod tables;
+mod validate;
 mod write;
 
-pub use groom::{Attribute, Domain, Groom};
-pub use light_set::{LightSet, SrbfLight};
-pub use scene::Scene;
-pub use tables::{Axis, Spacing, Table, TableFile};
+pub use container::{Container, Kind};
+pub use error::{Error, FileName, Result};
+pub use groom::{
+    Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, SinglePoint, UpAxis,
+};
+pub use input::{content_hash, read_file, tool_version};
+pub use light_set::{FitReport, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
+pub use scene::{
+    Background, CameraSection, GroomSection, HairSection, LightsSection, Mode, PerModeDeg,
+    RenderSection, Scene, TablesSection, ToneMap,
+};
+pub use table_file::TableReader;
+pub use tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo};
 pub use write::write_file;

@@ -1,4 +1,18 @@
 //! Environment lighting as spherical radial basis functions.
+//!
+//! The `.lights` file, version 1: section `META`, a record of [`LightSetInfo`]; section `LGHT`,
+//! 8 f32 a light: direction, lambda, rgb, zero (two `vec4f` on the GPU).
+
+use std::io::{Read, Seek};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::container::{Container, ContainerWriter, Kind, encode_record};
+use crate::error::{Error, Result};
+use crate::input::tool_version;
+use crate::validate::in_range;
+use crate::write::write_file;
 
 /// One light: `L(omega) = rgb * exp(2 (omega . direction - 1) / lambda^2)` (Xu 2011 Eq 1).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -14,6 +28,178 @@ pub struct SrbfLight {
 /// A fitted environment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightSet {
-    /// Lights by falling energy.
+    /// Lights by falling energy; 1 to [`MAX_LIGHTS`].
     pub lights: Vec<SrbfLight>,
+    /// Where it comes from.
+    pub info: LightSetInfo,
+}
+
+/// What a light set was fitted to, and how well.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LightSetInfo {
+    /// [`crate::content_hash`] of the map's file; empty if there is none.
+    pub map_hash: String,
+    /// Width and height of the map in pixels; zero if there is none.
+    pub map_size: [u32; 2],
+    /// Program that made it.
+    pub tool_version: String,
+    /// Number of lights asked for.
+    pub requested_count: u32,
+    /// Seed of the fit.
+    pub seed: u64,
+    /// Further parameters of the fit as name and value, in order.
+    pub parameters: Vec<(String, String)>,
+    /// How good the fit is.
+    pub report: Option<FitReport>,
+}
+
+impl Default for LightSetInfo {
+    fn default() -> Self {
+        LightSetInfo {
+            map_hash: String::new(),
+            map_size: [0; 2],
+            tool_version: tool_version(),
+            requested_count: 0,
+            seed: 0,
+            parameters: Vec::new(),
+            report: None,
+        }
+    }
+}
+
+/// Figures of a fit against its map; see the `lights` command. No times: equal input gives
+/// equal files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FitReport {
+    /// Solid-angle weighted L2 norm of the difference over that of the map.
+    pub rel_l2: f64,
+    /// Energy of the lights over that of the map, per channel.
+    pub energy_ratio: [f64; 3],
+    /// Relative RMSE of the irradiance over directions.
+    pub irradiance_error: f64,
+    /// Relative RMSE of single-scattering-like responses over random fibres and views.
+    pub fibre_error: f64,
+}
+
+/// Most lights in a file; fits use tens.
+pub const MAX_LIGHTS: usize = 65_536;
+
+const META: [u8; 4] = *b"META";
+const LIGHTS: [u8; 4] = *b"LGHT";
+
+impl LightSet {
+    /// Checks directions (unit within 1e-4), widths, amplitudes and the number of lights.
+    ///
+    /// # Errors
+    /// `Value` naming the first entry that breaks a promise.
+    pub fn validate(&self) -> Result<()> {
+        in_range(
+            "number of lights",
+            self.lights.len() as f64,
+            1.0,
+            MAX_LIGHTS as f64,
+        )?;
+        for (ix, light) in self.lights.iter().enumerate() {
+            let length = light
+                .direction
+                .iter()
+                .map(|&x| f64::from(x) * f64::from(x))
+                .sum::<f64>()
+                .sqrt();
+            in_range(
+                format!("lights[{ix}] length of direction"),
+                length,
+                0.9999,
+                1.0001,
+            )?;
+            // The limits as f32 values, so that 0.001f32 itself is inside.
+            let (min, max) = (f64::from(0.001f32), 10.0);
+            in_range(
+                format!("lights[{ix}].lambda"),
+                f64::from(light.lambda),
+                min,
+                max,
+            )?;
+            for value in light.rgb {
+                in_range(
+                    format!("lights[{ix}].rgb"),
+                    f64::from(value),
+                    0.0,
+                    f64::from(f32::MAX),
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads a `.lights` file.
+    ///
+    /// # Errors
+    /// Any of [`Error`], naming the path.
+    pub fn read(path: &Path) -> Result<Self> {
+        Container::open(path, Kind::Lights)
+            .and_then(read_lights)
+            .map_err(|error| error.in_file(path))
+    }
+
+    /// Decodes a `.lights` file in memory.
+    ///
+    /// # Errors
+    /// Any of [`Error`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        read_lights(Container::from_bytes(bytes, Kind::Lights)?)
+    }
+
+    /// Validates and writes, whole or not at all; answers the number of bytes written.
+    ///
+    /// # Errors
+    /// `Value` when the set breaks a promise, `Io`; the path is named.
+    pub fn write(&self, path: &Path) -> Result<u64> {
+        let bytes = self.to_bytes().map_err(|error| error.in_file(path))?;
+        write_file(path, &bytes).map_err(|error| Error::from(error).in_file(path))?;
+        Ok(bytes.len() as u64)
+    }
+
+    /// The bytes of the file. Equal sets give equal bytes.
+    ///
+    /// # Errors
+    /// `Value` when the set breaks a promise.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        self.validate()?;
+        let floats: Vec<[f32; 8]> = self
+            .lights
+            .iter()
+            .map(|light| {
+                let ([x, y, z], [r, g, b]) = (light.direction, light.rgb);
+                [x, y, z, light.lambda, r, g, b, 0.0]
+            })
+            .collect();
+        let mut file = ContainerWriter::new(Kind::Lights);
+        file.section(META, 0, encode_record(&self.info)?);
+        file.section(LIGHTS, 0, bytemuck::cast_slice(&floats));
+        file.finish()
+    }
+}
+
+fn read_lights<R: Read + Seek>(mut file: Container<R>) -> Result<LightSet> {
+    let info: LightSetInfo = file.read_record(META)?;
+    let floats: Vec<[f32; 8]> = file.read_array(LIGHTS, 0)?;
+    file.check_unread()?;
+    if let Some(ix) = floats.iter().position(|light| light[7].to_bits() != 0) {
+        return Err(Error::invalid(
+            format!("spare float of light {ix} is not zero"),
+            file.require(LIGHTS, 0)?.offset + 32 * ix as u64 + 28,
+        ));
+    }
+    let lights = floats
+        .into_iter()
+        .map(|[x, y, z, lambda, r, g, b, _]| SrbfLight {
+            direction: [x, y, z],
+            lambda,
+            rgb: [r, g, b],
+        })
+        .collect();
+    let set = LightSet { lights, info };
+    set.validate()?;
+    Ok(set)
 }

@@ -1,0 +1,150 @@
+//! The one error type of this crate.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The file an error is about; prints as `path: `, or as nothing for bytes in memory.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileName(pub Option<PathBuf>);
+
+impl fmt::Display for FileName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.0 {
+            Some(path) => write!(f, "{}: ", path.display()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Why a file cannot be read or written. Every variant names the file where there is one.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The operating system said no: missing, a directory, no permission, disk full.
+    #[error("{file}{source}")]
+    Io {
+        /// The file.
+        file: FileName,
+        /// What the system answered.
+        source: io::Error,
+    },
+    /// A readable file, but of another kind.
+    #[error("{file}not a {expected}: {found}")]
+    NotThisKind {
+        /// The file.
+        file: FileName,
+        /// What was asked for, e.g. `groom file`.
+        expected: &'static str,
+        /// What the file is instead.
+        found: String,
+    },
+    /// Written by a later program in a format this one does not know.
+    #[error(
+        "{file}{kind} format version {found} is newer than this program reads (up to {known}.x)"
+    )]
+    UnsupportedVersion {
+        /// The file.
+        file: FileName,
+        /// Kind of file, e.g. `groom file`.
+        kind: &'static str,
+        /// Version found, `major.minor`.
+        found: String,
+        /// Newest known major version.
+        known: u16,
+    },
+    /// Damaged, cut short or contradicting itself.
+    #[error("{file}{what} (at byte {offset})")]
+    Invalid {
+        /// The file.
+        file: FileName,
+        /// What is wrong.
+        what: String,
+        /// Where in the file, in bytes; 0 where no better place is known.
+        offset: u64,
+    },
+    /// A text file that does not parse, or names a key nobody knows.
+    #[error("{file}line {line}, column {column}: {what}")]
+    Syntax {
+        /// The file.
+        file: FileName,
+        /// Line, from 1.
+        line: usize,
+        /// Column in characters, from 1.
+        column: usize,
+        /// What is wrong.
+        what: String,
+    },
+    /// A value outside its range.
+    #[error("{file}{key} is {value}, must be {range}")]
+    Value {
+        /// The file.
+        file: FileName,
+        /// Field or key, e.g. `hair.eta` or `lights[3].lambda`.
+        key: String,
+        /// The offending value.
+        value: String,
+        /// What is accepted.
+        range: String,
+    },
+}
+
+/// Answer of this crate's functions.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// Something wrong with the bytes at `offset`.
+    pub(crate) fn invalid(what: impl Into<String>, offset: u64) -> Self {
+        Error::Invalid {
+            file: FileName::default(),
+            what: what.into(),
+            offset,
+        }
+    }
+
+    /// A value outside its range.
+    pub(crate) fn value(
+        key: impl Into<String>,
+        value: impl fmt::Display,
+        range: impl Into<String>,
+    ) -> Self {
+        Error::Value {
+            file: FileName::default(),
+            key: key.into(),
+            value: value.to_string(),
+            range: range.into(),
+        }
+    }
+
+    /// The same error, about the file at `path`.
+    #[must_use]
+    pub fn in_file(mut self, path: &Path) -> Self {
+        let (Error::Io { file, .. }
+        | Error::NotThisKind { file, .. }
+        | Error::UnsupportedVersion { file, .. }
+        | Error::Invalid { file, .. }
+        | Error::Syntax { file, .. }
+        | Error::Value { file, .. }) = &mut self;
+        file.0.get_or_insert_with(|| path.to_owned());
+        self
+    }
+
+    /// The file this error is about.
+    pub fn path(&self) -> Option<&Path> {
+        let (Error::Io { file, .. }
+        | Error::NotThisKind { file, .. }
+        | Error::UnsupportedVersion { file, .. }
+        | Error::Invalid { file, .. }
+        | Error::Syntax { file, .. }
+        | Error::Value { file, .. }) = self;
+        file.0.as_deref()
+    }
+}
+
+impl From<io::Error> for Error {
+    fn from(source: io::Error) -> Self {
+        Error::Io {
+            file: FileName::default(),
+            source,
+        }
+    }
+}

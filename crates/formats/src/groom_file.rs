@@ -1,0 +1,155 @@
+//! The `.groom` file, version 1.
+//!
+//! | section | content |
+//! |---|---|
+//! | `META` | record, [`Meta`] |
+//! | `OFFS` | `strand_offsets`, u32 |
+//! | `PNTS` | points, 3 f32 each, cm |
+//! | `ATTR i` | data of attribute i, f32 |
+//! | `HAIR` | record, [`HairOriginal`]; only for grooms from `.hair` files |
+
+use std::io::{Read, Seek};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::container::{Container, ContainerWriter, Kind, encode_record};
+use crate::error::{Error, Result};
+use crate::groom::{Attribute, Domain, Groom, GroomSource, HairOriginal, UpAxis};
+use crate::write::write_file;
+
+#[derive(Serialize, Deserialize)]
+struct Meta {
+    n_strands: u32,
+    n_points: u32,
+    cm_per_unit: f64,
+    up: UpAxis,
+    hash: String,
+    tool_version: String,
+    parameters: Vec<(String, String)>,
+    attributes: Vec<AttributeMeta>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct AttributeMeta {
+    name: String,
+    domain: Domain,
+    components: u32,
+}
+
+const META: [u8; 4] = *b"META";
+const OFFSETS: [u8; 4] = *b"OFFS";
+const POINTS: [u8; 4] = *b"PNTS";
+const ATTRIBUTE: [u8; 4] = *b"ATTR";
+const HAIR: [u8; 4] = *b"HAIR";
+
+impl Groom {
+    /// Reads a `.groom` file.
+    ///
+    /// # Errors
+    /// Any of [`Error`], naming the path.
+    pub fn read(path: &Path) -> Result<Self> {
+        Container::open(path, Kind::Groom)
+            .and_then(read_groom)
+            .map_err(|error| error.in_file(path))
+    }
+
+    /// Decodes a `.groom` file in memory.
+    ///
+    /// # Errors
+    /// Any of [`Error`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        read_groom(Container::from_bytes(bytes, Kind::Groom)?)
+    }
+
+    /// Validates and writes, whole or not at all; answers the number of bytes written.
+    ///
+    /// # Errors
+    /// `Value` when the groom breaks a promise, `Io`; the path is named.
+    pub fn write(&self, path: &Path) -> Result<u64> {
+        let bytes = self.to_bytes().map_err(|error| error.in_file(path))?;
+        write_file(path, &bytes).map_err(|error| Error::from(error).in_file(path))?;
+        Ok(bytes.len() as u64)
+    }
+
+    /// The bytes of the file. Equal grooms give equal bytes.
+    ///
+    /// # Errors
+    /// `Value` when the groom breaks a promise.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        self.validate()?;
+        let meta = Meta {
+            // Offsets are u32, so both numbers fit.
+            n_strands: self.n_strands() as u32,
+            n_points: self.points.len() as u32,
+            cm_per_unit: self.source.cm_per_unit,
+            up: self.source.up,
+            hash: self.source.hash.clone(),
+            tool_version: self.source.tool_version.clone(),
+            parameters: self.source.parameters.clone(),
+            attributes: self
+                .attributes
+                .iter()
+                .map(|attribute| AttributeMeta {
+                    name: attribute.name.clone(),
+                    domain: attribute.domain,
+                    components: attribute.components,
+                })
+                .collect(),
+        };
+        let mut file = ContainerWriter::new(Kind::Groom);
+        file.section(META, 0, encode_record(&meta)?);
+        file.section(OFFSETS, 0, bytemuck::cast_slice(&self.strand_offsets));
+        file.section(POINTS, 0, bytemuck::cast_slice(&self.points));
+        for (ix, attribute) in (0u32..).zip(&self.attributes) {
+            file.section(ATTRIBUTE, ix, bytemuck::cast_slice(&attribute.data));
+        }
+        if let Some(hair) = &self.source.hair {
+            file.section(HAIR, 0, encode_record(hair)?);
+        }
+        file.finish()
+    }
+}
+
+fn read_groom<R: Read + Seek>(mut file: Container<R>) -> Result<Groom> {
+    let meta: Meta = file.read_record(META)?;
+    let strand_offsets: Vec<u32> = file.read_array(OFFSETS, 0)?;
+    let points: Vec<[f32; 3]> = file.read_array(POINTS, 0)?;
+    if strand_offsets.len() as u64 != u64::from(meta.n_strands) + 1
+        || points.len() as u64 != u64::from(meta.n_points)
+    {
+        return Err(Error::invalid(
+            "number of strands or points differs from the record",
+            file.require(META, 0)?.offset,
+        ));
+    }
+    let mut attributes = Vec::new();
+    for (ix, attribute) in (0u32..).zip(meta.attributes) {
+        attributes.push(Attribute {
+            name: attribute.name,
+            domain: attribute.domain,
+            components: attribute.components,
+            data: file.read_array(ATTRIBUTE, ix)?,
+        });
+    }
+    let hair: Option<HairOriginal> = match file.find(HAIR, 0) {
+        Some(_) => Some(file.read_record(HAIR)?),
+        None => None,
+    };
+    file.check_unread()?;
+    let groom = Groom {
+        points,
+        strand_offsets,
+        attributes,
+        source: GroomSource {
+            cm_per_unit: meta.cm_per_unit,
+            up: meta.up,
+            hash: meta.hash,
+            tool_version: meta.tool_version,
+            parameters: meta.parameters,
+            hair,
+        },
+    };
+    groom.validate()?;
+    Ok(groom)
+}

@@ -1,0 +1,243 @@
+//! Reading, checking and writing scene files.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::error::{Error, FileName, Result};
+use crate::input::read_file;
+use crate::scene::{
+    Background, CameraSection, GroomSection, HairSection, LightsSection, RenderSection, Scene,
+};
+use crate::validate::in_range;
+
+/// Longest scene file; one fills about a kilobyte.
+const MAX_SCENE_BYTES: u64 = 1 << 20;
+
+impl Scene {
+    /// Newest scene format version.
+    pub const VERSION: u32 = 1;
+
+    /// A scene of two files and defaults for all else.
+    pub fn new(groom: impl Into<PathBuf>, lights: impl Into<PathBuf>) -> Self {
+        Scene {
+            version: Scene::VERSION,
+            groom: GroomSection { file: groom.into() },
+            lights: LightsSection {
+                file: lights.into(),
+                intensity: 1.0,
+                rotate_deg: 0.0,
+            },
+            tables: None,
+            hair: HairSection::default(),
+            camera: None,
+            render: RenderSection::default(),
+            folder: PathBuf::new(),
+        }
+    }
+
+    /// Reads and checks a scene file. The files it names are not opened.
+    ///
+    /// # Errors
+    /// Any of [`Error`], naming the path, and the key where a value is to blame.
+    pub fn read(path: &Path) -> Result<Self> {
+        let read = || {
+            let bytes = read_file(path, MAX_SCENE_BYTES)?;
+            let text = String::from_utf8(bytes).map_err(|error| {
+                let at = error.utf8_error().valid_up_to();
+                Error::invalid("not a scene: not UTF-8 text", at as u64)
+            })?;
+            let mut scene = Scene::from_toml(&text)?;
+            scene.folder = path.parent().map(Path::to_owned).unwrap_or_default();
+            Ok(scene)
+        };
+        read().map_err(|error: Error| error.in_file(path))
+    }
+
+    /// Parses and checks the text of a scene file.
+    ///
+    /// # Errors
+    /// `Syntax`, `Value` or `UnsupportedVersion`.
+    pub fn from_toml(text: &str) -> Result<Self> {
+        check_version(text)?;
+        let scene: Scene = toml::from_str(text).map_err(|error| syntax_error(text, &error))?;
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    /// The text of a scene file. Relative paths stay relative.
+    ///
+    /// # Errors
+    /// `Value` when a value is outside its range or a path is not UTF-8.
+    pub fn to_toml_string(&self) -> Result<String> {
+        self.validate()?;
+        toml::to_string(self).map_err(|error| Error::value("scene", error, "expressible in TOML"))
+    }
+
+    /// `file` as seen from the scene file's folder.
+    pub fn resolve(&self, file: &Path) -> PathBuf {
+        self.folder.join(file)
+    }
+
+    /// The groom's path.
+    pub fn groom_path(&self) -> PathBuf {
+        self.resolve(&self.groom.file)
+    }
+
+    /// The light set's path.
+    pub fn lights_path(&self) -> PathBuf {
+        self.resolve(&self.lights.file)
+    }
+
+    /// The tables' path; `None` stands for the bundled tables.
+    pub fn tables_path(&self) -> Option<PathBuf> {
+        self.tables
+            .as_ref()
+            .map(|tables| self.resolve(&tables.file))
+    }
+
+    /// Checks every value against its documented range.
+    ///
+    /// # Errors
+    /// `Value` naming key, value and range.
+    pub fn validate(&self) -> Result<()> {
+        if self.version != Scene::VERSION {
+            return Err(Error::value(
+                "version",
+                self.version,
+                Scene::VERSION.to_string(),
+            ));
+        }
+        in_range("lights.intensity", self.lights.intensity, 0.0, 1e6)?;
+        in_range("lights.rotate_deg", self.lights.rotate_deg, -3600.0, 3600.0)?;
+        self.hair.validate()?;
+        if let Some(camera) = &self.camera {
+            camera.validate()?;
+        }
+        self.render.validate()
+    }
+}
+
+impl HairSection {
+    fn validate(&self) -> Result<()> {
+        in_range("hair.eta", self.eta, 1.0001, 3.0)?;
+        for value in self.sigma_a {
+            in_range("hair.sigma_a", value, 0.0, 50.0)?;
+        }
+        for (mode, value) in [
+            ("r", self.shift_deg.r),
+            ("tt", self.shift_deg.tt),
+            ("trt", self.shift_deg.trt),
+        ] {
+            in_range(format!("hair.shift_deg.{mode}"), value, -28.0, 28.0)?;
+        }
+        for (mode, value) in [
+            ("r", self.width_deg.r),
+            ("tt", self.width_deg.tt),
+            ("trt", self.width_deg.trt),
+        ] {
+            in_range(format!("hair.width_deg.{mode}"), value, 0.05, 60.0)?;
+        }
+        in_range("hair.caustic_width_deg", self.caustic_width_deg, 0.5, 60.0)?;
+        in_range("hair.eccentricity", self.eccentricity, 0.5, 2.0)?;
+        if let Some(diameter) = self.diameter_cm {
+            in_range("hair.diameter_cm", diameter, 1e-5, 10.0)?;
+        }
+        let repeated = (1..self.modes.len()).any(|ix| self.modes[..ix].contains(&self.modes[ix]));
+        if self.modes.is_empty() || repeated {
+            let names = format!("{:?}", self.modes);
+            return Err(Error::value(
+                "hair.modes",
+                names,
+                "some of R, TT, TRT, each once",
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl CameraSection {
+    fn validate(&self) -> Result<()> {
+        for (key, vector) in [
+            ("camera.position", self.position),
+            ("camera.target", self.target),
+            ("camera.up", self.up),
+        ] {
+            for value in vector {
+                in_range(key, value, -1e6, 1e6)?;
+            }
+        }
+        in_range("camera.fov_deg", self.fov_deg, 1.0, 170.0)?;
+        let forward: [f64; 3] = std::array::from_fn(|axis| self.target[axis] - self.position[axis]);
+        let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let ([fx, fy, fz], [ux, uy, uz]) = (forward, self.up);
+        let cross = [fy * uz - fz * uy, fz * ux - fx * uz, fx * uy - fy * ux];
+        if length(forward) < 1e-6 {
+            let range = "away from camera.position";
+            return Err(Error::value(
+                "camera.target",
+                format!("{:?}", self.target),
+                range,
+            ));
+        }
+        if length(cross) <= 1e-6 * length(forward) * length(self.up) {
+            let range = "not zero and not along the line of sight";
+            return Err(Error::value("camera.up", format!("{:?}", self.up), range));
+        }
+        Ok(())
+    }
+}
+
+impl RenderSection {
+    fn validate(&self) -> Result<()> {
+        for value in self.size {
+            in_range("render.size", f64::from(value), 1.0, 16384.0)?;
+        }
+        in_range("render.samples", f64::from(self.samples), 1.0, 65536.0)?;
+        in_range("render.exposure", self.exposure, -32.0, 32.0)?;
+        if let Background::Color(rgb) = self.background {
+            for value in rgb {
+                in_range("render.background", f64::from(value), 0.0, 1e6)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a later version before its unknown keys are complained about.
+fn check_version(text: &str) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Version {
+        version: Option<i64>,
+    }
+    match toml::from_str::<Version>(text) {
+        Ok(Version {
+            version: Some(found),
+        }) if found > i64::from(Scene::VERSION) => Err(Error::UnsupportedVersion {
+            file: FileName::default(),
+            kind: "scene",
+            found: found.to_string(),
+            known: Scene::VERSION as u16,
+        }),
+        // Anything else is answered by the full parse.
+        _ => Ok(()),
+    }
+}
+
+fn syntax_error(text: &str, error: &toml::de::Error) -> Error {
+    let start = error.span().map_or(0, |span| span.start).min(text.len());
+    let before = &text.as_bytes()[..start];
+    let line_start = before
+        .iter()
+        .rposition(|&byte| byte == b'\n')
+        .map_or(0, |at| at + 1);
+    Error::Syntax {
+        file: FileName::default(),
+        line: before.iter().filter(|&&byte| byte == b'\n').count() + 1,
+        column: String::from_utf8_lossy(&before[line_start..])
+            .chars()
+            .count()
+            + 1,
+        what: error.message().replace('\n', " "),
+    }
+}
