@@ -1,1 +1,4 @@
 //! Renders baked hair scenes with wgpu.
+
+pub mod gpu;
+pub mod shaders;

@@ -1,0 +1,138 @@
+//! Puts WGSL modules together: the one resolver of renderer, probe and tests.
+//!
+//! A module asks for another with a line of its own, `// #import lib/special`. Each module is
+//! inserted once, before the first module that asks for it. Every file under `shaders/` is
+//! compiled into the program.
+
+/// Why a module could not be put together.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ShaderError {
+    /// The module is not among [`MODULES`].
+    #[error("shader module '{module}', asked for by '{importer}', does not exist")]
+    Unknown {
+        /// The missing module.
+        module: String,
+        /// The module with the import line, or `(root)`.
+        importer: String,
+    },
+    /// A module imports itself, directly or not.
+    #[error("shader modules import each other in a circle: {0}")]
+    Cycle(String),
+}
+
+macro_rules! modules {
+    ($($name:literal),* $(,)?) => {
+        /// Every shader module: its name (path under `shaders/` without `.wgsl`) and its text.
+        pub const MODULES: &[(&str, &str)] = &[
+            $(($name, include_str!(concat!("../../../shaders/", $name, ".wgsl")))),*
+        ];
+    };
+}
+
+modules!("lib/constants", "lib/special",);
+
+/// The text of `module` with all it imports, each once, in dependency order.
+pub fn resolve(module: &str) -> Result<String, ShaderError> {
+    resolve_among(MODULES, module)
+}
+
+/// As [`resolve`], among the given modules.
+pub fn resolve_among(modules: &[(&str, &str)], module: &str) -> Result<String, ShaderError> {
+    let mut text = String::new();
+    let mut done = Vec::new();
+    let mut open = Vec::new();
+    insert(modules, module, &mut done, &mut open, &mut text)?;
+    Ok(text)
+}
+
+/// The module an import line names.
+fn import_of(line: &str) -> Option<&str> {
+    line.trim()
+        .strip_prefix("//")?
+        .trim_start()
+        .strip_prefix("#import ")
+        .map(str::trim)
+}
+
+/// Appends `module` after what it imports. `open` is the chain of modules being inserted; its
+/// length is bounded by the number of modules, since a repeated name is a cycle.
+fn insert(
+    modules: &[(&str, &str)],
+    module: &str,
+    done: &mut Vec<String>,
+    open: &mut Vec<String>,
+    text: &mut String,
+) -> Result<(), ShaderError> {
+    if done.iter().any(|name| name == module) {
+        return Ok(());
+    }
+    if open.iter().any(|name| name == module) {
+        let chain = open.iter().map(String::as_str).chain([module]);
+        return Err(ShaderError::Cycle(chain.collect::<Vec<_>>().join(" -> ")));
+    }
+    let Some((_, source)) = modules.iter().find(|(name, _)| *name == module) else {
+        return Err(ShaderError::Unknown {
+            module: module.to_owned(),
+            importer: open.last().map_or("(root)", String::as_str).to_owned(),
+        });
+    };
+    open.push(module.to_owned());
+    for import in source.lines().filter_map(import_of) {
+        insert(modules, import, done, open, text)?;
+    }
+    open.pop();
+    text.push_str(source);
+    if !source.ends_with('\n') {
+        text.push('\n');
+    }
+    done.push(module.to_owned());
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALL: &[(&str, &str)] = &[
+        ("a", "// #import b\n// #import c\nA"),
+        ("b", "// #import c\nB\n"),
+        ("c", "C\n"),
+        ("self", "// #import self\n"),
+        ("x", "// #import y\n"),
+        ("y", "// #import x\n"),
+        ("lost", "//   #import nowhere\n"),
+    ];
+
+    #[test]
+    fn each_module_comes_once_and_before_its_users() {
+        let text = resolve_among(SMALL, "a").unwrap();
+        let code: Vec<_> = text
+            .lines()
+            .filter(|line| !line.starts_with("//"))
+            .collect();
+        assert_eq!(code, ["C", "B", "A"]);
+    }
+
+    #[test]
+    fn faults_are_typed() {
+        assert_eq!(
+            resolve_among(SMALL, "x"),
+            Err(ShaderError::Cycle("x -> y -> x".to_owned()))
+        );
+        assert!(matches!(
+            resolve_among(SMALL, "self"),
+            Err(ShaderError::Cycle(_))
+        ));
+        assert_eq!(
+            resolve_among(SMALL, "lost"),
+            Err(ShaderError::Unknown {
+                module: "nowhere".to_owned(),
+                importer: "lost".to_owned()
+            })
+        );
+        assert!(matches!(
+            resolve("pass/none"),
+            Err(ShaderError::Unknown { .. })
+        ));
+    }
+}
