@@ -7,6 +7,7 @@
 //! (`lambda = sqrt(2) * standard deviation`); sigma_a per fibre radius; directions point away
 //! from the fibre; phi = phi_o - phi_i = pi is straight through.
 
+pub mod closed_form;
 mod hair;
 
 pub use hair::{HairParams, Lobe, ParamError, PerLobe};

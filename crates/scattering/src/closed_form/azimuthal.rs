@@ -1,0 +1,233 @@
+//! The inner integrals of Eq 12: N_t against the light's circular Gaussian in azimuth. Twin:
+//! `shaders/lib/azimuthal.wgsl`.
+
+use core::f32::consts::PI;
+
+use super::SQRT_PI;
+use super::circular_gaussian::{c_0, product_integral};
+use super::fibre::Fibre;
+use super::fresnel::{transmittance_dielectric, transmittance_schlick};
+use super::special::{bessel_i0e, bessel_i1e};
+use super::tables::{Cell, TableAxes, Tables, sample_c, sample_h, table_cell};
+
+/// Narrowest and widest fitted lobe. A lobe of width 2 sqrt(pi) is as good as constant; the
+/// energy of a lobe is kept where its width is clamped.
+const LOBE_LAMBDA_MIN: f32 = 1e-3;
+const LOBE_LAMBDA_MAX: f32 = 3.544_907_7;
+/// Keeps 1 / cos(theta_d) finite at grazing angles; the outer integrand is 0 there.
+const COS_THETA_D_MIN: f32 = 1e-4;
+/// Range of eta' above 2 over which the width of TRT's single lobe leaves w_c (Xu 2011 4.2.4).
+const TRANSITION: f32 = 0.3;
+/// Keeps 1 / (2 - eta') finite where the lobes that hold it vanish faster.
+const ETA_GAP_MIN: f32 = 1e-4;
+/// Smallest and largest index of an elliptic fibre (Eq 24 passes 1 for strong eccentricities).
+const ETA_STAR_MIN: f32 = 1.05;
+const ETA_STAR_MAX: f32 = 3.0;
+
+/// The difference angle theta_d = (theta_o - theta_i) / 2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inclination {
+    /// theta_d, -pi/2..=pi/2.
+    pub theta_d: f32,
+    /// Its sine.
+    pub sin_theta_d: f32,
+    /// Its cosine, at least 1e-4.
+    pub cos_theta_d: f32,
+}
+
+/// The azimuth between view and light, phi_o - phi_j, folded to 0..=pi.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lag {
+    /// The folded angle.
+    pub phi: f32,
+    /// Sine of half of it, 0..=1.
+    pub sin_half: f32,
+    /// Cosine of half of it, 0..=1.
+    pub cos_half: f32,
+    /// cos(phi_o + phi_j), for elliptic fibres.
+    pub cos_sum: f32,
+}
+
+/// The inclination with this theta_d.
+pub fn inclination(theta_d: f32) -> Inclination {
+    Inclination {
+        theta_d,
+        sin_theta_d: theta_d.sin(),
+        cos_theta_d: theta_d.cos().max(COS_THETA_D_MIN),
+    }
+}
+
+/// The lag between two azimuths given as (cos, sin); half angles from the chord, so that nearly
+/// equal and nearly opposite azimuths keep their digits.
+pub fn lag(cos_o: f32, sin_o: f32, cos_j: f32, sin_j: f32) -> Lag {
+    let d_c = cos_o - cos_j;
+    let d_s = sin_o - sin_j;
+    let s_c = cos_o + cos_j;
+    let s_s = sin_o + sin_j;
+    let sin_half = (0.5 * (d_c * d_c + d_s * d_s).sqrt()).min(1.0);
+    let cos_half = (0.5 * (s_c * s_c + s_s * s_s).sqrt()).min(1.0);
+    Lag {
+        phi: 2.0 * sin_half.atan2(cos_half),
+        sin_half,
+        cos_half,
+        cos_sum: cos_o * cos_j - sin_o * sin_j,
+    }
+}
+
+/// 1 - F at incidence cosine `cosine`, with the Fresnel term of the tables.
+fn transmittance(axes: &TableAxes, eta: f32, cosine: f32) -> f32 {
+    if axes.schlick != 0 {
+        return transmittance_schlick(eta, cosine);
+    }
+    transmittance_dielectric(eta, cosine)
+}
+
+/// N_R (Eq 14) with Schlick's Fresnel term:
+/// 1/4 C_0 sum over i = 1..6 of (i/6) [F_0 + (1 - F_0) (1 - cos theta_d)^(i-1)] b_i, all terms
+/// positive. `kappa` = 2 / lambda'^2.
+pub fn azimuthal_r(kappa: f32, lag: &Lag, at: &Inclination, fibre: &Fibre, tables: &Tables) -> f32 {
+    let lambda_p = (2.0 / kappa.max(1e-10)).sqrt();
+    let [first, second] = sample_c(tables.c, &tables.axes, lambda_p, lag.phi);
+    let r = (fibre.eta - 1.0) / (fibre.eta + 1.0);
+    let f_0 = r * r;
+    let f_1 = 1.0 - f_0;
+    let g = 1.0 - at.cos_theta_d;
+    let constant = first[0]
+        + 2.0 * first[1]
+        + 3.0 * first[2]
+        + 4.0 * first[3]
+        + 5.0 * second[0]
+        + 6.0 * second[1];
+    let rising = first[0]
+        + g * (2.0 * first[1]
+            + g * (3.0 * first[2]
+                + g * (4.0 * first[3] + g * (5.0 * second[0] + g * (6.0 * second[1])))));
+    c_0(kappa) * (1.0 / 24.0) * (f_0 * constant + f_1 * rising)
+}
+
+/// Energy of N_TT or N_TRT over exp(-s), by the fourth-order expansion of the attenuation
+/// exp(-s sqrt(1 - h^2/eta'^2)) (Eq 18, 19, 22, 23): s = 2 p sigma', `y` = 1 / eta'^2.
+fn energy(h: [f32; 4], s: f32, y: f32) -> f32 {
+    0.5 * (h[0] + 0.5 * s * y * (h[1] + 0.25 * (1.0 + s) * y * h[2]))
+}
+
+/// N_TT (Eq 16, 17) per channel: one circular Gaussian at phi = pi whose height is N_TT(pi) and
+/// whose width keeps the energy. `row` is the cell of eta in the H tables.
+pub fn azimuthal_tt(
+    kappa: f32,
+    lag: &Lag,
+    at: &Inclination,
+    fibre: &Fibre,
+    row: Cell,
+    tables: &Tables,
+) -> [f32; 3] {
+    let eta = fibre.eta;
+    let cos_2 = at.cos_theta_d * at.cos_theta_d;
+    let sin_t = at.sin_theta_d / eta;
+    let excess = (eta - 1.0) * (eta + 1.0);
+    let eta_p = (1.0 + excess / cos_2).sqrt();
+    let y = 1.0 / (eta_p * eta_p);
+    // |dphi/dh| = 2 (1 - 1/eta') at h = 0.
+    let gap = excess / (cos_2 * (eta_p + 1.0) * eta_p);
+    let through = transmittance(&tables.axes, eta, at.cos_theta_d);
+    let height = through * through / (4.0 * gap);
+    let h = sample_h(tables.h_tt, &tables.axes, row, at.theta_d);
+    let path = 2.0 / (1.0 - sin_t * sin_t).sqrt();
+    std::array::from_fn(|channel| {
+        let s = fibre.sigma_a[channel] * path;
+        let e = energy(h, s, y);
+        let lambda = (e / (SQRT_PI * height.max(1e-30))).clamp(LOBE_LAMBDA_MIN, LOBE_LAMBDA_MAX);
+        let amplitude = e * (-s).exp() / (SQRT_PI * lambda);
+        amplitude * product_integral(kappa, 2.0 / (lambda * lambda), lag.cos_half)
+    })
+}
+
+/// Mean index of an elliptic fibre under the light (Eq 26): C_0 and C_2 at phi_o + phi_j in
+/// closed form, C_2 / C_0 = (1 + cos(phi_o + phi_j) I_1/I_0) / 2.
+pub fn eta_star(kappa: f32, lag: &Lag, fibre: &Fibre) -> f32 {
+    if fibre.eta_swing == 0.0 {
+        return fibre.eta;
+    }
+    let ratio = bessel_i1e(kappa) / bessel_i0e(kappa);
+    (fibre.eta_mean + fibre.eta_swing * lag.cos_sum * ratio).clamp(ETA_STAR_MIN, ETA_STAR_MAX)
+}
+
+/// N_TRT (Eq 20 to 23, 25) per channel: below eta' = 2 two lobes at +-phi* and a residue at 0,
+/// above it one lobe. The energy is that of Eq 23 everywhere; the residue gives way where it
+/// would ask for more. `row` is the cell of eta in the H tables, for circular fibres.
+pub fn azimuthal_trt(
+    kappa: f32,
+    lag: &Lag,
+    at: &Inclination,
+    fibre: &Fibre,
+    row: Cell,
+    tables: &Tables,
+) -> [f32; 3] {
+    let eta = eta_star(kappa, lag, fibre);
+    let mut eta_row = row;
+    if fibre.eta_swing != 0.0 {
+        eta_row = table_cell(&tables.axes.h_eta, eta);
+    }
+    let cos_2 = at.cos_theta_d * at.cos_theta_d;
+    let sin_t = at.sin_theta_d / eta;
+    let eta_p_2 = 1.0 + (eta - 1.0) * (eta + 1.0) / cos_2;
+    let eta_p = eta_p_2.sqrt();
+    let y = 1.0 / eta_p_2;
+    let h = sample_h(tables.h_trt, &tables.axes, eta_row, at.theta_d);
+    let path = 4.0 / (1.0 - sin_t * sin_t).sqrt();
+    let through = transmittance(&tables.axes, eta, at.cos_theta_d);
+    let head_on = through * through * (1.0 - through).max(0.0);
+    let w_c = fibre.caustic_width;
+    if eta_p >= 2.0 {
+        // |dphi/dh| = 2 (eta' - 2) / eta' at h = 0; lambda_3 -> 0 with it.
+        let inverse = 4.0 * (eta_p - 2.0) / (SQRT_PI * eta_p * head_on.max(1e-30));
+        let t = ((eta_p - 2.0) / TRANSITION).clamp(0.0, 1.0);
+        let blend = t * t * (3.0 - 2.0 * t);
+        return std::array::from_fn(|channel| {
+            let s = fibre.sigma_a[channel] * path;
+            let e = energy(h, s, y);
+            let lambda_3 = (e * inverse).clamp(LOBE_LAMBDA_MIN, LOBE_LAMBDA_MAX);
+            let lambda = w_c + (lambda_3 - w_c) * blend;
+            let amplitude = e * (-s).exp() / (SQRT_PI * lambda);
+            amplitude * product_integral(kappa, 2.0 / (lambda * lambda), lag.sin_half)
+        });
+    }
+
+    // The caustic: h* = sqrt((4 - eta'^2) / 3), phi* = |4 gamma_t - 2 gamma_i|.
+    let sin_i_2 = ((4.0 - eta_p_2) / 3.0).clamp(0.0, 1.0);
+    let sin_i = sin_i_2.sqrt();
+    let cos_i = (1.0 - sin_i_2).sqrt();
+    let sin_r = sin_i / eta_p;
+    let cos_r = (1.0 - sin_r * sin_r).sqrt();
+    let sin_2r = 2.0 * sin_r * cos_r;
+    let cos_2r = 1.0 - 2.0 * sin_r * sin_r;
+    let sin_star = (sin_2r * cos_i - cos_2r * sin_i).abs();
+    let cos_star = cos_2r * cos_i + sin_2r * sin_i;
+    let lambda_2 = (2.0 * sin_star.atan2(cos_star)).clamp(LOBE_LAMBDA_MIN, PI);
+
+    // N_TRT(0): the root h = 0 and, above eta' = sqrt(2), a pair with cos(gamma_t) = eta' / 2.
+    let eta_gap = (2.0 - eta_p).max(ETA_GAP_MIN);
+    let centre = eta_p / (4.0 * eta_gap) * head_on;
+    let cos_pair = (0.5 * eta_p_2 - 1.0).max(0.0);
+    let through_pair = transmittance(&tables.axes, eta, at.cos_theta_d * cos_pair);
+    let reflect_pair = (1.0 - through_pair).max(0.0);
+    let pair = eta_p_2 * cos_pair / (2.0 * eta_gap * (2.0 + eta_p))
+        * (through_pair * through_pair * reflect_pair);
+
+    let exponent = 4.0 * sin_star * sin_star / (w_c * w_c);
+    let outside = 1.0 - (-exponent).exp();
+    let kappa_c = 2.0 / (w_c * w_c);
+    let sum = lag.sin_half * cos_star;
+    let swing = lag.cos_half * sin_star;
+    let pair_lobes = product_integral(kappa, kappa_c, sum - swing)
+        + product_integral(kappa, kappa_c, sum + swing);
+    let centre_lobe = product_integral(kappa, 2.0 / (lambda_2 * lambda_2), lag.sin_half);
+    std::array::from_fn(|channel| {
+        let s = fibre.sigma_a[channel] * path;
+        let e = energy(h, s, y) * (-s).exp();
+        let at_zero = centre * (-s).exp() + pair * (-0.5 * s * eta_p).exp();
+        let b_2 = (at_zero * outside * outside).min(e / (SQRT_PI * lambda_2));
+        let b_1 = (e - b_2 * SQRT_PI * lambda_2).max(0.0) / (2.0 * SQRT_PI * w_c);
+        b_1 * pair_lobes + b_2 * centre_lobe
+    })
+}
