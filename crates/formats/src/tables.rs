@@ -14,17 +14,36 @@ pub enum Spacing {
     Linear,
     /// `x = min (max / min)^u`.
     Log,
+    /// Centres even in `(t + sqrt t) / 2`, `t = 1 / sqrt(1 + x)`; x >= 0.
+    InverseSqrt,
+    /// Centres even in `0.6 sqrt x + 0.4 x^2`; 0 <= x <= 1.
+    RootSquare,
+    /// Centres even in `(r + r^2) / 2`, `r = 1 - 1/x`; x >= 1.
+    Reciprocal,
+    /// Centres even in `1.3 x - 0.3 x^2`; 0 <= x <= 1.
+    Concave,
 }
 
 impl Spacing {
     /// Every spacing that this program knows.
-    pub const ALL: &[Spacing] = &[Spacing::Linear, Spacing::Log];
+    pub const ALL: &[Spacing] = &[
+        Spacing::Linear,
+        Spacing::Log,
+        Spacing::InverseSqrt,
+        Spacing::RootSquare,
+        Spacing::Reciprocal,
+        Spacing::Concave,
+    ];
 
     /// Name in files.
     pub const fn name(self) -> &'static str {
         match self {
             Spacing::Linear => "linear",
             Spacing::Log => "log",
+            Spacing::InverseSqrt => "inverse-sqrt",
+            Spacing::RootSquare => "root-square",
+            Spacing::Reciprocal => "reciprocal",
+            Spacing::Concave => "concave",
         }
     }
 
@@ -36,11 +55,14 @@ impl Spacing {
             .find(|spacing| spacing.name() == name)
     }
 
-    /// Does an axis that starts at `min` make sense with this spacing?
-    fn accepts_min(self, min: f64) -> bool {
+    /// Does an axis from `min` to `max` make sense with this spacing?
+    fn accepts_range(self, min: f64, max: f64) -> bool {
         match self {
+            Spacing::Linear => true,
             Spacing::Log => min > 0.0,
-            _ => true,
+            Spacing::InverseSqrt => min >= 0.0,
+            Spacing::RootSquare | Spacing::Concave => min >= 0.0 && max <= 1.0,
+            Spacing::Reciprocal => min >= 1.0,
         }
     }
 }
@@ -189,7 +211,7 @@ impl TableHeader {
                 f64::from(MAX_AXIS_COUNT),
             )?;
             let ordered = axis.min.is_finite() && axis.max.is_finite() && axis.min < axis.max;
-            if !ordered || !axis.spacing.accepts_min(axis.min) {
+            if !ordered || !axis.spacing.accepts_range(axis.min, axis.max) {
                 return Err(Error::value(
                     format!("range of {key}"),
                     format!("{}..={}", axis.min, axis.max),

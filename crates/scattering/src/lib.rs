@@ -7,7 +7,9 @@
 //! (`lambda = sqrt(2) * standard deviation`); sigma_a per fibre radius; directions point away
 //! from the fibre; phi = phi_o - phi_i = pi is straight through.
 
+pub mod axis;
 pub mod closed_form;
 mod hair;
+pub mod table_layout;
 
 pub use hair::{HairParams, Lobe, ParamError, PerLobe};
