@@ -29,7 +29,18 @@ macro_rules! modules {
     };
 }
 
-modules!("lib/constants", "lib/special",);
+modules!(
+    "lib/azimuthal",
+    "lib/circular_gaussian",
+    "lib/constants",
+    "lib/fibre",
+    "lib/frame",
+    "lib/fresnel",
+    "lib/outer_integral",
+    "lib/single_scattering",
+    "lib/special",
+    "lib/tables",
+);
 
 /// The text of `module` with all it imports, each once, in dependency order.
 pub fn resolve(module: &str) -> Result<String, ShaderError> {

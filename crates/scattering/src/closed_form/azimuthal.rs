@@ -59,7 +59,7 @@ pub fn inclination(theta_d: f32) -> Inclination {
 
 /// The lag between two azimuths given as (cos, sin); half angles from the chord, so that nearly
 /// equal and nearly opposite azimuths keep their digits.
-pub fn lag(cos_o: f32, sin_o: f32, cos_j: f32, sin_j: f32) -> Lag {
+pub fn lag_between(cos_o: f32, sin_o: f32, cos_j: f32, sin_j: f32) -> Lag {
     let d_c = cos_o - cos_j;
     let d_s = sin_o - sin_j;
     let s_c = cos_o + cos_j;
@@ -107,7 +107,7 @@ pub fn azimuthal_r(kappa: f32, lag: &Lag, at: &Inclination, fibre: &Fibre, table
 
 /// Energy of N_TT or N_TRT over exp(-s), by the fourth-order expansion of the attenuation
 /// exp(-s sqrt(1 - h^2/eta'^2)) (Eq 18, 19, 22, 23): s = 2 p sigma', `y` = 1 / eta'^2.
-fn energy(h: [f32; 4], s: f32, y: f32) -> f32 {
+fn lobe_energy(h: [f32; 4], s: f32, y: f32) -> f32 {
     0.5 * (h[0] + 0.5 * s * y * (h[1] + 0.25 * (1.0 + s) * y * h[2]))
 }
 
@@ -135,7 +135,7 @@ pub fn azimuthal_tt(
     let path = 2.0 / (1.0 - sin_t * sin_t).sqrt();
     std::array::from_fn(|channel| {
         let s = fibre.sigma_a[channel] * path;
-        let e = energy(h, s, y);
+        let e = lobe_energy(h, s, y);
         let lambda = (e / (SQRT_PI * height.max(1e-30))).clamp(LOBE_LAMBDA_MIN, LOBE_LAMBDA_MAX);
         let amplitude = e * (-s).exp() / (SQRT_PI * lambda);
         amplitude * product_integral(kappa, 2.0 / (lambda * lambda), lag.cos_half)
@@ -185,7 +185,7 @@ pub fn azimuthal_trt(
         let blend = t * t * (3.0 - 2.0 * t);
         return std::array::from_fn(|channel| {
             let s = fibre.sigma_a[channel] * path;
-            let e = energy(h, s, y);
+            let e = lobe_energy(h, s, y);
             let lambda_3 = (e * inverse).clamp(LOBE_LAMBDA_MIN, LOBE_LAMBDA_MAX);
             let lambda = w_c + (lambda_3 - w_c) * blend;
             let amplitude = e * (-s).exp() / (SQRT_PI * lambda);
@@ -224,7 +224,7 @@ pub fn azimuthal_trt(
     let centre_lobe = product_integral(kappa, 2.0 / (lambda_2 * lambda_2), lag.sin_half);
     std::array::from_fn(|channel| {
         let s = fibre.sigma_a[channel] * path;
-        let e = energy(h, s, y) * (-s).exp();
+        let e = lobe_energy(h, s, y) * (-s).exp();
         let at_zero = centre * (-s).exp() + pair * (-0.5 * s * eta_p).exp();
         let b_2 = (at_zero * outside * outside).min(e / (SQRT_PI * lambda_2));
         let b_1 = (e - b_2 * SQRT_PI * lambda_2).max(0.0) / (2.0 * SQRT_PI * w_c);

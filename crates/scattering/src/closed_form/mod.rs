@@ -24,7 +24,7 @@ mod special;
 mod tables;
 
 pub use azimuthal::{
-    Inclination, Lag, azimuthal_r, azimuthal_trt, azimuthal_tt, eta_star, inclination, lag,
+    Inclination, Lag, azimuthal_r, azimuthal_trt, azimuthal_tt, eta_star, inclination, lag_between,
 };
 pub use circular_gaussian::{c_0, product_integral};
 pub use fibre::{Fibre, MODE_R, MODE_TRT, MODE_TT};

@@ -1,8 +1,6 @@
 //! The outer integral of Eq 11: a Gaussian times a smooth function, piecewise linear (Xu 2011
 //! section 4.2.2, preprint App B and E). Twin: `shaders/lib/outer_integral.wgsl`.
 
-use core::f32::consts::FRAC_PI_2;
-
 use super::SQRT_PI;
 use super::special::ErfPair;
 
@@ -67,6 +65,8 @@ pub fn node_position(low: f32, high: f32, segments: u32, s: u32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use core::f32::consts::FRAC_PI_2;
+
     use super::super::special::erf_pair;
     use super::*;
 

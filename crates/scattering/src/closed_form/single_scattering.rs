@@ -3,7 +3,7 @@
 
 use core::f32::consts::FRAC_PI_2;
 
-use super::azimuthal::{azimuthal_r, azimuthal_trt, azimuthal_tt, inclination, lag};
+use super::azimuthal::{azimuthal_r, azimuthal_trt, azimuthal_tt, inclination, lag_between};
 use super::fibre::{Fibre, MODE_R};
 use super::frame::{DirectionInFrame, LightInFrame};
 use super::outer_integral::{hat_weight, longitudinal, node_position};
@@ -56,7 +56,7 @@ pub fn single_scattering_mode(
     if product.ln_b < LN_CULL {
         return total;
     }
-    let lag = lag(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
+    let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
     let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
     let row = table_cell(&tables.axes.h_eta, fibre.eta);
     let low = (-FRAC_PI_2 - product.mean) / product.lambda;

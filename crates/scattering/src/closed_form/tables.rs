@@ -38,8 +38,12 @@ pub struct TableAxes {
     pub h_theta_d: TableAxis,
     /// Fresnel term inside H: 0 dielectric, 1 Schlick.
     pub schlick: u32,
-    /// Fills the uniform; always 0.
-    pub padding: [u32; 3],
+    /// Fills the uniform; always 0, as the next two.
+    pub padding_0: u32,
+    /// See `padding_0`.
+    pub padding_1: u32,
+    /// See `padding_0`.
+    pub padding_2: u32,
 }
 
 /// Views of the three tables.

@@ -1,0 +1,19 @@
+// The parameters of one fibre. Twin: crates/scattering/src/closed_form/fibre.rs, same layout
+// (64 bytes, usable in a uniform or a storage buffer); angles in radians, widths Xu's.
+
+const MODE_R: u32 = 1u;
+const MODE_TT: u32 = 2u;
+const MODE_TRT: u32 = 4u;
+
+struct Fibre {
+    sigma_a: vec3f,
+    eta: f32,
+    alpha: vec3f,
+    caustic_width: f32,
+    beta: vec3f,
+    segments: u32,
+    eta_mean: f32,
+    eta_swing: f32,
+    modes: u32,
+    padding: u32,
+}

@@ -1,0 +1,91 @@
+// #import lib/constants
+// #import lib/special
+// #import lib/fibre
+// #import lib/frame
+// #import lib/tables
+// #import lib/azimuthal
+// #import lib/outer_integral
+// Eq 11: one spherical Gaussian light over the scattering function.
+// Twin: crates/scattering/src/closed_form/single_scattering.rs.
+
+// A lobe is skipped where the product of light and M_t is below exp(LN_CULL) of its peak.
+const LN_CULL: f32 = -16.0;
+
+// Sum over the enabled modes: the integral of the light of amplitude 1 against S cos(theta_i),
+// linear RGB, >= 0, before transmittance.
+fn single_scattering(
+    light: LightInFrame,
+    view: DirectionInFrame,
+    fibre: Fibre,
+    axes: TableAxes,
+    c: texture_2d<f32>,
+    h_tt: texture_2d<f32>,
+    h_trt: texture_2d<f32>,
+) -> vec3f {
+    var total = vec3f(0.0);
+    for (var mode = 0u; mode < 3u; mode++) {
+        if (fibre.modes & (1u << mode)) != 0u {
+            total += single_scattering_mode(mode, light, view, fibre, axes, c, h_tt, h_trt);
+        }
+    }
+    return total;
+}
+
+// M_t of Eq 11 for `mode` 0 (R), 1 (TT), 2 (TRT), enabled or not.
+fn single_scattering_mode(
+    mode: u32,
+    light: LightInFrame,
+    view: DirectionInFrame,
+    fibre: Fibre,
+    axes: TableAxes,
+    c: texture_2d<f32>,
+    h_tt: texture_2d<f32>,
+    h_trt: texture_2d<f32>,
+) -> vec3f {
+    var total = vec3f(0.0);
+    let at = light.direction;
+    let product = longitudinal(
+        at.theta,
+        light.lambda,
+        view.theta,
+        fibre.alpha[mode],
+        fibre.beta[mode],
+    );
+    if product.ln_b < LN_CULL {
+        return total;
+    }
+    let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
+    let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
+    let row = table_cell(axes.h_eta, fibre.eta);
+    let low = (-HALF_PI - product.mean) / product.lambda;
+    let high = (HALF_PI - product.mean) / product.lambda;
+    var u_0 = low;
+    var u = node_position(low, high, fibre.segments, 1u);
+    var e_0 = erf_pair(u_0);
+    var e = erf_pair(u);
+    for (var s = 1u; s < fibre.segments; s++) {
+        let u_1 = node_position(low, high, fibre.segments, s + 1u);
+        let e_1 = erf_pair(u_1);
+        let weight = hat_weight(u_0, u, u_1, e_0, e, e_1);
+        if weight > 0.0 {
+            let theta_i = product.mean + product.lambda * u;
+            let cos_i = max(cos(theta_i), 0.0);
+            let incline = inclination(0.5 * (view.theta - theta_i));
+            let kappa = max(kappa_j * cos_i, 1e-6);
+            let ratio = cos_i / incline.cos_theta_d;
+            let factor = weight * ratio * ratio;
+            if mode == 0u {
+                total += factor * azimuthal_r(kappa, lag, incline, fibre, axes, c);
+            } else if mode == 1u {
+                total += factor * azimuthal_tt(kappa, lag, incline, fibre, row, axes, h_tt);
+            } else {
+                total += factor * azimuthal_trt(kappa, lag, incline, fibre, row, axes, h_trt);
+            }
+        }
+        u_0 = u;
+        u = u_1;
+        e_0 = e;
+        e = e_1;
+    }
+    return total * (product.lambda * product.peak * exp(product.ln_b));
+}

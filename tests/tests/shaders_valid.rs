@@ -1,0 +1,149 @@
+//! Every shader module resolves and passes naga's validator, and its structs have the layout of
+//! their mirrors in Rust. Needs no GPU.
+
+use std::mem::{offset_of, size_of};
+use std::path::Path;
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use strandlight_runtime::shaders::{MODULES, resolve};
+use strandlight_scattering::closed_form::{
+    DirectionInFrame, Fibre, LightInFrame, TableAxes, TableAxis,
+};
+
+/// The parsed and validated module.
+fn module(name: &str) -> naga::Module {
+    let text = resolve(name).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let module = naga::front::wgsl::parse_str(&text)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&text)));
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&text)));
+    module
+}
+
+#[test]
+fn every_module_is_valid() {
+    let mut n_checked = 0;
+    for (name, _) in MODULES {
+        module(name);
+        n_checked += 1;
+    }
+    assert!(
+        n_checked >= 10,
+        "only {n_checked} shader modules were found"
+    );
+}
+
+#[test]
+fn every_file_is_a_module() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders");
+    let mut n_files = 0;
+    for folder in ["lib", "pass"] {
+        let Ok(entries) = std::fs::read_dir(root.join(folder)) else {
+            continue;
+        };
+        for entry in entries {
+            let path = entry.unwrap().path();
+            if path
+                .extension()
+                .is_some_and(|extension| extension == "wgsl")
+            {
+                let name = format!("{folder}/{}", path.file_stem().unwrap().to_str().unwrap());
+                assert!(
+                    MODULES.iter().any(|(module, _)| *module == name),
+                    "{name} is not in the resolver's list"
+                );
+                n_files += 1;
+            }
+        }
+    }
+    assert_eq!(n_files, MODULES.len());
+}
+
+/// Library modules are pure: no bindings, no entry points.
+#[test]
+fn library_modules_bind_nothing() {
+    for (name, _) in MODULES.iter().filter(|(name, _)| name.starts_with("lib/")) {
+        let module = module(name);
+        assert!(module.global_variables.is_empty(), "{name} has a binding");
+        assert!(module.entry_points.is_empty(), "{name} has an entry point");
+    }
+}
+
+/// Members (name, offset) and size of a struct of `module`.
+fn layout(module: &naga::Module, name: &str) -> (Vec<(String, u32)>, u32) {
+    let (_, found) = module
+        .types
+        .iter()
+        .find(|(_, item)| item.name.as_deref() == Some(name))
+        .unwrap_or_else(|| panic!("no struct {name}"));
+    let naga::TypeInner::Struct { members, span } = &found.inner else {
+        panic!("{name} is no struct");
+    };
+    let members = members
+        .iter()
+        .map(|member| (member.name.clone().unwrap_or_default(), member.offset))
+        .collect();
+    (members, *span)
+}
+
+macro_rules! same_layout {
+    ($module:expr, $name:ident { $($field:ident),* }) => {{
+        let (members, size) = layout($module, stringify!($name));
+        let mirror = vec![$((stringify!($field).to_owned(), offset_of!($name, $field) as u32)),*];
+        assert_eq!(members, mirror, "members of {}", stringify!($name));
+        assert_eq!(size as usize, size_of::<$name>(), "size of {}", stringify!($name));
+    }};
+}
+
+#[test]
+fn structs_have_the_layout_of_their_mirrors() {
+    let module = module("lib/single_scattering");
+    same_layout!(
+        &module,
+        Fibre {
+            sigma_a,
+            eta,
+            alpha,
+            caustic_width,
+            beta,
+            segments,
+            eta_mean,
+            eta_swing,
+            modes,
+            padding
+        }
+    );
+    same_layout!(
+        &module,
+        DirectionInFrame {
+            theta,
+            cos_theta,
+            cos_phi,
+            sin_phi
+        }
+    );
+    same_layout!(&module, LightInFrame { direction, lambda });
+    same_layout!(
+        &module,
+        TableAxis {
+            spacing,
+            offset,
+            scale,
+            last
+        }
+    );
+    same_layout!(
+        &module,
+        TableAxes {
+            c_lambda,
+            c_phi,
+            h_eta,
+            h_theta_d,
+            schlick,
+            padding_0,
+            padding_1,
+            padding_2
+        }
+    );
+}
