@@ -24,7 +24,6 @@ struct Inclination {
 
 // The azimuth between view and light, folded to 0..=pi.
 struct Lag {
-    phi: f32,
     sin_half: f32,
     cos_half: f32,
     cos_sum: f32,
@@ -43,7 +42,7 @@ fn lag_between(cos_o: f32, sin_o: f32, cos_j: f32, sin_j: f32) -> Lag {
     let s_s = sin_o + sin_j;
     let sin_half = min(0.5 * sqrt(d_c * d_c + d_s * d_s), 1.0);
     let cos_half = min(0.5 * sqrt(s_c * s_c + s_s * s_s), 1.0);
-    return Lag(2.0 * atan2(sin_half, cos_half), sin_half, cos_half, cos_o * cos_j - sin_o * sin_j);
+    return Lag(sin_half, cos_half, cos_o * cos_j - sin_o * sin_j);
 }
 
 // 1 - F with the Fresnel term of the tables.
@@ -63,8 +62,7 @@ fn azimuthal_r(
     axes: TableAxes,
     c: texture_2d<f32>,
 ) -> f32 {
-    let lambda_p = sqrt(2.0 / max(kappa, 1e-10));
-    let b = sample_c(c, axes, lambda_p, lag.phi);
+    let b = sample_c(c, axes, kappa, lag.cos_half);
     let r = (fibre.eta - 1.0) / (fibre.eta + 1.0);
     let f_0 = r * r;
     let f_1 = 1.0 - f_0;
@@ -100,7 +98,7 @@ fn azimuthal_tt(
     let gap = excess / (cos_2 * (eta_p + 1.0) * eta_p);
     let through = transmittance(axes, eta, at.cos_theta_d);
     let height = through * through / (4.0 * gap);
-    let h = sample_h(h_tt, axes, row, at.theta_d);
+    let h = sample_h(h_tt, axes, row, eta, at.cos_theta_d);
     let path = 2.0 / sqrt(1.0 - sin_t * sin_t);
     let s = fibre.sigma_a * path;
     let e = lobe_energy(h, s, y);
@@ -144,14 +142,14 @@ fn azimuthal_trt(
     let eta = eta_star(kappa, lag, fibre);
     var eta_row = row;
     if fibre.eta_swing != 0.0 {
-        eta_row = table_cell(axes.h_eta, eta);
+        eta_row = table_cell(axes.h_rows, eta);
     }
     let cos_2 = at.cos_theta_d * at.cos_theta_d;
     let sin_t = at.sin_theta_d / eta;
     let eta_p_2 = 1.0 + (eta - 1.0) * (eta + 1.0) / cos_2;
     let eta_p = sqrt(eta_p_2);
     let y = 1.0 / eta_p_2;
-    let h = sample_h(h_trt, axes, eta_row, at.theta_d);
+    let h = sample_h(h_trt, axes, eta_row, eta, at.cos_theta_d);
     let path = 4.0 / sqrt(1.0 - sin_t * sin_t);
     let through = transmittance(axes, eta, at.cos_theta_d);
     let head_on = through * through * max(1.0 - through, 0.0);

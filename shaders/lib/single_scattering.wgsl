@@ -56,7 +56,7 @@ fn single_scattering_mode(
     }
     let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
     let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
-    let row = table_cell(axes.h_eta, fibre.eta);
+    let row = table_cell(axes.h_rows, fibre.eta);
     let low = (-HALF_PI - product.mean) / product.lambda;
     let high = (HALF_PI - product.mean) / product.lambda;
     var u_0 = low;

@@ -3,24 +3,54 @@
 
 const SPACING_LINEAR: u32 = 0u;
 const SPACING_LOG: u32 = 1u;
+const SPACING_INVERSE_SQRT: u32 = 2u;
+const SPACING_ROOT_SQUARE: u32 = 3u;
+const SPACING_RECIPROCAL: u32 = 4u;
+const SPACING_CONCAVE: u32 = 5u;
 
-// One axis: texel coordinate = (warp(x) - offset) * scale, clamped to 0..=last.
+// One axis: texel coordinate = (warp(x) - warp_min) * scale, 0..=last.
 struct TableAxis {
-    spacing: u32,
-    offset: f32,
+    min: f32,
+    max: f32,
+    warp_min: f32,
     scale: f32,
     last: f32,
+    spacing: u32,
+    padding_0: u32,
+    padding_1: u32,
 }
 
 struct TableAxes {
-    c_lambda: TableAxis,
-    c_phi: TableAxis,
-    h_eta: TableAxis,
-    h_theta_d: TableAxis,
+    c_rows: TableAxis,
+    c_columns: TableAxis,
+    h_rows: TableAxis,
+    h_columns: TableAxis,
     schlick: u32,
     padding_0: u32,
     padding_1: u32,
     padding_2: u32,
+}
+
+// Warp of an axis, by its code.
+fn table_warp(spacing: u32, x: f32) -> f32 {
+    if spacing == SPACING_INVERSE_SQRT {
+        let t = 1.0 / sqrt(1.0 + x);
+        return 0.5 * (t + sqrt(t));
+    }
+    if spacing == SPACING_ROOT_SQUARE {
+        return 0.6 * sqrt(x) + 0.4 * x * x;
+    }
+    if spacing == SPACING_RECIPROCAL {
+        let r = 1.0 - 1.0 / x;
+        return 0.5 * (r + r * r);
+    }
+    if spacing == SPACING_CONCAVE {
+        return x * (1.3 - 0.3 * x);
+    }
+    if spacing == SPACING_LOG {
+        return log(x);
+    }
+    return x;
 }
 
 // Two neighbouring texels of an axis and the weight of the second.
@@ -37,18 +67,32 @@ struct CPair {
 
 // The cell of `axis` that `x` falls into; the ends are clamped.
 fn table_cell(axis: TableAxis, x: f32) -> Cell {
-    var warped = x;
-    if axis.spacing == SPACING_LOG {
-        warped = log(max(x, 1e-30));
-    }
-    let at = clamp((warped - axis.offset) * axis.scale, 0.0, axis.last);
+    let warped = table_warp(axis.spacing, min(max(x, axis.min), axis.max));
+    let at = min(max((warped - axis.warp_min) * axis.scale, 0.0), axis.last);
     let first = min(floor(at), axis.last - 1.0);
     return Cell(u32(first), at - first);
 }
 
-// H_0, H_2, H_4, H_6 from H_TT or H_TRT; x runs along theta_d, y along eta.
-fn sample_h(table: texture_2d<f32>, axes: TableAxes, row: Cell, theta_d: f32) -> vec4f {
-    let column = table_cell(axes.h_theta_d, abs(theta_d));
+// Column variable of the H tables: eta / eta' for the dielectric term, cos(theta_d) for
+// Schlick's. Twin: h_column_f32 in crates/scattering/src/table_layout.rs.
+fn h_column(eta: f32, cos_theta_d: f32, dielectric: bool) -> f32 {
+    let c = clamp(cos_theta_d, 0.0, 1.0);
+    if !dielectric {
+        return c;
+    }
+    let below = max((eta - 1.0) * (eta + 1.0) + c * c, 1e-12);
+    return min(eta * c / sqrt(below), 1.0);
+}
+
+// H_0, H_2, H_4, H_6 from H_TT or H_TRT; columns along x, eta along y; `row` is its cell.
+fn sample_h(
+    table: texture_2d<f32>,
+    axes: TableAxes,
+    row: Cell,
+    eta: f32,
+    cos_theta_d: f32,
+) -> vec4f {
+    let column = table_cell(axes.h_columns, h_column(eta, cos_theta_d, axes.schlick == 0u));
     let at = vec2u(column.first, row.first);
     let top_0 = textureLoad(table, at, 0);
     let top_1 = textureLoad(table, at + vec2u(1u, 0u), 0);
@@ -59,10 +103,10 @@ fn sample_h(table: texture_2d<f32>, axes: TableAxes, row: Cell, theta_d: f32) ->
     return top + (bottom - top) * row.fraction;
 }
 
-// b_1..b_6 of the table C; two texels per phi along x, lambda' along y.
-fn sample_c(table: texture_2d<f32>, axes: TableAxes, lambda_p: f32, phi: f32) -> CPair {
-    let row = table_cell(axes.c_lambda, lambda_p);
-    let column = table_cell(axes.c_phi, abs(phi));
+// b_1..b_6 of the table C; two texels per |cos(phi/2)| along x, kappa along y.
+fn sample_c(table: texture_2d<f32>, axes: TableAxes, kappa: f32, cos_half: f32) -> CPair {
+    let row = table_cell(axes.c_rows, kappa);
+    let column = table_cell(axes.c_columns, cos_half);
     var pair: array<vec4f, 2>;
     for (var half = 0u; half < 2u; half++) {
         let at = vec2u(2u * column.first + half, row.first);
@@ -75,4 +119,18 @@ fn sample_c(table: texture_2d<f32>, axes: TableAxes, lambda_p: f32, phi: f32) ->
         pair[half] = top + (bottom - top) * row.fraction;
     }
     return CPair(pair[0], pair[1]);
+}
+
+// C_k at a cell of the table, k in 1..=6; scale = C_0.
+fn c_from_b(b: CPair, k: u32, scale: f32) -> f32 {
+    let all = array<f32, 6>(
+        b.first.x, b.first.y, b.first.z, b.first.w, b.second.x, b.second.y
+    );
+    var binomial_ik = 1.0;
+    var sum = 0.0;
+    for (var i = k; i < 7u; i++) {
+        sum += binomial_ik * all[i - 1u];
+        binomial_ik *= (f32(i) + 1.0) / (f32(i) + 1.0 - f32(k));
+    }
+    return scale * sum / (binomial_ik * (7.0 - f32(k)) / 7.0);
 }

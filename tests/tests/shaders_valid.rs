@@ -127,19 +127,23 @@ fn structs_have_the_layout_of_their_mirrors() {
     same_layout!(
         &module,
         TableAxis {
-            spacing,
-            offset,
+            min,
+            max,
+            warp_min,
             scale,
-            last
+            last,
+            spacing,
+            padding_0,
+            padding_1
         }
     );
     same_layout!(
         &module,
         TableAxes {
-            c_lambda,
-            c_phi,
-            h_eta,
-            h_theta_d,
+            c_rows,
+            c_columns,
+            h_rows,
+            h_columns,
             schlick,
             padding_0,
             padding_1,

@@ -38,8 +38,6 @@ pub struct Inclination {
 /// The azimuth between view and light, phi_o - phi_j, folded to 0..=pi.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lag {
-    /// The folded angle.
-    pub phi: f32,
     /// Sine of half of it, 0..=1.
     pub sin_half: f32,
     /// Cosine of half of it, 0..=1.
@@ -67,7 +65,6 @@ pub fn lag_between(cos_o: f32, sin_o: f32, cos_j: f32, sin_j: f32) -> Lag {
     let sin_half = (0.5 * (d_c * d_c + d_s * d_s).sqrt()).min(1.0);
     let cos_half = (0.5 * (s_c * s_c + s_s * s_s).sqrt()).min(1.0);
     Lag {
-        phi: 2.0 * sin_half.atan2(cos_half),
         sin_half,
         cos_half,
         cos_sum: cos_o * cos_j - sin_o * sin_j,
@@ -86,8 +83,7 @@ fn transmittance(axes: &TableAxes, eta: f32, cosine: f32) -> f32 {
 /// 1/4 C_0 sum over i = 1..6 of (i/6) [F_0 + (1 - F_0) (1 - cos theta_d)^(i-1)] b_i, all terms
 /// positive. `kappa` = 2 / lambda'^2.
 pub fn azimuthal_r(kappa: f32, lag: &Lag, at: &Inclination, fibre: &Fibre, tables: &Tables) -> f32 {
-    let lambda_p = (2.0 / kappa.max(1e-10)).sqrt();
-    let [first, second] = sample_c(tables.c, &tables.axes, lambda_p, lag.phi);
+    let [first, second] = sample_c(tables.c, &tables.axes, kappa, lag.cos_half);
     let r = (fibre.eta - 1.0) / (fibre.eta + 1.0);
     let f_0 = r * r;
     let f_1 = 1.0 - f_0;
@@ -131,7 +127,7 @@ pub fn azimuthal_tt(
     let gap = excess / (cos_2 * (eta_p + 1.0) * eta_p);
     let through = transmittance(&tables.axes, eta, at.cos_theta_d);
     let height = through * through / (4.0 * gap);
-    let h = sample_h(tables.h_tt, &tables.axes, row, at.theta_d);
+    let h = sample_h(tables.h_tt, &tables.axes, row, eta, at.cos_theta_d);
     let path = 2.0 / (1.0 - sin_t * sin_t).sqrt();
     std::array::from_fn(|channel| {
         let s = fibre.sigma_a[channel] * path;
@@ -166,14 +162,14 @@ pub fn azimuthal_trt(
     let eta = eta_star(kappa, lag, fibre);
     let mut eta_row = row;
     if fibre.eta_swing != 0.0 {
-        eta_row = table_cell(&tables.axes.h_eta, eta);
+        eta_row = table_cell(&tables.axes.h_rows, eta);
     }
     let cos_2 = at.cos_theta_d * at.cos_theta_d;
     let sin_t = at.sin_theta_d / eta;
     let eta_p_2 = 1.0 + (eta - 1.0) * (eta + 1.0) / cos_2;
     let eta_p = eta_p_2.sqrt();
     let y = 1.0 / eta_p_2;
-    let h = sample_h(tables.h_trt, &tables.axes, eta_row, at.theta_d);
+    let h = sample_h(tables.h_trt, &tables.axes, eta_row, eta, at.cos_theta_d);
     let path = 4.0 / (1.0 - sin_t * sin_t).sqrt();
     let through = transmittance(&tables.axes, eta, at.cos_theta_d);
     let head_on = through * through * (1.0 - through).max(0.0);

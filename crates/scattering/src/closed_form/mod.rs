@@ -33,9 +33,7 @@ pub use fresnel::{transmittance_dielectric, transmittance_schlick};
 pub use outer_integral::{Longitudinal, MAX_SEGMENTS, hat_weight, longitudinal, node_position};
 pub use single_scattering::{LN_CULL, single_scattering, single_scattering_mode};
 pub use special::{ErfPair, bessel_i0e, bessel_i1e, erf_pair};
-pub use tables::{
-    Cell, SPACING_LINEAR, SPACING_LOG, TableAxes, TableAxis, Tables, sample_c, sample_h, table_cell,
-};
+pub use tables::{Cell, TableAxes, TableAxis, Tables, c_from_b, sample_c, sample_h, table_cell};
 
 /// sqrt(pi).
 pub(crate) const SQRT_PI: f32 = 1.772_453_9;

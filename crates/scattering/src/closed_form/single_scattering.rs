@@ -58,7 +58,7 @@ pub fn single_scattering_mode(
     }
     let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
     let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
-    let row = table_cell(&tables.axes.h_eta, fibre.eta);
+    let row = table_cell(&tables.axes.h_rows, fibre.eta);
     let low = (-FRAC_PI_2 - product.mean) / product.lambda;
     let high = (FRAC_PI_2 - product.mean) / product.lambda;
     let mut u_0 = low;

@@ -1,58 +1,119 @@
 //! The baked tables as the renderer samples them. Twin: `shaders/lib/tables.wgsl`.
 //!
 //! Sampling is bilinear by hand: four texels, weights in single precision, clamped to the first
-//! and last texel centre. The hardware's filter has 8 bit weights on some GPUs.
+//! and last texel centre. The hardware's filter has 8 bit weights on some GPUs. What rows,
+//! columns and channels mean is written in [`crate::table_layout`].
+
+use crate::axis::{Axis, Spacing};
+use crate::table_layout::h_column_f32;
 
 use super::circular_gaussian::c_0;
 
-/// Linear spacing, `x = min + (max - min) u`: value of [`TableAxis::spacing`].
-pub const SPACING_LINEAR: u32 = 0;
-/// Logarithmic spacing, `x = min (max / min)^u`: value of [`TableAxis::spacing`].
-pub const SPACING_LOG: u32 = 1;
+/// Codes of [`TableAxis::spacing`], one for each [`Spacing`].
+const SPACING_LINEAR: u32 = 0;
+const SPACING_LOG: u32 = 1;
+const SPACING_INVERSE_SQRT: u32 = 2;
+const SPACING_ROOT_SQUARE: u32 = 3;
+const SPACING_RECIPROCAL: u32 = 4;
+const SPACING_CONCAVE: u32 = 5;
 
-/// One axis: texel coordinate = (warp(x) - offset) * scale, clamped to 0..=last.
+/// One axis, byte for byte the struct `TableAxis` of the shaders (32 bytes): texel coordinate =
+/// (warp(x) - warp_min) * scale, 0..=last.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct TableAxis {
-    /// Warp of the coordinate: [`SPACING_LINEAR`] or [`SPACING_LOG`].
-    pub spacing: u32,
+    /// Value at the first texel centre.
+    pub min: f32,
+    /// Value at the last texel centre.
+    pub max: f32,
     /// Warped value at the first texel centre.
-    pub offset: f32,
+    pub warp_min: f32,
     /// Texels per unit of warped value.
     pub scale: f32,
     /// Index of the last texel, at least 1.
     pub last: f32,
+    /// Which warp: position in [`Spacing`].
+    pub spacing: u32,
+    /// Fills the struct; always 0.
+    pub padding_0: u32,
+    /// Fills the struct; always 0.
+    pub padding_1: u32,
 }
 
-/// What the shaders know of the tables, byte for byte the uniform `TableAxes` (80 bytes).
+impl From<Axis> for TableAxis {
+    fn from(axis: Axis) -> TableAxis {
+        let axis = axis.to_f32();
+        TableAxis {
+            min: axis.min,
+            max: axis.max,
+            warp_min: axis.warp_min,
+            scale: axis.scale,
+            last: axis.last,
+            spacing: match axis.spacing {
+                Spacing::Linear => SPACING_LINEAR,
+                Spacing::Log => SPACING_LOG,
+                Spacing::InverseSqrt => SPACING_INVERSE_SQRT,
+                Spacing::RootSquare => SPACING_ROOT_SQUARE,
+                Spacing::Reciprocal => SPACING_RECIPROCAL,
+                Spacing::Concave => SPACING_CONCAVE,
+            },
+            padding_0: 0,
+            padding_1: 0,
+        }
+    }
+}
+
+/// What the shaders know of the tables, byte for byte the uniform `TableAxes` (144 bytes).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct TableAxes {
-    /// Rows of C: lambda'.
-    pub c_lambda: TableAxis,
-    /// Columns of C: phi in 0..=pi.
-    pub c_phi: TableAxis,
+    /// Rows of C: kappa = 2 / lambda'^2.
+    pub c_rows: TableAxis,
+    /// Columns of C: |cos(phi/2)|.
+    pub c_columns: TableAxis,
     /// Rows of H_TT and H_TRT: eta.
-    pub h_eta: TableAxis,
-    /// Columns of H_TT and H_TRT: theta_d in 0..=pi/2.
-    pub h_theta_d: TableAxis,
+    pub h_rows: TableAxis,
+    /// Columns of H_TT and H_TRT: eta / eta' (dielectric) or cos(theta_d) (Schlick).
+    pub h_columns: TableAxis,
     /// Fresnel term inside H: 0 dielectric, 1 Schlick.
     pub schlick: u32,
-    /// Fills the uniform; always 0, as the next two.
+    /// Fills the uniform; always 0.
     pub padding_0: u32,
-    /// See `padding_0`.
+    /// Fills the uniform; always 0.
     pub padding_1: u32,
-    /// See `padding_0`.
+    /// Fills the uniform; always 0.
     pub padding_2: u32,
+}
+
+/// Warp of an axis, by its code; as [`Spacing::warp_f32`].
+fn table_warp(spacing: u32, x: f32) -> f32 {
+    if spacing == SPACING_INVERSE_SQRT {
+        let t = 1.0 / (1.0 + x).sqrt();
+        return 0.5 * (t + t.sqrt());
+    }
+    if spacing == SPACING_ROOT_SQUARE {
+        return 0.6 * x.sqrt() + 0.4 * x * x;
+    }
+    if spacing == SPACING_RECIPROCAL {
+        let r = 1.0 - 1.0 / x;
+        return 0.5 * (r + r * r);
+    }
+    if spacing == SPACING_CONCAVE {
+        return x * (1.3 - 0.3 * x);
+    }
+    if spacing == SPACING_LOG {
+        return x.ln();
+    }
+    x
 }
 
 /// Views of the three tables.
 #[derive(Clone, Copy, Debug)]
 pub struct Tables<'a> {
-    /// `[lambda'][phi][2]` RGBA texels, b_1..b_4 then b_5, b_6 and two unused: shares of C_0 in
-    /// the Bernstein integrals b_i of degree six in |cos(phi/2)|.
+    /// `[kappa][cos_half_phi][2]` RGBA texels, b_1..b_4 then b_5, b_6 and two unused: shares of
+    /// C_0 in the Bernstein integrals b_i of degree six in |cos(phi/2)|.
     pub c: &'a [[f32; 4]],
-    /// `[eta][theta_d]` RGBA texels, H_0, H_2, H_4, H_6 of TT.
+    /// `[eta][h column]` RGBA texels, H_0, H_2, H_4, H_6 of TT.
     pub h_tt: &'a [[f32; 4]],
     /// As `h_tt`, of TRT.
     pub h_trt: &'a [[f32; 4]],
@@ -71,12 +132,10 @@ pub struct Cell {
 
 /// The cell of `axis` that `x` falls into; the ends are clamped.
 pub fn table_cell(axis: &TableAxis, x: f32) -> Cell {
-    let warped = if axis.spacing == SPACING_LOG {
-        x.max(1e-30).ln()
-    } else {
-        x
-    };
-    let at = ((warped - axis.offset) * axis.scale).clamp(0.0, axis.last);
+    let warped = table_warp(axis.spacing, x.max(axis.min).min(axis.max));
+    let at = ((warped - axis.warp_min) * axis.scale)
+        .max(0.0)
+        .min(axis.last);
     let first = at.floor().min(axis.last - 1.0);
     Cell {
         first: first as u32,
@@ -93,10 +152,19 @@ fn mix_texels(t: [[f32; 4]; 4], row: f32, column: f32) -> [f32; 4] {
     })
 }
 
-/// H_0, H_2, H_4, H_6 from one of the H tables.
-pub fn sample_h(table: &[[f32; 4]], axes: &TableAxes, row: Cell, theta_d: f32) -> [f32; 4] {
-    let column = table_cell(&axes.h_theta_d, theta_d.abs());
-    let width = axes.h_theta_d.last as usize + 1;
+/// H_0, H_2, H_4, H_6 from one of the H tables; `row` is the cell of `eta`.
+pub fn sample_h(
+    table: &[[f32; 4]],
+    axes: &TableAxes,
+    row: Cell,
+    eta: f32,
+    cos_theta_d: f32,
+) -> [f32; 4] {
+    let column = table_cell(
+        &axes.h_columns,
+        h_column_f32(eta, cos_theta_d, axes.schlick == 0),
+    );
+    let width = axes.h_columns.last as usize + 1;
     let at = row.first as usize * width + column.first as usize;
     let texels = [
         table[at],
@@ -108,10 +176,10 @@ pub fn sample_h(table: &[[f32; 4]], axes: &TableAxes, row: Cell, theta_d: f32) -
 }
 
 /// b_1..b_4 and b_5, b_6 of the table C.
-pub fn sample_c(table: &[[f32; 4]], axes: &TableAxes, lambda_p: f32, phi: f32) -> [[f32; 4]; 2] {
-    let row = table_cell(&axes.c_lambda, lambda_p);
-    let column = table_cell(&axes.c_phi, phi.abs());
-    let width = 2 * (axes.c_phi.last as usize + 1);
+pub fn sample_c(table: &[[f32; 4]], axes: &TableAxes, kappa: f32, cos_half: f32) -> [[f32; 4]; 2] {
+    let row = table_cell(&axes.c_rows, kappa);
+    let column = table_cell(&axes.c_columns, cos_half);
+    let width = 2 * (axes.c_columns.last as usize + 1);
     let at = row.first as usize * width + 2 * column.first as usize;
     std::array::from_fn(|half| {
         let at = at + half;
@@ -125,54 +193,98 @@ pub fn sample_c(table: &[[f32; 4]], axes: &TableAxes, lambda_p: f32, phi: f32) -
     })
 }
 
+/// C_k at a cell of the table, k in 1..=6: `scale` = C_0 times the sum over i >= k of
+/// binom(i, k) / binom(6, k) b_i.
+pub fn c_from_b(b: [[f32; 4]; 2], k: u32, scale: f32) -> f32 {
+    let mut binomial_ik = 1.0;
+    let mut sum = 0.0;
+    for i in k..7 {
+        sum += binomial_ik * b[(i as usize - 1) / 4][(i as usize - 1) % 4];
+        binomial_ik *= (i as f32 + 1.0) / (i as f32 + 1.0 - k as f32);
+    }
+    // The last step made binom(7, k) = binom(6, k) 7 / (7 - k).
+    scale * sum / (binomial_ik * (7.0 - k as f32) / 7.0)
+}
+
 impl Tables<'_> {
-    /// Do the views have as many texels as the axes say?
+    /// Do the views have as many texels as the axes say, at least two a side?
     pub fn is_complete(&self) -> bool {
         let count = |rows: &TableAxis, columns: &TableAxis| {
-            (rows.last as usize + 1) * (columns.last as usize + 1)
+            let enough = rows.last >= 1.0 && columns.last >= 1.0;
+            enough.then_some((rows.last as usize + 1) * (columns.last as usize + 1))
         };
-        let h = count(&self.axes.h_eta, &self.axes.h_theta_d);
-        self.c.len() == 2 * count(&self.axes.c_lambda, &self.axes.c_phi)
-            && self.h_tt.len() == h
-            && self.h_trt.len() == h
+        let h = count(&self.axes.h_rows, &self.axes.h_columns);
+        let c = count(&self.axes.c_rows, &self.axes.c_columns).map(|n| 2 * n);
+        c == Some(self.c.len()) && h == Some(self.h_tt.len()) && h == Some(self.h_trt.len())
     }
 
-    /// C_k(lambda', phi) for `k` in 0..=6 as the renderer samples it; phi in 0..=pi, either sign.
-    ///
-    /// C_0 is 2 pi exp(-kappa) I_0(kappa); C_k / C_0 = sum over i >= k of
-    /// binom(i, k) / binom(6, k) b_i.
+    /// C_k(lambda', phi) for `k` in 0..=6 as the renderer samples it; any phi.
+    /// C_0 is 2 pi exp(-kappa) I_0(kappa), not stored.
     pub fn c_k(&self, k: u32, lambda_p: f32, phi: f32) -> f32 {
-        let clamped = self.clamp_lambda_p(lambda_p);
-        let scale = c_0(2.0 / (clamped * clamped));
+        let kappa = 2.0 / (lambda_p * lambda_p);
+        let scale = c_0(kappa);
         if k == 0 {
             return scale;
         }
-        let [first, second] = sample_c(self.c, &self.axes, clamped, phi);
-        let b = [first[0], first[1], first[2], first[3], second[0], second[1]];
-        let binomial = |n: u32| (0..k).fold(1.0f32, |c, i| c * (n - i) as f32 / (i + 1) as f32);
-        let share: f32 = (k..=6).map(|i| binomial(i) * b[i as usize - 1]).sum();
-        scale * share / binomial(6)
-    }
-
-    /// `lambda_p` inside the range of the table.
-    fn clamp_lambda_p(&self, lambda_p: f32) -> f32 {
-        let axis = &self.axes.c_lambda;
-        let max = axis.offset + axis.last / axis.scale;
-        let (min, max) = match axis.spacing {
-            SPACING_LOG => (axis.offset.exp(), max.exp()),
-            _ => (axis.offset, max),
-        };
-        lambda_p.clamp(min, max)
+        let cos_half = (0.5 * phi).cos().abs();
+        c_from_b(
+            sample_c(self.c, &self.axes, kappa, cos_half),
+            k.min(6),
+            scale,
+        )
     }
 
     /// H_k of TT (`trt` false) or TRT for k = 0, 2, 4, 6 as the renderer samples them.
     pub fn h(&self, trt: bool, eta: f32, theta_d: f32) -> [f32; 4] {
         let table = if trt { self.h_trt } else { self.h_tt };
-        sample_h(
-            table,
-            &self.axes,
-            table_cell(&self.axes.h_eta, eta),
-            theta_d,
-        )
+        let row = table_cell(&self.axes.h_rows, eta);
+        sample_h(table, &self.axes, row, eta, theta_d.cos().max(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_warp_is_that_of_its_axis() {
+        for (spacing, min, max) in [
+            (Spacing::Linear, -1.0, 3.0),
+            (Spacing::Log, 0.001, 10.0),
+            (Spacing::InverseSqrt, 0.0, 2e6),
+            (Spacing::RootSquare, 0.0, 1.0),
+            (Spacing::Reciprocal, 1.0, 10.0),
+            (Spacing::Concave, 0.0, 1.0),
+        ] {
+            let axis = Axis {
+                min,
+                max,
+                count: 17,
+                spacing,
+            };
+            let twin = TableAxis::from(axis);
+            for step in -2..=102 {
+                let x = (min + (max - min) * f64::from(step) / 100.0) as f32;
+                let cell = table_cell(&twin, x);
+                let at = cell.first as f32 + cell.fraction;
+                assert_eq!(at, axis.to_f32().texel_from_value(x), "{spacing:?} {x}");
+                assert!(cell.first <= 15 && (0.0..=1.0).contains(&cell.fraction));
+            }
+        }
+    }
+
+    #[test]
+    fn powers_come_back_from_the_bernstein_basis() {
+        // b_i of a light so narrow that c is one number: binom(6, i) c^i (1 - c)^(6 - i).
+        let c = 0.7f32;
+        let b: Vec<f32> = [6.0, 15.0, 20.0, 15.0, 6.0, 1.0]
+            .iter()
+            .enumerate()
+            .map(|(ix, n)| n * c.powi(ix as i32 + 1) * (1.0 - c).powi(5 - ix as i32))
+            .collect();
+        let pair = [[b[0], b[1], b[2], b[3]], [b[4], b[5], 0.0, 0.0]];
+        for k in 1..=6 {
+            assert!((c_from_b(pair, k, 2.0) - 2.0 * c.powi(k as i32)).abs() < 1e-6);
+        }
     }
 }
