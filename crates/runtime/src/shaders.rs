@@ -40,6 +40,7 @@ modules!(
     "lib/single_scattering",
     "lib/special",
     "lib/tables",
+    "pass/probe",
 );
 
 /// The text of `module` with all it imports, each once, in dependency order.

@@ -1,0 +1,69 @@
+//! The Rust functions behind a [`Query`].
+
+use strandlight_scattering::closed_form::{
+    DirectionInFrame, LightInFrame, Tables, azimuthal_r, azimuthal_trt, azimuthal_tt, bessel_i0e,
+    bessel_i1e, c_0, erf_pair, inclination, lag_between, product_integral, single_scattering,
+    single_scattering_mode, table_cell, transmittance_dielectric, transmittance_schlick,
+};
+
+use super::{Function, MODE_ALL, Query};
+
+/// The answer of the Rust functions to `query`; unused components are 0.
+pub fn evaluate(query: &Query, tables: &Tables) -> [f32; 4] {
+    let q = query;
+    let rgb = |[r, g, b]: [f32; 3]| [r, g, b, 0.0];
+    match q.function {
+        f if f == Function::TableC as u32 => [tables.c_k(q.mode, q.x, q.y), 0.0, 0.0, 0.0],
+        f if f == Function::TableH as u32 => tables.h(q.mode == 2, q.x, q.y),
+        f if f == Function::Azimuthal as u32 => {
+            let kappa = 2.0 / (q.x * q.x);
+            let at = inclination(q.z);
+            let lag = lag_between(
+                q.view.cos_phi,
+                q.view.sin_phi,
+                q.light.cos_phi,
+                q.light.sin_phi,
+            );
+            let row = table_cell(&tables.axes.h_rows, q.fibre.eta);
+            match q.mode {
+                0 => rgb([azimuthal_r(kappa, &lag, &at, &q.fibre, tables); 3]),
+                1 => rgb(azimuthal_tt(kappa, &lag, &at, &q.fibre, row, tables)),
+                _ => rgb(azimuthal_trt(kappa, &lag, &at, &q.fibre, row, tables)),
+            }
+        }
+        f if f == Function::Single as u32 => {
+            let light = LightInFrame {
+                direction: q.light,
+                lambda: q.x,
+            };
+            if q.mode == MODE_ALL {
+                return rgb(single_scattering(&light, &q.view, &q.fibre, tables));
+            }
+            rgb(single_scattering_mode(
+                q.mode, &light, &q.view, &q.fibre, tables,
+            ))
+        }
+        f if f == Function::Special as u32 => {
+            let pair = erf_pair(q.x);
+            [pair.gauss, pair.erf, bessel_i0e(q.y), bessel_i1e(q.y)]
+        }
+        f if f == Function::CircularGaussian as u32 => {
+            [product_integral(q.x, q.y, q.z), c_0(q.x), 0.0, 0.0]
+        }
+        f if f == Function::Fresnel as u32 => [
+            transmittance_dielectric(q.x, q.y),
+            transmittance_schlick(q.x, q.y),
+            0.0,
+            0.0,
+        ],
+        _ => {
+            let direction = DirectionInFrame::from_vector([q.x, q.y, q.z]);
+            [
+                direction.theta,
+                direction.cos_theta,
+                direction.cos_phi,
+                direction.sin_phi,
+            ]
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Single values of the shading functions, on the CPU and on the GPU.
+//!
+//! - [`Query`]: which function, at which point; laid out as the shader's struct of that name.
+//! - [`evaluate`]: the answer of the Rust functions.
+//! - [`GpuProbe`]: the answers of the WGSL functions themselves, on the adapter.
+
+mod cpu;
+mod gpu;
+
+use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
+
+pub use cpu::evaluate;
+pub use gpu::GpuProbe;
+
+/// Mode of [`Query`] that sums the modes the fibre enables.
+pub const MODE_ALL: u32 = 3;
+
+/// One evaluation (128 bytes). What the fields mean depends on `function`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Query {
+    /// The fibre.
+    pub fibre: Fibre,
+    /// The light's centre.
+    pub light: DirectionInFrame,
+    /// The view direction.
+    pub view: DirectionInFrame,
+    /// Up to four arguments.
+    pub x: f32,
+    /// Second argument.
+    pub y: f32,
+    /// Third argument.
+    pub z: f32,
+    /// Fourth argument.
+    pub w: f32,
+    /// Which function: one of [`Function`].
+    pub function: u32,
+    /// Mode 0 R, 1 TT, 2 TRT, 3 all; or k of C_k.
+    pub mode: u32,
+    /// Fills the struct; always 0.
+    pub padding_0: u32,
+    /// Fills the struct; always 0.
+    pub padding_1: u32,
+}
+
+/// The functions that can be probed; arguments and answer of each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Function {
+    /// C_`mode`(lambda' = x, phi = y) in the first component.
+    TableC = 0,
+    /// H_0, H_2, H_4, H_6 of `mode` 1 (TT) or 2 (TRT) at eta = x, theta_d = y.
+    TableH = 1,
+    /// Eq 12 of `mode` at lambda' = x, theta_d = z, azimuths of `view` and `light`: RGB.
+    Azimuthal = 2,
+    /// Eq 11 of `mode` for the light of width x: RGB.
+    Single = 3,
+    /// exp(-x^2), erf(x), exp(-y) I_0(y), exp(-y) I_1(y).
+    Special = 4,
+    /// Product integral of kappa_1 = x, kappa_2 = y, sin_half = z; C_0(x).
+    CircularGaussian = 5,
+    /// 1 - F at eta = x, cosine = y: dielectric, Schlick.
+    Fresnel = 6,
+    /// theta, cos(theta), cos(phi), sin(phi) of the vector (x, y, z).
+    Frame = 7,
+}
+
+impl Query {
+    /// `function` with nothing else set.
+    pub fn new(function: Function) -> Query {
+        Query {
+            function: function as u32,
+            ..bytemuck::Zeroable::zeroed()
+        }
+    }
+
+    /// C_`k` at `lambda_p`, `phi`.
+    pub fn table_c(k: u32, lambda_p: f32, phi: f32) -> Query {
+        Query {
+            mode: k,
+            x: lambda_p,
+            y: phi,
+            ..Query::new(Function::TableC)
+        }
+    }
+
+    /// H of `mode` 1 or 2.
+    pub fn table_h(mode: u32, eta: f32, theta_d: f32) -> Query {
+        Query {
+            mode,
+            x: eta,
+            y: theta_d,
+            ..Query::new(Function::TableH)
+        }
+    }
+
+    /// Eq 12 of `mode` 0, 1, 2 at phi_j = 0, phi_o = `dphi`.
+    pub fn azimuthal(mode: u32, lambda_p: f32, dphi: f32, theta_d: f32, fibre: Fibre) -> Query {
+        Query {
+            mode,
+            fibre,
+            light: DirectionInFrame::from_angles(0.0, 0.0),
+            view: DirectionInFrame::from_angles(0.0, dphi),
+            x: lambda_p,
+            z: theta_d,
+            ..Query::new(Function::Azimuthal)
+        }
+    }
+
+    /// Eq 11 of `mode` 0, 1, 2 or [`MODE_ALL`].
+    pub fn single(
+        mode: u32,
+        light: DirectionInFrame,
+        lambda: f32,
+        view: DirectionInFrame,
+        fibre: Fibre,
+    ) -> Query {
+        Query {
+            mode,
+            fibre,
+            light,
+            view,
+            x: lambda,
+            ..Query::new(Function::Single)
+        }
+    }
+}

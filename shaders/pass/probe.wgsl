@@ -1,0 +1,124 @@
+// #import lib/special
+// #import lib/circular_gaussian
+// #import lib/fresnel
+// #import lib/fibre
+// #import lib/frame
+// #import lib/tables
+// #import lib/azimuthal
+// #import lib/single_scattering
+// One library function a thread: values for checking the shaders from outside.
+// Layout and meaning of the fields: crates/runtime/src/probe/mod.rs.
+
+struct Query {
+    fibre: Fibre,
+    light: DirectionInFrame,
+    view: DirectionInFrame,
+    x: f32,
+    y: f32,
+    z: f32,
+    w: f32,
+    function: u32,
+    mode: u32,
+    padding_0: u32,
+    padding_1: u32,
+}
+
+const TABLE_C: u32 = 0u;
+const TABLE_H: u32 = 1u;
+const AZIMUTHAL: u32 = 2u;
+const SINGLE: u32 = 3u;
+const SPECIAL: u32 = 4u;
+const CIRCULAR_GAUSSIAN: u32 = 5u;
+const FRESNEL: u32 = 6u;
+const FRAME: u32 = 7u;
+
+@group(0) @binding(0) var<storage, read> queries: array<Query>;
+@group(0) @binding(1) var<storage, read_write> answers: array<vec4f>;
+@group(0) @binding(2) var<uniform> axes: TableAxes;
+@group(0) @binding(3) var table_c: texture_2d<f32>;
+@group(0) @binding(4) var table_h_tt: texture_2d<f32>;
+@group(0) @binding(5) var table_h_trt: texture_2d<f32>;
+
+// C_k as Tables::c_k answers it.
+fn probe_c(k: u32, lambda_p: f32, phi: f32) -> f32 {
+    let kappa = 2.0 / (lambda_p * lambda_p);
+    let scale = c_0(kappa);
+    if k == 0u {
+        return scale;
+    }
+    return c_from_b(sample_c(table_c, axes, kappa, abs(cos(0.5 * phi))), min(k, 6u), scale);
+}
+
+// H_0, H_2, H_4, H_6 as Tables::h answers them.
+fn probe_h(mode: u32, eta: f32, theta_d: f32) -> vec4f {
+    let row = table_cell(axes.h_rows, eta);
+    let cos_theta_d = max(cos(theta_d), 0.0);
+    if mode == 2u {
+        return sample_h(table_h_trt, axes, row, eta, cos_theta_d);
+    }
+    return sample_h(table_h_tt, axes, row, eta, cos_theta_d);
+}
+
+fn probe_azimuthal(q: Query) -> vec3f {
+    let kappa = 2.0 / (q.x * q.x);
+    let at = inclination(q.z);
+    let lag = lag_between(q.view.cos_phi, q.view.sin_phi, q.light.cos_phi, q.light.sin_phi);
+    let row = table_cell(axes.h_rows, q.fibre.eta);
+    if q.mode == 0u {
+        return vec3f(azimuthal_r(kappa, lag, at, q.fibre, axes, table_c));
+    }
+    if q.mode == 1u {
+        return azimuthal_tt(kappa, lag, at, q.fibre, row, axes, table_h_tt);
+    }
+    return azimuthal_trt(kappa, lag, at, q.fibre, row, axes, table_h_trt);
+}
+
+fn probe_single(q: Query) -> vec3f {
+    let light = LightInFrame(q.light, q.x);
+    if q.mode == 3u {
+        return single_scattering(light, q.view, q.fibre, axes, table_c, table_h_tt, table_h_trt);
+    }
+    return single_scattering_mode(
+        q.mode, light, q.view, q.fibre, axes, table_c, table_h_tt, table_h_trt
+    );
+}
+
+@compute @workgroup_size(64)
+fn probe(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= arrayLength(&queries) {
+        return;
+    }
+    let q = queries[id.x];
+    var answer = vec4f(0.0);
+    switch q.function {
+        case TABLE_C: {
+            answer.x = probe_c(q.mode, q.x, q.y);
+        }
+        case TABLE_H: {
+            answer = probe_h(q.mode, q.x, q.y);
+        }
+        case AZIMUTHAL: {
+            answer = vec4f(probe_azimuthal(q), 0.0);
+        }
+        case SINGLE: {
+            answer = vec4f(probe_single(q), 0.0);
+        }
+        case SPECIAL: {
+            let pair = erf_pair(q.x);
+            answer = vec4f(pair.gauss, pair.erf, bessel_i0e(q.y), bessel_i1e(q.y));
+        }
+        case CIRCULAR_GAUSSIAN: {
+            answer = vec4f(product_integral(q.x, q.y, q.z), c_0(q.x), 0.0, 0.0);
+        }
+        case FRESNEL: {
+            answer = vec4f(
+                transmittance_dielectric(q.x, q.y), transmittance_schlick(q.x, q.y), 0.0, 0.0
+            );
+        }
+        default: {
+            let d = direction_in_frame(vec3f(q.x, q.y, q.z));
+            answer = vec4f(d.theta, d.cos_theta, d.cos_phi, d.sin_phi);
+        }
+    }
+    answers[id.x] = answer;
+}
