@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::error::{Error, Result};
+use crate::hair::check_original;
 use crate::input::tool_version;
 use crate::validate::{finite, in_range};
 
@@ -117,20 +118,17 @@ impl Default for GroomSource {
 }
 
 /// What is needed to write the `.hair` file again that a groom was imported from.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct HairOriginal {
-    /// The 128 bytes of the header, as two parts because serde knows arrays up to 32:
-    /// everything before the info string (40 bytes).
+    /// The 128 bytes of the header, info string included.
     pub header: Vec<u8>,
-    /// The 88 bytes of the info string.
-    pub info: Vec<u8>,
     /// Strands of a single point, which have no direction and cannot be drawn: taken out of the
     /// groom, put back on export.
     pub single_points: Vec<SinglePoint>,
 }
 
 /// A strand of one point in a `.hair` file.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SinglePoint {
     /// Index of the strand in the file.
     pub strand: u32,
@@ -230,6 +228,9 @@ impl Groom {
             {
                 return Err(Error::value("attribute name", &attribute.name, "unique"));
             }
+        }
+        if let Some(original) = &self.source.hair {
+            check_original(original, self.n_strands())?;
         }
         in_range("cm_per_unit", self.source.cm_per_unit, 1e-6, 1e6)
     }

@@ -6,7 +6,8 @@
 //! | `OFFS` | `strand_offsets`, u32 |
 //! | `PNTS` | points, 3 f32 each, cm |
 //! | `ATTR i` | data of attribute i, f32 |
-//! | `HAIR` | record, [`HairOriginal`]; only for grooms from `.hair` files |
+//! | `HAIR` | the 128 bytes of the header; only for grooms from `.hair` files |
+//! | `SNGL` | strands of a single point, 9 words each: strand u32, position, thickness, transparency, colour f32; only with `HAIR` |
 
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -15,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::container::{Container, ContainerWriter, Kind, encode_record};
 use crate::error::{Error, Result};
-use crate::groom::{Attribute, Domain, Groom, GroomSource, HairOriginal, UpAxis};
+use crate::groom::{Attribute, Domain, Groom, GroomSource, HairOriginal, SinglePoint, UpAxis};
 use crate::write::write_file;
 
 #[derive(Serialize, Deserialize)]
@@ -42,6 +43,7 @@ const OFFSETS: [u8; 4] = *b"OFFS";
 const POINTS: [u8; 4] = *b"PNTS";
 const ATTRIBUTE: [u8; 4] = *b"ATTR";
 const HAIR: [u8; 4] = *b"HAIR";
+const SINGLES: [u8; 4] = *b"SNGL";
 
 impl Groom {
     /// Reads a `.groom` file.
@@ -105,7 +107,9 @@ impl Groom {
             file.section(ATTRIBUTE, ix, bytemuck::cast_slice(&attribute.data));
         }
         if let Some(hair) = &self.source.hair {
-            file.section(HAIR, 0, encode_record(hair)?);
+            file.section(HAIR, 0, &hair.header);
+            let singles: Vec<[u32; 9]> = hair.single_points.iter().map(words).collect();
+            file.section(SINGLES, 0, bytemuck::cast_slice(&singles).to_vec());
         }
         file.finish()
     }
@@ -133,7 +137,14 @@ fn read_groom<R: Read + Seek>(mut file: Container<R>) -> Result<Groom> {
         });
     }
     let hair: Option<HairOriginal> = match file.find(HAIR, 0) {
-        Some(_) => Some(file.read_record(HAIR)?),
+        Some(_) => Some(HairOriginal {
+            header: file.read_array(HAIR, 0)?,
+            single_points: file
+                .read_array::<[u32; 9]>(SINGLES, 0)?
+                .iter()
+                .map(from_words)
+                .collect(),
+        }),
         None => None,
     };
     file.check_unread()?;
@@ -152,4 +163,21 @@ fn read_groom<R: Read + Seek>(mut file: Container<R>) -> Result<Groom> {
     };
     groom.validate()?;
     Ok(groom)
+}
+
+fn words(single: &SinglePoint) -> [u32; 9] {
+    let ([x, y, z], [r, g, b]) = (single.position, single.color);
+    let [x, y, z, t, o, r, g, b] =
+        [x, y, z, single.thickness, single.transparency, r, g, b].map(f32::to_bits);
+    [single.strand, x, y, z, t, o, r, g, b]
+}
+
+fn from_words(&[strand, x, y, z, t, o, r, g, b]: &[u32; 9]) -> SinglePoint {
+    SinglePoint {
+        strand,
+        position: [x, y, z].map(f32::from_bits),
+        thickness: f32::from_bits(t),
+        transparency: f32::from_bits(o),
+        color: [r, g, b].map(f32::from_bits),
+    }
 }

@@ -14,6 +14,7 @@ pub mod container;
 mod error;
 mod groom;
 mod groom_file;
+pub mod hair;
 mod input;
 mod light_set;
 mod scene;
@@ -28,6 +29,7 @@ pub use error::{Error, FileName, Result};
 pub use groom::{
     Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, SinglePoint, UpAxis,
 };
+pub use hair::HairImport;
 pub use input::{content_hash, read_file, tool_version};
 pub use light_set::{FitReport, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
 pub use scene::{

@@ -1,0 +1,74 @@
+//! Cem Yuksel's `.hair` files.
+//!
+//! All numbers are little-endian. A header of 128 bytes, then the arrays whose flag is set:
+//!
+//! | bytes | header |
+//! |---|---|
+//! | 0..4 | `HAIR` |
+//! | 4..8 | number of strands, u32 |
+//! | 8..12 | number of points of all strands, u32 |
+//! | 12..16 | flags, u32, see [`flag`] |
+//! | 16..20 | default number of segments a strand, u32 |
+//! | 20..24, 24..28, 28..40 | default thickness, transparency, colour, f32 |
+//! | 40..128 | info string |
+//!
+//! | array | flag | items |
+//! |---|---|---|
+//! | segments | 0 | u16 a strand |
+//! | points | 1 | 3 f32 a point; must be there |
+//! | thickness | 2 | f32 a point |
+//! | transparency | 3 | f32 a point |
+//! | colour | 4 | 3 f32 a point |
+//!
+//! **Import and export are inverse.** A groom imported with a unit of 1 cm, whatever its up
+//! axis, is exported as the same bytes: header, defaults and info string are kept in the
+//! groom's [`crate::HairOriginal`], arrays as attributes, and turning the axes only swaps and
+//! negates. In another unit each coordinate is multiplied in and divided out, rounded to f32
+//! both times, so it may come back changed by one or two units in the last place; all else is
+//! the same. Strands of a single point (no segments) have no direction and cannot be drawn: they
+//! are set aside in the `HairOriginal` and put back on export.
+//!
+//! Thickness stays in the file's own unit, as attribute `thickness`: the models that people
+//! have hold nominal values (0.1 for a head 60 wide), so the diameter to draw with is the
+//! scene's to say.
+
+mod export;
+mod import;
+
+pub(crate) use export::check_original;
+pub use import::HairImport;
+
+/// Bits of the header's flags.
+pub mod flag {
+    /// There is a segments array.
+    pub const SEGMENTS: u32 = 1;
+    /// There is a points array.
+    pub const POINTS: u32 = 2;
+    /// There is a thickness array.
+    pub const THICKNESS: u32 = 4;
+    /// There is a transparency array.
+    pub const TRANSPARENCY: u32 = 8;
+    /// There is a colour array.
+    pub const COLOR: u32 = 16;
+    /// All that have a meaning; the others must be zero.
+    pub const ALL: u32 = 31;
+}
+
+pub(crate) const HEADER_BYTES: usize = 128;
+/// Where the info string starts.
+pub(crate) const INFO_START: usize = 40;
+
+/// Names of the attributes, their flag, components, and place of their default in the header.
+pub(crate) const ATTRIBUTES: [(&str, u32, usize, usize); 3] = [
+    ("thickness", flag::THICKNESS, 1, 20),
+    ("transparency", flag::TRANSPARENCY, 1, 24),
+    ("color", flag::COLOR, 3, 28),
+];
+
+pub(crate) fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+pub(crate) fn f32_at(bytes: &[u8], at: usize) -> f32 {
+    f32::from_bits(u32_at(bytes, at))
+}
