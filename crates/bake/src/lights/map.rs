@@ -1,0 +1,355 @@
+//! Environment maps in memory: linear Rec.709 radiance on the latitude-longitude layout.
+
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+
+use super::{exr_map, radiance_map};
+
+/// Largest width of a map in pixels; its height is at most half of it. 32768 x 16384 RGB floats
+/// are 6 GiB: more than any published map, and a bound on what a lying header can ask for.
+pub const MAX_WIDTH: usize = 32768;
+
+/// Largest half-float: what an infinite sample becomes when no finite sample is larger.
+const HALF_MAX: f32 = 65504.0;
+
+/// Why a map could not be read or used.
+#[derive(Debug, thiserror::Error)]
+pub enum MapError {
+    /// The file could not be opened or read.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file is damaged, or uses something that is not supported (named in `what`).
+    #[error("{}: {what}", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The pixels cannot be lit from: no light at all, or values that overflow.
+    #[error("{0}")]
+    Unusable(String),
+}
+
+/// Pixels whose samples had to be replaced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct PixelFaults {
+    /// Pixels with a NaN sample; the sample becomes 0.
+    pub nan: u64,
+    /// Pixels with an infinite sample; plus infinity becomes the largest finite sample of the map
+    /// or 65504, whichever is larger, minus infinity becomes 0.
+    pub infinite: u64,
+    /// Pixels with a finite negative sample (ringing of lossy compression, colours outside
+    /// Rec.709); the sample becomes 0.
+    pub negative: u64,
+}
+
+impl PixelFaults {
+    /// Whether nothing had to be replaced.
+    pub fn is_clean(&self) -> bool {
+        *self == PixelFaults::default()
+    }
+}
+
+/// An environment map: linear Rec.709 radiance, latitude-longitude layout, row 0 on top.
+///
+/// Pixel (column i, row j) of W x H lies at latitude `pi (0.5 - (j + 0.5) / H)` and longitude
+/// `pi - 2 pi (i + 0.5) / W`, direction `(cos lat sin lon, sin lat, cos lat cos lon)`, +Y up:
+/// OpenEXR's `latlong`. Every sample is finite and not negative.
+#[derive(Clone, Debug)]
+pub struct Map {
+    width: usize,
+    height: usize,
+    pixels: Vec<[f32; 3]>,
+    faults: PixelFaults,
+    source: MapSource,
+}
+
+/// Where a map came from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MapSource {
+    /// xxh3-64 of the file's bytes; of the pixels for a map that was made in memory.
+    pub hash: u64,
+    /// Format and layout in words, e.g. `OpenEXR, tiles, ZIP, half`.
+    pub format: String,
+}
+
+impl Map {
+    /// Makes a map from `pixels` (row by row, top row first), clamping and counting what is not
+    /// a finite non-negative number.
+    ///
+    /// # Errors
+    /// [`MapError::Unusable`] if the size is not 2:1, too large, or not the number of pixels.
+    pub fn new(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Map, MapError> {
+        check_size(width, height).map_err(MapError::Unusable)?;
+        if pixels.len() != width * height {
+            return Err(MapError::Unusable(format!(
+                "a {width} x {height} map needs {} pixels, not {}",
+                width * height,
+                pixels.len()
+            )));
+        }
+        let hash = xxhash_rust::xxh3::xxh3_64(bytemuck::cast_slice(&pixels));
+        let source = MapSource {
+            hash,
+            format: "memory".to_owned(),
+        };
+        Ok(Map::from_decoded(width, height, pixels, source))
+    }
+
+    /// As [`Map::new`] for a size that was checked before the pixels were decoded.
+    pub(super) fn from_decoded(
+        width: usize,
+        height: usize,
+        mut pixels: Vec<[f32; 3]>,
+        source: MapSource,
+    ) -> Map {
+        let faults = clamp_samples(&mut pixels);
+        Map {
+            width,
+            height,
+            pixels,
+            faults,
+            source,
+        }
+    }
+
+    /// Reads an OpenEXR or Radiance file; the format is told from its first bytes, not its name.
+    ///
+    /// # Errors
+    /// [`MapError`] naming the file and what is wrong with it.
+    pub fn read(path: &Path) -> Result<Map, MapError> {
+        let io = |source| MapError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        if path.is_dir() {
+            return Err(io(std::io::ErrorKind::IsADirectory.into()));
+        }
+        let bytes = std::fs::read(path).map_err(io)?;
+        Map::decode(&bytes).map_err(|what| MapError::Invalid {
+            path: path.to_owned(),
+            what,
+        })
+    }
+
+    /// Decodes the bytes of an OpenEXR or Radiance file.
+    ///
+    /// # Errors
+    /// What is wrong, in one line.
+    pub fn decode(bytes: &[u8]) -> Result<Map, String> {
+        let hash = xxhash_rust::xxh3::xxh3_64(bytes);
+        if bytes.starts_with(&exr_map::MAGIC) {
+            exr_map::decode(bytes, hash)
+        } else if bytes.starts_with(radiance_map::MAGIC) {
+            radiance_map::decode(bytes, hash)
+        } else if bytes.is_empty() {
+            Err("the file is empty".to_owned())
+        } else {
+            Err("neither OpenEXR nor Radiance .hdr, by its first bytes".to_owned())
+        }
+    }
+
+    /// Pixels across.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Pixels down, half of [`Map::width`].
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Radiance, `width * height` pixels, top row first.
+    pub fn pixels(&self) -> &[[f32; 3]] {
+        &self.pixels
+    }
+
+    /// What was clamped.
+    pub fn faults(&self) -> PixelFaults {
+        self.faults
+    }
+
+    /// Where the map came from.
+    pub fn source(&self) -> &MapSource {
+        &self.source
+    }
+
+    /// The layout of the pixels.
+    pub fn grid(&self) -> LatLong {
+        LatLong {
+            width: self.width,
+            height: self.height,
+        }
+    }
+
+    /// Integral of radiance over the sphere, per channel.
+    pub fn energy(&self) -> [f64; 3] {
+        let grid = self.grid();
+        let mut total = [0.0; 3];
+        for (j, row) in self.pixels.chunks_exact(self.width).enumerate() {
+            let mut sum = [0.0; 3];
+            for pixel in row {
+                for c in 0..3 {
+                    sum[c] += f64::from(pixel[c]);
+                }
+            }
+            let solid_angle = grid.solid_angle(j);
+            for c in 0..3 {
+                total[c] += sum[c] * solid_angle;
+            }
+        }
+        total
+    }
+}
+
+/// The latitude-longitude pixel grid (see [`Map`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LatLong {
+    /// Pixels across, 360 degrees.
+    pub width: usize,
+    /// Pixels down, 180 degrees.
+    pub height: usize,
+}
+
+impl LatLong {
+    /// Unit direction at column `x`, row `y` in pixels; the centre of pixel (i, j) is
+    /// (i + 0.5, j + 0.5).
+    pub fn direction(self, x: f64, y: f64) -> [f64; 3] {
+        let (sin_lat, cos_lat) = (PI * (0.5 - y / self.height as f64)).sin_cos();
+        let (sin_lon, cos_lon) = (PI - 2.0 * PI * x / self.width as f64).sin_cos();
+        [cos_lat * sin_lon, sin_lat, cos_lat * cos_lon]
+    }
+
+    /// Column and row (see [`LatLong::direction`]) of a unit direction; columns in 0..=width.
+    pub fn position(self, direction: [f64; 3]) -> [f64; 2] {
+        let lat = direction[1].clamp(-1.0, 1.0).asin();
+        let lon = direction[0].atan2(direction[2]);
+        [
+            (PI - lon) / (2.0 * PI) * self.width as f64,
+            (0.5 - lat / PI) * self.height as f64,
+        ]
+    }
+
+    /// Exact solid angle of a pixel of row `j`; all pixels sum to 4 pi.
+    pub fn solid_angle(self, j: usize) -> f64 {
+        // Difference of sin(lat) at the two edges, by the product formula: no cancellation.
+        let step = PI / self.height as f64;
+        let lat = PI * (0.5 - (j as f64 + 0.5) / self.height as f64);
+        2.0 * PI / self.width as f64 * 2.0 * lat.cos() * (0.5 * step).sin()
+    }
+}
+
+/// Refuses sizes that are no latitude-longitude map, before anything is allocated.
+pub(super) fn check_size(width: usize, height: usize) -> Result<(), String> {
+    if width > MAX_WIDTH || height > MAX_WIDTH / 2 {
+        Err(format!(
+            "{width} x {height} pixels are too many, at most {MAX_WIDTH} x {}",
+            MAX_WIDTH / 2
+        ))
+    } else if width != 2 * height || width < 4 {
+        Err(format!(
+            "{width} x {height} pixels are no latitude-longitude map: it must be twice as wide as \
+             high, at least 4 x 2"
+        ))
+    } else {
+        Ok(())
+    }
+}
+
+/// Replaces what is not a finite non-negative number and counts the pixels concerned.
+fn clamp_samples(pixels: &mut [[f32; 3]]) -> PixelFaults {
+    let mut faults = PixelFaults::default();
+    if pixels
+        .iter()
+        .flatten()
+        .all(|&x| x >= 0.0 && x < f32::INFINITY)
+    {
+        return faults;
+    }
+    let largest = pixels
+        .iter()
+        .flatten()
+        .copied()
+        .filter(|x| x.is_finite())
+        .fold(HALF_MAX, f32::max);
+    for pixel in pixels {
+        faults.nan += u64::from(pixel.iter().any(|x| x.is_nan()));
+        faults.infinite += u64::from(pixel.iter().any(|x| x.is_infinite()));
+        faults.negative += u64::from(pixel.iter().any(|&x| x < 0.0 && x.is_finite()));
+        for x in pixel {
+            // `max` answers 0 for NaN as well.
+            *x = x.max(0.0).min(largest);
+        }
+    }
+    faults
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_follow_the_openexr_convention() {
+        let grid = LatLong {
+            width: 64,
+            height: 32,
+        };
+        // Centre of the picture: lon = 0, +Z. A quarter from the left: lon = pi/2, +X. Top: +Y.
+        let close = |a: [f64; 3], b: [f64; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-12);
+        assert!(close(grid.direction(32.0, 16.0), [0.0, 0.0, 1.0]));
+        assert!(close(grid.direction(16.0, 16.0), [1.0, 0.0, 0.0]));
+        assert!(close(grid.direction(48.0, 16.0), [-1.0, 0.0, 0.0]));
+        assert!(close(grid.direction(7.0, 0.0), [0.0, 1.0, 0.0]));
+        for (x, y) in [(0.5, 0.5), (10.0, 20.0), (63.5, 31.5), (40.25, 3.0)] {
+            let [x2, y2] = grid.position(grid.direction(x, y));
+            assert!((x - x2).abs() < 1e-9 && (y - y2).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn solid_angles_sum_to_the_sphere() {
+        for height in [2, 3, 64, 512] {
+            let grid = LatLong {
+                width: 2 * height,
+                height,
+            };
+            let sum: f64 = (0..height)
+                .map(|j| grid.solid_angle(j) * 2.0 * height as f64)
+                .sum();
+            assert!((sum / (4.0 * PI) - 1.0).abs() < 1e-12, "{height}: {sum}");
+        }
+    }
+
+    #[test]
+    fn bad_samples_are_counted_and_clamped() {
+        let mut pixels = vec![[1.0, 2.0, 3.0]; 8];
+        pixels[0] = [f32::NAN, -1.0, 5.0];
+        pixels[1] = [f32::INFINITY, 1e6, f32::NEG_INFINITY];
+        pixels[2] = [-0.5, 0.0, -0.5];
+        let map = Map::new(4, 2, pixels).unwrap();
+        let expected = PixelFaults {
+            nan: 1,
+            infinite: 1,
+            negative: 2,
+        };
+        assert_eq!(map.faults(), expected);
+        assert_eq!(map.pixels()[0], [0.0, 0.0, 5.0]);
+        assert_eq!(map.pixels()[1], [1e6, 1e6, 0.0]);
+        assert_eq!(map.pixels()[2], [0.0, 0.0, 0.0]);
+        assert_eq!(map.pixels()[3], [1.0, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn other_shapes_are_refused() {
+        for (width, height) in [(1, 1), (2, 1), (0, 0), (100, 100), (65536, 32768)] {
+            assert!(check_size(width, height).is_err(), "{width} x {height}");
+        }
+        assert!(check_size(4, 2).is_ok());
+    }
+}

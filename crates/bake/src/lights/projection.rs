@@ -1,0 +1,429 @@
+//! Variable projection: the geometry of lobes by Levenberg-Marquardt, their amplitudes always the
+//! non-negative least-squares ones (Golub and Pereyra 1973, Kaufman 1975).
+
+use rayon::prelude::*;
+
+use super::cells::srbf_solid_angle;
+use super::linear::{Square, nnls};
+use super::spectrum::{Filter, Profile};
+use super::sphere::{Vec3, combine, normalize, tangents};
+
+/// Weight of the squared error of the mean radiance, on top of its own part of the filter: keeps
+/// each channel's energy right within a fraction of a percent before it is made exact.
+const ENERGY_WEIGHT: f64 = 8.0;
+
+/// Range of the bandwidth of a lobe. Below 0.02 the filtered lobe does not change any more;
+/// above 3 it is an ambient light with a little slope.
+pub(super) const LAMBDA_RANGE: [f64; 2] = [0.02, 3.0];
+
+/// Direction and bandwidth of a lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lobe {
+    pub axis: Vec3,
+    pub lambda: f64,
+}
+
+/// The filtered map at points of equal area, and below them the mean radiance: what is fitted.
+///
+/// Rows 0..points are scaled by 1 / sqrt(points), so that sums of squares are means.
+#[derive(Clone)]
+pub(super) struct Target {
+    pub points: Vec<[f32; 3]>,
+    /// `points + 1` rows for each channel.
+    pub rows: [Vec<f32>; 3],
+}
+
+impl Target {
+    fn row_scale(&self) -> f32 {
+        1.0 / (self.points.len() as f32).sqrt()
+    }
+
+    /// Sum of squares over rows and channels.
+    pub fn norm(&self) -> f64 {
+        sum_of_squares(&self.rows)
+    }
+
+    /// The filtered lobe of amplitude 1 on the rows.
+    pub fn column(&self, filter: &Filter, lobe: &Lobe) -> Vec<f32> {
+        self.column_of(&filter.profile(lobe.lambda), lobe)
+    }
+
+    /// [`Target::column`] with the profile of the lobe's bandwidth at hand.
+    pub fn column_of(&self, profile: &Profile, lobe: &Lobe) -> Vec<f32> {
+        let axis = lobe.axis.map(|x| x as f32);
+        let scale = self.row_scale();
+        let mut column: Vec<f32> = self
+            .points
+            .iter()
+            .map(|p| scale * profile.at(p[0] * axis[0] + p[1] * axis[1] + p[2] * axis[2])[0])
+            .collect();
+        column.push(energy_row(srbf_solid_angle(lobe.lambda)) as f32);
+        column
+    }
+
+    /// [`Target::column`] and its derivatives: along both tangents of the axis, by ln lambda, and
+    /// the column itself.
+    pub fn jacobian(&self, filter: &Filter, lobe: &Lobe) -> [Vec<f32>; 4] {
+        let profile = filter.profile(lobe.lambda);
+        let axis = lobe.axis.map(|x| x as f32);
+        let [t, b] = tangents(lobe.axis).map(|v| v.map(|x| x as f32));
+        let scale = self.row_scale();
+        let rows = self.points.len() + 1;
+        let mut out = [0; 4].map(|_| Vec::with_capacity(rows));
+        let dot = |p: &[f32; 3], v: [f32; 3]| p[0] * v[0] + p[1] * v[1] + p[2] * v[2];
+        for p in &self.points {
+            let [value, by_cos, by_lambda] = profile.at(dot(p, axis)).map(|x| x * scale);
+            out[0].push(by_cos * dot(p, t));
+            out[1].push(by_cos * dot(p, b));
+            out[2].push(by_lambda);
+            out[3].push(value);
+        }
+        let h = 1e-4;
+        let slope = (srbf_solid_angle(lobe.lambda * f64::exp(h))
+            - srbf_solid_angle(lobe.lambda * f64::exp(-h)))
+            / (2.0 * h);
+        out[0].push(0.0);
+        out[1].push(0.0);
+        out[2].push(energy_row(slope) as f32);
+        out[3].push(energy_row(srbf_solid_angle(lobe.lambda)) as f32);
+        out
+    }
+}
+
+/// The entry of an energy (integral over the sphere) in the last row.
+pub(super) fn energy_row(energy: f64) -> f64 {
+    ENERGY_WEIGHT.sqrt() * energy / (4.0 * std::f64::consts::PI)
+}
+
+/// Lobes with their best amplitudes.
+#[derive(Clone)]
+pub(super) struct State {
+    pub lobes: Vec<Lobe>,
+    /// Amplitudes per channel.
+    pub amplitudes: [Vec<f64>; 3],
+    /// Target minus model, per channel.
+    pub residual: [Vec<f32>; 3],
+    /// Sum of squares of the residual.
+    pub cost: f64,
+    gram: Square,
+}
+
+impl State {
+    /// Solves for the amplitudes; `start` are good guesses of them (or anything).
+    pub fn solve(
+        filter: &Filter,
+        target: &Target,
+        lobes: Vec<Lobe>,
+        start: &[Vec<f64>; 3],
+    ) -> State {
+        let columns: Vec<Vec<f32>> = lobes
+            .par_iter()
+            .map(|lobe| target.column(filter, lobe))
+            .collect();
+        let gram = gram(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        State::from_columns(target, lobes, &columns, gram, start)
+    }
+
+    fn from_columns(
+        target: &Target,
+        lobes: Vec<Lobe>,
+        columns: &[Vec<f32>],
+        gram: Square,
+        start: &[Vec<f64>; 3],
+    ) -> State {
+        let solved: Vec<(Vec<f64>, Vec<f32>)> = (0..3)
+            .into_par_iter()
+            .map(|c| {
+                let q: Vec<f64> = columns
+                    .iter()
+                    .map(|column| product(column, &target.rows[c]))
+                    .collect();
+                let mut guess = start[c].clone();
+                guess.resize(lobes.len(), 0.0);
+                let amplitudes = nnls(&gram, &q, &guess);
+                let mut residual = target.rows[c].clone();
+                for (column, a) in columns.iter().zip(&amplitudes) {
+                    if *a > 0.0 {
+                        let a = *a as f32;
+                        for (r, x) in residual.iter_mut().zip(column) {
+                            *r -= a * x;
+                        }
+                    }
+                }
+                (amplitudes, residual)
+            })
+            .collect();
+        let mut amplitudes = [const { Vec::new() }; 3];
+        let mut residual = [const { Vec::new() }; 3];
+        for (c, (a, r)) in solved.into_iter().enumerate() {
+            amplitudes[c] = a;
+            residual[c] = r;
+        }
+        let cost = sum_of_squares(&residual);
+        State {
+            lobes,
+            amplitudes,
+            residual,
+            cost,
+            gram,
+        }
+    }
+
+    /// By how much the cost grows if a lobe is removed and the others' amplitudes follow.
+    pub fn importance(&self) -> Vec<f64> {
+        let n = self.lobes.len();
+        let mut out = vec![0.0; n];
+        for amplitudes in &self.amplitudes {
+            let active: Vec<usize> = (0..n).filter(|&j| amplitudes[j] > 0.0).collect();
+            let inverse = self.gram.select(&active).cholesky().inverse_diagonal();
+            for (&j, d) in active.iter().zip(&inverse) {
+                out[j] += amplitudes[j] * amplitudes[j] / d.max(1e-300);
+            }
+        }
+        out
+    }
+}
+
+/// Improves the geometry of all lobes; at most `iterations` accepted or refused steps.
+pub(super) fn refine(
+    filter: &Filter,
+    target: &Target,
+    mut state: State,
+    iterations: usize,
+) -> State {
+    let n = state.lobes.len();
+    if n == 0 {
+        return state;
+    }
+    let mut damping = 1e-2;
+    let mut normal: Option<(Square, Vec<f64>)> = None;
+    for _ in 0..iterations {
+        let (matrix, gradient) =
+            normal.get_or_insert_with(|| normal_equations(filter, target, &state));
+        let mut damped = matrix.clone();
+        let floor = 1e-6 * (0..3 * n).map(|k| matrix.get(k, k)).fold(0.0, f64::max);
+        for k in 0..3 * n {
+            damped.set(k, k, matrix.get(k, k) * (1.0 + damping) + floor);
+        }
+        let mut step = gradient.clone();
+        damped.cholesky().solve(&mut step);
+        let lobes = moved(&state.lobes, &step);
+        let next = State::solve(filter, target, lobes, &state.amplitudes);
+        if next.cost < state.cost {
+            let gain = 1.0 - next.cost / state.cost;
+            state = next;
+            damping = (damping * 0.25).max(1e-7);
+            normal = None;
+            if gain < 1e-4 {
+                break;
+            }
+        } else {
+            damping *= 6.0;
+            if damping > 1e6 {
+                break;
+            }
+        }
+    }
+    state
+}
+
+/// Lobes after a step, its size limited.
+fn moved(lobes: &[Lobe], step: &[f64]) -> Vec<Lobe> {
+    lobes
+        .iter()
+        .zip(step.chunks_exact(3))
+        .map(|(lobe, step)| {
+            let [t, b] = tangents(lobe.axis);
+            let reach = 0.7 * (lobe.lambda * lobe.lambda + 0.03).sqrt();
+            let length = step[0].hypot(step[1]);
+            let shrink = if length > reach { reach / length } else { 1.0 };
+            let axis = combine(lobe.axis, 1.0, t, step[0] * shrink, b, step[1] * shrink);
+            let lambda = lobe.lambda * step[2].clamp(-0.4, 0.4).exp();
+            Lobe {
+                axis: normalize(axis),
+                lambda: lambda.clamp(LAMBDA_RANGE[0], LAMBDA_RANGE[1]),
+            }
+        })
+        .collect()
+}
+
+/// Kaufman's approximation of `J^T J` and `J^T r` of the projected residual, three unknowns a
+/// lobe: two tangents, ln lambda.
+pub(super) fn normal_equations(
+    filter: &Filter,
+    target: &Target,
+    state: &State,
+) -> (Square, Vec<f64>) {
+    let n = state.lobes.len();
+    let blocks: Vec<[Vec<f32>; 4]> = state
+        .lobes
+        .par_iter()
+        .map(|lobe| target.jacobian(filter, lobe))
+        .collect();
+    // Columns: 3 n of geometry, then n of amplitude.
+    let mut columns: Vec<&[f32]> = Vec::with_capacity(4 * n);
+    for block in &blocks {
+        columns.extend(block[..3].iter().map(Vec::as_slice));
+    }
+    columns.extend(blocks.iter().map(|block| block[3].as_slice()));
+    let s = gram(&columns);
+
+    let parts: Vec<(Square, Vec<f64>)> = (0..3)
+        .into_par_iter()
+        .map(|c| {
+            let a = &state.amplitudes[c];
+            let active: Vec<usize> = (0..n).filter(|&j| a[j] > 0.0).collect();
+            let keep: Vec<usize> = active.iter().map(|j| 3 * n + j).collect();
+            let factor = s.select(&keep).cholesky();
+            // W = L^-1 S_Ag, one row for each geometry unknown.
+            let w: Vec<Vec<f64>> = (0..3 * n)
+                .map(|k| {
+                    let mut row: Vec<f64> = keep.iter().map(|&j| s.get(k, j)).collect();
+                    factor.forward(&mut row);
+                    row
+                })
+                .collect();
+            let mut matrix = Square::zeros(3 * n);
+            let mut gradient = vec![0.0; 3 * n];
+            for k in 0..3 * n {
+                let a_k = a[k / 3];
+                if a_k == 0.0 {
+                    continue;
+                }
+                for l in 0..=k {
+                    let a_l = a[l / 3];
+                    if a_l == 0.0 {
+                        continue;
+                    }
+                    let projected: f64 = w[k].iter().zip(&w[l]).map(|(x, y)| x * y).sum();
+                    let value = a_k * a_l * (s.get(k, l) - projected);
+                    matrix.set(k, l, value);
+                    matrix.set(l, k, value);
+                }
+                gradient[k] = a_k * product(columns[k], &state.residual[c]);
+            }
+            (matrix, gradient)
+        })
+        .collect();
+    let mut matrix = Square::zeros(3 * n);
+    let mut gradient = vec![0.0; 3 * n];
+    for (part, own) in parts {
+        for (sum, x) in matrix.values.iter_mut().zip(part.values) {
+            *sum += x;
+        }
+        for (sum, x) in gradient.iter_mut().zip(own) {
+            *sum += x;
+        }
+    }
+    (matrix, gradient)
+}
+
+/// Rows that are summed in f32 before they are added up in f64.
+const STRIP: usize = 256;
+
+/// Inner product of two columns.
+pub(super) fn product(a: &[f32], b: &[f32]) -> f64 {
+    let mut total = 0.0;
+    for (a, b) in a.chunks(STRIP).zip(b.chunks(STRIP)) {
+        let mut lanes = [0.0f32; 8];
+        let (a8, a1) = a.as_chunks::<8>();
+        let (b8, b1) = b.as_chunks::<8>();
+        for (x, y) in a8.iter().zip(b8) {
+            for k in 0..8 {
+                lanes[k] += x[k] * y[k];
+            }
+        }
+        let rest: f32 = a1.iter().zip(b1).map(|(x, y)| x * y).sum();
+        total += f64::from(lanes.iter().sum::<f32>() + rest);
+    }
+    total
+}
+
+fn sum_of_squares(columns: &[Vec<f32>; 3]) -> f64 {
+    columns.iter().map(|column| product(column, column)).sum()
+}
+
+/// All inner products of `columns`. Each is made by one thread in one order, so the result does
+/// not depend on their number.
+pub(super) fn gram(columns: &[&[f32]]) -> Square {
+    const TILE: usize = 4;
+    let n = columns.len();
+    let tiles = n.div_ceil(TILE);
+    let pairs: Vec<(usize, usize)> = (0..tiles)
+        .flat_map(|i| (0..=i).map(move |j| (i, j)))
+        .collect();
+    let blocks: Vec<[[f64; TILE]; TILE]> = pairs
+        .par_iter()
+        .with_min_len(16)
+        .map(|&(i, j)| {
+            let pick = |t: usize| [0, 1, 2, 3].map(|k| columns[(t * TILE + k).min(n - 1)]);
+            tile(pick(i), pick(j))
+        })
+        .collect();
+    let mut out = Square::zeros(n);
+    for (&(i, j), block) in pairs.iter().zip(&blocks) {
+        for (a, row) in block.iter().enumerate() {
+            for (b, value) in row.iter().enumerate() {
+                let (r, c) = (i * TILE + a, j * TILE + b);
+                if r < n && c < n {
+                    out.set(r, c, *value);
+                    out.set(c, r, *value);
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Inner products of four columns with four others: each loaded value serves four products.
+fn tile(a: [&[f32]; 4], b: [&[f32]; 4]) -> [[f64; 4]; 4] {
+    let rows = a[0].len();
+    let mut total = [[0.0f64; 4]; 4];
+    for from in (0..rows).step_by(STRIP) {
+        let to = (from + STRIP).min(rows);
+        let strips_a = a.map(|column| &column[from..to]);
+        let strips_b = b.map(|column| &column[from..to]);
+        // Two by two, so that the sums stay in registers.
+        for i in [0, 2] {
+            for j in [0, 2] {
+                let part = pair(
+                    [strips_a[i], strips_a[i + 1]],
+                    [strips_b[j], strips_b[j + 1]],
+                );
+                for (x, row) in part.iter().enumerate() {
+                    for (y, value) in row.iter().enumerate() {
+                        total[i + x][j + y] += f64::from(*value);
+                    }
+                }
+            }
+        }
+    }
+    total
+}
+
+fn pair(a: [&[f32]; 2], b: [&[f32]; 2]) -> [[f32; 2]; 2] {
+    let (a0, a0_rest) = a[0].as_chunks::<8>();
+    let (a1, a1_rest) = a[1].as_chunks::<8>();
+    let (b0, b0_rest) = b[0].as_chunks::<8>();
+    let (b1, b1_rest) = b[1].as_chunks::<8>();
+    let mut lanes = [[[0.0f32; 8]; 2]; 2];
+    for (((x0, x1), y0), y1) in a0.iter().zip(a1).zip(b0).zip(b1) {
+        for k in 0..8 {
+            lanes[0][0][k] += x0[k] * y0[k];
+            lanes[0][1][k] += x0[k] * y1[k];
+            lanes[1][0][k] += x1[k] * y0[k];
+            lanes[1][1][k] += x1[k] * y1[k];
+        }
+    }
+    let rest = |x: &[f32], y: &[f32]| -> f32 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
+    [
+        [
+            lanes[0][0].iter().sum::<f32>() + rest(a0_rest, b0_rest),
+            lanes[0][1].iter().sum::<f32>() + rest(a0_rest, b1_rest),
+        ],
+        [
+            lanes[1][0].iter().sum::<f32>() + rest(a1_rest, b0_rest),
+            lanes[1][1].iter().sum::<f32>() + rest(a1_rest, b1_rest),
+        ],
+    ]
+}

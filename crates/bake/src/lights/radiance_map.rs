@@ -1,0 +1,113 @@
+//! Radiance .hdr maps (RGBE, flat or run-length encoded), through the `image` crate.
+
+use std::io::Cursor;
+
+use image::ImageDecoder;
+use image::codecs::hdr::HdrDecoder;
+
+use super::map::{Map, MapSource, check_size};
+use super::primaries::{Primaries, convert};
+use super::quiet::quietly;
+
+/// First bytes: `#?RADIANCE` or `#?RGBE`.
+pub(super) const MAGIC: &[u8] = b"#?";
+
+/// Decodes a whole file.
+///
+/// Headers honoured: `FORMAT=32-bit_rle_rgbe` (XYZE is refused by name), `EXPOSURE` and
+/// `COLORCORR` (radiance is the stored value divided by both, as Radiance defines), `PRIMARIES`
+/// (all zeros, which some writers put, means none). Only the orientation `-Y H +X W` is read.
+///
+/// # Errors
+/// What is wrong, in one line.
+pub(super) fn decode(bytes: &[u8], hash: u64) -> Result<Map, String> {
+    quietly(|| decode_unguarded(bytes, hash))
+}
+
+fn decode_unguarded(bytes: &[u8], hash: u64) -> Result<Map, String> {
+    let bad = |error: image::ImageError| format!("not a readable Radiance file: {error}");
+    // Strict about headers that do not parse; `#?RGBE` is only known to the lenient mode.
+    let strict = bytes.starts_with(b"#?RADIANCE");
+    let decoder = HdrDecoder::with_strictness(Cursor::new(bytes), strict).map_err(bad)?;
+    let metadata = decoder.metadata();
+    let attribute = |name: &str| {
+        metadata
+            .custom_attributes
+            .iter()
+            .find(|(key, _)| key.eq_ignore_ascii_case(name))
+            .map(|(_, value)| value.trim())
+    };
+    let (width, height) = (metadata.width as usize, metadata.height as usize);
+    check_size(width, height)?;
+    // A run of the usual scheme holds at most 127 pixels in 2 bytes for each of 4 channels, so 16
+    // pixels need a byte. A file far below that is not worth the allocation.
+    if bytes.len() < height * 4 + width * height / 64 {
+        return Err(format!(
+            "the file is truncated: {} bytes cannot hold {height} rows",
+            bytes.len()
+        ));
+    }
+    let gain = gain(metadata.exposure, metadata.color_correction)?;
+    let matrix = match attribute("PRIMARIES") {
+        Some(text) => primaries(text)?,
+        None => None,
+    };
+
+    let mut pixels = vec![[0.0f32; 3]; width * height];
+    decoder
+        .read_image(bytemuck::cast_slice_mut(&mut pixels))
+        .map_err(bad)?;
+    if gain != [1.0; 3] {
+        for pixel in &mut pixels {
+            for c in 0..3 {
+                pixel[c] *= gain[c];
+            }
+        }
+    }
+    if let Some(matrix) = matrix {
+        for pixel in &mut pixels {
+            *pixel = convert(&matrix, *pixel);
+        }
+    }
+    let source = MapSource {
+        hash,
+        format: "Radiance RGBE".to_owned(),
+    };
+    Ok(Map::from_decoded(width, height, pixels, source))
+}
+
+/// What the stored values are multiplied with to be radiance.
+fn gain(exposure: Option<f32>, correction: Option<(f32, f32, f32)>) -> Result<[f32; 3], String> {
+    let exposure = exposure.unwrap_or(1.0);
+    let (r, g, b) = correction.unwrap_or((1.0, 1.0, 1.0));
+    let gain = [r, g, b].map(|c| 1.0 / (c * exposure));
+    if gain.iter().all(|g| g.is_finite() && *g > 0.0) {
+        Ok(gain)
+    } else {
+        Err(format!(
+            "EXPOSURE {exposure} with COLORCORR {r} {g} {b} is no scale"
+        ))
+    }
+}
+
+/// The conversion that `PRIMARIES=rx ry gx gy bx by wx wy` asks for.
+fn primaries(text: &str) -> Result<Option<[[f64; 3]; 3]>, String> {
+    let values: Option<Vec<f64>> = text
+        .split_whitespace()
+        .map(|word| word.parse().ok())
+        .collect();
+    let Some([rx, ry, gx, gy, bx, by, wx, wy]) = values.and_then(|v| <[f64; 8]>::try_from(v).ok())
+    else {
+        return Err(format!("PRIMARIES={text} are not eight numbers"));
+    };
+    if [rx, ry, gx, gy, bx, by, wx, wy] == [0.0; 8] {
+        return Ok(None);
+    }
+    Primaries {
+        red: [rx, ry],
+        green: [gx, gy],
+        blue: [bx, by],
+        white: [wx, wy],
+    }
+    .to_rec_709()
+}

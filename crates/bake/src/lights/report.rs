@@ -1,0 +1,97 @@
+//! How far a light set is from its map.
+
+use rayon::prelude::*;
+use strandlight_formats::{LightSet, SrbfLight};
+
+use super::cells::{Cell, light_cells, map_cells, radiance};
+use super::map::Map;
+use super::response::{fibre_error, relative_rms};
+use super::sphere::{dot, fibonacci};
+
+/// Normals of the irradiance error.
+const NORMALS: usize = 512;
+
+/// Errors of a light set against its map.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct FitReport {
+    /// Number of lights.
+    pub count: usize,
+    /// Relative L2 difference of radiance over the sphere, all channels. Dominated by what no
+    /// hair resolves (the sun's exact disc): 0.2..1 is usual.
+    pub rel_l2: f64,
+    /// Energy of the lights over energy of the map, per channel; 1 where the map has none.
+    pub energy_ratio: [f64; 3],
+    /// Relative RMSE of irradiance over all normals.
+    pub irradiance_error: f64,
+    /// Relative RMSE of what fibres make of them (see the documentation of `response`).
+    pub fibre_error: f64,
+}
+
+/// Compares a light set with a map. The same numbers for any number of threads.
+pub fn evaluate(lights: &LightSet, map: &Map) -> FitReport {
+    let of_lights = light_cells(lights);
+    let of_map = map_cells(map);
+    let energy = |cells: &[Cell], c: usize| cells.iter().map(|cell| cell.energy[c]).sum::<f64>();
+    let energy_ratio = [0, 1, 2].map(|c| {
+        let (set, map) = (energy(&of_lights, c), energy(&of_map, c));
+        if set == map { 1.0 } else { set / map }
+    });
+    FitReport {
+        count: lights.lights.len(),
+        rel_l2: rel_l2(lights, map),
+        energy_ratio,
+        irradiance_error: irradiance_error(&of_lights, &of_map),
+        fibre_error: fibre_error(&of_lights, &of_map),
+    }
+}
+
+fn rel_l2(set: &LightSet, map: &Map) -> f64 {
+    let lights: Vec<&SrbfLight> = set.lights.iter().collect();
+    let grid = map.grid();
+    let rows: Vec<[f64; 2]> = (0..grid.height)
+        .into_par_iter()
+        .map(|j| {
+            let solid_angle = grid.solid_angle(j);
+            let mut sums = [0.0; 2];
+            for i in 0..grid.width {
+                let direction = grid.direction(i as f64 + 0.5, j as f64 + 0.5);
+                let set = radiance(&lights, direction);
+                let pixel = map.pixels()[j * grid.width + i];
+                for c in 0..3 {
+                    let reference = f64::from(pixel[c]);
+                    sums[0] += (set[c] - reference).powi(2) * solid_angle;
+                    sums[1] += reference * reference * solid_angle;
+                }
+            }
+            sums
+        })
+        .collect();
+    relative_rms(&rows)
+}
+
+fn irradiance_error(lights: &[Cell], map: &[Cell]) -> f64 {
+    let irradiance = |cells: &[Cell], normal| {
+        let mut sum = [0.0; 3];
+        for cell in cells {
+            let cos = dot(cell.direction, normal).max(0.0);
+            for c in 0..3 {
+                sum[c] += cell.energy[c] * cos;
+            }
+        }
+        sum
+    };
+    let sums: Vec<[f64; 2]> = (0..NORMALS)
+        .into_par_iter()
+        .map(|ix| {
+            let normal = fibonacci(ix, NORMALS, 0.0);
+            let (set, map) = (irradiance(lights, normal), irradiance(map, normal));
+            let mut sums = [0.0; 2];
+            for c in 0..3 {
+                sums[0] += (set[c] - map[c]).powi(2);
+                sums[1] += map[c] * map[c];
+            }
+            sums
+        })
+        .collect();
+    relative_rms(&sums)
+}
