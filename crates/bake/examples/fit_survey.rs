@@ -61,7 +61,7 @@ fn main() {
         println!(
             "{:28} {:3} {:6.2} {:6.2} {:6.1} {:7.3} {:5.2} {:5.2}  {} [{}]  read {read:.2} {} report {:.2}; scale {:.3?}",
             path.file_name().map_or("", |n| n.to_str().unwrap_or("")),
-            report.count,
+            fitted.lights.lights.len(),
             100.0 * report.fibre_error,
             100.0 * report.irradiance_error,
             100.0 * report.rel_l2,

@@ -62,15 +62,17 @@ pub(super) fn map_cells_of(map: &Map, block: usize) -> Vec<Cell> {
                 let mut energy = [0.0; 3];
                 let mut moment = [0.0; 3];
                 for &(j, solid_angle, sin_lat, cos_lat) in &rows {
-                    for i in first..(first + block).min(map.width()) {
-                        let pixel = map.pixels()[j * map.width() + i];
+                    let last = (first + block).min(map.width());
+                    let row = &map.pixels()[j * map.width()..(j + 1) * map.width()];
+                    for (pixel, [sin_lon, cos_lon]) in
+                        row[first..last].iter().zip(&columns[first..last])
+                    {
                         let mut weight = 0.0;
-                        for c in 0..3 {
-                            let e = f64::from(pixel[c]) * solid_angle;
-                            energy[c] += e;
+                        for (sum, x) in energy.iter_mut().zip(pixel) {
+                            let e = f64::from(*x) * solid_angle;
+                            *sum += e;
                             weight += e;
                         }
-                        let [sin_lon, cos_lon] = columns[i];
                         moment[0] += weight * cos_lat * sin_lon;
                         moment[1] += weight * sin_lat;
                         moment[2] += weight * cos_lat * cos_lon;
@@ -136,8 +138,8 @@ pub(super) fn radiance(lights: &[&SrbfLight], direction: Vec3) -> [f64; 3] {
         let exponent = dot(chord, chord) / (lambda * lambda);
         if exponent < 40.0 {
             let value = (-exponent).exp();
-            for c in 0..3 {
-                sum[c] += f64::from(light.rgb[c]) * value;
+            for (sum, a) in sum.iter_mut().zip(light.rgb) {
+                *sum += f64::from(a) * value;
             }
         }
     }
@@ -211,8 +213,8 @@ mod tests {
             };
             let sum = total(&light_cells(&set));
             let expected = srbf_solid_angle(f64::from(lambda));
-            for c in 0..3 {
-                let ratio = sum[c] / (expected * f64::from(light.rgb[c]));
+            for (sum, a) in sum.iter().zip(light.rgb) {
+                let ratio = sum / (expected * f64::from(a));
                 assert!((ratio - 1.0).abs() < 5e-5, "lambda {lambda}: {ratio}");
             }
         }

@@ -34,11 +34,11 @@ const MAX_CHANNELS: usize = 64;
 ///
 /// # Errors
 /// What is wrong, in one line.
-pub(super) fn decode(bytes: &[u8], hash: u64) -> Result<Map, String> {
+pub(super) fn decode(bytes: &[u8], hash: String) -> Result<Map, String> {
     quietly(|| decode_unguarded(bytes, hash))
 }
 
-fn decode_unguarded(bytes: &[u8], hash: u64) -> Result<Map, String> {
+fn decode_unguarded(bytes: &[u8], hash: String) -> Result<Map, String> {
     let bad = |error: exr::error::Error| format!("not a readable OpenEXR file: {error}");
     let reader = exr::block::read(Cursor::new(bytes), false).map_err(bad)?;
     let (layer, channels) = choose_layer(reader.headers())?;

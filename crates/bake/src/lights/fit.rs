@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 use strandlight_formats::{LightSet, SrbfLight};
 
-use super::cells::{Cell, map_cells, srbf_solid_angle};
+use super::cells::srbf_solid_angle;
+use super::harmonics::Harmonics;
 use super::map::{Map, MapError};
 use super::projection::{Lobe, State, Target, energy_row, refine};
 use super::response::Response;
@@ -81,11 +82,7 @@ pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, M
     let mut seconds = Vec::new();
 
     // Compact sources, and the map without them.
-    let ((sources, rest), time) = timed(|| {
-        let (sources, pixels) = extract(map, options.count.div_ceil(4));
-        let rest = Map::from_decoded(map.width(), map.height(), pixels, map.source().clone());
-        (sources, rest)
-    });
+    let ((sources, rest), time) = timed(|| extract(map, options.count.div_ceil(4)));
     seconds.push(("suns", time));
     progress.advance(1);
 
@@ -93,9 +90,11 @@ pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, M
     let unit = total / (12.0 * std::f64::consts::PI);
     let ((filter, coarse, fine), time) = timed(|| {
         let filter = Filter::new(&[Response::default()]);
-        let cells = map_cells(&rest);
-        let coarse = filtered(&filter, &cells, COARSE_POINTS, unit);
-        let fine = filtered(&filter, &cells, FINE_POINTS, unit);
+        let mut harmonics = Harmonics::analyse(map, &rest);
+        harmonics.filter(&filter.factors);
+        let energy = map.grid().energy(&rest);
+        let coarse = target(&harmonics, energy, COARSE_POINTS, unit);
+        let fine = target(&harmonics, energy, FINE_POINTS, unit);
         (filter, coarse, fine)
     });
     seconds.push(("filter", time));
@@ -129,45 +128,20 @@ pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, M
     })
 }
 
-/// The filtered map at `count` points and its mean radiance, in units of `unit`.
-pub(super) fn filtered(filter: &Filter, cells: &[Cell], count: usize, unit: f64) -> Target {
-    let profile = filter.point_profile();
-    let flat: Vec<([f32; 3], [f32; 3])> = cells
-        .iter()
-        .map(|cell| {
-            (
-                cell.direction.map(|x| x as f32),
-                cell.energy.map(|e| (e / unit) as f32),
-            )
+/// The filtered map at `count` points and its mean radiance.
+fn target(filtered: &Harmonics, energy: [f64; 3], count: usize, unit: f64) -> Target {
+    let scale = 1.0 / (unit * (count as f64).sqrt());
+    let (points, values): (Vec<[f32; 3]>, Vec<[f64; 3]>) = (0..count)
+        .into_par_iter()
+        .map(|ix| {
+            let direction = fibonacci(ix, count, 0.0);
+            let value = filtered.value(direction).map(|x| x * scale);
+            (direction.map(|x| x as f32), value)
         })
-        .collect();
-    let scale = 1.0 / (count as f64).sqrt();
-    let points: Vec<[f32; 3]> = (0..count)
-        .map(|ix| fibonacci(ix, count, 0.0).map(|x| x as f32))
-        .collect();
-    let values: Vec<[f64; 3]> = points
-        .par_iter()
-        .map(|p| {
-            let mut sum = [0.0f64; 3];
-            for strip in flat.chunks(256) {
-                let mut part = [0.0f32; 3];
-                for (d, energy) in strip {
-                    let value = profile.at(p[0] * d[0] + p[1] * d[1] + p[2] * d[2])[0];
-                    for c in 0..3 {
-                        part[c] += value * energy[c];
-                    }
-                }
-                for c in 0..3 {
-                    sum[c] += f64::from(part[c]);
-                }
-            }
-            sum.map(|x| x * scale)
-        })
-        .collect();
+        .unzip();
     let rows = [0, 1, 2].map(|c| {
         let mut rows: Vec<f32> = values.iter().map(|v| v[c] as f32).collect();
-        let energy: f64 = cells.iter().map(|cell| cell.energy[c] / unit).sum();
-        rows.push(energy_row(energy) as f32);
+        rows.push(energy_row(energy[c] / unit) as f32);
         rows
     });
     Target { points, rows }
@@ -232,9 +206,9 @@ fn assemble(
             "the map's radiance leaves the range of single precision".to_owned(),
         ));
     }
-    let lights = LightSet {
+    let set = LightSet {
         lights,
         ..LightSet::default()
     };
-    Ok((lights, scale))
+    Ok((set, scale))
 }

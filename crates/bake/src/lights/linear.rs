@@ -231,8 +231,8 @@ mod tests {
         let (s, q) = random_problem(12, 3);
         let mut x = q.clone();
         s.clone().cholesky().solve(&mut x);
-        for i in 0..12 {
-            assert!((dot_row(&s, i, &x) - q[i]).abs() < 1e-9);
+        for (i, q) in q.iter().enumerate() {
+            assert!((dot_row(&s, i, &x) - q).abs() < 1e-9);
         }
     }
 

@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
+use strandlight_formats::content_hash;
+
 use super::{exr_map, radiance_map};
 
 /// Largest width of a map in pixels; its height is at most half of it. 32768 x 16384 RGB floats
@@ -73,8 +75,9 @@ pub struct Map {
 /// Where a map came from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MapSource {
-    /// xxh3-64 of the file's bytes; of the pixels for a map that was made in memory.
-    pub hash: u64,
+    /// [`strandlight_formats::content_hash`] of the file's bytes; of the pixels for a map that was
+    /// made in memory.
+    pub hash: String,
     /// Format and layout in words, e.g. `OpenEXR, tiles, ZIP, half`.
     pub format: String,
 }
@@ -94,7 +97,7 @@ impl Map {
                 pixels.len()
             )));
         }
-        let hash = xxhash_rust::xxh3::xxh3_64(bytemuck::cast_slice(&pixels));
+        let hash = content_hash(bytemuck::cast_slice(&pixels));
         let source = MapSource {
             hash,
             format: "memory".to_owned(),
@@ -143,7 +146,7 @@ impl Map {
     /// # Errors
     /// What is wrong, in one line.
     pub fn decode(bytes: &[u8]) -> Result<Map, String> {
-        let hash = xxhash_rust::xxh3::xxh3_64(bytes);
+        let hash = content_hash(bytes);
         if bytes.starts_with(&exr_map::MAGIC) {
             exr_map::decode(bytes, hash)
         } else if bytes.starts_with(radiance_map::MAGIC) {
@@ -190,21 +193,7 @@ impl Map {
 
     /// Integral of radiance over the sphere, per channel.
     pub fn energy(&self) -> [f64; 3] {
-        let grid = self.grid();
-        let mut total = [0.0; 3];
-        for (j, row) in self.pixels.chunks_exact(self.width).enumerate() {
-            let mut sum = [0.0; 3];
-            for pixel in row {
-                for c in 0..3 {
-                    sum[c] += f64::from(pixel[c]);
-                }
-            }
-            let solid_angle = grid.solid_angle(j);
-            for c in 0..3 {
-                total[c] += sum[c] * solid_angle;
-            }
-        }
-        total
+        self.grid().energy(&self.pixels)
     }
 }
 
@@ -234,6 +223,24 @@ impl LatLong {
             (PI - lon) / (2.0 * PI) * self.width as f64,
             (0.5 - lat / PI) * self.height as f64,
         ]
+    }
+
+    /// Integral over the sphere of `width * height` pixels, top row first.
+    pub fn energy(self, pixels: &[[f32; 3]]) -> [f64; 3] {
+        let mut total = [0.0; 3];
+        for (j, row) in pixels.chunks_exact(self.width).enumerate() {
+            let mut sum = [0.0; 3];
+            for pixel in row {
+                for (sum, x) in sum.iter_mut().zip(pixel) {
+                    *sum += f64::from(*x);
+                }
+            }
+            let solid_angle = self.solid_angle(j);
+            for (total, x) in total.iter_mut().zip(sum) {
+                *total += x * solid_angle;
+            }
+        }
+        total
     }
 
     /// Exact solid angle of a pixel of row `j`; all pixels sum to 4 pi.
@@ -268,7 +275,7 @@ fn clamp_samples(pixels: &mut [[f32; 3]]) -> PixelFaults {
     if pixels
         .iter()
         .flatten()
-        .all(|&x| x >= 0.0 && x < f32::INFINITY)
+        .all(|x| (0.0..f32::INFINITY).contains(x))
     {
         return faults;
     }

@@ -3,8 +3,10 @@
 mod cells;
 mod exr_map;
 mod fit;
+mod harmonics;
 mod linear;
 mod map;
+mod preview;
 mod primaries;
 mod projection;
 mod quiet;
@@ -18,4 +20,5 @@ mod sun;
 
 pub use fit::{Fit, FitOptions, MAX_LIGHTS, STEPS, fit};
 pub use map::{LatLong, Map, MapError, MapSource, PixelFaults};
-pub use report::{FitReport, evaluate};
+pub use preview::preview_png;
+pub use report::evaluate;

@@ -38,11 +38,6 @@ impl Target {
         1.0 / (self.points.len() as f32).sqrt()
     }
 
-    /// Sum of squares over rows and channels.
-    pub fn norm(&self) -> f64 {
-        sum_of_squares(&self.rows)
-    }
-
     /// The filtered lobe of amplitude 1 on the rows.
     pub fn column(&self, filter: &Filter, lobe: &Lobe) -> Vec<f32> {
         self.column_of(&filter.profile(lobe.lambda), lobe)

@@ -20,11 +20,11 @@ pub(super) const MAGIC: &[u8] = b"#?";
 ///
 /// # Errors
 /// What is wrong, in one line.
-pub(super) fn decode(bytes: &[u8], hash: u64) -> Result<Map, String> {
+pub(super) fn decode(bytes: &[u8], hash: String) -> Result<Map, String> {
     quietly(|| decode_unguarded(bytes, hash))
 }
 
-fn decode_unguarded(bytes: &[u8], hash: u64) -> Result<Map, String> {
+fn decode_unguarded(bytes: &[u8], hash: String) -> Result<Map, String> {
     let bad = |error: image::ImageError| format!("not a readable Radiance file: {error}");
     // Strict about headers that do not parse; `#?RGBE` is only known to the lenient mode.
     let strict = bytes.starts_with(b"#?RADIANCE");

@@ -1,7 +1,7 @@
 //! How far a light set is from its map.
 
 use rayon::prelude::*;
-use strandlight_formats::{LightSet, SrbfLight};
+use strandlight_formats::{FitReport, LightSet, SrbfLight};
 
 use super::cells::{Cell, light_cells, map_cells, radiance};
 use super::map::Map;
@@ -9,25 +9,19 @@ use super::response::{fibre_error, relative_rms};
 use super::sphere::{dot, fibonacci};
 
 /// Normals of the irradiance error.
-const NORMALS: usize = 512;
+const NORMALS: usize = 256;
 
-/// Errors of a light set against its map.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct FitReport {
-    /// Number of lights.
-    pub count: usize,
-    /// Relative L2 difference of radiance over the sphere, all channels. Dominated by what no
-    /// hair resolves (the sun's exact disc): 0.2..1 is usual.
-    pub rel_l2: f64,
-    /// Energy of the lights over energy of the map, per channel; 1 where the map has none.
-    pub energy_ratio: [f64; 3],
-    /// Relative RMSE of irradiance over all normals.
-    pub irradiance_error: f64,
-    /// Relative RMSE of what fibres make of them (see the documentation of `response`).
-    pub fibre_error: f64,
-}
-
-/// Compares a light set with a map. The same numbers for any number of threads.
+/// Compares a light set with a map; the same numbers for any number of threads.
+///
+/// - `rel_l2`: relative L2 difference of radiance over the sphere. Dominated by what no hair
+///   resolves (the exact disc of the sun, texture): 0.1..1 is usual and says little.
+/// - `energy_ratio`: energy of the lights over that of the map; 1 in a channel without light.
+/// - `irradiance_error`: relative RMSE of irradiance over 256 normals.
+/// - `fibre_error`: relative RMSE of what fibres make of them, defined in the module `response`.
+///
+/// RMSEs are over the three channels together. Sums over the map are made on cells of at least
+/// 1.4 degrees with exact energy and centroid, which changes the fibre error by less than 0.02
+/// percent points against summing every pixel (tested).
 pub fn evaluate(lights: &LightSet, map: &Map) -> FitReport {
     let of_lights = light_cells(lights);
     let of_map = map_cells(map);
@@ -37,7 +31,6 @@ pub fn evaluate(lights: &LightSet, map: &Map) -> FitReport {
         if set == map { 1.0 } else { set / map }
     });
     FitReport {
-        count: lights.lights.len(),
         rel_l2: rel_l2(lights, map),
         energy_ratio,
         irradiance_error: irradiance_error(&of_lights, &of_map),
@@ -74,8 +67,8 @@ fn irradiance_error(lights: &[Cell], map: &[Cell]) -> f64 {
         let mut sum = [0.0; 3];
         for cell in cells {
             let cos = dot(cell.direction, normal).max(0.0);
-            for c in 0..3 {
-                sum[c] += cell.energy[c] * cos;
+            for (sum, e) in sum.iter_mut().zip(cell.energy) {
+                *sum += e * cos;
             }
         }
         sum

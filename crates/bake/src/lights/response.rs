@@ -41,8 +41,8 @@ const SEED: u64 = 0x3243_f6a8_885a_308d;
 pub(super) const MAX_SIN_VIEW: f64 = 0.98;
 
 /// Intervals of the tables over sin theta_i: the narrowest lobe (TT, 0.12 rad standard deviation)
-/// spans 250.
-const INTERVALS: usize = 4096;
+/// spans 60 to 120.
+const INTERVALS: usize = 1024;
 
 /// One mode of the response.
 #[derive(Clone, Copy, Debug)]
@@ -131,8 +131,8 @@ impl Response {
             // R's square root is steep at phi = pi: no table.
             let n_r = 0.25 * (0.5 * (1.0 + cos_phi)).max(0.0).sqrt();
             let k = m[0] * n_r + m[1] * n[1] + m[2] * n[2];
-            for c in 0..3 {
-                sum[c] += k * cell.energy[c];
+            for (sum, e) in sum.iter_mut().zip(cell.energy) {
+                *sum += k * e;
             }
         }
         sum

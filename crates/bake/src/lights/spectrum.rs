@@ -14,6 +14,7 @@
 use std::f64::consts::PI;
 
 use super::cells::srbf_solid_angle;
+use super::harmonics::{legendre_table, pair};
 use super::response::{MAX_SIN_VIEW, Response};
 
 /// Highest degree kept. Beyond it the power of the narrowest lobe (TT: exp(-(0.12 l)^2) ) is
@@ -44,8 +45,8 @@ impl Filter {
         let mut power = [0.0; DEGREES];
         for response in responses {
             let own = mean_power(response);
-            for l in 0..DEGREES {
-                power[l] += own[l] / own[0];
+            for (sum, x) in power.iter_mut().zip(&own) {
+                *sum += x / own[0];
             }
         }
         let mut factors = [0.0; DEGREES];
@@ -68,6 +69,7 @@ impl Filter {
     }
 
     /// The radial profile of a point of energy 1 under the filter.
+    #[cfg(test)]
     pub fn point_profile(&self) -> Profile {
         self.profile_of(&[1.0; DEGREES], &[0.0; DEGREES])
     }
@@ -197,44 +199,20 @@ fn mean_power(response: &Response) -> [f64; DEGREES] {
         })
         .collect();
 
+    let legendre: Vec<Vec<f64>> = nodes.iter().map(|x| legendre_table(*x)).collect();
     let mut power = [0.0; DEGREES];
-    for m in 0..DEGREES {
-        // Normalised P_lm at every node, for l = m, m + 1, ...
-        let mut p = vec![0.0; NODES];
-        let mut before = vec![0.0; NODES];
-        for (value, x) in p.iter_mut().zip(&nodes) {
-            let sin2 = 1.0 - x * x;
-            *value = (1..=m).fold((1.0 / (4.0 * PI)).sqrt(), |product, k| {
-                product * ((2 * k + 1) as f64 / (2 * k) as f64 * sin2).sqrt()
-            });
-        }
-        for l in m..DEGREES {
-            for (view, w_view) in view_weights.iter().enumerate() {
-                let coefficient: f64 = (0..3)
-                    .map(|t| {
-                        let inner: f64 = longitudinal[3 * view + t]
-                            .iter()
-                            .zip(&p)
-                            .map(|(a, b)| a * b)
-                            .sum();
-                        inner * azimuth[t][m]
-                    })
+    for (l, power) in power.iter_mut().enumerate() {
+        for m in 0..=l {
+            let p: Vec<f64> = legendre.iter().map(|table| table[pair(l, m)]).collect();
+            // Real harmonics: cos m phi carries sqrt(2), its square 2; sin m phi has nothing.
+            let twice = if m == 0 { 1.0 } else { 2.0 };
+            for (own, weight) in longitudinal.chunks_exact(3).zip(&view_weights) {
+                let coefficient: f64 = own
+                    .iter()
+                    .zip(&azimuth)
+                    .map(|(a, n)| n[m] * a.iter().zip(&p).map(|(a, p)| a * p).sum::<f64>())
                     .sum();
-                // Real harmonics: cos m phi carries sqrt(2), its square 2, sin m phi nothing.
-                let twice = if m == 0 { 1.0 } else { 2.0 };
-                power[l] += 0.5 * w_view * twice * coefficient * coefficient;
-            }
-            let (n, m) = ((l + 1) as f64, m as f64);
-            let a = ((4.0 * n * n - 1.0) / (n * n - m * m)).sqrt();
-            let b = if l == 0 || n - 1.0 <= m {
-                0.0
-            } else {
-                (((n - 1.0).powi(2) - m * m) / (4.0 * (n - 1.0).powi(2) - 1.0)).sqrt()
-            };
-            for k in 0..NODES {
-                let next = a * (nodes[k] * p[k] - b * before[k]);
-                before[k] = p[k];
-                p[k] = next;
+                *power += 0.5 * weight * twice * coefficient * coefficient;
             }
         }
     }

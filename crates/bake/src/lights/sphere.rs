@@ -9,14 +9,6 @@ pub(super) fn dot(a: Vec3, b: Vec3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(super) fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
 /// `a * x + b * y + c * z`.
 pub(super) fn combine(a: Vec3, x: f64, b: Vec3, y: f64, c: Vec3, z: f64) -> Vec3 {
     [0, 1, 2].map(|k| a[k] * x + b[k] * y + c[k] * z)
@@ -83,6 +75,14 @@ impl Random {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn cross(a: Vec3, b: Vec3) -> Vec3 {
+        [
+            a[1] * b[2] - a[2] * b[1],
+            a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0],
+        ]
+    }
 
     #[test]
     fn tangents_are_a_right_handed_frame() {

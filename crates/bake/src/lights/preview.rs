@@ -1,0 +1,189 @@
+//! A picture to judge a fit by eye.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+use strandlight_formats::{LightSet, SrbfLight};
+
+use super::cells::radiance;
+use super::map::{LatLong, Map};
+use super::sphere::dot;
+
+/// Pixels across one of the four pictures.
+const WIDTH: usize = 640;
+
+/// Pixels between them.
+const GAP: usize = 4;
+
+/// One picture, [`WIDTH`] x `WIDTH / 2`, row by row.
+type Panel<T> = Vec<[T; 3]>;
+
+/// A PNG (8-bit sRGB) of four pictures at one exposure: the map, the light set; below them the
+/// difference (red: the set is brighter, blue: the map is) and the lights over the dimmed map,
+/// circles of radius lambda about their directions.
+///
+/// # Errors
+/// What the PNG encoder says.
+pub fn preview_png(set: &LightSet, map: &Map) -> Result<Vec<u8>, String> {
+    let grid = LatLong {
+        width: WIDTH,
+        height: WIDTH / 2,
+    };
+    let of_map = shrink(map, grid);
+    let of_set = reconstruct(set, grid);
+    let exposure = exposure(&of_map);
+    let toned = |panel: &Panel<f64>| -> Panel<u8> {
+        panel
+            .iter()
+            .map(|rgb| tone(rgb.map(|x| x * exposure)))
+            .collect()
+    };
+    let difference = of_map
+        .iter()
+        .zip(&of_set)
+        .map(|(map, set)| heat(exposure * (luminance(*set) - luminance(*map))))
+        .collect();
+    let panels = [
+        toned(&of_map),
+        toned(&of_set),
+        difference,
+        discs(set, &of_map, exposure, grid),
+    ];
+    encode(&panels, grid)
+}
+
+/// Averages the map's pixels (or repeats them) into the panel.
+fn shrink(map: &Map, grid: LatLong) -> Panel<f64> {
+    // The source pixels of a target pixel along one axis.
+    let range = |i: usize, from: usize, to: usize| {
+        let first = i * from / to;
+        first..((i + 1) * from / to).max(first + 1)
+    };
+    (0..grid.height)
+        .flat_map(|j| (0..grid.width).map(move |i| (i, j)))
+        .map(|(i, j)| {
+            let mut sum = [0.0; 3];
+            let mut count = 0.0;
+            for y in range(j, map.height(), grid.height) {
+                for x in range(i, map.width(), grid.width) {
+                    let pixel = map.pixels()[y * map.width() + x];
+                    for c in 0..3 {
+                        sum[c] += f64::from(pixel[c]);
+                    }
+                    count += 1.0;
+                }
+            }
+            sum.map(|s| s / count)
+        })
+        .collect()
+}
+
+fn reconstruct(set: &LightSet, grid: LatLong) -> Panel<f64> {
+    let lights: Vec<&SrbfLight> = set.lights.iter().collect();
+    (0..grid.height)
+        .into_par_iter()
+        .flat_map_iter(|j| {
+            let lights = &lights;
+            (0..grid.width)
+                .map(move |i| radiance(lights, grid.direction(i as f64 + 0.5, j as f64 + 0.5)))
+        })
+        .collect()
+}
+
+/// Puts the mean of the logarithms at a fifth of white, as photographers do; ignores black.
+fn exposure(panel: &Panel<f64>) -> f64 {
+    let logs: Vec<f64> = panel
+        .iter()
+        .map(|rgb| luminance(*rgb))
+        .filter(|y| *y > 0.0)
+        .map(f64::ln)
+        .collect();
+    if logs.is_empty() {
+        return 1.0;
+    }
+    0.2 / (logs.iter().sum::<f64>() / logs.len() as f64).exp()
+}
+
+fn luminance(rgb: [f64; 3]) -> f64 {
+    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
+}
+
+/// Extended Reinhard with white at 16, then sRGB.
+fn tone(rgb: [f64; 3]) -> [u8; 3] {
+    rgb.map(|x| srgb(x * (1.0 + x / 256.0) / (1.0 + x)))
+}
+
+fn srgb(x: f64) -> u8 {
+    let x = x.clamp(0.0, 1.0);
+    let y = if x <= 0.003_130_8 {
+        12.92 * x
+    } else {
+        1.055 * x.powf(1.0 / 2.4) - 0.055
+    };
+    (255.0 * y).round() as u8
+}
+
+/// Grey for none, red for positive, blue for negative; half way at 0.5.
+fn heat(x: f64) -> [u8; 3] {
+    let strength = x.abs() / (0.5 + x.abs());
+    let (own, other) = (0.22 + 0.78 * strength, 0.22 * (1.0 - strength));
+    let warm = 0.22 + 0.4 * strength * strength - 0.15 * strength;
+    let rgb = if x > 0.0 {
+        [own, warm, other]
+    } else {
+        [other, warm, own]
+    };
+    rgb.map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8)
+}
+
+/// The dimmed map with a circle for each light, in its colour.
+fn discs(set: &LightSet, map: &Panel<f64>, exposure: f64, grid: LatLong) -> Panel<u8> {
+    let pixel = PI / grid.height as f64;
+    let mut panel: Panel<u8> = map
+        .iter()
+        .map(|rgb| tone(rgb.map(|x| 0.25 * x * exposure)))
+        .collect();
+    // Faint lights first, so that strong ones stay on top.
+    for light in set.lights.iter().rev() {
+        let axis = light.direction.map(f64::from);
+        let strongest = light.rgb.iter().fold(f32::MIN_POSITIVE, |m, x| m.max(*x));
+        let colour = light
+            .rgb
+            .map(|x| srgb(0.15 + 0.85 * f64::from(x / strongest)));
+        // Never smaller than what can be seen.
+        let radius = f64::from(light.lambda).max(2.5 * pixel);
+        for j in 0..grid.height {
+            for i in 0..grid.width {
+                let direction = grid.direction(i as f64 + 0.5, j as f64 + 0.5);
+                let angle = dot(direction, axis).clamp(-1.0, 1.0).acos();
+                if (angle - radius).abs() < 0.6 * pixel || angle < 1.2 * pixel {
+                    panel[j * grid.width + i] = colour;
+                }
+            }
+        }
+    }
+    panel
+}
+
+fn encode(panels: &[Panel<u8>; 4], grid: LatLong) -> Result<Vec<u8>, String> {
+    let (width, height) = (2 * grid.width + GAP, 2 * grid.height + GAP);
+    let mut pixels = vec![0u8; width * height * 3];
+    for (k, panel) in panels.iter().enumerate() {
+        let (x0, y0) = ((k % 2) * (grid.width + GAP), (k / 2) * (grid.height + GAP));
+        for (j, row) in panel.chunks_exact(grid.width).enumerate() {
+            let start = ((y0 + j) * width + x0) * 3;
+            pixels[start..start + 3 * grid.width].copy_from_slice(row.as_flattened());
+        }
+    }
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
+    writer
+        .write_image_data(&pixels)
+        .map_err(|e| e.to_string())?;
+    writer.finish().map_err(|e| e.to_string())?;
+    Ok(bytes)
+}
