@@ -39,7 +39,6 @@ pub(super) fn decode(bytes: &[u8], hash: String) -> Result<Map, String> {
 }
 
 fn decode_unguarded(bytes: &[u8], hash: String) -> Result<Map, String> {
-    let bad = |error: exr::error::Error| format!("not a readable OpenEXR file: {error}");
     let reader = exr::block::read(Cursor::new(bytes), false).map_err(bad)?;
     let (layer, channels) = choose_layer(reader.headers())?;
     let header = &reader.headers()[layer];
@@ -98,6 +97,20 @@ fn decode_unguarded(bytes: &[u8], hash: String) -> Result<Map, String> {
         pixels,
         MapSource { hash, format },
     ))
+}
+
+/// What the decoder says, in our words where its own do not help.
+fn bad(error: exr::error::Error) -> String {
+    use exr::error::Error;
+    match error {
+        Error::NotSupported(what) => format!("OpenEXR with {what}, which is not supported"),
+        Error::Io(error) => format!("not a readable OpenEXR file: {error}"),
+        Error::Invalid(what) if what.contains("missing bytes") => {
+            "not a readable OpenEXR file: it is truncated, or refers to bytes that are not there"
+                .to_owned()
+        }
+        error => format!("not a readable OpenEXR file: {error}"),
+    }
 }
 
 /// The channel indices of red, green and blue; the same index three times for luminance.
