@@ -8,8 +8,14 @@
 //! from the fibre; phi = phi_o - phi_i = pi is straight through.
 
 pub mod axis;
+pub mod c_integrals;
+pub mod circular_gaussian;
 pub mod closed_form;
+pub mod fresnel;
+pub mod h_moments;
 mod hair;
+pub mod quadrature;
+pub mod special;
 pub mod table_layout;
 
 pub use hair::{HairParams, Lobe, ParamError, PerLobe};
