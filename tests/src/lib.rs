@@ -113,3 +113,7 @@ fn run(command: &mut Command) -> Output {
         Err(error) => panic!("{command:?} does not start: {error}"),
     }
 }
+
+pub mod corners;
+pub mod oracle;
+pub mod random;

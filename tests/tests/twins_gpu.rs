@@ -1,0 +1,192 @@
+//! The WGSL functions on the adapter against their Rust twins, point by point. Fails without a
+//! Vulkan, Metal or DX12 adapter; Mesa's lavapipe will do.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::OnceLock;
+
+use strandlight_runtime::probe::{Function, GpuProbe, MODE_ALL, Query, evaluate};
+use strandlight_runtime::tables::ShadingTables;
+use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
+use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_tests::random::SplitMix64;
+use strandlight_tests::{corners, oracle};
+
+const N: usize = 10_000;
+
+fn tables() -> &'static ShadingTables {
+    static TABLES: OnceLock<ShadingTables> = OnceLock::new();
+    TABLES.get_or_init(|| ShadingTables::from_file(&oracle::tables(false)).unwrap())
+}
+
+fn probe() -> &'static GpuProbe {
+    static PROBE: OnceLock<GpuProbe> = OnceLock::new();
+    PROBE.get_or_init(|| GpuProbe::new(tables()).expect("GPU tests need an adapter"))
+}
+
+/// Largest difference of any component over the largest value of the batch; every value must be
+/// finite on both sides.
+fn worst_difference(gpu: &[[f32; 4]], cpu: &[[f32; 4]]) -> f64 {
+    assert_eq!(gpu.len(), cpu.len());
+    assert!(!gpu.is_empty());
+    let (mut worst, mut largest) = (0.0f64, 0.0f64);
+    for (a, b) in gpu.iter().flatten().zip(cpu.iter().flatten()) {
+        assert!(a.is_finite() && b.is_finite(), "{a} {b}");
+        worst = worst.max((f64::from(*a) - f64::from(*b)).abs());
+        largest = largest.max(f64::from(b.abs()));
+    }
+    worst / largest
+}
+
+/// Runs `queries` on both and asserts the tolerance.
+fn compare(name: &str, queries: &[Query], tolerance: f64) {
+    let gpu = probe().evaluate(queries).unwrap();
+    let cpu: Vec<_> = queries
+        .iter()
+        .map(|query| evaluate(query, &tables().view()))
+        .collect();
+    let worst = worst_difference(&gpu, &cpu);
+    println!(
+        "{name}: {} points, worst {worst:.2e} of the largest value",
+        queries.len()
+    );
+    assert!(worst < tolerance, "{name}: {worst}");
+}
+
+fn fibre(random: &mut SplitMix64) -> Fibre {
+    let hair = HairParams {
+        eta: random.uniform(1.2, 2.0),
+        sigma_a: [(); 3].map(|()| random.log_uniform(0.01, 4.0)),
+        shift: PerLobe {
+            r: random.uniform(-0.2, 0.0),
+            tt: random.uniform(0.0, 0.1),
+            trt: random.uniform(0.0, 0.2),
+        },
+        width: PerLobe {
+            r: random.uniform(0.05, 0.3),
+            tt: random.uniform(0.03, 0.2),
+            trt: random.uniform(0.1, 0.5),
+        },
+        caustic_width: random.uniform(0.05, 0.4),
+        eccentricity: if random.uniform(0.0, 1.0) < 0.5 {
+            1.0
+        } else {
+            random.uniform(0.8, 1.25)
+        },
+    };
+    Fibre::new(&hair, &Lobe::ALL, 2 + random.next_u64() as u32 % 8).unwrap()
+}
+
+fn direction(random: &mut SplitMix64) -> DirectionInFrame {
+    let theta = random.uniform(-1.0, 1.0).asin();
+    DirectionInFrame::from_angles(theta as f32, random.uniform(-PI, PI) as f32)
+}
+
+#[test]
+fn special_functions_agree() {
+    let mut random = SplitMix64(10);
+    let queries: Vec<_> = (0..N)
+        .map(|_| Query {
+            x: random.uniform(-6.0, 6.0) as f32,
+            y: random.log_uniform(1e-4, 2e6) as f32,
+            ..Query::new(Function::Special)
+        })
+        .collect();
+    compare("special", &queries, 1e-5);
+    let queries: Vec<_> = (0..N)
+        .map(|_| Query {
+            x: random.log_uniform(0.01, 2e6) as f32,
+            y: random.log_uniform(0.01, 2e6) as f32,
+            z: random.uniform(-1.0, 1.0).powi(5) as f32,
+            ..Query::new(Function::CircularGaussian)
+        })
+        .collect();
+    compare("circular Gaussian", &queries, 1e-5);
+    let queries: Vec<_> = (0..N)
+        .map(|_| Query {
+            x: random.uniform(1.0001, 3.0) as f32,
+            y: random.uniform(0.0, 1.0) as f32,
+            ..Query::new(Function::Fresnel)
+        })
+        .collect();
+    compare("Fresnel", &queries, 1e-5);
+    let queries: Vec<_> = (0..N)
+        .map(|_| Query {
+            x: random.uniform(-1.0, 1.0) as f32,
+            y: random.uniform(-1.0, 1.0).powi(3) as f32,
+            z: random.uniform(-1.0, 1.0) as f32,
+            ..Query::new(Function::Frame)
+        })
+        .collect();
+    compare("frame", &queries, 1e-5);
+}
+
+#[test]
+fn tables_agree() {
+    let mut random = SplitMix64(11);
+    let queries: Vec<_> = (0..N)
+        .map(|_| {
+            let k = random.next_u64() as u32 % 7;
+            let lambda_p = random.log_uniform(0.001, 10.0) as f32;
+            Query::table_c(k, lambda_p, random.uniform(-PI, PI) as f32)
+        })
+        .collect();
+    compare("table C", &queries, 1e-5);
+    let queries: Vec<_> = (0..N)
+        .map(|_| {
+            let mode = 1 + random.next_u64() as u32 % 2;
+            let eta = random.log_uniform(1.0001, 10.0) as f32;
+            Query::table_h(mode, eta, random.uniform(-FRAC_PI_2, FRAC_PI_2) as f32)
+        })
+        .collect();
+    compare("table H", &queries, 1e-4);
+}
+
+#[test]
+fn inner_integrals_agree() {
+    let mut random = SplitMix64(12);
+    for mode in 0..3 {
+        let queries: Vec<_> = (0..N)
+            .map(|_| {
+                let lambda_p = random.log_uniform(0.01, 5.0) as f32;
+                let dphi = random.uniform(-PI, PI) as f32;
+                let theta_d = random.uniform(-1.5, 1.5) as f32;
+                Query::azimuthal(mode, lambda_p, dphi, theta_d, fibre(&mut random))
+            })
+            .collect();
+        compare(Lobe::ALL[mode as usize].name(), &queries, 1e-4);
+    }
+}
+
+#[test]
+fn single_scattering_agrees() {
+    let mut random = SplitMix64(13);
+    for mode in 0..=MODE_ALL {
+        let queries: Vec<_> = (0..N)
+            .map(|_| {
+                let lambda = random.log_uniform(0.01, 2.0) as f32;
+                let (light, view) = (direction(&mut random), direction(&mut random));
+                Query::single(mode, light, lambda, view, fibre(&mut random))
+            })
+            .collect();
+        compare(&format!("single scattering, mode {mode}"), &queries, 1e-4);
+    }
+}
+
+#[test]
+fn corners_are_finite_on_the_gpu() {
+    let queries = corners::queries();
+    assert!(queries.len() > 10_000);
+    let answers = probe().evaluate(&queries).unwrap();
+    for (query, answer) in queries.iter().zip(&answers) {
+        for value in answer {
+            assert!(value.is_finite() && *value >= 0.0, "{query:?} {answer:?}");
+        }
+    }
+}
+
+#[test]
+fn the_comparator_sees_a_difference() {
+    let cpu = [[1.0, 2.0, 3.0, 4.0]];
+    assert!(worst_difference(&cpu, &cpu) == 0.0);
+    assert!(worst_difference(&[[1.0, 2.0, 3.001, 4.0]], &cpu) > 1e-4);
+}
