@@ -1,12 +1,174 @@
 //! `strandlight export`.
 
-use super::{Failure, Outcome};
+mod exr_file;
+mod npy;
+mod tables;
 
-/// Writes a file in another format
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use strandlight_bake::lights::LatLong;
+use strandlight_formats::{Groom, Kind, LightSet, SrbfLight, TableFile};
+
+use super::inspect::{Content, lights};
+use super::{Failure, Outcome, print_line, write_output};
+
+/// Writes a file of ours in another program's format
+///
+/// .tables: to .npy (float32, [channel, row, column], and a vector with the values at the texel
+/// centres of each axis) or .exr, one file for each table, named OUT_TABLE.npy, or OUT/TABLE.npy
+/// when OUT is a folder; C is written as C_0 to C_6. .lights: to .json, or .exr (the environment
+/// the lights make, latitude-longitude). .groom: to .hair; a groom imported with --unit cm comes
+/// back as it was, byte for byte.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// The .tables, .lights or .groom file
+    file: PathBuf,
+    /// The file to write; its extension says the format
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Width of the picture made from a light set, 2 to 8192 pixels; its height is half of that
+    #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=8192))]
+    width: u32,
+}
+
+/// A file to be written.
+struct Output {
+    path: PathBuf,
+    /// Format and shape for the closing line.
+    what: String,
+    bytes: Vec<u8>,
+}
 
 /// Runs the command.
-pub fn run(_args: &Args) -> Outcome {
-    Err(Failure::Input("not built yet".to_owned()))
+pub fn run(args: &Args) -> Outcome {
+    let (input, output) = (&*args.file, &*args.output);
+    let extension = output.extension().and_then(|extension| extension.to_str());
+    let outputs = match Content::of(input)? {
+        Content::Kind(Kind::Tables) => {
+            let file = TableFile::read(input).map_err(Failure::input)?;
+            match extension {
+                Some("npy") => tables::to_npy(&file, &pattern(output)),
+                Some("exr") => tables::to_exr(&file, &pattern(output))?,
+                _ if output.is_dir() => {
+                    tables::to_npy(&file, &|name| output.join(format!("{name}.npy")))
+                }
+                _ => {
+                    return Err(unknown(
+                        output,
+                        "tables",
+                        ".npy, .exr or an existing folder",
+                    ));
+                }
+            }
+        }
+        Content::Kind(Kind::Lights) => match extension {
+            Some("json") => {
+                let info = lights(input)?;
+                let mut bytes = serde_json::to_vec_pretty(&info).map_err(Failure::input)?;
+                bytes.push(b'\n');
+                vec![one(output, "light set as JSON".to_owned(), bytes)]
+            }
+            Some("exr") => {
+                let set = LightSet::read(input).map_err(Failure::input)?;
+                let width = args.width as usize;
+                let height = width / 2;
+                let bytes = reconstruct(&set, width, height)
+                    .map_err(|error| Failure::file(output, error))?;
+                let what = format!("OpenEXR, {width} x {height} RGB float32");
+                vec![one(output, what, bytes)]
+            }
+            _ => return Err(unknown(output, "a light set", ".json or .exr")),
+        },
+        Content::Kind(Kind::Groom) => match extension {
+            Some("hair") => {
+                let groom = Groom::read(input).map_err(Failure::input)?;
+                let bytes = groom
+                    .to_hair()
+                    .map_err(|error| Failure::file(input, error))?;
+                let what = format!(
+                    ".hair, {} strands, {} points",
+                    groom.n_strands(),
+                    groom.points.len()
+                );
+                vec![one(output, what, bytes)]
+            }
+            _ => return Err(unknown(output, "a groom", ".hair")),
+        },
+        Content::Hair | Content::Scene => {
+            return Err(Failure::file(
+                input,
+                "only .tables, .lights and .groom are exported",
+            ));
+        }
+    };
+    for output in &outputs {
+        write_output(&output.path, &output.bytes)?;
+    }
+    outputs.iter().try_for_each(|output| {
+        let bytes = output.bytes.len();
+        print_line(format_args!(
+            "{}: {}, {bytes} bytes",
+            output.path.display(),
+            output.what
+        ))
+    })
+}
+
+fn one(path: &Path, what: String, bytes: Vec<u8>) -> Output {
+    Output {
+        path: path.to_owned(),
+        what,
+        bytes,
+    }
+}
+
+fn unknown(output: &Path, what: &str, accepted: &str) -> Failure {
+    Failure::file(output, format!("{what} can be exported to {accepted}"))
+}
+
+/// `a/x.npy` names its files `a/x_NAME.npy`.
+fn pattern(output: &Path) -> impl Fn(&str) -> PathBuf + '_ {
+    move |name| {
+        let mut file = output.file_stem().unwrap_or_default().to_os_string();
+        file.push(format!("_{name}."));
+        file.push(output.extension().unwrap_or_default());
+        output.with_file_name(file)
+    }
+}
+
+/// The radiance of the light set in every direction, as an OpenEXR file.
+fn reconstruct(set: &LightSet, width: usize, height: usize) -> Result<Vec<u8>, String> {
+    let grid = LatLong { width, height };
+    let pixels: Vec<[f32; 3]> = (0..width * height)
+        .into_par_iter()
+        .map(|ix| {
+            let (x, y) = ((ix % width) as f64 + 0.5, (ix / width) as f64 + 0.5);
+            radiance(&set.lights, grid.direction(x, y)).map(|value| value as f32)
+        })
+        .collect();
+    let channel = |c: usize| pixels.iter().map(|pixel| pixel[c]).collect();
+    let channels = vec![
+        ("R".to_owned(), channel(0)),
+        ("G".to_owned(), channel(1)),
+        ("B".to_owned(), channel(2)),
+    ];
+    exr_file::encode(width, height, channels)
+}
+
+/// L(omega) = sum over lights of `rgb exp(2 (omega . direction - 1) / lambda^2)` (Xu 2011 Eq 1),
+/// with the cosine's distance from 1 taken from the chord, which keeps its digits for narrow
+/// lights.
+fn radiance(lights: &[SrbfLight], omega: [f64; 3]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for light in lights {
+        let chord: f64 = (0..3)
+            .map(|axis| (omega[axis] - f64::from(light.direction[axis])).powi(2))
+            .sum();
+        let value = (-chord / f64::from(light.lambda).powi(2)).exp();
+        for (sum, amplitude) in sum.iter_mut().zip(light.rgb) {
+            *sum += f64::from(amplitude) * value;
+        }
+    }
+    sum
 }

@@ -1,12 +1,412 @@
 //! `strandlight inspect`.
 
-use super::{Failure, Outcome};
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
-/// Says what is in a file
+use serde::Serialize;
+use strandlight_formats::{
+    Axis, Container, FitReport, Groom, HairImport, Kind, LightSet, Scene, SrbfLight, TableFile,
+};
+
+use super::{Failure, Outcome, print_line};
+
+/// Says what is in a file: .tables, .lights, .groom, .hair, or a scene
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// The file
+    file: PathBuf,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs the command.
-pub fn run(_args: &Args) -> Outcome {
-    Err(Failure::Input("not built yet".to_owned()))
+pub fn run(args: &Args) -> Outcome {
+    let path = &args.file;
+    match Content::of(path)? {
+        Content::Kind(Kind::Tables) => show(&tables(path)?, args.json, text_of_tables),
+        Content::Kind(Kind::Lights) => show(&lights(path)?, args.json, text_of_lights),
+        Content::Kind(Kind::Groom) => {
+            let version = version(path, Kind::Groom)?;
+            let groom = Groom::read(path).map_err(Failure::input)?;
+            show(
+                &describe_groom(&groom, "groom", version),
+                args.json,
+                text_of_groom,
+            )
+        }
+        Content::Hair => {
+            let groom = Groom::read_hair(path, HairImport::default()).map_err(Failure::input)?;
+            show(
+                &describe_groom(&groom, "hair", String::new()),
+                args.json,
+                text_of_groom,
+            )
+        }
+        Content::Scene => {
+            let scene = Scene::read(path).map_err(Failure::input)?;
+            let text = scene.to_toml_string().map_err(Failure::input)?;
+            show(
+                &SceneInfo {
+                    kind: "scene",
+                    scene,
+                },
+                args.json,
+                |_| text.lines().map(str::to_owned).collect(),
+            )
+        }
+    }
+}
+
+/// What a file seems to be, by its first bytes, or its name for scenes, which are text.
+pub enum Content {
+    /// One of our binary kinds.
+    Kind(Kind),
+    /// A `.hair` file.
+    Hair,
+    /// A scene.
+    Scene,
+}
+
+impl Content {
+    /// Looks at the file's start.
+    pub fn of(path: &Path) -> Result<Content, Failure> {
+        let metadata = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?;
+        if !metadata.is_file() {
+            let what = if metadata.is_dir() {
+                "is a directory"
+            } else {
+                "not a regular file"
+            };
+            return Err(Failure::file(path, what));
+        }
+        let mut start = Vec::new();
+        std::fs::File::open(path)
+            .and_then(|file| file.take(12).read_to_end(&mut start))
+            .map_err(|error| Failure::file(path, error))?;
+        match Kind::of_bytes(&start) {
+            Some(kind) => Ok(Content::Kind(kind)),
+            None if start.starts_with(b"HAIR") => Ok(Content::Hair),
+            None if path
+                .extension()
+                .is_some_and(|extension| extension == "toml") =>
+            {
+                Ok(Content::Scene)
+            }
+            None => Err(Failure::file(
+                path,
+                "neither tables, a light set, a groom, a .hair file nor a scene (.toml)",
+            )),
+        }
+    }
+}
+
+fn show<T: Serialize>(info: &T, json: bool, text: impl Fn(&T) -> Vec<String>) -> Outcome {
+    if json {
+        return print_line(serde_json::to_string_pretty(info).map_err(Failure::input)?);
+    }
+    text(info).into_iter().try_for_each(print_line)
+}
+
+/// Format version found in the file, `major.minor`.
+fn version(path: &Path, kind: Kind) -> Result<String, Failure> {
+    let (major, minor) = Container::open(path, kind)
+        .map_err(Failure::input)?
+        .version();
+    Ok(format!("{major}.{minor}"))
+}
+
+#[derive(Serialize)]
+struct SceneInfo {
+    kind: &'static str,
+    #[serde(flatten)]
+    scene: Scene,
+}
+
+#[derive(Serialize)]
+struct Bounds {
+    min: [f32; 3],
+    max: [f32; 3],
+}
+
+#[derive(Serialize)]
+struct AttributeInfo {
+    name: String,
+    domain: &'static str,
+    components: u32,
+}
+
+#[derive(Serialize)]
+struct GroomInfo {
+    kind: &'static str,
+    format_version: String,
+    strands: usize,
+    points: usize,
+    /// Fewest and most points of a strand.
+    points_per_strand: [usize; 2],
+    /// Shortest, mean and longest strand.
+    strand_length: [f64; 3],
+    bounds: Bounds,
+    /// Of bounds and lengths.
+    unit: &'static str,
+    source_cm_per_unit: f64,
+    source_up: &'static str,
+    source_hash: String,
+    /// Strands of one point in the `.hair` file, kept for export only.
+    single_point_strands: usize,
+    attributes: Vec<AttributeInfo>,
+    parameters: Vec<(String, String)>,
+    tool_version: String,
+}
+
+fn describe_groom(groom: &Groom, kind: &'static str, format_version: String) -> GroomInfo {
+    let (min, max) = groom.bounds();
+    let mut points_per_strand = [usize::MAX, 0];
+    let mut strand_length = [f64::INFINITY, 0.0, 0.0];
+    for strand_ix in 0..groom.n_strands() {
+        let points = &groom.points[groom.strand(strand_ix)];
+        let n = points.len();
+        points_per_strand = [points_per_strand[0].min(n), points_per_strand[1].max(n)];
+        let length: f64 = points
+            .windows(2)
+            .map(|pair| distance(pair[0], pair[1]))
+            .sum();
+        strand_length[0] = strand_length[0].min(length);
+        strand_length[1] += length / groom.n_strands() as f64;
+        strand_length[2] = strand_length[2].max(length);
+    }
+    let source = &groom.source;
+    GroomInfo {
+        kind,
+        format_version,
+        strands: groom.n_strands(),
+        points: groom.points.len(),
+        points_per_strand,
+        strand_length,
+        bounds: Bounds { min, max },
+        unit: "cm",
+        source_cm_per_unit: source.cm_per_unit,
+        source_up: source.up.name(),
+        source_hash: source.hash.clone(),
+        single_point_strands: source
+            .hair
+            .as_ref()
+            .map_or(0, |hair| hair.single_points.len()),
+        attributes: groom
+            .attributes
+            .iter()
+            .map(|attribute| AttributeInfo {
+                name: attribute.name.clone(),
+                domain: attribute.domain.name(),
+                components: attribute.components,
+            })
+            .collect(),
+        parameters: source.parameters.clone(),
+        tool_version: source.tool_version.clone(),
+    }
+}
+
+fn distance(from: [f32; 3], to: [f32; 3]) -> f64 {
+    (0..3)
+        .map(|axis| f64::from(to[axis] - from[axis]).powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
+fn text_of_groom(info: &GroomInfo) -> Vec<String> {
+    let [fewest, most] = info.points_per_strand;
+    let [shortest, mean, longest] = info.strand_length;
+    let Bounds { min, max } = &info.bounds;
+    let mut lines = vec![
+        format!("{} {}", info.kind, info.format_version)
+            .trim_end()
+            .to_owned(),
+        format!(
+            "{} strands, {} points, {fewest} to {most} a strand",
+            info.strands, info.points
+        ),
+        format!("lengths {shortest:.2} to {longest:.2} cm, mean {mean:.2}"),
+        format!("bounds {min:.2?} to {max:.2?} cm"),
+        format!(
+            "source: {} cm per unit, {} up, hash {}",
+            info.source_cm_per_unit,
+            info.source_up,
+            if info.source_hash.is_empty() {
+                "none"
+            } else {
+                &info.source_hash
+            }
+        ),
+    ];
+    if info.single_point_strands > 0 {
+        lines.push(format!(
+            "{} strands of a single point, kept for export",
+            info.single_point_strands
+        ));
+    }
+    for attribute in &info.attributes {
+        let AttributeInfo {
+            name,
+            domain,
+            components,
+        } = attribute;
+        lines.push(format!("attribute {name}: {components} per {domain}"));
+    }
+    lines.extend(parameters(&info.parameters, &info.tool_version));
+    lines
+}
+
+fn parameters(parameters: &[(String, String)], tool_version: &str) -> Vec<String> {
+    let named = parameters
+        .iter()
+        .map(|(name, value)| format!("{name} = {value}"));
+    named.chain([format!("made by {tool_version}")]).collect()
+}
+
+/// A light set as `inspect --json` and `export -o X.json` show it.
+#[derive(Serialize)]
+pub struct LightsInfo {
+    kind: &'static str,
+    format_version: String,
+    map_hash: String,
+    map_size: [u32; 2],
+    requested_count: u32,
+    seed: u64,
+    parameters: Vec<(String, String)>,
+    tool_version: String,
+    report: Option<FitReport>,
+    lights: Vec<SrbfLight>,
+}
+
+/// Reads the light set at `path`.
+pub fn lights(path: &Path) -> Result<LightsInfo, Failure> {
+    let format_version = version(path, Kind::Lights)?;
+    let LightSet { lights, info } = LightSet::read(path).map_err(Failure::input)?;
+    Ok(LightsInfo {
+        kind: "lights",
+        format_version,
+        map_hash: info.map_hash,
+        map_size: info.map_size,
+        requested_count: info.requested_count,
+        seed: info.seed,
+        parameters: info.parameters,
+        tool_version: info.tool_version,
+        report: info.report,
+        lights,
+    })
+}
+
+fn text_of_lights(info: &LightsInfo) -> Vec<String> {
+    let mut lines = vec![format!("lights {}", info.format_version)];
+    lines.push(format!(
+        "{} lights, {} asked for, seed {}",
+        info.lights.len(),
+        info.requested_count,
+        info.seed
+    ));
+    if !info.map_hash.is_empty() {
+        let [width, height] = info.map_size;
+        lines.push(format!("map: {width} x {height}, hash {}", info.map_hash));
+    }
+    if let Some(report) = info.report {
+        lines.push(format!(
+            "rel_l2 {:.4}, energy_ratio {:.4?}, irradiance_error {:.4}, fibre_error {:.4}",
+            report.rel_l2, report.energy_ratio, report.irradiance_error, report.fibre_error
+        ));
+    }
+    lines.extend(parameters(&info.parameters, &info.tool_version));
+    lines.push("direction x, y, z; lambda; r, g, b".to_owned());
+    for light in &info.lights {
+        let ([x, y, z], [r, g, b]) = (light.direction, light.rgb);
+        lines.push(format!(
+            "{x:8.4} {y:8.4} {z:8.4}  {:8.5}  {r:10.4} {g:10.4} {b:10.4}",
+            light.lambda
+        ));
+    }
+    lines
+}
+
+#[derive(Serialize)]
+struct AxisInfo {
+    name: String,
+    min: f64,
+    max: f64,
+    count: u32,
+    spacing: &'static str,
+    texel_centres: &'static str,
+}
+
+#[derive(Serialize)]
+struct TableEntry {
+    name: String,
+    axes: Vec<AxisInfo>,
+    channels: Vec<String>,
+    format: String,
+    max_interpolation_error: f32,
+}
+
+#[derive(Serialize)]
+struct TablesInfo {
+    kind: &'static str,
+    format_version: String,
+    fresnel: String,
+    parameters: Vec<(String, String)>,
+    tool_version: String,
+    tables: Vec<TableEntry>,
+}
+
+/// Reads everything, so that damage anywhere is found, and keeps the headers.
+fn tables(path: &Path) -> Result<TablesInfo, Failure> {
+    let format_version = version(path, Kind::Tables)?;
+    let file = TableFile::read(path).map_err(Failure::input)?;
+    let entries = file.tables.iter().map(|table| TableEntry {
+        name: table.name.clone(),
+        axes: table
+            .axes
+            .iter()
+            .map(|axis| AxisInfo {
+                name: axis.name.clone(),
+                min: axis.min,
+                max: axis.max,
+                count: axis.count,
+                spacing: axis.spacing.name(),
+                texel_centres: Axis::TEXEL_CENTRES,
+            })
+            .collect(),
+        channels: table.channels.clone(),
+        format: table.header().format(),
+        max_interpolation_error: table.max_interpolation_error,
+    });
+    Ok(TablesInfo {
+        kind: "tables",
+        format_version,
+        tables: entries.collect(),
+        fresnel: file.fresnel,
+        parameters: file.info.parameters,
+        tool_version: file.info.tool_version,
+    })
+}
+
+fn text_of_tables(info: &TablesInfo) -> Vec<String> {
+    let mut lines = vec![
+        format!("tables {}", info.format_version),
+        format!("fresnel {}", info.fresnel),
+    ];
+    lines.extend(parameters(&info.parameters, &info.tool_version));
+    for table in &info.tables {
+        lines.push(format!(
+            "{}: {}, channels {}, max interpolation error {:.2e}",
+            table.name,
+            table.format,
+            table.channels.join(" "),
+            table.max_interpolation_error
+        ));
+        for axis in &table.axes {
+            lines.push(format!(
+                "  {}: {} texels, {} to {}, {}, {}",
+                axis.name, axis.count, axis.min, axis.max, axis.spacing, axis.texel_centres
+            ));
+        }
+    }
+    lines
 }

@@ -1,0 +1,128 @@
+//! Tables as arrays for other programs.
+
+use std::path::PathBuf;
+
+use strandlight_formats::{Axis, Spacing, Table, TableFile};
+use strandlight_scattering::axis;
+use strandlight_scattering::circular_gaussian::circular_gaussian_integral;
+use strandlight_scattering::table_layout::{C_AXIS_NAMES, C_FROM_B};
+
+use super::super::Failure;
+use super::{Output, exr_file, npy};
+
+/// One `.npy` of shape [channel, axis 0, axis 1, ...] for each table, and one vector for each of
+/// its axes.
+pub fn to_npy(file: &TableFile, path_of: &dyn Fn(&str) -> PathBuf) -> Vec<Output> {
+    let mut outputs = Vec::new();
+    for table in &file.tables {
+        let (channels, planes) = answers(table);
+        let mut shape = vec![channels.len()];
+        shape.extend(table.axes.iter().map(|axis| axis.count as usize));
+        outputs.push(Output {
+            path: path_of(&table.name),
+            what: format!("npy float32 {shape:?}: {}", channels.join(", ")),
+            bytes: npy::float32(&shape, &planes.concat()),
+        });
+        for axis in &table.axes {
+            outputs.push(Output {
+                path: path_of(&format!("{}_{}", table.name, axis.name)),
+                what: format!(
+                    "npy float64 [{}]: texel centres of {}",
+                    axis.count, axis.name
+                ),
+                bytes: npy::float64(&centres(axis)),
+            });
+        }
+    }
+    outputs
+}
+
+/// One `.exr` for each table: rows are axis 0, columns axis 1.
+pub fn to_exr(file: &TableFile, path_of: &dyn Fn(&str) -> PathBuf) -> Result<Vec<Output>, Failure> {
+    let mut outputs = Vec::new();
+    for table in &file.tables {
+        let path = path_of(&table.name);
+        let [rows, columns] = &table.axes[..] else {
+            let what = format!("table {} is no picture: not two axes", table.name);
+            return Err(Failure::file(&path, what));
+        };
+        let (width, height) = (columns.count as usize, rows.count as usize);
+        let (channels, planes) = answers(table);
+        let what = format!(
+            "OpenEXR, {width} x {height} float32: {}",
+            channels.join(", ")
+        );
+        let named = channels.into_iter().zip(planes).collect();
+        let bytes =
+            exr_file::encode(width, height, named).map_err(|error| Failure::file(&path, error))?;
+        outputs.push(Output { path, what, bytes });
+    }
+    Ok(outputs)
+}
+
+/// Names and planes of what a table answers: C_0 to C_6 for the table `C`, whose stored basis
+/// b_i is over C_0 (see [`strandlight_scattering::table_layout`]), the channels as they are for
+/// the others.
+fn answers(table: &Table) -> (Vec<String>, Vec<Vec<f32>>) {
+    let n_channels = table.channels.len();
+    let basis: Option<Vec<usize>> = (0..7)
+        .map(|i| {
+            table
+                .channels
+                .iter()
+                .position(|name| *name == format!("b{i}"))
+        })
+        .collect();
+    let on_kappa = table
+        .axes
+        .first()
+        .is_some_and(|axis| axis.name == C_AXIS_NAMES[0]);
+    let Some(basis) = basis.filter(|_| table.name == "C" && on_kappa) else {
+        let planes = (0..n_channels)
+            .map(|channel| {
+                table
+                    .data
+                    .iter()
+                    .skip(channel)
+                    .step_by(n_channels)
+                    .copied()
+                    .collect()
+            })
+            .collect();
+        return (table.channels.clone(), planes);
+    };
+    let kappas = centres(&table.axes[0]);
+    let texels_per_row = table.data.len() / n_channels / kappas.len();
+    let mut planes = vec![Vec::with_capacity(table.data.len() / n_channels); 7];
+    for (texel_ix, texel) in table.data.chunks_exact(n_channels).enumerate() {
+        let c_0 = circular_gaussian_integral(kappas[texel_ix / texels_per_row]);
+        for (row, plane) in C_FROM_B.iter().zip(&mut planes) {
+            let sum: f64 = row
+                .iter()
+                .zip(&basis)
+                .map(|(m, &at)| m * f64::from(texel[at]))
+                .sum();
+            plane.push((c_0 * sum) as f32);
+        }
+    }
+    ((0..7).map(|k| format!("C{k}")).collect(), planes)
+}
+
+/// Values at the texel centres of `axis`.
+fn centres(axis: &Axis) -> Vec<f64> {
+    let spacing = match axis.spacing {
+        Spacing::Linear => axis::Spacing::Linear,
+        Spacing::Log => axis::Spacing::Log,
+        Spacing::InverseSqrt => axis::Spacing::InverseSqrt,
+        Spacing::RootSquare => axis::Spacing::RootSquare,
+        Spacing::Reciprocal => axis::Spacing::Reciprocal,
+        Spacing::Concave => axis::Spacing::Concave,
+    };
+    let warped = axis::Axis {
+        min: axis.min,
+        max: axis.max,
+        count: axis.count,
+        spacing,
+    };
+    (0..axis.count).map(|ix| warped.value_at(ix)).collect()
+}
