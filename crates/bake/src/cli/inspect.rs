@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use strandlight_formats::{
     Axis, Container, FitReport, Groom, HairImport, Kind, LightSet, Scene, SrbfLight, TableFile,
 };
@@ -101,6 +101,11 @@ impl Content {
     }
 }
 
+/// Pairs as a JSON object, in their order.
+fn as_map<S: Serializer>(pairs: &[(String, String)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
+}
+
 fn show<T: Serialize>(info: &T, json: bool, text: impl Fn(&T) -> Vec<String>) -> Outcome {
     if json {
         return print_line(serde_json::to_string_pretty(info).map_err(Failure::input)?);
@@ -155,6 +160,7 @@ struct GroomInfo {
     /// Strands of one point in the `.hair` file, kept for export only.
     single_point_strands: usize,
     attributes: Vec<AttributeInfo>,
+    #[serde(serialize_with = "as_map")]
     parameters: Vec<(String, String)>,
     tool_version: String,
 }
@@ -272,6 +278,7 @@ pub struct LightsInfo {
     map_size: [u32; 2],
     requested_count: u32,
     seed: u64,
+    #[serde(serialize_with = "as_map")]
     parameters: Vec<(String, String)>,
     tool_version: String,
     report: Option<FitReport>,
@@ -350,6 +357,7 @@ struct TablesInfo {
     kind: &'static str,
     format_version: String,
     fresnel: String,
+    #[serde(serialize_with = "as_map")]
     parameters: Vec<(String, String)>,
     tool_version: String,
     tables: Vec<TableEntry>,

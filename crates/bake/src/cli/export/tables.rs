@@ -93,7 +93,7 @@ fn answers(table: &Table) -> (Vec<String>, Vec<Vec<f32>>) {
     };
     let kappas = centres(&table.axes[0]);
     let texels_per_row = table.data.len() / n_channels / kappas.len();
-    let mut planes = vec![Vec::with_capacity(table.data.len() / n_channels); 7];
+    let mut planes = vec![Vec::new(); 7];
     for (texel_ix, texel) in table.data.chunks_exact(n_channels).enumerate() {
         let c_0 = circular_gaussian_integral(kappas[texel_ix / texels_per_row]);
         for (row, plane) in C_FROM_B.iter().zip(&mut planes) {
