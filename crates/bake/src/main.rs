@@ -4,6 +4,7 @@
 
 mod cli;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -45,22 +46,34 @@ fn main() -> ExitCode {
         // Help and version are answers, not errors.
         Err(answer) => answer.exit(),
     };
-    let result = match command {
-        Command::Demo(args) => cli::demo::run(&args),
-        Command::Tables(args) => cli::tables::run(&args),
-        Command::Lights(args) => cli::lights::run(&args),
-        Command::Groom(args) => cli::groom::run(&args),
-        Command::Inspect(args) => cli::inspect::run(&args),
-        Command::Export(args) => cli::export::run(&args),
-        Command::Verify(args) => cli::verify::run(&args),
-        Command::Render(args) => cli::render::run(&args),
-        Command::Probe(args) => cli::probe::run(&args),
-    };
-    match result {
+    match dispatch(&command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("strandlight: {failure}");
             failure.exit_code()
         }
+    }
+}
+
+fn dispatch(command: &Command) -> cli::Outcome {
+    match command {
+        Command::Demo(args) => cli::demo::run(args, run_line),
+        Command::Tables(args) => cli::tables::run(args),
+        Command::Lights(args) => cli::lights::run(args),
+        Command::Groom(args) => cli::groom::run(args),
+        Command::Inspect(args) => cli::inspect::run(args),
+        Command::Export(args) => cli::export::run(args),
+        Command::Verify(args) => cli::verify::run(args),
+        Command::Render(args) => cli::render::run(args),
+        Command::Probe(args) => cli::probe::run(args),
+    }
+}
+
+/// Runs one command line, given without the program's name, as the user would.
+fn run_line(line: &[OsString]) -> cli::Outcome {
+    let program = OsString::from("strandlight");
+    match Cli::try_parse_from(std::iter::once(&program).chain(line)) {
+        Ok(cli) => dispatch(&cli.command),
+        Err(error) => Err(cli::usage(&error)),
     }
 }

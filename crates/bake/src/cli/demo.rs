@@ -1,12 +1,102 @@
-//! `strandlight demo`.
+//! `strandlight demo`: the whole pipeline on the bundled sample.
+//!
+//! Each step is the very command line that it prints, so the demo shows how to go on alone.
 
-use super::{Failure, Outcome};
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use strandlight_bake::progress::timed;
+
+use super::{Failure, Outcome, print_line, write_output};
 
 /// Bakes and renders the bundled sample
+///
+/// Bakes the tables, fits lights to a studio map, grows hair, verifies all three and renders
+/// them. Needs nothing but this program.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// Folder for everything the demo writes; made if it is not there
+    #[arg(long, value_name = "DIR", default_value = "demo")]
+    out: PathBuf,
+}
 
-/// Runs the command.
-pub fn run(_args: &Args) -> Outcome {
-    Err(Failure::Input("not built yet".to_owned()))
+const MAP: &[u8] = include_bytes!("../../../../data/sample/studio.exr");
+const SCENE: &[u8] = include_bytes!("../../../../data/sample/scene.toml");
+
+/// One step: what it is for, and its command line with file names inside the demo's folder
+/// written as `@NAME`.
+struct Step {
+    purpose: &'static str,
+    line: &'static str,
+}
+
+const STEPS: [Step; 5] = [
+    Step {
+        purpose: "bake the tables",
+        line: "tables -o @default.tables",
+    },
+    Step {
+        purpose: "fit lights to the map",
+        line: "lights @studio.exr -o @studio.lights --report @studio.json --preview @studio.png",
+    },
+    Step {
+        purpose: "grow hair",
+        line: "groom generate --style wavy --strands 12000 --points-per-strand 48 -o @wavy.groom",
+    },
+    Step {
+        purpose: "verify what was baked",
+        line: "verify @default.tables @studio.lights @wavy.groom --map @studio.exr",
+    },
+    Step {
+        purpose: "render",
+        line: "render @scene.toml -o @demo.png",
+    },
+];
+
+/// Runs the command; `run_line` runs another command line of this program.
+pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
+    let folder = &args.out;
+    fs::create_dir_all(folder)
+        .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
+    write_output(&folder.join("studio.exr"), MAP)?;
+    write_output(&folder.join("scene.toml"), SCENE)?;
+
+    let mut seconds = Vec::with_capacity(STEPS.len());
+    for step in &STEPS {
+        let line = command_line(step.line, folder);
+        let shown: Vec<_> = line.iter().map(|word| word.to_string_lossy()).collect();
+        print_line(format_args!(
+            "\n{}:\n$ strandlight {}",
+            step.purpose,
+            shown.join(" ")
+        ))?;
+        let (outcome, spent) = timed(|| run_line(&line));
+        outcome?;
+        seconds.push(spent);
+    }
+
+    print_line("\nseconds:")?;
+    for (step, spent) in STEPS.iter().zip(&seconds) {
+        print_line(format_args!("{spent:8.2}  {}", step.purpose))?;
+    }
+    print_line(format_args!("{:8.2}  in all", seconds.iter().sum::<f64>()))?;
+    let shown = folder.display();
+    print_line(format_args!(
+        "\nThe picture is {shown}/demo.png; {shown}/studio.png shows the map, its lights and what they miss.\n\
+         Next: change sigma_a or width_deg in {shown}/scene.toml and run the last command again,\n\
+         or bring your own map and hair:\n\
+         $ strandlight lights MAP.exr -o {shown}/studio.lights\n\
+         $ strandlight groom import MODEL.hair -o {shown}/wavy.groom"
+    ))
+}
+
+/// The words of `line`, with `@NAME` as a file in `folder`.
+fn command_line(line: &str, folder: &Path) -> Vec<OsString> {
+    line.split_whitespace()
+        .map(|word| match word.strip_prefix('@') {
+            Some(name) => folder.join(name).into_os_string(),
+            None => OsString::from(word),
+        })
+        .collect()
 }
