@@ -6,7 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fresnel::{Fresnel, dielectric_transmittance};
-use crate::quadrature::GaussLegendre;
+use crate::quadrature::{GaussLegendre, integrate_tanh_sinh};
 
 /// `H_0, H_2, H_4, H_6`.
 pub type Moments = [f64; 4];
@@ -42,7 +42,7 @@ fn transmittance(fresnel: Fresnel, eta: f64, x: f64, sin_gamma: f64, cos_gamma: 
 }
 
 /// `h^k (1-F)^2 F^(p-1) dh/dgamma` of TT (k = 0, 2, 4, 6), then of TRT.
-pub(crate) fn moment_integrand(
+fn moment_integrand(
     fresnel: Fresnel,
     eta: f64,
     x: f64,
@@ -96,6 +96,18 @@ impl MomentRule {
             tt: [a, b, c, d],
             trt: [e, f, g, h],
         }
+    }
+}
+
+/// [`MomentRule::moments`] by the tanh-sinh rule in gamma with 257 nodes: slower, and independent
+/// of the nodes the tables are baked with.
+pub fn moments_tanh_sinh(fresnel: Fresnel, eta: f64, x: f64) -> HMoments {
+    let sums = integrate_tanh_sinh(0.0, FRAC_PI_2, 5, |gamma, from_grazing| {
+        moment_integrand(fresnel, eta, x, gamma.sin(), from_grazing.sin())
+    });
+    HMoments {
+        tt: std::array::from_fn(|i| 2.0 * sums[i]),
+        trt: std::array::from_fn(|i| 2.0 * sums[i + 4]),
     }
 }
 

@@ -139,6 +139,22 @@ pub fn h_column(eta: f64, cos_theta_d: f64, dielectric: bool) -> f64 {
     }
 }
 
+/// theta_d in 0..=pi/2 at index `eta` >= 1 and column variable `x` in 0..=1: inverse of
+/// [`h_column`]. At eta = 1 every theta_d has x = 1; the answer is 0 there and pi/2 below.
+pub fn theta_d_from_h_column(eta: f64, x: f64, dielectric: bool) -> f64 {
+    let cos = if dielectric {
+        let rest = (eta - x) * (eta + x);
+        if rest > 0.0 {
+            x * ((eta - 1.0) * (eta + 1.0) / rest).sqrt()
+        } else {
+            1.0
+        }
+    } else {
+        x
+    };
+    cos.clamp(0.0, 1.0).acos()
+}
+
 /// f32 twin of [`h_column`], operation for operation (and in WGSL).
 pub fn h_column_f32(eta: f32, cos_theta_d: f32, dielectric: bool) -> f32 {
     let c = cos_theta_d.clamp(0.0, 1.0);
@@ -178,6 +194,8 @@ mod tests {
                 let eta_eff = (eta * eta - sin * sin).sqrt() / cos;
                 let x = h_column(eta, cos, true);
                 assert!((x - eta / eta_eff).abs() < 1e-14);
+                let back = theta_d_from_h_column(eta, x, true);
+                assert!((back - theta_d).abs() < 1e-7);
                 assert_eq!(h_column(eta, cos, false), cos);
                 let twin = h_column_f32(eta as f32, cos as f32, true);
                 assert!((f64::from(twin) - x).abs() < 2e-4 / (eta - 1.0).max(1e-3) * 1e-2);

@@ -1,12 +1,149 @@
 //! `strandlight tables`.
 
-use super::{Failure, Outcome};
+use std::path::PathBuf;
 
-/// Bakes the tables
+use clap::ValueEnum;
+use serde_json::json;
+use strandlight_bake::progress::{Progress, timed};
+use strandlight_bake::tables::{Float16Cost, N_STEPS, bake_tables, float16_cost};
+use strandlight_formats::{Kind, TableFile};
+
+use super::{Failure, Outcome, print_line, write_output};
+
+/// Bakes the tables that the renderer looks up
+///
+/// `C` over light width and azimuth serves the R lobe, `H_TT` and `H_TRT` over refractive index
+/// and inclination the other two. They depend on nothing but the Fresnel term; the program
+/// carries a copy of the dielectric ones.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// The .tables file to write
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Fresnel term of the H tables
+    #[arg(long, default_value = "dielectric")]
+    fresnel: FresnelArg,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum FresnelArg {
+    Dielectric,
+    Schlick,
+}
+
+impl From<FresnelArg> for strandlight_scattering::fresnel::Fresnel {
+    fn from(arg: FresnelArg) -> Self {
+        match arg {
+            FresnelArg::Dielectric => Self::Dielectric,
+            FresnelArg::Schlick => Self::Schlick,
+        }
+    }
+}
 
 /// Runs the command.
-pub fn run(_args: &Args) -> Outcome {
-    Err(Failure::Input("not built yet".to_owned()))
+pub fn run(args: &Args) -> Outcome {
+    let progress = Progress::new("tables", N_STEPS);
+    let (file, seconds) = timed(|| bake_tables(args.fresnel.into(), &progress));
+    progress.finish();
+    let bytes = file.to_bytes().map_err(Failure::input)?;
+    let cost = float16_cost(&file).map_err(Failure::input)?;
+    write_output(&args.output, &bytes)?;
+    if args.json {
+        print_line(json_report(args, &file, bytes.len(), seconds, &cost))
+    } else {
+        print_report(args, &file, bytes.len(), seconds, &cost)
+    }
+}
+
+fn print_report(
+    args: &Args,
+    file: &TableFile,
+    n_bytes: usize,
+    seconds: f64,
+    cost: &Float16Cost,
+) -> Outcome {
+    for table in &file.tables {
+        let axes: Vec<String> = table
+            .axes
+            .iter()
+            .map(|axis| {
+                let (name, count, spacing) = (&axis.name, axis.count, axis.spacing.name());
+                format!("{name} {}..{} ({count}, {spacing})", axis.min, axis.max)
+            })
+            .collect();
+        print_line(format!(
+            "{}: {}; {}; error between texels {:.2e}",
+            table.name,
+            axes.join(" x "),
+            table.header().format(),
+            table.max_interpolation_error
+        ))?;
+    }
+    print_line(format!(
+        "half floats would cost: R lobe {:.1e} (95 % of texels; {:.1e} if powers were stored), \
+         H {:.1e}",
+        cost.shares_p95, cost.powers_p95, cost.moments
+    ))?;
+    let (major, minor) = Kind::Tables.version();
+    print_line(format!(
+        "wrote {}: tables version {major}.{minor}, {} fresnel, {n_bytes} bytes, baked in {:.0} ms",
+        args.output.display(),
+        file.fresnel,
+        1e3 * seconds
+    ))
+}
+
+fn json_report(
+    args: &Args,
+    file: &TableFile,
+    n_bytes: usize,
+    seconds: f64,
+    cost: &Float16Cost,
+) -> serde_json::Value {
+    let tables: Vec<_> = file
+        .tables
+        .iter()
+        .map(|table| {
+            let axes: Vec<_> = table
+                .axes
+                .iter()
+                .map(|axis| {
+                    json!({
+                        "name": axis.name,
+                        "min": axis.min,
+                        "max": axis.max,
+                        "count": axis.count,
+                        "spacing": axis.spacing.name(),
+                    })
+                })
+                .collect();
+            json!({
+                "name": table.name,
+                "axes": axes,
+                "channels": table.channels,
+                "format": table.header().format(),
+                "max_interpolation_error": table.max_interpolation_error,
+            })
+        })
+        .collect();
+    json!({
+        "file": args.output.display().to_string(),
+        "bytes": n_bytes,
+        "seconds": seconds,
+        "fresnel": file.fresnel,
+        "tables": tables,
+        "float16": {
+            "c_error_over_c_0": cost.shares_c,
+            "r_lobe_median": cost.shares_median,
+            "r_lobe_p95": cost.shares_p95,
+            "r_lobe_max": cost.shares_max,
+            "r_lobe_from_powers_median": cost.powers_median,
+            "r_lobe_from_powers_p95": cost.powers_p95,
+            "r_lobe_from_powers_max": cost.powers_max,
+            "h_error": cost.moments,
+        },
+    })
 }

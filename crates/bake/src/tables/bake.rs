@@ -1,0 +1,237 @@
+//! Filling the tables.
+
+use rayon::prelude::*;
+use strandlight_formats::{Axis as FileAxis, Table, TableFile, TableInfo};
+use strandlight_scattering::axis::Axis;
+use strandlight_scattering::c_integrals::BernsteinRule;
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::h_moments::MomentRule;
+use strandlight_scattering::table_layout::{
+    C_CHANNELS, C_COLUMNS, C_FROM_B, C_ROWS, H_CHANNELS, H_COLUMNS, H_ROWS, theta_d_from_h_column,
+};
+
+use super::layout::{axis_names, file_axis};
+use crate::progress::Progress;
+
+/// Nodes of the moments' rule: 1e-14 on the grid of the default axes.
+const MOMENT_NODES: usize = 40;
+
+/// Errors of the H tables count up to this theta_d; beyond, the lobes fade out.
+pub(super) const H_THETA_D_MAX: f64 = 1.5;
+
+/// Steps of progress that [`bake_tables`] makes.
+pub const N_STEPS: u64 = C_ROWS.count as u64 + H_ROWS.count as u64;
+
+/// Bakes `C`, `H_TT` and `H_TRT` on their default axes.
+///
+/// `C` holds Gauss-Legendre quadratures of the positive basis, split at the kink; H
+/// Gauss-Legendre quadratures in `s`, `h = cos(pi/2 s^2)`, for both Fresnel terms. Each table's
+/// `max_interpolation_error` is measured at the middle of every cell: for `C` the largest
+/// `|error of C_k| / C_0` over k, for H the largest absolute error where theta_d <= 1.5. Rows run
+/// in parallel on the current rayon pool; the result does not depend on the number of threads.
+/// `progress` gets one step per row, [`N_STEPS`] in all.
+pub fn bake_tables(fresnel: Fresnel, progress: &Progress) -> TableFile {
+    let (h_tt, h_trt) = bake_h(fresnel, progress);
+    let tables = vec![bake_c(progress), h_tt, h_trt];
+    let parameters = [
+        ("fresnel", fresnel.name()),
+        (
+            "C max_interpolation_error",
+            "of C_k over C_0, k = 0..6, cell centres",
+        ),
+        (
+            "H max_interpolation_error",
+            "absolute, theta_d <= 1.5, cell centres",
+        ),
+    ];
+    TableFile {
+        fresnel: fresnel.name().to_owned(),
+        tables,
+        info: TableInfo {
+            parameters: parameters
+                .map(|(name, value)| (name.to_owned(), value.to_owned()))
+                .to_vec(),
+            ..TableInfo::default()
+        },
+    }
+}
+
+/// Rows of texels and rows of cell middles of a grid: each row's values, in parallel.
+struct Grid<const N: usize> {
+    texels: Vec<[f32; N]>,
+    middles: Vec<[f64; N]>,
+}
+
+/// Evaluates `f(row value, column value)` on the texel centres and the cell middles.
+fn evaluate<const N: usize>(
+    rows: &Axis,
+    columns: &Axis,
+    progress: &Progress,
+    f: impl Fn(f64, f64) -> [f64; N] + Sync,
+) -> Grid<N> {
+    let values = |axis: &Axis, shift: f64, count: u32| -> Vec<f64> {
+        let last = f64::from(axis.count - 1);
+        (0..count)
+            .map(|ix| axis.value_from_unit((f64::from(ix) + shift) / last))
+            .collect()
+    };
+    let row_centres = values(rows, 0.0, rows.count);
+    let row_middles = values(rows, 0.5, rows.count - 1);
+    let column_centres = values(columns, 0.0, columns.count);
+    let column_middles = values(columns, 0.5, columns.count - 1);
+    let by_row: Vec<(Vec<[f32; N]>, Vec<[f64; N]>)> = (0..row_centres.len())
+        .into_par_iter()
+        .map(|ix| {
+            let texels = column_centres
+                .iter()
+                .map(|&column| f(row_centres[ix], column).map(|value| value as f32))
+                .collect();
+            let middles = match row_middles.get(ix) {
+                Some(&row) => column_middles
+                    .iter()
+                    .map(|&column| f(row, column))
+                    .collect(),
+                None => Vec::new(),
+            };
+            progress.advance(1);
+            (texels, middles)
+        })
+        .collect();
+    let mut grid = Grid {
+        texels: Vec::with_capacity(row_centres.len() * column_centres.len()),
+        middles: Vec::with_capacity(row_middles.len() * column_middles.len()),
+    };
+    for (texels, middles) in by_row {
+        grid.texels.extend(texels);
+        grid.middles.extend(middles);
+    }
+    grid
+}
+
+impl<const N: usize> Grid<N> {
+    /// Largest `measure(row, column, interpolated - exact)` over the middles of all cells.
+    fn interpolation_error(
+        &self,
+        n_columns: usize,
+        measure: impl Fn(usize, usize, [f64; N]) -> f64,
+    ) -> f64 {
+        let n_middles = n_columns - 1;
+        let mut worst = 0.0f64;
+        for (ix, exact) in self.middles.iter().enumerate() {
+            let (row, column) = (ix / n_middles, ix % n_middles);
+            let corner = row * n_columns + column;
+            let corners = [
+                corner,
+                corner + 1,
+                corner + n_columns,
+                corner + n_columns + 1,
+            ];
+            let error = std::array::from_fn(|i| {
+                let sum: f64 = corners.iter().map(|&c| f64::from(self.texels[c][i])).sum();
+                0.25 * sum - exact[i]
+            });
+            worst = worst.max(measure(row, column, error));
+        }
+        worst
+    }
+}
+
+fn bake_c(progress: &Progress) -> Table {
+    let rule = BernsteinRule::default();
+    let grid = evaluate(&C_ROWS, &C_COLUMNS, progress, |kappa, cos_half_phi| {
+        rule.shares(kappa, cos_half_phi)
+    });
+    let error = grid.interpolation_error(C_COLUMNS.count as usize, |_, _, b| {
+        C_FROM_B
+            .iter()
+            .map(|row| row.iter().zip(b).map(|(m, b)| m * b).sum::<f64>().abs())
+            .fold(0.0, f64::max)
+    });
+    let data = grid
+        .texels
+        .iter()
+        .flat_map(|&[b0, b1, b2, b3, b4, b5, b6]| [b1, b2, b3, b4, b5, b6, b0, 0.0])
+        .collect();
+    Table {
+        name: "C".to_owned(),
+        axes: file_axes([&C_ROWS, &C_COLUMNS], axis_names(None)),
+        channels: C_CHANNELS.map(str::to_owned).to_vec(),
+        data,
+        max_interpolation_error: error as f32,
+    }
+}
+
+fn bake_h(fresnel: Fresnel, progress: &Progress) -> (Table, Table) {
+    let rule = MomentRule::new(MOMENT_NODES);
+    let grid = evaluate(&H_ROWS, &H_COLUMNS, progress, |eta, column| {
+        let moments = rule.moments(fresnel, eta, column);
+        let (tt, trt) = (moments.tt, moments.trt);
+        [tt[0], tt[1], tt[2], tt[3], trt[0], trt[1], trt[2], trt[3]]
+    });
+    let middle = |axis: &Axis, ix: usize| {
+        axis.value_from_unit((ix as f64 + 0.5) / f64::from(axis.count - 1))
+    };
+    let dielectric = fresnel == Fresnel::Dielectric;
+    let table = |name: &str, first: usize| {
+        let error = grid.interpolation_error(H_COLUMNS.count as usize, |row, column, error| {
+            let (eta, x) = (middle(&H_ROWS, row), middle(&H_COLUMNS, column));
+            if theta_d_from_h_column(eta, x, dielectric) > H_THETA_D_MAX {
+                return 0.0;
+            }
+            let errors = &error[first..first + 4];
+            errors.iter().fold(0.0, |worst: f64, e| worst.max(e.abs()))
+        });
+        Table {
+            name: name.to_owned(),
+            axes: file_axes([&H_ROWS, &H_COLUMNS], axis_names(Some(fresnel))),
+            channels: H_CHANNELS.map(str::to_owned).to_vec(),
+            data: grid
+                .texels
+                .iter()
+                .flat_map(|texel| texel[first..first + 4].iter().copied())
+                .collect(),
+            max_interpolation_error: error as f32,
+        }
+    };
+    (table("H_TT", 0), table("H_TRT", 4))
+}
+
+fn file_axes(axes: [&Axis; 2], names: [&str; 2]) -> Vec<FileAxis> {
+    axes.iter()
+        .zip(names)
+        .map(|(axis, name)| file_axis(axis, name))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thread_count_changes_nothing() {
+        let bake = |n| {
+            rayon::ThreadPoolBuilder::new()
+                .num_threads(n)
+                .build()
+                .unwrap()
+                .install(|| bake_tables(Fresnel::Dielectric, &Progress::silent()))
+        };
+        assert!(bake(1) == bake(3));
+    }
+
+    #[test]
+    fn interpolation_keeps_its_promise() {
+        for (fresnel, h_error) in [(Fresnel::Dielectric, 7e-4), (Fresnel::Schlick, 2.5e-4)] {
+            let file = bake_tables(fresnel, &Progress::silent());
+            file.validate().unwrap();
+            let errors: Vec<f32> = file
+                .tables
+                .iter()
+                .map(|table| table.max_interpolation_error)
+                .collect();
+            println!("{}: C, H_TT, H_TRT {errors:?}", fresnel.name());
+            assert!(errors[0] < 2.5e-4 && errors[0] > 1e-5);
+            assert!(errors[1] < h_error && errors[2] < h_error);
+        }
+    }
+}

@@ -1,0 +1,429 @@
+//! Recomputing the tables by other methods than the baker's.
+//!
+//! | what | baked by | verified by |
+//! |---|---|---|
+//! | shares b_i at texel centres | Gauss-Legendre | tanh-sinh |
+//! | C_k at texel centres and between | Gauss-Legendre | Bessel sums (even k), erf and Dawson or Fourier series (odd k); C_0 analytic |
+//! | H with the dielectric term | Gauss-Legendre | tanh-sinh in gamma |
+//! | H with Schlick's term | Gauss-Legendre | finite sums of Beta functions |
+
+use rayon::prelude::*;
+
+use strandlight_formats::{Table, TableFile};
+use strandlight_scattering::axis::Axis;
+use strandlight_scattering::c_integrals::{c_closed_form, shares_tanh_sinh};
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::h_moments::{moments_tanh_sinh, schlick_moments};
+use strandlight_scattering::table_layout::{C_FROM_B, theta_d_from_h_column};
+
+use super::bake::H_THETA_D_MAX;
+use super::layout::{TableError, find_table, fresnel_of, scattering_axis};
+use super::sample::TableSampler;
+
+/// Relative tolerance at texel centres.
+const CENTRE_TOLERANCE: f64 = 1e-6;
+/// Tolerance of C_k between centres, of C_0.
+const C_BETWEEN_TOLERANCE: f64 = 5e-4;
+/// Absolute tolerance of H between centres.
+const H_BETWEEN_TOLERANCE: f64 = 1e-3;
+/// Random points between centres, per table.
+const N_BETWEEN: u64 = 8192;
+
+/// The entry of a check with the largest error.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Worst {
+    /// Which value: table, channel, texel or point.
+    pub entry: String,
+    /// What the table says.
+    pub found: f64,
+    /// What it should be.
+    pub expected: f64,
+    /// Error in the unit of the check's tolerance; NaN counts as infinite.
+    pub error: f64,
+}
+
+/// One check over many values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// What is checked and in which unit.
+    pub name: &'static str,
+    /// Name of the table.
+    pub table: &'static str,
+    /// Number of values compared.
+    pub n_values: u64,
+    /// Largest error accepted.
+    pub tolerance: f64,
+    /// The worst value.
+    pub worst: Worst,
+}
+
+impl Check {
+    /// Did every value pass?
+    pub fn passed(&self) -> bool {
+        self.n_values > 0 && self.worst.error <= self.tolerance
+    }
+}
+
+/// What [`verify_tables`] found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableReport {
+    /// All checks, in order.
+    pub checks: Vec<Check>,
+}
+
+impl TableReport {
+    /// Did every check pass?
+    pub fn passed(&self) -> bool {
+        !self.checks.is_empty() && self.checks.iter().all(Check::passed)
+    }
+}
+
+/// Checks `C`, `H_TT` and `H_TRT` at every texel centre and at 8192 random points between.
+///
+/// Deterministic (`seed` picks the points) and independent of the number of threads. Tolerances:
+/// 1e-6 relative at centres (with a floor of 1e-12 of C_0 for C_k, 1e-9 for H, below which the
+/// methods themselves cancel); between, 5e-4 of C_0 for C_k and 1e-3 absolute for H up to
+/// theta_d = 1.5.
+///
+/// # Errors
+/// [`TableError`] when a table is missing or laid out otherwise.
+pub fn verify_tables(file: &TableFile, seed: u64) -> Result<TableReport, TableError> {
+    let fresnel = fresnel_of(file)?;
+    let c = find_table(file, "C", None)?;
+    let mut checks = verify_c(c, seed);
+    for (name, first) in [("H_TT", 0), ("H_TRT", 4)] {
+        let table = find_table(file, name, Some(fresnel))?;
+        checks.extend(verify_h(table, name, first, fresnel, seed));
+    }
+    Ok(TableReport { checks })
+}
+
+/// A comparison: what, found, expected, error.
+struct Entry {
+    error: f64,
+    found: f64,
+    expected: f64,
+    label: Label,
+}
+
+#[derive(Clone, Copy)]
+struct Label {
+    channel: &'static str,
+    row: f64,
+    column: f64,
+}
+
+const SHARES: [&str; 7] = ["b0", "b1", "b2", "b3", "b4", "b5", "b6"];
+const POWERS: [&str; 7] = ["C_0", "C_1", "C_2", "C_3", "C_4", "C_5", "C_6"];
+const MOMENTS: [&str; 4] = ["H_0", "H_2", "H_4", "H_6"];
+
+/// Runs `compare` on points 0..n in parallel and keeps the worst, the first of equals.
+fn worst_of(
+    name: &'static str,
+    table: &'static str,
+    tolerance: f64,
+    n: u64,
+    compare: impl Fn(u64) -> Vec<Entry> + Sync,
+) -> Check {
+    let found: Vec<(u64, Option<Entry>)> = (0..n)
+        .into_par_iter()
+        .map(|ix| {
+            let entries = compare(ix);
+            let count = entries.len() as u64;
+            (count, entries.into_iter().reduce(worse))
+        })
+        .collect();
+    let n_values = found.iter().map(|(count, _)| count).sum();
+    let worst = found
+        .into_iter()
+        .filter_map(|(_, entry)| entry)
+        .reduce(worse)
+        .map(|entry| Worst {
+            entry: format!(
+                "{} at row {:.6}, column {:.6}",
+                entry.label.channel, entry.label.row, entry.label.column
+            ),
+            found: entry.found,
+            expected: entry.expected,
+            error: entry.error,
+        })
+        .unwrap_or_default();
+    Check {
+        name,
+        table,
+        n_values,
+        tolerance,
+        worst,
+    }
+}
+
+fn worse(a: Entry, b: Entry) -> Entry {
+    if b.error > a.error { b } else { a }
+}
+
+/// `error`, or infinity in place of NaN, so that a comparison cannot miss it.
+fn entry(channel: &'static str, at: (f64, f64), found: f64, expected: f64, unit: f64) -> Entry {
+    let error = (found - expected).abs() / unit;
+    Entry {
+        error: if error.is_nan() { f64::INFINITY } else { error },
+        found,
+        expected,
+        label: Label {
+            channel,
+            row: at.0,
+            column: at.1,
+        },
+    }
+}
+
+/// Values at the centres of texel `ix`, and where it is.
+fn centre(rows: &Axis, columns: &Axis, ix: u64) -> (f64, f64) {
+    let n_columns = u64::from(columns.count);
+    (
+        rows.value_at((ix / n_columns) as u32),
+        columns.value_at((ix % n_columns) as u32),
+    )
+}
+
+/// Random point `ix`, uniform in texels, rounded to f32 as the renderer has it.
+fn between(rows: &Axis, columns: &Axis, seed: u64, ix: u64) -> (f32, f32) {
+    let unit = |which: u64| {
+        let bits = splitmix64(seed ^ splitmix64(2 * ix + which));
+        (bits >> 11) as f64 / (1u64 << 53) as f64
+    };
+    (
+        rows.value_from_unit(unit(0)) as f32,
+        columns.value_from_unit(unit(1)) as f32,
+    )
+}
+
+/// Steele et al. 2014.
+fn splitmix64(x: u64) -> u64 {
+    let mut z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+fn powers_from_shares(b: &[f64; 7]) -> [f64; 7] {
+    C_FROM_B.map(|row| row.iter().zip(b).map(|(m, b)| m * b).sum())
+}
+
+/// b_0..b_6 of a texel of `C`.
+fn shares(texel: &[f32]) -> [f64; 7] {
+    [6, 0, 1, 2, 3, 4, 5].map(|ix| f64::from(texel[ix]))
+}
+
+fn verify_c(table: &Table, seed: u64) -> Vec<Check> {
+    let (rows, columns) = (
+        scattering_axis(&table.axes[0]),
+        scattering_axis(&table.axes[1]),
+    );
+    let n_texels = u64::from(rows.count) * u64::from(columns.count);
+    let texel = |ix: u64| &table.data[8 * ix as usize..8 * ix as usize + 8];
+    let over_c_0 = |kappa: f64, cos_half_phi: f64| {
+        let phi = 2.0 * cos_half_phi.clamp(0.0, 1.0).acos();
+        let c = c_closed_form(kappa, phi);
+        c.map(|value| value / c[0])
+    };
+    let by_quadrature = worst_of(
+        "shares b_i at texel centres, relative, against tanh-sinh quadrature",
+        "C",
+        CENTRE_TOLERANCE,
+        n_texels,
+        |ix| {
+            let at = centre(&rows, &columns, ix);
+            let expected = shares_tanh_sinh(at.0, at.1);
+            let found = shares(texel(ix));
+            let mut entries: Vec<Entry> = (0..7)
+                .map(|i| {
+                    // Below 1e-30 single precision runs out of exponent.
+                    let unit = expected[i].abs().max(1e-30);
+                    entry(SHARES[i], at, found[i], expected[i], unit)
+                })
+                .collect();
+            entries.push(entry("zero", at, f64::from(texel(ix)[7]), 0.0, 1.0));
+            entries
+        },
+    );
+    let analytic = worst_of(
+        "C_k / C_0 at texel centres, relative, against closed forms",
+        "C",
+        CENTRE_TOLERANCE,
+        n_texels,
+        |ix| {
+            let at = centre(&rows, &columns, ix);
+            let expected = over_c_0(at.0, at.1);
+            let found = powers_from_shares(&shares(texel(ix)));
+            (0..7)
+                .map(|k| {
+                    // The closed forms are exact to 5e-15 of C_0, so to 1e-3 of this unit.
+                    let unit = expected[k].abs().max(5e-6);
+                    entry(POWERS[k], at, found[k], expected[k], unit)
+                })
+                .collect()
+        },
+    );
+    let sampler = TableSampler::new(table);
+    let interpolated = worst_of(
+        "C_k between texel centres, of C_0, against closed forms",
+        "C",
+        C_BETWEEN_TOLERANCE,
+        N_BETWEEN,
+        |ix| {
+            let (kappa, cos_half_phi) = between(&rows, &columns, seed, ix);
+            let at = (f64::from(kappa), f64::from(cos_half_phi));
+            let Some(sampler) = &sampler else {
+                return Vec::new();
+            };
+            let found = powers_from_shares(&shares(&sampler.sample::<8>(kappa, cos_half_phi)));
+            let expected = over_c_0(at.0, at.1);
+            (0..7)
+                .map(|k| entry(POWERS[k], at, found[k], expected[k], 1.0))
+                .collect()
+        },
+    );
+    vec![by_quadrature, analytic, interpolated]
+}
+
+fn verify_h(
+    table: &Table,
+    name: &'static str,
+    first: usize,
+    fresnel: Fresnel,
+    seed: u64,
+) -> [Check; 2] {
+    let (rows, columns) = (
+        scattering_axis(&table.axes[0]),
+        scattering_axis(&table.axes[1]),
+    );
+    let n_texels = u64::from(rows.count) * u64::from(columns.count);
+    let dielectric = fresnel == Fresnel::Dielectric;
+    let exact = |(eta, column): (f64, f64)| {
+        let moments = if dielectric {
+            moments_tanh_sinh(fresnel, eta, column)
+        } else {
+            schlick_moments(eta, column)
+        };
+        if first == 0 { moments.tt } else { moments.trt }
+    };
+    let at_centres = worst_of(
+        "H_k at texel centres, relative, against Beta sums or tanh-sinh quadrature",
+        name,
+        CENTRE_TOLERANCE,
+        n_texels,
+        |ix| {
+            let at = centre(&rows, &columns, ix);
+            let expected = exact(at);
+            (0..4)
+                .map(|i| {
+                    let found = f64::from(table.data[4 * ix as usize + i]);
+                    // The Beta sums are exact to 1e-11, so to 1e-1 of this unit.
+                    let unit = expected[i].abs().max(1e-4);
+                    entry(MOMENTS[i], at, found, expected[i], unit)
+                })
+                .collect()
+        },
+    );
+    let sampler = TableSampler::new(table);
+    let interpolated = worst_of(
+        "H_k between texel centres, absolute, theta_d <= 1.5",
+        name,
+        H_BETWEEN_TOLERANCE,
+        N_BETWEEN,
+        |ix| {
+            let (eta, column) = between(&rows, &columns, seed, ix);
+            let at = (f64::from(eta), f64::from(column));
+            let theta_d = theta_d_from_h_column(at.0, at.1, dielectric);
+            let Some(sampler) = sampler.as_ref().filter(|_| theta_d <= H_THETA_D_MAX) else {
+                return Vec::new();
+            };
+            let (found, expected) = (sampler.sample::<4>(eta, column), exact(at));
+            (0..4)
+                .map(|i| entry(MOMENTS[i], at, f64::from(found[i]), expected[i], 1.0))
+                .collect()
+        },
+    );
+    [at_centres, interpolated]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Progress;
+    use crate::tables::bake_tables;
+
+    #[test]
+    fn baked_tables_pass() {
+        for fresnel in Fresnel::ALL {
+            let file = bake_tables(fresnel, &Progress::silent());
+            let report = verify_tables(&file, 0).unwrap();
+            for check in &report.checks {
+                println!("{} {}: {:?}", check.table, check.name, check.worst);
+            }
+            assert_eq!(report.checks.len(), 7);
+            assert!(report.passed());
+        }
+    }
+
+    #[test]
+    fn any_damaged_value_is_found() {
+        let file = bake_tables(Fresnel::Dielectric, &Progress::silent());
+        let c = |value_ix: usize, factor: f32| {
+            let mut table = file.tables[0].clone();
+            table.data[value_ix] *= factor;
+            verify_c(&table, 0)
+        };
+        let h = |ix: usize, name, value_ix: usize, factor: f32| {
+            let mut table = file.tables[ix].clone();
+            table.data[value_ix] *= factor;
+            verify_h(&table, name, 4 * (ix - 1), Fresnel::Dielectric, 0).to_vec()
+        };
+        let factor = 1.0 + 1e-5;
+        for (table, checks) in [
+            ("C", c(8 * 128 * 20 + 8 * 64 + 3, factor)),
+            ("C", c(8 * 128 * 40 + 8 * 100 + 6, factor)),
+            ("C", c(5, f32::NAN)),
+            ("H_TT", h(1, "H_TT", 4 * 128 * 20 + 4 * 90 + 1, factor)),
+            ("H_TRT", h(2, "H_TRT", 4 * 128 * 20 + 4 * 90 + 3, factor)),
+        ] {
+            let failed: Vec<&Check> = checks.iter().filter(|c| !c.passed()).collect();
+            assert!(!failed.is_empty() && failed.iter().all(|c| c.table == table));
+            println!("{table}: {:?}", failed[0].worst);
+        }
+        let undamaged = verify_h(&file.tables[1], "H_TT", 0, Fresnel::Dielectric, 0);
+        assert!(undamaged.iter().all(Check::passed));
+    }
+
+    #[test]
+    fn a_coarser_grid_misses_the_tolerance_between() {
+        // Every third column: exact at its centres, too coarse between.
+        let mut file = bake_tables(Fresnel::Dielectric, &Progress::silent());
+        let table = &mut file.tables[0];
+        let data = table.data.chunks_exact(8).collect::<Vec<_>>();
+        let coarse: Vec<f32> = data
+            .chunks_exact(128)
+            .flat_map(|row| row[..127].iter().step_by(3).copied().flatten().copied())
+            .collect();
+        table.data = coarse;
+        table.axes[1].count = 43;
+        let checks = verify_c(&file.tables[0], 0);
+        let failed: Vec<&str> = checks
+            .iter()
+            .filter(|check| !check.passed())
+            .map(|check| check.name)
+            .collect();
+        assert!(failed.contains(&"C_k between texel centres, of C_0, against closed forms"));
+    }
+
+    #[test]
+    fn what_is_not_there_is_named() {
+        let mut file = bake_tables(Fresnel::Schlick, &Progress::silent());
+        file.tables[1].channels[0] = "H1".to_owned();
+        let error = verify_tables(&file, 0).unwrap_err().to_string();
+        assert!(error.contains("H_TT") && error.contains("H1"), "{error}");
+        file.tables.remove(1);
+        let error = verify_tables(&file, 0).unwrap_err();
+        assert_eq!(error, TableError::Missing { name: "H_TT" });
+    }
+}

@@ -1,0 +1,83 @@
+//! The bundled tables, and the commands that bake and verify tables.
+
+use std::path::Path;
+use std::process::Output;
+
+use strandlight_bake::progress::Progress;
+use strandlight_bake::tables::bake_tables;
+use strandlight_formats::TableFile;
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_tests::{project_root, strandlight};
+
+fn verify(path: &Path) -> (Output, serde_json::Value) {
+    let output = strandlight()
+        .arg("verify")
+        .arg(path)
+        .arg("--json")
+        .output()
+        .expect("strandlight runs");
+    let document = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    (output, document)
+}
+
+#[test]
+fn bundled_tables_are_what_the_baker_makes() {
+    let bundled = std::fs::read(project_root().join("data/default.tables"))
+        .expect("data/default.tables is part of the project");
+    let baked = bake_tables(Fresnel::Dielectric, &Progress::silent());
+    assert!(
+        baked.to_bytes().expect("tables are sound") == bundled,
+        "data/default.tables is out of date: strandlight tables -o data/default.tables"
+    );
+}
+
+#[test]
+fn baked_tables_verify_and_damaged_ones_do_not() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("schlick.tables");
+    let output = strandlight()
+        .args(["tables", "--fresnel", "schlick", "--json", "-o"])
+        .arg(&path)
+        .output()
+        .expect("strandlight runs");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let report: serde_json::Value =
+        serde_json::from_slice(&output.stdout).expect("one JSON document");
+    assert_eq!(report["fresnel"], "schlick");
+    assert_eq!(report["tables"].as_array().map(Vec::len), Some(3));
+
+    let (output, report) = verify(&path);
+    assert_eq!(output.status.code(), Some(0), "{report}");
+    assert_eq!(report["passed"], true);
+
+    // One value of 98,304, off by 1e-5 of itself, in a file that is whole otherwise.
+    let mut tables = TableFile::read(&path).expect("it was just written");
+    let ix = 4 * (128 * 30 + 80) + 2;
+    tables.tables[2].data[ix] *= 1.0 + 1e-5;
+    tables.write(&path).expect("it can be written");
+    let (output, report) = verify(&path);
+    assert_eq!(output.status.code(), Some(1), "{report}");
+    assert_eq!(report["passed"], false);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        message.contains("H_TRT") && message.contains("H_4"),
+        "{message}"
+    );
+    assert_eq!(message.trim_end().lines().count(), 1);
+}
+
+#[test]
+fn what_is_no_baked_file_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let text = folder.path().join("a.tables");
+    std::fs::write(&text, "hello").expect("it can be written");
+    for path in [text.as_path(), folder.path(), Path::new("not-there.tables")] {
+        let output = strandlight()
+            .arg("verify")
+            .arg(path)
+            .output()
+            .expect("strandlight runs");
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        assert_eq!(String::from_utf8_lossy(&output.stderr).lines().count(), 1);
+    }
+}
