@@ -1,12 +1,176 @@
-//! `strandlight probe`.
+//! `strandlight probe`: values of the model, for checking it from outside.
+//!
+//! One answer line for each line of stdin, in order. A bad line is answered by an error and
+//! nothing else happens; only a missing file or adapter ends the command.
 
-use super::{Failure, Outcome};
+mod evaluate;
+mod reference;
+mod request;
 
-/// Values of the model at given points
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+use strandlight_formats::TableFile;
+use strandlight_scattering::closed_form::MAX_SEGMENTS;
+
+use super::{Failure, Outcome, print_line};
+use evaluate::Evaluator;
+use request::Request;
+
+/// Evaluates the model at given points
+///
+/// Reads JSON Lines on stdin and answers each with {"value": x} or {"error": "..."}. Angles in
+/// radians. Queries: table_C, table_H, azimuthal, single.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// Baked tables [default: the bundled ones]
+    #[arg(long, value_name = "F.tables")]
+    tables: Option<PathBuf>,
+    /// What evaluates
+    #[arg(long, value_enum, default_value_t = Method::Runtime)]
+    method: Method,
+    /// Segments of the outer integral of method paper, 2 to 64
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(2..=i64::from(MAX_SEGMENTS)))]
+    segments: u32,
+}
+
+/// Ways to evaluate the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Method {
+    /// The shader's functions, on the CPU
+    Runtime,
+    /// The shader's functions, on the GPU
+    Gpu,
+    /// Double-precision quadrature of the exact model
+    Reference,
+    /// Xu's scheme as published
+    Paper,
+}
+
+/// Longest line that is read as a query; longer ones are answered by an error.
+const MAX_LINE: usize = 1 << 20;
+/// Most lines evaluated at once on the GPU.
+const MAX_BATCH: usize = 1 << 14;
 
 /// Runs the command.
-pub fn run(_args: &Args) -> Outcome {
-    Err(Failure::Input("not built yet".to_owned()))
+pub fn run(args: &Args) -> Outcome {
+    let tables = load_tables(args)?;
+    let evaluator = Evaluator::new(args.method, args.segments, &tables)?;
+    let mut reader = BufReader::with_capacity(MAX_LINE, io::stdin().lock());
+    loop {
+        let (batch, at_end) = read_batch(&mut reader).map_err(Failure::input)?;
+        let requests: Vec<Result<Request, String>> = batch
+            .into_iter()
+            .map(|line| line.and_then(|line| Request::parse(&line)))
+            .collect();
+        for answer in evaluator.answer(&requests)? {
+            print_line(match answer {
+                Ok(value) => json!({ "value": value }),
+                Err(error) => json!({ "error": error }),
+            })?;
+        }
+        if at_end {
+            return Ok(());
+        }
+    }
+}
+
+/// The tables asked for, or the bundled ones.
+fn load_tables(args: &Args) -> Result<TableFile, Failure> {
+    match &args.tables {
+        Some(path) => TableFile::read(path).map_err(Failure::input),
+        None => evaluate::default_tables(),
+    }
+}
+
+/// A line, or why it cannot be a query.
+type Line = Result<String, String>;
+
+/// The next lines: at least one (unless the input ends), then those that have already arrived,
+/// so that whoever waits for an answer before the next question gets it.
+fn read_batch(reader: &mut BufReader<impl Read>) -> io::Result<(Vec<Line>, bool)> {
+    let mut batch = Vec::new();
+    loop {
+        match read_line(reader)? {
+            None => return Ok((batch, true)),
+            Some(line) => batch.push(line),
+        }
+        if batch.len() >= MAX_BATCH || !reader.buffer().contains(&b'\n') {
+            return Ok((batch, false));
+        }
+    }
+}
+
+/// The next line without its end, in bounded memory; `None` at the end of the input.
+fn read_line(reader: &mut impl BufRead) -> io::Result<Option<Line>> {
+    let mut bytes = Vec::new();
+    let limit = MAX_LINE as u64 + 1;
+    reader.by_ref().take(limit).read_until(b'\n', &mut bytes)?;
+    if bytes.is_empty() {
+        return Ok(None);
+    }
+    if bytes.last() == Some(&b'\n') {
+        bytes.pop();
+    } else if bytes.len() > MAX_LINE {
+        reader.skip_until(b'\n')?;
+        return Ok(Some(Err(format!("line is longer than {MAX_LINE} bytes"))));
+    }
+    Ok(Some(
+        String::from_utf8(bytes).map_err(|_| "line is not UTF-8".to_owned()),
+    ))
+}
+
+/// The answer to a query: a number, or RGB.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Answer {
+    /// One number.
+    Number(f64),
+    /// Linear RGB, where absorption enters.
+    Rgb([f64; 3]),
+}
+
+impl serde::Serialize for Answer {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Answer::Number(value) => serializer.serialize_f64(*value),
+            Answer::Rgb(rgb) => rgb.serialize(serializer),
+        }
+    }
+}
+
+impl Answer {
+    /// The answer, if JSON can say it.
+    fn finite(self) -> Result<Value, String> {
+        let is_finite = match self {
+            Answer::Number(value) => value.is_finite(),
+            Answer::Rgb(rgb) => rgb.iter().all(|value| value.is_finite()),
+        };
+        if is_finite {
+            Ok(json!(self))
+        } else {
+            Err("the value is not finite".to_owned())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_read_in_bounded_memory() {
+        let long = "x".repeat(MAX_LINE + 5);
+        let text = format!("a\n\n{long}\nb");
+        let mut reader = BufReader::new(text.as_bytes());
+        let mut lines = Vec::new();
+        while let Some(line) = read_line(&mut reader).unwrap() {
+            lines.push(line);
+        }
+        assert_eq!(lines.len(), 4);
+        assert_eq!(lines[0], Ok("a".to_owned()));
+        assert_eq!(lines[1], Ok(String::new()));
+        assert!(lines[2].is_err());
+        assert_eq!(lines[3], Ok("b".to_owned()));
+    }
 }

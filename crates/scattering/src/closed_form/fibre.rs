@@ -37,6 +37,9 @@ pub struct Fibre {
     pub padding: u32,
 }
 
+/// Segments m of the outer integral that the renderer uses, the default of Xu 2011.
+pub const DEFAULT_SEGMENTS: u32 = 4;
+
 impl Fibre {
     /// The fibre with these parameters, rounded to single precision.
     ///

@@ -27,7 +27,7 @@ pub use azimuthal::{
     Inclination, Lag, azimuthal_r, azimuthal_trt, azimuthal_tt, eta_star, inclination, lag_between,
 };
 pub use circular_gaussian::{c_0, product_integral};
-pub use fibre::{Fibre, MODE_R, MODE_TRT, MODE_TT};
+pub use fibre::{DEFAULT_SEGMENTS, Fibre, MODE_R, MODE_TRT, MODE_TT};
 pub use frame::{DirectionInFrame, LightInFrame};
 pub use fresnel::{transmittance_dielectric, transmittance_schlick};
 pub use outer_integral::{Longitudinal, MAX_SEGMENTS, hat_weight, longitudinal, node_position};

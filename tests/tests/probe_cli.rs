@@ -1,0 +1,152 @@
+//! `strandlight probe` from the outside.
+
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+use strandlight_tests::random::SplitMix64;
+use strandlight_tests::{oracle, strandlight};
+
+const HAIR: &str = r#"{"eta":1.55,"sigma_a":[0.2,0.3,0.5],"shift":{"r":-0.1,"tt":0.05,"trt":0.15},"width":{"r":0.18,"tt":0.09,"trt":0.36},"caustic_width":0.1,"eccentricity":1.0}"#;
+
+/// Feeds `lines` to the command and returns its answers, which must be as many.
+fn ask(command: &mut Command, lines: &[String]) -> Vec<Value> {
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let text = lines.join("\n") + "\n";
+    let writer = std::thread::spawn(move || stdin.write_all(text.as_bytes()));
+    let output = child.wait_with_output().unwrap();
+    writer.join().unwrap().unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let answers: Vec<Value> = String::from_utf8(output.stdout)
+        .unwrap()
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(answers.len(), lines.len());
+    answers
+}
+
+fn probe(method: &str) -> Command {
+    let mut command = strandlight();
+    command.args(["probe", "--method", method]);
+    command
+}
+
+fn number(answer: &Value) -> f64 {
+    answer["value"]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{answer}"))
+}
+
+#[test]
+fn answers_come_in_order_and_bad_lines_are_errors() {
+    let lines: Vec<String> = [
+        r#"{"q":"table_C","k":3,"lambda":0.5,"phi":2.0}"#,
+        "not json",
+        "",
+        r#"{"q":"table_C","k":9,"lambda":0.5,"phi":2.0}"#,
+        r#"{"q":"nothing"}"#,
+        r#"{"q":"average","name":"a_f"}"#,
+        r#"{"q":"table_H","mode":"TT","k":2,"eta":1.55,"theta_d":0.6,"fresnel":"schlick"}"#,
+        r#"{"q":"table_H","mode":"TT","k":2,"eta":1.55,"theta_d":0.6,"fresnel":"dielectric"}"#,
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    let answers = ask(&mut probe("runtime"), &lines);
+    assert!((number(&answers[0]) - 0.167_204_622_871).abs() < 5e-4 * 0.9);
+    for answer in &answers[1..7] {
+        assert!(answer["error"].is_string(), "{answer}");
+    }
+    assert!((number(&answers[7]) - 0.493_502_932_095).abs() < 1e-3);
+}
+
+/// Random queries of all kinds.
+fn queries(n: usize) -> Vec<String> {
+    let mut random = SplitMix64(20);
+    let mut lines = Vec::new();
+    for ix in 0..n {
+        let lambda = random.log_uniform(0.05, 1.5);
+        let theta = [(); 3].map(|()| random.uniform(-1.2, 1.2));
+        let phi = [(); 2].map(|()| random.uniform(-3.1, 3.1));
+        let mode = ["R", "TT", "TRT", "all"][ix % 4];
+        lines.push(match ix % 3 {
+            0 => format!(
+                r#"{{"q":"table_C","k":{},"lambda":{lambda},"phi":{}}}"#, ix % 7, phi[0]
+            ),
+            1 if mode != "all" => format!(
+                r#"{{"q":"azimuthal","mode":"{mode}","lambda":{lambda},"dphi":{},"theta_d":{},"hair":{HAIR}}}"#,
+                phi[0], theta[0]
+            ),
+            _ => format!(
+                r#"{{"q":"single","mode":"{mode}","light":{{"theta":{},"phi":{},"lambda":{lambda}}},"view":{{"theta":{},"phi":{}}},"hair":{HAIR}}}"#,
+                theta[0], phi[0], theta[1], phi[1]
+            ),
+        });
+    }
+    lines
+}
+
+/// All numbers of an answer.
+fn values(answer: &Value) -> Vec<f64> {
+    match &answer["value"] {
+        Value::Array(rgb) => rgb.iter().map(|value| value.as_f64().unwrap()).collect(),
+        _ => vec![number(answer)],
+    }
+}
+
+#[test]
+fn gpu_paper_and_runtime_answer_alike() {
+    let lines = queries(600);
+    let runtime = ask(&mut probe("runtime"), &lines);
+    let paper = ask(&mut probe("paper"), &lines);
+    assert_eq!(
+        runtime, paper,
+        "the runtime's scheme is the paper's with four segments"
+    );
+    let coarse = ask(probe("paper").args(["--segments", "2"]), &lines);
+    assert_ne!(runtime, coarse);
+    let gpu = ask(&mut probe("gpu"), &lines);
+    let mut n_checked = 0;
+    for ((line, a), b) in lines.iter().zip(&runtime).zip(&gpu) {
+        let (a, b) = (values(a), values(b));
+        // A number where no absorption enters, RGB elsewhere.
+        let is_number = line.contains("table_C") || line.contains(r#""mode":"R""#);
+        assert_eq!(a.len(), if is_number { 1 } else { 3 }, "{line}");
+        let scale = a.iter().fold(1e-3, |max: f64, value| max.max(value.abs()));
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() < 1e-4 * scale, "{line}: {a} {b}");
+            n_checked += 1;
+        }
+    }
+    assert!(n_checked > 1000);
+}
+
+/// The exact model by the command and by this crate's own quadrature.
+#[test]
+fn the_reference_is_exact() {
+    let lines: Vec<String> = (0..7)
+        .map(|k| format!(r#"{{"q":"table_C","k":{k},"lambda":0.5,"phi":2.0}}"#))
+        .chain((0..4).map(|k| {
+            format!(
+                r#"{{"q":"table_H","mode":"TRT","k":{},"eta":1.55,"theta_d":1.2}}"#,
+                2 * k
+            )
+        }))
+        .collect();
+    let answers = ask(&mut probe("reference"), &lines);
+    let c = oracle::c_k(8.0, 2.0);
+    let h = oracle::h_k(1.55, 1.2f64.cos(), 2, false);
+    for (answer, exact) in answers.iter().zip(c.iter().chain(&h)) {
+        assert!((number(answer) - exact).abs() < 1e-9, "{answer} {exact}");
+    }
+}
