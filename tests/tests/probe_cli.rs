@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::process::{Command, Stdio};
+use std::sync::OnceLock;
 
 use serde_json::Value;
 use strandlight_tests::random::SplitMix64;
@@ -36,9 +37,18 @@ fn ask(command: &mut Command, lines: &[String]) -> Vec<Value> {
     answers
 }
 
+/// The command with tables from this crate's own quadrature.
 fn probe(method: &str) -> Command {
+    static FILE: OnceLock<tempfile::NamedTempFile> = OnceLock::new();
+    let file = FILE.get_or_init(|| {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), oracle::tables(false).to_bytes().unwrap()).unwrap();
+        file
+    });
     let mut command = strandlight();
-    command.args(["probe", "--method", method]);
+    command
+        .args(["probe", "--method", method, "--tables"])
+        .arg(file.path());
     command
 }
 

@@ -54,7 +54,7 @@ impl Evaluator {
         if let Backend::Reference(reference) = &self.backend {
             let answer = |request: &Result<Request, String>| {
                 reference
-                    .answer(request.as_ref().map_err(String::clone)?, self.fresnel)
+                    .answer(request.as_ref().map_err(String::clone)?, self.fresnel)?
                     .finite()
             };
             return Ok(requests.iter().map(answer).collect());

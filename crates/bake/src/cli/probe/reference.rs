@@ -26,8 +26,8 @@ impl Reference {
     }
 
     /// The exact answer; `fresnel` is the tables' term, used where a request names none.
-    pub fn answer(&self, request: &Request, fresnel: Fresnel) -> Answer {
-        match request {
+    pub fn answer(&self, request: &Request, fresnel: Fresnel) -> Result<Answer, String> {
+        Ok(match request {
             Request::TableC { k, lambda, phi } => {
                 let all = c_closed_form(2.0 / (lambda * lambda), *phi);
                 Answer::Number(all[*k as usize % 7])
@@ -45,7 +45,9 @@ impl Reference {
                 let moments = if *lobe == Lobe::Tt { both.tt } else { both.trt };
                 Answer::Number(moments[*k as usize / 2 % 4])
             }
-            Request::Azimuthal { .. } | Request::Single { .. } => Answer::Number(f64::NAN),
-        }
+            Request::Azimuthal { .. } | Request::Single { .. } => {
+                return Err("method reference has no scattering yet".to_owned());
+            }
+        })
     }
 }
