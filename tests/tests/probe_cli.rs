@@ -160,3 +160,15 @@ fn the_reference_is_exact() {
         assert!((number(answer) - exact).abs() < 1e-9, "{answer} {exact}");
     }
 }
+
+#[test]
+fn bundled_tables_are_the_default() {
+    let lines = queries(300);
+    let bundled = ask(strandlight().arg("probe"), &lines);
+    let own = ask(&mut probe("runtime"), &lines);
+    for ((line, a), b) in lines.iter().zip(&bundled).zip(&own) {
+        for (a, b) in values(a).iter().zip(values(b)) {
+            assert!((a - b).abs() < 1e-4 * b.abs().max(1e-2), "{line}: {a} {b}");
+        }
+    }
+}

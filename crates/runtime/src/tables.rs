@@ -50,6 +50,9 @@ pub enum TablesError {
     Different,
 }
 
+/// The default tables as a `.tables` file: dielectric, the paper's ranges.
+pub const BUNDLED: &[u8] = include_bytes!("../../../data/default.tables");
+
 /// Most texels along a side, the least that every WebGPU device takes.
 const MAX_SIDE: u32 = 8192;
 

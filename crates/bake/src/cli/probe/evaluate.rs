@@ -2,7 +2,7 @@
 
 use strandlight_formats::TableFile;
 use strandlight_runtime::probe::{GpuProbe, MODE_ALL, Query, evaluate};
-use strandlight_runtime::tables::ShadingTables;
+use strandlight_runtime::tables::{BUNDLED, ShadingTables};
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fibre};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
@@ -149,7 +149,5 @@ fn shape(request: &Request, value: [f32; 4]) -> Answer {
 
 /// The bundled tables.
 pub fn default_tables() -> Result<TableFile, Failure> {
-    Err(Failure::Input(
-        "no bundled tables; give --tables".to_owned(),
-    ))
+    TableFile::from_bytes(BUNDLED).map_err(Failure::input)
 }
