@@ -11,6 +11,7 @@ pub mod axis;
 pub mod c_integrals;
 pub mod circular_gaussian;
 pub mod closed_form;
+pub mod exact;
 pub mod fresnel;
 pub mod h_moments;
 mod hair;
