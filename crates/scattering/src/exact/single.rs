@@ -142,3 +142,77 @@ fn window(fall: &impl Fn(f64) -> f64) -> (f64, f64) {
     };
     (edge(-FRAC_PI_2), edge(FRAC_PI_2))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Halton's sequence: the radical inverse of `i`.
+    fn halton(mut i: u32, base: u32) -> f64 {
+        let (mut value, mut scale) = (0.0, 1.0);
+        while i > 0 {
+            scale /= f64::from(base);
+            value += scale * f64::from(i % base);
+            i /= base;
+        }
+        value
+    }
+
+    #[test]
+    fn narrower_panels_change_nothing() {
+        let hair = HairParams::default();
+        for lobe in Lobe::ALL {
+            let (mut peak, mut worst) = (0.0f64, 0.0f64);
+            for i in 1..40 {
+                let pick = |base, low: f64, high: f64| low + (high - low) * halton(i, base);
+                let lambda = 0.05 * 30f64.powf(halton(i, 2));
+                let light = Light {
+                    theta: pick(3, -1.5, 1.5),
+                    phi: pick(5, -PI, PI),
+                    lambda,
+                };
+                let view = View {
+                    theta: pick(7, -1.5, 1.5),
+                    phi: pick(11, -PI, PI),
+                };
+                let [few, many] = [1.5, 0.4]
+                    .map(|panel| single_with(lobe, light, view, &hair, Fresnel::Dielectric, panel));
+                for c in 0..3 {
+                    peak = peak.max(many[c]);
+                    worst = worst.max((few[c] - many[c]).abs());
+                }
+            }
+            println!("{}: {worst:e} of {peak:e}", lobe.name());
+            assert!(worst < 1e-6 * peak);
+        }
+    }
+
+    #[test]
+    fn narrow_lights_and_lobes_are_not_missed() {
+        // R of a narrow lobe under a narrow light, against the product of two Gaussians.
+        let mut hair = HairParams::default();
+        hair.width.r = 0.002;
+        hair.shift.r = 0.0;
+        let (theta, lambda) = (0.4, 0.001);
+        let light = Light {
+            theta,
+            phi: 0.0,
+            lambda,
+        };
+        let at = |view_theta: f64, phi: f64| {
+            let view = View {
+                theta: view_theta,
+                phi,
+            };
+            single(Lobe::R, light, view, &hair, Fresnel::Dielectric)[0]
+        };
+        let peak = at(-theta, 0.6);
+        // (pi lambda^2) cos theta g^u / cos^2 theta_d N_R(phi), the Gaussians convolved.
+        let section = FibreSection::new(hair.eta, hair.sigma_a, -theta, Fresnel::Dielectric);
+        let n = crate::exact::azimuthal_function(&section, Lobe::R, 0.6)[0];
+        let width = (16e-6f64 + 1e-6).sqrt();
+        let expected = PI * lambda * lambda * n / (PI.sqrt() * width) / theta.cos();
+        assert!((peak / expected - 1.0).abs() < 1e-5, "{peak} {expected}");
+        assert!(at(-theta + 0.05, 0.6) < 1e-60);
+    }
+}
