@@ -13,7 +13,7 @@ const COS_THETA_D_MIN: f32 = 1e-4;
 const TRANSITION: f32 = 0.3;
 const ETA_GAP_MIN: f32 = 1e-4;
 const ETA_STAR_MIN: f32 = 1.05;
-const ETA_STAR_MAX: f32 = 3.0;
+const ETA_STAR_MAX: f32 = 10.0;
 
 // The difference angle theta_d = (theta_o - theta_i) / 2.
 struct Inclination {
@@ -124,7 +124,7 @@ fn eta_star(kappa: f32, lag: Lag, fibre: Fibre) -> f32 {
     let ratio = bessel_i1e(kappa) / bessel_i0e(kappa);
     return clamp(
         fibre.eta_mean + fibre.eta_swing * lag.cos_sum * ratio,
-        ETA_STAR_MIN,
+        min(fibre.eta, ETA_STAR_MIN),
         ETA_STAR_MAX,
     );
 }

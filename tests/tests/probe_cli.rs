@@ -5,6 +5,7 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
 use serde_json::Value;
+use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{oracle, strandlight};
 
@@ -159,6 +160,43 @@ fn the_reference_is_exact() {
     for (answer, exact) in answers.iter().zip(c.iter().chain(&h)) {
         assert!((number(answer) - exact).abs() < 1e-9, "{answer} {exact}");
     }
+
+    let hair = HairParams {
+        eta: 1.55,
+        sigma_a: [0.2, 0.3, 0.5],
+        shift: PerLobe {
+            r: -0.1,
+            tt: 0.05,
+            trt: 0.15,
+        },
+        width: PerLobe {
+            r: 0.18,
+            tt: 0.09,
+            trt: 0.36,
+        },
+        caustic_width: 0.1,
+        eccentricity: 1.0,
+    };
+    let mut random = SplitMix64(21);
+    let mut n_checked = 0;
+    for lobe in Lobe::ALL {
+        for _ in 0..5 {
+            let lambda = random.log_uniform(0.15, 1.0);
+            let [theta_j, theta_o] = [(); 2].map(|()| random.uniform(-1.0, 1.0));
+            let phi = random.uniform(-3.0, 3.0);
+            let line = format!(
+                r#"{{"q":"single","mode":"{}","light":{{"theta":{theta_j},"phi":0.4,"lambda":{lambda}}},"view":{{"theta":{theta_o},"phi":{phi}}},"hair":{HAIR}}}"#,
+                lobe.name()
+            );
+            let answer = values(&ask(&mut probe("reference"), &[line])[0]);
+            let exact = oracle::single(lobe, (theta_j, 0.4, lambda), (theta_o, phi), &hair);
+            for (a, b) in answer.iter().zip(exact) {
+                assert!((a - b).abs() < 1e-4 * b + 1e-6, "{lobe:?} {a} {b}");
+                n_checked += 1;
+            }
+        }
+    }
+    assert_eq!(n_checked, 5 + 15 + 15);
 }
 
 #[test]

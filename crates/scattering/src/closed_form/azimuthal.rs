@@ -20,9 +20,10 @@ const COS_THETA_D_MIN: f32 = 1e-4;
 const TRANSITION: f32 = 0.3;
 /// Keeps 1 / (2 - eta') finite where the lobes that hold it vanish faster.
 const ETA_GAP_MIN: f32 = 1e-4;
-/// Smallest and largest index of an elliptic fibre (Eq 24 passes 1 for strong eccentricities).
+/// Smallest (or eta, if less) and largest index of an elliptic fibre: Eq 24 passes 1 for strong
+/// eccentricities, and the H tables end at 10.
 const ETA_STAR_MIN: f32 = 1.05;
-const ETA_STAR_MAX: f32 = 3.0;
+const ETA_STAR_MAX: f32 = 10.0;
 
 /// The difference angle theta_d = (theta_o - theta_i) / 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,7 +146,8 @@ pub fn eta_star(kappa: f32, lag: &Lag, fibre: &Fibre) -> f32 {
         return fibre.eta;
     }
     let ratio = bessel_i1e(kappa) / bessel_i0e(kappa);
-    (fibre.eta_mean + fibre.eta_swing * lag.cos_sum * ratio).clamp(ETA_STAR_MIN, ETA_STAR_MAX)
+    (fibre.eta_mean + fibre.eta_swing * lag.cos_sum * ratio)
+        .clamp(fibre.eta.min(ETA_STAR_MIN), ETA_STAR_MAX)
 }
 
 /// N_TRT (Eq 20 to 23, 25) per channel: below eta' = 2 two lobes at +-phi* and a residue at 0,

@@ -2,6 +2,7 @@
 
 use strandlight_scattering::Lobe;
 use strandlight_scattering::c_integrals::c_closed_form;
+use strandlight_scattering::exact::{Light, View, azimuthal, single};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::h_moments::MomentRule;
 use strandlight_scattering::table_layout::h_column;
@@ -26,8 +27,8 @@ impl Reference {
     }
 
     /// The exact answer; `fresnel` is the tables' term, used where a request names none.
-    pub fn answer(&self, request: &Request, fresnel: Fresnel) -> Result<Answer, String> {
-        Ok(match request {
+    pub fn answer(&self, request: &Request, fresnel: Fresnel) -> Answer {
+        match request {
             Request::TableC { k, lambda, phi } => {
                 let all = c_closed_form(2.0 / (lambda * lambda), *phi);
                 Answer::Number(all[*k as usize % 7])
@@ -45,9 +46,50 @@ impl Reference {
                 let moments = if *lobe == Lobe::Tt { both.tt } else { both.trt };
                 Answer::Number(moments[*k as usize / 2 % 4])
             }
-            Request::Azimuthal { .. } | Request::Single { .. } => {
-                return Err("method reference has no scattering yet".to_owned());
+            Request::Azimuthal {
+                lobe,
+                lambda,
+                dphi,
+                theta_d,
+                hair,
+            } => rgb(
+                *lobe == Lobe::R,
+                azimuthal(*lobe, *lambda, *dphi, *theta_d, hair, fresnel),
+            ),
+            Request::Single {
+                lobe,
+                light,
+                view,
+                hair,
+            } => {
+                let light = Light {
+                    theta: light.theta,
+                    phi: light.phi,
+                    lambda: light.lambda,
+                };
+                let view = View {
+                    theta: view.theta,
+                    phi: view.phi,
+                };
+                let lobes = lobe.as_ref().map_or(&Lobe::ALL[..], std::slice::from_ref);
+                let mut sum = [0.0; 3];
+                for &lobe in lobes {
+                    let value = single(lobe, light, view, hair, fresnel);
+                    for (sum, value) in sum.iter_mut().zip(value) {
+                        *sum += value;
+                    }
+                }
+                rgb(*lobe == Some(Lobe::R), sum)
             }
-        })
+        }
+    }
+}
+
+/// One number for R, which no absorption enters; RGB for the rest.
+fn rgb(is_r: bool, value: [f64; 3]) -> Answer {
+    if is_r {
+        Answer::Number(value[0])
+    } else {
+        Answer::Rgb(value)
     }
 }
