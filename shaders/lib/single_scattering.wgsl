@@ -22,11 +22,16 @@ fn single_scattering(
     h_tt: texture_2d<f32>,
     h_trt: texture_2d<f32>,
 ) -> vec3f {
+    // Not a loop over the modes: Mesa's lavapipe (22.3) crashes on one around texture loads.
     var total = vec3f(0.0);
-    for (var mode = 0u; mode < 3u; mode++) {
-        if (fibre.modes & (1u << mode)) != 0u {
-            total += single_scattering_mode(mode, light, view, fibre, axes, c, h_tt, h_trt);
-        }
+    if (fibre.modes & MODE_R) != 0u {
+        total += single_scattering_mode(0u, light, view, fibre, axes, c, h_tt, h_trt);
+    }
+    if (fibre.modes & MODE_TT) != 0u {
+        total += single_scattering_mode(1u, light, view, fibre, axes, c, h_tt, h_trt);
+    }
+    if (fibre.modes & MODE_TRT) != 0u {
+        total += single_scattering_mode(2u, light, view, fibre, axes, c, h_tt, h_trt);
     }
     return total;
 }

@@ -3,5 +3,6 @@
 pub mod cpu;
 pub mod grooms;
 pub mod lights;
+pub mod picture;
 pub mod progress;
 pub mod tables;

@@ -1,6 +1,27 @@
 //! Renders baked hair scenes with wgpu.
+//!
+//! - [`PreparedScene`]: a scene file with all it names, read and put into world space.
+//! - [`Renderer`]: holds a prepared scene on a device ([`gpu::Context`]) and draws it.
+//! - [`Picture`]: the linear result, and its PNG.
 
+pub mod camera;
+mod error;
 pub mod gpu;
+pub mod picture;
 pub mod probe;
+pub mod render;
+pub mod sampling;
+pub mod scene;
 pub mod shaders;
+pub mod stats;
+pub mod strands;
 pub mod tables;
+pub mod tone;
+pub mod volume;
+
+pub use camera::Camera;
+pub use error::{RenderError, SceneError};
+pub use picture::Picture;
+pub use render::Renderer;
+pub use scene::PreparedScene;
+pub use stats::Stats;

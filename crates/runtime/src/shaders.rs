@@ -36,11 +36,22 @@ modules!(
     "lib/fibre",
     "lib/frame",
     "lib/fresnel",
+    "lib/grid",
+    "lib/light",
     "lib/outer_integral",
+    "lib/sampling",
     "lib/single_scattering",
     "lib/special",
     "lib/tables",
+    "lib/view",
+    "pass/accumulate",
+    "pass/composite",
     "pass/probe",
+    "pass/project",
+    "pass/shade",
+    "pass/strands",
+    "pass/transmittance",
+    "pass/voxelise",
 );
 
 /// The text of `module` with all it imports, each once, in dependency order.

@@ -1,12 +1,164 @@
-//! `strandlight render`.
+//! `strandlight render`: a scene file to a picture.
 
-use super::{Failure, Outcome};
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use serde_json::json;
+use strandlight_bake::cpu;
+use strandlight_bake::picture::exr_file;
+use strandlight_formats::Scene;
+use strandlight_runtime::gpu::Context;
+use strandlight_runtime::render::{check_frame, whole_passes};
+use strandlight_runtime::{Picture, PreparedScene, RenderError, Renderer, Stats};
+
+use super::{Failure, Outcome, print_line, write_output};
 
 /// Renders a scene
+///
+/// PNG is tone mapped 8-bit sRGB; OpenEXR is linear float with alpha multiplied in.
 #[derive(clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// Scene file (TOML)
+    #[arg(value_name = "SCENE.toml")]
+    scene: PathBuf,
+    /// Picture to write: .png or .exr
+    #[arg(short, value_name = "FILE")]
+    output: PathBuf,
+    /// Width and height in pixels, each 1..=8192 [default: the scene's, 720x480]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Samples a pixel, 1..=65536, rounded up to a multiple of 4 [default: the scene's, 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    samples: Option<u32>,
+    /// Where to render; auto takes the GPU if there is one
+    #[arg(long, value_enum, default_value_t = Backend::Auto)]
+    backend: Backend,
+    /// Print a JSON document about the picture instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// Where to render.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Backend {
+    Auto,
+    Gpu,
+    Cpu,
+}
+
+/// Kind of the picture file.
+#[derive(Clone, Copy)]
+enum Format {
+    Png,
+    Exr,
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let parsed = text
+        .split_once(['x', 'X'])
+        .and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    let size = parsed.ok_or("a size is two numbers like 720x480")?;
+    check_frame(size, 4).map_err(|error| error.to_string())?;
+    Ok(size)
+}
 
 /// Runs the command.
-pub fn run(_args: &Args) -> Outcome {
-    Err(Failure::Input("not built yet".to_owned()))
+pub fn run(args: &Args) -> Outcome {
+    let format = format_of(&args.output)?;
+    let scene = Scene::read(&args.scene).map_err(Failure::input)?;
+    let size = args.size.unwrap_or(scene.render.size);
+    let samples = whole_passes(args.samples.unwrap_or(scene.render.samples));
+    check_frame(size, samples).map_err(|error| Failure::file(&args.scene, error))?;
+    let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
+    let (picture, stats) = draw(&prepared, size, samples, args.backend)?;
+    eprintln!("{stats}");
+    let bytes = match format {
+        Format::Png => picture
+            .to_png(prepared.exposure, prepared.tone_map)
+            .map_err(Failure::input)?,
+        Format::Exr => exr_file(&picture).map_err(|error| Failure::file(&args.output, error))?,
+    };
+    write_output(&args.output, &bytes)?;
+    if args.json {
+        print_line(report(&args.output, &picture, samples, &stats))
+    } else {
+        print_line(format_args!(
+            "{}: {}x{}, {samples} samples, {} bytes",
+            args.output.display(),
+            picture.width,
+            picture.height,
+            bytes.len()
+        ))
+    }
+}
+
+/// The kind that the name promises; also refuses a folder that is not there, before any work.
+fn format_of(path: &Path) -> Result<Format, Failure> {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    let format = match extension.map(str::to_ascii_lowercase).as_deref() {
+        Some("png") => Format::Png,
+        Some("exr") => Format::Exr,
+        _ => return Err(Failure::file(path, "the name must end in .png or .exr")),
+    };
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    if folder.is_some_and(|folder| !folder.is_dir()) {
+        return Err(Failure::file(path, "its folder does not exist"));
+    }
+    if path.is_dir() {
+        return Err(Failure::file(path, "is a directory"));
+    }
+    Ok(format)
+}
+
+fn draw(
+    scene: &PreparedScene,
+    size: [u32; 2],
+    samples: u32,
+    backend: Backend,
+) -> Result<(Picture, Stats), Failure> {
+    let on_gpu = || {
+        let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+        Renderer::new(&context, scene)?.render(&scene.camera, size, samples)
+    };
+    let on_cpu = || cpu::render(scene, &scene.camera, size, samples).map_err(Failure::input);
+    match backend {
+        Backend::Cpu => on_cpu(),
+        Backend::Gpu => on_gpu().map_err(Failure::input),
+        Backend::Auto => on_gpu().or_else(|error| {
+            eprintln!("rendering on the CPU: {error}");
+            on_cpu()
+        }),
+    }
+}
+
+fn report(path: &Path, picture: &Picture, samples: u32, stats: &Stats) -> serde_json::Value {
+    let stages: Vec<_> = stats
+        .stages
+        .iter()
+        .map(|stage| {
+            json!({
+                "name": stage.name,
+                "milliseconds": stage.milliseconds,
+                "bytes": stage.bytes,
+            })
+        })
+        .collect();
+    json!({
+        "file": path.display().to_string(),
+        "size": [picture.width, picture.height],
+        "samples": samples,
+        "backend": stats.backend,
+        "strands": stats.strands,
+        "points": stats.points,
+        "segments": stats.segments,
+        "lights": stats.lights,
+        "sweeps": stats.sweeps,
+        "voxels": stats.voxels,
+        "products": stats.products,
+        "products_skipped": stats.products_skipped,
+        "points_skipped": stats.points_skipped,
+        "stages": stages,
+    })
 }

@@ -1,1 +1,123 @@
-//! The CPU twin of the renderer: the same closed forms, the same files, with rayon.
+//! The renderer on the CPU: the same stages, files and closed forms as the passes in `shaders/`.
+//!
+//! Every file is the twin of the pass of the same name and follows its arithmetic, so that the
+//! two pictures differ by rounding. Work is shared out with rayon; nothing depends on how.
+
+mod composite;
+mod project;
+mod raster;
+mod shade;
+mod transmittance;
+mod voxelise;
+
+pub use transmittance::transmittance;
+pub use voxelise::voxelise;
+
+use strandlight_runtime::camera::{Camera, view_uniform};
+use strandlight_runtime::render::{LIGHT_BATCH, check_frame};
+use strandlight_runtime::stats::Stage;
+use strandlight_runtime::volume::Grid;
+use strandlight_runtime::{Picture, PreparedScene, RenderError, Stats};
+
+use crate::progress::timed;
+
+/// Draws `scene` as `camera` sees it, without a GPU.
+///
+/// # Errors
+/// A size or number of samples out of range.
+pub fn render(
+    scene: &PreparedScene,
+    camera: &Camera,
+    size: [u32; 2],
+    samples: u32,
+) -> Result<(Picture, Stats), RenderError> {
+    check_frame(size, samples)?;
+    let threads = rayon::current_num_threads();
+    let mut stats = scene.counts(format!("cpu: {threads} threads"));
+    stats.passes = samples / 4;
+    let strands = &scene.strands;
+    let grid = Grid::around(strands);
+    let volume = stats.stage("voxelise", |_| {
+        let volume = voxelise(strands, &grid);
+        let bytes = 32 * volume.len() as u64;
+        Ok::<_, RenderError>((volume, bytes))
+    })?;
+    let view = view_uniform(camera, strands, size, scene.radiance_scale());
+    let radiance = light(scene, &grid, &volume, &view, &mut stats);
+    let mut picture = stats.stage("draw", |_| {
+        let projected = project::project(&view, strands);
+        let sums = raster::draw(&view, strands, &projected, &radiance, samples / 4);
+        let bytes = 24 * projected.len() as u64 + 16 * sums.len() as u64;
+        Ok::<_, RenderError>((sums, bytes))
+    })?;
+    stats.stage("composite", |_| {
+        composite::composite(scene, &view, samples, &mut picture);
+        Ok::<_, RenderError>(((), 16 * picture.len() as u64))
+    })?;
+    let picture = Picture {
+        width: size[0],
+        height: size[1],
+        rgba: picture,
+    };
+    Ok((picture, stats))
+}
+
+/// Radiance of every point towards the camera: rgb, and zero. Points outside the view are black.
+///
+/// # Errors
+/// As [`render`].
+pub fn point_radiance(
+    scene: &PreparedScene,
+    camera: &Camera,
+    size: [u32; 2],
+) -> Result<Vec<[f32; 4]>, RenderError> {
+    check_frame(size, 4)?;
+    let grid = Grid::around(&scene.strands);
+    let volume = voxelise(&scene.strands, &grid);
+    let scale = scene.radiance_scale();
+    let view = view_uniform(camera, &scene.strands, size, scale);
+    let mut radiance = light(scene, &grid, &volume, &view, &mut Stats::default());
+    for value in radiance.iter_mut().flatten() {
+        *value /= scale;
+    }
+    Ok(radiance)
+}
+
+/// Transmittance and shading, in batches of lights.
+fn light(
+    scene: &PreparedScene,
+    grid: &Grid,
+    volume: &[[f32; 8]],
+    view: &strandlight_runtime::camera::ViewUniform,
+    stats: &mut Stats,
+) -> Vec<[f32; 4]> {
+    let (lights, sweeps) = scene.light_records();
+    let mut radiance = vec![[0.0; 4]; scene.strands.points.len()];
+    let (mut sweep_s, mut shade_s, mut bytes) = (0.0, 0.0, 0);
+    let mut counts = shade::Counts::default();
+    for batch in lights.chunks(LIGHT_BATCH) {
+        let (unblocked, seconds) = timed(|| transmittance(grid, volume, batch, &sweeps));
+        sweep_s += seconds;
+        bytes = bytes.max(4 * unblocked.len() as u64);
+        let (batch_counts, seconds) =
+            timed(|| shade::shade(scene, view, grid, batch, &unblocked, &mut radiance));
+        shade_s += seconds;
+        counts.products += batch_counts.products;
+        counts.products_skipped += batch_counts.products_skipped;
+        counts.points_skipped = batch_counts.points_skipped;
+    }
+    stats.stages.push(Stage {
+        name: "transmittance",
+        milliseconds: 1e3 * sweep_s,
+        bytes,
+    });
+    stats.stages.push(Stage {
+        name: "shade",
+        milliseconds: 1e3 * shade_s,
+        bytes: 16 * radiance.len() as u64,
+    });
+    stats.points_skipped = counts.points_skipped;
+    stats.products = counts.products;
+    stats.products_skipped = counts.products_skipped;
+    radiance
+}

@@ -1,0 +1,69 @@
+//! What can go wrong between a scene file and a picture.
+
+/// A scene that cannot be prepared for rendering.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// A file of the scene, or a value in it, cannot be used; the text names it.
+    #[error("{0}")]
+    File(String),
+    /// Nothing to draw.
+    #[error("the groom has no strand with two different points")]
+    EmptyGroom,
+    /// Strand offsets are not a partition of the points.
+    #[error("the groom's strand offsets do not fit its points")]
+    Offsets,
+    /// A coordinate is NaN, infinite or beyond 1e7 cm.
+    #[error("point {point} of the groom is not within 1e7 cm of the origin")]
+    Point {
+        /// Index of the point.
+        point: usize,
+    },
+    /// A fibre diameter is not a positive number.
+    #[error("the fibre diameter of strand {strand} is {value} cm; it must be positive")]
+    Diameter {
+        /// Index of the strand.
+        strand: usize,
+        /// The offending value.
+        value: f32,
+    },
+    /// More points than the buffers hold.
+    #[error(
+        "the groom has {points} points or more; at most {} can be drawn",
+        crate::strands::MAX_POINTS
+    )]
+    TooManyPoints {
+        /// Points counted until then.
+        points: usize,
+    },
+}
+
+/// A picture that cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RenderError {
+    /// A side is zero or too long, or there are too many pixels.
+    #[error(
+        "size {width}x{height}: each side must be 1..=8192 and the picture at most {} pixels",
+        crate::render::MAX_PIXELS
+    )]
+    Size {
+        /// Width asked for.
+        width: u32,
+        /// Height asked for.
+        height: u32,
+    },
+    /// Samples a pixel not a multiple of four in range.
+    #[error(
+        "{samples} samples: must be a multiple of 4 in 4..={}",
+        crate::render::MAX_SAMPLES
+    )]
+    Samples {
+        /// Samples asked for.
+        samples: u32,
+    },
+    /// The adapter or its driver failed.
+    #[error("GPU: {0}")]
+    Gpu(String),
+    /// The PNG encoder failed.
+    #[error("PNG: {0}")]
+    Png(String),
+}

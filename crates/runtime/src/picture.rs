@@ -1,0 +1,60 @@
+//! Linear pictures and their 8-bit form.
+
+use crate::error::RenderError;
+use crate::tone::{self, ToneMap};
+
+/// A linear picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Linear Rec.709 radiance multiplied by alpha, and alpha (share of the pixel that is not
+    /// see-through); row 0 on top.
+    pub rgba: Vec<[f32; 4]>,
+}
+
+impl Picture {
+    /// 8-bit sRGB with straight alpha: radiance times `2^exposure` through `tone_map`.
+    pub fn to_srgb8(&self, exposure: f32, tone_map: ToneMap) -> Vec<[u8; 4]> {
+        let scale = exposure.exp2();
+        self.rgba
+            .iter()
+            .map(|&[r, g, b, a]| {
+                // A pixel without coverage has no colour.
+                let factor = if a > 0.0 { scale / a } else { 0.0 };
+                let [r, g, b] = tone::display([r * factor, g * factor, b * factor], tone_map);
+                [r, g, b, (a.clamp(0.0, 1.0) * 255.0).round() as u8]
+            })
+            .collect()
+    }
+
+    /// A PNG file: RGB if every pixel is opaque, else RGBA.
+    ///
+    /// # Errors
+    /// What the encoder says.
+    pub fn to_png(&self, exposure: f32, tone_map: ToneMap) -> Result<Vec<u8>, RenderError> {
+        let pixels = self.to_srgb8(exposure, tone_map);
+        let opaque = pixels.iter().all(|pixel| pixel[3] == 255);
+        let bytes: Vec<u8> = if opaque {
+            pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
+        } else {
+            pixels.iter().flatten().copied().collect()
+        };
+        let failed = |error: png::EncodingError| RenderError::Png(error.to_string());
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, self.width, self.height);
+        encoder.set_color(if opaque {
+            png::ColorType::Rgb
+        } else {
+            png::ColorType::Rgba
+        });
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let mut writer = encoder.write_header().map_err(failed)?;
+        writer.write_image_data(&bytes).map_err(failed)?;
+        writer.finish().map_err(failed)?;
+        Ok(file)
+    }
+}

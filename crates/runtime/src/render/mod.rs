@@ -1,0 +1,184 @@
+//! The renderer: stages in the order they run, one file each.
+//!
+//! `voxelise` (shadow volume) -> for each batch of lights: `transmittance`, `shade` -> `draw`
+//! (project, passes of four samples, accumulate) -> `composite`.
+
+mod draw;
+mod lighting;
+mod resources;
+mod scattering;
+mod volume;
+
+use crate::camera::{Camera, view_uniform};
+use crate::error::RenderError;
+use crate::gpu::Context;
+use crate::picture::Picture;
+use crate::scene::PreparedScene;
+use crate::stats::Stats;
+
+/// Most pixels of a picture: 16 bytes each fill the 128 MiB that every adapter binds.
+pub const MAX_PIXELS: u32 = 8 << 20;
+
+/// Longest side of a picture, as every adapter renders it.
+pub const MAX_SIDE: u32 = 8192;
+
+/// Most samples a pixel.
+pub const MAX_SAMPLES: u32 = 65_536;
+
+/// Lights whose volumes are held at a time: 32 MiB at the largest grid.
+pub const LIGHT_BATCH: usize = 32;
+
+/// The smallest number of samples that makes whole passes of four, for at least `samples`.
+pub fn whole_passes(samples: u32) -> u32 {
+    samples.clamp(1, MAX_SAMPLES).next_multiple_of(4)
+}
+
+/// Refuses pictures that cannot be made.
+///
+/// # Errors
+/// A side of zero or beyond [`MAX_SIDE`], more than [`MAX_PIXELS`], or samples that are not a
+/// multiple of four in 4..=[`MAX_SAMPLES`].
+pub fn check_frame(size: [u32; 2], samples: u32) -> Result<(), RenderError> {
+    let [width, height] = size;
+    let sides = (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height);
+    if !sides || width * height > MAX_PIXELS {
+        return Err(RenderError::Size { width, height });
+    }
+    if !samples.is_multiple_of(4) || !(4..=MAX_SAMPLES).contains(&samples) {
+        return Err(RenderError::Samples { samples });
+    }
+    Ok(())
+}
+
+/// A prepared scene on a device.
+pub struct Renderer<'a> {
+    context: &'a Context,
+    scene: &'a PreparedScene,
+    strands: resources::StrandBuffers,
+    volume: volume::Volume,
+    lighting: lighting::Lighting,
+    draw: draw::Draw,
+    /// What preparing cost; starts the statistics of every frame.
+    prepared: Stats,
+}
+
+impl<'a> Renderer<'a> {
+    /// Uploads `scene` and fills its shadow volume.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn new(context: &'a Context, scene: &'a PreparedScene) -> Result<Self, RenderError> {
+        resources::guarded(context, || {
+            let backend = format!("gpu: {} ({})", context.adapter_name, context.backend);
+            let mut stats = scene.counts(backend);
+            let strands = stats.stage("upload", |_| {
+                let strands = resources::StrandBuffers::new(context, &scene.strands);
+                context.wait("upload").map_err(resources::failed)?;
+                let bytes = strands.bytes();
+                Ok::<_, RenderError>((strands, bytes))
+            })?;
+            let volume = stats.stage("voxelise", |_| {
+                let volume = volume::Volume::new(context, &scene.strands, &strands)?;
+                let bytes = volume.bytes();
+                Ok::<_, RenderError>((volume, bytes))
+            })?;
+            let lighting = lighting::Lighting::new(context, scene)?;
+            let draw = draw::Draw::new(context)?;
+            Ok(Renderer {
+                context,
+                scene,
+                strands,
+                volume,
+                lighting,
+                draw,
+                prepared: stats,
+            })
+        })
+    }
+
+    /// Draws the scene as `camera` sees it.
+    ///
+    /// # Errors
+    /// A size or number of samples out of range, or whatever the device refuses.
+    pub fn render(
+        &self,
+        camera: &Camera,
+        size: [u32; 2],
+        samples: u32,
+    ) -> Result<(Picture, Stats), RenderError> {
+        check_frame(size, samples)?;
+        resources::guarded(self.context, || {
+            let mut stats = self.prepared.clone();
+            stats.passes = samples / 4;
+            let view = view_uniform(
+                camera,
+                &self.scene.strands,
+                size,
+                self.scene.radiance_scale(),
+            );
+            let shading = self.shade(&view, &mut stats)?;
+            let frame = draw::Frame {
+                scene: self.scene,
+                strands: &self.strands,
+                shading: &shading,
+                view: &view,
+                samples,
+            };
+            let picture = self.draw.run(self.context, &frame, &mut stats)?;
+            Ok((picture, stats))
+        })
+    }
+
+    fn shade(
+        &self,
+        view: &crate::camera::ViewUniform,
+        stats: &mut Stats,
+    ) -> Result<lighting::Shading, RenderError> {
+        self.lighting
+            .run(self.context, &self.strands, &self.volume, view, stats)
+    }
+
+    /// The shadow volume as read back from the device, two entries a voxel: (A, Qxx, Qyy, Qzz),
+    /// (Qxy, Qxz, Qyz, 0), 1/cm.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn volume(&self) -> Result<Vec<[f32; 4]>, RenderError> {
+        resources::read_back(self.context, "volume", self.volume.buffer())
+    }
+
+    /// Transmittance of the first lights, at most [`LIGHT_BATCH`], as `[light][voxel]`.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn transmittance(&self) -> Result<Vec<f32>, RenderError> {
+        resources::guarded(self.context, || {
+            self.lighting
+                .first_transmittance(self.context, &self.volume)
+        })
+    }
+
+    /// Radiance of every point towards the camera: rgb, and zero. Points outside the view are
+    /// black.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn point_radiance(
+        &self,
+        camera: &Camera,
+        size: [u32; 2],
+    ) -> Result<Vec<[f32; 4]>, RenderError> {
+        check_frame(size, 4)?;
+        resources::guarded(self.context, || {
+            let scale = self.scene.radiance_scale();
+            let view = view_uniform(camera, &self.scene.strands, size, scale);
+            let shading = self.shade(&view, &mut Stats::default())?;
+            let mut radiance: Vec<[f32; 4]> =
+                resources::read_back(self.context, "radiance", shading.radiance())?;
+            for value in radiance.iter_mut().flatten() {
+                *value /= scale;
+            }
+            Ok(radiance)
+        })
+    }
+}

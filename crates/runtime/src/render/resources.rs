@@ -1,0 +1,197 @@
+//! Buffers, pipelines and bind groups, with errors instead of panics.
+
+use wgpu::util::DeviceExt;
+
+use crate::error::RenderError;
+use crate::gpu::{Context, GpuError};
+use crate::shaders;
+use crate::strands::Strands;
+
+/// A GPU error as the renderer reports it.
+pub(super) fn failed(error: GpuError) -> RenderError {
+    RenderError::Gpu(error.to_string())
+}
+
+/// Runs `work` and turns validation and memory errors of the device into an error.
+pub(super) fn guarded<T>(
+    context: &Context,
+    work: impl FnOnce() -> Result<T, RenderError>,
+) -> Result<T, RenderError> {
+    let validation = context
+        .device
+        .push_error_scope(wgpu::ErrorFilter::Validation);
+    let memory = context
+        .device
+        .push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let result = work();
+    let memory = pollster::block_on(memory.pop());
+    let validation = pollster::block_on(validation.pop());
+    match memory.or(validation) {
+        Some(error) => Err(RenderError::Gpu(error.to_string())),
+        None => result,
+    }
+}
+
+/// A buffer with contents; an empty slice becomes one zero entry, since bindings cannot be empty.
+pub(super) fn buffer_of<T: bytemuck::Pod>(
+    context: &Context,
+    label: &'static str,
+    contents: &[T],
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    let zero = [T::zeroed()];
+    let contents = if contents.is_empty() { &zero } else { contents };
+    context
+        .device
+        .create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents: bytemuck::cast_slice(contents),
+            usage,
+        })
+}
+
+/// A zeroed storage buffer of `bytes` that can be read back.
+pub(super) fn storage(context: &Context, label: &'static str, bytes: u64) -> wgpu::Buffer {
+    context.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: bytes.max(16),
+        usage: wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::COPY_SRC
+            | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// A uniform buffer holding `value`.
+pub(super) fn uniform<T: bytemuck::Pod>(
+    context: &Context,
+    label: &'static str,
+    value: &T,
+) -> wgpu::Buffer {
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+    buffer_of(context, label, std::slice::from_ref(value), usage)
+}
+
+/// The whole of a buffer as entries of `T`, after all submitted work.
+pub(super) fn read_back<T: bytemuck::Pod>(
+    context: &Context,
+    what: &'static str,
+    buffer: &wgpu::Buffer,
+) -> Result<Vec<T>, RenderError> {
+    let staging = context.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(what),
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    submit(context, |encoder| {
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+    });
+    let bytes = context.read_buffer(what, &staging).map_err(failed)?;
+    Ok(bytemuck::pod_collect_to_vec(&bytes))
+}
+
+/// Records and submits commands.
+pub(super) fn submit(context: &Context, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    record(&mut encoder);
+    context.queue.submit([encoder.finish()]);
+}
+
+/// The shader module `name` with all it imports.
+pub(super) fn shader(
+    context: &Context,
+    name: &'static str,
+) -> Result<wgpu::ShaderModule, RenderError> {
+    let source = shaders::resolve(name).map_err(|error| RenderError::Gpu(error.to_string()))?;
+    Ok(context
+        .device
+        .create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(name),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        }))
+}
+
+/// A compute pipeline; its layout follows the bindings that `entry` uses.
+pub(super) fn compute(
+    context: &Context,
+    module: &wgpu::ShaderModule,
+    entry: &'static str,
+) -> wgpu::ComputePipeline {
+    context
+        .device
+        .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: None,
+            module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            cache: None,
+        })
+}
+
+/// Group 0 of a pipeline: resources by binding number.
+pub(super) fn bind(
+    context: &Context,
+    layout: &wgpu::BindGroupLayout,
+    resources: &[(u32, wgpu::BindingResource)],
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = resources
+        .iter()
+        .map(|(binding, resource)| wgpu::BindGroupEntry {
+            binding: *binding,
+            resource: resource.clone(),
+        })
+        .collect();
+    context
+        .device
+        .create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout,
+            entries: &entries,
+        })
+}
+
+/// Records one dispatch.
+pub(super) fn dispatch(
+    encoder: &mut wgpu::CommandEncoder,
+    pipeline: &wgpu::ComputePipeline,
+    group: &wgpu::BindGroup,
+    [x, y]: [u32; 2],
+) {
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, group, &[]);
+    pass.dispatch_workgroups(x, y, 1);
+}
+
+/// The strands on the device.
+pub(super) struct StrandBuffers {
+    pub points: wgpu::Buffer,
+    pub tangents: wgpu::Buffer,
+    pub normals: wgpu::Buffer,
+    pub segments: wgpu::Buffer,
+    pub n_points: u32,
+    pub n_segments: u32,
+}
+
+impl StrandBuffers {
+    pub fn new(context: &Context, strands: &Strands) -> Self {
+        let usage = wgpu::BufferUsages::STORAGE;
+        StrandBuffers {
+            points: buffer_of(context, "points", &strands.points, usage),
+            tangents: buffer_of(context, "tangents", &strands.tangents, usage),
+            normals: buffer_of(context, "normals", &strands.normals, usage),
+            segments: buffer_of(context, "segments", &strands.segments, usage),
+            n_points: strands.points.len() as u32,
+            n_segments: strands.segments.len() as u32,
+        }
+    }
+
+    pub fn bytes(&self) -> u64 {
+        [&self.points, &self.tangents, &self.normals, &self.segments]
+            .iter()
+            .map(|buffer| buffer.size())
+            .sum()
+    }
+}

@@ -1,0 +1,277 @@
+//! A scene made ready for rendering: the files it names read, checked and put into world space.
+
+use std::path::Path;
+
+use glam::{Quat, Vec3};
+use strandlight_formats::{
+    Background, Domain, Groom, HairSection, LightSet, Mode, Scene, SrbfLight, TableFile,
+};
+use strandlight_scattering::closed_form::Fibre;
+use strandlight_scattering::{HairParams, Lobe, PerLobe};
+
+use crate::camera::{Camera, DEFAULT_FOV_Y};
+use crate::error::SceneError;
+use crate::stats::Stats;
+use crate::strands::Strands;
+use crate::tables::ShadingTables;
+use crate::tone::ToneMap;
+use crate::volume::{Grid, solid_angle, sweep_directions};
+
+/// Everything a frame needs. Both backends draw from this, so they see the same numbers.
+#[derive(Clone, Debug)]
+pub struct PreparedScene {
+    /// The hair, world space, cm.
+    pub strands: Strands,
+    /// Lights, turned and scaled as the scene says; black ones left out.
+    pub lights: Vec<SrbfLight>,
+    /// The fibres' optics, and the modes to draw.
+    pub fibre: Fibre,
+    /// Tables of the closed forms.
+    pub tables: ShadingTables,
+    /// The view.
+    pub camera: Camera,
+    /// What is seen between the strands.
+    pub background: Background,
+    /// Stops: radiance is multiplied by `2^exposure` before the tone map.
+    pub exposure: f32,
+    /// Curve to the 8-bit picture.
+    pub tone_map: ToneMap,
+    /// Picture size that the scene asks for.
+    pub size: [u32; 2],
+    /// Samples a pixel that the scene asks for.
+    pub samples: u32,
+}
+
+/// A light as the passes read it; mirrored by `Light` in `shaders/lib/light.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct LightRecord {
+    /// Unit vector towards the light.
+    pub direction: [f32; 3],
+    /// Xu's bandwidth.
+    pub lambda: f32,
+    /// Amplitude.
+    pub rgb: [f32; 3],
+    /// Largest channel times solid angle.
+    pub power: f32,
+    /// First entry of its directions in the list of sweeps.
+    pub first_sweep: u32,
+    /// Number of its directions.
+    pub n_sweeps: u32,
+    /// Not used.
+    pub pad: [u32; 2],
+}
+
+/// A product of a point and a light is left out where the light's power times its transmittance
+/// is below this share of all lights' power: with 40 lights at most 4e-5 of a lit fibre.
+pub const NEGLIGIBLE_SHARE: f32 = 1e-6;
+
+impl PreparedScene {
+    /// Reads what `scene` names and prepares it.
+    ///
+    /// # Errors
+    /// The first file that cannot be read or value that cannot be used, by name.
+    pub fn load(scene: &Scene) -> Result<Self, SceneError> {
+        let groom = in_file(&scene.groom_path(), Groom::read)?;
+        let lights = in_file(&scene.lights_path(), LightSet::read)?;
+        let modes: Vec<Lobe> = scene.hair.modes.iter().map(|&mode| lobe(mode)).collect();
+        let fibre = Fibre::new(&hair_params(&scene.hair), &modes, SEGMENTS)
+            .map_err(|error| SceneError::File(error.to_string()))?;
+        let tables = match scene.tables_path() {
+            Some(path) => {
+                let file = in_file(&path, TableFile::read)?;
+                ShadingTables::from_file(&file)
+                    .map_err(|error| SceneError::File(format!("{}: {error}", path.display())))?
+            }
+            None => bundled_tables()?,
+        };
+        let strands = prepare_groom(&groom, &scene.hair)?;
+        let turn = Quat::from_rotation_y(scene.lights.rotate_deg.to_radians() as f32);
+        let intensity = scene.lights.intensity as f32;
+        let lights = lights
+            .lights
+            .iter()
+            .map(|light| SrbfLight {
+                direction: (turn * Vec3::from(light.direction)).normalize().to_array(),
+                lambda: light.lambda,
+                rgb: light.rgb.map(|x| (x * intensity).min(MAX_AMPLITUDE)),
+            })
+            .filter(|light| light.rgb.iter().any(|&x| x > 0.0))
+            .collect();
+        let camera = match &scene.camera {
+            Some(section) => Camera {
+                eye: Vec3::from(section.position.map(|x| x as f32)),
+                target: Vec3::from(section.target.map(|x| x as f32)),
+                up: Vec3::from(section.up.map(|x| x as f32)),
+                fov_y: section.fov_deg.to_radians() as f32,
+            },
+            None => Camera::framing(strands.centre, strands.radius, DEFAULT_FOV_Y),
+        };
+        Ok(PreparedScene {
+            strands,
+            lights,
+            fibre,
+            tables,
+            camera,
+            background: scene.render.background,
+            exposure: scene.render.exposure as f32,
+            tone_map: scene.render.tone_map,
+            size: scene.render.size,
+            samples: scene.render.samples,
+        })
+    }
+
+    /// A scene put together by hand, with the defaults of a scene file for the rest.
+    pub fn from_parts(
+        strands: Strands,
+        lights: Vec<SrbfLight>,
+        fibre: Fibre,
+        tables: ShadingTables,
+        camera: Camera,
+        background: Background,
+    ) -> Self {
+        PreparedScene {
+            strands,
+            lights,
+            fibre,
+            tables,
+            camera,
+            background,
+            exposure: 0.0,
+            tone_map: ToneMap::Filmic,
+            size: [720, 480],
+            samples: 64,
+        }
+    }
+
+    /// The lights as the passes read them, and all sweep directions (fourth float zero).
+    pub fn light_records(&self) -> (Vec<LightRecord>, Vec<[f32; 4]>) {
+        let mut sweeps = Vec::new();
+        let records = self
+            .lights
+            .iter()
+            .map(|light| {
+                let first_sweep = sweeps.len() as u32;
+                sweeps.extend(
+                    sweep_directions(light)
+                        .iter()
+                        .map(|&[x, y, z]| [x, y, z, 0.0]),
+                );
+                let brightest = light.rgb.iter().copied().fold(0.0, f32::max);
+                LightRecord {
+                    direction: light.direction,
+                    lambda: light.lambda,
+                    rgb: light.rgb,
+                    power: brightest * solid_angle(light.lambda),
+                    first_sweep,
+                    n_sweeps: sweeps.len() as u32 - first_sweep,
+                    pad: [0; 2],
+                }
+            })
+            .collect();
+        (records, sweeps)
+    }
+
+    /// The counts of a frame's statistics that the scene alone decides.
+    pub fn counts(&self, backend: String) -> Stats {
+        Stats {
+            backend,
+            strands: self.strands.n_strands,
+            degenerate_strands: self.strands.n_degenerate,
+            points: self.strands.points.len(),
+            segments: self.strands.segments.len(),
+            voxels: Grid::around(&self.strands).n_voxels(),
+            lights: self.lights.len(),
+            sweeps: self.light_records().1.len(),
+            ..Stats::default()
+        }
+    }
+
+    /// Power below which a light, weakened by hair, is not shaded.
+    pub fn min_power(&self) -> f32 {
+        let total: f32 = self.light_records().0.iter().map(|light| light.power).sum();
+        (total * NEGLIGIBLE_SHARE).min(f32::MAX)
+    }
+
+    /// A power of two that brings radiance in this scene near 1: half-float targets keep three
+    /// digits from 2^-14 to 2^16 around it.
+    pub fn radiance_scale(&self) -> f32 {
+        let total: f32 = self.light_records().0.iter().map(|light| light.power).sum();
+        if !(total > 0.0 && total.is_finite()) {
+            return 1.0;
+        }
+        // A fibre sends on some 3 % of all power into each steradian.
+        (-(0.03 * total).log2()).round().clamp(-100.0, 100.0).exp2()
+    }
+}
+
+/// The tables that come with the program.
+fn bundled_tables() -> Result<ShadingTables, SceneError> {
+    let named = |error: String| SceneError::File(format!("bundled tables: {error}"));
+    let file = TableFile::from_bytes(include_bytes!("../../../data/default.tables"))
+        .map_err(|error| named(error.to_string()))?;
+    ShadingTables::from_file(&file).map_err(|error| named(error.to_string()))
+}
+
+/// Segments m of the outer integral, as Xu 2011 published.
+const SEGMENTS: u32 = 4;
+
+/// Brightest amplitude: sums of thousands of such lights stay finite in f32.
+const MAX_AMPLITUDE: f32 = 1e30;
+
+fn in_file<T>(
+    path: &Path,
+    read: impl FnOnce(&Path) -> Result<T, strandlight_formats::Error>,
+) -> Result<T, SceneError> {
+    read(path).map_err(|error| SceneError::File(error.to_string()))
+}
+
+/// Strands of `groom`, refined, with the scene's or the groom's fibre diameter.
+fn prepare_groom(groom: &Groom, hair: &HairSection) -> Result<Strands, SceneError> {
+    let fallback = hair.diameter_cm.unwrap_or(HairSection::DEFAULT_DIAMETER_CM) as f32;
+    let attribute = match hair.diameter_cm {
+        Some(_) => None,
+        None => groom.attribute("diameter").filter(|a| a.components == 1),
+    };
+    let diameter = |strand: usize, point: usize| match attribute {
+        Some(a) => {
+            let ix = match a.domain {
+                Domain::Groom => 0,
+                Domain::Strand => strand,
+                Domain::Point => point,
+            };
+            a.data.get(ix).copied().unwrap_or(fallback)
+        }
+        None => fallback,
+    };
+    Strands::new(&groom.points, &groom.strand_offsets, diameter, true)
+}
+
+fn lobe(mode: Mode) -> Lobe {
+    match mode {
+        Mode::R => Lobe::R,
+        Mode::Tt => Lobe::Tt,
+        Mode::Trt => Lobe::Trt,
+    }
+}
+
+/// The scene's degrees and standard deviations as radians and Xu's widths.
+fn hair_params(section: &HairSection) -> HairParams {
+    let width = |deg: f64| deg.to_radians() * std::f64::consts::SQRT_2;
+    HairParams {
+        eta: section.eta,
+        sigma_a: section.sigma_a,
+        shift: PerLobe {
+            r: section.shift_deg.r.to_radians(),
+            tt: section.shift_deg.tt.to_radians(),
+            trt: section.shift_deg.trt.to_radians(),
+        },
+        width: PerLobe {
+            r: width(section.width_deg.r),
+            tt: width(section.width_deg.tt),
+            trt: width(section.width_deg.trt),
+        },
+        caustic_width: width(section.caustic_width_deg),
+        eccentricity: section.eccentricity,
+    }
+}

@@ -1,0 +1,108 @@
+//! What a frame cost.
+
+use std::fmt;
+use std::time::Instant;
+
+/// One stage of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// Its name: `voxelise`, `transmittance`, `shade`, `draw`, `composite`.
+    pub name: &'static str,
+    /// Wall-clock milliseconds until its results were there.
+    pub milliseconds: f64,
+    /// Bytes of the buffers it wrote.
+    pub bytes: u64,
+}
+
+/// Costs and counts of one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stats {
+    /// `gpu` or `cpu`, and which.
+    pub backend: String,
+    /// Stages in order.
+    pub stages: Vec<Stage>,
+    /// Strands drawn.
+    pub strands: usize,
+    /// Strands without extent, left out.
+    pub degenerate_strands: usize,
+    /// Points after refinement.
+    pub points: usize,
+    /// Segments after refinement.
+    pub segments: usize,
+    /// Voxels of the shadow volume.
+    pub voxels: usize,
+    /// Lights of the scene.
+    pub lights: usize,
+    /// Directions swept through the volume for all lights.
+    pub sweeps: usize,
+    /// Points outside the view, not shaded.
+    pub points_skipped: u64,
+    /// Products of a point and a light that were evaluated.
+    pub products: u64,
+    /// Products left out because the light hardly reaches the point.
+    pub products_skipped: u64,
+    /// Passes of four samples.
+    pub passes: u32,
+}
+
+impl Stats {
+    /// Runs `work` as stage `name`; it answers its value and the bytes it wrote.
+    pub fn stage<T, E>(
+        &mut self,
+        name: &'static str,
+        work: impl FnOnce(&mut Self) -> Result<(T, u64), E>,
+    ) -> Result<T, E> {
+        let start = Instant::now();
+        let (value, bytes) = work(self)?;
+        self.stages.push(Stage {
+            name,
+            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
+            bytes,
+        });
+        Ok(value)
+    }
+}
+
+impl fmt::Display for Stats {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "rendered on {}", self.backend)?;
+        write!(
+            f,
+            "  {} strands, {} points, {} segments",
+            self.strands, self.points, self.segments
+        )?;
+        if self.degenerate_strands > 0 {
+            write!(
+                f,
+                " ({} strands without extent left out)",
+                self.degenerate_strands
+            )?;
+        }
+        writeln!(f)?;
+        writeln!(
+            f,
+            "  {} lights, {} sweeps through {} voxels",
+            self.lights, self.sweeps, self.voxels
+        )?;
+        writeln!(
+            f,
+            "  {} products of point and light ({} negligible ones and {} points out of view skipped)",
+            self.products, self.products_skipped, self.points_skipped
+        )?;
+        for stage in &self.stages {
+            writeln!(
+                f,
+                "  {:<14}{:>10.1} ms {:>9.1} MB",
+                stage.name,
+                stage.milliseconds,
+                stage.bytes as f64 / 1e6
+            )?;
+        }
+        let total: f64 = self.stages.iter().map(|stage| stage.milliseconds).sum();
+        write!(
+            f,
+            "  {:<14}{:>10.1} ms, {} passes of 4 samples",
+            "total", total, self.passes
+        )
+    }
+}

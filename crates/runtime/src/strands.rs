@@ -1,0 +1,385 @@
+//! The groom as the passes read it: points with radius and frame, and the segments between them.
+
+use glam::Vec3;
+
+use crate::error::SceneError;
+
+/// Most points of a prepared groom: three buffers of 16 bytes a point stay below the 128 MiB that
+/// every adapter binds.
+pub const MAX_POINTS: usize = 8 << 20;
+
+/// Points that subdivision may add up to; a denser groom is taken as it is.
+const MAX_REFINED_POINTS: usize = 3 << 20;
+
+/// A piece is split where it is longer than the groom's diameter over this number: about two
+/// voxels of the shadow volume, so that shading along a strand follows the shadows.
+const PIECES_PER_DIAMETER: f32 = 40.0;
+
+/// A piece is split where the strand turns by more than this angle (radians) along it: 8 degrees
+/// read as a smooth curve at any usual size.
+const MAX_TURN: f32 = 8.0 * std::f32::consts::PI / 180.0;
+
+/// Most pieces that one segment of the groom is split into.
+const MAX_SPLIT: u32 = 16;
+
+/// Prepared strands. Every vector but `segments` has one entry a point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Strands {
+    /// x, y, z and fibre radius, cm, world space.
+    pub points: Vec<[f32; 4]>,
+    /// Unit tangent u, root to tip; the fourth float is zero.
+    pub tangents: Vec<[f32; 4]>,
+    /// Unit normal v of the fibre frame (u, v, u x v), carried along the strand without twist;
+    /// the fourth float is zero.
+    pub normals: Vec<[f32; 4]>,
+    /// First point of each segment; the second is the next point.
+    pub segments: Vec<u32>,
+    /// Strands with at least one segment.
+    pub n_strands: usize,
+    /// Strands left out because all their points coincide.
+    pub n_degenerate: usize,
+    /// Centre of the bounding box.
+    pub centre: Vec3,
+    /// Largest distance of a point of the groom from the centre, cm.
+    pub radius: f32,
+    /// Corners of the bounding box.
+    pub bounds: (Vec3, Vec3),
+    /// Largest fibre diameter, cm.
+    pub max_diameter: f32,
+}
+
+impl Strands {
+    /// Prepares the strands `offsets[i]..offsets[i + 1]` of `points` (cm). `diameter(strand,
+    /// point)` is the fibre diameter in cm.
+    ///
+    /// With `refine`, long or strongly curved segments are split along a centripetal Catmull-Rom
+    /// curve through the points; by how much depends on the groom alone, not on the view.
+    /// Repeated points are merged.
+    ///
+    /// # Errors
+    /// No points, offsets that do not fit them, a point or diameter that is not finite, or more
+    /// than [`MAX_POINTS`].
+    pub fn new(
+        points: &[[f32; 3]],
+        offsets: &[u32],
+        diameter: impl Fn(usize, usize) -> f32,
+        refine: bool,
+    ) -> Result<Self, SceneError> {
+        check(points, offsets)?;
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for &point in points {
+            low = low.min(Vec3::from(point));
+            high = high.max(Vec3::from(point));
+        }
+        let centre = 0.5 * (low + high);
+        let radius = points
+            .iter()
+            .map(|&point| Vec3::from(point).distance(centre))
+            .fold(0.0, f32::max);
+        let mut strands = Strands {
+            centre,
+            radius,
+            bounds: (low, high),
+            ..Strands::default()
+        };
+        let mut target = 2.0 * radius / PIECES_PER_DIAMETER;
+        // Coarser pieces until the points fit; the last try splits nothing.
+        for attempt in 0..=8 {
+            let pieces = (refine && radius > 0.0 && attempt < 8).then_some(target);
+            let limit = pieces.map_or(MAX_POINTS, |_| MAX_REFINED_POINTS);
+            if strands.fill(points, offsets, &diameter, pieces, limit)? {
+                break;
+            }
+            if pieces.is_none() {
+                return Err(SceneError::TooManyPoints {
+                    points: strands.points.len(),
+                });
+            }
+            target *= 1.5;
+        }
+        if strands.segments.is_empty() {
+            return Err(SceneError::EmptyGroom);
+        }
+        Ok(strands)
+    }
+
+    /// Fills the arrays, splitting segments longer than `target` if there is one; `false` as soon
+    /// as there are more than `limit` points.
+    fn fill(
+        &mut self,
+        points: &[[f32; 3]],
+        offsets: &[u32],
+        diameter: &impl Fn(usize, usize) -> f32,
+        target: Option<f32>,
+        limit: usize,
+    ) -> Result<bool, SceneError> {
+        for array in [&mut self.points, &mut self.tangents, &mut self.normals] {
+            array.clear();
+        }
+        self.segments.clear();
+        (self.n_strands, self.n_degenerate) = (0, 0);
+        // Points closer than this cannot be told apart in f32 and have no direction between them.
+        let merge_distance = (1e-6 * self.radius).max(1e-7);
+        let mut knots: Vec<(Vec3, f32)> = Vec::new();
+        for (strand, range) in offsets.windows(2).enumerate() {
+            knots.clear();
+            let first = range[0] as usize;
+            for (ix, &position) in points[first..range[1] as usize].iter().enumerate() {
+                let (point, position) = (first + ix, Vec3::from(position));
+                let value = diameter(strand, point);
+                if !(value.is_finite() && value > 0.0) {
+                    return Err(SceneError::Diameter { strand, value });
+                }
+                let repeated = knots
+                    .last()
+                    .is_some_and(|(last, _)| last.distance(position) <= merge_distance);
+                if !repeated {
+                    knots.push((position, 0.5 * value));
+                }
+            }
+            if knots.len() < 2 {
+                self.n_degenerate += 1;
+                continue;
+            }
+            self.push_strand(&knots, target);
+            if self.points.len() > limit {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Appends one strand through `knots` (position, radius), at least two and no two neighbours
+    /// alike.
+    fn push_strand(&mut self, knots: &[(Vec3, f32)], target: Option<f32>) {
+        let first = self.points.len();
+        let mut positions: Vec<(Vec3, f32)> = Vec::with_capacity(knots.len());
+        for ix in 0..knots.len() - 1 {
+            let (p1, r1) = knots[ix];
+            let (p2, r2) = knots[ix + 1];
+            positions.push((p1, r1));
+            let Some(target) = target else { continue };
+            // Before the first and after the last segment the strand goes on as it does at the
+            // segment's other end: mirrored in the plane between its points.
+            let mirror = |p: Vec3| {
+                let along = (p2 - p1).normalize_or_zero();
+                p - 2.0 * along * (p - 0.5 * (p1 + p2)).dot(along)
+            };
+            let before = (ix > 0).then(|| knots[ix - 1].0);
+            let after = (ix + 2 < knots.len()).then(|| knots[ix + 2].0);
+            let p0 = before.or(after.map(mirror)).unwrap_or(2.0 * p1 - p2);
+            let p3 = after.or(before.map(mirror)).unwrap_or(2.0 * p2 - p1);
+            let turn = (p1 - p0)
+                .angle_between(p2 - p1)
+                .max((p2 - p1).angle_between(p3 - p2));
+            let by_length = (p1.distance(p2) / target).ceil();
+            let by_turn = (turn / MAX_TURN).ceil();
+            // A piece much shorter than the target needs no smoothing: nobody sees it.
+            let by_turn = by_turn.min((4.0 * p1.distance(p2) / target).ceil());
+            let n = by_length.max(by_turn).clamp(1.0, MAX_SPLIT as f32) as u32;
+            for piece in 1..n {
+                let t = piece as f32 / n as f32;
+                let position = centripetal(p0, p1, p2, p3, t);
+                positions.push((position, r1 + t * (r2 - r1)));
+            }
+        }
+        positions.push(knots[knots.len() - 1]);
+
+        let mut normal = Vec3::ZERO;
+        let mut last_tangent = Vec3::ZERO;
+        for (ix, &(position, radius)) in positions.iter().enumerate() {
+            let direction =
+                |a: usize, b: usize| (positions[b].0 - positions[a].0).normalize_or_zero();
+            let after = if ix + 1 < positions.len() {
+                direction(ix, ix + 1)
+            } else {
+                Vec3::ZERO
+            };
+            let before = if ix > 0 {
+                direction(ix - 1, ix)
+            } else {
+                Vec3::ZERO
+            };
+            let tangent = (before + after)
+                .try_normalize()
+                .or_else(|| after.try_normalize())
+                .or_else(|| before.try_normalize())
+                .unwrap_or(Vec3::Y);
+            normal = if ix == 0 {
+                first_normal(tangent)
+            } else {
+                transport(normal, last_tangent, tangent)
+            };
+            last_tangent = tangent;
+            self.points
+                .push([position.x, position.y, position.z, radius]);
+            self.tangents.push([tangent.x, tangent.y, tangent.z, 0.0]);
+            self.normals.push([normal.x, normal.y, normal.z, 0.0]);
+            self.max_diameter = self.max_diameter.max(2.0 * radius);
+        }
+        let end = self.points.len();
+        self.segments.extend((first..end - 1).map(|ix| ix as u32));
+        self.n_strands += 1;
+    }
+}
+
+fn check(points: &[[f32; 3]], offsets: &[u32]) -> Result<(), SceneError> {
+    let ends = offsets.first() == Some(&0)
+        && offsets.last().map(|&last| last as usize) == Some(points.len());
+    if points.is_empty() || offsets.len() < 2 {
+        return Err(SceneError::EmptyGroom);
+    }
+    if !ends || offsets.windows(2).any(|pair| pair[0] > pair[1]) {
+        return Err(SceneError::Offsets);
+    }
+    if points.len() > MAX_POINTS {
+        return Err(SceneError::TooManyPoints {
+            points: points.len(),
+        });
+    }
+    // Beyond a hundred kilometres the squares of lengths leave the range of f32.
+    let far = |x: &f32| !(-1e7..=1e7).contains(x);
+    match points.iter().position(|point| point.iter().any(far)) {
+        Some(point) => Err(SceneError::Point { point }),
+        None => Ok(()),
+    }
+}
+
+/// Centripetal Catmull-Rom (Barry and Goldman's pyramid) between `p1` and `p2`; no two neighbours
+/// may coincide. Unlike the uniform one it has no loops where point distances vary.
+fn centripetal(p0: Vec3, p1: Vec3, p2: Vec3, p3: Vec3, t: f32) -> Vec3 {
+    let knot = |a: Vec3, b: Vec3| a.distance(b).sqrt().max(1e-6);
+    let t1 = knot(p0, p1);
+    let t2 = t1 + knot(p1, p2);
+    let t3 = t2 + knot(p2, p3);
+    let t = t1 + t * (t2 - t1);
+    let a1 = p0 * ((t1 - t) / t1) + p1 * (t / t1);
+    let a2 = p1 * ((t2 - t) / (t2 - t1)) + p2 * ((t - t1) / (t2 - t1));
+    let a3 = p2 * ((t3 - t) / (t3 - t2)) + p3 * ((t - t2) / (t3 - t2));
+    let b1 = a1 * ((t2 - t) / t2) + a2 * (t / t2);
+    let b2 = a2 * ((t3 - t) / (t3 - t1)) + a3 * ((t - t1) / (t3 - t1));
+    b1 * ((t2 - t) / (t2 - t1)) + b2 * ((t - t1) / (t2 - t1))
+}
+
+/// A unit vector across `tangent`: the world axis least along it, made perpendicular.
+fn first_normal(tangent: Vec3) -> Vec3 {
+    let a = tangent.abs();
+    let axis = if a.x <= a.y && a.x <= a.z {
+        Vec3::X
+    } else if a.z <= a.y {
+        Vec3::Z
+    } else {
+        Vec3::Y
+    };
+    (axis - tangent * axis.dot(tangent)).normalize_or(Vec3::X)
+}
+
+/// Carries `normal` from `from` to `to` by the smallest rotation between them.
+fn transport(normal: Vec3, from: Vec3, to: Vec3) -> Vec3 {
+    let cos_plus_one = 1.0 + from.dot(to);
+    let turned = if cos_plus_one > 1e-4 {
+        normal - (from + to) * (normal.dot(to) / cos_plus_one)
+    } else {
+        normal
+    };
+    (turned - to * turned.dot(to))
+        .try_normalize()
+        .unwrap_or_else(|| first_normal(to))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn prepare(points: &[[f32; 3]], offsets: &[u32], refine: bool) -> Result<Strands, SceneError> {
+        Strands::new(points, offsets, |_, _| 0.008, refine)
+    }
+
+    #[test]
+    fn frames_are_orthonormal_and_finite_on_degenerate_strands() {
+        let points = [
+            // Repeated points, a reversal, a two-point strand, a strand that is one point.
+            [0.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0],
+            [0.0, -1.0, 0.0],
+            [0.0, -1.0, 0.0],
+            [0.0, 0.5, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, -2.0, 0.3],
+            [2.0, 2.0, 2.0],
+            [2.0, 2.0, 2.0],
+        ];
+        for refine in [false, true] {
+            let strands = prepare(&points, &[0, 5, 7, 9], refine).unwrap();
+            assert_eq!((strands.n_strands, strands.n_degenerate), (2, 1));
+            assert!(!strands.segments.is_empty());
+            for ((p, t), n) in strands
+                .points
+                .iter()
+                .zip(&strands.tangents)
+                .zip(&strands.normals)
+            {
+                let (t, n) = (Vec3::from_slice(t), Vec3::from_slice(n));
+                assert!(p.iter().all(|x| x.is_finite()));
+                assert!((t.length() - 1.0).abs() < 1e-5 && (n.length() - 1.0).abs() < 1e-5);
+                assert!(t.dot(n).abs() < 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn refinement_passes_through_the_points_and_stays_on_a_circle() {
+        let points: Vec<[f32; 3]> = (0..9)
+            .map(|ix| {
+                let angle = ix as f32 * 0.4;
+                [10.0 * angle.cos(), 10.0 * angle.sin(), 0.0]
+            })
+            .collect();
+        let strands = prepare(&points, &[0, 9], true).unwrap();
+        assert!(
+            strands.points.len() > 3 * points.len(),
+            "{}",
+            strands.points.len()
+        );
+        for p in &points {
+            assert!(strands.points.iter().any(|q| q[..3] == p[..]));
+        }
+        for p in &strands.points {
+            let r = (p[0] * p[0] + p[1] * p[1]).sqrt();
+            assert!((r - 10.0).abs() < 0.03, "{r}");
+        }
+    }
+
+    #[test]
+    fn wrong_input_is_named() {
+        assert_eq!(prepare(&[], &[0], true), Err(SceneError::EmptyGroom));
+        let p = [[0.0; 3], [0.0, 1.0, 0.0]];
+        assert_eq!(prepare(&p, &[0, 3], true), Err(SceneError::Offsets));
+        assert_eq!(prepare(&p, &[0, 2, 1, 2], true), Err(SceneError::Offsets));
+        assert_eq!(
+            prepare(&[p[0], p[0]], &[0, 2], true),
+            Err(SceneError::EmptyGroom)
+        );
+        let nan = [[0.0; 3], [0.0, f32::NAN, 0.0]];
+        assert_eq!(
+            prepare(&nan, &[0, 2], true),
+            Err(SceneError::Point { point: 1 })
+        );
+        let zero = Strands::new(&p, &[0, 2], |_, _| 0.0, true);
+        assert!(matches!(zero, Err(SceneError::Diameter { strand: 0, .. })));
+    }
+
+    #[test]
+    fn the_normal_does_not_twist_about_a_planar_curve() {
+        let points: Vec<[f32; 3]> = (0..50)
+            .map(|ix| {
+                let x = ix as f32 * 0.1;
+                [x, x.sin(), 0.0]
+            })
+            .collect();
+        let strands = prepare(&points, &[0, 50], false).unwrap();
+        for n in &strands.normals {
+            assert!((n[2].abs() - strands.normals[0][2].abs()).abs() < 1e-4);
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! The shadow volume: where its voxels lie and along which directions light sweeps through it.
+
+use glam::Vec3;
+use strandlight_formats::SrbfLight;
+
+use crate::strands::Strands;
+
+/// Voxels along the longest side (algorithms with twice as many gain 4 to 10 % in error).
+pub const GRID_SIDE: u32 = 64;
+
+/// Empty voxels around the groom on each side: trilinear splats and look-ups stay inside.
+const MARGIN: u32 = 2;
+
+/// Fixed-point quanta in `h * max_diameter`: a third of a voxel of the thickest fibre is 2^20 / 3
+/// quanta, so the smallest trilinear weights still count.
+pub const QUANTA: f32 = 1_048_576.0;
+
+/// Channels of a voxel: area density, then the orientation tensor xx, yy, zz, xy, xz, yz.
+pub const CHANNELS: u32 = 7;
+
+/// Where the voxels lie; mirrored by `Grid` in `shaders/lib/grid.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Grid {
+    /// Corner of voxel (0, 0, 0), cm.
+    pub origin: [f32; 3],
+    /// Side of a voxel, cm.
+    pub h: f32,
+    /// Voxels along x, y, z.
+    pub dims: [u32; 3],
+    /// Segments to splat.
+    pub n_segments: u32,
+    /// Quanta per cm^2 of fibre length times diameter.
+    pub quanta_per_area: f32,
+    /// Area density in 1/cm of one quantum in a voxel.
+    pub density_per_quantum: f32,
+    /// Not used.
+    pub pad: [u32; 2],
+}
+
+impl Grid {
+    /// The grid around `strands`.
+    pub fn around(strands: &Strands) -> Self {
+        let (low, high) = strands.bounds;
+        let extent = high - low;
+        let inner = (GRID_SIDE - 2 * MARGIN) as f32;
+        // A groom without extent still gets voxels of some size.
+        let h = (extent.max_element() / inner).max(1e-4);
+        let side = |x: f32| ((x / h).ceil() as u32 + 2 * MARGIN).clamp(2 * MARGIN + 1, GRID_SIDE);
+        let dims = [side(extent.x), side(extent.y), side(extent.z)];
+        let half = 0.5 * h * Vec3::new(dims[0] as f32, dims[1] as f32, dims[2] as f32);
+        let quantum = h * strands.max_diameter / QUANTA;
+        Grid {
+            origin: (0.5 * (low + high) - half).to_array(),
+            h,
+            dims,
+            n_segments: strands.segments.len() as u32,
+            quanta_per_area: 1.0 / quantum,
+            density_per_quantum: quantum / (h * h * h),
+            pad: [0; 2],
+        }
+    }
+
+    /// Number of voxels.
+    pub fn n_voxels(&self) -> usize {
+        self.dims.iter().map(|&n| n as usize).product()
+    }
+}
+
+/// Directions from the hair towards a light over which its transmittance is averaged.
+///
+/// One below lambda 0.3, four up to 0.6, eight above: inverse-transform samples of the SRBF
+/// (`cos alpha = 1 + ln(u + (1 - u) e^(-2 kappa)) / kappa`, kappa = 2 / lambda^2), stratified in u,
+/// golden-ratio azimuths. One direction is the centre itself.
+pub fn sweep_directions(light: &SrbfLight) -> Vec<[f32; 3]> {
+    let axis = Vec3::from(light.direction).normalize_or(Vec3::Y);
+    let k = match light.lambda {
+        l if l < 0.3 => return vec![axis.to_array()],
+        l if l <= 0.6 => 4,
+        _ => 8,
+    };
+    let (x, y) = axis.any_orthonormal_pair();
+    let kappa = 2.0 / f64::from(light.lambda * light.lambda);
+    (0..k)
+        .map(|ix| {
+            let u = (f64::from(ix) + 0.5) / f64::from(k);
+            let cos = 1.0 + (u + (1.0 - u) * (-2.0 * kappa).exp()).ln() / kappa;
+            let cos = cos.clamp(-1.0, 1.0);
+            let sin = (1.0 - cos * cos).sqrt() as f32;
+            // The golden angle spreads successive azimuths evenly.
+            let azimuth = f64::from(ix) * 2.399_963_229_728_653;
+            let across = x * azimuth.cos() as f32 + y * azimuth.sin() as f32;
+            (axis * cos as f32 + across * sin)
+                .normalize_or(axis)
+                .to_array()
+        })
+        .collect()
+}
+
+/// Solid angle of an SRBF light, `pi lambda^2 (1 - e^(-4 / lambda^2))`, sr.
+pub fn solid_angle(lambda: f32) -> f32 {
+    let l2 = lambda * lambda;
+    std::f32::consts::PI * l2 * -(-4.0 / l2).exp_m1()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sweep_directions_have_the_mean_of_the_lobe() {
+        for lambda in [0.1_f32, 0.4, 0.9, 2.0, 8.0] {
+            let light = SrbfLight {
+                direction: [0.6, 0.0, -0.8],
+                lambda,
+                rgb: [1.0; 3],
+            };
+            let directions = sweep_directions(&light);
+            let mean: f32 = directions
+                .iter()
+                .map(|d| Vec3::from(*d).dot(Vec3::from(light.direction)))
+                .sum::<f32>()
+                / directions.len() as f32;
+            // E[cos] of a von Mises-Fisher lobe is coth(kappa) - 1 / kappa.
+            let kappa = 2.0 / (lambda * lambda);
+            let exact = 1.0 / kappa.tanh() - 1.0 / kappa;
+            let tolerance = if lambda < 0.3 { 0.01 } else { 0.04 };
+            assert!((mean - exact).abs() < tolerance, "{lambda}: {mean} {exact}");
+        }
+    }
+
+    #[test]
+    fn solid_angle_of_narrow_and_wide_lights() {
+        assert!((solid_angle(0.01) / (std::f32::consts::PI * 1e-4) - 1.0).abs() < 1e-5);
+        assert!((solid_angle(100.0) / (4.0 * std::f32::consts::PI) - 1.0).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,22 @@
+// The shadow volume's grid. Twin: Grid in crates/runtime/src/volume.rs.
+
+struct Grid {
+    origin: vec3f,
+    h: f32,
+    dims: vec3u,
+    n_segments: u32,
+    quanta_per_area: f32,
+    density_per_quantum: f32,
+    pad: vec2u,
+}
+
+// Position in voxels from the centre of voxel (0, 0, 0), kept where eight neighbours exist.
+fn grid_position(grid: Grid, position: vec3f) -> vec3f {
+    let g = (position - grid.origin) / grid.h - 0.5;
+    return clamp(g, vec3f(0.0), vec3f(grid.dims) - 1.001);
+}
+
+// Index of a voxel; x varies fastest.
+fn voxel_index(grid: Grid, voxel: vec3u) -> u32 {
+    return voxel.x + grid.dims.x * (voxel.y + grid.dims.y * voxel.z);
+}

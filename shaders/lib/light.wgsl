@@ -1,0 +1,31 @@
+// A light of the scene. Twin: LightRecord in crates/runtime/src/scene.rs.
+
+struct Light {
+    direction: vec3f,
+    lambda: f32,
+    rgb: vec3f,
+    // Largest channel times solid angle: what it could send to a point in the open.
+    power: f32,
+    first_sweep: u32,
+    n_sweeps: u32,
+    pad: vec2u,
+}
+
+// Lights and points that a dispatch works on. Twin: Batch in
+// crates/runtime/src/render/lighting.rs.
+struct Batch {
+    first_light: u32,
+    n_lights: u32,
+    first_point: u32,
+    end_point: u32,
+    min_power: f32,
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
+}
+
+// L(omega) of one light (Xu 2011 Eq 1), in the form without cancellation.
+fn light_radiance(light: Light, omega: vec3f) -> vec3f {
+    let d = omega - light.direction;
+    return light.rgb * exp(-dot(d, d) / (light.lambda * light.lambda));
+}

@@ -1,0 +1,33 @@
+// The view. Twin: ViewUniform in crates/runtime/src/camera.rs.
+
+struct View {
+    eye: vec3f,
+    focal_px: f32,
+    right: vec3f,
+    near: f32,
+    up: vec3f,
+    far: f32,
+    forward: vec3f,
+    margin_px: f32,
+    size: vec2u,
+    radiance_scale: f32,
+    n_points: u32,
+}
+
+// A point on the screen: x to the right and y downwards in pixels from the upper left corner,
+// and the depth along the line of sight in cm (not positive: behind the eye).
+fn screen_position(view: View, position: vec3f) -> vec3f {
+    let from_eye = position - view.eye;
+    let depth = dot(from_eye, view.forward);
+    let scale = view.focal_px / max(depth, view.near);
+    let x = 0.5 * f32(view.size.x) + scale * dot(from_eye, view.right);
+    let y = 0.5 * f32(view.size.y) - scale * dot(from_eye, view.up);
+    return vec3f(x, y, depth);
+}
+
+// Unit vector from the eye through a point of the screen.
+fn ray_direction(view: View, at_px: vec2f) -> vec3f {
+    let across = at_px.x - 0.5 * f32(view.size.x);
+    let upwards = 0.5 * f32(view.size.y) - at_px.y;
+    return normalize(view.forward * view.focal_px + view.right * across + view.up * upwards);
+}

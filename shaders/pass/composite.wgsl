@@ -1,0 +1,42 @@
+// Turns sums of samples into means and puts the background behind them.
+// Twin: crates/bake/src/cpu/composite.rs.
+// #import lib/view
+// #import lib/light
+
+struct Backdrop {
+    color: vec3f,
+    // 0 nothing, 1 `color`, 2 the lights
+    kind: u32,
+    n_lights: u32,
+    n_samples: u32,
+    pad: vec2u,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> backdrop: Backdrop;
+@group(0) @binding(2) var<storage, read> lights: array<Light>;
+@group(0) @binding(3) var<storage, read_write> picture: array<vec4f>;
+
+@compute @workgroup_size(8, 8)
+fn composite(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= view.size.x || id.y >= view.size.y {
+        return;
+    }
+    let index = id.x + view.size.x * id.y;
+    let mean = picture[index] / f32(backdrop.n_samples);
+    var rgb = mean.rgb / view.radiance_scale;
+    var alpha = mean.a;
+    if backdrop.kind != 0u {
+        var behind = backdrop.color;
+        if backdrop.kind == 2u {
+            let omega = ray_direction(view, vec2f(id.xy) + 0.5);
+            behind = vec3f(0.0);
+            for (var light_ix = 0u; light_ix < backdrop.n_lights; light_ix++) {
+                behind += light_radiance(lights[light_ix], omega);
+            }
+        }
+        rgb += (1.0 - alpha) * behind;
+        alpha = 1.0;
+    }
+    picture[index] = vec4f(rgb, alpha);
+}

@@ -1,0 +1,49 @@
+// Where the ribbon's two edges are on the screen at every point, snapped to 1/256 pixel so that
+// every rasteriser sees the same numbers. Twin: crates/bake/src/cpu/project.rs.
+// #import lib/view
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> points: array<vec4f>;
+@group(0) @binding(2) var<storage, read> tangents: array<vec4f>;
+// Left edge x, y, right edge x, y in 1/256 px.
+@group(0) @binding(3) var<storage, read_write> edges: array<vec4i>;
+// Depth in 0..1 between the near and far planes, and coverage; below zero: not drawn.
+@group(0) @binding(4) var<storage, read_write> depth_coverage: array<vec2f>;
+
+// Strands are drawn at least this wide (px); thinner ones cover part of it.
+const MIN_WIDTH_PX: f32 = 1.0;
+
+// Largest screen coordinate in 1/256 px; f32 holds it exactly.
+const MAX_SCREEN: f32 = 8388608.0;
+
+@compute @workgroup_size(256)
+fn project(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= view.n_points {
+        return;
+    }
+    let point = points[id.x];
+    let screen = screen_position(view, point.xyz);
+    let depth = screen.z;
+    if depth < view.near {
+        edges[id.x] = vec4i(0);
+        depth_coverage[id.x] = vec2f(0.0, -1.0);
+        return;
+    }
+    // The tangent's image, up to a positive factor: d/ds of (x, y) / depth.
+    let tangent = tangents[id.x].xyz;
+    let away = dot(tangent, view.forward);
+    let dx = view.focal_px * dot(tangent, view.right) - (screen.x - 0.5 * f32(view.size.x)) * away;
+    let dy = -view.focal_px * dot(tangent, view.up) - (screen.y - 0.5 * f32(view.size.y)) * away;
+    let size = sqrt(dx * dx + dy * dy);
+    // A strand seen end on has no sideways direction; any will do.
+    var across = vec2f(1.0, 0.0);
+    if size > 1e-6 * view.focal_px {
+        across = vec2f(-dy, dx) / size;
+    }
+    let width = 2.0 * point.w * view.focal_px / depth;
+    let drawn = max(width, MIN_WIDTH_PX);
+    let half_width = 0.5 * drawn * across;
+    let snapped = round(vec4f(screen.xy + half_width, screen.xy - half_width) * 256.0);
+    edges[id.x] = vec4i(clamp(snapped, vec4f(-MAX_SCREEN), vec4f(MAX_SCREEN)));
+    depth_coverage[id.x] = vec2f((depth - view.near) / (view.far - view.near), width / drawn);
+}

@@ -1,0 +1,94 @@
+//! The GPU's picture against the CPU's: whole, and stage by stage.
+
+mod render_common;
+
+use render_common::{context, keep, picture_rmse, relative_rmse, wig_scene};
+use strandlight_bake::cpu;
+use strandlight_formats::Background;
+use strandlight_runtime::Renderer;
+use strandlight_runtime::volume::Grid;
+
+const SIZE: [u32; 2] = [120, 90];
+
+/// Relative RMSE of linear pictures (and alpha) that the two backends stay within.
+const PICTURE_TOLERANCE: f64 = 0.01;
+
+#[test]
+fn pictures_agree_for_every_background() {
+    let context = context();
+    let mut scene = wig_scene(400);
+    for (name, background) in [
+        ("none", Background::None),
+        ("color", Background::Color([0.2, 0.3, 0.1])),
+        ("lights", Background::Lights),
+    ] {
+        scene.background = background;
+        let renderer = Renderer::new(&context, &scene).unwrap();
+        let (gpu, gpu_stats) = renderer.render(&scene.camera, SIZE, 16).unwrap();
+        let (cpu, cpu_stats) = cpu::render(&scene, &scene.camera, SIZE, 16).unwrap();
+        keep(&format!("agree-{name}-gpu"), &gpu);
+        keep(&format!("agree-{name}-cpu"), &cpu);
+        let error = picture_rmse(&gpu, &cpu);
+        println!("background {name}: {error:.2e}");
+        assert!(error < PICTURE_TOLERANCE, "background {name}: {error}");
+        assert_eq!(
+            gpu_stats.products + gpu_stats.products_skipped,
+            cpu_stats.products + cpu_stats.products_skipped
+        );
+        let covered = cpu.rgba.iter().filter(|p| p[3] > 0.0).count();
+        assert!(covered > 1000, "{covered} pixels covered");
+    }
+}
+
+#[test]
+fn the_comparison_notices_a_wrong_picture() {
+    let scene = wig_scene(400);
+    let (picture, _) = cpu::render(&scene, &scene.camera, SIZE, 16).unwrap();
+    let mut brighter = picture.clone();
+    for pixel in &mut brighter.rgba {
+        pixel[1] *= 1.05;
+    }
+    assert!(picture_rmse(&brighter, &picture) > PICTURE_TOLERANCE);
+    let mut shifted = picture.clone();
+    shifted.rgba.rotate_right(1);
+    assert!(picture_rmse(&shifted, &picture) > PICTURE_TOLERANCE);
+}
+
+#[test]
+fn every_stage_agrees() {
+    let context = context();
+    let scene = wig_scene(400);
+    let grid = Grid::around(&scene.strands);
+    let renderer = Renderer::new(&context, &scene).unwrap();
+
+    let volume = cpu::voxelise(&scene.strands, &grid);
+    let gpu_volume = renderer.volume().unwrap();
+    let flat: Vec<f32> = volume.as_flattened().to_vec();
+    let largest = flat.iter().copied().fold(0.0, f32::max);
+    let worst = gpu_volume
+        .as_flattened()
+        .iter()
+        .zip(&flat)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f32::max);
+    println!("volume: largest {largest}, worst difference {worst:.2e}");
+    assert!(largest > 0.0 && worst <= 1e-5 * largest);
+
+    let (lights, sweeps) = scene.light_records();
+    let unblocked = cpu::transmittance(&grid, &volume, &lights, &sweeps);
+    let gpu_unblocked = renderer.transmittance().unwrap();
+    assert_eq!(unblocked.len(), gpu_unblocked.len());
+    let worst = unblocked
+        .iter()
+        .zip(&gpu_unblocked)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f32::max);
+    println!("transmittance: worst difference {worst:.2e}");
+    assert!(worst < 1e-4);
+
+    let radiance = cpu::point_radiance(&scene, &scene.camera, SIZE).unwrap();
+    let gpu_radiance = renderer.point_radiance(&scene.camera, SIZE).unwrap();
+    let error = relative_rmse(gpu_radiance.as_flattened(), radiance.as_flattened());
+    println!("shading: {error:.2e}");
+    assert!(error < 1e-3);
+}
