@@ -2,6 +2,19 @@
 //!
 //! - [`HairParams`]: the parameters of Marschner's fibre model.
 //! - [`Lobe`]: the scattering modes R, TT, TRT.
+//! - [`exact`]: the model in f64 by quadrature; [`closed_form`]: what the renderer evaluates, f32.
+//! - [`table_layout`]: what the baked tables hold, with [`c_integrals`] and [`h_moments`] to fill
+//!   them.
+//!
+//! ```
+//! use strandlight_scattering::exact::{Light, View, single};
+//! use strandlight_scattering::{HairParams, Lobe, fresnel::Fresnel};
+//!
+//! let light = Light { theta: 0.1, phi: 2.0, lambda: 0.3 };
+//! let view = View { theta: 0.0, phi: 0.4 };
+//! let rgb = single(Lobe::R, light, view, &HairParams::default(), Fresnel::Dielectric);
+//! assert!(rgb[0] > 0.0);
+//! ```
 //!
 //! Conventions: radians; theta is the inclination to the normal plane; widths are Xu's
 //! (`lambda = sqrt(2) * standard deviation`); sigma_a per fibre radius; directions point away

@@ -198,7 +198,7 @@ fn convolved(lobe: Lobe, kappa: f64, dphi: f64, section: &FibreSection) -> f64 {
             .map_or(0.0, |g| wrap(section.exit_azimuth(Lobe::Trt, g)).abs()),
     };
     // Panels between the edges, each cut in two at the peak of the kernel.
-    let mut breaks = vec![-PI, -edge, 0.0, edge, PI, wrap(dphi)];
+    let mut breaks = [-PI, -edge, 0.0, edge, PI, wrap(dphi)];
     breaks.sort_by(f64::total_cmp);
     breaks
         .windows(2)

@@ -56,7 +56,7 @@ pub fn bake_tables(fresnel: Fresnel, progress: &Progress) -> TableFile {
     }
 }
 
-/// Rows of texels and rows of cell middles of a grid: each row's values, in parallel.
+/// Values at the texel centres, rounded, and at the middles of the cells, row by row.
 struct Grid<const N: usize> {
     texels: Vec<[f32; N]>,
     middles: Vec<[f64; N]>,
@@ -79,7 +79,7 @@ fn evaluate<const N: usize>(
     let row_middles = values(rows, 0.5, rows.count - 1);
     let column_centres = values(columns, 0.0, columns.count);
     let column_middles = values(columns, 0.5, columns.count - 1);
-    let by_row: Vec<(Vec<[f32; N]>, Vec<[f64; N]>)> = (0..row_centres.len())
+    let by_row: Vec<Grid<N>> = (0..row_centres.len())
         .into_par_iter()
         .map(|ix| {
             let texels = column_centres
@@ -94,16 +94,16 @@ fn evaluate<const N: usize>(
                 None => Vec::new(),
             };
             progress.advance(1);
-            (texels, middles)
+            Grid { texels, middles }
         })
         .collect();
     let mut grid = Grid {
         texels: Vec::with_capacity(row_centres.len() * column_centres.len()),
         middles: Vec::with_capacity(row_middles.len() * column_middles.len()),
     };
-    for (texels, middles) in by_row {
-        grid.texels.extend(texels);
-        grid.middles.extend(middles);
+    for row in by_row {
+        grid.texels.extend(row.texels);
+        grid.middles.extend(row.middles);
     }
     grid
 }
