@@ -2,7 +2,7 @@
 //!
 //! - [`Fibre`]: the parameters of one fibre, laid out as the shaders' uniform of the same name.
 //! - [`Tables`]: a view of the baked tables C and H, with the sampling the shaders do.
-//! - [`single_scattering`]: the integral of one spherical Gaussian light over the fibre's
+//! - [`single_scattering()`]: the integral of one spherical Gaussian light over the fibre's
 //!   scattering function (Eq 11), as the sum over the enabled modes.
 //!
 //! Every file here has a twin in `shaders/lib` with the same stem, the same function names and

@@ -37,7 +37,7 @@ const CUTOFF: f64 = 40.0;
 ///
 /// The light is exact: `G = g^c(theta_i; theta_j, lambda) g^c(phi_i; phi_j, lambda_p)`,
 /// `lambda_p = lambda / sqrt(cos theta_i cos theta_j)`, so the integral over theta_i in +-pi/2 is
-/// of `M_t g^c cos^2(theta_i)/cos^2(theta_d)` times [`super::azimuthal`]; panelled
+/// of `M_t g^c cos^2(theta_i)/cos^2(theta_d)` times [`super::azimuthal()`]; panelled
 /// Gauss-Legendre where both Gaussians live. Error some 1e-7 of the lobe's peak (tested against
 /// twice the nodes and a direct integral over the sphere). Milliseconds a call, more with an
 /// eccentric TRT.
