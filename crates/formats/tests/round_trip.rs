@@ -289,9 +289,11 @@ mod random {
     }
 }
 
+type Change<T> = fn(&mut T);
+
 #[test]
 fn promises_are_checked_before_writing() {
-    let changes: [(fn(&mut Groom), &str); 7] = [
+    let changes: [(Change<Groom>, &str); 7] = [
         (|groom| groom.points[3][1] = f32::NAN, "point 1 of strand 1"),
         (|groom| groom.points[0][0] = 2e5, "point 0 of strand 0"),
         (|groom| groom.strand_offsets[1] = 1, "points of strand 0"),
@@ -312,7 +314,7 @@ fn promises_are_checked_before_writing() {
         let message = groom.to_bytes().unwrap_err().to_string();
         assert!(message.contains(part), "{message:?} lacks {part:?}");
     }
-    let changes: [(fn(&mut SrbfLight), &str); 4] = [
+    let changes: [(Change<SrbfLight>, &str); 4] = [
         (
             |light| light.direction = [0.6, 0.0, 0.7],
             "lights[1] length of direction",
