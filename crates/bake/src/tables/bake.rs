@@ -141,12 +141,7 @@ fn bake_c(progress: &Progress) -> Table {
     let grid = evaluate(&C_ROWS, &C_COLUMNS, progress, |kappa, cos_half_phi| {
         rule.shares(kappa, cos_half_phi)
     });
-    let error = grid.interpolation_error(C_COLUMNS.count as usize, |_, _, b| {
-        C_FROM_B
-            .iter()
-            .map(|row| row.iter().zip(b).map(|(m, b)| m * b).sum::<f64>().abs())
-            .fold(0.0, f64::max)
-    });
+    let error = grid.interpolation_error(C_COLUMNS.count as usize, |_, _, b| c_error(b));
     let data = grid
         .texels
         .iter()
@@ -159,6 +154,20 @@ fn bake_c(progress: &Progress) -> Table {
         data,
         max_interpolation_error: error as f32,
     }
+}
+
+/// Largest error of `C_k / C_0` that errors of the shares make.
+fn c_error(shares: [f64; 7]) -> f64 {
+    C_FROM_B
+        .iter()
+        .map(|row| {
+            row.iter()
+                .zip(shares)
+                .map(|(m, b)| m * b)
+                .sum::<f64>()
+                .abs()
+        })
+        .fold(0.0, f64::max)
 }
 
 fn bake_h(fresnel: Fresnel, progress: &Progress) -> (Table, Table) {
@@ -233,5 +242,47 @@ mod tests {
             assert!(errors[0] < 2.5e-4 && errors[0] > 1e-5);
             assert!(errors[1] < h_error && errors[2] < h_error);
         }
+    }
+
+    #[test]
+    fn the_papers_axes_are_worse_at_the_same_size() {
+        use strandlight_scattering::axis::Spacing;
+        use strandlight_scattering::table_layout::h_column;
+        let axis = |min, max, count, spacing| Axis {
+            min,
+            max,
+            count,
+            spacing,
+        };
+        let silent = Progress::silent();
+        // lambda_p logarithmic, 128; phi linear, 64.
+        let rows = axis(0.001, 10.0, 128, Spacing::Log);
+        let columns = axis(0.0, std::f64::consts::PI, 64, Spacing::Linear);
+        let rule = BernsteinRule::default();
+        let grid = evaluate(&rows, &columns, &silent, |lambda_p, phi| {
+            rule.shares(2.0 / (lambda_p * lambda_p), (0.5 * phi).cos())
+        });
+        let c = grid.interpolation_error(64, |_, _, b| c_error(b));
+        // eta logarithmic, 128; theta_d linear, 64, counted up to 1.5.
+        let rows = axis(1.0, 10.0, 128, Spacing::Log);
+        let columns = axis(0.0, std::f64::consts::FRAC_PI_2, 64, Spacing::Linear);
+        let rule = MomentRule::new(MOMENT_NODES);
+        let [dielectric, schlick] = Fresnel::ALL.map(|fresnel| {
+            let grid = evaluate(&rows, &columns, &silent, |eta, theta_d| {
+                let column = h_column(eta, theta_d.cos(), fresnel == Fresnel::Dielectric);
+                rule.moments(fresnel, eta, column).tt
+            });
+            let counted = |column: usize| columns.value_from_unit((column as f64 + 0.5) / 63.0);
+            grid.interpolation_error(64, |_, column, error| {
+                if counted(column) > H_THETA_D_MAX {
+                    return 0.0;
+                }
+                error.iter().fold(0.0, |worst: f64, e| worst.max(e.abs()))
+            })
+        });
+        println!(
+            "the paper's axes: C {c:.2e}, H dielectric {dielectric:.2e}, Schlick {schlick:.2e}"
+        );
+        assert!(c > 2.5e-3 && dielectric > 0.1 && schlick > 1.5e-3);
     }
 }
