@@ -1,0 +1,174 @@
+//! `strandlight render` and `strandview --frame` from the outside, and what they refuse.
+
+use std::fs;
+use std::path::Path;
+
+use strandlight_formats::{Groom, LightSet, Scene, SrbfLight};
+use strandlight_tests::{assert_refused, strandlight, strandview};
+
+/// A small scene on disk.
+fn scene_in(folder: &Path) {
+    let mut groom = Groom::default();
+    groom.strand_offsets.push(0);
+    for strand in 0..40 {
+        for point in 0..6 {
+            let (x, y) = (strand as f32 * 0.1 - 2.0, -point as f32);
+            groom.points.push([x, y, (0.5 * y + x).sin() * 0.3]);
+        }
+        groom.strand_offsets.push(groom.points.len() as u32);
+    }
+    groom.write(&folder.join("a.groom")).expect("written");
+    let light = |direction, lambda, rgb| SrbfLight {
+        direction,
+        lambda,
+        rgb,
+    };
+    let lights = LightSet {
+        lights: vec![
+            light([0.0, 0.6, 0.8], 0.2, [20.0, 19.0, 17.0]),
+            light([0.0, 1.0, 0.0], 1.2, [0.4, 0.5, 0.6]),
+        ],
+        ..LightSet::default()
+    };
+    lights.write(&folder.join("a.lights")).expect("written");
+    let mut scene = Scene::new("a.groom", "a.lights");
+    scene.hair.diameter_cm = Some(0.05);
+    fs::write(
+        folder.join("a.toml"),
+        scene.to_toml_string().expect("valid"),
+    )
+    .expect("written");
+}
+
+#[test]
+fn every_backend_and_format_writes_the_picture() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    scene_in(folder.path());
+    for backend in ["auto", "gpu", "cpu"] {
+        for format in ["png", "exr"] {
+            let out = format!("{backend}.{format}");
+            let args = [
+                "render",
+                "a.toml",
+                "-o",
+                &out,
+                "--size",
+                "60x40",
+                "--samples",
+                "5",
+            ];
+            let output = strandlight()
+                .current_dir(folder.path())
+                .args(args)
+                .args(["--backend", backend])
+                .output()
+                .expect("runs");
+            assert!(output.status.success(), "{output:?}");
+            let text = String::from_utf8_lossy(&output.stdout);
+            let line = text.lines().last().unwrap_or_default();
+            assert!(
+                line.contains(&out) && line.contains("60x40, 8 samples"),
+                "{text}"
+            );
+            let bytes = fs::read(folder.path().join(&out)).expect("written");
+            let magic: &[u8] = if format == "png" {
+                b"\x89PNG"
+            } else {
+                b"\x76\x2f\x31\x01"
+            };
+            assert!(bytes.starts_with(magic));
+        }
+    }
+    let png = |name: &str| fs::read(folder.path().join(name)).expect("written");
+    assert_eq!(
+        png("auto.png"),
+        png("gpu.png"),
+        "auto takes the GPU, and repeats itself"
+    );
+    let output = strandview()
+        .current_dir(folder.path())
+        .args([
+            "a.toml",
+            "--frame",
+            "v.png",
+            "--size",
+            "60x40",
+            "--samples",
+            "8",
+        ])
+        .output()
+        .expect("runs");
+    assert!(output.status.success(), "{output:?}");
+    assert_eq!(png("v.png"), png("gpu.png"));
+}
+
+#[test]
+fn json_is_one_document() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    scene_in(folder.path());
+    let output = strandlight()
+        .current_dir(folder.path())
+        .args([
+            "render",
+            "a.toml",
+            "-o",
+            "a.png",
+            "--size",
+            "20x10",
+            "--samples",
+            "4",
+        ])
+        .args(["--backend", "cpu", "--json"])
+        .output()
+        .expect("runs");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(report["size"], serde_json::json!([20, 10]));
+    assert_eq!(report["lights"], 2);
+    assert!(
+        report["stages"]
+            .as_array()
+            .is_some_and(|stages| stages.len() == 5)
+    );
+}
+
+#[test]
+fn bad_usage_is_refused_in_one_line_with_nothing_written() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    scene_in(folder.path());
+    fs::write(folder.path().join("key.toml"), "version = 1\ncolour = 3\n").expect("written");
+    let scene = fs::read_to_string(folder.path().join("a.toml")).expect("read");
+    fs::write(
+        folder.path().join("lost.toml"),
+        scene.replace("a.groom", "lost.groom"),
+    )
+    .expect("written");
+    let cases: [(&[&str], &[&str]); 10] = [
+        (&["a.toml", "-o", "a.png", "--size", "0x0"], &["0x0"]),
+        (
+            &["a.toml", "-o", "a.png", "--size", "100000x100000"],
+            &["100000x100000"],
+        ),
+        (
+            &["a.toml", "-o", "a.png", "--size", "8192x8192"],
+            &["8192x8192"],
+        ),
+        (&["a.toml", "-o", "a.png", "--size", "twelve"], &["twelve"]),
+        (&["a.toml", "-o", "a.png", "--samples", "0"], &["0"]),
+        (&["a.toml", "-o", "a.jpg"], &["a.jpg", ".png or .exr"]),
+        (&["a.toml", "-o", "nowhere/a.png"], &["nowhere/a.png"]),
+        (&["none.toml", "-o", "a.png"], &["none.toml"]),
+        (&["key.toml", "-o", "a.png"], &["key.toml", "colour"]),
+        (&["lost.toml", "-o", "a.png"], &["lost.groom"]),
+    ];
+    let names = || fs::read_dir(folder.path()).expect("read").count();
+    let before = names();
+    for (args, needles) in cases {
+        let mut command = strandlight();
+        command.current_dir(folder.path()).arg("render").args(args);
+        assert_refused(&mut command, needles);
+        assert_eq!(names(), before, "{args:?} left something behind");
+    }
+    let mut command = strandview();
+    command.current_dir(folder.path()).arg("a.toml");
+    assert_refused(&mut command, &["no window"]);
+}
