@@ -8,7 +8,7 @@ use super::harmonics::Harmonics;
 use super::map::{Map, MapError};
 use super::projection::{Lobe, State, Target, energy_row, refine};
 use super::response::Response;
-use super::search::{Candidates, grow, relocate};
+use super::search::{Candidates, add_in_batches, grow, relocate};
 use super::spectrum::Filter;
 use super::sphere::fibonacci;
 use super::sun::{Source, amplitude, extract};
@@ -26,6 +26,16 @@ const FINE_POINTS: usize = 3072;
 
 /// Places tried for a new lobe.
 const CENTRES: usize = 640;
+
+/// Widths of the fibres that the fit has in mind, over those of the response it is judged by.
+/// Fitting for the judge alone gains nothing there and loses where hair is smoother: over the 14
+/// sample maps, fibre error at widths x 1 and x 0.6: median 0.69 and 1.64 %, worst 1.28 and
+/// 4.13 %; with this mixture median 0.68 and 1.34 %, worst 1.12 and 2.72 %.
+const NARROWING: [f64; 3] = [1.0, 0.8, 0.6];
+
+/// Sets larger than this are refined up to here; the other lights are only placed. A step of the
+/// refinement takes the cube of their number.
+const REFINED_LIGHTS: usize = 96;
 
 /// What to fit.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +99,8 @@ pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, M
     // The filtered targets. Radiance is measured in units of the map's mean.
     let unit = total / (12.0 * std::f64::consts::PI);
     let ((filter, coarse, fine), time) = timed(|| {
-        let filter = Filter::new(&[Response::default()]);
+        let response = Response::default();
+        let filter = Filter::new(&NARROWING.map(|factor| response.narrowed(factor)));
         let mut harmonics = Harmonics::analyse(map, &rest);
         harmonics.filter(&filter.factors);
         let energy = map.grid().energy(&rest);
@@ -105,16 +116,22 @@ pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, M
     let (state, time) = timed(|| {
         let candidates = Candidates::new(&filter, &coarse, CENTRES, turn);
         let empty = State::solve(&filter, &coarse, Vec::new(), &Default::default());
-        let state = grow(&filter, &coarse, &candidates, empty, count);
+        let refined = count.min(REFINED_LIGHTS);
+        let state = grow(&filter, &coarse, &candidates, empty, refined);
         let state = refine(&filter, &coarse, state, 8);
-        relocate(&filter, &coarse, &candidates, state, 8)
+        let state = relocate(&filter, &coarse, &candidates, state, 8);
+        add_in_batches(&filter, &coarse, &candidates, state, count)
     });
     seconds.push(("search", time));
     progress.advance(2);
 
     let (state, time) = timed(|| {
         let start = State::solve(&filter, &fine, state.lobes, &state.amplitudes);
-        refine(&filter, &fine, start, 16)
+        if start.lobes.len() > REFINED_LIGHTS {
+            start
+        } else {
+            refine(&filter, &fine, start, 16)
+        }
     });
     seconds.push(("refine", time));
     progress.advance(1);

@@ -129,6 +129,21 @@ impl Harmonics {
         }
     }
 
+    /// Power of each degree of the first channel: the squared L2 norm of that part.
+    #[cfg(test)]
+    pub fn power(&self) -> [f64; DEGREES] {
+        let mut power = [0.0; DEGREES];
+        for m in 0..DEGREES {
+            for (l, power) in power.iter_mut().enumerate().skip(m) {
+                let [cos, sin] = self.coefficients[pair(l, m)][0];
+                // Stored doubled for m > 0; P cos(m lon) there has norm 1 / 2.
+                let half = if m == 0 { 1.0 } else { 0.5 };
+                *power += half * (cos * cos + sin * sin);
+            }
+        }
+        power
+    }
+
     /// The sum of all harmonics in a direction.
     pub fn value(&self, direction: Vec3) -> [f64; 3] {
         let legendre = legendre_table(direction[1]);

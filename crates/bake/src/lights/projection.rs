@@ -422,3 +422,153 @@ fn pair(a: [&[f32]; 2], b: [&[f32]; 2]) -> [[f32; 2]; 2] {
         ],
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lights::response::Response;
+    use crate::lights::sphere::{Random, fibonacci};
+
+    /// Points and a target made of known lobes.
+    fn problem(lobes: &[(Lobe, [f64; 3])], count: usize) -> (Filter, Target) {
+        let filter = Filter::new(&[Response::default()]);
+        let points = (0..count)
+            .map(|ix| fibonacci(ix, count, 0.0).map(|x| x as f32))
+            .collect();
+        let mut target = Target {
+            points,
+            rows: [0; 3].map(|_| vec![0.0; count + 1]),
+        };
+        for (lobe, rgb) in lobes {
+            let column = target.column(&filter, lobe);
+            for (rows, a) in target.rows.iter_mut().zip(rgb) {
+                for (row, x) in rows.iter_mut().zip(&column) {
+                    *row += *a as f32 * x;
+                }
+            }
+        }
+        (filter, target)
+    }
+
+    fn random_lobes(count: usize, seed: u64) -> Vec<(Lobe, [f64; 3])> {
+        let mut random = Random::new(seed);
+        (0..count)
+            .map(|_| {
+                let lobe = Lobe {
+                    axis: random.direction(),
+                    lambda: 0.1 * 8f64.powf(random.uniform()),
+                };
+                (lobe, [0; 3].map(|_| 0.2 + random.uniform()))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_jacobian_matches_differences() {
+        let (filter, target) = problem(&[], 500);
+        for (lobe, _) in random_lobes(6, 2) {
+            let jacobian = target.jacobian(&filter, &lobe);
+            let scale = jacobian.map(|column| product(&column, &column).sqrt());
+            let jacobian = target.jacobian(&filter, &lobe);
+            let [t, b] = tangents(lobe.axis);
+            let h = 0.02 * lobe.lambda;
+            for (d, column) in jacobian[..3].iter().enumerate() {
+                let shifted = |h: f64| {
+                    let (x, y, z) = [(h, 0.0, 0.0), (0.0, h, 0.0), (0.0, 0.0, h)][d];
+                    let axis = normalize(combine(lobe.axis, 1.0, t, x, b, y));
+                    let lambda = lobe.lambda * z.exp();
+                    target.column(&filter, &Lobe { axis, lambda })
+                };
+                let (above, below) = (shifted(h), shifted(-h));
+                let error: f64 = (0..column.len())
+                    .map(|k| {
+                        let difference = f64::from(above[k] - below[k]) / (2.0 * h);
+                        (difference - f64::from(column[k])).powi(2)
+                    })
+                    .sum::<f64>()
+                    .sqrt();
+                assert!(
+                    error < 0.01 * scale[d],
+                    "{lobe:?} {d}: {error} {}",
+                    scale[d]
+                );
+            }
+        }
+    }
+
+    /// The gradient of the projected cost: amplitudes follow the geometry.
+    #[test]
+    fn the_projected_gradient_matches_differences() {
+        let truth = random_lobes(6, 4);
+        let (filter, target) = problem(&truth, 800);
+        let lobes: Vec<Lobe> = random_lobes(4, 5)
+            .into_iter()
+            .map(|(lobe, _)| lobe)
+            .collect();
+        let state = State::solve(&filter, &target, lobes.clone(), &Default::default());
+        let (_, gradient) = normal_equations(&filter, &target, &state);
+        let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+        for k in 0..12 {
+            let cost = |h: f64| {
+                let mut step = vec![0.0; 12];
+                step[k] = h;
+                let lobes = moved(&lobes, &step);
+                State::solve(&filter, &target, lobes, &state.amplitudes).cost
+            };
+            let difference = -(cost(2e-3) - cost(-2e-3)) / (2.0 * 2e-3) / 2.0;
+            assert!(
+                (difference - gradient[k]).abs() < 0.02 * norm,
+                "{k}: {difference} {}",
+                gradient[k]
+            );
+        }
+    }
+
+    #[test]
+    fn refinement_recovers_disturbed_lobes() {
+        let truth = random_lobes(8, 11);
+        let (filter, target) = problem(&truth, 1500);
+        let mut random = Random::new(3);
+        let lobes = truth
+            .iter()
+            .map(|(lobe, _)| {
+                let [t, b] = tangents(lobe.axis);
+                let [x, y] = [0; 2].map(|_| 0.1 * (random.uniform() - 0.5));
+                Lobe {
+                    axis: normalize(combine(lobe.axis, 1.0, t, x, b, y)),
+                    lambda: lobe.lambda * (1.0 + 0.3 * (random.uniform() - 0.5)),
+                }
+            })
+            .collect();
+        let start = State::solve(&filter, &target, lobes, &Default::default());
+        let norm: f64 = sum_of_squares(&target.rows);
+        let state = refine(&filter, &target, start.clone(), 60);
+        assert!(start.cost > 1e-5 * norm);
+        assert!(state.cost < 1e-6 * norm, "{} of {norm}", state.cost);
+        for (found, (lobe, _)) in state.lobes.iter().zip(&truth) {
+            let chord = [0, 1, 2].map(|k| found.axis[k] - lobe.axis[k]);
+            let off = chord.iter().map(|x| x * x).sum::<f64>().sqrt();
+            assert!(off < 0.02, "{found:?} {lobe:?}");
+        }
+    }
+
+    #[test]
+    fn gram_matches_plain_products() {
+        let mut random = Random::new(8);
+        for (n, rows) in [(1, 3), (5, 600), (9, 257)] {
+            let columns: Vec<Vec<f32>> = (0..n)
+                .map(|_| (0..rows).map(|_| random.uniform() as f32 - 0.5).collect())
+                .collect();
+            let slices: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
+            let gram = gram(&slices);
+            for i in 0..n {
+                for j in 0..n {
+                    let exact: f64 = (0..rows)
+                        .map(|k| f64::from(columns[i][k]) * f64::from(columns[j][k]))
+                        .sum();
+                    assert!((gram.get(i, j) - exact).abs() < 1e-5 * rows as f64);
+                }
+            }
+        }
+    }
+}

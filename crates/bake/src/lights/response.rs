@@ -23,7 +23,7 @@
 //! fibre and a view, and the three channels. Tangents are uniform on the sphere; views too, but
 //! within |sin theta_o| <= 0.98, since nothing is seen of a fibre along its axis. The pairs come
 //! from a fixed seed and are the same for every map. The fit never sees them: it works on the
-//! expectation over all frames (see `spectrum`).
+//! expectation over all frames, of this response and of narrower ones (see `spectrum`).
 
 use rayon::prelude::*;
 use strandlight_scattering::{HairParams, Lobe};
@@ -93,6 +93,15 @@ impl Default for Response {
 }
 
 impl Response {
+    /// The response of a fibre whose longitudinal lobes are narrower by `factor`.
+    pub fn narrowed(&self, factor: f64) -> Response {
+        let mut lobes = self.lobes;
+        for lobe in &mut lobes {
+            lobe.width *= factor;
+        }
+        Response { lobes }
+    }
+
     /// The factor of mode `t` that depends on theta_i: `a_t M_t cos(theta_i) / cos^2(theta_d)`.
     pub fn longitudinal(&self, t: usize, theta_i: f64, theta_o: f64) -> f64 {
         let lobe = &self.lobes[t];
@@ -243,5 +252,121 @@ pub(super) fn relative_rms(sums: &[[f64; 2]]) -> f64 {
         0.0
     } else {
         (difference / reference).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lights::Map;
+    use crate::lights::cells::{light_cells, map_cells, map_cells_of};
+    use crate::lights::harmonics::Harmonics;
+    use crate::lights::spectrum::{DEGREES, Filter};
+    use strandlight_formats::{LightSet, SrbfLight};
+
+    fn light(direction: Vec3, lambda: f32, rgb: [f32; 3]) -> LightSet {
+        let lights = vec![SrbfLight {
+            direction: crate::lights::sphere::normalize(direction).map(|x| x as f32),
+            lambda,
+            rgb,
+        }];
+        LightSet {
+            lights,
+            ..LightSet::default()
+        }
+    }
+
+    #[test]
+    fn equal_light_has_no_error_and_turned_light_has() {
+        let a = light_cells(&light([0.0, 0.3, 1.0], 0.2, [1.0, 0.5, 0.2]));
+        let b = light_cells(&light([0.1, 0.3, 1.0], 0.2, [1.0, 0.5, 0.2]));
+        let brighter = light_cells(&light([0.0, 0.3, 1.0], 0.2, [1.1, 0.55, 0.22]));
+        assert!(fibre_error(&a, &a) == 0.0);
+        assert!(
+            (0.05..0.6).contains(&fibre_error(&b, &a)),
+            "{}",
+            fibre_error(&b, &a)
+        );
+        assert!((fibre_error(&brighter, &a) - 0.1).abs() < 1e-6);
+        assert!(fibre_error(&[], &[]) == 0.0);
+        assert!((fibre_error(&[], &a) - 1.0).abs() < 1e-12);
+    }
+
+    /// The azimuthal factors have unit mass, the longitudinal ones their energy.
+    #[test]
+    fn modes_have_their_energy() {
+        let response = Response::default();
+        let steps = 20_000;
+        for t in 0..3 {
+            let turn = 2.0 * std::f64::consts::PI;
+            let mass: f64 = (0..steps)
+                .map(|k| response.azimuthal(t, (turn * (k as f64 + 0.5) / steps as f64).cos()))
+                .sum::<f64>()
+                * turn
+                / steps as f64;
+            assert!((mass - 1.0).abs() < 1e-6, "{t}: {mass}");
+        }
+    }
+
+    /// Cells of 1.4 degrees against every pixel, with a sun of a few pixels: the centroid makes
+    /// the difference vanish against the errors that are measured.
+    #[test]
+    fn cells_stand_for_pixels() {
+        let (width, height) = (1024, 512);
+        let mut pixels: Vec<[f32; 3]> = (0..width * height)
+            .map(|ix| [0.2 + 0.1 * ((ix / width) % 64 / 32) as f32, 0.3, 0.5])
+            .collect();
+        for (x, y) in [(301, 150), (302, 150), (303, 151), (302, 151), (301, 149)] {
+            pixels[y * width + x] = [20_000.0, 18_000.0, 15_000.0];
+        }
+        let map = Map::new(width, height, pixels).unwrap();
+        let error = fibre_error(&map_cells(&map), &map_cells_of(&map, 1));
+        assert!(error < 1e-3, "{error}");
+    }
+
+    /// The filter's L2 norm is the expectation of the squared response over frames.
+    #[test]
+    fn the_filter_is_the_mean_over_frames() {
+        let (width, height) = (256, 128);
+        let mut random = Random::new(9);
+        let pixels: Vec<[f32; 3]> = (0..width * height)
+            .map(|ix| {
+                [0; 3].map(|_| {
+                    if ix % 37 == 0 {
+                        random.uniform().powi(30) as f32
+                    } else {
+                        0.0
+                    }
+                })
+            })
+            .collect();
+        let map = Map::new(width, height, pixels.clone()).unwrap();
+        let response = Response::default();
+        let tables = AzimuthTables::new(&response);
+        let cells = map_cells_of(&map, 1);
+        // Variance over frames, without the mean: the fine structure is what matters.
+        let mean: [f64; 3] = map.energy().map(|e| e / (4.0 * std::f64::consts::PI));
+        let uniform = Map::new(width, height, vec![mean.map(|x| x as f32); width * height]);
+        let uniform = map_cells_of(&uniform.unwrap(), 1);
+        let frames = fibres(3000, 77);
+        let [structure, flat] = frames
+            .par_iter()
+            .map(|fibre| {
+                let a = response.integrate(fibre, &tables, &cells);
+                let b = response.integrate(fibre, &tables, &uniform);
+                [(a[0] - b[0]).powi(2), b[0] * b[0]]
+            })
+            .collect::<Vec<_>>()
+            .iter()
+            .fold([0.0; 2], |sum, x| [sum[0] + x[0], sum[1] + x[1]]);
+        let mut harmonics = Harmonics::analyse(&map, &pixels);
+        harmonics.filter(&Filter::new(&[response]).factors);
+        let power = harmonics.power();
+        let expected = power[1..DEGREES].iter().sum::<f64>() / power[0];
+        let measured = structure / flat;
+        assert!(
+            (measured / expected - 1.0).abs() < 0.1,
+            "measured {measured}, expected {expected}"
+        );
     }
 }

@@ -48,10 +48,9 @@ impl Candidates {
         }
     }
 
-    /// The candidate that lowers the cost most on its own; the first of equals.
-    fn best(&self, residual: &[Vec<f32>; 3]) -> Option<Lobe> {
-        let scores: Vec<f64> = self
-            .columns
+    /// By how much each candidate lowers the cost on its own.
+    fn scores(&self, residual: &[Vec<f32>; 3]) -> Vec<f64> {
+        self.columns
             .par_iter()
             .with_min_len(64)
             .zip(&self.inverse_norms)
@@ -61,13 +60,17 @@ impl Candidates {
                     .map(|r| product(column, r).max(0.0).powi(2) * inverse_norm)
                     .sum()
             })
-            .collect();
-        let best = scores
-            .iter()
-            .enumerate()
-            .fold((usize::MAX, 0.0), |best, (ix, score)| {
+            .collect()
+    }
+
+    /// The candidate that lowers the cost most; the first of equals.
+    fn best(&self, residual: &[Vec<f32>; 3]) -> Option<Lobe> {
+        let best = self.scores(residual).iter().enumerate().fold(
+            (usize::MAX, 0.0),
+            |best, (ix, score)| {
                 if *score > best.1 { (ix, *score) } else { best }
-            });
+            },
+        );
         self.lobes.get(best.0).copied()
     }
 }
@@ -86,6 +89,48 @@ pub(super) fn add_greedily(
         };
         let mut lobes = state.lobes;
         lobes.push(lobe);
+        state = State::solve(filter, target, lobes, &state.amplitudes);
+    }
+    state
+}
+
+/// Adds lobes until there are `count`, many at once: the best candidates that keep their distance
+/// from each other.
+pub(super) fn add_in_batches(
+    filter: &Filter,
+    target: &Target,
+    candidates: &Candidates,
+    mut state: State,
+    count: usize,
+) -> State {
+    while state.lobes.len() < count {
+        let before = state.lobes.len();
+        let batch = (before / 4)
+            .clamp(16, count - before + 16)
+            .min(count - before);
+        let scores = candidates.scores(&state.residual);
+        let mut order: Vec<usize> = (0..scores.len()).filter(|&ix| scores[ix] > 0.0).collect();
+        order.sort_by(|&a, &b| scores[b].total_cmp(&scores[a]).then(a.cmp(&b)));
+        let mut chosen: Vec<Lobe> = Vec::with_capacity(batch);
+        for ix in order {
+            if chosen.len() == batch {
+                break;
+            }
+            let lobe = candidates.lobes[ix];
+            let apart = |other: &Lobe| {
+                let cos = super::sphere::dot(lobe.axis, other.axis).clamp(-1.0, 1.0);
+                cos.acos() > 0.5 * lobe.lambda.max(other.lambda)
+            };
+            let known = |other: &Lobe| other == &lobe;
+            if chosen.iter().all(apart) && !state.lobes.iter().any(known) {
+                chosen.push(lobe);
+            }
+        }
+        if chosen.is_empty() {
+            break;
+        }
+        let mut lobes = state.lobes;
+        lobes.extend(chosen);
         state = State::solve(filter, target, lobes, &state.amplitudes);
     }
     state
