@@ -10,7 +10,7 @@ use super::sphere::{Vec3, combine, dot, normalize, tangents};
 
 /// Columns of the grid on which sums are made: 1.4 degrees, a tenth of the narrowest lobe of the
 /// fibre response. Divides the usual map widths.
-const COLUMNS: usize = 256;
+pub(super) const COLUMNS: usize = 256;
 
 /// Lights narrower than this are summed over a disc of their own: a grid of 256 x 128 resolves a
 /// Gaussian of bandwidth lambda = 0.06 (standard deviation 1.7 cells) to 3e-5.

@@ -290,3 +290,7 @@ fn describe(header: &Header, channels: &Rgb) -> String {
     };
     format!("OpenEXR, {blocks}, {}, {sample} {kind}", header.compression)
 }
+
+#[cfg(test)]
+#[path = "exr_map_tests.rs"]
+mod tests;

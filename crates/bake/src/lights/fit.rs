@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 use strandlight_formats::{LightSet, SrbfLight};
 
-use super::cells::srbf_solid_angle;
+use super::cells::{COLUMNS, srbf_solid_angle};
 use super::harmonics::Harmonics;
 use super::map::{Map, MapError};
 use super::projection::{Lobe, State, Target, energy_row, refine};
 use super::response::Response;
-use super::search::{Candidates, add_in_batches, grow, relocate};
+use super::search::{Candidates, add_greedily, add_in_batches, grow, relocate};
 use super::spectrum::Filter;
 use super::sphere::fibonacci;
 use super::sun::{Source, amplitude, extract};
@@ -55,7 +55,7 @@ impl Default for FitOptions {
 /// A fitted light set and how it came about.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// The lights, by falling energy.
+    /// The lights, by falling energy: as many as asked for, or fewer if more would have no energy.
     pub lights: LightSet,
     /// Lights that stand for compact sources (the sun, bare lamps).
     pub suns: usize,
@@ -84,6 +84,7 @@ pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, M
             options.count
         )));
     }
+    let map = &*map.subdivided(COLUMNS);
     let energy = map.energy();
     let total: f64 = energy.iter().sum();
     if total == 0.0 {
@@ -113,25 +114,38 @@ pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, M
 
     let count = options.count - sources.len();
     let turn = (options.seed % 65_536) as f64;
-    let (state, time) = timed(|| {
+    let ((candidates, state), time) = timed(|| {
         let candidates = Candidates::new(&filter, &coarse, CENTRES, turn);
         let empty = State::solve(&filter, &coarse, Vec::new(), &Default::default());
         let refined = count.min(REFINED_LIGHTS);
         let state = grow(&filter, &coarse, &candidates, empty, refined);
         let state = refine(&filter, &coarse, state, 8);
         let state = relocate(&filter, &coarse, &candidates, state, 8);
-        add_in_batches(&filter, &coarse, &candidates, state, count)
+        let state = add_in_batches(&filter, &coarse, &candidates, state, count);
+        (candidates, state)
     });
     seconds.push(("search", time));
     progress.advance(2);
 
     let (state, time) = timed(|| {
-        let start = State::solve(&filter, &fine, state.lobes, &state.amplitudes);
-        if start.lobes.len() > REFINED_LIGHTS {
-            start
-        } else {
-            refine(&filter, &fine, start, 16)
+        let mut state = State::solve(&filter, &fine, state.lobes, &state.amplitudes);
+        if count > REFINED_LIGHTS {
+            return state;
         }
+        state = refine(&filter, &fine, state, 16);
+        // A lobe whose amplitudes came out zero is better used elsewhere.
+        for _ in 0..3 {
+            let used = state.without_idle_lobes();
+            if used.len() == count {
+                break;
+            }
+            let missing = count - used.len();
+            let start = State::solve(&filter, &coarse, used, &Default::default());
+            let more = add_greedily(&filter, &coarse, &candidates, start, missing);
+            let more = State::solve(&filter, &fine, more.lobes, &more.amplitudes);
+            state = refine(&filter, &fine, more, 6);
+        }
+        state
     });
     seconds.push(("refine", time));
     progress.advance(1);
@@ -228,4 +242,203 @@ fn assemble(
         ..LightSet::default()
     };
     Ok((set, scale))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+    use crate::lights::cells::light_cells;
+    use crate::lights::evaluate;
+    use crate::lights::sphere::{Vec3, dot, normalize};
+
+    fn fit_in_silence(map: &Map, count: usize) -> Fit {
+        fit(map, FitOptions { count, seed: 0 }, &Progress::silent()).unwrap()
+    }
+
+    /// A map of `width` x half of it, from a function of direction.
+    fn map_of(width: usize, radiance: impl Fn(Vec3) -> [f64; 3]) -> Map {
+        let height = width / 2;
+        let grid = crate::lights::LatLong { width, height };
+        let pixels = (0..width * height)
+            .map(|ix| {
+                let (i, j) = (ix % width, ix / width);
+                radiance(grid.direction(i as f64 + 0.5, j as f64 + 0.5)).map(|x| x as f32)
+            })
+            .collect();
+        Map::new(width, height, pixels).unwrap()
+    }
+
+    fn sky(d: Vec3) -> [f64; 3] {
+        let up = 0.5 + 0.5 * d[1];
+        [0.2 + 0.3 * up, 0.3 + 0.4 * up, 0.4 + 0.8 * up]
+    }
+
+    #[test]
+    fn a_map_of_known_lobes_is_recovered() {
+        let truth = [
+            ([0.0, 1.0, 0.2], 0.9, [1.0, 1.2, 1.5]),
+            ([1.0, 0.2, 0.1], 0.25, [8.0, 6.0, 3.0]),
+            ([-0.5, 0.3, 0.8], 0.4, [1.0, 3.0, 2.0]),
+            ([-0.3, -0.8, -0.4], 0.6, [1.0, 0.8, 0.4]),
+            ([0.2, -0.3, -1.0], 0.3, [2.0, 4.0, 6.0]),
+        ];
+        let map = map_of(256, |d| {
+            let mut sum = [0.0; 3];
+            for (axis, lambda, rgb) in &truth {
+                let value = (2.0 * (dot(d, normalize(*axis)) - 1.0) / (lambda * lambda)).exp();
+                for (sum, a) in sum.iter_mut().zip(rgb) {
+                    *sum += a * value;
+                }
+            }
+            sum
+        });
+        let fitted = fit_in_silence(&map, 5);
+        let report = evaluate(&fitted.lights, &map);
+        assert!(report.fibre_error < 0.005, "{report:?}");
+        assert!(report.rel_l2 < 0.05, "{report:?}");
+        for (axis, lambda, _) in truth {
+            let found = fitted.lights.lights.iter().any(|light| {
+                let cos = dot(light.direction.map(f64::from), normalize(axis));
+                cos > 0.9995 && (f64::from(light.lambda) / lambda - 1.0).abs() < 0.05
+            });
+            assert!(found, "{axis:?} in {:?}", fitted.lights.lights);
+        }
+    }
+
+    #[test]
+    fn a_sun_is_one_narrow_light_of_the_right_energy() {
+        let sun = normalize([0.5, 0.6, -0.7]);
+        let radius = 0.012f64;
+        // Half of the energy of the map, in a disc a degree and a half wide.
+        let solid_angle = std::f64::consts::PI * radius * radius;
+        let sky_energy = map_of(256, sky).energy();
+        let map = map_of(1024, |d| {
+            if dot(d, sun) > radius.cos() {
+                [0, 1, 2].map(|c| sky(d)[c] + sky_energy[c] / solid_angle)
+            } else {
+                sky(d)
+            }
+        });
+        let sun_energy = [0, 1, 2].map(|c| map.energy()[c] - sky_energy[c]);
+        let fitted = fit_in_silence(&map, 12);
+        assert_eq!(fitted.suns, 1);
+        let light = fitted.lights.lights[0];
+        let chord = [0, 1, 2].map(|k| f64::from(light.direction[k]) - sun[k]);
+        assert!(dot(chord, chord).sqrt() < 0.002, "{light:?}");
+        assert!((0.005..0.015).contains(&light.lambda), "{light:?}");
+        for (energy, a) in sun_energy.iter().zip(light.rgb) {
+            let own = f64::from(a) * srbf_solid_angle(f64::from(light.lambda));
+            assert!((own / energy - 1.0).abs() < 0.01, "{own} {energy}");
+        }
+        let report = evaluate(&fitted.lights, &map);
+        assert!(report.fibre_error < 0.01, "{report:?}");
+    }
+
+    #[test]
+    fn any_number_of_threads_gives_the_same_bytes() {
+        let map = map_of(128, |d| {
+            let stripes = 1.0 + (9.0 * d[0]).sin() * (7.0 * d[1] + 2.0 * d[2]).cos();
+            [stripes, 0.5 * stripes + 0.2, 0.3 + 0.2 * d[1]]
+        });
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| {
+                let fitted = fit_in_silence(&map, 16);
+                let report = evaluate(&fitted.lights, &map);
+                (fitted.lights.to_bytes().unwrap(), report)
+            })
+        };
+        let one = run(1);
+        assert_eq!(one, run(3));
+        // And the seed does matter, so that equal bytes mean something.
+        let options = FitOptions { count: 16, seed: 1 };
+        let other = fit(&map, options, &Progress::silent()).unwrap();
+        assert_ne!(one.0, other.lights.to_bytes().unwrap());
+    }
+
+    #[test]
+    fn amplitudes_are_positive_and_energy_is_kept() {
+        let map = map_of(256, |d| {
+            let spot = if dot(d, [0.0, 0.0, 1.0]) > 0.95 {
+                5.0
+            } else {
+                0.0
+            };
+            [spot, 0.1 + 0.5 * spot, if d[1] > 0.0 { 1.0 } else { 0.0 }]
+        });
+        for count in [1, 3, 20] {
+            let fitted = fit_in_silence(&map, count);
+            assert_eq!(fitted.lights.lights.len(), count);
+            fitted.lights.validate().unwrap();
+            let cells = light_cells(&fitted.lights);
+            for (c, energy) in map.energy().into_iter().enumerate() {
+                let sum: f64 = cells.iter().map(|cell| cell.energy[c]).sum();
+                assert!(
+                    (sum / energy - 1.0).abs() < 1e-3,
+                    "{count} {c}: {sum} {energy}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn many_lights_and_odd_maps() {
+        let noise = map_of(64, |d| {
+            [1.0 + (40.0 * d[0]).sin() * (31.0 * d[1]).cos(), 0.3, 0.1]
+        });
+        let few = evaluate(&fit_in_silence(&noise, 20).lights, &noise);
+        let many = evaluate(&fit_in_silence(&noise, 130).lights, &noise);
+        assert!(many.fibre_error <= few.fibre_error, "{many:?} {few:?}");
+
+        // One bright pixel and nothing else; a uniform map; the smallest map; extreme values.
+        let mut pixels = vec![[0.0; 3]; 32 * 16];
+        pixels[5 * 32 + 7] = [0.0, 1e30, 0.0];
+        let one = Map::new(32, 16, pixels).unwrap();
+        let fitted = fit_in_silence(&one, 4);
+        assert!(evaluate(&fitted.lights, &one).fibre_error < 0.05);
+        for value in [1e-30f32, 1.0, 1e30] {
+            for (width, height) in [(4, 2), (64, 32)] {
+                let uniform = Map::new(width, height, vec![[value; 3]; width * height]).unwrap();
+                let fitted = fit_in_silence(&uniform, 6);
+                let report = evaluate(&fitted.lights, &uniform);
+                assert!(report.irradiance_error < 0.02, "{value} {width} {report:?}");
+            }
+        }
+        let black = Map::new(32, 16, vec![[0.0; 3]; 512]).unwrap();
+        let error = fit(&black, FitOptions::default(), &Progress::silent()).unwrap_err();
+        assert!(error.to_string().contains("no light"));
+        for count in [0, MAX_LIGHTS + 1] {
+            let options = FitOptions { count, seed: 0 };
+            assert!(fit(&one, options, &Progress::silent()).is_err());
+        }
+    }
+
+    /// Bounds on real maps, where they are at hand.
+    #[test]
+    fn sample_maps_stay_within_bounds() {
+        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/env");
+        for (name, bound, suns) in [
+            ("rooitou_park_1k.hdr", 0.005, 1),
+            ("pmndrs_hall.exr", 0.016, 0),
+            ("openexr_KernerEnvLatLong.exr", 0.012, 1),
+        ] {
+            let path = folder.join(name);
+            if !path.exists() {
+                println!("skipped: {} is not there", path.display());
+                continue;
+            }
+            let map = Map::read(&path).unwrap();
+            let fitted = fit_in_silence(&map, 40);
+            let report = evaluate(&fitted.lights, &map);
+            assert_eq!(fitted.lights.lights.len(), 40);
+            assert_eq!(fitted.suns, suns, "{name}");
+            assert!(report.fibre_error < bound, "{name}: {report:?}");
+            assert!(report.energy_ratio.iter().all(|r| (r - 1.0).abs() < 0.005));
+        }
+    }
 }

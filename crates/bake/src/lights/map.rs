@@ -1,5 +1,6 @@
 //! Environment maps in memory: linear Rec.709 radiance on the latitude-longitude layout.
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
@@ -171,6 +172,28 @@ impl Map {
     /// Radiance, `width * height` pixels, top row first.
     pub fn pixels(&self) -> &[[f32; 3]] {
         &self.pixels
+    }
+
+    /// The map with each pixel cut into equal parts until it is at least `width` pixels wide, so
+    /// that sums over pixel centres see areas, not points. Energies stay as they are.
+    pub(super) fn subdivided(&self, width: usize) -> Cow<'_, Map> {
+        let factor = width.div_ceil(self.width);
+        if factor <= 1 {
+            return Cow::Borrowed(self);
+        }
+        let mut pixels = Vec::with_capacity(self.pixels.len() * factor * factor);
+        for row in self.pixels.chunks_exact(self.width) {
+            for _ in 0..factor {
+                pixels.extend(row.iter().flat_map(|p| std::iter::repeat_n(*p, factor)));
+            }
+        }
+        Cow::Owned(Map {
+            width: self.width * factor,
+            height: self.height * factor,
+            pixels,
+            faults: self.faults,
+            source: self.source.clone(),
+        })
     }
 
     /// What was clamped.

@@ -164,6 +164,14 @@ impl State {
         }
     }
 
+    /// The lobes that have an amplitude in some channel.
+    pub fn without_idle_lobes(&self) -> Vec<Lobe> {
+        (0..self.lobes.len())
+            .filter(|&j| self.amplitudes.iter().any(|a| a[j] > 0.0))
+            .map(|j| self.lobes[j])
+            .collect()
+    }
+
     /// By how much the cost grows if a lobe is removed and the others' amplitudes follow.
     pub fn importance(&self) -> Vec<f64> {
         let n = self.lobes.len();

@@ -312,9 +312,9 @@ mod tests {
     /// the difference vanish against the errors that are measured.
     #[test]
     fn cells_stand_for_pixels() {
-        let (width, height) = (1024, 512);
+        let (width, height) = (512, 256);
         let mut pixels: Vec<[f32; 3]> = (0..width * height)
-            .map(|ix| [0.2 + 0.1 * ((ix / width) % 64 / 32) as f32, 0.3, 0.5])
+            .map(|ix| [0.2 + 0.1 * ((ix / width) % 32 / 16) as f32, 0.3, 0.5])
             .collect();
         for (x, y) in [(301, 150), (302, 150), (303, 151), (302, 151), (301, 149)] {
             pixels[y * width + x] = [20_000.0, 18_000.0, 15_000.0];
@@ -348,7 +348,7 @@ mod tests {
         let mean: [f64; 3] = map.energy().map(|e| e / (4.0 * std::f64::consts::PI));
         let uniform = Map::new(width, height, vec![mean.map(|x| x as f32); width * height]);
         let uniform = map_cells_of(&uniform.unwrap(), 1);
-        let frames = fibres(3000, 77);
+        let frames = fibres(2000, 77);
         let [structure, flat] = frames
             .par_iter()
             .map(|fibre| {
