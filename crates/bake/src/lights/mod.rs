@@ -1,4 +1,23 @@
 //! Environment maps and their fit by spherical Gaussian lights.
+//!
+//! - [`Map`]: a latitude-longitude map, read from OpenEXR or Radiance .hdr.
+//! - [`fit`]: a map becomes a [`Fit`]: compact sources (the sun) become narrow lights (`sun`);
+//!   the rest is filtered by the mean response of fibres (`response`, `spectrum`, `harmonics`),
+//!   lobes are placed where most is left to explain (`search`) and refined by variable projection
+//!   (`projection`), and each channel's energy is made the map's.
+//! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at.
+//!
+//! ```
+//! use strandlight_bake::lights::{FitOptions, Map, evaluate, fit};
+//! use strandlight_bake::progress::Progress;
+//!
+//! let pixels = (0..64 * 32).map(|ix| [1.0, 1.0, 1.0 + (ix / 64) as f32]).collect();
+//! let map = Map::new(64, 32, pixels)?;
+//! let options = FitOptions { count: 8, seed: 0 };
+//! let fitted = fit(&map, options, &Progress::silent())?;
+//! assert!(evaluate(&fitted.lights, &map).fibre_error < 0.01);
+//! # Ok::<(), strandlight_bake::lights::MapError>(())
+//! ```
 
 mod cells;
 mod exr_map;

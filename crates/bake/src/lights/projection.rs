@@ -16,6 +16,9 @@ const ENERGY_WEIGHT: f64 = 8.0;
 /// above 3 it is an ambient light with a little slope.
 pub(super) const LAMBDA_RANGE: [f64; 2] = [0.02, 3.0];
 
+/// A step that lowers the cost by less than this part ends a refinement.
+const STOP_GAIN: f64 = 3e-5;
+
 /// Direction and bandwidth of a lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lobe {
@@ -217,7 +220,7 @@ pub(super) fn refine(
             state = next;
             damping = (damping * 0.25).max(1e-7);
             normal = None;
-            if gain < 1e-4 {
+            if gain < STOP_GAIN {
                 break;
             }
         } else {

@@ -13,6 +13,8 @@
 
 use std::f64::consts::PI;
 
+use rayon::prelude::*;
+
 use super::cells::srbf_solid_angle;
 use super::harmonics::{legendre_table, pair};
 use super::response::{MAX_SIN_VIEW, Response};
@@ -200,28 +202,34 @@ fn mean_power(response: &Response) -> [f64; DEGREES] {
         .collect();
 
     let legendre: Vec<Vec<f64>> = nodes.iter().map(|x| legendre_table(*x)).collect();
-    let mut power = [0.0; DEGREES];
-    for (l, power) in power.iter_mut().enumerate() {
-        for m in 0..=l {
-            let p: Vec<f64> = legendre.iter().map(|table| table[pair(l, m)]).collect();
-            // Real harmonics: cos m phi carries sqrt(2), its square 2; sin m phi has nothing.
-            let twice = if m == 0 { 1.0 } else { 2.0 };
-            for (own, weight) in longitudinal.chunks_exact(3).zip(&view_weights) {
-                let coefficient: f64 = own
-                    .iter()
-                    .zip(&azimuth)
-                    .map(|(a, n)| n[m] * a.iter().zip(&p).map(|(a, p)| a * p).sum::<f64>())
-                    .sum();
-                *power += 0.5 * weight * twice * coefficient * coefficient;
+    let by_degree: Vec<f64> = (0..DEGREES)
+        .into_par_iter()
+        .map(|l| {
+            let mut power = 0.0;
+            for m in 0..=l {
+                let p: Vec<f64> = legendre.iter().map(|table| table[pair(l, m)]).collect();
+                // Real harmonics: cos m phi carries sqrt(2), its square 2; sin m phi has nothing.
+                let twice = if m == 0 { 1.0 } else { 2.0 };
+                for (own, weight) in longitudinal.chunks_exact(3).zip(&view_weights) {
+                    let coefficient: f64 = own
+                        .iter()
+                        .zip(&azimuth)
+                        .map(|(a, n)| n[m] * a.iter().zip(&p).map(|(a, p)| a * p).sum::<f64>())
+                        .sum();
+                    power += 0.5 * weight * twice * coefficient * coefficient;
+                }
             }
-        }
-    }
+            power
+        })
+        .collect();
+    let mut power = [0.0; DEGREES];
+    power.copy_from_slice(&by_degree);
     power
 }
 
 /// `int N_t cos(m phi) dphi` over a turn.
 fn fourier(response: &Response, t: usize) -> [f64; DEGREES] {
-    const STEPS: usize = 4096;
+    const STEPS: usize = 1024;
     let mut out = [0.0; DEGREES];
     for k in 0..STEPS {
         let phi = 2.0 * PI * k as f64 / STEPS as f64;
