@@ -4,9 +4,12 @@ mod render_common;
 
 use render_common::{context, keep, picture_rmse, relative_rmse, wig_scene};
 use strandlight_bake::cpu;
-use strandlight_formats::Background;
+use strandlight_formats::{Background, Groom, HairImport};
 use strandlight_runtime::Renderer;
+use strandlight_runtime::strands::Strands;
 use strandlight_runtime::volume::Grid;
+use strandlight_scattering::HairParams;
+use strandlight_tests::sample_data;
 
 const SIZE: [u32; 2] = [120, 90];
 
@@ -91,4 +94,27 @@ fn every_stage_agrees() {
     let error = relative_rmse(gpu_radiance.as_flattened(), radiance.as_flattened());
     println!("shading: {error:.2e}");
     assert!(error < 1e-3);
+}
+
+#[test]
+fn pictures_of_a_real_groom_agree() {
+    let Some(path) = sample_data("hair/cyuksel_straight.hair") else {
+        println!("no sample data here: not checked");
+        return;
+    };
+    let groom = Groom::read_hair(&path, HairImport::default()).unwrap();
+    let strands = Strands::new(&groom.points, &groom.strand_offsets, |_, _| 0.07, true).unwrap();
+    let scene = render_common::scene(strands, render_common::lights(), &HairParams::default());
+    let size = [180, 120];
+    let context = context();
+    let renderer = Renderer::new(&context, &scene).unwrap();
+    let (gpu, _) = renderer.render(&scene.camera, size, 8).unwrap();
+    let (cpu, _) = cpu::render(&scene, &scene.camera, size, 8).unwrap();
+    keep("real-gpu", &gpu);
+    let error = picture_rmse(&gpu, &cpu);
+    println!(
+        "real groom, {} segments: {error:.2e}",
+        scene.strands.segments.len()
+    );
+    assert!(error < PICTURE_TOLERANCE, "{error}");
 }

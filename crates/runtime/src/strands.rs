@@ -174,8 +174,9 @@ impl Strands {
                 .max((p2 - p1).angle_between(p3 - p2));
             let by_length = (p1.distance(p2) / target).ceil();
             let by_turn = (turn / MAX_TURN).ceil();
-            // A piece much shorter than the target needs no smoothing: nobody sees it.
-            let by_turn = by_turn.min((4.0 * p1.distance(p2) / target).ceil());
+            // Not below half of the target length: the arc's height there is far below a pixel
+            // of a picture that shows the groom whole.
+            let by_turn = by_turn.min((2.0 * p1.distance(p2) / target).floor());
             let n = by_length.max(by_turn).clamp(1.0, MAX_SPLIT as f32) as u32;
             for piece in 1..n {
                 let t = piece as f32 / n as f32;
