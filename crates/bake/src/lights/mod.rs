@@ -1,7 +1,7 @@
 //! Environment maps and their fit by spherical Gaussian lights.
 //!
 //! - [`Map`]: a latitude-longitude map, read from OpenEXR or Radiance .hdr.
-//! - [`fit`]: a map becomes a [`Fit`]: compact sources (the sun) become narrow lights (`sun`);
+//! - [`fit()`]: a map becomes a [`Fit`]: compact sources (the sun) become narrow lights (`sun`);
 //!   the rest is filtered by the mean response of fibres (`response`, `spectrum`, `harmonics`),
 //!   lobes are placed where most is left to explain (`search`) and refined by variable projection
 //!   (`projection`), and each channel's energy is made the map's.
