@@ -20,6 +20,7 @@
 //! ```
 
 mod cells;
+mod columns;
 mod exr_map;
 mod fit;
 mod harmonics;

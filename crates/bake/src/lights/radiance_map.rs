@@ -111,3 +111,48 @@ fn primaries(text: &str) -> Result<Option<[[f64; 3]; 3]>, String> {
     }
     .to_rec_709()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A flat (not run-length encoded) 4 x 2 file of one pixel value.
+    fn file(signature: &str, headers: &str, rgbe: [u8; 4]) -> Vec<u8> {
+        let mut bytes = format!("{signature}\n{headers}\n-Y 2 +X 4\n").into_bytes();
+        bytes.extend(std::iter::repeat_n(rgbe, 8).flatten());
+        bytes
+    }
+
+    #[test]
+    fn headers_are_honoured() {
+        // Mantissas 128, 64, 32 at exponent 129: 1, 0.5, 0.25.
+        let rgbe = [128, 64, 32, 129];
+        let format = "FORMAT=32-bit_rle_rgbe\n";
+        let read = |signature: &str, headers: &str| Map::decode(&file(signature, headers, rgbe));
+        let plain = read("#?RADIANCE", format).unwrap();
+        assert_eq!((plain.width(), plain.height()), (4, 2));
+        assert!(plain.pixels().iter().all(|p| *p == [1.0, 0.5, 0.25]));
+        let old = read("#?RGBE", format).unwrap();
+        assert_eq!(old.pixels(), plain.pixels());
+        let exposed = read("#?RADIANCE", &format!("{format}EXPOSURE=4\n")).unwrap();
+        assert_eq!(exposed.pixels()[0], [0.25, 0.125, 0.0625]);
+        let none = format!("{format}PRIMARIES=0 0 0 0 0 0 0 0\n");
+        assert_eq!(read("#?RADIANCE", &none).unwrap().pixels(), plain.pixels());
+        for wrong in [
+            "FORMAT=32-bit_rle_xyze\n",
+            "FORMAT=32-bit_rle_rgbe\nEXPOSURE=0\n",
+            "FORMAT=32-bit_rle_rgbe\nPRIMARIES=1 2 3\n",
+        ] {
+            assert!(read("#?RADIANCE", wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn truncated_files_are_errors() {
+        let bytes = file("#?RADIANCE", "FORMAT=32-bit_rle_rgbe\n", [128, 64, 32, 129]);
+        for length in 0..bytes.len() {
+            assert!(Map::decode(&bytes[..length]).is_err(), "{length}");
+        }
+        assert!(Map::decode(&bytes).is_ok());
+    }
+}

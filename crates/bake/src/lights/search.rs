@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::projection::{Lobe, State, Target, product, refine};
+use super::columns::product;
+use super::projection::{Lobe, State, Target, refine};
 use super::spectrum::Filter;
 use super::sphere::fibonacci;
 
