@@ -60,7 +60,13 @@ pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
     fs::create_dir_all(folder)
         .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
     write_output(&folder.join("studio.exr"), MAP)?;
-    write_output(&folder.join("scene.toml"), SCENE)?;
+    let scene = folder.join("scene.toml");
+    if scene.exists() {
+        // The last lines below invite to edit it.
+        eprintln!("{} is there already and stays as it is", scene.display());
+    } else {
+        write_output(&scene, SCENE)?;
+    }
 
     let mut seconds = Vec::with_capacity(STEPS.len());
     for step in &STEPS {
@@ -85,9 +91,9 @@ pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
     print_line(format_args!(
         "\nThe picture is {shown}/demo.png; {shown}/studio.png shows the map, its lights and what they miss.\n\
          Next: change sigma_a or width_deg in {shown}/scene.toml and run the last command again,\n\
-         or bring your own map and hair:\n\
-         $ strandlight lights MAP.exr -o {shown}/studio.lights\n\
-         $ strandlight groom import MODEL.hair -o {shown}/wavy.groom"
+         or name your own files in it, made by\n\
+         $ strandlight lights MAP.exr -o {shown}/mine.lights\n\
+         $ strandlight groom import MODEL.hair -o {shown}/mine.groom"
     ))
 }
 
