@@ -68,7 +68,7 @@ fn hair_in_and_out() {
         .iter()
         .map(|a| a["name"].clone())
         .collect();
-    assert_eq!(names, ["thickness", "transparency", "color"]);
+    assert_eq!(names, ["thickness", "transparency", "color", "diameter"]);
     done(at, &["export", "a.groom", "-o", "b.hair"]);
     assert!(fs::read(at.join("b.hair")).expect("written") == small_hair());
 

@@ -7,6 +7,11 @@ use crate::hair::check_original;
 use crate::input::tool_version;
 use crate::validate::{finite, in_range};
 
+/// Thinnest and thickest fibre, cm.
+pub const MIN_DIAMETER_CM: f32 = 1e-6;
+/// See [`MIN_DIAMETER_CM`].
+pub const MAX_DIAMETER_CM: f32 = 10.0;
+
 /// What an attribute has one value for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Domain {
@@ -33,7 +38,7 @@ impl Domain {
 ///
 /// Names with a meaning: `diameter` (1 component, cm) is the fibre's thickness for rendering;
 /// `color` (3 components, linear RGB), `transparency` (1) and `thickness` (1, in the *source
-/// file's* unit and often only nominal, so never used as the diameter) come from `.hair` files.
+/// file's* unit, for export) come from `.hair` files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
     /// Lower-case ASCII name, letters, digits and `_`.
@@ -295,7 +300,8 @@ impl Groom {
         for (ix, &value) in attribute.data.iter().enumerate() {
             finite(|| format!("attribute {name}[{ix}]"), value)?;
             if name == "diameter" {
-                in_range("attribute diameter (cm)", f64::from(value), 1e-6, 10.0)?;
+                let (min, max) = (f64::from(MIN_DIAMETER_CM), f64::from(MAX_DIAMETER_CM));
+                in_range("attribute diameter (cm)", f64::from(value), min, max)?;
             }
         }
         Ok(())

@@ -90,7 +90,11 @@ fn meaning_of_the_arrays() {
         (thickness.domain, &thickness.data[..]),
         (Domain::Groom, &[0.25][..])
     );
-    assert!(groom.attribute("diameter").is_none());
+    let diameter = groom.attribute("diameter").unwrap();
+    assert_eq!(
+        (diameter.domain, &diameter.data[..]),
+        (Domain::Groom, &[0.25][..])
+    );
     let original = groom.source.hair.unwrap();
     assert_eq!(original.single_points.len(), 1);
     assert_eq!(original.single_points[0].strand, 1);

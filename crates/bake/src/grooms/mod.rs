@@ -14,7 +14,7 @@ mod scalp;
 mod shape;
 
 use rayon::prelude::*;
-use strandlight_formats::{Groom, GroomSource, tool_version};
+use strandlight_formats::{Attribute, Domain, Groom, GroomSource, HairSection, tool_version};
 
 use crate::progress::Progress;
 
@@ -80,6 +80,9 @@ pub const MAX_POINTS_PER_STRAND: u32 = 4096;
 /// Most points in all: 768 MiB of positions.
 pub const MAX_POINTS: u64 = 64 << 20;
 
+/// Strands on a human head.
+pub const FULL_HEAD: u32 = 100_000;
+
 /// A size that cannot be grown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GrowError {
@@ -142,7 +145,8 @@ impl GrowSpec {
 
 /// Grows the hair that `spec` asks for on a head of 15 x 23 x 19 cm around the origin, facing +Z.
 /// All strands have exactly `points_per_strand` points, root first, at equal distances before
-/// curls are laid on.
+/// curls are laid on. Attribute `diameter` holds one value for all: that of a human hair, 0.008 cm,
+/// thicker where fewer than [`FULL_HEAD`] strands must cover the head.
 ///
 /// # Errors
 /// [`GrowError`] when a count is outside its range.
@@ -175,12 +179,25 @@ pub fn generate(spec: &GrowSpec, progress: &Progress) -> Result<Groom, GrowError
         ],
         ..GroomSource::default()
     };
+    let diameter = Attribute {
+        name: "diameter".to_owned(),
+        domain: Domain::Groom,
+        components: 1,
+        data: vec![diameter_cm(spec.strands)],
+    };
     Ok(Groom {
         points,
         strand_offsets,
         source,
-        ..Groom::default()
+        attributes: vec![diameter],
     })
+}
+
+/// Fibre diameter at which `strands` look like a head of hair. Fewer strands are thickened, by
+/// less than what would keep their area, so that they stay fine.
+fn diameter_cm(strands: u32) -> f32 {
+    let missing = FULL_HEAD as f32 / strands as f32;
+    HairSection::DEFAULT_DIAMETER_CM as f32 * missing.max(1.0).powf(0.7).min(20.0)
 }
 
 #[cfg(test)]

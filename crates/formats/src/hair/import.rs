@@ -5,7 +5,8 @@ use std::path::Path;
 use super::{ATTRIBUTES, HEADER_BYTES, f32_at, flag, u32_at};
 use crate::error::{Error, FileName, Result};
 use crate::groom::{
-    Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, SinglePoint, UpAxis,
+    Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, MAX_DIAMETER_CM,
+    MIN_DIAMETER_CM, SinglePoint, UpAxis,
 };
 use crate::input::{content_hash, read_file, tool_version};
 use crate::validate::in_range;
@@ -106,6 +107,7 @@ impl Groom {
                 data: array.map_or(defaults.collect(), |_| data),
             });
         }
+        groom.attributes.extend(diameter(&groom, options));
         groom.source = GroomSource {
             cm_per_unit: options.cm_per_unit,
             up: options.up,
@@ -120,6 +122,26 @@ impl Groom {
         groom.validate()?;
         Ok(groom)
     }
+}
+
+/// Attribute `diameter`, the file's thickness in centimetres; `None` where the file holds a
+/// thickness that nothing can be drawn with. Tips that taper to nothing keep the least diameter.
+fn diameter(groom: &Groom, options: HairImport) -> Option<Attribute> {
+    let thickness = groom.attribute("thickness")?;
+    let scaled = |&value: &f32| (f64::from(value) * options.cm_per_unit) as f32;
+    let mut data: Vec<f32> = thickness.data.iter().map(scaled).collect();
+    let drawable = data
+        .iter()
+        .all(|value| (0.0..=MAX_DIAMETER_CM).contains(value))
+        && data.iter().any(|&value| value >= MIN_DIAMETER_CM);
+    data.iter_mut()
+        .for_each(|value| *value = value.max(MIN_DIAMETER_CM));
+    drawable.then(|| Attribute {
+        name: "diameter".to_owned(),
+        domain: thickness.domain,
+        components: 1,
+        data,
+    })
 }
 
 impl Layout<'_> {

@@ -28,9 +28,10 @@
 //! the same. Strands of a single point (no segments) have no direction and cannot be drawn: they
 //! are set aside in the `HairOriginal` and put back on export.
 //!
-//! Thickness stays in the file's own unit, as attribute `thickness`: the models that people
-//! have hold nominal values (0.1 for a head 60 wide), so the diameter to draw with is the
-//! scene's to say.
+//! Thickness is kept in the file's own unit as attribute `thickness`, which is what export
+//! writes, and in centimetres as attribute `diameter`, which is what is drawn. Models of few
+//! strands hold thick ones on purpose (0.1 for 10,000 strands on a head 60 wide); a scene's
+//! `diameter_cm` overrides them.
 
 mod export;
 mod import;
