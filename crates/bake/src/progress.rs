@@ -17,9 +17,13 @@ enum Sink {
     Lines {
         label: String,
         total: u64,
+        start: Instant,
         state: Mutex<(u64, u64)>,
     },
 }
+
+/// Work shorter than this says nothing where there is no bar.
+const QUIET_SECONDS: f64 = 1.0;
 
 impl Progress {
     /// Reports nothing; for tests and library callers.
@@ -28,7 +32,7 @@ impl Progress {
     }
 
     /// A bar called `label` over `total` steps if stderr is a terminal; otherwise one line for
-    /// each quarter done.
+    /// each quarter done of work that takes longer than a second.
     pub fn new(label: &str, total: u64) -> Self {
         if std::io::stderr().is_terminal() {
             let style = ProgressStyle::with_template("{msg:20} [{bar:40}] {pos}/{len} {elapsed}")
@@ -46,6 +50,7 @@ impl Progress {
                 sink: Sink::Lines {
                     label: label.to_owned(),
                     total,
+                    start: Instant::now(),
                     state,
                 },
             }
@@ -60,12 +65,13 @@ impl Progress {
             Sink::Lines {
                 label,
                 total,
+                start,
                 state,
             } => {
                 let Ok(mut state) = state.lock() else { return };
                 state.0 += steps;
                 let quarter = (state.0 * 4).checked_div(*total).unwrap_or(4).min(4);
-                if quarter > state.1 {
+                if quarter > state.1 && start.elapsed().as_secs_f64() > QUIET_SECONDS {
                     state.1 = quarter;
                     eprintln!("{label}: {}%", quarter * 25);
                 }

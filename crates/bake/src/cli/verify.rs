@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
+use strandlight_bake::lights::{Map, evaluate};
 use strandlight_bake::tables::{Check, verify_tables};
 use strandlight_formats::{Groom, Kind, LightSet, TableFile};
 
@@ -26,6 +27,11 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// Largest relative difference of a channel's energy between a light set and its map.
+const ENERGY_TOLERANCE: f64 = 5e-3;
+/// Largest fibre error of a light set; see [`evaluate`].
+const FIBRE_ERROR_TOLERANCE: f64 = 5e-2;
 
 /// What was found in one file.
 struct Verdict {
@@ -153,13 +159,58 @@ fn verify_light_set(path: &Path, map: Option<&Path>) -> Result<Verdict, Failure>
 /// Measures the fit again.
 fn verify_light_set_against_map(
     path: &Path,
-    _lights: &LightSet,
-    _map: &Path,
+    lights: &LightSet,
+    map_path: &Path,
 ) -> Result<Verdict, Failure> {
-    Err(Failure::file(
-        path,
-        "a light set cannot be compared with a map yet; leave --map out",
-    ))
+    let map = Map::read(map_path).map_err(Failure::input)?;
+    let recorded = &lights.info.map_hash;
+    if !recorded.is_empty() && *recorded != map.source().hash {
+        let found = &map.source().hash;
+        let what = format!(
+            "fitted to the map of hash {recorded}, not to {} of hash {found}",
+            map_path.display()
+        );
+        return Err(Failure::file(path, what));
+    }
+    let report = evaluate(lights, &map);
+    let energy_off = report.energy_ratio.map(|ratio| (ratio - 1.0).abs());
+    let checks = [
+        (
+            "energy of a channel, relative",
+            energy_off.into_iter().fold(0.0, f64::max),
+            ENERGY_TOLERANCE,
+        ),
+        ("fibre error", report.fibre_error, FIBRE_ERROR_TOLERANCE),
+    ];
+    let passed = |error: f64, tolerance: f64| error <= tolerance;
+    Ok(Verdict {
+        kind: Kind::Lights,
+        passed: checks
+            .iter()
+            .all(|&(_, error, tolerance)| passed(error, tolerance)),
+        lines: checks
+            .iter()
+            .map(|&(name, error, tolerance)| {
+                let word = if passed(error, tolerance) {
+                    "ok"
+                } else {
+                    "FAILED"
+                };
+                format!("{word} {name}: {error:.2e}, tolerance {tolerance:.0e}")
+            })
+            .collect(),
+        checks: checks
+            .iter()
+            .map(|&(name, error, tolerance)| {
+                json!({
+                    "check": name,
+                    "passed": passed(error, tolerance),
+                    "tolerance": tolerance,
+                    "worst": { "error": error },
+                })
+            })
+            .collect(),
+    })
 }
 
 fn verify_groom(path: &Path) -> Result<Verdict, Failure> {
