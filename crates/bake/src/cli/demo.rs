@@ -42,7 +42,7 @@ const STEPS: [Step; 5] = [
     },
     Step {
         purpose: "grow hair",
-        line: "groom generate --style wavy --strands 12000 --points-per-strand 48 -o @wavy.groom",
+        line: "groom generate --style wavy --strands 10000 --points-per-strand 48 -o @wavy.groom",
     },
     Step {
         purpose: "verify what was baked",
