@@ -5,10 +5,11 @@
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> points: array<vec4f>;
 @group(0) @binding(2) var<storage, read> tangents: array<vec4f>;
-// Left edge x, y, right edge x, y in 1/256 px.
+// Left edge x, y, right edge x, y from the middle of the picture in 1/256 px.
 @group(0) @binding(3) var<storage, read_write> edges: array<vec4i>;
-// Depth in 0..1 between the near and far planes, and coverage; below zero: not drawn.
-@group(0) @binding(4) var<storage, read_write> depth_coverage: array<vec2f>;
+// Bits of the depth in 0..1 between the near and far planes, and of the coverage; below zero: not
+// drawn. The other two words belong to `pass/ribbons`.
+@group(0) @binding(4) var<storage, read_write> depth_coverage: array<vec4u>;
 
 // Strands are drawn at least this wide (px); thinner ones cover part of it.
 const MIN_WIDTH_PX: f32 = 1.0;
@@ -26,7 +27,7 @@ fn project(@builtin(global_invocation_id) id: vec3u) {
     let depth = screen.z;
     if depth < view.near {
         edges[id.x] = vec4i(0);
-        depth_coverage[id.x] = vec2f(0.0, -1.0);
+        depth_coverage[id.x] = bitcast<vec4u>(vec4f(0.0, -1.0, 0.0, 0.0));
         return;
     }
     // The tangent's image, up to a positive factor: d/ds of (x, y) / depth.
@@ -44,6 +45,9 @@ fn project(@builtin(global_invocation_id) id: vec3u) {
     let drawn = max(width, MIN_WIDTH_PX);
     let half_width = 0.5 * drawn * across;
     let snapped = round(vec4f(screen.xy + half_width, screen.xy - half_width) * 256.0);
-    edges[id.x] = vec4i(clamp(snapped, vec4f(-MAX_SCREEN), vec4f(MAX_SCREEN)));
-    depth_coverage[id.x] = vec2f((depth - view.near) / (view.far - view.near), width / drawn);
+    let kept = vec4i(clamp(snapped, vec4f(-MAX_SCREEN), vec4f(MAX_SCREEN)));
+    // Exact: half of the picture is a whole number of units.
+    edges[id.x] = kept - 128 * vec4i(view.size.xyxy);
+    let z = (depth - view.near) / (view.far - view.near);
+    depth_coverage[id.x] = bitcast<vec4u>(vec4f(z, width / drawn, 0.0, 0.0));
 }

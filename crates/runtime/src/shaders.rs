@@ -48,6 +48,7 @@ modules!(
     "pass/composite",
     "pass/probe",
     "pass/project",
+    "pass/ribbons",
     "pass/shade",
     "pass/strands",
     "pass/transmittance",

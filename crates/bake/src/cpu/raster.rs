@@ -97,7 +97,9 @@ struct Tile {
 /// What shading one fragment needs of its segment.
 struct Ribbon<'a> {
     segment: u32,
+    /// Where the middle starts, px.
     a: [f32; 2],
+    /// The direction along it over its length, so that a product gives the share of the way.
     along: [f32; 2],
     coverage: [f32; 2],
     radiance: [&'a [f32; 4]; 2],
@@ -135,10 +137,12 @@ impl Tile {
                 })
             };
             let (mid_a, mid_b) = (middle(a), middle(b));
+            let along = [mid_b[0] - mid_a[0], mid_b[1] - mid_a[1]];
+            let squared = (along[0] * along[0] + along[1] * along[1]).max(1e-6);
             let ribbon = Ribbon {
                 segment,
                 a: mid_a,
-                along: [mid_b[0] - mid_a[0], mid_b[1] - mid_a[1]],
+                along: along.map(|x| x / squared),
                 coverage: [a.coverage, b.coverage],
                 radiance: [&radiance[first], &radiance[first + 1]],
             };
@@ -238,8 +242,7 @@ impl Tile {
         // How far along the segment the middle of this pixel is.
         let to = [x as f32 + 0.5 - ribbon.a[0], y as f32 + 0.5 - ribbon.a[1]];
         let along = ribbon.along;
-        let squared = along[0] * along[0] + along[1] * along[1];
-        let t = ((to[0] * along[0] + to[1] * along[1]) / squared.max(1e-6)).clamp(0.0, 1.0);
+        let t = (to[0] * along[0] + to[1] * along[1]).clamp(0.0, 1.0);
         let alpha = mix(ribbon.coverage[0], ribbon.coverage[1], t);
         let mut mask = visible;
         if alpha < 1.0 {

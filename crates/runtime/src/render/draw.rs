@@ -1,4 +1,4 @@
-//! Rasterising the ribbons in passes of four samples, and composing the picture.
+//! Projecting the strands, rasterising the ribbons in passes of four samples, and composing the picture.
 
 use super::lighting::Shading;
 use super::resources::{
@@ -14,6 +14,13 @@ use crate::stats::Stats;
 use strandlight_formats::Background;
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+/// Side of the viewport in pixels, with the picture in its middle; twin of `CLIP_PER_UNIT` in
+/// `shaders/pass/strands.wgsl`. Software devices slow down wherever a triangle is clipped.
+const VIEWPORT: f32 = 8192.0;
+
+/// Segments whose corners share an index buffer: 96 MiB, below the 128 MiB every adapter binds.
+const SEGMENT_CHUNK: u32 = 4 << 20;
+
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// Mirrored by `Pass` in `shaders/pass/strands.wgsl`.
@@ -23,6 +30,14 @@ struct Pass {
     jitter: [i32; 2],
     pass_ix: u32,
     pad: u32,
+}
+
+/// Mirrored by `Chunk` in `shaders/pass/ribbons.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Chunk {
+    first_segment: u32,
+    n_segments: u32,
 }
 
 /// Mirrored by `Backdrop` in `shaders/pass/composite.wgsl`.
@@ -39,9 +54,27 @@ struct Backdrop {
 /// Pipelines of drawing.
 pub(super) struct Draw {
     project: wgpu::ComputePipeline,
+    ribbons: wgpu::ComputePipeline,
     strands: wgpu::RenderPipeline,
     accumulate: wgpu::ComputePipeline,
     composite: wgpu::ComputePipeline,
+}
+
+/// What `project` and `ribbons` leave for the passes.
+struct Ribbons {
+    edges: wgpu::Buffer,
+    depth_coverage: wgpu::Buffer,
+    spines: wgpu::Buffer,
+    /// Index buffers and how many indices each holds.
+    corners: Vec<(wgpu::Buffer, u32)>,
+}
+
+impl Ribbons {
+    fn bytes(&self) -> u64 {
+        let points = [&self.edges, &self.depth_coverage, &self.spines];
+        let corners = self.corners.iter().map(|(buffer, _)| buffer);
+        points.into_iter().chain(corners).map(|b| b.size()).sum()
+    }
 }
 
 /// What one picture is made of.
@@ -56,6 +89,7 @@ pub(super) struct Frame<'a> {
 impl Draw {
     pub fn new(context: &Context) -> Result<Self, RenderError> {
         let project = compute(context, &shader(context, "pass/project")?, "project");
+        let ribbons = compute(context, &shader(context, "pass/ribbons")?, "ribbons");
         let accumulate = compute(context, &shader(context, "pass/accumulate")?, "accumulate");
         let composite = compute(context, &shader(context, "pass/composite")?, "composite");
         let module = shader(context, "pass/strands")?;
@@ -93,6 +127,7 @@ impl Draw {
             });
         Ok(Draw {
             project,
+            ribbons,
             strands,
             accumulate,
             composite,
@@ -135,25 +170,7 @@ impl Draw {
         view: &wgpu::Buffer,
         picture: &wgpu::Buffer,
     ) -> Result<u64, RenderError> {
-        let n_points = frame.strands.n_points;
-        let edges = storage(context, "edges", u64::from(n_points) * 16);
-        let depth_coverage = storage(context, "depth and coverage", u64::from(n_points) * 8);
-        let project_group = bind(
-            context,
-            &self.project.get_bind_group_layout(0),
-            &[
-                (0, view.as_entire_binding()),
-                (1, frame.strands.points.as_entire_binding()),
-                (2, frame.strands.tangents.as_entire_binding()),
-                (3, edges.as_entire_binding()),
-                (4, depth_coverage.as_entire_binding()),
-            ],
-        );
-        submit(context, |encoder| {
-            let groups = [n_points.div_ceil(256), 1];
-            dispatch(encoder, &self.project, &project_group, groups);
-        });
-
+        let ribbons = self.ribbons(context, frame, view);
         let [width, height] = frame.view.size;
         let target = |label, format, usage| {
             let texture = context.device.create_texture(&wgpu::TextureDescriptor {
@@ -186,9 +203,9 @@ impl Draw {
             &[
                 (0, view.as_entire_binding()),
                 (1, pass_buffer.as_entire_binding()),
-                (2, frame.strands.segments.as_entire_binding()),
-                (3, edges.as_entire_binding()),
-                (4, depth_coverage.as_entire_binding()),
+                (2, ribbons.edges.as_entire_binding()),
+                (3, ribbons.depth_coverage.as_entire_binding()),
+                (4, ribbons.spines.as_entire_binding()),
                 (5, frame.shading.radiance().as_entire_binding()),
             ],
         );
@@ -216,7 +233,8 @@ impl Draw {
                     &strands_group,
                     &color,
                     &depth,
-                    frame.strands.n_segments,
+                    &ribbons.corners,
+                    frame,
                 );
                 let groups = [width.div_ceil(8), height.div_ceil(8)];
                 dispatch(encoder, &self.accumulate, &accumulate_group, groups);
@@ -225,7 +243,70 @@ impl Draw {
             context.wait("draw").map_err(failed)?;
         }
         let samples = u64::from(width) * u64::from(height) * 4;
-        Ok(edges.size() + depth_coverage.size() + samples * 12)
+        Ok(ribbons.bytes() + samples * 12)
+    }
+
+    /// Projects the points and prepares the segments, once for all passes.
+    fn ribbons(&self, context: &Context, frame: &Frame, view: &wgpu::Buffer) -> Ribbons {
+        let n_points = frame.strands.n_points;
+        let a_point = |label| storage(context, label, u64::from(n_points) * 16);
+        let edges = a_point("edges");
+        let depth_coverage = a_point("depth and coverage");
+        let spines = a_point("spines");
+        let project_group = bind(
+            context,
+            &self.project.get_bind_group_layout(0),
+            &[
+                (0, view.as_entire_binding()),
+                (1, frame.strands.points.as_entire_binding()),
+                (2, frame.strands.tangents.as_entire_binding()),
+                (3, edges.as_entire_binding()),
+                (4, depth_coverage.as_entire_binding()),
+            ],
+        );
+        submit(context, |encoder| {
+            let groups = [n_points.div_ceil(256), 1];
+            dispatch(encoder, &self.project, &project_group, groups);
+        });
+        let mut corners = Vec::new();
+        for first_segment in (0..frame.strands.n_segments).step_by(SEGMENT_CHUNK as usize) {
+            let n_segments = SEGMENT_CHUNK.min(frame.strands.n_segments - first_segment);
+            let chunk = Chunk {
+                first_segment,
+                n_segments,
+            };
+            let chunk = uniform(context, "chunk", &chunk);
+            let indices = context.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("corners"),
+                size: u64::from(n_segments) * 24,
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDEX,
+                mapped_at_creation: false,
+            });
+            let group = bind(
+                context,
+                &self.ribbons.get_bind_group_layout(0),
+                &[
+                    (0, view.as_entire_binding()),
+                    (1, chunk.as_entire_binding()),
+                    (2, frame.strands.segments.as_entire_binding()),
+                    (3, edges.as_entire_binding()),
+                    (4, depth_coverage.as_entire_binding()),
+                    (5, spines.as_entire_binding()),
+                    (6, indices.as_entire_binding()),
+                ],
+            );
+            submit(context, |encoder| {
+                let groups = [n_segments.div_ceil(256), 1];
+                dispatch(encoder, &self.ribbons, &group, groups);
+            });
+            corners.push((indices, 6 * n_segments));
+        }
+        Ribbons {
+            edges,
+            depth_coverage,
+            spines,
+            corners,
+        }
     }
 
     fn rasterise(
@@ -234,7 +315,8 @@ impl Draw {
         group: &wgpu::BindGroup,
         color: &wgpu::TextureView,
         depth: &wgpu::TextureView,
-        n_segments: u32,
+        corners: &[(wgpu::Buffer, u32)],
+        frame: &Frame,
     ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("strands"),
@@ -259,7 +341,12 @@ impl Draw {
         });
         pass.set_pipeline(&self.strands);
         pass.set_bind_group(0, group, &[]);
-        pass.draw(0..6 * n_segments, 0..1);
+        let [left, top] = frame.view.size.map(|n| 0.5 * (n as f32 - VIEWPORT));
+        pass.set_viewport(left, top, VIEWPORT, VIEWPORT, 0.0, 1.0);
+        for (indices, n_corners) in corners {
+            pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..*n_corners, 0, 0..1);
+        }
     }
 
     fn finish(

@@ -1,7 +1,7 @@
 //! The renderer: stages in the order they run, one file each.
 //!
 //! `voxelise` (shadow volume) -> for each batch of lights: `transmittance`, `shade` -> `draw`
-//! (project, passes of four samples, accumulate) -> `composite`.
+//! (project, ribbons, passes of four samples, accumulate) -> `composite`.
 
 mod draw;
 mod lighting;
