@@ -46,6 +46,73 @@ fn radiance(width: usize, height: usize, rgbe: [u8; 4]) -> Vec<u8> {
     bytes
 }
 
+/// A float32 OpenEXR map of 32 x 16 NaNs: no compression, one scan line a block.
+fn nan_map() -> Vec<u8> {
+    let (width, height) = (32_u32, 16_u32);
+    let mut bytes = vec![0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
+    let mut attribute = |name: &str, kind: &str, value: &[u8]| {
+        for text in [name, kind] {
+            bytes.extend(text.bytes().chain([0]));
+        }
+        bytes.extend((value.len() as u32).to_le_bytes());
+        bytes.extend(value);
+    };
+    let words = |words: &[u32]| {
+        words
+            .iter()
+            .flat_map(|word| word.to_le_bytes())
+            .collect::<Vec<_>>()
+    };
+    let mut channels = Vec::new();
+    for name in ["B", "G", "R"] {
+        channels.extend(name.bytes().chain([0]));
+        channels.extend(words(&[2, 0, 1, 1]));
+    }
+    channels.push(0);
+    let window = words(&[0, 0, width - 1, height - 1]);
+    attribute("channels", "chlist", &channels);
+    attribute("compression", "compression", &[0]);
+    attribute("dataWindow", "box2i", &window);
+    attribute("displayWindow", "box2i", &window);
+    attribute("lineOrder", "lineOrder", &[0]);
+    attribute("pixelAspectRatio", "float", &1_f32.to_le_bytes());
+    attribute("screenWindowCenter", "v2f", &words(&[0, 0]));
+    attribute("screenWindowWidth", "float", &1_f32.to_le_bytes());
+    bytes.push(0);
+    let block = 8 + 12 * u64::from(width);
+    let first = bytes.len() as u64 + 8 * u64::from(height);
+    for row in 0..u64::from(height) {
+        bytes.extend((first + row * block).to_le_bytes());
+    }
+    for row in 0..height {
+        bytes.extend(words(&[row, 12 * width]));
+        bytes.extend(f32::NAN.to_le_bytes().repeat(3 * width as usize));
+    }
+    bytes
+}
+
+#[test]
+fn outputs_that_would_hurt_something() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let good = fs::read(project_root().join("data/sample/studio.exr")).expect("the sample map");
+    write(at, "good.exr", &good);
+    refuses(
+        at,
+        &["lights", "good.exr"],
+        "good.exr",
+        &["good.exr", "input"],
+    );
+    let both = ["lights", "good.exr", "--report", "x"];
+    refuses(at, &both, "x", &["x", "two outputs"]);
+    let picture = ["lights", "good.exr", "--preview", "x.jpg"];
+    refuses(at, &picture, "x.lights", &["x.jpg", ".png"]);
+    fs::create_dir(at.join("folder")).expect("a folder");
+    refuses(at, &["tables"], "folder", &["folder", "directory"]);
+    refuses(at, &["tables"], "/dev/null", &["/dev/null", "regular"]);
+    assert_eq!(fs::read(at.join("good.exr")).expect("still there"), good);
+}
+
 #[test]
 fn lights() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -64,6 +131,7 @@ fn lights() {
         "huge.hdr",
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1000000 +X 2000000\n",
     );
+    write(at, "nan.exr", nan_map());
     fs::create_dir(at.join("folder.exr")).expect("a folder");
     for (map, needles) in [
         ("missing.exr", ["missing.exr"].as_slice()),
@@ -76,6 +144,7 @@ fn lights() {
         ("black.hdr", &["black.hdr"]),
         ("square.hdr", &["square.hdr", "8"]),
         ("huge.hdr", &["huge.hdr"]),
+        ("nan.exr", &["nan.exr", "512 are NaN"]),
     ] {
         refuses(at, &["lights", map], "out.lights", needles);
     }
@@ -166,6 +235,8 @@ fn scenes() {
         "nan.toml",
         format!("version = 1\n{files}[hair]\nsigma_a = [nan, 0.1, 0.1]\n"),
     );
+    let nameless = files.replace("a.lights", "");
+    write(at, "nameless.toml", format!("version = 1\n{nameless}"));
     write(at, "broken.toml", "version = = 1");
     write(at, "binary.toml", [0xff, 0xfe, 0x00, 0x01]);
     for (scene, needle) in [
@@ -178,6 +249,7 @@ fn scenes() {
         ("broken.toml", "broken.toml"),
         ("binary.toml", "binary.toml"),
         ("nowhere.toml", "nowhere.toml"),
+        ("nameless.toml", "lights.file"),
     ] {
         refuses(at, &["render", scene], "out.png", &[needle]);
         let mut command = strandview();

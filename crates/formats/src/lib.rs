@@ -38,4 +38,4 @@ pub use scene::{
 };
 pub use table_file::TableReader;
 pub use tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo};
-pub use write::write_file;
+pub use write::{check_writable, write_file};

@@ -108,6 +108,19 @@ impl Scene {
                 Scene::VERSION.to_string(),
             ));
         }
+        let tables = self
+            .tables
+            .as_ref()
+            .map(|tables| ("tables.file", &tables.file));
+        let files = [
+            ("groom.file", &self.groom.file),
+            ("lights.file", &self.lights.file),
+        ];
+        for (key, file) in files.into_iter().chain(tables) {
+            if file.as_os_str().is_empty() {
+                return Err(Error::value(key, "\"\"", "the name of a file"));
+            }
+        }
         in_range("lights.intensity", self.lights.intensity, 0.0, 1e6)?;
         in_range("lights.rotate_deg", self.lights.rotate_deg, -3600.0, 3600.0)?;
         self.hair.validate()?;
@@ -191,7 +204,7 @@ impl CameraSection {
 impl RenderSection {
     fn validate(&self) -> Result<()> {
         for value in self.size {
-            in_range("render.size", f64::from(value), 1.0, 16384.0)?;
+            in_range("render.size", f64::from(value), 1.0, 8192.0)?;
         }
         in_range("render.samples", f64::from(self.samples), 1.0, 65536.0)?;
         in_range("render.exposure", self.exposure, -32.0, 32.0)?;

@@ -72,14 +72,14 @@ impl PreparedScene {
     /// # Errors
     /// The first file that cannot be read or value that cannot be used, by name.
     pub fn load(scene: &Scene) -> Result<Self, SceneError> {
-        let groom = in_file(&scene.groom_path(), Groom::read)?;
-        let lights = in_file(&scene.lights_path(), LightSet::read)?;
+        let groom = in_file("groom.file", &scene.groom_path(), Groom::read)?;
+        let lights = in_file("lights.file", &scene.lights_path(), LightSet::read)?;
         let modes: Vec<Lobe> = scene.hair.modes.iter().map(|&mode| lobe(mode)).collect();
         let fibre = Fibre::new(&hair_params(&scene.hair), &modes, SEGMENTS)
             .map_err(|error| SceneError::File(error.to_string()))?;
         let tables = match scene.tables_path() {
             Some(path) => {
-                let file = in_file(&path, TableFile::read)?;
+                let file = in_file("tables.file", &path, TableFile::read)?;
                 ShadingTables::from_file(&file)
                     .map_err(|error| SceneError::File(format!("{}: {error}", path.display())))?
             }
@@ -219,11 +219,13 @@ const SEGMENTS: u32 = 4;
 /// Brightest amplitude: sums of thousands of such lights stay finite in f32.
 const MAX_AMPLITUDE: f32 = 1e30;
 
+/// Reads what the scene names under `key`.
 fn in_file<T>(
+    key: &str,
     path: &Path,
     read: impl FnOnce(&Path) -> Result<T, strandlight_formats::Error>,
 ) -> Result<T, SceneError> {
-    read(path).map_err(|error| SceneError::File(error.to_string()))
+    read(path).map_err(|error| SceneError::File(format!("{key}: {error}")))
 }
 
 /// Strands of `groom`, refined, with the scene's or the groom's fibre diameter.

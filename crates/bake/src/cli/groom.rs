@@ -7,7 +7,7 @@ use strandlight_bake::grooms::{GrowSpec, Style, generate};
 use strandlight_bake::progress::Progress;
 use strandlight_formats::{Groom, HairImport, Kind, UpAxis};
 
-use super::{Failure, Outcome, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, print_line, write_output};
 
 /// Imports or generates hair
 #[derive(clap::Args)]
@@ -97,6 +97,7 @@ pub fn run(args: &Args) -> Outcome {
     match &args.command {
         Command::Import(args) => import(args),
         Command::Generate(args) => {
+            check_outputs(&[], &[&args.output])?;
             let spec = GrowSpec {
                 style: args.style,
                 strands: args.strands,
@@ -111,6 +112,7 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 fn import(args: &ImportArgs) -> Outcome {
+    check_outputs(&[&args.input], &[&args.output])?;
     let options = HairImport {
         cm_per_unit: args.unit,
         up: match args.up {
@@ -130,10 +132,10 @@ fn import(args: &ImportArgs) -> Outcome {
     }
     let (min, max) = groom.bounds();
     let size = [0, 1, 2].map(|axis| max[axis] - min[axis]);
-    eprintln!(
-        "{:.1} x {:.1} x {:.1} cm; a head of hair is 20 to 100 cm: see --unit",
-        size[0], size[1], size[2]
-    );
+    let longest = size.into_iter().fold(0.0, f32::max);
+    if !(10.0..=200.0).contains(&longest) {
+        eprintln!("the groom is {longest:.1} cm large; is --unit right?");
+    }
     write_groom(&groom, &args.output)
 }
 

@@ -10,7 +10,7 @@ use strandlight_bake::lights::{
 use strandlight_bake::progress::{Progress, timed};
 use strandlight_formats::{FitReport, Kind, LightSet, LightSetInfo};
 
-use super::{Failure, Outcome, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, print_line, write_output};
 
 /// Fits spherical Gaussian lights to an HDR map
 ///
@@ -67,12 +67,33 @@ pub fn run(args: &Args) -> Outcome {
         args.report.as_ref(),
         args.preview.as_ref(),
     ];
-    for path in outputs.into_iter().flatten() {
-        check_folder(path)?;
+    let outputs: Vec<&Path> = outputs
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    check_outputs(&[&args.map], &outputs)?;
+    if let Some(preview) = &args.preview
+        && !preview
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
+    {
+        return Err(Failure::file(
+            preview,
+            "the name of a preview must end in .png",
+        ));
     }
 
     let (map, read_seconds) = timed(|| Map::read(&args.map));
     let map = map.map_err(Failure::input)?;
+    let options = FitOptions {
+        count: args.count,
+        seed: args.seed,
+    };
+    let progress = Progress::new("fitting lights", STEPS);
+    let fitted = fit(&map, options, &progress);
+    progress.finish();
+    let fitted = fitted.map_err(|error| Failure::file(&args.map, error))?;
     let faults = map.faults();
     if !faults.is_clean() {
         eprintln!(
@@ -83,14 +104,6 @@ pub fn run(args: &Args) -> Outcome {
             faults.negative
         );
     }
-    let options = FitOptions {
-        count: args.count,
-        seed: args.seed,
-    };
-    let progress = Progress::new("fitting lights", STEPS);
-    let fitted = fit(&map, options, &progress);
-    progress.finish();
-    let fitted = fitted.map_err(|error| Failure::file(&args.map, error))?;
     let (report, report_seconds) = timed(|| evaluate(&fitted.lights, &map));
 
     let set = LightSet {
@@ -135,11 +148,15 @@ pub fn run(args: &Args) -> Outcome {
             .energy_ratio
             .iter()
             .fold(0.0f64, |worst, ratio| worst.max((ratio - 1.0).abs()));
+        let how_many = match set.lights.len() {
+            found if found == args.count => format!("{found} lights"),
+            found => format!("{found} of {} lights, more would not help", args.count),
+        };
         print_line(format_args!(
-            "{}: light set, format {major}.{minor}, {} lights ({} compact), {} bytes, fibre error \
+            "{}: light set, format {major}.{minor}, {} ({} compact), {} bytes, fibre error \
              {:.2} %, irradiance error {:.2} %, energy off by at most {:.3} %, {seconds:.2} s",
             wrote(&args.output),
-            set.lights.len(),
+            how_many,
             fitted.suns,
             bytes.len(),
             100.0 * report.fibre_error,
@@ -147,21 +164,6 @@ pub fn run(args: &Args) -> Outcome {
             100.0 * worst_energy,
         ))
     }
-}
-
-/// Refuses an output whose folder is missing before any work is done.
-fn check_folder(path: &Path) -> Outcome {
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        return Err(Failure::file(path, "cannot be written: no such folder"));
-    }
-    if path.is_dir() {
-        return Err(Failure::file(path, "cannot be written: is a directory"));
-    }
-    Ok(())
 }
 
 /// What the file records about its making: nothing that changes from run to run.

@@ -79,6 +79,27 @@ pub fn print_line(line: impl fmt::Display) -> Outcome {
     }
 }
 
+/// Refuses, before any work is done, outputs that cannot be written, that are one file, or that
+/// are an input.
+pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
+    let mut targets = Vec::with_capacity(outputs.len());
+    for path in outputs {
+        let target = strandlight_formats::check_writable(path)
+            .map_err(|error| Failure::file(path, format!("cannot be written: {error}")))?;
+        if inputs
+            .iter()
+            .any(|input| input.canonicalize().is_ok_and(|input| input == target))
+        {
+            return Err(Failure::file(path, "is an input; name another output"));
+        }
+        if targets.contains(&target) {
+            return Err(Failure::file(path, "is named for two outputs"));
+        }
+        targets.push(target);
+    }
+    Ok(())
+}
+
 /// Writes a file whole or not at all.
 pub fn write_output(path: &Path, bytes: &[u8]) -> Outcome {
     strandlight_formats::write_file(path, bytes)

@@ -11,7 +11,7 @@ use strandlight_runtime::gpu::Context;
 use strandlight_runtime::render::{check_frame, whole_passes};
 use strandlight_runtime::{Picture, PreparedScene, RenderError, Renderer, Stats};
 
-use super::{Failure, Outcome, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, print_line, write_output};
 
 /// Renders a scene
 ///
@@ -65,6 +65,7 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let format = format_of(&args.output)?;
+    check_outputs(&[&args.scene], &[&args.output])?;
     let scene = Scene::read(&args.scene).map_err(Failure::input)?;
     let size = args.size.unwrap_or(scene.render.size);
     let samples = whole_passes(args.samples.unwrap_or(scene.render.samples));
@@ -92,7 +93,7 @@ pub fn run(args: &Args) -> Outcome {
     }
 }
 
-/// The kind that the name promises; also refuses a folder that is not there, before any work.
+/// The kind that the name promises.
 fn format_of(path: &Path) -> Result<Format, Failure> {
     let extension = path.extension().and_then(|extension| extension.to_str());
     let format = match extension.map(str::to_ascii_lowercase).as_deref() {
@@ -100,15 +101,6 @@ fn format_of(path: &Path) -> Result<Format, Failure> {
         Some("exr") => Format::Exr,
         _ => return Err(Failure::file(path, "the name must end in .png or .exr")),
     };
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    if folder.is_some_and(|folder| !folder.is_dir()) {
-        return Err(Failure::file(path, "its folder does not exist"));
-    }
-    if path.is_dir() {
-        return Err(Failure::file(path, "is a directory"));
-    }
     Ok(format)
 }
 

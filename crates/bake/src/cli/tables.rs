@@ -8,7 +8,7 @@ use strandlight_bake::progress::{Progress, timed};
 use strandlight_bake::tables::{Float16Cost, N_STEPS, bake_tables, float16_cost};
 use strandlight_formats::{Kind, TableFile};
 
-use super::{Failure, Outcome, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, print_line, write_output};
 
 /// Bakes the tables that the renderer looks up
 ///
@@ -45,6 +45,7 @@ impl From<FresnelArg> for strandlight_scattering::fresnel::Fresnel {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    check_outputs(&[], &[&args.output])?;
     let progress = Progress::new("tables", N_STEPS);
     let (file, seconds) = timed(|| bake_tables(args.fresnel.into(), &progress));
     progress.finish();

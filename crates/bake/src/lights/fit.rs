@@ -5,7 +5,7 @@ use strandlight_formats::{LightSet, SrbfLight};
 
 use super::cells::{COLUMNS, srbf_solid_angle};
 use super::harmonics::Harmonics;
-use super::map::{Map, MapError};
+use super::map::{Map, MapError, PixelFaults};
 use super::projection::{Lobe, State, Target, energy_row, refine};
 use super::response::Response;
 use super::search::{Candidates, add_greedily, add_in_batches, grow, relocate};
@@ -88,12 +88,13 @@ pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, M
     let energy = map.energy();
     let total: f64 = energy.iter().sum();
     if total == 0.0 {
-        return Err(MapError::Unusable("the map has no light".to_owned()));
+        return Err(MapError::Unusable(no_light(map)));
     }
     let mut seconds = Vec::new();
 
-    // Compact sources, and the map without them.
-    let ((sources, rest), time) = timed(|| extract(map, options.count.div_ceil(4)));
+    // Compact sources, and the map without them; one light at least is left for the rest.
+    let most_sources = options.count.div_ceil(4).min(options.count - 1);
+    let ((sources, rest), time) = timed(|| extract(map, most_sources));
     seconds.push(("suns", time));
     progress.advance(1);
 
@@ -242,6 +243,23 @@ fn assemble(
         ..LightSet::default()
     };
     Ok((set, scale))
+}
+
+/// Why a map without light has none.
+fn no_light(map: &Map) -> String {
+    let PixelFaults {
+        nan,
+        infinite,
+        negative,
+    } = map.faults();
+    if map.faults().is_clean() {
+        return "the map has no light: it is black everywhere".to_owned();
+    }
+    format!(
+        "the map has no light: of {} pixels {nan} are NaN, {infinite} infinite, {negative} \
+         negative, the rest black",
+        map.width() * map.height()
+    )
 }
 
 #[cfg(test)]
@@ -439,6 +457,21 @@ mod tests {
             assert_eq!(fitted.suns, suns, "{name}");
             assert!(report.fibre_error < bound, "{name}: {report:?}");
             assert!(report.energy_ratio.iter().all(|r| (r - 1.0).abs() < 0.005));
+        }
+    }
+
+    #[test]
+    fn one_light_keeps_the_energy_of_a_map_with_a_sun() {
+        let pixels = (0..64 * 32).map(|ix| {
+            let radiance = if ix == 10 * 64 + 20 { 4000.0 } else { 1.0 };
+            [radiance; 3]
+        });
+        let map = Map::new(64, 32, pixels.collect()).expect("a map");
+        let options = FitOptions { count: 1, seed: 0 };
+        let fitted = fit(&map, options, &Progress::silent()).expect("it has light");
+        assert_eq!(fitted.lights.lights.len(), 1);
+        for ratio in crate::lights::evaluate(&fitted.lights, &map).energy_ratio {
+            assert!((ratio - 1.0).abs() < 5e-3, "energy ratio {ratio}");
         }
     }
 }

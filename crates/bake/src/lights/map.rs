@@ -135,6 +135,13 @@ impl Map {
         if path.is_dir() {
             return Err(io(std::io::ErrorKind::IsADirectory.into()));
         }
+        // A pipe or a device may never end.
+        if !path.metadata().map_err(io)?.is_file() {
+            return Err(io(std::io::Error::new(
+                std::io::ErrorKind::InvalidInput,
+                "not a regular file",
+            )));
+        }
         let bytes = std::fs::read(path).map_err(io)?;
         Map::decode(&bytes).map_err(|what| MapError::Invalid {
             path: path.to_owned(),

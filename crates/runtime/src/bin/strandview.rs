@@ -96,6 +96,8 @@ fn run(args: &Args) -> Result<(), String> {
     if !is_png {
         return Err(format!("{}: the name must end in .png", frame.display()));
     }
+    strandlight_formats::check_writable(frame)
+        .map_err(|error| format!("{}: cannot be written: {error}", frame.display()))?;
     render(args, frame).map_err(|error| error.to_string())
 }
 
