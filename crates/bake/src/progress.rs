@@ -79,6 +79,18 @@ impl Progress {
         }
     }
 
+    /// At least the first `steps` are done.
+    pub fn reach(&self, steps: u64) {
+        match &self.sink {
+            Sink::Silent => {}
+            Sink::Bar(bar) => bar.set_position(steps.max(bar.position())),
+            Sink::Lines { state, .. } => {
+                let before = state.lock().map_or(steps, |state| state.0);
+                self.advance(steps.saturating_sub(before));
+            }
+        }
+    }
+
     /// Removes the bar.
     pub fn finish(&self) {
         if let Sink::Bar(bar) = &self.sink {

@@ -3,6 +3,12 @@
 use std::fmt;
 use std::time::Instant;
 
+/// Told how much of a frame is done, 0..=1 and growing, now and then, from any thread.
+pub type Observer<'a> = &'a (dyn Fn(f64) + Sync);
+
+/// Part of a frame's progress that lighting is taken for; drawing is the rest.
+pub const LIGHTING_SHARE: f64 = 0.4;
+
 /// One stage of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {

@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use serde_json::json;
 use strandlight_bake::cpu;
 use strandlight_bake::picture::exr_file;
+use strandlight_bake::progress::Progress;
 use strandlight_formats::Scene;
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::render::{check_frame, whole_passes};
@@ -110,19 +111,26 @@ fn draw(
     samples: u32,
     backend: Backend,
 ) -> Result<(Picture, Stats), Failure> {
+    const STEPS: u64 = 1000;
+    let progress = Progress::new("rendering", STEPS);
+    let observer = &|done: f64| progress.reach((done * STEPS as f64) as u64);
     let on_gpu = || {
         let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
-        Renderer::new(&context, scene)?.render(&scene.camera, size, samples)
+        Renderer::new(&context, scene)?.render_observed(&scene.camera, size, samples, observer)
     };
-    let on_cpu = || cpu::render(scene, &scene.camera, size, samples).map_err(Failure::input);
-    match backend {
+    let on_cpu = || {
+        cpu::render_observed(scene, &scene.camera, size, samples, observer).map_err(Failure::input)
+    };
+    let result = match backend {
         Backend::Cpu => on_cpu(),
         Backend::Gpu => on_gpu().map_err(Failure::input),
         Backend::Auto => on_gpu().or_else(|error| {
             eprintln!("rendering on the CPU: {error}");
             on_cpu()
         }),
-    }
+    };
+    progress.finish();
+    result
 }
 
 fn report(path: &Path, picture: &Picture, samples: u32, stats: &Stats) -> serde_json::Value {

@@ -15,7 +15,7 @@ pub use voxelise::voxelise;
 
 use strandlight_runtime::camera::{Camera, view_uniform};
 use strandlight_runtime::render::{LIGHT_BATCH, check_frame};
-use strandlight_runtime::stats::Stage;
+use strandlight_runtime::stats::{LIGHTING_SHARE, Observer, Stage};
 use strandlight_runtime::volume::Grid;
 use strandlight_runtime::{Picture, PreparedScene, RenderError, Stats};
 
@@ -31,6 +31,20 @@ pub fn render(
     size: [u32; 2],
     samples: u32,
 ) -> Result<(Picture, Stats), RenderError> {
+    render_observed(scene, camera, size, samples, &|_| ())
+}
+
+/// [`render`], telling `observer` of its progress.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_observed(
+    scene: &PreparedScene,
+    camera: &Camera,
+    size: [u32; 2],
+    samples: u32,
+    observer: Observer,
+) -> Result<(Picture, Stats), RenderError> {
     check_frame(size, samples)?;
     let threads = rayon::current_num_threads();
     let mut stats = scene.counts(format!("cpu: {threads} threads"));
@@ -43,10 +57,10 @@ pub fn render(
         Ok::<_, RenderError>((volume, bytes))
     })?;
     let view = view_uniform(camera, strands, size, scene.radiance_scale());
-    let radiance = light(scene, &grid, &volume, &view, &mut stats);
+    let radiance = light(scene, &grid, &volume, &view, &mut stats, observer);
     let mut picture = stats.stage("draw", |_| {
         let projected = project::project(&view, strands);
-        let sums = raster::draw(&view, strands, &projected, &radiance, samples / 4);
+        let sums = raster::draw(&view, strands, &projected, &radiance, samples / 4, observer);
         let bytes = 24 * projected.len() as u64 + 16 * sums.len() as u64;
         Ok::<_, RenderError>((sums, bytes))
     })?;
@@ -76,7 +90,7 @@ pub fn point_radiance(
     let volume = voxelise(&scene.strands, &grid);
     let scale = scene.radiance_scale();
     let view = view_uniform(camera, &scene.strands, size, scale);
-    let mut radiance = light(scene, &grid, &volume, &view, &mut Stats::default());
+    let mut radiance = light(scene, &grid, &volume, &view, &mut Stats::default(), &|_| ());
     for value in radiance.iter_mut().flatten() {
         *value /= scale;
     }
@@ -90,11 +104,13 @@ fn light(
     volume: &[[f32; 8]],
     view: &strandlight_runtime::camera::ViewUniform,
     stats: &mut Stats,
+    observer: Observer,
 ) -> Vec<[f32; 4]> {
     let (lights, sweeps) = scene.light_records();
     let mut radiance = vec![[0.0; 4]; scene.strands.points.len()];
     let (mut sweep_s, mut shade_s, mut bytes) = (0.0, 0.0, 0);
     let mut counts = shade::Counts::default();
+    let mut done = 0;
     for batch in lights.chunks(LIGHT_BATCH) {
         let (unblocked, seconds) = timed(|| transmittance(grid, volume, batch, &sweeps));
         sweep_s += seconds;
@@ -102,6 +118,8 @@ fn light(
         let (batch_counts, seconds) =
             timed(|| shade::shade(scene, view, grid, batch, &unblocked, &mut radiance));
         shade_s += seconds;
+        done += batch.len();
+        observer(LIGHTING_SHARE * done as f64 / lights.len() as f64);
         counts.products += batch_counts.products;
         counts.products_skipped += batch_counts.products_skipped;
         counts.points_skipped = batch_counts.points_skipped;

@@ -1,9 +1,12 @@
 //! Rasterising the ribbons with the standard four-sample pattern. Twin of
 //! `shaders/pass/strands.wgsl` and of the hardware's rasteriser and depth test.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 use strandlight_runtime::camera::ViewUniform;
 use strandlight_runtime::sampling::{SAMPLE_POSITIONS, coverage_key, coverage_mask, pass_jitter};
+use strandlight_runtime::stats::{LIGHTING_SHARE, Observer};
 use strandlight_runtime::strands::Strands;
 
 use super::project::Projected;
@@ -25,11 +28,13 @@ pub(super) fn draw(
     projected: &[Projected],
     radiance: &[[f32; 4]],
     passes: u32,
+    observer: Observer,
 ) -> Vec<[f32; 4]> {
     let [width, height] = view.size.map(|n| n as i32);
     let columns = (width + TILE - 1) / TILE;
     let rows = (height + TILE - 1) / TILE;
     let bins = bin(strands, projected, [columns, rows]);
+    let n_done = AtomicUsize::new(0);
     let tiles: Vec<Vec<[f32; 4]>> = bins
         .par_iter()
         .enumerate()
@@ -40,6 +45,8 @@ pub(super) fn draw(
             for pass in 0..passes {
                 tile.pass(pass, segments, strands, projected, radiance);
             }
+            let done = (n_done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / bins.len() as f64;
+            observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * done);
             tile.sums
         })
         .collect();

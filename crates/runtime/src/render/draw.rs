@@ -10,7 +10,7 @@ use crate::gpu::Context;
 use crate::picture::Picture;
 use crate::sampling::pass_jitter;
 use crate::scene::PreparedScene;
-use crate::stats::Stats;
+use crate::stats::{LIGHTING_SHARE, Observer, Stats};
 use strandlight_formats::Background;
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -84,6 +84,7 @@ pub(super) struct Frame<'a> {
     pub shading: &'a Shading,
     pub view: &'a ViewUniform,
     pub samples: u32,
+    pub observer: Observer<'a>,
 }
 
 impl Draw {
@@ -241,6 +242,8 @@ impl Draw {
             });
             // One pass at a time: a software device takes a second for some of them.
             context.wait("draw").map_err(failed)?;
+            let done = f64::from(4 * (pass_ix + 1)) / f64::from(frame.samples);
+            (frame.observer)(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * done);
         }
         let samples = u64::from(width) * u64::from(height) * 4;
         Ok(ribbons.bytes() + samples * 12)

@@ -12,7 +12,7 @@ use crate::camera::ViewUniform;
 use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::scene::PreparedScene;
-use crate::stats::{Stage, Stats};
+use crate::stats::{LIGHTING_SHARE, Observer, Stage, Stats};
 
 /// Points shaded by one dispatch: at most some seconds of work on a software device.
 const POINT_CHUNK: u32 = 1 << 18;
@@ -85,6 +85,7 @@ impl Lighting {
         volume: &Volume,
         view: &ViewUniform,
         stats: &mut Stats,
+        observer: Observer,
     ) -> Result<Shading, RenderError> {
         let n_points = strands.n_points;
         let radiance = storage(context, "radiance", u64::from(n_points) * 16);
@@ -125,6 +126,9 @@ impl Lighting {
                     dispatch(encoder, &self.shade, &shade_group, [groups, 1]);
                 });
                 context.wait("shade").map_err(failed)?;
+                let points = first * n_points as usize + n_lights * end_point as usize;
+                let all = self.n_lights * n_points as usize;
+                observer(LIGHTING_SHARE * points as f64 / all as f64);
             }
             shade_ms += 1e3 * start.elapsed().as_secs_f64();
         }

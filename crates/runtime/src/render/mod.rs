@@ -14,7 +14,7 @@ use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::picture::Picture;
 use crate::scene::PreparedScene;
-use crate::stats::Stats;
+use crate::stats::{Observer, Stats};
 
 /// Most pixels of a picture: 16 bytes each fill the 128 MiB that every adapter binds.
 pub const MAX_PIXELS: u32 = 8 << 20;
@@ -106,6 +106,20 @@ impl<'a> Renderer<'a> {
         size: [u32; 2],
         samples: u32,
     ) -> Result<(Picture, Stats), RenderError> {
+        self.render_observed(camera, size, samples, &|_| ())
+    }
+
+    /// [`Renderer::render`], telling `observer` of its progress.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_observed(
+        &self,
+        camera: &Camera,
+        size: [u32; 2],
+        samples: u32,
+        observer: Observer,
+    ) -> Result<(Picture, Stats), RenderError> {
         check_frame(size, samples)?;
         resources::guarded(self.context, || {
             let mut stats = self.prepared.clone();
@@ -116,13 +130,14 @@ impl<'a> Renderer<'a> {
                 size,
                 self.scene.radiance_scale(),
             );
-            let shading = self.shade(&view, &mut stats)?;
+            let shading = self.shade(&view, &mut stats, observer)?;
             let frame = draw::Frame {
                 scene: self.scene,
                 strands: &self.strands,
                 shading: &shading,
                 view: &view,
                 samples,
+                observer,
             };
             let picture = self.draw.run(self.context, &frame, &mut stats)?;
             Ok((picture, stats))
@@ -133,9 +148,16 @@ impl<'a> Renderer<'a> {
         &self,
         view: &crate::camera::ViewUniform,
         stats: &mut Stats,
+        observer: Observer,
     ) -> Result<lighting::Shading, RenderError> {
-        self.lighting
-            .run(self.context, &self.strands, &self.volume, view, stats)
+        self.lighting.run(
+            self.context,
+            &self.strands,
+            &self.volume,
+            view,
+            stats,
+            observer,
+        )
     }
 
     /// The shadow volume as read back from the device, two entries a voxel: (A, Qxx, Qyy, Qzz),
@@ -172,7 +194,7 @@ impl<'a> Renderer<'a> {
         resources::guarded(self.context, || {
             let scale = self.scene.radiance_scale();
             let view = view_uniform(camera, &self.scene.strands, size, scale);
-            let shading = self.shade(&view, &mut Stats::default())?;
+            let shading = self.shade(&view, &mut Stats::default(), &|_| ())?;
             let mut radiance: Vec<[f32; 4]> =
                 resources::read_back(self.context, "radiance", shading.radiance())?;
             for value in radiance.iter_mut().flatten() {
