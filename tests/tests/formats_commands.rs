@@ -293,3 +293,17 @@ fn wrong_requests_are_refused() {
         );
     }
 }
+
+/// The exit code says that it failed where stderr takes nothing.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_stderr_does_not_change_the_exit_code() {
+    for args in [&["inspect", "not-there"][..], &["inspect"]] {
+        let full = fs::File::options()
+            .write(true)
+            .open("/dev/full")
+            .expect("Linux has it");
+        let status = strandlight().args(args).stderr(full).status();
+        assert_eq!(status.expect("it starts").code(), Some(2), "{args:?}");
+    }
+}

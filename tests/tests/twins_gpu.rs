@@ -52,6 +52,34 @@ fn compare(name: &str, queries: &[Query], tolerance: f64) {
     assert!(worst < tolerance, "{name}: {worst}");
 }
 
+/// Largest difference of any component in units of `1e-3 |cpu| + 1e-6 lambda^2`: single scattering
+/// grows with the light's energy, about lambda^2, so that no largest value measures narrow lights.
+fn worst_pointwise(lambdas: &[f32], gpu: &[[f32; 4]], cpu: &[[f32; 4]]) -> f64 {
+    assert!(gpu.len() == cpu.len() && lambdas.len() == cpu.len());
+    let mut worst = 0.0f64;
+    for ((lambda, a), b) in lambdas.iter().zip(gpu).zip(cpu) {
+        for (a, b) in a.iter().zip(b) {
+            assert!(a.is_finite() && b.is_finite(), "{a} {b}");
+            let (a, b, lambda) = (f64::from(*a), f64::from(*b), f64::from(*lambda));
+            worst = worst.max((a - b).abs() / (1e-3 * b.abs() + 1e-6 * lambda * lambda));
+        }
+    }
+    worst
+}
+
+/// Runs `queries` of single scattering on both and asserts that [`worst_pointwise`] is below 1.
+fn compare_pointwise(name: &str, queries: &[Query]) {
+    let gpu = probe().evaluate(queries).unwrap();
+    let cpu: Vec<_> = queries
+        .iter()
+        .map(|query| evaluate(query, &tables().view()))
+        .collect();
+    let lambdas: Vec<f32> = queries.iter().map(|query| query.x).collect();
+    let worst = worst_pointwise(&lambdas, &gpu, &cpu);
+    println!("{name}: worst {worst:.2e} of 1e-3 |cpu| + 1e-6 lambda^2");
+    assert!(worst < 1.0, "{name}: {worst}");
+}
+
 fn fibre(random: &mut SplitMix64) -> Fibre {
     let hair = HairParams {
         eta: random.uniform(1.2, 2.0),
@@ -169,6 +197,7 @@ fn single_scattering_agrees() {
             })
             .collect();
         compare(&format!("single scattering, mode {mode}"), &queries, 1e-4);
+        compare_pointwise(&format!("single scattering, mode {mode}"), &queries);
     }
 }
 
@@ -189,4 +218,10 @@ fn the_comparator_sees_a_difference() {
     let cpu = [[1.0, 2.0, 3.0, 4.0]];
     assert!(worst_difference(&cpu, &cpu) == 0.0);
     assert!(worst_difference(&[[1.0, 2.0, 3.001, 4.0]], &cpu) > 1e-4);
+    // A narrow light beside a wide one: 10 % wrong, seen only point by point.
+    let (lambdas, cpu) = ([1.0, 0.01], [[1.0; 4], [1e-4; 4]]);
+    let gpu = [[1.0; 4], [1.1e-4; 4]];
+    assert!(worst_difference(&gpu, &cpu) < 1e-4);
+    assert!(worst_pointwise(&lambdas, &gpu, &cpu) > 10.0);
+    assert!(worst_pointwise(&lambdas, &cpu, &cpu) == 0.0);
 }

@@ -5,6 +5,7 @@
 mod cli;
 
 use std::ffi::OsString;
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -40,19 +41,21 @@ fn main() -> ExitCode {
                 && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand =>
         {
             let failure = cli::usage(&error);
-            eprintln!("strandlight: {failure}");
-            return failure.exit_code();
+            return ended_by(&failure);
         }
         // Help and version are answers, not errors.
         Err(answer) => answer.exit(),
     };
     match dispatch(&command) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("strandlight: {failure}");
-            failure.exit_code()
-        }
+        Err(failure) => ended_by(&failure),
     }
+}
+
+/// Says why on stderr. The exit code tells it too, so a closed or full stderr is no error.
+fn ended_by(failure: &cli::Failure) -> ExitCode {
+    let _ = writeln!(std::io::stderr(), "strandlight: {failure}");
+    failure.exit_code()
 }
 
 fn dispatch(command: &Command) -> cli::Outcome {

@@ -1,6 +1,6 @@
 //! Progress of long work: a bar on a terminal, plain lines otherwise, always on stderr.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 use std::time::Instant;
 
@@ -73,7 +73,8 @@ impl Progress {
                 let quarter = (state.0 * 4).checked_div(*total).unwrap_or(4).min(4);
                 if quarter > state.1 && start.elapsed().as_secs_f64() > QUIET_SECONDS {
                     state.1 = quarter;
-                    eprintln!("{label}: {}%", quarter * 25);
+                    // The work goes on where nobody listens.
+                    let _ = writeln!(std::io::stderr(), "{label}: {}%", quarter * 25);
                 }
             }
         }

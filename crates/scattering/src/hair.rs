@@ -85,7 +85,8 @@ pub struct HairParams {
 }
 
 impl Default for HairParams {
-    /// Brown hair: eta 1.55, widths and shifts in the middle of Marschner's Table 1.
+    /// Brown hair: eta 1.55, widths and shifts in the middle of Marschner's Table 1, a caustic
+    /// of 6 degrees standard deviation.
     fn default() -> Self {
         let deg = std::f64::consts::PI / 180.0;
         let std_dev = std::f64::consts::SQRT_2 * deg;
@@ -102,7 +103,7 @@ impl Default for HairParams {
                 tt: 3.5 * std_dev,
                 trt: 14.0 * std_dev,
             },
-            caustic_width: 0.15,
+            caustic_width: 6.0 * std_dev,
             eccentricity: 1.0,
         }
     }
@@ -110,7 +111,7 @@ impl Default for HairParams {
 
 /// A hair parameter outside its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("hair parameter {field} is {value}, outside {min}..={max}")]
+#[error("hair parameter {field} is {value:?}, outside {min}..={max}")]
 pub struct ParamError {
     /// Name of the field, e.g. `width.tt`.
     pub field: &'static str,

@@ -7,8 +7,8 @@ mod tables;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use strandlight_bake::lights::LatLong;
-use strandlight_formats::{Groom, Kind, LightSet, SrbfLight, TableFile};
+use strandlight_bake::lights::{LatLong, radiance};
+use strandlight_formats::{Groom, Kind, LightSet, TableFile};
 
 use super::inspect::{Content, lights};
 use super::{Failure, Outcome, print_line, write_output};
@@ -154,21 +154,4 @@ fn reconstruct(set: &LightSet, width: usize, height: usize) -> Result<Vec<u8>, S
         ("B".to_owned(), channel(2)),
     ];
     exr_file::encode(width, height, channels)
-}
-
-/// L(omega) = sum over lights of `rgb exp(2 (omega . direction - 1) / lambda^2)` (Xu 2011 Eq 1),
-/// with the cosine's distance from 1 taken from the chord, which keeps its digits for narrow
-/// lights.
-fn radiance(lights: &[SrbfLight], omega: [f64; 3]) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for light in lights {
-        let chord: f64 = (0..3)
-            .map(|axis| (omega[axis] - f64::from(light.direction[axis])).powi(2))
-            .sum();
-        let value = (-chord / f64::from(light.lambda).powi(2)).exp();
-        for (sum, amplitude) in sum.iter_mut().zip(light.rgb) {
-            *sum += f64::from(amplitude) * value;
-        }
-    }
-    sum
 }

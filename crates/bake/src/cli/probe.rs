@@ -6,6 +6,7 @@
 mod evaluate;
 mod reference;
 mod request;
+mod unique;
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::PathBuf;

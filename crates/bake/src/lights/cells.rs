@@ -112,7 +112,7 @@ pub(super) fn light_cells(set: &LightSet) -> Vec<Cell> {
                 (0..grid.width)
                     .map(|i| {
                         let direction = grid.direction(i as f64 + 0.5, j as f64 + 0.5);
-                        let radiance = radiance(&wide, direction);
+                        let radiance = radiance(wide.iter().copied(), direction);
                         Cell {
                             direction,
                             energy: radiance.map(|l| l * solid_angle),
@@ -127,20 +127,21 @@ pub(super) fn light_cells(set: &LightSet) -> Vec<Cell> {
     cells
 }
 
-/// Sum of `lights` in a direction.
-pub(super) fn radiance(lights: &[&SrbfLight], direction: Vec3) -> [f64; 3] {
+/// Radiance of `lights` from the unit vector `direction`, RGB: the sum of
+/// `rgb exp(2 (direction . axis - 1) / lambda^2)` (Xu 2011 Eq 1).
+pub fn radiance<'a>(
+    lights: impl IntoIterator<Item = &'a SrbfLight>,
+    direction: [f64; 3],
+) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for light in lights {
         let lambda = f64::from(light.lambda);
         let axis = light.direction.map(f64::from);
         // The chord form keeps its digits for narrow lights: 2 (cos gamma - 1) = -|d - axis|^2.
         let chord = [0, 1, 2].map(|k| direction[k] - axis[k]);
-        let exponent = dot(chord, chord) / (lambda * lambda);
-        if exponent < 40.0 {
-            let value = (-exponent).exp();
-            for (sum, a) in sum.iter_mut().zip(light.rgb) {
-                *sum += f64::from(a) * value;
-            }
+        let value = (-dot(chord, chord) / (lambda * lambda)).exp();
+        for (sum, a) in sum.iter_mut().zip(light.rgb) {
+            *sum += f64::from(a) * value;
         }
     }
     sum

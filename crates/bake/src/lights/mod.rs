@@ -38,6 +38,7 @@ mod spectrum;
 mod sphere;
 mod sun;
 
+pub use cells::radiance;
 pub use fit::{Fit, FitOptions, MAX_LIGHTS, STEPS, fit};
 pub use map::{LatLong, Map, MapError, MapSource, PixelFaults};
 pub use preview::preview_png;

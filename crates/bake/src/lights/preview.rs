@@ -84,8 +84,12 @@ fn reconstruct(set: &LightSet, grid: LatLong) -> Panel<f64> {
         .into_par_iter()
         .flat_map_iter(|j| {
             let lights = &lights;
-            (0..grid.width)
-                .map(move |i| radiance(lights, grid.direction(i as f64 + 0.5, j as f64 + 0.5)))
+            (0..grid.width).map(move |i| {
+                radiance(
+                    lights.iter().copied(),
+                    grid.direction(i as f64 + 0.5, j as f64 + 0.5),
+                )
+            })
         })
         .collect()
 }

@@ -49,7 +49,7 @@ fn rel_l2(set: &LightSet, map: &Map) -> f64 {
             let mut sums = [0.0; 2];
             for i in 0..grid.width {
                 let direction = grid.direction(i as f64 + 0.5, j as f64 + 0.5);
-                let set = radiance(&lights, direction);
+                let set = radiance(lights.iter().copied(), direction);
                 let pixel = map.pixels()[j * grid.width + i];
                 for c in 0..3 {
                     let reference = f64::from(pixel[c]);

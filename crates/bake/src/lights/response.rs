@@ -292,7 +292,8 @@ mod tests {
         assert!((fibre_error(&[], &a) - 1.0).abs() < 1e-12);
     }
 
-    /// The azimuthal factors have unit mass, the longitudinal ones their energy.
+    /// The azimuthal factors have unit mass; the longitudinal ones, without their
+    /// `cos(theta_i) / cos^2(theta_d)`, have their energy a_t over all theta_i.
     #[test]
     fn modes_have_their_energy() {
         let response = Response::default();
@@ -300,11 +301,31 @@ mod tests {
         for t in 0..3 {
             let turn = 2.0 * std::f64::consts::PI;
             let mass: f64 = (0..steps)
-                .map(|k| response.azimuthal(t, (turn * (k as f64 + 0.5) / steps as f64).cos()))
+                .map(|k| {
+                    let phi = turn * (f64::from(k) + 0.5) / f64::from(steps);
+                    response.azimuthal(t, phi.cos())
+                })
                 .sum::<f64>()
                 * turn
-                / steps as f64;
+                / f64::from(steps);
             assert!((mass - 1.0).abs() < 1e-6, "{t}: {mass}");
+            let lobe = &response.lobes[t];
+            for theta_o in [-1.2, 0.0, 0.7] {
+                // The Gaussian to exp(-36), beyond the range of directions too: the formulas go on.
+                let step = 12.0 * lobe.width / f64::from(steps);
+                let energy: f64 = (0..steps)
+                    .map(|k| {
+                        let from_centre = (f64::from(k) + 0.5) * step - 6.0 * lobe.width;
+                        let theta_i = lobe.shift - theta_o + from_centre;
+                        let cos_theta_d = (0.5 * (theta_o - theta_i)).cos();
+                        let foreshortening = theta_i.cos() / (cos_theta_d * cos_theta_d);
+                        response.longitudinal(t, theta_i, theta_o) / foreshortening
+                    })
+                    .sum::<f64>()
+                    * step;
+                let ratio = energy / lobe.energy;
+                assert!((ratio - 1.0).abs() < 1e-6, "{t} {theta_o}: {ratio}");
+            }
         }
     }
 

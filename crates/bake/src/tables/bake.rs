@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use strandlight_formats::{Axis as FileAxis, Table, TableFile, TableInfo};
 use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::BernsteinRule;
+use strandlight_scattering::closed_form::{TableAxes, sample_c, sample_h, table_cell};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::h_moments::MomentRule;
 use strandlight_scattering::table_layout::{
@@ -26,7 +27,8 @@ pub const N_STEPS: u64 = C_ROWS.count as u64 + H_ROWS.count as u64;
 ///
 /// `C` holds Gauss-Legendre quadratures of the positive basis, split at the kink; H
 /// Gauss-Legendre quadratures in `s`, `h = cos(pi/2 s^2)`, for both Fresnel terms. Each table's
-/// `max_interpolation_error` is measured at the middle of every cell: for `C` the largest
+/// `max_interpolation_error` is measured at the middle of every cell, sampled in single precision
+/// by the renderer's functions: for `C` the largest
 /// `|error of C_k| / C_0` over k, for H the largest absolute error where theta_d <= 1.5. Rows run
 /// in parallel on the current rayon pool; the result does not depend on the number of threads.
 /// `progress` gets one step per row, [`N_STEPS`] in all.
@@ -109,30 +111,35 @@ fn evaluate<const N: usize>(
 }
 
 impl<const N: usize> Grid<N> {
-    /// Largest `measure(row, column, interpolated - exact)` over the middles of all cells.
+    /// Largest `measure(row value, column value, exact)` over the middles of all cells.
     fn interpolation_error(
         &self,
-        n_columns: usize,
-        measure: impl Fn(usize, usize, [f64; N]) -> f64,
+        [rows, columns]: [&Axis; 2],
+        measure: impl Fn(f64, f64, &[f64; N]) -> f64 + Sync,
     ) -> f64 {
-        let n_middles = n_columns - 1;
-        let mut worst = 0.0f64;
-        for (ix, exact) in self.middles.iter().enumerate() {
+        let middle = |axis: &Axis, ix: usize| {
+            axis.value_from_unit((ix as f64 + 0.5) / f64::from(axis.count - 1))
+        };
+        let n_middles = columns.count as usize - 1;
+        let errors = self.middles.par_iter().enumerate().map(|(ix, exact)| {
             let (row, column) = (ix / n_middles, ix % n_middles);
-            let corner = row * n_columns + column;
-            let corners = [
-                corner,
-                corner + 1,
-                corner + n_columns,
-                corner + n_columns + 1,
-            ];
-            let error = std::array::from_fn(|i| {
-                let sum: f64 = corners.iter().map(|&c| f64::from(self.texels[c][i])).sum();
-                0.25 * sum - exact[i]
-            });
-            worst = worst.max(measure(row, column, error));
-        }
-        worst
+            measure(middle(rows, row), middle(columns, column), exact)
+        });
+        errors.reduce(|| 0.0, f64::max)
+    }
+}
+
+/// The default axes as the renderer has them.
+fn table_axes(fresnel: Fresnel) -> TableAxes {
+    TableAxes {
+        c_rows: C_ROWS.into(),
+        c_columns: C_COLUMNS.into(),
+        h_rows: H_ROWS.into(),
+        h_columns: H_COLUMNS.into(),
+        schlick: u32::from(fresnel == Fresnel::Schlick),
+        padding_0: 0,
+        padding_1: 0,
+        padding_2: 0,
     }
 }
 
@@ -141,12 +148,20 @@ fn bake_c(progress: &Progress) -> Table {
     let grid = evaluate(&C_ROWS, &C_COLUMNS, progress, |kappa, cos_half_phi| {
         rule.shares(kappa, cos_half_phi)
     });
-    let error = grid.interpolation_error(C_COLUMNS.count as usize, |_, _, b| c_error(b));
-    let data = grid
+    let texels: Vec<[f32; 4]> = grid
         .texels
         .iter()
-        .flat_map(|&[b0, b1, b2, b3, b4, b5, b6]| [b1, b2, b3, b4, b5, b6, b0, 0.0])
+        .flat_map(|&[b0, b1, b2, b3, b4, b5, b6]| [[b1, b2, b3, b4], [b5, b6, b0, 0.0]])
         .collect();
+    // C has no Fresnel term; either will do.
+    let axes = table_axes(Fresnel::Dielectric);
+    let error = grid.interpolation_error([&C_ROWS, &C_COLUMNS], |kappa, cos_half, exact| {
+        let [[b1, b2, b3, b4], [b5, b6, b0, _]] =
+            sample_c(&texels, &axes, kappa as f32, cos_half as f32);
+        let found = [b0, b1, b2, b3, b4, b5, b6].map(f64::from);
+        c_error(std::array::from_fn(|i| found[i] - exact[i]))
+    });
+    let data = texels.as_flattened().to_vec();
     Table {
         name: "C".to_owned(),
         axes: file_axes([&C_ROWS, &C_COLUMNS], axis_names(None)),
@@ -177,28 +192,32 @@ fn bake_h(fresnel: Fresnel, progress: &Progress) -> (Table, Table) {
         let (tt, trt) = (moments.tt, moments.trt);
         [tt[0], tt[1], tt[2], tt[3], trt[0], trt[1], trt[2], trt[3]]
     });
-    let middle = |axis: &Axis, ix: usize| {
-        axis.value_from_unit((ix as f64 + 0.5) / f64::from(axis.count - 1))
-    };
     let dielectric = fresnel == Fresnel::Dielectric;
+    let axes = table_axes(fresnel);
     let table = |name: &str, first: usize| {
-        let error = grid.interpolation_error(H_COLUMNS.count as usize, |row, column, error| {
-            let (eta, x) = (middle(&H_ROWS, row), middle(&H_COLUMNS, column));
-            if theta_d_from_h_column(eta, x, dielectric) > H_THETA_D_MAX {
+        let texels: Vec<[f32; 4]> = grid
+            .texels
+            .iter()
+            .map(|texel| std::array::from_fn(|i| texel[first + i]))
+            .collect();
+        let error = grid.interpolation_error([&H_ROWS, &H_COLUMNS], |eta, column, exact| {
+            let theta_d = theta_d_from_h_column(eta, column, dielectric);
+            if theta_d > H_THETA_D_MAX {
                 return 0.0;
             }
-            let errors = &error[first..first + 4];
-            errors.iter().fold(0.0, |worst: f64, e| worst.max(e.abs()))
+            let (eta, cos_theta_d) = (eta as f32, theta_d.cos() as f32);
+            let row = table_cell(&axes.h_rows, eta);
+            let found = sample_h(&texels, &axes, row, eta, cos_theta_d);
+            let errors = found.iter().zip(&exact[first..]);
+            errors.fold(0.0, |worst, (found, exact)| {
+                worst.max((f64::from(*found) - exact).abs())
+            })
         });
         Table {
             name: name.to_owned(),
             axes: file_axes([&H_ROWS, &H_COLUMNS], axis_names(Some(fresnel))),
             channels: H_CHANNELS.map(str::to_owned).to_vec(),
-            data: grid
-                .texels
-                .iter()
-                .flat_map(|texel| texel[first..first + 4].iter().copied())
-                .collect(),
+            data: texels.as_flattened().to_vec(),
             max_interpolation_error: error as f32,
         }
     };
@@ -244,6 +263,27 @@ mod tests {
         }
     }
 
+    /// Largest `measure(row, column, interpolated - exact)`, cell by cell: at the middle, the mean
+    /// of the corners, which needs no sampler of other axes.
+    fn error_of_means<const N: usize>(
+        grid: &Grid<N>,
+        n_columns: usize,
+        measure: impl Fn(usize, [f64; N]) -> f64,
+    ) -> f64 {
+        let mut worst = 0.0f64;
+        for (ix, exact) in grid.middles.iter().enumerate() {
+            let (row, column) = (ix / (n_columns - 1), ix % (n_columns - 1));
+            let corner = row * n_columns + column;
+            let corners = [0, 1, n_columns, n_columns + 1].map(|n| grid.texels[corner + n]);
+            let error = std::array::from_fn(|i| {
+                let sum: f64 = corners.iter().map(|texel| f64::from(texel[i])).sum();
+                0.25 * sum - exact[i]
+            });
+            worst = worst.max(measure(column, error));
+        }
+        worst
+    }
+
     #[test]
     fn the_papers_axes_are_worse_at_the_same_size() {
         use strandlight_scattering::axis::Spacing;
@@ -262,7 +302,7 @@ mod tests {
         let grid = evaluate(&rows, &columns, &silent, |lambda_p, phi| {
             rule.shares(2.0 / (lambda_p * lambda_p), (0.5 * phi).cos())
         });
-        let c = grid.interpolation_error(64, |_, _, b| c_error(b));
+        let c = error_of_means(&grid, 64, |_, b| c_error(b));
         // eta logarithmic, 128; theta_d linear, 64, counted up to 1.5.
         let rows = axis(1.0, 10.0, 128, Spacing::Log);
         let columns = axis(0.0, std::f64::consts::FRAC_PI_2, 64, Spacing::Linear);
@@ -273,7 +313,7 @@ mod tests {
                 rule.moments(fresnel, eta, column).tt
             });
             let counted = |column: usize| columns.value_from_unit((column as f64 + 0.5) / 63.0);
-            grid.interpolation_error(64, |_, column, error| {
+            error_of_means(&grid, 64, |column, error| {
                 if counted(column) > H_THETA_D_MAX {
                     return 0.0;
                 }

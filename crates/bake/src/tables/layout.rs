@@ -29,6 +29,9 @@ pub enum TableError {
     /// The Fresnel term is unknown.
     #[error("fresnel is {0:?}, not dielectric or schlick")]
     Fresnel(String),
+    /// The renderer cannot read the tables.
+    #[error(transparent)]
+    Shading(#[from] strandlight_runtime::tables::TablesError),
 }
 
 /// The Fresnel term that a file's H tables hold.

@@ -2,18 +2,16 @@
 //!
 //! - [`bake_tables`] fills `C`, `H_TT` and `H_TRT` as [`strandlight_scattering::table_layout`]
 //!   describes them.
-//! - [`verify_tables`] recomputes them by other methods, at the texel centres and between.
-//! - [`TableSampler`] reads them as the renderer does.
+//! - [`verify_tables`] recomputes them by other methods, at the texel centres and, sampled
+//!   by the renderer's functions, between.
 //! - [`float16_cost`] says what half precision would cost.
 
 mod bake;
 mod float16;
 mod layout;
-mod sample;
 mod verify;
 
 pub use bake::{N_STEPS, bake_tables};
 pub use float16::{Float16Cost, float16_cost};
 pub use layout::{TableError, fresnel_of, scattering_axis};
-pub use sample::TableSampler;
 pub use verify::{Check, TableReport, Worst, verify_tables};

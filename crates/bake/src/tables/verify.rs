@@ -10,15 +10,16 @@
 use rayon::prelude::*;
 
 use strandlight_formats::{Table, TableFile};
+use strandlight_runtime::tables::ShadingTables;
 use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::{c_closed_form, shares_tanh_sinh};
+use strandlight_scattering::closed_form::Tables;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::h_moments::{moments_tanh_sinh, schlick_moments};
-use strandlight_scattering::table_layout::{C_FROM_B, theta_d_from_h_column};
+use strandlight_scattering::table_layout::{C_FROM_B, h_column, theta_d_from_h_column};
 
 use super::bake::H_THETA_D_MAX;
 use super::layout::{TableError, find_table, fresnel_of, scattering_axis};
-use super::sample::TableSampler;
 
 /// Relative tolerance at texel centres.
 const CENTRE_TOLERANCE: f64 = 1e-6;
@@ -81,21 +82,44 @@ impl TableReport {
 /// Checks `C`, `H_TT` and `H_TRT` at every texel centre and at 8192 random points between.
 ///
 /// Deterministic (`seed` picks the points) and independent of the number of threads. Tolerances:
-/// 1e-6 relative at centres (with a floor of 1e-12 of C_0 for C_k, 1e-9 for H, below which the
-/// methods themselves cancel); between, 5e-4 of C_0 for C_k and 1e-3 absolute for H up to
-/// theta_d = 1.5.
+/// 1e-6 relative at centres (but 5e-12 of C_0 for C_k and 1e-10 for H where that is more, since
+/// the methods themselves cancel); between, sampled in single precision by the renderer's own
+/// functions, 5e-4 of C_0 for C_k (C_0 itself as the renderer has it) and 1e-3 absolute for H up
+/// to theta_d = 1.5.
 ///
 /// # Errors
-/// [`TableError`] when a table is missing or laid out otherwise.
+/// [`TableError`] when a table is missing or laid out otherwise, or cannot be used for shading.
 pub fn verify_tables(file: &TableFile, seed: u64) -> Result<TableReport, TableError> {
     let fresnel = fresnel_of(file)?;
     let c = find_table(file, "C", None)?;
-    let mut checks = verify_c(c, seed);
-    for (name, first) in [("H_TT", 0), ("H_TRT", 4)] {
-        let table = find_table(file, name, Some(fresnel))?;
-        checks.extend(verify_h(table, name, first, fresnel, seed));
+    let h_tables = [
+        (find_table(file, "H_TT", Some(fresnel))?, Moments::TT),
+        (find_table(file, "H_TRT", Some(fresnel))?, Moments::TRT),
+    ];
+    let shading = ShadingTables::from_file(file)?;
+    let sampled = shading.view();
+    let mut checks = verify_c(c, &sampled, seed);
+    for (table, which) in h_tables {
+        checks.extend(verify_h(table, &sampled, &which, fresnel, seed));
     }
     Ok(TableReport { checks })
+}
+
+/// Which of the H tables.
+struct Moments {
+    name: &'static str,
+    trt: bool,
+}
+
+impl Moments {
+    const TT: Moments = Moments {
+        name: "H_TT",
+        trt: false,
+    };
+    const TRT: Moments = Moments {
+        name: "H_TRT",
+        trt: true,
+    };
 }
 
 /// A comparison: what, found, expected, error.
@@ -185,15 +209,15 @@ fn centre(rows: &Axis, columns: &Axis, ix: u64) -> (f64, f64) {
     )
 }
 
-/// Random point `ix`, uniform in texels, rounded to f32 as the renderer has it.
-fn between(rows: &Axis, columns: &Axis, seed: u64, ix: u64) -> (f32, f32) {
+/// Random point `ix`, uniform in texels.
+fn between(rows: &Axis, columns: &Axis, seed: u64, ix: u64) -> (f64, f64) {
     let unit = |which: u64| {
         let bits = splitmix64(seed ^ splitmix64(2 * ix + which));
         (bits >> 11) as f64 / (1u64 << 53) as f64
     };
     (
-        rows.value_from_unit(unit(0)) as f32,
-        columns.value_from_unit(unit(1)) as f32,
+        rows.value_from_unit(unit(0)),
+        columns.value_from_unit(unit(1)),
     )
 }
 
@@ -214,7 +238,7 @@ fn shares(texel: &[f32]) -> [f64; 7] {
     [6, 0, 1, 2, 3, 4, 5].map(|ix| f64::from(texel[ix]))
 }
 
-fn verify_c(table: &Table, seed: u64) -> Vec<Check> {
+fn verify_c(table: &Table, sampled: &Tables<'_>, seed: u64) -> Vec<Check> {
     let (rows, columns) = (
         scattering_axis(&table.axes[0]),
         scattering_axis(&table.axes[1]),
@@ -264,7 +288,6 @@ fn verify_c(table: &Table, seed: u64) -> Vec<Check> {
                 .collect()
         },
     );
-    let sampler = TableSampler::new(table);
     let interpolated = worst_of(
         "C_k between texel centres, of C_0, against closed forms",
         "C",
@@ -272,14 +295,18 @@ fn verify_c(table: &Table, seed: u64) -> Vec<Check> {
         N_BETWEEN,
         |ix| {
             let (kappa, cos_half_phi) = between(&rows, &columns, seed, ix);
-            let at = (f64::from(kappa), f64::from(cos_half_phi));
-            let Some(sampler) = &sampler else {
-                return Vec::new();
-            };
-            let found = powers_from_shares(&shares(&sampler.sample::<8>(kappa, cos_half_phi)));
-            let expected = over_c_0(at.0, at.1);
+            // The arguments of the renderer, rounded as it has them.
+            let lambda_p = (2.0 / kappa).sqrt() as f32;
+            let phi = 2.0 * cos_half_phi.clamp(0.0, 1.0).acos();
+            let phi = phi as f32;
+            let kappa = 2.0 / f64::from(lambda_p).powi(2);
+            let expected = c_closed_form(kappa, f64::from(phi));
+            let at = (kappa, cos_half_phi);
             (0..7)
-                .map(|k| entry(POWERS[k], at, found[k], expected[k], 1.0))
+                .map(|k| {
+                    let found = f64::from(sampled.c_k(k as u32, lambda_p, phi));
+                    entry(POWERS[k], at, found, expected[k], expected[0])
+                })
                 .collect()
         },
     );
@@ -288,8 +315,8 @@ fn verify_c(table: &Table, seed: u64) -> Vec<Check> {
 
 fn verify_h(
     table: &Table,
-    name: &'static str,
-    first: usize,
+    sampled: &Tables<'_>,
+    which: &Moments,
     fresnel: Fresnel,
     seed: u64,
 ) -> [Check; 2] {
@@ -305,11 +332,11 @@ fn verify_h(
         } else {
             schlick_moments(eta, column)
         };
-        if first == 0 { moments.tt } else { moments.trt }
+        if which.trt { moments.trt } else { moments.tt }
     };
     let at_centres = worst_of(
         "H_k at texel centres, relative, against Beta sums or tanh-sinh quadrature",
-        name,
+        which.name,
         CENTRE_TOLERANCE,
         n_texels,
         |ix| {
@@ -325,20 +352,25 @@ fn verify_h(
                 .collect()
         },
     );
-    let sampler = TableSampler::new(table);
     let interpolated = worst_of(
         "H_k between texel centres, absolute, theta_d <= 1.5",
-        name,
+        which.name,
         H_BETWEEN_TOLERANCE,
         N_BETWEEN,
         |ix| {
             let (eta, column) = between(&rows, &columns, seed, ix);
-            let at = (f64::from(eta), f64::from(column));
-            let theta_d = theta_d_from_h_column(at.0, at.1, dielectric);
-            let Some(sampler) = sampler.as_ref().filter(|_| theta_d <= H_THETA_D_MAX) else {
+            // The arguments of the renderer, rounded as it has them.
+            let theta_d = theta_d_from_h_column(eta, column, dielectric) as f32;
+            if f64::from(theta_d) > H_THETA_D_MAX {
                 return Vec::new();
-            };
-            let (found, expected) = (sampler.sample::<4>(eta, column), exact(at));
+            }
+            let eta = eta as f32;
+            let cos_theta_d = f64::from(theta_d).cos();
+            let at = (
+                f64::from(eta),
+                h_column(f64::from(eta), cos_theta_d, dielectric),
+            );
+            let (found, expected) = (sampled.h(which.trt, eta, theta_d), exact(at));
             (0..4)
                 .map(|i| entry(MOMENTS[i], at, f64::from(found[i]), expected[i], 1.0))
                 .collect()
@@ -370,28 +402,32 @@ mod tests {
     fn any_damaged_value_is_found() {
         let file = bake_tables(Fresnel::Dielectric, &Progress::silent());
         let c = |value_ix: usize, factor: f32| {
-            let mut table = file.tables[0].clone();
-            table.data[value_ix] *= factor;
-            verify_c(&table, 0)
+            let mut file = file.clone();
+            file.tables[0].data[value_ix] *= factor;
+            let shading = ShadingTables::from_file(&file).unwrap();
+            verify_c(&file.tables[0], &shading.view(), 0)
         };
-        let h = |ix: usize, name, value_ix: usize, factor: f32| {
-            let mut table = file.tables[ix].clone();
-            table.data[value_ix] *= factor;
-            verify_h(&table, name, 4 * (ix - 1), Fresnel::Dielectric, 0).to_vec()
+        let h = |which: &Moments, value_ix: usize, factor: f32| {
+            let mut file = file.clone();
+            let table_ix = 1 + usize::from(which.trt);
+            file.tables[table_ix].data[value_ix] *= factor;
+            let shading = ShadingTables::from_file(&file).unwrap();
+            let table = &file.tables[table_ix];
+            verify_h(table, &shading.view(), which, Fresnel::Dielectric, 0).to_vec()
         };
         let factor = 1.0 + 1e-5;
         for (table, checks) in [
             ("C", c(8 * 128 * 20 + 8 * 64 + 3, factor)),
             ("C", c(8 * 128 * 40 + 8 * 100 + 6, factor)),
             ("C", c(5, f32::NAN)),
-            ("H_TT", h(1, "H_TT", 4 * 128 * 20 + 4 * 90 + 1, factor)),
-            ("H_TRT", h(2, "H_TRT", 4 * 128 * 20 + 4 * 90 + 3, factor)),
+            ("H_TT", h(&Moments::TT, 4 * 128 * 20 + 4 * 90 + 1, factor)),
+            ("H_TRT", h(&Moments::TRT, 4 * 128 * 20 + 4 * 90 + 3, factor)),
         ] {
             let failed: Vec<&Check> = checks.iter().filter(|c| !c.passed()).collect();
             assert!(!failed.is_empty() && failed.iter().all(|c| c.table == table));
             println!("{table}: {:?}", failed[0].worst);
         }
-        let undamaged = verify_h(&file.tables[1], "H_TT", 0, Fresnel::Dielectric, 0);
+        let undamaged = h(&Moments::TT, 0, 1.0);
         assert!(undamaged.iter().all(Check::passed));
     }
 
@@ -407,7 +443,8 @@ mod tests {
             .collect();
         table.data = coarse;
         table.axes[1].count = 43;
-        let checks = verify_c(&file.tables[0], 0);
+        let shading = ShadingTables::from_file(&file).unwrap();
+        let checks = verify_c(&file.tables[0], &shading.view(), 0);
         let failed: Vec<&str> = checks
             .iter()
             .filter(|check| !check.passed())

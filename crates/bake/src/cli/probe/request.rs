@@ -4,8 +4,11 @@ use std::f64::consts::FRAC_PI_2;
 
 use serde::Deserialize;
 use serde_json::Value;
+use serde_json::error::Category;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
+
+use super::unique::Unique;
 
 /// A valid query.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,8 +129,10 @@ impl Request {
     /// # Errors
     /// One sentence naming the key and the value that is wrong.
     pub fn parse(line: &str) -> Result<Request, String> {
-        let value: Value =
-            serde_json::from_str(line).map_err(|error| format!("not JSON: {error}"))?;
+        let Unique(value) = serde_json::from_str(line).map_err(|error| match error.classify() {
+            Category::Data => error.to_string(),
+            _ => format!("not JSON: {error}"),
+        })?;
         let Value::Object(mut object) = value else {
             return Err("a query is a JSON object".to_owned());
         };
@@ -235,12 +240,13 @@ fn take<T: for<'a> Deserialize<'a>>(rest: Value) -> Result<T, String> {
     serde_json::from_value(rest).map_err(|error| error.to_string())
 }
 
-/// `value`, if it lies in its range.
+/// `value`, if it lies in its range. Messages have it as `{:?}`, which writes 1e300 and 1e-300 with
+/// an exponent.
 fn within(key: &str, value: f64, min: f64, max: f64) -> Result<f64, String> {
     if (min..=max).contains(&value) {
         Ok(value)
     } else {
-        Err(format!("{key} is {value}, outside {min}..={max}"))
+        Err(format!("{key} is {value:?}, outside {min}..={max}"))
     }
 }
 
@@ -315,9 +321,28 @@ mod tests {
                 r#"{"q":"table_H","mode":"TT","k":2,"eta":1.5,"theta_d":0,"fresnel":"x"}"#,
                 "fresnel",
             ),
+            (
+                r#"{"q":"table_C","k":3,"lambda":0.2,"phi":1.0,"k":4}"#,
+                "key \"k\" is there twice",
+            ),
+            (
+                r#"{"q":"single","light":{"theta":0,"theta":0}}"#,
+                "key \"theta\" is there twice",
+            ),
+            (
+                r#"{"q":"table_C","k":3,"lambda":1e300,"phi":1.0}"#,
+                "lambda is 1e300,",
+            ),
+            (
+                r#"{"q":"table_C","k":3,"lambda":1e-300,"phi":1.0}"#,
+                "lambda is 1e-300,",
+            ),
+            (r#"{"q":"table_C","k":1e300,"lambda":1,"phi":1}"#, "1e+300"),
+            (r#"{"q":-1e300}"#, "-1e+300"),
         ] {
             let error = Request::parse(line).unwrap_err();
             assert!(error.contains(needle), "{line}: {error}");
+            assert!(error.len() < 200, "{line}: {error}");
         }
     }
 }
