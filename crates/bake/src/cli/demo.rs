@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use strandlight_bake::progress::timed;
 
-use super::{Failure, Outcome, print_line, write_output};
+use super::{Failure, Outcome, note, print_line, write_output};
 
 /// Bakes and renders the bundled sample
 ///
@@ -63,7 +63,7 @@ pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
     let scene = folder.join("scene.toml");
     if scene.exists() {
         // The last lines below invite to edit it.
-        eprintln!("{} is there already and stays as it is", scene.display());
+        note!("{} is there already and stays as it is", scene.display());
     } else {
         write_output(&scene, SCENE)?;
     }

@@ -7,7 +7,7 @@ use strandlight_bake::grooms::{GrowSpec, Style, generate};
 use strandlight_bake::progress::Progress;
 use strandlight_formats::{Groom, HairImport, Kind, UpAxis};
 
-use super::{Failure, Outcome, check_outputs, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
 
 /// Imports or generates hair
 #[derive(clap::Args)]
@@ -128,13 +128,13 @@ fn import(args: &ImportArgs) -> Outcome {
         .as_ref()
         .map_or(0, |hair| hair.single_points.len());
     if singles > 0 {
-        eprintln!("{singles} strands of a single point are kept for export but not drawn");
+        note!("{singles} strands of a single point are kept for export but not drawn");
     }
     let (min, max) = groom.bounds();
     let size = [0, 1, 2].map(|axis| max[axis] - min[axis]);
     let longest = size.into_iter().fold(0.0, f32::max);
     if !(10.0..=200.0).contains(&longest) {
-        eprintln!("the groom is {longest:.1} cm large; is --unit right?");
+        note!("the groom is {longest:.1} cm large; is --unit right?");
     }
     write_groom(&groom, &args.output)
 }

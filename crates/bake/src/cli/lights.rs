@@ -10,7 +10,7 @@ use strandlight_bake::lights::{
 use strandlight_bake::progress::{Progress, timed};
 use strandlight_formats::{FitReport, Kind, LightSet, LightSetInfo};
 
-use super::{Failure, Outcome, check_outputs, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
 
 /// Fits spherical Gaussian lights to an HDR map
 ///
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Outcome {
     let fitted = fitted.map_err(|error| Failure::file(&args.map, error))?;
     let faults = map.faults();
     if !faults.is_clean() {
-        eprintln!(
+        note!(
             "{}: clamped pixels: {} NaN, {} infinite, {} negative",
             args.map.display(),
             faults.nan,

@@ -15,6 +15,15 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+/// Says a line on stderr; where nobody can hear it, the work goes on.
+macro_rules! note {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+use note;
+
 /// Why a command did not do what was asked; printed as one line on stderr.
 #[derive(Debug)]
 pub enum Failure {

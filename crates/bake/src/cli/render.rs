@@ -12,7 +12,7 @@ use strandlight_runtime::gpu::Context;
 use strandlight_runtime::render::{check_frame, whole_passes};
 use strandlight_runtime::{Picture, PreparedScene, RenderError, Renderer, Stats};
 
-use super::{Failure, Outcome, check_outputs, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
 
 /// Renders a scene
 ///
@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> Outcome {
     check_frame(size, samples).map_err(|error| Failure::file(&args.scene, error))?;
     let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
     let (picture, stats) = draw(&prepared, size, samples, args.backend)?;
-    eprintln!("{stats}");
+    note!("{stats}");
     let bytes = match format {
         Format::Png => picture
             .to_png(prepared.exposure, prepared.tone_map)
@@ -125,7 +125,7 @@ fn draw(
         Backend::Cpu => on_cpu(),
         Backend::Gpu => on_gpu().map_err(Failure::input),
         Backend::Auto => on_gpu().or_else(|error| {
-            eprintln!("rendering on the CPU: {error}");
+            note!("rendering on the CPU: {error}");
             on_cpu()
         }),
     };

@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done; 2 bad usage or bad input.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -40,7 +41,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             let lines: Vec<&str> = message.lines().map(str::trim).collect();
-            eprintln!("strandview: {}", lines.join(" "));
+            let _ = writeln!(std::io::stderr(), "strandview: {}", lines.join(" "));
             ExitCode::from(2)
         }
     }
@@ -110,7 +111,7 @@ fn render(args: &Args, frame: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let context = Context::new()?;
     let renderer = Renderer::new(&context, &prepared)?;
     let (picture, stats) = renderer.render(&prepared.camera, size, samples)?;
-    eprintln!("{stats}");
+    let _ = writeln!(std::io::stderr(), "{stats}");
     let png = picture.to_png(prepared.exposure, prepared.tone_map)?;
     strandlight_formats::write_file(frame, &png)
         .map_err(|error| format!("{}: cannot be written: {error}", frame.display()))?;
