@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use strandlight_formats::{Groom, LightSet, Scene, SrbfLight};
-use strandlight_tests::{assert_refused, strandlight, strandview};
+use strandlight_formats::{Groom, LightSet, Mode, Scene, SrbfLight, TableFile, TablesSection};
+use strandlight_tests::{assert_done, assert_refused, project_root, strandlight, strandview};
 
 /// A small scene on disk.
 fn scene_in(folder: &Path) {
@@ -171,4 +171,52 @@ fn bad_usage_is_refused_in_one_line_with_nothing_written() {
     let mut command = strandview();
     command.current_dir(folder.path()).arg("a.toml");
     assert_refused(&mut command, &["no window"]);
+}
+
+#[test]
+fn a_mode_is_drawn_from_its_own_table_alone() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let bundled = project_root().join("data/default.tables");
+    for (mode, table) in [(Mode::R, "C"), (Mode::Tt, "H_TT"), (Mode::Trt, "H_TRT")] {
+        let mut tables = TableFile::read(&bundled).expect("part of the project");
+        tables.tables.retain(|found| found.name == table);
+        tables.write(&at.join("one.tables")).expect("written");
+        let mut scene = Scene::read(&at.join("a.toml")).expect("valid");
+        scene.hair.modes = vec![mode];
+        let mut write = |name: &str, file: Option<&str>| {
+            scene.tables = file.map(|file| TablesSection { file: file.into() });
+            let text = scene.to_toml_string().expect("valid");
+            fs::write(at.join(name), text).expect("written");
+        };
+        write("whole.toml", None);
+        write("one.toml", Some("one.tables"));
+        for backend in ["gpu", "cpu"] {
+            let picture = |name: &str| {
+                let (scene, out) = (format!("{name}.toml"), format!("{name}.exr"));
+                let args = [
+                    "render",
+                    &scene,
+                    "-o",
+                    &out,
+                    "--size",
+                    "60x40",
+                    "--samples",
+                    "8",
+                ];
+                assert_done(
+                    strandlight()
+                        .current_dir(at)
+                        .args(args)
+                        .args(["--backend", backend]),
+                );
+                fs::read(at.join(out)).expect("written")
+            };
+            assert!(
+                picture("whole") == picture("one"),
+                "{table} on the {backend}"
+            );
+        }
+    }
 }

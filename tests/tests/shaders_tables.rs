@@ -2,6 +2,7 @@
 
 use strandlight_formats::TableFile;
 use strandlight_runtime::tables::{ShadingTables, TablesError};
+use strandlight_scattering::Lobe;
 use strandlight_tests::oracle;
 
 fn edited(
@@ -73,4 +74,18 @@ fn order_of_channels_and_tables_does_not_matter() {
     // Negative control: data without its labels is another table.
     let mislabelled = edited(&file, |file| file.tables[0].channels.swap(0, 3));
     assert_ne!(mislabelled, Ok(good));
+}
+
+#[test]
+fn a_mode_needs_its_own_table_only() {
+    let whole = oracle::tables(false);
+    for (mode, name) in [(Lobe::R, "C"), (Lobe::Tt, "H_TT"), (Lobe::Trt, "H_TRT")] {
+        let mut one = whole.clone();
+        one.tables.retain(|table| table.name == name);
+        assert!(ShadingTables::for_modes(&one, &[mode]).is_ok(), "{name}");
+        let mut others = whole.clone();
+        others.tables.retain(|table| table.name != name);
+        let missing = ShadingTables::for_modes(&others, &[mode]);
+        assert_eq!(missing, Err(TablesError::Missing(name)));
+    }
 }

@@ -1,10 +1,12 @@
 //! A scene made ready for rendering: the files it names read, checked and put into world space.
 
+use std::io::{Read, Seek};
 use std::path::Path;
 
 use glam::{Quat, Vec3};
 use strandlight_formats::{
     Background, Domain, Groom, HairSection, LightSet, Mode, Scene, SrbfLight, TableFile,
+    TableReader,
 };
 use strandlight_scattering::closed_form::Fibre;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
@@ -13,7 +15,7 @@ use crate::camera::{Camera, DEFAULT_FOV_Y};
 use crate::error::SceneError;
 use crate::stats::Stats;
 use crate::strands::Strands;
-use crate::tables::ShadingTables;
+use crate::tables::{BUNDLED, ShadingTables, table_of};
 use crate::tone::ToneMap;
 use crate::volume::{Grid, solid_angle, sweep_directions};
 
@@ -79,11 +81,12 @@ impl PreparedScene {
             .map_err(|error| SceneError::File(error.to_string()))?;
         let tables = match scene.tables_path() {
             Some(path) => {
-                let file = in_file("tables.file", &path, TableFile::read)?;
-                ShadingTables::from_file(&file)
-                    .map_err(|error| SceneError::File(format!("{}: {error}", path.display())))?
+                let reader = in_file("tables.file", &path, TableFile::open)?;
+                read_tables(reader, &path.display().to_string(), &modes)?
             }
-            None => bundled_tables()?,
+            None => TableReader::from_static(BUNDLED)
+                .map_err(|error| SceneError::File(format!("bundled tables: {error}")))
+                .and_then(|reader| read_tables(reader, "bundled tables", &modes))?,
         };
         let strands = prepare_groom(&groom, &scene.hair)?;
         let turn = Quat::from_rotation_y(scene.lights.rotate_deg.to_radians() as f32);
@@ -205,12 +208,25 @@ impl PreparedScene {
     }
 }
 
-/// The tables that come with the program.
-fn bundled_tables() -> Result<ShadingTables, SceneError> {
-    let named = |error: String| SceneError::File(format!("bundled tables: {error}"));
-    let file = TableFile::from_bytes(include_bytes!("../../../data/default.tables"))
-        .map_err(|error| named(error.to_string()))?;
-    ShadingTables::from_file(&file).map_err(|error| named(error.to_string()))
+/// Reads the tables that shading with `modes` samples, and no other; `name` is the file's.
+fn read_tables<R: Read + Seek>(
+    mut reader: TableReader<R>,
+    name: &str,
+    modes: &[Lobe],
+) -> Result<ShadingTables, SceneError> {
+    let mut file = TableFile {
+        fresnel: reader.fresnel().to_owned(),
+        ..TableFile::default()
+    };
+    for table in modes.iter().map(|&mode| table_of(mode)) {
+        if reader.headers().iter().any(|header| header.name == table) {
+            let table = reader.read_table(table);
+            file.tables
+                .push(table.map_err(|error| SceneError::File(error.to_string()))?);
+        }
+    }
+    ShadingTables::for_modes(&file, modes)
+        .map_err(|error| SceneError::File(format!("{name}: {error}")))
 }
 
 /// Segments m of the outer integral, as Xu 2011 published.

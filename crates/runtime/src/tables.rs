@@ -1,6 +1,7 @@
 //! Baked tables in the form that shading reads, in memory and on the GPU.
 
 use strandlight_formats::{Axis, Spacing, Table, TableFile};
+use strandlight_scattering::Lobe;
 use strandlight_scattering::axis;
 use strandlight_scattering::closed_form::{TableAxes, Tables};
 use strandlight_scattering::table_layout::{
@@ -53,6 +54,26 @@ pub enum TablesError {
 /// The default tables as a `.tables` file: dielectric, the paper's ranges.
 pub const BUNDLED: &[u8] = include_bytes!("../../../data/default.tables");
 
+/// Name of the table that shading with `mode` reads.
+pub const fn table_of(mode: Lobe) -> &'static str {
+    match mode {
+        Lobe::R => "C",
+        Lobe::Tt => "H_TT",
+        Lobe::Trt => "H_TRT",
+    }
+}
+
+/// Axes and texels of a table.
+type TexelTable = ([axis::Axis; 2], Vec<[f32; 4]>);
+
+/// Axis of a table that is not there.
+const NO_AXIS: axis::Axis = axis::Axis {
+    min: 0.0,
+    max: 1.0,
+    count: 2,
+    spacing: axis::Spacing::Linear,
+};
+
 /// Most texels along a side, the least that every WebGPU device takes.
 const MAX_SIDE: u32 = 8192;
 
@@ -67,40 +88,60 @@ pub struct ShadingTables {
 }
 
 impl ShadingTables {
-    /// Takes what shading needs out of a file. Channels are found by name, so their order in the
-    /// file does not matter.
+    /// Takes what shading with all modes needs out of a file; see [`ShadingTables::for_modes`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn from_file(file: &TableFile) -> Result<ShadingTables, TablesError> {
+        ShadingTables::for_modes(file, &Lobe::ALL)
+    }
+
+    /// Takes what shading with `modes` needs out of a file: one table a mode, see
+    /// [`table_of`]; the others stay empty and must not be sampled. Channels are found by name, so
+    /// their order in the file does not matter.
     ///
     /// # Errors
     /// A missing table or channel, axes of another meaning, or an amount of data that does not
     /// fit the axes.
-    pub fn from_file(file: &TableFile) -> Result<ShadingTables, TablesError> {
+    pub fn for_modes(file: &TableFile, modes: &[Lobe]) -> Result<ShadingTables, TablesError> {
         let schlick = file.fresnel == "schlick";
         let h_names = if schlick {
             H_AXIS_NAMES_SCHLICK
         } else {
             H_AXIS_NAMES_DIELECTRIC
         };
-        let (c_axes, c) = texels(
-            file,
-            "C",
-            C_AXIS_NAMES,
-            &["b1", "b2", "b3", "b4", "b5", "b6"],
-        )?;
+        let read = |mode: Lobe, axis_names, channels: &[&'static str]| {
+            let wanted = modes.contains(&mode);
+            wanted
+                .then(|| texels(file, table_of(mode), axis_names, channels))
+                .transpose()
+        };
         let h_channels = ["H0", "H2", "H4", "H6"];
-        let (tt_axes, h_tt) = texels(file, "H_TT", h_names, &h_channels)?;
-        let (trt_axes, h_trt) = texels(file, "H_TRT", h_names, &h_channels)?;
-        if tt_axes != trt_axes {
+        let c = read(Lobe::R, C_AXIS_NAMES, &["b1", "b2", "b3", "b4", "b5", "b6"])?;
+        let h_tt = read(Lobe::Tt, h_names, &h_channels)?;
+        let h_trt = read(Lobe::Trt, h_names, &h_channels)?;
+        if let (Some((tt_axes, _)), Some((trt_axes, _))) = (&h_tt, &h_trt)
+            && tt_axes != trt_axes
+        {
             return Err(TablesError::Different);
         }
+        let axes_of = |table: Option<&TexelTable>| table.map_or([NO_AXIS; 2], |(axes, _)| *axes);
+        let c_axes = axes_of(c.as_ref());
+        let h_axes = axes_of(h_tt.as_ref().or(h_trt.as_ref()));
+        // A texture cannot be empty: one column that nothing reads.
+        let texels_of = |table: Option<TexelTable>, axes: [axis::Axis; 2]| match table {
+            Some((_, texels)) => texels,
+            None => vec![[0.0; 4]; axes[0].count as usize],
+        };
         Ok(ShadingTables {
-            c,
-            h_tt,
-            h_trt,
+            c: texels_of(c, c_axes),
+            h_tt: texels_of(h_tt, h_axes),
+            h_trt: texels_of(h_trt, h_axes),
             axes: TableAxes {
                 c_rows: c_axes[0].into(),
                 c_columns: c_axes[1].into(),
-                h_rows: tt_axes[0].into(),
-                h_columns: tt_axes[1].into(),
+                h_rows: h_axes[0].into(),
+                h_columns: h_axes[1].into(),
                 schlick: u32::from(schlick),
                 padding_0: 0,
                 padding_1: 0,
@@ -148,7 +189,7 @@ fn texels(
     name: &'static str,
     axis_names: [&'static str; 2],
     channels: &[&'static str],
-) -> Result<([axis::Axis; 2], Vec<[f32; 4]>), TablesError> {
+) -> Result<TexelTable, TablesError> {
     let table: &Table = file.table(name).ok_or(TablesError::Missing(name))?;
     let [rows, columns] = &table.axes[..] else {
         return Err(other_axes(table, name, axis_names));
