@@ -15,5 +15,6 @@ struct Fibre {
     eta_mean: f32,
     eta_swing: f32,
     modes: u32,
-    padding: u32,
+    // Nodes of the outer integral: R in bits 0..=3, TT in 4..=7, TRT in 8..=11.
+    nodes: u32,
 }

@@ -1,11 +1,11 @@
 // #import lib/special
 // #import lib/circular_gaussian
-// #import lib/fresnel
+// #import lib/paper/fresnel
 // #import lib/fibre
 // #import lib/frame
 // #import lib/tables
-// #import lib/azimuthal
-// #import lib/single_scattering
+// #import lib/paper/azimuthal
+// #import lib/paper/single_scattering
 // One library function a thread: values for checking the shaders from outside.
 // Layout and meaning of the fields: crates/runtime/src/probe/mod.rs.
 
@@ -65,20 +65,20 @@ fn probe_azimuthal(q: Query) -> vec3f {
     let lag = lag_between(q.view.cos_phi, q.view.sin_phi, q.light.cos_phi, q.light.sin_phi);
     let row = table_cell(axes.h_rows, q.fibre.eta);
     if q.mode == 0u {
-        return vec3f(azimuthal_r(kappa, lag, at, q.fibre, axes, table_c));
+        return vec3f(paper_azimuthal_r(kappa, lag, at, q.fibre, axes, table_c));
     }
     if q.mode == 1u {
-        return azimuthal_tt(kappa, lag, at, q.fibre, row, axes, table_h_tt);
+        return paper_azimuthal_tt(kappa, lag, at, q.fibre, row, axes, table_h_tt);
     }
-    return azimuthal_trt(kappa, lag, at, q.fibre, row, axes, table_h_trt);
+    return paper_azimuthal_trt(kappa, lag, at, q.fibre, row, axes, table_h_trt);
 }
 
 fn probe_single(q: Query) -> vec3f {
     let light = LightInFrame(q.light, q.x);
     if q.mode == 3u {
-        return single_scattering(light, q.view, q.fibre, axes, table_c, table_h_tt, table_h_trt);
+        return paper_single_scattering(light, q.view, q.fibre, axes, table_c, table_h_tt, table_h_trt);
     }
-    return single_scattering_mode(
+    return paper_single_scattering_mode(
         q.mode, light, q.view, q.fibre, axes, table_c, table_h_tt, table_h_trt
     );
 }
@@ -112,7 +112,7 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {
         }
         case FRESNEL: {
             answer = vec4f(
-                transmittance_dielectric(q.x, q.y), transmittance_schlick(q.x, q.y), 0.0, 0.0
+                paper_transmittance_dielectric(q.x, q.y), paper_transmittance_schlick(q.x, q.y), 0.0, 0.0
             );
         }
         default: {

@@ -3,7 +3,7 @@
 // #import lib/view
 // #import lib/grid
 // #import lib/light
-// #import lib/single_scattering
+// #import lib/paper/single_scattering
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> batch: Batch;
@@ -80,7 +80,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             continue;
         }
         let source = light_in_frame(frame * light.direction, light.lambda);
-        let scattered = single_scattering(source, eye, fibre, axes, table_c, table_h_tt, table_h_trt);
+        let scattered = paper_single_scattering(source, eye, fibre, axes, table_c, table_h_tt, table_h_trt);
         sum += unblocked * light.rgb * scattered;
     }
     radiance[point_ix] += vec4f(sum * view.radiance_scale, 0.0);

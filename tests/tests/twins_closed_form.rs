@@ -4,9 +4,11 @@ use std::f64::consts::PI;
 use std::sync::OnceLock;
 
 use strandlight_runtime::tables::ShadingTables;
+use strandlight_scattering::closed_form::paper::{
+    azimuthal_r, azimuthal_trt, azimuthal_tt, single_scattering, single_scattering_mode,
+};
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, Fibre, LightInFrame, azimuthal_r, azimuthal_trt, azimuthal_tt, inclination,
-    lag_between, single_scattering, single_scattering_mode, table_cell,
+    DirectionInFrame, Fibre, LightInFrame, inclination, lag_between, table_cell,
 };
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::oracle;

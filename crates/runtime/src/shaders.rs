@@ -30,17 +30,18 @@ macro_rules! modules {
 }
 
 modules!(
-    "lib/azimuthal",
     "lib/circular_gaussian",
     "lib/constants",
     "lib/fibre",
     "lib/frame",
-    "lib/fresnel",
     "lib/grid",
     "lib/light",
-    "lib/outer_integral",
+    "lib/longitudinal",
+    "lib/paper/azimuthal",
+    "lib/paper/fresnel",
+    "lib/paper/outer_integral",
+    "lib/paper/single_scattering",
     "lib/sampling",
-    "lib/single_scattering",
     "lib/special",
     "lib/tables",
     "lib/view",

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 use strandlight_formats::TableFile;
-use strandlight_scattering::closed_form::MAX_SEGMENTS;
+use strandlight_scattering::closed_form::paper::MAX_SEGMENTS;
 
 use super::{Failure, Outcome, print_line};
 use evaluate::Evaluator;

@@ -6,7 +6,8 @@ use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::ViewUniform;
 use strandlight_runtime::scene::LightRecord;
 use strandlight_runtime::volume::Grid;
-use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame, single_scattering};
+use strandlight_scattering::closed_form::paper::single_scattering;
+use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame};
 
 use super::project::screen_position;
 use super::transmittance::mix;

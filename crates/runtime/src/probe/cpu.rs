@@ -1,9 +1,12 @@
 //! The Rust functions behind a [`Query`].
 
+use strandlight_scattering::closed_form::paper::{
+    azimuthal_r, azimuthal_trt, azimuthal_tt, single_scattering, single_scattering_mode,
+    transmittance_dielectric, transmittance_schlick,
+};
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, LightInFrame, Tables, azimuthal_r, azimuthal_trt, azimuthal_tt, bessel_i0e,
-    bessel_i1e, c_0, erf_pair, inclination, lag_between, product_integral, single_scattering,
-    single_scattering_mode, table_cell, transmittance_dielectric, transmittance_schlick,
+    DirectionInFrame, LightInFrame, Tables, bessel_i0e, bessel_i1e, c_0, erf_pair, inclination,
+    lag_between, product_integral, table_cell,
 };
 
 use super::{Function, MODE_ALL, Query};

@@ -2,7 +2,7 @@
 
 use crate::{HairParams, Lobe, ParamError};
 
-use super::outer_integral::MAX_SEGMENTS;
+use super::paper::MAX_SEGMENTS;
 
 /// Bit of [`Fibre::modes`] that enables R.
 pub const MODE_R: u32 = 1;
@@ -25,7 +25,7 @@ pub struct Fibre {
     pub caustic_width: f32,
     /// Longitudinal widths beta of R, TT, TRT in the half angle, Xu's sense, radians.
     pub beta: [f32; 3],
-    /// Segments m of the outer integral, 2..=[`MAX_SEGMENTS`].
+    /// Segments m of the paper's outer integral, 2..=[`MAX_SEGMENTS`].
     pub segments: u32,
     /// Index of refraction of an elliptic fibre along its axes (Eq 24): mean of eta*_1, eta*_2.
     pub eta_mean: f32,
@@ -33,17 +33,41 @@ pub struct Fibre {
     pub eta_swing: f32,
     /// Enabled modes, a sum of [`MODE_R`], [`MODE_TT`], [`MODE_TRT`].
     pub modes: u32,
-    /// Fills the uniform up to 16 bytes; always 0.
-    pub padding: u32,
+    /// Nodes of the outer integral a mode: R in bits 0..=3, TT in 4..=7, TRT in 8..=11, as
+    /// [`pack_nodes`] packs them. The paper's scheme does not look at them.
+    pub nodes: u32,
 }
 
-/// Segments m of the outer integral that the renderer uses, the default of Xu 2011.
+/// Segments m of the paper's outer integral, the default of Xu 2011.
 pub const DEFAULT_SEGMENTS: u32 = 4;
+
+/// Nodes of the outer integral that the renderer uses: 4 of R, 2 of TT, 3 of TRT.
+pub const DEFAULT_NODES: u32 = pack_nodes([4, 2, 3]);
+
+/// [`Fibre::nodes`] of these counts for R, TT, TRT, each clamped to 1..=15.
+pub const fn pack_nodes(counts: [u32; 3]) -> u32 {
+    let mut packed = 0;
+    let mut mode = 0;
+    while mode < 3 {
+        let count = counts[mode];
+        let count = if count < 1 {
+            1
+        } else if count > 15 {
+            15
+        } else {
+            count
+        };
+        packed |= count << (4 * mode);
+        mode += 1;
+    }
+    packed
+}
 
 impl Fibre {
     /// The fibre with these parameters, rounded to single precision.
     ///
-    /// `modes` lists what is enabled; `segments` is clamped to 2..=[`MAX_SEGMENTS`].
+    /// `modes` lists what is enabled; `segments` is clamped to 2..=[`MAX_SEGMENTS`]; `nodes` are
+    /// [`DEFAULT_NODES`].
     ///
     /// # Errors
     /// The first parameter outside its range ([`HairParams::validate`]).
@@ -63,12 +87,39 @@ impl Fibre {
             eta_mean: (0.5 * (eta_1 + eta_2)) as f32,
             eta_swing: (0.5 * (eta_1 - eta_2)) as f32,
             modes: modes.iter().fold(0, |bits, lobe| bits | 1 << lobe.p()),
-            padding: 0,
+            nodes: DEFAULT_NODES,
         })
+    }
+
+    /// Nodes of the outer integral for `mode` 0 (R), 1 (TT), 2 (TRT).
+    pub fn node_count(&self, mode: u32) -> u32 {
+        (self.nodes >> (4 * mode)) & 15
+    }
+
+    /// The fibre with these node counts for R, TT, TRT, each clamped to 1..=15.
+    pub fn with_nodes(self, counts: [u32; 3]) -> Fibre {
+        Fibre {
+            nodes: pack_nodes(counts),
+            ..self
+        }
     }
 
     /// The fibre with another absorption, as painted hair has.
     pub fn with_sigma_a(self, sigma_a: [f32; 3]) -> Fibre {
         Fibre { sigma_a, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn node_counts_come_back() {
+        let fibre = Fibre::new(&HairParams::default(), &Lobe::ALL, 4).unwrap();
+        assert_eq!([0, 1, 2].map(|mode| fibre.node_count(mode)), [4, 2, 3]);
+        let fibre = fibre.with_nodes([0, 99, 15]);
+        assert_eq!([0, 1, 2].map(|mode| fibre.node_count(mode)), [1, 15, 15]);
+        assert_eq!(size_of::<Fibre>(), 64);
     }
 }

@@ -1,7 +1,10 @@
-//! Directions in the frame of a fibre. Twin: `shaders/lib/frame.wgsl`.
+//! Directions in the frame of a fibre and the angles between them. Twin: `shaders/lib/frame.wgsl`.
 //!
 //! Frame (u, v, w), u the tangent from root to tip; a direction is
 //! (sin theta, cos theta cos phi, cos theta sin phi).
+
+/// Keeps 1 / cos(theta_d) finite at grazing angles; the outer integrand is 0 there.
+const COS_THETA_D_MIN: f32 = 1e-4;
 
 /// A direction away from the fibre.
 #[repr(C)]
@@ -75,5 +78,52 @@ impl LightInFrame {
             direction: DirectionInFrame::from_vector(vector),
             lambda,
         }
+    }
+}
+
+/// The difference angle theta_d = (theta_o - theta_i) / 2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inclination {
+    /// theta_d, -pi/2..=pi/2.
+    pub theta_d: f32,
+    /// Its sine.
+    pub sin_theta_d: f32,
+    /// Its cosine, at least 1e-4.
+    pub cos_theta_d: f32,
+}
+
+/// The azimuth between view and light, phi_o - phi_j, folded to 0..=pi.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lag {
+    /// Sine of half of it, 0..=1.
+    pub sin_half: f32,
+    /// Cosine of half of it, 0..=1.
+    pub cos_half: f32,
+    /// cos(phi_o + phi_j), for elliptic fibres.
+    pub cos_sum: f32,
+}
+
+/// The inclination with this theta_d.
+pub fn inclination(theta_d: f32) -> Inclination {
+    Inclination {
+        theta_d,
+        sin_theta_d: theta_d.sin(),
+        cos_theta_d: theta_d.cos().max(COS_THETA_D_MIN),
+    }
+}
+
+/// The lag between two azimuths given as (cos, sin); half angles from the chord, so that nearly
+/// equal and nearly opposite azimuths keep their digits.
+pub fn lag_between(cos_o: f32, sin_o: f32, cos_j: f32, sin_j: f32) -> Lag {
+    let d_c = cos_o - cos_j;
+    let d_s = sin_o - sin_j;
+    let s_c = cos_o + cos_j;
+    let s_s = sin_o + sin_j;
+    let sin_half = (0.5 * (d_c * d_c + d_s * d_s).sqrt()).min(1.0);
+    let cos_half = (0.5 * (s_c * s_c + s_s * s_s).sqrt()).min(1.0);
+    Lag {
+        sin_half,
+        cos_half,
+        cos_sum: cos_o * cos_j - sin_o * sin_j,
     }
 }

@@ -1,14 +1,15 @@
 //! Eq 11: one spherical Gaussian light over the scattering function. Twin:
-//! `shaders/lib/single_scattering.wgsl`.
+//! `shaders/lib/paper/single_scattering.wgsl`.
 
 use core::f32::consts::FRAC_PI_2;
 
-use super::azimuthal::{azimuthal_r, azimuthal_trt, azimuthal_tt, inclination, lag_between};
-use super::fibre::{Fibre, MODE_R};
-use super::frame::{DirectionInFrame, LightInFrame};
-use super::outer_integral::{hat_weight, longitudinal, node_position};
-use super::special::erf_pair;
-use super::tables::{Tables, table_cell};
+use super::super::fibre::{Fibre, MODE_R};
+use super::super::frame::{DirectionInFrame, LightInFrame, inclination, lag_between};
+use super::super::longitudinal::longitudinal;
+use super::super::special::erf_pair;
+use super::super::tables::{Tables, table_cell};
+use super::azimuthal::{azimuthal_r, azimuthal_trt, azimuthal_tt};
+use super::outer_integral::{hat_weight, node_position};
 
 /// A lobe is skipped where the product of light and M_t is below exp(LN_CULL) of its peak. At
 /// -16 (1e-7) nothing visible is lost in single precision.

@@ -1,5 +1,5 @@
 //! Unpolarised Fresnel terms, as the transmitted part 1 - F, which keeps its digits at grazing
-//! incidence. Twin: `shaders/lib/fresnel.wgsl`.
+//! incidence. Twin: `shaders/lib/paper/fresnel.wgsl`.
 
 /// 1 - F of a dielectric with index `eta` >= 1 at incidence cosine `cosine` in 0..=1, the true
 /// cosine in space: cos(theta_d) sqrt(1 - h^2).

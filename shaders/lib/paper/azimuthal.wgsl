@@ -1,60 +1,30 @@
 // #import lib/constants
 // #import lib/special
 // #import lib/circular_gaussian
-// #import lib/fresnel
+// #import lib/paper/fresnel
 // #import lib/fibre
+// #import lib/frame
 // #import lib/tables
-// The inner integrals of Eq 12. Twin: crates/scattering/src/closed_form/azimuthal.rs, which
+// The inner integrals of Eq 12. Twin: crates/scattering/src/closed_form/paper/azimuthal.rs, which
 // explains the formulas and the bounds.
 
-const LOBE_LAMBDA_MIN: f32 = 1e-3;
-const LOBE_LAMBDA_MAX: f32 = 3.5449077;
-const COS_THETA_D_MIN: f32 = 1e-4;
-const TRANSITION: f32 = 0.3;
-const ETA_GAP_MIN: f32 = 1e-4;
-const ETA_STAR_MIN: f32 = 1.05;
-const ETA_STAR_MAX: f32 = 10.0;
-
-// The difference angle theta_d = (theta_o - theta_i) / 2.
-struct Inclination {
-    theta_d: f32,
-    sin_theta_d: f32,
-    cos_theta_d: f32,
-}
-
-// The azimuth between view and light, folded to 0..=pi.
-struct Lag {
-    sin_half: f32,
-    cos_half: f32,
-    cos_sum: f32,
-}
-
-// The inclination with this theta_d.
-fn inclination(theta_d: f32) -> Inclination {
-    return Inclination(theta_d, sin(theta_d), max(cos(theta_d), COS_THETA_D_MIN));
-}
-
-// The lag between two azimuths given as (cos, sin).
-fn lag_between(cos_o: f32, sin_o: f32, cos_j: f32, sin_j: f32) -> Lag {
-    let d_c = cos_o - cos_j;
-    let d_s = sin_o - sin_j;
-    let s_c = cos_o + cos_j;
-    let s_s = sin_o + sin_j;
-    let sin_half = min(0.5 * sqrt(d_c * d_c + d_s * d_s), 1.0);
-    let cos_half = min(0.5 * sqrt(s_c * s_c + s_s * s_s), 1.0);
-    return Lag(sin_half, cos_half, cos_o * cos_j - sin_o * sin_j);
-}
+const PAPER_LOBE_LAMBDA_MIN: f32 = 1e-3;
+const PAPER_LOBE_LAMBDA_MAX: f32 = 3.5449077;
+const PAPER_TRANSITION: f32 = 0.3;
+const PAPER_ETA_GAP_MIN: f32 = 1e-4;
+const PAPER_ETA_STAR_MIN: f32 = 1.05;
+const PAPER_ETA_STAR_MAX: f32 = 10.0;
 
 // 1 - F with the Fresnel term of the tables.
-fn transmittance(axes: TableAxes, eta: f32, cosine: f32) -> f32 {
+fn paper_transmittance(axes: TableAxes, eta: f32, cosine: f32) -> f32 {
     if axes.schlick != 0u {
-        return transmittance_schlick(eta, cosine);
+        return paper_transmittance_schlick(eta, cosine);
     }
-    return transmittance_dielectric(eta, cosine);
+    return paper_transmittance_dielectric(eta, cosine);
 }
 
 // N_R (Eq 14) with Schlick's Fresnel term.
-fn azimuthal_r(
+fn paper_azimuthal_r(
     kappa: f32,
     lag: Lag,
     at: Inclination,
@@ -75,12 +45,12 @@ fn azimuthal_r(
 }
 
 // Energy of N_TT or N_TRT over exp(-s), by the fourth-order expansion (Eq 18, 19, 22, 23).
-fn lobe_energy(h: vec4f, s: vec3f, y: f32) -> vec3f {
+fn paper_lobe_energy(h: vec4f, s: vec3f, y: f32) -> vec3f {
     return 0.5 * (h.x + 0.5 * s * y * (h.y + 0.25 * (1.0 + s) * y * h.z));
 }
 
 // N_TT (Eq 16, 17) per channel.
-fn azimuthal_tt(
+fn paper_azimuthal_tt(
     kappa: f32,
     lag: Lag,
     at: Inclination,
@@ -96,16 +66,16 @@ fn azimuthal_tt(
     let eta_p = sqrt(1.0 + excess / cos_2);
     let y = 1.0 / (eta_p * eta_p);
     let gap = excess / (cos_2 * (eta_p + 1.0) * eta_p);
-    let through = transmittance(axes, eta, at.cos_theta_d);
+    let through = paper_transmittance(axes, eta, at.cos_theta_d);
     let height = through * through / (4.0 * gap);
     let h = sample_h(h_tt, axes, row, eta, at.cos_theta_d);
     let path = 2.0 / sqrt(1.0 - sin_t * sin_t);
     let s = fibre.sigma_a * path;
-    let e = lobe_energy(h, s, y);
+    let e = paper_lobe_energy(h, s, y);
     let lambda = clamp(
         e / (SQRT_PI * max(height, 1e-30)),
-        vec3f(LOBE_LAMBDA_MIN),
-        vec3f(LOBE_LAMBDA_MAX),
+        vec3f(PAPER_LOBE_LAMBDA_MIN),
+        vec3f(PAPER_LOBE_LAMBDA_MAX),
     );
     let amplitude = e * exp(-s) / (SQRT_PI * lambda);
     let kappa_t = 2.0 / (lambda * lambda);
@@ -117,20 +87,20 @@ fn azimuthal_tt(
 }
 
 // Mean index of an elliptic fibre under the light (Eq 26).
-fn eta_star(kappa: f32, lag: Lag, fibre: Fibre) -> f32 {
+fn paper_eta_star(kappa: f32, lag: Lag, fibre: Fibre) -> f32 {
     if fibre.eta_swing == 0.0 {
         return fibre.eta;
     }
     let ratio = bessel_i1e(kappa) / bessel_i0e(kappa);
     return clamp(
         fibre.eta_mean + fibre.eta_swing * lag.cos_sum * ratio,
-        min(fibre.eta, ETA_STAR_MIN),
-        ETA_STAR_MAX,
+        min(fibre.eta, PAPER_ETA_STAR_MIN),
+        PAPER_ETA_STAR_MAX,
     );
 }
 
 // N_TRT (Eq 20 to 23, 25) per channel.
-fn azimuthal_trt(
+fn paper_azimuthal_trt(
     kappa: f32,
     lag: Lag,
     at: Inclination,
@@ -139,7 +109,7 @@ fn azimuthal_trt(
     axes: TableAxes,
     h_trt: texture_2d<f32>,
 ) -> vec3f {
-    let eta = eta_star(kappa, lag, fibre);
+    let eta = paper_eta_star(kappa, lag, fibre);
     var eta_row = row;
     if fibre.eta_swing != 0.0 {
         eta_row = table_cell(axes.h_rows, eta);
@@ -151,16 +121,16 @@ fn azimuthal_trt(
     let y = 1.0 / eta_p_2;
     let h = sample_h(h_trt, axes, eta_row, eta, at.cos_theta_d);
     let path = 4.0 / sqrt(1.0 - sin_t * sin_t);
-    let through = transmittance(axes, eta, at.cos_theta_d);
+    let through = paper_transmittance(axes, eta, at.cos_theta_d);
     let head_on = through * through * max(1.0 - through, 0.0);
     let w_c = fibre.caustic_width;
     let s = fibre.sigma_a * path;
     if eta_p >= 2.0 {
         let inverse = 4.0 * (eta_p - 2.0) / (SQRT_PI * eta_p * max(head_on, 1e-30));
-        let t = clamp((eta_p - 2.0) / TRANSITION, 0.0, 1.0);
+        let t = clamp((eta_p - 2.0) / PAPER_TRANSITION, 0.0, 1.0);
         let blend = t * t * (3.0 - 2.0 * t);
-        let e = lobe_energy(h, s, y);
-        let lambda_3 = clamp(e * inverse, vec3f(LOBE_LAMBDA_MIN), vec3f(LOBE_LAMBDA_MAX));
+        let e = paper_lobe_energy(h, s, y);
+        let lambda_3 = clamp(e * inverse, vec3f(PAPER_LOBE_LAMBDA_MIN), vec3f(PAPER_LOBE_LAMBDA_MAX));
         let lambda = w_c + (lambda_3 - w_c) * blend;
         let amplitude = e * exp(-s) / (SQRT_PI * lambda);
         let kappa_t = 2.0 / (lambda * lambda);
@@ -181,13 +151,13 @@ fn azimuthal_trt(
     let cos_2r = 1.0 - 2.0 * sin_r * sin_r;
     let sin_star = abs(sin_2r * cos_i - cos_2r * sin_i);
     let cos_star = cos_2r * cos_i + sin_2r * sin_i;
-    let lambda_2 = clamp(2.0 * atan2(sin_star, cos_star), LOBE_LAMBDA_MIN, PI);
+    let lambda_2 = clamp(2.0 * atan2(sin_star, cos_star), PAPER_LOBE_LAMBDA_MIN, PI);
 
     // N_TRT(0): the root h = 0 and the pair.
-    let eta_gap = max(2.0 - eta_p, ETA_GAP_MIN);
+    let eta_gap = max(2.0 - eta_p, PAPER_ETA_GAP_MIN);
     let centre = eta_p / (4.0 * eta_gap) * head_on;
     let cos_pair = max(0.5 * eta_p_2 - 1.0, 0.0);
-    let through_pair = transmittance(axes, eta, at.cos_theta_d * cos_pair);
+    let through_pair = paper_transmittance(axes, eta, at.cos_theta_d * cos_pair);
     let reflect_pair = max(1.0 - through_pair, 0.0);
     let pair = eta_p_2 * cos_pair / (2.0 * eta_gap * (2.0 + eta_p))
         * (through_pair * through_pair * reflect_pair);
@@ -200,7 +170,7 @@ fn azimuthal_trt(
     let pair_lobes = product_integral(kappa, kappa_c, sum - swing)
         + product_integral(kappa, kappa_c, sum + swing);
     let centre_lobe = product_integral(kappa, 2.0 / (lambda_2 * lambda_2), lag.sin_half);
-    let e = lobe_energy(h, s, y) * exp(-s);
+    let e = paper_lobe_energy(h, s, y) * exp(-s);
     let at_zero = centre * exp(-s) + pair * exp(-0.5 * s * eta_p);
     let b_2 = min(at_zero * outside * outside, e / (SQRT_PI * lambda_2));
     let b_1 = max(e - b_2 * SQRT_PI * lambda_2, vec3f(0.0)) / (2.0 * SQRT_PI * w_c);

@@ -1,8 +1,8 @@
 // Unpolarised Fresnel terms as the transmitted part 1 - F.
-// Twin: crates/scattering/src/closed_form/fresnel.rs.
+// Twin: crates/scattering/src/closed_form/paper/fresnel.rs.
 
 // 1 - F of a dielectric at the true incidence cosine, cos(theta_d) sqrt(1 - h^2).
-fn transmittance_dielectric(eta: f32, cosine: f32) -> f32 {
+fn paper_transmittance_dielectric(eta: f32, cosine: f32) -> f32 {
     let c = cosine;
     let q = sqrt((eta - 1.0) * (eta + 1.0) + c * c);
     let n = eta * eta * c;
@@ -12,7 +12,7 @@ fn transmittance_dielectric(eta: f32, cosine: f32) -> f32 {
 }
 
 // 1 - F by Schlick's approximation.
-fn transmittance_schlick(eta: f32, cosine: f32) -> f32 {
+fn paper_transmittance_schlick(eta: f32, cosine: f32) -> f32 {
     let r = (eta - 1.0) / (eta + 1.0);
     let g = 1.0 - cosine;
     let g_2 = g * g;

@@ -1,21 +1,20 @@
 //! The inner integrals of Eq 12: N_t against the light's circular Gaussian in azimuth. Twin:
-//! `shaders/lib/azimuthal.wgsl`.
+//! `shaders/lib/paper/azimuthal.wgsl`.
 
 use core::f32::consts::PI;
 
-use super::SQRT_PI;
-use super::circular_gaussian::{c_0, product_integral};
-use super::fibre::Fibre;
+use super::super::SQRT_PI;
+use super::super::circular_gaussian::{c_0, product_integral};
+use super::super::fibre::Fibre;
+use super::super::frame::{Inclination, Lag};
+use super::super::special::{bessel_i0e, bessel_i1e};
+use super::super::tables::{Cell, TableAxes, Tables, sample_c, sample_h, table_cell};
 use super::fresnel::{transmittance_dielectric, transmittance_schlick};
-use super::special::{bessel_i0e, bessel_i1e};
-use super::tables::{Cell, TableAxes, Tables, sample_c, sample_h, table_cell};
 
 /// Narrowest and widest fitted lobe. A lobe of width 2 sqrt(pi) is as good as constant; the
 /// energy of a lobe is kept where its width is clamped.
 const LOBE_LAMBDA_MIN: f32 = 1e-3;
 const LOBE_LAMBDA_MAX: f32 = 3.544_907_7;
-/// Keeps 1 / cos(theta_d) finite at grazing angles; the outer integrand is 0 there.
-const COS_THETA_D_MIN: f32 = 1e-4;
 /// Range of eta' above 2 over which the width of TRT's single lobe leaves w_c (Xu 2011 4.2.4).
 const TRANSITION: f32 = 0.3;
 /// Keeps 1 / (2 - eta') finite where the lobes that hold it vanish faster.
@@ -24,53 +23,6 @@ const ETA_GAP_MIN: f32 = 1e-4;
 /// eccentricities, and the H tables end at 10.
 const ETA_STAR_MIN: f32 = 1.05;
 const ETA_STAR_MAX: f32 = 10.0;
-
-/// The difference angle theta_d = (theta_o - theta_i) / 2.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inclination {
-    /// theta_d, -pi/2..=pi/2.
-    pub theta_d: f32,
-    /// Its sine.
-    pub sin_theta_d: f32,
-    /// Its cosine, at least 1e-4.
-    pub cos_theta_d: f32,
-}
-
-/// The azimuth between view and light, phi_o - phi_j, folded to 0..=pi.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lag {
-    /// Sine of half of it, 0..=1.
-    pub sin_half: f32,
-    /// Cosine of half of it, 0..=1.
-    pub cos_half: f32,
-    /// cos(phi_o + phi_j), for elliptic fibres.
-    pub cos_sum: f32,
-}
-
-/// The inclination with this theta_d.
-pub fn inclination(theta_d: f32) -> Inclination {
-    Inclination {
-        theta_d,
-        sin_theta_d: theta_d.sin(),
-        cos_theta_d: theta_d.cos().max(COS_THETA_D_MIN),
-    }
-}
-
-/// The lag between two azimuths given as (cos, sin); half angles from the chord, so that nearly
-/// equal and nearly opposite azimuths keep their digits.
-pub fn lag_between(cos_o: f32, sin_o: f32, cos_j: f32, sin_j: f32) -> Lag {
-    let d_c = cos_o - cos_j;
-    let d_s = sin_o - sin_j;
-    let s_c = cos_o + cos_j;
-    let s_s = sin_o + sin_j;
-    let sin_half = (0.5 * (d_c * d_c + d_s * d_s).sqrt()).min(1.0);
-    let cos_half = (0.5 * (s_c * s_c + s_s * s_s).sqrt()).min(1.0);
-    Lag {
-        sin_half,
-        cos_half,
-        cos_sum: cos_o * cos_j - sin_o * sin_j,
-    }
-}
 
 /// 1 - F at incidence cosine `cosine`, with the Fresnel term of the tables.
 fn transmittance(axes: &TableAxes, eta: f32, cosine: f32) -> f32 {
