@@ -25,6 +25,31 @@ pub struct SrbfLight {
     pub rgb: [f32; 3],
 }
 
+impl SrbfLight {
+    /// Checks direction (unit within 1e-4), width and amplitude; NaN is outside every range.
+    ///
+    /// # Errors
+    /// `Value` naming field, value and range.
+    pub fn validate(&self) -> Result<()> {
+        self.check("light")
+    }
+
+    /// As [`SrbfLight::validate`], under the name `key`.
+    fn check(&self, key: &str) -> Result<()> {
+        let squares = self.direction.map(|x| f64::from(x) * f64::from(x));
+        let length = squares.iter().sum::<f64>().sqrt();
+        in_range(format!("{key} length of direction"), length, 0.9999, 1.0001)?;
+        // The limits as f32 values, so that 0.001f32 itself is inside.
+        let (min, max) = (f64::from(0.001f32), 10.0);
+        in_range(format!("{key}.lambda"), f64::from(self.lambda), min, max)?;
+        for value in self.rgb {
+            let max = f64::from(f32::MAX);
+            in_range(format!("{key}.rgb"), f64::from(value), 0.0, max)?;
+        }
+        Ok(())
+    }
+}
+
 /// A fitted environment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightSet {
@@ -100,34 +125,7 @@ impl LightSet {
             MAX_LIGHTS as f64,
         )?;
         for (ix, light) in self.lights.iter().enumerate() {
-            let length = light
-                .direction
-                .iter()
-                .map(|&x| f64::from(x) * f64::from(x))
-                .sum::<f64>()
-                .sqrt();
-            in_range(
-                format!("lights[{ix}] length of direction"),
-                length,
-                0.9999,
-                1.0001,
-            )?;
-            // The limits as f32 values, so that 0.001f32 itself is inside.
-            let (min, max) = (f64::from(0.001f32), 10.0);
-            in_range(
-                format!("lights[{ix}].lambda"),
-                f64::from(light.lambda),
-                min,
-                max,
-            )?;
-            for value in light.rgb {
-                in_range(
-                    format!("lights[{ix}].rgb"),
-                    f64::from(value),
-                    0.0,
-                    f64::from(f32::MAX),
-                )?;
-            }
+            light.check(&format!("lights[{ix}]"))?;
         }
         Ok(())
     }

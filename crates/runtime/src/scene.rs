@@ -74,6 +74,9 @@ impl PreparedScene {
     /// # Errors
     /// The first file that cannot be read or value that cannot be used, by name.
     pub fn load(scene: &Scene) -> Result<Self, SceneError> {
+        scene
+            .validate()
+            .map_err(|error| SceneError::File(error.to_string()))?;
         let groom = in_file("groom.file", &scene.groom_path(), Groom::read)?;
         let lights = in_file("lights.file", &scene.lights_path(), LightSet::read)?;
         let modes: Vec<Lobe> = scene.hair.modes.iter().map(|&mode| lobe(mode)).collect();
@@ -125,6 +128,9 @@ impl PreparedScene {
     }
 
     /// A scene put together by hand, with the defaults of a scene file for the rest.
+    ///
+    /// # Errors
+    /// The first light with a value outside its range.
     pub fn from_parts(
         strands: Strands,
         lights: Vec<SrbfLight>,
@@ -132,8 +138,13 @@ impl PreparedScene {
         tables: ShadingTables,
         camera: Camera,
         background: Background,
-    ) -> Self {
-        PreparedScene {
+    ) -> Result<Self, SceneError> {
+        for (ix, light) in lights.iter().enumerate() {
+            light
+                .validate()
+                .map_err(|error| SceneError::File(format!("lights[{ix}]: {error}")))?;
+        }
+        Ok(PreparedScene {
             strands,
             lights,
             fibre,
@@ -144,7 +155,7 @@ impl PreparedScene {
             tone_map: ToneMap::Filmic,
             size: [720, 480],
             samples: 64,
-        }
+        })
     }
 
     /// The lights as the passes read them, and all sweep directions (fourth float zero).

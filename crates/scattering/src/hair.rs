@@ -109,9 +109,9 @@ impl Default for HairParams {
     }
 }
 
-/// A hair parameter outside its range.
+/// A parameter of a fibre or a light outside its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("hair parameter {field} is {value:?}, outside {min}..={max}")]
+#[error("parameter {field} is {value:?}, outside {min}..={max}")]
 pub struct ParamError {
     /// Name of the field, e.g. `width.tt`.
     pub field: &'static str,
@@ -123,32 +123,45 @@ pub struct ParamError {
     pub max: f64,
 }
 
+/// `value` must be a number in `min..=max`; NaN is outside every range.
+pub(crate) fn in_range(
+    field: &'static str,
+    value: f64,
+    min: f64,
+    max: f64,
+) -> Result<(), ParamError> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(ParamError {
+            field,
+            value,
+            min,
+            max,
+        })
+    }
+}
+
 impl HairParams {
     /// Checks every field against its documented range; NaN is outside every range.
+    ///
+    /// # Errors
+    /// The first field outside its range, by name and value.
     pub fn validate(&self) -> Result<(), ParamError> {
-        let check = |field, value: f64, min, max| {
-            if (min..=max).contains(&value) {
-                Ok(())
-            } else {
-                Err(ParamError {
-                    field,
-                    value,
-                    min,
-                    max,
-                })
-            }
-        };
-        check("eta", self.eta, 1.0001, 3.0)?;
-        for sigma_a in self.sigma_a {
-            check("sigma_a", sigma_a, 0.0, 50.0)?;
+        in_range("eta", self.eta, 1.0001, 3.0)?;
+        for (field, sigma_a) in ["sigma_a[0]", "sigma_a[1]", "sigma_a[2]"]
+            .into_iter()
+            .zip(self.sigma_a)
+        {
+            in_range(field, sigma_a, 0.0, 50.0)?;
         }
-        check("shift.r", self.shift.r, -0.5, 0.5)?;
-        check("shift.tt", self.shift.tt, -0.5, 0.5)?;
-        check("shift.trt", self.shift.trt, -0.5, 0.5)?;
-        check("width.r", self.width.r, 0.001, 1.5)?;
-        check("width.tt", self.width.tt, 0.001, 1.5)?;
-        check("width.trt", self.width.trt, 0.001, 1.5)?;
-        check("caustic_width", self.caustic_width, 0.01, 1.5)?;
-        check("eccentricity", self.eccentricity, 0.5, 2.0)
+        in_range("shift.r", self.shift.r, -0.5, 0.5)?;
+        in_range("shift.tt", self.shift.tt, -0.5, 0.5)?;
+        in_range("shift.trt", self.shift.trt, -0.5, 0.5)?;
+        in_range("width.r", self.width.r, 0.001, 1.5)?;
+        in_range("width.tt", self.width.tt, 0.001, 1.5)?;
+        in_range("width.trt", self.width.trt, 0.001, 1.5)?;
+        in_range("caustic_width", self.caustic_width, 0.01, 1.5)?;
+        in_range("eccentricity", self.eccentricity, 0.5, 2.0)
     }
 }

@@ -202,6 +202,7 @@ pub fn scene(strands: Strands, lights: Vec<SrbfLight>, hair: &HairParams) -> Pre
     let camera = Camera::framing(strands.centre, strands.radius, DEFAULT_FOV_Y);
     let fibre = Fibre::new(hair, &Lobe::ALL, 4).expect("valid parameters");
     PreparedScene::from_parts(strands, lights, fibre, tables(), camera, Background::None)
+        .expect("lights in range")
 }
 
 pub fn wig_scene(n_strands: usize) -> PreparedScene {

@@ -7,7 +7,7 @@ use super::eccentric::azimuthal_eccentric;
 use super::fibre::FibreSection;
 use crate::circular_gaussian::sharpness;
 use crate::fresnel::Fresnel;
-use crate::hair::{HairParams, Lobe};
+use crate::hair::{HairParams, Lobe, ParamError, in_range};
 use crate::quadrature::GaussLegendre;
 
 /// A spherical Gaussian light of amplitude 1 in the fibre's frame.
@@ -15,10 +15,21 @@ use crate::quadrature::GaussLegendre;
 pub struct Light {
     /// Inclination of its centre, +-pi/2.
     pub theta: f64,
-    /// Azimuth of its centre.
+    /// Azimuth of its centre, +-1e6.
     pub phi: f64,
-    /// Bandwidth, > 0.
+    /// Bandwidth, 0.001..=10.
     pub lambda: f64,
+}
+
+impl Light {
+    /// Checks every field against its documented range.
+    ///
+    /// # Errors
+    /// The first field outside its range, by name and value.
+    pub fn validate(&self) -> Result<(), ParamError> {
+        check_direction(["light.theta", "light.phi"], self.theta, self.phi)?;
+        in_range("light.lambda", self.lambda, 0.001, 10.0)
+    }
 }
 
 /// The direction to the eye in the fibre's frame.
@@ -26,8 +37,26 @@ pub struct Light {
 pub struct View {
     /// Inclination, +-pi/2.
     pub theta: f64,
-    /// Azimuth.
+    /// Azimuth, +-1e6.
     pub phi: f64,
+}
+
+impl View {
+    /// Checks every field against its documented range.
+    ///
+    /// # Errors
+    /// The first field outside its range, by name and value.
+    pub fn validate(&self) -> Result<(), ParamError> {
+        check_direction(["view.theta", "view.phi"], self.theta, self.phi)
+    }
+}
+
+/// Azimuths beyond this have lost the digits that matter.
+const MAX_PHI: f64 = 1e6;
+
+fn check_direction(names: [&'static str; 2], theta: f64, phi: f64) -> Result<(), ParamError> {
+    in_range(names[0], theta, -FRAC_PI_2, FRAC_PI_2)?;
+    in_range(names[1], phi, -MAX_PHI, MAX_PHI)
 }
 
 /// Where the integrand has fallen by `exp(-CUTOFF)` from its peak it is left out.
