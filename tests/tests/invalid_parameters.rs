@@ -265,7 +265,7 @@ fn scenes_in_memory() {
         PreparedScene::from_parts(strands, vec![light], fibre, tables, camera, background)
     };
     assert!(with(0.3).is_ok());
-    for bad in [f32::NAN, 0.0, -0.1] {
+    for bad in [f32::NAN, 0.0, -0.5] {
         let message = with(bad).unwrap_err().to_string();
         let named = format!("light.lambda is {bad},");
         assert!(message.contains(&named), "{named} {message}");
