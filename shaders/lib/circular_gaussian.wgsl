@@ -19,3 +19,12 @@ fn product_integral(kappa_1: f32, kappa_2: f32, sin_half: f32) -> f32 {
     let width = min(sqrt(2.0 * PI / max(kappa_3, 1e-6)), 2.0 * PI);
     return width * exp(-product * s / (sum + kappa_3));
 }
+
+// Integral over the circle of the product of two circular Gaussians whose centres are apart by
+// delta, over 2 pi; sin_half_2 = sin^2(delta / 2).
+fn lobe_integral(kappa_1: f32, kappa_2: f32, sin_half_2: f32) -> f32 {
+    let sum = kappa_1 + kappa_2;
+    let fall = 4.0 * kappa_1 * kappa_2 * sin_half_2;
+    let kappa_3 = sqrt(max(sum * sum - fall, 0.0));
+    return exp(-fall / max(sum + kappa_3, 1e-30)) * bessel_i0e_fast(kappa_3);
+}

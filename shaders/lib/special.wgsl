@@ -28,6 +28,14 @@ fn bessel_i0e(x: f32) -> f32 {
         + y * 0.00392377)))))))) * inverseSqrt(x);
 }
 
+// exp(-x) I_0(x) for 0 <= x <= 1e7 without exp or branch; relative error <= 3e-5.
+fn bessel_i0e_fast(x: f32) -> f32 {
+    let above = 1.0 + x * (0.3431813 + x * (0.29452795 + x * (0.07081133 + x * 0.04839061)));
+    let below = 1.0 + x * (2.3455703 + x * (2.4503248 + x * (1.6268816 + x * (0.37178504
+        + x * 0.30403185))));
+    return sqrt(above / below);
+}
+
 // exp(-x) I_1(x) for x >= 0: Abramowitz and Stegun 9.8.3, 9.8.4; relative error <= 5e-7.
 fn bessel_i1e(x: f32) -> f32 {
     if x < 3.75 {

@@ -39,6 +39,7 @@ modules!(
     "lib/longitudinal",
     "lib/paper/azimuthal",
     "lib/paper/fresnel",
+    "lib/outer_integral",
     "lib/paper/outer_integral",
     "lib/paper/single_scattering",
     "lib/sampling",

@@ -13,15 +13,19 @@ mod circular_gaussian;
 mod fibre;
 mod frame;
 mod longitudinal;
+mod outer_integral;
 pub mod paper;
 mod special;
 mod tables;
 
-pub use circular_gaussian::{c_0, product_integral};
+pub use circular_gaussian::{c_0, lobe_integral, product_integral};
 pub use fibre::{DEFAULT_NODES, DEFAULT_SEGMENTS, Fibre, MODE_R, MODE_TRT, MODE_TT, pack_nodes};
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
 pub use longitudinal::{Longitudinal, longitudinal};
-pub use special::{ErfPair, bessel_i0e, bessel_i1e, erf_pair};
+pub use outer_integral::{
+    GAUSS_HERMITE, LN_CULL, MAX_NODES, OuterNode, OuterRule, node_count, outer_node, outer_rule,
+};
+pub use special::{ErfPair, bessel_i0e, bessel_i0e_fast, bessel_i1e, erf_pair};
 pub use tables::{Cell, TableAxes, TableAxis, Tables, c_from_b, sample_c, sample_h, table_cell};
 
 /// sqrt(pi).

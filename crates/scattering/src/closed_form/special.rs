@@ -44,6 +44,17 @@ pub fn bessel_i0e(x: f32) -> f32 {
         / x.sqrt()
 }
 
+/// exp(-x) I_0(x) for 0 <= x <= 1e7 without exp or branch, as the root of a rational function
+/// that keeps the asymptote 1 / sqrt(2 pi x); relative error at most 3e-5.
+pub fn bessel_i0e_fast(x: f32) -> f32 {
+    let above =
+        1.0 + x * (0.343_181_3 + x * (0.294_527_95 + x * (0.070_811_33 + x * 0.048_390_61)));
+    let below = 1.0
+        + x * (2.345_570_3
+            + x * (2.450_324_8 + x * (1.626_881_6 + x * (0.371_785_04 + x * 0.304_031_85))));
+    (above / below).sqrt()
+}
+
 /// exp(-x) I_1(x) for x >= 0: Abramowitz and Stegun 9.8.3 and 9.8.4; relative error at most 5e-7.
 #[allow(clippy::excessive_precision, reason = "coefficients as published")]
 pub fn bessel_i1e(x: f32) -> f32 {
@@ -100,6 +111,12 @@ mod tests {
                 );
             }
         }
+        for i in -60..=140 {
+            let x = 10f64.powf(f64::from(i) * 0.05) as f32;
+            let ratio = bessel_i0e_fast(x) / bessel_i0e(x);
+            assert!((ratio - 1.0).abs() < 3e-5, "{x} {ratio}");
+        }
+        assert_eq!(bessel_i0e_fast(0.0), 1.0);
         // Asymptote 1/sqrt(2 pi x) (1 + 1/(8x)).
         let x = 2e6f32;
         let limit = 1.0 / (2.0 * std::f32::consts::PI * x).sqrt();

@@ -1,0 +1,135 @@
+// #import lib/constants
+// The outer integral of Eq 11, over theta_i: nodes and weights.
+// Twin: crates/scattering/src/closed_form/outer_integral.rs, which explains each step.
+
+// A mode is skipped where light and M_t overlap less than exp(LN_CULL).
+const LN_CULL: f32 = -16.0;
+// Width k of the smooth clamp over the spread of the nodes, and 1 over it.
+const CLAMP: f32 = 0.7;
+const INVERSE_CLAMP: f32 = 1.4285714;
+// Sharpness that the cosines lend the widest bumps.
+const COSINE_SHARPNESS: f32 = 0.3;
+// Spreads up to which a third, and two thirds, of the nodes do.
+const NARROW: f32 = 0.05;
+const MIDDLE: f32 = 0.2;
+// Most nodes of a mode.
+const MAX_NODES: u32 = 8;
+// (pi/2)^2.
+const HALF_PI_SQUARED: f32 = 2.467401;
+
+// Gauss-Hermite nodes for 1, 2, .. MAX_NODES nodes, those of n from index n (n - 1) / 2:
+// position u, weight times exp(u^2), exp(-u/CLAMP), exp(u/CLAMP).
+const GAUSS_HERMITE = array<vec4f, 36>(
+    vec4f(0.0, 1.7724539, 1.0, 1.0),
+    vec4f(-0.70710677, 1.4611412, 2.7460198, 0.36416343),
+    vec4f(0.70710677, 1.4611412, 0.36416343, 2.7460198),
+    vec4f(-1.2247449, 1.3239312, 5.752506, 0.17383729),
+    vec4f(0.0, 1.1816359, 1.0, 1.0),
+    vec4f(1.2247449, 1.3239312, 0.17383729, 5.752506),
+    vec4f(-1.6506801, 1.2402258, 10.571001, 0.09459843),
+    vec4f(-0.5246476, 1.0599645, 2.1159346, 0.4726044),
+    vec4f(0.5246476, 1.0599645, 0.4726044, 2.1159346),
+    vec4f(1.6506801, 1.2402258, 0.09459843, 10.571001),
+    vec4f(-2.0201828, 1.1814886, 17.921041, 0.05580033),
+    vec4f(-0.95857245, 0.98658097, 3.9329479, 0.2542622),
+    vec4f(0.0, 0.94530874, 1.0, 1.0),
+    vec4f(0.95857245, 0.98658097, 0.2542622, 3.9329479),
+    vec4f(2.0201828, 1.1814886, 0.05580033, 17.921041),
+    vec4f(-2.350605, 1.1369083, 28.731874, 0.034804553),
+    vec4f(-1.335849, 0.93558055, 6.741995, 0.14832406),
+    vec4f(-0.43607742, 0.8764013, 1.8644531, 0.5363503),
+    vec4f(0.43607742, 0.8764013, 0.5363503, 1.8644531),
+    vec4f(1.335849, 0.93558055, 0.14832406, 6.741995),
+    vec4f(2.350605, 1.1369083, 0.034804553, 28.731874),
+    vec4f(-2.6519613, 1.1013308, 44.19078, 0.022629153),
+    vec4f(-1.6735517, 0.8971846, 10.922097, 0.0915575),
+    vec4f(-0.8162879, 0.8286873, 3.2095332, 0.31157178),
+    vec4f(0.0, 0.81026465, 1.0, 1.0),
+    vec4f(0.8162879, 0.8286873, 0.31157178, 3.2095332),
+    vec4f(1.6735517, 0.8971846, 0.0915575, 10.922097),
+    vec4f(2.6519613, 1.1013308, 0.022629153, 44.19078),
+    vec4f(-2.9306374, 1.0719302, 65.80033, 0.015197491),
+    vec4f(-1.9816568, 0.8667526, 16.961367, 0.058957513),
+    vec4f(-1.1571937, 0.7928901, 5.2233233, 0.19144899),
+    vec4f(-0.381187, 0.7645441, 1.7238374, 0.58010113),
+    vec4f(0.381187, 0.7645441, 0.58010113, 1.7238374),
+    vec4f(1.1571937, 0.7928901, 0.19144899, 5.2233233),
+    vec4f(1.9816568, 0.8667526, 0.058957513, 16.961367),
+    vec4f(2.9306374, 1.0719302, 0.015197491, 65.80033),
+);
+
+// Where the nodes of one light and mode lie.
+struct OuterRule {
+    mean: f32,
+    to_light: f32,
+    to_lobe: f32,
+    spread: f32,
+    low: f32,
+    high: f32,
+    inverse_width: f32,
+    sharpness: f32,
+    ln_bound: f32,
+}
+
+// One node: inclination of the incident light and weight of
+// cos^2(theta_i) / cos^2(theta_d) times the inner integral.
+struct OuterNode {
+    theta_i: f32,
+    weight: f32,
+}
+
+// Nodes for a light of width lambda_j at inclination theta_j and
+// M_t = g^u(theta_i; 2 alpha - theta_o, 2 beta), which has unit mass in theta_i.
+fn outer_rule(theta_j: f32, lambda_j: f32, theta_o: f32, alpha: f32, beta: f32) -> OuterRule {
+    let variance_j = lambda_j * lambda_j;
+    let variance_m = 4.0 * beta * beta;
+    let apart = theta_j - (2.0 * alpha - theta_o);
+    let sum = variance_j + variance_m;
+    let product = variance_j * variance_m;
+    let to_light = -apart * (variance_j / sum);
+    let to_lobe = apart * (variance_m / sum);
+    let mean = theta_j + to_light;
+    let spread = sqrt(product / (sum + COSINE_SHARPNESS * product));
+    let inverse_k = INVERSE_CLAMP / spread;
+    let variance_b = HALF_PI_SQUARED * variance_j;
+    let sum_b = variance_b + variance_m;
+    let mean_b = theta_j - apart * (variance_b / sum_b);
+    let beyond = max(abs(mean_b) - HALF_PI, 0.0);
+    return OuterRule(
+        mean,
+        to_light,
+        to_lobe,
+        spread,
+        exp(min(-(mean + HALF_PI) * inverse_k, 80.0)),
+        exp(min((mean - HALF_PI) * inverse_k, 80.0)),
+        0.5 / beta,
+        4.0 / variance_j,
+        -(apart * apart + beyond * beyond * (sum_b * sum_b) / (variance_b * variance_m)) / sum_b,
+    );
+}
+
+// How many of at most `limit` nodes a bump of this spread is worth, 1 to MAX_NODES.
+fn node_count(spread: f32, limit: u32) -> u32 {
+    var thirds = 3u;
+    if spread < NARROW {
+        thirds = 1u;
+    } else if spread < MIDDLE {
+        thirds = 2u;
+    }
+    return clamp((limit * thirds + 2u) / 3u, 1u, MAX_NODES);
+}
+
+// The node `constants`, a row of GAUSS_HERMITE.
+fn outer_node(rule: OuterRule, constants: vec4f) -> OuterNode {
+    let below = 1.0 + rule.low * constants[2];
+    let above = 1.0 + rule.high * constants[3];
+    let step = rule.spread * (constants[0] + CLAMP * log(below / above));
+    let lobe = (rule.to_lobe + step) * rule.inverse_width;
+    let light = sin(0.5 * (rule.to_light + step));
+    let scale = rule.spread * rule.inverse_width * (1.0 - rule.low * rule.high)
+        / (SQRT_PI * (below * above));
+    return OuterNode(
+        clamp(rule.mean + step, -HALF_PI, HALF_PI),
+        constants[1] * scale * exp(-lobe * lobe - rule.sharpness * (light * light)),
+    );
+}
