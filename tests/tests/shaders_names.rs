@@ -1,0 +1,83 @@
+//! The closed form in WGSL and in Rust: files of the same stem with the same functions in the
+//! same order.
+
+use std::fs;
+use std::path::Path;
+
+use strandlight_tests::project_root;
+
+/// Functions that exist in WGSL alone; `shaders/README.md` says what stands for them in Rust.
+const WGSL_ONLY: [&str; 4] = [
+    "direction_in_frame",
+    "h_column",
+    "light_in_frame",
+    "unpack_shares",
+];
+
+/// Names of the functions that `text` defines at its outermost level, in order.
+fn functions(text: &str) -> Vec<String> {
+    let name = |line: &str| {
+        let line = line.strip_prefix("pub ").unwrap_or(line);
+        let line = line.strip_prefix("const ").unwrap_or(line);
+        let name = line.strip_prefix("fn ")?.split(['(', '<']).next()?;
+        Some(name.to_owned())
+    };
+    text.lines().filter_map(name).collect()
+}
+
+/// The first function of `shader` that `rust` lacks or has elsewhere in the order.
+fn stray<'a>(shader: &'a [String], rust: &[String]) -> Option<&'a String> {
+    let mut rest = rust.iter();
+    shader
+        .iter()
+        .find(|name| !rest.any(|candidate| candidate == *name))
+}
+
+fn check(shaders: &Path, rust: &Path, prefix: &str) -> usize {
+    let mut checked = 0;
+    for entry in fs::read_dir(shaders).expect("the folder is there") {
+        let path = entry.expect("it can be read").path();
+        let stem = path
+            .file_stem()
+            .and_then(|stem| stem.to_str())
+            .unwrap_or("");
+        let twin = rust.join(format!("{stem}.rs"));
+        if path.is_dir() || !twin.exists() {
+            continue;
+        }
+        let read = |path| functions(&fs::read_to_string(path).expect("readable"));
+        let wgsl: Vec<String> = read(&path)
+            .into_iter()
+            .filter(|name| !WGSL_ONLY.contains(&name.as_str()))
+            .map(|name| match name.strip_prefix(prefix) {
+                Some(name) => name.to_owned(),
+                None => panic!("{}: {name} lacks the prefix {prefix}", path.display()),
+            })
+            .collect();
+        let stray = stray(&wgsl, &read(&twin));
+        assert_eq!(stray, None, "{} against its twin", path.display());
+        checked += wgsl.len();
+    }
+    checked
+}
+
+#[test]
+fn functions_have_twins_of_the_same_name_and_order() {
+    let root = project_root();
+    let (shaders, rust) = (
+        root.join("shaders/lib"),
+        root.join("crates/scattering/src/closed_form"),
+    );
+    assert!(check(&shaders, &rust, "") >= 10);
+    assert!(check(&shaders.join("paper"), &rust.join("paper"), "paper_") >= 10);
+}
+
+#[test]
+fn missing_and_misplaced_functions_are_seen() {
+    let names = |text: &str| functions(text);
+    let rust = names("pub fn a(x: f32) {}\nfn b<T>() {}\n    fn inner() {}\npub const fn c() {}\n");
+    assert_eq!(rust, ["a", "b", "c"]);
+    assert_eq!(stray(&names("fn a()\nfn c()"), &rust), None);
+    assert_eq!(stray(&names("fn a()\nfn d()"), &rust), Some(&"d".into()));
+    assert_eq!(stray(&names("fn b()\nfn a()"), &rust), Some(&"a".into()));
+}
