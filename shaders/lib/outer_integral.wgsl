@@ -18,8 +18,9 @@ const MAX_NODES: u32 = 8;
 const HALF_PI_SQUARED: f32 = 2.467401;
 
 // Gauss-Hermite nodes for 1, 2, .. MAX_NODES nodes, those of n from index n (n - 1) / 2:
-// position u, weight times exp(u^2), exp(-u/CLAMP), exp(u/CLAMP).
-const GAUSS_HERMITE = array<vec4f, 36>(
+// position u, weight times exp(u^2), exp(-u/CLAMP), exp(u/CLAMP). Never written to; but of a
+// constant naga copies the whole array at every use of a variable index.
+var<private> GAUSS_HERMITE: array<vec4f, 36> = array<vec4f, 36>(
     vec4f(0.0, 1.7724539, 1.0, 1.0),
     vec4f(-0.70710677, 1.4611412, 2.7460198, 0.36416343),
     vec4f(0.70710677, 1.4611412, 0.36416343, 2.7460198),

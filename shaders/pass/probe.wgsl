@@ -4,6 +4,7 @@
 // #import lib/fibre
 // #import lib/frame
 // #import lib/tables
+// #import lib/outer_integral
 // #import lib/paper/azimuthal
 // #import lib/paper/single_scattering
 // One library function a thread: values for checking the shaders from outside.
@@ -31,6 +32,7 @@ const SPECIAL: u32 = 4u;
 const CIRCULAR_GAUSSIAN: u32 = 5u;
 const FRESNEL: u32 = 6u;
 const FRAME: u32 = 7u;
+const OUTER_NODE: u32 = 8u;
 
 @group(0) @binding(0) var<storage, read> queries: array<Query>;
 @group(0) @binding(1) var<storage, read_write> answers: array<vec4f>;
@@ -108,12 +110,21 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {
             answer = vec4f(pair.gauss, pair.erf, bessel_i0e(q.y), bessel_i1e(q.y));
         }
         case CIRCULAR_GAUSSIAN: {
-            answer = vec4f(product_integral(q.x, q.y, q.z), c_0(q.x), 0.0, 0.0);
+            let product = product_integral(q.x, q.y, q.z);
+            let lobe = lobe_integral(q.x, q.y, q.z * q.z);
+            answer = vec4f(product, c_0(q.x), lobe, bessel_i0e_fast(q.x));
         }
         case FRESNEL: {
             answer = vec4f(
                 paper_transmittance_dielectric(q.x, q.y), paper_transmittance_schlick(q.x, q.y), 0.0, 0.0
             );
+        }
+        case OUTER_NODE: {
+            let mode = min(q.mode, 2u);
+            let alpha = q.fibre.alpha[mode];
+            let rule = outer_rule(q.light.theta, q.x, q.view.theta, alpha, q.fibre.beta[mode]);
+            let node = outer_node(rule, GAUSS_HERMITE[min(u32(q.y), 35u)]);
+            answer = vec4f(node.theta_i, node.weight, rule.ln_bound, rule.spread);
         }
         default: {
             let d = direction_in_frame(vec3f(q.x, q.y, q.z));

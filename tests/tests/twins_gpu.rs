@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use strandlight_runtime::probe::{Function, GpuProbe, MODE_ALL, Query, evaluate};
 use strandlight_runtime::tables::ShadingTables;
-use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
+use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, GAUSS_HERMITE};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{corners, oracle};
@@ -167,6 +167,34 @@ fn tables_agree() {
         })
         .collect();
     compare("table H", &queries, 1e-4);
+}
+
+#[test]
+fn outer_integrals_agree() {
+    let mut random = SplitMix64(14);
+    let queries: Vec<_> = (0..N)
+        .map(|_| Query {
+            mode: random.next_u64() as u32 % 3,
+            fibre: fibre(&mut random),
+            light: direction(&mut random),
+            view: direction(&mut random),
+            x: random.log_uniform(0.01, 5.0) as f32,
+            y: (random.next_u64() % GAUSS_HERMITE.len() as u64) as f32,
+            ..Query::new(Function::OuterNode)
+        })
+        .collect();
+    // The bound of the narrowest light and the weight of the widest differ by much.
+    for component in 0..4 {
+        let only = |answers: Vec<[f32; 4]>| -> Vec<[f32; 4]> {
+            answers.iter().map(|a| [a[component]; 4]).collect()
+        };
+        let gpu = only(probe().evaluate(&queries).unwrap());
+        let view = tables().view();
+        let cpu = only(queries.iter().map(|q| evaluate(q, &view)).collect());
+        let worst = worst_difference(&gpu, &cpu);
+        println!("outer node, component {component}: worst {worst:.2e}");
+        assert!(worst < 1e-4, "{worst}");
+    }
 }
 
 #[test]

@@ -5,8 +5,9 @@ use strandlight_scattering::closed_form::paper::{
     transmittance_dielectric, transmittance_schlick,
 };
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, LightInFrame, Tables, bessel_i0e, bessel_i1e, c_0, erf_pair, inclination,
-    lag_between, product_integral, table_cell,
+    DirectionInFrame, GAUSS_HERMITE, LightInFrame, Tables, bessel_i0e, bessel_i0e_fast, bessel_i1e,
+    c_0, erf_pair, inclination, lag_between, lobe_integral, outer_node, outer_rule,
+    product_integral, table_cell,
 };
 
 use super::{Function, MODE_ALL, Query};
@@ -51,7 +52,9 @@ pub fn evaluate(query: &Query, tables: &Tables) -> [f32; 4] {
             [pair.gauss, pair.erf, bessel_i0e(q.y), bessel_i1e(q.y)]
         }
         f if f == Function::CircularGaussian as u32 => {
-            [product_integral(q.x, q.y, q.z), c_0(q.x), 0.0, 0.0]
+            let product = product_integral(q.x, q.y, q.z);
+            let lobe = lobe_integral(q.x, q.y, q.z * q.z);
+            [product, c_0(q.x), lobe, bessel_i0e_fast(q.x)]
         }
         f if f == Function::Fresnel as u32 => [
             transmittance_dielectric(q.x, q.y),
@@ -59,6 +62,14 @@ pub fn evaluate(query: &Query, tables: &Tables) -> [f32; 4] {
             0.0,
             0.0,
         ],
+        f if f == Function::OuterNode as u32 => {
+            let mode = q.mode.min(2) as usize;
+            let (alpha, beta) = (q.fibre.alpha[mode], q.fibre.beta[mode]);
+            let rule = outer_rule(q.light.theta, q.x, q.view.theta, alpha, beta);
+            let row = (q.y as usize).min(GAUSS_HERMITE.len() - 1);
+            let node = outer_node(&rule, GAUSS_HERMITE[row]);
+            [node.theta_i, node.weight, rule.ln_bound, rule.spread]
+        }
         _ => {
             let direction = DirectionInFrame::from_vector([q.x, q.y, q.z]);
             [

@@ -57,12 +57,16 @@ pub enum Function {
     Single = 3,
     /// exp(-x^2), erf(x), exp(-y) I_0(y), exp(-y) I_1(y).
     Special = 4,
-    /// Product integral of kappa_1 = x, kappa_2 = y, sin_half = z; C_0(x).
+    /// Product integral of kappa_1 = x, kappa_2 = y, sin_half = z; C_0(x); lobe integral of x, y,
+    /// z^2; exp(-x) I_0(x), the fast one.
     CircularGaussian = 5,
     /// 1 - F at eta = x, cosine = y: dielectric, Schlick.
     Fresnel = 6,
     /// theta, cos(theta), cos(phi), sin(phi) of the vector (x, y, z).
     Frame = 7,
+    /// The outer integral of `mode` for the light of width x: theta_i and weight of the node in row
+    /// y of `GAUSS_HERMITE`, logarithm of the bound, spread.
+    OuterNode = 8,
 }
 
 impl Query {
