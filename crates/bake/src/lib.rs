@@ -1,8 +1,10 @@
 //! The baking side of Strandlight: tables, light sets, grooms, and the CPU twin of the renderer.
 
+pub mod bench;
 pub mod cpu;
 pub mod grooms;
 pub mod lights;
 pub mod picture;
 pub mod progress;
+pub mod random;
 pub mod tables;

@@ -30,6 +30,7 @@ enum Command {
     Verify(cli::verify::Args),
     Render(cli::render::Args),
     Probe(cli::probe::Args),
+    Bench(cli::bench::Args),
 }
 
 fn main() -> ExitCode {
@@ -69,6 +70,7 @@ fn dispatch(command: &Command) -> cli::Outcome {
         Command::Verify(args) => cli::verify::run(args),
         Command::Render(args) => cli::render::run(args),
         Command::Probe(args) => cli::probe::run(args),
+        Command::Bench(args) => cli::bench::run(args),
     }
 }
 

@@ -47,6 +47,7 @@ modules!(
     "lib/tables",
     "lib/view",
     "pass/accumulate",
+    "pass/bench",
     "pass/composite",
     "pass/probe",
     "pass/project",

@@ -1,5 +1,6 @@
 //! The commands, one file each: `Args` are parsed by clap, `run` does the work.
 
+pub mod bench;
 pub mod demo;
 pub mod export;
 pub mod groom;

@@ -4,11 +4,13 @@
 //! - [`evaluate`]: the answer of the Rust functions.
 //! - [`GpuProbe`]: the answers of the WGSL functions themselves, on the adapter.
 
+mod bench;
 mod cpu;
 mod gpu;
 
 use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
 
+pub use bench::{GpuBench, MAX_VIEWS, Scheme, Workload};
 pub use cpu::evaluate;
 pub use gpu::GpuProbe;
 

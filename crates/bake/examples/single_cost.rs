@@ -1,0 +1,54 @@
+//! Evaluates one method again and again and nothing else, for counting instructions:
+//!
+//! ```sh
+//! cargo build -p strandlight-bake --example single_cost
+//! for n in 20 40; do
+//!   valgrind --tool=callgrind --callgrind-out-file=/dev/null \
+//!     target/debug/examples/single_cost paper m=4 $n 2>&1 | grep Collected
+//! done
+//! ```
+//!
+//! Each repetition is 8 fibres x 16 lights x 16 views = 2048 evaluations of all modes, so the
+//! instructions per light and point are the difference of the two counts over 20 x 2048.
+
+use std::hint::black_box;
+use std::process::ExitCode;
+
+use strandlight_bake::bench::{Method, MethodTables, Prepared, Scene, Set};
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("single_cost: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [family, setting, repetitions] = &arguments[..] else {
+        return Err("usage: single_cost FAMILY SETTING REPETITIONS, as in single.csv".into());
+    };
+    let repetitions: u32 = repetitions.parse()?;
+    let method = Method::all()
+        .into_iter()
+        .find(|method| method.family() == family && method.setting() == *setting)
+        .ok_or_else(|| format!("there is no method '{family} {setting}'"))?;
+    let prepared = Prepared::new(method, &MethodTables::new()?);
+    let scene = Scene::new(Set::Accuracy, 0, [8, 16, 16]);
+    let fibres = scene
+        .hair
+        .iter()
+        .map(|hair| prepared.on_fibre(hair))
+        .collect::<Result<Vec<_>, _>>()?;
+    for _ in 0..repetitions {
+        for fibre in &fibres {
+            for view in &scene.views {
+                black_box(fibre.lit(black_box(&scene.lights), black_box(view)));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,22 @@
+//! Run time against error: the closed forms beside the exact model and beside plain quadrature.
+//!
+//! - [`Set`] draws [`Configuration`]s of light, view and hair.
+//! - [`Method`]: what is compared; [`Prepared`] holds its tables.
+//! - [`Reference`] knows the exact values and measures [`Errors`]; [`cpu_costs`] and
+//!   [`adapter_costs`] measure [`Cost`]s side by side.
+//! - [`run`] does all of it; [`Frontier`] writes it down.
+
+mod accuracy;
+mod brute_force;
+mod configuration;
+mod frontier;
+mod method;
+pub mod plot;
+mod timing;
+
+pub use accuracy::{Errors, N_SUMS, Reference, SUM_NAMES};
+pub use brute_force::BruteForce;
+pub use configuration::{Configuration, Set};
+pub use frontier::{Frontier, FrontierError, Options, Row, run};
+pub use method::{Method, MethodError, MethodTables, OnFibre, Prepared};
+pub use timing::{Cost, Scene, adapter_costs, cpu_costs};

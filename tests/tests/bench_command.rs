@@ -1,0 +1,167 @@
+//! `strandlight bench`: what it writes, and that errors do not depend on threads.
+
+use std::path::Path;
+
+use serde_json::Value;
+use strandlight_bake::bench::{Method, MethodTables, Prepared, Scene, Set};
+use strandlight_runtime::probe::GpuBench;
+use strandlight_tests::{assert_done, assert_refused, strandlight};
+
+/// Errors alone, on this many threads.
+fn errors(folder: &Path, threads: &str, extra: &[&str]) -> (Value, String) {
+    let text = assert_done(
+        strandlight()
+            .args(["bench", "single", "--n", "40", "--repetitions", "0"])
+            .args(["--json", "-o"])
+            .arg(folder)
+            .args(extra)
+            .env("RAYON_NUM_THREADS", threads),
+    );
+    let document = serde_json::from_str(&text).unwrap();
+    let csv = std::fs::read_to_string(folder.join("single.csv")).unwrap();
+    (document, csv)
+}
+
+#[test]
+fn errors_are_the_same_for_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let (document, csv) = errors(folder.path(), "1", &[]);
+    let (again, csv_again) = errors(folder.path(), "3", &[]);
+    assert_eq!(document, again);
+    assert_eq!(csv, csv_again);
+    // Another seed, another set: other numbers.
+    let (other, _) = errors(folder.path(), "2", &["--seed", "1"]);
+    assert_ne!(document["methods"], other["methods"]);
+    let (other, _) = errors(folder.path(), "2", &["--set", "wide"]);
+    assert_eq!(other["set"], "wide");
+    assert_ne!(document["methods"], other["methods"]);
+}
+
+#[test]
+fn a_run_is_written_as_table_document_and_plot() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("new/run");
+    let text = assert_done(
+        strandlight()
+            .args(["bench", "single", "--n", "20", "--repetitions", "2"])
+            .args(["--adapter", "yes", "-o"])
+            .arg(&output),
+    );
+    assert!(text.contains("paper m=4"), "{text}");
+
+    let csv = std::fs::read_to_string(output.join("single.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), Method::all().len() + 1);
+    let column = |name: &str| {
+        let found = rows[0].iter().position(|cell| *cell == name);
+        found.unwrap_or_else(|| panic!("no column {name} in {:?}", rows[0]))
+    };
+    let document: Value =
+        serde_json::from_slice(&std::fs::read(output.join("single.json")).unwrap()).unwrap();
+    let methods = document["methods"].as_array().unwrap();
+    assert_eq!(methods.len(), rows.len() - 1);
+    let mut n_on_adapter = 0;
+    for (row, method) in rows[1..].iter().zip(methods) {
+        assert_eq!(row.len(), rows[0].len());
+        assert_eq!(row[column("setting")], method["setting"]);
+        let rmse: f64 = row[column("rel_rmse_all")].parse().unwrap();
+        let exact = method["errors"]["all"]["rel_rmse"].as_f64().unwrap();
+        assert!((rmse / exact - 1.0).abs() < 1e-3 && (1e-9..2.0).contains(&rmse));
+        let ns: f64 = row[column("cpu_ns")].parse().unwrap();
+        assert!(ns > 0.0 && method["cpu"]["ratio"].as_f64().unwrap() > 0.0);
+        n_on_adapter += usize::from(!row[column("adapter_ns")].is_empty());
+    }
+    assert!(n_on_adapter >= 6, "{n_on_adapter}");
+    let base = methods
+        .iter()
+        .find(|method| method["setting"] == "m=4" && method["family"] == "paper")
+        .unwrap();
+    assert_eq!(base["cpu"]["ratio"], 1.0);
+    assert_eq!(base["adapter"]["ratio"], 1.0);
+
+    let svg = std::fs::read_to_string(output.join("single.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
+    assert!(svg.matches("<circle").count() > rows.len());
+
+    // The worst configuration is a question to `probe`, which finds the same.
+    let worst = &base["errors"]["TT"]["worst"];
+    let mut question = assert_cmd::Command::from_std(strandlight());
+    let answer = question
+        .args(["probe", "--method", "reference"])
+        .write_stdin(format!("{}\n", worst["query"]))
+        .output()
+        .unwrap();
+    let answer: Value = serde_json::from_slice(&answer.stdout).unwrap();
+    let exact = worst["exact"].as_f64().unwrap();
+    let closest = answer["value"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|value| (value.as_f64().unwrap() - exact).abs())
+        .fold(f64::INFINITY, f64::min);
+    assert!(closest < 1e-6 * exact.abs().max(1e-3), "{answer} {worst}");
+}
+
+#[test]
+fn bad_usage_is_refused_before_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "x").unwrap();
+    assert_refused(
+        strandlight().args(["bench", "single", "-o"]).arg(&file),
+        &["cannot be made"],
+    );
+    std::fs::create_dir(folder.path().join("single.svg")).unwrap();
+    assert_refused(
+        strandlight()
+            .args(["bench", "single", "-o"])
+            .arg(folder.path()),
+        &["single.svg", "directory"],
+    );
+    assert_refused(
+        strandlight().args(["bench", "single", "--n", "0"]),
+        &["--n"],
+    );
+    assert_refused(strandlight().args(["bench", "nothing"]), &["nothing"]);
+}
+
+/// What is timed on the adapter is what is timed on the CPU.
+#[test]
+fn both_sides_compute_the_same() {
+    let tables = MethodTables::new().unwrap();
+    let scene = Scene::new(Set::Wide, 5, [2, 7, 130]);
+    let gpu = GpuBench::new().expect("this test needs a Vulkan driver");
+    let mut n_checked = 0;
+    for method in Method::all() {
+        let Some(scheme) = method.scheme() else {
+            continue;
+        };
+        let prepared = Prepared::new(method, &tables);
+        let fibres = scene
+            .hair
+            .iter()
+            .map(|hair| prepared.on_fibre(hair).unwrap());
+        let fibres: Vec<_> = fibres.collect();
+        let uniforms: Vec<_> = fibres.iter().map(|fibre| fibre.fibre()).collect();
+        let tables = tables.of(method);
+        let workload = gpu.workload(tables, &uniforms, &scene.lights, &scene.views);
+        assert_eq!(workload.n_evaluations(), 2 * 7 * 130);
+        assert!(gpu.run(scheme, &workload).unwrap() > 0.0);
+        let found = gpu.answers(&workload).unwrap();
+        assert_eq!(found.len(), scene.views.len());
+        let exact: Vec<[f32; 3]> = scene
+            .views
+            .iter()
+            .map(|view| fibres[1].lit(&scene.lights, view))
+            .collect();
+        let largest = exact.iter().flatten().fold(0.0f32, |max, x| max.max(*x));
+        for (found, exact) in found.iter().zip(&exact) {
+            for channel in 0..3 {
+                let apart = (found[channel] - exact[channel]).abs();
+                assert!(apart < 1e-4 * largest, "{method:?} {found:?} {exact:?}");
+                n_checked += 1;
+            }
+        }
+    }
+    assert!(n_checked >= 7 * 130 * 3);
+}
