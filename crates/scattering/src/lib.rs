@@ -3,6 +3,7 @@
 //! - [`HairParams`]: the parameters of Marschner's fibre model.
 //! - [`Lobe`]: the scattering modes R, TT, TRT.
 //! - [`exact`]: the model in f64 by quadrature; [`closed_form`]: what the renderer evaluates, f32.
+//! - [`lobes`]: TT and TRT as sums of circular Gaussians, fitted once for every fibre.
 //! - [`table_layout`]: what the baked tables hold, with [`c_integrals`] and [`h_moments`] to fill
 //!   them.
 //!
@@ -28,6 +29,7 @@ pub mod exact;
 pub mod fresnel;
 pub mod h_moments;
 mod hair;
+pub mod lobes;
 pub mod quadrature;
 pub mod special;
 pub mod table_layout;

@@ -9,18 +9,22 @@
 //! the same order of operations; tests compare the two point by point. So arithmetic is written
 //! for that pair, not for Rust idiom.
 
+mod azimuthal;
 mod circular_gaussian;
 mod fibre;
 mod frame;
+mod lobes;
 mod longitudinal;
 mod outer_integral;
 pub mod paper;
 mod special;
 mod tables;
 
+pub use azimuthal::{azimuthal_trt, azimuthal_tt};
 pub use circular_gaussian::{c_0, lobe_integral, product_integral};
 pub use fibre::{DEFAULT_NODES, DEFAULT_SEGMENTS, Fibre, MODE_R, MODE_TRT, MODE_TT, pack_nodes};
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
+pub use lobes::{LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, sample_lobes};
 pub use longitudinal::{Longitudinal, longitudinal};
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, OuterNode, OuterRule, node_count, outer_node, outer_rule,

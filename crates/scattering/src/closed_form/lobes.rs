@@ -1,0 +1,73 @@
+//! The lobes of TT and TRT as a fibre's textures hold them. Twin: `shaders/lib/lobes.wgsl`.
+
+/// Numbers a texel: `lambda_0, lambda_1, lambda_2, cos(mu_1/2), sin(mu_1/2), cos(mu_2/2),
+/// sin(mu_2/2)`, then per channel (r, g, b) the amplitudes `a_l / u^2`, l = 0..3.
+pub const N_LOBE_NUMBERS: usize = 16;
+
+/// How the texels of one mode are placed and decoded, byte for byte the struct `LobeDecode` of the
+/// shaders (144 bytes).
+///
+/// Texel `i` of 0..=last stands at `u = i / last`, `u = (1 + warp) c / (c + warp)`,
+/// c = |cos(theta_d)|. Number j of a texel is `offset[j] + scale[j] * (its 16 bits)`, interpolated
+/// linearly in u. Energies fall with cos^2 at grazing angles; what is stored is smooth there and
+/// not 0, so that the relative error is even.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct LobeDecode {
+    /// Value of 0.
+    pub offset: [f32; N_LOBE_NUMBERS],
+    /// Value of a step.
+    pub scale: [f32; N_LOBE_NUMBERS],
+    /// See above, > 0.
+    pub warp: f32,
+    /// Index of the last texel, at least 1.
+    pub last: f32,
+    /// Fills the struct; always 0.
+    pub padding_0: u32,
+    /// Fills the struct; always 0.
+    pub padding_1: u32,
+}
+
+/// A view of one mode's texels.
+#[derive(Clone, Copy, Debug)]
+pub struct LobeView<'a> {
+    /// Decoded texels, `last + 1` of them.
+    pub texels: &'a [[f32; N_LOBE_NUMBERS]],
+    /// Their placement.
+    pub decode: &'a LobeDecode,
+}
+
+/// The three lobes at one theta_d.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lobes {
+    /// Widths.
+    pub lambda: [f32; 3],
+    /// cos(mu/2) of the two pairs.
+    pub cos_half: [f32; 2],
+    /// sin(mu/2) of the two pairs.
+    pub sin_half: [f32; 2],
+    /// Amplitudes per lobe, then channel: energy times share over I0e(kappa_l), halved for the
+    /// pairs.
+    pub amplitude: [[f32; 3]; 3],
+}
+
+/// The lobes at `cos_theta_d` >= 0.
+pub fn sample_lobes(view: &LobeView, cos_theta_d: f32) -> Lobes {
+    let warp = view.decode.warp;
+    let u = ((1.0 + warp) * cos_theta_d / (cos_theta_d + warp)).min(1.0);
+    let at = u * view.decode.last;
+    let first = at.floor().min(view.decode.last - 1.0);
+    let fraction = at - first;
+    let low = &view.texels[first as usize];
+    let high = &view.texels[first as usize + 1];
+    let x: [f32; N_LOBE_NUMBERS] = std::array::from_fn(|i| low[i] + (high[i] - low[i]) * fraction);
+    let square = u * u;
+    Lobes {
+        lambda: [x[0], x[1], x[2]],
+        cos_half: [x[3], x[5]],
+        sin_half: [x[4], x[6]],
+        amplitude: std::array::from_fn(|l| {
+            std::array::from_fn(|channel| square * x[7 + 3 * channel + l])
+        }),
+    }
+}
