@@ -7,4 +7,5 @@ pub mod lights;
 pub mod picture;
 pub mod progress;
 pub mod random;
+pub mod stress;
 pub mod tables;

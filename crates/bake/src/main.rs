@@ -31,6 +31,7 @@ enum Command {
     Render(cli::render::Args),
     Probe(cli::probe::Args),
     Bench(cli::bench::Args),
+    Stress(cli::stress::Args),
 }
 
 fn main() -> ExitCode {
@@ -71,6 +72,7 @@ fn dispatch(command: &Command) -> cli::Outcome {
         Command::Render(args) => cli::render::run(args),
         Command::Probe(args) => cli::probe::run(args),
         Command::Bench(args) => cli::bench::run(args),
+        Command::Stress(args) => cli::stress::run(args),
     }
 }
 

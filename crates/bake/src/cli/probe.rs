@@ -49,6 +49,13 @@ pub enum Method {
     Paper,
 }
 
+pub use evaluate::default_tables;
+
+/// Is `line` a query with every value in its range? The error names what is wrong.
+pub fn parse_query(line: &str) -> Result<(), String> {
+    Request::parse(line).map(|_| ())
+}
+
 /// Longest line that is read as a query; longer ones are answered by an error.
 const MAX_LINE: usize = 1 << 20;
 /// Most lines evaluated at once on the GPU.
@@ -81,7 +88,7 @@ pub fn run(args: &Args) -> Outcome {
 fn load_tables(args: &Args) -> Result<TableFile, Failure> {
     match &args.tables {
         Some(path) => TableFile::read(path).map_err(Failure::input),
-        None => evaluate::default_tables(),
+        None => default_tables(),
     }
 }
 

@@ -1,0 +1,80 @@
+//! `strandlight stress`: single scattering under numerical stress.
+
+use std::path::PathBuf;
+
+use strandlight_bake::stress::{Options, Report, Subject, run as run_stress};
+use strandlight_bake::tables::fresnel_of;
+use strandlight_formats::TableFile;
+use strandlight_runtime::probe::GpuProbe;
+use strandlight_runtime::tables::ShadingTables;
+
+use super::probe::{default_tables, parse_query};
+use super::{Failure, Outcome, note, print_line};
+
+/// Stresses single scattering at corners and random extremes, against f64
+///
+/// The renderer's functions in f32 on the CPU and as WGSL on the adapter: finite values, twins,
+/// energy, white furnace, symmetries, continuity, rounding, refusal of invalid parameters. Names
+/// the worst case of each check with all its inputs. Exit code 1 when a check fails.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Random points a function; checks that cost more take a share of it
+    #[arg(long, default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    n: u32,
+    /// Seed of every draw
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Baked tables [default: the bundled ones]
+    #[arg(long, value_name = "F.tables")]
+    tables: Option<PathBuf>,
+    /// Leave out the adapter
+    #[arg(long)]
+    no_gpu: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let file = match &args.tables {
+        Some(path) => TableFile::read(path).map_err(Failure::input)?,
+        None => default_tables()?,
+    };
+    let tables = ShadingTables::from_file(&file).map_err(Failure::input)?;
+    let fresnel = fresnel_of(&file).map_err(Failure::input)?;
+    let probe = if args.no_gpu {
+        None
+    } else {
+        match GpuProbe::new(&tables) {
+            Ok(probe) => Some(probe),
+            Err(error) => {
+                note!("strandlight: {error}: stressing the CPU only");
+                None
+            }
+        }
+    };
+    let subject = Subject::new(&tables, probe);
+    let options = Options {
+        n: args.n as usize,
+        seed: args.seed,
+        is_verbose: true,
+    };
+    let report = run_stress(&subject, fresnel, options, &parse_query).map_err(Failure::input)?;
+    if args.json {
+        print_line(report.to_json())?;
+    } else {
+        for line in report.to_lines() {
+            print_line(line)?;
+        }
+    }
+    verdict(&report)
+}
+
+fn verdict(report: &Report) -> Outcome {
+    if report.passed() {
+        return Ok(());
+    }
+    let names: Vec<&str> = report.failed().map(|check| check.name.as_str()).collect();
+    Err(Failure::Check(format!("failed: {}", names.join(", "))))
+}

@@ -1,0 +1,411 @@
+//! Continuity along each parameter.
+//!
+//! A line through the parameters is walked in [`STEPS`] steps. Then the interval whose middle is
+//! farthest off the mean of its ends is halved, again and again: at a jump that distance stays
+//! half the jump, elsewhere it falls fourfold with the step. A jump is a difference across an
+//! interval of [`FLOOR`] of the line (or between neighbouring f32) above [`BOUND`] of the local
+//! scale: the largest value within [`NEIGHBOURHOOD`] steps, at least [`SCALE_FLOOR`] of the
+//! line's largest. Values are divided by the light's mass, so that narrow lights count.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use serde_json::{Value, json};
+use strandlight_scattering::{HairParams, Lobe, PerLobe};
+
+use super::Run;
+use super::draw::{self, BETA, CAUSTIC_WIDTH, ETA, LAMBDA, Random, SHIFT, SIGMA_A};
+use super::point::{Group, Point, inclination, single};
+use super::report::{Check, Tally, merge};
+use super::subject::StressError;
+
+const STEPS: usize = 96;
+/// Largest jump accepted, relative to the local scale.
+const BOUND: f64 = 2e-3;
+/// Widths below this share of the line are not halved.
+const FLOOR: f64 = 1.0 / (1 << 26) as f64;
+const NEIGHBOURHOOD: usize = 4;
+const SCALE_FLOOR: f64 = 1e-2;
+/// Least scale, per unit of light mass: [`BOUND`] of it is what an early out may cut.
+const SCALE_MIN: f64 = 1e-4;
+/// Evaluations a line.
+const BUDGET: usize = 1500;
+
+/// A parameter that can be walked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Parameter {
+    ThetaJ,
+    PhiJ,
+    Lambda,
+    ThetaO,
+    PhiO,
+    LambdaP,
+    Dphi,
+    ThetaD,
+    Eta,
+    SigmaA,
+    Shift,
+    Width,
+    CausticWidth,
+    Eccentricity,
+}
+
+use Parameter::{
+    CausticWidth, Dphi, Eccentricity, Eta, Lambda, LambdaP, PhiJ, PhiO, Shift, SigmaA, ThetaD,
+    ThetaJ, ThetaO, Width,
+};
+
+const ALL: [Parameter; 14] = [
+    ThetaJ,
+    PhiJ,
+    Lambda,
+    ThetaO,
+    PhiO,
+    LambdaP,
+    Dphi,
+    ThetaD,
+    Eta,
+    SigmaA,
+    Shift,
+    Width,
+    CausticWidth,
+    Eccentricity,
+];
+
+impl Parameter {
+    const fn name(self) -> &'static str {
+        match self {
+            ThetaJ => "theta_j",
+            PhiJ => "phi_j",
+            Lambda => "lambda",
+            ThetaO => "theta_o",
+            PhiO => "phi_o",
+            LambdaP => "lambda_p",
+            Dphi => "dphi",
+            ThetaD => "theta_d",
+            Eta => "eta",
+            SigmaA => "sigma_a",
+            Shift => "shift",
+            Width => "width",
+            CausticWidth => "caustic_width",
+            Eccentricity => "eccentricity",
+        }
+    }
+
+    /// Does it belong to single scattering or to the inner integral only? Those of the fibre
+    /// belong to both.
+    fn moves(self, point: &Point) -> bool {
+        match self {
+            ThetaJ | PhiJ | Lambda | ThetaO | PhiO => matches!(point, Point::Single { .. }),
+            LambdaP | Dphi | ThetaD => matches!(point, Point::Azimuthal { .. }),
+            CausticWidth | Eccentricity => point.lobe() == Lobe::Trt,
+            SigmaA => point.lobe() != Lobe::R,
+            Shift | Width => matches!(point, Point::Single { .. }),
+            Eta => true,
+        }
+    }
+
+    /// The parameter at `t` in 0..=1 of its range, in single precision.
+    fn at(self, t: f64) -> f64 {
+        let linear = |[low, high]: [f64; 2]| low + (high - low) * t;
+        let log = |[low, high]: [f64; 2]| low * (high / low).powf(t);
+        match self {
+            ThetaJ | ThetaO | ThetaD => inclination(linear([-FRAC_PI_2, FRAC_PI_2])),
+            PhiJ | PhiO | Dphi => single(linear([-PI, PI])),
+            Lambda | LambdaP => single(log(LAMBDA)),
+            Eta => single(linear(ETA)).clamp(ETA[0], ETA[1]),
+            SigmaA => single(SIGMA_A * t * t * t),
+            Shift => single(linear([-SHIFT, SHIFT])),
+            Width => single(log(BETA)),
+            CausticWidth => single(log(CAUSTIC_WIDTH)).clamp(CAUSTIC_WIDTH[0], CAUSTIC_WIDTH[1]),
+            Eccentricity => single(log([0.5, 2.0])),
+        }
+    }
+
+    /// `base` with the parameter at `value`.
+    fn set(self, base: &Group, value: f64) -> Group {
+        let mut group = base.clone();
+        let hair = &mut group.hair;
+        let all = PerLobe {
+            r: value,
+            tt: value,
+            trt: value,
+        };
+        match self {
+            Eta => hair.eta = value,
+            SigmaA => hair.sigma_a = [value, 0.5 * value, 0.1 * value],
+            Shift => hair.shift = all,
+            Width => hair.width = all,
+            CausticWidth => hair.caustic_width = value,
+            Eccentricity => hair.eccentricity = value,
+            _ => {}
+        }
+        for point in &mut group.points {
+            match point {
+                Point::Single {
+                    light,
+                    theta_o,
+                    phi_o,
+                    ..
+                } => match self {
+                    ThetaJ => light.theta = value,
+                    PhiJ => light.phi = value,
+                    Lambda => light.lambda = value,
+                    ThetaO => *theta_o = value,
+                    PhiO => *phi_o = value,
+                    _ => {}
+                },
+                Point::Azimuthal {
+                    lambda_p,
+                    dphi,
+                    theta_d,
+                    ..
+                } => match self {
+                    LambdaP => *lambda_p = value,
+                    Dphi => *dphi = value,
+                    ThetaD => *theta_d = value,
+                    _ => {}
+                },
+            }
+        }
+        group
+    }
+}
+
+/// Continuity in every parameter, `n` lines each.
+pub fn checks(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
+    let mut checks = Vec::new();
+    for (ix, parameter) in ALL.into_iter().enumerate() {
+        let name = format!("continuity in {}", parameter.name());
+        let tallies = run.each(n, 20 + ix as u64, &name, |random| {
+            let mut tally = Tally::new();
+            let base = base(random, parameter);
+            walk(run, parameter, &base, &mut tally)?;
+            Ok([tally])
+        })?;
+        let [tally] = merge(tallies);
+        let note = "largest difference left across 2^-26 of the range, or between neighbouring \
+                    f32, relative to the local scale";
+        checks.push(tally.check(&name, "cpu", Some(BOUND), note));
+    }
+    Ok(checks)
+}
+
+/// Where a line starts from: a few points of each mode that the parameter moves.
+fn base(random: &mut Random, parameter: Parameter) -> Group {
+    let hair = draw::hair(random);
+    let mut points = Vec::new();
+    for lobe in Lobe::ALL {
+        points.push(draw::azimuthal(random, lobe, &hair));
+        points.push(draw::single_point(random, lobe, &hair));
+    }
+    points.retain(|point| parameter.moves(point));
+    Group { hair, points }
+}
+
+/// The larger; NaN counts as infinite.
+fn worse(best: (f64, usize), here: (f64, usize)) -> (f64, usize) {
+    match here {
+        (value, ix) if value.is_nan() => (f64::INFINITY, ix),
+        (value, _) if value > best.0 => here,
+        _ => best,
+    }
+}
+
+/// An interval of the line, with the answers at its ends and its middle.
+struct Interval {
+    /// Ends and middle, positions in 0..=1.
+    at: [f64; 3],
+    values: [Vec<f64>; 3],
+    scale: Vec<f64>,
+    /// Largest over the components of the middle's distance from the mean of the ends, and the
+    /// component.
+    bend: (f64, usize),
+}
+
+impl Interval {
+    fn new(at: [f64; 3], values: [Vec<f64>; 3], scale: Vec<f64>) -> Interval {
+        let [a, b, c] = &values;
+        let bend = (0..scale.len())
+            .map(|ix| ((b[ix] - 0.5 * (a[ix] + c[ix])).abs() / scale[ix], ix))
+            .fold((0.0, 0), worse);
+        Interval {
+            at,
+            values,
+            scale,
+            bend,
+        }
+    }
+
+    /// The largest difference across the interval and its component.
+    fn jump(&self) -> (f64, usize) {
+        let [a, _, c] = &self.values;
+        (0..self.scale.len())
+            .map(|ix| ((c[ix] - a[ix]).abs() / self.scale[ix], ix))
+            .fold((0.0, 0), worse)
+    }
+}
+
+impl PartialEq for Interval {
+    fn eq(&self, other: &Interval) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Interval {}
+
+impl PartialOrd for Interval {
+    fn partial_cmp(&self, other: &Interval) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Interval {
+    fn cmp(&self, other: &Interval) -> Ordering {
+        let by_bend = self.bend.0.total_cmp(&other.bend.0);
+        by_bend.then(other.at[0].total_cmp(&self.at[0]))
+    }
+}
+
+/// Walks one line and feeds its largest jump into `tally`.
+fn walk(
+    run: &Run,
+    parameter: Parameter,
+    base: &Group,
+    tally: &mut Tally,
+) -> Result<(), StressError> {
+    let prepared = run.subject.prepare(&base.hair)?;
+    let evaluate = |value: f64| -> Result<Vec<f64>, StressError> {
+        let group = parameter.set(base, value);
+        let values = if group.hair == base.hair {
+            run.subject.at(&prepared, &group.points)
+        } else {
+            run.subject.cpu(&group)?
+        };
+        let scaled = group.points.iter().zip(values).flat_map(|(point, rgb)| {
+            let mass = point.light_mass();
+            rgb.map(|x| f64::from(x) / mass)
+        });
+        Ok(scaled.collect())
+    };
+    let (jump, place) = largest_jump(|t| parameter.at(t), evaluate)?;
+    tally.see(jump, || match place {
+        Some((interval, component)) => {
+            let [from, _, to] = interval.at.map(|t| parameter.at(t));
+            let found = json!(interval.values.each_ref().map(|values| values[component]));
+            let inputs = inputs(parameter, base, component / 3, [from, to]);
+            [found, json!("equal, of unit light mass"), inputs]
+        }
+        None => [Value::Null, Value::Null, Value::Null],
+    });
+    Ok(())
+}
+
+/// The largest jump of `evaluate(parameter(t))` over t in 0..=1, 0 if there is none above half of
+/// [`BOUND`], with its interval and component. `parameter` rounds to f32.
+fn largest_jump<E>(
+    parameter: impl Fn(f64) -> f64,
+    evaluate: impl Fn(f64) -> Result<Vec<f64>, E>,
+) -> Result<(f64, Option<(Interval, usize)>), E> {
+    let at = |t: f64| evaluate(parameter(t));
+    let mut heap = initial_intervals(&at)?;
+    let mut worst = (0.0, None);
+    for _ in 0..BUDGET / 2 {
+        let Some(interval) = heap.pop() else { break };
+        if 4.0 * interval.bend.0 <= BOUND {
+            return Ok(worst);
+        }
+        let [a, b, c] = interval.at;
+        let same = |x: f64, y: f64| parameter(x) == parameter(y);
+        if c - a <= FLOOR || same(a, b) || same(b, c) {
+            let (jump, component) = interval.jump();
+            if jump > worst.0 {
+                worst = (jump, Some((interval, component)));
+            }
+            continue;
+        }
+        let (left, right) = (0.5 * (a + b), 0.5 * (b + c));
+        let (f_left, f_right) = (at(left)?, at(right)?);
+        let [f_a, f_b, f_c] = interval.values;
+        let scale = interval.scale;
+        heap.push(Interval::new(
+            [a, left, b],
+            [f_a, f_left, f_b.clone()],
+            scale.clone(),
+        ));
+        heap.push(Interval::new([b, right, c], [f_b, f_right, f_c], scale));
+    }
+    // What was not resolved within the budget might still hide a jump of twice its bend.
+    if let Some(interval) = heap.pop()
+        && 2.0 * interval.bend.0 > worst.0.max(BOUND)
+    {
+        let (bend, component) = interval.bend;
+        worst = (2.0 * bend, Some((interval, component)));
+    }
+    Ok(worst)
+}
+
+/// The intervals of the first walk, each with its local scale.
+fn initial_intervals<E>(
+    at: &impl Fn(f64) -> Result<Vec<f64>, E>,
+) -> Result<BinaryHeap<Interval>, E> {
+    let position = |ix: usize| ix as f64 / (2 * STEPS) as f64;
+    let samples = (0..=2 * STEPS)
+        .map(|ix| at(position(ix)))
+        .collect::<Result<Vec<_>, _>>()?;
+    let largest = |samples: &[Vec<f64>], c: usize| samples.iter().map(|s| s[c]).fold(0.0, f64::max);
+    let mut heap = BinaryHeap::new();
+    for step in 0..STEPS {
+        let from = (2 * step).saturating_sub(2 * NEIGHBOURHOOD);
+        let to = (2 * (step + 1 + NEIGHBOURHOOD)).min(2 * STEPS);
+        let scale = (0..samples[0].len())
+            .map(|c| {
+                let near = largest(&samples[from..=to], c);
+                near.max(SCALE_FLOOR * largest(&samples, c)).max(SCALE_MIN)
+            })
+            .collect();
+        let ixs = [2 * step, 2 * step + 1, 2 * step + 2];
+        let values = ixs.map(|ix| samples[ix].clone());
+        heap.push(Interval::new(ixs.map(position), values, scale));
+    }
+    Ok(heap)
+}
+
+/// The query at the near end of an interval, and the interval.
+fn inputs(parameter: Parameter, base: &Group, point: usize, between: [f64; 2]) -> Value {
+    let group = parameter.set(base, between[0]);
+    let hair: &HairParams = &group.hair;
+    json!({ "parameter": parameter.name(), "between": between,
+            "query": group.points[point].query(hair) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn jump(f: impl Fn(f64) -> f64) -> f64 {
+        let evaluate = |x: f64| Ok::<_, ()>(vec![1.0, f(x)]);
+        largest_jump(single, evaluate).unwrap().0
+    }
+
+    #[test]
+    fn jumps_are_found_and_slopes_are_not() {
+        // A narrow peak, a kink, a steep rise: continuous.
+        assert_eq!(jump(|x| (-((x - 0.3) / 0.02).powi(2)).exp()), 0.0);
+        assert_eq!(jump(|x| (x - 0.4).abs()), 0.0);
+        assert_eq!(jump(|x| 1.0 + (2e4 * (x - 0.6)).tanh()), 0.0);
+        // Steps, also small ones on a slope and beside a larger rise.
+        assert!((jump(|x| f64::from(u8::from(x > 0.123))) - 1.0).abs() < 1e-3);
+        let small = jump(|x| 1.0 + x + if x > 0.777 { 0.01 } else { 0.0 });
+        assert!((small - 0.01 / 1.78).abs() < 1e-3, "{small}");
+        let hidden = jump(|x| 2.0 + (200.0 * (x - 0.2)).tanh() + if x > 0.5 { 0.02 } else { 0.0 });
+        assert!((hidden - 0.02 / 3.0).abs() < 1e-3, "{hidden}");
+        // Below the bound: not a jump.
+        assert!(jump(|x| 1.0 + if x > 0.5 { 0.1 * BOUND } else { 0.0 }) <= BOUND);
+        assert_eq!(
+            jump(|x| if x > 0.9 { f64::NAN } else { 0.0 }),
+            f64::INFINITY
+        );
+    }
+}

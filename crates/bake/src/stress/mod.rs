@@ -1,0 +1,129 @@
+//! Numerical stress of single scattering: what the renderer evaluates, in f32 on the CPU and as
+//! WGSL on the adapter, against the exact model in f64, at corners and random extremes.
+//!
+//! - [`Subject`]: the scheme under test.
+//! - [`run()`]: all checks; the same seed gives the same [`Report`] on any number of threads.
+//! - [`Report`]: checks with their worst cases and all inputs of these.
+
+mod accuracy;
+mod continuity;
+mod draw;
+mod energy;
+mod invalid;
+mod point;
+mod report;
+mod subject;
+mod symmetry;
+mod values;
+
+use rayon::prelude::*;
+use strandlight_scattering::fresnel::Fresnel;
+
+use crate::progress::Progress;
+use draw::Random;
+use values::Evaluated;
+
+pub use invalid::ParseQuery;
+pub use report::{Check, Report, Status, Worst};
+pub use subject::{StressError, Subject};
+
+/// Why checks of the adapter were not run.
+const NO_ADAPTER: &str = "no adapter";
+
+/// What to run.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Random points a function; the checks that cost more take a fixed share of it.
+    pub n: usize,
+    /// Seed of every draw.
+    pub seed: u64,
+    /// Progress on stderr?
+    pub is_verbose: bool,
+}
+
+/// A run under way.
+struct Run<'a> {
+    subject: &'a Subject<'a>,
+    fresnel: Fresnel,
+    options: Options,
+}
+
+impl Run<'_> {
+    fn progress(&self, label: &str, total: u64) -> Progress {
+        if self.options.is_verbose {
+            Progress::new(label, total)
+        } else {
+            Progress::silent()
+        }
+    }
+
+    /// `work` of `n` (at least 1) streams of random numbers, in order.
+    fn each<T: Send>(
+        &self,
+        n: usize,
+        purpose: u64,
+        label: &str,
+        work: impl Fn(&mut Random) -> Result<T, StressError> + Sync,
+    ) -> Result<Vec<T>, StressError> {
+        let n = n.max(1) as u64;
+        let progress = self.progress(label, n);
+        let all = (0..n)
+            .into_par_iter()
+            .map(|stream| {
+                let value = work(&mut Random::new(self.options.seed, purpose, stream));
+                progress.advance(1);
+                value
+            })
+            .collect();
+        progress.finish();
+        all
+    }
+}
+
+/// Runs all checks of `subject`, whose tables hold the term `fresnel`.
+///
+/// # Errors
+/// The adapter failed. Failed checks are in the report.
+pub fn run(
+    subject: &Subject,
+    fresnel: Fresnel,
+    options: Options,
+    parse_query: ParseQuery,
+) -> Result<Report, StressError> {
+    let run = Run {
+        subject,
+        fresnel,
+        options,
+    };
+    let n = options.n;
+    let mut checks = Vec::new();
+    let evaluate = |label: &str, groups: Vec<point::Group>| {
+        let progress = run.progress(label, groups.len() as u64);
+        let evaluated = Evaluated::new(subject, groups, &progress);
+        progress.finish();
+        evaluated
+    };
+    checks.extend(evaluate("corners", draw::corners())?.finite("finite, corners"));
+    let extremes = evaluate("extremes", draw::extremes(options.seed, 0, n))?;
+    checks.extend(extremes.finite("finite, random extremes"));
+    checks.extend(extremes.twins());
+    drop(extremes);
+    let share = |part: usize| n.div_ceil(part);
+    checks.extend(energy::under_constant_light(&run, share(20))?);
+    checks.extend(energy::over_azimuth(&run, share(80))?);
+    checks.extend(energy::wide_light(&run, share(100))?);
+    checks.extend(energy::over_views(&run, share(200))?);
+    checks.extend(energy::furnace(&run, share(100))?);
+    checks.extend(symmetry::checks(&run, n)?);
+    checks.extend(continuity::checks(&run, share(2000))?);
+    checks.extend(accuracy::against_exact(&run, share(50))?);
+    checks.extend(accuracy::rounding(&run, share(2))?);
+    checks.extend(invalid::checks(parse_query));
+    Ok(Report {
+        scheme: subject.scheme(),
+        adapter: subject.adapter().map(str::to_owned),
+        n: n as u64,
+        seed: options.seed,
+        checks,
+    })
+}

@@ -1,0 +1,128 @@
+//! Where the functions under test are evaluated.
+
+use std::f64::consts::FRAC_PI_2;
+
+use serde_json::{Value, json};
+use strandlight_scattering::{HairParams, Lobe};
+
+/// One evaluation; every number is a single-precision one, so that all sides get the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Point {
+    /// The inner integral, Eq 12.
+    Azimuthal {
+        /// Mode.
+        lobe: Lobe,
+        /// Width lambda' of the light in azimuth.
+        lambda_p: f64,
+        /// phi_o - phi_j.
+        dphi: f64,
+        /// (theta_o - theta_i) / 2.
+        theta_d: f64,
+    },
+    /// Single scattering of one light of amplitude 1, Eq 11.
+    Single {
+        /// Mode.
+        lobe: Lobe,
+        /// The light.
+        light: Light,
+        /// Inclination of the view.
+        theta_o: f64,
+        /// Azimuth of the view.
+        phi_o: f64,
+    },
+}
+
+/// A spherical Gaussian light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Inclination of its centre.
+    pub theta: f64,
+    /// Azimuth of its centre.
+    pub phi: f64,
+    /// Bandwidth.
+    pub lambda: f64,
+}
+
+/// Points that share a fibre. What depends on the fibre alone is prepared once a group.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// The fibre.
+    pub hair: HairParams,
+    /// The points.
+    pub points: Vec<Point>,
+}
+
+/// `x` in single precision.
+pub fn single(x: f64) -> f64 {
+    f64::from(x as f32)
+}
+
+/// An inclination in single precision, inside +-pi/2.
+pub fn inclination(theta: f64) -> f64 {
+    single(theta).clamp(-FRAC_PI_2, FRAC_PI_2)
+}
+
+impl Point {
+    /// The mode.
+    pub fn lobe(&self) -> Lobe {
+        match self {
+            Point::Azimuthal { lobe, .. } | Point::Single { lobe, .. } => *lobe,
+        }
+    }
+
+    /// Integral of the light over the circle or the sphere: what an answer is proportional to
+    /// where the light is narrow.
+    pub fn light_mass(&self) -> f64 {
+        use strandlight_scattering::circular_gaussian as c;
+        match self {
+            Point::Azimuthal { lambda_p, .. } => {
+                c::circular_gaussian_integral(c::sharpness(*lambda_p))
+            }
+            Point::Single { light, .. } => sphere_mass(light.lambda),
+        }
+    }
+
+    /// This point as a query of `strandlight probe`.
+    pub fn query(&self, hair: &HairParams) -> Value {
+        match self {
+            Point::Azimuthal {
+                lobe,
+                lambda_p,
+                dphi,
+                theta_d,
+            } => json!({
+                "q": "azimuthal", "mode": lobe.name(), "lambda": lambda_p, "dphi": dphi,
+                "theta_d": theta_d, "hair": hair_json(hair),
+            }),
+            Point::Single {
+                lobe,
+                light,
+                theta_o,
+                phi_o,
+            } => json!({
+                "q": "single", "mode": lobe.name(),
+                "light": { "theta": light.theta, "phi": light.phi, "lambda": light.lambda },
+                "view": { "theta": theta_o, "phi": phi_o },
+                "hair": hair_json(hair),
+            }),
+        }
+    }
+}
+
+/// Integral of a spherical Gaussian of amplitude 1: `pi lambda^2 (1 - exp(-4 / lambda^2))`.
+pub fn sphere_mass(lambda: f64) -> f64 {
+    let square = lambda * lambda;
+    -std::f64::consts::PI * square * (-4.0 / square).exp_m1()
+}
+
+/// The fibre as `strandlight probe` reads it.
+pub fn hair_json(hair: &HairParams) -> Value {
+    json!({
+        "eta": hair.eta,
+        "sigma_a": hair.sigma_a,
+        "shift": { "r": hair.shift.r, "tt": hair.shift.tt, "trt": hair.shift.trt },
+        "width": { "r": hair.width.r, "tt": hair.width.tt, "trt": hair.width.trt },
+        "caustic_width": hair.caustic_width,
+        "eccentricity": hair.eccentricity,
+    })
+}
