@@ -1,5 +1,5 @@
-// The baked tables. Textures are rgba32float, read by textureLoad and mixed by hand, so that the
-// weights are exact. Twin: crates/scattering/src/closed_form/tables.rs.
+// The baked tables. H textures are rgba32float, C is rgba32uint with eight unorm16 a texel; they
+// are read by textureLoad and mixed by hand, so that the weights are exact. Twin: crates/scattering/src/closed_form/tables.rs.
 
 const SPACING_LINEAR: u32 = 0u;
 const SPACING_LOG: u32 = 1u;
@@ -59,8 +59,8 @@ struct Cell {
     fraction: f32,
 }
 
-// b_1..b_4 and b_5, b_6.
-struct CPair {
+// b_1..b_4 and b_5..b_8.
+struct CShares {
     first: vec4f,
     second: vec4f,
 }
@@ -69,8 +69,8 @@ struct CPair {
 fn table_cell(axis: TableAxis, x: f32) -> Cell {
     let warped = table_warp(axis.spacing, min(max(x, axis.min), axis.max));
     let at = min(max((warped - axis.warp_min) * axis.scale, 0.0), axis.last);
-    let first = min(floor(at), axis.last - 1.0);
-    return Cell(u32(first), at - first);
+    let first = min(u32(at), u32(axis.last) - 1u);
+    return Cell(first, at - f32(first));
 }
 
 // Column variable of the H tables: eta / eta' for the dielectric term, cos(theta_d) for
@@ -103,34 +103,44 @@ fn sample_h(
     return top + (bottom - top) * row.fraction;
 }
 
-// b_1..b_6 of the table C; two texels per |cos(phi/2)| along x, kappa along y.
-fn sample_c(table: texture_2d<f32>, axes: TableAxes, kappa: f32, cos_half: f32) -> CPair {
+// Eight unorm16 of a texel.
+fn unpack_shares(texel: vec4u) -> CShares {
+    return CShares(
+        vec4f(unpack2x16unorm(texel.x), unpack2x16unorm(texel.y)),
+        vec4f(unpack2x16unorm(texel.z), unpack2x16unorm(texel.w)),
+    );
+}
+
+// b_1..b_8 of the table C; |cos(phi/2)| along x, kappa along y.
+fn sample_c(table: texture_2d<u32>, axes: TableAxes, kappa: f32, cos_half: f32) -> CShares {
     let row = table_cell(axes.c_rows, kappa);
     let column = table_cell(axes.c_columns, cos_half);
-    var pair: array<vec4f, 2>;
-    for (var half = 0u; half < 2u; half++) {
-        let at = vec2u(2u * column.first + half, row.first);
-        let top_0 = textureLoad(table, at, 0);
-        let top_1 = textureLoad(table, at + vec2u(2u, 0u), 0);
-        let bottom_0 = textureLoad(table, at + vec2u(0u, 1u), 0);
-        let bottom_1 = textureLoad(table, at + vec2u(2u, 1u), 0);
-        let top = top_0 + (top_1 - top_0) * column.fraction;
-        let bottom = bottom_0 + (bottom_1 - bottom_0) * column.fraction;
-        pair[half] = top + (bottom - top) * row.fraction;
-    }
-    return CPair(pair[0], pair[1]);
+    let at = vec2u(column.first, row.first);
+    let top_0 = unpack_shares(textureLoad(table, at, 0));
+    let top_1 = unpack_shares(textureLoad(table, at + vec2u(1u, 0u), 0));
+    let bottom_0 = unpack_shares(textureLoad(table, at + vec2u(0u, 1u), 0));
+    let bottom_1 = unpack_shares(textureLoad(table, at + vec2u(1u, 1u), 0));
+    let top_first = top_0.first + (top_1.first - top_0.first) * column.fraction;
+    let top_second = top_0.second + (top_1.second - top_0.second) * column.fraction;
+    let bottom_first = bottom_0.first + (bottom_1.first - bottom_0.first) * column.fraction;
+    let bottom_second = bottom_0.second + (bottom_1.second - bottom_0.second) * column.fraction;
+    return CShares(
+        top_first + (bottom_first - top_first) * row.fraction,
+        top_second + (bottom_second - top_second) * row.fraction,
+    );
 }
 
 // C_k at a cell of the table, k in 1..=6; scale = C_0.
-fn c_from_b(b: CPair, k: u32, scale: f32) -> f32 {
-    let all = array<f32, 6>(
-        b.first.x, b.first.y, b.first.z, b.first.w, b.second.x, b.second.y
+fn c_from_b(b: CShares, k: u32, scale: f32) -> f32 {
+    let all = array<f32, 8>(
+        b.first.x, b.first.y, b.first.z, b.first.w,
+        b.second.x, b.second.y, b.second.z, b.second.w,
     );
     var binomial_ik = 1.0;
     var sum = 0.0;
-    for (var i = k; i < 7u; i++) {
+    for (var i = k; i < 9u; i++) {
         sum += binomial_ik * all[i - 1u];
         binomial_ik *= (f32(i) + 1.0) / (f32(i) + 1.0 - f32(k));
     }
-    return scale * sum / (binomial_ik * (7.0 - f32(k)) / 7.0);
+    return scale * sum / (binomial_ik * (9.0 - f32(k)) / 9.0);
 }

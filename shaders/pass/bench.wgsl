@@ -11,7 +11,7 @@
 @group(0) @binding(2) var<storage, read> views: array<DirectionInFrame>;
 @group(0) @binding(3) var<storage, read_write> answers: array<vec4f>;
 @group(0) @binding(4) var<uniform> axes: TableAxes;
-@group(0) @binding(5) var table_c: texture_2d<f32>;
+@group(0) @binding(5) var table_c: texture_2d<u32>;
 @group(0) @binding(6) var table_h_tt: texture_2d<f32>;
 @group(0) @binding(7) var table_h_trt: texture_2d<f32>;
 

@@ -37,7 +37,7 @@ const OUTER_NODE: u32 = 8u;
 @group(0) @binding(0) var<storage, read> queries: array<Query>;
 @group(0) @binding(1) var<storage, read_write> answers: array<vec4f>;
 @group(0) @binding(2) var<uniform> axes: TableAxes;
-@group(0) @binding(3) var table_c: texture_2d<f32>;
+@group(0) @binding(3) var table_c: texture_2d<u32>;
 @group(0) @binding(4) var table_h_tt: texture_2d<f32>;
 @group(0) @binding(5) var table_h_trt: texture_2d<f32>;
 

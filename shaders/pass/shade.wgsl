@@ -19,7 +19,7 @@
 // 64 bit each, low word first: points skipped, products, products skipped.
 @group(0) @binding(10) var<storage, read_write> counters: array<atomic<u32>>;
 @group(0) @binding(11) var<uniform> axes: TableAxes;
-@group(0) @binding(12) var table_c: texture_2d<f32>;
+@group(0) @binding(12) var table_c: texture_2d<u32>;
 @group(0) @binding(13) var table_h_tt: texture_2d<f32>;
 @group(0) @binding(14) var table_h_trt: texture_2d<f32>;
 

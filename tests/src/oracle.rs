@@ -60,12 +60,12 @@ pub fn fresnel(eta: f64, cosine: f64, schlick: bool) -> f64 {
 }
 
 /// C_k for k = 0..=6 at kappa = 2 / lambda'^2.
-pub fn c_k(kappa: f64, phi: f64) -> [f64; 7] {
+pub fn c_k(kappa: f64, phi: f64) -> [f64; 9] {
     let reach = PI.min(7.5 * (2.0 / kappa.max(1e-9)).sqrt());
     // |cos((phi - x) / 2)| has its kink where x = phi - pi, modulo a turn.
     let kink = (phi - PI).rem_euclid(2.0 * PI);
     let kink = if kink > PI { kink - 2.0 * PI } else { kink };
-    let mut sums = [0.0; 7];
+    let mut sums = [0.0; 9];
     let middle = kink.clamp(-reach, reach);
     for (a, b) in [(-reach, middle), (middle, reach)] {
         for &(t, w) in gauss_legendre_64() {
@@ -155,25 +155,25 @@ fn cos_theta_d(eta: f64, column: f64, schlick: bool) -> f64 {
 
 /// The default tables, by quadrature.
 pub fn tables(schlick: bool) -> TableFile {
-    let choose = [1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0];
+    let choose = [1.0, 8.0, 28.0, 56.0, 70.0, 56.0, 28.0, 8.0, 1.0];
     let c = table(
         "C",
         [(C_AXIS_NAMES[0], C_ROWS), (C_AXIS_NAMES[1], C_COLUMNS)],
         &C_CHANNELS,
         |kappa, cos_half| {
-            // b_i from powers: c^i (1-c)^(6-i) = sum_j binom(6-i, j) (-1)^j c^(i+j).
+            // b_i from powers: c^i (1-c)^(8-i) = sum_j binom(8-i, j) (-1)^j c^(i+j).
             let powers = c_k(kappa, 2.0 * cos_half.acos());
             let scale = 2.0 * PI * i0e(kappa);
             let b = |i: usize| {
                 let mut factor = 1.0;
                 let mut sum = 0.0;
-                for j in 0..=6 - i {
+                for j in 0..=8 - i {
                     sum += factor * powers[i + j];
-                    factor *= -((6 - i - j) as f64) / (j as f64 + 1.0);
+                    factor *= -((8 - i - j) as f64) / (j as f64 + 1.0);
                 }
                 choose[i] * sum.max(0.0) / scale
             };
-            vec![b(1), b(2), b(3), b(4), b(5), b(6), b(0), 0.0]
+            (1..9).map(b).collect()
         },
     );
     let names = if schlick {

@@ -157,10 +157,10 @@ fn tables() -> TableFile {
         spacing,
     };
     let names = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
-    // All of C_0 in b_0 at the first texel, in b_6 at the others.
+    // All of C_0 in b_0 at the first texel, in b_8 at the others.
     let texel = |first: bool| {
         let mut texel = [0.0f32; 8];
-        texel[if first { 6 } else { 5 }] = 1.0;
+        texel[7] = if first { 0.0 } else { 1.0 };
         texel
     };
     TableFile {
@@ -172,7 +172,7 @@ fn tables() -> TableFile {
                     axis("kappa", 0.0, 2e6, 2, Spacing::InverseSqrt),
                     axis("cos_half_phi", 0.0, 1.0, 3, Spacing::RootSquare),
                 ],
-                channels: names("b1 b2 b3 b4 b5 b6 b0 zero"),
+                channels: names("b1 b2 b3 b4 b5 b6 b7 b8"),
                 data: (0..6).flat_map(|ix| texel(ix == 0)).collect(),
                 max_interpolation_error: 0.0,
             },
@@ -217,7 +217,7 @@ fn tables_as_arrays_and_pictures() {
     done(at, &["export", "a.tables", "-o", "x.npy"]);
     let (header, c) = npy(&at.join("x_C.npy"));
     assert!(header.contains("(7, 2, 3,)"), "{header}");
-    // First row: kappa = 0, so C_0 is 2 pi. With all in b_0, C_k = 0 for k > 0; in b_6, C_k = C_0.
+    // First row: kappa = 0, so C_0 is 2 pi. With all in b_0, C_k = 0 for k > 0; in b_8, C_k = C_0.
     let full = std::f32::consts::TAU;
     assert_eq!(c[..3], [full; 3]);
     assert_eq!(c[6..9], [0.0, full, full]);

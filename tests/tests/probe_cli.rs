@@ -157,7 +157,7 @@ fn the_reference_is_exact() {
     let answers = ask(&mut probe("reference"), &lines);
     let c = oracle::c_k(8.0, 2.0);
     let h = oracle::h_k(1.55, 1.2f64.cos(), 2, false);
-    for (answer, exact) in answers.iter().zip(c.iter().chain(&h)) {
+    for (answer, exact) in answers.iter().zip(c[..7].iter().chain(&h)) {
         assert!((number(answer) - exact).abs() < 1e-9, "{answer} {exact}");
     }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use strandlight_runtime::shaders::{MODULES, resolve};
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, Fibre, LightInFrame, TableAxes, TableAxis,
+    DirectionInFrame, Fibre, LightInFrame, Reflectance, TableAxes, TableAxis,
 };
 
 /// The parsed and validated module.
@@ -127,6 +127,17 @@ fn structs_have_the_layout_of_their_mirrors() {
         }
     );
     same_layout!(&module, LightInFrame { direction, lambda });
+    let reflectance = self::module("lib/azimuthal_r");
+    same_layout!(
+        &reflectance,
+        Reflectance {
+            coefficients,
+            scale,
+            padding_0,
+            padding_1,
+            padding_2
+        }
+    );
     same_layout!(
         &module,
         TableAxis {

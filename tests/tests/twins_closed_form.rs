@@ -46,7 +46,7 @@ fn tables_answer_the_integrals() {
         let lambda_p = random.log_uniform(0.001, 10.0);
         let phi = random.uniform(-7.0, 7.0);
         let exact = oracle::c_k(2.0 / (lambda_p * lambda_p), phi);
-        for (k, exact_k) in exact.iter().enumerate() {
+        for (k, exact_k) in exact[..7].iter().enumerate() {
             let value = f64::from(view.c_k(k as u32, lambda_p as f32, phi as f32));
             worst_c = worst_c.max((value - exact_k).abs() / exact[0]);
         }

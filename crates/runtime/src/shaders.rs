@@ -30,6 +30,7 @@ macro_rules! modules {
 }
 
 modules!(
+    "lib/azimuthal_r",
     "lib/circular_gaussian",
     "lib/constants",
     "lib/fibre",

@@ -3,9 +3,9 @@
 use strandlight_formats::{Axis, Spacing, Table, TableFile};
 use strandlight_scattering::Lobe;
 use strandlight_scattering::axis;
-use strandlight_scattering::closed_form::{TableAxes, Tables};
+use strandlight_scattering::closed_form::{PackedShares, TableAxes, Tables, pack_shares};
 use strandlight_scattering::table_layout::{
-    C_AXIS_NAMES, H_AXIS_NAMES_DIELECTRIC, H_AXIS_NAMES_SCHLICK,
+    C_AXIS_NAMES, C_CHANNELS, H_AXIS_NAMES_DIELECTRIC, H_AXIS_NAMES_SCHLICK, H_CHANNELS,
 };
 
 use crate::gpu::Context;
@@ -64,7 +64,7 @@ pub const fn table_of(mode: Lobe) -> &'static str {
 }
 
 /// Axes and texels of a table.
-type TexelTable = ([axis::Axis; 2], Vec<[f32; 4]>);
+type TexelTable<T> = ([axis::Axis; 2], Vec<T>);
 
 /// Axis of a table that is not there.
 const NO_AXIS: axis::Axis = axis::Axis {
@@ -77,11 +77,11 @@ const NO_AXIS: axis::Axis = axis::Axis {
 /// Most texels along a side, the least that every WebGPU device takes.
 const MAX_SIDE: u32 = 8192;
 
-/// The tables C, H_TT and H_TRT as RGBA texels, row by row; see
+/// The tables C, packed, and H_TT and H_TRT as RGBA texels, row by row; see
 /// [`strandlight_scattering::closed_form::Tables`] for their layout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShadingTables {
-    c: Vec<[f32; 4]>,
+    c: Vec<PackedShares>,
     h_tt: Vec<[f32; 4]>,
     h_trt: Vec<[f32; 4]>,
     axes: TableAxes,
@@ -110,33 +110,34 @@ impl ShadingTables {
         } else {
             H_AXIS_NAMES_DIELECTRIC
         };
-        let read = |mode: Lobe, axis_names, channels: &[&'static str]| {
+        let read_h = |mode: Lobe| {
             let wanted = modes.contains(&mode);
             wanted
-                .then(|| texels(file, table_of(mode), axis_names, channels))
+                .then(|| texels(file, table_of(mode), h_names, &H_CHANNELS))
                 .transpose()
         };
-        let h_channels = ["H0", "H2", "H4", "H6"];
-        let c = read(Lobe::R, C_AXIS_NAMES, &["b1", "b2", "b3", "b4", "b5", "b6"])?;
-        let h_tt = read(Lobe::Tt, h_names, &h_channels)?;
-        let h_trt = read(Lobe::Trt, h_names, &h_channels)?;
+        let c = modes
+            .contains(&Lobe::R)
+            .then(|| texels(file, table_of(Lobe::R), C_AXIS_NAMES, &C_CHANNELS))
+            .transpose()?;
+        let h_tt = read_h(Lobe::Tt)?;
+        let h_trt = read_h(Lobe::Trt)?;
         if let (Some((tt_axes, _)), Some((trt_axes, _))) = (&h_tt, &h_trt)
             && tt_axes != trt_axes
         {
             return Err(TablesError::Different);
         }
-        let axes_of = |table: Option<&TexelTable>| table.map_or([NO_AXIS; 2], |(axes, _)| *axes);
-        let c_axes = axes_of(c.as_ref());
-        let h_axes = axes_of(h_tt.as_ref().or(h_trt.as_ref()));
-        // A texture cannot be empty: one column that nothing reads.
-        let texels_of = |table: Option<TexelTable>, axes: [axis::Axis; 2]| match table {
-            Some((_, texels)) => texels,
-            None => vec![[0.0; 4]; axes[0].count as usize],
+        let (c_axes, c) = c.unwrap_or_else(nothing);
+        let h_axes = match (&h_tt, &h_trt) {
+            (Some((axes, _)), _) | (None, Some((axes, _))) => *axes,
+            (None, None) => [NO_AXIS; 2],
         };
+        // As many rows as the other H table has.
+        let blank = || (h_axes, vec![[0.0; 4]; h_axes[0].count as usize]);
         Ok(ShadingTables {
-            c: texels_of(c, c_axes),
-            h_tt: texels_of(h_tt, h_axes),
-            h_trt: texels_of(h_trt, h_axes),
+            c: c.iter().map(pack_shares).collect(),
+            h_tt: h_tt.unwrap_or_else(blank).1,
+            h_trt: h_trt.unwrap_or_else(blank).1,
             axes: TableAxes {
                 c_rows: c_axes[0].into(),
                 c_columns: c_axes[1].into(),
@@ -183,13 +184,18 @@ fn sampled_axis(axis: &Axis) -> axis::Axis {
     }
 }
 
-/// Axes and texels of the table `name`, `channels` in this order, the last texel filled with 0.
-fn texels(
+/// A table that nothing reads: one column, since a texture cannot be empty.
+fn nothing<const N: usize>() -> TexelTable<[f32; N]> {
+    ([NO_AXIS; 2], vec![[0.0; N]; NO_AXIS.count as usize])
+}
+
+/// Axes and texels of the table `name`, `channels` in this order.
+fn texels<const N: usize>(
     file: &TableFile,
     name: &'static str,
     axis_names: [&'static str; 2],
-    channels: &[&'static str],
-) -> Result<TexelTable, TablesError> {
+    channels: &[&'static str; N],
+) -> Result<TexelTable<[f32; N]>, TablesError> {
     let table: &Table = file.table(name).ok_or(TablesError::Missing(name))?;
     let [rows, columns] = &table.axes[..] else {
         return Err(other_axes(table, name, axis_names));
@@ -197,16 +203,14 @@ fn texels(
     if [rows.name.as_str(), columns.name.as_str()] != axis_names {
         return Err(other_axes(table, name, axis_names));
     }
-    let from: Vec<usize> = channels
-        .iter()
-        .map(|&channel| {
-            let position = table.channels.iter().position(|found| found == channel);
-            position.ok_or(TablesError::Channel {
-                table: name,
-                channel,
-            })
-        })
-        .collect::<Result<_, _>>()?;
+    let mut from = [0; N];
+    for (at, &channel) in from.iter_mut().zip(channels) {
+        let position = table.channels.iter().position(|found| found == channel);
+        *at = position.ok_or(TablesError::Channel {
+            table: name,
+            channel,
+        })?;
+    }
     let n_channels = table.channels.len();
     let size_error = TablesError::Size {
         table: name,
@@ -214,23 +218,16 @@ fn texels(
         rows: rows.count,
         columns: columns.count,
     };
-    let per_entry = channels.len().div_ceil(4);
-    let sides_fit = (2..=MAX_SIDE).contains(&rows.count)
-        && (2..=MAX_SIDE / per_entry as u32).contains(&columns.count);
+    let sides_fit = (2..=MAX_SIDE).contains(&rows.count) && (2..=MAX_SIDE).contains(&columns.count);
     // Sides are at most 8192, so the product fits.
     if !sides_fit || table.data.len() != rows.count as usize * columns.count as usize * n_channels {
         return Err(size_error);
     }
-    let mut texels = Vec::with_capacity(table.data.len() / n_channels * per_entry);
-    for entry in table.data.chunks_exact(n_channels) {
-        for part in from.chunks(4) {
-            let mut texel = [0.0; 4];
-            for (value, &channel) in texel.iter_mut().zip(part) {
-                *value = entry[channel];
-            }
-            texels.push(texel);
-        }
-    }
+    let texels = table
+        .data
+        .chunks_exact(n_channels)
+        .map(|entry| from.map(|channel| entry[channel]))
+        .collect();
     Ok(([sampled_axis(rows), sampled_axis(columns)], texels))
 }
 
@@ -243,14 +240,17 @@ fn other_axes(table: &Table, name: &'static str, expected: [&'static str; 2]) ->
     }
 }
 
-/// The tables on the GPU: three `rgba32float` textures and a uniform with their axes.
+/// Bytes of a texel of any table.
+const TEXEL_BYTES: usize = 16;
+
+/// The tables on the GPU: three textures and a uniform with their axes.
 #[derive(Debug)]
 pub struct GpuTables {
-    /// Texture of C, two texels an entry along x.
+    /// Texture of C, `rgba32uint`, eight unorm16 a texel.
     pub c: wgpu::TextureView,
-    /// Texture of H_TT.
+    /// Texture of H_TT, `rgba32float`.
     pub h_tt: wgpu::TextureView,
-    /// Texture of H_TRT.
+    /// Texture of H_TRT, `rgba32float`.
     pub h_trt: wgpu::TextureView,
     /// Uniform buffer of [`TableAxes`].
     pub axes: wgpu::Buffer,
@@ -260,10 +260,10 @@ impl GpuTables {
     /// Uploads `tables`.
     pub fn new(context: &Context, tables: &ShadingTables) -> GpuTables {
         let axes = &tables.axes;
-        let upload = |label, texels: &[[f32; 4]], rows: f32| {
+        let upload = |label, format, texels: &[u8], rows: f32| {
             let height = rows as u32 + 1;
             let size = wgpu::Extent3d {
-                width: texels.len() as u32 / height,
+                width: (texels.len() / TEXEL_BYTES) as u32 / height,
                 height,
                 depth_or_array_layers: 1,
             };
@@ -273,16 +273,16 @@ impl GpuTables {
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba32Float,
+                format,
                 usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
                 view_formats: &[],
             });
             context.queue.write_texture(
                 texture.as_image_copy(),
-                bytemuck::cast_slice(texels),
+                texels,
                 wgpu::TexelCopyBufferLayout {
                     offset: 0,
-                    bytes_per_row: Some(size.width * 16),
+                    bytes_per_row: Some(size.width * TEXEL_BYTES as u32),
                     rows_per_image: None,
                 },
                 size,
@@ -298,10 +298,21 @@ impl GpuTables {
         context
             .queue
             .write_buffer(&uniform, 0, bytemuck::bytes_of(axes));
+        let upload_h = |label, texels: &[[f32; 4]]| {
+            let format = wgpu::TextureFormat::Rgba32Float;
+            upload(
+                label,
+                format,
+                bytemuck::cast_slice(texels),
+                axes.h_rows.last,
+            )
+        };
+        let format = wgpu::TextureFormat::Rgba32Uint;
+        let shares = bytemuck::cast_slice(&tables.c);
         GpuTables {
-            c: upload("table C", &tables.c, axes.c_rows.last),
-            h_tt: upload("table H_TT", &tables.h_tt, axes.h_rows.last),
-            h_trt: upload("table H_TRT", &tables.h_trt, axes.h_rows.last),
+            c: upload("table C", format, shares, axes.c_rows.last),
+            h_tt: upload_h("table H_TT", &tables.h_tt),
+            h_trt: upload_h("table H_TRT", &tables.h_trt),
             axes: uniform,
         }
     }
@@ -311,8 +322,8 @@ impl GpuTables {
         first: u32,
         visibility: wgpu::ShaderStages,
     ) -> [wgpu::BindGroupLayoutEntry; 4] {
-        let texture = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+        let texture = |sample_type| wgpu::BindingType::Texture {
+            sample_type,
             view_dimension: wgpu::TextureViewDimension::D2,
             multisampled: false,
         };
@@ -324,7 +335,11 @@ impl GpuTables {
         std::array::from_fn(|ix| wgpu::BindGroupLayoutEntry {
             binding: first + ix as u32,
             visibility,
-            ty: if ix == 0 { uniform } else { texture },
+            ty: match ix {
+                0 => uniform,
+                1 => texture(wgpu::TextureSampleType::Uint),
+                _ => texture(wgpu::TextureSampleType::Float { filterable: false }),
+            },
             count: None,
         })
     }

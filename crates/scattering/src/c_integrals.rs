@@ -100,9 +100,9 @@ fn odd_closed_form(kappa: f64, phi: f64) -> [f64; 3] {
 /// Half width of the integration interval in bandwidths: `exp(-7.5^2)` is 4e-25.
 const HALF_WIDTH: f64 = 7.5;
 
-/// `exp(kappa (cos x - 1)) binom(6,i) c^i (1-c)^(6-i)`, i = 0..=6, at distance `from_kink` =
+/// `exp(kappa (cos x - 1)) binom(8,i) c^i (1-c)^(8-i)`, i = 0..=8, at distance `from_kink` =
 /// `x - (phi - pi)` from the kink, where `c = |cos((phi-x)/2)| = |sin(from_kink/2)|`.
-fn bernstein_integrand(kappa: f64, x: f64, from_kink: f64) -> [f64; 7] {
+fn bernstein_integrand(kappa: f64, x: f64, from_kink: f64) -> [f64; 9] {
     let half_sine = (0.5 * x).sin();
     let gaussian = (-2.0 * kappa * half_sine * half_sine).exp();
     let (sin, cos) = (0.5 * from_kink).sin_cos();
@@ -111,14 +111,17 @@ fn bernstein_integrand(kappa: f64, x: f64, from_kink: f64) -> [f64; 7] {
     let d = cos * cos / (1.0 + c);
     let (c_2, d_2) = (c * c, d * d);
     let (c_3, d_3) = (c_2 * c, d_2 * d);
+    let (c_4, d_4) = (c_2 * c_2, d_2 * d_2);
     [
-        gaussian * d_3 * d_3,
-        gaussian * 6.0 * c * d_3 * d_2,
-        gaussian * 15.0 * c_2 * d_2 * d_2,
-        gaussian * 20.0 * c_3 * d_3,
-        gaussian * 15.0 * c_2 * c_2 * d_2,
-        gaussian * 6.0 * c_3 * c_2 * d,
-        gaussian * c_3 * c_3,
+        gaussian * d_4 * d_4,
+        gaussian * 8.0 * c * d_4 * d_3,
+        gaussian * 28.0 * c_2 * d_4 * d_2,
+        gaussian * 56.0 * c_3 * d_4 * d,
+        gaussian * 70.0 * c_4 * d_4,
+        gaussian * 56.0 * c_4 * c * d_3,
+        gaussian * 28.0 * c_4 * c_2 * d_2,
+        gaussian * 8.0 * c_4 * c_3 * d,
+        gaussian * c_4 * c_4,
     ]
 }
 
@@ -155,14 +158,14 @@ impl Default for BernsteinRule {
 
 impl BernsteinRule {
     /// The stored form of `C`: with `c = |cos((phi-x)/2)|`,
-    /// `b_i = binom(6,i) Int c^i (1-c)^(6-i) exp(kappa (cos x - 1)) dx / C_0`, i = 0..=6, all
+    /// `b_i = binom(8,i) Int c^i (1-c)^(8-i) exp(kappa (cos x - 1)) dx / C_0`, i = 0..=8, all
     /// >= 0, their sum 1.
     ///
     /// By 48 Gauss-Legendre nodes on either side of the kink. `kappa` >= 0 finite,
     /// `cos_half_phi` = `|cos(phi/2)|` in 0..=1. Relative error of each `b_i`
     /// below 1e-11 (tested against tanh-sinh).
-    pub fn shares(&self, kappa: f64, cos_half_phi: f64) -> [f64; 7] {
-        let mut sums = [0.0; 7];
+    pub fn shares(&self, kappa: f64, cos_half_phi: f64) -> [f64; 9] {
+        let mut sums = [0.0; 9];
         for (a, b, from_kink_at_a) in panels(kappa, cos_half_phi) {
             for (from_a, weight) in self.rule.on(0.0, b - a) {
                 let values = bernstein_integrand(kappa, a + from_a, from_kink_at_a + from_a);
@@ -178,8 +181,8 @@ impl BernsteinRule {
 
 /// [`BernsteinRule::shares`] by the tanh-sinh rule with 257 nodes a panel: slower, and
 /// independent of the nodes the tables are baked with.
-pub fn shares_tanh_sinh(kappa: f64, cos_half_phi: f64) -> [f64; 7] {
-    let mut sums = [0.0; 7];
+pub fn shares_tanh_sinh(kappa: f64, cos_half_phi: f64) -> [f64; 9] {
+    let mut sums = [0.0; 9];
     for (a, b, from_kink_at_a) in panels(kappa, cos_half_phi) {
         let part = integrate_tanh_sinh(a, b, 5, |from_a, _| {
             bernstein_integrand(kappa, a + from_a, from_kink_at_a + from_a)
@@ -313,7 +316,7 @@ mod tests {
                 let got = rule.shares(kappa, cos_half_phi);
                 assert!((got.iter().sum::<f64>() - 1.0).abs() < 1e-10);
                 let expected = shares_tanh_sinh(kappa, cos_half_phi);
-                for i in 0..7 {
+                for i in 0..9 {
                     let error = (got[i] / expected[i] - 1.0).abs();
                     assert!(error < 1e-11, "{lambda_p} {cos_half_phi} {i} {error:e}");
                     worst = worst.max(error);

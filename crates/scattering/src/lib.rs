@@ -31,6 +31,7 @@ pub mod h_moments;
 mod hair;
 pub mod lobes;
 pub mod quadrature;
+pub mod reflectance;
 pub mod special;
 pub mod table_layout;
 

@@ -2,16 +2,17 @@
 //!
 //! # `C`: circular Gaussian times powers of `|cos(phi/2)|`
 //! `C_k(kappa, phi) = Int |cos((phi-x)/2)|^k exp(kappa (cos x - 1)) dx` over a full turn,
-//! `kappa = 2 / lambda_p^2`, `k = 0..=6` (Xu 2011 Eq 14). Stored is a positive basis over
-//! `C_0 = 2 pi I0e(kappa)`: with `c = |cos((phi-x)/2)|`,
+//! `kappa = 2 / lambda_p^2`, `k = 0..=6` (Xu 2011 Eq 14). Stored is the Bernstein basis of degree
+//! 8 over `C_0 = 2 pi I0e(kappa)`: with `c = |cos((phi-x)/2)|`,
 //!
-//! `b_i = binom(6,i) Int c^i (1-c)^(6-i) exp(kappa (cos x - 1)) dx / C_0`, sum over i = 1,
+//! `b_i = binom(8,i) Int c^i (1-c)^(8-i) exp(kappa (cos x - 1)) dx / C_0`, sum over i = 1,
 //!
-//! so that `C_k / C_0 = sum_{i=k..6} binom(i,k)/binom(6,k) b_i` has positive terms only.
+//! so that `C_k / C_0 = sum_{i=k..8} binom(i,k)/binom(8,k) b_i` has positive terms only. Degree 8
+//! is what R's dielectric Fresnel term asks for ([`crate::reflectance`]); b_0 = 1 - the others.
 //!
 //! - rows: `kappa` in 0..=2e6, i.e. `lambda_p` from infinity down to 0.001;
 //! - columns: `cos_half_phi = |cos(phi/2)|` in 0..=1, i.e. phi from pi down to 0;
-//! - channels (8, two RGBA texels): `b1 b2 b3 b4`, `b5 b6 b0 zero`.
+//! - channels (8): `b1` to `b8`. Shading packs them as unorm16 into one texel of 16 bytes.
 //!
 //! Measured largest `|error of C_k| / C_0` between centres, bilinear, 8192 texels:
 //!
@@ -68,8 +69,11 @@ pub const C_COLUMNS: Axis = Axis {
 /// Names of the axes of `C`, rows first.
 pub const C_AXIS_NAMES: [&str; 2] = ["kappa", "cos_half_phi"];
 
+/// Degree of the Bernstein basis of `C`.
+pub const C_DEGREE: usize = 8;
+
 /// Channels of `C`.
-pub const C_CHANNELS: [&str; 8] = ["b1", "b2", "b3", "b4", "b5", "b6", "b0", "zero"];
+pub const C_CHANNELS: [&str; C_DEGREE] = ["b1", "b2", "b3", "b4", "b5", "b6", "b7", "b8"];
 
 /// Rows of `H_TT` and `H_TRT`: eta.
 pub const H_ROWS: Axis = Axis {
@@ -96,10 +100,10 @@ pub const H_AXIS_NAMES_SCHLICK: [&str; 2] = ["eta", "cos_theta_d"];
 /// Channels of `H_TT` and `H_TRT`.
 pub const H_CHANNELS: [&str; 4] = ["H0", "H2", "H4", "H6"];
 
-/// `C_FROM_B[k][i]` with `C_k / C_0 = sum_i C_FROM_B[k][i] b_i`: `binom(i,k) / binom(6,k)`.
-pub const C_FROM_B: [[f64; 7]; 7] = c_from_b();
+/// `C_FROM_B[k][i]` with `C_k / C_0 = sum_i C_FROM_B[k][i] b_i`: `binom(i,k) / binom(8,k)`.
+pub const C_FROM_B: [[f64; C_DEGREE + 1]; 7] = c_from_b();
 
-const fn binomial(n: u32, k: u32) -> f64 {
+pub(crate) const fn binomial(n: u32, k: u32) -> f64 {
     let mut product = 1.0;
     let mut i = 0;
     while i < k {
@@ -109,13 +113,14 @@ const fn binomial(n: u32, k: u32) -> f64 {
     product
 }
 
-const fn c_from_b() -> [[f64; 7]; 7] {
-    let mut matrix = [[0.0; 7]; 7];
+const fn c_from_b() -> [[f64; C_DEGREE + 1]; 7] {
+    let mut matrix = [[0.0; C_DEGREE + 1]; 7];
     let mut k = 0;
     while k < 7 {
         let mut i = k;
-        while i < 7 {
-            matrix[k][i] = binomial(i as u32, k as u32) / binomial(6, k as u32);
+        while i <= C_DEGREE {
+            let degree = C_DEGREE as u32;
+            matrix[k][i] = binomial(i as u32, k as u32) / binomial(degree, k as u32);
             i += 1;
         }
         k += 1;
@@ -172,12 +177,12 @@ mod tests {
 
     #[test]
     fn powers_in_the_bernstein_basis() {
-        // c^k = sum_i C_FROM_B[k][i] binom(6,i) c^i (1-c)^(6-i) for every c.
+        // c^k = sum_i C_FROM_B[k][i] binom(8,i) c^i (1-c)^(8-i) for every c.
         for c in [0.0f64, 0.1, 0.5, 0.9, 1.0] {
             for (k, row) in C_FROM_B.iter().enumerate() {
-                let sum: f64 = (0..7)
+                let sum: f64 = (0..9)
                     .map(|i| {
-                        let b = binomial(6, i) * c.powi(i as i32) * (1.0 - c).powi(6 - i as i32);
+                        let b = binomial(8, i) * c.powi(i as i32) * (1.0 - c).powi(8 - i as i32);
                         row[i as usize] * b
                     })
                     .sum();

@@ -30,18 +30,24 @@ fn paper_azimuthal_r(
     at: Inclination,
     fibre: Fibre,
     axes: TableAxes,
-    c: texture_2d<f32>,
+    c: texture_2d<u32>,
 ) -> f32 {
-    let b = sample_c(c, axes, kappa, lag.cos_half);
+    let shares = sample_c(c, axes, kappa, lag.cos_half);
     let r = (fibre.eta - 1.0) / (fibre.eta + 1.0);
     let f_0 = r * r;
     let f_1 = 1.0 - f_0;
     let g = 1.0 - at.cos_theta_d;
-    let constant = b.first.x + 2.0 * b.first.y + 3.0 * b.first.z + 4.0 * b.first.w
-        + 5.0 * b.second.x + 6.0 * b.second.y;
-    let rising = b.first.x + g * (2.0 * b.first.y + g * (3.0 * b.first.z
-        + g * (4.0 * b.first.w + g * (5.0 * b.second.x + g * (6.0 * b.second.y)))));
-    return c_0(kappa) * (1.0 / 24.0) * (f_0 * constant + f_1 * rising);
+    let b = shares.first;
+    let d = shares.second;
+    let constant = b.x + 2.0 * b.y + 3.0 * b.z + 4.0 * b.w + 5.0 * d.x + 6.0 * d.y + 7.0 * d.z
+        + 8.0 * d.w;
+    let rising = b.x + 4.0 / 7.0 * b.y + 1.0 / 7.0 * b.z
+        + g * (10.0 / 7.0 * (b.y + b.z) + 4.0 / 7.0 * b.w
+        + g * (10.0 / 7.0 * (b.z + d.x) + 16.0 / 7.0 * b.w
+        + g * (8.0 / 7.0 * b.w + 20.0 / 7.0 * (d.x + d.y)
+        + g * (5.0 / 7.0 * d.x + 20.0 / 7.0 * d.y + 5.0 * d.z
+        + g * (2.0 / 7.0 * d.y + 2.0 * d.z + 8.0 * d.w)))));
+    return c_0(kappa) * (1.0 / 32.0) * (f_0 * constant + f_1 * rising);
 }
 
 // Energy of N_TT or N_TRT over exp(-s), by the fourth-order expansion (Eq 18, 19, 22, 23).

@@ -19,7 +19,7 @@ fn paper_single_scattering(
     view: DirectionInFrame,
     fibre: Fibre,
     axes: TableAxes,
-    c: texture_2d<f32>,
+    c: texture_2d<u32>,
     h_tt: texture_2d<f32>,
     h_trt: texture_2d<f32>,
 ) -> vec3f {
@@ -44,7 +44,7 @@ fn paper_single_scattering_mode(
     view: DirectionInFrame,
     fibre: Fibre,
     axes: TableAxes,
-    c: texture_2d<f32>,
+    c: texture_2d<u32>,
     h_tt: texture_2d<f32>,
     h_trt: texture_2d<f32>,
 ) -> vec3f {

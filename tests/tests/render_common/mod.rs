@@ -105,19 +105,19 @@ pub fn tables() -> ShadingTables {
         let range = (7.0 / (kappa + 1e-9).sqrt()).min(PI);
         for column in 0..C_COLUMNS.count {
             let phi = 2.0 * C_COLUMNS.value_at(column).acos();
-            let mut b = [0.0; 7];
+            let mut b = [0.0; 9];
             for node in 0..300 {
                 let x = range * ((f64::from(node) + 0.5) / 150.0 - 1.0);
                 let weight = (kappa * (x.cos() - 1.0)).exp();
                 let c = (0.5 * (phi - x)).cos().abs();
                 for (i, b) in b.iter_mut().enumerate() {
-                    let binomial = [1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0][i];
-                    *b += weight * binomial * c.powi(i as i32) * (1.0 - c).powi(6 - i as i32);
+                    let binomial = [1.0, 8.0, 28.0, 56.0, 70.0, 56.0, 28.0, 8.0, 1.0][i];
+                    *b += weight * binomial * c.powi(i as i32) * (1.0 - c).powi(8 - i as i32);
                 }
             }
             let total: f64 = b.iter().sum();
             let b = b.map(|x| (x / total) as f32);
-            c.extend([b[1], b[2], b[3], b[4], b[5], b[6], b[0], 0.0]);
+            c.extend(&b[1..]);
         }
     }
     let h = |trt: bool| {

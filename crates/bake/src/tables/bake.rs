@@ -4,7 +4,9 @@ use rayon::prelude::*;
 use strandlight_formats::{Axis as FileAxis, Table, TableFile, TableInfo};
 use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::BernsteinRule;
-use strandlight_scattering::closed_form::{TableAxes, sample_c, sample_h, table_cell};
+use strandlight_scattering::closed_form::{
+    PackedShares, TableAxes, pack_shares, sample_c, sample_h, table_cell,
+};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::h_moments::MomentRule;
 use strandlight_scattering::table_layout::{
@@ -28,7 +30,7 @@ pub const N_STEPS: u64 = C_ROWS.count as u64 + H_ROWS.count as u64;
 /// `C` holds Gauss-Legendre quadratures of the positive basis, split at the kink; H
 /// Gauss-Legendre quadratures in `s`, `h = cos(pi/2 s^2)`, for both Fresnel terms. Each table's
 /// `max_interpolation_error` is measured at the middle of every cell, sampled in single precision
-/// by the renderer's functions: for `C` the largest
+/// by the renderer's functions: for `C`, packed, the largest
 /// `|error of C_k| / C_0` over k, for H the largest absolute error where theta_d <= 1.5. Rows run
 /// in parallel on the current rayon pool; the result does not depend on the number of threads.
 /// `progress` gets one step per row, [`N_STEPS`] in all.
@@ -39,7 +41,7 @@ pub fn bake_tables(fresnel: Fresnel, progress: &Progress) -> TableFile {
         ("fresnel", fresnel.name()),
         (
             "C max_interpolation_error",
-            "of C_k over C_0, k = 0..6, cell centres",
+            "of C_k over C_0, k = 1..6, cell centres",
         ),
         (
             "H max_interpolation_error",
@@ -148,18 +150,16 @@ fn bake_c(progress: &Progress) -> Table {
     let grid = evaluate(&C_ROWS, &C_COLUMNS, progress, |kappa, cos_half_phi| {
         rule.shares(kappa, cos_half_phi)
     });
-    let texels: Vec<[f32; 4]> = grid
-        .texels
-        .iter()
-        .flat_map(|&[b0, b1, b2, b3, b4, b5, b6]| [[b1, b2, b3, b4], [b5, b6, b0, 0.0]])
-        .collect();
+    let texels: Vec<[f32; 8]> = grid.texels.iter().map(|&[_, shares @ ..]| shares).collect();
+    let packed: Vec<PackedShares> = texels.iter().map(pack_shares).collect();
     // C has no Fresnel term; either will do.
     let axes = table_axes(Fresnel::Dielectric);
     let error = grid.interpolation_error([&C_ROWS, &C_COLUMNS], |kappa, cos_half, exact| {
-        let [[b1, b2, b3, b4], [b5, b6, b0, _]] =
-            sample_c(&texels, &axes, kappa as f32, cos_half as f32);
-        let found = [b0, b1, b2, b3, b4, b5, b6].map(f64::from);
-        c_error(std::array::from_fn(|i| found[i] - exact[i]))
+        let found = sample_c(&packed, &axes, kappa as f32, cos_half as f32);
+        c_error(std::array::from_fn(|i| match i {
+            0 => 0.0,
+            i => f64::from(found[i - 1]) - exact[i],
+        }))
     });
     let data = texels.as_flattened().to_vec();
     Table {
@@ -171,10 +171,11 @@ fn bake_c(progress: &Progress) -> Table {
     }
 }
 
-/// Largest error of `C_k / C_0` that errors of the shares make.
-fn c_error(shares: [f64; 7]) -> f64 {
+/// Largest error of `C_k / C_0`, k > 0, that errors of the shares make.
+fn c_error(shares: [f64; 9]) -> f64 {
     C_FROM_B
         .iter()
+        .skip(1)
         .map(|row| {
             row.iter()
                 .zip(shares)

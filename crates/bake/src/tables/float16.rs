@@ -10,7 +10,7 @@ use super::layout::{TableError, find_table};
 /// over all texels of `C`, when texels are rounded to half floats; and of the stored values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Float16Cost {
-    /// Largest `|error of C_k| / C_0` with the shares b_i rounded.
+    /// Largest `|error of C_k| / C_0`, k > 0, with the shares b_i rounded.
     pub shares_c: f64,
     /// Median relative error of N_R with the shares b_i rounded.
     pub shares_median: f64,
@@ -40,10 +40,13 @@ pub fn float16_cost(file: &TableFile) -> Result<Float16Cost, TableError> {
     let (mut by_shares, mut by_powers) = (Vec::new(), Vec::new());
     let mut shares_c = 0.0f64;
     for texel in c.data.chunks_exact(8) {
-        let b: [f64; 7] = [6, 0, 1, 2, 3, 4, 5].map(|ix| f64::from(texel[ix]));
+        let mut b = [0.0; 9];
+        for (share, &stored) in b[1..].iter_mut().zip(texel) {
+            *share = f64::from(stored);
+        }
         let rounded = b.map(round);
         let powers = powers(&b);
-        for (exact, rough) in powers.iter().zip(self::powers(&rounded)) {
+        for (exact, rough) in powers.iter().zip(self::powers(&rounded)).skip(1) {
             shares_c = shares_c.max((exact - rough).abs());
         }
         let exact = lobe_from_shares(&b);
@@ -73,17 +76,19 @@ pub fn float16_cost(file: &TableFile) -> Result<Float16Cost, TableError> {
     })
 }
 
-fn powers(b: &[f64; 7]) -> [f64; 7] {
+fn powers(b: &[f64; 9]) -> [f64; 7] {
     C_FROM_B.map(|row| row.iter().zip(b).map(|(m, b)| m * b).sum())
 }
 
 /// Schlick's F_0 at eta = 1.55.
 const F_0: f64 = (0.55 / 2.55) * (0.55 / 2.55);
 
-/// `4 N_R / C_0` at theta_d = 0: `sum_{i=1..6} (i/6) [F_0 + (1 - F_0)(1-1)^(i-1)] b_i`.
-fn lobe_from_shares(b: &[f64; 7]) -> f64 {
-    let sum: f64 = (1..7).map(|i| i as f64 / 6.0 * F_0 * b[i]).sum();
-    sum + (1.0 - F_0) * b[1] / 6.0
+/// `4 N_R / C_0` at theta_d = 0: `sum_{i=1..8} (i/8) F_i b_i`, F_i the Bernstein coefficients of
+/// degree 7 of Schlick's `F_0 + (1 - F_0)(1 - c)^5`.
+fn lobe_from_shares(b: &[f64; 9]) -> f64 {
+    let sum: f64 = (1..9).map(|i| i as f64 / 8.0 * F_0 * b[i]).sum();
+    let rising = b[1] + 2.0 * 2.0 / 7.0 * b[2] + 3.0 / 21.0 * b[3];
+    sum + (1.0 - F_0) / 8.0 * rising
 }
 
 /// The same from the powers: `c [F_0 + (1 - F_0)(1 - c)^5]`, expanded.
@@ -123,9 +128,9 @@ mod tests {
     #[test]
     fn both_expansions_are_one_function() {
         for c in [0.0f64, 0.2, 0.7, 1.0] {
-            let binomial = [1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0];
-            let b: [f64; 7] = std::array::from_fn(|i| {
-                binomial[i] * c.powi(i as i32) * (1.0 - c).powi(6 - i as i32)
+            let binomial = [1.0, 8.0, 28.0, 56.0, 70.0, 56.0, 28.0, 8.0, 1.0];
+            let b: [f64; 9] = std::array::from_fn(|i| {
+                binomial[i] * c.powi(i as i32) * (1.0 - c).powi(8 - i as i32)
             });
             let expected = c * (F_0 + (1.0 - F_0) * (1.0 - c).powi(5));
             assert!((lobe_from_shares(&b) - expected).abs() < 1e-14);

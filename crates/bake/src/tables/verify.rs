@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | shares b_i at texel centres | Gauss-Legendre | tanh-sinh |
 //! | C_k at texel centres and between | Gauss-Legendre | Bessel sums (even k), erf and Dawson or Fourier series (odd k); C_0 analytic |
+//! | N_R between texel centres | the fit of the dielectric term in b_i | adaptive quadrature |
 //! | H with the dielectric term | Gauss-Legendre | tanh-sinh in gamma |
 //! | H with Schlick's term | Gauss-Legendre | finite sums of Beta functions |
 
@@ -13,10 +14,15 @@ use strandlight_formats::{Table, TableFile};
 use strandlight_runtime::tables::ShadingTables;
 use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::{c_closed_form, shares_tanh_sinh};
-use strandlight_scattering::closed_form::Tables;
+use strandlight_scattering::circular_gaussian::circular_gaussian_integral;
+use strandlight_scattering::closed_form::{Lag, Reflectance, Tables, azimuthal_r, inclination};
+use strandlight_scattering::exact::azimuthal;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::h_moments::{moments_tanh_sinh, schlick_moments};
-use strandlight_scattering::table_layout::{C_FROM_B, h_column, theta_d_from_h_column};
+use strandlight_scattering::table_layout::{
+    C_CHANNELS as SHARES, C_FROM_B, h_column, theta_d_from_h_column,
+};
+use strandlight_scattering::{HairParams, Lobe};
 
 use super::bake::H_THETA_D_MAX;
 use super::layout::{TableError, find_table, fresnel_of, scattering_axis};
@@ -27,6 +33,12 @@ const CENTRE_TOLERANCE: f64 = 1e-6;
 const C_BETWEEN_TOLERANCE: f64 = 5e-4;
 /// Absolute tolerance of H between centres.
 const H_BETWEEN_TOLERANCE: f64 = 1e-3;
+/// N_R with the dielectric Fresnel term, of its peak over phi: fit, table and rounding. What C may
+/// be off by, 5e-4 of C_0, is 3e-2 of that peak at theta_d = 0.
+const R_TOLERANCE: f64 = 1e-2;
+/// Indices of refraction of that check, and the largest theta_d.
+const R_ETAS: [f64; 6] = [1.3, 1.4, 1.5, 1.55, 1.65, 1.8];
+const R_THETA_D_MAX: f64 = 1.55;
 /// Random points between centres, per table.
 const N_BETWEEN: u64 = 8192;
 
@@ -84,8 +96,8 @@ impl TableReport {
 /// Deterministic (`seed` picks the points) and independent of the number of threads. Tolerances:
 /// 1e-6 relative at centres (but 5e-12 of C_0 for C_k and 1e-10 for H where that is more, since
 /// the methods themselves cancel); between, sampled in single precision by the renderer's own
-/// functions, 5e-4 of C_0 for C_k (C_0 itself as the renderer has it) and 1e-3 absolute for H up
-/// to theta_d = 1.5.
+/// functions, 5e-4 of C_0 for C_k (C_0 itself as the renderer has it), 1e-2 of its peak over phi for
+/// N_R with the dielectric Fresnel term, and 1e-3 absolute for H up to theta_d = 1.5.
 ///
 /// # Errors
 /// [`TableError`] when a table is missing or laid out otherwise, or cannot be used for shading.
@@ -137,7 +149,6 @@ struct Label {
     column: f64,
 }
 
-const SHARES: [&str; 7] = ["b0", "b1", "b2", "b3", "b4", "b5", "b6"];
 const POWERS: [&str; 7] = ["C_0", "C_1", "C_2", "C_3", "C_4", "C_5", "C_6"];
 const MOMENTS: [&str; 4] = ["H_0", "H_2", "H_4", "H_6"];
 
@@ -229,13 +240,17 @@ fn splitmix64(x: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-fn powers_from_shares(b: &[f64; 7]) -> [f64; 7] {
+fn powers_from_shares(b: &[f64; 9]) -> [f64; 7] {
     C_FROM_B.map(|row| row.iter().zip(b).map(|(m, b)| m * b).sum())
 }
 
-/// b_0..b_6 of a texel of `C`.
-fn shares(texel: &[f32]) -> [f64; 7] {
-    [6, 0, 1, 2, 3, 4, 5].map(|ix| f64::from(texel[ix]))
+/// b_0..b_8 of a texel of `C`, b_0 what the others leave of 1.
+fn shares(texel: &[f32]) -> [f64; 9] {
+    let rest: f64 = texel.iter().map(|&share| f64::from(share)).sum();
+    std::array::from_fn(|i| match i {
+        0 => 1.0 - rest,
+        i => f64::from(texel[i - 1]),
+    })
 }
 
 fn verify_c(table: &Table, sampled: &Tables<'_>, seed: u64) -> Vec<Check> {
@@ -259,15 +274,13 @@ fn verify_c(table: &Table, sampled: &Tables<'_>, seed: u64) -> Vec<Check> {
             let at = centre(&rows, &columns, ix);
             let expected = shares_tanh_sinh(at.0, at.1);
             let found = shares(texel(ix));
-            let mut entries: Vec<Entry> = (0..7)
+            (1..9)
                 .map(|i| {
                     // Below 1e-30 single precision runs out of exponent.
                     let unit = expected[i].abs().max(1e-30);
-                    entry(SHARES[i], at, found[i], expected[i], unit)
+                    entry(SHARES[i - 1], at, found[i], expected[i], unit)
                 })
-                .collect();
-            entries.push(entry("zero", at, f64::from(texel(ix)[7]), 0.0, 1.0));
-            entries
+                .collect()
         },
     );
     let analytic = worst_of(
@@ -310,7 +323,46 @@ fn verify_c(table: &Table, sampled: &Tables<'_>, seed: u64) -> Vec<Check> {
                 .collect()
         },
     );
-    vec![by_quadrature, analytic, interpolated]
+    let reflectance: Vec<Reflectance> = R_ETAS
+        .map(|eta| Reflectance::new(Fresnel::Dielectric, eta))
+        .to_vec();
+    let r = worst_of(
+        "N_R of degree 8 for eta 1.3..1.8 between texel centres, of its peak over phi",
+        "C",
+        R_TOLERANCE,
+        N_BETWEEN,
+        |ix| {
+            let (kappa, cos_half_phi) = between(&rows, &columns, seed, ix);
+            let which = ix as usize % R_ETAS.len();
+            let theta_d = R_THETA_D_MAX * (ix as f64 + 0.5) / N_BETWEEN as f64;
+            let at = inclination(theta_d as f32);
+            let lag = Lag {
+                sin_half: (1.0 - cos_half_phi * cos_half_phi).max(0.0).sqrt() as f32,
+                cos_half: cos_half_phi as f32,
+                cos_sum: 1.0,
+            };
+            let found = azimuthal_r(kappa as f32, &lag, &at, &reflectance[which], sampled);
+            let c_0 = circular_gaussian_integral(kappa);
+            let found = f64::from(found) / c_0;
+            let hair = HairParams {
+                eta: R_ETAS[which],
+                ..HairParams::default()
+            };
+            let n_r = |lambda_p: f64, phi| {
+                azimuthal(Lobe::R, lambda_p, phi, theta_d, &hair, Fresnel::Dielectric)[0]
+            };
+            let phi = 2.0 * cos_half_phi.clamp(0.0, 1.0).acos();
+            let expected = n_r((2.0 / kappa).sqrt(), phi) / c_0;
+            let x = theta_d.cos();
+            let peak = (1..=16)
+                .map(|step| f64::from(step) / 16.0)
+                .map(|c| 0.25 * c * Fresnel::Dielectric.reflectance(R_ETAS[which], x * c))
+                .fold(0.0, f64::max);
+            let at = (kappa, cos_half_phi);
+            vec![entry("N_R / C_0", at, found, expected, peak)]
+        },
+    );
+    vec![by_quadrature, analytic, interpolated, r]
 }
 
 fn verify_h(
@@ -393,7 +445,7 @@ mod tests {
             for check in &report.checks {
                 println!("{} {}: {:?}", check.table, check.name, check.worst);
             }
-            assert_eq!(report.checks.len(), 7);
+            assert_eq!(report.checks.len(), 8);
             assert!(report.passed());
         }
     }

@@ -10,6 +10,7 @@
 //! for that pair, not for Rust idiom.
 
 mod azimuthal;
+mod azimuthal_r;
 mod circular_gaussian;
 mod fibre;
 mod frame;
@@ -21,6 +22,7 @@ mod special;
 mod tables;
 
 pub use azimuthal::{azimuthal_trt, azimuthal_tt};
+pub use azimuthal_r::{Reflectance, azimuthal_r};
 pub use circular_gaussian::{c_0, lobe_integral, product_integral};
 pub use fibre::{DEFAULT_NODES, DEFAULT_SEGMENTS, Fibre, MODE_R, MODE_TRT, MODE_TT, pack_nodes};
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
@@ -30,7 +32,10 @@ pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, OuterNode, OuterRule, node_count, outer_node, outer_rule,
 };
 pub use special::{ErfPair, bessel_i0e, bessel_i0e_fast, bessel_i1e, erf_pair};
-pub use tables::{Cell, TableAxes, TableAxis, Tables, c_from_b, sample_c, sample_h, table_cell};
+pub use tables::{
+    Cell, PackedShares, TableAxes, TableAxis, Tables, c_from_b, pack_shares, sample_c, sample_h,
+    table_cell,
+};
 
 /// sqrt(pi).
 pub(crate) const SQRT_PI: f32 = 1.772_453_9;

@@ -5,7 +5,7 @@
 //! columns and channels mean is written in [`crate::table_layout`].
 
 use crate::axis::{Axis, Spacing};
-use crate::table_layout::h_column_f32;
+use crate::table_layout::{C_DEGREE, h_column_f32};
 
 use super::circular_gaussian::c_0;
 
@@ -107,12 +107,24 @@ fn table_warp(spacing: u32, x: f32) -> f32 {
     x
 }
 
+/// A texel of C: b_1..b_8 as unorm16, so value times 65535. As four u32, the texture's
+/// components, b_1 is the low half of the first.
+pub type PackedShares = [u16; C_DEGREE];
+
+/// What 1 is in a [`PackedShares`].
+const PACKED_ONE: f32 = 65535.0;
+
+/// Rounds shares to texels of C: off by at most 7.7e-6 each. Values outside 0..=1 are clamped.
+pub fn pack_shares(shares: &[f32; C_DEGREE]) -> PackedShares {
+    shares.map(|share| (share.clamp(0.0, 1.0) * PACKED_ONE).round() as u16)
+}
+
 /// Views of the three tables.
 #[derive(Clone, Copy, Debug)]
 pub struct Tables<'a> {
-    /// `[kappa][cos_half_phi][2]` RGBA texels, b_1..b_4 then b_5, b_6 and two unused: shares of
-    /// C_0 in the Bernstein integrals b_i of degree six in |cos(phi/2)|.
-    pub c: &'a [[f32; 4]],
+    /// `[kappa][cos_half_phi]` texels of 16 bytes, b_1..b_8: shares of C_0 in the Bernstein
+    /// integrals b_i of degree eight in |cos(phi/2)|.
+    pub c: &'a [PackedShares],
     /// `[eta][h column]` RGBA texels, H_0, H_2, H_4, H_6 of TT.
     pub h_tt: &'a [[f32; 4]],
     /// As `h_tt`, of TRT.
@@ -136,10 +148,11 @@ pub fn table_cell(axis: &TableAxis, x: f32) -> Cell {
     let at = ((warped - axis.warp_min) * axis.scale)
         .max(0.0)
         .min(axis.last);
-    let first = at.floor().min(axis.last - 1.0);
+    // Truncation, at >= 0; floor would be a call.
+    let first = (at as u32).min(axis.last as u32 - 1);
     Cell {
-        first: first as u32,
-        fraction: at - first,
+        first,
+        fraction: at - first as f32,
     }
 }
 
@@ -175,35 +188,45 @@ pub fn sample_h(
     mix_texels(texels, row.fraction, column.fraction)
 }
 
-/// b_1..b_4 and b_5, b_6 of the table C.
-pub fn sample_c(table: &[[f32; 4]], axes: &TableAxes, kappa: f32, cos_half: f32) -> [[f32; 4]; 2] {
+/// b_1..b_8 of the table C: one bilinear fetch of packed texels.
+pub fn sample_c(
+    table: &[PackedShares],
+    axes: &TableAxes,
+    kappa: f32,
+    cos_half: f32,
+) -> [f32; C_DEGREE] {
     let row = table_cell(&axes.c_rows, kappa);
     let column = table_cell(&axes.c_columns, cos_half);
-    let width = 2 * (axes.c_columns.last as usize + 1);
-    let at = row.first as usize * width + 2 * column.first as usize;
-    std::array::from_fn(|half| {
-        let at = at + half;
-        let texels = [
-            table[at],
-            table[at + 2],
-            table[at + width],
-            table[at + width + 2],
-        ];
-        mix_texels(texels, row.fraction, column.fraction)
-    })
+    let width = axes.c_columns.last as usize + 1;
+    let at = row.first as usize * width + column.first as usize;
+    // Loops over whole texels become vector instructions; closures a channel do not.
+    let mix = |row: &[PackedShares]| {
+        let mut mixed = [0.0; C_DEGREE];
+        for i in 0..C_DEGREE {
+            let (left, right) = (f32::from(row[0][i]), f32::from(row[1][i]));
+            mixed[i] = left + (right - left) * column.fraction;
+        }
+        mixed
+    };
+    let mut b = mix(&table[at..at + 2]);
+    let bottom = mix(&table[at + width..at + width + 2]);
+    for i in 0..C_DEGREE {
+        b[i] = (b[i] + (bottom[i] - b[i]) * row.fraction) * (1.0 / PACKED_ONE);
+    }
+    b
 }
 
 /// C_k at a cell of the table, k in 1..=6: `scale` = C_0 times the sum over i >= k of
-/// binom(i, k) / binom(6, k) b_i.
-pub fn c_from_b(b: [[f32; 4]; 2], k: u32, scale: f32) -> f32 {
+/// binom(i, k) / binom(8, k) b_i.
+pub fn c_from_b(b: [f32; C_DEGREE], k: u32, scale: f32) -> f32 {
     let mut binomial_ik = 1.0;
     let mut sum = 0.0;
-    for i in k..7 {
-        sum += binomial_ik * b[(i as usize - 1) / 4][(i as usize - 1) % 4];
+    for i in k..9 {
+        sum += binomial_ik * b[i as usize - 1];
         binomial_ik *= (i as f32 + 1.0) / (i as f32 + 1.0 - k as f32);
     }
-    // The last step made binom(7, k) = binom(6, k) 7 / (7 - k).
-    scale * sum / (binomial_ik * (7.0 - k as f32) / 7.0)
+    // The last step made binom(9, k) = binom(8, k) 9 / (9 - k).
+    scale * sum / (binomial_ik * (9.0 - k as f32) / 9.0)
 }
 
 impl Tables<'_> {
@@ -214,7 +237,7 @@ impl Tables<'_> {
             enough.then_some((rows.last as usize + 1) * (columns.last as usize + 1))
         };
         let h = count(&self.axes.h_rows, &self.axes.h_columns);
-        let c = count(&self.axes.c_rows, &self.axes.c_columns).map(|n| 2 * n);
+        let c = count(&self.axes.c_rows, &self.axes.c_columns);
         c == Some(self.c.len()) && h == Some(self.h_tt.len()) && h == Some(self.h_trt.len())
     }
 
@@ -275,16 +298,14 @@ mod tests {
 
     #[test]
     fn powers_come_back_from_the_bernstein_basis() {
-        // b_i of a light so narrow that c is one number: binom(6, i) c^i (1 - c)^(6 - i).
+        // b_i of a light so narrow that c is one number: binom(8, i) c^i (1 - c)^(8 - i).
         let c = 0.7f32;
-        let b: Vec<f32> = [6.0, 15.0, 20.0, 15.0, 6.0, 1.0]
-            .iter()
-            .enumerate()
-            .map(|(ix, n)| n * c.powi(ix as i32 + 1) * (1.0 - c).powi(5 - ix as i32))
-            .collect();
-        let pair = [[b[0], b[1], b[2], b[3]], [b[4], b[5], 0.0, 0.0]];
+        let binomials = [8.0f32, 28.0, 56.0, 70.0, 56.0, 28.0, 8.0, 1.0];
+        let b = std::array::from_fn(|ix| {
+            binomials[ix] * c.powi(ix as i32 + 1) * (1.0 - c).powi(7 - ix as i32)
+        });
         for k in 1..=6 {
-            assert!((c_from_b(pair, k, 2.0) - 2.0 * c.powi(k as i32)).abs() < 1e-6);
+            assert!((c_from_b(b, k, 2.0) - 2.0 * c.powi(k as i32)).abs() < 1e-6);
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use strandlight_formats::{Axis, Spacing, Table, TableFile};
 use strandlight_scattering::axis;
 use strandlight_scattering::circular_gaussian::circular_gaussian_integral;
-use strandlight_scattering::table_layout::{C_AXIS_NAMES, C_FROM_B};
+use strandlight_scattering::table_layout::{C_AXIS_NAMES, C_CHANNELS, C_FROM_B};
 
 use super::super::Failure;
 use super::{Output, exr_file, npy};
@@ -65,13 +65,9 @@ pub fn to_exr(file: &TableFile, path_of: &dyn Fn(&str) -> PathBuf) -> Result<Vec
 /// the others.
 fn answers(table: &Table) -> (Vec<String>, Vec<Vec<f32>>) {
     let n_channels = table.channels.len();
-    let basis: Option<Vec<usize>> = (0..7)
-        .map(|i| {
-            table
-                .channels
-                .iter()
-                .position(|name| *name == format!("b{i}"))
-        })
+    let basis: Option<Vec<usize>> = C_CHANNELS
+        .iter()
+        .map(|share| table.channels.iter().position(|name| name == share))
         .collect();
     let on_kappa = table
         .axes
@@ -96,13 +92,15 @@ fn answers(table: &Table) -> (Vec<String>, Vec<Vec<f32>>) {
     let mut planes = vec![Vec::new(); 7];
     for (texel_ix, texel) in table.data.chunks_exact(n_channels).enumerate() {
         let c_0 = circular_gaussian_integral(kappas[texel_ix / texels_per_row]);
-        for (row, plane) in C_FROM_B.iter().zip(&mut planes) {
-            let sum: f64 = row
+        for (k, (row, plane)) in C_FROM_B.iter().zip(&mut planes).enumerate() {
+            let sum: f64 = row[1..]
                 .iter()
                 .zip(&basis)
                 .map(|(m, &at)| m * f64::from(texel[at]))
                 .sum();
-            plane.push((c_0 * sum) as f32);
+            // The shares sum to 1, b_0 included.
+            let value = if k == 0 { c_0 } else { c_0 * sum };
+            plane.push(value as f32);
         }
     }
     ((0..7).map(|k| format!("C{k}")).collect(), planes)

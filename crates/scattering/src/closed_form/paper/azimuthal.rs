@@ -33,25 +33,38 @@ fn transmittance(axes: &TableAxes, eta: f32, cosine: f32) -> f32 {
 }
 
 /// N_R (Eq 14) with Schlick's Fresnel term:
-/// 1/4 C_0 sum over i = 1..6 of (i/6) [F_0 + (1 - F_0) (1 - cos theta_d)^(i-1)] b_i, all terms
-/// positive. `kappa` = 2 / lambda'^2.
+/// 1/4 C_0 sum over i = 1..8 of (i/8) [F_0 + (1 - F_0) e_i] b_i, e_i the Bernstein coefficients
+/// of degree 7 of (1 - c cos theta_d)^5 over c, all terms positive. `kappa` = 2 / lambda'^2.
 pub fn azimuthal_r(kappa: f32, lag: &Lag, at: &Inclination, fibre: &Fibre, tables: &Tables) -> f32 {
-    let [first, second] = sample_c(tables.c, &tables.axes, kappa, lag.cos_half);
+    let b = sample_c(tables.c, &tables.axes, kappa, lag.cos_half);
     let r = (fibre.eta - 1.0) / (fibre.eta + 1.0);
     let f_0 = r * r;
     let f_1 = 1.0 - f_0;
     let g = 1.0 - at.cos_theta_d;
-    let constant = first[0]
-        + 2.0 * first[1]
-        + 3.0 * first[2]
-        + 4.0 * first[3]
-        + 5.0 * second[0]
-        + 6.0 * second[1];
-    let rising = first[0]
-        + g * (2.0 * first[1]
-            + g * (3.0 * first[2]
-                + g * (4.0 * first[3] + g * (5.0 * second[0] + g * (6.0 * second[1])))));
-    c_0(kappa) * (1.0 / 24.0) * (f_0 * constant + f_1 * rising)
+    let constant = b[0]
+        + 2.0 * b[1]
+        + 3.0 * b[2]
+        + 4.0 * b[3]
+        + 5.0 * b[4]
+        + 6.0 * b[5]
+        + 7.0 * b[6]
+        + 8.0 * b[7];
+    // Degree 5 raised to 7: e_i = sum over k of binom(5, k) binom(2, i - 1 - k) / binom(7, i - 1)
+    // g^k, collected by powers of g.
+    let rising = b[0]
+        + 4.0 / 7.0 * b[1]
+        + 1.0 / 7.0 * b[2]
+        + g * (10.0 / 7.0 * (b[1] + b[2])
+            + 4.0 / 7.0 * b[3]
+            + g * (10.0 / 7.0 * (b[2] + b[4])
+                + 16.0 / 7.0 * b[3]
+                + g * (8.0 / 7.0 * b[3]
+                    + 20.0 / 7.0 * (b[4] + b[5])
+                    + g * (5.0 / 7.0 * b[4]
+                        + 20.0 / 7.0 * b[5]
+                        + 5.0 * b[6]
+                        + g * (2.0 / 7.0 * b[5] + 2.0 * b[6] + 8.0 * b[7])))));
+    c_0(kappa) * (1.0 / 32.0) * (f_0 * constant + f_1 * rising)
 }
 
 /// Energy of N_TT or N_TRT over exp(-s), by the fourth-order expansion of the attenuation
