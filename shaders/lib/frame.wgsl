@@ -47,6 +47,7 @@ struct Lag {
     sin_half: f32,
     cos_half: f32,
     cos_sum: f32,
+    cos_view: f32,
 }
 
 // The inclination with this theta_d.
@@ -62,5 +63,10 @@ fn lag_between(cos_o: f32, sin_o: f32, cos_j: f32, sin_j: f32) -> Lag {
     let s_s = sin_o + sin_j;
     let sin_half = min(0.5 * sqrt(d_c * d_c + d_s * d_s), 1.0);
     let cos_half = min(0.5 * sqrt(s_c * s_c + s_s * s_s), 1.0);
-    return Lag(sin_half, cos_half, cos_o * cos_j - sin_o * sin_j);
+    return Lag(
+        sin_half,
+        cos_half,
+        cos_o * cos_j - sin_o * sin_j,
+        cos_o * cos_o - sin_o * sin_o,
+    );
 }

@@ -33,6 +33,7 @@ modules!(
     "lib/azimuthal_r",
     "lib/circular_gaussian",
     "lib/constants",
+    "lib/eccentric",
     "lib/fibre",
     "lib/frame",
     "lib/grid",

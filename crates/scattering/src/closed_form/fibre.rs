@@ -41,8 +41,8 @@ pub struct Fibre {
 /// Segments m of the paper's outer integral, the default of Xu 2011.
 pub const DEFAULT_SEGMENTS: u32 = 4;
 
-/// Nodes of the outer integral that the renderer uses: 4 of R, 2 of TT, 3 of TRT.
-pub const DEFAULT_NODES: u32 = pack_nodes([4, 2, 3]);
+/// Nodes of the outer integral that the renderer uses: 3 of R, 2 of TT, 3 of TRT.
+pub const DEFAULT_NODES: u32 = pack_nodes([3, 2, 3]);
 
 /// [`Fibre::nodes`] of these counts for R, TT, TRT, each clamped to 1..=15.
 pub const fn pack_nodes(counts: [u32; 3]) -> u32 {
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn node_counts_come_back() {
         let fibre = Fibre::new(&HairParams::default(), &Lobe::ALL, 4).unwrap();
-        assert_eq!([0, 1, 2].map(|mode| fibre.node_count(mode)), [4, 2, 3]);
+        assert_eq!([0, 1, 2].map(|mode| fibre.node_count(mode)), [3, 2, 3]);
         let fibre = fibre.with_nodes([0, 99, 15]);
         assert_eq!([0, 1, 2].map(|mode| fibre.node_count(mode)), [1, 15, 15]);
         assert_eq!(size_of::<Fibre>(), 64);

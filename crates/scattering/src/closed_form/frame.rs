@@ -101,6 +101,8 @@ pub struct Lag {
     pub cos_half: f32,
     /// cos(phi_o + phi_j), for elliptic fibres.
     pub cos_sum: f32,
+    /// cos(2 phi_o), for elliptic fibres.
+    pub cos_view: f32,
 }
 
 /// The inclination with this theta_d.
@@ -125,5 +127,6 @@ pub fn lag_between(cos_o: f32, sin_o: f32, cos_j: f32, sin_j: f32) -> Lag {
         sin_half,
         cos_half,
         cos_sum: cos_o * cos_j - sin_o * sin_j,
+        cos_view: cos_o * cos_o - sin_o * sin_o,
     }
 }

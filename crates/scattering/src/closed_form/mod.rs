@@ -12,6 +12,7 @@
 mod azimuthal;
 mod azimuthal_r;
 mod circular_gaussian;
+mod eccentric;
 mod fibre;
 mod frame;
 mod lobes;
@@ -24,6 +25,7 @@ mod tables;
 pub use azimuthal::{azimuthal_trt, azimuthal_tt};
 pub use azimuthal_r::{Reflectance, azimuthal_r};
 pub use circular_gaussian::{c_0, lobe_integral, product_integral};
+pub use eccentric::{ETA_STAR_MAX, ETA_STAR_MIN, eta_star};
 pub use fibre::{DEFAULT_NODES, DEFAULT_SEGMENTS, Fibre, MODE_R, MODE_TRT, MODE_TT, pack_nodes};
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
 pub use lobes::{LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, sample_lobes};

@@ -58,6 +58,7 @@ mod tests {
             sin_half: (0.5 * dphi).sin().abs() as f32,
             cos_half: (0.5 * dphi).cos().abs() as f32,
             cos_sum: 0.0,
+            cos_view: 1.0,
         };
         let kappa = (2.0 / (lambda_p * lambda_p)) as f32;
         match lobe {
