@@ -16,7 +16,9 @@ mod slice;
 mod start;
 mod table;
 
-pub use slice::{DEFAULT_LOBE_TEXELS, Energies, LobeTexture, slice, slice_mode};
+pub use slice::{
+    DEFAULT_LOBE_TEXELS, Energies, LobeRowAt, LobeTexture, PackedShapes, Shares, slice, slice_mode,
+};
 pub use table::{
     FIRST_ROW, LOBE_ABSORPTION, LOBE_ALPHA, LOBE_ETA, LobeAxes, LobeRow, LobeSection, LobeTable,
     SHAPE_CHANNELS, SHARE_CHANNELS, Stencil, absorption_from_sigma, alpha_from_cos_theta_d,

@@ -2,12 +2,13 @@
 //!
 //! Nothing is fitted here. Shapes and shares come from the baked table by cubic interpolation,
 //! energies from 24 Gauss-Legendre nodes of the exact integral, so that the energy of each mode
-//! is that of the exact model up to interpolation between texels.
+//! is that of the exact model up to interpolation between texels. [`LobeRowAt`] depends on eta
+//! alone, [`PackedShapes`] also on w_c, [`Energies`] and [`Shares`] also on sigma_a: an edit makes
+//! only what it touches.
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::fit::LobeShape;
-use super::table::{LobeTable, alpha_from_cos_theta_d};
+use super::table::{LobeSection, LobeTable, Stencil, alpha_from_cos_theta_d};
 use crate::circular_gaussian::sharpness;
 use crate::closed_form::{LobeDecode, LobeView, N_LOBE_NUMBERS};
 use crate::fresnel::Fresnel;
@@ -18,6 +19,8 @@ use crate::quadrature::GaussLegendre;
 pub const DEFAULT_LOBE_TEXELS: usize = 192;
 /// Nodes of the energies over gamma.
 const N_ENERGY_NODES: usize = 24;
+/// Numbers of a texel that are shapes; amplitudes follow.
+const N_SHAPE_NUMBERS: usize = 7;
 /// Narrowest lobe: below, the sharpness outgrows single precision.
 const LAMBDA_MIN: f64 = 0.002;
 
@@ -43,11 +46,10 @@ impl LobeTexture {
 }
 
 /// Places and energies of the texels of one fibre, shared by TT and TRT.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Energies {
     eta: f64,
     sigma_a: [f64; 3],
-    warp: f64,
     /// Per texel: cos(theta_d), and energy of TT and of TRT per channel, over u^2 (see
     /// [`LobeDecode`]), at u = 0 the limit.
     texels: Vec<(f64, [[f64; 3]; 2])>,
@@ -56,6 +58,17 @@ pub struct Energies {
 /// `k` of the warp `u = (1 + k) c / (c + k)`, c = cos(theta_d).
 fn warp(eta: f64) -> f64 {
     ((eta - 1.0) * (eta + 1.0)).max(0.0).sqrt().max(0.01)
+}
+
+/// `u` of texel `ix` of `n`. Grazing: energies go with u^2, so the limit is that of a small u.
+fn texel_at(ix: usize, n: usize) -> f64 {
+    (ix as f64 / (n - 1) as f64).max(1e-4)
+}
+
+/// cos(theta_d) of texel `ix` of `n`.
+fn cos_theta_d_at(warp: f64, ix: usize, n: usize) -> f64 {
+    let u = texel_at(ix, n);
+    warp * u / (1.0 + warp - u)
 }
 
 impl Energies {
@@ -73,10 +86,8 @@ impl Energies {
         let n = n.max(2);
         let texels = (0..n)
             .map(|ix| {
-                let u = ix as f64 / (n - 1) as f64;
-                // Grazing: energies go with u^2, so the limit is that of a small u.
-                let u = u.max(1e-4);
-                let c = warp * u / (1.0 + warp - u);
+                let u = texel_at(ix, n);
+                let c = cos_theta_d_at(warp, ix, n);
                 let sin_2 = 1.0 - c * c;
                 let inner = (eta * eta - sin_2).max(1e-300).sqrt();
                 let a = c / inner;
@@ -100,7 +111,6 @@ impl Energies {
         Energies {
             eta,
             sigma_a,
-            warp,
             texels,
         }
     }
@@ -114,87 +124,162 @@ pub fn slice(tables: [&LobeTable; 2], hair: &HairParams, n: usize) -> [LobeTextu
 
 /// The lobes of the table's mode. Width `caustic_width` (w_c) widens those of TRT.
 pub fn slice_mode(table: &LobeTable, energies: &Energies, caustic_width: f64) -> LobeTexture {
-    let section = table.at_eta(energies.eta);
-    let trt = table.lobe == Lobe::Trt;
-    let blur = trt.then(|| blur_measure(sharpness(caustic_width)));
-    let mut numbers = Vec::with_capacity(energies.texels.len());
-    let mut shapes = Vec::with_capacity(energies.texels.len());
-    for &(cos_theta_d, ref energy) in &energies.texels {
-        let alpha = alpha_from_cos_theta_d(energies.eta, cos_theta_d);
-        let stencil = section.stencil(alpha);
-        let mut shape = section.shape(&stencil, LAMBDA_MIN);
-        if let Some(blur) = blur {
-            shape.lambda = shape.lambda.map(|lambda| widened(lambda, blur));
-        }
-        let sin_2 = 1.0 - cos_theta_d * cos_theta_d;
-        let path = 1.0
-            / (1.0 - sin_2 / (energies.eta * energies.eta))
-                .max(1e-12)
-                .sqrt();
-        let shares = energies
-            .sigma_a
-            .map(|sigma| section.shares(&stencil, sigma * path));
-        shapes.push(shape);
-        numbers.push((energy[usize::from(trt)], shares));
-    }
-    pack(&shapes, &numbers, energies.warp)
+    let row = LobeRowAt::new(table, energies.eta, energies.texels.len());
+    let shapes = PackedShapes::new(&row, caustic_width);
+    let shares = Shares::new(&row, energies.sigma_a);
+    LobeTexture::new(&shapes, energies, &shares)
 }
 
-/// Packs shapes first, so that amplitudes fit the widths as decoded.
-fn pack(shapes: &[LobeShape], numbers: &[([f64; 3], [[f64; 3]; 3])], warp: f64) -> LobeTexture {
-    let mut rows: Vec<[f64; N_LOBE_NUMBERS]> = shapes
-        .iter()
-        .map(|shape| {
-            let mut row = [0.0; N_LOBE_NUMBERS];
-            row[..3].copy_from_slice(&shape.lambda);
-            for (pair, mu) in shape.mu.iter().enumerate() {
-                row[3 + 2 * pair] = (0.5 * mu).cos();
-                row[4 + 2 * pair] = (0.5 * mu).sin();
-            }
-            row
-        })
-        .collect();
-    let mut packed = vec![[0u16; N_LOBE_NUMBERS]; rows.len()];
-    let mut decode = LobeDecode {
-        offset: [0.0; N_LOBE_NUMBERS],
-        scale: [0.0; N_LOBE_NUMBERS],
-        warp: warp as f32,
-        last: (rows.len() - 1) as f32,
-        padding_0: 0,
-        padding_1: 0,
-    };
-    for number in 0..7 {
-        quantise(&mut rows, &mut packed, &mut decode, number);
-    }
-    for (row, (energy, shares)) in rows.iter_mut().zip(numbers) {
-        let heights: [f64; 3] = std::array::from_fn(|l| {
-            let kappa = sharpness(row[l]);
-            (if l == 0 { 1.0 } else { 0.5 }) / i0e_i1e(kappa).0
-        });
-        for channel in 0..3 {
-            for l in 0..3 {
-                let amplitude = energy[channel] * shares[channel][l] * heights[l];
-                row[7 + 3 * channel + l] = amplitude;
-            }
+/// A table of lobes at one eta, with the places of the texels in it: what [`PackedShapes`] and
+/// [`Shares`] are made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LobeRowAt {
+    lobe: Lobe,
+    section: LobeSection,
+    warp: f64,
+    /// Per texel: where it stands on the axis of alpha, and the length of a crossing, in radii
+    /// over 2 cos(gamma_t).
+    texels: Vec<(Stencil, f64)>,
+}
+
+impl LobeRowAt {
+    /// The row of `table` at index `eta` >= 1 for textures of `n` >= 2 texels.
+    pub fn new(table: &LobeTable, eta: f64, n: usize) -> LobeRowAt {
+        let eta = eta.max(1.0);
+        let warp = warp(eta);
+        let section = table.at_eta(eta);
+        let n = n.max(2);
+        let texels = (0..n)
+            .map(|ix| {
+                let cos_theta_d = cos_theta_d_at(warp, ix, n);
+                let stencil = section.stencil(alpha_from_cos_theta_d(eta, cos_theta_d));
+                let sin_2 = 1.0 - cos_theta_d * cos_theta_d;
+                let path = 1.0 / (1.0 - sin_2 / (eta * eta)).max(1e-12).sqrt();
+                (stencil, path)
+            })
+            .collect();
+        LobeRowAt {
+            lobe: table.lobe,
+            section,
+            warp,
+            texels,
         }
     }
-    for number in 7..N_LOBE_NUMBERS {
-        quantise(&mut rows, &mut packed, &mut decode, number);
+}
+
+/// Shapes of one fibre and mode, rounded as textures hold them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PackedShapes {
+    lobe: Lobe,
+    decode: LobeDecode,
+    packed: Vec<[u16; N_LOBE_NUMBERS]>,
+    /// Per texel: 1 / I0e of each lobe's sharpness, halved for the pairs.
+    heights: Vec<[f64; 3]>,
+}
+
+impl PackedShapes {
+    /// Shapes of `row`; width `caustic_width` (w_c) widens those of TRT.
+    pub fn new(row: &LobeRowAt, caustic_width: f64) -> PackedShapes {
+        let blur = (row.lobe == Lobe::Trt).then(|| blur_measure(sharpness(caustic_width)));
+        let mut rows: Vec<[f64; N_LOBE_NUMBERS]> = row
+            .texels
+            .iter()
+            .map(|(stencil, _)| {
+                let shape = row.section.shape(stencil, LAMBDA_MIN);
+                let mut numbers = [0.0; N_LOBE_NUMBERS];
+                for (number, lambda) in numbers.iter_mut().zip(shape.lambda) {
+                    *number = blur.map_or(lambda, |blur| widened(lambda, blur));
+                }
+                for (pair, mu) in shape.mu.iter().enumerate() {
+                    numbers[3 + 2 * pair] = (0.5 * mu).cos();
+                    numbers[4 + 2 * pair] = (0.5 * mu).sin();
+                }
+                numbers
+            })
+            .collect();
+        let mut packed = vec![[0; N_LOBE_NUMBERS]; rows.len()];
+        let mut decode = LobeDecode {
+            offset: [0.0; N_LOBE_NUMBERS],
+            scale: [0.0; N_LOBE_NUMBERS],
+            warp: row.warp as f32,
+            last: (rows.len() - 1) as f32,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        for number in 0..N_SHAPE_NUMBERS {
+            quantise(&mut rows, &mut packed, &mut decode, number);
+        }
+        // Amplitudes fit the widths as decoded.
+        let heights = rows
+            .iter()
+            .map(|row| {
+                let height = |l: usize| 1.0 / i0e_i1e(sharpness(row[l])).0;
+                [height(0), 0.5 * height(1), 0.5 * height(2)]
+            })
+            .collect();
+        PackedShapes {
+            lobe: row.lobe,
+            decode,
+            packed,
+            heights,
+        }
     }
-    LobeTexture {
-        decode,
-        texels: packed
-            .iter()
-            .map(|row| {
-                std::array::from_fn(|i| u32::from(row[2 * i]) | u32::from(row[2 * i + 1]) << 16)
+}
+
+/// Shares of the three lobes of one fibre and mode, per texel and channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shares(Vec<[[f64; 3]; 3]>);
+
+impl Shares {
+    /// Shares of `row` for absorption `sigma_a`.
+    pub fn new(row: &LobeRowAt, sigma_a: [f64; 3]) -> Shares {
+        let texels = row.texels.iter();
+        Shares(
+            texels
+                .map(|(stencil, path)| {
+                    sigma_a.map(|sigma| row.section.shares(stencil, sigma * path))
+                })
+                .collect(),
+        )
+    }
+}
+
+impl LobeTexture {
+    /// The texture of these parts, all of one eta and count of texels.
+    pub fn new(shapes: &PackedShapes, energies: &Energies, shares: &Shares) -> LobeTexture {
+        let mode = usize::from(shapes.lobe == Lobe::Trt);
+        let mut decode = shapes.decode;
+        let mut packed = shapes.packed.clone();
+        let texels = energies.texels.iter().zip(&shares.0).zip(&shapes.heights);
+        let mut rows: Vec<[f64; N_LOBE_NUMBERS]> = texels
+            .map(|(((_, energy), shares), heights)| {
+                let mut row = [0.0; N_LOBE_NUMBERS];
+                for channel in 0..3 {
+                    for l in 0..3 {
+                        row[N_SHAPE_NUMBERS + 3 * channel + l] =
+                            energy[mode][channel] * shares[channel][l] * heights[l];
+                    }
+                }
+                row
             })
-            .collect(),
-        decoded: packed
-            .iter()
-            .map(|row| {
-                std::array::from_fn(|i| decode.offset[i] + decode.scale[i] * f32::from(row[i]))
-            })
-            .collect(),
+            .collect();
+        for number in N_SHAPE_NUMBERS..N_LOBE_NUMBERS {
+            quantise(&mut rows, &mut packed, &mut decode, number);
+        }
+        LobeTexture {
+            decode,
+            texels: packed
+                .iter()
+                .map(|row| {
+                    std::array::from_fn(|i| u32::from(row[2 * i]) | u32::from(row[2 * i + 1]) << 16)
+                })
+                .collect(),
+            decoded: packed
+                .iter()
+                .map(|row| {
+                    std::array::from_fn(|i| decode.offset[i] + decode.scale[i] * f32::from(row[i]))
+                })
+                .collect(),
+        }
     }
 }
 
