@@ -340,6 +340,7 @@ fn verify_c(table: &Table, sampled: &Tables<'_>, seed: u64) -> Vec<Check> {
                 sin_half: (1.0 - cos_half_phi * cos_half_phi).max(0.0).sqrt() as f32,
                 cos_half: cos_half_phi as f32,
                 cos_sum: 1.0,
+                cos_view: 1.0,
             };
             let found = azimuthal_r(kappa as f32, &lag, &at, &reflectance[which], sampled);
             let c_0 = circular_gaussian_integral(kappa);
