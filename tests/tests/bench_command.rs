@@ -5,6 +5,8 @@ use std::path::Path;
 use serde_json::Value;
 use strandlight_bake::bench::{Method, MethodTables, Prepared, Scene, Set};
 use strandlight_runtime::probe::GpuBench;
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::{HairParams, Lobe};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
 /// Errors alone, on this many threads.
@@ -123,6 +125,53 @@ fn bad_usage_is_refused_before_work() {
         &["--n"],
     );
     assert_refused(strandlight().args(["bench", "nothing"]), &["nothing"]);
+}
+
+#[test]
+fn plots_show_the_lobes() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = assert_done(
+        strandlight()
+            .args(["bench", "plots", "--json", "-o"])
+            .arg(folder.path()),
+    );
+    let document: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(document["files"].as_array().unwrap().len(), 6);
+    for stem in ["azimuthal", "attenuation", "outer"] {
+        let svg = std::fs::read_to_string(folder.path().join(format!("{stem}.svg"))).unwrap();
+        assert!(svg.matches("<polyline").count() > 8, "{stem}");
+        assert!(!svg.contains("NaN"), "{stem}");
+    }
+    // The lobes have their energies: 1 degree is fine enough for the trapezoid rule.
+    let csv = std::fs::read_to_string(folder.path().join("azimuthal.csv")).unwrap();
+    let energy = |panel: &str, series: &str| {
+        let start = format!("{panel},{series},");
+        let values: Vec<f64> = csv
+            .lines()
+            .filter_map(|line| line.strip_prefix(&start))
+            .map(|rest| rest.split(',').next_back().unwrap().parse().unwrap())
+            .collect();
+        assert_eq!(values.len(), 361, "{panel} {series}");
+        values[1..].iter().sum::<f64>().to_radians()
+    };
+    let hair = HairParams {
+        sigma_a: [0.2; 3],
+        ..HairParams::default()
+    };
+    for (panel, lobe, theta_d) in [
+        ("N_TT; theta_d = 30 deg", Lobe::Tt, 30.0f64),
+        ("N_TRT; theta_d = 0 deg", Lobe::Trt, 0.0),
+    ] {
+        let theta_d = theta_d.to_radians();
+        let exact =
+            strandlight_scattering::exact::energy(lobe, theta_d, &hair, Fresnel::Dielectric)[0];
+        assert!(
+            (energy(panel, "exact") / exact - 1.0).abs() < 1e-4,
+            "{panel}"
+        );
+        let published = energy(panel, "paper") / exact;
+        assert!((0.85..1.1).contains(&published), "{panel} {published}");
+    }
 }
 
 /// What is timed on the adapter is what is timed on the CPU.

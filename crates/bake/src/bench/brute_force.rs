@@ -57,13 +57,8 @@ impl BruteForce {
         let at = light.direction;
         let width = 2.0 * fibre.beta[mode as usize];
         let centre = 2.0 * fibre.alpha[mode as usize] - view.theta;
-        let (variance_j, variance_m) = (light.lambda * light.lambda, width * width);
-        let mean = at.theta - (at.theta - centre) * (variance_j / (variance_j + variance_m));
-        let reach = WINDOW * width * light.lambda / (variance_j + variance_m).sqrt();
-        // At least a window's width inside +-pi/2, where the mean leaves it.
-        let low = (mean - reach).clamp(-FRAC_PI_2, FRAC_PI_2 - reach.min(PI));
-        let high = (mean + reach).clamp(reach.min(PI) - FRAC_PI_2, FRAC_PI_2);
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let variance_j = light.lambda * light.lambda;
+        let [middle, half] = window(at.theta, light.lambda, centre, width);
 
         let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
         let dphi = 2.0 * lag.sin_half.atan2(lag.cos_half);
@@ -87,8 +82,22 @@ impl BruteForce {
         total
     }
 
+    /// The nodes in theta_i of [`BruteForce::single_mode`].
+    pub(super) fn nodes(
+        &self,
+        mode: u32,
+        light: &LightInFrame,
+        view: &DirectionInFrame,
+        fibre: &Fibre,
+    ) -> Vec<f32> {
+        let width = 2.0 * fibre.beta[mode as usize];
+        let centre = 2.0 * fibre.alpha[mode as usize] - view.theta;
+        let [middle, half] = window(light.direction.theta, light.lambda, centre, width);
+        self.theta.iter().map(|[x, _]| middle + half * x).collect()
+    }
+
     /// Eq 12: 1/2 the integral over h of the attenuation times the Gaussian of sharpness `kappa`.
-    fn azimuthal(
+    pub(super) fn azimuthal(
         &self,
         mode: u32,
         kappa: f32,
@@ -147,6 +156,17 @@ impl BruteForce {
         }
         total
     }
+}
+
+/// Middle and half length of the window in theta_i: [`WINDOW`] widths around the product of the
+/// light and M_t, of which at least half lies inside +-pi/2 where its centre does not.
+fn window(theta_j: f32, lambda_j: f32, centre: f32, width: f32) -> [f32; 2] {
+    let (variance_j, variance_m) = (lambda_j * lambda_j, width * width);
+    let mean = theta_j - (theta_j - centre) * (variance_j / (variance_j + variance_m));
+    let reach = WINDOW * width * lambda_j / (variance_j + variance_m).sqrt();
+    let low = (mean - reach).clamp(-FRAC_PI_2, FRAC_PI_2 - reach.min(PI));
+    let high = (mean + reach).clamp(reach.min(PI) - FRAC_PI_2, FRAC_PI_2);
+    [0.5 * (low + high), 0.5 * (high - low)]
 }
 
 #[cfg(test)]

@@ -45,6 +45,15 @@ pub enum FrontierError {
 const CPU_SCENE: [usize; 3] = [8, 16, 16];
 const ADAPTER_SCENE: [usize; 3] = [8, 16, 2048];
 
+/// Families in the order of their colours in plots; black is the exact model's elsewhere.
+const COLOURS: [&str; 5] = [
+    "exact",
+    "paper",
+    "runtime",
+    "quadrature",
+    "paper, dielectric",
+];
+
 /// One method's measurement.
 #[derive(Clone, Debug)]
 pub struct Row {
@@ -276,6 +285,7 @@ impl Frontier {
                 options.set.name()
             ),
             columns: panels.len(),
+            colours: COLOURS.to_vec(),
             panels,
         }
     }

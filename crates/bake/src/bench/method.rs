@@ -1,11 +1,15 @@
 //! The ways to integrate a light over the fibre that are compared.
 
+use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use strandlight_formats::TableFile;
 use strandlight_runtime::probe::Scheme;
 use strandlight_runtime::tables::{BUNDLED, ShadingTables, TablesError};
-use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, LightInFrame, paper};
+use strandlight_scattering::closed_form::{
+    DirectionInFrame, Fibre, LightInFrame, inclination, lag_between, longitudinal, paper,
+    table_cell,
+};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, ParamError};
 
@@ -202,6 +206,57 @@ impl OnFibre<'_> {
                 self.prepared
                     .rule
                     .single_mode(mode, light, view, &self.fibre)
+            }
+        }
+    }
+
+    /// Eq 12 of one mode at `dphi` = phi_o - phi_j: the inner integral for a light of sharpness
+    /// `kappa` = 2 / lambda'^2, linear RGB.
+    pub fn azimuthal(&self, lobe: Lobe, kappa: f32, dphi: f32, theta_d: f32) -> [f32; 3] {
+        let at = inclination(theta_d);
+        let lag = lag_between(dphi.cos(), dphi.sin(), 1.0, 0.0);
+        let fibre = &self.fibre;
+        match self.prepared.method {
+            Method::Paper { .. } | Method::PaperDielectric { .. } => {
+                let tables = &self.prepared.tables.of(self.prepared.method).view();
+                let row = table_cell(&tables.axes.h_rows, fibre.eta);
+                match lobe {
+                    Lobe::R => [paper::azimuthal_r(kappa, &lag, &at, fibre, tables); 3],
+                    Lobe::Tt => paper::azimuthal_tt(kappa, &lag, &at, fibre, row, tables),
+                    Lobe::Trt => paper::azimuthal_trt(kappa, &lag, &at, fibre, row, tables),
+                }
+            }
+            Method::BruteForce { .. } => {
+                let (sin_d, cos_d) = (at.sin_theta_d, at.cos_theta_d);
+                let rule = &self.prepared.rule;
+                rule.azimuthal(lobe.p(), kappa, dphi, sin_d, cos_d, fibre)
+            }
+        }
+    }
+
+    /// Where the outer integral of `lobe` looks at its integrand: inclinations theta_i within
+    /// +-pi/2, in rising order.
+    pub fn outer_nodes(
+        &self,
+        lobe: Lobe,
+        light: &LightInFrame,
+        view: &DirectionInFrame,
+    ) -> Vec<f32> {
+        let mode = lobe.p() as usize;
+        let (alpha, beta) = (self.fibre.alpha[mode], self.fibre.beta[mode]);
+        match self.prepared.method {
+            Method::Paper { segments } | Method::PaperDielectric { segments } => {
+                let theta_j = light.direction.theta;
+                let product = longitudinal(theta_j, light.lambda, view.theta, alpha, beta);
+                let low = (-FRAC_PI_2 - product.mean) / product.lambda;
+                let high = (FRAC_PI_2 - product.mean) / product.lambda;
+                (1..segments)
+                    .map(|s| paper::node_position(low, high, segments, s))
+                    .map(|u| product.mean + product.lambda * u)
+                    .collect()
+            }
+            Method::BruteForce { .. } => {
+                self.prepared.rule.nodes(lobe.p(), light, view, &self.fibre)
             }
         }
     }

@@ -4,11 +4,12 @@
 //! - [`Method`]: what is compared; [`Prepared`] holds its tables.
 //! - [`Reference`] knows the exact values and measures [`Errors`]; [`cpu_costs`] and
 //!   [`adapter_costs`] measure [`Cost`]s side by side.
-//! - [`run`] does all of it; [`Frontier`] writes it down.
+//! - [`run`] does all of it; [`Frontier`] writes it down. [`figures`] plots lobes and integrands.
 
 mod accuracy;
 mod brute_force;
 mod configuration;
+mod curves;
 mod frontier;
 mod method;
 pub mod plot;
@@ -17,6 +18,7 @@ mod timing;
 pub use accuracy::{Errors, N_SUMS, Reference, SUM_NAMES};
 pub use brute_force::BruteForce;
 pub use configuration::{Configuration, Set};
+pub use curves::{CurvesError, figures};
 pub use frontier::{Frontier, FrontierError, Options, Row, run};
 pub use method::{Method, MethodError, MethodTables, OnFibre, Prepared};
 pub use timing::{Cost, Scene, adapter_costs, cpu_costs};

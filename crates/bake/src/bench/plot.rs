@@ -33,6 +33,8 @@ pub struct Figure {
     pub panels: Vec<Panel>,
     /// Panels a row.
     pub columns: usize,
+    /// Names of series that have the first colours, black first, whether they appear or not.
+    pub colours: Vec<&'static str>,
 }
 
 /// One coordinate system.
@@ -57,6 +59,8 @@ pub struct AxisStyle {
     pub log: bool,
     /// Ends that do not depend on the data.
     pub range: Option<(f64, f64)>,
+    /// Distance of the ticks of a linear axis.
+    pub step: Option<f64>,
 }
 
 impl AxisStyle {
@@ -73,6 +77,14 @@ impl AxisStyle {
         AxisStyle {
             log: true,
             ..AxisStyle::linear(label)
+        }
+    }
+
+    /// The axis with a tick every `step`.
+    pub fn every(self, step: f64) -> AxisStyle {
+        AxisStyle {
+            step: Some(step),
+            ..self
         }
     }
 
@@ -137,6 +149,7 @@ impl Rect {
 /// An axis with its ends known.
 struct Scale {
     log: bool,
+    step: Option<f64>,
     low: f64,
     high: f64,
     from: f64,
@@ -164,6 +177,7 @@ impl Scale {
         }
         Scale {
             log: style.log,
+            step: style.step,
             low,
             high,
             from,
@@ -183,7 +197,8 @@ impl Scale {
     /// Values with a tick; those with a text say it.
     fn ticks(&self) -> Vec<(f64, Option<String>)> {
         if !self.log {
-            let step = nice_step((self.high - self.low) / 5.0);
+            let nice = nice_step((self.high - self.low) / 5.0);
+            let step = self.step.unwrap_or(nice);
             let digits = (-step.log10()).ceil().max(0.0) as usize;
             let first = (self.low / step - 1e-6).ceil() as i64;
             let last = (self.high / step + 1e-6).floor() as i64;
@@ -226,6 +241,11 @@ fn number(value: f64) -> String {
         return text.trim_end_matches('0').trim_end_matches('.').to_owned();
     }
     format!("{value:e}")
+}
+
+/// Five digits of `value`.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
 }
 
 /// Estimated width of `text` in a sans-serif font.
@@ -277,9 +297,25 @@ impl Figure {
         svg
     }
 
-    /// Names of all series in the order of their first appearance: the index is the colour.
+    /// The points as `panel,series,x,y`, commas in titles and names as semicolons.
+    pub fn to_csv(&self) -> String {
+        let mut csv = "panel,series,x,y\n".to_owned();
+        for panel in &self.panels {
+            for series in &panel.series {
+                let [panel, name] = [&panel.title, &series.name].map(|text| text.replace(',', ";"));
+                for (x, y) in &series.points {
+                    // Writing to a string cannot fail.
+                    let _ = writeln!(csv, "{panel},{name},{},{}", rounded(*x), rounded(*y));
+                }
+            }
+        }
+        csv
+    }
+
+    /// The names in `colours`, then all others in the order of their first appearance: the index
+    /// is the colour.
     fn names(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = Vec::new();
+        let mut names: Vec<&str> = self.colours.clone();
         for series in self.panels.iter().flat_map(|panel| &panel.series) {
             if !names.contains(&series.name.as_str()) {
                 names.push(&series.name);
@@ -556,6 +592,7 @@ mod tests {
         Figure {
             title: "a < b".to_owned(),
             columns: 1,
+            colours: Vec::new(),
             panels: vec![Panel {
                 title: "panel".to_owned(),
                 x: AxisStyle::linear("x"),

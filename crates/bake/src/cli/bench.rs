@@ -1,8 +1,12 @@
 //! `strandlight bench`: run time against error.
 
+mod plots;
 mod single;
 
-use super::Outcome;
+use std::fs;
+use std::path::Path;
+
+use super::{Failure, Outcome};
 
 /// Measures error and run time
 #[derive(clap::Args)]
@@ -14,11 +18,20 @@ pub struct Args {
 #[derive(clap::Subcommand)]
 enum What {
     Single(single::Args),
+    Plots(plots::Args),
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     match &args.what {
         What::Single(args) => single::run(args),
+        What::Plots(args) => plots::run(args),
     }
+}
+
+/// The folder, made if it is not there.
+fn folder(path: &Path) -> Result<&Path, Failure> {
+    fs::create_dir_all(path)
+        .map_err(|error| Failure::file(path, format!("cannot be made: {error}")))?;
+    Ok(path)
 }

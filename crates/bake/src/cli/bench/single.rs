@@ -1,6 +1,5 @@
 //! `strandlight bench single`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
@@ -87,8 +86,7 @@ pub fn run(args: &Args) -> Outcome {
 
 /// Makes the folder and checks that the files can be written there.
 fn output_paths(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    fs::create_dir_all(folder)
-        .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
+    let folder = super::folder(folder)?;
     let paths = FILES.map(|name| folder.join(name));
     let [csv, json, svg] = &paths;
     check_outputs(&[], &[csv, json, svg])?;
