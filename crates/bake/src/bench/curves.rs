@@ -164,10 +164,7 @@ fn attenuation_figure(prepared: &[(Prepared, &str)]) -> Result<Figure, CurvesErr
                 (-s).exp() * (1.0 + 0.5 * s * z * (1.0 + 0.25 * (1.0 + s) * z))
             };
             series.push(line("exact", sampled(0.0, 1.0, 100, exact)));
-            series.push(dashed(
-                "paper: expansion to h^4",
-                sampled(0.0, 1.0, 100, taylor),
-            ));
+            series.push(dashed("paper", sampled(0.0, 1.0, 100, taylor)));
         }
         panels.push(Panel {
             title: format!("T at sigma_a 0.2, 0.6, 1, 2, theta_d = {theta_d} deg"),
