@@ -1,7 +1,9 @@
-//! The closed form of Xu 2011 in single precision: what the renderer evaluates.
+//! Single scattering in closed form, in single precision: what the renderer evaluates.
 //!
 //! - [`Fibre`]: the parameters of one fibre, laid out as the shaders' uniform of the same name.
 //! - [`Tables`]: a view of the baked tables C and H, with the sampling the shaders do.
+//! - [`single_scattering()`]: the integral of one spherical Gaussian light over the fibre's
+//!   scattering function (Eq 11), as the sum over the enabled modes.
 //! - [`paper::single_scattering()`]: the integral of one spherical Gaussian light over the fibre's
 //!   scattering function (Eq 11), as the sum over the enabled modes, by the scheme as published.
 //!
@@ -19,6 +21,7 @@ mod lobes;
 mod longitudinal;
 mod outer_integral;
 pub mod paper;
+mod single_scattering;
 mod special;
 mod tables;
 
@@ -33,6 +36,7 @@ pub use longitudinal::{Longitudinal, longitudinal};
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, OuterNode, OuterRule, node_count, outer_node, outer_rule,
 };
+pub use single_scattering::{Shading, single_scattering, single_scattering_mode};
 pub use special::{ErfPair, bessel_i0e, bessel_i0e_fast, bessel_i1e, erf_pair};
 pub use tables::{
     Cell, PackedShares, TableAxes, TableAxis, Tables, c_from_b, pack_shares, sample_c, sample_h,

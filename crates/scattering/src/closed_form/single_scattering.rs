@@ -1,0 +1,116 @@
+//! Eq 11: one spherical Gaussian light over the scattering function. Twin:
+//! `shaders/lib/single_scattering.wgsl`.
+//!
+//! Each mode is integrated over theta_i by the nodes of [`super::outer_integral`]; at a node the
+//! integral over azimuth is R's polynomial on the table C, or TT's and TRT's lobes. With the
+//! default nodes that is at most 8 inner integrals and 13 fetches a light: one of C for each
+//! node of R, two 16-byte texels of the lobe texture for each of TT and TRT.
+
+use super::azimuthal::{azimuthal_trt, azimuthal_tt};
+use super::azimuthal_r::{Reflectance, azimuthal_r};
+use super::fibre::{Fibre, MODE_R};
+use super::frame::{DirectionInFrame, Lag, LightInFrame, inclination, lag_between};
+use super::lobes::{LobeView, sample_lobes};
+use super::outer_integral::{GAUSS_HERMITE, LN_CULL, node_count, outer_node, outer_rule};
+use super::tables::Tables;
+
+/// What the shading of one fibre reads. Parts of modes that are not enabled are never read.
+#[derive(Clone, Copy, Debug)]
+pub struct Shading<'a> {
+    /// The fibre.
+    pub fibre: &'a Fibre,
+    /// The table C, for R.
+    pub tables: Tables<'a>,
+    /// R's coefficients at the fibre's eta.
+    pub reflectance: &'a Reflectance,
+    /// Lobes of TT.
+    pub tt: LobeView<'a>,
+    /// Lobes of TRT.
+    pub trt: LobeView<'a>,
+}
+
+/// Sum of [`single_scattering_mode`] over the enabled modes: the integral of the light of
+/// amplitude 1 against S cos(theta_i), linear RGB, >= 0, before transmittance.
+pub fn single_scattering(
+    light: &LightInFrame,
+    view: &DirectionInFrame,
+    shading: &Shading,
+) -> [f32; 3] {
+    let at = light.direction;
+    let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
+    let mut total = [0.0f32; 3];
+    for mode in 0..3 {
+        if shading.fibre.modes & (1 << mode) != 0 {
+            let value = mode_at_lag(mode, light, view, &lag, shading);
+            for channel in 0..3 {
+                total[channel] += value[channel];
+            }
+        }
+    }
+    total
+}
+
+/// M_t of Eq 11 for `mode` 0 (R), 1 (TT), 2 (TRT), enabled or not:
+/// the integral over theta_i of g^c(theta_i; theta_j, lambda_j) M_t cos^2 theta_i / cos^2 theta_d
+/// N_t(lambda', phi_o - phi_j, theta_d), lambda'^2 = lambda_j^2 / (cos theta_i cos theta_j).
+pub fn single_scattering_mode(
+    mode: u32,
+    light: &LightInFrame,
+    view: &DirectionInFrame,
+    shading: &Shading,
+) -> [f32; 3] {
+    let at = light.direction;
+    let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
+    mode_at_lag(mode, light, view, &lag, shading)
+}
+
+/// [`single_scattering_mode`] with the lag at hand.
+fn mode_at_lag(
+    mode: u32,
+    light: &LightInFrame,
+    view: &DirectionInFrame,
+    lag: &Lag,
+    shading: &Shading,
+) -> [f32; 3] {
+    let mut total = [0.0f32; 3];
+    let fibre = shading.fibre;
+    let at = light.direction;
+    let rule = outer_rule(
+        at.theta,
+        light.lambda,
+        view.theta,
+        fibre.alpha[mode as usize],
+        fibre.beta[mode as usize],
+    );
+    if rule.ln_bound < LN_CULL {
+        return total;
+    }
+    let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
+    let count = node_count(rule.spread, fibre.node_count(mode));
+    let first = count * (count - 1) / 2;
+    for ix in 0..count {
+        let node = outer_node(&rule, GAUSS_HERMITE[(first + ix) as usize]);
+        let cos_i = node.theta_i.cos().max(0.0);
+        let incline = inclination(0.5 * (view.theta - node.theta_i));
+        let kappa = kappa_j * cos_i;
+        let ratio = cos_i / incline.cos_theta_d;
+        let factor = node.weight * (ratio * ratio);
+        if mode == 0 {
+            let value =
+                factor * azimuthal_r(kappa, lag, &incline, shading.reflectance, &shading.tables);
+            total = total.map(|sum| sum + value);
+        } else {
+            let value = if mode == 1 {
+                azimuthal_tt(kappa, lag, &sample_lobes(&shading.tt, incline.cos_theta_d))
+            } else {
+                azimuthal_trt(kappa, lag, &sample_lobes(&shading.trt, incline.cos_theta_d))
+            };
+            for channel in 0..3 {
+                total[channel] += factor * value[channel];
+            }
+        }
+    }
+    total
+}
+
+const _: () = assert!(MODE_R == 1, "modes are bits in the order of p");
