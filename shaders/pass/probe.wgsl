@@ -5,6 +5,7 @@
 // #import lib/frame
 // #import lib/tables
 // #import lib/outer_integral
+// #import lib/single_scattering
 // #import lib/paper/azimuthal
 // #import lib/paper/single_scattering
 // One library function a thread: values for checking the shaders from outside.
@@ -20,9 +21,12 @@ struct Query {
     w: f32,
     function: u32,
     mode: u32,
-    padding_0: u32,
-    padding_1: u32,
+    scheme: u32,
+    optics: u32,
 }
+
+// Scheme of the query; anything else is the renderer's.
+const PAPER: u32 = 1u;
 
 const TABLE_C: u32 = 0u;
 const TABLE_H: u32 = 1u;
@@ -40,6 +44,9 @@ const OUTER_NODE: u32 = 8u;
 @group(0) @binding(3) var table_c: texture_2d<u32>;
 @group(0) @binding(4) var table_h_tt: texture_2d<f32>;
 @group(0) @binding(5) var table_h_trt: texture_2d<f32>;
+@group(0) @binding(6) var lobes_tt: texture_2d<u32>;
+@group(0) @binding(7) var lobes_trt: texture_2d<u32>;
+@group(0) @binding(8) var<storage, read> optics: array<Shading>;
 
 // C_k as Tables::c_k answers it.
 fn probe_c(k: u32, lambda_p: f32, phi: f32) -> f32 {
@@ -61,7 +68,7 @@ fn probe_h(mode: u32, eta: f32, theta_d: f32) -> vec4f {
     return sample_h(table_h_tt, axes, row, eta, cos_theta_d);
 }
 
-fn probe_azimuthal(q: Query) -> vec3f {
+fn azimuthal_by_paper(q: Query) -> vec3f {
     let kappa = 2.0 / (q.x * q.x);
     let at = inclination(q.z);
     let lag = lag_between(q.view.cos_phi, q.view.sin_phi, q.light.cos_phi, q.light.sin_phi);
@@ -75,13 +82,38 @@ fn probe_azimuthal(q: Query) -> vec3f {
     return paper_azimuthal_trt(kappa, lag, at, q.fibre, row, axes, table_h_trt);
 }
 
-fn probe_single(q: Query) -> vec3f {
+fn single_by_paper(q: Query) -> vec3f {
     let light = LightInFrame(q.light, q.x);
     if q.mode == 3u {
-        return paper_single_scattering(light, q.view, q.fibre, axes, table_c, table_h_tt, table_h_trt);
+        return paper_single_scattering(
+            light, q.view, q.fibre, axes, table_c, table_h_tt, table_h_trt
+        );
     }
     return paper_single_scattering_mode(
         q.mode, light, q.view, q.fibre, axes, table_c, table_h_tt, table_h_trt
+    );
+}
+
+fn azimuthal_by_lobes(q: Query, shading: Shading) -> vec3f {
+    let kappa = 2.0 / (q.x * q.x);
+    let at = inclination(q.z);
+    let lag = lag_between(q.view.cos_phi, q.view.sin_phi, q.light.cos_phi, q.light.sin_phi);
+    if q.mode == 0u {
+        return vec3f(azimuthal_r(kappa, lag, at, shading.reflectance, axes, table_c));
+    }
+    if q.mode == 1u {
+        return azimuthal_tt(kappa, lag, sample_lobes(lobes_tt, shading.tt, at.cos_theta_d));
+    }
+    return azimuthal_trt(kappa, lag, sample_lobes(lobes_trt, shading.trt, at.cos_theta_d));
+}
+
+fn single_by_lobes(q: Query, shading: Shading) -> vec3f {
+    let light = LightInFrame(q.light, q.x);
+    if q.mode == 3u {
+        return single_scattering(light, q.view, shading, axes, table_c, lobes_tt, lobes_trt);
+    }
+    return single_scattering_mode(
+        q.mode, light, q.view, shading, axes, table_c, lobes_tt, lobes_trt
     );
 }
 
@@ -100,10 +132,18 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {
             answer = probe_h(q.mode, q.x, q.y);
         }
         case AZIMUTHAL: {
-            answer = vec4f(probe_azimuthal(q), 0.0);
+            if q.scheme == PAPER {
+                answer = vec4f(azimuthal_by_paper(q), 0.0);
+            } else {
+                answer = vec4f(azimuthal_by_lobes(q, optics[q.optics]), 0.0);
+            }
         }
         case SINGLE: {
-            answer = vec4f(probe_single(q), 0.0);
+            if q.scheme == PAPER {
+                answer = vec4f(single_by_paper(q), 0.0);
+            } else {
+                answer = vec4f(single_by_lobes(q, optics[q.optics]), 0.0);
+            }
         }
         case SPECIAL: {
             let pair = erf_pair(q.x);

@@ -50,12 +50,12 @@ pub fn queries() -> Vec<Query> {
                 for dphi in [0.0, PI] {
                     let light = DirectionInFrame::from_angles(theta_j, 0.0);
                     let view = DirectionInFrame::from_angles(theta_o, dphi);
-                    queries.push(Query::single(MODE_ALL, light, lambda, view, fibre));
+                    queries.push(Query::single(MODE_ALL, light, lambda, view, fibre).by_paper());
                 }
             }
             for theta_d in [0.0, 0.8, 1.2, FRAC_PI_2] {
                 for mode in 0..3 {
-                    queries.push(Query::azimuthal(mode, lambda, 0.3, theta_d, fibre));
+                    queries.push(Query::azimuthal(mode, lambda, 0.3, theta_d, fibre).by_paper());
                 }
             }
         }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use strandlight_bake::bench::{Method, MethodTables, Prepared, Scene, Set};
+use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::GpuBench;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
@@ -191,9 +192,14 @@ fn both_sides_compute_the_same() {
             .iter()
             .map(|hair| prepared.on_fibre(hair).unwrap());
         let fibres: Vec<_> = fibres.collect();
-        let uniforms: Vec<_> = fibres.iter().map(|fibre| fibre.fibre()).collect();
+        let uniforms: Vec<_> = fibres
+            .iter()
+            .map(|fibre| Optics::paper(fibre.fibre()))
+            .collect();
         let tables = tables.of(method);
-        let workload = gpu.workload(tables, &uniforms, &scene.lights, &scene.views);
+        let workload = gpu
+            .workload(tables, &uniforms, &scene.lights, &scene.views)
+            .unwrap();
         assert_eq!(workload.n_evaluations(), 2 * 7 * 130);
         assert!(gpu.run(scheme, &workload).unwrap() > 0.0);
         let found = gpu.answers(&workload).unwrap();

@@ -7,10 +7,11 @@ use std::path::Path;
 use strandlight_tests::project_root;
 
 /// Functions that exist in WGSL alone; `shaders/README.md` says what stands for them in Rust.
-const WGSL_ONLY: [&str; 4] = [
+const WGSL_ONLY: [&str; 5] = [
     "direction_in_frame",
     "h_column",
     "light_in_frame",
+    "unpack_numbers",
     "unpack_shares",
 ];
 

@@ -5,9 +5,10 @@ use std::mem::{offset_of, size_of};
 use std::path::Path;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
+use strandlight_runtime::optics::ShadingUniform;
 use strandlight_runtime::shaders::{MODULES, resolve};
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, Fibre, LightInFrame, Reflectance, TableAxes, TableAxis,
+    DirectionInFrame, Fibre, LightInFrame, LobeDecode, Reflectance, TableAxes, TableAxis,
 };
 
 /// The parsed and validated module.
@@ -91,8 +92,11 @@ fn layout(module: &naga::Module, name: &str) -> (Vec<(String, u32)>, u32) {
 }
 
 macro_rules! same_layout {
-    ($module:expr, $name:ident { $($field:ident),* }) => {{
-        let (members, size) = layout($module, stringify!($name));
+    ($module:expr, $name:ident { $($field:ident),* }) => {
+        same_layout!($module, stringify!($name), $name { $($field),* })
+    };
+    ($module:expr, $wgsl:expr, $name:ident { $($field:ident),* }) => {{
+        let (members, size) = layout($module, $wgsl);
         let mirror = vec![$((stringify!($field).to_owned(), offset_of!($name, $field) as u32)),*];
         assert_eq!(members, mirror, "members of {}", stringify!($name));
         assert_eq!(size as usize, size_of::<$name>(), "size of {}", stringify!($name));
@@ -127,9 +131,30 @@ fn structs_have_the_layout_of_their_mirrors() {
         }
     );
     same_layout!(&module, LightInFrame { direction, lambda });
-    let reflectance = self::module("lib/azimuthal_r");
+    let single = self::module("lib/single_scattering");
     same_layout!(
-        &reflectance,
+        &single,
+        LobeDecode {
+            offset,
+            scale,
+            warp,
+            last,
+            first_row,
+            padding
+        }
+    );
+    same_layout!(
+        &single,
+        "Shading",
+        ShadingUniform {
+            fibre,
+            reflectance,
+            tt,
+            trt
+        }
+    );
+    same_layout!(
+        &single,
         Reflectance {
             coefficients,
             scale,

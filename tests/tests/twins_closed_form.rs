@@ -254,7 +254,7 @@ fn corners_are_finite() {
     let tables = tables();
     let mut n_checked = 0;
     for query in strandlight_tests::corners::queries() {
-        let answer = strandlight_runtime::probe::evaluate(&query, &tables.view());
+        let answer = strandlight_runtime::probe::evaluate(&query, &tables.view(), &[]);
         for value in answer {
             assert!(value.is_finite() && value >= 0.0, "{query:?} {answer:?}");
         }

@@ -4,14 +4,22 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
+use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::{Function, GpuProbe, MODE_ALL, Query, evaluate};
 use strandlight_runtime::tables::ShadingTables;
-use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, GAUSS_HERMITE};
+use strandlight_scattering::axis::{Axis, Spacing};
+use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, GAUSS_HERMITE, Reflectance};
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::lobes::{DEFAULT_LOBE_TEXELS, LobeAxes, LobeTable, slice};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{corners, oracle};
 
-const N: usize = 10_000;
+const N: usize = 100_000;
+/// Points of what the renderer does not evaluate.
+const N_ASIDE: usize = 10_000;
+/// Fibres that the scheme with lobes is compared on; each has textures of its own.
+const N_FIBRES: usize = 100;
 
 fn tables() -> &'static ShadingTables {
     static TABLES: OnceLock<ShadingTables> = OnceLock::new();
@@ -37,13 +45,21 @@ fn worst_difference(gpu: &[[f32; 4]], cpu: &[[f32; 4]]) -> f64 {
     worst / largest
 }
 
+/// Answers of both.
+fn both(queries: &[Query]) -> [Vec<[f32; 4]>; 2] {
+    let optics = if queries.iter().any(Query::needs_optics) {
+        optics()
+    } else {
+        &[]
+    };
+    let view = tables().view();
+    let cpu = queries.iter().map(|query| evaluate(query, &view, optics));
+    [probe().evaluate(queries, optics).unwrap(), cpu.collect()]
+}
+
 /// Runs `queries` on both and asserts the tolerance.
 fn compare(name: &str, queries: &[Query], tolerance: f64) {
-    let gpu = probe().evaluate(queries).unwrap();
-    let cpu: Vec<_> = queries
-        .iter()
-        .map(|query| evaluate(query, &tables().view()))
-        .collect();
+    let [gpu, cpu] = both(queries);
     let worst = worst_difference(&gpu, &cpu);
     println!(
         "{name}: {} points, worst {worst:.2e} of the largest value",
@@ -69,19 +85,15 @@ fn worst_pointwise(lambdas: &[f32], gpu: &[[f32; 4]], cpu: &[[f32; 4]]) -> f64 {
 
 /// Runs `queries` of single scattering on both and asserts that [`worst_pointwise`] is below 1.
 fn compare_pointwise(name: &str, queries: &[Query]) {
-    let gpu = probe().evaluate(queries).unwrap();
-    let cpu: Vec<_> = queries
-        .iter()
-        .map(|query| evaluate(query, &tables().view()))
-        .collect();
+    let [gpu, cpu] = both(queries);
     let lambdas: Vec<f32> = queries.iter().map(|query| query.x).collect();
     let worst = worst_pointwise(&lambdas, &gpu, &cpu);
     println!("{name}: worst {worst:.2e} of 1e-3 |cpu| + 1e-6 lambda^2");
     assert!(worst < 1.0, "{name}: {worst}");
 }
 
-fn fibre(random: &mut SplitMix64) -> Fibre {
-    let hair = HairParams {
+fn hair(random: &mut SplitMix64) -> HairParams {
+    HairParams {
         eta: random.uniform(1.2, 2.0),
         sigma_a: [(); 3].map(|()| random.log_uniform(0.01, 4.0)),
         shift: PerLobe {
@@ -100,8 +112,50 @@ fn fibre(random: &mut SplitMix64) -> Fibre {
         } else {
             random.uniform(0.8, 1.25)
         },
-    };
-    Fibre::new(&hair, &Lobe::ALL, 2 + random.next_u64() as u32 % 8).unwrap()
+    }
+}
+
+fn fibre(random: &mut SplitMix64) -> Fibre {
+    let segments = 2 + random.next_u64() as u32 % 8;
+    Fibre::new(&hair(random), &Lobe::ALL, segments).unwrap()
+}
+
+/// Random fibres with random numbers of nodes.
+fn optics() -> &'static [Optics] {
+    static OPTICS: OnceLock<Vec<Optics>> = OnceLock::new();
+    OPTICS.get_or_init(|| {
+        let mut random = SplitMix64(15);
+        let axes = LobeAxes {
+            eta: Axis {
+                min: 1.2,
+                max: 2.0,
+                count: 4,
+                spacing: Spacing::Linear,
+            },
+            ..LobeAxes::default()
+        };
+        let fit = |lobe| LobeTable::fit(lobe, Fresnel::Dielectric, axes, 1);
+        let [tt, trt] = [Lobe::Tt, Lobe::Trt].map(fit);
+        let optics = (0..N_FIBRES).map(|_| {
+            let hair = hair(&mut random);
+            let nodes = [(); 3].map(|()| 1 + random.next_u64() as u32 % 8);
+            let fibre = Fibre::new(&hair, &Lobe::ALL, 4).unwrap().with_nodes(nodes);
+            let [tt, trt] = slice([&tt, &trt], &hair, DEFAULT_LOBE_TEXELS);
+            Optics {
+                fibre,
+                reflectance: Reflectance::new(Fresnel::Dielectric, hair.eta),
+                tt,
+                trt,
+            }
+        });
+        optics.collect()
+    })
+}
+
+/// The place of some optics and the fibre they are of.
+fn some_optics(random: &mut SplitMix64) -> (u32, Fibre) {
+    let ix = random.next_u64() as usize % N_FIBRES;
+    (ix as u32, optics()[ix].fibre)
 }
 
 fn direction(random: &mut SplitMix64) -> DirectionInFrame {
@@ -188,9 +242,7 @@ fn outer_integrals_agree() {
         let only = |answers: Vec<[f32; 4]>| -> Vec<[f32; 4]> {
             answers.iter().map(|a| [a[component]; 4]).collect()
         };
-        let gpu = only(probe().evaluate(&queries).unwrap());
-        let view = tables().view();
-        let cpu = only(queries.iter().map(|q| evaluate(q, &view)).collect());
+        let [gpu, cpu] = both(&queries).map(only);
         let worst = worst_difference(&gpu, &cpu);
         println!("outer node, component {component}: worst {worst:.2e}");
         assert!(worst < 1e-4, "{worst}");
@@ -201,31 +253,52 @@ fn outer_integrals_agree() {
 fn inner_integrals_agree() {
     let mut random = SplitMix64(12);
     for mode in 0..3 {
+        let mut query = |optics, fibre| {
+            let lambda_p = random.log_uniform(0.01, 5.0) as f32;
+            let dphi = random.uniform(-PI, PI) as f32;
+            let theta_d = random.uniform(-1.5, 1.5) as f32;
+            Query::azimuthal(mode, lambda_p, dphi, theta_d, fibre).with_optics(optics)
+        };
+        let name = Lobe::ALL[mode as usize].name();
+        let mut fibres = SplitMix64(16);
         let queries: Vec<_> = (0..N)
             .map(|_| {
-                let lambda_p = random.log_uniform(0.01, 5.0) as f32;
-                let dphi = random.uniform(-PI, PI) as f32;
-                let theta_d = random.uniform(-1.5, 1.5) as f32;
-                Query::azimuthal(mode, lambda_p, dphi, theta_d, fibre(&mut random))
+                let (ix, fibre) = some_optics(&mut fibres);
+                query(ix, fibre)
             })
             .collect();
-        compare(Lobe::ALL[mode as usize].name(), &queries, 1e-4);
+        compare(name, &queries, 1e-4);
+        let queries: Vec<_> = (0..N_ASIDE)
+            .map(|_| query(0, fibre(&mut fibres)).by_paper())
+            .collect();
+        compare(&format!("{name} of the paper"), &queries, 1e-4);
     }
 }
 
 #[test]
 fn single_scattering_agrees() {
     let mut random = SplitMix64(13);
+    let mut fibres = SplitMix64(17);
     for mode in 0..=MODE_ALL {
+        let mut query = |optics, fibre| {
+            let lambda = random.log_uniform(0.01, 2.0) as f32;
+            let (light, view) = (direction(&mut random), direction(&mut random));
+            Query::single(mode, light, lambda, view, fibre).with_optics(optics)
+        };
         let queries: Vec<_> = (0..N)
             .map(|_| {
-                let lambda = random.log_uniform(0.01, 2.0) as f32;
-                let (light, view) = (direction(&mut random), direction(&mut random));
-                Query::single(mode, light, lambda, view, fibre(&mut random))
+                let (ix, fibre) = some_optics(&mut fibres);
+                query(ix, fibre)
             })
             .collect();
         compare(&format!("single scattering, mode {mode}"), &queries, 1e-4);
         compare_pointwise(&format!("single scattering, mode {mode}"), &queries);
+        let queries: Vec<_> = (0..N_ASIDE)
+            .map(|_| query(0, fibre(&mut fibres)).by_paper())
+            .collect();
+        let name = format!("single scattering of the paper, mode {mode}");
+        compare(&name, &queries, 1e-4);
+        compare_pointwise(&name, &queries);
     }
 }
 
@@ -233,7 +306,7 @@ fn single_scattering_agrees() {
 fn corners_are_finite_on_the_gpu() {
     let queries = corners::queries();
     assert!(queries.len() > 10_000);
-    let answers = probe().evaluate(&queries).unwrap();
+    let answers = probe().evaluate(&queries, &[]).unwrap();
     for (query, answer) in queries.iter().zip(&answers) {
         for value in answer {
             assert!(value.is_finite() && *value >= 0.0, "{query:?} {answer:?}");

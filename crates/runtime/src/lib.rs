@@ -7,6 +7,7 @@
 pub mod camera;
 mod error;
 pub mod gpu;
+pub mod optics;
 pub mod picture;
 pub mod probe;
 pub mod render;

@@ -30,6 +30,7 @@ macro_rules! modules {
 }
 
 modules!(
+    "lib/azimuthal",
     "lib/azimuthal_r",
     "lib/circular_gaussian",
     "lib/constants",
@@ -38,6 +39,7 @@ modules!(
     "lib/frame",
     "lib/grid",
     "lib/light",
+    "lib/lobes",
     "lib/longitudinal",
     "lib/paper/azimuthal",
     "lib/paper/fresnel",
@@ -45,6 +47,7 @@ modules!(
     "lib/paper/outer_integral",
     "lib/paper/single_scattering",
     "lib/sampling",
+    "lib/single_scattering",
     "lib/special",
     "lib/tables",
     "lib/view",

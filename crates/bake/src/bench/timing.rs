@@ -4,8 +4,9 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use strandlight_runtime::gpu::GpuError;
+use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::{GpuBench, Scheme, Workload};
-use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, LightInFrame};
+use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame};
 use strandlight_scattering::{HairParams, ParamError};
 
 use super::configuration::Set;
@@ -123,17 +124,21 @@ pub fn adapter_costs(
         let Some(scheme) = method.method().scheme() else {
             continue;
         };
-        let fibres: Vec<Fibre> = scene
+        let fibres: Vec<Optics> = scene
             .hair
             .iter()
-            .map(|hair| method.on_fibre(hair).map(|on_fibre| on_fibre.fibre()))
+            .map(|hair| {
+                method
+                    .on_fibre(hair)
+                    .map(|on_fibre| Optics::paper(on_fibre.fibre()))
+            })
             .collect::<Result<_, _>>()
             .map_err(|error: ParamError| GpuError::Failed {
                 what: "bench",
                 reason: error.to_string(),
             })?;
         let tables = tables.of(method.method());
-        let workload = bench.workload(tables, &fibres, &scene.lights, &scene.views);
+        let workload = bench.workload(tables, &fibres, &scene.lights, &scene.views)?;
         bench.run(scheme, &workload)?;
         passes.push((ix, scheme, workload));
     }

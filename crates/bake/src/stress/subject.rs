@@ -57,7 +57,7 @@ impl<'a> Subject<'a> {
     /// The Rust functions at points of a prepared fibre; R repeats its one value.
     pub fn at(&self, prepared: &Prepared, points: &[Point]) -> Vec<[f32; 3]> {
         let view = self.tables.view();
-        let answer = |point| rgb(evaluate(&query(point, prepared.fibre), &view));
+        let answer = |point| rgb(evaluate(&query(point, prepared.fibre), &view, &[]));
         points.iter().map(answer).collect()
     }
 
@@ -76,7 +76,7 @@ impl<'a> Subject<'a> {
             let fibre = self.prepare(&group.hair)?.fibre;
             all.extend(group.points.iter().map(|point| query(point, fibre)));
         }
-        let mut answers = probe.evaluate(&all)?.into_iter().map(rgb);
+        let mut answers = probe.evaluate(&all, &[])?.into_iter().map(rgb);
         Ok(Some(
             groups
                 .iter()
@@ -92,7 +92,7 @@ fn rgb([r, g, b, _]: [f32; 4]) -> [f32; 3] {
 
 fn query(point: &Point, fibre: Fibre) -> Query {
     let direction = |theta: f64, phi: f64| DirectionInFrame::from_angles(theta as f32, phi as f32);
-    match *point {
+    let query = match *point {
         Point::Azimuthal {
             lobe,
             lambda_p,
@@ -117,5 +117,6 @@ fn query(point: &Point, fibre: Fibre) -> Query {
             direction(theta_o, phi_o),
             fibre,
         ),
-    }
+    };
+    query.by_paper()
 }

@@ -2,10 +2,12 @@
 
 use std::time::Instant;
 
-use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, LightInFrame};
+use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame};
 use wgpu::util::DeviceExt;
 
+use super::Scheme;
 use crate::gpu::{Context, GpuError};
+use crate::optics::{GpuOptics, Optics};
 use crate::shaders;
 use crate::tables::{GpuTables, ShadingTables};
 
@@ -14,21 +16,11 @@ const WORKGROUP: u32 = 64;
 /// Most views of a workload: one dispatch of WebGPU's 65535 workgroups.
 pub const MAX_VIEWS: usize = 65_535 * WORKGROUP as usize;
 
-/// The schemes that can be timed; entry points of `shaders/pass/bench.wgsl`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scheme {
-    /// Xu's as published; [`Fibre::segments`] sets its cost.
-    Paper,
-}
-
-impl Scheme {
-    /// All of them, in the order of their numbers.
-    pub const ALL: [Scheme; 1] = [Scheme::Paper];
-
-    const fn entry_point(self) -> &'static str {
-        match self {
-            Scheme::Paper => "bench_paper",
-        }
+/// The entry point of `shaders/pass/bench.wgsl` that times `scheme`.
+const fn entry_point(scheme: Scheme) -> &'static str {
+    match scheme {
+        Scheme::Lobes => "bench_lobes",
+        Scheme::Paper => "bench_paper",
     }
 }
 
@@ -92,6 +84,7 @@ impl GpuBench {
             buffer(3, Storage { read_only: false }),
         ];
         entries.extend(GpuTables::layout_entries(4, wgpu::ShaderStages::COMPUTE));
+        entries.extend(GpuOptics::layout_entries(8, wgpu::ShaderStages::COMPUTE));
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("bench"),
             entries: &entries,
@@ -103,12 +96,12 @@ impl GpuBench {
         });
         let pipelines = Scheme::ALL
             .iter()
-            .map(|scheme| {
+            .map(|&scheme| {
                 device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(scheme.entry_point()),
+                    label: Some(entry_point(scheme)),
                     layout: Some(&pipeline_layout),
                     module: &module,
-                    entry_point: Some(scheme.entry_point()),
+                    entry_point: Some(entry_point(scheme)),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
                     cache: None,
                 })
@@ -130,14 +123,14 @@ impl GpuBench {
     }
 
     /// Uploads a workload; `views` beyond [`MAX_VIEWS`] are left out. Empty lists evaluate one
-    /// zero.
+    /// zero. For the paper's scheme [`Optics::paper`] will do.
     pub fn workload(
         &self,
         tables: &ShadingTables,
-        fibres: &[Fibre],
+        fibres: &[Optics],
         lights: &[LightInFrame],
         views: &[DirectionInFrame],
-    ) -> Workload {
+    ) -> Result<Workload, GpuError> {
         let views = &views[..views.len().min(MAX_VIEWS)];
         let device = &self.context.device;
         let upload = |label, contents: &[u8], usage| {
@@ -165,8 +158,8 @@ impl GpuBench {
         let groups = fibres
             .iter()
             .map(|fibre| {
-                let fibre = upload("fibre", bytemuck::bytes_of(fibre), Usage::UNIFORM);
-                let buffers = [&fibre, &light_buffer, &view_buffer, &answers];
+                let optics = GpuOptics::new(&self.context, &[fibre])?;
+                let buffers = [&optics.shading, &light_buffer, &view_buffer, &answers];
                 let mut entries: Vec<_> = (0u32..)
                     .zip(buffers)
                     .map(|(binding, buffer)| wgpu::BindGroupEntry {
@@ -175,19 +168,20 @@ impl GpuBench {
                     })
                     .collect();
                 entries.extend(tables.entries(4));
-                device.create_bind_group(&wgpu::BindGroupDescriptor {
+                entries.extend(optics.entries(8));
+                Ok(device.create_bind_group(&wgpu::BindGroupDescriptor {
                     label: Some("bench"),
                     layout: &self.layout,
                     entries: &entries,
-                })
+                }))
             })
-            .collect();
-        Workload {
+            .collect::<Result<_, GpuError>>()?;
+        Ok(Workload {
             groups,
             answers,
             n_views: views.len() as u32,
             n_evaluations: (fibres.len() * lights.len() * views.len()) as u64,
-        }
+        })
     }
 
     /// Evaluates `workload` once, a dispatch a fibre; wall-clock seconds from submission until the

@@ -1,51 +1,34 @@
 //! The Rust functions behind a [`Query`].
 
 use strandlight_scattering::closed_form::paper::{
-    azimuthal_r, azimuthal_trt, azimuthal_tt, single_scattering, single_scattering_mode,
-    transmittance_dielectric, transmittance_schlick,
+    self, transmittance_dielectric, transmittance_schlick,
 };
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, GAUSS_HERMITE, LightInFrame, Tables, bessel_i0e, bessel_i0e_fast, bessel_i1e,
-    c_0, erf_pair, inclination, lag_between, lobe_integral, outer_node, outer_rule,
-    product_integral, table_cell,
+    DirectionInFrame, GAUSS_HERMITE, LightInFrame, Shading, Tables, azimuthal_r, azimuthal_trt,
+    azimuthal_tt, bessel_i0e, bessel_i0e_fast, bessel_i1e, c_0, erf_pair, inclination, lag_between,
+    lobe_integral, outer_node, outer_rule, product_integral, sample_lobes, single_scattering,
+    single_scattering_mode, table_cell,
 };
 
-use super::{Function, MODE_ALL, Query};
+use super::{Function, MODE_ALL, Query, Scheme};
+use crate::optics::Optics;
 
-/// The answer of the Rust functions to `query`; unused components are 0.
-pub fn evaluate(query: &Query, tables: &Tables) -> [f32; 4] {
+/// The answer of the Rust functions to `query`; unused components are 0. NaN where the query's
+/// optics are not among `optics` and the scheme needs them.
+pub fn evaluate(query: &Query, tables: &Tables, optics: &[Optics]) -> [f32; 4] {
     let q = query;
     let rgb = |[r, g, b]: [f32; 3]| [r, g, b, 0.0];
     match q.function {
         f if f == Function::TableC as u32 => [tables.c_k(q.mode, q.x, q.y), 0.0, 0.0, 0.0],
         f if f == Function::TableH as u32 => tables.h(q.mode == 2, q.x, q.y),
-        f if f == Function::Azimuthal as u32 => {
-            let kappa = 2.0 / (q.x * q.x);
-            let at = inclination(q.z);
-            let lag = lag_between(
-                q.view.cos_phi,
-                q.view.sin_phi,
-                q.light.cos_phi,
-                q.light.sin_phi,
-            );
-            let row = table_cell(&tables.axes.h_rows, q.fibre.eta);
-            match q.mode {
-                0 => rgb([azimuthal_r(kappa, &lag, &at, &q.fibre, tables); 3]),
-                1 => rgb(azimuthal_tt(kappa, &lag, &at, &q.fibre, row, tables)),
-                _ => rgb(azimuthal_trt(kappa, &lag, &at, &q.fibre, row, tables)),
+        f if f == Function::Azimuthal as u32 || f == Function::Single as u32 => {
+            if q.scheme == Scheme::Paper as u32 {
+                return rgb(by_paper(q, tables));
             }
-        }
-        f if f == Function::Single as u32 => {
-            let light = LightInFrame {
-                direction: q.light,
-                lambda: q.x,
-            };
-            if q.mode == MODE_ALL {
-                return rgb(single_scattering(&light, &q.view, &q.fibre, tables));
+            match optics.get(q.optics as usize) {
+                Some(optics) => rgb(by_lobes(q, &optics.shading(*tables))),
+                None => [f32::NAN; 4],
             }
-            rgb(single_scattering_mode(
-                q.mode, &light, &q.view, &q.fibre, tables,
-            ))
         }
         f if f == Function::Special as u32 => {
             let pair = erf_pair(q.x);
@@ -79,5 +62,50 @@ pub fn evaluate(query: &Query, tables: &Tables) -> [f32; 4] {
                 direction.sin_phi,
             ]
         }
+    }
+}
+
+fn light(q: &Query) -> LightInFrame {
+    LightInFrame {
+        direction: q.light,
+        lambda: q.x,
+    }
+}
+
+fn by_paper(q: &Query, tables: &Tables) -> [f32; 3] {
+    let (light, view, fibre) = (light(q), &q.view, &q.fibre);
+    if q.function == Function::Single as u32 {
+        if q.mode == MODE_ALL {
+            return paper::single_scattering(&light, view, fibre, tables);
+        }
+        return paper::single_scattering_mode(q.mode, &light, view, fibre, tables);
+    }
+    let kappa = 2.0 / (q.x * q.x);
+    let at = inclination(q.z);
+    let lag = lag_between(view.cos_phi, view.sin_phi, q.light.cos_phi, q.light.sin_phi);
+    let row = table_cell(&tables.axes.h_rows, fibre.eta);
+    match q.mode {
+        0 => [paper::azimuthal_r(kappa, &lag, &at, fibre, tables); 3],
+        1 => paper::azimuthal_tt(kappa, &lag, &at, fibre, row, tables),
+        _ => paper::azimuthal_trt(kappa, &lag, &at, fibre, row, tables),
+    }
+}
+
+fn by_lobes(q: &Query, shading: &Shading) -> [f32; 3] {
+    let (light, view) = (light(q), &q.view);
+    if q.function == Function::Single as u32 {
+        if q.mode == MODE_ALL {
+            return single_scattering(&light, view, shading);
+        }
+        return single_scattering_mode(q.mode, &light, view, shading);
+    }
+    let kappa = 2.0 / (q.x * q.x);
+    let at = inclination(q.z);
+    let lag = lag_between(view.cos_phi, view.sin_phi, q.light.cos_phi, q.light.sin_phi);
+    let cos_theta_d = at.cos_theta_d;
+    match q.mode {
+        0 => [azimuthal_r(kappa, &lag, &at, shading.reflectance, &shading.tables); 3],
+        1 => azimuthal_tt(kappa, &lag, &sample_lobes(&shading.tt, cos_theta_d)),
+        _ => azimuthal_trt(kappa, &lag, &sample_lobes(&shading.trt, cos_theta_d)),
     }
 }

@@ -1,6 +1,7 @@
 //! The WGSL functions behind a [`Query`].
 
 use crate::gpu::{Context, GpuError};
+use crate::optics::{GpuOptics, Optics};
 use crate::shaders;
 use crate::tables::{GpuTables, ShadingTables};
 
@@ -55,6 +56,8 @@ impl GpuProbe {
         };
         let mut entries = vec![buffer(0, true), buffer(1, false)];
         entries.extend(GpuTables::layout_entries(2, wgpu::ShaderStages::COMPUTE));
+        entries.extend(GpuOptics::layout_entries(6, wgpu::ShaderStages::COMPUTE));
+        entries.push(buffer(8, true));
         let layout = context
             .device
             .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -96,19 +99,42 @@ impl GpuProbe {
         &self.context
     }
 
-    /// The answer to each query, in order; see [`super::Function`].
+    /// The answer to each query, in order; see [`super::Function`]. `optics` are those that
+    /// queries name by their place, at most [`crate::optics::MAX_OPTICS`].
     ///
     /// # Errors
-    /// The device was lost, or an answer was never written.
-    pub fn evaluate(&self, queries: &[Query]) -> Result<Vec<[f32; 4]>, GpuError> {
+    /// Too many or missing optics, the device was lost, or an answer was never written.
+    pub fn evaluate(
+        &self,
+        queries: &[Query],
+        optics: &[Optics],
+    ) -> Result<Vec<[f32; 4]>, GpuError> {
+        let is_missing =
+            |query: &Query| query.needs_optics() && query.optics >= optics.len() as u32;
+        if queries.iter().any(is_missing) {
+            return Err(GpuError::Failed {
+                what: "probe",
+                reason: "a query names optics that are not there".to_owned(),
+            });
+        }
+        let none = [Optics::paper(bytemuck::Zeroable::zeroed())];
+        let at_hand: Vec<&Optics> = match optics {
+            [] => none.iter().collect(),
+            some => some.iter().collect(),
+        };
+        let optics = GpuOptics::new(&self.context, &at_hand)?;
         let mut answers = Vec::with_capacity(queries.len());
         for batch in queries.chunks(BATCH) {
-            answers.extend(self.evaluate_batch(batch)?);
+            answers.extend(self.evaluate_batch(batch, &optics)?);
         }
         Ok(answers)
     }
 
-    fn evaluate_batch(&self, queries: &[Query]) -> Result<Vec<[f32; 4]>, GpuError> {
+    fn evaluate_batch(
+        &self,
+        queries: &[Query],
+        optics: &GpuOptics,
+    ) -> Result<Vec<[f32; 4]>, GpuError> {
         let Context { device, queue, .. } = &self.context;
         let size = (queries.len() * size_of::<[f32; 4]>()) as u64;
         let buffer = |label, size, usage| {
@@ -146,6 +172,11 @@ impl GpuProbe {
             },
         ];
         entries.extend(self.tables.entries(2));
+        entries.extend(optics.entries(6));
+        entries.push(wgpu::BindGroupEntry {
+            binding: 8,
+            resource: optics.shading.as_entire_binding(),
+        });
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("probe"),
             layout: &self.layout,

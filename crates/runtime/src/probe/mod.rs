@@ -1,6 +1,8 @@
 //! Single values of the shading functions, on the CPU and on the GPU.
 //!
 //! - [`Query`]: which function, at which point; laid out as the shader's struct of that name.
+//!   Azimuthal and single scattering are answered by either [`Scheme`]; that with lobes reads the
+//!   [`Optics`](crate::optics::Optics) that come with the queries.
 //! - [`evaluate`]: the answer of the Rust functions.
 //! - [`GpuProbe`]: the answers of the WGSL functions themselves, on the adapter.
 
@@ -10,7 +12,7 @@ mod gpu;
 
 use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
 
-pub use bench::{GpuBench, MAX_VIEWS, Scheme, Workload};
+pub use bench::{GpuBench, MAX_VIEWS, Workload};
 pub use cpu::evaluate;
 pub use gpu::GpuProbe;
 
@@ -39,10 +41,25 @@ pub struct Query {
     pub function: u32,
     /// Mode 0 R, 1 TT, 2 TRT, 3 all; or k of C_k.
     pub mode: u32,
-    /// Fills the struct; always 0.
-    pub padding_0: u32,
-    /// Fills the struct; always 0.
-    pub padding_1: u32,
+    /// Which scheme answers `Azimuthal` and `Single`: one of [`Scheme`].
+    pub scheme: u32,
+    /// Which of the optics at hand are those of `fibre`; the paper's scheme needs none.
+    pub optics: u32,
+}
+
+/// The schemes of single scattering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum Scheme {
+    /// Lobes in azimuth, nodes on the product of light and M_t: what the renderer evaluates.
+    Lobes = 0,
+    /// Xu's as published; [`Fibre::segments`] sets its cost.
+    Paper = 1,
+}
+
+impl Scheme {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Scheme; 2] = [Scheme::Lobes, Scheme::Paper];
 }
 
 /// The functions that can be probed; arguments and answer of each.
@@ -98,6 +115,25 @@ impl Query {
             y: theta_d,
             ..Query::new(Function::TableH)
         }
+    }
+
+    /// The same query to the paper's scheme.
+    pub fn by_paper(self) -> Query {
+        Query {
+            scheme: Scheme::Paper as u32,
+            ..self
+        }
+    }
+
+    /// Whether the answer reads optics.
+    pub fn needs_optics(&self) -> bool {
+        let by_scheme = [Function::Azimuthal as u32, Function::Single as u32];
+        by_scheme.contains(&self.function) && self.scheme != Scheme::Paper as u32
+    }
+
+    /// The same query with these of the optics at hand.
+    pub fn with_optics(self, optics: u32) -> Query {
+        Query { optics, ..self }
     }
 
     /// Eq 12 of `mode` 0, 1, 2 at phi_j = 0, phi_o = `dphi`.

@@ -22,10 +22,11 @@ pub struct LobeDecode {
     pub warp: f32,
     /// Index of the last texel, at least 1.
     pub last: f32,
+    /// Row of the texture where the texels lie, in textures that hold several fibres; the shaders
+    /// alone look at it.
+    pub first_row: u32,
     /// Fills the struct; always 0.
-    pub padding_0: u32,
-    /// Fills the struct; always 0.
-    pub padding_1: u32,
+    pub padding: u32,
 }
 
 /// A view of one mode's texels.

@@ -66,10 +66,13 @@ impl Evaluator {
             .collect();
         let valid: Vec<Query> = queries.iter().flatten().copied().collect();
         let values: Vec<[f32; 4]> = match &self.backend {
-            Backend::Gpu(probe) => probe.evaluate(&valid).map_err(Failure::input)?,
+            Backend::Gpu(probe) => probe.evaluate(&valid, &[]).map_err(Failure::input)?,
             Backend::Cpu(tables) => {
                 let view = tables.view();
-                valid.iter().map(|query| evaluate(query, &view)).collect()
+                valid
+                    .iter()
+                    .map(|query| evaluate(query, &view, &[]))
+                    .collect()
             }
             Backend::Reference(_) => Vec::new(),
         };
@@ -110,7 +113,7 @@ impl Evaluator {
                 hair,
             } => {
                 let (lambda, theta_d) = (*lambda as f32, *theta_d as f32);
-                Query::azimuthal(lobe.p(), lambda, wrap(*dphi), theta_d, fibre(hair)?)
+                Query::azimuthal(lobe.p(), lambda, wrap(*dphi), theta_d, fibre(hair)?).by_paper()
             }
             Request::Single {
                 lobe,
@@ -123,7 +126,8 @@ impl Evaluator {
                 light.lambda as f32,
                 DirectionInFrame::from_angles(view.theta as f32, wrap(view.phi)),
                 fibre(hair)?,
-            ),
+            )
+            .by_paper(),
         })
     }
 }

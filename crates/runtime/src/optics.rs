@@ -1,0 +1,196 @@
+//! What shading reads of one fibre: its parameters, R's coefficients and the lobes of TT and TRT,
+//! in memory and on the GPU.
+
+use strandlight_scattering::closed_form::{
+    Fibre, LobeDecode, N_LOBE_NUMBERS, Reflectance, Shading, Tables,
+};
+use strandlight_scattering::lobes::LobeTexture;
+
+use crate::gpu::{Context, GpuError};
+
+/// The optics of one fibre, ready for shading.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Optics {
+    /// The fibre.
+    pub fibre: Fibre,
+    /// Coefficients of R.
+    pub reflectance: Reflectance,
+    /// Lobes of TT; [`no_lobes`] where the mode is not enabled.
+    pub tt: LobeTexture,
+    /// Lobes of TRT, likewise.
+    pub trt: LobeTexture,
+}
+
+/// Stands for the lobes of a mode that is not enabled; must not be sampled.
+pub fn no_lobes() -> LobeTexture {
+    LobeTexture {
+        decode: LobeDecode {
+            warp: 1.0,
+            last: 1.0,
+            ..bytemuck::Zeroable::zeroed()
+        },
+        texels: vec![[0; 8]; 2],
+        decoded: vec![[0.0; N_LOBE_NUMBERS]; 2],
+    }
+}
+
+impl Optics {
+    /// What the paper's scheme reads: the fibre alone.
+    pub fn paper(fibre: Fibre) -> Optics {
+        Optics {
+            fibre,
+            reflectance: bytemuck::Zeroable::zeroed(),
+            tt: no_lobes(),
+            trt: no_lobes(),
+        }
+    }
+
+    /// What the closed form reads; `tables` holds C.
+    pub fn shading<'a>(&'a self, tables: Tables<'a>) -> Shading<'a> {
+        Shading {
+            fibre: &self.fibre,
+            reflectance: &self.reflectance,
+            tables,
+            tt: self.tt.view(),
+            trt: self.trt.view(),
+        }
+    }
+}
+
+/// Byte for byte the struct `Shading` of the shaders (592 bytes).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct ShadingUniform {
+    /// The fibre.
+    pub fibre: Fibre,
+    /// Coefficients of R.
+    pub reflectance: Reflectance,
+    /// Placement of the lobes of TT.
+    pub tt: LobeDecode,
+    /// Placement of the lobes of TRT.
+    pub trt: LobeDecode,
+}
+
+/// Optics of one or more fibres on the GPU.
+#[derive(Debug)]
+pub struct GpuOptics {
+    /// [`ShadingUniform`] of each fibre; a uniform or a read-only storage buffer.
+    pub shading: wgpu::Buffer,
+    /// Lobes of TT, `rgba32uint`, two texels along x for each texel of a [`LobeTexture`], rows
+    /// from each fibre's `first_row` on.
+    pub tt: wgpu::TextureView,
+    /// Lobes of TRT, likewise.
+    pub trt: wgpu::TextureView,
+}
+
+/// Most rows of a texture, as every WebGPU device takes.
+pub const MAX_OPTICS: usize = 8192;
+
+impl GpuOptics {
+    /// Uploads the optics of `fibres`, 1..=[`MAX_OPTICS`] of them.
+    ///
+    /// # Errors
+    /// None or too many.
+    pub fn new(context: &Context, fibres: &[&Optics]) -> Result<GpuOptics, GpuError> {
+        if !(1..=MAX_OPTICS).contains(&fibres.len()) {
+            return Err(GpuError::Failed {
+                what: "optics",
+                reason: format!("{} fibres, not 1..={MAX_OPTICS}", fibres.len()),
+            });
+        }
+        let lobes = |of: fn(&Optics) -> &LobeTexture| -> Vec<&LobeTexture> {
+            fibres.iter().map(|&fibre| of(fibre)).collect()
+        };
+        let (tt, trt) = (lobes(|optics| &optics.tt), lobes(|optics| &optics.trt));
+        let place = |texture: &LobeTexture, row: usize| LobeDecode {
+            first_row: row as u32,
+            ..texture.decode
+        };
+        let uniforms: Vec<ShadingUniform> = fibres
+            .iter()
+            .enumerate()
+            .map(|(row, optics)| ShadingUniform {
+                fibre: optics.fibre,
+                reflectance: optics.reflectance,
+                tt: place(&optics.tt, row),
+                trt: place(&optics.trt, row),
+            })
+            .collect();
+        let contents: &[u8] = bytemuck::cast_slice(&uniforms);
+        let shading = context.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("shading"),
+            size: contents.len() as u64,
+            usage: wgpu::BufferUsages::UNIFORM
+                | wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        context.queue.write_buffer(&shading, 0, contents);
+        Ok(GpuOptics {
+            shading,
+            tt: upload_lobes(context, "lobes TT", &tt),
+            trt: upload_lobes(context, "lobes TRT", &trt),
+        })
+    }
+
+    /// Layout of the bindings from `first` on: lobes of TT and of TRT.
+    pub fn layout_entries(
+        first: u32,
+        visibility: wgpu::ShaderStages,
+    ) -> [wgpu::BindGroupLayoutEntry; 2] {
+        [first, first + 1].map(|binding| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        })
+    }
+
+    /// The bindings of [`GpuOptics::layout_entries`].
+    pub fn entries(&self, first: u32) -> [wgpu::BindGroupEntry<'_>; 2] {
+        [(first, &self.tt), (first + 1, &self.trt)].map(|(binding, view)| wgpu::BindGroupEntry {
+            binding,
+            resource: wgpu::BindingResource::TextureView(view),
+        })
+    }
+}
+
+/// One row a texture, all as wide as the widest.
+fn upload_lobes(context: &Context, label: &str, lobes: &[&LobeTexture]) -> wgpu::TextureView {
+    let width = lobes.iter().map(|lobes| lobes.texels.len()).max();
+    let width = width.unwrap_or(1).max(1);
+    let mut texels = vec![[0u32; 8]; width * lobes.len()];
+    for (row, lobes) in texels.chunks_exact_mut(width).zip(lobes) {
+        row[..lobes.texels.len()].copy_from_slice(&lobes.texels);
+    }
+    let size = wgpu::Extent3d {
+        width: 2 * width as u32,
+        height: lobes.len() as u32,
+        depth_or_array_layers: 1,
+    };
+    let texture = context.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    context.queue.write_texture(
+        texture.as_image_copy(),
+        bytemuck::cast_slice(&texels),
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(size.width * 16),
+            rows_per_image: None,
+        },
+        size,
+    );
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}

@@ -1,0 +1,104 @@
+// #import lib/fibre
+// #import lib/frame
+// #import lib/tables
+// #import lib/lobes
+// #import lib/azimuthal_r
+// #import lib/azimuthal
+// #import lib/outer_integral
+// Eq 11: one spherical Gaussian light over the scattering function.
+// Twin: crates/scattering/src/closed_form/single_scattering.rs.
+
+// What the shading of one fibre reads besides its textures: c, and the lobes of TT and of TRT,
+// tt and trt below. Textures of modes that are not enabled are never read.
+struct Shading {
+    fibre: Fibre,
+    reflectance: Reflectance,
+    tt: LobeDecode,
+    trt: LobeDecode,
+}
+
+// Sum over the enabled modes: the integral of the light of amplitude 1 against S cos(theta_i),
+// linear RGB, >= 0, before transmittance.
+fn single_scattering(
+    light: LightInFrame,
+    view: DirectionInFrame,
+    shading: Shading,
+    axes: TableAxes,
+    c: texture_2d<u32>,
+    tt: texture_2d<u32>,
+    trt: texture_2d<u32>,
+) -> vec3f {
+    let at = light.direction;
+    let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
+    // Not a loop over the modes: Mesa's lavapipe (22.3) crashes on one around texture loads.
+    var total = vec3f(0.0);
+    let modes = shading.fibre.modes;
+    if (modes & MODE_R) != 0u {
+        total += mode_at_lag(0u, light, view, lag, shading, axes, c, tt, trt);
+    }
+    if (modes & MODE_TT) != 0u {
+        total += mode_at_lag(1u, light, view, lag, shading, axes, c, tt, trt);
+    }
+    if (modes & MODE_TRT) != 0u {
+        total += mode_at_lag(2u, light, view, lag, shading, axes, c, tt, trt);
+    }
+    return total;
+}
+
+// M_t of Eq 11 for mode 0 (R), 1 (TT), 2 (TRT), enabled or not.
+fn single_scattering_mode(
+    mode: u32,
+    light: LightInFrame,
+    view: DirectionInFrame,
+    shading: Shading,
+    axes: TableAxes,
+    c: texture_2d<u32>,
+    tt: texture_2d<u32>,
+    trt: texture_2d<u32>,
+) -> vec3f {
+    let at = light.direction;
+    let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
+    return mode_at_lag(mode, light, view, lag, shading, axes, c, tt, trt);
+}
+
+// single_scattering_mode with the lag at hand.
+fn mode_at_lag(
+    mode: u32,
+    light: LightInFrame,
+    view: DirectionInFrame,
+    lag: Lag,
+    shading: Shading,
+    axes: TableAxes,
+    c: texture_2d<u32>,
+    tt: texture_2d<u32>,
+    trt: texture_2d<u32>,
+) -> vec3f {
+    var total = vec3f(0.0);
+    let at = light.direction;
+    let alpha = shading.fibre.alpha[mode];
+    let rule = outer_rule(at.theta, light.lambda, view.theta, alpha, shading.fibre.beta[mode]);
+    if rule.ln_bound < LN_CULL {
+        return total;
+    }
+    let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
+    let count = node_count(rule.spread, (shading.fibre.nodes >> (4u * mode)) & 15u);
+    let first = count * (count - 1u) / 2u;
+    for (var ix = 0u; ix < count; ix++) {
+        let node = outer_node(rule, GAUSS_HERMITE[first + ix]);
+        let cos_i = max(cos(node.theta_i), 0.0);
+        let incline = inclination(0.5 * (view.theta - node.theta_i));
+        let kappa = kappa_j * cos_i;
+        let ratio = cos_i / incline.cos_theta_d;
+        let factor = node.weight * (ratio * ratio);
+        if mode == 0u {
+            total += factor * azimuthal_r(kappa, lag, incline, shading.reflectance, axes, c);
+        } else if mode == 1u {
+            let lobes = sample_lobes(tt, shading.tt, incline.cos_theta_d);
+            total += factor * azimuthal_tt(kappa, lag, lobes);
+        } else {
+            let lobes = sample_lobes(trt, shading.trt, incline.cos_theta_d);
+            total += factor * azimuthal_trt(kappa, lag, lobes);
+        }
+    }
+    return total;
+}
