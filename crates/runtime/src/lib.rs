@@ -5,6 +5,7 @@
 //! - [`Picture`]: the linear result, and its PNG.
 
 pub mod camera;
+pub mod edit;
 mod error;
 pub mod gpu;
 pub mod optics;

@@ -1,11 +1,15 @@
 //! What shading reads of one fibre: its parameters, R's coefficients and the lobes of TT and TRT,
 //! in memory and on the GPU.
 
+use std::mem::offset_of;
+
+use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{
     Fibre, LobeDecode, N_LOBE_NUMBERS, Reflectance, Shading, Tables,
 };
 use strandlight_scattering::lobes::LobeTexture;
 
+use crate::edit::{EditReport, Part};
 use crate::gpu::{Context, GpuError};
 
 /// The optics of one fibre, ready for shading.
@@ -54,6 +58,22 @@ impl Optics {
             tt: self.tt.view(),
             trt: self.trt.view(),
         }
+    }
+
+    /// The uniform of the shaders, lobes in the first rows of their textures.
+    pub fn uniform(&self) -> ShadingUniform {
+        ShadingUniform {
+            fibre: self.fibre,
+            reflectance: self.reflectance,
+            tt: self.tt.decode,
+            trt: self.trt.decode,
+        }
+    }
+
+    /// Bytes on the GPU: uniform and lobes.
+    pub fn gpu_bytes(&self) -> usize {
+        let lobes = size_of_val(&self.tt.texels[..]) + size_of_val(&self.trt.texels[..]);
+        size_of::<ShadingUniform>() + lobes
     }
 }
 
@@ -110,10 +130,9 @@ impl GpuOptics {
             .iter()
             .enumerate()
             .map(|(row, optics)| ShadingUniform {
-                fibre: optics.fibre,
-                reflectance: optics.reflectance,
                 tt: place(&optics.tt, row),
                 trt: place(&optics.trt, row),
+                ..optics.uniform()
             })
             .collect();
         let contents: &[u8] = bytemuck::cast_slice(&uniforms);
@@ -122,7 +141,8 @@ impl GpuOptics {
             size: contents.len() as u64,
             usage: wgpu::BufferUsages::UNIFORM
                 | wgpu::BufferUsages::STORAGE
-                | wgpu::BufferUsages::COPY_DST,
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
         context.queue.write_buffer(&shading, 0, contents);
@@ -131,6 +151,88 @@ impl GpuOptics {
             tt: upload_lobes(context, "lobes TT", &tt),
             trt: upload_lobes(context, "lobes TRT", &trt),
         })
+    }
+
+    /// Writes what an edit made anew, and nothing else; `self` holds one fibre as it was before.
+    pub fn update(&mut self, context: &Context, optics: &Optics, report: &EditReport) -> Written {
+        let mut written = Written::default();
+        let uniform = optics.uniform();
+        for part in report.rebuilt() {
+            let (offset, bytes) = match part.part {
+                Part::Fibre => (
+                    offset_of!(ShadingUniform, fibre),
+                    bytemuck::bytes_of(&uniform.fibre),
+                ),
+                Part::Reflectance => (
+                    offset_of!(ShadingUniform, reflectance),
+                    bytemuck::bytes_of(&uniform.reflectance),
+                ),
+                Part::LobesTt => {
+                    written.lobes(context, &mut self.tt, "lobes TT", &optics.tt);
+                    (
+                        offset_of!(ShadingUniform, tt),
+                        bytemuck::bytes_of(&uniform.tt),
+                    )
+                }
+                Part::LobesTrt => {
+                    written.lobes(context, &mut self.trt, "lobes TRT", &optics.trt);
+                    (
+                        offset_of!(ShadingUniform, trt),
+                        bytemuck::bytes_of(&uniform.trt),
+                    )
+                }
+                // These stay in memory.
+                _ => continue,
+            };
+            let queue = &context.queue;
+            queue.write_buffer(&self.shading, offset as u64, bytes);
+            written.bytes += bytes.len();
+        }
+        written
+    }
+
+    /// The first fibre's uniform as the device has it.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn read_uniform(&self, context: &Context) -> Result<ShadingUniform, GpuError> {
+        let size = size_of::<ShadingUniform>() as u64;
+        let bytes = read_back(context, size, |encoder, staging| {
+            encoder.copy_buffer_to_buffer(&self.shading, 0, staging, 0, size);
+        })?;
+        Ok(bytemuck::pod_read_unaligned(&bytes))
+    }
+
+    /// The first row of the lobes of TT or TRT as the device has them.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn read_lobes(&self, context: &Context, mode: Lobe) -> Result<Vec<[u32; 8]>, GpuError> {
+        let view = match mode {
+            Lobe::Trt => &self.trt,
+            _ => &self.tt,
+        };
+        let texture = view.texture();
+        let row_bytes = 16 * texture.width();
+        // Rows of copies start at multiples of 256 bytes.
+        let size = u64::from(row_bytes.next_multiple_of(256));
+        let mut bytes = read_back(context, size, |encoder, staging| {
+            let staging = wgpu::TexelCopyBufferInfo {
+                buffer: staging,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(size as u32),
+                    rows_per_image: None,
+                },
+            };
+            let row = wgpu::Extent3d {
+                height: 1,
+                ..texture.size()
+            };
+            encoder.copy_texture_to_buffer(texture.as_image_copy(), staging, row);
+        })?;
+        bytes.truncate(row_bytes as usize);
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
 
     /// Layout of the bindings from `first` on: lobes of TT and of TRT.
@@ -159,6 +261,67 @@ impl GpuOptics {
     }
 }
 
+/// What [`GpuOptics::update`] did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// Bytes written.
+    pub bytes: usize,
+    /// A texture has another size: bind groups that hold [`GpuOptics::entries`] are out of date.
+    pub is_bound_anew: bool,
+}
+
+impl Written {
+    /// Writes one mode's lobes, into a new texture where the size differs.
+    fn lobes(
+        &mut self,
+        context: &Context,
+        view: &mut wgpu::TextureView,
+        label: &str,
+        lobes: &LobeTexture,
+    ) {
+        self.bytes += size_of_val(&lobes.texels[..]);
+        let texture = view.texture();
+        if (texture.width(), texture.height()) == (2 * lobes.texels.len() as u32, 1) {
+            write_texels(context, texture, &lobes.texels);
+        } else {
+            *view = upload_lobes(context, label, &[lobes]);
+            self.is_bound_anew = true;
+        }
+    }
+}
+
+/// What `copy` writes into a buffer of `size` bytes.
+fn read_back(
+    context: &Context,
+    size: u64,
+    copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
+) -> Result<Vec<u8>, GpuError> {
+    let staging = context.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("optics read back"),
+        size,
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    copy(&mut encoder, &staging);
+    context.queue.submit([encoder.finish()]);
+    context.read_buffer("optics", &staging)
+}
+
+/// Writes the whole of a texture, two texels of 16 bytes each entry.
+fn write_texels(context: &Context, texture: &wgpu::Texture, texels: &[[u32; 8]]) {
+    context.queue.write_texture(
+        texture.as_image_copy(),
+        bytemuck::cast_slice(texels),
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(texture.width() * 16),
+            rows_per_image: None,
+        },
+        texture.size(),
+    );
+}
+
 /// One row a texture, all as wide as the widest.
 fn upload_lobes(context: &Context, label: &str, lobes: &[&LobeTexture]) -> wgpu::TextureView {
     let width = lobes.iter().map(|lobes| lobes.texels.len()).max();
@@ -179,18 +342,11 @@ fn upload_lobes(context: &Context, label: &str, lobes: &[&LobeTexture]) -> wgpu:
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format: wgpu::TextureFormat::Rgba32Uint,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_DST
+            | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
-    context.queue.write_texture(
-        texture.as_image_copy(),
-        bytemuck::cast_slice(&texels),
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(size.width * 16),
-            rows_per_image: None,
-        },
-        size,
-    );
+    write_texels(context, &texture, &texels);
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

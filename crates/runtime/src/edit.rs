@@ -1,0 +1,477 @@
+//! What an edit of the hair makes anew: from parameter to texture.
+//!
+//! [`RULES`] lists every part that is derived from [`HairParams`], what it is made of, and the
+//! modes that need it. [`HairTextures::apply`] makes a part when one of its parameters changed or
+//! one of its sources was made anew, and keeps it otherwise. Parts of modes that are not enabled do
+//! not exist. Whatever the order of edits, the parts are bit for bit those of
+//! [`HairTextures::new`] with the last parameters.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use strandlight_scattering::closed_form::{Fibre, LobeDecode, Reflectance};
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::lobes::{
+    DEFAULT_LOBE_TEXELS, Energies, LobeRowAt, LobeTable, LobeTexture, PackedShapes, Shares,
+};
+use strandlight_scattering::{HairParams, Lobe, ParamError};
+
+use crate::optics::{Optics, no_lobes};
+
+/// A group of [`HairParams`] that is edited together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parameter {
+    /// Index of refraction.
+    Eta,
+    /// Absorption.
+    SigmaA,
+    /// Longitudinal shifts alpha.
+    Shift,
+    /// Longitudinal widths beta.
+    Width,
+    /// Width w_c of the TRT caustic.
+    CausticWidth,
+    /// Eccentricity of the cross section.
+    Eccentricity,
+}
+
+impl Parameter {
+    /// All of them.
+    pub const ALL: [Parameter; 6] = [
+        Parameter::Eta,
+        Parameter::SigmaA,
+        Parameter::Shift,
+        Parameter::Width,
+        Parameter::CausticWidth,
+        Parameter::Eccentricity,
+    ];
+
+    /// Name of the field of [`HairParams`].
+    pub const fn name(self) -> &'static str {
+        match self {
+            Parameter::Eta => "eta",
+            Parameter::SigmaA => "sigma_a",
+            Parameter::Shift => "shift",
+            Parameter::Width => "width",
+            Parameter::CausticWidth => "caustic_width",
+            Parameter::Eccentricity => "eccentricity",
+        }
+    }
+
+    /// Does it differ between `a` and `b`, in any bit?
+    pub fn differs(self, a: &HairParams, b: &HairParams) -> bool {
+        let bits = |hair: &HairParams| {
+            let values = match self {
+                Parameter::Eta => [hair.eta; 3],
+                Parameter::SigmaA => hair.sigma_a,
+                Parameter::Shift => Lobe::ALL.map(|lobe| hair.shift.get(lobe)),
+                Parameter::Width => Lobe::ALL.map(|lobe| hair.width.get(lobe)),
+                Parameter::CausticWidth => [hair.caustic_width; 3],
+                Parameter::Eccentricity => [hair.eccentricity; 3],
+            };
+            values.map(f64::to_bits)
+        };
+        bits(a) != bits(b)
+    }
+}
+
+/// Something derived from the parameters; `usize::from(trt)` of the arrays in [`HairTextures`] is
+/// 0 for TT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The parameters themselves in single precision; on the GPU.
+    Fibre,
+    /// R's coefficients; on the GPU.
+    Reflectance,
+    /// Exact energies of TT and TRT over theta_d.
+    Energies,
+    /// The baked lobes of TT at this eta.
+    RowTt,
+    /// Widths and places of TT's lobes over theta_d.
+    ShapesTt,
+    /// Shares of TT's lobes over theta_d.
+    SharesTt,
+    /// The texture of TT's lobes; on the GPU.
+    LobesTt,
+    /// The baked lobes of TRT at this eta.
+    RowTrt,
+    /// Widths, w_c included, and places of TRT's lobes over theta_d.
+    ShapesTrt,
+    /// Shares of TRT's lobes over theta_d.
+    SharesTrt,
+    /// The texture of TRT's lobes; on the GPU.
+    LobesTrt,
+}
+
+/// One row of [`RULES`].
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// What is made.
+    pub part: Part,
+    /// Its name in reports.
+    pub name: &'static str,
+    /// It exists if one of these modes is enabled.
+    pub modes: &'static [Lobe],
+    /// Parameters it is made of.
+    pub parameters: &'static [Parameter],
+    /// Parts it is made of; they stand above it.
+    pub sources: &'static [Part],
+}
+
+const fn rule(
+    part: Part,
+    name: &'static str,
+    modes: &'static [Lobe],
+    parameters: &'static [Parameter],
+    sources: &'static [Part],
+) -> Rule {
+    Rule {
+        part,
+        name,
+        modes,
+        parameters,
+        sources,
+    }
+}
+
+/// From parameter to texture, sources first.
+#[rustfmt::skip]
+pub const RULES: [Rule; 11] = {
+    use Parameter::{CausticWidth, Eta, SigmaA};
+    use Part::*;
+    const TT: &[Lobe] = &[Lobe::Tt];
+    const TRT: &[Lobe] = &[Lobe::Trt];
+    const INNER: &[Lobe] = &[Lobe::Tt, Lobe::Trt];
+    [
+        rule(Fibre,       "fibre",       &Lobe::ALL,  &Parameter::ALL, &[]),
+        rule(Reflectance, "reflectance", &[Lobe::R],  &[Eta],          &[]),
+        rule(Energies,    "energies",    INNER,       &[Eta, SigmaA],  &[]),
+        rule(RowTt,       "row TT",      TT,          &[Eta],          &[]),
+        rule(ShapesTt,    "shapes TT",   TT,          &[],             &[RowTt]),
+        rule(SharesTt,    "shares TT",   TT,          &[SigmaA],       &[RowTt]),
+        rule(LobesTt,     "lobes TT",    TT,          &[],             &[ShapesTt, Energies, SharesTt]),
+        rule(RowTrt,      "row TRT",     TRT,         &[Eta],          &[]),
+        rule(ShapesTrt,   "shapes TRT",  TRT,         &[CausticWidth], &[RowTrt]),
+        rule(SharesTrt,   "shares TRT",  TRT,         &[SigmaA],       &[RowTrt]),
+        rule(LobesTrt,    "lobes TRT",   TRT,         &[],             &[ShapesTrt, Energies, SharesTrt]),
+    ]
+};
+
+/// What became of a part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// No enabled mode needs it.
+    Absent,
+    /// It is as it was.
+    Kept,
+    /// It was made anew.
+    Rebuilt,
+}
+
+impl Outcome {
+    /// Name in reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Outcome::Absent => "absent",
+            Outcome::Kept => "kept",
+            Outcome::Rebuilt => "rebuilt",
+        }
+    }
+}
+
+/// One part in an [`EditReport`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartReport {
+    /// The part.
+    pub part: Part,
+    /// Its name.
+    pub name: &'static str,
+    /// What became of it.
+    pub outcome: Outcome,
+    /// Bytes it has on the GPU: 0 for what stays in memory.
+    pub gpu_bytes: usize,
+    /// What making it took; 0 unless rebuilt.
+    pub microseconds: f64,
+}
+
+/// What an edit did, a part each row of [`RULES`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct EditReport {
+    /// In the order of [`RULES`].
+    pub parts: Vec<PartReport>,
+}
+
+impl EditReport {
+    /// Was `part` made anew?
+    pub fn is_rebuilt(&self, part: Part) -> bool {
+        self.rebuilt().any(|report| report.part == part)
+    }
+
+    /// The parts that were made anew.
+    pub fn rebuilt(&self) -> impl Iterator<Item = &PartReport> {
+        let rebuilt = |report: &&PartReport| report.outcome == Outcome::Rebuilt;
+        self.parts.iter().filter(rebuilt)
+    }
+
+    /// Bytes that have to be written on the GPU.
+    pub fn bytes_to_upload(&self) -> usize {
+        self.rebuilt().map(|report| report.gpu_bytes).sum()
+    }
+
+    /// What making the parts took in all.
+    pub fn microseconds(&self) -> f64 {
+        self.rebuilt().map(|report| report.microseconds).sum()
+    }
+}
+
+/// The baked lobes that slices are taken from; only those of enabled modes are looked at.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LobeTables {
+    /// Lobes of TT.
+    pub tt: Option<LobeTable>,
+    /// Lobes of TRT.
+    pub trt: Option<LobeTable>,
+}
+
+/// Why textures cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EditError {
+    /// A hair parameter is outside its range.
+    #[error(transparent)]
+    Param(#[from] ParamError),
+    /// A mode is enabled and its lobes were not loaded.
+    #[error("the lobes of {} are not loaded", .0.name())]
+    NoLobes(Lobe),
+}
+
+/// Everything that shading reads of one fibre, and what it takes to edit it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HairTextures {
+    tables: Arc<LobeTables>,
+    fresnel: Fresnel,
+    segments: u32,
+    hair: HairParams,
+    modes: Vec<Lobe>,
+    energies: Option<Energies>,
+    /// Of TT and TRT, as the following.
+    rows: [Option<LobeRowAt>; 2],
+    shapes: [Option<PackedShapes>; 2],
+    shares: [Option<Shares>; 2],
+    /// Which of `optics` is made.
+    made: [bool; RULES.len()],
+    optics: Optics,
+}
+
+impl HairTextures {
+    /// The textures of `hair` for `modes`. `segments` is [`Fibre::segments`]; `fresnel` is that of
+    /// `tables`.
+    ///
+    /// # Errors
+    /// The first parameter outside its range; a mode without its lobes.
+    pub fn new(
+        tables: Arc<LobeTables>,
+        fresnel: Fresnel,
+        hair: &HairParams,
+        modes: &[Lobe],
+        segments: u32,
+    ) -> Result<HairTextures, EditError> {
+        let fibre = Fibre::new(hair, &[], segments)?;
+        let mut textures = HairTextures {
+            tables,
+            fresnel,
+            segments,
+            hair: *hair,
+            modes: Vec::new(),
+            energies: None,
+            rows: [None, None],
+            shapes: [None, None],
+            shares: [None, None],
+            made: [false; RULES.len()],
+            optics: Optics::paper(fibre),
+        };
+        textures.edit(hair, modes)?;
+        Ok(textures)
+    }
+
+    /// Changes the parameters and makes what they touch.
+    ///
+    /// # Errors
+    /// As [`HairTextures::new`]; nothing is changed then.
+    pub fn apply(&mut self, hair: &HairParams) -> Result<EditReport, EditError> {
+        let modes = self.modes.clone();
+        self.edit(hair, &modes)
+    }
+
+    /// Changes which modes are enabled: textures of modes that no longer are go.
+    ///
+    /// # Errors
+    /// A mode without its lobes; nothing is changed then.
+    pub fn enable(&mut self, modes: &[Lobe]) -> Result<EditReport, EditError> {
+        let hair = self.hair;
+        self.edit(&hair, modes)
+    }
+
+    /// [`HairTextures::apply`] and [`HairTextures::enable`] at once.
+    ///
+    /// # Errors
+    /// As those.
+    pub fn edit(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<EditReport, EditError> {
+        // In the order of p, each once: equal sets are equal states.
+        let modes: Vec<Lobe> = Lobe::ALL
+            .into_iter()
+            .filter(|lobe| modes.contains(lobe))
+            .collect();
+        let fibre = Fibre::new(hair, &modes, self.segments)?;
+        for &mode in &modes {
+            if mode != Lobe::R && self.table(mode).is_none() {
+                return Err(EditError::NoLobes(mode));
+            }
+        }
+        let modes_differ = modes != self.modes;
+        let changed = Parameter::ALL.map(|parameter| parameter.differs(&self.hair, hair));
+        self.hair = *hair;
+        self.modes = modes;
+        let mut parts: Vec<PartReport> = Vec::with_capacity(RULES.len());
+        for (ix, rule) in RULES.iter().enumerate() {
+            let needed =
+                rule.part == Part::Fibre || rule.modes.iter().any(|mode| self.modes.contains(mode));
+            let of_parameters = rule
+                .parameters
+                .iter()
+                .any(|&parameter| changed[parameter as usize]);
+            let of_sources = parts.iter().any(|report| {
+                report.outcome == Outcome::Rebuilt && rule.sources.contains(&report.part)
+            });
+            // The fibre holds the modes as well.
+            let of_modes = rule.part == Part::Fibre && modes_differ;
+            let stale = !self.made[ix] || of_parameters || of_sources || of_modes;
+            let start = Instant::now();
+            let outcome = match (needed, stale) {
+                (false, _) => {
+                    self.drop_part(rule.part);
+                    Outcome::Absent
+                }
+                (true, false) => Outcome::Kept,
+                (true, true) => {
+                    self.make(rule.part, fibre);
+                    Outcome::Rebuilt
+                }
+            };
+            self.made[ix] = needed;
+            let microseconds = match outcome {
+                Outcome::Rebuilt => 1e6 * start.elapsed().as_secs_f64(),
+                _ => 0.0,
+            };
+            parts.push(PartReport {
+                part: rule.part,
+                name: rule.name,
+                outcome,
+                gpu_bytes: if needed { self.gpu_bytes(rule.part) } else { 0 },
+                microseconds,
+            });
+        }
+        Ok(EditReport { parts })
+    }
+
+    /// The parameters.
+    pub fn hair(&self) -> &HairParams {
+        &self.hair
+    }
+
+    /// The enabled modes, in the order of p.
+    pub fn modes(&self) -> &[Lobe] {
+        &self.modes
+    }
+
+    /// What shading reads.
+    pub fn optics(&self) -> &Optics {
+        &self.optics
+    }
+
+    fn table(&self, mode: Lobe) -> Option<&LobeTable> {
+        match mode {
+            Lobe::R => None,
+            Lobe::Tt => self.tables.tt.as_ref(),
+            Lobe::Trt => self.tables.trt.as_ref(),
+        }
+    }
+
+    /// Makes `part`, whose sources are there.
+    fn make(&mut self, part: Part, fibre: Fibre) {
+        let (eta, sigma_a) = (self.hair.eta, self.hair.sigma_a);
+        let n = DEFAULT_LOBE_TEXELS;
+        match part {
+            Part::Fibre => self.optics.fibre = fibre,
+            Part::Reflectance => self.optics.reflectance = Reflectance::new(self.fresnel, eta),
+            Part::Energies => {
+                self.energies = Some(Energies::new(eta, sigma_a, self.fresnel, n));
+            }
+            Part::RowTt => {
+                let row = self
+                    .table(Lobe::Tt)
+                    .map(|table| LobeRowAt::new(table, eta, n));
+                self.rows[0] = row;
+            }
+            Part::RowTrt => {
+                let row = self
+                    .table(Lobe::Trt)
+                    .map(|table| LobeRowAt::new(table, eta, n));
+                self.rows[1] = row;
+            }
+            Part::ShapesTt => self.make_shapes(0),
+            Part::ShapesTrt => self.make_shapes(1),
+            Part::SharesTt => self.make_shares(0),
+            Part::SharesTrt => self.make_shares(1),
+            Part::LobesTt => self.optics.tt = self.lobes(0),
+            Part::LobesTrt => self.optics.trt = self.lobes(1),
+        }
+    }
+
+    fn make_shapes(&mut self, ix: usize) {
+        let caustic_width = self.hair.caustic_width;
+        let shapes = self.rows[ix].as_ref();
+        self.shapes[ix] = shapes.map(|row| PackedShapes::new(row, caustic_width));
+    }
+
+    fn make_shares(&mut self, ix: usize) {
+        let shares = self.rows[ix].as_ref();
+        self.shares[ix] = shares.map(|row| Shares::new(row, self.hair.sigma_a));
+    }
+
+    fn lobes(&self, ix: usize) -> LobeTexture {
+        match (&self.shapes[ix], &self.energies, &self.shares[ix]) {
+            (Some(shapes), Some(energies), Some(shares)) => {
+                LobeTexture::new(shapes, energies, shares)
+            }
+            _ => no_lobes(),
+        }
+    }
+
+    fn drop_part(&mut self, part: Part) {
+        match part {
+            Part::Fibre => {}
+            Part::Reflectance => self.optics.reflectance = bytemuck::Zeroable::zeroed(),
+            Part::Energies => self.energies = None,
+            Part::RowTt => self.rows[0] = None,
+            Part::RowTrt => self.rows[1] = None,
+            Part::ShapesTt => self.shapes[0] = None,
+            Part::ShapesTrt => self.shapes[1] = None,
+            Part::SharesTt => self.shares[0] = None,
+            Part::SharesTrt => self.shares[1] = None,
+            Part::LobesTt => self.optics.tt = no_lobes(),
+            Part::LobesTrt => self.optics.trt = no_lobes(),
+        }
+    }
+
+    /// Bytes of `part` on the GPU, placement in the uniform included.
+    fn gpu_bytes(&self, part: Part) -> usize {
+        let lobes = |lobes: &LobeTexture| size_of_val(&lobes.texels[..]) + size_of::<LobeDecode>();
+        match part {
+            Part::Fibre => size_of::<Fibre>(),
+            Part::Reflectance => size_of::<Reflectance>(),
+            Part::LobesTt => lobes(&self.optics.tt),
+            Part::LobesTrt => lobes(&self.optics.trt),
+            _ => 0,
+        }
+    }
+}
