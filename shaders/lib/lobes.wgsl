@@ -4,12 +4,14 @@
 
 // How the texels of one mode are placed and decoded.
 struct LobeDecode {
-    offset: array<vec4f, 4>,
-    scale: array<vec4f, 4>,
     warp: f32,
     last: f32,
+    lambda_scale: f32,
+    amplitude_scale: f32,
     first_row: u32,
-    padding: u32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 // The three lobes at one theta_d: widths, half offsets of the two pairs, amplitudes (RGB).
@@ -20,9 +22,14 @@ struct Lobes {
     amplitude: array<vec3f, 3>,
 }
 
-// Four of the 16 numbers, 0..=65535.
-fn unpack_numbers(texel: vec2u) -> vec4f {
-    return vec4f(vec4u(texel.x & 0xffffu, texel.x >> 16u, texel.y & 0xffffu, texel.y >> 16u));
+// Two fractions between those of two words, 0..=1.
+fn mix_fractions(low: u32, high: u32, fraction: f32) -> vec2f {
+    return mix(unpack2x16unorm(low), unpack2x16unorm(high), fraction);
+}
+
+// Two 16 bit floats between those of two words.
+fn mix_floats(low: u32, high: u32, fraction: f32) -> vec2f {
+    return mix(unpack2x16float(low), unpack2x16float(high), fraction);
 }
 
 // The lobes at cos_theta_d >= 0.
@@ -37,23 +44,25 @@ fn sample_lobes(texture: texture_2d<u32>, decode: LobeDecode, cos_theta_d: f32) 
     let low_1 = textureLoad(texture, texel + vec2u(1u, 0u), 0);
     let high_0 = textureLoad(texture, texel + vec2u(2u, 0u), 0);
     let high_1 = textureLoad(texture, texel + vec2u(3u, 0u), 0);
-    let x = decode.offset[0] + decode.scale[0]
-        * mix(unpack_numbers(low_0.xy), unpack_numbers(high_0.xy), fraction);
-    let y = decode.offset[1] + decode.scale[1]
-        * mix(unpack_numbers(low_0.zw), unpack_numbers(high_0.zw), fraction);
-    let z = decode.offset[2] + decode.scale[2]
-        * mix(unpack_numbers(low_1.xy), unpack_numbers(high_1.xy), fraction);
-    let w = decode.offset[3] + decode.scale[3]
-        * mix(unpack_numbers(low_1.zw), unpack_numbers(high_1.zw), fraction);
-    let square = u * u;
+    let x = mix_fractions(low_0.x, high_0.x, fraction);
+    let y = mix_fractions(low_0.y, high_0.y, fraction);
+    let z = mix_fractions(low_0.z, high_0.z, fraction);
+    let w = mix_fractions(low_0.w, high_0.w, fraction);
+    // The low half of this word is a fraction: floats of it mean nothing.
+    let a = mix_floats(low_0.w, high_0.w, fraction).y;
+    let b = mix_floats(low_1.x, high_1.x, fraction);
+    let c = mix_floats(low_1.y, high_1.y, fraction);
+    let d = mix_floats(low_1.z, high_1.z, fraction);
+    let e = mix_floats(low_1.w, high_1.w, fraction);
+    let height = decode.amplitude_scale * u * u;
     return Lobes(
-        x.xyz,
-        vec2f(x.w, y.y),
-        vec2f(y.x, y.z),
+        decode.lambda_scale * vec3f(x, y.x),
+        2.0 * vec2f(y.y, z.y) - 1.0,
+        2.0 * vec2f(z.x, w.x) - 1.0,
         array<vec3f, 3>(
-            square * vec3f(y.w, z.z, w.y),
-            square * vec3f(z.x, z.w, w.z),
-            square * vec3f(z.y, w.x, w.w),
+            height * vec3f(a, c.x, d.y),
+            height * vec3f(b.x, c.y, e.x),
+            height * vec3f(b.y, d.x, e.y),
         ),
     );
 }

@@ -3,7 +3,7 @@
 //! | section | content |
 //! |---|---|
 //! | `META` | record: Fresnel term, tool version, parameters, and the header of each table |
-//! | `DATA i` | texels of table i, f32 `[rows][columns][channels]` |
+//! | `DATA i` | texels of table i, f32, in the order of the axes, `[rows][columns][channels]` |
 
 use std::fs::File;
 use std::io::{Cursor, Read, Seek};

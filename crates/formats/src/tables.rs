@@ -88,18 +88,18 @@ impl Axis {
     pub const TEXEL_CENTRES: &str = "centres-at-both-ends";
 }
 
-/// A 2D table of float32 texels with up to four channels a layer.
+/// A table of float32 texels over one to four axes with up to 16 channels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// Unique name, e.g. `C`, `H_TT`, `H_TRT`.
+    /// Unique name, e.g. `C`, `H_TT`, `lobes_TRT_shares`.
     pub name: String,
-    /// Slowest-varying axis first: `[rows, columns]`.
+    /// Slowest-varying axis first: `[rows, columns]` or more.
     pub axes: Vec<Axis>,
     /// What each float of a texel is, fastest-varying of all.
     pub channels: Vec<String>,
-    /// `[rows][columns][channels]`.
+    /// `[rows][columns][channels]`, in the order of the axes.
     pub data: Vec<f32>,
-    /// Largest error between texel centres found when baking, in the unit of the texels.
+    /// Largest error found when baking, in the unit that the file's parameters name.
     pub max_interpolation_error: f32,
 }
 
@@ -119,7 +119,7 @@ pub struct TableHeader {
 /// A `.tables` file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TableFile {
-    /// Fresnel term of the H tables: `dielectric` or `schlick`.
+    /// Fresnel term of all tables that hold one: `dielectric` or `schlick`.
     pub fresnel: String,
     /// All tables.
     pub tables: Vec<Table>,

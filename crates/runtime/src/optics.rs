@@ -77,7 +77,7 @@ impl Optics {
     }
 }
 
-/// Byte for byte the struct `Shading` of the shaders (592 bytes).
+/// Byte for byte the struct `Shading` of the shaders (368 bytes).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct ShadingUniform {

@@ -4,6 +4,11 @@ use strandlight_formats::{Axis, Spacing, Table, TableFile};
 use strandlight_scattering::Lobe;
 use strandlight_scattering::axis;
 use strandlight_scattering::closed_form::{PackedShares, TableAxes, Tables, pack_shares};
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::lobes::{
+    LobeAxes, LobeTable, SHAPE_AXIS_NAMES, SHAPE_CHANNELS, SHARE_AXIS_NAMES, SHARE_CHANNELS,
+    table_names,
+};
 use strandlight_scattering::table_layout::{
     C_AXIS_NAMES, C_CHANNELS, H_AXIS_NAMES_DIELECTRIC, H_AXIS_NAMES_SCHLICK, H_CHANNELS,
 };
@@ -45,6 +50,17 @@ pub enum TablesError {
         rows: u32,
         /// Count of the second axis.
         columns: u32,
+    },
+    /// Tables of lobes on other axes than each other, on fewer than four texels, or with widths
+    /// that are not positive.
+    #[error("the tables '{shapes}' and '{shares}' make no lobes: {what}")]
+    Lobes {
+        /// The table of shapes.
+        shapes: &'static str,
+        /// The table of shares.
+        shares: &'static str,
+        /// What is wrong.
+        what: &'static str,
     },
     /// H_TT and H_TRT do not share their axes.
     #[error("tables 'H_TT' and 'H_TRT' have different axes")]
@@ -167,6 +183,82 @@ impl ShadingTables {
     }
 }
 
+/// Takes the lobes of TT or TRT out of a file, to be sliced for a fibre.
+///
+/// # Errors
+/// A missing table or channel, axes of another meaning, or an amount of data that does not fit
+/// the axes.
+pub fn lobe_table(file: &TableFile, mode: Lobe) -> Result<LobeTable, TablesError> {
+    let [shapes, shares] = table_names(mode);
+    let invalid = |what| TablesError::Lobes {
+        shapes,
+        shares,
+        what,
+    };
+    let (shape_axes, shape_texels) = entries(file, shapes, &SHAPE_AXIS_NAMES, &SHAPE_CHANNELS)?;
+    let (share_axes, share_texels) = entries(file, shares, &SHARE_AXIS_NAMES, &SHARE_CHANNELS)?;
+    if share_axes[..2] != shape_axes[..] {
+        return Err(invalid("their axes differ"));
+    }
+    let table = LobeTable {
+        lobe: mode,
+        fresnel: Fresnel::from_name(&file.fresnel)
+            .ok_or_else(|| invalid("the Fresnel term is unknown"))?,
+        axes: LobeAxes {
+            eta: share_axes[0],
+            alpha: share_axes[1],
+            absorption: share_axes[2],
+        },
+        shapes: shape_texels,
+        shares: share_texels,
+    };
+    if !table.is_complete() {
+        return Err(invalid("fewer than four texels or a width not above 0"));
+    }
+    Ok(table)
+}
+
+/// Axes and entries of the table `name`, `channels` in this order; at least two `axis_names`.
+fn entries<const N: usize>(
+    file: &TableFile,
+    name: &'static str,
+    axis_names: &[&'static str],
+    channels: &[&'static str; N],
+) -> Result<(Vec<axis::Axis>, Vec<[f32; N]>), TablesError> {
+    let table: &Table = file.table(name).ok_or(TablesError::Missing(name))?;
+    let found: Vec<&str> = table.axes.iter().map(|axis| axis.name.as_str()).collect();
+    if found != axis_names {
+        return Err(other_axes(table, name, axis_names));
+    }
+    let mut from = [0; N];
+    for (from, &channel) in from.iter_mut().zip(channels) {
+        let position = table.channels.iter().position(|found| found == channel);
+        *from = position.ok_or(TablesError::Channel {
+            table: name,
+            channel,
+        })?;
+    }
+    let n_channels = table.channels.len();
+    let n_entries = table
+        .axes
+        .iter()
+        .try_fold(1usize, |n, axis| n.checked_mul(axis.count as usize));
+    if n_entries.and_then(|n| n.checked_mul(n_channels)) != Some(table.data.len()) {
+        return Err(TablesError::Size {
+            table: name,
+            found: table.data.len(),
+            rows: table.axes[0].count,
+            columns: table.axes[1].count,
+        });
+    }
+    let entries = table
+        .data
+        .chunks_exact(n_channels)
+        .map(|entry| from.map(|channel| entry[channel]))
+        .collect();
+    Ok((table.axes.iter().map(sampled_axis).collect(), entries))
+}
+
 /// The axis as the scattering crate samples it.
 fn sampled_axis(axis: &Axis) -> axis::Axis {
     axis::Axis {
@@ -196,42 +288,23 @@ fn texels<const N: usize>(
     axis_names: [&'static str; 2],
     channels: &[&'static str; N],
 ) -> Result<TexelTable<[f32; N]>, TablesError> {
-    let table: &Table = file.table(name).ok_or(TablesError::Missing(name))?;
-    let [rows, columns] = &table.axes[..] else {
-        return Err(other_axes(table, name, axis_names));
-    };
-    if [rows.name.as_str(), columns.name.as_str()] != axis_names {
-        return Err(other_axes(table, name, axis_names));
-    }
-    let mut from = [0; N];
-    for (at, &channel) in from.iter_mut().zip(channels) {
-        let position = table.channels.iter().position(|found| found == channel);
-        *at = position.ok_or(TablesError::Channel {
+    let (axes, texels) = entries(file, name, &axis_names, channels)?;
+    let [rows, columns] = [axes[0], axes[1]];
+    if [rows, columns]
+        .iter()
+        .any(|side| !(2..=MAX_SIDE).contains(&side.count))
+    {
+        return Err(TablesError::Size {
             table: name,
-            channel,
-        })?;
+            found: texels.len() * N,
+            rows: rows.count,
+            columns: columns.count,
+        });
     }
-    let n_channels = table.channels.len();
-    let size_error = TablesError::Size {
-        table: name,
-        found: table.data.len(),
-        rows: rows.count,
-        columns: columns.count,
-    };
-    let sides_fit = (2..=MAX_SIDE).contains(&rows.count) && (2..=MAX_SIDE).contains(&columns.count);
-    // Sides are at most 8192, so the product fits.
-    if !sides_fit || table.data.len() != rows.count as usize * columns.count as usize * n_channels {
-        return Err(size_error);
-    }
-    let texels = table
-        .data
-        .chunks_exact(n_channels)
-        .map(|entry| from.map(|channel| entry[channel]))
-        .collect();
-    Ok(([sampled_axis(rows), sampled_axis(columns)], texels))
+    Ok(([rows, columns], texels))
 }
 
-fn other_axes(table: &Table, name: &'static str, expected: [&'static str; 2]) -> TablesError {
+fn other_axes(table: &Table, name: &'static str, expected: &[&'static str]) -> TablesError {
     let found: Vec<&str> = table.axes.iter().map(|axis| axis.name.as_str()).collect();
     TablesError::Axes {
         table: name,

@@ -15,7 +15,7 @@ use strandlight_scattering::{HairParams, Lobe, ParamError};
 
 use super::brute_force::BruteForce;
 use crate::progress::Progress;
-use crate::tables::bake_tables;
+use crate::tables::bake_c_and_h;
 
 /// Why methods cannot be prepared.
 #[derive(Debug, thiserror::Error)]
@@ -117,7 +117,7 @@ impl MethodTables {
     /// The bundled tables cannot be read.
     pub fn new() -> Result<MethodTables, MethodError> {
         let bundled = TableFile::from_bytes(BUNDLED)?;
-        let schlick = bake_tables(Fresnel::Schlick, &Progress::silent());
+        let schlick = bake_c_and_h(Fresnel::Schlick, &Progress::silent());
         Ok(MethodTables {
             dielectric: Arc::new(ShadingTables::from_file(&bundled)?),
             schlick: Arc::new(ShadingTables::from_file(&schlick)?),

@@ -17,7 +17,8 @@ use super::{Failure, Outcome, print_line, write_output};
 ///
 /// .tables: to .npy (float32, [channel, row, column], and a vector with the values at the texel
 /// centres of each axis) or .exr, one file for each table, named OUT_TABLE.npy, or OUT/TABLE.npy
-/// when OUT is a folder; C is written as C_0 to C_6. .lights: to .json, or .exr (the environment
+/// when OUT is a folder; C is written as C_0 to C_6. A table of three axes becomes a picture with
+/// the first two stacked. .lights: to .json, or .exr (the environment
 /// the lights make, latitude-longitude). .groom: to .hair; a groom imported with --unit cm comes
 /// back as it was, byte for byte.
 #[derive(clap::Args)]

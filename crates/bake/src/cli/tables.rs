@@ -12,15 +12,16 @@ use super::{Failure, Outcome, check_outputs, print_line, write_output};
 
 /// Bakes the tables that the renderer looks up
 ///
-/// `C` over light width and azimuth serves the R lobe, `H_TT` and `H_TRT` over refractive index
-/// and inclination the other two. They depend on nothing but the Fresnel term; the program
-/// carries a copy of the dielectric ones.
+/// `C` over light width and azimuth serves the R lobe; `lobes_TT_*` and `lobes_TRT_*` over
+/// refractive index, inclination and absorption the other two; `H_TT` and `H_TRT` the paper's
+/// scheme. They depend on nothing but the Fresnel term; the program carries a copy of the
+/// dielectric ones. The errors of the lobes are recorded in the file and printed.
 #[derive(clap::Args)]
 pub struct Args {
     /// The .tables file to write
     #[arg(short, long)]
     output: PathBuf,
-    /// Fresnel term of the H tables
+    /// Fresnel term of the lobes and of the H tables
     #[arg(long, default_value = "dielectric")]
     fresnel: FresnelArg,
     /// Print one JSON document
@@ -83,6 +84,11 @@ fn print_report(
             table.max_interpolation_error
         ))?;
     }
+    for (name, value) in &file.info.parameters {
+        if name.starts_with("lobes_") {
+            print_line(format!("{name}: {value}"))?;
+        }
+    }
     print_line(format!(
         "half floats would cost: R lobe {:.1e} (95 % of texels; {:.1e} if powers were stored), \
          H {:.1e}",
@@ -130,12 +136,20 @@ fn json_report(
             })
         })
         .collect();
+    let lobe_errors: serde_json::Map<_, _> = file
+        .info
+        .parameters
+        .iter()
+        .filter(|(name, _)| name.starts_with("lobes_"))
+        .map(|(name, value)| (name.clone(), json!(value)))
+        .collect();
     json!({
         "file": args.output.display().to_string(),
         "bytes": n_bytes,
         "seconds": seconds,
         "fresnel": file.fresnel,
         "tables": tables,
+        "lobe_errors": lobe_errors,
         "float16": {
             "c_error_over_c_0": cost.shares_c,
             "r_lobe_median": cost.shares_median,

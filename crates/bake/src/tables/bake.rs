@@ -14,6 +14,7 @@ use strandlight_scattering::table_layout::{
 };
 
 use super::layout::{axis_names, file_axis};
+use super::lobes::{N_LOBE_STEPS, REPORT_RANGE, bake_lobes, file_tables, lobe_errors, parameters};
 use crate::progress::Progress;
 
 /// Nodes of the moments' rule: 1e-14 on the grid of the default axes.
@@ -23,18 +24,38 @@ const MOMENT_NODES: usize = 40;
 pub(super) const H_THETA_D_MAX: f64 = 1.5;
 
 /// Steps of progress that [`bake_tables`] makes.
-pub const N_STEPS: u64 = C_ROWS.count as u64 + H_ROWS.count as u64;
+pub const N_STEPS: u64 = C_ROWS.count as u64 + H_ROWS.count as u64 + N_LOBE_STEPS;
 
-/// Bakes `C`, `H_TT` and `H_TRT` on their default axes.
+/// Bakes all tables on their default axes: those of [`bake_c_and_h`] and the lobes of TT and TRT.
+///
+/// The errors of the lobes, measured on random fibres ([`lobe_errors`]), are recorded as
+/// parameters; their `max_interpolation_error` is the worst of them, fit and interpolation
+/// together. Everything runs in parallel on the current rayon pool; the result does not depend on
+/// the number of threads. `progress` gets [`N_STEPS`] steps.
+pub fn bake_tables(fresnel: Fresnel, progress: &Progress) -> TableFile {
+    let mut file = bake_c_and_h(fresnel, progress);
+    file.info.parameters.push((
+        "lobes max_interpolation_error".to_owned(),
+        format!("worst relative RMSE over phi of the inner integral, {REPORT_RANGE}"),
+    ));
+    for lobes in bake_lobes(fresnel, progress) {
+        let errors = lobe_errors(&lobes);
+        let worst = errors.iter().map(|e| e.worst).fold(0.0, f64::max);
+        file.info.parameters.extend(parameters(&errors));
+        file.tables.extend(file_tables(&lobes, worst));
+    }
+    file
+}
+
+/// Bakes `C`, `H_TT` and `H_TRT` on their default axes: all that the paper's scheme reads.
 ///
 /// `C` holds Gauss-Legendre quadratures of the positive basis, split at the kink; H
 /// Gauss-Legendre quadratures in `s`, `h = cos(pi/2 s^2)`, for both Fresnel terms. Each table's
 /// `max_interpolation_error` is measured at the middle of every cell, sampled in single precision
 /// by the renderer's functions: for `C`, packed, the largest
 /// `|error of C_k| / C_0` over k, for H the largest absolute error where theta_d <= 1.5. Rows run
-/// in parallel on the current rayon pool; the result does not depend on the number of threads.
-/// `progress` gets one step per row, [`N_STEPS`] in all.
-pub fn bake_tables(fresnel: Fresnel, progress: &Progress) -> TableFile {
+/// in parallel as in [`bake_tables`].
+pub fn bake_c_and_h(fresnel: Fresnel, progress: &Progress) -> TableFile {
     let (h_tt, h_trt) = bake_h(fresnel, progress);
     let tables = vec![bake_c(progress), h_tt, h_trt];
     let parameters = [
@@ -251,7 +272,7 @@ mod tests {
     #[test]
     fn interpolation_keeps_its_promise() {
         for (fresnel, h_error) in [(Fresnel::Dielectric, 7e-4), (Fresnel::Schlick, 2.5e-4)] {
-            let file = bake_tables(fresnel, &Progress::silent());
+            let file = bake_c_and_h(fresnel, &Progress::silent());
             file.validate().unwrap();
             let errors: Vec<f32> = file
                 .tables

@@ -112,12 +112,12 @@ fn percentiles(mut values: Vec<f64>) -> [f64; 3] {
 mod tests {
     use super::*;
     use crate::progress::Progress;
-    use crate::tables::bake_tables;
+    use crate::tables::bake_c_and_h;
     use strandlight_scattering::fresnel::Fresnel;
 
     #[test]
     fn shares_survive_half_precision_and_powers_do_not() {
-        let file = bake_tables(Fresnel::Dielectric, &Progress::silent());
+        let file = bake_c_and_h(Fresnel::Dielectric, &Progress::silent());
         let cost = float16_cost(&file).unwrap();
         println!("{cost:?}");
         assert!(cost.shares_p95 < 5e-4 && cost.shares_c < 1e-3);

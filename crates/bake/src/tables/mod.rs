@@ -1,7 +1,8 @@
 //! Baking and verifying the tables.
 //!
 //! - [`bake_tables`] fills `C`, `H_TT` and `H_TRT` as [`strandlight_scattering::table_layout`]
-//!   describes them.
+//!   describes them ([`bake_c_and_h`]) and fits the [lobes](strandlight_scattering::lobes) of TT
+//!   and TRT; [`lobe_errors`] says how well.
 //! - [`verify_tables`] recomputes them by other methods, at the texel centres and, sampled
 //!   by the renderer's functions, between.
 //! - [`float16_cost`] says what half precision would cost.
@@ -9,9 +10,12 @@
 mod bake;
 mod float16;
 mod layout;
+mod lobes;
 mod verify;
+mod verify_lobes;
 
-pub use bake::{N_STEPS, bake_tables};
+pub use bake::{N_STEPS, bake_c_and_h, bake_tables};
 pub use float16::{Float16Cost, float16_cost};
 pub use layout::{TableError, fresnel_of, scattering_axis};
+pub use lobes::{LobeErrors, REPORT_WIDTHS, lobe_errors};
 pub use verify::{Check, TableReport, Worst, verify_tables};

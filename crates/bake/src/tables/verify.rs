@@ -7,6 +7,7 @@
 //! | N_R between texel centres | the fit of the dielectric term in b_i | adaptive quadrature |
 //! | H with the dielectric term | Gauss-Legendre | tanh-sinh in gamma |
 //! | H with Schlick's term | Gauss-Legendre | finite sums of Beta functions |
+//! | shapes and shares of lobes | cosine moments | shares: finer quadrature; inner integrals through a sliced texture: adaptive quadrature in h |
 
 use rayon::prelude::*;
 
@@ -26,6 +27,7 @@ use strandlight_scattering::{HairParams, Lobe};
 
 use super::bake::H_THETA_D_MAX;
 use super::layout::{TableError, find_table, fresnel_of, scattering_axis};
+use super::verify_lobes::verify_lobes;
 
 /// Relative tolerance at texel centres.
 const CENTRE_TOLERANCE: f64 = 1e-6;
@@ -91,7 +93,8 @@ impl TableReport {
     }
 }
 
-/// Checks `C`, `H_TT` and `H_TRT` at every texel centre and at 8192 random points between.
+/// Checks `C`, `H_TT` and `H_TRT` at every texel centre and at 8192 random points between, and
+/// the lobes: every share, and inner integrals and energies of random fibres.
 ///
 /// Deterministic (`seed` picks the points) and independent of the number of threads. Tolerances:
 /// 1e-6 relative at centres (but 5e-12 of C_0 for C_k and 1e-10 for H where that is more, since
@@ -114,6 +117,7 @@ pub fn verify_tables(file: &TableFile, seed: u64) -> Result<TableReport, TableEr
     for (table, which) in h_tables {
         checks.extend(verify_h(table, &sampled, &which, fresnel, seed));
     }
+    checks.extend(verify_lobes(file, seed)?);
     Ok(TableReport { checks })
 }
 
@@ -436,7 +440,7 @@ fn verify_h(
 mod tests {
     use super::*;
     use crate::progress::Progress;
-    use crate::tables::bake_tables;
+    use crate::tables::{bake_c_and_h, bake_tables};
 
     #[test]
     fn baked_tables_pass() {
@@ -446,14 +450,14 @@ mod tests {
             for check in &report.checks {
                 println!("{} {}: {:?}", check.table, check.name, check.worst);
             }
-            assert_eq!(report.checks.len(), 8);
+            assert_eq!(report.checks.len(), 16);
             assert!(report.passed());
         }
     }
 
     #[test]
     fn any_damaged_value_is_found() {
-        let file = bake_tables(Fresnel::Dielectric, &Progress::silent());
+        let file = bake_c_and_h(Fresnel::Dielectric, &Progress::silent());
         let c = |value_ix: usize, factor: f32| {
             let mut file = file.clone();
             file.tables[0].data[value_ix] *= factor;
@@ -487,7 +491,7 @@ mod tests {
     #[test]
     fn a_coarser_grid_misses_the_tolerance_between() {
         // Every third column: exact at its centres, too coarse between.
-        let mut file = bake_tables(Fresnel::Dielectric, &Progress::silent());
+        let mut file = bake_c_and_h(Fresnel::Dielectric, &Progress::silent());
         let table = &mut file.tables[0];
         let data = table.data.chunks_exact(8).collect::<Vec<_>>();
         let coarse: Vec<f32> = data
@@ -508,7 +512,9 @@ mod tests {
 
     #[test]
     fn what_is_not_there_is_named() {
-        let mut file = bake_tables(Fresnel::Schlick, &Progress::silent());
+        let mut file = bake_c_and_h(Fresnel::Schlick, &Progress::silent());
+        let error = verify_tables(&file, 0).unwrap_err().to_string();
+        assert!(error.contains("lobes_TT_shapes"), "{error}");
         file.tables[1].channels[0] = "H1".to_owned();
         let error = verify_tables(&file, 0).unwrap_err().to_string();
         assert!(error.contains("H_TT") && error.contains("H1"), "{error}");

@@ -5,28 +5,34 @@
 pub const N_LOBE_NUMBERS: usize = 16;
 
 /// How the texels of one mode are placed and decoded, byte for byte the struct `LobeDecode` of the
-/// shaders (144 bytes).
+/// shaders (32 bytes).
 ///
 /// Texel `i` of 0..=last stands at `u = i / last`, `u = (1 + warp) c / (c + warp)`,
-/// c = |cos(theta_d)|. Number j of a texel is `offset[j] + scale[j] * (its 16 bits)`, interpolated
-/// linearly in u. Energies fall with cos^2 at grazing angles; what is stored is smooth there and
-/// not 0, so that the relative error is even.
+/// c = |cos(theta_d)|; between, numbers are interpolated linearly in u. A texel is eight words, two
+/// numbers of [`N_LOBE_NUMBERS`] each, the first in the low half: the first seven as 16 bit
+/// fractions of 1 (unorm), to be multiplied by `lambda_scale` (widths) or by 2, less 1 (sines and
+/// cosines); amplitudes as 16 bit floats, to be multiplied by `amplitude_scale`. Energies fall with
+/// cos^2 at grazing angles; what is stored is smooth there and not 0.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct LobeDecode {
-    /// Value of 0.
-    pub offset: [f32; N_LOBE_NUMBERS],
-    /// Value of a step.
-    pub scale: [f32; N_LOBE_NUMBERS],
     /// See above, > 0.
     pub warp: f32,
     /// Index of the last texel, at least 1.
     pub last: f32,
+    /// Width of a full fraction.
+    pub lambda_scale: f32,
+    /// Amplitude of 1.
+    pub amplitude_scale: f32,
     /// Row of the texture where the texels lie, in textures that hold several fibres; the shaders
     /// alone look at it.
     pub first_row: u32,
     /// Fills the struct; always 0.
-    pub padding: u32,
+    pub padding_0: u32,
+    /// Fills the struct; always 0.
+    pub padding_1: u32,
+    /// Fills the struct; always 0.
+    pub padding_2: u32,
 }
 
 /// A view of one mode's texels.

@@ -38,7 +38,7 @@ const LAMBDA_MIN_TT: f64 = 0.003;
 const LAMBDA_MIN_TRT: f64 = 0.03;
 /// Weights of second and of first differences along the path. Errors squared are 1e-6 to 1e-4 a
 /// point.
-const BEND: f64 = 0.04;
+const BEND: f64 = 0.07;
 const SLOPE: f64 = 5e-4;
 /// Weight of the distance to the built-in start and to the shapes of a neighbouring eta.
 const TIE_START: f64 = 5e-4;
@@ -487,7 +487,7 @@ pub fn fit_path(
                 .collect();
             let moved_cost = total(&moved);
             if moved_cost < cost {
-                improved = cost - moved_cost > 1e-5 * cost;
+                improved = cost - moved_cost > 2e-4 * cost;
                 here = moved;
                 cost = moved_cost;
                 damping *= 0.2;

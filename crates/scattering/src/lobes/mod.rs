@@ -21,8 +21,9 @@ pub use slice::{
 };
 pub use table::{
     FIRST_ROW, LOBE_ABSORPTION, LOBE_ALPHA, LOBE_ETA, LobeAxes, LobeRow, LobeSection, LobeTable,
-    SHAPE_CHANNELS, SHARE_CHANNELS, Stencil, absorption_from_sigma, alpha_from_cos_theta_d,
-    fit_shapes, fit_shares, sigma_from_absorption,
+    SHAPE_AXIS_NAMES, SHAPE_CHANNELS, SHARE_AXIS_NAMES, SHARE_CHANNELS, Stencil,
+    absorption_from_sigma, alpha_from_cos_theta_d, fit_shapes, fit_shares, sigma_from_absorption,
+    table_names,
 };
 
 #[cfg(test)]

@@ -1,13 +1,14 @@
 //! One fibre's lobes over theta_d, as the renderer samples them: what an edit makes.
 //!
 //! Nothing is fitted here. Shapes and shares come from the baked table by cubic interpolation,
-//! energies from 24 Gauss-Legendre nodes of the exact integral, so that the energy of each mode
+//! energies from 16 Gauss-Legendre nodes of the exact integral, so that the energy of each mode
 //! is that of the exact model up to interpolation between texels. [`LobeRowAt`] depends on eta
 //! alone, [`PackedShapes`] also on w_c, [`Energies`] and [`Shares`] also on sigma_a: an edit makes
 //! only what it touches.
 
 use std::f64::consts::FRAC_PI_2;
 
+use super::fit::LobeShape;
 use super::table::{LobeSection, LobeTable, Stencil, alpha_from_cos_theta_d};
 use crate::circular_gaussian::sharpness;
 use crate::closed_form::{LobeDecode, LobeView, N_LOBE_NUMBERS};
@@ -16,11 +17,14 @@ use crate::hair::{HairParams, Lobe};
 use crate::quadrature::GaussLegendre;
 
 /// Texels over cos(theta_d).
-pub const DEFAULT_LOBE_TEXELS: usize = 192;
+pub const DEFAULT_LOBE_TEXELS: usize = 320;
 /// Nodes of the energies over gamma.
-const N_ENERGY_NODES: usize = 24;
+const N_ENERGY_NODES: usize = 16;
 /// Numbers of a texel that are shapes; amplitudes follow.
 const N_SHAPE_NUMBERS: usize = 7;
+/// Least `k` of the warp: absorption makes energies fall like exp(-s / c) near eta = 1, which asks
+/// for texels even in ln c.
+const WARP_MIN: f64 = 0.3;
 /// Narrowest lobe: below, the sharpness outgrows single precision.
 const LAMBDA_MIN: f64 = 0.002;
 
@@ -57,7 +61,7 @@ pub struct Energies {
 
 /// `k` of the warp `u = (1 + k) c / (c + k)`, c = cos(theta_d).
 fn warp(eta: f64) -> f64 {
-    ((eta - 1.0) * (eta + 1.0)).max(0.0).sqrt().max(0.01)
+    ((eta - 1.0) * (eta + 1.0)).max(0.0).sqrt().max(WARP_MIN)
 }
 
 /// `u` of texel `ix` of `n`. Grazing: energies go with u^2, so the limit is that of a small u.
@@ -76,11 +80,14 @@ impl Energies {
     pub fn new(eta: f64, sigma_a: [f64; 3], fresnel: Fresnel, n: usize) -> Energies {
         let eta = eta.max(1.0);
         let warp = warp(eta);
+        // gamma = pi/2 - scale sinh(t): dense near grazing, where little reflects back; the Fresnel
+        // term turns at cos(gamma) = sqrt(eta^2 - 1) / cos(theta_d).
+        let scale = ((eta - 1.0) * (eta + 1.0)).max(1e-6).sqrt();
         let rule: Vec<(f64, f64, f64)> = GaussLegendre::new(N_ENERGY_NODES)
-            .on(0.0, FRAC_PI_2)
-            .map(|(gamma, weight)| {
-                let (sin, cos) = gamma.sin_cos();
-                (sin, cos, weight * cos)
+            .on(0.0, (FRAC_PI_2 / scale).asinh())
+            .map(|(t, weight)| {
+                let (cos, sin) = (scale * t.sinh()).sin_cos();
+                (sin, cos, weight * cos * scale * t.cosh())
             })
             .collect();
         let n = n.max(2);
@@ -172,7 +179,7 @@ impl LobeRowAt {
 pub struct PackedShapes {
     lobe: Lobe,
     decode: LobeDecode,
-    packed: Vec<[u16; N_LOBE_NUMBERS]>,
+    packed: Vec<[u16; N_SHAPE_NUMBERS]>,
     /// Per texel: 1 / I0e of each lobe's sharpness, halved for the pairs.
     heights: Vec<[f64; 3]>,
 }
@@ -181,38 +188,49 @@ impl PackedShapes {
     /// Shapes of `row`; width `caustic_width` (w_c) widens those of TRT.
     pub fn new(row: &LobeRowAt, caustic_width: f64) -> PackedShapes {
         let blur = (row.lobe == Lobe::Trt).then(|| blur_measure(sharpness(caustic_width)));
-        let mut rows: Vec<[f64; N_LOBE_NUMBERS]> = row
+        let shapes: Vec<LobeShape> = row
             .texels
             .iter()
             .map(|(stencil, _)| {
-                let shape = row.section.shape(stencil, LAMBDA_MIN);
-                let mut numbers = [0.0; N_LOBE_NUMBERS];
-                for (number, lambda) in numbers.iter_mut().zip(shape.lambda) {
-                    *number = blur.map_or(lambda, |blur| widened(lambda, blur));
+                let mut shape = row.section.shape(stencil, LAMBDA_MIN);
+                if let Some(blur) = blur {
+                    shape.lambda = shape.lambda.map(|lambda| widened(lambda, blur));
                 }
-                for (pair, mu) in shape.mu.iter().enumerate() {
-                    numbers[3 + 2 * pair] = (0.5 * mu).cos();
-                    numbers[4 + 2 * pair] = (0.5 * mu).sin();
-                }
-                numbers
+                shape
             })
             .collect();
-        let mut packed = vec![[0; N_LOBE_NUMBERS]; rows.len()];
-        let mut decode = LobeDecode {
-            offset: [0.0; N_LOBE_NUMBERS],
-            scale: [0.0; N_LOBE_NUMBERS],
+        let widths = shapes.iter().flat_map(|shape| shape.lambda);
+        let decode = LobeDecode {
             warp: row.warp as f32,
-            last: (rows.len() - 1) as f32,
+            last: (shapes.len() - 1) as f32,
+            lambda_scale: widths.fold(0.0, f64::max) as f32,
             ..bytemuck::Zeroable::zeroed()
         };
-        for number in 0..N_SHAPE_NUMBERS {
-            quantise(&mut rows, &mut packed, &mut decode, number);
-        }
-        // Amplitudes fit the widths as decoded.
-        let heights = rows
+        let packed: Vec<[u16; N_SHAPE_NUMBERS]> = shapes
             .iter()
-            .map(|row| {
-                let height = |l: usize| 1.0 / i0e_i1e(sharpness(row[l])).0;
+            .map(|shape| {
+                let width = |l: usize| fraction(shape.lambda[l] / f64::from(decode.lambda_scale));
+                let [half_1, half_2] = shape.mu.map(|mu| {
+                    let (sin, cos) = (0.5 * mu).sin_cos();
+                    [cos, sin].map(|x| fraction(0.5 + 0.5 * x))
+                });
+                [
+                    width(0),
+                    width(1),
+                    width(2),
+                    half_1[0],
+                    half_1[1],
+                    half_2[0],
+                    half_2[1],
+                ]
+            })
+            .collect();
+        // Amplitudes fit the widths as decoded.
+        let heights = packed
+            .iter()
+            .map(|packed| {
+                let decoded = decode_shape(packed, &decode);
+                let height = |l: usize| 1.0 / i0e_i1e(sharpness(f64::from(decoded[l]))).0;
                 [height(0), 0.5 * height(1), 0.5 * height(2)]
             })
             .collect();
@@ -248,67 +266,111 @@ impl LobeTexture {
     pub fn new(shapes: &PackedShapes, energies: &Energies, shares: &Shares) -> LobeTexture {
         let mode = usize::from(shapes.lobe == Lobe::Trt);
         let mut decode = shapes.decode;
-        let mut packed = shapes.packed.clone();
         let texels = energies.texels.iter().zip(&shares.0).zip(&shapes.heights);
-        let mut rows: Vec<[f64; N_LOBE_NUMBERS]> = texels
+        let mut amplitudes: Vec<[f64; 9]> = texels
             .map(|(((_, energy), shares), heights)| {
-                let mut row = [0.0; N_LOBE_NUMBERS];
-                for channel in 0..3 {
-                    for l in 0..3 {
-                        row[N_SHAPE_NUMBERS + 3 * channel + l] =
-                            energy[mode][channel] * shares[channel][l] * heights[l];
-                    }
-                }
-                row
+                std::array::from_fn(|ix| {
+                    let (channel, l) = (ix / 3, ix % 3);
+                    energy[mode][channel] * shares[channel][l] * heights[l]
+                })
             })
             .collect();
-        for number in N_SHAPE_NUMBERS..N_LOBE_NUMBERS {
-            quantise(&mut rows, &mut packed, &mut decode, number);
+        let highest = amplitudes.as_flattened().iter().copied();
+        let scale = highest.fold(1e-30, f64::max) / FLOAT16_HIGHEST;
+        decode.amplitude_scale = scale as f32;
+        let lowest = scale * f64::from(FLOAT16_LOWEST);
+        for (amplitudes, heights) in amplitudes.iter_mut().zip(&shapes.heights) {
+            for channel in amplitudes.as_chunks_mut::<3>().0 {
+                move_lost(channel, heights, lowest);
+            }
         }
+        let rows = shapes.packed.iter().zip(&amplitudes);
+        let (texels, decoded) = rows
+            .map(|(packed, amplitudes)| {
+                let mut bits = [0u16; N_LOBE_NUMBERS];
+                let mut numbers = [0.0; N_LOBE_NUMBERS];
+                bits[..N_SHAPE_NUMBERS].copy_from_slice(packed);
+                numbers[..N_SHAPE_NUMBERS].copy_from_slice(&decode_shape(packed, &decode));
+                for (ix, amplitude) in amplitudes.iter().enumerate() {
+                    let float = float16((amplitude / scale) as f32);
+                    bits[N_SHAPE_NUMBERS + ix] = float;
+                    numbers[N_SHAPE_NUMBERS + ix] = decode.amplitude_scale * from_float16(float);
+                }
+                let words = std::array::from_fn(|i| {
+                    u32::from(bits[2 * i]) | u32::from(bits[2 * i + 1]) << 16
+                });
+                (words, numbers)
+            })
+            .unzip();
         LobeTexture {
             decode,
-            texels: packed
-                .iter()
-                .map(|row| {
-                    std::array::from_fn(|i| u32::from(row[2 * i]) | u32::from(row[2 * i + 1]) << 16)
-                })
-                .collect(),
-            decoded: packed
-                .iter()
-                .map(|row| {
-                    std::array::from_fn(|i| decode.offset[i] + decode.scale[i] * f32::from(row[i]))
-                })
-                .collect(),
+            texels,
+            decoded,
         }
     }
 }
 
-/// Rounds column `number` to 16 bits between its extremes, in place.
-fn quantise(
-    rows: &mut [[f64; N_LOBE_NUMBERS]],
-    packed: &mut [[u16; N_LOBE_NUMBERS]],
-    decode: &mut LobeDecode,
-    number: usize,
-) {
-    let values = rows.iter().map(|row| row[number]);
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-        (low.min(x), high.max(x))
-    });
-    let offset = low as f32;
-    let scale = (((high - low) / 65535.0) as f32).max(0.0);
-    decode.offset[number] = offset;
-    decode.scale[number] = scale;
-    for (row, packed) in rows.iter_mut().zip(packed) {
-        let steps = if scale > 0.0 {
-            ((row[number] - f64::from(offset)) / f64::from(scale))
-                .round()
-                .clamp(0.0, 65535.0)
-        } else {
-            0.0
-        };
-        packed[number] = steps as u16;
-        row[number] = f64::from(offset + scale * steps as f32);
+/// Gives the energy of amplitudes that would be rounded to 0, below `lowest`, to the lobe of most
+/// energy.
+fn move_lost(amplitudes: &mut [f64; 3], heights: &[f64; 3], lowest: f64) {
+    if amplitudes.iter().all(|&amplitude| amplitude >= lowest) {
+        return;
     }
+    let energy = |amplitudes: &[f64; 3], l: usize| amplitudes[l] / heights[l];
+    let most = (1..3).fold(0, |most, l| {
+        if energy(amplitudes, l) > energy(amplitudes, most) {
+            l
+        } else {
+            most
+        }
+    });
+    for l in 0..3 {
+        if l != most && amplitudes[l] < lowest {
+            amplitudes[most] += heights[most] * energy(amplitudes, l);
+            amplitudes[l] = 0.0;
+        }
+    }
+}
+
+/// 16 bits of a fraction of 1.
+fn fraction(x: f64) -> u16 {
+    (65535.0 * x.clamp(0.0, 1.0)).round() as u16
+}
+
+/// The numbers that [`PackedShapes`] packed.
+fn decode_shape(packed: &[u16; N_SHAPE_NUMBERS], decode: &LobeDecode) -> [f32; N_SHAPE_NUMBERS] {
+    std::array::from_fn(|ix| {
+        let fraction = f32::from(packed[ix]) / 65535.0;
+        if ix < 3 {
+            decode.lambda_scale * fraction
+        } else {
+            2.0 * fraction - 1.0
+        }
+    })
+}
+
+/// What the highest amplitude is stored as, and the lowest 16 bit float used: below, some GPUs
+/// flush to 0.
+const FLOAT16_HIGHEST: f64 = 32768.0;
+const FLOAT16_LOWEST: f32 = 6.103_515_6e-5;
+
+/// Bits of the 16 bit float nearest to `x` in 0..=65504; 0 below the normal range.
+fn float16(x: f32) -> u16 {
+    if x < FLOAT16_LOWEST {
+        return 0;
+    }
+    // Round the mantissa to 10 bits, ties to even; a carry runs into the exponent as it should.
+    let bits = x.to_bits();
+    let rounded = bits + 0xfff + (bits >> 13 & 1);
+    ((rounded >> 13) - (112 << 10)) as u16
+}
+
+/// The value of [`float16`]'s bits.
+fn from_float16(bits: u16) -> f32 {
+    if bits == 0 {
+        return 0.0;
+    }
+    f32::from_bits((u32::from(bits) + (112 << 10)) << 13)
 }
 
 /// I0e and I1e in f64 to 2e-7 (Abramowitz and Stegun 9.8.1 to 9.8.4).
@@ -405,6 +467,30 @@ fn widened(lambda: f64, blur: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::special::bessel_i_ratio_1;
+
+    #[test]
+    fn float16_rounds_to_nearest() {
+        for (x, bits) in [
+            (0.0, 0),
+            (6e-5, 0),
+            (1.0, 0x3c00),
+            (0.5, 0x3800),
+            (65504.0, 0x7bff),
+        ] {
+            assert_eq!(float16(x), bits);
+        }
+        assert_eq!(
+            (float16(1.000_488_2), float16(1.000_488_4)),
+            (0x3c00, 0x3c01)
+        );
+        for step in 0..10_000u32 {
+            let x = 6.2e-5 * 1.002f32.powi(step.cast_signed());
+            if x > 65504.0 {
+                break;
+            }
+            assert!((from_float16(float16(x)) / x - 1.0).abs() <= 4.9e-4);
+        }
+    }
 
     #[test]
     fn folded_widths_keep_the_mean_cosine() {

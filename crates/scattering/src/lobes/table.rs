@@ -21,7 +21,7 @@ pub const LOBE_ETA: Axis = Axis {
 pub const LOBE_ALPHA: Axis = Axis {
     min: 0.0,
     max: 1.56,
-    count: 96,
+    count: 128,
     spacing: Spacing::Linear,
 };
 
@@ -38,6 +38,19 @@ pub const LOBE_ABSORPTION: Axis = Axis {
 pub const SHAPE_CHANNELS: [&str; N_SHAPE] = ["lambda_0", "lambda_1", "mu_1", "lambda_2", "mu_2"];
 /// Channels of the tables of shares; `share_0` = 1 - share_1 - share_2.
 pub const SHARE_CHANNELS: [&str; 2] = ["share_1", "share_2"];
+
+/// Names of the axes of the tables of shapes.
+pub const SHAPE_AXIS_NAMES: [&str; 2] = ["eta", "alpha"];
+/// Names of the axes of the tables of shares.
+pub const SHARE_AXIS_NAMES: [&str; 3] = ["eta", "alpha", "absorption"];
+
+/// Names of the tables of shapes and of shares of TT or TRT (R has none; it is taken as TT).
+pub const fn table_names(lobe: Lobe) -> [&'static str; 2] {
+    match lobe {
+        Lobe::R | Lobe::Tt => ["lobes_TT_shapes", "lobes_TT_shares"],
+        Lobe::Trt => ["lobes_TRT_shapes", "lobes_TRT_shares"],
+    }
+}
 
 /// The axes of a table of lobes.
 #[derive(Clone, Copy, Debug, PartialEq)]

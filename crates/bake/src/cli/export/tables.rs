@@ -37,16 +37,17 @@ pub fn to_npy(file: &TableFile, path_of: &dyn Fn(&str) -> PathBuf) -> Vec<Output
     outputs
 }
 
-/// One `.exr` for each table: rows are axis 0, columns axis 1.
+/// One `.exr` for each table: columns are the last axis, rows all others, the first slowest.
 pub fn to_exr(file: &TableFile, path_of: &dyn Fn(&str) -> PathBuf) -> Result<Vec<Output>, Failure> {
     let mut outputs = Vec::new();
     for table in &file.tables {
         let path = path_of(&table.name);
-        let [rows, columns] = &table.axes[..] else {
-            let what = format!("table {} is no picture: not two axes", table.name);
+        let [rows @ .., columns] = &table.axes[..] else {
+            let what = format!("table {} is no picture: no axes", table.name);
             return Err(Failure::file(&path, what));
         };
-        let (width, height) = (columns.count as usize, rows.count as usize);
+        let width = columns.count as usize;
+        let height = rows.iter().map(|axis| axis.count as usize).product();
         let (channels, planes) = answers(table);
         let what = format!(
             "OpenEXR, {width} x {height} float32: {}",
