@@ -1,7 +1,7 @@
 //! One fibre's lobes over theta_d, as the renderer samples them: what an edit makes.
 //!
 //! Nothing is fitted here. Shapes and shares come from the baked table by cubic interpolation,
-//! energies from 16 Gauss-Legendre nodes of the exact integral, so that the energy of each mode
+//! energies from 12 Gauss-Legendre nodes of the exact integral, so that the energy of each mode
 //! is that of the exact model up to interpolation between texels. [`LobeRowAt`] depends on eta
 //! alone, [`PackedShapes`] also on w_c, [`Energies`] and [`Shares`] also on sigma_a: an edit makes
 //! only what it touches.
@@ -19,7 +19,7 @@ use crate::quadrature::GaussLegendre;
 /// Texels over cos(theta_d).
 pub const DEFAULT_LOBE_TEXELS: usize = 320;
 /// Nodes of the energies over gamma.
-const N_ENERGY_NODES: usize = 16;
+const N_ENERGY_NODES: usize = 12;
 /// Numbers of a texel that are shapes; amplitudes follow.
 const N_SHAPE_NUMBERS: usize = 7;
 /// Least `k` of the warp: absorption makes energies fall like exp(-s / c) near eta = 1, which asks
@@ -444,19 +444,19 @@ fn blur_measure(kappa: f64) -> f64 {
 fn widened(lambda: f64, blur: f64) -> f64 {
     let kappa = sharpness(lambda);
     let target = (blur_measure(kappa) + blur).min(30.0);
-    // Exact for narrow ones: the measure is 1/(2 kappa). For wide ones A = kappa/2.
-    let mut kappa = 0.5 / target;
-    if target > 0.3 {
-        kappa = kappa
-            .min(2.0 * (-target).exp() + 0.5 / (target * target))
-            .max(1e-12);
-    }
+    // Narrow ones: measure = y/2 + y^2/4, y = 1/kappa; wide ones: A = kappa/2.
+    let mut kappa = if target < 0.5 {
+        0.25 * (1.0 + (1.0 + 4.0 * target).sqrt()) / target
+    } else {
+        2.0 * (-target).exp()
+    };
     for _ in 0..6 {
         let (value, slope) = blur_measure_slope(kappa);
         // Newton in ln kappa: the measure is nearly a power of kappa.
         let step = (value - target) / (slope * kappa);
         kappa *= (-step).clamp(-2.0, 2.0).exp();
-        if step.abs() < 1e-7 {
+        // Steps square.
+        if step.abs() < 1e-3 {
             break;
         }
     }
