@@ -4,13 +4,13 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
+use strandlight_formats::TableFile;
 use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::{Function, GpuProbe, MODE_ALL, Query, evaluate};
-use strandlight_runtime::tables::ShadingTables;
-use strandlight_scattering::axis::{Axis, Spacing};
+use strandlight_runtime::tables::{BUNDLED, ShadingTables, lobe_table};
 use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, GAUSS_HERMITE, Reflectance};
 use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::lobes::{DEFAULT_LOBE_TEXELS, LobeAxes, LobeTable, slice};
+use strandlight_scattering::lobes::{DEFAULT_LOBE_TEXELS, slice};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{corners, oracle};
@@ -125,17 +125,8 @@ fn optics() -> &'static [Optics] {
     static OPTICS: OnceLock<Vec<Optics>> = OnceLock::new();
     OPTICS.get_or_init(|| {
         let mut random = SplitMix64(15);
-        let axes = LobeAxes {
-            eta: Axis {
-                min: 1.2,
-                max: 2.0,
-                count: 4,
-                spacing: Spacing::Linear,
-            },
-            ..LobeAxes::default()
-        };
-        let fit = |lobe| LobeTable::fit(lobe, Fresnel::Dielectric, axes, 1);
-        let [tt, trt] = [Lobe::Tt, Lobe::Trt].map(fit);
+        let bundled = TableFile::from_bytes(BUNDLED).unwrap();
+        let [tt, trt] = [Lobe::Tt, Lobe::Trt].map(|mode| lobe_table(&bundled, mode).unwrap());
         let optics = (0..N_FIBRES).map(|_| {
             let hair = hair(&mut random);
             let nodes = [(); 3].map(|()| 1 + random.next_u64() as u32 % 8);

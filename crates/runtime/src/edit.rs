@@ -9,6 +9,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use strandlight_formats::TableFile;
 use strandlight_scattering::closed_form::{Fibre, LobeDecode, Reflectance};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{
@@ -17,6 +18,7 @@ use strandlight_scattering::lobes::{
 use strandlight_scattering::{HairParams, Lobe, ParamError};
 
 use crate::optics::{Optics, no_lobes};
+use crate::tables::{TablesError, lobe_table};
 
 /// A group of [`HairParams`] that is edited together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -231,6 +233,23 @@ pub struct LobeTables {
     pub tt: Option<LobeTable>,
     /// Lobes of TRT.
     pub trt: Option<LobeTable>,
+}
+
+impl LobeTables {
+    /// Takes the lobes of `modes` out of a file.
+    ///
+    /// # Errors
+    /// As [`lobe_table`].
+    pub fn from_file(file: &TableFile, modes: &[Lobe]) -> Result<LobeTables, TablesError> {
+        let read = |mode: Lobe| {
+            let wanted = modes.contains(&mode);
+            wanted.then(|| lobe_table(file, mode)).transpose()
+        };
+        Ok(LobeTables {
+            tt: read(Lobe::Tt)?,
+            trt: read(Lobe::Trt)?,
+        })
+    }
 }
 
 /// Why textures cannot be made.

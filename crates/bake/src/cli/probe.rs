@@ -39,9 +39,9 @@ pub struct Args {
 /// Ways to evaluate the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Method {
-    /// The shader's functions, on the CPU
+    /// What the renderer computes, on the CPU
     Runtime,
-    /// The shader's functions, on the GPU
+    /// The same by the shaders' functions, on the GPU
     Gpu,
     /// Double-precision quadrature of the exact model
     Reference,

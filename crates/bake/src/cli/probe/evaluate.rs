@@ -1,7 +1,12 @@
 //! Answers queries by the chosen method.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use strandlight_formats::TableFile;
+use strandlight_runtime::edit::{HairTextures, LobeTables};
+use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::{GpuProbe, MODE_ALL, Query, evaluate};
 use strandlight_runtime::tables::{BUNDLED, ShadingTables};
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fibre};
@@ -16,7 +21,7 @@ use super::{Answer, Failure, Method};
 pub struct Evaluator {
     backend: Backend,
     fresnel: Fresnel,
-    segments: u32,
+    scheme: Scheme,
 }
 
 enum Backend {
@@ -24,6 +29,17 @@ enum Backend {
     Gpu(Box<GpuProbe>),
     Reference(Reference),
 }
+
+/// The scheme of single scattering, with what it needs.
+enum Scheme {
+    /// The renderer's. A file without lobes answers what needs none.
+    Lobes(Result<Arc<LobeTables>, String>),
+    /// Xu's, with so many segments.
+    Paper(u32),
+}
+
+/// Requests answered at a time: the optics of as many fibres fill some 60 MiB.
+const MAX_FIBRES: usize = 1024;
 
 type Answers = Vec<Result<serde_json::Value, String>>;
 
@@ -38,15 +54,18 @@ impl Evaluator {
             Method::Gpu => Backend::Gpu(Box::new(GpuProbe::new(&tables).map_err(Failure::input)?)),
             Method::Reference => Backend::Reference(Reference::new()),
         };
-        let segments = if method == Method::Paper {
-            segments
-        } else {
-            DEFAULT_SEGMENTS
+        let scheme = match method {
+            Method::Paper => Scheme::Paper(segments),
+            _ => Scheme::Lobes(
+                LobeTables::from_file(file, &Lobe::ALL)
+                    .map(Arc::new)
+                    .map_err(|error| error.to_string()),
+            ),
         };
         Ok(Evaluator {
             backend,
             fresnel,
-            segments,
+            scheme,
         })
     }
 
@@ -60,19 +79,28 @@ impl Evaluator {
             };
             return Ok(requests.par_iter().map(answer).collect());
         }
+        let mut answers = Vec::with_capacity(requests.len());
+        for requests in requests.chunks(MAX_FIBRES) {
+            answers.extend(self.answer_some(requests)?);
+        }
+        Ok(answers)
+    }
+
+    /// An answer to each of at most [`MAX_FIBRES`] requests.
+    fn answer_some(&self, requests: &[Result<Request, String>]) -> Result<Answers, Failure> {
+        let fibres = self.fibres(requests);
         let queries: Vec<Result<Query, String>> = requests
             .iter()
-            .map(|request| self.query(request.as_ref().map_err(String::clone)?))
+            .map(|request| self.query(request.as_ref().map_err(String::clone)?, &fibres))
             .collect();
         let valid: Vec<Query> = queries.iter().flatten().copied().collect();
+        let optics = &fibres.optics;
         let values: Vec<[f32; 4]> = match &self.backend {
-            Backend::Gpu(probe) => probe.evaluate(&valid, &[]).map_err(Failure::input)?,
+            Backend::Gpu(probe) => probe.evaluate(&valid, optics).map_err(Failure::input)?,
             Backend::Cpu(tables) => {
                 let view = tables.view();
-                valid
-                    .iter()
-                    .map(|query| evaluate(query, &view, &[]))
-                    .collect()
+                let answer = |query| evaluate(query, &view, optics);
+                valid.par_iter().map(answer).collect()
             }
             Backend::Reference(_) => Vec::new(),
         };
@@ -86,12 +114,49 @@ impl Evaluator {
         Ok(answers.collect())
     }
 
+    /// The optics of every fibre among `requests`, each once.
+    fn fibres(&self, requests: &[Result<Request, String>]) -> Fibres {
+        let mut places = HashMap::new();
+        let mut hairs: Vec<HairParams> = Vec::new();
+        for hair in requests.iter().flatten().filter_map(Request::hair) {
+            places.entry(bits(hair)).or_insert_with(|| {
+                hairs.push(*hair);
+                hairs.len() - 1
+            });
+        }
+        let made: Vec<Result<Optics, String>> =
+            hairs.par_iter().map(|hair| self.optics(hair)).collect();
+        // What failed is never asked for again, so that places stay.
+        let failures = made.iter().map(|made| made.as_ref().err().cloned());
+        Fibres {
+            places,
+            failures: failures.collect(),
+            optics: made
+                .into_iter()
+                .map(|made| made.unwrap_or_else(|_| Optics::paper(bytemuck::Zeroable::zeroed())))
+                .collect(),
+        }
+    }
+
+    /// What shading with `hair` reads.
+    fn optics(&self, hair: &HairParams) -> Result<Optics, String> {
+        let modes = &Lobe::ALL;
+        match &self.scheme {
+            Scheme::Paper(segments) => Fibre::new(hair, modes, *segments)
+                .map(Optics::paper)
+                .map_err(|error| error.to_string()),
+            Scheme::Lobes(lobes) => {
+                let lobes = Arc::clone(lobes.as_ref().map_err(String::clone)?);
+                HairTextures::new(lobes, self.fresnel, hair, modes, DEFAULT_SEGMENTS)
+                    .map(|textures| textures.optics().clone())
+                    .map_err(|error| error.to_string())
+            }
+        }
+    }
+
     /// The request as the shading functions take it.
-    fn query(&self, request: &Request) -> Result<Query, String> {
-        let fibre = |hair: &HairParams| {
-            Fibre::new(hair, &Lobe::ALL, self.segments).map_err(|error| error.to_string())
-        };
-        Ok(match request {
+    fn query(&self, request: &Request, fibres: &Fibres) -> Result<Query, String> {
+        let query = match request {
             Request::TableC { k, lambda, phi } => Query::table_c(*k, *lambda as f32, *phi as f32),
             Request::TableH {
                 lobe,
@@ -113,23 +178,70 @@ impl Evaluator {
                 hair,
             } => {
                 let (lambda, theta_d) = (*lambda as f32, *theta_d as f32);
-                Query::azimuthal(lobe.p(), lambda, wrap(*dphi), theta_d, fibre(hair)?).by_paper()
+                let (place, fibre) = fibres.of(hair)?;
+                Query::azimuthal(lobe.p(), lambda, wrap(*dphi), theta_d, fibre).with_optics(place)
             }
             Request::Single {
                 lobe,
                 light,
                 view,
                 hair,
-            } => Query::single(
-                lobe.map_or(MODE_ALL, Lobe::p),
-                DirectionInFrame::from_angles(light.theta as f32, wrap(light.phi)),
-                light.lambda as f32,
-                DirectionInFrame::from_angles(view.theta as f32, wrap(view.phi)),
-                fibre(hair)?,
-            )
-            .by_paper(),
+            } => {
+                let (place, fibre) = fibres.of(hair)?;
+                Query::single(
+                    lobe.map_or(MODE_ALL, Lobe::p),
+                    DirectionInFrame::from_angles(light.theta as f32, wrap(light.phi)),
+                    light.lambda as f32,
+                    DirectionInFrame::from_angles(view.theta as f32, wrap(view.phi)),
+                    fibre,
+                )
+                .with_optics(place)
+            }
+        };
+        Ok(match self.scheme {
+            Scheme::Lobes(_) => query,
+            Scheme::Paper(_) => query.by_paper(),
         })
     }
+}
+
+/// The fibres of some requests.
+struct Fibres {
+    places: HashMap<[u64; 12], usize>,
+    failures: Vec<Option<String>>,
+    optics: Vec<Optics>,
+}
+
+impl Fibres {
+    /// Place and parameters of `hair`, or why it has no optics.
+    fn of(&self, hair: &HairParams) -> Result<(u32, Fibre), String> {
+        let place = *self.places.get(&bits(hair)).ok_or("no optics were made")?;
+        match &self.failures[place] {
+            Some(failure) => Err(failure.clone()),
+            None => Ok((place as u32, self.optics[place].fibre)),
+        }
+    }
+}
+
+/// All that tells one fibre from another.
+fn bits(hair: &HairParams) -> [u64; 12] {
+    let [r, g, b] = hair.sigma_a;
+    let (shift, width) = (hair.shift, hair.width);
+    [
+        hair.eta,
+        r,
+        g,
+        b,
+        shift.r,
+        shift.tt,
+        shift.trt,
+        width.r,
+        width.tt,
+        width.trt,
+        hair.caustic_width,
+        hair.eccentricity,
+    ]
+    .map(f64::to_bits)
 }
 
 /// `angle` in single precision, wrapped first so that large angles keep their digits.

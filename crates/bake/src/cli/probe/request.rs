@@ -124,6 +124,14 @@ struct Modes {
 }
 
 impl Request {
+    /// The fibre that is asked about.
+    pub fn hair(&self) -> Option<&HairParams> {
+        match self {
+            Request::Azimuthal { hair, .. } | Request::Single { hair, .. } => Some(hair),
+            Request::TableC { .. } | Request::TableH { .. } => None,
+        }
+    }
+
     /// The query of one line.
     ///
     /// # Errors
