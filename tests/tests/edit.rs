@@ -13,6 +13,7 @@ use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{LobeAxes, LobeTable};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::random::SplitMix64;
+use strandlight_tests::strandlight;
 
 /// Lobes on a grid too coarse for pictures.
 fn tables() -> Arc<LobeTables> {
@@ -245,4 +246,32 @@ fn a_refused_edit_changes_nothing() {
     let refused = r_alone.enable(&[Lobe::R, Lobe::Trt]);
     assert_eq!(refused, Err(EditError::NoLobes(Lobe::Trt)));
     assert_eq!(r_alone.modes(), [Lobe::R]);
+}
+
+#[test]
+fn the_command_lists_every_parameter() {
+    let output = strandlight()
+        .args(["bench", "edit", "--repetitions", "3", "--json"])
+        .output()
+        .expect("strandlight runs");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let report: serde_json::Value =
+        serde_json::from_slice(&output.stdout).expect("one JSON document");
+    let edits = report["edits"].as_array().expect("a list");
+    let names: Vec<_> = edits.iter().map(|edit| &edit["parameter"]).collect();
+    let all = Parameter::ALL.map(Parameter::name);
+    assert!(names.iter().zip(all).all(|(found, name)| *found == name));
+    for edit in edits {
+        let parts = edit["rebuilt"].as_array().expect("a list");
+        let bytes = parts
+            .iter()
+            .map(|part| part["bytes"].as_u64().expect("a count"));
+        assert_eq!(Some(bytes.sum::<u64>()), edit["bytes"].as_u64());
+        assert!(edit["microseconds"].as_f64() > Some(0.0));
+    }
+    // The widths and shifts of M live in the uniform.
+    for name in ["shift", "width"] {
+        let of_name = edits.iter().find(|edit| edit["parameter"] == name);
+        assert_eq!(of_name.expect("listed")["bytes"], 64);
+    }
 }

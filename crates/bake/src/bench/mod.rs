@@ -10,6 +10,7 @@ mod accuracy;
 mod brute_force;
 mod configuration;
 mod curves;
+pub mod edit;
 mod frontier;
 mod method;
 pub mod plot;

@@ -1,5 +1,6 @@
 //! `strandlight bench`: run time against error.
 
+mod edit;
 mod plots;
 mod single;
 
@@ -17,6 +18,7 @@ pub struct Args {
 
 #[derive(clap::Subcommand)]
 enum What {
+    Edit(edit::Args),
     Single(single::Args),
     Plots(plots::Args),
 }
@@ -24,6 +26,7 @@ enum What {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     match &args.what {
+        What::Edit(args) => edit::run(args),
         What::Single(args) => single::run(args),
         What::Plots(args) => plots::run(args),
     }

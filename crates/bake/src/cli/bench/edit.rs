@@ -1,0 +1,70 @@
+//! `strandlight bench edit`.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use serde_json::json;
+use strandlight_bake::bench::edit::{BUDGET_MICROSECONDS, EditCost, edit_costs};
+use strandlight_bake::tables::fresnel_of;
+use strandlight_formats::TableFile;
+use strandlight_runtime::edit::LobeTables;
+use strandlight_runtime::tables::BUNDLED;
+use strandlight_scattering::Lobe;
+
+use crate::cli::{Failure, Outcome, print_line};
+
+/// Edits of the hair: what each parameter makes anew, bytes to upload, and time
+///
+/// Medians in microseconds on one thread, all three modes enabled; `all` makes everything.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Tables; without it the bundled ones
+    #[arg(long, value_name = "F.tables")]
+    tables: Option<PathBuf>,
+    /// Edits of each parameter
+    #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    repetitions: u64,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let file = match &args.tables {
+        Some(path) => TableFile::read(path).map_err(Failure::input)?,
+        None => TableFile::from_bytes(BUNDLED).map_err(Failure::input)?,
+    };
+    let fresnel = fresnel_of(&file).map_err(Failure::input)?;
+    let lobes = LobeTables::from_file(&file, &Lobe::ALL).map_err(Failure::input)?;
+    let costs =
+        edit_costs(&Arc::new(lobes), fresnel, args.repetitions as usize).map_err(Failure::input)?;
+    if args.json {
+        return print_line(json!({
+            "repetitions": args.repetitions,
+            "budget_microseconds": BUDGET_MICROSECONDS,
+            "edits": costs.iter().map(EditCost::to_json).collect::<Vec<_>>(),
+        }));
+    }
+    for cost in &costs {
+        let budget = match cost.is_within_budget() {
+            true => "",
+            false => ", more than 1 ms",
+        };
+        print_line(format_args!(
+            "{:14} {:8.1} us{budget}, {} bytes to upload",
+            cost.parameter, cost.microseconds, cost.bytes
+        ))?;
+        for part in &cost.rebuilt {
+            let where_to = match part.bytes {
+                0 => String::new(),
+                bytes => format!(", {bytes} bytes"),
+            };
+            print_line(format_args!(
+                "  {:12} {:8.1} us{where_to}",
+                part.name, part.microseconds
+            ))?;
+        }
+    }
+    Ok(())
+}
