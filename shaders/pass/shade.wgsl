@@ -3,12 +3,12 @@
 // #import lib/view
 // #import lib/grid
 // #import lib/light
-// #import lib/paper/single_scattering
+// #import lib/single_scattering
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> batch: Batch;
 @group(0) @binding(2) var<uniform> grid: Grid;
-@group(0) @binding(3) var<uniform> fibre: Fibre;
+@group(0) @binding(3) var<uniform> shading: Shading;
 @group(0) @binding(4) var<storage, read> points: array<vec4f>;
 @group(0) @binding(5) var<storage, read> tangents: array<vec4f>;
 @group(0) @binding(6) var<storage, read> normals: array<vec4f>;
@@ -20,8 +20,8 @@
 @group(0) @binding(10) var<storage, read_write> counters: array<atomic<u32>>;
 @group(0) @binding(11) var<uniform> axes: TableAxes;
 @group(0) @binding(12) var table_c: texture_2d<u32>;
-@group(0) @binding(13) var table_h_tt: texture_2d<f32>;
-@group(0) @binding(14) var table_h_trt: texture_2d<f32>;
+@group(0) @binding(13) var lobes_tt: texture_2d<u32>;
+@group(0) @binding(14) var lobes_trt: texture_2d<u32>;
 
 fn count(counter: u32, n: u32) {
     let before = atomicAdd(&counters[2u * counter], n);
@@ -80,7 +80,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             continue;
         }
         let source = light_in_frame(frame * light.direction, light.lambda);
-        let scattered = paper_single_scattering(source, eye, fibre, axes, table_c, table_h_tt, table_h_trt);
+        let scattered = single_scattering(source, eye, shading, axes, table_c, lobes_tt, lobes_trt);
         sum += unblocked * light.rgb * scattered;
     }
     radiance[point_ix] += vec4f(sum * view.radiance_scale, 0.0);

@@ -3,15 +3,18 @@
 
 use std::io::Write;
 use std::process::Stdio;
+use std::sync::Arc;
 
 use serde_json::{Value, json};
 use strandlight_formats::{Background, LightSet, LightSetInfo, Scene, SrbfLight, TableFile};
 use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::{Camera, DEFAULT_FOV_Y};
+use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::strands::Strands;
 use strandlight_runtime::tables::{BUNDLED, ShadingTables};
 use strandlight_scattering::closed_form::Fibre;
 use strandlight_scattering::exact::{Light, View};
+use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, ParamError};
 use strandlight_tests::strandlight;
 
@@ -251,7 +254,9 @@ fn scenes_in_memory() {
     );
 
     let tables = ShadingTables::from_file(&TableFile::from_bytes(BUNDLED).unwrap()).unwrap();
-    let fibre = Fibre::new(&HairParams::default(), &Lobe::ALL, 4).unwrap();
+    let none = Arc::new(LobeTables::default());
+    let hair = HairParams::default();
+    let hair = HairTextures::new(none, Fresnel::Dielectric, &hair, &[Lobe::R], 4).unwrap();
     let with = |lambda: f32| {
         let points = [[0.0; 3], [0.0, 1.0, 0.0]];
         let strands = Strands::new(&points, &[0, 2], |_, _| 0.01, false).unwrap();
@@ -262,7 +267,14 @@ fn scenes_in_memory() {
             rgb: [1.0; 3],
         };
         let (tables, background) = (tables.clone(), Background::None);
-        PreparedScene::from_parts(strands, vec![light], fibre, tables, camera, background)
+        PreparedScene::from_parts(
+            strands,
+            vec![light],
+            hair.clone(),
+            tables,
+            camera,
+            background,
+        )
     };
     assert!(with(0.3).is_ok());
     for bad in [f32::NAN, 0.0, -0.5] {

@@ -3,7 +3,7 @@
 mod render_common;
 
 use glam::Vec3;
-use render_common::{Random, context, light, relative_rmse, scene, wig_scene};
+use render_common::{Random, context, light, relative_rmse, scene, textures, wig_scene};
 use strandlight_bake::cpu;
 use strandlight_formats::SrbfLight;
 use strandlight_runtime::strands::Strands;
@@ -265,6 +265,31 @@ fn the_cpu_picture_does_not_depend_on_threads() {
 }
 
 #[test]
+fn an_edit_draws_what_a_new_renderer_draws() {
+    let context = context();
+    let scene = wig_scene(60);
+    let mut renderer = Renderer::new(&context, &scene).unwrap();
+    let at = |renderer: &Renderer| renderer.point_radiance(&scene.camera, [40, 30]).unwrap();
+    let before = at(&renderer);
+    let mut hair = *scene.hair.hair();
+    for edit in [
+        |hair: &mut HairParams| hair.sigma_a = [1.0, 0.2, 0.05],
+        |hair: &mut HairParams| hair.width.r *= 1.5,
+        |hair: &mut HairParams| hair.caustic_width = 0.3,
+        |hair: &mut HairParams| hair.eta = 1.4,
+    ] {
+        edit(&mut hair);
+        let report = renderer.edit(&hair).unwrap();
+        assert!(report.bytes_to_upload() > 0);
+    }
+    let mut edited = scene.clone();
+    edited.hair = textures(&hair, &strandlight_scattering::Lobe::ALL);
+    let anew = at(&Renderer::new(&context, &edited).unwrap());
+    assert!(at(&renderer) == anew);
+    assert!(anew != before);
+}
+
+#[test]
 fn elliptic_fibres_and_single_modes_agree_between_backends() {
     let context = context();
     let hair = HairParams {
@@ -272,12 +297,7 @@ fn elliptic_fibres_and_single_modes_agree_between_backends() {
         ..HairParams::default()
     };
     let mut elliptic = wig_scene(100);
-    elliptic.fibre = strandlight_scattering::closed_form::Fibre::new(
-        &hair,
-        &[strandlight_scattering::Lobe::Trt],
-        4,
-    )
-    .unwrap();
+    elliptic.hair = textures(&hair, &[strandlight_scattering::Lobe::Trt]);
     let round = cpu::point_radiance(&wig_scene(100), &elliptic.camera, [40, 30]).unwrap();
     let cpu = cpu::point_radiance(&elliptic, &elliptic.camera, [40, 30]).unwrap();
     let renderer = Renderer::new(&context, &elliptic).unwrap();

@@ -2,20 +2,23 @@
 
 use std::io::{Read, Seek};
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 use strandlight_formats::{
     Background, Domain, Groom, HairSection, LightSet, Mode, Scene, SrbfLight, TableFile,
     TableReader,
 };
-use strandlight_scattering::closed_form::Fibre;
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::lobes::table_names;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 
 use crate::camera::{Camera, DEFAULT_FOV_Y};
+use crate::edit::{HairTextures, LobeTables};
 use crate::error::SceneError;
 use crate::stats::Stats;
 use crate::strands::Strands;
-use crate::tables::{BUNDLED, ShadingTables, table_of};
+use crate::tables::{BUNDLED, ShadingTables};
 use crate::tone::ToneMap;
 use crate::volume::{Grid, solid_angle, sweep_directions};
 
@@ -26,9 +29,9 @@ pub struct PreparedScene {
     pub strands: Strands,
     /// Lights, turned and scaled as the scene says; black ones left out.
     pub lights: Vec<SrbfLight>,
-    /// The fibres' optics, and the modes to draw.
-    pub fibre: Fibre,
-    /// Tables of the closed forms.
+    /// The hair's parameters, the modes to draw, and the textures made of them.
+    pub hair: HairTextures,
+    /// Tables of the closed forms: C where R is drawn.
     pub tables: ShadingTables,
     /// The view.
     pub camera: Camera,
@@ -80,8 +83,6 @@ impl PreparedScene {
         let groom = in_file("groom.file", &scene.groom_path(), Groom::read)?;
         let lights = in_file("lights.file", &scene.lights_path(), LightSet::read)?;
         let modes: Vec<Lobe> = scene.hair.modes.iter().map(|&mode| lobe(mode)).collect();
-        let fibre = Fibre::new(&hair_params(&scene.hair), &modes, SEGMENTS)
-            .map_err(|error| SceneError::File(error.to_string()))?;
         let tables = match scene.tables_path() {
             Some(path) => {
                 let reader = in_file("tables.file", &path, TableFile::open)?;
@@ -91,6 +92,9 @@ impl PreparedScene {
                 .map_err(|error| SceneError::File(format!("bundled tables: {error}")))
                 .and_then(|reader| read_tables(reader, "bundled tables", &modes))?,
         };
+        let hair = hair_params(&scene.hair);
+        let hair = HairTextures::new(tables.lobes, tables.fresnel, &hair, &modes, SEGMENTS)
+            .map_err(|error| SceneError::File(error.to_string()))?;
         let strands = prepare_groom(&groom, &scene.hair)?;
         let turn = Quat::from_rotation_y(scene.lights.rotate_deg.to_radians() as f32);
         let intensity = scene.lights.intensity as f32;
@@ -116,8 +120,8 @@ impl PreparedScene {
         Ok(PreparedScene {
             strands,
             lights,
-            fibre,
-            tables,
+            hair,
+            tables: tables.shading,
             camera,
             background: scene.render.background,
             exposure: scene.render.exposure as f32,
@@ -134,7 +138,7 @@ impl PreparedScene {
     pub fn from_parts(
         strands: Strands,
         lights: Vec<SrbfLight>,
-        fibre: Fibre,
+        hair: HairTextures,
         tables: ShadingTables,
         camera: Camera,
         background: Background,
@@ -147,7 +151,7 @@ impl PreparedScene {
         Ok(PreparedScene {
             strands,
             lights,
-            fibre,
+            hair,
             tables,
             camera,
             background,
@@ -219,25 +223,48 @@ impl PreparedScene {
     }
 }
 
+/// What shading reads of a file.
+struct SceneTables {
+    shading: ShadingTables,
+    lobes: Arc<LobeTables>,
+    fresnel: Fresnel,
+}
+
+/// Names of the tables that drawing `mode` reads.
+fn names_of(mode: Lobe) -> Vec<&'static str> {
+    match mode {
+        Lobe::R => vec!["C"],
+        Lobe::Tt | Lobe::Trt => table_names(mode).to_vec(),
+    }
+}
+
 /// Reads the tables that shading with `modes` samples, and no other; `name` is the file's.
 fn read_tables<R: Read + Seek>(
     mut reader: TableReader<R>,
     name: &str,
     modes: &[Lobe],
-) -> Result<ShadingTables, SceneError> {
+) -> Result<SceneTables, SceneError> {
     let mut file = TableFile {
         fresnel: reader.fresnel().to_owned(),
         ..TableFile::default()
     };
-    for table in modes.iter().map(|&mode| table_of(mode)) {
+    for table in modes.iter().flat_map(|&mode| names_of(mode)) {
         if reader.headers().iter().any(|header| header.name == table) {
             let table = reader.read_table(table);
             file.tables
                 .push(table.map_err(|error| SceneError::File(error.to_string()))?);
         }
     }
-    ShadingTables::for_modes(&file, modes)
-        .map_err(|error| SceneError::File(format!("{name}: {error}")))
+    // H_TT and H_TRT are for the paper's scheme.
+    let mut of_tables = modes.to_vec();
+    of_tables.retain(|&mode| mode == Lobe::R);
+    let failed = |error: &dyn std::fmt::Display| SceneError::File(format!("{name}: {error}"));
+    Ok(SceneTables {
+        shading: ShadingTables::for_modes(&file, &of_tables).map_err(|error| failed(&error))?,
+        lobes: Arc::new(LobeTables::from_file(&file, modes).map_err(|error| failed(&error))?),
+        fresnel: Fresnel::from_name(&file.fresnel)
+            .ok_or_else(|| failed(&format_args!("unknown fresnel {:?}", file.fresnel)))?,
+    })
 }
 
 /// Segments m of the outer integral, as Xu 2011 published.

@@ -2,17 +2,19 @@
 #![allow(dead_code, reason = "each test file uses some of it")]
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::Vec3;
 use strandlight_formats::{Axis, Background, Spacing, SrbfLight, Table, TableFile};
 use strandlight_runtime::camera::DEFAULT_FOV_Y;
+use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::strands::Strands;
-use strandlight_runtime::tables::ShadingTables;
+use strandlight_runtime::tables::{BUNDLED, ShadingTables};
 use strandlight_runtime::tone::ToneMap;
 use strandlight_runtime::{Camera, Picture, PreparedScene};
 use strandlight_scattering::axis;
-use strandlight_scattering::closed_form::Fibre;
+use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::table_layout::{
     C_AXIS_NAMES, C_CHANNELS, C_COLUMNS, C_ROWS, H_AXIS_NAMES_DIELECTRIC, H_CHANNELS, H_COLUMNS,
     H_ROWS,
@@ -197,11 +199,18 @@ fn h_moments(eta: f64, ratio: f64, trt: bool) -> [f32; 4] {
     sums.map(|x| x as f32)
 }
 
+/// The hair's textures, from the bundled lobes.
+pub fn textures(hair: &HairParams, modes: &[Lobe]) -> HairTextures {
+    let file = TableFile::from_bytes(BUNDLED).expect("part of the project");
+    let lobes = Arc::new(LobeTables::from_file(&file, modes).expect("all lobes"));
+    HairTextures::new(lobes, Fresnel::Dielectric, hair, modes, 4).expect("valid parameters")
+}
+
 /// A scene of `strands` with what else it needs.
 pub fn scene(strands: Strands, lights: Vec<SrbfLight>, hair: &HairParams) -> PreparedScene {
     let camera = Camera::framing(strands.centre, strands.radius, DEFAULT_FOV_Y);
-    let fibre = Fibre::new(hair, &Lobe::ALL, 4).expect("valid parameters");
-    PreparedScene::from_parts(strands, lights, fibre, tables(), camera, Background::None)
+    let hair = textures(hair, &Lobe::ALL);
+    PreparedScene::from_parts(strands, lights, hair, tables(), camera, Background::None)
         .expect("lights in range")
 }
 

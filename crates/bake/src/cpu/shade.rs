@@ -6,8 +6,7 @@ use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::ViewUniform;
 use strandlight_runtime::scene::LightRecord;
 use strandlight_runtime::volume::Grid;
-use strandlight_scattering::closed_form::paper::single_scattering;
-use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame};
+use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame, single_scattering};
 
 use super::project::screen_position;
 use super::transmittance::mix;
@@ -33,7 +32,7 @@ pub(super) fn shade(
 ) -> Counts {
     let strands = &scene.strands;
     let min_power = scene.min_power();
-    let (fibre, tables) = (&scene.fibre, scene.tables.view());
+    let shading = scene.hair.optics().shading(scene.tables.view());
     radiance
         .par_iter_mut()
         .enumerate()
@@ -63,7 +62,7 @@ pub(super) fn shade(
                 }
                 let direction = in_frame(Vec3::from(light.direction));
                 let source = LightInFrame::from_vector(direction, light.lambda);
-                let scattered = single_scattering(&source, &eye, fibre, &tables);
+                let scattered = single_scattering(&source, &eye, &shading);
                 for channel in 0..3 {
                     sum[channel] += unblocked * light.rgb[channel] * scattered[channel];
                 }

@@ -9,6 +9,7 @@ use super::resources::{
 };
 use super::volume::Volume;
 use crate::camera::ViewUniform;
+use crate::edit::{EditReport, HairTextures};
 use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::scene::PreparedScene;
@@ -72,9 +73,14 @@ impl Lighting {
             n_lights: lights.len(),
             lights: buffer_of(context, "lights", &lights, usage),
             sweeps: buffer_of(context, "sweeps", &sweeps, usage),
-            scattering: super::scattering::Scattering::new(context, scene),
+            scattering: super::scattering::Scattering::new(context, scene)?,
             min_power: scene.min_power(),
         })
+    }
+
+    /// Writes what an edit of the hair made anew.
+    pub fn update(&mut self, context: &Context, hair: &HairTextures, report: &EditReport) {
+        self.scattering.update(context, hair, report);
     }
 
     /// Lights every point towards the eye of `view`.

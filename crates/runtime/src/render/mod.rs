@@ -10,11 +10,13 @@ mod scattering;
 mod volume;
 
 use crate::camera::{Camera, view_uniform};
+use crate::edit::{EditError, EditReport, HairTextures};
 use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::picture::Picture;
 use crate::scene::PreparedScene;
 use crate::stats::{Observer, Stats};
+use strandlight_scattering::HairParams;
 
 /// Most pixels of a picture: 16 bytes each fill the 128 MiB that every adapter binds.
 pub const MAX_PIXELS: u32 = 8 << 20;
@@ -54,6 +56,7 @@ pub fn check_frame(size: [u32; 2], samples: u32) -> Result<(), RenderError> {
 pub struct Renderer<'a> {
     context: &'a Context,
     scene: &'a PreparedScene,
+    hair: HairTextures,
     strands: resources::StrandBuffers,
     volume: volume::Volume,
     lighting: lighting::Lighting,
@@ -87,6 +90,7 @@ impl<'a> Renderer<'a> {
             Ok(Renderer {
                 context,
                 scene,
+                hair: scene.hair.clone(),
                 strands,
                 volume,
                 lighting,
@@ -94,6 +98,17 @@ impl<'a> Renderer<'a> {
                 prepared: stats,
             })
         })
+    }
+
+    /// Edits the hair of the frames to come and writes on the device what that touches. The scene
+    /// that this was made of keeps its own.
+    ///
+    /// # Errors
+    /// The first parameter outside its range; nothing is changed then.
+    pub fn edit(&mut self, hair: &HairParams) -> Result<EditReport, EditError> {
+        let report = self.hair.apply(hair)?;
+        self.lighting.update(self.context, &self.hair, &report);
+        Ok(report)
     }
 
     /// Draws the scene as `camera` sees it.

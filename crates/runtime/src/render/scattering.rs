@@ -1,33 +1,42 @@
 //! The fibre's optics on the device.
 
-use super::resources::uniform;
+use crate::edit::{EditReport, HairTextures};
+use crate::error::RenderError;
 use crate::gpu::Context;
+use crate::optics::GpuOptics;
 use crate::scene::PreparedScene;
 use crate::tables::GpuTables;
 
-/// What `single_scattering` reads: the fibre and the tables.
+/// What `single_scattering` reads: the hair's textures and the table C.
 pub(super) struct Scattering {
-    fibre: wgpu::Buffer,
+    optics: GpuOptics,
     tables: GpuTables,
 }
 
 impl Scattering {
-    pub fn new(context: &Context, scene: &PreparedScene) -> Self {
-        Scattering {
-            fibre: uniform(context, "fibre", &scene.fibre),
+    pub fn new(context: &Context, scene: &PreparedScene) -> Result<Self, RenderError> {
+        let optics = GpuOptics::new(context, &[scene.hair.optics()]);
+        Ok(Scattering {
+            optics: optics.map_err(super::resources::failed)?,
             tables: GpuTables::new(context, &scene.tables),
-        }
+        })
+    }
+
+    /// Writes what an edit made anew.
+    pub fn update(&mut self, context: &Context, hair: &HairTextures, report: &EditReport) {
+        // Bind groups are made for every frame.
+        self.optics.update(context, hair.optics(), report);
     }
 
     /// Bindings of the shading pass.
     pub fn bindings(&self) -> Vec<(u32, wgpu::BindingResource<'_>)> {
-        let mut bindings = vec![(3, self.fibre.as_entire_binding())];
-        let tables = self.tables.entries(11);
-        bindings.extend(
-            tables
-                .into_iter()
-                .map(|entry| (entry.binding, entry.resource)),
-        );
-        bindings
+        let view = wgpu::BindingResource::TextureView;
+        vec![
+            (3, self.optics.shading.as_entire_binding()),
+            (11, self.tables.axes.as_entire_binding()),
+            (12, view(&self.tables.c)),
+            (13, view(&self.optics.tt)),
+            (14, view(&self.optics.trt)),
+        ]
     }
 }
