@@ -8,7 +8,8 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use strandlight_runtime::optics::ShadingUniform;
 use strandlight_runtime::shaders::{MODULES, resolve};
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, Fibre, LightInFrame, LobeDecode, Reflectance, TableAxes, TableAxis,
+    DirectionInFrame, Fibre, LightInFrame, LobeDecode, PaintedDecode, Reflectance, TableAxes,
+    TableAxis,
 };
 
 /// The parsed and validated module.
@@ -145,6 +146,19 @@ fn structs_have_the_layout_of_their_mirrors() {
             padding_0,
             padding_1,
             padding_2
+        }
+    );
+    same_layout!(
+        &self::module("lib/painted_lobes"),
+        PaintedDecode {
+            warp,
+            last,
+            lambda_scale,
+            amplitude_scale,
+            last_layer,
+            layer_scale,
+            decay,
+            padding
         }
     );
     same_layout!(

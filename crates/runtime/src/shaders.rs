@@ -44,6 +44,7 @@ modules!(
     "lib/paper/azimuthal",
     "lib/paper/fresnel",
     "lib/outer_integral",
+    "lib/painted_lobes",
     "lib/paper/outer_integral",
     "lib/paper/single_scattering",
     "lib/sampling",

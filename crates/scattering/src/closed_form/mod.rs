@@ -20,6 +20,7 @@ mod frame;
 mod lobes;
 mod longitudinal;
 mod outer_integral;
+mod painted_lobes;
 pub mod paper;
 mod single_scattering;
 mod special;
@@ -35,6 +36,9 @@ pub use lobes::{LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, sample_lobes};
 pub use longitudinal::{Longitudinal, longitudinal};
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, OuterNode, OuterRule, node_count, outer_node, outer_rule,
+};
+pub use painted_lobes::{
+    LAYER_MIDDLE, LobeLayer, PaintedDecode, PaintedView, lobe_layer, sample_painted_lobes,
 };
 pub use single_scattering::{Shading, single_scattering, single_scattering_mode};
 pub use special::{ErfPair, bessel_i0e, bessel_i0e_fast, bessel_i1e, erf_pair};

@@ -8,14 +8,17 @@
 //!
 //! - [`fit`]: finds shapes and shares from cosine [`moments`];
 //! - [`LobeTable`]: what is baked, over (eta, alpha, absorption);
-//! - [`slice()`]: a [`LobeTexture`] a mode for one fibre, which [`crate::closed_form`] samples.
+//! - [`slice()`]: a [`LobeTexture`] a mode for one fibre, which [`crate::closed_form`] samples;
+//!   [`slice_painted`]: a [`PaintedTexture`], for fibres of one eta and w_c whose absorption varies.
 
 pub mod fit;
 pub mod moments;
+mod painted;
 mod slice;
 mod start;
 mod table;
 
+pub use painted::{DEFAULT_PAINTED_TEXELS, PaintedTexture, slice_painted};
 pub use slice::{
     DEFAULT_LOBE_TEXELS, Energies, LobeRowAt, LobeTexture, PackedShapes, Shares, slice, slice_mode,
 };
@@ -30,7 +33,9 @@ pub use table::{
 mod tests {
     use super::*;
     use crate::axis::{Axis, Spacing};
-    use crate::closed_form::{Lag, azimuthal_trt, azimuthal_tt, sample_lobes};
+    use crate::closed_form::{
+        Lag, azimuthal_trt, azimuthal_tt, lobe_layer, sample_lobes, sample_painted_lobes,
+    };
     use crate::exact::{azimuthal, energy};
     use crate::fresnel::Fresnel;
     use crate::{HairParams, Lobe};
@@ -118,6 +123,99 @@ mod tests {
                     "{} {lambda_p} {relative}",
                     lobe.name()
                 );
+            }
+        }
+    }
+
+    /// N_TRT has three roots or one to the two sides of eta' = 2; the lobes know of no such border.
+    #[test]
+    fn nothing_jumps_at_effective_index_2() {
+        let tables = tables();
+        let hair = HairParams {
+            caustic_width: 0.08,
+            ..HairParams::default()
+        };
+        // cos^2 theta_d = (eta^2 - 1) / (eta'^2 - 1).
+        let theta_d = |eta_p: f64| {
+            let square = (hair.eta * hair.eta - 1.0) / (eta_p * eta_p - 1.0);
+            square.sqrt().acos()
+        };
+        let [_, texture] = slice([&tables[0], &tables[1]], &hair, DEFAULT_LOBE_TEXELS);
+        for lambda_p in [0.02, 0.2, 1.0] {
+            for dphi in [0.0, 0.1, 0.3, 1.0] {
+                let value = |eta_p| sampled(&texture, Lobe::Trt, lambda_p, dphi, theta_d(eta_p))[1];
+                let exact = |eta_p| {
+                    azimuthal(
+                        Lobe::Trt,
+                        lambda_p,
+                        dphi,
+                        theta_d(eta_p),
+                        &hair,
+                        Fresnel::Dielectric,
+                    )[1]
+                };
+                let peak = sampled(&texture, Lobe::Trt, lambda_p, 0.0, theta_d(2.0))[1];
+                let mut steepest = 0.0f64;
+                for step in 0..200 {
+                    let eta_p = 1.9 + 0.001 * f64::from(step);
+                    let jump = (value(eta_p + 0.001) - value(eta_p)).abs();
+                    steepest = steepest.max(jump / peak);
+                }
+                assert!(steepest < 0.006, "{lambda_p} {dphi} {steepest}");
+                for eta_p in [1.95, 1.999, 2.0, 2.001, 2.05] {
+                    let error = (value(eta_p) - exact(eta_p)).abs() / peak;
+                    assert!(error < 0.04, "{lambda_p} {dphi} {eta_p} {error}");
+                }
+            }
+        }
+    }
+
+    /// Painted fibres see the lobes of uniform ones.
+    #[test]
+    fn painted_lobes_are_those_of_uniform_fibres() {
+        let tables = tables();
+        let hair = HairParams::default();
+        for (mode, lobe) in [Lobe::Tt, Lobe::Trt].into_iter().enumerate() {
+            let painted = slice_painted(
+                &tables[mode],
+                hair.eta,
+                hair.caustic_width,
+                DEFAULT_PAINTED_TEXELS,
+            );
+            let mut worst = 0.0f64;
+            for sigma_a in [[0.0, 0.05, 0.2], [0.5, 1.0, 2.0], [3.0, 4.0, 6.0]] {
+                let hair = HairParams { sigma_a, ..hair };
+                let layers = sigma_a.map(|sigma| lobe_layer(&painted.decode, sigma as f32));
+                for step in 0..60 {
+                    let theta_d = 1.55 * f64::from(step) / 60.0;
+                    let lobes =
+                        sample_painted_lobes(&painted.view(), &layers, theta_d.cos() as f32);
+                    let lag = Lag {
+                        sin_half: 0.6,
+                        cos_half: 0.8,
+                        cos_sum: 0.0,
+                        cos_view: 1.0,
+                    };
+                    // Wide enough to see the energy alone.
+                    let found = match lobe {
+                        Lobe::Trt => azimuthal_trt(2e-8, &lag, &lobes),
+                        _ => azimuthal_tt(2e-8, &lag, &lobes),
+                    };
+                    let exact = energy(lobe, theta_d, &hair, Fresnel::Dielectric);
+                    for channel in 0..3 {
+                        let error = f64::from(found[channel]) / exact[channel] - 1.0;
+                        if exact[channel] > 1e-6 {
+                            worst = worst.max(error.abs());
+                        }
+                    }
+                }
+            }
+            println!("{}: {worst:.5}", lobe.name());
+            assert!(worst < 0.01, "{} {worst}", lobe.name());
+            // Shapes are the same; a uniform texture of as many texels has the same widths.
+            let uniform = &slice([&tables[0], &tables[1]], &hair, DEFAULT_PAINTED_TEXELS[0])[mode];
+            for (shape, texel) in painted.decoded_shapes.iter().zip(&uniform.decoded) {
+                assert_eq!(shape[..], texel[..7]);
             }
         }
     }

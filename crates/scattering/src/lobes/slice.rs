@@ -21,7 +21,7 @@ pub const DEFAULT_LOBE_TEXELS: usize = 320;
 /// Nodes of the energies over gamma.
 const N_ENERGY_NODES: usize = 12;
 /// Numbers of a texel that are shapes; amplitudes follow.
-const N_SHAPE_NUMBERS: usize = 7;
+pub(super) const N_SHAPE_NUMBERS: usize = 7;
 /// Least `k` of the warp: absorption makes energies fall like exp(-s / c) near eta = 1, which asks
 /// for texels even in ln c.
 const WARP_MIN: f64 = 0.3;
@@ -65,14 +65,58 @@ fn warp(eta: f64) -> f64 {
 }
 
 /// `u` of texel `ix` of `n`. Grazing: energies go with u^2, so the limit is that of a small u.
-fn texel_at(ix: usize, n: usize) -> f64 {
+pub(super) fn texel_at(ix: usize, n: usize) -> f64 {
     (ix as f64 / (n - 1) as f64).max(1e-4)
 }
 
 /// cos(theta_d) of texel `ix` of `n`.
-fn cos_theta_d_at(warp: f64, ix: usize, n: usize) -> f64 {
+pub(super) fn cos_theta_d_at(warp: f64, ix: usize, n: usize) -> f64 {
     let u = texel_at(ix, n);
     warp * u / (1.0 + warp - u)
+}
+
+/// Quadrature over gamma for energies.
+pub(super) struct EnergyRule {
+    eta: f64,
+    fresnel: Fresnel,
+    /// Sine and cosine of gamma, weight times cosine.
+    nodes: Vec<(f64, f64, f64)>,
+}
+
+impl EnergyRule {
+    pub(super) fn new(eta: f64, fresnel: Fresnel) -> EnergyRule {
+        // gamma = pi/2 - scale sinh(t): dense near grazing, where little reflects back; the Fresnel
+        // term turns at cos(gamma) = sqrt(eta^2 - 1) / cos(theta_d).
+        let scale = ((eta - 1.0) * (eta + 1.0)).max(1e-6).sqrt();
+        let nodes = GaussLegendre::new(N_ENERGY_NODES)
+            .on(0.0, (FRAC_PI_2 / scale).asinh())
+            .map(|(t, weight)| {
+                let (cos, sin) = (scale * t.sinh()).sin_cos();
+                (sin, cos, weight * cos * scale * t.cosh())
+            })
+            .collect();
+        EnergyRule {
+            eta,
+            fresnel,
+            nodes,
+        }
+    }
+
+    /// Hands out, for each node at cos(theta_d) `c`: what TT and TRT keep without absorption times
+    /// the node's weight over `u`^2, and the exponent of one crossing per sigma_a, -2 path.
+    pub(super) fn add(&self, c: f64, u: f64, mut node: impl FnMut(f64, f64, f64)) {
+        let eta = self.eta;
+        let inner = (eta * eta - (1.0 - c * c)).max(1e-300).sqrt();
+        let a = c / inner;
+        let path = eta / inner;
+        for &(sin, cos, weight) in &self.nodes {
+            let through = self.fresnel.transmittance(eta, c * cos);
+            let sin_t = a * sin;
+            let crossing = -2.0 * path * (1.0 - sin_t * sin_t).sqrt();
+            let kept = through * through * weight / (u * u);
+            node(kept, kept * (1.0 - through), crossing);
+        }
+    }
 }
 
 impl Energies {
@@ -80,38 +124,19 @@ impl Energies {
     pub fn new(eta: f64, sigma_a: [f64; 3], fresnel: Fresnel, n: usize) -> Energies {
         let eta = eta.max(1.0);
         let warp = warp(eta);
-        // gamma = pi/2 - scale sinh(t): dense near grazing, where little reflects back; the Fresnel
-        // term turns at cos(gamma) = sqrt(eta^2 - 1) / cos(theta_d).
-        let scale = ((eta - 1.0) * (eta + 1.0)).max(1e-6).sqrt();
-        let rule: Vec<(f64, f64, f64)> = GaussLegendre::new(N_ENERGY_NODES)
-            .on(0.0, (FRAC_PI_2 / scale).asinh())
-            .map(|(t, weight)| {
-                let (cos, sin) = (scale * t.sinh()).sin_cos();
-                (sin, cos, weight * cos * scale * t.cosh())
-            })
-            .collect();
+        let rule = EnergyRule::new(eta, fresnel);
         let n = n.max(2);
         let texels = (0..n)
             .map(|ix| {
-                let u = texel_at(ix, n);
                 let c = cos_theta_d_at(warp, ix, n);
-                let sin_2 = 1.0 - c * c;
-                let inner = (eta * eta - sin_2).max(1e-300).sqrt();
-                let a = c / inner;
-                let path = eta / inner;
                 let mut energies = [[0.0; 3]; 2];
-                for &(sin, cos, weight) in &rule {
-                    let through = fresnel.transmittance(eta, c * cos);
-                    let sin_t = a * sin;
-                    let crossing = -2.0 * path * (1.0 - sin_t * sin_t).sqrt();
-                    let kept = through * through * weight / (u * u);
-                    let reflected = kept * (1.0 - through);
+                rule.add(c, texel_at(ix, n), |kept, reflected, crossing| {
                     for channel in 0..3 {
                         let t = (crossing * sigma_a[channel]).exp();
                         energies[0][channel] += kept * t;
                         energies[1][channel] += reflected * t * t;
                     }
-                }
+                });
                 (c, energies)
             })
             .collect();
@@ -141,12 +166,12 @@ pub fn slice_mode(table: &LobeTable, energies: &Energies, caustic_width: f64) ->
 /// [`Shares`] are made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LobeRowAt {
-    lobe: Lobe,
-    section: LobeSection,
+    pub(super) lobe: Lobe,
+    pub(super) section: LobeSection,
     warp: f64,
     /// Per texel: where it stands on the axis of alpha, and the length of a crossing, in radii
     /// over 2 cos(gamma_t).
-    texels: Vec<(Stencil, f64)>,
+    pub(super) texels: Vec<(Stencil, f64)>,
 }
 
 impl LobeRowAt {
@@ -178,10 +203,10 @@ impl LobeRowAt {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackedShapes {
     lobe: Lobe,
-    decode: LobeDecode,
-    packed: Vec<[u16; N_SHAPE_NUMBERS]>,
+    pub(super) decode: LobeDecode,
+    pub(super) packed: Vec<[u16; N_SHAPE_NUMBERS]>,
     /// Per texel: 1 / I0e of each lobe's sharpness, halved for the pairs.
-    heights: Vec<[f64; 3]>,
+    pub(super) heights: Vec<[f64; 3]>,
 }
 
 impl PackedShapes {
@@ -312,7 +337,7 @@ impl LobeTexture {
 
 /// Gives the energy of amplitudes that would be rounded to 0, below `lowest`, to the lobe of most
 /// energy.
-fn move_lost(amplitudes: &mut [f64; 3], heights: &[f64; 3], lowest: f64) {
+pub(super) fn move_lost(amplitudes: &mut [f64; 3], heights: &[f64; 3], lowest: f64) {
     if amplitudes.iter().all(|&amplitude| amplitude >= lowest) {
         return;
     }
@@ -338,7 +363,10 @@ fn fraction(x: f64) -> u16 {
 }
 
 /// The numbers that [`PackedShapes`] packed.
-fn decode_shape(packed: &[u16; N_SHAPE_NUMBERS], decode: &LobeDecode) -> [f32; N_SHAPE_NUMBERS] {
+pub(super) fn decode_shape(
+    packed: &[u16; N_SHAPE_NUMBERS],
+    decode: &LobeDecode,
+) -> [f32; N_SHAPE_NUMBERS] {
     std::array::from_fn(|ix| {
         let fraction = f32::from(packed[ix]) / 65535.0;
         if ix < 3 {
@@ -351,11 +379,11 @@ fn decode_shape(packed: &[u16; N_SHAPE_NUMBERS], decode: &LobeDecode) -> [f32; N
 
 /// What the highest amplitude is stored as, and the lowest 16 bit float used: below, some GPUs
 /// flush to 0.
-const FLOAT16_HIGHEST: f64 = 32768.0;
-const FLOAT16_LOWEST: f32 = 6.103_515_6e-5;
+pub(super) const FLOAT16_HIGHEST: f64 = 32768.0;
+pub(super) const FLOAT16_LOWEST: f32 = 6.103_515_6e-5;
 
 /// Bits of the 16 bit float nearest to `x` in 0..=65504; 0 below the normal range.
-fn float16(x: f32) -> u16 {
+pub(super) fn float16(x: f32) -> u16 {
     if x < FLOAT16_LOWEST {
         return 0;
     }
@@ -366,7 +394,7 @@ fn float16(x: f32) -> u16 {
 }
 
 /// The value of [`float16`]'s bits.
-fn from_float16(bits: u16) -> f32 {
+pub(super) fn from_float16(bits: u16) -> f32 {
     if bits == 0 {
         return 0.0;
     }
