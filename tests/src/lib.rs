@@ -115,5 +115,6 @@ fn run(command: &mut Command) -> Output {
 }
 
 pub mod corners;
+pub mod optics;
 pub mod oracle;
 pub mod random;

@@ -4,14 +4,12 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
-use strandlight_formats::TableFile;
 use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::{Function, GpuProbe, MODE_ALL, Query, evaluate};
-use strandlight_runtime::tables::{BUNDLED, ShadingTables, lobe_table};
-use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, GAUSS_HERMITE, Reflectance};
-use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::lobes::{DEFAULT_LOBE_TEXELS, slice};
+use strandlight_runtime::tables::ShadingTables;
+use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, GAUSS_HERMITE};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_tests::optics::textures;
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{corners, oracle};
 
@@ -125,19 +123,11 @@ fn optics() -> &'static [Optics] {
     static OPTICS: OnceLock<Vec<Optics>> = OnceLock::new();
     OPTICS.get_or_init(|| {
         let mut random = SplitMix64(15);
-        let bundled = TableFile::from_bytes(BUNDLED).unwrap();
-        let [tt, trt] = [Lobe::Tt, Lobe::Trt].map(|mode| lobe_table(&bundled, mode).unwrap());
         let optics = (0..N_FIBRES).map(|_| {
-            let hair = hair(&mut random);
+            let mut optics = textures(&hair(&mut random)).optics().clone();
             let nodes = [(); 3].map(|()| 1 + random.next_u64() as u32 % 8);
-            let fibre = Fibre::new(&hair, &Lobe::ALL, 4).unwrap().with_nodes(nodes);
-            let [tt, trt] = slice([&tt, &trt], &hair, DEFAULT_LOBE_TEXELS);
-            Optics {
-                fibre,
-                reflectance: Reflectance::new(Fresnel::Dielectric, hair.eta),
-                tt,
-                trt,
-            }
+            optics.fibre = optics.fibre.with_nodes(nodes);
+            optics
         });
         optics.collect()
     })
@@ -295,12 +285,16 @@ fn single_scattering_agrees() {
 
 #[test]
 fn corners_are_finite_on_the_gpu() {
-    let queries = corners::queries();
-    assert!(queries.len() > 10_000);
-    let answers = probe().evaluate(&queries, &[]).unwrap();
-    for (query, answer) in queries.iter().zip(&answers) {
-        for value in answer {
-            assert!(value.is_finite() && *value >= 0.0, "{query:?} {answer:?}");
+    let optics = strandlight_tests::optics::optics(&corners::fibres());
+    let lobes = corners::queries();
+    let paper: Vec<_> = lobes.iter().map(|query| query.by_paper()).collect();
+    assert!(lobes.len() > 10_000);
+    for queries in [lobes, paper] {
+        let answers = probe().evaluate(&queries, &optics).unwrap();
+        for (query, answer) in queries.iter().zip(&answers) {
+            for value in answer {
+                assert!(value.is_finite() && *value >= 0.0, "{query:?} {answer:?}");
+            }
         }
     }
 }

@@ -1,0 +1,32 @@
+//! What shading reads of fibres, from the bundled tables.
+
+use std::sync::{Arc, OnceLock};
+
+use strandlight_formats::TableFile;
+use strandlight_runtime::edit::{HairTextures, LobeTables};
+use strandlight_runtime::optics::Optics;
+use strandlight_runtime::tables::BUNDLED;
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::{HairParams, Lobe};
+
+/// The bundled lobes of TT and TRT.
+pub fn lobes() -> Arc<LobeTables> {
+    static LOBES: OnceLock<Arc<LobeTables>> = OnceLock::new();
+    let lobes = LOBES.get_or_init(|| {
+        let file = TableFile::from_bytes(BUNDLED).expect("the bundled tables are readable");
+        Arc::new(LobeTables::from_file(&file, &Lobe::ALL).expect("they hold lobes"))
+    });
+    Arc::clone(lobes)
+}
+
+/// The textures of `hair` with all modes.
+pub fn textures(hair: &HairParams) -> HairTextures {
+    HairTextures::new(lobes(), Fresnel::Dielectric, hair, &Lobe::ALL, 4)
+        .expect("parameters inside their ranges")
+}
+
+/// What shading reads of each fibre.
+pub fn optics<'a>(hairs: impl IntoIterator<Item = &'a HairParams>) -> Vec<Optics> {
+    let optics = |hair| textures(hair).optics().clone();
+    hairs.into_iter().map(optics).collect()
+}
