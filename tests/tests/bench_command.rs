@@ -79,8 +79,10 @@ fn a_run_is_written_as_table_document_and_plot() {
         .iter()
         .find(|method| method["setting"] == "m=4" && method["family"] == "paper")
         .unwrap();
-    assert_eq!(base["cpu"]["ratio"], 1.0);
-    assert_eq!(base["adapter"]["ratio"], 1.0);
+    // Every cost is paired with a pass of the base, that of the base too.
+    for side in ["cpu", "adapter"] {
+        assert!(base[side]["ratio"].as_f64().unwrap() > 0.0);
+    }
 
     let svg = std::fs::read_to_string(output.join("single.svg")).unwrap();
     assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
@@ -192,13 +194,9 @@ fn both_sides_compute_the_same() {
             .iter()
             .map(|hair| prepared.on_fibre(hair).unwrap());
         let fibres: Vec<_> = fibres.collect();
-        let uniforms: Vec<_> = fibres
-            .iter()
-            .map(|fibre| Optics::paper(fibre.fibre()))
-            .collect();
-        let tables = tables.of(method);
+        let optics: Vec<_> = fibres.iter().map(|fibre| fibre.optics().clone()).collect();
         let workload = gpu
-            .workload(tables, &uniforms, &scene.lights, &scene.views)
+            .workload(prepared.tables(), &optics, &scene.lights, &scene.views)
             .unwrap();
         assert_eq!(workload.n_evaluations(), 2 * 7 * 130);
         assert!(gpu.run(scheme, &workload).unwrap() > 0.0);

@@ -6,7 +6,7 @@ use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{Lobe, ParamError};
 
 use super::configuration::{Configuration, Set};
-use super::method::Prepared;
+use super::method::{OnFibre, Prepared};
 use crate::progress::Progress;
 
 /// R, TT, TRT and their sum: index of [`Errors`].
@@ -42,6 +42,15 @@ pub struct Errors {
     pub worst_values: [f64; 2],
 }
 
+/// What is measured of one method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Errors of R, TT, TRT and their sum.
+    pub errors: [Errors; N_SUMS],
+    /// Inner integrals a light and point, all modes, early outs counted as 0: the mean.
+    pub inner_mean: f64,
+}
+
 impl Reference {
     /// Draws `n` configurations and evaluates the exact model (dielectric) on the current rayon
     /// pool, some milliseconds each; independent of the number of threads.
@@ -65,28 +74,50 @@ impl Reference {
         }
     }
 
-    /// Errors of `method` for R, TT, TRT and their sum; independent of the number of threads.
+    /// Measures every method; independent of the number of threads. `progress` gets a step a
+    /// configuration.
     ///
     /// # Errors
-    /// A drawn parameter that the method refuses.
-    pub fn errors(&self, method: &Prepared) -> Result<[Errors; N_SUMS], ParamError> {
-        let values: Vec<Values> = self
+    /// A drawn parameter that a method refuses.
+    pub fn measure(
+        &self,
+        methods: &[Prepared],
+        progress: &Progress,
+    ) -> Result<Vec<Measured>, ParamError> {
+        // [configuration][method]: the values, and how many inner integrals they took.
+        let found: Vec<Vec<(Values, usize)>> = self
             .configurations
             .par_iter()
             .map(|drawn| {
-                let on_fibre = method.on_fibre(&drawn.hair)?;
                 let (light, view) = drawn.in_frame();
-                let value = |lobe| on_fibre.single_mode(lobe, &light, &view).map(f64::from);
-                Ok(with_sum(Lobe::ALL.map(value)))
+                let mut before: Option<OnFibre> = None;
+                let mut answers = Vec::with_capacity(methods.len());
+                for method in methods {
+                    let again = before.as_ref().and_then(|other| other.taken_by(method));
+                    let on_fibre = match again {
+                        Some(on_fibre) => on_fibre,
+                        None => method.on_fibre(&drawn.hair)?,
+                    };
+                    let value = |lobe| on_fibre.single_mode(lobe, &light, &view).map(f64::from);
+                    let nodes = |lobe| on_fibre.outer_nodes(lobe, &light, &view).len();
+                    let n_inner = Lobe::ALL.map(nodes).iter().sum();
+                    answers.push((with_sum(Lobe::ALL.map(value)), n_inner));
+                    before = Some(on_fibre);
+                }
+                progress.advance(1);
+                Ok(answers)
             })
             .collect::<Result<_, _>>()?;
-        Ok(std::array::from_fn(|sum| {
-            let pairs = values
-                .iter()
-                .zip(&self.values)
-                .map(|(a, b)| (a[sum], b[sum]));
-            errors_of(pairs)
-        }))
+        let n = found.len().max(1) as f64;
+        Ok((0..methods.len())
+            .map(|method| Measured {
+                errors: std::array::from_fn(|sum| {
+                    let found = found.iter().map(|answers| answers[method].0[sum]);
+                    errors_of(found.zip(self.values.iter().map(|exact| exact[sum])))
+                }),
+                inner_mean: found.iter().map(|a| a[method].1 as f64).sum::<f64>() / n,
+            })
+            .collect())
     }
 }
 
@@ -163,8 +194,9 @@ mod tests {
         let reference = Reference::new(Set::Accuracy, 1, 400, &Progress::silent());
         let tables = MethodTables::new().unwrap();
         let errors = |method| {
-            let prepared = Prepared::new(method, &tables);
-            reference.errors(&prepared).unwrap().map(|e| e.rel_rmse)
+            let prepared = [Prepared::new(method, &tables)];
+            let measured = reference.measure(&prepared, &Progress::silent()).unwrap();
+            measured[0].errors.map(|e| e.rel_rmse)
         };
         let paper = errors(Method::BASE);
         println!("paper, m = 4: {paper:.4?}");

@@ -5,7 +5,7 @@ use strandlight_runtime::gpu::GpuError;
 use strandlight_runtime::probe::GpuBench;
 use strandlight_scattering::{HairParams, ParamError};
 
-use super::accuracy::{Errors, N_SUMS, Reference, SUM_NAMES};
+use super::accuracy::{Errors, Measured, Reference, SUM_NAMES};
 use super::configuration::{Configuration, Set};
 use super::method::{Method, MethodError, MethodTables, Prepared};
 use super::plot::{AxisStyle, Figure, Mark, Panel, Series};
@@ -59,8 +59,8 @@ const COLOURS: [&str; 5] = [
 pub struct Row {
     /// The method.
     pub method: Method,
-    /// Errors of R, TT, TRT and their sum.
-    pub errors: [Errors; N_SUMS],
+    /// Errors, and how much is evaluated.
+    pub measured: Measured,
     /// Cost on one thread of the CPU.
     pub cpu: Option<Cost>,
     /// Cost on the adapter.
@@ -106,18 +106,19 @@ pub fn run(
     let stage = progress("exact model", options.n as u64);
     let reference = Reference::new(options.set, options.seed, options.n, &stage);
     stage.finish();
-    let stage = progress("errors", methods.len() as u64);
-    let mut rows = Vec::with_capacity(methods.len());
-    for method in &methods {
-        rows.push(Row {
+    let stage = progress("errors", options.n as u64);
+    let measured = reference.measure(&methods, &stage)?;
+    stage.finish();
+    let mut rows: Vec<Row> = methods
+        .iter()
+        .zip(measured)
+        .map(|(method, measured)| Row {
             method: method.method(),
-            errors: reference.errors(method)?,
+            measured,
             cpu: None,
             adapter: None,
-        });
-        stage.advance(1);
-    }
-    stage.finish();
+        })
+        .collect();
 
     let n = options.repetitions;
     if n > 0 {
@@ -133,7 +134,7 @@ pub fn run(
         let stage = progress("time, adapter", n as u64);
         let scene = Scene::new(options.set, options.seed, ADAPTER_SCENE);
         let done = || stage.advance(1);
-        let costs = adapter_costs(gpu, &methods, base, &tables, &scene, n, done)?;
+        let costs = adapter_costs(gpu, &methods, base, &scene, n, done)?;
         for (row, cost) in rows.iter_mut().zip(costs) {
             row.adapter = cost;
         }
@@ -153,6 +154,7 @@ impl Frontier {
         let mut columns = vec!["family".to_owned(), "setting".to_owned()];
         let lower = SUM_NAMES.map(str::to_ascii_lowercase);
         columns.extend(lower[..3].iter().map(|name| format!("nodes_{name}")));
+        columns.extend(["inner_mean", "fetches"].map(str::to_owned));
         for statistic in ["rel_rmse", "bias", "p95", "worst"] {
             columns.extend(lower.iter().map(|name| format!("{statistic}_{name}")));
         }
@@ -162,14 +164,20 @@ impl Frontier {
         }
         let mut text = columns.join(",") + "\n";
         for row in &self.rows {
-            // The one family with a comma in its name.
             let family = row.method.family().replace(", ", " ");
             let mut cells = vec![family, row.method.setting()];
             cells.extend(row.method.nodes().map(|n| n.to_string()));
+            cells.push(format!("{:.3}", row.measured.inner_mean));
+            cells.push(row.method.fetches().to_string());
             let statistics: [fn(&Errors) -> f64; 4] =
                 [|e| e.rel_rmse, |e| e.bias, |e| e.p95, |e| e.worst];
             for statistic in statistics {
-                cells.extend(row.errors.iter().map(|e| format!("{:.4e}", statistic(e))));
+                cells.extend(
+                    row.measured
+                        .errors
+                        .iter()
+                        .map(|e| format!("{:.4e}", statistic(e))),
+                );
             }
             for cost in [row.cpu, row.adapter] {
                 cells.extend(match cost {
@@ -206,7 +214,7 @@ impl Frontier {
     fn row_json(&self, row: &Row) -> Value {
         let errors: serde_json::Map<String, Value> = SUM_NAMES
             .iter()
-            .zip(&row.errors)
+            .zip(&row.measured.errors)
             .map(|(name, errors)| {
                 let worst = json!({
                     "value": errors.worst,
@@ -240,6 +248,8 @@ impl Frontier {
             "family": row.method.family(),
             "setting": row.method.setting(),
             "nodes": row.method.nodes(),
+            "inner_mean": row.measured.inner_mean,
+            "fetches": row.method.fetches(),
             "errors": errors,
             "cpu": cost(row.cpu),
             "adapter": cost(row.adapter),
@@ -262,7 +272,8 @@ impl Frontier {
                     });
                 }
                 if let Some(last) = series.last_mut() {
-                    last.points.push((cost.ns, 100.0 * row.errors[3].rel_rmse));
+                    last.points
+                        .push((cost.ns, 100.0 * row.measured.errors[3].rel_rmse));
                     last.labels.push(row.method.setting());
                 }
             }

@@ -16,7 +16,7 @@ mod method;
 pub mod plot;
 mod timing;
 
-pub use accuracy::{Errors, N_SUMS, Reference, SUM_NAMES};
+pub use accuracy::{Errors, Measured, N_SUMS, Reference, SUM_NAMES};
 pub use brute_force::BruteForce;
 pub use configuration::{Configuration, Set};
 pub use curves::{CurvesError, figures};

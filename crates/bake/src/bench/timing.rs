@@ -1,4 +1,4 @@
-//! What methods cost, side by side: passes of all of them in turn, again and again.
+//! What methods cost, side by side: a pass of the base before a pass of each, again and again.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -10,14 +10,14 @@ use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame};
 use strandlight_scattering::{HairParams, ParamError};
 
 use super::configuration::Set;
-use super::method::{MethodTables, OnFibre, Prepared};
+use super::method::{OnFibre, Prepared};
 
 /// Cost of a light at a point, all modes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// Nanoseconds: the median over the repetitions.
     pub ns: f64,
-    /// Cost over that of the base method in the same repetition: median.
+    /// Cost over that of the base method just before: median over the repetitions.
     pub ratio: f64,
     /// Lower and upper quartile of the ratio.
     pub ratio_quartiles: [f64; 2],
@@ -83,15 +83,18 @@ pub fn cpu_costs(
         passes.push((on_fibres, enough as usize));
     }
     let n_lights = (scene.lights.len() * scene.hair.len()).max(1) as f64;
+    let ns_of = |(on_fibres, n_views): &(Vec<OnFibre>, usize)| {
+        1e9 * cpu_pass(on_fibres, scene, *n_views) / (*n_views as f64 * n_lights)
+    };
     let mut samples = vec![Vec::with_capacity(n_repetitions); methods.len()];
     for _ in 0..n_repetitions {
-        for ((on_fibres, n_views), samples) in passes.iter().zip(&mut samples) {
-            let seconds = cpu_pass(on_fibres, scene, *n_views);
-            samples.push(1e9 * seconds / (*n_views as f64 * n_lights));
+        for (pass, samples) in passes.iter().zip(&mut samples) {
+            let before = ns_of(&passes[base]);
+            samples.push([before, ns_of(pass)]);
         }
         done();
     }
-    Ok(costs(&samples, base))
+    Ok(samples.iter().map(|pairs| cost(pairs)).collect())
 }
 
 /// Seconds for the first `n_views`.
@@ -114,7 +117,6 @@ pub fn adapter_costs(
     bench: &GpuBench,
     methods: &[Prepared],
     base: usize,
-    tables: &MethodTables,
     scene: &Scene,
     n_repetitions: usize,
     mut done: impl FnMut(),
@@ -130,47 +132,45 @@ pub fn adapter_costs(
             .map(|hair| {
                 method
                     .on_fibre(hair)
-                    .map(|on_fibre| Optics::paper(on_fibre.fibre()))
+                    .map(|on_fibre| on_fibre.optics().clone())
             })
             .collect::<Result<_, _>>()
             .map_err(|error: ParamError| GpuError::Failed {
                 what: "bench",
                 reason: error.to_string(),
             })?;
-        let tables = tables.of(method.method());
-        let workload = bench.workload(tables, &fibres, &scene.lights, &scene.views)?;
+        let workload = bench.workload(method.tables(), &fibres, &scene.lights, &scene.views)?;
         bench.run(scheme, &workload)?;
         passes.push((ix, scheme, workload));
     }
+    let base = passes.iter().position(|(ix, ..)| *ix == base).unwrap_or(0);
+    let ns_of = |(_, scheme, workload): &(usize, Scheme, Workload)| {
+        let seconds = bench.run(*scheme, workload)?;
+        Ok(1e9 * seconds / workload.n_evaluations().max(1) as f64)
+    };
     let mut samples = vec![Vec::with_capacity(n_repetitions); passes.len()];
     for _ in 0..n_repetitions {
-        for ((_, scheme, workload), samples) in passes.iter().zip(&mut samples) {
-            let seconds = bench.run(*scheme, workload)?;
-            samples.push(1e9 * seconds / workload.n_evaluations().max(1) as f64);
+        for (pass, samples) in passes.iter().zip(&mut samples) {
+            let before = ns_of(&passes[base])?;
+            samples.push([before, ns_of(pass)?]);
         }
         done();
     }
-    let base = passes.iter().position(|(ix, ..)| *ix == base).unwrap_or(0);
     let mut all = vec![None; methods.len()];
-    for ((ix, ..), cost) in passes.iter().zip(costs(&samples, base)) {
-        all[*ix] = Some(cost);
+    for ((ix, ..), pairs) in passes.iter().zip(samples) {
+        all[*ix] = Some(cost(&pairs));
     }
     Ok(all)
 }
 
-/// `samples[method][repetition]` in ns to costs.
-fn costs(samples: &[Vec<f64>], base: usize) -> Vec<Cost> {
-    samples
-        .iter()
-        .map(|own| {
-            let ratios = sorted(own.iter().zip(&samples[base]).map(|(a, b)| a / b));
-            Cost {
-                ns: quantile(&sorted(own.iter().copied()), 0.5),
-                ratio: quantile(&ratios, 0.5),
-                ratio_quartiles: [0.25, 0.75].map(|q| quantile(&ratios, q)),
-            }
-        })
-        .collect()
+/// The cost from pairs in ns: the base just before, and the method.
+fn cost(pairs: &[[f64; 2]]) -> Cost {
+    let ratios = sorted(pairs.iter().map(|[base, own]| own / base));
+    Cost {
+        ns: quantile(&sorted(pairs.iter().map(|[_, own]| *own)), 0.5),
+        ratio: quantile(&ratios, 0.5),
+        ratio_quartiles: [0.25, 0.75].map(|q| quantile(&ratios, q)),
+    }
 }
 
 fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
@@ -196,12 +196,10 @@ mod tests {
     #[test]
     fn ratios_are_paired() {
         // The machine is three times slower in the second repetition; the ratio does not care.
-        let samples = vec![vec![10.0, 30.0, 10.0, 12.0], vec![5.0, 15.0, 5.0, 6.0]];
-        let costs = costs(&samples, 0);
-        assert_eq!(costs[0].ratio, 1.0);
-        assert_eq!(costs[0].ns, 11.0);
-        assert_eq!(costs[1].ratio, 0.5);
-        assert_eq!(costs[1].ratio_quartiles, [0.5, 0.5]);
+        let cost = cost(&[[10.0, 5.0], [30.0, 15.0], [10.0, 5.0], [12.0, 6.0]]);
+        assert_eq!(cost.ns, 5.5);
+        assert_eq!(cost.ratio, 0.5);
+        assert_eq!(cost.ratio_quartiles, [0.5, 0.5]);
         assert_eq!(quantile(&[1.0, 2.0], 0.25), 1.25);
     }
 }

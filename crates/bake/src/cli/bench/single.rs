@@ -125,7 +125,7 @@ fn measure(args: &Args) -> Result<Frontier, Failure> {
 fn print_table(frontier: &Frontier) -> Outcome {
     let options = &frontier.options;
     print_line(format_args!(
-        "{} configurations ({}, seed {}); relative RMSE in %; ns per light and point, ratio to {} {}",
+        "{} configurations ({}, seed {}); relative RMSE in %; inner integrals and ns per light and point, ratio to {} {}",
         options.n,
         options.set.name(),
         options.seed,
@@ -137,18 +137,19 @@ fn print_table(frontier: &Frontier) -> Outcome {
     }
     let [r, tt, trt, all] = SUM_NAMES;
     print_line(format_args!(
-        "{:26} {r:>8} {tt:>8} {trt:>8} {all:>8} {:>10} {:>7} {:>10} {:>7}",
-        "", "CPU ns", "ratio", "adapter ns", "ratio"
+        "{:26} {r:>8} {tt:>8} {trt:>8} {all:>8} {:>7} {:>10} {:>7} {:>10} {:>7}",
+        "", "inner", "CPU ns", "ratio", "adapter ns", "ratio"
     ))?;
     let shown = |cost: Option<Cost>| match cost {
         Some(cost) => format!("{:10.1} {:7.2}", cost.ns, cost.ratio),
         None => format!("{:>10} {:>7}", "-", "-"),
     };
     for row in &frontier.rows {
-        let [r, tt, trt, all] = row.errors.map(|errors| 100.0 * errors.rel_rmse);
+        let [r, tt, trt, all] = row.measured.errors.map(|errors| 100.0 * errors.rel_rmse);
         let name = format!("{} {}", row.method.family(), row.method.setting());
         print_line(format_args!(
-            "{name:26} {r:8.3} {tt:8.3} {trt:8.3} {all:8.3} {} {}",
+            "{name:26} {r:8.3} {tt:8.3} {trt:8.3} {all:8.3} {:7.2} {} {}",
+            row.measured.inner_mean,
             shown(row.cpu),
             shown(row.adapter)
         ))?;
