@@ -4,7 +4,6 @@ use std::path::Path;
 
 use serde_json::Value;
 use strandlight_bake::bench::{Method, MethodTables, Prepared, Scene, Set};
-use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::GpuBench;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
@@ -79,6 +78,13 @@ fn a_run_is_written_as_table_document_and_plot() {
         .iter()
         .find(|method| method["setting"] == "m=4" && method["family"] == "paper")
         .unwrap();
+    let runtime = methods
+        .iter()
+        .find(|method| method["family"] == "runtime" && method["setting"] == "3+2+3")
+        .unwrap();
+    let rmse = |method: &Value| method["errors"]["all"]["rel_rmse"].as_f64().unwrap();
+    assert!(rmse(runtime) < 0.1 * rmse(base), "{runtime} {base}");
+    assert!(runtime["inner_mean"].as_f64().unwrap() <= 8.0 && runtime["fetches"] == 13);
     // Every cost is paired with a pass of the base, that of the base too.
     for side in ["cpu", "adapter"] {
         assert!(base[side]["ratio"].as_f64().unwrap() > 0.0);
@@ -139,8 +145,8 @@ fn plots_show_the_lobes() {
             .arg(folder.path()),
     );
     let document: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(document["files"].as_array().unwrap().len(), 6);
-    for stem in ["azimuthal", "attenuation", "outer"] {
+    assert_eq!(document["files"].as_array().unwrap().len(), 8);
+    for stem in ["azimuthal", "azimuthal_error", "attenuation", "outer"] {
         let svg = std::fs::read_to_string(folder.path().join(format!("{stem}.svg"))).unwrap();
         assert!(svg.matches("<polyline").count() > 8, "{stem}");
         assert!(!svg.contains("NaN"), "{stem}");
@@ -170,6 +176,10 @@ fn plots_show_the_lobes() {
             strandlight_scattering::exact::energy(lobe, theta_d, &hair, Fresnel::Dielectric)[0];
         assert!(
             (energy(panel, "exact") / exact - 1.0).abs() < 1e-4,
+            "{panel}"
+        );
+        assert!(
+            (energy(panel, "runtime") / exact - 1.0).abs() < 2e-3,
             "{panel}"
         );
         let published = energy(panel, "paper") / exact;

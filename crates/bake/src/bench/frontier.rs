@@ -256,39 +256,16 @@ impl Frontier {
         })
     }
 
-    /// Error of the sum against cost, both logarithmic, on the CPU and on the adapter.
+    /// Error of the sum against cost on the CPU and on the adapter, and of single modes against
+    /// the size of what they look up; all logarithmic.
     pub fn figure(&self) -> Figure {
         let options = &self.options;
-        let panel = |title: String, cost: fn(&Row) -> Option<Cost>| {
-            let mut series: Vec<Series> = Vec::new();
-            for row in &self.rows {
-                let Some(cost) = cost(row) else { continue };
-                let name = row.method.family();
-                if series.last().is_none_or(|last| last.name != name) {
-                    series.push(Series {
-                        name: name.to_owned(),
-                        mark: Mark::LinePoints,
-                        ..Series::default()
-                    });
-                }
-                if let Some(last) = series.last_mut() {
-                    last.points
-                        .push((cost.ns, 100.0 * row.measured.errors[3].rel_rmse));
-                    last.labels.push(row.method.setting());
-                }
-            }
-            Panel {
-                title,
-                x: AxisStyle::log("ns per light and point"),
-                y: AxisStyle::log("relative RMSE of R + TT + TRT, %"),
-                series,
-            }
-        };
-        let mut panels = vec![panel("one CPU thread".to_owned(), |row| row.cpu)];
+        let mut panels = vec![self.cost_panel("one CPU thread".to_owned(), |row| row.cpu)];
         if let Some(name) = &self.adapter_name {
-            panels.push(panel(format!("adapter: {name}"), |row| row.adapter));
+            panels.push(self.cost_panel(format!("adapter: {name}"), |row| row.adapter));
         }
         panels.retain(|panel| !panel.series.is_empty());
+        panels.push(self.size_panel());
         Figure {
             title: format!(
                 "Single scattering of one light: {} configurations of the set '{}'",
@@ -299,6 +276,71 @@ impl Frontier {
             colours: COLOURS.to_vec(),
             panels,
         }
+    }
+
+    /// A curve a family over `cost`.
+    fn cost_panel(&self, title: String, cost: fn(&Row) -> Option<Cost>) -> Panel {
+        let mut series: Vec<Series> = Vec::new();
+        for row in self
+            .rows
+            .iter()
+            .filter(|row| row.method.table_bytes().is_none())
+        {
+            let Some(cost) = cost(row) else { continue };
+            let name = row.method.family();
+            if series.last().is_none_or(|last| last.name != name) {
+                series.push(points(name));
+            }
+            if let Some(last) = series.last_mut() {
+                last.points
+                    .push((cost.ns, 100.0 * row.measured.errors[3].rel_rmse));
+                last.labels.push(row.method.setting());
+            }
+        }
+        Panel {
+            title,
+            x: AxisStyle::log("ns per light and point"),
+            y: AxisStyle::log("relative RMSE of R + TT + TRT, %"),
+            series,
+        }
+    }
+
+    /// Errors of the modes over the bytes of the tables that are varied.
+    fn size_panel(&self) -> Panel {
+        let mut series = vec![
+            points("R, size of C"),
+            points("TT, size of lobe textures"),
+            points("TRT, size of lobe textures"),
+        ];
+        for row in &self.rows {
+            let Some(bytes) = row.method.table_bytes() else {
+                continue;
+            };
+            let modes = match row.method {
+                Method::TableC { .. } => 0..1,
+                _ => 1..3,
+            };
+            for (mode, series) in modes.clone().zip(&mut series[modes]) {
+                let error = 100.0 * row.measured.errors[mode].rel_rmse;
+                series.points.push((bytes as f64 / 1024.0, error));
+                series.labels.push(row.method.setting());
+            }
+        }
+        Panel {
+            title: "default nodes, tables of other sizes".to_owned(),
+            x: AxisStyle::log("KiB"),
+            y: AxisStyle::log("relative RMSE of the mode, %"),
+            series,
+        }
+    }
+}
+
+/// An empty series of labelled points on a line.
+fn points(name: &str) -> Series {
+    Series {
+        name: name.to_owned(),
+        mark: Mark::LinePoints,
+        ..Series::default()
     }
 }
 

@@ -87,10 +87,10 @@ const RUNTIME_NODES: [[u32; 3]; 8] = [
 /// The renderer's own.
 const DEFAULT_RUNTIME: [u32; 3] = [3, 2, 3];
 const _: () = assert!(pack_nodes(DEFAULT_RUNTIME) == DEFAULT_NODES);
-/// Sizes of the table C beside the default 64 x 128.
-const TABLE_C_SIZES: [[u32; 2]; 3] = [[16, 32], [32, 64], [128, 256]];
-/// Sizes of the lobe textures beside the default.
-const LOBE_TEXELS: [u32; 4] = [24, 48, 96, 384];
+/// Sizes of the table C, the default 64 x 128 among them.
+const TABLE_C_SIZES: [[u32; 2]; 5] = [[8, 16], [16, 32], [32, 64], [64, 128], [128, 256]];
+/// Sizes of the lobe textures, the default among them.
+const LOBE_TEXELS: [u32; 6] = [12, 24, 48, 96, DEFAULT_LOBE_TEXELS as u32, 384];
 
 impl Method {
     /// What `bench single` compares, base of the ratios included.
@@ -173,6 +173,18 @@ impl Method {
         match self {
             Method::Runtime { .. } | Method::TableC { .. } => Some(DEFAULT_LOBE_TEXELS as u32),
             Method::LobeTexels { count } => Some(count),
+            _ => None,
+        }
+    }
+
+    /// Bytes of the table that is of another size than usual.
+    pub const fn table_bytes(self) -> Option<u32> {
+        match self {
+            Method::TableC {
+                size: [rows, columns],
+            } => Some(16 * rows * columns),
+            // TT and TRT.
+            Method::LobeTexels { count } => Some(2 * 32 * count),
             _ => None,
         }
     }

@@ -250,7 +250,7 @@ fn rounded(value: f64) -> f64 {
 
 /// Estimated width of `text` in a sans-serif font.
 fn text_width(text: &str, size: f64) -> f64 {
-    0.64 * size * text.chars().count() as f64
+    0.68 * size * text.chars().count() as f64
 }
 
 fn escaped(text: &str) -> String {
