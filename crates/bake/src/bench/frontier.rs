@@ -43,7 +43,7 @@ pub enum FrontierError {
 
 /// Fibres, lights and views of the CPU's timing and the adapter's.
 const CPU_SCENE: [usize; 3] = [8, 16, 16];
-const ADAPTER_SCENE: [usize; 3] = [8, 16, 2048];
+const ADAPTER_SCENE: [usize; 3] = [8, 16, 512];
 
 /// Families in the order of their colours in plots; black is the exact model's elsewhere.
 const COLOURS: [&str; 5] = [

@@ -90,7 +90,7 @@ const _: () = assert!(pack_nodes(DEFAULT_RUNTIME) == DEFAULT_NODES);
 /// Sizes of the table C, the default 64 x 128 among them.
 const TABLE_C_SIZES: [[u32; 2]; 5] = [[8, 16], [16, 32], [32, 64], [64, 128], [128, 256]];
 /// Sizes of the lobe textures, the default among them.
-const LOBE_TEXELS: [u32; 6] = [12, 24, 48, 96, DEFAULT_LOBE_TEXELS as u32, 384];
+const LOBE_TEXELS: [u32; 6] = [12, 24, 48, 96, 192, DEFAULT_LOBE_TEXELS as u32];
 
 impl Method {
     /// What `bench single` compares, base of the ratios included.
@@ -189,14 +189,13 @@ impl Method {
         }
     }
 
-    /// The shader of the method, if it has one.
+    /// The shader that is timed for the method, if there is one; that of other table sizes takes
+    /// what the default sizes take.
     pub const fn scheme(self) -> Option<Scheme> {
         match self {
             Method::Paper { .. } | Method::PaperDielectric { .. } => Some(Scheme::Paper),
-            Method::Runtime { .. } | Method::TableC { .. } | Method::LobeTexels { .. } => {
-                Some(Scheme::Lobes)
-            }
-            Method::BruteForce { .. } => None,
+            Method::Runtime { .. } => Some(Scheme::Lobes),
+            Method::TableC { .. } | Method::LobeTexels { .. } | Method::BruteForce { .. } => None,
         }
     }
 }
