@@ -5,11 +5,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
 use strandlight_runtime::optics::Optics;
-use strandlight_runtime::probe::{Function, GpuProbe, MODE_ALL, Query, evaluate};
+use strandlight_runtime::probe::{
+    Function, GpuProbe, MODE_ALL, Query, evaluate, gpu_painted_lobes, painted_lobes,
+};
 use strandlight_runtime::tables::ShadingTables;
 use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, GAUSS_HERMITE};
+use strandlight_scattering::lobes::{DEFAULT_PAINTED_TEXELS, slice_painted};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
-use strandlight_tests::optics::textures;
+use strandlight_tests::optics::{lobes, textures};
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{corners, oracle};
 
@@ -253,6 +256,32 @@ fn inner_integrals_agree() {
             .map(|_| query(0, fibre(&mut fibres)).by_paper())
             .collect();
         compare(&format!("{name} of the paper"), &queries, 1e-4);
+    }
+}
+
+#[test]
+fn lobes_of_painted_fibres_agree() {
+    let mut random = SplitMix64(18);
+    let lobes = lobes();
+    for table in [&lobes.tt, &lobes.trt].into_iter().flatten() {
+        let texture = slice_painted(table, 1.5, 0.12, DEFAULT_PAINTED_TEXELS);
+        let points: Vec<[f32; 4]> = (0..N)
+            .map(|_| {
+                let [r, g, b] = [(); 3].map(|()| random.log_uniform(1e-3, 60.0) as f32);
+                [random.uniform(0.0, 1.0) as f32, r, g, b]
+            })
+            .collect();
+        let gpu = gpu_painted_lobes(probe().context(), &texture, &points).unwrap();
+        let cpu: Vec<_> = points.iter().map(|&p| painted_lobes(&texture, p)).collect();
+        let parts = |all: &[[f32; 16]], part: usize| -> Vec<[f32; 4]> {
+            let part = |numbers: &[f32; 16]| std::array::from_fn(|i| numbers[4 * part + i]);
+            all.iter().map(part).collect()
+        };
+        for part in 0..4 {
+            let worst = worst_difference(&parts(&gpu, part), &parts(&cpu, part));
+            println!("painted {}, part {part}: {worst:.2e}", table.lobe.name());
+            assert!(worst < 1e-4, "{worst}");
+        }
     }
 }
 

@@ -56,6 +56,7 @@ modules!(
     "pass/bench",
     "pass/composite",
     "pass/probe",
+    "pass/probe_painted",
     "pass/project",
     "pass/ribbons",
     "pass/shade",

@@ -9,12 +9,14 @@
 mod bench;
 mod cpu;
 mod gpu;
+mod painted;
 
 use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
 
 pub use bench::{GpuBench, MAX_VIEWS, Workload};
 pub use cpu::evaluate;
 pub use gpu::GpuProbe;
+pub use painted::{gpu_painted_lobes, painted_lobes};
 
 /// Mode of [`Query`] that sums the modes the fibre enables.
 pub const MODE_ALL: u32 = 3;

@@ -5,7 +5,7 @@
 
 mod draw;
 mod lighting;
-mod resources;
+pub(crate) mod resources;
 mod scattering;
 mod volume;
 

@@ -8,12 +8,12 @@ use crate::shaders;
 use crate::strands::Strands;
 
 /// A GPU error as the renderer reports it.
-pub(super) fn failed(error: GpuError) -> RenderError {
+pub(crate) fn failed(error: GpuError) -> RenderError {
     RenderError::Gpu(error.to_string())
 }
 
 /// Runs `work` and turns validation and memory errors of the device into an error.
-pub(super) fn guarded<T>(
+pub(crate) fn guarded<T>(
     context: &Context,
     work: impl FnOnce() -> Result<T, RenderError>,
 ) -> Result<T, RenderError> {
@@ -33,7 +33,7 @@ pub(super) fn guarded<T>(
 }
 
 /// A buffer with contents; an empty slice becomes one zero entry, since bindings cannot be empty.
-pub(super) fn buffer_of<T: bytemuck::Pod>(
+pub(crate) fn buffer_of<T: bytemuck::Pod>(
     context: &Context,
     label: &'static str,
     contents: &[T],
@@ -51,7 +51,7 @@ pub(super) fn buffer_of<T: bytemuck::Pod>(
 }
 
 /// A zeroed storage buffer of `bytes` that can be read back.
-pub(super) fn storage(context: &Context, label: &'static str, bytes: u64) -> wgpu::Buffer {
+pub(crate) fn storage(context: &Context, label: &'static str, bytes: u64) -> wgpu::Buffer {
     context.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: bytes.max(16),
@@ -63,7 +63,7 @@ pub(super) fn storage(context: &Context, label: &'static str, bytes: u64) -> wgp
 }
 
 /// A uniform buffer holding `value`.
-pub(super) fn uniform<T: bytemuck::Pod>(
+pub(crate) fn uniform<T: bytemuck::Pod>(
     context: &Context,
     label: &'static str,
     value: &T,
@@ -73,7 +73,7 @@ pub(super) fn uniform<T: bytemuck::Pod>(
 }
 
 /// The whole of a buffer as entries of `T`, after all submitted work.
-pub(super) fn read_back<T: bytemuck::Pod>(
+pub(crate) fn read_back<T: bytemuck::Pod>(
     context: &Context,
     what: &'static str,
     buffer: &wgpu::Buffer,
@@ -92,14 +92,14 @@ pub(super) fn read_back<T: bytemuck::Pod>(
 }
 
 /// Records and submits commands.
-pub(super) fn submit(context: &Context, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+pub(crate) fn submit(context: &Context, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
     let mut encoder = context.device.create_command_encoder(&Default::default());
     record(&mut encoder);
     context.queue.submit([encoder.finish()]);
 }
 
 /// The shader module `name` with all it imports.
-pub(super) fn shader(
+pub(crate) fn shader(
     context: &Context,
     name: &'static str,
 ) -> Result<wgpu::ShaderModule, RenderError> {
@@ -113,7 +113,7 @@ pub(super) fn shader(
 }
 
 /// A compute pipeline; its layout follows the bindings that `entry` uses.
-pub(super) fn compute(
+pub(crate) fn compute(
     context: &Context,
     module: &wgpu::ShaderModule,
     entry: &'static str,
@@ -131,7 +131,7 @@ pub(super) fn compute(
 }
 
 /// Group 0 of a pipeline: resources by binding number.
-pub(super) fn bind(
+pub(crate) fn bind(
     context: &Context,
     layout: &wgpu::BindGroupLayout,
     resources: &[(u32, wgpu::BindingResource)],
@@ -153,7 +153,7 @@ pub(super) fn bind(
 }
 
 /// Records one dispatch.
-pub(super) fn dispatch(
+pub(crate) fn dispatch(
     encoder: &mut wgpu::CommandEncoder,
     pipeline: &wgpu::ComputePipeline,
     group: &wgpu::BindGroup,
