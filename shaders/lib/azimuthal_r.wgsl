@@ -31,6 +31,6 @@ fn azimuthal_r(
     let first = (((((f[12] * y + f[10]) * y + f[8]) * y + f[6]) * y + f[4]) * y + f[2]) * y + f[0];
     let second = (((((f[13] * y + f[11]) * y + f[9]) * y + f[7]) * y + f[5]) * y + f[3]) * y + f[1];
     let lanes = first * b.first + second * b.second;
-    let sum = (lanes.x + lanes.y) + (lanes.z + lanes.w);
+    let sum = (lanes.x + lanes.z) + (lanes.y + lanes.w);
     return bessel_i0e_fast(kappa) * (v * v) * max(sum, 0.0);
 }

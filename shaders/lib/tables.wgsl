@@ -69,7 +69,7 @@ struct CShares {
 fn table_cell(axis: TableAxis, x: f32) -> Cell {
     let warped = table_warp(axis.spacing, min(max(x, axis.min), axis.max));
     let at = min(max((warped - axis.warp_min) * axis.scale, 0.0), axis.last);
-    let first = min(u32(at), u32(axis.last) - 1u);
+    let first = u32(min(at, axis.last - 1.0));
     return Cell(first, at - f32(first));
 }
 

@@ -73,7 +73,8 @@ pub fn azimuthal_r(
     for (i, lane) in lanes.iter_mut().enumerate() {
         *lane = f[i] * b[i] + f[i + 4] * b[i + 4];
     }
-    let sum = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+    // In this order the lanes stay vectors.
+    let sum = (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
     bessel_i0e_fast(kappa) * (v * v) * sum.max(0.0)
 }
 

@@ -142,14 +142,18 @@ pub struct Cell {
     pub fraction: f32,
 }
 
+/// `x` clamped to `low..=high`, `low` for NaN: two instructions, clamp is ten.
+fn within(x: f32, low: f32, high: f32) -> f32 {
+    let x = if x > low { x } else { low };
+    if x < high { x } else { high }
+}
+
 /// The cell of `axis` that `x` falls into; the ends are clamped.
 pub fn table_cell(axis: &TableAxis, x: f32) -> Cell {
-    let warped = table_warp(axis.spacing, x.max(axis.min).min(axis.max));
-    let at = ((warped - axis.warp_min) * axis.scale)
-        .max(0.0)
-        .min(axis.last);
+    let warped = table_warp(axis.spacing, within(x, axis.min, axis.max));
+    let at = within((warped - axis.warp_min) * axis.scale, 0.0, axis.last);
     // Truncation, at >= 0; floor would be a call.
-    let first = (at as u32).min(axis.last as u32 - 1);
+    let first = within(at, 0.0, axis.last - 1.0) as u32;
     Cell {
         first,
         fraction: at - first as f32,
@@ -197,7 +201,7 @@ pub fn sample_c(
 ) -> [f32; C_DEGREE] {
     let row = table_cell(&axes.c_rows, kappa);
     let column = table_cell(&axes.c_columns, cos_half);
-    let width = axes.c_columns.last as usize + 1;
+    let width = axes.c_columns.last as u32 as usize + 1;
     let at = row.first as usize * width + column.first as usize;
     // Loops over whole texels become vector instructions; closures a channel do not.
     let mix = |row: &[PackedShares]| {
