@@ -177,4 +177,53 @@ mod tests {
             assert!(worst < tolerance && worst_energy < energy_tolerance);
         }
     }
+
+    /// Over all dphi, whatever the light.
+    #[test]
+    fn energy_is_kept_by_every_light() {
+        let (texels, axes) = table();
+        let tables = Tables {
+            c: &texels,
+            h_tt: &[],
+            h_trt: &[],
+            axes,
+        };
+        let rule = GaussLegendre::new(200);
+        let (mut worst, mut worst_near_1) = (0.0f64, 0.0f64);
+        for eta in [
+            1.0001, 1.0003, 1.001, 1.01, 1.03, 1.1, 1.3, 1.55, 1.8, 2.4, 3.0,
+        ] {
+            let reflectance = Reflectance::new(Fresnel::Dielectric, eta);
+            for step in 0..=12 {
+                let theta_d = FRAC_PI_2 * f64::from(step) / 12.0;
+                let at = inclination(theta_d as f32);
+                let x = f64::from(at.cos_theta_d);
+                for lambda_p in [0.001f64, 0.01, 0.03, 0.2, 1.0, 10.0, 1e3] {
+                    let kappa = (2.0 / (lambda_p * lambda_p)) as f32;
+                    let (mut found, mut energy) = (0.0, 0.0);
+                    // Dense at phi = pi.
+                    for (t, weight) in rule.on(0.0, 1.0) {
+                        let (cos_half, sin_half) = (FRAC_PI_2 * t * t).sin_cos();
+                        let lag = Lag {
+                            sin_half: sin_half as f32,
+                            cos_half: cos_half as f32,
+                            cos_sum: 1.0,
+                            cos_view: 1.0,
+                        };
+                        let value = azimuthal_r(kappa, &lag, &at, &reflectance, &tables);
+                        let f = Fresnel::Dielectric.reflectance(eta, x * cos_half);
+                        found += t * weight * f64::from(value / c_0(kappa));
+                        energy += t * weight * 0.25 * cos_half * f;
+                    }
+                    let error = (found / energy - 1.0).abs();
+                    match eta < 1.05 {
+                        true => worst_near_1 = worst_near_1.max(error),
+                        false => worst = worst.max(error),
+                    }
+                }
+            }
+        }
+        println!("energy: {worst:.2e}, {worst_near_1:.2e} for eta below 1.05");
+        assert!(worst < 2e-3 && worst_near_1 < 1e-2);
+    }
 }
