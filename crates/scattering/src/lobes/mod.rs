@@ -6,6 +6,21 @@
 //! circular Gaussians. Widths and offsets depend on (eta, theta_d) only and serve all channels;
 //! the shares w, not negative and of sum 1, also on the effective absorption.
 //!
+//! Relative RMSE over phi of the inner integral through a sliced texture in single precision, 750
+//! random channels (theta_d 0..1.5, sigma_a 0.01..3 log-uniform, w_c 0.08..0.3), pooled by energy
+//! and, in brackets, the worst of all, per cent:
+//!
+//! | lambda' | TT, eta 1.45..1.65 | TRT, eta 1.45..1.65 | TT, eta 1.3..1.8 | TRT, eta 1.3..1.8 |
+//! |---|---|---|---|---|
+//! | 0.02 | 0.39 (0.86) | 0.49 (1.58) | 0.40 (0.89) | 0.54 (2.79) |
+//! | 0.1 | 0.34 (0.72) | 0.41 (1.43) | 0.34 (0.74) | 0.44 (1.99) |
+//! | 0.5 | 0.12 (0.20) | 0.19 (0.54) | 0.12 (0.21) | 0.20 (0.89) |
+//! | 2 | 0.03 (0.05) | 0.04 (0.12) | 0.03 (0.05) | 0.04 (0.12) |
+//!
+//! TRT's worst are where its caustics turn into the shoulders of a wide lobe (eta' near 2.8) and,
+//! below eta = 1.4 or so, where it becomes a ring: at eta 1.1 up to 7 %. Shares follow absorption
+//! to sigma_a 3.5 per radius; beyond, shapes no longer fit (some 10 % at 8) and energies do.
+//!
 //! - [`fit`]: finds shapes and shares from cosine [`moments`];
 //! - [`LobeTable`]: what is baked, over (eta, alpha, absorption);
 //! - [`slice()`]: a [`LobeTexture`] a mode for one fibre, which [`crate::closed_form`] samples;
