@@ -28,7 +28,7 @@ pub const REPORT_WIDTHS: [f64; 7] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 const N_REPORT: u64 = 300;
 
 /// Where errors of the inner integral are counted.
-pub(super) const REPORT_RANGE: &str =
+pub const REPORT_RANGE: &str =
     "eta 1.3..1.8, theta_d 0..1.5, sigma_a 0.01..3, w_c 0.08..0.3, between texels";
 
 /// A fibre seen at one inclination, one channel.

@@ -17,5 +17,5 @@ mod verify_lobes;
 pub use bake::{N_STEPS, bake_c_and_h, bake_tables};
 pub use float16::{Float16Cost, float16_cost};
 pub use layout::{TableError, fresnel_of, scattering_axis};
-pub use lobes::{LobeErrors, REPORT_WIDTHS, lobe_errors};
+pub use lobes::{LobeErrors, REPORT_RANGE, REPORT_WIDTHS, lobe_errors};
 pub use verify::{Check, TableReport, Worst, verify_tables};
