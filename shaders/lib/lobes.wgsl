@@ -9,9 +9,9 @@ struct LobeDecode {
     lambda_scale: f32,
     amplitude_scale: f32,
     first_row: u32,
-    padding_0: u32,
-    padding_1: u32,
-    padding_2: u32,
+    eta_first: f32,
+    eta_scale: f32,
+    last_row: f32,
 }
 
 // The three lobes at one theta_d: widths, half offsets of the two pairs, amplitudes (RGB).
@@ -32,37 +32,73 @@ fn mix_floats(low: u32, high: u32, fraction: f32) -> vec2f {
     return mix(unpack2x16float(low), unpack2x16float(high), fraction);
 }
 
-// The lobes at cos_theta_d >= 0.
-fn sample_lobes(texture: texture_2d<u32>, decode: LobeDecode, cos_theta_d: f32) -> Lobes {
+// The 16 numbers between a texel and its right neighbour, fractions and floats yet to be scaled.
+fn lobe_numbers(texture: texture_2d<u32>, texel: vec2u, fraction: f32) -> array<vec4f, 4> {
+    let low_0 = textureLoad(texture, texel, 0);
+    let low_1 = textureLoad(texture, texel + vec2u(1u, 0u), 0);
+    let high_0 = textureLoad(texture, texel + vec2u(2u, 0u), 0);
+    let high_1 = textureLoad(texture, texel + vec2u(3u, 0u), 0);
+    return array<vec4f, 4>(
+        vec4f(
+            mix_fractions(low_0.x, high_0.x, fraction),
+            mix_fractions(low_0.y, high_0.y, fraction),
+        ),
+        vec4f(
+            mix_fractions(low_0.z, high_0.z, fraction),
+            // The low half of this word is a fraction: floats of it mean nothing.
+            mix_fractions(low_0.w, high_0.w, fraction).x,
+            mix_floats(low_0.w, high_0.w, fraction).y,
+        ),
+        vec4f(
+            mix_floats(low_1.x, high_1.x, fraction),
+            mix_floats(low_1.y, high_1.y, fraction),
+        ),
+        vec4f(
+            mix_floats(low_1.z, high_1.z, fraction),
+            mix_floats(low_1.w, high_1.w, fraction),
+        ),
+    );
+}
+
+// The lobes at cos_theta_d >= 0; eta is looked at where there are several rows.
+fn sample_lobes(
+    texture: texture_2d<u32>,
+    decode: LobeDecode,
+    eta: f32,
+    cos_theta_d: f32,
+) -> Lobes {
     let warp = decode.warp;
     let u = min((1.0 + warp) * cos_theta_d / (cos_theta_d + warp), 1.0);
     let at = u * decode.last;
     let first = min(floor(at), decode.last - 1.0);
     let fraction = at - first;
-    let texel = vec2u(2u * u32(first), decode.first_row);
-    let low_0 = textureLoad(texture, texel, 0);
-    let low_1 = textureLoad(texture, texel + vec2u(1u, 0u), 0);
-    let high_0 = textureLoad(texture, texel + vec2u(2u, 0u), 0);
-    let high_1 = textureLoad(texture, texel + vec2u(3u, 0u), 0);
-    let x = mix_fractions(low_0.x, high_0.x, fraction);
-    let y = mix_fractions(low_0.y, high_0.y, fraction);
-    let z = mix_fractions(low_0.z, high_0.z, fraction);
-    let w = mix_fractions(low_0.w, high_0.w, fraction);
-    // The low half of this word is a fraction: floats of it mean nothing.
-    let a = mix_floats(low_0.w, high_0.w, fraction).y;
-    let b = mix_floats(low_1.x, high_1.x, fraction);
-    let c = mix_floats(low_1.y, high_1.y, fraction);
-    let d = mix_floats(low_1.z, high_1.z, fraction);
-    let e = mix_floats(low_1.w, high_1.w, fraction);
+    var texel = vec2u(2u * u32(first), decode.first_row);
+    var x: array<vec4f, 4>;
+    if decode.last_row > 0.0 {
+        let at_row = min(max((eta - decode.eta_first) * decode.eta_scale, 0.0), decode.last_row);
+        let row = min(floor(at_row), decode.last_row - 1.0);
+        let weight = at_row - row;
+        texel.y += u32(row);
+        let below = lobe_numbers(texture, texel, fraction);
+        let above = lobe_numbers(texture, texel + vec2u(0u, 1u), fraction);
+        x = array<vec4f, 4>(
+            mix(below[0], above[0], weight),
+            mix(below[1], above[1], weight),
+            mix(below[2], above[2], weight),
+            mix(below[3], above[3], weight),
+        );
+    } else {
+        x = lobe_numbers(texture, texel, fraction);
+    }
     let height = decode.amplitude_scale * u * u;
     return Lobes(
-        decode.lambda_scale * vec3f(x, y.x),
-        2.0 * vec2f(y.y, z.y) - 1.0,
-        2.0 * vec2f(z.x, w.x) - 1.0,
+        decode.lambda_scale * x[0].xyz,
+        2.0 * vec2f(x[0].w, x[1].y) - 1.0,
+        2.0 * vec2f(x[1].x, x[1].z) - 1.0,
         array<vec3f, 3>(
-            height * vec3f(a, c.x, d.y),
-            height * vec3f(b.x, c.y, e.x),
-            height * vec3f(b.y, d.x, e.y),
+            height * vec3f(x[1].w, x[2].z, x[3].y),
+            height * vec3f(x[2].x, x[2].w, x[3].z),
+            height * vec3f(x[2].y, x[3].x, x[3].w),
         ),
     );
 }

@@ -1,5 +1,6 @@
 // #import lib/fibre
 // #import lib/frame
+// #import lib/eccentric
 // #import lib/tables
 // #import lib/lobes
 // #import lib/azimuthal_r
@@ -93,10 +94,11 @@ fn mode_at_lag(
         if mode == 0u {
             total += factor * azimuthal_r(kappa, lag, incline, shading.reflectance, axes, c);
         } else if mode == 1u {
-            let lobes = sample_lobes(tt, shading.tt, incline.cos_theta_d);
+            let lobes = sample_lobes(tt, shading.tt, shading.fibre.eta, incline.cos_theta_d);
             total += factor * azimuthal_tt(kappa, lag, lobes);
         } else {
-            let lobes = sample_lobes(trt, shading.trt, incline.cos_theta_d);
+            let eta = eta_star(kappa, lag, shading.fibre);
+            let lobes = sample_lobes(trt, shading.trt, eta, incline.cos_theta_d);
             total += factor * azimuthal_trt(kappa, lag, lobes);
         }
     }

@@ -102,9 +102,12 @@ fn azimuthal_by_lobes(q: Query, shading: Shading) -> vec3f {
         return vec3f(azimuthal_r(kappa, lag, at, shading.reflectance, axes, table_c));
     }
     if q.mode == 1u {
-        return azimuthal_tt(kappa, lag, sample_lobes(lobes_tt, shading.tt, at.cos_theta_d));
+        let lobes = sample_lobes(lobes_tt, shading.tt, shading.fibre.eta, at.cos_theta_d);
+        return azimuthal_tt(kappa, lag, lobes);
     }
-    return azimuthal_trt(kappa, lag, sample_lobes(lobes_trt, shading.trt, at.cos_theta_d));
+    let eta = eta_star(kappa, lag, shading.fibre);
+    let lobes = sample_lobes(lobes_trt, shading.trt, eta, at.cos_theta_d);
+    return azimuthal_trt(kappa, lag, lobes);
 }
 
 fn single_by_lobes(q: Query, shading: Shading) -> vec3f {

@@ -79,12 +79,23 @@ fn an_edit_makes_what_it_touches() {
         ),
         (
             Parameter::SigmaA,
-            vec![Fibre, Energies, SharesTt, LobesTt, SharesTrt, LobesTrt],
+            vec![
+                Fibre,
+                EnergiesTt,
+                SharesTt,
+                LobesTt,
+                EnergiesTrt,
+                SharesTrt,
+                LobesTrt,
+            ],
         ),
         (Parameter::Shift, vec![Fibre]),
         (Parameter::Width, vec![Fibre]),
         (Parameter::CausticWidth, vec![Fibre, ShapesTrt, LobesTrt]),
-        (Parameter::Eccentricity, vec![Fibre]),
+        (
+            Parameter::Eccentricity,
+            vec![Fibre, RowTrt, EnergiesTrt, ShapesTrt, SharesTrt, LobesTrt],
+        ),
     ] {
         let hair = HairParams::default();
         let mut textures = textures(&hair, &Lobe::ALL);
@@ -119,8 +130,8 @@ fn only_enabled_modes_have_textures() {
             &[Lobe::Tt],
             &[
                 Part::Fibre,
-                Part::Energies,
                 Part::RowTt,
+                Part::EnergiesTt,
                 Part::ShapesTt,
                 Part::SharesTt,
                 Part::LobesTt,

@@ -143,9 +143,9 @@ fn structs_have_the_layout_of_their_mirrors() {
             lambda_scale,
             amplitude_scale,
             first_row,
-            padding_0,
-            padding_1,
-            padding_2
+            eta_first,
+            eta_scale,
+            last_row
         }
     );
     same_layout!(

@@ -13,7 +13,8 @@ use strandlight_formats::TableFile;
 use strandlight_scattering::closed_form::{Fibre, LobeDecode, Reflectance};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{
-    DEFAULT_LOBE_TEXELS, Energies, LobeRowAt, LobeTable, LobeTexture, PackedShapes, Shares,
+    DEFAULT_LOBE_TEXELS, Energies, LobePlaces, LobeRows, LobeTable, LobeTexture, PackedShapes,
+    Shares,
 };
 use strandlight_scattering::{HairParams, Lobe, ParamError};
 
@@ -85,18 +86,20 @@ pub enum Part {
     Fibre,
     /// R's coefficients; on the GPU.
     Reflectance,
-    /// Exact energies of TT and TRT over theta_d.
-    Energies,
     /// The baked lobes of TT at this eta.
     RowTt,
+    /// Exact energies of TT over theta_d.
+    EnergiesTt,
     /// Widths and places of TT's lobes over theta_d.
     ShapesTt,
     /// Shares of TT's lobes over theta_d.
     SharesTt,
     /// The texture of TT's lobes; on the GPU.
     LobesTt,
-    /// The baked lobes of TRT at this eta.
+    /// The baked lobes of TRT at this eta, or the several of an elliptic fibre.
     RowTrt,
+    /// Exact energies of TRT over theta_d.
+    EnergiesTrt,
     /// Widths, w_c included, and places of TRT's lobes over theta_d.
     ShapesTrt,
     /// Shares of TRT's lobes over theta_d.
@@ -138,24 +141,24 @@ const fn rule(
 
 /// From parameter to texture, sources first.
 #[rustfmt::skip]
-pub const RULES: [Rule; 11] = {
-    use Parameter::{CausticWidth, Eta, SigmaA};
+pub const RULES: [Rule; 12] = {
+    use Parameter::{CausticWidth, Eccentricity, Eta, SigmaA};
     use Part::*;
     const TT: &[Lobe] = &[Lobe::Tt];
     const TRT: &[Lobe] = &[Lobe::Trt];
-    const INNER: &[Lobe] = &[Lobe::Tt, Lobe::Trt];
     [
         rule(Fibre,       "fibre",       &Lobe::ALL,  &Parameter::ALL, &[]),
         rule(Reflectance, "reflectance", &[Lobe::R],  &[Eta],          &[]),
-        rule(Energies,    "energies",    INNER,       &[Eta, SigmaA],  &[]),
-        rule(RowTt,       "row TT",      TT,          &[Eta],          &[]),
-        rule(ShapesTt,    "shapes TT",   TT,          &[],             &[RowTt]),
-        rule(SharesTt,    "shares TT",   TT,          &[SigmaA],       &[RowTt]),
-        rule(LobesTt,     "lobes TT",    TT,          &[],             &[ShapesTt, Energies, SharesTt]),
-        rule(RowTrt,      "row TRT",     TRT,         &[Eta],          &[]),
-        rule(ShapesTrt,   "shapes TRT",  TRT,         &[CausticWidth], &[RowTrt]),
-        rule(SharesTrt,   "shares TRT",  TRT,         &[SigmaA],       &[RowTrt]),
-        rule(LobesTrt,    "lobes TRT",   TRT,         &[],             &[ShapesTrt, Energies, SharesTrt]),
+        rule(RowTt,       "row TT",       TT,         &[Eta],                       &[]),
+        rule(EnergiesTt,  "energies TT",  TT,         &[Eta, SigmaA],               &[]),
+        rule(ShapesTt,    "shapes TT",    TT,         &[],                          &[RowTt]),
+        rule(SharesTt,    "shares TT",    TT,         &[SigmaA],                    &[RowTt]),
+        rule(LobesTt,     "lobes TT",     TT,         &[],                          &[ShapesTt, EnergiesTt, SharesTt]),
+        rule(RowTrt,      "row TRT",      TRT,        &[Eta, Eccentricity],         &[]),
+        rule(EnergiesTrt, "energies TRT", TRT,        &[Eta, Eccentricity, SigmaA], &[]),
+        rule(ShapesTrt,   "shapes TRT",   TRT,        &[CausticWidth],              &[RowTrt]),
+        rule(SharesTrt,   "shares TRT",   TRT,        &[SigmaA],                    &[RowTrt]),
+        rule(LobesTrt,    "lobes TRT",    TRT,        &[],                          &[ShapesTrt, EnergiesTrt, SharesTrt]),
     ]
 };
 
@@ -271,9 +274,9 @@ pub struct HairTextures {
     segments: u32,
     hair: HairParams,
     modes: Vec<Lobe>,
-    energies: Option<Energies>,
     /// Of TT and TRT, as the following.
-    rows: [Option<LobeRowAt>; 2],
+    rows: [Option<LobeRows>; 2],
+    energies: [Option<Energies>; 2],
     shapes: [Option<PackedShapes>; 2],
     shares: [Option<Shares>; 2],
     /// Which of `optics` is made.
@@ -301,8 +304,8 @@ impl HairTextures {
             segments,
             hair: *hair,
             modes: Vec::new(),
-            energies: None,
             rows: [None, None],
+            energies: [None, None],
             shapes: [None, None],
             shares: [None, None],
             made: [false; RULES.len()],
@@ -417,26 +420,15 @@ impl HairTextures {
 
     /// Makes `part`, whose sources are there.
     fn make(&mut self, part: Part, fibre: Fibre) {
-        let (eta, sigma_a) = (self.hair.eta, self.hair.sigma_a);
-        let n = DEFAULT_LOBE_TEXELS;
         match part {
             Part::Fibre => self.optics.fibre = fibre,
-            Part::Reflectance => self.optics.reflectance = Reflectance::new(self.fresnel, eta),
-            Part::Energies => {
-                self.energies = Some(Energies::new(eta, sigma_a, self.fresnel, n));
+            Part::Reflectance => {
+                self.optics.reflectance = Reflectance::new(self.fresnel, self.hair.eta);
             }
-            Part::RowTt => {
-                let row = self
-                    .table(Lobe::Tt)
-                    .map(|table| LobeRowAt::new(table, eta, n));
-                self.rows[0] = row;
-            }
-            Part::RowTrt => {
-                let row = self
-                    .table(Lobe::Trt)
-                    .map(|table| LobeRowAt::new(table, eta, n));
-                self.rows[1] = row;
-            }
+            Part::RowTt => self.rows[0] = self.row(Lobe::Tt),
+            Part::RowTrt => self.rows[1] = self.row(Lobe::Trt),
+            Part::EnergiesTt => self.energies[0] = Some(self.energies_of(Lobe::Tt)),
+            Part::EnergiesTrt => self.energies[1] = Some(self.energies_of(Lobe::Trt)),
             Part::ShapesTt => self.make_shapes(0),
             Part::ShapesTrt => self.make_shapes(1),
             Part::SharesTt => self.make_shares(0),
@@ -444,6 +436,16 @@ impl HairTextures {
             Part::LobesTt => self.optics.tt = self.lobes(0),
             Part::LobesTrt => self.optics.trt = self.lobes(1),
         }
+    }
+
+    fn row(&self, mode: Lobe) -> Option<LobeRows> {
+        let places = LobePlaces::new(mode, &self.hair, DEFAULT_LOBE_TEXELS);
+        self.table(mode).map(|table| LobeRows::new(table, &places))
+    }
+
+    fn energies_of(&self, mode: Lobe) -> Energies {
+        let places = LobePlaces::new(mode, &self.hair, DEFAULT_LOBE_TEXELS);
+        Energies::new(&places, self.hair.sigma_a, self.fresnel)
     }
 
     fn make_shapes(&mut self, ix: usize) {
@@ -458,7 +460,7 @@ impl HairTextures {
     }
 
     fn lobes(&self, ix: usize) -> LobeTexture {
-        match (&self.shapes[ix], &self.energies, &self.shares[ix]) {
+        match (&self.shapes[ix], &self.energies[ix], &self.shares[ix]) {
             (Some(shapes), Some(energies), Some(shares)) => {
                 LobeTexture::new(shapes, energies, shares)
             }
@@ -470,8 +472,9 @@ impl HairTextures {
         match part {
             Part::Fibre => {}
             Part::Reflectance => self.optics.reflectance = bytemuck::Zeroable::zeroed(),
-            Part::Energies => self.energies = None,
             Part::RowTt => self.rows[0] = None,
+            Part::EnergiesTt => self.energies[0] = None,
+            Part::EnergiesTrt => self.energies[1] = None,
             Part::RowTrt => self.rows[1] = None,
             Part::ShapesTt => self.shapes[0] = None,
             Part::ShapesTrt => self.shapes[1] = None,

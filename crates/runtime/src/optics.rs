@@ -122,19 +122,29 @@ impl GpuOptics {
             fibres.iter().map(|&fibre| of(fibre)).collect()
         };
         let (tt, trt) = (lobes(|optics| &optics.tt), lobes(|optics| &optics.trt));
-        let place = |texture: &LobeTexture, row: usize| LobeDecode {
-            first_row: row as u32,
-            ..texture.decode
+        let mut rows = [0; 2];
+        let mut place = |texture: &LobeTexture, mode: usize| {
+            let first_row = rows[mode] as u32;
+            rows[mode] += texture.rows();
+            LobeDecode {
+                first_row,
+                ..texture.decode
+            }
         };
         let uniforms: Vec<ShadingUniform> = fibres
             .iter()
-            .enumerate()
-            .map(|(row, optics)| ShadingUniform {
-                tt: place(&optics.tt, row),
-                trt: place(&optics.trt, row),
+            .map(|optics| ShadingUniform {
+                tt: place(&optics.tt, 0),
+                trt: place(&optics.trt, 1),
                 ..optics.uniform()
             })
             .collect();
+        if let Some(rows) = rows.iter().find(|&&rows| rows > MAX_OPTICS) {
+            return Err(GpuError::Failed {
+                what: "optics",
+                reason: format!("{rows} rows of lobes, more than {MAX_OPTICS}"),
+            });
+        }
         let contents: &[u8] = bytemuck::cast_slice(&uniforms);
         let shading = context.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("shading"),
@@ -203,7 +213,7 @@ impl GpuOptics {
         Ok(bytemuck::pod_read_unaligned(&bytes))
     }
 
-    /// The first row of the lobes of TT or TRT as the device has them.
+    /// The lobes of TT or TRT as the device has them, row by row.
     ///
     /// # Errors
     /// The device was lost.
@@ -215,24 +225,25 @@ impl GpuOptics {
         let texture = view.texture();
         let row_bytes = 16 * texture.width();
         // Rows of copies start at multiples of 256 bytes.
-        let size = u64::from(row_bytes.next_multiple_of(256));
-        let mut bytes = read_back(context, size, |encoder, staging| {
+        let pitch = row_bytes.next_multiple_of(256);
+        let size = u64::from(pitch) * u64::from(texture.height());
+        let bytes = read_back(context, size, |encoder, staging| {
             let staging = wgpu::TexelCopyBufferInfo {
                 buffer: staging,
                 layout: wgpu::TexelCopyBufferLayout {
                     offset: 0,
-                    bytes_per_row: Some(size as u32),
+                    bytes_per_row: Some(pitch),
                     rows_per_image: None,
                 },
             };
-            let row = wgpu::Extent3d {
-                height: 1,
-                ..texture.size()
-            };
-            encoder.copy_texture_to_buffer(texture.as_image_copy(), staging, row);
+            encoder.copy_texture_to_buffer(texture.as_image_copy(), staging, texture.size());
         })?;
-        bytes.truncate(row_bytes as usize);
-        Ok(bytemuck::pod_collect_to_vec(&bytes))
+        let rows = bytes.chunks_exact(pitch as usize);
+        Ok(rows
+            .flat_map(|row| {
+                bytemuck::pod_collect_to_vec::<u8, [u32; 8]>(&row[..row_bytes as usize])
+            })
+            .collect())
     }
 
     /// Layout of the bindings from `first` on: lobes of TT and of TRT.
@@ -281,7 +292,8 @@ impl Written {
     ) {
         self.bytes += size_of_val(&lobes.texels[..]);
         let texture = view.texture();
-        if (texture.width(), texture.height()) == (2 * lobes.texels.len() as u32, 1) {
+        let size = (2 * lobes.width() as u32, lobes.rows() as u32);
+        if (texture.width(), texture.height()) == size {
             write_texels(context, texture, &lobes.texels);
         } else {
             *view = upload_lobes(context, label, &[lobes]);
@@ -322,17 +334,21 @@ fn write_texels(context: &Context, texture: &wgpu::Texture, texels: &[[u32; 8]])
     );
 }
 
-/// One row a texture, all as wide as the widest.
+/// The rows of all textures, as wide as the widest.
 fn upload_lobes(context: &Context, label: &str, lobes: &[&LobeTexture]) -> wgpu::TextureView {
-    let width = lobes.iter().map(|lobes| lobes.texels.len()).max();
+    let width = lobes.iter().map(|lobes| lobes.width()).max();
     let width = width.unwrap_or(1).max(1);
-    let mut texels = vec![[0u32; 8]; width * lobes.len()];
-    for (row, lobes) in texels.chunks_exact_mut(width).zip(lobes) {
-        row[..lobes.texels.len()].copy_from_slice(&lobes.texels);
+    let height: usize = lobes.iter().map(|lobes| lobes.rows()).sum();
+    let mut texels = vec![[0u32; 8]; width * height];
+    let rows = lobes
+        .iter()
+        .flat_map(|lobes| lobes.texels.chunks_exact(lobes.width()));
+    for (to, from) in texels.chunks_exact_mut(width).zip(rows) {
+        to[..from.len()].copy_from_slice(from);
     }
     let size = wgpu::Extent3d {
         width: 2 * width as u32,
-        height: lobes.len() as u32,
+        height: height as u32,
         depth_or_array_layers: 1,
     };
     let texture = context.device.create_texture(&wgpu::TextureDescriptor {

@@ -143,6 +143,14 @@ pub(crate) fn in_range(
 }
 
 impl HairParams {
+    /// `[eta*_1, eta*_2]` of Xu 2011 Eq 24, the indices of an elliptic fibre along its axes, both
+    /// eta for a circular one; not clamped: strong eccentricities take them below 1.
+    pub fn elliptic_indices(&self) -> [f64; 2] {
+        let square = self.eccentricity * self.eccentricity;
+        let excess = 2.0 * (self.eta - 1.0);
+        [excess * square, excess / square].map(|part| part - self.eta + 2.0)
+    }
+
     /// Checks every field against its documented range; NaN is outside every range.
     ///
     /// # Errors

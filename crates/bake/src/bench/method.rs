@@ -12,9 +12,9 @@ use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::BernsteinRule;
 use strandlight_scattering::closed_form::{
     DEFAULT_NODES, DirectionInFrame, Fibre, GAUSS_HERMITE, LN_CULL, LightInFrame, Reflectance,
-    azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, inclination, lag_between, longitudinal,
-    node_count, outer_node, outer_rule, pack_nodes, paper, sample_lobes, single_scattering,
-    single_scattering_mode, table_cell,
+    azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, eta_star, inclination, lag_between,
+    longitudinal, node_count, outer_node, outer_rule, pack_nodes, paper, sample_lobes,
+    single_scattering, single_scattering_mode, table_cell,
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{DEFAULT_LOBE_TEXELS, LobeTable, LobeTexture, slice};
@@ -448,7 +448,9 @@ impl OnFibre<'_> {
             }
             Method::Runtime { .. } | Method::TableC { .. } | Method::LobeTexels { .. } => {
                 let optics = &self.optics;
-                let sampled = |lobes: &LobeTexture| sample_lobes(&lobes.view(), at.cos_theta_d);
+                let eta = eta_star(kappa, &lag, fibre);
+                let sampled =
+                    |lobes: &LobeTexture| sample_lobes(&lobes.view(), eta, at.cos_theta_d);
                 match lobe {
                     Lobe::R => [azimuthal_r(kappa, &lag, &at, &optics.reflectance, tables); 3],
                     Lobe::Tt => azimuthal_tt(kappa, &lag, &sampled(&optics.tt)),

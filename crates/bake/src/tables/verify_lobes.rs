@@ -9,8 +9,7 @@ use strandlight_scattering::exact::{azimuthal, energy};
 use strandlight_scattering::lobes::fit::{ErrorNorm, LobeShape, best_shares};
 use strandlight_scattering::lobes::moments::Section;
 use strandlight_scattering::lobes::{
-    DEFAULT_LOBE_TEXELS, Energies, LobeTable, LobeTexture, sigma_from_absorption, slice_mode,
-    table_names,
+    DEFAULT_LOBE_TEXELS, LobeTable, LobeTexture, sigma_from_absorption, slice_mode, table_names,
 };
 use strandlight_scattering::quadrature::GaussLegendre;
 use strandlight_scattering::{HairParams, Lobe};
@@ -126,7 +125,7 @@ fn verify_shares(lobes: &LobeTable) -> Check {
 
 /// What the renderer evaluates.
 fn sampled(texture: &LobeTexture, mode: Lobe, lambda_p: f64, dphi: f64, theta_d: f64) -> [f64; 3] {
-    let lobes = sample_lobes(&texture.view(), theta_d.cos() as f32);
+    let lobes = sample_lobes(&texture.view(), 0.0, theta_d.cos() as f32);
     let lag = Lag {
         sin_half: (0.5 * dphi).sin().abs() as f32,
         cos_half: (0.5 * dphi).cos().abs() as f32,
@@ -142,8 +141,7 @@ fn sampled(texture: &LobeTexture, mode: Lobe, lambda_p: f64, dphi: f64, theta_d:
 }
 
 fn texture(lobes: &LobeTable, hair: &HairParams) -> LobeTexture {
-    let energies = Energies::new(hair.eta, hair.sigma_a, lobes.fresnel, DEFAULT_LOBE_TEXELS);
-    slice_mode(lobes, &energies, hair.caustic_width)
+    slice_mode(lobes, hair, DEFAULT_LOBE_TEXELS)
 }
 
 /// Inner integrals through a sliced texture in single precision against adaptive quadrature in h.

@@ -5,9 +5,9 @@ use strandlight_scattering::closed_form::paper::{
 };
 use strandlight_scattering::closed_form::{
     DirectionInFrame, GAUSS_HERMITE, LightInFrame, Shading, Tables, azimuthal_r, azimuthal_trt,
-    azimuthal_tt, bessel_i0e, bessel_i0e_fast, bessel_i1e, c_0, erf_pair, inclination, lag_between,
-    lobe_integral, outer_node, outer_rule, product_integral, sample_lobes, single_scattering,
-    single_scattering_mode, table_cell,
+    azimuthal_tt, bessel_i0e, bessel_i0e_fast, bessel_i1e, c_0, erf_pair, eta_star, inclination,
+    lag_between, lobe_integral, outer_node, outer_rule, product_integral, sample_lobes,
+    single_scattering, single_scattering_mode, table_cell,
 };
 
 use super::{Function, MODE_ALL, Query, Scheme};
@@ -105,7 +105,13 @@ fn by_lobes(q: &Query, shading: &Shading) -> [f32; 3] {
     let cos_theta_d = at.cos_theta_d;
     match q.mode {
         0 => [azimuthal_r(kappa, &lag, &at, shading.reflectance, &shading.tables); 3],
-        1 => azimuthal_tt(kappa, &lag, &sample_lobes(&shading.tt, cos_theta_d)),
-        _ => azimuthal_trt(kappa, &lag, &sample_lobes(&shading.trt, cos_theta_d)),
+        1 => {
+            let lobes = sample_lobes(&shading.tt, shading.fibre.eta, cos_theta_d);
+            azimuthal_tt(kappa, &lag, &lobes)
+        }
+        _ => {
+            let eta = eta_star(kappa, &lag, shading.fibre);
+            azimuthal_trt(kappa, &lag, &sample_lobes(&shading.trt, eta, cos_theta_d))
+        }
     }
 }

@@ -74,9 +74,7 @@ impl Fibre {
     pub fn new(hair: &HairParams, modes: &[Lobe], segments: u32) -> Result<Fibre, ParamError> {
         hair.validate()?;
         let per_lobe = |value: &crate::PerLobe<f64>| Lobe::ALL.map(|lobe| value.get(lobe) as f32);
-        let a_2 = hair.eccentricity * hair.eccentricity;
-        let eta_1 = 2.0 * (hair.eta - 1.0) * a_2 - hair.eta + 2.0;
-        let eta_2 = 2.0 * (hair.eta - 1.0) / a_2 - hair.eta + 2.0;
+        let [eta_1, eta_2] = hair.elliptic_indices();
         Ok(Fibre {
             sigma_a: hair.sigma_a.map(|sigma_a| sigma_a as f32),
             eta: hair.eta as f32,

@@ -27,18 +27,18 @@ pub struct LobeDecode {
     /// Row of the texture where the texels lie, in textures that hold several fibres; the shaders
     /// alone look at it.
     pub first_row: u32,
-    /// Fills the struct; always 0.
-    pub padding_0: u32,
-    /// Fills the struct; always 0.
-    pub padding_1: u32,
-    /// Fills the struct; always 0.
-    pub padding_2: u32,
+    /// Index of refraction of the first row of texels.
+    pub eta_first: f32,
+    /// Rows per unit of the index.
+    pub eta_scale: f32,
+    /// Index of the last row; 0 for circular fibres, whose one row serves.
+    pub last_row: f32,
 }
 
 /// A view of one mode's texels.
 #[derive(Clone, Copy, Debug)]
 pub struct LobeView<'a> {
-    /// Decoded texels, `last + 1` of them.
+    /// Decoded texels, `last + 1` of them a row.
     pub texels: &'a [[f32; N_LOBE_NUMBERS]],
     /// Their placement.
     pub decode: &'a LobeDecode,
@@ -58,16 +58,37 @@ pub struct Lobes {
     pub amplitude: [[f32; 3]; 3],
 }
 
-/// The lobes at `cos_theta_d` >= 0.
-pub fn sample_lobes(view: &LobeView, cos_theta_d: f32) -> Lobes {
-    let warp = view.decode.warp;
+/// The lobes at `cos_theta_d` >= 0. `eta` is looked at where there are several rows, and clamped
+/// to the first and last: four texels then, else two.
+pub fn sample_lobes(view: &LobeView, eta: f32, cos_theta_d: f32) -> Lobes {
+    let decode = view.decode;
+    let warp = decode.warp;
     let u = ((1.0 + warp) * cos_theta_d / (cos_theta_d + warp)).min(1.0);
-    let at = u * view.decode.last;
-    let first = at.floor().min(view.decode.last - 1.0);
+    let at = u * decode.last;
+    let first = at.floor().min(decode.last - 1.0);
     let fraction = at - first;
-    let low = &view.texels[first as usize];
-    let high = &view.texels[first as usize + 1];
-    let x: [f32; N_LOBE_NUMBERS] = std::array::from_fn(|i| low[i] + (high[i] - low[i]) * fraction);
+    let mut ix = first as usize;
+    let mut x = [0.0f32; N_LOBE_NUMBERS];
+    if decode.last_row > 0.0 {
+        let at = ((eta - decode.eta_first) * decode.eta_scale)
+            .max(0.0)
+            .min(decode.last_row);
+        let row = at.floor().min(decode.last_row - 1.0);
+        let weight = at - row;
+        let width = decode.last as usize + 1;
+        ix += row as usize * width;
+        let texels = [ix, ix + 1, ix + width, ix + width + 1].map(|ix| &view.texels[ix]);
+        for (i, x) in x.iter_mut().enumerate() {
+            let below = texels[0][i] + (texels[1][i] - texels[0][i]) * fraction;
+            let above = texels[2][i] + (texels[3][i] - texels[2][i]) * fraction;
+            *x = below + (above - below) * weight;
+        }
+    } else {
+        let (low, high) = (&view.texels[ix], &view.texels[ix + 1]);
+        for (i, x) in x.iter_mut().enumerate() {
+            *x = low[i] + (high[i] - low[i]) * fraction;
+        }
+    }
     let square = u * u;
     Lobes {
         lambda: [x[0], x[1], x[2]],

@@ -4,10 +4,12 @@
 //! Each mode is integrated over theta_i by the nodes of [`super::outer_integral`]; at a node the
 //! integral over azimuth is R's polynomial on the table C, or TT's and TRT's lobes. With the
 //! default nodes that is at most 8 inner integrals and 13 fetches a light: one of C for each
-//! node of R, two 16-byte texels of the lobe texture for each of TT and TRT.
+//! node of R, two 16-byte texels of the lobe texture for each of TT and TRT. An elliptic fibre
+//! reads as often, TRT's fetches being bilinear.
 
 use super::azimuthal::{azimuthal_trt, azimuthal_tt};
 use super::azimuthal_r::{Reflectance, azimuthal_r};
+use super::eccentric::eta_star;
 use super::fibre::{Fibre, MODE_R};
 use super::frame::{DirectionInFrame, Lag, LightInFrame, inclination, lag_between};
 use super::lobes::{LobeView, sample_lobes};
@@ -101,9 +103,12 @@ fn mode_at_lag(
             total = total.map(|sum| sum + value);
         } else {
             let value = if mode == 1 {
-                azimuthal_tt(kappa, lag, &sample_lobes(&shading.tt, incline.cos_theta_d))
+                let lobes = sample_lobes(&shading.tt, fibre.eta, incline.cos_theta_d);
+                azimuthal_tt(kappa, lag, &lobes)
             } else {
-                azimuthal_trt(kappa, lag, &sample_lobes(&shading.trt, incline.cos_theta_d))
+                let eta = eta_star(kappa, lag, fibre);
+                let lobes = sample_lobes(&shading.trt, eta, incline.cos_theta_d);
+                azimuthal_trt(kappa, lag, &lobes)
             };
             for channel in 0..3 {
                 total[channel] += factor * value[channel];

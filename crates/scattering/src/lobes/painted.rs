@@ -4,8 +4,8 @@
 //! are a plane over (sigma_a, theta_d), which each channel reads at its own absorption.
 
 use super::slice::{
-    EnergyRule, FLOAT16_HIGHEST, FLOAT16_LOWEST, LobeRowAt, N_SHAPE_NUMBERS, PackedShapes,
-    cos_theta_d_at, decode_shape, float16, from_float16, move_lost, texel_at,
+    EnergyRule, FLOAT16_HIGHEST, FLOAT16_LOWEST, LobePlaces, LobeRows, N_SHAPE_NUMBERS,
+    PackedShapes, cos_theta_d_at, decode_shape, float16, from_float16, move_lost, texel_at,
 };
 use super::table::LobeTable;
 use crate::closed_form::{LAYER_MIDDLE, PaintedDecode, PaintedView};
@@ -51,10 +51,10 @@ pub fn slice_painted(
     [n, n_layers]: [usize; 2],
 ) -> PaintedTexture {
     let (eta, n, n_layers) = (eta.max(1.0), n.max(2), n_layers.max(2));
-    let row = LobeRowAt::new(table, eta, n);
-    let shapes = PackedShapes::new(&row, caustic_width);
+    let rows = LobeRows::new(table, &LobePlaces::circular(table.lobe, eta, n));
+    let shapes = PackedShapes::new(&rows, caustic_width);
     let warp = f64::from(shapes.decode.warp);
-    let trt = row.lobe == Lobe::Trt;
+    let trt = rows.lobe == Lobe::Trt;
     let crossings = if trt { 2.0 } else { 1.0 };
     // The shortest crossing of all theta_d and h, so that what is left falls with sigma_a.
     let decay = 2.0 * crossings * (1.0 - 1.0 / (eta * eta)).sqrt();
@@ -69,7 +69,7 @@ pub fn slice_painted(
     let rule = EnergyRule::new(eta, table.fresnel);
     let mut amplitudes = vec![[0.0; 3]; n_layers * n];
     let mut highest = 1e-30f64;
-    for (ix, (stencil, path)) in row.texels.iter().enumerate() {
+    for (ix, (section, stencil, path)) in rows.each().enumerate() {
         let mut energies = vec![0.0; n_layers];
         let c = cos_theta_d_at(warp, ix, n);
         rule.add(c, texel_at(ix, n), |kept, reflected, crossing| {
@@ -83,7 +83,7 @@ pub fn slice_painted(
             }
         });
         for (layer, (energy, sigma)) in energies.iter().zip(&layers).enumerate() {
-            let shares = row.section.shares(stencil, sigma * path);
+            let shares = section.shares(stencil, sigma * path);
             let amplitude: [f64; 3] =
                 std::array::from_fn(|l| energy * shares[l] * shapes.heights[ix][l]);
             highest = amplitude.into_iter().fold(highest, f64::max);

@@ -2,22 +2,29 @@
 //!
 //! Nothing is fitted here. Shapes and shares come from the baked table by cubic interpolation,
 //! energies from 12 Gauss-Legendre nodes of the exact integral, so that the energy of each mode
-//! is that of the exact model up to interpolation between texels. [`LobeRowAt`] depends on eta
-//! alone, [`PackedShapes`] also on w_c, [`Energies`] and [`Shares`] also on sigma_a: an edit makes
-//! only what it touches.
+//! is that of the exact model up to interpolation between texels. [`LobeRows`] depends on eta
+//! (and, of TRT, eccentricity) alone, [`PackedShapes`] also on w_c, [`Energies`] and [`Shares`]
+//! also on sigma_a: an edit makes only what it touches.
+//!
+//! TRT of an elliptic fibre wants the index that light and view choose (Xu 2011 Eq 24 to 26): its
+//! texture has a row for each of several indices, see [`LobePlaces`].
 
 use std::f64::consts::FRAC_PI_2;
 
 use super::fit::LobeShape;
 use super::table::{LobeSection, LobeTable, Stencil, alpha_from_cos_theta_d};
 use crate::circular_gaussian::sharpness;
-use crate::closed_form::{LobeDecode, LobeView, N_LOBE_NUMBERS};
+use crate::closed_form::{ETA_STAR_MAX, ETA_STAR_MIN, LobeDecode, LobeView, N_LOBE_NUMBERS};
 use crate::fresnel::Fresnel;
 use crate::hair::{HairParams, Lobe};
 use crate::quadrature::GaussLegendre;
 
 /// Texels over cos(theta_d).
 pub const DEFAULT_LOBE_TEXELS: usize = 320;
+/// TRT of an elliptic fibre: about how far apart its rows are in the index, and most rows. All
+/// rows together have a fifth more texels than that of a circular fibre.
+const ELLIPTIC_STEP: f64 = 0.15;
+const ELLIPTIC_ROWS: f64 = 8.0;
 /// Nodes of the energies over gamma.
 const N_ENERGY_NODES: usize = 12;
 /// Numbers of a texel that are shapes; amplitudes follow.
@@ -47,16 +54,89 @@ impl LobeTexture {
             decode: &self.decode,
         }
     }
+
+    /// Texels a row.
+    pub fn width(&self) -> usize {
+        self.decode.last as usize + 1
+    }
+
+    /// Rows: one index of refraction each.
+    pub fn rows(&self) -> usize {
+        self.decode.last_row as usize + 1
+    }
 }
 
-/// Places and energies of the texels of one fibre, shared by TT and TRT.
+/// Where the texels of one fibre and mode stand: a row for each index of refraction, in each row
+/// the same values of cos(theta_d).
+#[derive(Clone, Debug, PartialEq)]
+pub struct LobePlaces {
+    /// Which mode.
+    lobe: Lobe,
+    /// The index of each row, evenly apart; one for circular fibres.
+    etas: Vec<f64>,
+    /// See [`LobeDecode`].
+    warp: f64,
+    /// Texels a row.
+    n: usize,
+}
+
+impl LobePlaces {
+    /// One row of `n` >= 2 texels for index `eta` >= 1.
+    pub fn circular(lobe: Lobe, eta: f64, n: usize) -> LobePlaces {
+        let eta = eta.max(1.0);
+        LobePlaces {
+            lobe,
+            etas: vec![eta],
+            warp: warp(eta),
+            n: n.max(2),
+        }
+    }
+
+    /// The places for `hair`: several rows for TRT of an elliptic fibre, over the indices of Eq 24
+    /// as [`crate::closed_form::eta_star`] clamps them; else one, of `n` >= 2 texels.
+    pub fn new(lobe: Lobe, hair: &HairParams, n: usize) -> LobePlaces {
+        let circular = LobePlaces::circular(lobe, hair.eta, n);
+        let [eta_1, eta_2] = hair.elliptic_indices();
+        let floor = hair.eta.min(f64::from(ETA_STAR_MIN));
+        let [low, high] = [eta_1.min(eta_2), eta_1.max(eta_2)]
+            .map(|eta| eta.clamp(floor, f64::from(ETA_STAR_MAX)));
+        if lobe != Lobe::Trt || high - low < 1e-6 {
+            return circular;
+        }
+        // Nearly circular fibres have few rows of many texels: nothing jumps at a = 1.
+        let rows = ((high - low) / ELLIPTIC_STEP + 2.0).min(ELLIPTIC_ROWS) as usize;
+        let step = (high - low) / (rows - 1) as f64;
+        LobePlaces {
+            etas: (0..rows).map(|row| low + step * row as f64).collect(),
+            n: ((n + n / 5) / rows).max(2),
+            ..circular
+        }
+    }
+
+    /// The decoding that all textures here have; scales are yet to be set.
+    fn decode(&self) -> LobeDecode {
+        let rows = self.etas.len() - 1;
+        let (first, last) = (self.etas[0], self.etas[rows]);
+        LobeDecode {
+            warp: self.warp as f32,
+            last: (self.n - 1) as f32,
+            eta_first: first as f32,
+            eta_scale: if rows > 0 {
+                (rows as f64 / (last - first)) as f32
+            } else {
+                0.0
+            },
+            last_row: rows as f32,
+            ..bytemuck::Zeroable::zeroed()
+        }
+    }
+}
+
+/// Energies at the texels of one fibre and mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Energies {
-    eta: f64,
-    sigma_a: [f64; 3],
-    /// Per texel: cos(theta_d), and energy of TT and of TRT per channel, over u^2 (see
-    /// [`LobeDecode`]), at u = 0 the limit.
-    texels: Vec<(f64, [[f64; 3]; 2])>,
+    /// Per texel and channel, over u^2 (see [`LobeDecode`]), at u = 0 the limit.
+    texels: Vec<[f64; 3]>,
 }
 
 /// `k` of the warp `u = (1 + k) c / (c + k)`, c = cos(theta_d).
@@ -120,89 +200,96 @@ impl EnergyRule {
 }
 
 impl Energies {
-    /// Energies of `n` >= 2 texels for index `eta` >= 1 and absorption `sigma_a`.
-    pub fn new(eta: f64, sigma_a: [f64; 3], fresnel: Fresnel, n: usize) -> Energies {
-        let eta = eta.max(1.0);
-        let warp = warp(eta);
-        let rule = EnergyRule::new(eta, fresnel);
-        let n = n.max(2);
-        let texels = (0..n)
-            .map(|ix| {
-                let c = cos_theta_d_at(warp, ix, n);
-                let mut energies = [[0.0; 3]; 2];
-                rule.add(c, texel_at(ix, n), |kept, reflected, crossing| {
-                    for channel in 0..3 {
-                        let t = (crossing * sigma_a[channel]).exp();
-                        energies[0][channel] += kept * t;
-                        energies[1][channel] += reflected * t * t;
+    /// Energies at `places` for absorption `sigma_a`.
+    pub fn new(places: &LobePlaces, sigma_a: [f64; 3], fresnel: Fresnel) -> Energies {
+        let trt = places.lobe == Lobe::Trt;
+        let mut texels = Vec::with_capacity(places.etas.len() * places.n);
+        for &eta in &places.etas {
+            let rule = EnergyRule::new(eta, fresnel);
+            texels.extend((0..places.n).map(|ix| {
+                let c = cos_theta_d_at(places.warp, ix, places.n);
+                let mut energy = [0.0; 3];
+                rule.add(c, texel_at(ix, places.n), |kept, reflected, crossing| {
+                    let (kept, exponent) = if trt {
+                        (reflected, 2.0 * crossing)
+                    } else {
+                        (kept, crossing)
+                    };
+                    for (energy, sigma) in energy.iter_mut().zip(sigma_a) {
+                        *energy += kept * (exponent * sigma).exp();
                     }
                 });
-                (c, energies)
-            })
-            .collect();
-        Energies {
-            eta,
-            sigma_a,
-            texels,
+                energy
+            }));
         }
+        Energies { texels }
     }
 }
 
-/// The lobes of TT and TRT of one fibre.
+/// The lobes of TT and TRT of one fibre, `n` >= 2 texels over theta_d.
 pub fn slice(tables: [&LobeTable; 2], hair: &HairParams, n: usize) -> [LobeTexture; 2] {
-    let energies = Energies::new(hair.eta, hair.sigma_a, tables[0].fresnel, n);
-    tables.map(|table| slice_mode(table, &energies, hair.caustic_width))
+    tables.map(|table| slice_mode(table, hair, n))
 }
 
-/// The lobes of the table's mode. Width `caustic_width` (w_c) widens those of TRT.
-pub fn slice_mode(table: &LobeTable, energies: &Energies, caustic_width: f64) -> LobeTexture {
-    let row = LobeRowAt::new(table, energies.eta, energies.texels.len());
-    let shapes = PackedShapes::new(&row, caustic_width);
-    let shares = Shares::new(&row, energies.sigma_a);
-    LobeTexture::new(&shapes, energies, &shares)
+/// The lobes of the table's mode for `hair`; w_c widens those of TRT.
+pub fn slice_mode(table: &LobeTable, hair: &HairParams, n: usize) -> LobeTexture {
+    let places = LobePlaces::new(table.lobe, hair, n);
+    let energies = Energies::new(&places, hair.sigma_a, table.fresnel);
+    let rows = LobeRows::new(table, &places);
+    let shapes = PackedShapes::new(&rows, hair.caustic_width);
+    let shares = Shares::new(&rows, hair.sigma_a);
+    LobeTexture::new(&shapes, &energies, &shares)
 }
 
-/// A table of lobes at one eta, with the places of the texels in it: what [`PackedShapes`] and
-/// [`Shares`] are made of.
+/// A table of lobes at the places of one fibre: what [`PackedShapes`] and [`Shares`] are made of.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LobeRowAt {
+pub struct LobeRows {
     pub(super) lobe: Lobe,
-    pub(super) section: LobeSection,
-    warp: f64,
-    /// Per texel: where it stands on the axis of alpha, and the length of a crossing, in radii
-    /// over 2 cos(gamma_t).
-    pub(super) texels: Vec<(Stencil, f64)>,
+    /// The table at the index of each row.
+    sections: Vec<LobeSection>,
+    /// Decoding of textures made of this; scales are yet to be set.
+    decode: LobeDecode,
+    /// Per texel, row by row: where it stands on the axis of alpha, and the length of a crossing,
+    /// in radii over 2 cos(gamma_t).
+    texels: Vec<(Stencil, f64)>,
 }
 
-impl LobeRowAt {
-    /// The row of `table` at index `eta` >= 1 for textures of `n` >= 2 texels.
-    pub fn new(table: &LobeTable, eta: f64, n: usize) -> LobeRowAt {
-        let eta = eta.max(1.0);
-        let warp = warp(eta);
-        let section = table.at_eta(eta);
-        let n = n.max(2);
-        let texels = (0..n)
-            .map(|ix| {
-                let cos_theta_d = cos_theta_d_at(warp, ix, n);
-                let stencil = section.stencil(alpha_from_cos_theta_d(eta, cos_theta_d));
+impl LobeRows {
+    /// `table` at `places`, both of one mode.
+    pub fn new(table: &LobeTable, places: &LobePlaces) -> LobeRows {
+        let sections: Vec<LobeSection> = places.etas.iter().map(|&eta| table.at_eta(eta)).collect();
+        let mut texels = Vec::with_capacity(places.etas.len() * places.n);
+        for (section, eta) in sections.iter().zip(&places.etas) {
+            texels.extend((0..places.n).map(|ix| {
+                let cos_theta_d = cos_theta_d_at(places.warp, ix, places.n);
+                let stencil = section.stencil(alpha_from_cos_theta_d(*eta, cos_theta_d));
                 let sin_2 = 1.0 - cos_theta_d * cos_theta_d;
                 let path = 1.0 / (1.0 - sin_2 / (eta * eta)).max(1e-12).sqrt();
                 (stencil, path)
-            })
-            .collect();
-        LobeRowAt {
+            }));
+        }
+        LobeRows {
             lobe: table.lobe,
-            section,
-            warp,
+            sections,
+            decode: places.decode(),
             texels,
         }
+    }
+
+    /// Section, stencil and path of each texel.
+    pub(super) fn each(&self) -> impl Iterator<Item = (&LobeSection, &Stencil, f64)> {
+        let n = self.texels.len() / self.sections.len();
+        let rows = self.sections.iter().zip(self.texels.chunks_exact(n));
+        rows.flat_map(|(section, row)| {
+            row.iter()
+                .map(move |(stencil, path)| (section, stencil, *path))
+        })
     }
 }
 
 /// Shapes of one fibre and mode, rounded as textures hold them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackedShapes {
-    lobe: Lobe,
     pub(super) decode: LobeDecode,
     pub(super) packed: Vec<[u16; N_SHAPE_NUMBERS]>,
     /// Per texel: 1 / I0e of each lobe's sharpness, halved for the pairs.
@@ -210,14 +297,13 @@ pub struct PackedShapes {
 }
 
 impl PackedShapes {
-    /// Shapes of `row`; width `caustic_width` (w_c) widens those of TRT.
-    pub fn new(row: &LobeRowAt, caustic_width: f64) -> PackedShapes {
-        let blur = (row.lobe == Lobe::Trt).then(|| blur_measure(sharpness(caustic_width)));
-        let shapes: Vec<LobeShape> = row
-            .texels
-            .iter()
-            .map(|(stencil, _)| {
-                let mut shape = row.section.shape(stencil, LAMBDA_MIN);
+    /// Shapes of `rows`; width `caustic_width` (w_c) widens those of TRT.
+    pub fn new(rows: &LobeRows, caustic_width: f64) -> PackedShapes {
+        let blur = (rows.lobe == Lobe::Trt).then(|| blur_measure(sharpness(caustic_width)));
+        let shapes: Vec<LobeShape> = rows
+            .each()
+            .map(|(section, stencil, _)| {
+                let mut shape = section.shape(stencil, LAMBDA_MIN);
                 if let Some(blur) = blur {
                     shape.lambda = shape.lambda.map(|lambda| widened(lambda, blur));
                 }
@@ -226,10 +312,8 @@ impl PackedShapes {
             .collect();
         let widths = shapes.iter().flat_map(|shape| shape.lambda);
         let decode = LobeDecode {
-            warp: row.warp as f32,
-            last: (shapes.len() - 1) as f32,
             lambda_scale: widths.fold(0.0, f64::max) as f32,
-            ..bytemuck::Zeroable::zeroed()
+            ..rows.decode
         };
         let packed: Vec<[u16; N_SHAPE_NUMBERS]> = shapes
             .iter()
@@ -260,7 +344,6 @@ impl PackedShapes {
             })
             .collect();
         PackedShapes {
-            lobe: row.lobe,
             decode,
             packed,
             heights,
@@ -273,13 +356,13 @@ impl PackedShapes {
 pub struct Shares(Vec<[[f64; 3]; 3]>);
 
 impl Shares {
-    /// Shares of `row` for absorption `sigma_a`.
-    pub fn new(row: &LobeRowAt, sigma_a: [f64; 3]) -> Shares {
-        let texels = row.texels.iter();
+    /// Shares of `rows` for absorption `sigma_a`.
+    pub fn new(rows: &LobeRows, sigma_a: [f64; 3]) -> Shares {
+        let texels = rows.each();
         Shares(
             texels
-                .map(|(stencil, path)| {
-                    sigma_a.map(|sigma| row.section.shares(stencil, sigma * path))
+                .map(|(section, stencil, path)| {
+                    sigma_a.map(|sigma| section.shares(stencil, sigma * path))
                 })
                 .collect(),
         )
@@ -287,16 +370,15 @@ impl Shares {
 }
 
 impl LobeTexture {
-    /// The texture of these parts, all of one eta and count of texels.
+    /// The texture of these parts, all of the same places.
     pub fn new(shapes: &PackedShapes, energies: &Energies, shares: &Shares) -> LobeTexture {
-        let mode = usize::from(shapes.lobe == Lobe::Trt);
         let mut decode = shapes.decode;
         let texels = energies.texels.iter().zip(&shares.0).zip(&shapes.heights);
         let mut amplitudes: Vec<[f64; 9]> = texels
-            .map(|(((_, energy), shares), heights)| {
+            .map(|((energy, shares), heights)| {
                 std::array::from_fn(|ix| {
                     let (channel, l) = (ix / 3, ix % 3);
-                    energy[mode][channel] * shares[channel][l] * heights[l]
+                    energy[channel] * shares[channel][l] * heights[l]
                 })
             })
             .collect();
