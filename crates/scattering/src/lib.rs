@@ -3,6 +3,7 @@
 //! - [`HairParams`]: the parameters of Marschner's fibre model.
 //! - [`Lobe`]: the scattering modes R, TT, TRT.
 //! - [`exact`]: the model in f64 by quadrature; [`closed_form`]: what the renderer evaluates, f32.
+//! - [`dual_scattering`]: the averages of one scattering event and of many, f64.
 //! - [`lobes`]: TT and TRT as sums of circular Gaussians, fitted once for every fibre.
 //! - [`table_layout`]: what the baked tables hold, with [`c_integrals`] and [`h_moments`] to fill
 //!   them.
@@ -25,6 +26,7 @@ pub mod axis;
 pub mod c_integrals;
 pub mod circular_gaussian;
 pub mod closed_form;
+pub mod dual_scattering;
 pub mod exact;
 pub mod fresnel;
 pub mod h_moments;
