@@ -60,6 +60,21 @@ fn lobe_numbers(texture: texture_2d<u32>, texel: vec2u, fraction: f32) -> array<
     );
 }
 
+// The lobes of these numbers at u.
+fn scaled_lobes(x: array<vec4f, 4>, decode: LobeDecode, u: f32) -> Lobes {
+    let height = decode.amplitude_scale * u * u;
+    return Lobes(
+        decode.lambda_scale * x[0].xyz,
+        2.0 * vec2f(x[0].w, x[1].y) - 1.0,
+        2.0 * vec2f(x[1].x, x[1].z) - 1.0,
+        array<vec3f, 3>(
+            height * vec3f(x[1].w, x[2].z, x[3].y),
+            height * vec3f(x[2].x, x[2].w, x[3].z),
+            height * vec3f(x[2].y, x[3].x, x[3].w),
+        ),
+    );
+}
+
 // The lobes at cos_theta_d >= 0; eta is looked at where there are several rows.
 fn sample_lobes(
     texture: texture_2d<u32>,
@@ -72,33 +87,31 @@ fn sample_lobes(
     let at = u * decode.last;
     let first = min(floor(at), decode.last - 1.0);
     let fraction = at - first;
-    var texel = vec2u(2u * u32(first), decode.first_row);
-    var x: array<vec4f, 4>;
+    let at_row = min(max((eta - decode.eta_first) * decode.eta_scale, 0.0), decode.last_row);
+    let row = max(min(floor(at_row), decode.last_row - 1.0), 0.0);
+    let weight = at_row - row;
+    let texel = vec2u(2u * u32(first), decode.first_row + u32(row));
+    let x = lobe_numbers(texture, texel, fraction);
     if decode.last_row > 0.0 {
-        let at_row = min(max((eta - decode.eta_first) * decode.eta_scale, 0.0), decode.last_row);
-        let row = min(floor(at_row), decode.last_row - 1.0);
-        let weight = at_row - row;
-        texel.y += u32(row);
-        let below = lobe_numbers(texture, texel, fraction);
-        let above = lobe_numbers(texture, texel + vec2u(0u, 1u), fraction);
-        x = array<vec4f, 4>(
-            mix(below[0], above[0], weight),
-            mix(below[1], above[1], weight),
-            mix(below[2], above[2], weight),
-            mix(below[3], above[3], weight),
+        let y = lobe_numbers(texture, texel + vec2u(0u, 1u), fraction);
+        let between = array<vec4f, 4>(
+            mix(x[0], y[0], weight),
+            mix(x[1], y[1], weight),
+            mix(x[2], y[2], weight),
+            mix(x[3], y[3], weight),
         );
-    } else {
-        x = lobe_numbers(texture, texel, fraction);
+        return scaled_lobes(between, decode, u);
     }
-    let height = decode.amplitude_scale * u * u;
-    return Lobes(
-        decode.lambda_scale * x[0].xyz,
-        2.0 * vec2f(x[0].w, x[1].y) - 1.0,
-        2.0 * vec2f(x[1].x, x[1].z) - 1.0,
-        array<vec3f, 3>(
-            height * vec3f(x[1].w, x[2].z, x[3].y),
-            height * vec3f(x[2].x, x[2].w, x[3].z),
-            height * vec3f(x[2].y, x[3].x, x[3].w),
-        ),
-    );
+    return scaled_lobes(x, decode, u);
+}
+
+// As sample_lobes where one row is all there is, as of TT: software adapters execute both sides
+// of a branch.
+fn sample_row(texture: texture_2d<u32>, decode: LobeDecode, cos_theta_d: f32) -> Lobes {
+    let warp = decode.warp;
+    let u = min((1.0 + warp) * cos_theta_d / (cos_theta_d + warp), 1.0);
+    let at = u * decode.last;
+    let first = min(floor(at), decode.last - 1.0);
+    let texel = vec2u(2u * u32(first), decode.first_row);
+    return scaled_lobes(lobe_numbers(texture, texel, at - first), decode, u);
 }

@@ -94,7 +94,7 @@ fn mode_at_lag(
         if mode == 0u {
             total += factor * azimuthal_r(kappa, lag, incline, shading.reflectance, axes, c);
         } else if mode == 1u {
-            let lobes = sample_lobes(tt, shading.tt, shading.fibre.eta, incline.cos_theta_d);
+            let lobes = sample_row(tt, shading.tt, incline.cos_theta_d);
             total += factor * azimuthal_tt(kappa, lag, lobes);
         } else {
             let eta = eta_star(kappa, lag, shading.fibre);

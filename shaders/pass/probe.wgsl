@@ -102,7 +102,7 @@ fn azimuthal_by_lobes(q: Query, shading: Shading) -> vec3f {
         return vec3f(azimuthal_r(kappa, lag, at, shading.reflectance, axes, table_c));
     }
     if q.mode == 1u {
-        let lobes = sample_lobes(lobes_tt, shading.tt, shading.fibre.eta, at.cos_theta_d);
+        let lobes = sample_row(lobes_tt, shading.tt, at.cos_theta_d);
         return azimuthal_tt(kappa, lag, lobes);
     }
     let eta = eta_star(kappa, lag, shading.fibre);

@@ -7,13 +7,15 @@ use std::path::Path;
 use strandlight_tests::project_root;
 
 /// Functions that exist in WGSL alone; `shaders/README.md` says what stands for them in Rust.
-const WGSL_ONLY: [&str; 7] = [
+const WGSL_ONLY: [&str; 9] = [
     "direction_in_frame",
     "h_column",
     "light_in_frame",
     "mix_floats",
     "lobe_numbers",
     "mix_fractions",
+    "sample_row",
+    "scaled_lobes",
     "unpack_shares",
 ];
 
