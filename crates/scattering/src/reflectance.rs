@@ -20,8 +20,10 @@
 //! |---|---|---|---|---|
 //! | 1.3 | 8e-4 | 8e-4 | 1.5e-3 | 2e-4 |
 //! | 1.45..1.8 | 5e-4 | 5e-4 | 1.3e-3 | 4e-5 |
-//! | 3 | 1.5e-3 | 1e-3 | 2.3e-3 | 1.1e-3 |
+//! | 3 | 1.6e-3 | 1e-3 | 2.5e-3 | 1.1e-3 |
 //! | 1.1 | 6e-3 | 6e-3 | 8e-3 | 7e-4 |
+//!
+//! Single scattering of 2000 random lights with eight nodes a mode is within 0.003 % of the exact R.
 //!
 //! Towards eta = 1 the reflectance becomes a spike of width `sqrt(eta^2 - 1)` at c = 0, which no
 //! polynomial of degree 8 follows: from eta = 1.03 down only the energy is good (0.5 %). Compare a
@@ -207,7 +209,7 @@ impl Rule {
 }
 
 impl ReflectanceFit {
-    /// Fits `fresnel` at index `eta`, 1.0001..=3: some 5 us.
+    /// Fits `fresnel` at index `eta`, 1.0001..=3: 2 us.
     pub fn new(fresnel: Fresnel, eta: f64) -> ReflectanceFit {
         let rule = &*RULE;
         let scale = match fresnel {

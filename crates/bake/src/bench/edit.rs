@@ -54,24 +54,24 @@ impl EditCost {
     }
 }
 
-/// Edits each parameter of the default hair `repetitions` times to and fro, all modes enabled, on
-/// this thread; then makes everything anew as often.
+/// Edits each parameter of `hair` `repetitions` times to and fro, all modes enabled, on this thread;
+/// then makes everything anew as often.
 ///
 /// # Errors
-/// Lobes that are not there.
+/// Lobes that are not there, hair outside its range.
 pub fn edit_costs(
     tables: &Arc<LobeTables>,
     fresnel: Fresnel,
+    hair: &HairParams,
     repetitions: usize,
 ) -> Result<Vec<EditCost>, EditError> {
-    let hair = HairParams::default();
     let make = |hair: &HairParams| {
         HairTextures::new(Arc::clone(tables), fresnel, hair, &Lobe::ALL, SEGMENTS)
     };
     let mut costs = Vec::with_capacity(Parameter::ALL.len() + 1);
     for parameter in Parameter::ALL {
-        let mut textures = make(&hair)?;
-        let ends = [edited(parameter), hair];
+        let mut textures = make(hair)?;
+        let ends = [edited(hair, parameter), *hair];
         let mut runs = Vec::with_capacity(repetitions);
         for ix in 0..repetitions.max(1) {
             let start = Instant::now();
@@ -83,7 +83,7 @@ pub fn edit_costs(
     let mut runs = Vec::with_capacity(repetitions);
     for _ in 0..repetitions.max(1) {
         // Nothing but the fibre is there before.
-        let mut textures = HairTextures::new(Arc::clone(tables), fresnel, &hair, &[], SEGMENTS)?;
+        let mut textures = HairTextures::new(Arc::clone(tables), fresnel, hair, &[], SEGMENTS)?;
         let start = Instant::now();
         let report = textures.enable(&Lobe::ALL)?;
         runs.push((1e6 * start.elapsed().as_secs_f64(), report));
@@ -95,16 +95,16 @@ pub fn edit_costs(
 /// Segments of the paper's outer integral; no texture depends on them.
 const SEGMENTS: u32 = 4;
 
-/// The default hair with another value of `parameter`.
-fn edited(parameter: Parameter) -> HairParams {
-    let mut hair = HairParams::default();
+/// `hair` with another value of `parameter`.
+fn edited(hair: &HairParams, parameter: Parameter) -> HairParams {
+    let mut hair = *hair;
     match parameter {
         Parameter::Eta => hair.eta = 1.52,
         Parameter::SigmaA => hair.sigma_a = [0.1, 0.9, 1.7],
         Parameter::Shift => hair.shift = hair.shift.map(|alpha| 0.9 * alpha),
         Parameter::Width => hair.width = hair.width.map(|beta| 1.1 * beta),
         Parameter::CausticWidth => hair.caustic_width *= 1.1,
-        Parameter::Eccentricity => hair.eccentricity = 1.1,
+        Parameter::Eccentricity => hair.eccentricity = (0.99 * hair.eccentricity).max(0.51),
     }
     hair
 }

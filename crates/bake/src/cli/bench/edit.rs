@@ -9,7 +9,7 @@ use strandlight_bake::tables::fresnel_of;
 use strandlight_formats::TableFile;
 use strandlight_runtime::edit::LobeTables;
 use strandlight_runtime::tables::BUNDLED;
-use strandlight_scattering::Lobe;
+use strandlight_scattering::{HairParams, Lobe};
 
 use crate::cli::{Failure, Outcome, print_line};
 
@@ -24,6 +24,9 @@ pub struct Args {
     /// Edits of each parameter
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     repetitions: u64,
+    /// Eccentricity of the hair that is edited; an elliptic fibre has more to make
+    #[arg(long, default_value_t = 1.0, value_name = "A")]
+    eccentricity: f64,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -37,8 +40,12 @@ pub fn run(args: &Args) -> Outcome {
     };
     let fresnel = fresnel_of(&file).map_err(Failure::input)?;
     let lobes = LobeTables::from_file(&file, &Lobe::ALL).map_err(Failure::input)?;
-    let costs =
-        edit_costs(&Arc::new(lobes), fresnel, args.repetitions as usize).map_err(Failure::input)?;
+    let hair = HairParams {
+        eccentricity: args.eccentricity,
+        ..HairParams::default()
+    };
+    let costs = edit_costs(&Arc::new(lobes), fresnel, &hair, args.repetitions as usize)
+        .map_err(Failure::input)?;
     if args.json {
         return print_line(json!({
             "repetitions": args.repetitions,
