@@ -38,8 +38,9 @@ enum Scheme {
     Paper(u32),
 }
 
-/// Requests answered at a time: the optics of as many fibres fill some 60 MiB.
-const MAX_FIBRES: usize = 1024;
+/// Requests answered at a time: as many elliptic fibres, eight rows of lobes each, fit a texture
+/// and some 100 MiB.
+const MAX_FIBRES: usize = 512;
 
 type Answers = Vec<Result<serde_json::Value, String>>;
 
