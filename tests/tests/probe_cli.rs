@@ -241,3 +241,60 @@ fn bundled_tables_are_the_default() {
         }
     }
 }
+
+/// Averages by each method: published values, and the equation that many events solve.
+#[test]
+fn averages_are_those_of_the_model() {
+    // Trapezoid sums for sigma_a 0.1 and 0.3, without the blur of TRT; a_f and a_b to 2e-4.
+    let hair = r#"{"eta":1.55,"sigma_a":[0.1,0.3,0.3],"shift":{"r":-0.07,"tt":0.035,"trt":0.105},
+        "width":{"r":0.15,"tt":0.075,"trt":0.30},"caustic_width":0.01}"#
+        .replace('\n', " ");
+    let names = [
+        "a_f", "a_b", "alpha_f", "alpha_b", "beta_f", "beta_b", "A_b", "Delta_b", "sigma_b",
+    ];
+    let lines: Vec<String> = [0.0, 0.8]
+        .iter()
+        .flat_map(|theta| names.map(|name| (theta, name)))
+        .map(|(theta, name)| {
+            format!(r#"{{"q":"average","name":"{name}","theta_d":{theta},"hair":{hair}}}"#)
+        })
+        .collect();
+    let by = |method: &str| -> Vec<Vec<f64>> {
+        let answers = ask(strandlight().args(["probe", "--method", method]), &lines);
+        answers.iter().map(values).collect()
+    };
+    let (reference, runtime, paper) = (by("reference"), by("runtime"), by("paper"));
+    for (row, a_f, a_b) in [
+        (0, [0.65405, 0.46100], [0.16901, 0.12159]),
+        (9, [0.59902, 0.41056], [0.20860, 0.14797]),
+    ] {
+        for c in 0..2 {
+            assert!((reference[row][c] - a_f[c]).abs() < 2e-4);
+            assert!((reference[row + 1][c] - a_b[c]).abs() < 2e-4);
+        }
+        let exact = |q: usize, c: usize| reference[row + q][c];
+        for c in 0..3 {
+            // R = A_b + a_b reflects as a deep stack does: a_b R^2 - (1 + a_b^2 - a_f^2) R + a_b.
+            let [a_f, a_b, many] = [0, 1, 6].map(|q| exact(q, c));
+            let r = many + a_b;
+            let rest = a_b * r * r - (1.0 + a_b * a_b - a_f * a_f) * r + a_b;
+            assert!(rest.abs() < 1e-12, "{rest:e}");
+        }
+        let mut n_apart = 0;
+        for q in 0..9 {
+            for c in 0..3 {
+                let exact = exact(q, c);
+                let error = (runtime[row + q][c] - exact).abs();
+                assert!(error < 1e-3 * exact.abs() + 1e-4, "{} {error}", names[q]);
+                let apart = (paper[row + q][c] - exact).abs();
+                n_apart += usize::from(apart > 2e-3 * exact.abs());
+                assert!(apart < 0.3 * exact.abs() + 0.02, "{} {apart}", names[q]);
+            }
+        }
+        assert!(n_apart > 5, "{n_apart}");
+    }
+    for answer in ask(strandlight().args(["probe", "--method", "gpu"]), &lines) {
+        let message = answer["error"].as_str().unwrap_or_default();
+        assert!(message.contains("average is not available"), "{answer}");
+    }
+}

@@ -22,7 +22,7 @@ use request::Request;
 /// Evaluates the model at given points
 ///
 /// Reads JSON Lines on stdin and answers each with {"value": x} or {"error": "..."}. Angles in
-/// radians. Queries: table_C, table_H, azimuthal, single.
+/// radians. Queries: table_C, table_H, azimuthal, single, average.
 #[derive(clap::Args)]
 pub struct Args {
     /// Baked tables [default: the bundled ones]

@@ -10,6 +10,7 @@ use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::{GpuProbe, MODE_ALL, Query, evaluate};
 use strandlight_runtime::tables::{BUNDLED, ShadingTables};
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fibre};
+use strandlight_scattering::dual_scattering::{AverageTable, event_separated, published};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
 
@@ -107,12 +108,40 @@ impl Evaluator {
         };
         let mut values = values.into_iter();
         let answers = requests.iter().zip(queries).map(|(request, query)| {
+            if let (Ok(request), Backend::Cpu(_)) = (request, &self.backend)
+                && let Some(average) = self.average(request)
+            {
+                return average.finite();
+            }
             query?;
             // One value for each valid query, in order.
             let value = values.next().ok_or("no value came back")?;
             shape(request.as_ref().map_err(String::clone)?, value).finite()
         });
         Ok(answers.collect())
+    }
+
+    /// The answer to a query of an average, on the CPU: what the renderer's table of 128
+    /// inclinations says; by the paper's scheme Eq 33, with Zinke's approximations.
+    fn average(&self, request: &Request) -> Option<Answer> {
+        let Request::Average {
+            name,
+            theta_d,
+            hair,
+        } = request
+        else {
+            return None;
+        };
+        Some(Answer::Rgb(match self.scheme {
+            Scheme::Lobes(_) => {
+                let table = AverageTable::new(hair, self.fresnel);
+                table.get(*name, *theta_d as f32).map(f64::from)
+            }
+            Scheme::Paper(_) => {
+                let event = event_separated(*theta_d, hair, self.fresnel);
+                name.of(&event, &published(&event))
+            }
+        }))
     }
 
     /// The optics of every fibre among `requests`, each once.
@@ -198,6 +227,9 @@ impl Evaluator {
                 )
                 .with_optics(place)
             }
+            Request::Average { .. } => {
+                return Err("q average is not available by method gpu yet".to_owned());
+            }
         };
         Ok(match self.scheme {
             Scheme::Lobes(_) => query,
@@ -261,7 +293,9 @@ fn shape(request: &Request, value: [f32; 4]) -> Answer {
             ..
         } => Answer::Number(r),
         Request::TableH { k, .. } => Answer::Number(f64::from(value[*k as usize / 2 % 4])),
-        Request::Azimuthal { .. } | Request::Single { .. } => Answer::Rgb([r, g, b]),
+        Request::Azimuthal { .. } | Request::Single { .. } | Request::Average { .. } => {
+            Answer::Rgb([r, g, b])
+        }
     }
 }
 

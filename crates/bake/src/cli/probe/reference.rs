@@ -2,6 +2,7 @@
 
 use strandlight_scattering::Lobe;
 use strandlight_scattering::c_integrals::c_closed_form;
+use strandlight_scattering::dual_scattering::{all_orders, event};
 use strandlight_scattering::exact::{Light, View, azimuthal, single};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::h_moments::MomentRule;
@@ -80,6 +81,14 @@ impl Reference {
                     }
                 }
                 rgb(*lobe == Some(Lobe::R), sum)
+            }
+            Request::Average {
+                name,
+                theta_d,
+                hair,
+            } => {
+                let event = event(*theta_d, hair, fresnel);
+                Answer::Rgb(name.of(&event, &all_orders(&event)))
             }
         }
     }

@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use serde::Deserialize;
 use serde_json::Value;
 use serde_json::error::Category;
+use strandlight_scattering::dual_scattering::Average;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 
@@ -36,6 +37,12 @@ pub enum Request {
         lobe: Option<Lobe>,
         light: Light,
         view: Direction,
+        hair: HairParams,
+    },
+    /// Eq 32 and what follows from it, at incident inclination `theta_d`.
+    Average {
+        name: Average,
+        theta_d: f64,
         hair: HairParams,
     },
 }
@@ -100,6 +107,14 @@ struct Single {
 }
 
 #[derive(Deserialize)]
+#[serde(rename = "Average", deny_unknown_fields)]
+struct AverageKeys {
+    name: String,
+    theta_d: f64,
+    hair: Hair,
+}
+
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Hair {
     eta: f64,
@@ -124,11 +139,11 @@ struct Modes {
 }
 
 impl Request {
-    /// The fibre that is asked about.
+    /// The fibre whose optics the answer takes.
     pub fn hair(&self) -> Option<&HairParams> {
         match self {
             Request::Azimuthal { hair, .. } | Request::Single { hair, .. } => Some(hair),
-            Request::TableC { .. } | Request::TableH { .. } => None,
+            Request::TableC { .. } | Request::TableH { .. } | Request::Average { .. } => None,
         }
     }
 
@@ -235,9 +250,23 @@ impl Request {
                     hair: hair.params()?,
                 })
             }
-            "global" | "local" | "average" => {
-                Err(format!("q {q} is not available in this version"))
+            "average" => {
+                let AverageKeys {
+                    name,
+                    theta_d,
+                    hair,
+                } = take(rest)?;
+                let name = Average::from_name(&name).ok_or_else(|| {
+                    let names = Average::ALL.map(Average::name).join(", ");
+                    format!("name is {name:?}, not one of {names}")
+                })?;
+                Ok(Request::Average {
+                    name,
+                    theta_d: within("theta_d", theta_d, -FRAC_PI_2, FRAC_PI_2)?,
+                    hair: hair.params()?,
+                })
             }
+            "global" | "local" => Err(format!("q {q} is not available in this version")),
             _ => Err(format!("q {q:?} is unknown")),
         }
     }
@@ -295,6 +324,8 @@ mod tests {
                 r#"{{"q":"single","mode":"TT","light":{{"theta":0.1,"phi":2.0,"lambda":0.3}},
                 "view":{{"theta":0,"phi":0.4}},"hair":{HAIR}}}"#
             ),
+            format!(r#"{{"q":"average","name":"a_f","theta_d":0.2,"hair":{HAIR}}}"#),
+            format!(r#"{{"q":"average","name":"sigma_b","theta_d":-1.5,"hair":{HAIR}}}"#),
         ] {
             Request::parse(&line).unwrap_or_else(|error| panic!("{line}: {error}"));
         }
@@ -309,6 +340,15 @@ mod tests {
             (r#"{"q":3}"#, "not a string"),
             (r#"{"q":"table_D"}"#, "unknown"),
             (r#"{"q":"global"}"#, "not available"),
+            (r#"{"q":"average","name":"a_f"}"#, "theta_d"),
+            (
+                &format!(r#"{{"q":"average","name":"a_F","theta_d":0,"hair":{HAIR}}}"#),
+                "not one of a_f, a_b",
+            ),
+            (
+                &format!(r#"{{"q":"average","name":"a_f","theta_d":1.6,"hair":{HAIR}}}"#),
+                "theta_d is 1.6",
+            ),
             (r#"{"q":"table_C","k":7,"lambda":0.2,"phi":1.0}"#, "k is 7"),
             (r#"{"q":"table_C","k":-1,"lambda":0.2,"phi":1.0}"#, "-1"),
             (
