@@ -3,7 +3,7 @@
 // (sin theta, cos theta cos phi, cos theta sin phi).
 // Twin: crates/scattering/src/closed_form/frame.rs.
 
-const COS_THETA_D_MIN: f32 = 1e-4;
+const COS_THETA_D_MIN: f32 = 1e-6;
 
 // A direction away from the fibre.
 struct DirectionInFrame {

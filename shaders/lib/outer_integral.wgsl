@@ -11,9 +11,12 @@ const INVERSE_CLAMP: f32 = 1.3888888;
 const COSINE_SHARPNESS: f32 = 0.4;
 // How far the rest of the integrand pulls the bump, over spread^2 theta_o.
 const VIEW_PULL: f32 = 0.2;
-// Spreads up to which a third, and two thirds, of the nodes do.
+// Extents up to which a third, and two thirds, of the nodes do.
 const NARROW: f32 = 0.05;
 const MIDDLE: f32 = 0.2;
+// From those on the further node comes in smoothly, up to these extents.
+const NARROW_END: f32 = 0.075;
+const MIDDLE_END: f32 = 0.25;
 // Most nodes of a mode.
 const MAX_NODES: u32 = 8;
 // (pi/2)^2.
@@ -113,15 +116,43 @@ fn outer_rule(theta_j: f32, lambda_j: f32, theta_o: f32, alpha: f32, beta: f32) 
     );
 }
 
-// How many of at most `limit` nodes a bump of this spread is worth, 1 to MAX_NODES.
-fn node_count(spread: f32, limit: u32) -> u32 {
+// How much the rest of the integrand varies over the bump: its spread, but up to 1 near the ends.
+fn node_extent(rule: OuterRule) -> f32 {
+    let mean = rule.mean / HALF_PI;
+    let cosine = max(1.0 - mean * mean, 0.0);
+    return rule.spread / min(cosine + rule.spread, 1.0);
+}
+
+// How many of at most `limit` nodes a bump of this extent is worth, 1 to MAX_NODES.
+fn node_count(extent: f32, limit: u32) -> u32 {
     var thirds = 3u;
-    if spread < NARROW {
+    if extent < NARROW {
         thirds = 1u;
-    } else if spread < MIDDLE {
+    } else if extent < MIDDLE {
         thirds = 2u;
     }
     return clamp((limit * thirds + 2u) / 3u, 1u, MAX_NODES);
+}
+
+// Node `ix` of the `count` that node_count answers for this extent, as a row of GAUSS_HERMITE; the
+// second and the third of at most three come in smoothly.
+fn node_constants(extent: f32, count: u32, ix: u32) -> vec4f {
+    let row = GAUSS_HERMITE[count * (count - 1u) / 2u + ix];
+    if count == 2u && extent >= NARROW && extent < NARROW_END {
+        let u = row[0] * ((extent - NARROW) / (NARROW_END - NARROW));
+        let growth = exp(u * INVERSE_CLAMP);
+        return vec4f(u, 0.5 * SQRT_PI * exp(u * u), 1.0 / growth, growth);
+    }
+    if count == 3u && extent >= MIDDLE && extent < MIDDLE_END {
+        let share = 0.5 - (extent - MIDDLE) / (3.0 * (MIDDLE_END - MIDDLE));
+        if ix == 1u {
+            return vec4f(0.0, SQRT_PI * (1.0 - 2.0 * share), 1.0, 1.0);
+        }
+        let u = (f32(ix) - 1.0) * (0.5 / sqrt(share));
+        let growth = exp(u * INVERSE_CLAMP);
+        return vec4f(u, SQRT_PI * share * exp(u * u), 1.0 / growth, growth);
+    }
+    return row;
 }
 
 // The node `constants`, a row of GAUSS_HERMITE.

@@ -82,14 +82,15 @@ fn mode_at_lag(
         return total;
     }
     let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
-    let count = node_count(rule.spread, (shading.fibre.nodes >> (4u * mode)) & 15u);
-    let first = count * (count - 1u) / 2u;
+    let extent = node_extent(rule);
+    let count = node_count(extent, (shading.fibre.nodes >> (4u * mode)) & 15u);
     for (var ix = 0u; ix < count; ix++) {
-        let node = outer_node(rule, GAUSS_HERMITE[first + ix]);
+        let node = outer_node(rule, node_constants(extent, count, ix));
         let cos_i = max(cos(node.theta_i), 0.0);
         let incline = inclination(0.5 * (view.theta - node.theta_i));
         let kappa = kappa_j * cos_i;
-        let ratio = cos_i / incline.cos_theta_d;
+        // At most 2 for any two directions, but for rounding at the poles.
+        let ratio = min(cos_i / incline.cos_theta_d, 2.0);
         let factor = node.weight * (ratio * ratio);
         if mode == 0u {
             total += factor * azimuthal_r(kappa, lag, incline, shading.reflectance, axes, c);

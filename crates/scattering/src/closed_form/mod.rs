@@ -35,7 +35,8 @@ pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, l
 pub use lobes::{LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, sample_lobes};
 pub use longitudinal::{Longitudinal, longitudinal};
 pub use outer_integral::{
-    GAUSS_HERMITE, LN_CULL, MAX_NODES, OuterNode, OuterRule, node_count, outer_node, outer_rule,
+    GAUSS_HERMITE, LN_CULL, MAX_NODES, OuterNode, OuterRule, node_constants, node_count,
+    node_extent, outer_node, outer_rule,
 };
 pub use painted_lobes::{
     LAYER_MIDDLE, LobeLayer, PaintedDecode, PaintedView, lobe_layer, sample_painted_lobes,

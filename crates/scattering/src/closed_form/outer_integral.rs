@@ -43,9 +43,12 @@ const COSINE_SHARPNESS: f32 = 0.4;
 /// theta_o; found by search.
 const VIEW_PULL: f32 = 0.2;
 
-/// Spreads up to which a third, and two thirds, of the nodes do.
+/// Extents up to which a third, and two thirds, of the nodes do.
 const NARROW: f32 = 0.05;
 const MIDDLE: f32 = 0.2;
+/// From those on the further node comes in smoothly, up to these extents.
+const NARROW_END: f32 = 0.075;
+const MIDDLE_END: f32 = 0.25;
 
 /// Most nodes of a mode.
 pub const MAX_NODES: u32 = 8;
@@ -162,16 +165,49 @@ pub fn outer_rule(theta_j: f32, lambda_j: f32, theta_o: f32, alpha: f32, beta: f
     }
 }
 
-/// How many of at most `limit` nodes a bump of this spread is worth: fewer where it is narrow
-/// and the rest of the integrand hardly varies over it. At least 1, at most [`MAX_NODES`].
-pub fn node_count(spread: f32, limit: u32) -> u32 {
+/// How much the rest of the integrand varies over the bump: its spread, but up to 1 near the ends,
+/// where cos^2(theta_i) falls to 0 within the bump. 1 - (2 x / pi)^2 stands for cos x.
+pub fn node_extent(rule: &OuterRule) -> f32 {
+    let mean = rule.mean / FRAC_PI_2;
+    let cosine = (1.0 - mean * mean).max(0.0);
+    rule.spread / (cosine + rule.spread).min(1.0)
+}
+
+/// How many of at most `limit` nodes a bump of this extent is worth: fewer where the rest of the
+/// integrand hardly varies over it. At least 1, at most [`MAX_NODES`].
+pub fn node_count(extent: f32, limit: u32) -> u32 {
     let mut thirds = 3u32;
-    if spread < NARROW {
+    if extent < NARROW {
         thirds = 1;
-    } else if spread < MIDDLE {
+    } else if extent < MIDDLE {
         thirds = 2;
     }
     (limit * thirds).div_ceil(3).clamp(1, MAX_NODES)
+}
+
+/// Node `ix` of the `count` that [`node_count`] answers for this extent: a row of
+/// [`GAUSS_HERMITE`].
+///
+/// The second and the third node of at most three come in smoothly, so that nothing jumps where
+/// the count changes: two nodes start as one in the middle and move apart; three start as two with
+/// nothing between them, and all rules between are exact to degree 3 as well.
+pub fn node_constants(extent: f32, count: u32, ix: u32) -> [f32; 4] {
+    let row = GAUSS_HERMITE[(count * (count - 1) / 2 + ix) as usize];
+    if count == 2 && (NARROW..NARROW_END).contains(&extent) {
+        let u = row[0] * ((extent - NARROW) / (NARROW_END - NARROW));
+        let growth = (u * INVERSE_CLAMP).exp();
+        return [u, 0.5 * SQRT_PI * (u * u).exp(), 1.0 / growth, growth];
+    }
+    if count == 3 && (MIDDLE..MIDDLE_END).contains(&extent) {
+        let share = 0.5 - (extent - MIDDLE) / (3.0 * (MIDDLE_END - MIDDLE));
+        if ix == 1 {
+            return [0.0, SQRT_PI * (1.0 - 2.0 * share), 1.0, 1.0];
+        }
+        let u = (ix as f32 - 1.0) * (0.5 / share.sqrt());
+        let growth = (u * INVERSE_CLAMP).exp();
+        return [u, SQRT_PI * share * (u * u).exp(), 1.0 / growth, growth];
+    }
+    row
 }
 
 /// The node `constants`, a row of [`GAUSS_HERMITE`].
@@ -287,11 +323,11 @@ mod tests {
                     hair.shift.get(lobe) as f32,
                     hair.width.get(lobe) as f32,
                 );
-                let count = node_count(rule.spread, LIMITS[mode]);
-                let first = (count * (count - 1) / 2) as usize;
+                let extent = node_extent(&rule);
+                let count = node_count(extent, LIMITS[mode]);
                 let mut value = 0.0;
-                for row in &GAUSS_HERMITE[first..first + count as usize] {
-                    let node = outer_node(&rule, *row);
+                for ix in 0..count {
+                    let node = outer_node(&rule, node_constants(extent, count, ix));
                     let theta_i = f64::from(node.theta_i);
                     let theta_d = 0.5 * (view.theta - theta_i);
                     let cos_i = theta_i.cos();
@@ -320,6 +356,43 @@ mod tests {
         println!("relative RMSE of R, TT, TRT, all: {errors:.5?}");
         for (error, limit) in errors.iter().zip([0.004, 0.003, 0.006, 0.003]) {
             assert!(*error < limit, "{errors:?}");
+        }
+    }
+
+    /// Sums of f over the nodes as the extent grows: no jump where the count changes.
+    #[test]
+    fn nodes_come_in_smoothly() {
+        let sums = |extent: f32, limit: u32| {
+            let count = node_count(extent, limit);
+            [0, 1, 2].map(|power| {
+                let term = |ix| {
+                    let [u, weight, fall, growth] = node_constants(extent, count, ix);
+                    assert!((fall * growth - 1.0).abs() < 1e-6);
+                    assert!((growth / (u / CLAMP).exp() - 1.0).abs() < 1e-5);
+                    weight * (-u * u).exp() * (0.3 + u).powi(2 * power)
+                };
+                (0..count).map(term).sum::<f32>()
+            })
+        };
+        for limit in [2, 3] {
+            let mut before = sums(0.01, limit);
+            let mut n_counts = 1;
+            for step in 1..3000 {
+                let extent = 0.01 + 1e-4 * step as f32;
+                let here = sums(extent, limit);
+                n_counts +=
+                    u32::from(node_count(extent, limit) != node_count(extent - 1e-4, limit));
+                for (a, b) in here.iter().zip(before) {
+                    assert!((a - b).abs() < 0.05, "{extent} {here:?} {before:?}");
+                }
+                // Unit mass, always; exact to degree 3 from two nodes on.
+                assert!((here[0] / SQRT_PI - 1.0).abs() < 1e-5);
+                if extent > NARROW_END {
+                    assert!((here[1] / SQRT_PI - 0.59).abs() < 1e-5, "{extent} {here:?}");
+                }
+                before = here;
+            }
+            assert_eq!(n_counts, limit);
         }
     }
 

@@ -13,7 +13,9 @@ use super::eccentric::eta_star;
 use super::fibre::{Fibre, MODE_R};
 use super::frame::{DirectionInFrame, Lag, LightInFrame, inclination, lag_between};
 use super::lobes::{LobeView, sample_lobes};
-use super::outer_integral::{GAUSS_HERMITE, LN_CULL, node_count, outer_node, outer_rule};
+use super::outer_integral::{
+    LN_CULL, node_constants, node_count, node_extent, outer_node, outer_rule,
+};
 use super::tables::Tables;
 
 /// What the shading of one fibre reads. Parts of modes that are not enabled are never read.
@@ -88,14 +90,15 @@ fn mode_at_lag(
         return total;
     }
     let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
-    let count = node_count(rule.spread, fibre.node_count(mode));
-    let first = count * (count - 1) / 2;
+    let extent = node_extent(&rule);
+    let count = node_count(extent, fibre.node_count(mode));
     for ix in 0..count {
-        let node = outer_node(&rule, GAUSS_HERMITE[(first + ix) as usize]);
+        let node = outer_node(&rule, node_constants(extent, count, ix));
         let cos_i = node.theta_i.cos().max(0.0);
         let incline = inclination(0.5 * (view.theta - node.theta_i));
         let kappa = kappa_j * cos_i;
-        let ratio = cos_i / incline.cos_theta_d;
+        // At most 2 for any two directions, but for rounding at the poles.
+        let ratio = (cos_i / incline.cos_theta_d).min(2.0);
         let factor = node.weight * (ratio * ratio);
         if mode == 0 {
             let value =
