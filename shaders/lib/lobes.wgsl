@@ -2,6 +2,9 @@
 // two texels, read by textureLoad and mixed by hand.
 // Twin: crates/scattering/src/closed_form/lobes.rs, which explains the layout.
 
+// Share of texels that are even in cos(theta_d).
+const EVEN_TEXELS: f32 = 0.4;
+
 // How the texels of one mode are placed and decoded.
 struct LobeDecode {
     warp: f32,
@@ -30,6 +33,12 @@ fn mix_fractions(low: u32, high: u32, fraction: f32) -> vec2f {
 // Two 16 bit floats between those of two words.
 fn mix_floats(low: u32, high: u32, fraction: f32) -> vec2f {
     return mix(unpack2x16float(low), unpack2x16float(high), fraction);
+}
+
+// Where cos_theta_d >= 0 stands among the texels, 0..=1.
+fn lobe_place(warp: f32, cos_theta_d: f32) -> f32 {
+    let dense = (1.0 - EVEN_TEXELS) * (1.0 + warp) / (cos_theta_d + warp);
+    return min(cos_theta_d * (dense + EVEN_TEXELS), 1.0);
 }
 
 // The 16 numbers between a texel and its right neighbour, fractions and floats yet to be scaled.
@@ -82,8 +91,7 @@ fn sample_lobes(
     eta: f32,
     cos_theta_d: f32,
 ) -> Lobes {
-    let warp = decode.warp;
-    let u = min((1.0 + warp) * cos_theta_d / (cos_theta_d + warp), 1.0);
+    let u = lobe_place(decode.warp, cos_theta_d);
     let at = u * decode.last;
     let first = min(floor(at), decode.last - 1.0);
     let fraction = at - first;
@@ -108,8 +116,7 @@ fn sample_lobes(
 // As sample_lobes where one row is all there is, as of TT: software adapters execute both sides
 // of a branch.
 fn sample_row(texture: texture_2d<u32>, decode: LobeDecode, cos_theta_d: f32) -> Lobes {
-    let warp = decode.warp;
-    let u = min((1.0 + warp) * cos_theta_d / (cos_theta_d + warp), 1.0);
+    let u = lobe_place(decode.warp, cos_theta_d);
     let at = u * decode.last;
     let first = min(floor(at), decode.last - 1.0);
     let texel = vec2u(2u * u32(first), decode.first_row);

@@ -57,8 +57,7 @@ fn sample_painted_lobes(
     layers: array<LobeLayer, 3>,
     cos_theta_d: f32,
 ) -> Lobes {
-    let warp = decode.warp;
-    let u = min((1.0 + warp) * cos_theta_d / (cos_theta_d + warp), 1.0);
+    let u = lobe_place(decode.warp, cos_theta_d);
     let at = u * decode.last;
     let first = min(floor(at), decode.last - 1.0);
     let fraction = at - first;

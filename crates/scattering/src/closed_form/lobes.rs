@@ -4,15 +4,20 @@
 /// sin(mu_2/2)`, then per channel (r, g, b) the amplitudes `a_l / u^2`, l = 0..3.
 pub const N_LOBE_NUMBERS: usize = 16;
 
+/// The share e of texels that are even in cos(theta_d), for strong absorption; the others are dense
+/// at grazing angles, where the effective index leaves eta.
+pub const EVEN_TEXELS: f32 = 0.4;
+
 /// How the texels of one mode are placed and decoded, byte for byte the struct `LobeDecode` of the
 /// shaders (32 bytes).
 ///
-/// Texel `i` of 0..=last stands at `u = i / last`, `u = (1 + warp) c / (c + warp)`,
-/// c = |cos(theta_d)|; between, numbers are interpolated linearly in u. A texel is eight words, two
-/// numbers of [`N_LOBE_NUMBERS`] each, the first in the low half: the first seven as 16 bit
-/// fractions of 1 (unorm), to be multiplied by `lambda_scale` (widths) or by 2, less 1 (sines and
-/// cosines); amplitudes as 16 bit floats, to be multiplied by `amplitude_scale`. Energies fall with
-/// cos^2 at grazing angles; what is stored is smooth there and not 0.
+/// Texel `i` of 0..=last stands at `u = i / last`,
+/// `u = c ((1 - e) (1 + warp) / (c + warp) + e)`, c = |cos(theta_d)|, e = [`EVEN_TEXELS`];
+/// between, numbers are interpolated linearly in u. A texel is eight words, two numbers of
+/// [`N_LOBE_NUMBERS`] each, the first in the low half: the first seven as 16 bit fractions of 1
+/// (unorm), to be multiplied by `lambda_scale` (widths) or by 2, less 1 (sines and cosines);
+/// amplitudes as 16 bit floats, to be multiplied by `amplitude_scale`. Energies fall with cos^2 at
+/// grazing angles; what is stored is smooth there and not 0.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct LobeDecode {
@@ -58,12 +63,17 @@ pub struct Lobes {
     pub amplitude: [[f32; 3]; 3],
 }
 
+/// Where `cos_theta_d` >= 0 stands among the texels, u of [`LobeDecode`].
+pub fn lobe_place(warp: f32, cos_theta_d: f32) -> f32 {
+    let dense = (1.0 - EVEN_TEXELS) * (1.0 + warp) / (cos_theta_d + warp);
+    (cos_theta_d * (dense + EVEN_TEXELS)).min(1.0)
+}
+
 /// The lobes at `cos_theta_d` >= 0. `eta` is looked at where there are several rows, and clamped
 /// to the first and last: four texels then, else two.
 pub fn sample_lobes(view: &LobeView, eta: f32, cos_theta_d: f32) -> Lobes {
     let decode = view.decode;
-    let warp = decode.warp;
-    let u = ((1.0 + warp) * cos_theta_d / (cos_theta_d + warp)).min(1.0);
+    let u = lobe_place(decode.warp, cos_theta_d);
     let at = u * decode.last;
     let first = at.floor().min(decode.last - 1.0);
     let fraction = at - first;

@@ -32,7 +32,9 @@ pub use circular_gaussian::{c_0, lobe_integral, product_integral};
 pub use eccentric::{ETA_STAR_MAX, ETA_STAR_MIN, eta_star};
 pub use fibre::{DEFAULT_NODES, DEFAULT_SEGMENTS, Fibre, MODE_R, MODE_TRT, MODE_TT, pack_nodes};
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
-pub use lobes::{LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, sample_lobes};
+pub use lobes::{
+    EVEN_TEXELS, LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, lobe_place, sample_lobes,
+};
 pub use longitudinal::{Longitudinal, longitudinal};
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, OuterNode, OuterRule, node_constants, node_count,

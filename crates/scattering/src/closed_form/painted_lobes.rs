@@ -1,7 +1,7 @@
 //! The lobes of TT and TRT of a fibre whose absorption is painted. Twin:
 //! `shaders/lib/painted_lobes.wgsl`.
 
-use super::lobes::Lobes;
+use super::lobes::{Lobes, lobe_place};
 
 /// Absorption in the middle of the layers, as far as those went to infinity.
 pub const LAYER_MIDDLE: f32 = 3.0;
@@ -93,8 +93,7 @@ pub fn sample_painted_lobes(
     layers: &[LobeLayer; 3],
     cos_theta_d: f32,
 ) -> Lobes {
-    let warp = view.decode.warp;
-    let u = ((1.0 + warp) * cos_theta_d / (cos_theta_d + warp)).min(1.0);
+    let u = lobe_place(view.decode.warp, cos_theta_d);
     let at = u * view.decode.last;
     let first = at.floor().min(view.decode.last - 1.0);
     let fraction = at - first;
