@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use strandlight_bake::stress::{Options, Report, Subject, run as run_stress};
 use strandlight_bake::tables::fresnel_of;
 use strandlight_formats::TableFile;
-use strandlight_runtime::probe::GpuProbe;
-use strandlight_runtime::tables::ShadingTables;
+use strandlight_runtime::edit::LobeTables;
+use strandlight_runtime::probe::{GpuProbe, Scheme};
+use strandlight_runtime::tables::{ShadingTables, lobe_table};
+use strandlight_scattering::Lobe;
 
 use super::probe::{default_tables, parse_query};
 use super::{Failure, Outcome, note, print_line};
@@ -21,6 +23,9 @@ pub struct Args {
     /// Random points a function; checks that cost more take a share of it
     #[arg(long, default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     n: u32,
+    /// The scheme under stress
+    #[arg(long, value_enum, default_value_t = Method::Runtime)]
+    method: Method,
     /// Seed of every draw
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -33,6 +38,24 @@ pub struct Args {
     /// Print one JSON document
     #[arg(long)]
     json: bool,
+}
+
+/// Schemes of single scattering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Method {
+    /// What the renderer evaluates
+    Runtime,
+    /// Xu's scheme as published; it fails
+    Paper,
+}
+
+impl From<Method> for Scheme {
+    fn from(method: Method) -> Scheme {
+        match method {
+            Method::Runtime => Scheme::Lobes,
+            Method::Paper => Scheme::Paper,
+        }
+    }
 }
 
 /// Runs the command.
@@ -54,13 +77,20 @@ pub fn run(args: &Args) -> Outcome {
             }
         }
     };
-    let subject = Subject::new(&tables, probe);
+    let lobes = match args.method {
+        Method::Paper => LobeTables::default(),
+        Method::Runtime => LobeTables {
+            tt: Some(lobe_table(&file, Lobe::Tt).map_err(Failure::input)?),
+            trt: Some(lobe_table(&file, Lobe::Trt).map_err(Failure::input)?),
+        },
+    };
+    let subject = Subject::new(args.method.into(), &tables, lobes.into(), fresnel, probe);
     let options = Options {
         n: args.n as usize,
         seed: args.seed,
         is_verbose: true,
     };
-    let report = run_stress(&subject, fresnel, options, &parse_query).map_err(Failure::input)?;
+    let report = run_stress(&subject, options, &parse_query).map_err(Failure::input)?;
     if args.json {
         print_line(report.to_json())?;
     } else {

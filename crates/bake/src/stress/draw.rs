@@ -97,6 +97,75 @@ pub fn hair(random: &mut Random) -> HairParams {
     }
 }
 
+/// Hair as it grows: the ranges of Marschner's Table 1 and somewhat beyond, circular.
+pub fn ordinary_hair(random: &mut Random) -> HairParams {
+    let degree = PI / 180.0;
+    let shift = -random.uniform(2.0, 8.0) * degree;
+    let width = random.uniform(4.0, 12.0) * degree * std::f64::consts::SQRT_2;
+    HairParams {
+        eta: single(random.uniform(1.3, 1.8)),
+        sigma_a: [(); 3].map(|()| single(random.log_uniform(0.01, 5.0))),
+        shift: PerLobe {
+            r: single(shift),
+            tt: single(-0.5 * shift),
+            trt: single(-1.5 * shift),
+        },
+        width: PerLobe {
+            r: single(width),
+            tt: single(0.5 * width),
+            trt: single(2.0 * width),
+        },
+        caustic_width: single(random.uniform(0.05, 0.4)),
+        eccentricity: 1.0,
+    }
+}
+
+/// Which fibres, lights and views are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Domain {
+    /// [`ordinary_hair`], lights of width 0.05 to 2 (or 10), within 78 degrees of the normal plane.
+    Ordinary,
+    /// Everything the parameters allow.
+    Extreme,
+}
+
+impl Domain {
+    /// The word in the names of checks.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Domain::Ordinary => "hair",
+            Domain::Extreme => "extremes",
+        }
+    }
+
+    /// A circular fibre.
+    pub fn hair(self, random: &mut Random) -> HairParams {
+        match self {
+            Domain::Ordinary => ordinary_hair(random),
+            Domain::Extreme => HairParams {
+                eccentricity: 1.0,
+                ..hair(random)
+            },
+        }
+    }
+
+    /// An inclination.
+    pub fn theta(self, random: &mut Random) -> f64 {
+        match self {
+            Domain::Ordinary => inclination(random.uniform(-0.98, 0.98).asin()),
+            Domain::Extreme => theta(random),
+        }
+    }
+
+    /// A bandwidth, at least `least`.
+    pub fn lambda(self, random: &mut Random, least: f64) -> f64 {
+        match self {
+            Domain::Ordinary => single(random.log_uniform(least.max(0.05), 2.0)),
+            Domain::Extreme => single(random.log_uniform(least, LAMBDA[1])),
+        }
+    }
+}
+
 fn per_lobe(mut value: impl FnMut() -> f64) -> PerLobe<f64> {
     PerLobe {
         r: value(),

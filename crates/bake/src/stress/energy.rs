@@ -11,7 +11,7 @@ use strandlight_scattering::quadrature::GaussLegendre;
 use strandlight_scattering::{HairParams, Lobe};
 
 use super::Run;
-use super::draw::{self, LAMBDA, LAMBDA_P_CONSTANT, Random};
+use super::draw::{self, Domain, LAMBDA, LAMBDA_P_CONSTANT, Random};
 use super::point::{Group, Light, Point, hair_json, single};
 use super::report::{Check, Tally, merge};
 use super::subject::StressError;
@@ -164,6 +164,7 @@ pub fn over_azimuth(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
     Ok(per_lobe(
         tallies,
         "energy over azimuth",
+        Some(BOUND),
         "relative error of the inner integral over dphi, energies above 1e-6",
     ))
 }
@@ -183,24 +184,25 @@ fn sum(values: &[[f32; 3]]) -> [f64; 3] {
     total
 }
 
-fn per_lobe(tallies: Vec<[Tally; 3]>, name: &str, note: &str) -> Vec<Check> {
+fn per_lobe(tallies: Vec<[Tally; 3]>, name: &str, bound: Option<f64>, note: &str) -> Vec<Check> {
     let lobes = Lobe::ALL.into_iter().zip(merge(tallies));
     lobes
         .map(|(lobe, tally)| {
             let name = format!("{name} {}", lobe.name());
-            tally.check(&name, "cpu", Some(BOUND), note)
+            tally.check(&name, "cpu", bound, note)
         })
         .collect()
 }
 
-/// Single scattering of a light of width 10 (0.96 to 1 of its peak everywhere) at one view.
-pub fn wide_light(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
-    let tallies = run.each(n, 3, "energy, wide light", |random| {
+/// Single scattering of a light of width 10 (0.96 to 1 of its peak everywhere) at one view;
+/// reported: what is held is the energy over all views.
+pub fn wide_light(run: &Run, n: usize, domain: Domain) -> Result<Vec<Check>, StressError> {
+    let label = format!("wide light, {}", domain.name());
+    let tallies = run.each(n, 30 + domain as u64, &label, |random| {
         let mut tallies = [(); 3].map(|()| Tally::with_percentiles());
-        let mut hair = draw::hair(random);
-        hair.eccentricity = 1.0;
-        let light = wide(random);
-        let (theta_o, phi_o) = (draw::theta(random), draw::phi(random));
+        let hair = domain.hair(random);
+        let light = wide(random, domain);
+        let (theta_o, phi_o) = (domain.theta(random), draw::phi(random));
         let points = Lobe::ALL
             .map(|lobe| Point::Single {
                 lobe,
@@ -222,14 +224,21 @@ pub fn wide_light(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
     })?;
     Ok(per_lobe(
         tallies,
-        "energy wide light",
+        &format!("wide light {}", domain.name()),
+        None,
         "relative error of single scattering, lambda = 10, values above 1e-6",
     ))
 }
 
-fn wide(random: &mut Random) -> Light {
+/// What is held for ordinary hair is reported over the extremes, where two or three nodes of the
+/// outer integral do not resolve what absorption and the poles make of it.
+fn bound_in(domain: Domain) -> Option<f64> {
+    (domain == Domain::Ordinary).then_some(BOUND)
+}
+
+fn wide(random: &mut Random, domain: Domain) -> Light {
     Light {
-        theta: draw::theta(random),
+        theta: domain.theta(random),
         phi: draw::phi(random),
         lambda: LAMBDA[1],
     }
@@ -264,17 +273,32 @@ pub fn reference(run: &Run, point: &Point, hair: &HairParams) -> [f64; 3] {
     }
 }
 
-/// Single scattering of one light into all views: its energy.
-pub fn over_views(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
+/// Single scattering of one light into all views: its energy. Held for ordinary hair; over the
+/// extremes reported, and held with `nodes` nodes of the outer integral.
+pub fn over_views(
+    run: &Run,
+    n: usize,
+    domain: Domain,
+    nodes: Option<u32>,
+) -> Result<Vec<Check>, StressError> {
     let rule = GaussLegendre::new(24);
-    let tallies = run.each(n, 4, "energy, over views", |random| {
+    let mut name = format!("energy over views {}", domain.name());
+    let mut bound = bound_in(domain);
+    if let Some(nodes) = nodes {
+        name = format!("{name}, {nodes} nodes");
+        bound = Some(BOUND);
+    }
+    let tallies = run.each(n, 32 + domain as u64, &name, |random| {
         let mut tallies = [(); 3].map(|()| Tally::with_percentiles());
-        let mut hair = draw::hair(random);
-        hair.eccentricity = 1.0;
+        let hair = domain.hair(random);
         let light = Light {
-            theta: draw::theta(random),
+            theta: domain.theta(random),
             phi: 0.0,
-            lambda: single(random.log_uniform(2.0 * RING_LAMBDA, LAMBDA[1])),
+            lambda: domain.lambda(random, 2.0 * RING_LAMBDA),
+        };
+        let prepared = match nodes {
+            Some(nodes) => run.subject.prepare_with_nodes(&hair, nodes)?,
+            None => run.subject.prepare(&hair)?,
         };
         let incident = incident_energy(light);
         for lobe in Lobe::ALL {
@@ -287,7 +311,7 @@ pub fn over_views(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
                 .on(low, high)
                 .map(|(theta_o, weight)| (single(theta_o), weight * theta_o.cos()))
                 .collect();
-            let points = views
+            let points: Vec<Point> = views
                 .iter()
                 .flat_map(|&(theta_o, _)| {
                     ring().map(move |phi_o| Point::Single {
@@ -298,8 +322,7 @@ pub fn over_views(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
                     })
                 })
                 .collect();
-            let group = Group { hair, points };
-            let values = run.subject.cpu(&group)?;
+            let values = run.subject.at(&prepared, &points);
             let (mut found, mut exact) = ([0.0; 3], [0.0; 3]);
             for (&(theta_o, weight), values) in views.iter().zip(values.chunks(RING)) {
                 let here = sum(values);
@@ -325,7 +348,8 @@ pub fn over_views(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
     })?;
     Ok(per_lobe(
         tallies,
-        "energy over views",
+        &name,
+        bound,
         "relative error of single scattering integrated over all views, \
          energies above 1e-6 of the light's",
     ))
@@ -397,15 +421,15 @@ fn around_fibre(
 /// Azimuthal: the energies of the inner integrals and the exact rest (three and more internal
 /// reflections) sum to 1. Single: a light of width 10 scattered by all modes and by that rest,
 /// taken as isotropic with M of TRT, against the same in f64; the absolute value is reported.
-pub fn furnace(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
-    let tallies = run.each(n, 5, "white furnace", |random| {
+pub fn furnace(run: &Run, n: usize, domain: Domain) -> Result<Vec<Check>, StressError> {
+    let label = format!("white furnace, {}", domain.name());
+    let tallies = run.each(n, 34 + domain as u64, &label, |random| {
         let mut tallies = [(); 3].map(|()| Tally::with_percentiles());
-        let mut hair = draw::hair(random);
-        hair.eccentricity = 1.0;
+        let mut hair = domain.hair(random);
         hair.sigma_a = [0.0; 3];
         let theta_d = draw::theta_d(random, &hair);
-        let light = wide(random);
-        let (theta_o, phi_o) = (draw::theta(random), draw::phi(random));
+        let light = wide(random, domain);
+        let (theta_o, phi_o) = (domain.theta(random), draw::phi(random));
         let mut points = Vec::new();
         for lobe in Lobe::ALL {
             points.push(Point::Azimuthal {
@@ -456,19 +480,19 @@ pub fn furnace(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
     let [inner, single, absolute] = merge(tallies);
     Ok(vec![
         inner.check(
-            "furnace azimuthal",
+            &format!("furnace azimuthal {}", domain.name()),
             "cpu",
             Some(BOUND),
             "sigma_a = 0: energies of the inner integrals and the exact rest, off 1",
         ),
         single.check(
-            "furnace single",
+            &format!("furnace single {}", domain.name()),
             "cpu",
-            Some(BOUND),
+            bound_in(domain),
             "sigma_a = 0, lambda = 10, the exact rest added: relative error",
         ),
         absolute.check(
-            "furnace single, absolute",
+            &format!("furnace, absolute {}", domain.name()),
             "cpu",
             None,
             "the same, off 1: what the model itself loses and gains by cos^2 factors and tilt",

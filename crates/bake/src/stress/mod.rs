@@ -17,10 +17,11 @@ mod symmetry;
 mod values;
 
 use rayon::prelude::*;
+use strandlight_scattering::closed_form::MAX_NODES;
 use strandlight_scattering::fresnel::Fresnel;
 
 use crate::progress::Progress;
-use draw::Random;
+use draw::{Domain, Random};
 use values::Evaluated;
 
 pub use invalid::ParseQuery;
@@ -80,19 +81,18 @@ impl Run<'_> {
     }
 }
 
-/// Runs all checks of `subject`, whose tables hold the term `fresnel`.
+/// Runs all checks of `subject`.
 ///
 /// # Errors
 /// The adapter failed. Failed checks are in the report.
 pub fn run(
     subject: &Subject,
-    fresnel: Fresnel,
     options: Options,
     parse_query: ParseQuery,
 ) -> Result<Report, StressError> {
     let run = Run {
         subject,
-        fresnel,
+        fresnel: subject.fresnel(),
         options,
     };
     let n = options.n;
@@ -109,15 +109,26 @@ pub fn run(
     checks.extend(extremes.twins());
     drop(extremes);
     let share = |part: usize| n.div_ceil(part);
-    checks.extend(energy::under_constant_light(&run, share(20))?);
-    checks.extend(energy::over_azimuth(&run, share(80))?);
-    checks.extend(energy::wide_light(&run, share(100))?);
-    checks.extend(energy::over_views(&run, share(200))?);
-    checks.extend(energy::furnace(&run, share(100))?);
+    checks.extend(energy::under_constant_light(&run, share(25))?);
+    checks.extend(energy::over_azimuth(&run, share(200))?);
+    for domain in [Domain::Ordinary, Domain::Extreme] {
+        checks.extend(energy::wide_light(&run, share(250), domain)?);
+        checks.extend(energy::over_views(&run, share(500), domain, None)?);
+        checks.extend(energy::furnace(&run, share(250), domain)?);
+    }
+    if subject.has_nodes() {
+        let nodes = Some(MAX_NODES);
+        checks.extend(energy::over_views(
+            &run,
+            share(500),
+            Domain::Extreme,
+            nodes,
+        )?);
+    }
     checks.extend(symmetry::checks(&run, n)?);
     checks.extend(continuity::checks(&run, share(2000))?);
-    checks.extend(accuracy::against_exact(&run, share(50))?);
-    checks.extend(accuracy::rounding(&run, share(2))?);
+    checks.extend(accuracy::against_exact(&run, share(200))?);
+    checks.extend(accuracy::rounding(&run, share(4))?);
     checks.extend(invalid::checks(parse_query));
     Ok(Report {
         scheme: subject.scheme(),

@@ -1,9 +1,15 @@
 //! What is under test: a scheme on the CPU and, where there is an adapter, on it.
 
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use strandlight_runtime::edit::{EditError, HairTextures, LobeTables};
 use strandlight_runtime::gpu::GpuError;
-use strandlight_runtime::probe::{GpuProbe, Query, evaluate};
+use strandlight_runtime::optics::Optics;
+use strandlight_runtime::probe::{GpuProbe, Query, Scheme, evaluate};
 use strandlight_runtime::tables::ShadingTables;
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fibre};
+use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, ParamError};
 
 use super::point::{Group, Point};
@@ -14,6 +20,9 @@ pub enum StressError {
     /// The harness drew a fibre that the API refuses: its ranges and the API's differ.
     #[error("a drawn fibre is refused: {0}")]
     Hair(#[from] ParamError),
+    /// The tables lack lobes.
+    #[error(transparent)]
+    Lobes(#[from] EditError),
     /// The adapter failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -21,24 +30,53 @@ pub enum StressError {
 
 /// A fibre ready for evaluations on the CPU.
 pub struct Prepared {
-    fibre: Fibre,
+    optics: Optics,
 }
 
 /// A scheme of single scattering with its tables.
 pub struct Subject<'a> {
+    scheme: Scheme,
     tables: &'a ShadingTables,
+    lobes: Arc<LobeTables>,
+    fresnel: Fresnel,
     probe: Option<GpuProbe>,
 }
 
 impl<'a> Subject<'a> {
-    /// The scheme on these tables; `probe` evaluates the same on the adapter.
-    pub fn new(tables: &'a ShadingTables, probe: Option<GpuProbe>) -> Self {
-        Subject { tables, probe }
+    /// `scheme` on these tables, which hold the term `fresnel`; `lobes` may be empty for
+    /// [`Scheme::Paper`]. `probe` evaluates the same on the adapter.
+    pub fn new(
+        scheme: Scheme,
+        tables: &'a ShadingTables,
+        lobes: Arc<LobeTables>,
+        fresnel: Fresnel,
+        probe: Option<GpuProbe>,
+    ) -> Self {
+        Subject {
+            scheme,
+            tables,
+            lobes,
+            fresnel,
+            probe,
+        }
     }
 
-    /// Name of the scheme.
+    /// The Fresnel term of the tables.
+    pub fn fresnel(&self) -> Fresnel {
+        self.fresnel
+    }
+
+    /// Name of the scheme, as `strandlight probe --method` has it.
     pub fn scheme(&self) -> &'static str {
-        "paper"
+        match self.scheme {
+            Scheme::Lobes => "runtime",
+            Scheme::Paper => "paper",
+        }
+    }
+
+    /// Does the scheme have nodes of the outer integral to choose?
+    pub fn has_nodes(&self) -> bool {
+        self.scheme == Scheme::Lobes
     }
 
     /// Name of the adapter, if there is one.
@@ -48,16 +86,43 @@ impl<'a> Subject<'a> {
             .map(|probe| probe.context().adapter_name.as_str())
     }
 
+    /// What depends on the fibre alone, with at most `nodes` nodes of the outer integral for each
+    /// mode. The paper's scheme has none.
+    pub fn prepare_with_nodes(
+        &self,
+        hair: &HairParams,
+        nodes: u32,
+    ) -> Result<Prepared, StressError> {
+        let mut prepared = self.prepare(hair)?;
+        prepared.optics.fibre = prepared.optics.fibre.with_nodes([nodes; 3]);
+        Ok(prepared)
+    }
+
     /// What depends on the fibre alone.
     pub fn prepare(&self, hair: &HairParams) -> Result<Prepared, StressError> {
-        let fibre = Fibre::new(hair, &Lobe::ALL, DEFAULT_SEGMENTS)?;
-        Ok(Prepared { fibre })
+        let optics = match self.scheme {
+            Scheme::Paper => Optics::paper(Fibre::new(hair, &Lobe::ALL, DEFAULT_SEGMENTS)?),
+            Scheme::Lobes => {
+                let lobes = Arc::clone(&self.lobes);
+                let (modes, m) = (&Lobe::ALL, DEFAULT_SEGMENTS);
+                let textures = HairTextures::new(lobes, self.fresnel, hair, modes, m)?;
+                textures.optics().clone()
+            }
+        };
+        Ok(Prepared { optics })
     }
 
     /// The Rust functions at points of a prepared fibre; R repeats its one value.
     pub fn at(&self, prepared: &Prepared, points: &[Point]) -> Vec<[f32; 3]> {
         let view = self.tables.view();
-        let answer = |point| rgb(evaluate(&query(point, prepared.fibre), &view, &[]));
+        let optics = std::slice::from_ref(&prepared.optics);
+        let answer = |point| {
+            rgb(evaluate(
+                &self.query(point, prepared.optics.fibre, 0),
+                &view,
+                optics,
+            ))
+        };
         points.iter().map(answer).collect()
     }
 
@@ -71,18 +136,32 @@ impl<'a> Subject<'a> {
         let Some(probe) = &self.probe else {
             return Ok(None);
         };
+        let prepare = |group: &Group| Ok(self.prepare(&group.hair)?.optics);
+        let optics: Vec<Optics> = groups
+            .par_iter()
+            .map(prepare)
+            .collect::<Result<_, StressError>>()?;
         let mut all = Vec::new();
-        for group in groups {
-            let fibre = self.prepare(&group.hair)?.fibre;
-            all.extend(group.points.iter().map(|point| query(point, fibre)));
+        for (ix, (group, optics)) in groups.iter().zip(&optics).enumerate() {
+            let query = |point| self.query(point, optics.fibre, ix as u32);
+            all.extend(group.points.iter().map(query));
         }
-        let mut answers = probe.evaluate(&all, &[])?.into_iter().map(rgb);
+        let mut answers = probe.evaluate(&all, &optics)?.into_iter().map(rgb);
         Ok(Some(
             groups
                 .iter()
                 .map(|group| answers.by_ref().take(group.points.len()).collect())
                 .collect(),
         ))
+    }
+
+    /// A point as the probe takes it, of the fibre whose optics are at place `optics`.
+    fn query(&self, point: &Point, fibre: Fibre, optics: u32) -> Query {
+        let query = query(point, fibre).with_optics(optics);
+        match self.scheme {
+            Scheme::Lobes => query,
+            Scheme::Paper => query.by_paper(),
+        }
     }
 }
 
@@ -92,7 +171,7 @@ fn rgb([r, g, b, _]: [f32; 4]) -> [f32; 3] {
 
 fn query(point: &Point, fibre: Fibre) -> Query {
     let direction = |theta: f64, phi: f64| DirectionInFrame::from_angles(theta as f32, phi as f32);
-    let query = match *point {
+    match *point {
         Point::Azimuthal {
             lobe,
             lambda_p,
@@ -117,6 +196,5 @@ fn query(point: &Point, fibre: Fibre) -> Query {
             direction(theta_o, phi_o),
             fibre,
         ),
-    };
-    query.by_paper()
+    }
 }

@@ -100,7 +100,7 @@ pub fn checks(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
             13,
             ("reciprocity, narrow lights", RECIPROCITY_BOUND),
             "S(omega_i, omega_o) = S(omega_o, omega_i): lambda = 0.002, |theta| <= 1, beta of 5 \
-             degrees and wider, w_c >= 0.1, eta >= 1.2",
+             degrees and wider, w_c >= 0.1, eta >= 1.2, R not within 0.2 of phi = pi",
             reciprocal,
         )?,
     ])
@@ -145,6 +145,10 @@ fn reciprocal(random: &mut Random, hair: &HairParams, lobe: Lobe) -> Option<(Pai
     let theta_o = (2.0 * alpha - theta_j + random.uniform(-3.0, 3.0) * beta).clamp(-1.0, 1.0);
     let (theta_j, theta_o) = (inclination(theta_j), inclination(theta_o));
     let (phi_j, phi_o) = (draw::phi(random), draw::phi(random));
+    // R has a kink at phi = pi, which two lights of different width round differently.
+    if lobe == Lobe::R && (0.5 * (phi_o - phi_j)).cos().abs() < 0.1 {
+        return None;
+    }
     let at = |theta: f64, phi: f64, theta_o: f64, phi_o: f64| Point::Single {
         lobe,
         light: Light { theta, phi, lambda },
