@@ -23,10 +23,9 @@ use crate::quadrature::GaussLegendre;
 
 /// Texels over cos(theta_d).
 pub const DEFAULT_LOBE_TEXELS: usize = 320;
-/// TRT of an elliptic fibre: about how far apart its rows are in the index, and most rows. All
-/// rows together have a fifth more texels than that of a circular fibre.
-const ELLIPTIC_STEP: f64 = 0.15;
-const ELLIPTIC_ROWS: f64 = 8.0;
+/// Rows of TRT of an elliptic fibre: always as many, since a further one would be a jump. Together
+/// they have a fifth more texels than that of a circular fibre.
+const ELLIPTIC_ROWS: usize = 6;
 /// Nodes of the energies over gamma.
 const N_ENERGY_NODES: usize = 12;
 /// Numbers of a texel that are shapes; amplitudes follow.
@@ -105,8 +104,7 @@ impl LobePlaces {
         if lobe != Lobe::Trt || high - low < 1e-6 {
             return circular;
         }
-        // Nearly circular fibres have few rows of many texels: nothing jumps at a = 1.
-        let rows = ((high - low) / ELLIPTIC_STEP + 2.0).min(ELLIPTIC_ROWS) as usize;
+        let rows = ELLIPTIC_ROWS;
         let step = (high - low) / (rows - 1) as f64;
         LobePlaces {
             etas: (0..rows).map(|row| low + step * row as f64).collect(),
