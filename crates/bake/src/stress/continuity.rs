@@ -23,9 +23,10 @@ use super::subject::StressError;
 const STEPS: usize = 96;
 /// Largest jump accepted, relative to the local scale, along parameters of light and view.
 const BOUND: f64 = 2e-3;
-/// The same along parameters of the fibre, where every step makes textures of 16 bits anew: in the
-/// flank of the narrowest lobes a step of their place is 1 %.
-const EDIT_BOUND: f64 = 1e-2;
+/// The same along parameters of the fibre, where every step makes textures of 16 bits anew: places
+/// of lobes move in steps of 1e-4 radians, by 4.3 * 1e-4 / w_c of the value in the flank of a lobe
+/// at 1 % of its peak; w_c is at least 0.01.
+const EDIT_BOUND: f64 = 4e-2;
 /// Widths below this share of the line are not halved.
 const FLOOR: f64 = 1.0 / (1 << 26) as f64;
 const NEIGHBOURHOOD: usize = 4;
