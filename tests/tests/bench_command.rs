@@ -45,7 +45,7 @@ fn a_run_is_written_as_table_document_and_plot() {
     let output = folder.path().join("new/run");
     let text = assert_done(
         strandlight()
-            .args(["bench", "single", "--n", "20", "--repetitions", "2"])
+            .args(["bench", "single", "--n", "20", "--repetitions", "1"])
             .args(["--adapter", "yes", "-o"])
             .arg(&output),
     );

@@ -41,9 +41,10 @@ pub enum FrontierError {
     Gpu(#[from] GpuError),
 }
 
-/// Fibres, lights and views of the CPU's timing and the adapter's.
+/// Fibres, lights and views of the CPU's timing and the adapter's; few and long dispatches, as in
+/// rendering: on lavapipe each takes milliseconds of its own.
 const CPU_SCENE: [usize; 3] = [8, 16, 16];
-const ADAPTER_SCENE: [usize; 3] = [8, 16, 512];
+const ADAPTER_SCENE: [usize; 3] = [2, 16, 8192];
 
 /// Families in the order of their colours in plots; black is the exact model's elsewhere.
 const COLOURS: [&str; 5] = [
