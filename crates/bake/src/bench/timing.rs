@@ -50,13 +50,15 @@ impl Scene {
     }
 }
 
-/// A pass of the CPU is cut at about this time.
+/// A method's slices of a repetition are cut at about this time.
 const PASS_SECONDS: f64 = 2e-2;
 
 /// Costs of `methods` on this thread; `methods[base]` is what ratios are taken to.
 ///
-/// Methods that need longer than 20 ms for `scene` see its first views only.
-/// What an edit costs ([`Prepared::on_fibre`]) is not in it.
+/// Timed are slices of one fibre, one view and all lights, some 10 us, the base's just before the
+/// method's, so that most are not interrupted; each slice counts by its median over the
+/// repetitions. Methods that need longer than 20 ms for `scene` see its first slices only. What an
+/// edit costs ([`Prepared::on_fibre`]) is not in it.
 ///
 /// # Errors
 /// A fibre that a method refuses.
@@ -67,45 +69,48 @@ pub fn cpu_costs(
     n_repetitions: usize,
     mut done: impl FnMut(),
 ) -> Result<Vec<Cost>, ParamError> {
-    let mut passes = Vec::with_capacity(methods.len());
+    let places: Vec<(usize, &DirectionInFrame)> = scene
+        .views
+        .iter()
+        .flat_map(|view| (0..scene.hair.len()).map(move |fibre| (fibre, view)))
+        .collect();
+    let mut all = Vec::with_capacity(methods.len());
     for method in methods {
         let on_fibres: Vec<OnFibre> = scene
             .hair
             .iter()
             .map(|hair| method.on_fibre(hair))
             .collect::<Result<_, _>>()?;
-        // The first view warms up, the second is the measure.
-        let second = scene.views.len().min(2);
-        cpu_pass(&on_fibres, scene, second);
-        let n_views = scene.views.len() as f64;
-        let spent = cpu_pass(&on_fibres, scene, second) / second.max(1) as f64;
-        let enough = (PASS_SECONDS / spent.max(1e-9)).clamp(1.0, n_views.max(1.0));
-        passes.push((on_fibres, enough as usize));
+        all.push(on_fibres);
     }
-    let n_lights = (scene.lights.len() * scene.hair.len()).max(1) as f64;
-    let ns_of = |(on_fibres, n_views): &(Vec<OnFibre>, usize)| {
-        1e9 * cpu_pass(on_fibres, scene, *n_views) / (*n_views as f64 * n_lights)
+    let ns_of = |on_fibres: &[OnFibre], (fibre, view): (usize, &DirectionInFrame)| {
+        let start = Instant::now();
+        black_box(on_fibres[fibre].lit(black_box(&scene.lights), black_box(view)));
+        1e9 * start.elapsed().as_secs_f64() / scene.lights.len().max(1) as f64
     };
-    let mut samples = vec![Vec::with_capacity(n_repetitions); methods.len()];
+    // [method][slice][repetition]
+    let mut samples: Vec<Vec<Vec<[f64; 2]>>> = Vec::with_capacity(methods.len());
+    for on_fibres in &all {
+        // One fibre's views warm up and tell how many slices are affordable.
+        let start = Instant::now();
+        let n_tried = places.len().min(scene.hair.len());
+        for &place in &places[..n_tried] {
+            ns_of(on_fibres, place);
+        }
+        let spent = start.elapsed().as_secs_f64().max(1e-9) / n_tried.max(1) as f64;
+        let n_slices = (PASS_SECONDS / spent) as usize;
+        samples.push(vec![Vec::new(); n_slices.clamp(8, places.len().max(8))]);
+    }
     for _ in 0..n_repetitions {
-        for (pass, samples) in passes.iter().zip(&mut samples) {
-            let before = ns_of(&passes[base]);
-            samples.push([before, ns_of(pass)]);
+        for (on_fibres, slices) in all.iter().zip(&mut samples) {
+            for (&place, slice) in places.iter().zip(slices) {
+                let before = ns_of(&all[base], place);
+                slice.push([before, ns_of(on_fibres, place)]);
+            }
         }
         done();
     }
-    Ok(samples.iter().map(|pairs| cost(pairs)).collect())
-}
-
-/// Seconds for the first `n_views`.
-fn cpu_pass(on_fibres: &[OnFibre], scene: &Scene, n_views: usize) -> f64 {
-    let start = Instant::now();
-    for on_fibre in on_fibres {
-        for view in &scene.views[..n_views] {
-            black_box(on_fibre.lit(black_box(&scene.lights), black_box(view)));
-        }
-    }
-    start.elapsed().as_secs_f64()
+    Ok(samples.iter().map(|slices| cost(slices)).collect())
 }
 
 /// Costs of those of `methods` that have a shader, on the adapter of `bench`; the base must have
@@ -158,18 +163,32 @@ pub fn adapter_costs(
     }
     let mut all = vec![None; methods.len()];
     for ((ix, ..), pairs) in passes.iter().zip(samples) {
-        all[*ix] = Some(cost(&pairs));
+        all[*ix] = Some(cost(&[pairs]));
     }
     Ok(all)
 }
 
-/// The cost from pairs in ns: the base just before, and the method.
-fn cost(pairs: &[[f64; 2]]) -> Cost {
-    let ratios = sorted(pairs.iter().map(|[base, own]| own / base));
+/// The cost from `[slice][repetition]` pairs in ns: the base just before, and the method. Slices
+/// weigh as much as the base needs for them.
+fn cost(slices: &[Vec<[f64; 2]>]) -> Cost {
+    let slices: Vec<&Vec<[f64; 2]>> = slices.iter().filter(|pairs| !pairs.is_empty()).collect();
+    let of = |pairs: &[[f64; 2]], value: fn(&[f64; 2]) -> f64, q: f64| {
+        quantile(&sorted(pairs.iter().map(value)), q)
+    };
+    let sum = |value: &dyn Fn(&[[f64; 2]]) -> f64| -> f64 {
+        slices.iter().map(|pairs| value(pairs)).sum()
+    };
+    let base = sum(&|pairs| of(pairs, |pair| pair[0], 0.5));
+    let ratio = |q: f64| {
+        let part = |pairs: &[[f64; 2]]| {
+            of(pairs, |pair| pair[0], 0.5) * of(pairs, |pair| pair[1] / pair[0], q)
+        };
+        sum(&part) / base
+    };
     Cost {
-        ns: quantile(&sorted(pairs.iter().map(|[_, own]| *own)), 0.5),
-        ratio: quantile(&ratios, 0.5),
-        ratio_quartiles: [0.25, 0.75].map(|q| quantile(&ratios, q)),
+        ns: sum(&|pairs| of(pairs, |pair| pair[1], 0.5)) / slices.len() as f64,
+        ratio: ratio(0.5),
+        ratio_quartiles: [0.25, 0.75].map(ratio),
     }
 }
 
@@ -196,10 +215,17 @@ mod tests {
     #[test]
     fn ratios_are_paired() {
         // The machine is three times slower in the second repetition; the ratio does not care.
-        let cost = cost(&[[10.0, 5.0], [30.0, 15.0], [10.0, 5.0], [12.0, 6.0]]);
-        assert_eq!(cost.ns, 5.5);
-        assert_eq!(cost.ratio, 0.5);
-        assert_eq!(cost.ratio_quartiles, [0.5, 0.5]);
+        let pairs = vec![[10.0, 5.0], [30.0, 15.0], [10.0, 5.0], [12.0, 6.0]];
+        let one = cost(std::slice::from_ref(&pairs));
+        assert_eq!(one.ns, 5.5);
+        assert_eq!(one.ratio, 0.5);
+        assert_eq!(one.ratio_quartiles, [0.5, 0.5]);
+        // A second slice, three times as long for the base and no shorter for the method, and
+        // once interrupted.
+        let other = vec![[33.0, 33.0], [33.0, 33.0], [33.0, 3300.0]];
+        let two = cost(&[pairs, other]);
+        assert_eq!(two.ns, 0.5 * (5.5 + 33.0));
+        assert_eq!(two.ratio, (0.5 * 11.0 + 33.0) / 44.0);
         assert_eq!(quantile(&[1.0, 2.0], 0.25), 1.25);
     }
 }
