@@ -111,6 +111,9 @@ pub fn rounding(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
                     let value = f64::from(before[ix][c]);
                     let size = value.max(point.light_mass() * SIZE_MIN.max(FLOOR * largest));
                     for step in 0..n_moves {
+                        if step == 2 && is_at_pole(point) {
+                            continue;
+                        }
                         let at = ix * n_moves + step;
                         let there = f64::from(after[at][c]);
                         let error = (there - value).abs() / size;
@@ -135,6 +138,15 @@ pub fn rounding(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
             tally.check(&name, "cpu", Some(ROUNDING_BOUND), note)
         })
         .collect())
+}
+
+/// Is theta_d so near +-pi/2 that one unit of it moves cos(theta_d) itself by 1e-4 and more? Energies
+/// go with its square: the exact model moves as much.
+fn is_at_pole(point: &Point) -> bool {
+    match *point {
+        Point::Azimuthal { theta_d, .. } => theta_d.cos() < 1e-3,
+        Point::Single { .. } => false,
+    }
 }
 
 /// The point with each of its numbers one f32 nearer to 0.
