@@ -6,6 +6,7 @@ use strandlight_formats::TableFile;
 use strandlight_runtime::tables::lobe_table;
 use strandlight_scattering::closed_form::{Lag, azimuthal_trt, azimuthal_tt, sample_lobes};
 use strandlight_scattering::exact::{azimuthal, energy};
+use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::fit::{ErrorNorm, LobeShape, best_shares};
 use strandlight_scattering::lobes::moments::Section;
 use strandlight_scattering::lobes::{
@@ -27,6 +28,9 @@ const WORST_TOLERANCE: f64 = 0.04;
 const POOLED_TOLERANCE: f64 = 0.008;
 /// Relative error of an energy that exceeds 1e-6.
 const ENERGY_TOLERANCE: f64 = 1e-2;
+/// The same for Schlick's term: near eta = 1 and grazing angles, where it does not narrow and the
+/// lobes change roles from texel to texel, energies between texels are off by 1.2 %.
+const ENERGY_TOLERANCE_SCHLICK: f64 = 2e-2;
 /// Random fibres and azimuths each.
 const N_FIBRES: u64 = 105;
 const N_AZIMUTHS: u32 = 16;
@@ -257,7 +261,10 @@ fn verify_energies(lobes: &LobeTable, seed: u64) -> Check {
         name: "energies above 1e-6, relative, against quadrature",
         table: table_names(lobes.lobe)[1],
         n_values: 3 * N_ENERGIES,
-        tolerance: ENERGY_TOLERANCE,
+        tolerance: match lobes.fresnel {
+            Fresnel::Dielectric => ENERGY_TOLERANCE,
+            Fresnel::Schlick => ENERGY_TOLERANCE_SCHLICK,
+        },
         worst: found
             .into_iter()
             .flatten()
