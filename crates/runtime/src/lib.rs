@@ -15,6 +15,7 @@ pub mod render;
 pub mod sampling;
 pub mod scene;
 pub mod shaders;
+pub mod shadow_maps;
 pub mod stats;
 pub mod strands;
 pub mod tables;

@@ -61,6 +61,7 @@ modules!(
     "pass/ribbons",
     "pass/shade",
     "pass/strands",
+    "pass/shadow_map",
     "pass/transmittance",
     "pass/voxelise",
 );

@@ -27,10 +27,11 @@ const MAX_SPLIT: u32 = 16;
 pub struct Strands {
     /// x, y, z and fibre radius, cm, world space.
     pub points: Vec<[f32; 4]>,
-    /// Unit tangent u, root to tip; the fourth float is zero.
+    /// Unit tangent u, root to tip; the fourth float is half the distance to the point before, cm,
+    /// zero at a root.
     pub tangents: Vec<[f32; 4]>,
     /// Unit normal v of the fibre frame (u, v, u x v), carried along the strand without twist;
-    /// the fourth float is zero.
+    /// the fourth float is half the distance to the point after, cm, zero at a tip.
     pub normals: Vec<[f32; 4]>,
     /// First point of each segment; the second is the next point.
     pub segments: Vec<u32>,
@@ -212,10 +213,16 @@ impl Strands {
                 transport(normal, last_tangent, tangent)
             };
             last_tangent = tangent;
+            let half_to = |other: Option<&(Vec3, f32)>| {
+                other.map_or(0.0, |(there, _)| 0.5 * there.distance(position))
+            };
+            let before = half_to(ix.checked_sub(1).map(|ix| &positions[ix]));
+            let after = half_to(positions.get(ix + 1));
             self.points
                 .push([position.x, position.y, position.z, radius]);
-            self.tangents.push([tangent.x, tangent.y, tangent.z, 0.0]);
-            self.normals.push([normal.x, normal.y, normal.z, 0.0]);
+            self.tangents
+                .push([tangent.x, tangent.y, tangent.z, before]);
+            self.normals.push([normal.x, normal.y, normal.z, after]);
             self.max_diameter = self.max_diameter.max(2.0 * radius);
         }
         let end = self.points.len();

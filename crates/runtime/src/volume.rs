@@ -73,12 +73,20 @@ impl Grid {
 /// (`cos alpha = 1 + ln(u + (1 - u) e^(-2 kappa)) / kappa`, kappa = 2 / lambda^2), stratified in u,
 /// golden-ratio azimuths. One direction is the centre itself.
 pub fn sweep_directions(light: &SrbfLight) -> Vec<[f32; 3]> {
-    let axis = Vec3::from(light.direction).normalize_or(Vec3::Y);
     let k = match light.lambda {
-        l if l < 0.3 => return vec![axis.to_array()],
+        l if l < 0.3 => 1,
         l if l <= 0.6 => 4,
         _ => 8,
     };
+    lobe_directions(light, k)
+}
+
+/// `k` directions inside the lobe of `light`, each for the same share of its radiance.
+pub fn lobe_directions(light: &SrbfLight, k: u32) -> Vec<[f32; 3]> {
+    let axis = Vec3::from(light.direction).normalize_or(Vec3::Y);
+    if k <= 1 {
+        return vec![axis.to_array()];
+    }
     let (x, y) = axis.any_orthonormal_pair();
     let kappa = 2.0 / f64::from(light.lambda * light.lambda);
     (0..k)

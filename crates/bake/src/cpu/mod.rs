@@ -7,9 +7,11 @@ mod composite;
 mod project;
 mod raster;
 mod shade;
+mod shadow_map;
 mod transmittance;
 mod voxelise;
 
+pub use shadow_map::shadow_maps;
 pub use transmittance::transmittance;
 pub use voxelise::voxelise;
 

@@ -7,6 +7,7 @@ mod draw;
 mod lighting;
 pub(crate) mod resources;
 mod scattering;
+mod shadow_map;
 mod volume;
 
 use crate::camera::{Camera, view_uniform};
@@ -15,7 +16,9 @@ use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::picture::Picture;
 use crate::scene::PreparedScene;
+use crate::shadow_maps::ShadowPlan;
 use crate::stats::{Observer, Stats};
+use crate::strands::Strands;
 use strandlight_scattering::HairParams;
 
 /// Most pixels of a picture: 16 bytes each fill the 128 MiB that every adapter binds.
@@ -50,6 +53,24 @@ pub fn check_frame(size: [u32; 2], samples: u32) -> Result<(), RenderError> {
         return Err(RenderError::Samples { samples });
     }
     Ok(())
+}
+
+/// The answers of the shadow maps of `plan` for `strands`, `[slot][point]`: see
+/// [`crate::shadow_maps`].
+///
+/// # Errors
+/// Whatever the device refuses.
+pub fn shadow_maps(
+    context: &Context,
+    strands: &Strands,
+    plan: &ShadowPlan,
+) -> Result<Vec<f32>, RenderError> {
+    resources::guarded(context, || {
+        let buffers = resources::StrandBuffers::new(context, strands);
+        let maps = shadow_map::ShadowMaps::new(context)?;
+        let unblocked = maps.run(context, &buffers, plan)?;
+        resources::read_back(context, "unblocked", &unblocked)
+    })
 }
 
 /// A prepared scene on a device.

@@ -1,0 +1,130 @@
+//! Shadow maps that resolve fibres. Twin of `shaders/pass/shadow_map.wgsl`.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::{Vec3, Vec3Swizzles};
+use rayon::prelude::*;
+use strandlight_runtime::shadow_maps::{ShadowPlan, ShadowView};
+use strandlight_runtime::strands::Strands;
+
+const UNITS: f32 = 4_294_967_040.0;
+const N_PLACES: u32 = 8;
+const CLEAR_RADII: f32 = 3.0;
+const CLEAR_TEXELS: f32 = 0.75;
+const STEEPEST: f32 = 20.0;
+
+/// Unblocked share of the lights with maps at every point, `[slot][point]`.
+pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<f32> {
+    let n_points = strands.points.len();
+    let mut unblocked = vec![0.0; plan.n_slots as usize * n_points];
+    let Some(first) = plan.views.first() else {
+        return unblocked;
+    };
+    let mut map: Vec<AtomicU32> = Vec::new();
+    map.resize_with((first.side * first.side) as usize, AtomicU32::default);
+    for view in &plan.views {
+        map.par_iter_mut().for_each(|texel| *texel.get_mut() = 0);
+        strands.segments.par_iter().for_each(|&segment| {
+            let first = segment as usize;
+            cast_shadows(
+                view,
+                &strands.points[first],
+                &strands.points[first + 1],
+                &map,
+            );
+        });
+        let row = view.slot as usize * n_points;
+        unblocked[row..row + n_points]
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(point, unblocked)| {
+                *unblocked += receive_shadows(view, strands, point, &map)
+            });
+    }
+    unblocked
+}
+
+/// x and y in texels from the corner, z the height in cm.
+fn map_position(view: &ShadowView, point: &[f32; 4]) -> Vec3 {
+    let d = Vec3::new(point[0], point[1], point[2]) - Vec3::from(view.centre);
+    let middle = 0.5 * view.side as f32;
+    let x = d.dot(Vec3::from(view.right)) * view.texels_per_cm + middle;
+    let y = d.dot(Vec3::from(view.up)) * view.texels_per_cm + middle;
+    Vec3::new(x, y, d.dot(Vec3::from(view.towards)))
+}
+
+fn height_units(view: &ShadowView, height: f32) -> u32 {
+    ((0.5 * height / view.reach + 0.5).clamp(0.0, 1.0) * UNITS) as u32
+}
+
+/// Draws a segment into the map; the order of segments does not matter.
+fn cast_shadows(view: &ShadowView, from: &[f32; 4], to: &[f32; 4], map: &[AtomicU32]) {
+    let (mut a, mut b) = (map_position(view, from), map_position(view, to));
+    let steep = (b.y - a.y).abs() > (b.x - a.x).abs();
+    if steep {
+        (a, b) = (a.yxz(), b.yxz());
+    }
+    if a.x > b.x {
+        std::mem::swap(&mut a, &mut b);
+    }
+    let run = b.x - a.x;
+    if run < 1e-6 {
+        return;
+    }
+    let rise = (b.yz() - a.yz()) / run;
+    let radius = 0.5 * (from[3] + to[3]) * view.texels_per_cm;
+    let half_width = radius * (1.0 + rise.x * rise.x).sqrt();
+    let side = view.side as i32;
+    let last = ((b.x - 0.5).ceil() as i32).min(side);
+    for column in ((a.x - 0.5).ceil() as i32).max(0)..last {
+        let along = column as f32 + 0.5 - a.x;
+        let y = a.y + rise.x * along;
+        let height = height_units(view, a.z + rise.y * along);
+        let top = ((y + half_width - 0.5).ceil() as i32).min(side);
+        for row in ((y - half_width - 0.5).ceil() as i32).max(0)..top {
+            let cell = if steep {
+                row + side * column
+            } else {
+                column + side * row
+            };
+            map[cell as usize].fetch_max(height, Ordering::Relaxed);
+        }
+    }
+}
+
+/// What this map adds to the unblocked share of a point.
+fn receive_shadows(
+    view: &ShadowView,
+    strands: &Strands,
+    point_ix: usize,
+    map: &[AtomicU32],
+) -> f32 {
+    let point = &strands.points[point_ix];
+    let (before, after) = (strands.tangents[point_ix][3], strands.normals[point_ix][3]);
+    let middle = map_position(view, point);
+    let mut from_before = middle;
+    if before > 0.0 {
+        from_before = map_position(view, &strands.points[point_ix - 1]);
+    }
+    let mut to_after = middle;
+    if after > 0.0 {
+        to_after = map_position(view, &strands.points[point_ix + 1]);
+    }
+    let mut lit = 0;
+    for ix in 0..N_PLACES {
+        let place = (ix as f32 + view.offset) / N_PLACES as f32 * (before + after) - before;
+        let (mut end, mut share) = (to_after, 0.5 * place / after.max(1e-20));
+        if place < 0.0 {
+            (end, share) = (from_before, -0.5 * place / before);
+        }
+        let step = end - middle;
+        let at = middle + step * share;
+        let rise = (step.z.abs() / step.xy().length().max(1e-6)).min(STEEPEST * point[3]);
+        let clear = CLEAR_RADII * point[3] + CLEAR_TEXELS * rise;
+        let last = view.side as i32 - 1;
+        let [x, y] = [at.x, at.y].map(|x| (x.floor() as i32).clamp(0, last));
+        let highest = map[(x + view.side as i32 * y) as usize].load(Ordering::Relaxed);
+        lit += u32::from(highest <= height_units(view, at.z + clear));
+    }
+    view.weight * lit as f32 / N_PLACES as f32
+}

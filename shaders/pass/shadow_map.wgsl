@@ -1,0 +1,141 @@
+// Shadow maps that resolve fibres. `cast_shadows` draws every segment, a ribbon facing the light, into the
+// map: the height towards the light of the highest strand over each texel. `receive_shadows` asks at some
+// places along the strand around each point whether another strand stands above.
+// Twin: crates/bake/src/cpu/shadow_map.rs.
+
+struct ShadowView {
+    right: vec3f,
+    texels_per_cm: f32,
+    up: vec3f,
+    reach: f32,
+    towards: vec3f,
+    weight: f32,
+    centre: vec3f,
+    slot: u32,
+    side: u32,
+    n_segments: u32,
+    n_points: u32,
+    offset: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: ShadowView;
+@group(0) @binding(1) var<storage, read> points: array<vec4f>;
+@group(0) @binding(2) var<storage, read> segments: array<u32>;
+// Height from the lowest, a fraction of all there is; 0: nothing.
+@group(0) @binding(3) var<storage, read_write> map: array<atomic<u32>>;
+// w: half the distance to the point before, or 0 at a root.
+@group(0) @binding(4) var<storage, read> tangents: array<vec4f>;
+// w: half the distance to the point after, or 0 at a tip.
+@group(0) @binding(5) var<storage, read> normals: array<vec4f>;
+// [slot][point]
+@group(0) @binding(6) var<storage, read_write> unblocked: array<f32>;
+
+// Heights are stored in units of 2 reach / UNITS.
+const UNITS: f32 = 4294967040.0;
+// Places along the strand around a point.
+const N_PLACES: u32 = 8u;
+// A strand casts no shadow nearer than this many radii above it, and where it is steep no nearer
+// than it rises within so many texels.
+const CLEAR_RADII: f32 = 3.0;
+const CLEAR_TEXELS: f32 = 0.75;
+// Largest rise looked at, for strands along the light.
+const STEEPEST: f32 = 20.0;
+
+// x and y in texels from the corner, z the height in cm.
+fn map_position(position: vec3f) -> vec3f {
+    let d = position - view.centre;
+    let middle = 0.5 * f32(view.side);
+    let x = dot(d, view.right) * view.texels_per_cm + middle;
+    let y = dot(d, view.up) * view.texels_per_cm + middle;
+    return vec3f(x, y, dot(d, view.towards));
+}
+
+fn height_units(height: f32) -> u32 {
+    return u32(clamp(0.5 * height / view.reach + 0.5, 0.0, 1.0) * UNITS);
+}
+
+// One thread a segment.
+@compute @workgroup_size(64)
+fn cast_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let segment = id.x + id.y * groups.x * 64u;
+    if segment >= view.n_segments {
+        return;
+    }
+    let first = segments[segment];
+    let from_point = points[first];
+    let to_point = points[first + 1u];
+    var a = map_position(from_point.xyz);
+    var b = map_position(to_point.xyz);
+    // Steps go along x; a steep strand is turned over.
+    let steep = abs(b.y - a.y) > abs(b.x - a.x);
+    if steep {
+        a = a.yxz;
+        b = b.yxz;
+    }
+    if a.x > b.x {
+        let swap = a;
+        a = b;
+        b = swap;
+    }
+    let run = b.x - a.x;
+    if run < 1e-6 {
+        return;
+    }
+    let rise = (b.yz - a.yz) / run;
+    let radius = 0.5 * (from_point.w + to_point.w) * view.texels_per_cm;
+    let half_width = radius * sqrt(1.0 + rise.x * rise.x);
+    let side = i32(view.side);
+    // Texels whose middles lie inside.
+    let last = min(i32(ceil(b.x - 0.5)), side);
+    for (var column = max(i32(ceil(a.x - 0.5)), 0); column < last; column++) {
+        let along = f32(column) + 0.5 - a.x;
+        let y = a.y + rise.x * along;
+        let height = height_units(a.z + rise.y * along);
+        let top = min(i32(ceil(y + half_width - 0.5)), side);
+        for (var row = max(i32(ceil(y - half_width - 0.5)), 0); row < top; row++) {
+            let cell = select(column + side * row, row + side * column, steep);
+            atomicMax(&map[cell], height);
+        }
+    }
+}
+
+// One thread a point.
+@compute @workgroup_size(64)
+fn receive_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let point_ix = id.x + id.y * groups.x * 64u;
+    if point_ix >= view.n_points {
+        return;
+    }
+    let point = points[point_ix];
+    let before = tangents[point_ix].w;
+    let after = normals[point_ix].w;
+    let middle = map_position(point.xyz);
+    var from_before = middle;
+    if before > 0.0 {
+        from_before = map_position(points[point_ix - 1u].xyz);
+    }
+    var to_after = middle;
+    if after > 0.0 {
+        to_after = map_position(points[point_ix + 1u].xyz);
+    }
+    var lit = 0u;
+    for (var ix = 0u; ix < N_PLACES; ix++) {
+        let place = (f32(ix) + view.offset) / f32(N_PLACES) * (before + after) - before;
+        // As far as half way to the neighbour.
+        var end = to_after;
+        var share = 0.5 * place / max(after, 1e-20);
+        if place < 0.0 {
+            end = from_before;
+            share = -0.5 * place / before;
+        }
+        let step = end - middle;
+        let at = middle + step * share;
+        let rise = min(abs(step.z) / max(length(step.xy), 1e-6), STEEPEST * point.w);
+        let clear = CLEAR_RADII * point.w + CLEAR_TEXELS * rise;
+        let texel = clamp(vec2i(floor(at.xy)), vec2i(0), vec2i(i32(view.side) - 1));
+        let highest = atomicLoad(&map[texel.x + i32(view.side) * texel.y]);
+        lit += select(0u, 1u, highest <= height_units(at.z + clear));
+    }
+    let share = view.weight * f32(lit) / f32(N_PLACES);
+    unblocked[view.slot * view.n_points + point_ix] += share;
+}
