@@ -90,9 +90,19 @@ fn integrate_offsets(
     kappa: f64,
     kernel: impl Fn(f64) -> f64,
 ) -> [f64; 3] {
-    let breaks = breakpoints(section, lobe, dphi, kappa);
-    integrate_adaptive(&breaks, TOLERANCE, |gamma| {
-        let weight = kernel(dphi - section.exit_azimuth(lobe, gamma));
+    let breaks = breakpoints(section, lobe, &[dphi], kappa);
+    integrate_between(section, lobe, &breaks, |phi| kernel(dphi - phi))
+}
+
+/// `1/2 Int A_t(h) weight(phi(p, h)) dh` on panels between `breaks` in gamma.
+pub(super) fn integrate_between(
+    section: &FibreSection,
+    lobe: Lobe,
+    breaks: &[f64],
+    weight: impl Fn(f64) -> f64,
+) -> [f64; 3] {
+    integrate_adaptive(breaks, TOLERANCE, |gamma| {
+        let weight = weight(section.exit_azimuth(lobe, gamma));
         if weight == 0.0 {
             return [0.0; 3];
         }
@@ -102,9 +112,10 @@ fn integrate_offsets(
     })
 }
 
-/// Panels graded towards every place where the kernel peaks: the roots, and TRT's caustics,
-/// where phi stands still. A peak between the nodes of a panel would not be seen.
-fn breakpoints(section: &FibreSection, lobe: Lobe, dphi: f64, kappa: f64) -> Vec<f64> {
+/// Panels graded towards every place where a kernel of sharpness `kappa` around the azimuths `at`
+/// changes: the roots, and TRT's caustics, where phi stands still. A peak between the nodes of a
+/// panel would not be seen.
+pub(super) fn breakpoints(section: &FibreSection, lobe: Lobe, at: &[f64], kappa: f64) -> Vec<f64> {
     let mut breaks = vec![-FRAC_PI_2, 0.0, FRAC_PI_2];
     // Width of the kernel in phi, at most a turn's.
     let width = (2.0 / kappa.max(0.2)).sqrt();
@@ -118,7 +129,7 @@ fn breakpoints(section: &FibreSection, lobe: Lobe, dphi: f64, kappa: f64) -> Vec
         }
     };
     if kappa > 2.0 {
-        for gamma in roots(section, lobe, dphi) {
+        for gamma in at.iter().flat_map(|&phi| roots(section, lobe, phi)) {
             let slope = section.exit_azimuth_slope(lobe, gamma).abs();
             grade(gamma, width / slope.max(width.sqrt()));
         }

@@ -6,17 +6,27 @@
 //!
 //! - [`azimuthal()`]: the inner integral over phi_i (Xu 2011 Eq 12), without solving for roots.
 //! - [`single()`]: the double integral of one light (Eq 11).
+//! - [`global()`], [`local()`]: light that other fibres scattered forward ([`Forward`]), over S and
+//!   over the backscatter of many fibres (Eq 27, 29); [`direct_local()`]: the latter of the light.
 //! - [`energy`]: mass of N_t.
 //! - [`azimuthal_function`]: N_t itself, by its roots (Eq 9); not blurred.
 
 mod azimuthal;
 mod eccentric;
 mod fibre;
+mod forward;
+mod global;
+mod half_circle;
+mod local;
 mod roots;
 mod single;
 
 pub use azimuthal::{azimuthal, azimuthal_average, energy};
 pub use eccentric::{azimuthal_eccentric, eta_star};
 pub use fibre::FibreSection;
+pub use forward::Forward;
+pub use global::{azimuthal_global, global};
+pub use half_circle::HalfCircle;
+pub use local::{direct_local, local};
 pub use roots::{azimuthal_function, roots};
 pub use single::{Light, View, single};

@@ -54,13 +54,17 @@ impl View {
 /// Azimuths beyond this have lost the digits that matter.
 const MAX_PHI: f64 = 1e6;
 
-fn check_direction(names: [&'static str; 2], theta: f64, phi: f64) -> Result<(), ParamError> {
+pub(super) fn check_direction(
+    names: [&'static str; 2],
+    theta: f64,
+    phi: f64,
+) -> Result<(), ParamError> {
     in_range(names[0], theta, -FRAC_PI_2, FRAC_PI_2)?;
     in_range(names[1], phi, -MAX_PHI, MAX_PHI)
 }
 
 /// Where the integrand has fallen by `exp(-CUTOFF)` from its peak it is left out.
-const CUTOFF: f64 = 40.0;
+pub(super) const CUTOFF: f64 = 40.0;
 
 /// `Int G(omega_i) S_t(omega_i, omega_o) cos(theta_i) d omega_i` (Xu 2011 Eq 11), per channel.
 ///
@@ -136,7 +140,7 @@ fn single_with(
 
 /// The part of +-pi/2 where `fall` is within [`CUTOFF`] of its least value. Convex enough: a
 /// parabola and a circular cosine, one valley within half a turn.
-fn window(fall: &impl Fn(f64) -> f64) -> (f64, f64) {
+pub(super) fn window(fall: &impl Fn(f64) -> f64) -> (f64, f64) {
     // Coarse scan, then golden section around the best.
     const STEPS: u32 = 64;
     let at = |i: u32| -FRAC_PI_2 + PI * f64::from(i) / f64::from(STEPS);

@@ -83,6 +83,20 @@ pub fn azimuthal_tt(
     row: Cell,
     tables: &Tables,
 ) -> [f32; 3] {
+    lobes_tt(at, fibre, row, tables, |kappa_lobe| {
+        product_integral(kappa, kappa_lobe, lag.cos_half)
+    })
+}
+
+/// The lobe of [`azimuthal_tt`], its Gaussian of sharpness `kappa_lobe` at phi = pi replaced by
+/// `integral(kappa_lobe)`.
+pub(super) fn lobes_tt(
+    at: &Inclination,
+    fibre: &Fibre,
+    row: Cell,
+    tables: &Tables,
+    integral: impl Fn(f32) -> f32,
+) -> [f32; 3] {
     let eta = fibre.eta;
     let cos_2 = at.cos_theta_d * at.cos_theta_d;
     let sin_t = at.sin_theta_d / eta;
@@ -100,7 +114,7 @@ pub fn azimuthal_tt(
         let e = lobe_energy(h, s, y);
         let lambda = (e / (SQRT_PI * height.max(1e-30))).clamp(LOBE_LAMBDA_MIN, LOBE_LAMBDA_MAX);
         let amplitude = e * (-s).exp() / (SQRT_PI * lambda);
-        amplitude * product_integral(kappa, 2.0 / (lambda * lambda), lag.cos_half)
+        amplitude * integral(2.0 / (lambda * lambda))
     })
 }
 
@@ -111,8 +125,15 @@ pub fn eta_star(kappa: f32, lag: &Lag, fibre: &Fibre) -> f32 {
         return fibre.eta;
     }
     let ratio = bessel_i1e(kappa) / bessel_i0e(kappa);
-    (fibre.eta_mean + fibre.eta_swing * lag.cos_sum * ratio)
-        .clamp(fibre.eta.min(ETA_STAR_MIN), ETA_STAR_MAX)
+    eta_at(lag.cos_sum * ratio, fibre)
+}
+
+/// Index of an elliptic fibre for a mean `cosine` of phi_o + phi_i.
+pub(super) fn eta_at(cosine: f32, fibre: &Fibre) -> f32 {
+    if fibre.eta_swing == 0.0 {
+        return fibre.eta;
+    }
+    (fibre.eta_mean + fibre.eta_swing * cosine).clamp(fibre.eta.min(ETA_STAR_MIN), ETA_STAR_MAX)
 }
 
 /// N_TRT (Eq 20 to 23, 25) per channel: below eta' = 2 two lobes at +-phi* and a residue at 0,
@@ -127,6 +148,22 @@ pub fn azimuthal_trt(
     tables: &Tables,
 ) -> [f32; 3] {
     let eta = eta_star(kappa, lag, fibre);
+    lobes_trt(eta, lag, at, fibre, row, tables, |kappa_lobe, sin_half| {
+        product_integral(kappa, kappa_lobe, sin_half)
+    })
+}
+
+/// The lobes of [`azimuthal_trt`] for index `eta`, each Gaussian replaced by
+/// `integral(kappa_lobe, sin_half)`, sin_half the sine of half its distance from the lag.
+pub(super) fn lobes_trt(
+    eta: f32,
+    lag: &Lag,
+    at: &Inclination,
+    fibre: &Fibre,
+    row: Cell,
+    tables: &Tables,
+    integral: impl Fn(f32, f32) -> f32,
+) -> [f32; 3] {
     let mut eta_row = row;
     if fibre.eta_swing != 0.0 {
         eta_row = table_cell(&tables.axes.h_rows, eta);
@@ -152,7 +189,7 @@ pub fn azimuthal_trt(
             let lambda_3 = (e * inverse).clamp(LOBE_LAMBDA_MIN, LOBE_LAMBDA_MAX);
             let lambda = w_c + (lambda_3 - w_c) * blend;
             let amplitude = e * (-s).exp() / (SQRT_PI * lambda);
-            amplitude * product_integral(kappa, 2.0 / (lambda * lambda), lag.sin_half)
+            amplitude * integral(2.0 / (lambda * lambda), lag.sin_half)
         });
     }
 
@@ -182,9 +219,8 @@ pub fn azimuthal_trt(
     let kappa_c = 2.0 / (w_c * w_c);
     let sum = lag.sin_half * cos_star;
     let swing = lag.cos_half * sin_star;
-    let pair_lobes = product_integral(kappa, kappa_c, sum - swing)
-        + product_integral(kappa, kappa_c, sum + swing);
-    let centre_lobe = product_integral(kappa, 2.0 / (lambda_2 * lambda_2), lag.sin_half);
+    let pair_lobes = integral(kappa_c, sum - swing) + integral(kappa_c, sum + swing);
+    let centre_lobe = integral(2.0 / (lambda_2 * lambda_2), lag.sin_half);
     std::array::from_fn(|channel| {
         let s = fibre.sigma_a[channel] * path;
         let e = lobe_energy(h, s, y) * (-s).exp();
