@@ -7,5 +7,6 @@ pub mod lights;
 pub mod picture;
 pub mod progress;
 pub mod random;
+pub mod rays;
 pub mod stress;
 pub mod tables;
