@@ -4,6 +4,7 @@
 //! nothing else happens; only a missing file or adapter ends the command.
 
 mod evaluate;
+mod per_fibre;
 mod reference;
 mod request;
 mod unique;
@@ -22,7 +23,7 @@ use request::Request;
 /// Evaluates the model at given points
 ///
 /// Reads JSON Lines on stdin and answers each with {"value": x} or {"error": "..."}. Angles in
-/// radians. Queries: table_C, table_H, azimuthal, single, average.
+/// radians. Queries: table_C, table_H, azimuthal, single, global, local, average.
 #[derive(clap::Args)]
 pub struct Args {
     /// Baked tables [default: the bundled ones]

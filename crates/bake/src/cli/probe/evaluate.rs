@@ -9,11 +9,15 @@ use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::{GpuProbe, MODE_ALL, Query, evaluate};
 use strandlight_runtime::tables::{BUNDLED, ShadingTables};
+use strandlight_scattering::closed_form::paper::{
+    PublishedAverages, global_scattering, global_scattering_mode, local_scattering,
+};
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fibre};
 use strandlight_scattering::dual_scattering::{AverageTable, event_separated, published};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
 
+use super::per_fibre::{PerFibre, bits};
 use super::reference::Reference;
 use super::request::Request;
 use super::{Answer, Failure, Method};
@@ -23,6 +27,8 @@ pub struct Evaluator {
     backend: Backend,
     fresnel: Fresnel,
     scheme: Scheme,
+    averages: PerFibre<AverageTable>,
+    published: PerFibre<PublishedAverages>,
 }
 
 enum Backend {
@@ -68,6 +74,8 @@ impl Evaluator {
             backend,
             fresnel,
             scheme,
+            averages: PerFibre::default(),
+            published: PerFibre::default(),
         })
     }
 
@@ -96,6 +104,14 @@ impl Evaluator {
             .map(|request| self.query(request.as_ref().map_err(String::clone)?, &fibres))
             .collect();
         let valid: Vec<Query> = queries.iter().flatten().copied().collect();
+        let apart: Vec<Option<Answer>> = match &self.backend {
+            Backend::Cpu(tables) => {
+                let answer =
+                    |request: &Result<Request, String>| self.apart(request.as_ref().ok()?, tables);
+                requests.par_iter().map(answer).collect()
+            }
+            _ => vec![None; requests.len()],
+        };
         let optics = &fibres.optics;
         let values: Vec<[f32; 4]> = match &self.backend {
             Backend::Gpu(probe) => probe.evaluate(&valid, optics).map_err(Failure::input)?,
@@ -107,11 +123,10 @@ impl Evaluator {
             Backend::Reference(_) => Vec::new(),
         };
         let mut values = values.into_iter();
-        let answers = requests.iter().zip(queries).map(|(request, query)| {
-            if let (Ok(request), Backend::Cpu(_)) = (request, &self.backend)
-                && let Some(average) = self.average(request)
-            {
-                return average.finite();
+        let answers = requests.iter().zip(queries).zip(apart);
+        let answers = answers.map(|((request, query), apart)| {
+            if let Some(answer) = apart {
+                return answer.finite();
             }
             query?;
             // One value for each valid query, in order.
@@ -121,27 +136,73 @@ impl Evaluator {
         Ok(answers.collect())
     }
 
-    /// The answer to a query of an average, on the CPU: what the renderer's table of 128
-    /// inclinations says; by the paper's scheme Eq 33, with Zinke's approximations.
-    fn average(&self, request: &Request) -> Option<Answer> {
-        let Request::Average {
-            name,
-            theta_d,
-            hair,
-        } = request
-        else {
-            return None;
-        };
-        Some(Answer::Rgb(match self.scheme {
-            Scheme::Lobes(_) => {
-                let table = AverageTable::new(hair, self.fresnel);
-                table.get(*name, *theta_d as f32).map(f64::from)
+    /// The answer on the CPU to what the renderer does not evaluate, if `request` is that: all
+    /// averages of the renderer's table of 128 inclinations; by the paper's scheme Eq 33 with
+    /// Zinke's approximations, and multiple scattering.
+    fn apart(&self, request: &Request, tables: &ShadingTables) -> Option<Answer> {
+        match (request, &self.scheme) {
+            (
+                Request::Average {
+                    name,
+                    theta_d,
+                    hair,
+                },
+                scheme,
+            ) => Some(Answer::Rgb(match scheme {
+                Scheme::Lobes(_) => {
+                    let table = self
+                        .averages
+                        .of(hair, || AverageTable::new(hair, self.fresnel));
+                    table.get(*name, *theta_d as f32).map(f64::from)
+                }
+                Scheme::Paper(_) => {
+                    let event = event_separated(*theta_d, hair, self.fresnel);
+                    name.of(&event, &published(&event))
+                }
+            })),
+            (
+                Request::Global {
+                    lobe,
+                    forward,
+                    view,
+                    hair,
+                },
+                Scheme::Paper(segments),
+            ) => {
+                let fibre = Fibre::new(hair, &Lobe::ALL, *segments).ok()?;
+                let [light, view] = [(forward.theta, forward.phi), (view.theta, view.phi)]
+                    .map(|(theta, phi)| in_frame(theta, phi));
+                let sigma_f = forward.sigma_f as f32;
+                let tables = tables.view();
+                let value = match lobe {
+                    Some(lobe) => {
+                        let mode = lobe.p();
+                        global_scattering_mode(mode, &light, &view, sigma_f, &fibre, &tables)
+                    }
+                    None => global_scattering(&light, &view, sigma_f, &fibre, &tables),
+                };
+                let [r, g, b] = value;
+                Some(shape(request, [r, g, b, 0.0]))
             }
-            Scheme::Paper(_) => {
-                let event = event_separated(*theta_d, hair, self.fresnel);
-                name.of(&event, &published(&event))
+            (
+                Request::Local {
+                    forward,
+                    view,
+                    hair,
+                },
+                Scheme::Paper(segments),
+            ) => {
+                let averages = self
+                    .published
+                    .of(hair, || PublishedAverages::new(hair, self.fresnel));
+                let [light, view] = [(forward.theta, forward.phi), (view.theta, view.phi)]
+                    .map(|(theta, phi)| in_frame(theta, phi));
+                let sigma_f = forward.sigma_f as f32;
+                let value = local_scattering(&light, &view, sigma_f, &averages, *segments);
+                Some(Answer::Rgb(value.map(f64::from)))
             }
-        }))
+            _ => None,
+        }
     }
 
     /// The optics of every fibre among `requests`, each once.
@@ -220,15 +281,15 @@ impl Evaluator {
                 let (place, fibre) = fibres.of(hair)?;
                 Query::single(
                     lobe.map_or(MODE_ALL, Lobe::p),
-                    DirectionInFrame::from_angles(light.theta as f32, wrap(light.phi)),
+                    in_frame(light.theta, light.phi),
                     light.lambda as f32,
-                    DirectionInFrame::from_angles(view.theta as f32, wrap(view.phi)),
+                    in_frame(view.theta, view.phi),
                     fibre,
                 )
                 .with_optics(place)
             }
-            Request::Average { .. } => {
-                return Err("q average is not available by method gpu yet".to_owned());
+            Request::Global { .. } | Request::Local { .. } | Request::Average { .. } => {
+                return Err("not available by this method yet".to_owned());
             }
         };
         Ok(match self.scheme {
@@ -256,30 +317,14 @@ impl Fibres {
     }
 }
 
-/// All that tells one fibre from another.
-fn bits(hair: &HairParams) -> [u64; 12] {
-    let [r, g, b] = hair.sigma_a;
-    let (shift, width) = (hair.shift, hair.width);
-    [
-        hair.eta,
-        r,
-        g,
-        b,
-        shift.r,
-        shift.tt,
-        shift.trt,
-        width.r,
-        width.tt,
-        width.trt,
-        hair.caustic_width,
-        hair.eccentricity,
-    ]
-    .map(f64::to_bits)
-}
-
 /// `angle` in single precision, wrapped first so that large angles keep their digits.
 fn wrap(angle: f64) -> f32 {
     strandlight_scattering::circular_gaussian::wrap(angle) as f32
+}
+
+/// A direction as the closed forms take it.
+fn in_frame(theta: f64, phi: f64) -> DirectionInFrame {
+    DirectionInFrame::from_angles(theta as f32, wrap(phi))
 }
 
 /// The components of `value` that answer `request`.
@@ -291,11 +336,17 @@ fn shape(request: &Request, value: [f32; 4]) -> Answer {
         | Request::Single {
             lobe: Some(Lobe::R),
             ..
+        }
+        | Request::Global {
+            lobe: Some(Lobe::R),
+            ..
         } => Answer::Number(r),
         Request::TableH { k, .. } => Answer::Number(f64::from(value[*k as usize / 2 % 4])),
-        Request::Azimuthal { .. } | Request::Single { .. } | Request::Average { .. } => {
-            Answer::Rgb([r, g, b])
-        }
+        Request::Azimuthal { .. }
+        | Request::Single { .. }
+        | Request::Global { .. }
+        | Request::Local { .. }
+        | Request::Average { .. } => Answer::Rgb([r, g, b]),
     }
 }
 

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde_json::Value;
 use serde_json::error::Category;
 use strandlight_scattering::dual_scattering::Average;
+use strandlight_scattering::exact::Forward;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 
@@ -39,6 +40,19 @@ pub enum Request {
         view: Direction,
         hair: HairParams,
     },
+    /// Eq 27 of one mode or of all.
+    Global {
+        lobe: Option<Lobe>,
+        forward: Forward,
+        view: Direction,
+        hair: HairParams,
+    },
+    /// Eq 29.
+    Local {
+        forward: Forward,
+        view: Direction,
+        hair: HairParams,
+    },
     /// Eq 32 and what follows from it, at incident inclination `theta_d`.
     Average {
         name: Average,
@@ -57,6 +71,15 @@ pub struct Light {
     pub phi: f64,
     /// Bandwidth.
     pub lambda: f64,
+}
+
+/// The axis of forward-scattered light; of [`Light`]'s keys the width does not matter.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Axis {
+    theta: f64,
+    phi: f64,
+    lambda: Option<f64>,
 }
 
 /// A direction.
@@ -106,6 +129,17 @@ struct Single {
     hair: Hair,
 }
 
+/// Keys of `global` and `local`; the latter is one for all modes.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Multiple {
+    mode: Option<String>,
+    light: Axis,
+    view: Direction,
+    sigma_f: f64,
+    hair: Hair,
+}
+
 #[derive(Deserialize)]
 #[serde(rename = "Average", deny_unknown_fields)]
 struct AverageKeys {
@@ -142,8 +176,12 @@ impl Request {
     /// The fibre whose optics the answer takes.
     pub fn hair(&self) -> Option<&HairParams> {
         match self {
-            Request::Azimuthal { hair, .. } | Request::Single { hair, .. } => Some(hair),
-            Request::TableC { .. } | Request::TableH { .. } | Request::Average { .. } => None,
+            Request::Azimuthal { hair, .. }
+            | Request::Single { hair, .. }
+            | Request::Global { hair, .. }
+            | Request::Local { hair, .. }
+            | Request::Average { hair, .. } => Some(hair),
+            Request::TableC { .. } | Request::TableH { .. } => None,
         }
     }
 
@@ -233,16 +271,10 @@ impl Request {
                     view,
                     hair,
                 } = take(rest)?;
-                let lobe = match (mode.as_str(), Lobe::from_name(&mode)) {
-                    ("all", _) => None,
-                    (_, Some(lobe)) => Some(lobe),
-                    _ => return Err(format!("mode is {mode:?}, not R, TT, TRT or all")),
-                };
-                within("light.theta", light.theta, -FRAC_PI_2, FRAC_PI_2)?;
-                within("light.phi", light.phi, -1e6, 1e6)?;
+                let lobe = mode_of(&mode)?;
+                check_direction("light", light.theta, light.phi)?;
                 within("light.lambda", light.lambda, 0.001, 10.0)?;
-                within("view.theta", view.theta, -FRAC_PI_2, FRAC_PI_2)?;
-                within("view.phi", view.phi, -1e6, 1e6)?;
+                check_direction("view", view.theta, view.phi)?;
                 Ok(Request::Single {
                     lobe,
                     light,
@@ -266,7 +298,46 @@ impl Request {
                     hair: hair.params()?,
                 })
             }
-            "global" | "local" => Err(format!("q {q} is not available in this version")),
+            "global" | "local" => {
+                let Multiple {
+                    mode,
+                    light,
+                    view,
+                    sigma_f,
+                    hair,
+                } = take(rest)?;
+                let mode = match (mode, q.as_str()) {
+                    (Some(mode), _) => mode,
+                    (None, "local") => "all".to_owned(),
+                    (None, _) => return Err("missing field `mode`".to_owned()),
+                };
+                let lobe = mode_of(&mode)?;
+                check_direction("light", light.theta, light.phi)?;
+                if let Some(lambda) = light.lambda {
+                    within("light.lambda", lambda, 0.001, 10.0)?;
+                }
+                check_direction("view", view.theta, view.phi)?;
+                let forward = Forward {
+                    theta: light.theta,
+                    phi: light.phi,
+                    sigma_f: within("sigma_f", sigma_f, 0.01, 3.0)?,
+                };
+                let hair = hair.params()?;
+                Ok(if q == "global" {
+                    Request::Global {
+                        lobe,
+                        forward,
+                        view,
+                        hair,
+                    }
+                } else {
+                    Request::Local {
+                        forward,
+                        view,
+                        hair,
+                    }
+                })
+            }
             _ => Err(format!("q {q:?} is unknown")),
         }
     }
@@ -275,6 +346,22 @@ impl Request {
 /// The typed form of a query's keys.
 fn take<T: for<'a> Deserialize<'a>>(rest: Value) -> Result<T, String> {
     serde_json::from_value(rest).map_err(|error| error.to_string())
+}
+
+/// The mode called `name`, `None` for all of them.
+fn mode_of(name: &str) -> Result<Option<Lobe>, String> {
+    match (name, Lobe::from_name(name)) {
+        ("all", _) => Ok(None),
+        (_, Some(lobe)) => Ok(Some(lobe)),
+        _ => Err(format!("mode is {name:?}, not R, TT, TRT or all")),
+    }
+}
+
+/// Both angles of a direction must lie in their ranges.
+fn check_direction(key: &str, theta: f64, phi: f64) -> Result<(), String> {
+    within(&format!("{key}.theta"), theta, -FRAC_PI_2, FRAC_PI_2)?;
+    within(&format!("{key}.phi"), phi, -1e6, 1e6)?;
+    Ok(())
 }
 
 /// `value`, if it lies in its range. Messages have it as `{:?}`, which writes 1e300 and 1e-300 with
@@ -324,6 +411,14 @@ mod tests {
                 r#"{{"q":"single","mode":"TT","light":{{"theta":0.1,"phi":2.0,"lambda":0.3}},
                 "view":{{"theta":0,"phi":0.4}},"hair":{HAIR}}}"#
             ),
+            format!(
+                r#"{{"q":"global","mode":"all","light":{{"theta":0.1,"phi":2.0,"lambda":0.3}},
+                "view":{{"theta":0,"phi":0.4}},"hair":{HAIR},"sigma_f":0.3}}"#
+            ),
+            format!(
+                r#"{{"q":"local","light":{{"theta":0.1,"phi":2.0}},
+                "view":{{"theta":0,"phi":0.4}},"hair":{HAIR},"sigma_f":3}}"#
+            ),
             format!(r#"{{"q":"average","name":"a_f","theta_d":0.2,"hair":{HAIR}}}"#),
             format!(r#"{{"q":"average","name":"sigma_b","theta_d":-1.5,"hair":{HAIR}}}"#),
         ] {
@@ -339,7 +434,35 @@ mod tests {
             ("{}", "q is missing"),
             (r#"{"q":3}"#, "not a string"),
             (r#"{"q":"table_D"}"#, "unknown"),
-            (r#"{"q":"global"}"#, "not available"),
+            (r#"{"q":"global"}"#, "light"),
+            (
+                &format!(
+                    r#"{{"q":"global","light":{{"theta":0,"phi":0}},"view":{{"theta":0,"phi":0}},
+                    "hair":{HAIR},"sigma_f":0.3}}"#
+                ),
+                "mode",
+            ),
+            (
+                &format!(
+                    r#"{{"q":"global","mode":"T","light":{{"theta":0,"phi":0}},
+                    "view":{{"theta":0,"phi":0}},"hair":{HAIR},"sigma_f":0.3}}"#
+                ),
+                "mode is \"T\"",
+            ),
+            (
+                &format!(
+                    r#"{{"q":"local","light":{{"theta":0,"phi":0}},"view":{{"theta":0,"phi":0}},
+                    "hair":{HAIR},"sigma_f":0.001}}"#
+                ),
+                "sigma_f is 0.001",
+            ),
+            (
+                &format!(
+                    r#"{{"q":"local","light":{{"theta":0,"phi":0}},"view":{{"theta":2,"phi":0}},
+                    "hair":{HAIR},"sigma_f":1}}"#
+                ),
+                "view.theta is 2",
+            ),
             (r#"{"q":"average","name":"a_f"}"#, "theta_d"),
             (
                 &format!(r#"{{"q":"average","name":"a_F","theta_d":0,"hair":{HAIR}}}"#),
