@@ -288,8 +288,11 @@ impl Evaluator {
                 )
                 .with_optics(place)
             }
-            Request::Global { .. } | Request::Local { .. } | Request::Average { .. } => {
+            Request::Global { .. } | Request::Local { .. } => {
                 return Err("not available by this method yet".to_owned());
+            }
+            Request::Average { .. } => {
+                return Err("q average is not available by method gpu yet".to_owned());
             }
         };
         Ok(match self.scheme {
