@@ -4,6 +4,7 @@
 // #import lib/grid
 // #import lib/light
 // #import lib/single_scattering
+// #import lib/transmittance
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> batch: Batch;
@@ -13,8 +14,8 @@
 @group(0) @binding(5) var<storage, read> tangents: array<vec4f>;
 @group(0) @binding(6) var<storage, read> normals: array<vec4f>;
 @group(0) @binding(7) var<storage, read> lights: array<Light>;
-// [light of the batch][voxel]
-@group(0) @binding(8) var<storage, read> unblocked_shares: array<f32>;
+// Packed records, [light of the batch][voxel].
+@group(0) @binding(8) var<storage, read> records: array<vec2u>;
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4f>;
 // 64 bit each, low word first: points skipped, products, products skipped.
 @group(0) @binding(10) var<storage, read_write> counters: array<atomic<u32>>;
@@ -30,19 +31,24 @@ fn count(counter: u32, n: u32) {
     }
 }
 
-// Trilinear look-up in the volume of one light.
-fn transmittance_at(first: u32, g: vec3f) -> f32 {
+fn record_numbers(at: u32) -> vec4f {
+    let record = unpack_record(records[at]);
+    return vec4f(record.shares, record.sin_theta);
+}
+
+// Trilinear look-up in the records of one light.
+fn record_at(first: u32, g: vec3f) -> ShadowRecord {
     let base = vec3u(g);
     let f = g - vec3f(base);
     let corner = first + voxel_index(grid, base);
     let row = grid.dims.x;
-    let slice = grid.dims.x * grid.dims.y;
-    let x00 = mix(unblocked_shares[corner], unblocked_shares[corner + 1u], f.x);
-    let x10 = mix(unblocked_shares[corner + row], unblocked_shares[corner + row + 1u], f.x);
-    let above = corner + slice;
-    let x01 = mix(unblocked_shares[above], unblocked_shares[above + 1u], f.x);
-    let x11 = mix(unblocked_shares[above + row], unblocked_shares[above + row + 1u], f.x);
-    return mix(mix(x00, x10, f.y), mix(x01, x11, f.y), f.z);
+    let above = corner + grid.dims.x * grid.dims.y;
+    let x00 = mix(record_numbers(corner), record_numbers(corner + 1u), f.x);
+    let x10 = mix(record_numbers(corner + row), record_numbers(corner + row + 1u), f.x);
+    let x01 = mix(record_numbers(above), record_numbers(above + 1u), f.x);
+    let x11 = mix(record_numbers(above + row), record_numbers(above + row + 1u), f.x);
+    let numbers = mix(mix(x00, x10, f.y), mix(x01, x11, f.y), f.z);
+    return ShadowRecord(numbers.xyz, numbers.w);
 }
 
 // Whether a point at this place of the screen can touch the picture.
@@ -74,7 +80,8 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     var skipped = 0u;
     for (var ix = 0u; ix < batch.n_lights; ix++) {
         let light = lights[batch.first_light + ix];
-        let unblocked = transmittance_at(ix * n_voxels, g);
+        let record = record_at(ix * n_voxels, g);
+        let unblocked = record.shares.x;
         if unblocked * light.power < batch.min_power {
             skipped++;
             continue;

@@ -1,109 +1,110 @@
-// Unblocked share of each light at every voxel. One workgroup a light; for each of the light's
-// directions it marches slices from the light's side, carrying transmittance and not optical
-// depth from slice to slice: interpolating transmittance is unbiased, and its diffusion acts as
-// a free filter. Twin: crates/bake/src/cpu/transmittance.rs.
+// Records of each light at every voxel: its unblocked share, and what the exponents below 1 leave.
+// A dispatch takes one step: for every light of the batch, one slice along its k-th direction.
+// Slices are marched from the light's side, carrying shares and not optical depth from slice to
+// slice: interpolating shares is unbiased, and its diffusion acts as a free filter.
+// Twin: crates/bake/src/cpu/transmittance.rs.
 // #import lib/grid
 // #import lib/light
+// #import lib/transmittance
+
+struct Step {
+    // Direction of each light, from 0.
+    k: u32,
+    // From the light's side.
+    slice_ix: u32,
+}
 
 @group(0) @binding(0) var<uniform> grid: Grid;
 @group(0) @binding(1) var<uniform> batch: Batch;
 @group(0) @binding(2) var<storage, read> volume: array<vec4f>;
 @group(0) @binding(3) var<storage, read> lights: array<Light>;
 @group(0) @binding(4) var<storage, read> sweeps: array<vec4f>;
-// [light of the batch][voxel]
-@group(0) @binding(5) var<storage, read_write> transmittance: array<f32>;
+// Packed records, [light of the batch][voxel].
+@group(0) @binding(5) var<storage, read_write> records: array<vec2u>;
+// What leaves the slices of even and of odd number, [parity][light of the batch][cell].
+@group(0) @binding(6) var<storage, read_write> leaving: array<vec4f>;
+@group(0) @binding(7) var<uniform> step_at: Step;
 
-// Light that leaves the last slice: 64 x 64 cells, all of the workgroup memory there is.
-var<workgroup> leaving: array<f32, 4096>;
+// In front of the first slice and beside the others all light is there.
+const OPEN: vec4f = vec4f(1.0, 1.0, 1.0, 0.0);
 
-fn leaving_at(b: i32, c: i32, n_b: i32, n_c: i32) -> f32 {
+fn leaving_at(first: u32, b: i32, c: i32, n_b: i32, n_c: i32) -> vec4f {
     if b < 0 || c < 0 || b >= n_b || c >= n_c {
-        return 1.0;
+        return OPEN;
     }
-    return leaving[b + n_b * c];
+    return leaving[first + u32(b + n_b * c)];
 }
 
-@compute @workgroup_size(256)
-fn sweep(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
-    let light = lights[batch.first_light + group.x];
-    let out = group.x * grid.dims.x * grid.dims.y * grid.dims.z;
-    let weight = 1.0 / f32(light.n_sweeps);
-    for (var k = 0u; k < light.n_sweeps; k++) {
-        let d = sweeps[light.first_sweep + k].xyz;
-        // The axis most along the direction is marched; b and c span the slices.
-        var axis = 0u;
-        if abs(d.y) > abs(d[axis]) {
-            axis = 1u;
-        }
-        if abs(d.z) > abs(d[axis]) {
-            axis = 2u;
-        }
-        let axis_b = (axis + 1u) % 3u;
-        let axis_c = (axis + 2u) % 3u;
-        let n = grid.dims[axis];
-        let n_b = grid.dims[axis_b];
-        let n_c = grid.dims[axis_c];
-        let slope = 1.0 / abs(d[axis]);
-        let shift_b = d[axis_b] * slope;
-        let shift_c = d[axis_c] * slope;
-        // Half a step from slice to slice.
-        let half_step = 0.5 * grid.h * slope;
-        for (var slice_ix = 0u; slice_ix < n; slice_ix++) {
-            let slice = select(slice_ix, n - 1u - slice_ix, d[axis] > 0.0);
-            var next: array<f32, 16>;
-            for (var item = 0u; item < 16u; item++) {
-                let cell = thread + 256u * item;
-                if cell >= n_b * n_c {
-                    break;
-                }
-                let b = cell % n_b;
-                let c = cell / n_b;
-                var entering = 1.0;
-                if slice_ix > 0u {
-                    let x = f32(b) + shift_b;
-                    let y = f32(c) + shift_c;
-                    let x0 = floor(x);
-                    let y0 = floor(y);
-                    let fx = x - x0;
-                    let fy = y - y0;
-                    let ix = i32(x0);
-                    let iy = i32(y0);
-                    let row_0 = mix(leaving_at(ix, iy, i32(n_b), i32(n_c)),
-                        leaving_at(ix + 1, iy, i32(n_b), i32(n_c)), fx);
-                    let row_1 = mix(leaving_at(ix, iy + 1, i32(n_b), i32(n_c)),
-                        leaving_at(ix + 1, iy + 1, i32(n_b), i32(n_c)), fx);
-                    entering = mix(row_0, row_1, fy);
-                }
-                var voxel = vec3u(0u);
-                voxel[axis] = slice;
-                voxel[axis_b] = b;
-                voxel[axis_c] = c;
-                let index = voxel_index(grid, voxel);
-                let v0 = volume[2u * index];
-                let v1 = volume[2u * index + 1u];
-                // sigma_t = sqrt(A (A - d^T Q d))
-                let along = d.x * d.x * v0.y + d.y * d.y * v0.z + d.z * d.z * v0.w
-                    + 2.0 * (d.x * d.y * v1.x + d.x * d.z * v1.y + d.y * d.z * v1.z);
-                let sigma_t = sqrt(max(v0.x * (v0.x - along), 0.0));
-                let half_pass = exp(-half_step * sigma_t);
-                let here = entering * half_pass;
-                next[item] = here * half_pass;
-                if k == 0u {
-                    transmittance[out + index] = weight * here;
-                } else {
-                    transmittance[out + index] += weight * here;
-                }
-            }
-            workgroupBarrier();
-            for (var item = 0u; item < 16u; item++) {
-                let cell = thread + 256u * item;
-                if cell < n_b * n_c {
-                    leaving[cell] = next[item];
-                }
-            }
-            workgroupBarrier();
-        }
-        // The next direction adds to voxels that other threads wrote.
-        storageBarrier();
+@compute @workgroup_size(64)
+fn sweep(@builtin(global_invocation_id) id: vec3u) {
+    let light_ix = id.y;
+    let light = lights[batch.first_light + light_ix];
+    let k = step_at.k;
+    if k >= light.n_sweeps {
+        return;
     }
+    let d = sweeps[light.first_sweep + k].xyz;
+    // The axis most along the direction is marched; b and c span the slices.
+    var axis = 0u;
+    if abs(d.y) > abs(d[axis]) {
+        axis = 1u;
+    }
+    if abs(d.z) > abs(d[axis]) {
+        axis = 2u;
+    }
+    let axis_b = (axis + 1u) % 3u;
+    let axis_c = (axis + 2u) % 3u;
+    let n = grid.dims[axis];
+    let n_b = grid.dims[axis_b];
+    let n_c = grid.dims[axis_c];
+    let cell = id.x;
+    if step_at.slice_ix >= n || cell >= n_b * n_c {
+        return;
+    }
+    let slope = 1.0 / abs(d[axis]);
+    let slice = select(step_at.slice_ix, n - 1u - step_at.slice_ix, d[axis] > 0.0);
+    let b = cell % n_b;
+    let c = cell / n_b;
+    let stride = max(max(grid.dims.x * grid.dims.y, grid.dims.y * grid.dims.z),
+        grid.dims.z * grid.dims.x);
+    let parity = step_at.slice_ix & 1u;
+    let first_left = ((1u - parity) * batch.n_lights + light_ix) * stride;
+    var entering = OPEN;
+    if step_at.slice_ix > 0u {
+        let x = f32(b) + d[axis_b] * slope;
+        let y = f32(c) + d[axis_c] * slope;
+        let x0 = floor(x);
+        let y0 = floor(y);
+        let fx = x - x0;
+        let fy = y - y0;
+        let ix = i32(x0);
+        let iy = i32(y0);
+        let row_0 = mix(leaving_at(first_left, ix, iy, i32(n_b), i32(n_c)),
+            leaving_at(first_left, ix + 1, iy, i32(n_b), i32(n_c)), fx);
+        let row_1 = mix(leaving_at(first_left, ix, iy + 1, i32(n_b), i32(n_c)),
+            leaving_at(first_left, ix + 1, iy + 1, i32(n_b), i32(n_c)), fx);
+        entering = mix(row_0, row_1, fy);
+    }
+    var voxel = vec3u(0u);
+    voxel[axis] = slice;
+    voxel[axis_b] = b;
+    voxel[axis_c] = c;
+    let index = voxel_index(grid, voxel);
+    let v0 = volume[2u * index];
+    let v1 = volume[2u * index + 1u];
+    // sigma_t = sqrt(A (A - d^T Q d)), and d^T Q d / A is the mean of sin^2 of the inclination.
+    let along = d.x * d.x * v0.y + d.y * d.y * v0.z + d.z * d.z * v0.w
+        + 2.0 * (d.x * d.y * v1.x + d.x * d.z * v1.y + d.y * d.z * v1.z);
+    let sigma_t = sqrt(max(v0.x * (v0.x - along), 0.0));
+    let sin_2 = clamp(along / max(v0.x, 1e-20), 0.0, 1.0);
+    // Half a step from slice to slice before the voxel's centre and half behind it.
+    let depth = 0.5 * grid.h * slope * sigma_t;
+    let here = pass_through(entering, depth, sin_2);
+    leaving[(parity * batch.n_lights + light_ix) * stride + cell] = pass_through(here, depth, sin_2);
+    let out = light_ix * grid.dims.x * grid.dims.y * grid.dims.z + index;
+    var sum = ShadowRecord(vec3f(0.0), 0.0);
+    if k > 0u {
+        sum = unpack_record(records[out]);
+    }
+    records[out] = pack_record(add_to_record(sum, here, f32(k), f32(light.n_sweeps)));
 }

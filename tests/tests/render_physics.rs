@@ -9,6 +9,7 @@ use strandlight_formats::SrbfLight;
 use strandlight_runtime::strands::Strands;
 use strandlight_runtime::volume::{Grid, solid_angle};
 use strandlight_runtime::{Camera, PreparedScene, Renderer};
+use strandlight_scattering::closed_form::unpack_record;
 use strandlight_scattering::{HairParams, PerLobe};
 
 /// Strands of two points each.
@@ -36,7 +37,9 @@ fn transmittance(strands: Strands, light: SrbfLight) -> (Vec<f32>, Grid) {
     let grid = Grid::around(&scene.strands);
     let volume = cpu::voxelise(&scene.strands, &grid);
     let (lights, sweeps) = scene.light_records();
-    (cpu::transmittance(&grid, &volume, &lights, &sweeps), grid)
+    let records = cpu::transmittance(&grid, &volume, &lights, &sweeps);
+    let shares = records.iter().map(|r| unpack_record(r).shares[0]);
+    (shares.collect(), grid)
 }
 
 #[test]

@@ -10,3 +10,4 @@ pub mod random;
 pub mod rays;
 pub mod stress;
 pub mod tables;
+pub mod transmittance;

@@ -60,6 +60,9 @@ pub enum RenderError {
         /// Samples asked for.
         samples: u32,
     },
+    /// Lights or points that a renderer was given cannot be drawn.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// The adapter or its driver failed.
     #[error("GPU: {0}")]
     Gpu(String),

@@ -143,11 +143,7 @@ impl PreparedScene {
         camera: Camera,
         background: Background,
     ) -> Result<Self, SceneError> {
-        for (ix, light) in lights.iter().enumerate() {
-            light
-                .validate()
-                .map_err(|error| SceneError::File(format!("lights[{ix}]: {error}")))?;
-        }
+        check_lights(&lights)?;
         Ok(PreparedScene {
             strands,
             lights,
@@ -221,6 +217,16 @@ impl PreparedScene {
         // A fibre sends on some 3 % of all power into each steradian.
         (-(0.03 * total).log2()).round().clamp(-100.0, 100.0).exp2()
     }
+}
+
+/// Refuses the first light with a value outside its range.
+pub(crate) fn check_lights(lights: &[SrbfLight]) -> Result<(), SceneError> {
+    for (ix, light) in lights.iter().enumerate() {
+        light
+            .validate()
+            .map_err(|error| SceneError::File(format!("lights[{ix}]: {error}")))?;
+    }
+    Ok(())
 }
 
 /// What shading reads of a file.

@@ -51,6 +51,7 @@ modules!(
     "lib/single_scattering",
     "lib/special",
     "lib/tables",
+    "lib/transmittance",
     "lib/view",
     "pass/accumulate",
     "pass/bench",

@@ -104,6 +104,51 @@ impl Strands {
         Ok(strands)
     }
 
+    /// The same strands with their points elsewhere: x, y, z and radius in cm, in the order of
+    /// [`Strands::points`]. Frames and bounds are made anew, nothing is refined.
+    ///
+    /// # Errors
+    /// Another number of points, or one that is not finite, too far or of no radius.
+    pub fn moved(&self, points: &[[f32; 4]]) -> Result<Self, SceneError> {
+        if points.len() != self.points.len() {
+            return Err(SceneError::Offsets);
+        }
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for (point, &[x, y, z, _]) in points.iter().enumerate() {
+            if [x, y, z].iter().any(is_far) {
+                return Err(SceneError::Point { point });
+            }
+            low = low.min(Vec3::new(x, y, z));
+            high = high.max(Vec3::new(x, y, z));
+        }
+        let centre = 0.5 * (low + high);
+        let distance = |p: &[f32; 4]| Vec3::from_slice(p).distance(centre);
+        let mut moved = Strands {
+            segments: self.segments.clone(),
+            n_strands: self.n_strands,
+            n_degenerate: self.n_degenerate,
+            centre,
+            radius: points.iter().map(distance).fold(0.0, f32::max),
+            bounds: (low, high),
+            ..Strands::default()
+        };
+        let mut positions = Vec::new();
+        // A strand goes on as long as each segment starts where the last one ended.
+        let runs = self.segments.chunk_by(|a, b| a + 1 == *b);
+        for (strand, segments) in runs.enumerate() {
+            positions.clear();
+            for &[x, y, z, radius] in &points[segments[0] as usize..][..=segments.len()] {
+                if !(radius.is_finite() && radius > 0.0) {
+                    let value = 2.0 * radius;
+                    return Err(SceneError::Diameter { strand, value });
+                }
+                positions.push((Vec3::new(x, y, z), radius));
+            }
+            moved.push_points(&positions);
+        }
+        Ok(moved)
+    }
+
     /// Fills the arrays, splitting segments longer than `target` if there is one; `false` as soon
     /// as there are more than `limit` points.
     fn fill(
@@ -187,6 +232,14 @@ impl Strands {
         }
         positions.push(knots[knots.len() - 1]);
 
+        self.push_points(&positions);
+        let end = self.points.len();
+        self.segments.extend((first..end - 1).map(|ix| ix as u32));
+        self.n_strands += 1;
+    }
+
+    /// Appends points (position, radius) of one strand, and their frames.
+    fn push_points(&mut self, positions: &[(Vec3, f32)]) {
         let mut normal = Vec3::ZERO;
         let mut last_tangent = Vec3::ZERO;
         for (ix, &(position, radius)) in positions.iter().enumerate() {
@@ -225,9 +278,6 @@ impl Strands {
             self.normals.push([normal.x, normal.y, normal.z, after]);
             self.max_diameter = self.max_diameter.max(2.0 * radius);
         }
-        let end = self.points.len();
-        self.segments.extend((first..end - 1).map(|ix| ix as u32));
-        self.n_strands += 1;
     }
 }
 
@@ -245,12 +295,15 @@ fn check(points: &[[f32; 3]], offsets: &[u32]) -> Result<(), SceneError> {
             points: points.len(),
         });
     }
-    // Beyond a hundred kilometres the squares of lengths leave the range of f32.
-    let far = |x: &f32| !(-1e7..=1e7).contains(x);
-    match points.iter().position(|point| point.iter().any(far)) {
+    match points.iter().position(|point| point.iter().any(is_far)) {
         Some(point) => Err(SceneError::Point { point }),
         None => Ok(()),
     }
+}
+
+/// Beyond a hundred kilometres the squares of lengths leave the range of f32.
+fn is_far(x: &f32) -> bool {
+    !(-1e7..=1e7).contains(x)
 }
 
 /// Centripetal Catmull-Rom (Barry and Goldman's pyramid) between `p1` and `p2`; no two neighbours

@@ -15,6 +15,9 @@ const MARGIN: u32 = 2;
 /// quanta, so the smallest trilinear weights still count.
 pub const QUANTA: f32 = 1_048_576.0;
 
+/// Most directions of a light that [`sweep_directions`] answers.
+pub const MAX_DIRECTIONS: u32 = 8;
+
 /// Channels of a voxel: area density, then the orientation tensor xx, yy, zz, xy, xz, yz.
 pub const CHANNELS: u32 = 7;
 
@@ -76,7 +79,7 @@ pub fn sweep_directions(light: &SrbfLight) -> Vec<[f32; 3]> {
     let k = match light.lambda {
         l if l < 0.3 => 1,
         l if l <= 0.6 => 4,
-        _ => 8,
+        _ => MAX_DIRECTIONS,
     };
     lobe_directions(light, k)
 }

@@ -7,6 +7,7 @@ use serde_json::json;
 use strandlight_bake::cpu;
 use strandlight_bake::picture::exr_file;
 use strandlight_bake::progress::Progress;
+use strandlight_bake::transmittance::Method;
 use strandlight_formats::Scene;
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::render::{check_frame, whole_passes};
@@ -34,6 +35,9 @@ pub struct Args {
     /// Where to render; auto takes the GPU if there is one
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     backend: Backend,
+    /// How the transmittance of lights is found; all but sweep are baselines on the CPU
+    #[arg(long, value_enum, default_value_t = Method::Sweep)]
+    transmittance: Method,
     /// Print a JSON document about the picture instead of text
     #[arg(long)]
     json: bool,
@@ -72,7 +76,7 @@ pub fn run(args: &Args) -> Outcome {
     let samples = whole_passes(args.samples.unwrap_or(scene.render.samples));
     check_frame(size, samples).map_err(|error| Failure::file(&args.scene, error))?;
     let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
-    let (picture, stats) = draw(&prepared, size, samples, args.backend)?;
+    let (picture, stats) = draw(&prepared, size, samples, args.backend, args.transmittance)?;
     note!("{stats}");
     let bytes = match format {
         Format::Png => picture
@@ -110,6 +114,7 @@ fn draw(
     size: [u32; 2],
     samples: u32,
     backend: Backend,
+    method: Method,
 ) -> Result<(Picture, Stats), Failure> {
     const STEPS: u64 = 1000;
     let progress = Progress::new("rendering", STEPS);
@@ -119,7 +124,19 @@ fn draw(
         Renderer::new(&context, scene)?.render_observed(&scene.camera, size, samples, observer)
     };
     let on_cpu = || {
-        cpu::render_observed(scene, &scene.camera, size, samples, observer).map_err(Failure::input)
+        cpu::render_observed(scene, &scene.camera, size, samples, method, observer)
+            .map_err(Failure::input)
+    };
+    let backend = match (method, backend) {
+        (Method::Sweep, backend) => backend,
+        #[allow(unreachable_patterns, reason = "baselines are added one by one")]
+        (method, Backend::Gpu) => {
+            let name = method.name();
+            let text = format!("--transmittance {name} runs on the CPU only; use --backend cpu");
+            return Err(Failure::input(text));
+        }
+        #[allow(unreachable_patterns, reason = "baselines are added one by one")]
+        _ => Backend::Cpu,
     };
     let result = match backend {
         Backend::Cpu => on_cpu(),

@@ -11,17 +11,19 @@ mod shadow_map;
 mod transmittance;
 mod voxelise;
 
+pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;
-pub use transmittance::transmittance;
+pub use transmittance::{Shadows, transmittance};
 pub use voxelise::voxelise;
 
-use strandlight_runtime::camera::{Camera, view_uniform};
+use strandlight_runtime::camera::{Camera, ViewUniform, view_uniform};
 use strandlight_runtime::render::{LIGHT_BATCH, check_frame};
 use strandlight_runtime::stats::{LIGHTING_SHARE, Observer, Stage};
 use strandlight_runtime::volume::Grid;
-use strandlight_runtime::{Picture, PreparedScene, RenderError, Stats};
+use strandlight_runtime::{Picture, PreparedScene, RenderError, SceneError, Stats};
 
 use crate::progress::timed;
+use crate::transmittance::{Method, point_shadows};
 
 /// Draws `scene` as `camera` sees it, without a GPU.
 ///
@@ -33,18 +35,19 @@ pub fn render(
     size: [u32; 2],
     samples: u32,
 ) -> Result<(Picture, Stats), RenderError> {
-    render_observed(scene, camera, size, samples, &|_| ())
+    render_observed(scene, camera, size, samples, Method::Sweep, &|_| ())
 }
 
-/// [`render`], telling `observer` of its progress.
+/// [`render`] with transmittance by `method`, telling `observer` of its progress.
 ///
 /// # Errors
-/// As [`render`].
+/// As [`render`]; a scene that `method` cannot take.
 pub fn render_observed(
     scene: &PreparedScene,
     camera: &Camera,
     size: [u32; 2],
     samples: u32,
+    method: Method,
     observer: Observer,
 ) -> Result<(Picture, Stats), RenderError> {
     check_frame(size, samples)?;
@@ -59,7 +62,7 @@ pub fn render_observed(
         Ok::<_, RenderError>((volume, bytes))
     })?;
     let view = view_uniform(camera, strands, size, scene.radiance_scale());
-    let radiance = light(scene, &grid, &volume, &view, &mut stats, observer);
+    let radiance = light(scene, (&grid, &volume), &view, method, &mut stats, observer)?;
     let mut picture = stats.stage("draw", |_| {
         let projected = project::project(&view, strands);
         let sums = raster::draw(&view, strands, &projected, &radiance, samples / 4, observer);
@@ -92,7 +95,15 @@ pub fn point_radiance(
     let volume = voxelise(&scene.strands, &grid);
     let scale = scene.radiance_scale();
     let view = view_uniform(camera, &scene.strands, size, scale);
-    let mut radiance = light(scene, &grid, &volume, &view, &mut Stats::default(), &|_| ());
+    let stats = &mut Stats::default();
+    let mut radiance = light(
+        scene,
+        (&grid, &volume),
+        &view,
+        Method::Sweep,
+        stats,
+        &|_| (),
+    )?;
     for value in radiance.iter_mut().flatten() {
         *value /= scale;
     }
@@ -102,23 +113,28 @@ pub fn point_radiance(
 /// Transmittance and shading, in batches of lights.
 fn light(
     scene: &PreparedScene,
-    grid: &Grid,
-    volume: &[[f32; 8]],
-    view: &strandlight_runtime::camera::ViewUniform,
+    (grid, volume): (&Grid, &[[f32; 8]]),
+    view: &ViewUniform,
+    method: Method,
     stats: &mut Stats,
     observer: Observer,
-) -> Vec<[f32; 4]> {
+) -> Result<Vec<[f32; 4]>, RenderError> {
     let (lights, sweeps) = scene.light_records();
     let mut radiance = vec![[0.0; 4]; scene.strands.points.len()];
     let (mut sweep_s, mut shade_s, mut bytes) = (0.0, 0.0, 0);
     let mut counts = shade::Counts::default();
     let mut done = 0;
     for batch in lights.chunks(LIGHT_BATCH) {
-        let (unblocked, seconds) = timed(|| transmittance(grid, volume, batch, &sweeps));
+        let (shadows, seconds) = timed(|| match method {
+            Method::Sweep => Ok(Shadows::Volume(transmittance(grid, volume, batch, &sweeps))),
+            #[allow(unreachable_patterns, reason = "baselines are added one by one")]
+            method => point_shadows(method, scene, batch).map(Shadows::Points),
+        });
+        let shadows = shadows.map_err(SceneError::File)?;
         sweep_s += seconds;
-        bytes = bytes.max(4 * unblocked.len() as u64);
+        bytes = bytes.max(shadows.bytes());
         let (batch_counts, seconds) =
-            timed(|| shade::shade(scene, view, grid, batch, &unblocked, &mut radiance));
+            timed(|| shade::shade(scene, view, grid, batch, &shadows, &mut radiance));
         shade_s += seconds;
         done += batch.len();
         observer(LIGHTING_SHARE * done as f64 / lights.len() as f64);
@@ -139,5 +155,5 @@ fn light(
     stats.points_skipped = counts.points_skipped;
     stats.products = counts.products;
     stats.products_skipped = counts.products_skipped;
-    radiance
+    Ok(radiance)
 }

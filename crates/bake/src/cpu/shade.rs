@@ -6,10 +6,12 @@ use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::ViewUniform;
 use strandlight_runtime::scene::LightRecord;
 use strandlight_runtime::volume::Grid;
-use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame, single_scattering};
+use strandlight_scattering::closed_form::{
+    DirectionInFrame, LightInFrame, PackedRecord, ShadowRecord, single_scattering, unpack_record,
+};
 
 use super::project::screen_position;
-use super::transmittance::mix;
+use super::transmittance::{Shadows, mix_all};
 use super::voxelise::{grid_position, voxel_index};
 
 /// What one batch of lights came to.
@@ -21,16 +23,17 @@ pub(super) struct Counts {
 }
 
 /// Adds the lights of a batch to `radiance` (rgb, 0), times the view's radiance scale.
-/// `transmittance` is `[light of the batch][voxel]`.
+/// `shadows` are those of the batch.
 pub(super) fn shade(
     scene: &PreparedScene,
     view: &ViewUniform,
     grid: &Grid,
     lights: &[LightRecord],
-    transmittance: &[f32],
+    shadows: &Shadows,
     radiance: &mut [[f32; 4]],
 ) -> Counts {
     let strands = &scene.strands;
+    let (n_points, n_voxels) = (strands.points.len(), grid.n_voxels());
     let min_power = scene.min_power();
     let shading = scene.hair.optics().shading(scene.tables.view());
     radiance
@@ -54,8 +57,11 @@ pub(super) fn shade(
             let mut sum = [0.0; 3];
             let mut skipped = 0;
             for (ix, light) in lights.iter().enumerate() {
-                let first = ix * grid.n_voxels();
-                let unblocked = transmittance_at(grid, &transmittance[first..], g);
+                let record = match shadows {
+                    Shadows::Volume(records) => record_at(grid, &records[ix * n_voxels..], g),
+                    Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
+                };
+                let unblocked = record.shares[0];
                 if unblocked * light.power < min_power {
                     skipped += 1;
                     continue;
@@ -89,17 +95,34 @@ fn in_view(view: &ViewUniform, [x, y, depth]: [f32; 3]) -> bool {
     depth >= view.near && inside(x, view.size[0]) && inside(y, view.size[1])
 }
 
-/// Trilinear look-up in the volume of one light.
-fn transmittance_at(grid: &Grid, volume: &[f32], g: Vec3) -> f32 {
+/// The record of one light at a point (x, y, z, radius), from that light's packed records
+/// `[voxel]`.
+pub fn record_at_point(grid: &Grid, records: &[PackedRecord], point: &[f32; 4]) -> ShadowRecord {
+    record_at(grid, records, grid_position(grid, Vec3::from_slice(point)))
+}
+
+/// Trilinear look-up in the records of one light.
+fn record_at(grid: &Grid, records: &[PackedRecord], g: Vec3) -> ShadowRecord {
     let base = g.as_uvec3();
     let f = g - base.as_vec3();
     let corner = voxel_index(grid, base.to_array());
     let row = grid.dims[0] as usize;
-    let slice = row * grid.dims[1] as usize;
-    let along_x = |at: usize| mix(volume[at], volume[at + 1], f.x);
-    mix(
-        mix(along_x(corner), along_x(corner + row), f.y),
-        mix(along_x(corner + slice), along_x(corner + slice + row), f.y),
+    let above = corner + row * grid.dims[1] as usize;
+    let numbers = |at: usize| {
+        let ShadowRecord {
+            shares: [a, b, c],
+            sin_theta,
+        } = unpack_record(&records[at]);
+        [a, b, c, sin_theta]
+    };
+    let along_x = |at: usize| mix_all(numbers(at), numbers(at + 1), f.x);
+    let [a, b, c, sin_theta] = mix_all(
+        mix_all(along_x(corner), along_x(corner + row), f.y),
+        mix_all(along_x(above), along_x(above + row), f.y),
         f.z,
-    )
+    );
+    ShadowRecord {
+        shares: [a, b, c],
+        sin_theta,
+    }
 }

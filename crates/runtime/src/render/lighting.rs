@@ -1,4 +1,4 @@
-//! Transmittance of the lights and single scattering at the points, in batches of lights.
+//! Shading of the points, in batches of lights.
 
 use std::time::Instant;
 
@@ -7,37 +7,29 @@ use super::resources::{
     StrandBuffers, bind, buffer_of, compute, dispatch, failed, read_back, shader, storage, submit,
     uniform,
 };
+use super::shadows::{Batch, Records, Sweep, SweptLights};
 use super::volume::Volume;
 use crate::camera::ViewUniform;
 use crate::edit::{EditReport, HairTextures};
 use crate::error::RenderError;
 use crate::gpu::Context;
-use crate::scene::PreparedScene;
+use crate::scene::{LightRecord, PreparedScene};
 use crate::stats::{LIGHTING_SHARE, Observer, Stage, Stats};
+use strandlight_scattering::closed_form::PackedRecord;
 
 /// Points shaded by one dispatch: at most some seconds of work on a software device.
 const POINT_CHUNK: u32 = 1 << 18;
 
-/// Which lights and points a dispatch works on; mirrored by `Batch` in `shaders/lib/light.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-struct Batch {
-    first_light: u32,
-    n_lights: u32,
-    first_point: u32,
-    end_point: u32,
-    min_power: f32,
-    pad: [u32; 3],
-}
-
 /// Pipelines and buffers that do not depend on the view.
 pub(super) struct Lighting {
-    sweep: wgpu::ComputePipeline,
+    sweep: Sweep,
     shade: wgpu::ComputePipeline,
     lights: wgpu::Buffer,
-    sweeps: wgpu::Buffer,
+    directions: wgpu::Buffer,
     scattering: super::scattering::Scattering,
+    records: Records,
     n_lights: usize,
+    n_directions: u32,
     min_power: f32,
 }
 
@@ -60,22 +52,69 @@ impl Shading {
 }
 
 impl Lighting {
-    pub fn new(context: &Context, scene: &PreparedScene) -> Result<Self, RenderError> {
-        let (lights, sweeps) = scene.light_records();
-        let usage = wgpu::BufferUsages::STORAGE;
-        let module = shader(context, "pass/transmittance")?;
-        let sweep = compute(context, &module, "sweep");
+    /// Uploads the lights of `scene` and sweeps them through `volume`.
+    pub fn new(
+        context: &Context,
+        scene: &PreparedScene,
+        volume: &Volume,
+    ) -> Result<Self, RenderError> {
+        let sweep = Sweep::new(context)?;
         let module = shader(context, "pass/shade")?;
         let shade = compute(context, &module, "shade");
+        let (lights, sweeps) = scene.light_records();
+        let usage = wgpu::BufferUsages::STORAGE;
+        let (n_lights, n_directions) = (lights.len(), most_directions(&lights));
+        let lights = buffer_of(context, "lights", &lights, usage);
+        let directions = buffer_of(context, "directions", &sweeps, usage);
+        let swept = SweptLights {
+            lights: &lights,
+            directions: &directions,
+            n_lights,
+            n_directions,
+        };
+        let records = sweep.prepare(context, volume, &swept)?;
         Ok(Lighting {
             sweep,
             shade,
-            n_lights: lights.len(),
-            lights: buffer_of(context, "lights", &lights, usage),
-            sweeps: buffer_of(context, "sweeps", &sweeps, usage),
+            records,
+            n_lights,
+            n_directions,
+            lights,
+            directions,
             scattering: super::scattering::Scattering::new(context, scene)?,
             min_power: scene.min_power(),
         })
+    }
+
+    /// Takes the lights of `scene` for those there were and sweeps them through `volume`.
+    pub fn set_lights(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        volume: &Volume,
+    ) -> Result<(), RenderError> {
+        let (lights, sweeps) = scene.light_records();
+        let usage = wgpu::BufferUsages::STORAGE;
+        (self.n_lights, self.n_directions) = (lights.len(), most_directions(&lights));
+        self.lights = buffer_of(context, "lights", &lights, usage);
+        self.directions = buffer_of(context, "directions", &sweeps, usage);
+        self.min_power = scene.min_power();
+        self.sweep_again(context, volume)
+    }
+
+    /// Sweeps the lights through a volume that has changed.
+    pub fn sweep_again(&mut self, context: &Context, volume: &Volume) -> Result<(), RenderError> {
+        self.records = self.sweep.prepare(context, volume, &self.swept_lights())?;
+        Ok(())
+    }
+
+    fn swept_lights(&self) -> SweptLights<'_> {
+        SweptLights {
+            lights: &self.lights,
+            directions: &self.directions,
+            n_lights: self.n_lights,
+            n_directions: self.n_directions,
+        }
     }
 
     /// Writes what an edit of the hair made anew.
@@ -96,7 +135,6 @@ impl Lighting {
         let n_points = strands.n_points;
         let radiance = storage(context, "radiance", u64::from(n_points) * 16);
         let counters = storage(context, "counters", 32);
-        let transmittance = self.transmittance_buffer(context, volume);
         let view_buffer = uniform(context, "view", view);
         let batch_buffer = uniform(context, "batch", &self.batch(0, 0, 0, 0));
         let mut resources = vec![
@@ -107,20 +145,25 @@ impl Lighting {
             (5, strands.tangents.as_entire_binding()),
             (6, strands.normals.as_entire_binding()),
             (7, self.lights.as_entire_binding()),
-            (8, transmittance.as_entire_binding()),
             (9, radiance.as_entire_binding()),
             (10, counters.as_entire_binding()),
         ];
         resources.extend(self.scattering.bindings());
-        let shade_group = bind(context, &self.shade.get_bind_group_layout(0), &resources);
-        let (mut sweep_ms, mut shade_ms) = (0.0, 0.0);
-        for first in (0..self.n_lights).step_by(LIGHT_BATCH) {
+        let (mut sweep_ms, mut shade_ms) = (self.records.milliseconds, 0.0);
+        for (batch_ix, first) in (0..self.n_lights).step_by(LIGHT_BATCH).enumerate() {
             let n_lights = LIGHT_BATCH.min(self.n_lights - first);
-            let start = Instant::now();
-            self.sweep_batch(context, volume, &transmittance, first, n_lights)?;
-            sweep_ms += 1e3 * start.elapsed().as_secs_f64();
+            let records = self.records.batch(batch_ix);
+            if !self.records.is_kept {
+                let start = Instant::now();
+                let lights = self.swept_lights();
+                self.sweep.batch(context, volume, &lights, first, records)?;
+                sweep_ms += 1e3 * start.elapsed().as_secs_f64();
+            }
 
             let start = Instant::now();
+            let mut resources = resources.clone();
+            resources.push((8, records.as_entire_binding()));
+            let shade_group = bind(context, &self.shade.get_bind_group_layout(0), &resources);
             for first_point in (0..n_points).step_by(POINT_CHUNK as usize) {
                 let end_point = (first_point + POINT_CHUNK).min(n_points);
                 let batch = self.batch(first, n_lights, first_point, end_point);
@@ -141,7 +184,7 @@ impl Lighting {
         stats.stages.push(Stage {
             name: "transmittance",
             milliseconds: sweep_ms,
-            bytes: transmittance.size(),
+            bytes: self.records.bytes(),
         });
         stats.stages.push(Stage {
             name: "shade",
@@ -160,52 +203,15 @@ impl Lighting {
         })
     }
 
-    /// Transmittance of the first batch, `[light][voxel]`.
-    pub fn first_transmittance(
+    /// Packed records of the first batch, `[light][voxel]`.
+    pub fn first_records(
         &self,
         context: &Context,
         volume: &Volume,
-    ) -> Result<Vec<f32>, RenderError> {
-        let transmittance = self.transmittance_buffer(context, volume);
-        let n_lights = LIGHT_BATCH.min(self.n_lights);
-        self.sweep_batch(context, volume, &transmittance, 0, n_lights)?;
-        read_back(context, "transmittance", &transmittance)
-    }
-
-    fn transmittance_buffer(&self, context: &Context, volume: &Volume) -> wgpu::Buffer {
-        let lights = self.n_lights.min(LIGHT_BATCH) as u64;
-        let bytes = volume.grid.n_voxels() as u64 * lights * 4;
-        storage(context, "transmittance", bytes)
-    }
-
-    fn sweep_batch(
-        &self,
-        context: &Context,
-        volume: &Volume,
-        transmittance: &wgpu::Buffer,
-        first: usize,
-        n_lights: usize,
-    ) -> Result<(), RenderError> {
-        if n_lights == 0 {
-            return Ok(());
-        }
-        let batch = uniform(context, "batch", &self.batch(first, n_lights, 0, 0));
-        let group = bind(
-            context,
-            &self.sweep.get_bind_group_layout(0),
-            &[
-                (0, volume.grid_buffer.as_entire_binding()),
-                (1, batch.as_entire_binding()),
-                (2, volume.buffer().as_entire_binding()),
-                (3, self.lights.as_entire_binding()),
-                (4, self.sweeps.as_entire_binding()),
-                (5, transmittance.as_entire_binding()),
-            ],
-        );
-        submit(context, |encoder| {
-            dispatch(encoder, &self.sweep, &group, [n_lights as u32, 1]);
-        });
-        context.wait("transmittance").map_err(failed)
+    ) -> Result<Vec<PackedRecord>, RenderError> {
+        let lights = self.swept_lights();
+        self.sweep
+            .read_first(context, volume, &lights, &self.records)
     }
 
     fn batch(&self, first: usize, n_lights: usize, first_point: u32, end_point: u32) -> Batch {
@@ -218,4 +224,9 @@ impl Lighting {
             pad: [0; 3],
         }
     }
+}
+
+/// Directions of the light that has most.
+fn most_directions(lights: &[LightRecord]) -> u32 {
+    lights.iter().map(|light| light.n_sweeps).max().unwrap_or(0)
 }

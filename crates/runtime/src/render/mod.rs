@@ -1,25 +1,31 @@
 //! The renderer: stages in the order they run, one file each.
 //!
-//! `voxelise` (shadow volume) -> for each batch of lights: `transmittance`, `shade` -> `draw`
-//! (project, ribbons, passes of four samples, accumulate) -> `composite`.
+//! Once for the strands and the lights: `voxelise` (shadow volume) -> `transmittance`. A frame:
+//! `shade`, in batches of lights -> `draw` (project, ribbons, passes of four samples, accumulate)
+//! -> `composite`.
 
 mod draw;
 mod lighting;
 pub(crate) mod resources;
 mod scattering;
 mod shadow_map;
+mod shadows;
 mod volume;
+
+use std::borrow::Cow;
 
 use crate::camera::{Camera, view_uniform};
 use crate::edit::{EditError, EditReport, HairTextures};
 use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::picture::Picture;
-use crate::scene::PreparedScene;
+use crate::scene::{PreparedScene, check_lights};
 use crate::shadow_maps::ShadowPlan;
 use crate::stats::{Observer, Stats};
 use crate::strands::Strands;
+use strandlight_formats::SrbfLight;
 use strandlight_scattering::HairParams;
+use strandlight_scattering::closed_form::PackedRecord;
 
 /// Most pixels of a picture: 16 bytes each fill the 128 MiB that every adapter binds.
 pub const MAX_PIXELS: u32 = 8 << 20;
@@ -30,8 +36,8 @@ pub const MAX_SIDE: u32 = 8192;
 /// Most samples a pixel.
 pub const MAX_SAMPLES: u32 = 65_536;
 
-/// Lights whose volumes are held at a time: 32 MiB at the largest grid.
-pub const LIGHT_BATCH: usize = 32;
+/// Lights whose records share a buffer: at the largest grid the 128 MiB that every adapter binds.
+pub const LIGHT_BATCH: usize = 64;
 
 /// The smallest number of samples that makes whole passes of four, for at least `samples`.
 pub fn whole_passes(samples: u32) -> u32 {
@@ -76,7 +82,8 @@ pub fn shadow_maps(
 /// A prepared scene on a device.
 pub struct Renderer<'a> {
     context: &'a Context,
-    scene: &'a PreparedScene,
+    /// Its own copy once strands or lights were set.
+    scene: Cow<'a, PreparedScene>,
     hair: HairTextures,
     strands: resources::StrandBuffers,
     volume: volume::Volume,
@@ -106,11 +113,11 @@ impl<'a> Renderer<'a> {
                 let bytes = volume.bytes();
                 Ok::<_, RenderError>((volume, bytes))
             })?;
-            let lighting = lighting::Lighting::new(context, scene)?;
+            let lighting = lighting::Lighting::new(context, scene, &volume)?;
             let draw = draw::Draw::new(context)?;
             Ok(Renderer {
                 context,
-                scene,
+                scene: Cow::Borrowed(scene),
                 hair: scene.hair.clone(),
                 strands,
                 volume,
@@ -130,6 +137,45 @@ impl<'a> Renderer<'a> {
         let report = self.hair.apply(hair)?;
         self.lighting.update(self.context, &self.hair, &report);
         Ok(report)
+    }
+
+    /// Takes `lights` for those there were, without voxelising again: another set, or the same
+    /// one turned.
+    ///
+    /// # Errors
+    /// The first light with a value outside its range, nothing being changed then, or whatever
+    /// the device refuses.
+    pub fn set_lights(&mut self, lights: &[SrbfLight]) -> Result<(), RenderError> {
+        check_lights(lights)?;
+        self.scene.to_mut().lights = lights.to_vec();
+        resources::guarded(self.context, || {
+            self.lighting
+                .set_lights(self.context, &self.scene, &self.volume)
+        })?;
+        self.count();
+        Ok(())
+    }
+
+    /// Moves the hair: `points` are x, y, z and fibre radius in cm, one for each of
+    /// [`Strands::points`] in the same order. Voxelises and sweeps again, in a time that the
+    /// number of segments, voxels and directions bounds.
+    ///
+    /// # Errors
+    /// As [`Strands::moved`], nothing being changed then, or whatever the device refuses.
+    ///
+    /// [`Strands::points`]: crate::strands::Strands::points
+    /// [`Strands::moved`]: crate::strands::Strands::moved
+    pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
+        let moved = self.scene.strands.moved(points)?;
+        let context = self.context;
+        resources::guarded(context, || {
+            self.strands.update(context, &moved);
+            self.volume.fill(context, &moved, &self.strands)?;
+            self.lighting.sweep_again(context, &self.volume)
+        })?;
+        self.scene.to_mut().strands = moved;
+        self.count();
+        Ok(())
     }
 
     /// Draws the scene as `camera` sees it.
@@ -168,7 +214,7 @@ impl<'a> Renderer<'a> {
             );
             let shading = self.shade(&view, &mut stats, observer)?;
             let frame = draw::Frame {
-                scene: self.scene,
+                scene: &self.scene,
                 strands: &self.strands,
                 shading: &shading,
                 view: &view,
@@ -178,6 +224,16 @@ impl<'a> Renderer<'a> {
             let picture = self.draw.run(self.context, &frame, &mut stats)?;
             Ok((picture, stats))
         })
+    }
+
+    /// Brings the counts of the scene up to date.
+    fn count(&mut self) {
+        let stages = std::mem::take(&mut self.prepared.stages);
+        let backend = std::mem::take(&mut self.prepared.backend);
+        self.prepared = Stats {
+            stages,
+            ..self.scene.counts(backend)
+        };
     }
 
     fn shade(
@@ -205,14 +261,13 @@ impl<'a> Renderer<'a> {
         resources::read_back(self.context, "volume", self.volume.buffer())
     }
 
-    /// Transmittance of the first lights, at most [`LIGHT_BATCH`], as `[light][voxel]`.
+    /// Packed records of the first lights, at most [`LIGHT_BATCH`], as `[light][voxel]`.
     ///
     /// # Errors
     /// Whatever the device refuses.
-    pub fn transmittance(&self) -> Result<Vec<f32>, RenderError> {
+    pub fn records(&self) -> Result<Vec<PackedRecord>, RenderError> {
         resources::guarded(self.context, || {
-            self.lighting
-                .first_transmittance(self.context, &self.volume)
+            self.lighting.first_records(self.context, &self.volume)
         })
     }
 

@@ -177,7 +177,7 @@ pub(super) struct StrandBuffers {
 
 impl StrandBuffers {
     pub fn new(context: &Context, strands: &Strands) -> Self {
-        let usage = wgpu::BufferUsages::STORAGE;
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
         StrandBuffers {
             points: buffer_of(context, "points", &strands.points, usage),
             tangents: buffer_of(context, "tangents", &strands.tangents, usage),
@@ -185,6 +185,18 @@ impl StrandBuffers {
             segments: buffer_of(context, "segments", &strands.segments, usage),
             n_points: strands.points.len() as u32,
             n_segments: strands.segments.len() as u32,
+        }
+    }
+
+    /// Writes strands that have moved; which segments there are stays.
+    pub fn update(&self, context: &Context, strands: &Strands) {
+        for (buffer, contents) in [
+            (&self.points, &strands.points),
+            (&self.tangents, &strands.tangents),
+            (&self.normals, &strands.normals),
+        ] {
+            let contents = bytemuck::cast_slice(contents);
+            context.queue.write_buffer(buffer, 0, contents);
         }
     }
 

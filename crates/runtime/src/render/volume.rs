@@ -13,6 +13,8 @@ pub(super) struct Volume {
     pub grid: Grid,
     pub grid_buffer: wgpu::Buffer,
     buffer: wgpu::Buffer,
+    splat: wgpu::ComputePipeline,
+    resolve: wgpu::ComputePipeline,
 }
 
 impl Volume {
@@ -22,18 +24,35 @@ impl Volume {
         strands: &Strands,
         buffers: &StrandBuffers,
     ) -> Result<Self, RenderError> {
+        let module = shader(context, "pass/voxelise")?;
+        let grid = Grid::around(strands);
+        let mut volume = Volume {
+            grid,
+            grid_buffer: uniform(context, "grid", &grid),
+            buffer: storage(context, "volume", 0),
+            splat: compute(context, &module, "splat"),
+            resolve: compute(context, &module, "resolve"),
+        };
+        volume.fill(context, strands, buffers)?;
+        Ok(volume)
+    }
+
+    /// Splats strands that have moved.
+    pub fn fill(
+        &mut self,
+        context: &Context,
+        strands: &Strands,
+        buffers: &StrandBuffers,
+    ) -> Result<(), RenderError> {
         let grid = Grid::around(strands);
         let n_voxels = grid.n_voxels() as u64;
         let grid_buffer = uniform(context, "grid", &grid);
         // Two words for each sum; wgpu zeroes new buffers.
         let sums = storage(context, "voxel sums", n_voxels * u64::from(CHANNELS) * 8);
         let buffer = storage(context, "volume", n_voxels * 32);
-        let module = shader(context, "pass/voxelise")?;
-        let splat = compute(context, &module, "splat");
-        let resolve = compute(context, &module, "resolve");
         let splat_group = bind(
             context,
-            &splat.get_bind_group_layout(0),
+            &self.splat.get_bind_group_layout(0),
             &[
                 (0, grid_buffer.as_entire_binding()),
                 (1, buffers.points.as_entire_binding()),
@@ -43,7 +62,7 @@ impl Volume {
         );
         let resolve_group = bind(
             context,
-            &resolve.get_bind_group_layout(0),
+            &self.resolve.get_bind_group_layout(0),
             &[
                 (0, grid_buffer.as_entire_binding()),
                 (3, sums.as_entire_binding()),
@@ -54,16 +73,14 @@ impl Volume {
         let groups = grid.n_segments.div_ceil(64);
         let rows = groups.div_ceil(32_768).max(1);
         submit(context, |encoder| {
-            dispatch(encoder, &splat, &splat_group, [groups.div_ceil(rows), rows]);
+            let size = [groups.div_ceil(rows), rows];
+            dispatch(encoder, &self.splat, &splat_group, size);
             let groups = (n_voxels as u32).div_ceil(64);
-            dispatch(encoder, &resolve, &resolve_group, [groups, 1]);
+            dispatch(encoder, &self.resolve, &resolve_group, [groups, 1]);
         });
         context.wait("voxelise").map_err(failed)?;
-        Ok(Volume {
-            grid,
-            grid_buffer,
-            buffer,
-        })
+        (self.grid, self.grid_buffer, self.buffer) = (grid, grid_buffer, buffer);
+        Ok(())
     }
 
     pub fn buffer(&self) -> &wgpu::Buffer {

@@ -25,6 +25,7 @@ pub mod paper;
 mod single_scattering;
 mod special;
 mod tables;
+mod transmittance;
 
 pub use azimuthal::{azimuthal_trt, azimuthal_tt};
 pub use azimuthal_r::{Reflectance, azimuthal_r};
@@ -48,6 +49,10 @@ pub use special::{ErfPair, bessel_i0e, bessel_i0e_fast, bessel_i1e, erf_pair};
 pub use tables::{
     Cell, PackedShares, TableAxes, TableAxis, Tables, c_from_b, pack_shares, sample_c, sample_h,
     table_cell,
+};
+pub use transmittance::{
+    LEAST_SHARE, P_1, P_2, PackedRecord, RECORD_SCALE, ShadowRecord, add_to_record, depth_of_share,
+    pack_record, pass_through, spread_factor, transmitted, unpack_record,
 };
 
 /// sqrt(pi).

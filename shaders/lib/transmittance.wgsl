@@ -1,0 +1,72 @@
+// What hair leaves of a light: records of the sweep and the shares made of them.
+// Twin: crates/scattering/src/closed_form/transmittance.rs.
+
+// Exponents below 1 at which a record holds shares.
+const P_1: f32 = 0.25;
+const P_2: f32 = 0.0625;
+// Factor of shares in half floats.
+const RECORD_SCALE: f32 = 32768.0;
+// Least share that is told from none.
+const LEAST_SHARE: f32 = 2e-9;
+
+// E exp(-p tau) at p = 1, P_1, P_2, and the sine of the inclination to the crossed fibres.
+struct ShadowRecord {
+    shares: vec3f,
+    sin_theta: f32,
+}
+
+fn pack_record(record: ShadowRecord) -> vec2u {
+    let shares = record.shares * RECORD_SCALE;
+    return vec2u(pack2x16float(shares.xy), pack2x16float(vec2f(shares.z, record.sin_theta)));
+}
+
+fn unpack_record(packed: vec2u) -> ShadowRecord {
+    let a = unpack2x16float(packed.x);
+    let b = unpack2x16float(packed.y);
+    return ShadowRecord(vec3f(a, b.x) / RECORD_SCALE, b.y);
+}
+
+// Shares after half a step of optical depth, and what is gathered of depth times sin^2.
+fn pass_through(entering: vec4f, depth: f32, sin_2: f32) -> vec4f {
+    let at_p_2 = exp(-P_2 * depth);
+    let squared = at_p_2 * at_p_2;
+    let at_p_1 = squared * squared;
+    let at_1 = (at_p_1 * at_p_1) * (at_p_1 * at_p_1);
+    return vec4f(entering.xyz * vec3f(at_1, at_p_1, at_p_2), entering.w + depth * sin_2);
+}
+
+// Effective optical depth of a share at P_2.
+fn depth_of_share(share: f32) -> f32 {
+    return -log(max(share, 1e-30)) / P_2;
+}
+
+// Adds direction k (from 0) of n to the sum of those before it.
+fn add_to_record(sum: ShadowRecord, here: vec4f, k: f32, n: f32) -> ShadowRecord {
+    let depth = depth_of_share(here.z);
+    let depth_before = select(0.0, k * depth_of_share(sum.shares.z * n / max(k, 1.0)), k > 0.0);
+    let sin_2_depth = here.w + depth_before * sum.sin_theta * sum.sin_theta;
+    let sin_2 = clamp(sin_2_depth / max(depth + depth_before, 1e-6), 0.0, 1.0);
+    return ShadowRecord(sum.shares + here.xyz / n, sqrt(sin_2));
+}
+
+// E exp(-p tau), p in 0.03..=1 for each channel.
+fn transmitted(record: ShadowRecord, p: vec3f) -> vec3f {
+    // 1 / (effective depth -ln T(p) / p) at the exponents known, and through them a parabola.
+    let exponents = vec3f(1.0, P_1, P_2);
+    let depths = -log(max(record.shares, vec3f(LEAST_SHARE)));
+    let reach = exponents / max(depths, 1e-6 * exponents);
+    let slope_low = (reach.y - reach.z) / (P_1 - P_2);
+    let slope_high = (reach.x - reach.y) / (1.0 - P_1);
+    let bend = (slope_high - slope_low) / (1.0 - P_2);
+    let reach_p = reach.z + (p - P_2) * (slope_low + (p - P_1) * bend);
+    let share = exp(-p / max(reach_p, vec3f(1e-3)));
+    return clamp(share, vec3f(min(record.shares.x, 1.0)), vec3f(1.0));
+}
+
+// s / (1 - e^-s).
+fn spread_factor(s: f32) -> f32 {
+    if s < 0.02 {
+        return 1.0 + s * (0.5 + s / 12.0);
+    }
+    return s / (1.0 - exp(-s));
+}
