@@ -292,6 +292,70 @@ fn an_edit_draws_what_a_new_renderer_draws() {
     assert!(anew != before);
 }
 
+/// Every point of `strands` bent aside the more the lower it hangs, and thinner.
+fn bent(strands: &Strands) -> Vec<[f32; 4]> {
+    let bend = |&[x, y, z, radius]: &[f32; 4]| {
+        let aside = 0.02 * (y - 10.0) * (y - 10.0);
+        [x + aside, y, z - 0.3 * aside, 0.9 * radius]
+    };
+    strands.points.iter().map(bend).collect()
+}
+
+#[test]
+fn moved_hair_and_other_lights_draw_what_a_new_renderer_draws() {
+    let context = context();
+    let scene = wig_scene(60);
+    let mut renderer = Renderer::new(&context, &scene).unwrap();
+    let at = |renderer: &Renderer| renderer.point_radiance(&scene.camera, [40, 30]).unwrap();
+    let before = at(&renderer);
+
+    let points = bent(&scene.strands);
+    renderer.set_points(&points).unwrap();
+    let mut moved = scene.clone();
+    moved.strands = scene.strands.moved(&points).unwrap();
+    let drawn = at(&renderer);
+    assert!(drawn == at(&Renderer::new(&context, &moved).unwrap()));
+    assert!(drawn != before);
+
+    // Fewer lights, turned: less to sweep, and nothing left of the others.
+    moved.lights = scene.lights[..3].to_vec();
+    for light in &mut moved.lights {
+        let [x, y, z] = light.direction;
+        light.direction = [-z, y, x];
+    }
+    renderer.set_lights(&moved.lights).unwrap();
+    let drawn = at(&renderer);
+    assert!(drawn == at(&Renderer::new(&context, &moved).unwrap()));
+
+    renderer.set_lights(&scene.lights).unwrap();
+    renderer.set_points(&scene.strands.points).unwrap();
+    let there = scene.strands.moved(&scene.strands.points).unwrap();
+    assert_eq!(there.tangents, scene.strands.tangents);
+    let mut back = scene.clone();
+    back.strands = there;
+    assert!(at(&renderer) == at(&Renderer::new(&context, &back).unwrap()));
+}
+
+#[test]
+fn points_and_lights_that_cannot_be_drawn_change_nothing() {
+    let context = context();
+    let scene = wig_scene(10);
+    let mut renderer = Renderer::new(&context, &scene).unwrap();
+    let at = |renderer: &Renderer| renderer.point_radiance(&scene.camera, [20, 15]).unwrap();
+    let before = at(&renderer);
+    let points = &scene.strands.points;
+    assert!(renderer.set_points(&points[1..]).is_err());
+    for (ix, value) in [(0, f32::NAN), (1, 1e30), (3, 0.0), (3, f32::INFINITY)] {
+        let mut points = points.clone();
+        points[5][ix] = value;
+        assert!(renderer.set_points(&points).is_err(), "{ix} {value}");
+    }
+    let mut lights = scene.lights.clone();
+    lights[2].lambda = -1.0;
+    assert!(renderer.set_lights(&lights).is_err());
+    assert!(at(&renderer) == before);
+}
+
 #[test]
 fn elliptic_fibres_and_single_modes_agree_between_backends() {
     let context = context();
