@@ -51,12 +51,25 @@ pub struct Bcsdf {
     enabled: [bool; 3],
     blurred_trt: Option<BlurredTrt>,
     energies: Energies,
-    /// Mean over channels of albedo over mass, per lobe, at `N_SHARES` inclinations over +-pi/2.
-    shares: Vec<[f64; 3]>,
+    /// At `N_PLACES` inclinations theta_o over +-pi/2.
+    places: Vec<Place>,
 }
 
-/// Inclinations of the table that modes are drawn by; any positive numbers would be right.
-const N_SHARES: usize = 257;
+/// What the sampler knows of one inclination theta_o.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// Albedo over the mass of M_t, mean of the channels, per lobe: modes are drawn by it. Any
+    /// positive numbers would be right.
+    kept: [f64; 3],
+    /// Mean of `cos^2 theta_i / cos^2 theta_d` under M_t, per lobe: part of the density.
+    factor: [f64; 3],
+    /// Greatest `cos^2 theta_i / cos^2 theta_d` of any theta_i; rises with |theta_o| from 1 to 4.
+    factor_max: f64,
+}
+
+/// Inclinations in the sampler's table: between them the mean factor is within 1e-4, but for
+/// inclinations within a width of M_t of the fibre's own direction.
+const N_PLACES: usize = 1025;
 
 /// Smaller masses of M_t inside +-pi/2 count as none: they would not divide.
 const MASS_MIN: f64 = 1e-250;
@@ -102,16 +115,18 @@ impl Bcsdf {
             enabled,
             blurred_trt: has_trt.then(|| BlurredTrt::new(hair, fresnel)),
             energies: Energies::new(hair, fresnel),
-            shares: Vec::new(),
+            places: Vec::new(),
         };
         let rule = GaussLegendre::new(6);
-        bcsdf.shares = (0..N_SHARES)
+        bcsdf.places = (0..N_PLACES)
             .map(|ix| {
-                let theta_o = -FRAC_PI_2 + PI * ix as f64 / (N_SHARES - 1) as f64;
-                Lobe::ALL.map(|lobe| {
-                    let kept = bcsdf.mean_weight(lobe, theta_o, &rule);
-                    (kept[0] + kept[1] + kept[2]) / 3.0
-                })
+                let theta_o = -FRAC_PI_2 + PI * ix as f64 / (N_PLACES - 1) as f64;
+                let means = Lobe::ALL.map(|lobe| bcsdf.mean_weight(lobe, theta_o, &rule));
+                Place {
+                    kept: means.map(|[r, g, b, _]| (r + g + b) / 3.0),
+                    factor: means.map(|mean| mean[3]),
+                    factor_max: greatest_factor(theta_o),
+                }
             })
             .collect();
         Ok(bcsdf)
@@ -129,12 +144,14 @@ impl Bcsdf {
         Truncated::new(mean, width, -FRAC_PI_2, FRAC_PI_2)
     }
 
-    /// Albedo of `lobe` over the mass of its M_t within +-pi/2.
-    fn mean_weight(&self, lobe: Lobe, theta_o: f64, rule: &GaussLegendre) -> [f64; 3] {
+    /// Albedo of `lobe` over the mass of its M_t within +-pi/2, per channel, and the mean factor
+    /// `cos^2 theta_i / cos^2 theta_d`.
+    fn mean_weight(&self, lobe: Lobe, theta_o: f64, rule: &GaussLegendre) -> [f64; 4] {
         self.longitudinal(lobe, theta_o).average(rule, |theta_i| {
             let theta_d = 0.5 * (theta_o - theta_i);
             let factor = cosine_ratio(theta_i, theta_d);
-            self.energies.at(lobe, theta_d).map(|e| factor * e)
+            let [r, g, b] = self.energies.at(lobe, theta_d).map(|e| factor * e);
+            [r, g, b, factor]
         })
     }
 
@@ -164,14 +181,20 @@ impl Bcsdf {
     pub fn view(&self, omega_o: [f64; 3]) -> BcsdfView<'_> {
         let (theta_o, phi_o) = angles(omega_o);
         let longitudinal = Lobe::ALL.map(|lobe| self.longitudinal(lobe, theta_o));
-        let x = (theta_o / PI + 0.5).clamp(0.0, 1.0) * (N_SHARES - 1) as f64;
-        let ix = (x as usize).min(N_SHARES - 2);
+        let x = (theta_o / PI + 0.5).clamp(0.0, 1.0) * (N_PLACES - 1) as f64;
+        let ix = (x as usize).min(N_PLACES - 2);
         let t = x - ix as f64;
+        let (before, after) = (&self.places[ix], &self.places[ix + 1]);
+        let between = |a: [f64; 3], b: [f64; 3], l: usize| (1.0 - t) * a[l] + t * b[l];
+        let mut scale = [0.0; 3];
         let mut shares: [f64; 3] = std::array::from_fn(|l| {
-            if !self.enabled[l] || longitudinal[l].mass < MASS_MIN {
+            let mass = longitudinal[l].mass;
+            let factor = between(before.factor, after.factor, l);
+            if !self.enabled[l] || mass < MASS_MIN || factor <= 0.0 {
                 return 0.0;
             }
-            longitudinal[l].mass * ((1.0 - t) * self.shares[ix][l] + t * self.shares[ix + 1][l])
+            scale[l] = 1.0 / (mass * factor);
+            mass * between(before.kept, after.kept, l)
         });
         let total = shares[0] + shares[1] + shares[2];
         if total > 0.0 {
@@ -183,6 +206,8 @@ impl Bcsdf {
             phi_o,
             longitudinal,
             shares,
+            density_scale: std::array::from_fn(|l| shares[l] * scale[l]),
+            factor_max: before.factor_max.max(after.factor_max),
         }
     }
 }
@@ -196,6 +221,10 @@ pub struct BcsdfView<'a> {
     longitudinal: [Truncated; 3],
     /// Probability of each lobe; all 0 where nothing is scattered.
     shares: [f64; 3],
+    /// Share over the mass of `M_t cos^2 theta_i / cos^2 theta_d`.
+    density_scale: [f64; 3],
+    /// Bound of `cos^2 theta_i / cos^2 theta_d`.
+    factor_max: f64,
 }
 
 impl BcsdfView<'_> {
@@ -207,16 +236,17 @@ impl BcsdfView<'_> {
         let inverse = 1.0 / square(theta_d.cos().max(COS_MIN));
         Scattered {
             s: sum.map(|x| x * inverse),
-            pdf: density / theta_i.cos().max(COS_MIN),
+            pdf: density * inverse * theta_i.cos().max(0.0),
         }
     }
 
     /// Draws a direction towards the light; `None` where the fibre scatters nothing. `uniform`
     /// gives independent numbers in 0..1.
     ///
-    /// A lobe by its albedo, theta_i by its M_t, the azimuth by the path through an even h, with
-    /// a circular Gaussian of width w_c added for TRT. The density is that of all lobes together,
-    /// so `weight * pdf = S cos(theta_i)`.
+    /// A lobe by its albedo; theta_i by its M_t, kept with a probability proportional to
+    /// `cos^2 theta_i / cos^2 theta_d`; the azimuth by the path through an even h (for R more
+    /// often a grazing one), with a circular Gaussian of width w_c added for TRT. The density is that of all lobes together, so
+    /// `weight * pdf = S cos(theta_i)`, and weights stay near the albedo.
     pub fn sample(&self, uniform: &mut impl FnMut() -> f64) -> Option<Sample> {
         let mut pick = uniform();
         let lobe = Lobe::ALL.into_iter().find(|&lobe| {
@@ -230,11 +260,22 @@ impl BcsdfView<'_> {
             let mut all = Lobe::ALL.into_iter();
             all.find(|&lobe| self.shares[lobe as usize] > 0.0)
         })?;
-        let theta_i = self.longitudinal[lobe as usize].sample(uniform);
-        let theta_d = 0.5 * (self.theta_o - theta_i);
+        // More than a fifth are kept at any theta_o; the count ends what rounding might not.
+        let (mut theta_i, mut theta_d) = (0.0, 0.0);
+        for _ in 0..1000 {
+            theta_i = self.longitudinal[lobe as usize].sample(uniform);
+            theta_d = 0.5 * (self.theta_o - theta_i);
+            if uniform() * self.factor_max <= cosine_ratio(theta_i, theta_d) {
+                break;
+            }
+        }
         let hair = &self.bcsdf.hair;
         let section = FibreSection::new(hair.eta, hair.sigma_a, theta_d, self.bcsdf.fresnel);
-        let gamma = (2.0 * uniform() - 1.0).asin();
+        let gamma = if lobe == Lobe::R && uniform() < GRAZING_SHARE {
+            grazing_angle(uniform)
+        } else {
+            (2.0 * uniform() - 1.0).asin()
+        };
         let mut phi = section.exit_azimuth(lobe, gamma);
         if lobe == Lobe::Trt {
             phi += sample_circular(sharpness(hair.caustic_width), uniform);
@@ -243,18 +284,19 @@ impl BcsdfView<'_> {
         if !(density > 0.0 && density.is_finite()) {
             return None;
         }
-        // S cos(theta_i) d omega_i = sum cos^2(theta_i)/cos^2(theta_d) d theta_i d phi_i
-        let factor = cosine_ratio(theta_i, theta_d) / density;
+        // S cos(theta_i) d omega_i = sum cos^2(theta_i)/cos^2(theta_d) d theta_i d phi_i; the
+        // density has the same factor.
         let (sin, cos) = theta_i.sin_cos();
         let (sin_phi, cos_phi) = (self.phi_o - phi).sin_cos();
         Some(Sample {
             omega_i: [sin, cos * cos_phi, cos * sin_phi],
-            weight: sum.map(|x| x * factor),
-            pdf: density / cos.max(COS_MIN),
+            weight: sum.map(|x| x / density),
+            pdf: density * cos.max(0.0) / square(theta_d.cos().max(COS_MIN)),
         })
     }
 
-    /// `sum_t M_t N_t` and the sampler's density over theta_i and phi_i.
+    /// `sum_t M_t N_t`, and the sampler's density over theta_i and phi_i, both without their
+    /// factor `cos^2 theta_i / cos^2 theta_d`.
     fn at_angles(&self, theta_i: f64, theta_d: f64, phi: f64) -> ([f64; 3], f64) {
         let bcsdf = self.bcsdf;
         let (mut sum, mut density) = ([0.0; 3], 0.0);
@@ -282,13 +324,37 @@ impl BcsdfView<'_> {
             for (total, n) in sum.iter_mut().zip([r, g, b]) {
                 *total += m * n;
             }
-            density += self.shares[l] * m / self.longitudinal[l].mass * even;
+            density += self.density_scale[l] * m * even;
         }
         (sum, density)
     }
 }
 
-/// `[N_t rgb, 1/2 |d phi / dh|^(-1)]` of R or TT by its single root, at `phi` within +-pi.
+/// Share of R's paths that are drawn by [`grazing_angle`]: about what Schlick's fifth power adds
+/// to the reflection of a fibre of eta 1.55.
+const GRAZING_SHARE: f64 = 0.4;
+
+/// An offset angle gamma whose cosine c has the density `42 c (1 - c)^5`: the second least of
+/// seven even numbers. Fresnel's term would else give grazing paths 13 times the mean weight.
+fn grazing_angle(uniform: &mut impl FnMut() -> f64) -> f64 {
+    let (mut least, mut second) = (1.0f64, 1.0f64);
+    for _ in 0..7 {
+        let u = uniform();
+        second = second.min(u.max(least));
+        least = least.min(u);
+    }
+    let gamma = second.acos();
+    if uniform() < 0.5 { -gamma } else { gamma }
+}
+
+/// Density of R's paths over that of an even h, at `cos gamma`.
+fn grazing_ratio(cos_gamma: f64) -> f64 {
+    let sin = (1.0 - cos_gamma * cos_gamma).max(0.0).sqrt();
+    1.0 - GRAZING_SHARE + GRAZING_SHARE * 42.0 * (1.0 - cos_gamma).powi(5) * sin
+}
+
+/// `[N_t rgb, density of the sampler's azimuth]` of R or TT by its single root, at `phi` within
+/// +-pi; the density is `1/2 |d phi / dh|^(-1)`, for R times [`grazing_ratio`].
 fn azimuthal_closed(section: &FibreSection, lobe: Lobe, phi: f64) -> [f64; 4] {
     let (sin_half, cos_half) = (0.5 * phi).sin_cos();
     let (h, cos_gamma, even) = match lobe {
@@ -313,7 +379,11 @@ fn azimuthal_closed(section: &FibreSection, lobe: Lobe, phi: f64) -> [f64; 4] {
         }
     };
     let [r, g, b] = section.attenuation(lobe, h, cos_gamma);
-    [even * r, even * g, even * b, even]
+    let density = match lobe {
+        Lobe::R => even * grazing_ratio(cos_gamma),
+        _ => even,
+    };
+    [even * r, even * g, even * b, density]
 }
 
 /// Cosines are not taken for smaller than this when they divide: directions along the fibre.
@@ -322,6 +392,26 @@ const COS_MIN: f64 = 1e-9;
 /// `cos^2 theta_i / cos^2 theta_d`, at most 4: both vanish together.
 fn cosine_ratio(theta_i: f64, theta_d: f64) -> f64 {
     square(theta_i.cos().max(0.0) / theta_d.cos().max(COS_MIN))
+}
+
+/// The greatest [`cosine_ratio`] over theta_i at `theta_o`, where
+/// `tan theta_i + 1/2 tan theta_d = 0`.
+fn greatest_factor(theta_o: f64) -> f64 {
+    let theta_o = theta_o.abs();
+    if theta_o >= FRAC_PI_2 - 1e-6 {
+        return 4.0;
+    }
+    let (mut low, mut high) = (-FRAC_PI_2, 0.0f64);
+    for _ in 0..50 {
+        let theta_i = 0.5 * (low + high);
+        if theta_i.tan() + 0.5 * (0.5 * (theta_o - theta_i)).tan() < 0.0 {
+            low = theta_i;
+        } else {
+            high = theta_i;
+        }
+    }
+    let theta_i = 0.5 * (low + high);
+    cosine_ratio(theta_i, 0.5 * (theta_o - theta_i))
 }
 
 /// Inclination and azimuth of a unit vector in the fibre's frame.

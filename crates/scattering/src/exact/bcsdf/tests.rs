@@ -190,7 +190,8 @@ fn histogram(bcsdf: &Bcsdf, theta_o: f64, n: usize, seed: u64) -> (Vec<f64>, Vec
         let left = 2.0 * PI * (column as f64 / PHIS as f64 - 0.5);
         for (theta, weight) in rule.on(low, low + PI / THETAS as f64) {
             for (phi, part) in rule.on(left, left + 2.0 * PI / PHIS as f64) {
-                let density = view.at_angles(theta, 0.5 * (theta_o - theta), phi).1;
+                let theta_d = 0.5 * (theta_o - theta);
+                let density = view.at_angles(theta, theta_d, phi).1 * cosine_ratio(theta, theta_d);
                 *mass += n as f64 * weight * part * density;
             }
         }
@@ -465,4 +466,35 @@ fn what_cannot_be_sampled_is_refused() {
     };
     let refused = Bcsdf::new(&wrong, Fresnel::Dielectric, &Lobe::ALL);
     assert!(matches!(refused, Err(BcsdfError::Param(_))));
+}
+
+/// Walks multiply weights: a rare great one would be the noise of the whole picture.
+#[test]
+fn weights_stay_near_the_albedo() {
+    let white = HairParams {
+        sigma_a: [0.0; 3],
+        ..HairParams::default()
+    };
+    let bcsdf = bcsdf(&white);
+    let mut uniform = numbers(5);
+    for (low, high, deviation) in [(-1.5, -1.2, 0.5), (-1.2, 0.0, 0.2), (0.0, 1.2, 0.2)] {
+        let (mut sum, mut squares, mut greatest) = (0.0, 0.0, 0.0f64);
+        let n = 300_000;
+        for ix in 0..n / 1000 {
+            let theta = low + (high - low) * (f64::from(ix) + 0.5) / f64::from(n / 1000);
+            let albedo = bcsdf.albedo(theta)[0];
+            let view = bcsdf.view(direction(theta, 0.3));
+            for _ in 0..1000 {
+                let weight = view.sample(&mut uniform).unwrap().weight[0] / albedo;
+                sum += weight;
+                squares += weight * weight;
+                greatest = greatest.max(weight);
+            }
+        }
+        let mean = sum / f64::from(n);
+        let spread = (squares / f64::from(n) - mean * mean).sqrt();
+        println!("{low} {high}: {mean:.5}, deviation {spread:.3}, greatest {greatest:.2}");
+        assert!((mean - 1.0).abs() < 4.0 * spread / f64::from(n).sqrt());
+        assert!(spread < deviation && greatest < 4.0);
+    }
 }
