@@ -84,6 +84,13 @@ struct OuterNode {
     weight: f32,
 }
 
+// Where a node lies: inclination, distance from the rule's mean, weight of the whole integrand.
+struct NodePlace {
+    theta_i: f32,
+    step: f32,
+    weight: f32,
+}
+
 // Nodes for a light of width lambda_j at inclination theta_j and
 // M_t = g^u(theta_i; 2 alpha - theta_o, 2 beta), which has unit mass in theta_i.
 fn outer_rule(theta_j: f32, lambda_j: f32, theta_o: f32, alpha: f32, beta: f32) -> OuterRule {
@@ -167,5 +174,18 @@ fn outer_node(rule: OuterRule, constants: vec4f) -> OuterNode {
     return OuterNode(
         clamp(rule.mean + step, -HALF_PI, HALF_PI),
         constants[1] * scale * exp(-lobe * lobe - rule.sharpness * (light * light)),
+    );
+}
+
+// The place of the node `constants`, a row of GAUSS_HERMITE.
+fn node_place(rule: OuterRule, constants: vec4f) -> NodePlace {
+    let below = 1.0 + rule.low * constants[2];
+    let above = 1.0 + rule.high * constants[3];
+    let step = rule.spread * (constants[0] + CLAMP * log(below / above));
+    let slope = (1.0 - rule.low * rule.high) / (below * above);
+    return NodePlace(
+        clamp(rule.mean + step, -HALF_PI, HALF_PI),
+        step,
+        constants[1] * rule.spread * slope,
     );
 }

@@ -6,6 +6,11 @@
 // #import lib/tables
 // #import lib/outer_integral
 // #import lib/single_scattering
+// #import lib/averages
+// #import lib/half_circle
+// #import lib/mean_cosine
+// #import lib/global_scattering
+// #import lib/local_scattering
 // #import lib/paper/azimuthal
 // #import lib/paper/single_scattering
 // One library function a thread: values for checking the shaders from outside.
@@ -37,6 +42,11 @@ const CIRCULAR_GAUSSIAN: u32 = 5u;
 const FRESNEL: u32 = 6u;
 const FRAME: u32 = 7u;
 const OUTER_NODE: u32 = 8u;
+const GLOBAL: u32 = 9u;
+const LOCAL: u32 = 10u;
+const DIRECT_LOCAL: u32 = 11u;
+const AVERAGE: u32 = 12u;
+const HALF_CIRCLE: u32 = 13u;
 
 @group(0) @binding(0) var<storage, read> queries: array<Query>;
 @group(0) @binding(1) var<storage, read_write> answers: array<vec4f>;
@@ -47,6 +57,7 @@ const OUTER_NODE: u32 = 8u;
 @group(0) @binding(6) var lobes_tt: texture_2d<u32>;
 @group(0) @binding(7) var lobes_trt: texture_2d<u32>;
 @group(0) @binding(8) var<storage, read> optics: array<Shading>;
+@group(0) @binding(9) var averages: texture_2d<f32>;
 
 // C_k as Tables::c_k answers it.
 fn probe_c(k: u32, lambda_p: f32, phi: f32) -> f32 {
@@ -120,6 +131,30 @@ fn single_by_lobes(q: Query, shading: Shading) -> vec3f {
     );
 }
 
+fn global_by_lobes(q: Query, shading: Shading) -> vec3f {
+    if q.mode == 3u {
+        return global_scattering(q.light, q.view, q.x, shading, lobes_tt, lobes_trt);
+    }
+    return global_scattering_mode(q.mode, q.light, q.view, q.x, shading, lobes_tt, lobes_trt);
+}
+
+fn average_by_name(q: Query) -> vec3f {
+    let at = sample_averages(averages, q.optics, q.x);
+    if q.mode == 0u {
+        return at.a_f;
+    }
+    if q.mode == 1u {
+        return sqrt(at.beta_f_2);
+    }
+    if q.mode == 2u {
+        return at.attenuation_b;
+    }
+    if q.mode == 3u {
+        return at.shift_b;
+    }
+    return sqrt(at.width_b_2);
+}
+
 @compute @workgroup_size(64)
 fn probe(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= arrayLength(&queries) {
@@ -168,6 +203,23 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {
             let rule = outer_rule(q.light.theta, q.x, q.view.theta, alpha, q.fibre.beta[mode]);
             let node = outer_node(rule, GAUSS_HERMITE[min(u32(q.y), 35u)]);
             answer = vec4f(node.theta_i, node.weight, rule.ln_bound, rule.spread);
+        }
+        case GLOBAL: {
+            answer = vec4f(global_by_lobes(q, optics[q.optics]), 0.0);
+        }
+        case LOCAL: {
+            answer = vec4f(local_scattering(q.light, q.view, q.x, averages, q.optics), 0.0);
+        }
+        case DIRECT_LOCAL: {
+            let light = LightInFrame(q.light, q.x);
+            answer = vec4f(direct_local_scattering(light, q.view, averages, q.optics), 0.0);
+        }
+        case AVERAGE: {
+            answer = vec4f(average_by_name(q), 0.0);
+        }
+        case HALF_CIRCLE: {
+            answer.x = half_circle(q.x, q.y);
+            answer.y = mean_cosine(q.z, max(cos(q.z), 0.0), q.w);
         }
         default: {
             let d = direction_in_frame(vec3f(q.x, q.y, q.z));

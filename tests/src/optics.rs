@@ -25,6 +25,13 @@ pub fn textures(hair: &HairParams) -> HairTextures {
         .expect("parameters inside their ranges")
 }
 
+/// The textures of `hair` with all modes and the averages of multiple scattering.
+pub fn multiple_textures(hair: &HairParams) -> HairTextures {
+    let mut textures = textures(hair);
+    textures.enable_multiple(true);
+    textures
+}
+
 /// What shading reads of each fibre.
 pub fn optics<'a>(hairs: impl IntoIterator<Item = &'a HairParams>) -> Vec<Optics> {
     let optics = |hair| textures(hair).optics().clone();

@@ -9,6 +9,8 @@ use strandlight_runtime::edit::{
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::optics::GpuOptics;
 use strandlight_scattering::axis::{Axis, Spacing};
+use strandlight_scattering::closed_form::{pack_averages, sample_averages};
+use strandlight_scattering::dual_scattering::{Average, AverageTable, N_INCLINATIONS};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{LobeAxes, LobeTable};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
@@ -87,18 +89,31 @@ fn an_edit_makes_what_it_touches() {
                 EnergiesTrt,
                 SharesTrt,
                 LobesTrt,
+                Averages,
             ],
         ),
-        (Parameter::Shift, vec![Fibre]),
-        (Parameter::Width, vec![Fibre]),
-        (Parameter::CausticWidth, vec![Fibre, ShapesTrt, LobesTrt]),
+        (Parameter::Shift, vec![Fibre, Averages]),
+        (Parameter::Width, vec![Fibre, Averages]),
+        (
+            Parameter::CausticWidth,
+            vec![Fibre, ShapesTrt, LobesTrt, Averages],
+        ),
         (
             Parameter::Eccentricity,
-            vec![Fibre, RowTrt, EnergiesTrt, ShapesTrt, SharesTrt, LobesTrt],
+            vec![
+                Fibre,
+                RowTrt,
+                EnergiesTrt,
+                ShapesTrt,
+                SharesTrt,
+                LobesTrt,
+                Averages,
+            ],
         ),
     ] {
         let hair = HairParams::default();
         let mut textures = textures(&hair, &Lobe::ALL);
+        textures.enable_multiple(true);
         let before = textures.optics().clone();
         let report = textures.apply(&edited(&hair, parameter, 0.7)).unwrap();
         assert_eq!(rebuilt(&report), expected, "{}", parameter.name());
@@ -109,6 +124,7 @@ fn an_edit_makes_what_it_touches() {
             (Reflectance, before.reflectance == after.reflectance),
             (LobesTt, before.tt == after.tt),
             (LobesTrt, before.trt == after.trt),
+            (Averages, before.averages == after.averages),
         ] {
             assert_eq!(is_same, !expected.contains(&part), "{parameter:?} {part:?}");
         }
@@ -154,6 +170,43 @@ fn only_enabled_modes_have_textures() {
     }
 }
 
+#[test]
+fn averages_come_and_go_with_multiple_scattering() {
+    let hair = HairParams::default();
+    let single = textures(&hair, &Lobe::ALL);
+    assert!(!single.is_multiple() && single.averages().is_empty());
+    let mut all = single.clone();
+    let report = all.enable_multiple(true);
+    assert_eq!(rebuilt(&report), [Part::Averages]);
+    assert_eq!(report.bytes_to_upload(), 64 * N_INCLINATIONS);
+    // What shading samples is the table.
+    let table = AverageTable::new(&hair, Fresnel::Dielectric);
+    assert_eq!(all.averages(), pack_averages(&table));
+    for theta in [-1.57f32, -0.4, 0.0, 0.123, 1.2] {
+        let found = sample_averages(all.averages(), theta);
+        for (average, found, scale) in [
+            (Average::AF, found.a_f, 1.0),
+            (Average::BetaF, found.beta_f_2.map(f32::sqrt), 0.1),
+            (Average::Ab, found.attenuation_b, 0.1),
+            (Average::DeltaB, found.shift_b, 0.1),
+            (Average::SigmaB, found.width_b_2.map(f32::sqrt), 1.0),
+        ] {
+            let expected = table.get(average, theta);
+            for (found, expected) in found.iter().zip(expected) {
+                // Squares are interpolated where the table has widths.
+                let error = (found - expected).abs();
+                assert!(error < 1e-3 * scale, "{average:?} {theta} {error}");
+            }
+        }
+    }
+    // Modes do not matter, and the same again is no edit.
+    assert_eq!(rebuilt(&all.enable(&[]).unwrap()), [Part::Fibre]);
+    assert_eq!(rebuilt(&all.enable_multiple(true)), []);
+    all.enable(&Lobe::ALL).unwrap();
+    all.enable_multiple(false);
+    assert!(all == single);
+}
+
 /// Edits of one to three parameters at once, now and then of the modes.
 fn random_edit(random: &mut SplitMix64, hair: &mut HairParams, modes: &mut Vec<Lobe>) {
     for _ in 0..=(random.uniform(0.0, 2.99) as usize) {
@@ -174,12 +227,19 @@ fn no_state_depends_on_the_edits_before() {
     let (mut hair, mut modes) = (HairParams::default(), Lobe::ALL.to_vec());
     let mut now = textures(&hair, &modes);
     let mut n_kept = 0;
+    let mut is_multiple = false;
     for _ in 0..60 {
         random_edit(&mut random, &mut hair, &mut modes);
         let report = now.edit(&hair, &modes).unwrap();
         let kept = report.parts.iter();
         n_kept += kept.filter(|part| part.outcome == Outcome::Kept).count();
-        assert!(now == textures(&hair, &modes));
+        if random.uniform(0.0, 1.0) < 0.3 {
+            is_multiple = !is_multiple;
+            now.enable_multiple(is_multiple);
+        }
+        let mut anew = textures(&hair, &modes);
+        anew.enable_multiple(is_multiple);
+        assert!(now == anew);
     }
     assert!(n_kept > 60, "nothing was ever kept");
 }
@@ -191,13 +251,23 @@ fn the_gpu_has_what_is_in_memory() {
     let (mut hair, mut modes) = (HairParams::default(), Lobe::ALL.to_vec());
     let mut now = textures(&hair, &modes);
     let mut gpu = GpuOptics::new(&context, &[now.optics()]).unwrap();
-    let (mut n_written, mut n_whole) = (0, 0);
+    let (mut n_written, mut n_whole, mut n_with_averages) = (0, 0, 0);
     for _ in 0..30 {
         random_edit(&mut random, &mut hair, &mut modes);
         let report = now.edit(&hair, &modes).unwrap();
         let written = gpu.update(&context, now.optics(), &report);
         assert_eq!(written.bytes, report.bytes_to_upload());
         n_written += written.bytes;
+        if random.uniform(0.0, 1.0) < 0.3 {
+            let report = now.enable_multiple(!now.is_multiple());
+            let written = gpu.update(&context, now.optics(), &report);
+            assert_eq!(written.bytes, report.bytes_to_upload());
+            n_written += written.bytes;
+        }
+        if now.is_multiple() {
+            assert!(gpu.read_averages(&context).unwrap() == now.averages());
+            n_with_averages += 1;
+        }
         n_whole += now.optics().gpu_bytes();
         let uniform = gpu.read_uniform(&context).unwrap();
         let expected = now.optics().uniform();
@@ -216,7 +286,7 @@ fn the_gpu_has_what_is_in_memory() {
         }
     }
     println!("{n_written} bytes written where all would be {n_whole}");
-    assert!(n_written < n_whole);
+    assert!(n_written < n_whole && n_with_averages > 3);
 }
 
 #[test]
@@ -280,9 +350,9 @@ fn the_command_lists_every_parameter() {
         assert_eq!(Some(bytes.sum::<u64>()), edit["bytes"].as_u64());
         assert!(edit["microseconds"].as_f64() > Some(0.0));
     }
-    // The widths and shifts of M live in the uniform.
+    // The widths and shifts of M live in the uniform; averages depend on them.
     for name in ["shift", "width"] {
         let of_name = edits.iter().find(|edit| edit["parameter"] == name);
-        assert_eq!(of_name.expect("listed")["bytes"], 64);
+        assert_eq!(of_name.expect("listed")["bytes"], 64 + 64 * N_INCLINATIONS);
     }
 }

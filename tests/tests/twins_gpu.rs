@@ -6,13 +6,14 @@ use std::sync::OnceLock;
 
 use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::{
-    Function, GpuProbe, MODE_ALL, Query, evaluate, gpu_painted_lobes, painted_lobes,
+    Function, GpuProbe, MODE_ALL, Query, SAMPLED_AVERAGES, evaluate, gpu_painted_lobes,
+    painted_lobes,
 };
 use strandlight_runtime::tables::ShadingTables;
 use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, GAUSS_HERMITE};
 use strandlight_scattering::lobes::{DEFAULT_PAINTED_TEXELS, slice_painted};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
-use strandlight_tests::optics::{lobes, textures};
+use strandlight_tests::optics::{lobes, multiple_textures};
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{corners, oracle};
 
@@ -127,7 +128,7 @@ fn optics() -> &'static [Optics] {
     OPTICS.get_or_init(|| {
         let mut random = SplitMix64(15);
         let optics = (0..N_FIBRES).map(|_| {
-            let mut optics = textures(&hair(&mut random)).optics().clone();
+            let mut optics = multiple_textures(&hair(&mut random)).optics().clone();
             let nodes = [(); 3].map(|()| 1 + random.next_u64() as u32 % 8);
             optics.fibre = optics.fibre.with_nodes(nodes);
             optics
@@ -309,6 +310,66 @@ fn single_scattering_agrees() {
         let name = format!("single scattering of the paper, mode {mode}");
         compare(&name, &queries, 1e-4);
         compare_pointwise(&name, &queries);
+    }
+}
+
+#[test]
+fn half_circles_agree() {
+    let mut random = SplitMix64(19);
+    let queries: Vec<_> = (0..N)
+        .map(|_| Query {
+            x: random.log_uniform(1e-4, 2e6) as f32,
+            y: random.uniform(-1.0, 1.0).powi(3) as f32,
+            z: random.uniform(-FRAC_PI_2, FRAC_PI_2) as f32,
+            w: random.log_uniform(0.001, 10.0) as f32,
+            ..Query::new(Function::HalfCircle)
+        })
+        .collect();
+    compare("half circle and mean cosine", &queries, 1e-5);
+}
+
+#[test]
+fn averages_agree() {
+    let mut random = SplitMix64(20);
+    for average in SAMPLED_AVERAGES {
+        let queries: Vec<_> = (0..N_ASIDE)
+            .map(|_| {
+                let (ix, fibre) = some_optics(&mut random);
+                let theta = random.uniform(-FRAC_PI_2, FRAC_PI_2) as f32;
+                let query = Query::average(average, theta, fibre).expect("it is sampled");
+                query.with_optics(ix)
+            })
+            .collect();
+        compare(average.name(), &queries, 1e-5);
+    }
+}
+
+#[test]
+fn multiple_scattering_agrees() {
+    let mut random = SplitMix64(21);
+    let sigma = |random: &mut SplitMix64| random.log_uniform(0.01, 2.0) as f32;
+    for mode in 0..=MODE_ALL {
+        let queries: Vec<_> = (0..N)
+            .map(|_| {
+                let (ix, fibre) = some_optics(&mut random);
+                let (light, view) = (direction(&mut random), direction(&mut random));
+                Query::global(mode, light, sigma(&mut random), view, fibre).with_optics(ix)
+            })
+            .collect();
+        compare(&format!("global, mode {mode}"), &queries, 1e-4);
+    }
+    for (name, query) in [
+        ("local", Query::local as fn(_, _, _, _) -> _),
+        ("direct local", Query::direct_local),
+    ] {
+        let queries: Vec<Query> = (0..N)
+            .map(|_| {
+                let (ix, fibre) = some_optics(&mut random);
+                let (light, view) = (direction(&mut random), direction(&mut random));
+                query(light, sigma(&mut random), view, fibre).with_optics(ix)
+            })
+            .collect();
+        compare(name, &queries, 1e-4);
     }
 }
 

@@ -3,14 +3,17 @@
 //! [`RULES`] lists every part that is derived from [`HairParams`], what it is made of, and the
 //! modes that need it. [`HairTextures::apply`] makes a part when one of its parameters changed or
 //! one of its sources was made anew, and keeps it otherwise. Parts of modes that are not enabled do
-//! not exist. Whatever the order of edits, the parts are bit for bit those of
+//! not exist, nor do the averages where multiple scattering is switched off. Whatever the order of edits, the parts are bit for bit those of
 //! [`HairTextures::new`] with the last parameters.
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use strandlight_formats::TableFile;
-use strandlight_scattering::closed_form::{Fibre, LobeDecode, Reflectance};
+use strandlight_scattering::closed_form::{
+    AverageTexel, Fibre, LobeDecode, Reflectance, pack_averages,
+};
+use strandlight_scattering::dual_scattering::AverageTable;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{
     DEFAULT_LOBE_TEXELS, Energies, LobePlaces, LobeRows, LobeTable, LobeTexture, PackedShapes,
@@ -106,6 +109,8 @@ pub enum Part {
     SharesTrt,
     /// The texture of TRT's lobes; on the GPU.
     LobesTrt,
+    /// The averages of multiple scattering, of all modes whichever are enabled; on the GPU.
+    Averages,
 }
 
 /// One row of [`RULES`].
@@ -115,7 +120,8 @@ pub struct Rule {
     pub part: Part,
     /// Its name in reports.
     pub name: &'static str,
-    /// It exists if one of these modes is enabled.
+    /// It exists if one of these modes is enabled; the fibre always, the averages if multiple
+    /// scattering is.
     pub modes: &'static [Lobe],
     /// Parameters it is made of.
     pub parameters: &'static [Parameter],
@@ -141,7 +147,7 @@ const fn rule(
 
 /// From parameter to texture, sources first.
 #[rustfmt::skip]
-pub const RULES: [Rule; 12] = {
+pub const RULES: [Rule; 13] = {
     use Parameter::{CausticWidth, Eccentricity, Eta, SigmaA};
     use Part::*;
     const TT: &[Lobe] = &[Lobe::Tt];
@@ -159,6 +165,7 @@ pub const RULES: [Rule; 12] = {
         rule(ShapesTrt,   "shapes TRT",   TRT,        &[CausticWidth],              &[RowTrt]),
         rule(SharesTrt,   "shares TRT",   TRT,        &[SigmaA],                    &[RowTrt]),
         rule(LobesTrt,    "lobes TRT",    TRT,        &[],                          &[ShapesTrt, EnergiesTrt, SharesTrt]),
+        rule(Averages,    "averages",     &[],        &Parameter::ALL,              &[]),
     ]
 };
 
@@ -274,6 +281,7 @@ pub struct HairTextures {
     segments: u32,
     hair: HairParams,
     modes: Vec<Lobe>,
+    is_multiple: bool,
     /// Of TT and TRT, as the following.
     rows: [Option<LobeRows>; 2],
     energies: [Option<Energies>; 2],
@@ -285,7 +293,7 @@ pub struct HairTextures {
 }
 
 impl HairTextures {
-    /// The textures of `hair` for `modes`. `segments` is [`Fibre::segments`]; `fresnel` is that of
+    /// The textures of `hair` for `modes`, for single scattering alone. `segments` is [`Fibre::segments`]; `fresnel` is that of
     /// `tables`.
     ///
     /// # Errors
@@ -304,6 +312,7 @@ impl HairTextures {
             segments,
             hair: *hair,
             modes: Vec::new(),
+            is_multiple: false,
             rows: [None, None],
             energies: [None, None],
             shapes: [None, None],
@@ -333,6 +342,12 @@ impl HairTextures {
         self.edit(&hair, modes)
     }
 
+    /// Switches multiple scattering on or off: the averages come or go.
+    pub fn enable_multiple(&mut self, is_multiple: bool) -> EditReport {
+        self.is_multiple = is_multiple;
+        self.update(self.optics.fibre, Default::default(), false)
+    }
+
     /// [`HairTextures::apply`] and [`HairTextures::enable`] at once.
     ///
     /// # Errors
@@ -353,10 +368,23 @@ impl HairTextures {
         let changed = Parameter::ALL.map(|parameter| parameter.differs(&self.hair, hair));
         self.hair = *hair;
         self.modes = modes;
+        Ok(self.update(fibre, changed, modes_differ))
+    }
+
+    /// Makes what is needed and not there, or of another state: `changed` parameters, other modes.
+    fn update(
+        &mut self,
+        fibre: Fibre,
+        changed: [bool; Parameter::ALL.len()],
+        modes_differ: bool,
+    ) -> EditReport {
         let mut parts: Vec<PartReport> = Vec::with_capacity(RULES.len());
         for (ix, rule) in RULES.iter().enumerate() {
-            let needed =
-                rule.part == Part::Fibre || rule.modes.iter().any(|mode| self.modes.contains(mode));
+            let needed = match rule.part {
+                Part::Fibre => true,
+                Part::Averages => self.is_multiple,
+                _ => rule.modes.iter().any(|mode| self.modes.contains(mode)),
+            };
             let of_parameters = rule
                 .parameters
                 .iter()
@@ -392,7 +420,7 @@ impl HairTextures {
                 microseconds,
             });
         }
-        Ok(EditReport { parts })
+        EditReport { parts }
     }
 
     /// The parameters.
@@ -403,6 +431,16 @@ impl HairTextures {
     /// The enabled modes, in the order of p.
     pub fn modes(&self) -> &[Lobe] {
         &self.modes
+    }
+
+    /// Is multiple scattering switched on?
+    pub fn is_multiple(&self) -> bool {
+        self.is_multiple
+    }
+
+    /// The averages of multiple scattering; none where that is switched off.
+    pub fn averages(&self) -> &[AverageTexel] {
+        &self.optics.averages
     }
 
     /// What shading reads.
@@ -435,6 +473,10 @@ impl HairTextures {
             Part::SharesTrt => self.make_shares(1),
             Part::LobesTt => self.optics.tt = self.lobes(0),
             Part::LobesTrt => self.optics.trt = self.lobes(1),
+            Part::Averages => {
+                let table = AverageTable::new(&self.hair, self.fresnel);
+                self.optics.averages = pack_averages(&table);
+            }
         }
     }
 
@@ -482,6 +524,7 @@ impl HairTextures {
             Part::SharesTrt => self.shares[1] = None,
             Part::LobesTt => self.optics.tt = no_lobes(),
             Part::LobesTrt => self.optics.trt = no_lobes(),
+            Part::Averages => self.optics.averages = Vec::new(),
         }
     }
 
@@ -493,6 +536,7 @@ impl HairTextures {
             Part::Reflectance => size_of::<Reflectance>(),
             Part::LobesTt => lobes(&self.optics.tt),
             Part::LobesTrt => lobes(&self.optics.trt),
+            Part::Averages => size_of_val(self.averages()),
             _ => 0,
         }
     }

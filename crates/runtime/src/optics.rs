@@ -1,11 +1,11 @@
-//! What shading reads of one fibre: its parameters, R's coefficients and the lobes of TT and TRT,
-//! in memory and on the GPU.
+//! What shading reads of one fibre: its parameters, R's coefficients, the lobes of TT and TRT and
+//! the averages of multiple scattering, in memory and on the GPU.
 
 use std::mem::offset_of;
 
 use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{
-    Fibre, LobeDecode, N_LOBE_NUMBERS, Reflectance, Shading, Tables,
+    AverageTexel, Fibre, LobeDecode, N_LOBE_NUMBERS, Reflectance, Shading, Tables,
 };
 use strandlight_scattering::lobes::LobeTexture;
 
@@ -23,6 +23,8 @@ pub struct Optics {
     pub tt: LobeTexture,
     /// Lobes of TRT, likewise.
     pub trt: LobeTexture,
+    /// Averages for multiple scattering over the inclination; none where that is switched off.
+    pub averages: Vec<AverageTexel>,
 }
 
 /// Stands for the lobes of a mode that is not enabled; must not be sampled.
@@ -46,6 +48,7 @@ impl Optics {
             reflectance: bytemuck::Zeroable::zeroed(),
             tt: no_lobes(),
             trt: no_lobes(),
+            averages: Vec::new(),
         }
     }
 
@@ -70,10 +73,10 @@ impl Optics {
         }
     }
 
-    /// Bytes on the GPU: uniform and lobes.
+    /// Bytes on the GPU: uniform, lobes and averages.
     pub fn gpu_bytes(&self) -> usize {
         let lobes = size_of_val(&self.tt.texels[..]) + size_of_val(&self.trt.texels[..]);
-        size_of::<ShadingUniform>() + lobes
+        size_of::<ShadingUniform>() + lobes + size_of_val(&self.averages[..])
     }
 }
 
@@ -101,6 +104,9 @@ pub struct GpuOptics {
     pub tt: wgpu::TextureView,
     /// Lobes of TRT, likewise.
     pub trt: wgpu::TextureView,
+    /// Averages, `rgba32float`, four texels along x for each inclination, fibres along y; one
+    /// texel where no fibre has any.
+    pub averages: wgpu::TextureView,
 }
 
 /// Most rows of a texture, as every WebGPU device takes.
@@ -160,6 +166,7 @@ impl GpuOptics {
             shading,
             tt: upload_lobes(context, "lobes TT", &tt),
             trt: upload_lobes(context, "lobes TRT", &trt),
+            averages: upload_averages(context, fibres),
         })
     }
 
@@ -190,6 +197,10 @@ impl GpuOptics {
                         offset_of!(ShadingUniform, trt),
                         bytemuck::bytes_of(&uniform.trt),
                     )
+                }
+                Part::Averages => {
+                    written.averages(context, &mut self.averages, optics);
+                    continue;
                 }
                 // These stay in memory.
                 _ => continue,
@@ -246,6 +257,47 @@ impl GpuOptics {
             .collect())
     }
 
+    /// The averages of the first fibre as the device has them.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn read_averages(&self, context: &Context) -> Result<Vec<AverageTexel>, GpuError> {
+        let texture = self.averages.texture();
+        let row_bytes = 16 * texture.width();
+        let bytes = read_back(context, u64::from(row_bytes), |encoder, staging| {
+            let staging = wgpu::TexelCopyBufferInfo {
+                buffer: staging,
+                layout: wgpu::TexelCopyBufferLayout::default(),
+            };
+            let row = wgpu::Extent3d {
+                height: 1,
+                ..texture.size()
+            };
+            encoder.copy_texture_to_buffer(texture.as_image_copy(), staging, row);
+        })?;
+        let n_texels = bytes.len() / size_of::<AverageTexel>();
+        Ok(bytemuck::pod_collect_to_vec(
+            &bytes[..n_texels * size_of::<AverageTexel>()],
+        ))
+    }
+
+    /// Layout of the binding of the averages.
+    pub fn averages_layout_entry(
+        binding: u32,
+        visibility: wgpu::ShaderStages,
+    ) -> wgpu::BindGroupLayoutEntry {
+        wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        }
+    }
+
     /// Layout of the bindings from `first` on: lobes of TT and of TRT.
     pub fn layout_entries(
         first: u32,
@@ -282,6 +334,18 @@ pub struct Written {
 }
 
 impl Written {
+    /// Writes the averages, into a new texture where there were none before.
+    fn averages(&mut self, context: &Context, view: &mut wgpu::TextureView, optics: &Optics) {
+        self.bytes += size_of_val(&optics.averages[..]);
+        let texture = view.texture();
+        if texture.width() as usize == 4 * optics.averages.len() {
+            write_texels(context, texture, bytemuck::cast_slice(&optics.averages));
+        } else {
+            *view = upload_averages(context, &[optics]);
+            self.is_bound_anew = true;
+        }
+    }
+
     /// Writes one mode's lobes, into a new texture where the size differs.
     fn lobes(
         &mut self,
@@ -294,7 +358,7 @@ impl Written {
         let texture = view.texture();
         let size = (2 * lobes.width() as u32, lobes.rows() as u32);
         if (texture.width(), texture.height()) == size {
-            write_texels(context, texture, &lobes.texels);
+            write_texels(context, texture, bytemuck::cast_slice(&lobes.texels));
         } else {
             *view = upload_lobes(context, label, &[lobes]);
             self.is_bound_anew = true;
@@ -320,11 +384,11 @@ fn read_back(
     context.read_buffer("optics", &staging)
 }
 
-/// Writes the whole of a texture, two texels of 16 bytes each entry.
-fn write_texels(context: &Context, texture: &wgpu::Texture, texels: &[[u32; 8]]) {
+/// Writes the whole of a texture of 16 byte texels.
+fn write_texels(context: &Context, texture: &wgpu::Texture, texels: &[u8]) {
     context.queue.write_texture(
         texture.as_image_copy(),
-        bytemuck::cast_slice(texels),
+        texels,
         wgpu::TexelCopyBufferLayout {
             offset: 0,
             bytes_per_row: Some(texture.width() * 16),
@@ -346,9 +410,39 @@ fn upload_lobes(context: &Context, label: &str, lobes: &[&LobeTexture]) -> wgpu:
     for (to, from) in texels.chunks_exact_mut(width).zip(rows) {
         to[..from.len()].copy_from_slice(from);
     }
+    let size = [2 * width as u32, height as u32];
+    let format = wgpu::TextureFormat::Rgba32Uint;
+    upload(context, label, size, format, bytemuck::cast_slice(&texels))
+}
+
+/// The averages of all fibres, a row each.
+fn upload_averages(context: &Context, fibres: &[&Optics]) -> wgpu::TextureView {
+    let width = fibres.iter().map(|optics| optics.averages.len()).max();
+    let width = width.unwrap_or(0);
+    let format = wgpu::TextureFormat::Rgba32Float;
+    if width == 0 {
+        return upload(context, "averages", [1, 1], format, &[0; 16]);
+    }
+    let mut texels = vec![[0.0f32; 16]; width * fibres.len()];
+    for (to, from) in texels.chunks_exact_mut(width).zip(fibres) {
+        to[..from.averages.len()].copy_from_slice(&from.averages);
+    }
+    let size = [4 * width as u32, fibres.len() as u32];
+    let texels = bytemuck::cast_slice(&texels);
+    upload(context, "averages", size, format, texels)
+}
+
+/// A texture of 16 byte texels.
+fn upload(
+    context: &Context,
+    label: &str,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    texels: &[u8],
+) -> wgpu::TextureView {
     let size = wgpu::Extent3d {
-        width: 2 * width as u32,
-        height: height as u32,
+        width,
+        height,
         depth_or_array_layers: 1,
     };
     let texture = context.device.create_texture(&wgpu::TextureDescriptor {
@@ -357,12 +451,12 @@ fn upload_lobes(context: &Context, label: &str, lobes: &[&LobeTexture]) -> wgpu:
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Uint,
+        format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING
             | wgpu::TextureUsages::COPY_DST
             | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
-    write_texels(context, &texture, &texels);
+    write_texels(context, &texture, texels);
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

@@ -30,6 +30,7 @@ macro_rules! modules {
 }
 
 modules!(
+    "lib/averages",
     "lib/azimuthal",
     "lib/azimuthal_r",
     "lib/circular_gaussian",
@@ -37,10 +38,14 @@ modules!(
     "lib/eccentric",
     "lib/fibre",
     "lib/frame",
+    "lib/global_scattering",
     "lib/grid",
+    "lib/half_circle",
     "lib/light",
     "lib/lobes",
+    "lib/local_scattering",
     "lib/longitudinal",
+    "lib/mean_cosine",
     "lib/paper/azimuthal",
     "lib/paper/fresnel",
     "lib/outer_integral",

@@ -54,7 +54,8 @@ impl EditCost {
     }
 }
 
-/// Edits each parameter of `hair` `repetitions` times to and fro, all modes enabled, on this thread;
+/// Edits each parameter of `hair` `repetitions` times to and fro, all modes and multiple scattering
+/// enabled, on this thread;
 /// then makes everything anew as often.
 ///
 /// # Errors
@@ -66,7 +67,12 @@ pub fn edit_costs(
     repetitions: usize,
 ) -> Result<Vec<EditCost>, EditError> {
     let make = |hair: &HairParams| {
-        HairTextures::new(Arc::clone(tables), fresnel, hair, &Lobe::ALL, SEGMENTS)
+        HairTextures::new(Arc::clone(tables), fresnel, hair, &Lobe::ALL, SEGMENTS).map(
+            |mut textures| {
+                textures.enable_multiple(true);
+                textures
+            },
+        )
     };
     let mut costs = Vec::with_capacity(Parameter::ALL.len() + 1);
     for parameter in Parameter::ALL {
@@ -85,7 +91,9 @@ pub fn edit_costs(
         // Nothing but the fibre is there before.
         let mut textures = HairTextures::new(Arc::clone(tables), fresnel, hair, &[], SEGMENTS)?;
         let start = Instant::now();
-        let report = textures.enable(&Lobe::ALL)?;
+        let mut report = textures.enable(&Lobe::ALL)?;
+        let averages = textures.enable_multiple(true);
+        report.parts.extend(averages.rebuilt());
         runs.push((1e6 * start.elapsed().as_secs_f64(), report));
     }
     costs.push(summary("all", &runs));

@@ -4,10 +4,12 @@ use strandlight_scattering::closed_form::paper::{
     self, transmittance_dielectric, transmittance_schlick,
 };
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, GAUSS_HERMITE, LightInFrame, Shading, Tables, azimuthal_r, azimuthal_trt,
-    azimuthal_tt, bessel_i0e, bessel_i0e_fast, bessel_i1e, c_0, erf_pair, eta_star, inclination,
-    lag_between, lobe_integral, outer_node, outer_rule, product_integral, sample_lobes,
-    single_scattering, single_scattering_mode, table_cell,
+    AverageTexel, DirectionInFrame, GAUSS_HERMITE, LightInFrame, Shading, Tables, azimuthal_r,
+    azimuthal_trt, azimuthal_tt, bessel_i0e, bessel_i0e_fast, bessel_i1e, c_0,
+    direct_local_scattering, erf_pair, eta_star, global_scattering, global_scattering_mode,
+    half_circle, inclination, lag_between, lobe_integral, local_scattering, mean_cosine,
+    outer_node, outer_rule, product_integral, sample_averages, sample_lobes, single_scattering,
+    single_scattering_mode, table_cell,
 };
 
 use super::{Function, MODE_ALL, Query, Scheme};
@@ -29,6 +31,18 @@ pub fn evaluate(query: &Query, tables: &Tables, optics: &[Optics]) -> [f32; 4] {
                 Some(optics) => rgb(by_lobes(q, &optics.shading(*tables))),
                 None => [f32::NAN; 4],
             }
+        }
+        f if f == Function::Global as u32 => match optics.get(q.optics as usize) {
+            Some(optics) => rgb(global(q, &optics.shading(*tables))),
+            None => [f32::NAN; 4],
+        },
+        _ if q.needs_averages() => match optics.get(q.optics as usize) {
+            Some(optics) if !optics.averages.is_empty() => rgb(by_averages(q, &optics.averages)),
+            _ => [f32::NAN; 4],
+        },
+        f if f == Function::HalfCircle as u32 => {
+            let cosine = mean_cosine(q.z, q.z.cos().max(0.0), q.w);
+            [half_circle(q.x, q.y), cosine, 0.0, 0.0]
         }
         f if f == Function::Special as u32 => {
             let pair = erf_pair(q.x);
@@ -69,6 +83,30 @@ fn light(q: &Query) -> LightInFrame {
     LightInFrame {
         direction: q.light,
         lambda: q.x,
+    }
+}
+
+fn global(q: &Query, shading: &Shading) -> [f32; 3] {
+    if q.mode == MODE_ALL {
+        return global_scattering(&q.light, &q.view, q.x, shading);
+    }
+    global_scattering_mode(q.mode, &q.light, &q.view, q.x, shading)
+}
+
+fn by_averages(q: &Query, averages: &[AverageTexel]) -> [f32; 3] {
+    if q.function == Function::Local as u32 {
+        return local_scattering(&q.light, &q.view, q.x, averages);
+    }
+    if q.function == Function::DirectLocal as u32 {
+        return direct_local_scattering(&light(q), &q.view, averages);
+    }
+    let at = sample_averages(averages, q.x);
+    match q.mode {
+        0 => at.a_f,
+        1 => at.beta_f_2.map(f32::sqrt),
+        2 => at.attenuation_b,
+        3 => at.shift_b,
+        _ => at.width_b_2.map(f32::sqrt),
     }
 }
 

@@ -58,6 +58,10 @@ impl GpuProbe {
         entries.extend(GpuTables::layout_entries(2, wgpu::ShaderStages::COMPUTE));
         entries.extend(GpuOptics::layout_entries(6, wgpu::ShaderStages::COMPUTE));
         entries.push(buffer(8, true));
+        entries.push(GpuOptics::averages_layout_entry(
+            9,
+            wgpu::ShaderStages::COMPUTE,
+        ));
         let layout = context
             .device
             .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -109,8 +113,10 @@ impl GpuProbe {
         queries: &[Query],
         optics: &[Optics],
     ) -> Result<Vec<[f32; 4]>, GpuError> {
-        let is_missing =
-            |query: &Query| query.needs_optics() && query.optics >= optics.len() as u32;
+        let is_missing = |query: &Query| match optics.get(query.optics as usize) {
+            None => query.needs_optics(),
+            Some(optics) => query.needs_averages() && optics.averages.is_empty(),
+        };
         if queries.iter().any(is_missing) {
             return Err(GpuError::Failed {
                 what: "probe",
@@ -176,6 +182,10 @@ impl GpuProbe {
         entries.push(wgpu::BindGroupEntry {
             binding: 8,
             resource: optics.shading.as_entire_binding(),
+        });
+        entries.push(wgpu::BindGroupEntry {
+            binding: 9,
+            resource: wgpu::BindingResource::TextureView(&optics.averages),
         });
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("probe"),

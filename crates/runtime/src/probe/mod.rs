@@ -12,6 +12,7 @@ mod gpu;
 mod painted;
 
 use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
+use strandlight_scattering::dual_scattering::Average;
 
 pub use bench::{GpuBench, MAX_VIEWS, Workload};
 pub use cpu::evaluate;
@@ -88,7 +89,27 @@ pub enum Function {
     /// The outer integral of `mode` for the light of width x: theta_i and weight of the node in row
     /// y of `GAUSS_HERMITE`, logarithm of the bound, spread.
     OuterNode = 8,
+    /// Eq 27 of `mode` for sigma_f = x: RGB.
+    Global = 9,
+    /// Eq 29 for sigma_f = x: RGB.
+    Local = 10,
+    /// Local scattering of the light of width x itself, averaged over it: RGB.
+    DirectLocal = 11,
+    /// Average `mode` of [`SAMPLED_AVERAGES`] at incident inclination x: RGB.
+    Average = 12,
+    /// Share of a circular Gaussian of sharpness x in a half circle away by an angle of cosine y;
+    /// mean cosine at inclination z for sigma_f = w.
+    HalfCircle = 13,
 }
+
+/// The averages that shading samples, hence those that can be probed; widths as widths.
+pub const SAMPLED_AVERAGES: [Average; 5] = [
+    Average::AF,
+    Average::BetaF,
+    Average::Ab,
+    Average::DeltaB,
+    Average::SigmaB,
+];
 
 impl Query {
     /// `function` with nothing else set.
@@ -130,7 +151,14 @@ impl Query {
     /// Whether the answer reads optics.
     pub fn needs_optics(&self) -> bool {
         let by_scheme = [Function::Azimuthal as u32, Function::Single as u32];
-        by_scheme.contains(&self.function) && self.scheme != Scheme::Paper as u32
+        let by_lobes = by_scheme.contains(&self.function) && self.scheme != Scheme::Paper as u32;
+        by_lobes || self.function == Function::Global as u32 || self.needs_averages()
+    }
+
+    /// Whether the answer reads the averages of multiple scattering.
+    pub fn needs_averages(&self) -> bool {
+        let functions = [Function::Local, Function::DirectLocal, Function::Average];
+        functions.map(|f| f as u32).contains(&self.function)
     }
 
     /// The same query with these of the optics at hand.
@@ -167,5 +195,56 @@ impl Query {
             x: lambda,
             ..Query::new(Function::Single)
         }
+    }
+
+    /// Eq 27 of `mode` 0, 1, 2 or [`MODE_ALL`], for light of width `sigma_f` in inclination.
+    pub fn global(
+        mode: u32,
+        light: DirectionInFrame,
+        sigma_f: f32,
+        view: DirectionInFrame,
+        fibre: Fibre,
+    ) -> Query {
+        Query {
+            function: Function::Global as u32,
+            ..Query::single(mode, light, sigma_f, view, fibre)
+        }
+    }
+
+    /// Eq 29 for light of width `sigma_f` in inclination.
+    pub fn local(
+        light: DirectionInFrame,
+        sigma_f: f32,
+        view: DirectionInFrame,
+        fibre: Fibre,
+    ) -> Query {
+        Query {
+            function: Function::Local as u32,
+            ..Query::single(0, light, sigma_f, view, fibre)
+        }
+    }
+
+    /// Local scattering of the light itself.
+    pub fn direct_local(
+        light: DirectionInFrame,
+        lambda: f32,
+        view: DirectionInFrame,
+        fibre: Fibre,
+    ) -> Query {
+        Query {
+            function: Function::DirectLocal as u32,
+            ..Query::single(0, light, lambda, view, fibre)
+        }
+    }
+
+    /// `average` at incident inclination `theta`; none where shading does not sample it.
+    pub fn average(average: Average, theta: f32, fibre: Fibre) -> Option<Query> {
+        let ix = SAMPLED_AVERAGES.iter().position(|&it| it == average)?;
+        Some(Query {
+            mode: ix as u32,
+            fibre,
+            x: theta,
+            ..Query::new(Function::Average)
+        })
     }
 }

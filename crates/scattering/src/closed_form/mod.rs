@@ -1,9 +1,12 @@
-//! Single scattering in closed form, in single precision: what the renderer evaluates.
+//! Single and multiple scattering in closed form, in single precision: what the renderer evaluates.
 //!
 //! - [`Fibre`]: the parameters of one fibre, laid out as the shaders' uniform of the same name.
 //! - [`Tables`]: a view of the baked tables C and H, with the sampling the shaders do.
 //! - [`single_scattering()`]: the integral of one spherical Gaussian light over the fibre's
 //!   scattering function (Eq 11), as the sum over the enabled modes.
+//! - [`global_scattering()`], [`local_scattering()`], [`direct_local_scattering()`]: multiple
+//!   scattering under such a light (Eq 27, 29), the latter two on the averages that
+//!   [`pack_averages`] lays out.
 //! - [`paper::single_scattering()`]: the integral of one spherical Gaussian light over the fibre's
 //!   scattering function (Eq 11), as the sum over the enabled modes, by the scheme as published.
 //!
@@ -11,14 +14,19 @@
 //! the same order of operations; tests compare the two point by point. So arithmetic is written
 //! for that pair, not for Rust idiom.
 
+mod averages;
 mod azimuthal;
 mod azimuthal_r;
 mod circular_gaussian;
 mod eccentric;
 mod fibre;
 mod frame;
+mod global_scattering;
+mod half_circle;
 mod lobes;
+mod local_scattering;
 mod longitudinal;
+mod mean_cosine;
 mod outer_integral;
 mod painted_lobes;
 pub mod paper;
@@ -27,19 +35,26 @@ mod special;
 mod tables;
 mod transmittance;
 
+pub use averages::{AverageTexel, Averages, pack_averages, sample_averages};
 pub use azimuthal::{azimuthal_trt, azimuthal_tt};
 pub use azimuthal_r::{Reflectance, azimuthal_r};
 pub use circular_gaussian::{c_0, lobe_integral, product_integral};
 pub use eccentric::{ETA_STAR_MAX, ETA_STAR_MIN, eta_star};
 pub use fibre::{DEFAULT_NODES, DEFAULT_SEGMENTS, Fibre, MODE_R, MODE_TRT, MODE_TT, pack_nodes};
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
+pub use global_scattering::{global_scattering, global_scattering_mode};
+pub use half_circle::{
+    half_circle, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
+};
 pub use lobes::{
     EVEN_TEXELS, LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, lobe_place, sample_lobes,
 };
+pub use local_scattering::{direct_local_scattering, local_scattering};
 pub use longitudinal::{Longitudinal, longitudinal};
+pub use mean_cosine::mean_cosine;
 pub use outer_integral::{
-    GAUSS_HERMITE, LN_CULL, MAX_NODES, OuterNode, OuterRule, node_constants, node_count,
-    node_extent, outer_node, outer_rule,
+    GAUSS_HERMITE, LN_CULL, MAX_NODES, NodePlace, OuterNode, OuterRule, node_constants, node_count,
+    node_extent, node_place, outer_node, outer_rule,
 };
 pub use painted_lobes::{
     LAYER_MIDDLE, LobeLayer, PaintedDecode, PaintedView, lobe_layer, sample_painted_lobes,

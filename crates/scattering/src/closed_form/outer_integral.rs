@@ -130,6 +130,17 @@ pub struct OuterNode {
     pub weight: f32,
 }
 
+/// Where a node lies, for integrands other than the light's circular Gaussian times M_t.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodePlace {
+    /// Inclination of the incident light, within +-pi/2.
+    pub theta_i: f32,
+    /// theta_i minus the rule's mean, without cancellation.
+    pub step: f32,
+    /// Weight of the whole integrand; >= 0.
+    pub weight: f32,
+}
+
 /// Nodes for a light of width `lambda_j` at inclination `theta_j` and
 /// M_t = g^u(theta_i; 2 alpha - theta_o, 2 beta), which has unit mass in theta_i.
 pub fn outer_rule(theta_j: f32, lambda_j: f32, theta_o: f32, alpha: f32, beta: f32) -> OuterRule {
@@ -223,6 +234,19 @@ pub fn outer_node(rule: &OuterRule, constants: [f32; 4]) -> OuterNode {
     OuterNode {
         theta_i: (rule.mean + step).clamp(-FRAC_PI_2, FRAC_PI_2),
         weight: constants[1] * scale * (-lobe * lobe - rule.sharpness * (light * light)).exp(),
+    }
+}
+
+/// The place of the node `constants`, a row of [`GAUSS_HERMITE`].
+pub fn node_place(rule: &OuterRule, constants: [f32; 4]) -> NodePlace {
+    let below = 1.0 + rule.low * constants[2];
+    let above = 1.0 + rule.high * constants[3];
+    let step = rule.spread * (constants[0] + CLAMP * (below / above).ln());
+    let slope = (1.0 - rule.low * rule.high) / (below * above);
+    NodePlace {
+        theta_i: (rule.mean + step).clamp(-FRAC_PI_2, FRAC_PI_2),
+        step,
+        weight: constants[1] * rule.spread * slope,
     }
 }
 

@@ -1,0 +1,112 @@
+//! Eq 27: light that fibres in front scattered on, over the scattering function. Twin:
+//! `shaders/lib/global_scattering.wgsl`.
+//!
+//! That light comes evenly from the half circle of azimuths around the light's, spread by sigma_f
+//! in inclination: psi_f = 1/pi g^u(theta_i; theta_j, sigma_f) / Z_j, of unit mass with the
+//! cosine. Nodes in theta_i are those of [`super::outer_integral`], with a Gaussian in theta_i
+//! for the light's.
+
+use super::SQRT_PI;
+use super::eccentric::eta_star;
+use super::frame::{DirectionInFrame, Lag, inclination, lag_between};
+use super::half_circle::{half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt};
+use super::lobes::sample_lobes;
+use super::mean_cosine::mean_cosine;
+use super::outer_integral::{
+    LN_CULL, node_constants, node_count, node_extent, node_place, outer_rule,
+};
+use super::single_scattering::Shading;
+
+/// Sharpness of the circular Gaussian whose mean cosine is the 2/pi of a half circle; it stands
+/// for the half circle where the index of an elliptic fibre is averaged.
+const HALF_CIRCLE_SHARPNESS: f32 = 1.72;
+
+/// Sum of [`global_scattering_mode`] over the enabled modes: the integral of psi_f against
+/// S cos(theta_i), linear RGB, >= 0. `sigma_f` in 0.001..=10.
+pub fn global_scattering(
+    light: &DirectionInFrame,
+    view: &DirectionInFrame,
+    sigma_f: f32,
+    shading: &Shading,
+) -> [f32; 3] {
+    let lag = lag_between(view.cos_phi, view.sin_phi, light.cos_phi, light.sin_phi);
+    let scale = 1.0 / (SQRT_PI * sigma_f * mean_cosine(light.theta, light.cos_theta, sigma_f));
+    let mut total = [0.0f32; 3];
+    for mode in 0..3 {
+        if shading.fibre.modes & (1 << mode) != 0 {
+            let value = global_mode_at_lag(mode, light, view, &lag, sigma_f, scale, shading);
+            for channel in 0..3 {
+                total[channel] += value[channel];
+            }
+        }
+    }
+    total
+}
+
+/// M_t^G for `mode` 0 (R), 1 (TT), 2 (TRT), enabled or not: `1/Z_j Int g^u(theta_i; theta_j,
+/// sigma_f) M_t cos^2 theta_i / cos^2 theta_d N_t^G(phi_o - phi_j, theta_d) dtheta_i`.
+pub fn global_scattering_mode(
+    mode: u32,
+    light: &DirectionInFrame,
+    view: &DirectionInFrame,
+    sigma_f: f32,
+    shading: &Shading,
+) -> [f32; 3] {
+    let lag = lag_between(view.cos_phi, view.sin_phi, light.cos_phi, light.sin_phi);
+    let scale = 1.0 / (SQRT_PI * sigma_f * mean_cosine(light.theta, light.cos_theta, sigma_f));
+    global_mode_at_lag(mode, light, view, &lag, sigma_f, scale, shading)
+}
+
+/// [`global_scattering_mode`] with the lag and 1 / (sqrt(pi) sigma_f Z_j) at hand.
+fn global_mode_at_lag(
+    mode: u32,
+    light: &DirectionInFrame,
+    view: &DirectionInFrame,
+    lag: &Lag,
+    sigma_f: f32,
+    scale: f32,
+    shading: &Shading,
+) -> [f32; 3] {
+    let mut total = [0.0f32; 3];
+    let fibre = shading.fibre;
+    let (alpha, beta) = (fibre.alpha[mode as usize], fibre.beta[mode as usize]);
+    let rule = outer_rule(light.theta, sigma_f, view.theta, alpha, beta);
+    if rule.ln_bound < LN_CULL {
+        return total;
+    }
+    let basis = half_circle_basis(lag);
+    let eta = eta_star(HALF_CIRCLE_SHARPNESS, lag, fibre);
+    let extent = node_extent(&rule);
+    let count = node_count(extent, fibre.node_count(mode));
+    for ix in 0..count {
+        let place = node_place(&rule, node_constants(extent, count, ix));
+        let lobe = (rule.to_lobe + place.step) * rule.inverse_width;
+        let light_2 = (rule.to_light + place.step) / sigma_f;
+        let weight = place.weight
+            * rule.inverse_width
+            * (1.0 / SQRT_PI)
+            * (-lobe * lobe - light_2 * light_2).exp();
+        let cos_i = place.theta_i.cos().max(0.0);
+        let incline = inclination(0.5 * (view.theta - place.theta_i));
+        // At most 2 for any two directions, but for rounding at the poles.
+        let ratio = (cos_i / incline.cos_theta_d).min(2.0);
+        let factor = scale * weight * (ratio * ratio);
+        if mode == 0 {
+            let value = factor * half_circle_r(&basis, &incline, shading.reflectance);
+            total = total.map(|sum| sum + value);
+        } else {
+            let value = if mode == 1 {
+                half_circle_tt(
+                    lag,
+                    &sample_lobes(&shading.tt, fibre.eta, incline.cos_theta_d),
+                )
+            } else {
+                half_circle_trt(lag, &sample_lobes(&shading.trt, eta, incline.cos_theta_d))
+            };
+            for channel in 0..3 {
+                total[channel] += factor * value[channel];
+            }
+        }
+    }
+    total
+}

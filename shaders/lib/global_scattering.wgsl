@@ -1,0 +1,96 @@
+// #import lib/single_scattering
+// #import lib/half_circle
+// #import lib/mean_cosine
+// Eq 27: light that fibres in front scattered on, over the scattering function.
+// Twin: crates/scattering/src/closed_form/global_scattering.rs, which explains the formulas.
+
+// Sharpness of the circular Gaussian that stands for the half circle where the index of an
+// elliptic fibre is averaged.
+const HALF_CIRCLE_SHARPNESS: f32 = 1.72;
+
+// Sum over the enabled modes: the integral of psi_f against S cos(theta_i), linear RGB, >= 0.
+fn global_scattering(
+    light: DirectionInFrame,
+    view: DirectionInFrame,
+    sigma_f: f32,
+    shading: Shading,
+    tt: texture_2d<u32>,
+    trt: texture_2d<u32>,
+) -> vec3f {
+    let lag = lag_between(view.cos_phi, view.sin_phi, light.cos_phi, light.sin_phi);
+    let scale = 1.0 / (SQRT_PI * sigma_f * mean_cosine(light.theta, light.cos_theta, sigma_f));
+    // Not a loop over the modes: Mesa's lavapipe (22.3) crashes on one around texture loads.
+    var total = vec3f(0.0);
+    let modes = shading.fibre.modes;
+    if (modes & MODE_R) != 0u {
+        total += global_mode_at_lag(0u, light, view, lag, sigma_f, scale, shading, tt, trt);
+    }
+    if (modes & MODE_TT) != 0u {
+        total += global_mode_at_lag(1u, light, view, lag, sigma_f, scale, shading, tt, trt);
+    }
+    if (modes & MODE_TRT) != 0u {
+        total += global_mode_at_lag(2u, light, view, lag, sigma_f, scale, shading, tt, trt);
+    }
+    return total;
+}
+
+// M_t^G for mode 0 (R), 1 (TT), 2 (TRT), enabled or not.
+fn global_scattering_mode(
+    mode: u32,
+    light: DirectionInFrame,
+    view: DirectionInFrame,
+    sigma_f: f32,
+    shading: Shading,
+    tt: texture_2d<u32>,
+    trt: texture_2d<u32>,
+) -> vec3f {
+    let lag = lag_between(view.cos_phi, view.sin_phi, light.cos_phi, light.sin_phi);
+    let scale = 1.0 / (SQRT_PI * sigma_f * mean_cosine(light.theta, light.cos_theta, sigma_f));
+    return global_mode_at_lag(mode, light, view, lag, sigma_f, scale, shading, tt, trt);
+}
+
+// global_scattering_mode with the lag and 1 / (sqrt(pi) sigma_f Z_j) at hand.
+fn global_mode_at_lag(
+    mode: u32,
+    light: DirectionInFrame,
+    view: DirectionInFrame,
+    lag: Lag,
+    sigma_f: f32,
+    scale: f32,
+    shading: Shading,
+    tt: texture_2d<u32>,
+    trt: texture_2d<u32>,
+) -> vec3f {
+    var total = vec3f(0.0);
+    let alpha = shading.fibre.alpha[mode];
+    let rule = outer_rule(light.theta, sigma_f, view.theta, alpha, shading.fibre.beta[mode]);
+    if rule.ln_bound < LN_CULL {
+        return total;
+    }
+    let basis = half_circle_basis(lag);
+    let eta = eta_star(HALF_CIRCLE_SHARPNESS, lag, shading.fibre);
+    let extent = node_extent(rule);
+    let count = node_count(extent, (shading.fibre.nodes >> (4u * mode)) & 15u);
+    for (var ix = 0u; ix < count; ix++) {
+        let place = node_place(rule, node_constants(extent, count, ix));
+        let lobe = (rule.to_lobe + place.step) * rule.inverse_width;
+        let from_light = (rule.to_light + place.step) / sigma_f;
+        let weight = place.weight * rule.inverse_width * (1.0 / SQRT_PI)
+            * exp(-lobe * lobe - from_light * from_light);
+        let cos_i = max(cos(place.theta_i), 0.0);
+        let incline = inclination(0.5 * (view.theta - place.theta_i));
+        // At most 2 for any two directions, but for rounding at the poles.
+        let ratio = min(cos_i / incline.cos_theta_d, 2.0);
+        let factor = scale * weight * (ratio * ratio);
+        if mode == 0u {
+            total += factor * half_circle_r(basis, incline, shading.reflectance);
+        } else if mode == 1u {
+            let lobes = sample_row(tt, shading.tt, incline.cos_theta_d);
+            total += factor * half_circle_tt(lag, lobes);
+        } else {
+            let lobes = sample_lobes(trt, shading.trt, eta, incline.cos_theta_d);
+            total += factor * half_circle_trt(lag, lobes);
+        }
+    }
+    return total;
+}

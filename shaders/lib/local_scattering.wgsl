@@ -1,0 +1,94 @@
+// #import lib/constants
+// #import lib/special
+// #import lib/frame
+// #import lib/averages
+// #import lib/half_circle
+// #import lib/mean_cosine
+// #import lib/outer_integral
+// Eq 29: light that comes back out of the hair behind a fibre.
+// Twin: crates/scattering/src/closed_form/local_scattering.rs, which explains the formulas.
+
+// Most nodes of the integral over theta_i.
+const LOCAL_NODES: u32 = 3;
+
+// Nodes for light of width sigma_f at inclination theta_j.
+fn local_rule(
+    theta_j: f32,
+    sigma_f: f32,
+    theta_o: f32,
+    averages: texture_2d<f32>,
+    row: u32,
+) -> OuterRule {
+    let at = sample_averages(averages, row, 0.5 * (theta_j - theta_o));
+    let shift = (at.shift_b.x + at.shift_b.y + at.shift_b.z) * (1.0 / 3.0);
+    let width_2 = (at.width_b_2.x + at.width_b_2.y + at.width_b_2.z) * (1.0 / 3.0);
+    return outer_rule(theta_j, sigma_f, theta_o, 0.5 * shift, 0.5 * sqrt(width_2));
+}
+
+// A_b g^u(theta_i; Delta_b - theta_o, sigma_b) cos^2(theta_i) / cos^2(theta_d) at a node, times
+// its weight and exp(-fall).
+fn local_term(theta_o: f32, place: NodePlace, fall: f32, at: Averages) -> vec3f {
+    let cos_i = max(cos(place.theta_i), 0.0);
+    let cos_d = max(cos(0.5 * (theta_o - place.theta_i)), 1e-6);
+    let ratio = min(cos_i / cos_d, 2.0);
+    let factor = place.weight * (ratio * ratio) * (1.0 / SQRT_PI);
+    let apart = place.theta_i + theta_o - at.shift_b;
+    let inverse = 1.0 / at.width_b_2;
+    return factor * at.attenuation_b * sqrt(inverse) * exp(-apart * apart * inverse - fall);
+}
+
+// M^L: the integral of psi_f against S_back cos(theta_i), linear RGB, >= 0.
+fn local_scattering(
+    light: DirectionInFrame,
+    view: DirectionInFrame,
+    sigma_f: f32,
+    averages: texture_2d<f32>,
+    row: u32,
+) -> vec3f {
+    let lag = lag_between(view.cos_phi, view.sin_phi, light.cos_phi, light.sin_phi);
+    // How much both half circles overlap.
+    let overlap = PI - 2.0 * atan2(lag.sin_half, lag.cos_half);
+    let cosine = mean_cosine(light.theta, light.cos_theta, sigma_f);
+    let scale = overlap * (1.0 / (PI * PI)) / (SQRT_PI * sigma_f * cosine);
+    let rule = local_rule(light.theta, sigma_f, view.theta, averages, row);
+    let extent = node_extent(rule);
+    let count = node_count(extent, LOCAL_NODES);
+    var total = vec3f(0.0);
+    for (var ix = 0u; ix < count; ix++) {
+        let place = node_place(rule, node_constants(extent, count, ix));
+        let from_light = (rule.to_light + place.step) / sigma_f;
+        let at = sample_averages(averages, row, 0.5 * (place.theta_i - view.theta));
+        total += scale * local_term(view.theta, place, from_light * from_light, at);
+    }
+    return total;
+}
+
+// M^{L,dir}: S_back cos(theta_i) averaged over a light that reaches the fibre unscattered.
+fn direct_local_scattering(
+    light: LightInFrame,
+    view: DirectionInFrame,
+    averages: texture_2d<f32>,
+    row: u32,
+) -> vec3f {
+    let at_light = light.direction;
+    let lag = lag_between(view.cos_phi, view.sin_phi, at_light.cos_phi, at_light.sin_phi);
+    let cosine = 1.0 - 2.0 * lag.sin_half * lag.sin_half;
+    let variance = light.lambda * light.lambda;
+    let kappa_j = 2.0 * at_light.cos_theta / variance;
+    // 2 / Omega of a light of this width: the 2 pi of C_0 and the 1/pi of S_back.
+    let scale = 2.0 / (PI * variance * (1.0 - exp(-4.0 / variance)));
+    let rule = local_rule(at_light.theta, light.lambda, view.theta, averages, row);
+    let extent = node_extent(rule);
+    let count = node_count(extent, LOCAL_NODES);
+    var total = vec3f(0.0);
+    for (var ix = 0u; ix < count; ix++) {
+        let place = node_place(rule, node_constants(extent, count, ix));
+        let from_light = sin(0.5 * (rule.to_light + place.step));
+        let fall = rule.sharpness * (from_light * from_light);
+        let kappa = kappa_j * max(cos(place.theta_i), 0.0);
+        let in_azimuth = scale * bessel_i0e_fast(kappa) * half_circle(kappa, cosine);
+        let at = sample_averages(averages, row, 0.5 * (place.theta_i - view.theta));
+        total += in_azimuth * local_term(view.theta, place, fall, at);
+    }
+    return total;
+}
