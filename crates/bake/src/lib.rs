@@ -1,6 +1,7 @@
 //! The baking side of Strandlight: tables, light sets, grooms, and the CPU twin of the renderer.
 
 pub mod bench;
+pub mod compare;
 pub mod cpu;
 pub mod grooms;
 pub mod lights;

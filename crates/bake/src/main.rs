@@ -32,6 +32,7 @@ enum Command {
     Probe(cli::probe::Args),
     Bench(cli::bench::Args),
     Stress(cli::stress::Args),
+    Compare(cli::compare::Args),
 }
 
 fn main() -> ExitCode {
@@ -73,6 +74,7 @@ fn dispatch(command: &Command) -> cli::Outcome {
         Command::Probe(args) => cli::probe::run(args),
         Command::Bench(args) => cli::bench::run(args),
         Command::Stress(args) => cli::stress::run(args),
+        Command::Compare(args) => cli::compare::run(args),
     }
 }
 

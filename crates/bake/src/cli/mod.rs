@@ -1,6 +1,7 @@
 //! The commands, one file each: `Args` are parsed by clap, `run` does the work.
 
 pub mod bench;
+pub mod compare;
 pub mod demo;
 pub mod export;
 pub mod groom;

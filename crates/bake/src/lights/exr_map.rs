@@ -17,7 +17,7 @@ use super::primaries::{Primaries, convert};
 use super::quiet::quietly;
 
 /// First bytes of every OpenEXR file.
-pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+pub(crate) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
 /// Chunks that are decompressed at once: bounds the memory of decompressed blocks.
 const BATCH: usize = 64;
@@ -100,7 +100,7 @@ fn decode_unguarded(bytes: &[u8], hash: String) -> Result<Map, String> {
 }
 
 /// What the decoder says, in our words where its own do not help.
-fn bad(error: exr::error::Error) -> String {
+pub(crate) fn bad(error: exr::error::Error) -> String {
     use exr::error::Error;
     match error {
         Error::NotSupported(what) => format!("OpenEXR with {what}, which is not supported"),
@@ -236,7 +236,7 @@ fn insert(
 }
 
 /// Native-endian bytes of one channel's row as f32. Unsigned integers are taken as they are.
-fn read_samples(bytes: &[u8], sample_type: SampleType, samples: &mut Vec<f32>) {
+pub(crate) fn read_samples(bytes: &[u8], sample_type: SampleType, samples: &mut Vec<f32>) {
     samples.clear();
     match sample_type {
         SampleType::F16 => {

@@ -21,7 +21,7 @@
 
 mod cells;
 mod columns;
-mod exr_map;
+pub(crate) mod exr_map;
 mod fit;
 mod harmonics;
 mod linear;
@@ -29,7 +29,7 @@ mod map;
 mod preview;
 mod primaries;
 mod projection;
-mod quiet;
+pub(crate) mod quiet;
 mod radiance_map;
 mod report;
 mod response;

@@ -17,7 +17,7 @@ thread_local! {
 /// there says that the file is bad, not that we are, so it is answered like any other bad file.
 /// Nothing that `work` borrows mutably is used after a panic. The first call wraps the process's
 /// panic hook in one that stays silent inside `quietly` and is itself everywhere else.
-pub(super) fn quietly<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+pub(crate) fn quietly<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     INSTALL.call_once(|| {
         let hook = take_hook();
         set_hook(Box::new(move |info| {

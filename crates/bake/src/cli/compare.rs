@@ -1,0 +1,269 @@
+//! `strandlight compare`: how far a picture is from a reference.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use serde_json::{Value, json};
+use strandlight_bake::compare::{
+    Comparison, FlipMap, Layer, PIXELS_PER_DEGREE, Region, compare, flip_png, signed_png,
+};
+use strandlight_runtime::tone::filmic;
+
+use super::{Failure, Outcome, check_outputs, print_line, write_output};
+
+/// Compares picture A with the reference B
+///
+/// Two OpenEXR pictures (linear, alpha multiplied in) or two PNGs (sRGB, compared in linear
+/// light). "hair" are the pixels where either has alpha above 0: render with background = "none"
+/// for it to mean something. relative RMSE is sqrt(mean (a-b)^2 / mean b^2) over pixels and
+/// channels. If B has a layer "variance" (of each pixel's mean) the share of noise is told too.
+/// FLIP (Andersson 2020) is of the tone-mapped pictures at full size, seen from 0.7 m on a
+/// monitor 0.7 m and 3840 pixels wide (67 pixels a degree).
+#[derive(clap::Args)]
+pub struct Args {
+    /// Picture to judge: .exr or .png
+    a: PathBuf,
+    /// The reference
+    b: PathBuf,
+    /// Layer of both OpenEXR files [default: the plain channels R, G, B]
+    #[arg(long, value_name = "single|global|local|total|...")]
+    layer: Option<String>,
+    /// Layer of B, if another than that of A; "-" for the plain channels
+    #[arg(long, value_name = "NAME")]
+    layer_b: Option<String>,
+    /// Averages blocks of N x N pixels first (not for FLIP), 1..=1024
+    #[arg(long = "box", value_name = "N", default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=1024))]
+    block: u32,
+    /// Exposure of FLIP's pictures in stops, -32..=32
+    #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true,
+        value_parser = parse_exposure)]
+    exposure: f32,
+    /// Curve to the screen for FLIP; PNGs are taken as they are
+    #[arg(long, value_enum, default_value_t = Curve::Filmic)]
+    tone_map: Curve,
+    /// Writes the signed difference of luminance: red where A is brighter, blue where B is,
+    /// white for none; full colour at half of B's root mean square over the hair
+    #[arg(long, value_name = "OUT.png")]
+    heatmap: Option<PathBuf>,
+    /// Writes FLIP of every pixel: black 0, purple, orange, pale yellow 1
+    #[arg(long, value_name = "OUT.png")]
+    flip: Option<PathBuf>,
+    /// Largest accepted relative RMSE over the hair; above it the exit code is 1
+    #[arg(long, value_name = "R", value_parser = parse_tolerance)]
+    tolerance: Option<f64>,
+    /// Prints one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// From linear radiance to the screen.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Curve {
+    /// That of the renderer
+    Filmic,
+    /// Clipped at 1
+    None,
+}
+
+fn parse_exposure(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(stops) if (-32.0..=32.0).contains(&stops) => Ok(stops),
+        _ => Err("not a number from -32 to 32".to_owned()),
+    }
+}
+
+fn parse_tolerance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (0.0..=1e6).contains(&value) => Ok(value),
+        _ => Err("not a number from 0 to 1e6".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let outputs: Vec<&Path> = [&args.heatmap, &args.flip]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    check_outputs(&[&args.a, &args.b], &outputs)?;
+    for output in &outputs {
+        let is_png = |name: &std::ffi::OsStr| name.eq_ignore_ascii_case("png");
+        if !output.extension().is_some_and(is_png) {
+            return Err(Failure::file(output, "the name must end in .png"));
+        }
+    }
+    let layer_b = match args.layer_b.as_deref() {
+        Some("-") => None,
+        Some(name) => Some(name),
+        None => args.layer.as_deref(),
+    };
+    let a = Layer::read(&args.a, args.layer.as_deref()).map_err(Failure::input)?;
+    let b = Layer::read(&args.b, layer_b).map_err(Failure::input)?;
+    let side = args.block as usize;
+    let (small_a, small_b) = (a.boxed(side), b.boxed(side));
+    let comparison = compare(&small_a, &small_b).map_err(Failure::input)?;
+    let map =
+        FlipMap::of_layers(&a, &b, |rgb| args.show(rgb, a.is_display)).map_err(Failure::input)?;
+
+    let scale = heat_scale(&small_b, &small_a);
+    if let Some(path) = &args.heatmap {
+        let png = signed_png(&small_a, &small_b, scale).map_err(Failure::input)?;
+        write_output(path, &png)?;
+    }
+    if let Some(path) = &args.flip {
+        write_output(path, &flip_png(&map).map_err(Failure::input)?)?;
+    }
+    let error = comparison.hair.relative_rmse;
+    let passed = args.tolerance.map(|tolerance| error <= tolerance);
+    if args.json {
+        print_line(args.document(&comparison, &map, a.is_display, scale, passed))?;
+    } else {
+        args.print(&comparison, &map, scale)?;
+    }
+    match (passed, args.tolerance) {
+        (Some(false), Some(tolerance)) => Err(Failure::Check(format!(
+            "{}: relative RMSE {error:.6} is above {tolerance}",
+            args.a.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+impl Args {
+    /// Linear sRGB on the screen of a linear pixel.
+    fn show(&self, rgb: [f32; 3], is_display: bool) -> [f32; 3] {
+        if is_display {
+            return rgb;
+        }
+        let exposed = rgb.map(|x| x * self.exposure.exp2());
+        match self.tone_map {
+            Curve::Filmic => filmic(exposed.map(|x| x.max(0.0))),
+            Curve::None => exposed,
+        }
+    }
+
+    fn document(
+        &self,
+        comparison: &Comparison,
+        map: &FlipMap,
+        is_display: bool,
+        scale: f64,
+        passed: Option<bool>,
+    ) -> Value {
+        let name = |path: &Path| path.display().to_string();
+        let layer_b = self.layer_b.as_ref().or(self.layer.as_ref());
+        json!({
+            "a": name(&self.a),
+            "b": name(&self.b),
+            "layer": self.layer,
+            "layer_b": layer_b.filter(|layer| *layer != "-"),
+            "box": self.block,
+            "size": comparison.size,
+            "hair": comparison.hair,
+            "whole": comparison.whole,
+            "max": comparison.max,
+            "flip": {
+                "mean": map.mean(),
+                "weighted_first_quartile": map.weighted_percentile(0.25),
+                "weighted_median": map.weighted_percentile(0.5),
+                "weighted_third_quartile": map.weighted_percentile(0.75),
+                "max": map.weighted_percentile(1.0),
+                "pixels_per_degree": PIXELS_PER_DEGREE,
+                "viewing": "0.7 m from a monitor 0.7 m and 3840 pixels wide",
+                "exposure": if is_display { 0.0 } else { self.exposure },
+                "tone_map": match (is_display, self.tone_map) {
+                    (true, _) => "as in the files",
+                    (false, Curve::Filmic) => "filmic",
+                    (false, Curve::None) => "none",
+                },
+                "file": self.flip.as_deref().map(name),
+            },
+            "heatmap": {
+                "file": self.heatmap.as_deref().map(name),
+                "shows": "luminance of a - b",
+                "blue": -scale,
+                "white": 0.0,
+                "red": scale,
+            },
+            "tolerance": self.tolerance,
+            "passed": passed,
+        })
+    }
+
+    fn print(&self, comparison: &Comparison, map: &FlipMap, scale: f64) -> Outcome {
+        let [width, height] = comparison.size;
+        print_line(format_args!("{width}x{height} pixels compared"))?;
+        print_region("hair", &comparison.hair)?;
+        print_region("whole", &comparison.whole)?;
+        let max = &comparison.max;
+        print_line(format_args!(
+            "max    {:.4} at ({}, {}), {}: {:.5} against {:.5}",
+            (max.a - max.b).abs(),
+            max.x,
+            max.y,
+            ["red", "green", "blue"][max.channel],
+            max.a,
+            max.b
+        ))?;
+        print_line(format_args!(
+            "FLIP   mean {:.4}, weighted median {:.4}, quartiles {:.4} {:.4}; \
+             {PIXELS_PER_DEGREE:.1} pixels a degree",
+            map.mean(),
+            map.weighted_percentile(0.5),
+            map.weighted_percentile(0.25),
+            map.weighted_percentile(0.75)
+        ))?;
+        if let Some(path) = &self.heatmap {
+            print_line(format_args!(
+                "{}: luminance of A - B, blue -{scale:.4}, white 0, red {scale:.4}",
+                path.display()
+            ))?;
+        }
+        match &self.flip {
+            Some(path) => print_line(format_args!(
+                "{}: FLIP, black 0 to yellow 1",
+                path.display()
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Difference of luminance at which the heatmap has its full colours: half of B's root mean
+/// square over the hair, so that pictures of unlike brightness have like heatmaps.
+fn heat_scale(b: &Layer, a: &Layer) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (ix, rgb) in b.rgb.iter().enumerate() {
+        if a.alpha[ix] > 0.0 || b.alpha[ix] > 0.0 {
+            let [red, green, blue] = rgb.map(f64::from);
+            sum += (0.2126 * red + 0.7152 * green + 0.0722 * blue).powi(2);
+            count += 1.0;
+        }
+    }
+    let scale = 0.5 * (sum / f64::max(count, 1.0)).sqrt();
+    if scale > 0.0 { scale } else { 1.0 }
+}
+
+fn print_region(name: &str, region: &Region) -> Outcome {
+    let number = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.4}"));
+    let [r, g, b] = region.mean_ratio.map(number);
+    let noise = match (
+        region.relative_rmse_noise,
+        region.relative_rmse_without_noise,
+    ) {
+        (Some(noise), Some(without)) => {
+            format!("; noise explains {noise:.5}, without it {without:.5}")
+        }
+        _ => String::new(),
+    };
+    print_line(format_args!(
+        "{name:6} relative RMSE {:.5}{noise}; mean ratio {r} {g} {b}; relative bias {}; {} pixels",
+        region.relative_rmse,
+        region
+            .relative_bias
+            .map_or_else(|| "-".to_owned(), |x| format!("{x:+.4}")),
+        region.pixels
+    ))
+}

@@ -1,0 +1,105 @@
+//! Differences as pictures.
+
+use super::{CompareError, FlipMap, Layer};
+
+/// A PNG of the signed difference of luminance, `a - b`: white where there is none, red where A
+/// is brighter, blue where B is; full colour at `scale` and beyond.
+///
+/// # Errors
+/// Different sizes, or what the encoder says.
+pub fn signed_png(a: &Layer, b: &Layer, scale: f64) -> Result<Vec<u8>, CompareError> {
+    if (a.width, a.height) != (b.width, b.height) {
+        let what = "the pictures have different sizes".to_owned();
+        return Err(CompareError::Mismatch(what));
+    }
+    let pixels: Vec<[u8; 3]> = a
+        .rgb
+        .iter()
+        .zip(&b.rgb)
+        .map(|(a, b)| signed_color((luminance(*a) - luminance(*b)) / scale))
+        .collect();
+    encode(a.width, a.height, &pixels)
+}
+
+/// A PNG of a FLIP map: black, purple, orange, pale yellow with growing error (an approximation
+/// of the usual "magma" colours).
+///
+/// # Errors
+/// What the encoder says.
+pub fn flip_png(map: &FlipMap) -> Result<Vec<u8>, CompareError> {
+    let pixels: Vec<[u8; 3]> = map.errors.iter().map(|x| magma(f64::from(*x))).collect();
+    encode(map.width, map.height, &pixels)
+}
+
+/// Luminance of linear Rec.709.
+pub(super) fn luminance(rgb: [f32; 3]) -> f64 {
+    let [r, g, b] = rgb.map(f64::from);
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// -1 blue, 0 white, 1 red.
+fn signed_color(x: f64) -> [u8; 3] {
+    let x = x.clamp(-1.0, 1.0);
+    // Half way to a dark end, so that large differences keep apart.
+    let fade = |to: [f64; 3]| {
+        [0, 1, 2].map(|c: usize| {
+            let value = 1.0 + x.abs() * (to[c] - 1.0);
+            (255.0 * value).round() as u8
+        })
+    };
+    if x < 0.0 {
+        fade([0.05, 0.2, 0.75])
+    } else {
+        fade([0.75, 0.08, 0.05])
+    }
+}
+
+fn magma(x: f64) -> [u8; 3] {
+    const STOPS: [[f64; 3]; 6] = [
+        [0.0, 0.0, 0.02],
+        [0.23, 0.06, 0.44],
+        [0.55, 0.16, 0.51],
+        [0.87, 0.29, 0.41],
+        [1.0, 0.62, 0.43],
+        [0.99, 0.99, 0.75],
+    ];
+    let at = x.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let below = (at as usize).min(STOPS.len() - 2);
+    let t = at - below as f64;
+    [0, 1, 2].map(|c| {
+        let value = STOPS[below][c] * (1.0 - t) + STOPS[below + 1][c] * t;
+        (255.0 * value).round() as u8
+    })
+}
+
+fn encode(width: usize, height: usize, pixels: &[[u8; 3]]) -> Result<Vec<u8>, CompareError> {
+    let failed = |error: png::EncodingError| CompareError::Mismatch(error.to_string());
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer
+        .write_image_data(pixels.as_flattened())
+        .map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn signs_have_their_colours() {
+        assert_eq!(signed_color(0.0), [255; 3]);
+        let [r, _, b] = signed_color(0.7);
+        assert!(r > b);
+        let [r, _, b] = signed_color(-0.7);
+        assert!(b > r);
+        assert_eq!(signed_color(9.0), signed_color(1.0));
+        let sum = |x: f64| magma(x).iter().map(|c| u32::from(*c)).sum::<u32>();
+        assert!((1..=50).all(|k| sum(f64::from(k) / 50.0) > sum(f64::from(k - 1) / 50.0)));
+    }
+}
