@@ -197,6 +197,7 @@ fn scene() -> Scene {
             file: "v1.tables".into(),
         }),
         hair: HairSection {
+            preset: None,
             eta: 1.6,
             sigma_a: [0.1, 0.2, 0.4],
             shift_deg: per_mode(-5.0, 2.5, 7.5),

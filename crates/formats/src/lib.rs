@@ -17,6 +17,7 @@ mod groom_file;
 pub mod hair;
 mod input;
 mod light_set;
+mod preset;
 mod scene;
 mod scene_file;
 mod table_file;
@@ -32,6 +33,7 @@ pub use groom::{
 pub use hair::HairImport;
 pub use input::{content_hash, read_file, tool_version};
 pub use light_set::{FitReport, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
+pub use preset::preset_names;
 pub use scene::{
     Background, CameraSection, GroomSection, HairSection, LightsSection, Mode, PerModeDeg,
     RenderSection, Scene, TablesSection, ToneMap,

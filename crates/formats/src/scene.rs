@@ -112,6 +112,11 @@ pub enum Mode {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HairSection {
+    /// Name of the preset that the keys left out are taken from; see [`preset_names`].
+    ///
+    /// [`preset_names`]: crate::preset_names
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<String>,
     /// Index of refraction, 1.0001..=3.
     pub eta: f64,
     /// Absorption per fibre radius, linear RGB, 0..=50.
@@ -141,6 +146,7 @@ impl Default for HairSection {
     /// Brown hair, in the middle of Marschner's Table 1.
     fn default() -> Self {
         HairSection {
+            preset: None,
             eta: 1.55,
             sigma_a: [0.26, 0.42, 0.83],
             shift_deg: PerModeDeg {

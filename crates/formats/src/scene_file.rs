@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use crate::error::{Error, FileName, Result};
 use crate::input::read_file;
+use crate::preset::overlaid;
 use crate::scene::{
     Background, CameraSection, GroomSection, HairSection, LightsSection, RenderSection, Scene,
 };
@@ -60,7 +61,16 @@ impl Scene {
     /// `Syntax`, `Value` or `UnsupportedVersion`.
     pub fn from_toml(text: &str) -> Result<Self> {
         check_version(text)?;
-        let scene: Scene = toml::from_str(text).map_err(|error| syntax_error(text, &error))?;
+        let mut scene: Scene = toml::from_str(text).map_err(|error| syntax_error(text, &error))?;
+        if let Some(name) = &scene.hair.preset {
+            // Read once more as a plain table: which keys were written, and which left out?
+            let mut file: toml::Table = text.parse().map_err(|error| syntax_error(text, &error))?;
+            let own = match file.remove("hair") {
+                Some(toml::Value::Table(own)) => own,
+                _ => toml::Table::new(),
+            };
+            scene.hair = overlaid(name, own)?;
+        }
         scene.validate()?;
         Ok(scene)
     }
