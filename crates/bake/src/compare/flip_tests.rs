@@ -9,7 +9,7 @@ fn pattern(k: u32) -> Vec<[f32; 3]> {
     for y in 0..HEIGHT as u32 {
         for x in 0..WIDTH as u32 {
             picture.push([0, 1, 2].map(|c| {
-                let value = if (x / 8 + y / 8) % 2 == 0 {
+                let value = if (x / 8 + y / 8).is_multiple_of(2) {
                     f64::from(((x + k) * (c + 2) + y * (5 - c)) % 17) / 16.0
                 } else {
                     f64::from(x + y * 2 + c * 7) / 160.0

@@ -176,7 +176,7 @@ mod tests {
     fn noise_is_subtracted() {
         // A constant against itself plus noise of known variance.
         let n = 10_000;
-        let noise = |ix: usize| 0.1 * if ix % 2 == 0 { 1.0_f32 } else { -1.0 };
+        let noise = |ix: usize| 0.1 * if ix.is_multiple_of(2) { 1.0_f32 } else { -1.0 };
         let a = Layer::new(n, 1, vec![[1.2; 3]; n], vec![1.0; n]);
         let rgb = (0..n).map(|ix| [1.0 + noise(ix); 3]).collect();
         let mut b = Layer::new(n, 1, rgb, vec![1.0; n]);
