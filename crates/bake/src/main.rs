@@ -33,6 +33,7 @@ enum Command {
     Bench(cli::bench::Args),
     Stress(cli::stress::Args),
     Compare(cli::compare::Args),
+    Scenes(cli::scenes::Args),
 }
 
 fn main() -> ExitCode {
@@ -75,6 +76,7 @@ fn dispatch(command: &Command) -> cli::Outcome {
         Command::Bench(args) => cli::bench::run(args),
         Command::Stress(args) => cli::stress::run(args),
         Command::Compare(args) => cli::compare::run(args),
+        Command::Scenes(args) => cli::scenes::run(args),
     }
 }
 

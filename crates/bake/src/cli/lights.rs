@@ -108,7 +108,7 @@ pub fn run(args: &Args) -> Outcome {
 
     let set = LightSet {
         lights: fitted.lights.lights.clone(),
-        info: info(args, &map, &fitted, report),
+        info: info(options, &map, &fitted, report),
     };
     let bytes = set
         .to_bytes()
@@ -167,13 +167,18 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 /// What the file records about its making: nothing that changes from run to run.
-fn info(args: &Args, map: &Map, fitted: &Fit, report: FitReport) -> LightSetInfo {
+pub(super) fn info(
+    options: FitOptions,
+    map: &Map,
+    fitted: &Fit,
+    report: FitReport,
+) -> LightSetInfo {
     LightSetInfo {
         map_hash: map.source().hash.clone(),
         // At most 32768: fits.
         map_size: [map.width() as u32, map.height() as u32],
-        requested_count: args.count as u32,
-        seed: args.seed,
+        requested_count: options.count as u32,
+        seed: options.seed,
         parameters: vec![
             ("layout".to_owned(), "latlong".to_owned()),
             ("map_format".to_owned(), map.source().format.clone()),

@@ -9,6 +9,7 @@ pub mod inspect;
 pub mod lights;
 pub mod probe;
 pub mod render;
+pub mod scenes;
 pub mod stress;
 pub mod tables;
 pub mod verify;
