@@ -10,6 +10,7 @@ pub mod picture;
 pub mod progress;
 pub mod random;
 pub mod rays;
+pub mod reference;
 pub mod scenes;
 pub mod stress;
 pub mod tables;

@@ -443,6 +443,11 @@ impl HairTextures {
         &self.optics.averages
     }
 
+    /// Fresnel term of the tables.
+    pub fn fresnel(&self) -> Fresnel {
+        self.fresnel
+    }
+
     /// What shading reads.
     pub fn optics(&self) -> &Optics {
         &self.optics

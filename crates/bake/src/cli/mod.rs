@@ -8,6 +8,7 @@ pub mod groom;
 pub mod inspect;
 pub mod lights;
 pub mod probe;
+pub mod reference;
 pub mod render;
 pub mod scenes;
 pub mod stress;

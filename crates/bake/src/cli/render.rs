@@ -58,7 +58,8 @@ enum Format {
     Exr,
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+/// A size on the command line, like 720x480.
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parsed = text
         .split_once(['x', 'X'])
         .and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));

@@ -22,15 +22,8 @@ pub(super) fn composite(
                 let [r, g, b, a] = pixel.map(|sum| sum / samples as f32);
                 let mut rgb = [r, g, b].map(|x| x / view.radiance_scale);
                 let mut alpha = a;
-                let behind = match scene.background {
-                    Background::None => None,
-                    Background::Color(color) => Some(color),
-                    Background::Lights => {
-                        let omega = ray_direction(view, x as f32 + 0.5, y as f32 + 0.5);
-                        Some(radiance(&scene.lights, omega))
-                    }
-                };
-                if let Some(behind) = behind {
+                let at = [x as f32 + 0.5, y as f32 + 0.5];
+                if let Some(behind) = background_at(scene, view, at) {
                     for (channel, behind) in rgb.iter_mut().zip(behind) {
                         *channel += (1.0 - alpha) * behind;
                     }
@@ -39,6 +32,19 @@ pub(super) fn composite(
                 *pixel = [rgb[0], rgb[1], rgb[2], alpha];
             }
         });
+}
+
+/// What lies behind the hair at a point of the screen; `None` for nothing.
+pub fn background_at(
+    scene: &PreparedScene,
+    view: &ViewUniform,
+    [x, y]: [f32; 2],
+) -> Option<[f32; 3]> {
+    match scene.background {
+        Background::None => None,
+        Background::Color(color) => Some(color),
+        Background::Lights => Some(radiance(&scene.lights, ray_direction(view, x, y))),
+    }
 }
 
 /// Unit vector from the eye through a point of the screen.

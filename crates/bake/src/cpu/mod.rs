@@ -11,6 +11,7 @@ mod shadow_map;
 mod transmittance;
 mod voxelise;
 
+pub use composite::background_at;
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;
 pub use transmittance::{Shadows, transmittance};

@@ -42,4 +42,5 @@ pub use cells::radiance;
 pub use fit::{Fit, FitOptions, MAX_LIGHTS, STEPS, fit};
 pub use map::{LatLong, Map, MapError, MapSource, PixelFaults};
 pub use preview::preview_png;
+pub(crate) use quiet::quietly;
 pub use report::evaluate;

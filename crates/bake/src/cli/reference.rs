@@ -1,0 +1,267 @@
+//! `strandlight reference`: ground truth for a scene's picture.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::ValueEnum;
+use serde_json::json;
+use strandlight_bake::lights::Map;
+use strandlight_bake::progress::Progress;
+use strandlight_bake::rays::Rays;
+use strandlight_bake::reference::environment::{LightSampler, MapSampler};
+use strandlight_bake::reference::{
+    Densities, Directional, Environment, Film, Integrator, MAX_SAMPLES, Method, RayShoot,
+    ReferenceFile,
+};
+use strandlight_formats::{Scene, content_hash};
+use strandlight_runtime::PreparedScene;
+use strandlight_runtime::render::check_frame;
+use strandlight_scattering::dual_scattering::AverageTable;
+use strandlight_scattering::exact::Bcsdf;
+
+use super::{Failure, Outcome, check_outputs, print_line, write_output};
+
+/// Renders ground truth for a scene, slowly, on the CPU
+///
+/// Writes linear OpenEXR: R, G, B, A over the scene's background as `render` does; layers single,
+/// global, local and total of the hair alone; the variance of each pixel's mean.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene file (TOML)
+    #[arg(value_name = "SCENE.toml")]
+    scene: PathBuf,
+    /// How to render
+    #[arg(long, value_enum)]
+    method: MethodName,
+    /// OpenEXR file to write
+    #[arg(short, value_name = "OUT.exr")]
+    output: PathBuf,
+    /// Samples a pixel; with --resume, how many to add
+    #[arg(long, value_name = "N", default_value_t = 64,
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    spp: u32,
+    /// directional: number of lights [default: 1536]; ray-shoot: directions of the light drawn for
+    /// a camera sample [default: 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    lights: Option<u32>,
+    /// Width and height in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
+    size: Option<[u32; 2]>,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// Light from this OpenEXR or Radiance map itself, turned and scaled as the scene says
+    #[arg(long, value_name = "MAP")]
+    map: Option<PathBuf>,
+    /// ray-shoot: share d_f of light that other fibres sent forward
+    #[arg(long, value_name = "X", default_value_t = 0.7, value_parser = parse_share)]
+    density_forward: f64,
+    /// ray-shoot: share d_b of light that was sent back
+    #[arg(long, value_name = "X", default_value_t = 0.7, value_parser = parse_share)]
+    density_back: f64,
+    /// Adds samples to OUT.exr, a picture of the same inputs and seed
+    #[arg(long)]
+    resume: bool,
+    /// Print a JSON document about the picture instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// Names of the methods.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum MethodName {
+    /// Unbiased path tracing
+    Path,
+    /// Zinke's offline dual scattering
+    RayShoot,
+    /// Single scattering of many directional lights
+    Directional,
+}
+
+impl MethodName {
+    fn method(self) -> Method {
+        match self {
+            MethodName::Path => Method::Path,
+            MethodName::RayShoot => Method::RayShoot,
+            MethodName::Directional => Method::Directional,
+        }
+    }
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err("not a number from 0 to 1".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let start = Instant::now();
+    let method = args.method.method();
+    check_name(&args.output)?;
+    let inputs: Vec<&Path> = std::iter::once(&args.scene)
+        .chain(args.map.as_ref())
+        .map(PathBuf::as_path)
+        .collect();
+    check_outputs(&inputs, &[&args.output])?;
+    let scene = Scene::read(&args.scene).map_err(Failure::input)?;
+    let size = args.size.unwrap_or(scene.render.size);
+    check_frame(size, 4).map_err(|error| Failure::file(&args.scene, error))?;
+    let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
+    let (environment, map_hash) = environment(args, &scene, &prepared)?;
+    let n_lights = args.lights.unwrap_or(match method {
+        Method::Directional => 1536,
+        _ => 4,
+    });
+    let densities = Densities {
+        forward: args.density_forward,
+        back: args.density_back,
+    };
+    let options = match method {
+        Method::Path => String::new(),
+        Method::Directional => format!("{n_lights}"),
+        Method::RayShoot => format!("{n_lights} {densities:?}"),
+    };
+    let inputs = hash_of(
+        &prepared,
+        &format!("{options} {map_hash} {:?}", scene.lights),
+    );
+    let mut file = if args.resume {
+        resumed(args, method, &inputs, size)?
+    } else {
+        ReferenceFile {
+            method,
+            inputs,
+            seed: args.seed,
+            film: Film::new(size),
+        }
+    };
+
+    let hair = &prepared.hair;
+    let bcsdf = Bcsdf::new(hair.hair(), hair.fresnel(), hair.modes())
+        .map_err(|error| Failure::file(&args.scene, error))?;
+    let strands = &prepared.strands;
+    let rays = Rays::new(strands);
+    let averages = AverageTable::new(hair.hair(), hair.fresnel());
+    let integrator: Box<dyn Integrator + '_> = match method {
+        Method::Path => return Err(Failure::Input("path is not there yet".to_owned())),
+        Method::Directional => Box::new(Directional::new(
+            strands,
+            &rays,
+            &bcsdf,
+            &environment,
+            n_lights,
+            args.seed,
+        )),
+        Method::RayShoot => Box::new(RayShoot {
+            strands,
+            rays: &rays,
+            bcsdf: &bcsdf,
+            averages: &averages,
+            environment: &environment,
+            n_draws: n_lights,
+            densities,
+        }),
+    };
+    const STEPS: u64 = 1000;
+    let progress = Progress::new(method.name(), STEPS);
+    let observer = |done: f64| progress.reach((done * STEPS as f64) as u64);
+    file.film
+        .expose(&prepared, &*integrator, args.spp, args.seed, &observer);
+    progress.finish();
+    let bytes = file
+        .encode(&prepared)
+        .map_err(|error| Failure::file(&args.output, error))?;
+    write_output(&args.output, &bytes)?;
+    let (n_samples, seconds) = (file.film.n_samples(), start.elapsed().as_secs_f64());
+    if args.json {
+        return print_line(json!({
+            "file": args.output.display().to_string(),
+            "method": method.name(),
+            "size": size,
+            "spp": n_samples,
+            "seed": args.seed,
+            "inputs": file.inputs,
+            "bytes": bytes.len(),
+            "seconds": seconds,
+        }));
+    }
+    print_line(format_args!(
+        "{}: {}, {}x{}, {n_samples} samples, {} bytes, {seconds:.1} s",
+        args.output.display(),
+        method.name(),
+        size[0],
+        size[1],
+        bytes.len(),
+    ))
+}
+
+/// The name must promise what is written.
+fn check_name(path: &Path) -> Outcome {
+    match path.extension() {
+        Some(extension) if extension.eq_ignore_ascii_case("exr") => Ok(()),
+        _ => Err(Failure::file(path, "the name must end in .exr")),
+    }
+}
+
+/// The light, and the hash of the map it is taken from.
+fn environment(
+    args: &Args,
+    scene: &Scene,
+    prepared: &PreparedScene,
+) -> Result<(Environment, String), Failure> {
+    let Some(path) = &args.map else {
+        let lights = LightSampler::new(&prepared.lights);
+        return Ok((Environment::Lights(lights), String::new()));
+    };
+    let map = Map::read(path).map_err(Failure::input)?;
+    let turn = scene.lights.rotate_deg.to_radians() as f32;
+    let sampler = MapSampler::new(&map, turn, scene.lights.intensity as f32);
+    Ok((Environment::Map(sampler), map.source().hash.clone()))
+}
+
+/// Hash of what decides the picture.
+fn hash_of(scene: &PreparedScene, rest: &str) -> String {
+    let strands = &scene.strands;
+    let arrays = [
+        bytemuck::cast_slice(&strands.points),
+        bytemuck::cast_slice(&strands.tangents),
+        bytemuck::cast_slice(&strands.segments),
+    ];
+    let geometry: Vec<String> = arrays.into_iter().map(content_hash).collect();
+    let hair = &scene.hair;
+    let text = format!(
+        "{geometry:?} {:?} {:?} {:?} {:?} {:?} {:?} {rest}",
+        scene.lights,
+        hair.hair(),
+        hair.fresnel(),
+        hair.modes(),
+        scene.camera,
+        scene.background,
+    );
+    content_hash(text.as_bytes())
+}
+
+/// The picture to go on with.
+fn resumed(
+    args: &Args,
+    method: Method,
+    inputs: &str,
+    size: [u32; 2],
+) -> Result<ReferenceFile, Failure> {
+    let path = &args.output;
+    let bytes = std::fs::read(path)
+        .map_err(|error| Failure::file(path, format!("cannot be gone on with: {error}")))?;
+    let file = ReferenceFile::decode(&bytes, method, inputs, size)
+        .map_err(|error| Failure::file(path, error))?;
+    if file.seed != args.seed {
+        let text = format!("a picture of seed {}, not {}", file.seed, args.seed);
+        return Err(Failure::file(path, text));
+    }
+    if args.spp > MAX_SAMPLES - file.film.n_samples() {
+        let text = format!("more than {MAX_SAMPLES} samples in all");
+        return Err(Failure::file(path, text));
+    }
+    Ok(file)
+}

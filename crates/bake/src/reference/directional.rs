@@ -1,0 +1,109 @@
+//! Brute force: the exact single scattering of many directional lights, each shadowed by a ray
+//! (the references of Xu 2011 section 5, and Ren 2010's 1536 lights).
+
+use glam::Vec3;
+use strandlight_runtime::strands::Strands;
+use strandlight_scattering::exact::Bcsdf;
+
+use super::film::CameraRay;
+use super::{Environment, Frame, Integrator, Layers};
+use crate::random::SplitMix64;
+use crate::rays::{Rays, Start};
+
+/// Lights are taken in this many turns: a camera sample takes every 64th light, the next sample of
+/// its pixel the lights after these, so that 64 samples have taken all.
+const N_TURNS: u32 = 64;
+
+/// A light at infinity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectionalLight {
+    /// Unit vector towards it.
+    pub direction: Vec3,
+    /// Radiance times solid angle.
+    pub power: [f64; 3],
+}
+
+/// `n` directional lights that share the environment's power evenly, in the mean of the channels;
+/// none if there is none. Directions are stratified over the lights (or pixels) and inside each
+/// lobe (or pixel) by inverse transform of a low-discrepancy sequence; over all seeds their sum
+/// has the environment's mean.
+pub fn directional_lights(environment: &Environment, n: u32, seed: u64) -> Vec<DirectionalLight> {
+    // 1/g and 1/g^2, g the plastic number.
+    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+    let mut turn = SplitMix64(seed);
+    let turns: [f64; 3] = std::array::from_fn(|_| turn.uniform(0.0, 1.0));
+    (0..n)
+        .filter_map(|ix| {
+            let spread = |axis: usize| (turns[axis + 1] + f64::from(ix) * STEPS[axis]).fract();
+            let stratum = (f64::from(ix) + turns[0]) / f64::from(n);
+            let drawn = environment.at([stratum, spread(0), spread(1)])?;
+            let share = 1.0 / (f64::from(n) * f64::from(drawn.pdf));
+            Some(DirectionalLight {
+                direction: drawn.direction,
+                power: drawn.radiance.map(|x| f64::from(x) * share),
+            })
+        })
+        .collect()
+}
+
+/// [`super::Method::Directional`] at work.
+pub struct Directional<'a> {
+    strands: &'a Strands,
+    rays: &'a Rays,
+    bcsdf: &'a Bcsdf,
+    lights: Vec<DirectionalLight>,
+}
+
+impl<'a> Directional<'a> {
+    /// `n` lights of `environment` (see [`directional_lights`]) on `strands`, which `rays` were
+    /// made of, whose fibres scatter as `bcsdf` does.
+    pub fn new(
+        strands: &'a Strands,
+        rays: &'a Rays,
+        bcsdf: &'a Bcsdf,
+        environment: &Environment,
+        n: u32,
+        seed: u64,
+    ) -> Self {
+        Directional {
+            strands,
+            rays,
+            bcsdf,
+            lights: directional_lights(environment, n, seed),
+        }
+    }
+}
+
+impl Integrator for Directional<'_> {
+    fn sample(&self, ray: &CameraRay, _: &mut SplitMix64) -> Layers {
+        let mut layers = Layers::default();
+        let Some(crossing) = self.rays.nearest(&ray.start, ray.direction) else {
+            return layers;
+        };
+        layers.is_covered = true;
+        let frame = Frame::at(self.strands, &crossing);
+        let view = self.bcsdf.view(frame.to_fibre(-ray.direction));
+        let start = Start::inside(self.strands, crossing.segment, crossing.along);
+        // Every turn is as likely as any other, and taken lights stand for those left out.
+        let n_turns = N_TURNS.min(self.lights.len().max(1) as u32);
+        let turn = (ray.pixel_key as u32 % n_turns + ray.sample % n_turns) % n_turns;
+        for light in self
+            .lights
+            .iter()
+            .skip(turn as usize)
+            .step_by(n_turns as usize)
+        {
+            let omega_i = frame.to_fibre(light.direction);
+            let s = view.evaluate(omega_i).s;
+            let cos_i = omega_i[1].hypot(omega_i[2]);
+            let sent: [f64; 3] =
+                std::array::from_fn(|c| f64::from(n_turns) * light.power[c] * s[c] * cos_i);
+            if sent.iter().any(|&x| x > 0.0) && !self.rays.is_blocked(&start, light.direction) {
+                for (sum, sent) in layers.single.iter_mut().zip(sent) {
+                    *sum += sent;
+                }
+            }
+        }
+        layers
+    }
+}
