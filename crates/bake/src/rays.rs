@@ -259,7 +259,8 @@ impl Rays {
 fn ray(start: &Start, direction: Vec3) -> Ray {
     Ray::new(
         Vec3A::from(start.position),
-        Vec3A::from(direction),
+        // The sum has no -0, whose inverse has not the sign that the hierarchy sorts boxes by.
+        Vec3A::from(direction) + Vec3A::ZERO,
         start.t_min,
         f32::INFINITY,
     )

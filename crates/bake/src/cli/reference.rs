@@ -10,12 +10,13 @@ use strandlight_bake::progress::Progress;
 use strandlight_bake::rays::Rays;
 use strandlight_bake::reference::environment::{LightSampler, MapSampler};
 use strandlight_bake::reference::{
-    Densities, Directional, Environment, Film, Integrator, MAX_SAMPLES, Method, RayShoot,
-    ReferenceFile,
+    Densities, Directional, Environment, Film, Integrator, MAX_SAMPLES, Method, PathTracer,
+    RayShoot, ReferenceFile,
 };
 use strandlight_formats::{Scene, content_hash};
 use strandlight_runtime::PreparedScene;
 use strandlight_runtime::render::check_frame;
+use strandlight_scattering::HairParams;
 use strandlight_scattering::dual_scattering::AverageTable;
 use strandlight_scattering::exact::Bcsdf;
 
@@ -59,6 +60,10 @@ pub struct Args {
     /// ray-shoot: share d_b of light that was sent back
     #[arg(long, value_name = "X", default_value_t = 0.7, value_parser = parse_share)]
     density_back: f64,
+    /// path: divide the scattering function by what the same fibre without absorption returns
+    /// (the exact one loses some 6 % of the light at each event, and gains near grazing)
+    #[arg(long)]
+    energy_safe: bool,
     /// Adds samples to OUT.exr, a picture of the same inputs and seed
     #[arg(long)]
     resume: bool,
@@ -119,7 +124,7 @@ pub fn run(args: &Args) -> Outcome {
         back: args.density_back,
     };
     let options = match method {
-        Method::Path => String::new(),
+        Method::Path => format!("{}", args.energy_safe),
         Method::Directional => format!("{n_lights}"),
         Method::RayShoot => format!("{n_lights} {densities:?}"),
     };
@@ -141,11 +146,27 @@ pub fn run(args: &Args) -> Outcome {
     let hair = &prepared.hair;
     let bcsdf = Bcsdf::new(hair.hair(), hair.fresnel(), hair.modes())
         .map_err(|error| Failure::file(&args.scene, error))?;
+    let white = args.energy_safe.then(|| {
+        let white = HairParams {
+            sigma_a: [0.0; 3],
+            ..*hair.hair()
+        };
+        Bcsdf::new(&white, hair.fresnel(), hair.modes())
+    });
+    let white = white
+        .transpose()
+        .map_err(|error| Failure::file(&args.scene, error))?;
     let strands = &prepared.strands;
     let rays = Rays::new(strands);
     let averages = AverageTable::new(hair.hair(), hair.fresnel());
     let integrator: Box<dyn Integrator + '_> = match method {
-        Method::Path => return Err(Failure::Input("path is not there yet".to_owned())),
+        Method::Path => {
+            let tracer = PathTracer::new(strands, &rays, &bcsdf, &environment);
+            Box::new(match &white {
+                Some(white) => tracer.with_energy_of(white),
+                None => tracer,
+            })
+        }
         Method::Directional => Box::new(Directional::new(
             strands,
             &rays,

@@ -13,6 +13,7 @@ pub mod environment;
 mod file;
 mod film;
 mod frame;
+mod path;
 mod ray_shoot;
 
 pub use directional::Directional;
@@ -20,6 +21,7 @@ pub use environment::Environment;
 pub use file::{FileError, ReferenceFile};
 pub use film::{CameraRay, Film, MAX_SAMPLES};
 pub use frame::Frame;
+pub use path::{Estimator, MAX_EVENTS, PathTracer, ROULETTE_FROM, Traced};
 pub use ray_shoot::{Densities, RayShoot};
 
 use crate::random::SplitMix64;

@@ -1,0 +1,233 @@
+//! Path tracing of the exact scattering function: unbiased, with any number of events.
+//!
+//! A path walks from the eye. At each crossing the environment is sampled directly and by
+//! scattering, the two combined by the power heuristic (Veach 1997); after [`ROULETTE_FROM`]
+//! events it goes on with a probability that follows what it carries.
+//!
+//! The exact S loses energy at every event: a white groom does not vanish in a furnace
+//! ([`PathTracer::with_energy_of`] makes it).
+
+use glam::Vec3;
+use strandlight_runtime::strands::Strands;
+use strandlight_scattering::exact::Bcsdf;
+
+use super::film::CameraRay;
+use super::{Environment, Frame, Integrator, Layers};
+use crate::random::SplitMix64;
+use crate::rays::{Rays, Start};
+
+/// Events before Russian roulette begins.
+pub const ROULETTE_FROM: u32 = 8;
+
+/// Events after which a path is given up; white hair needs some hundred.
+pub const MAX_EVENTS: u32 = 4096;
+
+/// How paths find the light. All give the same picture but for noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Estimator {
+    /// Both of the others, by multiple importance sampling.
+    #[default]
+    Both,
+    /// Directions drawn by the light.
+    Light,
+    /// Directions drawn by the fibre.
+    Fibre,
+}
+
+/// What one path brings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Traced {
+    /// Did it meet hair? All else is 0 if not.
+    pub is_covered: bool,
+    /// Radiance of light that met exactly one fibre and nothing else.
+    pub single: [f64; 3],
+    /// Radiance of all light.
+    pub total: [f64; 3],
+    /// Scattering events.
+    pub events: u32,
+    /// Was it given up at [`MAX_EVENTS`]?
+    pub is_capped: bool,
+}
+
+/// Traces paths through one groom.
+pub struct PathTracer<'a> {
+    strands: &'a Strands,
+    rays: &'a Rays,
+    bcsdf: &'a Bcsdf,
+    environment: &'a Environment,
+    estimator: Estimator,
+    /// What S is divided by, at theta_o spread evenly over +-pi/2.
+    albedo: Option<Vec<f64>>,
+}
+
+/// Inclinations of the albedo that S is divided by.
+const N_ALBEDOS: u32 = 2001;
+
+/// Weight of a draw of density `own` beside another way of density `other`.
+fn power_heuristic(own: f64, other: f64) -> f64 {
+    if own.is_infinite() {
+        return 1.0;
+    }
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+impl<'a> PathTracer<'a> {
+    /// Paths among `strands`, which `rays` were made of, whose fibres scatter as `bcsdf` does.
+    pub fn new(
+        strands: &'a Strands,
+        rays: &'a Rays,
+        bcsdf: &'a Bcsdf,
+        environment: &'a Environment,
+    ) -> Self {
+        PathTracer {
+            strands,
+            rays,
+            bcsdf,
+            environment,
+            estimator: Estimator::default(),
+            albedo: None,
+        }
+    }
+
+    /// The same with another way of finding the light.
+    pub fn with_estimator(self, estimator: Estimator) -> Self {
+        PathTracer { estimator, ..self }
+    }
+
+    /// The same with S divided by the albedo that `white`, the same fibre without absorption, has
+    /// at theta_o, so that a fibre without absorption returns exactly 1 (the "energy
+    /// safe" model). Not the exact model, and not reciprocal: it shows what the model loses.
+    pub fn with_energy_of(self, white: &Bcsdf) -> Self {
+        let albedo = (0..N_ALBEDOS)
+            .map(|ix| std::f64::consts::PI * (f64::from(ix) / f64::from(N_ALBEDOS - 1) - 0.5))
+            .map(|theta| {
+                let [r, g, b] = white.albedo(theta);
+                // Nothing is scattered along the fibre by lobes that are all shifted beyond it.
+                ((r + g + b) / 3.0).max(1e-6)
+            })
+            .collect();
+        PathTracer {
+            albedo: Some(albedo),
+            ..self
+        }
+    }
+
+    /// One path that leaves the eye at `start` towards the unit vector `direction`.
+    pub fn trace(&self, start: &Start, direction: Vec3, random: &mut SplitMix64) -> Traced {
+        let mut traced = Traced::default();
+        let Some(mut crossing) = self.rays.nearest(start, direction) else {
+            return traced;
+        };
+        traced.is_covered = true;
+        let mut direction = direction;
+        let mut carried = [1.0f64; 3];
+        while traced.events < MAX_EVENTS {
+            traced.events += 1;
+            let frame = Frame::at(self.strands, &crossing);
+            let view = self.bcsdf.view(frame.to_fibre(-direction));
+            let start = Start::inside(self.strands, crossing.segment, crossing.along);
+            if let Some(albedo) = &self.albedo {
+                let inverse = 1.0 / albedo_at(albedo, frame.to_fibre(-direction));
+                carried = carried.map(|x| x * inverse);
+            }
+
+            // Light drawn by itself.
+            if self.estimator != Estimator::Fibre
+                && let Some(emitted) = self.environment.sample(random)
+            {
+                let omega_i = frame.to_fibre(emitted.direction);
+                let scattered = view.evaluate(omega_i);
+                let cos_i = omega_i[1].hypot(omega_i[2]);
+                let pdf = f64::from(emitted.pdf);
+                let weight = match self.estimator {
+                    Estimator::Light => 1.0,
+                    _ => power_heuristic(pdf, scattered.pdf),
+                };
+                let brought: [f64; 3] = std::array::from_fn(|c| {
+                    let radiance = f64::from(emitted.radiance[c]);
+                    carried[c] * scattered.s[c] * cos_i * radiance * weight / pdf
+                });
+                if brought.iter().any(|&x| x > 0.0)
+                    && !self.rays.is_blocked(&start, emitted.direction)
+                {
+                    traced.add(brought);
+                }
+            }
+
+            // Light, or the next fibre, drawn by scattering.
+            let Some(sample) = view.sample(&mut || random.uniform(0.0, 1.0)) else {
+                return traced;
+            };
+            for (carried, weight) in carried.iter_mut().zip(sample.weight) {
+                *carried *= weight;
+            }
+            direction = frame.to_world(sample.omega_i);
+            match self.rays.nearest(&start, direction) {
+                Some(next) => crossing = next,
+                None => {
+                    let (radiance, pdf) = self.environment.radiance(direction);
+                    let weight = match self.estimator {
+                        Estimator::Both => power_heuristic(sample.pdf, f64::from(pdf)),
+                        Estimator::Light => 0.0,
+                        Estimator::Fibre => 1.0,
+                    };
+                    if weight > 0.0 {
+                        traced.add(std::array::from_fn(|c| {
+                            carried[c] * weight * f64::from(radiance[c])
+                        }));
+                    }
+                    return traced;
+                }
+            }
+            if traced.events >= ROULETTE_FROM {
+                let stays = carried[0].max(carried[1]).max(carried[2]);
+                if stays < 1.0 {
+                    if random.uniform(0.0, 1.0) >= stays {
+                        return traced;
+                    }
+                    carried = carried.map(|x| x / stays);
+                }
+            }
+        }
+        traced.is_capped = true;
+        traced
+    }
+}
+
+impl Integrator for PathTracer<'_> {
+    /// What met more than one fibre cannot be told apart: all of it is given as `global`.
+    fn sample(&self, ray: &CameraRay, random: &mut SplitMix64) -> Layers {
+        let traced = self.trace(&ray.start, ray.direction, random);
+        Layers {
+            is_covered: traced.is_covered,
+            single: traced.single,
+            global: std::array::from_fn(|c| traced.total[c] - traced.single[c]),
+            local: [0.0; 3],
+        }
+    }
+}
+
+impl Traced {
+    fn add(&mut self, brought: [f64; 3]) {
+        for (c, x) in brought.into_iter().enumerate() {
+            self.total[c] += x;
+            if self.events == 1 {
+                self.single[c] += x;
+            }
+        }
+    }
+}
+
+/// `albedo` at the inclination of the unit vector `omega` in the fibre's frame.
+fn albedo_at(albedo: &[f64], omega: [f64; 3]) -> f64 {
+    let theta = omega[0].atan2(omega[1].hypot(omega[2]));
+    let x = (theta / std::f64::consts::PI + 0.5) * (albedo.len() - 1) as f64;
+    let ix = (x.max(0.0) as usize).min(albedo.len() - 2);
+    let t = x - ix as f64;
+    albedo[ix] * (1.0 - t) + albedo[ix + 1] * t
+}
+
+#[cfg(test)]
+#[path = "path_tests.rs"]
+mod tests;
