@@ -328,6 +328,26 @@ mod tests {
     }
 
     #[test]
+    fn rays_along_axes_find_all_whatever_the_sign_of_zero() {
+        let strands = curls();
+        let rays = Rays::new(&strands);
+        let mut random = SplitMix64(6);
+        let mut n = 0;
+        for ix in 0..600 {
+            let mut direction = [[0.0, -0.0][ix / 6 % 2]; 3];
+            direction[ix % 3] = [1.0, -1.0][ix / 3 % 2];
+            let direction = Vec3::from(direction);
+            let [x, y, z] = [0; 3].map(|_| random.uniform(-6.0, 6.0) as f32);
+            let start = Start::camera(strands.centre + Vec3::new(x, y, z) - 40.0 * direction);
+            let mut found = 0;
+            rays.crossings(&start, direction, |_| found += 1);
+            assert_eq!(found, by_brute_force(&strands, &start, direction).len());
+            n += found;
+        }
+        assert!(n > 100, "{n}");
+    }
+
+    #[test]
     fn every_query_finds_what_brute_force_finds() {
         let strands = curls();
         let rays = Rays::new(&strands);
