@@ -128,7 +128,6 @@ fn light(
     for batch in lights.chunks(LIGHT_BATCH) {
         let (shadows, seconds) = timed(|| match method {
             Method::Sweep => Ok(Shadows::Volume(transmittance(grid, volume, batch, &sweeps))),
-            #[allow(unreachable_patterns, reason = "baselines are added one by one")]
             method => point_shadows(method, scene, batch).map(Shadows::Points),
         });
         let shadows = shadows.map_err(SceneError::File)?;
