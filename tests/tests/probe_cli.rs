@@ -293,8 +293,71 @@ fn averages_are_those_of_the_model() {
         }
         assert!(n_apart > 5, "{n_apart}");
     }
-    for answer in ask(strandlight().args(["probe", "--method", "gpu"]), &lines) {
-        let message = answer["error"].as_str().unwrap_or_default();
-        assert!(message.contains("average is not available"), "{answer}");
+    // The shaders sample five of them.
+    let found = ask(strandlight().args(["probe", "--method", "gpu"]), &lines);
+    let mut n_sampled = 0;
+    for (row, answer) in found.iter().enumerate() {
+        let name = names[row % names.len()];
+        if answer["error"].is_string() {
+            let message = answer["error"].as_str().unwrap_or_default();
+            assert!(message.contains(name), "{answer}");
+            continue;
+        }
+        for (gpu, cpu) in values(answer).iter().zip(&runtime[row]) {
+            assert!(
+                (gpu - cpu).abs() < 1e-5 + 1e-4 * cpu.abs(),
+                "{name} {gpu} {cpu}"
+            );
+        }
+        n_sampled += 1;
+    }
+    assert_eq!(n_sampled, 2 * 5);
+}
+
+/// Global and local multiple scattering: all methods near the exact one, and each mode its part.
+#[test]
+fn multiple_scattering_by_every_method() {
+    let hair = r#"{"eta":1.55,"sigma_a":[0.1,0.3,0.6],"shift":{"r":-0.1,"tt":0.05,"trt":0.15},
+        "width":{"r":0.18,"tt":0.09,"trt":0.36},"caustic_width":0.1}"#
+        .replace('\n', " ");
+    let mut lines = Vec::new();
+    for (theta, phi, sigma_f) in [(0.1, 2.8, 0.3), (-0.4, 0.5, 0.8), (0.3, 1.4, 0.1)] {
+        let rest = format!(
+            r#""light":{{"theta":{theta},"phi":{phi},"lambda":0.2}},"view":{{"theta":0.2,"phi":0}},
+            "sigma_f":{sigma_f},"hair":{hair}"#
+        )
+        .replace('\n', " ");
+        for mode in ["R", "TT", "TRT", "all"] {
+            lines.push(format!(r#"{{"q":"global","mode":"{mode}",{rest}}}"#));
+        }
+        lines.push(format!(r#"{{"q":"local","mode":"all",{rest}}}"#));
+    }
+    let by = |method: &str| -> Vec<Vec<f64>> {
+        let answers = ask(strandlight().args(["probe", "--method", method]), &lines);
+        answers.iter().map(values).collect()
+    };
+    let reference = by("reference");
+    for chunk in reference.chunks(5) {
+        assert_eq!(chunk[0].len(), 1);
+        for c in 0..3 {
+            let sum = chunk[0][0] + chunk[1][c] + chunk[2][c];
+            assert!((sum / chunk[3][c] - 1.0).abs() < 1e-12);
+        }
+    }
+    for (method, limit) in [("runtime", 0.01), ("gpu", 0.01), ("paper", 0.35)] {
+        let found = by(method);
+        let mut worst = 0.0f64;
+        // The sums; a single mode of the paper's may be far off.
+        for row in (0..lines.len()).filter(|row| row % 5 >= 3) {
+            for (found, exact) in found[row].iter().zip(&reference[row]) {
+                worst = worst.max((found / exact - 1.0).abs());
+            }
+        }
+        println!("{method}: {worst:.4}");
+        assert!(worst < limit, "{method} {worst}");
+        assert!(
+            method != "paper" || worst > 0.01,
+            "the paper's is not the exact one"
+        );
     }
 }

@@ -44,12 +44,18 @@ pub struct Grid {
 impl Grid {
     /// The grid around `strands`.
     pub fn around(strands: &Strands) -> Self {
+        Grid::with_side(strands, GRID_SIDE)
+    }
+
+    /// The grid around `strands` with `n` voxels (8 at least) along the longest side.
+    pub fn with_side(strands: &Strands, n: u32) -> Self {
+        let n = n.max(8);
         let (low, high) = strands.bounds;
         let extent = high - low;
-        let inner = (GRID_SIDE - 2 * MARGIN) as f32;
+        let inner = (n - 2 * MARGIN) as f32;
         // A groom without extent still gets voxels of some size.
         let h = (extent.max_element() / inner).max(1e-4);
-        let side = |x: f32| ((x / h).ceil() as u32 + 2 * MARGIN).clamp(2 * MARGIN + 1, GRID_SIDE);
+        let side = |x: f32| ((x / h).ceil() as u32 + 2 * MARGIN).clamp(2 * MARGIN + 1, n);
         let dims = [side(extent.x), side(extent.y), side(extent.z)];
         let half = 0.5 * h * Vec3::new(dims[0] as f32, dims[1] as f32, dims[2] as f32);
         let quantum = h * strands.max_diameter / QUANTA;

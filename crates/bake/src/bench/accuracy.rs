@@ -128,7 +128,7 @@ fn with_sum([r, tt, trt]: [[f64; 3]; 3]) -> Values {
 }
 
 /// Errors of pairs (method, exact), in their order.
-fn errors_of(pairs: impl Iterator<Item = ([f64; 3], [f64; 3])>) -> Errors {
+pub(super) fn errors_of(pairs: impl Iterator<Item = ([f64; 3], [f64; 3])>) -> Errors {
     let (mut squares, mut scale, mut difference, mut total) = (0.0, 0.0, 0.0, 0.0);
     let mut distances: Vec<(f64, [f64; 2])> = Vec::new();
     for (a, b) in pairs {

@@ -12,8 +12,8 @@ use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::BernsteinRule;
 use strandlight_scattering::closed_form::{
     DEFAULT_NODES, DirectionInFrame, Fibre, GAUSS_HERMITE, LN_CULL, LightInFrame, Reflectance,
-    azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, eta_star, inclination, lag_between,
-    longitudinal, node_count, outer_node, outer_rule, pack_nodes, paper, sample_lobes,
+    Shading, Tables, azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, eta_star, inclination,
+    lag_between, longitudinal, node_count, outer_node, outer_rule, pack_nodes, paper, sample_lobes,
     single_scattering, single_scattering_mode, table_cell,
 };
 use strandlight_scattering::fresnel::Fresnel;
@@ -395,6 +395,26 @@ impl OnFibre<'_> {
                 single_scattering_mode(mode, light, view, &self.optics.shading(tables))
             }
             Method::BruteForce { .. } => self.prepared.rule.single_mode(mode, light, view, fibre),
+        }
+    }
+
+    /// The fibre's parameters.
+    pub fn fibre(&self) -> &Fibre {
+        &self.optics.fibre
+    }
+
+    /// What the method looks up.
+    pub fn tables(&self) -> Tables<'_> {
+        self.prepared.tables.view()
+    }
+
+    /// What shading by the renderer's scheme reads; none of other schemes.
+    pub fn shading(&self) -> Option<Shading<'_>> {
+        match self.prepared.method {
+            Method::Runtime { .. } | Method::TableC { .. } | Method::LobeTexels { .. } => {
+                Some(self.optics.shading(self.prepared.tables.view()))
+            }
+            _ => None,
         }
     }
 

@@ -4,6 +4,8 @@
 //! - [`Method`]: what is compared; [`Prepared`] holds its tables.
 //! - [`Reference`] knows the exact values and measures [`Errors`]; [`cpu_costs`] and
 //!   [`adapter_costs`] measure [`Cost`]s side by side.
+//! - [`run_multiple`] does the same for the integrals of multiple scattering.
+//! - [`run_transmittance`] measures what hair leaves of a scene's lights, against ray shooting.
 //! - [`run`] does all of it; [`Frontier`] writes it down. [`figures`] plots lobes and integrands.
 
 mod accuracy;
@@ -13,8 +15,10 @@ mod curves;
 pub mod edit;
 mod frontier;
 mod method;
+mod multiple;
 pub mod plot;
 mod timing;
+mod transmittance;
 
 pub use accuracy::{Errors, Measured, N_SUMS, Reference, SUM_NAMES};
 pub use brute_force::BruteForce;
@@ -22,4 +26,11 @@ pub use configuration::{Configuration, Set};
 pub use curves::{CurvesError, figures};
 pub use frontier::{Frontier, FrontierError, Options, Row, run};
 pub use method::{Method, MethodError, MethodTables, OnFibre, Prepared};
+pub use multiple::{
+    INTEGRAL_NAMES, Multiple, MultipleCost, MultipleOptions, MultipleRow, run_multiple,
+};
 pub use timing::{Cost, Scene, adapter_costs, cpu_costs};
+pub use transmittance::{
+    CLASS_NAMES, ClassErrors, ShareErrors, TransmittanceBench, TransmittanceOptions,
+    TransmittanceRow, run_transmittance,
+};

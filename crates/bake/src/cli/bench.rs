@@ -1,8 +1,10 @@
 //! `strandlight bench`: run time against error.
 
 mod edit;
+mod multiple;
 mod plots;
 mod single;
+mod transmittance;
 
 use std::fs;
 use std::path::Path;
@@ -20,6 +22,8 @@ pub struct Args {
 enum What {
     Edit(edit::Args),
     Single(single::Args),
+    Multiple(multiple::Args),
+    Transmittance(transmittance::Args),
     Plots(plots::Args),
 }
 
@@ -28,6 +32,8 @@ pub fn run(args: &Args) -> Outcome {
     match &args.what {
         What::Edit(args) => edit::run(args),
         What::Single(args) => single::run(args),
+        What::Multiple(args) => multiple::run(args),
+        What::Transmittance(args) => transmittance::run(args),
         What::Plots(args) => plots::run(args),
     }
 }

@@ -39,11 +39,20 @@ pub struct Args {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum SetArg {
+pub enum SetArg {
     /// eta 1.55, w_c 0.15, grey absorption
     Accuracy,
     /// eta 1.45 to 1.65, w_c 0.08 to 0.3, each channel its own absorption
     Wide,
+}
+
+impl From<SetArg> for Set {
+    fn from(set: SetArg) -> Set {
+        match set {
+            SetArg::Accuracy => Set::Accuracy,
+            SetArg::Wide => Set::Wide,
+        }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -95,10 +104,7 @@ fn output_paths(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 
 fn measure(args: &Args) -> Result<Frontier, Failure> {
     let options = Options {
-        set: match args.set {
-            SetArg::Accuracy => Set::Accuracy,
-            SetArg::Wide => Set::Wide,
-        },
+        set: Set::from(args.set),
         n: args.n as usize,
         seed: args.seed,
         repetitions: args.repetitions as usize,

@@ -215,8 +215,11 @@ impl Evaluator {
                 hairs.len() - 1
             });
         }
-        let made: Vec<Result<Optics, String>> =
-            hairs.par_iter().map(|hair| self.optics(hair)).collect();
+        let is_multiple = requests.iter().flatten().any(Request::needs_averages);
+        let made: Vec<Result<Optics, String>> = hairs
+            .par_iter()
+            .map(|hair| self.optics(hair, is_multiple))
+            .collect();
         // What failed is never asked for again, so that places stay.
         let failures = made.iter().map(|made| made.as_ref().err().cloned());
         Fibres {
@@ -229,8 +232,8 @@ impl Evaluator {
         }
     }
 
-    /// What shading with `hair` reads.
-    fn optics(&self, hair: &HairParams) -> Result<Optics, String> {
+    /// What shading with `hair` reads, with the averages if `is_multiple`.
+    fn optics(&self, hair: &HairParams, is_multiple: bool) -> Result<Optics, String> {
         let modes = &Lobe::ALL;
         match &self.scheme {
             Scheme::Paper(segments) => Fibre::new(hair, modes, *segments)
@@ -239,7 +242,10 @@ impl Evaluator {
             Scheme::Lobes(lobes) => {
                 let lobes = Arc::clone(lobes.as_ref().map_err(String::clone)?);
                 HairTextures::new(lobes, self.fresnel, hair, modes, DEFAULT_SEGMENTS)
-                    .map(|textures| textures.optics().clone())
+                    .map(|mut textures| {
+                        textures.enable_multiple(is_multiple);
+                        textures.optics().clone()
+                    })
                     .map_err(|error| error.to_string())
             }
         }
@@ -288,11 +294,47 @@ impl Evaluator {
                 )
                 .with_optics(place)
             }
-            Request::Global { .. } | Request::Local { .. } => {
-                return Err("not available by this method yet".to_owned());
+            Request::Global {
+                lobe,
+                forward,
+                view,
+                hair,
+            } => {
+                let (place, fibre) = fibres.of(hair)?;
+                Query::global(
+                    lobe.map_or(MODE_ALL, Lobe::p),
+                    in_frame(forward.theta, forward.phi),
+                    forward.sigma_f as f32,
+                    in_frame(view.theta, view.phi),
+                    fibre,
+                )
+                .with_optics(place)
             }
-            Request::Average { .. } => {
-                return Err("q average is not available by method gpu yet".to_owned());
+            Request::Local {
+                forward,
+                view,
+                hair,
+            } => {
+                let (place, fibre) = fibres.of(hair)?;
+                Query::local(
+                    in_frame(forward.theta, forward.phi),
+                    forward.sigma_f as f32,
+                    in_frame(view.theta, view.phi),
+                    fibre,
+                )
+                .with_optics(place)
+            }
+            Request::Average {
+                name,
+                theta_d,
+                hair,
+            } => {
+                let (place, fibre) = fibres.of(hair)?;
+                Query::average(*name, *theta_d as f32, fibre)
+                    .ok_or_else(|| {
+                        format!("the shaders do not sample the average {}", name.name())
+                    })?
+                    .with_optics(place)
             }
         };
         Ok(match self.scheme {

@@ -185,6 +185,11 @@ impl Request {
         }
     }
 
+    /// Whether shading reads the averages of multiple scattering for it.
+    pub fn needs_averages(&self) -> bool {
+        matches!(self, Request::Local { .. } | Request::Average { .. })
+    }
+
     /// The query of one line.
     ///
     /// # Errors

@@ -6,21 +6,16 @@ use core::f32::consts::FRAC_PI_2;
 use super::super::SQRT_PI;
 use super::super::frame::DirectionInFrame;
 use super::super::longitudinal::longitudinal;
+use super::super::mean_cosine::mean_cosine;
 use super::super::special::erf_pair;
 use super::outer_integral::{hat_weight, node_position};
 use super::single_scattering::LN_CULL;
-use crate::exact::Forward;
 
 /// `1 / Z` of psi_f, `Z = Int g^u(theta_i; theta_j, sigma_f) cos(theta_i) dtheta_i` over +-pi/2.
 /// Xu has `1 / cos(theta_j)`, with which psi_f has the mass 1.3 at theta_j = 1.3, sigma_f = 1, 3.8 at
 /// theta_j = 1.5, and any at grazing.
 pub(super) fn forward_norm(light: &DirectionInFrame, sigma_f: f32) -> f32 {
-    Forward {
-        theta: f64::from(light.theta),
-        phi: 0.0,
-        sigma_f: f64::from(sigma_f),
-    }
-    .norm() as f32
+    1.0 / mean_cosine(light.theta, light.cos_theta, sigma_f)
 }
 
 /// `Int g^u(theta_i; theta_j, sigma_f) g^u(theta_i; 2 alpha - theta_o, 2 beta) f(theta_i) dtheta_i`

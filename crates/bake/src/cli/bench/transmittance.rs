@@ -1,0 +1,113 @@
+//! `strandlight bench transmittance`.
+
+use std::path::PathBuf;
+
+use strandlight_bake::bench::{CLASS_NAMES, ShareErrors, TransmittanceOptions, run_transmittance};
+use strandlight_bake::progress::Progress;
+use strandlight_bake::transmittance::Method;
+use strandlight_formats::Scene;
+use strandlight_runtime::PreparedScene;
+
+use crate::cli::{Failure, Outcome, print_line};
+
+/// What hair leaves of each light: error against ray shooting, and time, of every method
+///
+/// At random points of the strands under all lights of a scene: bias and RMS error of the unblocked
+/// share T and of the forward scattered share T_f.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The scene
+    scene: PathBuf,
+    /// Random points, 1 to 1000000
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    points: u64,
+    /// Rays of each light's lobe that make the truth, 1 to 65536
+    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    rays: u32,
+    /// Seed of the points
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Methods beside the sweep
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = Method::ALL.into_iter().filter(|&method| method != Method::Sweep))]
+    methods: Vec<Method>,
+    /// Voxels along the longest side of the sweep's grid, beside the renderer's, 8 to 256
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(8..=256))]
+    sides: Vec<u32>,
+    /// Directions of each light's sweep, beside the renderer's, 1 to 256
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=256))]
+    directions: Vec<u32>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let scene = Scene::read(&args.scene).map_err(Failure::input)?;
+    let scene = PreparedScene::load(&scene).map_err(Failure::input)?;
+    let options = TransmittanceOptions {
+        n_points: args.points as usize,
+        n_rays: args.rays,
+        seed: args.seed,
+        methods: args.methods.clone(),
+        sides: args.sides.clone(),
+        directions: args.directions.clone(),
+    };
+    let found = run_transmittance(&scene, &options, Progress::new);
+    if args.json {
+        return print_line(found.to_json());
+    }
+    print_line(format_args!(
+        "{} points, {} lights; truth by {} rays a lobe: {:.0} s, its noise in T {:.3}",
+        options.n_points,
+        scene.lights.len(),
+        options.n_rays,
+        found.truth_seconds,
+        found.noise
+    ))?;
+    print_line(format_args!(
+        "{:20} {:>9} {:>6} {:>7} {:>7} {:>6} {:>7} {:>7} {:>6} {:>7} {:>8} {:>10}",
+        "",
+        "lambda",
+        "lights",
+        "T",
+        "bias",
+        "RMS",
+        "T_f",
+        "bias",
+        "RMS",
+        "s",
+        "s/light",
+        "us/look-up"
+    ))?;
+    for row in &found.rows {
+        for (ix, (name, class)) in CLASS_NAMES.iter().zip(&row.classes).enumerate() {
+            if class.n_lights == 0 {
+                continue;
+            }
+            let shown = |errors: &ShareErrors| {
+                format!(
+                    "{:7.3} {:+7.4} {:6.4}",
+                    errors.mean, errors.bias, errors.rms
+                )
+            };
+            let (title, times) = match ix {
+                3 => (
+                    row.name.as_str(),
+                    format!(
+                        " {:7.2} {:8.3} {:10.2}",
+                        row.geometry_seconds, row.light_seconds, row.look_up_microseconds
+                    ),
+                ),
+                _ => ("", String::new()),
+            };
+            print_line(format_args!(
+                "{title:20} {name:>9} {:6} {} {}{times}",
+                class.n_lights,
+                shown(&class.unblocked),
+                shown(&class.forward)
+            ))?;
+        }
+    }
+    Ok(())
+}
