@@ -49,24 +49,36 @@ fn add_to_record(sum: ShadowRecord, here: vec4f, k: f32, n: f32) -> ShadowRecord
     return ShadowRecord(sum.shares + here.xyz / n, sqrt(sin_2));
 }
 
-// E exp(-p tau), p in 0.03..=1 for each channel.
-fn transmitted(record: ShadowRecord, p: vec3f) -> vec3f {
-    // 1 / (effective depth -ln T(p) / p) at the exponents known, and through them a parabola.
+// 1 / (-ln T(p) / p), the inverse of the effective depth, and its slope in p.
+struct Reach {
+    value: vec3f,
+    slope: vec3f,
+}
+
+fn reach_at(record: ShadowRecord, p: vec3f) -> Reach {
     let exponents = vec3f(1.0, P_1, P_2);
     let depths = -log(max(record.shares, vec3f(LEAST_SHARE)));
     let reach = exponents / max(depths, 1e-6 * exponents);
     let slope_low = (reach.y - reach.z) / (P_1 - P_2);
     let slope_high = (reach.x - reach.y) / (1.0 - P_1);
     let bend = (slope_high - slope_low) / (1.0 - P_2);
-    let reach_p = reach.z + (p - P_2) * (slope_low + (p - P_1) * bend);
-    let share = exp(-p / max(reach_p, vec3f(1e-3)));
+    let slope = slope_low + (p - P_1) * bend;
+    let value = reach.z + (p - P_2) * slope;
+    return Reach(max(value, vec3f(1e-3)), slope + (p - P_2) * bend);
+}
+
+// E exp(-p tau), p in 0.03..=1 for each channel.
+fn transmitted(record: ShadowRecord, p: vec3f) -> vec3f {
+    let share = exp(-p / reach_at(record, p).value);
     return clamp(share, vec3f(min(record.shares.x, 1.0)), vec3f(1.0));
 }
 
-// s / (1 - e^-s).
-fn spread_factor(s: f32) -> f32 {
-    if s < 0.02 {
-        return 1.0 + s * (0.5 + s / 12.0);
-    }
-    return s / (1.0 - exp(-s));
+// Mean number of forward scatterings of the light that underwent at least one and was left by
+// factors of 1 - p; share is transmitted(record, p).
+fn forward_events(record: ShadowRecord, p: vec3f, share: vec3f) -> vec3f {
+    let a_f = 1.0 - p;
+    let reach = reach_at(record, p);
+    let depth = (1.0 - p * reach.slope / reach.value) / reach.value;
+    let events = a_f * share * depth / max(share - record.shares.x, vec3f(1e-6));
+    return clamp(events, vec3f(1.0), 1.0 + a_f * (16.0 * depth_of_share(record.shares.z)));
 }

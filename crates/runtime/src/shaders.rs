@@ -46,6 +46,7 @@ modules!(
     "lib/local_scattering",
     "lib/longitudinal",
     "lib/mean_cosine",
+    "lib/multiple_scattering",
     "lib/paper/azimuthal",
     "lib/paper/fresnel",
     "lib/outer_integral",

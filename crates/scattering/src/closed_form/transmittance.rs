@@ -86,14 +86,15 @@ pub fn add_to_record(sum: &ShadowRecord, here: [f32; 4], k: f32, n: f32) -> Shad
     }
 }
 
-/// E exp(-p tau) at `p` in 0.03..=1 for each channel; 0..=1 and never below the share at 1.
-///
-/// 1 / (-ln T(p) / p), the inverse of the effective depth, is a straight line in p both where all
-/// rays cross the same depth and where a share of them is open and the rest closed; through the
-/// three known values goes a parabola. Largest error of the share against sums over 4 to 64 rays
-/// of gamma, log-normal, two-valued and power-law depths from 0.1 to 80: 0.048, 99 % below 0.014,
-/// RMS 0.003.
-pub fn transmitted(record: &ShadowRecord, p: [f32; 3]) -> [f32; 3] {
+/// 1 / (-ln T(p) / p), the inverse of the effective depth, and its slope in p, by channel.
+struct Reach {
+    value: [f32; 3],
+    slope: [f32; 3],
+}
+
+/// The reach is a straight line in p both where all rays cross the same depth and where a share of
+/// them is open and the rest closed; through the three known values goes a parabola.
+fn reach_at(record: &ShadowRecord, p: [f32; 3]) -> Reach {
     let exponents = [1.0, P_1, P_2];
     let reach = [0, 1, 2].map(|ix| {
         let depth = -record.shares[ix].max(LEAST_SHARE).ln();
@@ -102,21 +103,43 @@ pub fn transmitted(record: &ShadowRecord, p: [f32; 3]) -> [f32; 3] {
     let slope_low = (reach[1] - reach[2]) / (P_1 - P_2);
     let slope_high = (reach[0] - reach[1]) / (1.0 - P_1);
     let bend = (slope_high - slope_low) / (1.0 - P_2);
-    p.map(|p| {
-        let reach_p = reach[2] + (p - P_2) * (slope_low + (p - P_1) * bend);
-        let share = (-p / reach_p.max(1e-3)).exp();
+    let slope = p.map(|p| slope_low + (p - P_1) * bend);
+    let of_channel = [0, 1, 2];
+    Reach {
+        value: of_channel.map(|c| (reach[2] + (p[c] - P_2) * slope[c]).max(1e-3)),
+        slope: of_channel.map(|c| slope[c] + (p[c] - P_2) * bend),
+    }
+}
+
+/// E exp(-p tau) at `p` in 0.03..=1 for each channel; 0..=1 and never below the share at 1.
+///
+/// Largest error of the share against sums over 4 to 64 rays of gamma, log-normal, two-valued and
+/// power-law depths from 0.1 to 80: 0.048, 99 % below 0.014, RMS 0.003.
+pub fn transmitted(record: &ShadowRecord, p: [f32; 3]) -> [f32; 3] {
+    let reach = reach_at(record, p);
+    [0, 1, 2].map(|c| {
+        let share = (-p[c] / reach.value[c]).exp();
         share.clamp(record.shares[0].min(1.0), 1.0)
     })
 }
 
-/// `s / (1 - e^-s)`: how many forward scatterings light has undergone on average that underwent
-/// at least one, s = ln(T_f / T) >= 0 being the mean of all.
-pub fn spread_factor(s: f32) -> f32 {
-    // The next term is s^4 / 720.
-    if s < 0.02 {
-        return 1.0 + s * (0.5 + s / 12.0);
-    }
-    s / (1.0 - (-s).exp())
+/// Mean number of forward scatterings, `E[n a^n; n >= 1] / E[a^n; n >= 1]` with a = 1 - `p`, of the
+/// light that underwent at least one; `share` is [`transmitted`]'s answer. At least 1.
+///
+/// The numerator is -a dT/dp. Where all rays cross one depth this is s / (1 - e^-s) with
+/// s = ln(T_f / T); over a lobe that is half open that quotient tells little of the closed half
+/// (its square root is 9 to 20 % low over the depths of [`transmitted`], this one's RMS error is
+/// 2 %).
+pub fn forward_events(record: &ShadowRecord, p: [f32; 3], share: [f32; 3]) -> [f32; 3] {
+    let reach = reach_at(record, p);
+    let most = depth_of_share(record.shares[2]);
+    [0, 1, 2].map(|c| {
+        let a_f = 1.0 - p[c];
+        let depth = (1.0 - p[c] * reach.slope[c] / reach.value[c]) / reach.value[c];
+        let events = a_f * share[c] * depth / (share[c] - record.shares[0]).max(1e-6);
+        // Rounding of shares next to 1 can make it anything; nobody crosses 16 times the mean.
+        events.min(1.0 + a_f * (16.0 * most)).max(1.0)
+    })
 }
 
 /// Bits of the half float nearest to `x`, 0..=65504; below its smallest normal number, zero.
@@ -228,8 +251,12 @@ mod tests {
                         shares: [a, b, c],
                         sin_theta: 0.0,
                     };
-                    for share in transmitted(&record, [0.03, 0.3, 1.0]) {
+                    let p = [0.03, 0.3, 1.0];
+                    let shares = transmitted(&record, p);
+                    let events = forward_events(&record, p, shares);
+                    for (share, events) in shares.into_iter().zip(events) {
                         assert!((0.0..=1.0).contains(&share), "{record:?}: {share}");
+                        assert!((1.0..=20_000.0).contains(&events), "{record:?}: {events}");
                     }
                 }
             }
@@ -237,13 +264,33 @@ mod tests {
     }
 
     #[test]
-    fn spread_factor_is_smooth_and_starts_at_one() {
-        assert_eq!(spread_factor(0.0), 1.0);
-        let exact = |s: f64| s / -(-s).exp_m1();
-        for s in [1e-4, 0.019_99, 0.020_01, 0.5, 3.0, 30.0] {
-            let value = f64::from(spread_factor(s as f32));
-            assert!((value / exact(s) - 1.0).abs() < 2e-5, "{s}: {value}");
+    fn events_of_one_depth_and_of_mixed_depths() {
+        let events = |depths: &[f64], p: f32| {
+            let record = unpack_record(&pack_record(&record_of(depths)));
+            let [share, ..] = transmitted(&record, [p; 3]);
+            f64::from(forward_events(&record, [p; 3], [share; 3])[0])
+        };
+        for tau in [0.3_f64, 1.0, 3.0, 10.0] {
+            for p in [0.07_f32, 0.3, 0.7] {
+                let s = tau * (1.0 - f64::from(p));
+                let exact = s / -(-s).exp_m1();
+                let value = events(&[tau], p);
+                assert!((value / exact - 1.0).abs() < 0.02, "{tau} {p}: {value} {exact}");
+            }
         }
+        // What counts is the light that has this many: errors matter by its share.
+        for depths in [&[0.0, 0.0, 4.0, 6.0][..], &[1.0, 3.0, 8.0, 20.0]] {
+            for p in [0.07_f32, 0.3, 0.7] {
+                let (a, p64) = (1.0 - f64::from(p), f64::from(p));
+                let gathered: f64 = depths.iter().map(|t| a * t * (-p64 * t).exp()).sum();
+                let rest = share_of(depths, p64) - share_of(depths, 1.0);
+                let exact = gathered / depths.len() as f64 / rest;
+                let value = events(depths, p);
+                println!("{depths:?} {p}: {value:.3} {exact:.3} of {rest:.3}");
+                assert!((value / exact - 1.0).abs() * rest < 0.02, "{p}: {value} {exact}");
+            }
+        }
+        assert_eq!(events(&[0.0], 0.3), 1.0);
     }
 
     #[test]

@@ -1,0 +1,113 @@
+//! What the hair between a light and a point makes of the light: what multiple scattering starts
+//! from. Twin: `shaders/lib/multiple_scattering.wgsl`.
+//!
+//! A point's radiance is, per channel, the sum over the lights of
+//!
+//! ```text
+//! L { T M^S + d_b T Omega M^{L,dir} + d_f (T_f - T) Omega (M^G + d_b M^L) }
+//! ```
+//!
+//! L and Omega being amplitude and solid angle of the light, T its unblocked share and T_f the
+//! share that is left when blocked light is scattered on by factors of a_f
+//! ([`super::transmitted`]). M^S is [`super::single_scattering()`]; M^{L,dir}
+//! ([`super::direct_local_scattering`]) is what light that comes straight sends into the hair
+//! behind and gets back; M^G ([`super::global_scattering`]) and M^L ([`super::local_scattering`])
+//! are both for light that has been scattered forward. Only blocked light has been, so no light is
+//! counted twice: T_f - T and not T_f multiplies them (Zinke 2008, Figure 5, adds both).
+
+use super::transmittance::{ShadowRecord, forward_events, transmitted};
+
+/// T M^S: light that comes straight and is scattered once.
+pub const TERM_SINGLE: u32 = 1;
+/// The terms with d_b: light that comes back out of the hair behind a point.
+pub const TERM_LOCAL: u32 = 2;
+/// d_f (T_f - T) Omega M^G: light that the hair in front of a point scattered on.
+pub const TERM_GLOBAL: u32 = 4;
+
+/// d_f where a scene says nothing: share of blocked light that goes on forward. 0..=1.
+pub const DENSITY_FORWARD: f32 = 0.7;
+/// d_b where a scene says nothing: share of the hair behind a point that sends light back. 0..=1.
+pub const DENSITY_BACK: f32 = 0.7;
+
+/// Light that reaches a point after forward scattering.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForwardLight {
+    /// T_f - T, 0..=1.
+    pub gained: [f32; 3],
+    /// Its width in inclination, Xu's, radians: sigma_f^2 = lambda_j^2 + sigma_bar_f^2.
+    pub sigma_f: f32,
+}
+
+/// Forward-scattered light of a light of colour `rgb` and width `lambda`; `a_f` and `beta_f_2` are
+/// the averages at the record's inclination, means of +theta and -theta. sigma_bar_f^2 is beta_f^2
+/// times the events it underwent ([`forward_events`]), the mean of the channels by what each
+/// carries.
+pub fn forward_light(
+    record: &ShadowRecord,
+    a_f: [f32; 3],
+    beta_f_2: [f32; 3],
+    rgb: [f32; 3],
+    lambda: f32,
+) -> ForwardLight {
+    let p = a_f.map(|a_f| (1.0 - a_f).clamp(0.03, 1.0));
+    let share = transmitted(record, p);
+    let gained = share.map(|share| (share - record.shares[0]).max(0.0));
+    // One width for all channels: each counts by what it carries.
+    let brightest = rgb[0].max(rgb[1]).max(rgb[2]);
+    let carried = [0, 1, 2].map(|c| gained[c] * (rgb[c] / brightest) + 1e-12);
+    let events = forward_events(record, p, share);
+    let mean = (carried[0] * (beta_f_2[0] * events[0])
+        + carried[1] * (beta_f_2[1] * events[1])
+        + carried[2] * (beta_f_2[2] * events[2]))
+        / (carried[0] + carried[1] + carried[2]);
+    ForwardLight {
+        gained,
+        sigma_f: (lambda * lambda + mean).sqrt(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::transmittance::{P_1, P_2};
+    use super::*;
+
+    fn record(tau: f32) -> ShadowRecord {
+        ShadowRecord {
+            shares: [1.0, P_1, P_2].map(|p| (-p * tau).exp()),
+            sin_theta: 0.3,
+        }
+    }
+
+    #[test]
+    fn one_depth_gives_the_expected_count_law() {
+        let (a_f, tau, beta_2, lambda) = ([0.9, 0.7, 0.4], 3.0_f32, 0.05, 0.3_f32);
+        let forward = forward_light(&record(tau), a_f, [beta_2; 3], [1.0, 0.0, 0.0], lambda);
+        for (gained, a_f) in forward.gained.into_iter().zip(a_f) {
+            let exact = (-tau * (1.0 - a_f)).exp() - (-tau).exp();
+            assert!((gained - exact).abs() < 1e-4, "{gained} {exact}");
+        }
+        // Red alone carries light.
+        let s = a_f[0] * tau;
+        let variance = beta_2 * s / (1.0 - (-s).exp());
+        let exact = (lambda * lambda + variance).sqrt();
+        assert!((forward.sigma_f / exact - 1.0).abs() < 1e-3, "{forward:?} {exact}");
+    }
+
+    #[test]
+    fn an_open_light_gains_nothing_and_keeps_one_event() {
+        let forward = forward_light(&record(0.0), [0.9; 3], [0.04; 3], [1e30, 1e-30, 0.0], 0.1);
+        assert_eq!(forward.gained, [0.0; 3]);
+        assert!((forward.sigma_f - 0.05_f32.sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn black_and_white_fibres_stay_in_range() {
+        for tau in [0.0, 0.5, 20.0, 2000.0] {
+            for a_f in [0.0, 0.5, 0.999] {
+                let forward = forward_light(&record(tau), [a_f; 3], [0.1; 3], [1.0; 3], 0.2);
+                assert!(forward.gained.iter().all(|x| (0.0..=1.0).contains(x)));
+                assert!((0.2..20.0).contains(&forward.sigma_f), "{tau} {a_f}: {forward:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,35 @@
+// #import lib/transmittance
+// What the hair between a light and a point makes of the light: what multiple scattering starts
+// from. Twin: crates/scattering/src/closed_form/multiple_scattering.rs, which explains the sum.
+
+// Terms of the sum, as bits.
+const TERM_SINGLE: u32 = 1u;
+const TERM_LOCAL: u32 = 2u;
+const TERM_GLOBAL: u32 = 4u;
+
+// Light that reaches a point after forward scattering.
+struct ForwardLight {
+    // T_f - T.
+    gained: vec3f,
+    // Its width in inclination.
+    sigma_f: f32,
+}
+
+// Of a light of this colour and width, for fibres of average a_f and beta_f_2.
+fn forward_light(
+    record: ShadowRecord,
+    a_f: vec3f,
+    beta_f_2: vec3f,
+    rgb: vec3f,
+    lambda: f32,
+) -> ForwardLight {
+    let p = clamp(1.0 - a_f, vec3f(0.03), vec3f(1.0));
+    let share = transmitted(record, p);
+    let gained = max(share - record.shares.x, vec3f(0.0));
+    // One width for all channels: each counts by what it carries.
+    let brightest = max(max(rgb.x, rgb.y), rgb.z);
+    let carried = gained * (rgb / brightest) + 1e-12;
+    let variance = beta_f_2 * forward_events(record, p, share);
+    let mean = dot(carried, variance) / (carried.x + carried.y + carried.z);
+    return ForwardLight(gained, sqrt(lambda * lambda + mean));
+}
