@@ -8,20 +8,25 @@ struct Light {
     power: f32,
     first_sweep: u32,
     n_sweeps: u32,
-    pad: vec2u,
+    // sr
+    solid_angle: f32,
+    pad: u32,
 }
 
 // Lights and points that a dispatch works on. Twin: Batch in
-// crates/runtime/src/render/lighting.rs.
+// crates/runtime/src/render/shadows.rs.
 struct Batch {
     first_light: u32,
     n_lights: u32,
     first_point: u32,
     end_point: u32,
+    // Products of less power than this are skipped.
     min_power: f32,
-    pad_0: u32,
-    pad_1: u32,
-    pad_2: u32,
+    // d_f, d_b.
+    density_forward: f32,
+    density_back: f32,
+    // d_b times the largest A_b: what local scattering makes of power at most.
+    most_local: f32,
 }
 
 // L(omega) of one light (Xu 2011 Eq 1), in the form without cancellation.

@@ -1,10 +1,14 @@
-// Radiance of every point towards the eye: for each light of the batch, its transmittance at the
-// point times what the fibre scatters of it. Twin: crates/bake/src/cpu/shade.rs.
+// Radiance of every point towards the eye: for each light of the batch the sum of terms that
+// crates/scattering/src/closed_form/multiple_scattering.rs explains, or some of them.
+// Twin: crates/bake/src/cpu/shade.rs.
 // #import lib/view
 // #import lib/grid
 // #import lib/light
 // #import lib/single_scattering
 // #import lib/transmittance
+// #import lib/multiple_scattering
+// #import lib/global_scattering
+// #import lib/local_scattering
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> batch: Batch;
@@ -17,12 +21,27 @@
 // Packed records, [light of the batch][voxel].
 @group(0) @binding(8) var<storage, read> records: array<vec2u>;
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4f>;
-// 64 bit each, low word first: points skipped, products, products skipped.
+// 64 bit each, low word first: points skipped; then for each term of SINGLE_COUNTER.. how many
+// products of point and light were evaluated, and how many skipped.
 @group(0) @binding(10) var<storage, read_write> counters: array<atomic<u32>>;
 @group(0) @binding(11) var<uniform> axes: TableAxes;
 @group(0) @binding(12) var table_c: texture_2d<u32>;
 @group(0) @binding(13) var lobes_tt: texture_2d<u32>;
 @group(0) @binding(14) var lobes_trt: texture_2d<u32>;
+@group(0) @binding(15) var averages: texture_2d<f32>;
+// By the sine of the inclination, 0..=1: a_f, then beta_f^2.
+@group(0) @binding(16) var<uniform> forward: array<vec4f, 128>;
+
+// The terms that are drawn; the others are not part of the pipeline.
+override TERMS: u32 = 7u;
+
+const SINGLE_COUNTER: u32 = 1u;
+const DIRECT_LOCAL_COUNTER: u32 = 3u;
+const GLOBAL_COUNTER: u32 = 5u;
+const LOCAL_COUNTER: u32 = 7u;
+
+// Sines less one, the index of the last.
+const LAST_FORWARD: f32 = 63.0;
 
 fn count(counter: u32, n: u32) {
     let before = atomicAdd(&counters[2u * counter], n);
@@ -58,6 +77,29 @@ fn in_view(screen: vec3f) -> bool {
     return screen.z >= view.near && all(screen.xy > low) && all(screen.xy < high);
 }
 
+// a_f and beta_f^2 between two entries.
+struct ForwardAverages {
+    a_f: vec3f,
+    beta_f_2: vec3f,
+}
+
+fn sample_forward(sin_theta: f32) -> ForwardAverages {
+    let at = clamp(sin_theta, 0.0, 1.0) * LAST_FORWARD;
+    let first = min(floor(at), LAST_FORWARD - 1.0);
+    let fraction = at - first;
+    let ix = 2u * u32(first);
+    return ForwardAverages(
+        mix(forward[ix].xyz, forward[ix + 2u].xyz, fraction),
+        mix(forward[ix + 1u].xyz, forward[ix + 3u].xyz, fraction),
+    );
+}
+
+// Adds to the counts of a term.
+fn count_term(counter: u32, evaluated: u32) {
+    count(counter, evaluated);
+    count(counter + 1u, batch.n_lights - evaluated);
+}
+
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3u) {
     let point_ix = batch.first_point + id.x;
@@ -77,20 +119,55 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     let g = grid_position(grid, position);
     let n_voxels = grid.dims.x * grid.dims.y * grid.dims.z;
     var sum = vec3f(0.0);
-    var skipped = 0u;
+    var evaluated = vec4u(0u);
     for (var ix = 0u; ix < batch.n_lights; ix++) {
         let light = lights[batch.first_light + ix];
         let record = record_at(ix * n_voxels, g);
         let unblocked = record.shares.x;
-        if unblocked * light.power < batch.min_power {
-            skipped++;
+        let direct_power = unblocked * light.power;
+        let source = light_in_frame(frame * light.direction, light.lambda);
+        if (TERMS & TERM_SINGLE) != 0u && direct_power >= batch.min_power {
+            let scattered =
+                single_scattering(source, eye, shading, axes, table_c, lobes_tt, lobes_trt);
+            sum += unblocked * light.rgb * scattered;
+            evaluated.x++;
+        }
+        if (TERMS & TERM_LOCAL) != 0u && direct_power * batch.most_local >= batch.min_power {
+            let scattered = direct_local_scattering(source, eye, averages, 0u);
+            let factor = batch.density_back * unblocked * light.solid_angle;
+            sum += factor * light.rgb * scattered;
+            evaluated.y++;
+        }
+        if (TERMS & (TERM_LOCAL | TERM_GLOBAL)) == 0u {
             continue;
         }
-        let source = light_in_frame(frame * light.direction, light.lambda);
-        let scattered = single_scattering(source, eye, shading, axes, table_c, lobes_tt, lobes_trt);
-        sum += unblocked * light.rgb * scattered;
+        let at = sample_forward(record.sin_theta);
+        let arriving = forward_light(record, at.a_f, at.beta_f_2, light.rgb, light.lambda);
+        let gained = batch.density_forward * arriving.gained;
+        let power = max(max(gained.x, gained.y), gained.z) * light.power;
+        let radiance_in = light.solid_angle * gained * light.rgb;
+        if (TERMS & TERM_GLOBAL) != 0u && power >= batch.min_power {
+            let scattered = global_scattering(
+                source.direction, eye, arriving.sigma_f, shading, lobes_tt, lobes_trt);
+            sum += radiance_in * scattered;
+            evaluated.z++;
+        }
+        if (TERMS & TERM_LOCAL) != 0u && power * batch.most_local >= batch.min_power {
+            let scattered =
+                local_scattering(source.direction, eye, arriving.sigma_f, averages, 0u);
+            sum += batch.density_back * radiance_in * scattered;
+            evaluated.w++;
+        }
     }
     radiance[point_ix] += vec4f(sum * view.radiance_scale, 0.0);
-    count(1u, batch.n_lights - skipped);
-    count(2u, skipped);
+    if (TERMS & TERM_SINGLE) != 0u {
+        count_term(SINGLE_COUNTER, evaluated.x);
+    }
+    if (TERMS & TERM_LOCAL) != 0u {
+        count_term(DIRECT_LOCAL_COUNTER, evaluated.y);
+        count_term(LOCAL_COUNTER, evaluated.w);
+    }
+    if (TERMS & TERM_GLOBAL) != 0u {
+        count_term(GLOBAL_COUNTER, evaluated.z);
+    }
 }

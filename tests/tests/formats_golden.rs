@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use strandlight_formats::{
     Attribute, Axis, Background, CameraSection, Domain, FitReport, Groom, GroomSection,
     GroomSource, HairImport, HairOriginal, HairSection, LightSet, LightSetInfo, LightsSection,
-    Mode, PerModeDeg, RenderSection, Scene, SinglePoint, Spacing, SrbfLight, Table, TableFile,
-    TableInfo, TablesSection, ToneMap, UpAxis,
+    Mode, PerModeDeg, RenderSection, Scattering, Scene, SinglePoint, Spacing, SrbfLight, Table,
+    TableFile, TableInfo, TablesSection, ToneMap, UpAxis,
 };
 use strandlight_tests::project_root;
 
@@ -206,6 +206,8 @@ fn scene() -> Scene {
             eccentricity: 0.9,
             diameter_cm: Some(0.006),
             modes: vec![Mode::Trt, Mode::R],
+            density_forward: None,
+            density_back: None,
         },
         camera: Some(CameraSection {
             position: [0.0, 10.0, 80.0],
@@ -219,6 +221,7 @@ fn scene() -> Scene {
             exposure: -1.5,
             tone_map: ToneMap::None,
             background: Background::Color([0.25, 0.5, 1.0]),
+            scattering: Scattering::Total,
         },
         folder: project_root().join("tests/golden"),
     }

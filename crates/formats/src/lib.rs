@@ -36,7 +36,7 @@ pub use light_set::{FitReport, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
 pub use preset::preset_names;
 pub use scene::{
     Background, CameraSection, GroomSection, HairSection, LightsSection, Mode, PerModeDeg,
-    RenderSection, Scene, TablesSection, ToneMap,
+    RenderSection, Scattering, Scene, TablesSection, ToneMap,
 };
 pub use table_file::TableReader;
 pub use tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo};

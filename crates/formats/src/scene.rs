@@ -135,6 +135,12 @@ pub struct HairSection {
     pub diameter_cm: Option<f64>,
     /// The modes to draw; at least one, none twice.
     pub modes: Vec<Mode>,
+    /// d_f, share of blocked light that is scattered on forward, 0..=1; if absent, the renderer's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density_forward: Option<f64>,
+    /// d_b, share of the hair behind a fibre that scatters light back, 0..=1; likewise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density_back: Option<f64>,
 }
 
 impl HairSection {
@@ -163,6 +169,8 @@ impl Default for HairSection {
             eccentricity: 1.0,
             diameter_cm: None,
             modes: vec![Mode::R, Mode::Tt, Mode::Trt],
+            density_forward: None,
+            density_back: None,
         }
     }
 }
@@ -197,6 +205,8 @@ pub struct RenderSection {
     pub tone_map: ToneMap,
     /// What is seen between the strands.
     pub background: Background,
+    /// Which terms of scattering are drawn.
+    pub scattering: Scattering,
 }
 
 impl Default for RenderSection {
@@ -207,6 +217,42 @@ impl Default for RenderSection {
             exposure: 0.0,
             tone_map: ToneMap::Filmic,
             background: Background::Lights,
+            scattering: Scattering::Total,
+        }
+    }
+}
+
+/// Terms of scattering.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scattering {
+    /// Light that reaches a fibre unblocked and is scattered by it alone.
+    Single,
+    /// Light that fibres in front scattered on forward.
+    Global,
+    /// Light that comes back out of the hair behind a fibre.
+    Local,
+    /// All of them.
+    #[default]
+    Total,
+}
+
+impl Scattering {
+    /// All choices.
+    pub const ALL: [Scattering; 4] = [
+        Scattering::Single,
+        Scattering::Global,
+        Scattering::Local,
+        Scattering::Total,
+    ];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Scattering::Single => "single",
+            Scattering::Global => "global",
+            Scattering::Local => "local",
+            Scattering::Total => "total",
         }
     }
 }

@@ -163,6 +163,14 @@ impl HairSection {
         }
         in_range("hair.caustic_width_deg", self.caustic_width_deg, 0.5, 60.0)?;
         in_range("hair.eccentricity", self.eccentricity, 0.5, 2.0)?;
+        for (key, density) in [
+            ("hair.density_forward", self.density_forward),
+            ("hair.density_back", self.density_back),
+        ] {
+            if let Some(density) = density {
+                in_range(key, density, 0.0, 1.0)?;
+            }
+        }
         if let Some(diameter) = self.diameter_cm {
             in_range("hair.diameter_cm", diameter, 1e-5, 10.0)?;
         }

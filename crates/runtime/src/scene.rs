@@ -6,8 +6,11 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 use strandlight_formats::{
-    Background, Domain, Groom, HairSection, LightSet, Mode, Scene, SrbfLight, TableFile,
-    TableReader,
+    Background, Domain, Groom, HairSection, LightSet, Mode, Scattering, Scene, SrbfLight,
+    TableFile, TableReader,
+};
+use strandlight_scattering::closed_form::{
+    DENSITY_BACK, DENSITY_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::table_names;
@@ -31,6 +34,12 @@ pub struct PreparedScene {
     pub lights: Vec<SrbfLight>,
     /// The hair's parameters, the modes to draw, and the textures made of them.
     pub hair: HairTextures,
+    /// d_f and d_b: shares of the hair in front of and behind a fibre that scatter, 0..=1.
+    pub densities: [f32; 2],
+    /// Products of a point and a light are left out below this share of all lights' power;
+    /// [`NEGLIGIBLE_SHARE`].
+    pub negligible_share: f32,
+    scattering: Scattering,
     /// Tables of the closed forms: C where R is drawn.
     pub tables: ShadingTables,
     /// The view.
@@ -63,12 +72,17 @@ pub struct LightRecord {
     pub first_sweep: u32,
     /// Number of its directions.
     pub n_sweeps: u32,
+    /// Solid angle, sr.
+    pub solid_angle: f32,
     /// Not used.
-    pub pad: [u32; 2],
+    pub pad: u32,
 }
 
-/// A product of a point and a light is left out where the light's power times its transmittance
-/// is below this share of all lights' power: with 40 lights at most 4e-5 of a lit fibre.
+/// A term of scattering is left out for a point and a light where the power that the term starts
+/// from is below this share of all lights' power: with 40 lights at most 4e-5 of a lit fibre.
+///
+/// That power is T times the light's for single scattering, d_f (T_f - T) times it for global, and
+/// either of them times d_b and the largest A_b for local.
 pub const NEGLIGIBLE_SHARE: f32 = 1e-6;
 
 impl PreparedScene {
@@ -95,6 +109,11 @@ impl PreparedScene {
         let hair = hair_params(&scene.hair);
         let hair = HairTextures::new(tables.lobes, tables.fresnel, &hair, &modes, SEGMENTS)
             .map_err(|error| SceneError::File(error.to_string()))?;
+        let density = |of_scene: Option<f64>, default| of_scene.map_or(default, |d| d as f32);
+        let densities = [
+            density(scene.hair.density_forward, DENSITY_FORWARD),
+            density(scene.hair.density_back, DENSITY_BACK),
+        ];
         let strands = prepare_groom(&groom, &scene.hair)?;
         let turn = Quat::from_rotation_y(scene.lights.rotate_deg.to_radians() as f32);
         let intensity = scene.lights.intensity as f32;
@@ -117,10 +136,13 @@ impl PreparedScene {
             },
             None => Camera::framing(strands.centre, strands.radius, DEFAULT_FOV_Y),
         };
-        Ok(PreparedScene {
+        let mut prepared = PreparedScene {
             strands,
             lights,
             hair,
+            densities,
+            negligible_share: NEGLIGIBLE_SHARE,
+            scattering: scene.render.scattering,
             tables: tables.shading,
             camera,
             background: scene.render.background,
@@ -128,7 +150,9 @@ impl PreparedScene {
             tone_map: scene.render.tone_map,
             size: scene.render.size,
             samples: scene.render.samples,
-        })
+        };
+        prepared.set_scattering(scene.render.scattering);
+        Ok(prepared)
     }
 
     /// A scene put together by hand, with the defaults of a scene file for the rest.
@@ -144,10 +168,13 @@ impl PreparedScene {
         background: Background,
     ) -> Result<Self, SceneError> {
         check_lights(&lights)?;
-        Ok(PreparedScene {
+        let mut scene = PreparedScene {
             strands,
             lights,
             hair,
+            densities: [DENSITY_FORWARD, DENSITY_BACK],
+            negligible_share: NEGLIGIBLE_SHARE,
+            scattering: Scattering::Total,
             tables,
             camera,
             background,
@@ -155,7 +182,38 @@ impl PreparedScene {
             tone_map: ToneMap::Filmic,
             size: [720, 480],
             samples: 64,
-        })
+        };
+        scene.set_scattering(Scattering::Total);
+        Ok(scene)
+    }
+
+    /// The terms that are drawn.
+    pub fn scattering(&self) -> Scattering {
+        self.scattering
+    }
+
+    /// Chooses the terms that are drawn. The averages of multiple scattering come or go.
+    pub fn set_scattering(&mut self, scattering: Scattering) {
+        self.scattering = scattering;
+        if self.hair.is_multiple() != (scattering != Scattering::Single) {
+            self.hair.enable_multiple(scattering != Scattering::Single);
+        }
+    }
+
+    /// The terms that are drawn as bits: [`TERM_SINGLE`], [`TERM_LOCAL`], [`TERM_GLOBAL`].
+    pub fn terms(&self) -> u32 {
+        match self.scattering {
+            Scattering::Single => TERM_SINGLE,
+            Scattering::Global => TERM_GLOBAL,
+            Scattering::Local => TERM_LOCAL,
+            Scattering::Total => TERM_SINGLE | TERM_LOCAL | TERM_GLOBAL,
+        }
+    }
+
+    /// What local scattering makes of power at most: d_b times the largest A_b of `hair`.
+    pub fn most_local(&self, hair: &HairTextures) -> f32 {
+        let largest = hair.averages().iter().flat_map(|texel| &texel[..3]);
+        self.densities[1] * largest.fold(0.0, |a, &b| f32::max(a, b))
     }
 
     /// The lights as the passes read them, and all sweep directions (fourth float zero).
@@ -172,14 +230,16 @@ impl PreparedScene {
                         .map(|&[x, y, z]| [x, y, z, 0.0]),
                 );
                 let brightest = light.rgb.iter().copied().fold(0.0, f32::max);
+                let solid_angle = solid_angle(light.lambda);
                 LightRecord {
                     direction: light.direction,
                     lambda: light.lambda,
                     rgb: light.rgb,
-                    power: brightest * solid_angle(light.lambda),
+                    power: brightest * solid_angle,
                     first_sweep,
                     n_sweeps: sweeps.len() as u32 - first_sweep,
-                    pad: [0; 2],
+                    solid_angle,
+                    pad: 0,
                 }
             })
             .collect();
@@ -197,14 +257,33 @@ impl PreparedScene {
             voxels: Grid::around(&self.strands).n_voxels(),
             lights: self.lights.len(),
             sweeps: self.light_records().1.len(),
+            scattering: self.scattering.name(),
+            skipped: self.skipped(),
             ..Stats::default()
         }
+    }
+
+    /// What no frame of the scene needs, in words.
+    fn skipped(&self) -> Vec<String> {
+        let mut skipped = Vec::new();
+        for lobe in Lobe::ALL {
+            if !self.hair.modes().contains(&lobe) {
+                skipped.push(format!("mode {}: not enabled", lobe.name()));
+            }
+        }
+        if self.hair.hair().eccentricity == 1.0 && self.hair.modes().contains(&Lobe::Trt) {
+            skipped.push("rows of TRT over the index: the fibre is round".to_owned());
+        }
+        if self.scattering == Scattering::Single {
+            skipped.push("averages of multiple scattering: single scattering alone".to_owned());
+        }
+        skipped
     }
 
     /// Power below which a light, weakened by hair, is not shaded.
     pub fn min_power(&self) -> f32 {
         let total: f32 = self.light_records().0.iter().map(|light| light.power).sum();
-        (total * NEGLIGIBLE_SHARE).min(f32::MAX)
+        (total * self.negligible_share).min(f32::MAX)
     }
 
     /// A power of two that brings radiance in this scene near 1: half-float targets keep three

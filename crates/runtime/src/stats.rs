@@ -20,6 +20,21 @@ pub struct Stage {
     pub bytes: u64,
 }
 
+/// A term of scattering in one frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Term {
+    /// Its name, of [`TERM_NAMES`].
+    pub name: &'static str,
+    /// Products of a point and a light that were evaluated.
+    pub products: u64,
+    /// Products left out because hardly any light takes this way to the point.
+    pub skipped: u64,
+}
+
+/// The terms in the order that passes count them: T M^S, T M^{L,dir}, (T_f - T) M^G and
+/// (T_f - T) M^L.
+pub const TERM_NAMES: [&str; 4] = ["single", "direct local", "global", "local"];
+
 /// Costs and counts of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stats {
@@ -43,15 +58,50 @@ pub struct Stats {
     pub sweeps: usize,
     /// Points outside the view, not shaded.
     pub points_skipped: u64,
-    /// Products of a point and a light that were evaluated.
-    pub products: u64,
-    /// Products left out because the light hardly reaches the point.
-    pub products_skipped: u64,
+    /// The terms of scattering that were asked for.
+    pub scattering: &'static str,
+    /// The terms that were drawn.
+    pub terms: Vec<Term>,
+    /// What was left out altogether, and why.
+    pub skipped: Vec<String>,
     /// Passes of four samples.
     pub passes: u32,
 }
 
 impl Stats {
+    /// Products evaluated, and products left out, of all terms.
+    pub fn products(&self) -> [u64; 2] {
+        let sum = |of: fn(&Term) -> u64| self.terms.iter().map(of).sum();
+        [sum(|term| term.products), sum(|term| term.skipped)]
+    }
+
+    /// Takes what a pass counted: by term of [`TERM_NAMES`], evaluated and skipped.
+    pub fn set_terms(&mut self, counts: &[[u64; 2]]) {
+        self.terms = TERM_NAMES
+            .into_iter()
+            .zip(counts)
+            .filter(|(_, counts)| counts.iter().any(|&n| n > 0))
+            .map(|(name, &[products, skipped])| Term {
+                name,
+                products,
+                skipped,
+            })
+            .collect();
+    }
+
+    /// One line: where, how much, how long.
+    pub fn summary(&self) -> String {
+        let total: f64 = self.stages.iter().map(|stage| stage.milliseconds).sum();
+        format!(
+            "rendered on {}: {} points, {} lights, {} scattering, {:.1} s",
+            self.backend,
+            self.points,
+            self.lights,
+            self.scattering,
+            1e-3 * total
+        )
+    }
+
     /// Runs `work` as stage `name`; it answers its value and the bytes it wrote.
     pub fn stage<T, E>(
         &mut self,
@@ -92,9 +142,21 @@ impl fmt::Display for Stats {
         )?;
         writeln!(
             f,
-            "  {} products of point and light ({} negligible ones and {} points out of view skipped)",
-            self.products, self.products_skipped, self.points_skipped
+            "  {} scattering, {} points out of view",
+            self.scattering, self.points_skipped
         )?;
+        writeln!(f, "  term            products   negligible")?;
+        for term in &self.terms {
+            writeln!(
+                f,
+                "  {:<12}{:>12} {:>12}",
+                term.name, term.products, term.skipped
+            )?;
+        }
+        for skipped in &self.skipped {
+            writeln!(f, "  skipped: {skipped}")?;
+        }
+        writeln!(f, "  pass                  time     memory")?;
         for stage in &self.stages {
             writeln!(
                 f,

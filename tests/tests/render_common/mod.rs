@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::Vec3;
-use strandlight_formats::{Axis, Background, Spacing, SrbfLight, Table, TableFile};
+use strandlight_formats::{Axis, Background, Scattering, Spacing, SrbfLight, Table, TableFile};
 use strandlight_runtime::camera::DEFAULT_FOV_Y;
 use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::gpu::Context;
@@ -206,12 +206,15 @@ pub fn textures(hair: &HairParams, modes: &[Lobe]) -> HairTextures {
     HairTextures::new(lobes, Fresnel::Dielectric, hair, modes, 4).expect("valid parameters")
 }
 
-/// A scene of `strands` with what else it needs.
+/// A scene of `strands` with what else it needs, single scattering alone.
 pub fn scene(strands: Strands, lights: Vec<SrbfLight>, hair: &HairParams) -> PreparedScene {
     let camera = Camera::framing(strands.centre, strands.radius, DEFAULT_FOV_Y);
     let hair = textures(hair, &Lobe::ALL);
-    PreparedScene::from_parts(strands, lights, hair, tables(), camera, Background::None)
-        .expect("lights in range")
+    let mut scene =
+        PreparedScene::from_parts(strands, lights, hair, tables(), camera, Background::None)
+            .expect("lights in range");
+    scene.set_scattering(Scattering::Single);
+    scene
 }
 
 pub fn wig_scene(n_strands: usize) -> PreparedScene {

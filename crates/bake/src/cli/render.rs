@@ -8,7 +8,7 @@ use strandlight_bake::cpu;
 use strandlight_bake::picture::exr_file;
 use strandlight_bake::progress::Progress;
 use strandlight_bake::transmittance::Method;
-use strandlight_formats::Scene;
+use strandlight_formats::{Scattering, Scene};
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::render::{check_frame, whole_passes};
 use strandlight_runtime::{Picture, PreparedScene, RenderError, Renderer, Stats};
@@ -35,9 +35,15 @@ pub struct Args {
     /// Where to render; auto takes the GPU if there is one
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     backend: Backend,
+    /// Terms of scattering to draw: single, global, local or total [default: the scene's, total]
+    #[arg(long, value_name = "TERMS", value_parser = parse_scattering)]
+    scattering: Option<Scattering>,
     /// How the transmittance of lights is found; all but sweep are baselines on the CPU
     #[arg(long, value_enum, default_value_t = Method::Sweep)]
     transmittance: Method,
+    /// Say what ran and what was skipped, with bytes and milliseconds of each pass
+    #[arg(long)]
+    stats: bool,
     /// Print a JSON document about the picture instead of text
     #[arg(long)]
     json: bool,
@@ -68,6 +74,11 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     Ok(size)
 }
 
+fn parse_scattering(text: &str) -> Result<Scattering, String> {
+    let found = Scattering::ALL.into_iter().find(|s| s.name() == text);
+    found.ok_or_else(|| "single, global, local or total".to_owned())
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let format = format_of(&args.output)?;
@@ -76,9 +87,15 @@ pub fn run(args: &Args) -> Outcome {
     let size = args.size.unwrap_or(scene.render.size);
     let samples = whole_passes(args.samples.unwrap_or(scene.render.samples));
     check_frame(size, samples).map_err(|error| Failure::file(&args.scene, error))?;
+    let mut scene = scene;
+    scene.render.scattering = args.scattering.unwrap_or(scene.render.scattering);
     let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
     let (picture, stats) = draw(&prepared, size, samples, args.backend, args.transmittance)?;
-    note!("{stats}");
+    if args.stats {
+        note!("{stats}");
+    } else {
+        note!("{}", stats.summary());
+    }
     let bytes = match format {
         Format::Png => picture
             .to_png(prepared.exposure, prepared.tone_map)
@@ -163,6 +180,18 @@ fn report(path: &Path, picture: &Picture, samples: u32, stats: &Stats) -> serde_
             })
         })
         .collect();
+    let terms: Vec<_> = stats
+        .terms
+        .iter()
+        .map(|term| {
+            json!({
+                "name": term.name,
+                "products": term.products,
+                "skipped": term.skipped,
+            })
+        })
+        .collect();
+    let [products, products_skipped] = stats.products();
     json!({
         "file": path.display().to_string(),
         "size": [picture.width, picture.height],
@@ -174,8 +203,11 @@ fn report(path: &Path, picture: &Picture, samples: u32, stats: &Stats) -> serde_
         "lights": stats.lights,
         "sweeps": stats.sweeps,
         "voxels": stats.voxels,
-        "products": stats.products,
-        "products_skipped": stats.products_skipped,
+        "scattering": stats.scattering,
+        "terms": terms,
+        "products": products,
+        "products_skipped": products_skipped,
+        "skipped": stats.skipped,
         "points_skipped": stats.points_skipped,
         "stages": stages,
     })

@@ -138,9 +138,9 @@ fn light(
         shade_s += seconds;
         done += batch.len();
         observer(LIGHTING_SHARE * done as f64 / lights.len() as f64);
-        counts.products += batch_counts.products;
-        counts.products_skipped += batch_counts.products_skipped;
-        counts.points_skipped = batch_counts.points_skipped;
+        // Each batch of lights counts the same points.
+        counts.points_skipped = 0;
+        counts = counts.and(batch_counts);
     }
     stats.stages.push(Stage {
         name: "transmittance",
@@ -153,7 +153,6 @@ fn light(
         bytes: 16 * radiance.len() as u64,
     });
     stats.points_skipped = counts.points_skipped;
-    stats.products = counts.products;
-    stats.products_skipped = counts.products_skipped;
+    stats.set_terms(&counts.terms);
     Ok(radiance)
 }

@@ -1,4 +1,4 @@
-//! Single scattering of all lights at every point. Twin of `shaders/pass/shade.wgsl`.
+//! Scattering of all lights at every point. Twin of `shaders/pass/shade.wgsl`.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -7,7 +7,10 @@ use strandlight_runtime::camera::ViewUniform;
 use strandlight_runtime::scene::LightRecord;
 use strandlight_runtime::volume::Grid;
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, LightInFrame, PackedRecord, ShadowRecord, single_scattering, unpack_record,
+    AverageTexel, DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, Shading,
+    ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, direct_local_scattering, forward_light,
+    forward_table, global_scattering, local_scattering, sample_forward, single_scattering,
+    unpack_record,
 };
 
 use super::project::screen_position;
@@ -18,8 +21,19 @@ use super::voxelise::{grid_position, voxel_index};
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     pub points_skipped: u64,
-    pub products: u64,
-    pub products_skipped: u64,
+    /// Products evaluated and skipped, by term of [`strandlight_runtime::stats::TERM_NAMES`].
+    pub terms: [[u64; 2]; 4],
+}
+
+impl Counts {
+    /// Of both.
+    pub fn and(self, other: Counts) -> Counts {
+        Counts {
+            points_skipped: self.points_skipped + other.points_skipped,
+            terms: [0, 1, 2, 3]
+                .map(|term| [0, 1].map(|ix| self.terms[term][ix] + other.terms[term][ix])),
+        }
+    }
 }
 
 /// Adds the lights of a batch to `radiance` (rgb, 0), times the view's radiance scale.
@@ -34,8 +48,16 @@ pub(super) fn shade(
 ) -> Counts {
     let strands = &scene.strands;
     let (n_points, n_voxels) = (strands.points.len(), grid.n_voxels());
-    let min_power = scene.min_power();
     let shading = scene.hair.optics().shading(scene.tables.view());
+    let terms = Terms {
+        bits: scene.terms(),
+        shading: &shading,
+        averages: scene.hair.averages(),
+        forward: &forward_table(scene.hair.averages()),
+        min_power: scene.min_power(),
+        densities: scene.densities,
+        most_local: scene.most_local(&scene.hair),
+    };
     radiance
         .par_iter_mut()
         .enumerate()
@@ -55,38 +77,95 @@ pub(super) fn shade(
             let eye = DirectionInFrame::from_vector(in_frame(Vec3::from(view.eye) - position));
             let g = grid_position(grid, position);
             let mut sum = [0.0; 3];
-            let mut skipped = 0;
+            let mut evaluated = [0; 4];
             for (ix, light) in lights.iter().enumerate() {
                 let record = match shadows {
                     Shadows::Volume(records) => record_at(grid, &records[ix * n_voxels..], g),
                     Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
                 };
-                let unblocked = record.shares[0];
-                if unblocked * light.power < min_power {
-                    skipped += 1;
-                    continue;
-                }
                 let direction = in_frame(Vec3::from(light.direction));
                 let source = LightInFrame::from_vector(direction, light.lambda);
-                let scattered = single_scattering(&source, &eye, &shading);
-                for channel in 0..3 {
-                    sum[channel] += unblocked * light.rgb[channel] * scattered[channel];
-                }
+                terms.add(light, &source, &eye, &record, &mut sum, &mut evaluated);
             }
             for channel in 0..3 {
                 radiance[channel] += sum[channel] * view.radiance_scale;
             }
+            let drawn = [TERM_SINGLE, TERM_LOCAL, TERM_GLOBAL, TERM_LOCAL];
             Counts {
                 points_skipped: 0,
-                products: lights.len() as u64 - skipped,
-                products_skipped: skipped,
+                terms: [0, 1, 2, 3].map(|ix| match terms.bits & drawn[ix] {
+                    0 => [0, 0],
+                    _ => [evaluated[ix], lights.len() as u64 - evaluated[ix]],
+                }),
             }
         })
-        .reduce(Counts::default, |a, b| Counts {
-            points_skipped: a.points_skipped + b.points_skipped,
-            products: a.products + b.products,
-            products_skipped: a.products_skipped + b.products_skipped,
-        })
+        .reduce(Counts::default, Counts::and)
+}
+
+/// The terms that are drawn and what they read.
+struct Terms<'a> {
+    bits: u32,
+    shading: &'a Shading<'a>,
+    averages: &'a [AverageTexel],
+    forward: &'a ForwardTable,
+    min_power: f32,
+    densities: [f32; 2],
+    most_local: f32,
+}
+
+impl Terms<'_> {
+    /// Adds what `eye` sees of one light.
+    fn add(
+        &self,
+        light: &LightRecord,
+        source: &LightInFrame,
+        eye: &DirectionInFrame,
+        record: &ShadowRecord,
+        sum: &mut [f32; 3],
+        evaluated: &mut [u64; 4],
+    ) {
+        let mut add = |factor: [f32; 3], scattered: [f32; 3], term: usize| {
+            for channel in 0..3 {
+                sum[channel] += factor[channel] * light.rgb[channel] * scattered[channel];
+            }
+            evaluated[term] += 1;
+        };
+        let [density_forward, density_back] = self.densities;
+        let unblocked = record.shares[0];
+        let direct_power = unblocked * light.power;
+        if self.bits & TERM_SINGLE != 0 && direct_power >= self.min_power {
+            add(
+                [unblocked; 3],
+                single_scattering(source, eye, self.shading),
+                0,
+            );
+        }
+        if self.bits & TERM_LOCAL != 0 && direct_power * self.most_local >= self.min_power {
+            let scattered = direct_local_scattering(source, eye, self.averages);
+            let factor = density_back * unblocked * light.solid_angle;
+            add([factor; 3], scattered, 1);
+        }
+        if self.bits & (TERM_LOCAL | TERM_GLOBAL) == 0 {
+            return;
+        }
+        let (a_f, beta_f_2) = sample_forward(self.forward, record.sin_theta);
+        let arriving = forward_light(record, a_f, beta_f_2, light.rgb, light.lambda);
+        let gained = arriving.gained.map(|gained| density_forward * gained);
+        let power = gained[0].max(gained[1]).max(gained[2]) * light.power;
+        let factor = gained.map(|gained| light.solid_angle * gained);
+        let (towards, sigma_f) = (&source.direction, arriving.sigma_f);
+        if self.bits & TERM_GLOBAL != 0 && power >= self.min_power {
+            add(
+                factor,
+                global_scattering(towards, eye, sigma_f, self.shading),
+                2,
+            );
+        }
+        if self.bits & TERM_LOCAL != 0 && power * self.most_local >= self.min_power {
+            let scattered = local_scattering(towards, eye, sigma_f, self.averages);
+            add(factor.map(|factor| density_back * factor), scattered, 3);
+        }
+    }
 }
 
 /// Whether a point at this place of the screen can touch the picture.

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use super::LIGHT_BATCH;
 use super::resources::{
-    StrandBuffers, bind, buffer_of, compute, dispatch, failed, read_back, shader, storage, submit,
-    uniform,
+    StrandBuffers, bind, buffer_of, compute_with, dispatch, failed, read_back, shader, storage,
+    submit, uniform,
 };
 use super::shadows::{Batch, Records, Sweep, SweptLights};
 use super::volume::Volume;
@@ -31,6 +31,8 @@ pub(super) struct Lighting {
     n_lights: usize,
     n_directions: u32,
     min_power: f32,
+    densities: [f32; 2],
+    most_local: f32,
 }
 
 /// What shading left on the device.
@@ -60,7 +62,8 @@ impl Lighting {
     ) -> Result<Self, RenderError> {
         let sweep = Sweep::new(context)?;
         let module = shader(context, "pass/shade")?;
-        let shade = compute(context, &module, "shade");
+        let terms = [("TERMS", f64::from(scene.terms()))];
+        let shade = compute_with(context, &module, "shade", &terms);
         let (lights, sweeps) = scene.light_records();
         let usage = wgpu::BufferUsages::STORAGE;
         let (n_lights, n_directions) = (lights.len(), most_directions(&lights));
@@ -83,6 +86,8 @@ impl Lighting {
             directions,
             scattering: super::scattering::Scattering::new(context, scene)?,
             min_power: scene.min_power(),
+            densities: scene.densities,
+            most_local: scene.most_local(&scene.hair),
         })
     }
 
@@ -118,7 +123,14 @@ impl Lighting {
     }
 
     /// Writes what an edit of the hair made anew.
-    pub fn update(&mut self, context: &Context, hair: &HairTextures, report: &EditReport) {
+    pub fn update(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        hair: &HairTextures,
+        report: &EditReport,
+    ) {
+        self.most_local = scene.most_local(hair);
         self.scattering.update(context, hair, report);
     }
 
@@ -134,7 +146,7 @@ impl Lighting {
     ) -> Result<Shading, RenderError> {
         let n_points = strands.n_points;
         let radiance = storage(context, "radiance", u64::from(n_points) * 16);
-        let counters = storage(context, "counters", 32);
+        let counters = storage(context, "counters", 80);
         let view_buffer = uniform(context, "view", view);
         let batch_buffer = uniform(context, "batch", &self.batch(0, 0, 0, 0));
         let mut resources = vec![
@@ -195,8 +207,8 @@ impl Lighting {
         // Each batch of lights counts the same points.
         let batches = self.n_lights.div_ceil(LIGHT_BATCH).max(1) as u64;
         stats.points_skipped = counts[0] / batches;
-        stats.products = counts[1];
-        stats.products_skipped = counts[2];
+        let terms: &[[u64; 2]] = bytemuck::cast_slice(&counts[1..9]);
+        stats.set_terms(terms);
         Ok(Shading {
             radiance,
             lights: self.lights.clone(),
@@ -221,7 +233,9 @@ impl Lighting {
             first_point,
             end_point,
             min_power: self.min_power,
-            pad: [0; 3],
+            density_forward: self.densities[0],
+            density_back: self.densities[1],
+            most_local: self.most_local,
         }
     }
 }

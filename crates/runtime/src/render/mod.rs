@@ -135,7 +135,8 @@ impl<'a> Renderer<'a> {
     /// The first parameter outside its range; nothing is changed then.
     pub fn edit(&mut self, hair: &HairParams) -> Result<EditReport, EditError> {
         let report = self.hair.apply(hair)?;
-        self.lighting.update(self.context, &self.hair, &report);
+        self.lighting
+            .update(self.context, &self.scene, &self.hair, &report);
         Ok(report)
     }
 

@@ -118,6 +118,16 @@ pub(crate) fn compute(
     module: &wgpu::ShaderModule,
     entry: &'static str,
 ) -> wgpu::ComputePipeline {
+    compute_with(context, module, entry, &[])
+}
+
+/// [`compute`] with values for the module's overrides.
+pub(crate) fn compute_with(
+    context: &Context,
+    module: &wgpu::ShaderModule,
+    entry: &'static str,
+    constants: &[(&str, f64)],
+) -> wgpu::ComputePipeline {
     context
         .device
         .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -125,7 +135,10 @@ pub(crate) fn compute(
             layout: None,
             module,
             entry_point: Some(entry),
-            compilation_options: Default::default(),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants,
+                ..Default::default()
+            },
             cache: None,
         })
 }

@@ -1,15 +1,19 @@
 //! The fibre's optics on the device.
 
-use crate::edit::{EditReport, HairTextures};
+use super::resources::uniform;
+use crate::edit::{EditReport, HairTextures, Part};
 use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::optics::GpuOptics;
 use crate::scene::PreparedScene;
 use crate::tables::GpuTables;
+use strandlight_scattering::closed_form::forward_table;
 
-/// What `single_scattering` reads: the hair's textures and the table C.
+/// What the terms of scattering read: the hair's textures and the table C.
 pub(super) struct Scattering {
     optics: GpuOptics,
+    /// What [`forward_table`] answers.
+    forward: wgpu::Buffer,
     tables: GpuTables,
 }
 
@@ -18,6 +22,7 @@ impl Scattering {
         let optics = GpuOptics::new(context, &[scene.hair.optics()]);
         Ok(Scattering {
             optics: optics.map_err(super::resources::failed)?,
+            forward: uniform(context, "forward", &forward_table(scene.hair.averages())),
             tables: GpuTables::new(context, &scene.tables),
         })
     }
@@ -26,6 +31,11 @@ impl Scattering {
     pub fn update(&mut self, context: &Context, hair: &HairTextures, report: &EditReport) {
         // Bind groups are made for every frame.
         self.optics.update(context, hair.optics(), report);
+        if report.is_rebuilt(Part::Averages) {
+            let table = forward_table(hair.averages());
+            let bytes = bytemuck::bytes_of(&table);
+            context.queue.write_buffer(&self.forward, 0, bytes);
+        }
     }
 
     /// Bindings of the shading pass.
@@ -37,6 +47,8 @@ impl Scattering {
             (12, view(&self.tables.c)),
             (13, view(&self.optics.tt)),
             (14, view(&self.optics.trt)),
+            (15, view(&self.optics.averages)),
+            (16, self.forward.as_entire_binding()),
         ]
     }
 }

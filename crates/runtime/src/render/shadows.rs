@@ -29,7 +29,9 @@ pub(super) struct Batch {
     pub first_point: u32,
     pub end_point: u32,
     pub min_power: f32,
-    pub pad: [u32; 3],
+    pub density_forward: f32,
+    pub density_back: f32,
+    pub most_local: f32,
 }
 
 /// The pipeline of the sweep.
@@ -173,10 +175,7 @@ impl Sweep {
         let batch = Batch {
             first_light: first as u32,
             n_lights: n_lights as u32,
-            first_point: 0,
-            end_point: 0,
-            min_power: 0.0,
-            pad: [0; 3],
+            ..bytemuck::Zeroable::zeroed()
         };
         let batch = uniform(context, "batch", &batch);
         let n_cells = largest_slice(&volume.grid);

@@ -54,8 +54,8 @@ pub use local_scattering::{direct_local_scattering, local_scattering};
 pub use longitudinal::{Longitudinal, longitudinal};
 pub use mean_cosine::mean_cosine;
 pub use multiple_scattering::{
-    DENSITY_BACK, DENSITY_FORWARD, ForwardLight, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
-    forward_light,
+    DENSITY_BACK, DENSITY_FORWARD, ForwardLight, ForwardTable, N_FORWARD, TERM_GLOBAL, TERM_LOCAL,
+    TERM_SINGLE, forward_light, forward_table, sample_forward,
 };
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, NodePlace, OuterNode, OuterRule, node_constants, node_count,
@@ -71,8 +71,8 @@ pub use tables::{
     table_cell,
 };
 pub use transmittance::{
-    LEAST_SHARE, P_1, P_2, PackedRecord, RECORD_SCALE, ShadowRecord, add_to_record, depth_of_share, forward_events,
-    pack_record, pass_through, transmitted, unpack_record,
+    LEAST_SHARE, P_1, P_2, PackedRecord, RECORD_SCALE, ShadowRecord, add_to_record, depth_of_share,
+    forward_events, pack_record, pass_through, transmitted, unpack_record,
 };
 
 /// sqrt(pi).

@@ -15,6 +15,7 @@
 //! are both for light that has been scattered forward. Only blocked light has been, so no light is
 //! counted twice: T_f - T and not T_f multiplies them (Zinke 2008, Figure 5, adds both).
 
+use super::averages::{AverageTexel, sample_averages};
 use super::transmittance::{ShadowRecord, forward_events, transmitted};
 
 /// T M^S: light that comes straight and is scattered once.
@@ -28,6 +29,54 @@ pub const TERM_GLOBAL: u32 = 4;
 pub const DENSITY_FORWARD: f32 = 0.7;
 /// d_b where a scene says nothing: share of the hair behind a point that sends light back. 0..=1.
 pub const DENSITY_BACK: f32 = 0.7;
+
+/// Sines of the inclination in a [`ForwardTable`].
+pub const N_FORWARD: usize = 64;
+
+/// The averages that forward scattering needs, a_f then beta_f^2 (linear RGB and a zero each), at
+/// [`N_FORWARD`] sines of the inclination, evenly over 0..=1. A record knows no sign of the
+/// inclination, so they are means of +theta and -theta, beta_f^2 weighed by a_f.
+pub type ForwardTable = [[f32; 4]; 2 * N_FORWARD];
+
+/// Sines less one, the index of the last; twin in `shaders/pass/shade.wgsl`.
+const LAST_FORWARD: f32 = 63.0;
+
+/// The table of these averages; of no averages, zero.
+pub fn forward_table(averages: &[AverageTexel]) -> ForwardTable {
+    let mut table = [[0.0; 4]; 2 * N_FORWARD];
+    if averages.is_empty() {
+        return table;
+    }
+    for (ix, entry) in table.chunks_exact_mut(2).enumerate() {
+        let theta = (ix as f32 / LAST_FORWARD).asin();
+        let (up, down) = (
+            sample_averages(averages, theta),
+            sample_averages(averages, -theta),
+        );
+        for c in 0..3 {
+            let sum = up.a_f[c] + down.a_f[c];
+            let weighed = up.a_f[c] * up.beta_f_2[c] + down.a_f[c] * down.beta_f_2[c];
+            entry[0][c] = 0.5 * sum;
+            entry[1][c] = weighed / sum.max(1e-12);
+        }
+    }
+    table
+}
+
+/// a_f and beta_f^2 between two entries; `sample_forward` of the shading pass.
+pub fn sample_forward(table: &ForwardTable, sin_theta: f32) -> ([f32; 3], [f32; 3]) {
+    let at = sin_theta.clamp(0.0, 1.0) * LAST_FORWARD;
+    let first = at.floor().min(LAST_FORWARD - 1.0);
+    let fraction = at - first;
+    let ix = 2 * first as usize;
+    let mix = |low: [f32; 4], high: [f32; 4]| {
+        [0, 1, 2].map(|c| low[c] * (1.0 - fraction) + high[c] * fraction)
+    };
+    (
+        mix(table[ix], table[ix + 2]),
+        mix(table[ix + 1], table[ix + 3]),
+    )
+}
 
 /// Light that reaches a point after forward scattering.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +139,10 @@ mod tests {
         let s = a_f[0] * tau;
         let variance = beta_2 * s / (1.0 - (-s).exp());
         let exact = (lambda * lambda + variance).sqrt();
-        assert!((forward.sigma_f / exact - 1.0).abs() < 1e-3, "{forward:?} {exact}");
+        assert!(
+            (forward.sigma_f / exact - 1.0).abs() < 1e-3,
+            "{forward:?} {exact}"
+        );
     }
 
     #[test]
@@ -106,7 +158,10 @@ mod tests {
             for a_f in [0.0, 0.5, 0.999] {
                 let forward = forward_light(&record(tau), [a_f; 3], [0.1; 3], [1.0; 3], 0.2);
                 assert!(forward.gained.iter().all(|x| (0.0..=1.0).contains(x)));
-                assert!((0.2..20.0).contains(&forward.sigma_f), "{tau} {a_f}: {forward:?}");
+                assert!(
+                    (0.2..20.0).contains(&forward.sigma_f),
+                    "{tau} {a_f}: {forward:?}"
+                );
             }
         }
     }

@@ -275,7 +275,10 @@ mod tests {
                 let s = tau * (1.0 - f64::from(p));
                 let exact = s / -(-s).exp_m1();
                 let value = events(&[tau], p);
-                assert!((value / exact - 1.0).abs() < 0.02, "{tau} {p}: {value} {exact}");
+                assert!(
+                    (value / exact - 1.0).abs() < 0.02,
+                    "{tau} {p}: {value} {exact}"
+                );
             }
         }
         // What counts is the light that has this many: errors matter by its share.
@@ -287,7 +290,10 @@ mod tests {
                 let exact = gathered / depths.len() as f64 / rest;
                 let value = events(depths, p);
                 println!("{depths:?} {p}: {value:.3} {exact:.3} of {rest:.3}");
-                assert!((value / exact - 1.0).abs() * rest < 0.02, "{p}: {value} {exact}");
+                assert!(
+                    (value / exact - 1.0).abs() * rest < 0.02,
+                    "{p}: {value} {exact}"
+                );
             }
         }
         assert_eq!(events(&[0.0], 0.3), 1.0);
