@@ -47,17 +47,18 @@ pub fn forward_table(averages: &[AverageTexel]) -> ForwardTable {
     if averages.is_empty() {
         return table;
     }
-    for (ix, entry) in table.chunks_exact_mut(2).enumerate() {
+    for (ix, entry) in table.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+        let [a_f, beta_f_2] = entry;
         let theta = (ix as f32 / LAST_FORWARD).asin();
         let (up, down) = (
             sample_averages(averages, theta),
             sample_averages(averages, -theta),
         );
-        for c in 0..3 {
-            let sum = up.a_f[c] + down.a_f[c];
-            let weighed = up.a_f[c] * up.beta_f_2[c] + down.a_f[c] * down.beta_f_2[c];
-            entry[0][c] = 0.5 * sum;
-            entry[1][c] = weighed / sum.max(1e-12);
+        let both = |c: usize| up.a_f[c] + down.a_f[c];
+        let weighed = |c: usize| up.a_f[c] * up.beta_f_2[c] + down.a_f[c] * down.beta_f_2[c];
+        for (c, (a_f, beta_f_2)) in a_f.iter_mut().zip(beta_f_2).enumerate().take(3) {
+            *a_f = 0.5 * both(c);
+            *beta_f_2 = weighed(c) / both(c).max(1e-12);
         }
     }
     table
