@@ -42,7 +42,8 @@ fn light(lambda: f32) -> (LightRecord, Vec<[f32; 4]>) {
         power: 1.0,
         first_sweep: 0,
         n_sweeps: directions.len() as u32,
-        pad: [0; 2],
+        solid_angle: 1.0,
+        pad: 0,
     };
     (record, directions)
 }
