@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use strandlight_bake::compare::{
-    Comparison, FlipMap, Layer, PIXELS_PER_DEGREE, Region, compare, flip_png, signed_png,
+    Comparison, FlipMap, Layer, PIXELS_PER_DEGREE, Region, compare, flip_png, heat_scale,
+    signed_png,
 };
 use strandlight_runtime::tone::filmic;
 
@@ -14,8 +15,8 @@ use super::{Failure, Outcome, check_outputs, print_line, write_output};
 /// Compares picture A with the reference B
 ///
 /// Two OpenEXR pictures (linear, alpha multiplied in) or two PNGs (sRGB, compared in linear
-/// light). "hair" are the pixels where either has alpha above 0: render with background = "none"
-/// for it to mean something. relative RMSE is sqrt(mean (a-b)^2 / mean b^2) over pixels and
+/// light). "hair" are the pixels where either has alpha above 0; a picture over a background does
+/// not tell, all of it counts as hair if the other does not tell either. relative RMSE is sqrt(mean (a-b)^2 / mean b^2) over pixels and
 /// channels. If B has a layer "variance" (of each pixel's mean) the share of noise is told too.
 /// FLIP (Andersson 2020) is of the tone-mapped pictures at full size, seen from 0.7 m on a
 /// monitor 0.7 m and 3840 pixels wide (67 pixels a degree).
@@ -107,7 +108,7 @@ pub fn run(args: &Args) -> Outcome {
     let map =
         FlipMap::of_layers(&a, &b, |rgb| args.show(rgb, a.is_display)).map_err(Failure::input)?;
 
-    let scale = heat_scale(&small_b, &small_a);
+    let scale = heat_scale(&small_a, &small_b);
     if let Some(path) = &args.heatmap {
         let png = signed_png(&small_a, &small_b, scale).map_err(Failure::input)?;
         write_output(path, &png)?;
@@ -229,21 +230,6 @@ impl Args {
             None => Ok(()),
         }
     }
-}
-
-/// Difference of luminance at which the heatmap has its full colours: half of B's root mean
-/// square over the hair, so that pictures of unlike brightness have like heatmaps.
-fn heat_scale(b: &Layer, a: &Layer) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (ix, rgb) in b.rgb.iter().enumerate() {
-        if a.alpha[ix] > 0.0 || b.alpha[ix] > 0.0 {
-            let [red, green, blue] = rgb.map(f64::from);
-            sum += (0.2126 * red + 0.7152 * green + 0.0722 * blue).powi(2);
-            count += 1.0;
-        }
-    }
-    let scale = 0.5 * (sum / f64::max(count, 1.0)).sqrt();
-    if scale > 0.0 { scale } else { 1.0 }
 }
 
 fn print_region(name: &str, region: &Region) -> Outcome {

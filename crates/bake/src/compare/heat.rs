@@ -1,5 +1,6 @@
 //! Differences as pictures.
 
+use super::statistics::hair_mask;
 use super::{CompareError, FlipMap, Layer};
 
 /// A PNG of the signed difference of luminance, `a - b`: white where there is none, red where A
@@ -21,6 +22,17 @@ pub fn signed_png(a: &Layer, b: &Layer, scale: f64) -> Result<Vec<u8>, CompareEr
     encode(a.width, a.height, &pixels)
 }
 
+/// The usual `scale` of [`signed_png`]: half of the root mean square of B's luminance over the
+/// hair, so that pictures of unlike brightness have like colours. 1 where B is black.
+pub fn heat_scale(a: &Layer, b: &Layer) -> f64 {
+    let mask = hair_mask(a, b);
+    let hair = b.rgb.iter().zip(&mask).filter(|(_, is_hair)| **is_hair);
+    let squares: f64 = hair.map(|(rgb, _)| luminance(*rgb).powi(2)).sum();
+    let count = mask.iter().filter(|is_hair| **is_hair).count().max(1);
+    let scale = 0.5 * (squares / count as f64).sqrt();
+    if scale > 0.0 { scale } else { 1.0 }
+}
+
 /// A PNG of a FLIP map: black, purple, orange, pale yellow with growing error (an approximation
 /// of the usual "magma" colours).
 ///
@@ -32,7 +44,7 @@ pub fn flip_png(map: &FlipMap) -> Result<Vec<u8>, CompareError> {
 }
 
 /// Luminance of linear Rec.709.
-pub(super) fn luminance(rgb: [f32; 3]) -> f64 {
+fn luminance(rgb: [f32; 3]) -> f64 {
     let [r, g, b] = rgb.map(f64::from);
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }

@@ -21,6 +21,8 @@ const MAX_FILE_BYTES: u64 = 2 << 30;
 const MAX_CHANNELS: usize = 64;
 /// The layer that holds the variance of each pixel's mean.
 const VARIANCE: &str = "variance";
+/// The layer that holds the share of each pixel that hair covers.
+const COVERAGE: &str = "coverage";
 
 /// One layer: linear colour multiplied by alpha, row 0 on top. Every value is finite.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +33,8 @@ pub struct Layer {
     pub height: usize,
     /// Linear Rec.709, alpha multiplied in.
     pub rgb: Vec<[f32; 3]>,
-    /// Share of the pixel that is not see-through.
+    /// Share of the pixel that hair covers, as far as the file tells; 1 everywhere where it does
+    /// not.
     pub alpha: Vec<f32>,
     /// Variance of each value of `rgb`, where the file tells it for this layer.
     pub variance: Option<Vec<[f32; 3]>>,
@@ -59,8 +62,8 @@ impl Layer {
 
     /// Reads the layer called `name` of an OpenEXR file (channels `name.R`, `name.G`, `name.B`, or
     /// plain ones in a part of that name), or without a name the plain channels `R`, `G`, `B`; or
-    /// a PNG, which has no named layers. A layer without a channel `A` has that of the plain ones,
-    /// or is opaque. The layer `variance` goes with the plain channels and with `total`.
+    /// a PNG, which has no named layers. `alpha` is the channel `coverage.Y` of a reference, or
+    /// else the layer's `A`, or the plain `A`. The layer `variance` goes with the plain channels and with `total`.
     ///
     /// # Errors
     /// What is wrong with the file, in one line.
@@ -233,10 +236,11 @@ fn decode_exr(bytes: &[u8], name: Option<&str>) -> Result<Layer, String> {
         Some(name) => format!("no layer {name}; the file has {}", names.layers()),
         None => format!("no channels R, G, B; the file has {}", names.layers()),
     })?;
+    // A reference over a background is opaque, but tells the coverage of the hair.
     let alpha = names
-        .find(name, "A")
-        .or_else(|| names.find(None, "A"))
-        .or_else(|| names.find(Some("total"), "A"));
+        .find(Some(COVERAGE), "Y")
+        .or_else(|| names.find(name, "A"))
+        .or_else(|| names.find(None, "A"));
     let variance = match name {
         None | Some("total") => names.rgb(Some(VARIANCE)),
         Some(_) => None,

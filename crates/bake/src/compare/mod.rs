@@ -21,7 +21,7 @@ mod layer;
 mod statistics;
 
 pub use flip::{FlipMap, PIXELS_PER_DEGREE, flip};
-pub use heat::{flip_png, signed_png};
+pub use heat::{flip_png, heat_scale, signed_png};
 pub use layer::{Layer, MAX_PIXELS, MAX_SIDE};
 pub use statistics::{Comparison, Region, Worst, compare};
 

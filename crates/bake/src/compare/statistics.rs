@@ -9,8 +9,8 @@ use super::{CompareError, Layer};
 pub struct Comparison {
     /// Width and height in pixels (blocks, where blocks were averaged).
     pub size: [usize; 2],
-    /// Over pixels where A or B has alpha above 0. A picture with a background is all hair in
-    /// this sense: compare pictures rendered with `background = "none"`.
+    /// Over pixels where A or B has alpha above 0, of those of the two that are not opaque
+    /// everywhere: a background hides where the hair is. All pixels where both are.
     pub hair: Region,
     /// Over all pixels.
     pub whole: Region,
@@ -76,13 +76,25 @@ pub fn compare(a: &Layer, b: &Layer) -> Result<Comparison, CompareError> {
     if b.rgb.iter().all(|rgb| *rgb == [0.0; 3]) {
         return mismatch("the reference is black: nothing can be relative to it".to_owned());
     }
-    let is_hair = |ix: usize| a.alpha[ix] > 0.0 || b.alpha[ix] > 0.0;
+    let mask = hair_mask(a, b);
     Ok(Comparison {
         size: [a.width, a.height],
-        hair: region(a, b, is_hair),
+        hair: region(a, b, |ix| mask[ix]),
         whole: region(a, b, |_| true),
         max: worst(a, b),
     })
+}
+
+/// See [`Comparison::hair`].
+pub(super) fn hair_mask(a: &Layer, b: &Layer) -> Vec<bool> {
+    let telling: Vec<&[f32]> = [a, b]
+        .into_iter()
+        .map(|layer| layer.alpha.as_slice())
+        .filter(|alpha| alpha.iter().any(|x| *x < 1.0))
+        .collect();
+    (0..a.alpha.len())
+        .map(|ix| telling.is_empty() || telling.iter().any(|alpha| alpha[ix] > 0.0))
+        .collect()
 }
 
 fn region(a: &Layer, b: &Layer, contains: impl Fn(usize) -> bool) -> Region {
@@ -170,6 +182,16 @@ mod tests {
             (max.x, max.y, max.channel, max.a, max.b),
             (0, 0, 2, 2.9, 2.0)
         );
+    }
+
+    #[test]
+    fn a_background_does_not_count_as_hair_where_one_picture_knows_better() {
+        let b = layer(&[[1.0; 3], [0.5; 3]], &[0.3, 0.0]);
+        let opaque = layer(&[[1.0; 3], [9.0; 3]], &[1.0, 1.0]);
+        let pixels = |a: &Layer, b: &Layer| compare(a, b).expect("comparable").hair.pixels;
+        assert_eq!(pixels(&opaque, &b), 1);
+        assert_eq!(pixels(&b, &opaque), 1);
+        assert_eq!(pixels(&opaque, &opaque), 2);
     }
 
     #[test]
