@@ -9,7 +9,7 @@ use exr::meta::header::Header;
 
 use super::CompareError;
 use crate::lights::exr_map::{MAGIC, bad, read_samples};
-use crate::lights::quiet::quietly;
+use crate::lights::quietly;
 
 /// Largest width and height of a picture.
 pub const MAX_SIDE: usize = 16_384;

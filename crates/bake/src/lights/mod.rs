@@ -29,7 +29,7 @@ mod map;
 mod preview;
 mod primaries;
 mod projection;
-pub(crate) mod quiet;
+mod quiet;
 mod radiance_map;
 mod report;
 mod response;
