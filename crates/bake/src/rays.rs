@@ -143,9 +143,10 @@ impl Axis {
     }
 }
 
-/// A part of a segment, a leaf of the hierarchy.
+/// A part of a segment, a leaf of the hierarchy: all that the crossing test reads, in one place.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
+    axis: Axis,
     segment: u32,
     /// The crossings with `along` in `from..to` are this piece's. Neighbouring pieces share the
     /// bound, so that each crossing has one owner.
@@ -155,7 +156,6 @@ struct Piece {
 
 /// Finds what rays cross. Answers do not depend on the number of threads.
 pub struct Rays {
-    axes: Vec<Axis>,
     /// In the order of the hierarchy's leaves.
     pieces: Vec<Piece>,
     bvh: CwBvh,
@@ -184,11 +184,12 @@ impl Rays {
                 .clamp(1.0, MAX_PIECES) as u32;
             for ix in 0..n {
                 let piece = Piece {
+                    axis: *axis,
                     segment: segment as u32,
                     from: ix as f32 / n as f32,
                     to: (ix + 1) as f32 / n as f32,
                 };
-                boxes.push(bounds(axis, &piece));
+                boxes.push(bounds(&piece));
                 pieces.push(piece);
             }
         }
@@ -204,7 +205,7 @@ impl Rays {
             .map(|&ix| pieces[ix as usize])
             .collect();
         bvh.primitive_indices = Vec::new();
-        Rays { axes, pieces, bvh }
+        Rays { pieces, bvh }
     }
 
     /// The first crossing along `direction` (a unit vector).
@@ -247,10 +248,11 @@ impl Rays {
     /// The crossing of one piece.
     #[inline]
     fn test(&self, ix: usize, start: &Start, direction: Vec3) -> Option<Crossing> {
-        let Piece { segment, from, to } = self.pieces[ix];
-        let (t, along) = self.axes[segment as usize].crossing(start.position, direction)?;
-        let counts =
-            along >= from && along < to && t > start.t_min && !start.skip.contains(&segment);
+        let piece = &self.pieces[ix];
+        let (t, along) = piece.axis.crossing(start.position, direction)?;
+        let segment = piece.segment;
+        let owns = along >= piece.from && along < piece.to;
+        let counts = owns && t > start.t_min && !start.skip.contains(&segment);
         counts.then_some(Crossing { t, segment, along })
     }
 }
@@ -268,7 +270,8 @@ fn ray(start: &Start, direction: Vec3) -> Ray {
 
 /// A box around every point of a ray that can cross the piece: the way from axis to ray is
 /// perpendicular to the axis, so along each world axis it is shorter than the radius.
-fn bounds(axis: &Axis, piece: &Piece) -> Aabb {
+fn bounds(piece: &Piece) -> Aabb {
+    let axis = &piece.axis;
     let [a, b] = [piece.from, piece.to].map(|at| axis.from + axis.along * at);
     let radius = axis.radius.max(axis.radius + axis.widening);
     let unit = axis.along.normalize_or_zero();

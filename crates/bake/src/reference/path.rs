@@ -16,8 +16,12 @@ use super::{Environment, Frame, Integrator, Layers};
 use crate::random::SplitMix64;
 use crate::rays::{Rays, Start};
 
-/// Events before Russian roulette begins.
+/// Events before a path goes on only as often as what it carries.
 pub const ROULETTE_FROM: u32 = 8;
+
+/// Before that, a path that carries less than one over this is thinned too, to the carried share
+/// times this: dark hair would trace seven more events that bring nothing.
+const EARLY_ROULETTE: f64 = 4.0;
 
 /// Events after which a path is given up; white hair needs some hundred.
 pub const MAX_EVENTS: u32 = 4096;
@@ -113,8 +117,15 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// One path that leaves the eye at `start` towards the unit vector `direction`.
-    pub fn trace(&self, start: &Start, direction: Vec3, random: &mut SplitMix64) -> Traced {
+    /// One path that leaves the eye at `start` towards the unit vector `direction`. `first` are
+    /// numbers in 0..1 that draw the light of the first event, for those who spread them evenly.
+    pub fn trace(
+        &self,
+        start: &Start,
+        direction: Vec3,
+        first: [f64; 3],
+        random: &mut SplitMix64,
+    ) -> Traced {
         let mut traced = Traced::default();
         let Some(mut crossing) = self.rays.nearest(start, direction) else {
             return traced;
@@ -134,7 +145,10 @@ impl<'a> PathTracer<'a> {
 
             // Light drawn by itself.
             if self.estimator != Estimator::Fibre
-                && let Some(emitted) = self.environment.sample(random)
+                && let Some(emitted) = match traced.events {
+                    1 => self.environment.at(first),
+                    _ => self.environment.sample(random),
+                }
             {
                 let omega_i = frame.to_fibre(emitted.direction);
                 let scattered = view.evaluate(omega_i);
@@ -180,14 +194,15 @@ impl<'a> PathTracer<'a> {
                     return traced;
                 }
             }
-            if traced.events >= ROULETTE_FROM {
-                let stays = carried[0].max(carried[1]).max(carried[2]);
-                if stays < 1.0 {
-                    if random.uniform(0.0, 1.0) >= stays {
-                        return traced;
-                    }
-                    carried = carried.map(|x| x / stays);
+            let mut stays = carried[0].max(carried[1]).max(carried[2]);
+            if traced.events < ROULETTE_FROM {
+                stays *= EARLY_ROULETTE;
+            }
+            if stays < 1.0 {
+                if random.uniform(0.0, 1.0) >= stays {
+                    return traced;
                 }
+                carried = carried.map(|x| x / stays);
             }
         }
         traced.is_capped = true;
@@ -198,7 +213,7 @@ impl<'a> PathTracer<'a> {
 impl Integrator for PathTracer<'_> {
     /// What met more than one fibre cannot be told apart: all of it is given as `global`.
     fn sample(&self, ray: &CameraRay, random: &mut SplitMix64) -> Layers {
-        let traced = self.trace(&ray.start, ray.direction, random);
+        let traced = self.trace(&ray.start, ray.direction, first_light(ray), random);
         Layers {
             is_covered: traced.is_covered,
             single: traced.single,
@@ -206,6 +221,19 @@ impl Integrator for PathTracer<'_> {
             local: [0.0; 3],
         }
     }
+}
+
+/// Numbers of sample `ray` of its pixel that fill the unit cube evenly: the additive sequence of
+/// 1/g, 1/g^2, 1/g^3, g^4 = g + 1, turned by the pixel's key.
+fn first_light(ray: &CameraRay) -> [f64; 3] {
+    const STEPS: [f64; 3] = [
+        0.819_172_513_396_164_4,
+        0.671_043_606_703_789_2,
+        0.549_700_477_901_970_3,
+    ];
+    // Other numbers than those that turn the places in the pixel.
+    let mut turn = SplitMix64::of_item(ray.pixel_key, u64::MAX);
+    STEPS.map(|step| (turn.uniform(0.0, 1.0) + f64::from(ray.sample) * step).fract())
 }
 
 impl Traced {

@@ -32,6 +32,10 @@ impl Mean {
     }
 }
 
+fn three(random: &mut SplitMix64) -> [f64; 3] {
+    std::array::from_fn(|_| random.uniform(0.0, 1.0))
+}
+
 fn bcsdf(hair: &HairParams) -> Bcsdf {
     Bcsdf::new(hair, Fresnel::Dielectric, &Lobe::ALL).unwrap()
 }
@@ -83,7 +87,7 @@ fn mean_of_ball(tracer: &PathTracer, n: u64, seed: u64) -> (Mean, f64, u64) {
     let (mut mean, mut events, mut capped) = (Mean::default(), 0.0, 0);
     for ix in 0..n {
         let (start, towards, mut random) = at_ball(seed, ix);
-        let traced = tracer.trace(&start, towards, &mut random);
+        let traced = tracer.trace(&start, towards, three(&mut random), &mut random);
         if traced.is_covered {
             mean.add(traced.total);
             events += f64::from(traced.events);
@@ -220,7 +224,8 @@ fn a_lone_strand_is_the_single_scattering_integral() {
             let mut mean = Mean::default();
             for ix in 0..60_000 {
                 let mut random = SplitMix64::of_item(4, ix);
-                let traced = tracer.trace(&Start::camera(from), direction, &mut random);
+                let start = Start::camera(from);
+                let traced = tracer.trace(&start, direction, three(&mut random), &mut random);
                 assert!(traced.is_covered && traced.events == 1, "{traced:?} {from}");
                 assert_eq!(traced.single, traced.total);
                 mean.add(traced.single);
