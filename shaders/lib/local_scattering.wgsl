@@ -10,8 +10,10 @@
 
 // Most nodes of the integral over theta_i.
 const LOCAL_NODES: u32 = 3;
+// Keeps the mean over the channels finite for hair that sends nothing back.
+const SHARE_MIN: f32 = 1e-20;
 
-// Nodes for light of width sigma_f at inclination theta_j.
+// Nodes for light of width sigma_f at inclination theta_j: for the mean of the channels.
 fn local_rule(
     theta_j: f32,
     sigma_f: f32,
@@ -20,9 +22,11 @@ fn local_rule(
     row: u32,
 ) -> OuterRule {
     let at = sample_averages(averages, row, 0.5 * (theta_j - theta_o));
-    let shift = (at.shift_b.x + at.shift_b.y + at.shift_b.z) * (1.0 / 3.0);
-    let width_2 = (at.width_b_2.x + at.width_b_2.y + at.width_b_2.z) * (1.0 / 3.0);
-    return outer_rule(theta_j, sigma_f, theta_o, 0.5 * shift, 0.5 * sqrt(width_2));
+    let shares = at.attenuation_b + SHARE_MIN;
+    let scale = 0.5 / (shares.x + shares.y + shares.z);
+    let shift = scale * dot(shares, at.shift_b);
+    let width_2 = scale * dot(shares, at.width_b_2);
+    return outer_rule(theta_j, sigma_f, theta_o, shift, sqrt(0.5 * width_2));
 }
 
 // A_b g^u(theta_i; Delta_b - theta_o, sigma_b) cos^2(theta_i) / cos^2(theta_d) at a node, times

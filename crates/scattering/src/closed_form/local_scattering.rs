@@ -6,6 +6,17 @@
 //! 31); A_b, Delta_b, sigma_b are those at inclination (theta_i - theta_o) / 2. Nodes are those
 //! of [`super::outer_integral`] for the averages where the light's centre is; at each node the
 //! true integrand is taken, a channel by itself.
+//!
+//! Xu's Eq 31 takes the averages out of the integral instead, as means over theta_j +- sigma_f by
+//! prefix sums. Relative RMSE over 4000 random configurations (sigma_a of each channel on its own
+//! in 0.03..2, sigma_f in 0.05..2, lambda in 0.05..1.2):
+//!
+//! | | M^L | M^{L,dir} |
+//! |---|---|---|
+//! | 2 nodes | 1.1 % | 1.2 % |
+//! | 3 nodes | 0.3 to 0.4 % | 0.3 to 0.4 % |
+//! | 4 nodes | 0.08 % | 0.12 % |
+//! | Eq 31, the integral exact | 7 % | |
 
 use core::f32::consts::{FRAC_1_PI, PI};
 
@@ -22,12 +33,18 @@ use super::special::bessel_i0e_fast;
 /// Most nodes of the integral over theta_i.
 const LOCAL_NODES: u32 = 3;
 
-/// Nodes for light of width `sigma_f` at inclination `theta_j`.
+/// Keeps the mean over the channels finite for hair that sends nothing back.
+const SHARE_MIN: f32 = 1e-20;
+
+/// Nodes for light of width `sigma_f` at inclination `theta_j`: for the mean of the channels, those
+/// that send most back counting most.
 fn local_rule(theta_j: f32, sigma_f: f32, theta_o: f32, averages: &[AverageTexel]) -> OuterRule {
     let at = sample_averages(averages, 0.5 * (theta_j - theta_o));
-    let shift = (at.shift_b[0] + at.shift_b[1] + at.shift_b[2]) * (1.0 / 3.0);
-    let width_2 = (at.width_b_2[0] + at.width_b_2[1] + at.width_b_2[2]) * (1.0 / 3.0);
-    outer_rule(theta_j, sigma_f, theta_o, 0.5 * shift, 0.5 * width_2.sqrt())
+    let [r, g, b] = at.attenuation_b.map(|share| share + SHARE_MIN);
+    let scale = 0.5 / (r + g + b);
+    let shift = scale * (r * at.shift_b[0] + g * at.shift_b[1] + b * at.shift_b[2]);
+    let width_2 = scale * (r * at.width_b_2[0] + g * at.width_b_2[1] + b * at.width_b_2[2]);
+    outer_rule(theta_j, sigma_f, theta_o, shift, (0.5 * width_2).sqrt())
 }
 
 /// A_b g^u(theta_i; Delta_b - theta_o, sigma_b) cos^2(theta_i) / cos^2(theta_d) at a node, times

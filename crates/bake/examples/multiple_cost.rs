@@ -1,0 +1,243 @@
+//! Global and local multiple scattering in closed form: errors against quadrature, and what they
+//! cost beside single scattering.
+//!
+//! ```sh
+//! cargo run -p strandlight-bake --example multiple_cost -- errors wide 1000
+//! cargo build -p strandlight-bake --example multiple_cost
+//! for n in 20 40; do
+//!   valgrind --tool=callgrind --callgrind-out-file=/dev/null \
+//!     target/debug/examples/multiple_cost cost global $n 2>&1 | grep Collected
+//! done
+//! ```
+//!
+//! Errors are relative RMSE over configurations (sets `accuracy` and `wide` of `bench single`;
+//! `elliptic`: `wide` with eccentricities 0.8..1.25), sigma_f log-uniform in 0.05..2 with global
+//! and local, lambda that of the set with direct local. "Eq 31" is the exact integral with
+//! Delta_b and sigma_b averaged over theta_j +- sigma_f, as Xu's prefix sums have it, and A_b in
+//! the middle: no number of nodes gets below it.
+//!
+//! Costs are of `single`, `global`, `local`, `direct`: each repetition is 8 fibres x 256 lights and
+//! views = 2048 evaluations; the instructions of one are the difference of two counts over 20 x 2048.
+
+use std::hint::black_box;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use strandlight_bake::bench::{Configuration, Set};
+use strandlight_bake::random::SplitMix64;
+use strandlight_formats::TableFile;
+use strandlight_runtime::edit::{HairTextures, LobeTables};
+use strandlight_runtime::tables::{BUNDLED, ShadingTables};
+use strandlight_scattering::closed_form::{
+    direct_local_scattering, global_scattering, global_scattering_mode, local_scattering,
+    single_scattering,
+};
+use strandlight_scattering::dual_scattering::{Average, AverageTable, Backscatter};
+use strandlight_scattering::exact::{Forward, direct_local, global, local};
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::{HairParams, Lobe};
+
+const FRESNEL: Fresnel = Fresnel::Dielectric;
+
+type Failed = Box<dyn std::error::Error + Send + Sync>;
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("multiple_cost: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run() -> Result<(), Failed> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [what, which, count] = &arguments[..] else {
+        return Err("usage: multiple_cost errors SET N | cost NAME REPETITIONS".into());
+    };
+    let count: u64 = count.parse()?;
+    match what.as_str() {
+        "errors" => errors(which, count),
+        "cost" => cost(which, count),
+        _ => Err(format!("there is no '{what}'").into()),
+    }
+}
+
+/// The bundled tables.
+struct Bundled {
+    tables: ShadingTables,
+    lobes: Arc<LobeTables>,
+}
+
+impl Bundled {
+    fn new() -> Result<Bundled, Failed> {
+        let file = TableFile::from_bytes(BUNDLED)?;
+        Ok(Bundled {
+            tables: ShadingTables::from_file(&file)?,
+            lobes: Arc::new(LobeTables::from_file(&file, &Lobe::ALL)?),
+        })
+    }
+
+    fn textures(&self, hair: &HairParams) -> Result<HairTextures, Failed> {
+        let lobes = Arc::clone(&self.lobes);
+        let mut textures = HairTextures::new(lobes, FRESNEL, hair, &Lobe::ALL, 4)?;
+        textures.enable_multiple(true);
+        Ok(textures)
+    }
+}
+
+/// Configuration `ix` of a set, and sigma_f.
+fn draw(set: &str, ix: u64) -> Result<(Configuration, f64), Failed> {
+    let random = &mut SplitMix64::of_item(5, ix);
+    let sigma_f = random.log_uniform(0.05, 2.0);
+    let eccentricity = random.uniform(0.8, 1.25);
+    let mut drawn = match set {
+        "accuracy" => Set::Accuracy.draw(1, ix),
+        "wide" | "elliptic" => Set::Wide.draw(1, ix),
+        _ => return Err(format!("there is no set '{set}'").into()),
+    };
+    if set == "elliptic" {
+        drawn.hair.eccentricity = eccentricity;
+    }
+    Ok((drawn, sigma_f))
+}
+
+/// Sums of squares of error and value.
+#[derive(Clone, Copy, Default)]
+struct Squares([f64; 2]);
+
+impl Squares {
+    fn of(found: [f32; 3], exact: [f64; 3]) -> Squares {
+        let mut squares = [0.0; 2];
+        for (found, exact) in found.iter().zip(exact) {
+            squares[0] += (f64::from(*found) - exact).powi(2);
+            squares[1] += exact * exact;
+        }
+        Squares(squares)
+    }
+}
+
+/// What is measured.
+const NAMES: [&str; 7] = [
+    "global R",
+    "global TT",
+    "global TRT",
+    "global",
+    "local",
+    "direct local",
+    "local by Eq 31",
+];
+
+fn errors(set: &str, count: u64) -> Result<(), Failed> {
+    let bundled = Bundled::new()?;
+    let all = (0..count)
+        .into_par_iter()
+        .map(|ix| one(&bundled, draw(set, ix)?))
+        .collect::<Result<Vec<_>, Failed>>()?;
+    for (ix, name) in NAMES.iter().enumerate() {
+        let sum = |k: usize| -> f64 { all.iter().map(|squares| squares[ix].0[k]).sum() };
+        println!("{name}: {:.3} %", 100.0 * (sum(0) / sum(1)).sqrt());
+    }
+    Ok(())
+}
+
+/// Averages of the table at `theta`.
+fn back(table: &AverageTable, theta: f64) -> Backscatter {
+    let [attenuation, shift, width] = [Average::Ab, Average::DeltaB, Average::SigmaB]
+        .map(|average| table.get(average, theta as f32).map(f64::from));
+    Backscatter {
+        attenuation,
+        shift,
+        width_2: width.map(|width| width * width),
+    }
+}
+
+/// Eq 31: means over `theta` +- `half`.
+fn back_over(table: &AverageTable, theta: f64, half: f64) -> Backscatter {
+    let mut mean = back(table, theta);
+    (mean.shift, mean.width_2) = ([0.0; 3], [0.0; 3]);
+    let n = 64;
+    let mut width = [0.0; 3];
+    for ix in 0..n {
+        let at = theta + half * (2.0 * (f64::from(ix) + 0.5) / f64::from(n) - 1.0);
+        let here = back(table, at);
+        for c in 0..3 {
+            mean.shift[c] += here.shift[c] / f64::from(n);
+            width[c] += here.width_2[c].sqrt() / f64::from(n);
+        }
+    }
+    mean.width_2 = width.map(|width| width * width);
+    mean
+}
+
+fn one(bundled: &Bundled, (drawn, sigma_f): (Configuration, f64)) -> Result<[Squares; 7], Failed> {
+    let hair = &drawn.hair;
+    let textures = bundled.textures(hair)?;
+    let shading = textures.optics().shading(bundled.tables.view());
+    let (light, view) = drawn.in_frame();
+    let forward = Forward {
+        theta: drawn.light.theta,
+        phi: drawn.light.phi,
+        sigma_f,
+    };
+    let width = sigma_f as f32;
+    let mut squares = [Squares::default(); 7];
+    let (mut found_sum, mut exact_sum) = ([0.0f32; 3], [0.0; 3]);
+    for lobe in Lobe::ALL {
+        let exact = global(lobe, forward, drawn.view, hair, FRESNEL);
+        let found = global_scattering_mode(lobe.p(), &light.direction, &view, width, &shading);
+        squares[lobe.p() as usize] = Squares::of(found, exact);
+        for c in 0..3 {
+            found_sum[c] += found[c];
+            exact_sum[c] += exact[c];
+        }
+    }
+    squares[3] = Squares::of(found_sum, exact_sum);
+    let table = AverageTable::new(hair, FRESNEL);
+    let exact = local(forward, drawn.view, |theta| back(&table, theta));
+    let found = local_scattering(&light.direction, &view, width, textures.averages());
+    squares[4] = Squares::of(found, exact);
+    let mean = back_over(
+        &table,
+        0.5 * (forward.theta - drawn.view.theta),
+        0.5 * sigma_f,
+    );
+    let by_means = local(forward, drawn.view, |_| mean);
+    squares[6] = Squares::of(by_means.map(|value| value as f32), exact);
+    let exact = direct_local(drawn.light, drawn.view, |theta| back(&table, theta));
+    let found = direct_local_scattering(&light, &view, textures.averages());
+    squares[5] = Squares::of(found, exact);
+    Ok(squares)
+}
+
+fn cost(name: &str, repetitions: u64) -> Result<(), Failed> {
+    let bundled = Bundled::new()?;
+    let textures = (0..8)
+        .map(|ix| bundled.textures(&draw("wide", ix)?.0.hair))
+        .collect::<Result<Vec<_>, Failed>>()?;
+    let points = (0..256)
+        .map(|ix| {
+            let (drawn, sigma_f) = draw("wide", 100 + ix)?;
+            let (light, view) = drawn.in_frame();
+            Ok((light, view, sigma_f as f32))
+        })
+        .collect::<Result<Vec<_>, Failed>>()?;
+    for _ in 0..repetitions {
+        for textures in &textures {
+            let shading = textures.optics().shading(bundled.tables.view());
+            for (light, view, sigma_f) in black_box(&points) {
+                let (at, averages) = (&light.direction, textures.averages());
+                black_box(match name {
+                    "single" => single_scattering(light, view, &shading),
+                    "global" => global_scattering(at, view, *sigma_f, &shading),
+                    "local" => local_scattering(at, view, *sigma_f, averages),
+                    "direct" => direct_local_scattering(light, view, averages),
+                    _ => return Err(format!("there is no '{name}'").into()),
+                });
+            }
+        }
+    }
+    Ok(())
+}
