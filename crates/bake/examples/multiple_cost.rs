@@ -163,9 +163,9 @@ fn back_over(table: &AverageTable, theta: f64, half: f64) -> Backscatter {
     for ix in 0..n {
         let at = theta + half * (2.0 * (f64::from(ix) + 0.5) / f64::from(n) - 1.0);
         let here = back(table, at);
-        for c in 0..3 {
+        for (c, width) in width.iter_mut().enumerate() {
             mean.shift[c] += here.shift[c] / f64::from(n);
-            width[c] += here.width_2[c].sqrt() / f64::from(n);
+            *width += here.width_2[c].sqrt() / f64::from(n);
         }
     }
     mean.width_2 = width.map(|width| width * width);

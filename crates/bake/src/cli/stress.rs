@@ -1,4 +1,4 @@
-//! `strandlight stress`: single scattering under numerical stress.
+//! `strandlight stress`: scattering under numerical stress.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use strandlight_scattering::Lobe;
 use super::probe::{default_tables, parse_query};
 use super::{Failure, Outcome, note, print_line};
 
-/// Stresses single scattering at corners and random extremes, against f64
+/// Stresses single and multiple scattering at corners and random extremes, against f64
 ///
 /// The renderer's functions in f32 on the CPU and as WGSL on the adapter: finite values, twins,
 /// energy, white furnace, symmetries, continuity, rounding, refusal of invalid parameters. Names

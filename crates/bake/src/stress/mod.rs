@@ -1,4 +1,4 @@
-//! Numerical stress of single scattering: what the renderer evaluates, in f32 on the CPU and as
+//! Numerical stress of single and multiple scattering: what the renderer evaluates, in f32 on the CPU and as
 //! WGSL on the adapter, against the exact model in f64, at corners and random extremes.
 //!
 //! - [`Subject`]: the scheme under test.
@@ -10,6 +10,7 @@ mod continuity;
 mod draw;
 mod energy;
 mod invalid;
+mod multiple;
 mod point;
 mod report;
 mod subject;
@@ -108,6 +109,9 @@ pub fn run(
     checks.extend(extremes.finite("finite, random extremes"));
     checks.extend(extremes.twins());
     drop(extremes);
+    if subject.has_nodes() {
+        checks.extend(multiple::checks(&run, n)?);
+    }
     let share = |part: usize| n.div_ceil(part);
     checks.extend(energy::under_constant_light(&run, share(25))?);
     checks.extend(energy::over_azimuth(&run, share(200))?);

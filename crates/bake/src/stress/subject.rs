@@ -12,6 +12,7 @@ use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fi
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, ParamError};
 
+use super::multiple::Points;
 use super::point::{Group, Point};
 
 /// Why a run could not go on; a failed check is not among these.
@@ -151,6 +152,56 @@ impl<'a> Subject<'a> {
             groups
                 .iter()
                 .map(|group| answers.by_ref().take(group.points.len()).collect())
+                .collect(),
+        ))
+    }
+
+    /// The optics of a fibre with the averages of multiple scattering.
+    fn multiple_optics(&self, hair: &HairParams) -> Result<Optics, StressError> {
+        let lobes = Arc::clone(&self.lobes);
+        let (modes, m) = (&Lobe::ALL, DEFAULT_SEGMENTS);
+        let mut textures = HairTextures::new(lobes, self.fresnel, hair, modes, m)?;
+        textures.enable_multiple(true);
+        Ok(textures.optics().clone())
+    }
+
+    /// The Rust functions of multiple scattering at the points of a fibre.
+    pub(super) fn multiple_cpu(
+        &self,
+        (hair, points): &Points,
+    ) -> Result<Vec<[f32; 3]>, StressError> {
+        let view = self.tables.view();
+        let optics = [self.multiple_optics(hair)?];
+        let answer = |query| rgb(evaluate(&query, &view, &optics));
+        let queries = points.iter().map(|point| point.query(optics[0].fibre, 0));
+        Ok(queries.map(answer).collect())
+    }
+
+    /// The WGSL functions at the points of all fibres, or `None` without an adapter.
+    pub(super) fn multiple_gpu(
+        &self,
+        groups: &[Points],
+    ) -> Result<Option<Vec<Vec<[f32; 3]>>>, StressError> {
+        let Some(probe) = &self.probe else {
+            return Ok(None);
+        };
+        let optics: Vec<Optics> = groups
+            .par_iter()
+            .map(|(hair, _)| self.multiple_optics(hair))
+            .collect::<Result<_, StressError>>()?;
+        let queries = groups.iter().zip(&optics).enumerate();
+        let queries: Vec<Query> = queries
+            .flat_map(|(ix, ((_, points), optics))| {
+                let query =
+                    move |point: &super::multiple::Point| point.query(optics.fibre, ix as u32);
+                points.iter().map(query)
+            })
+            .collect();
+        let mut answers = probe.evaluate(&queries, &optics)?.into_iter().map(rgb);
+        Ok(Some(
+            groups
+                .iter()
+                .map(|(_, points)| answers.by_ref().take(points.len()).collect())
                 .collect(),
         ))
     }
