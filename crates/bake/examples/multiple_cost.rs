@@ -1,5 +1,5 @@
-//! Global and local multiple scattering in closed form: errors against quadrature, and what they
-//! cost beside single scattering.
+//! What multiple scattering in closed form costs beside single scattering, and what `bench multiple`
+//! does not measure of its errors.
 //!
 //! ```sh
 //! cargo run -p strandlight-bake --example multiple_cost -- errors wide 1000
@@ -10,11 +10,10 @@
 //! done
 //! ```
 //!
-//! Errors are relative RMSE over configurations (sets `accuracy` and `wide` of `bench single`;
-//! `elliptic`: `wide` with eccentricities 0.8..1.25), sigma_f log-uniform in 0.05..2 with global
-//! and local, lambda that of the set with direct local. "Eq 31" is the exact integral with
-//! Delta_b and sigma_b averaged over theta_j +- sigma_f, as Xu's prefix sums have it, and A_b in
-//! the middle: no number of nodes gets below it.
+//! Errors are relative RMSE over configurations (sets of `bench single`), sigma_f log-uniform in
+//! 0.05..2 with local scattering, lambda that of the set with direct local scattering. "Eq 31" is
+//! the exact integral with Delta_b and sigma_b averaged over theta_j +- sigma_f, as Xu's prefix
+//! sums have it, and A_b in the middle: no number of nodes gets below it.
 //!
 //! Costs are of `single`, `global`, `local`, `direct`: each repetition is 8 fibres x 256 lights and
 //! views = 2048 evaluations; the instructions of one are the difference of two counts over 20 x 2048.
@@ -30,11 +29,10 @@ use strandlight_formats::TableFile;
 use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::tables::{BUNDLED, ShadingTables};
 use strandlight_scattering::closed_form::{
-    direct_local_scattering, global_scattering, global_scattering_mode, local_scattering,
-    single_scattering,
+    direct_local_scattering, global_scattering, local_scattering, pack_averages, single_scattering,
 };
 use strandlight_scattering::dual_scattering::{Average, AverageTable, Backscatter};
-use strandlight_scattering::exact::{Forward, direct_local, global, local};
+use strandlight_scattering::exact::{Forward, direct_local, local};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
 
@@ -90,17 +88,12 @@ impl Bundled {
 
 /// Configuration `ix` of a set, and sigma_f.
 fn draw(set: &str, ix: u64) -> Result<(Configuration, f64), Failed> {
-    let random = &mut SplitMix64::of_item(5, ix);
-    let sigma_f = random.log_uniform(0.05, 2.0);
-    let eccentricity = random.uniform(0.8, 1.25);
-    let mut drawn = match set {
+    let sigma_f = SplitMix64::of_item(5, ix).log_uniform(0.05, 2.0);
+    let drawn = match set {
         "accuracy" => Set::Accuracy.draw(1, ix),
-        "wide" | "elliptic" => Set::Wide.draw(1, ix),
+        "wide" => Set::Wide.draw(1, ix),
         _ => return Err(format!("there is no set '{set}'").into()),
     };
-    if set == "elliptic" {
-        drawn.hair.eccentricity = eccentricity;
-    }
     Ok((drawn, sigma_f))
 }
 
@@ -120,21 +113,12 @@ impl Squares {
 }
 
 /// What is measured.
-const NAMES: [&str; 7] = [
-    "global R",
-    "global TT",
-    "global TRT",
-    "global",
-    "local",
-    "direct local",
-    "local by Eq 31",
-];
+const NAMES: [&str; 3] = ["local", "local by Eq 31", "direct local"];
 
 fn errors(set: &str, count: u64) -> Result<(), Failed> {
-    let bundled = Bundled::new()?;
     let all = (0..count)
         .into_par_iter()
-        .map(|ix| one(&bundled, draw(set, ix)?))
+        .map(|ix| Ok(one(draw(set, ix)?)))
         .collect::<Result<Vec<_>, Failed>>()?;
     for (ix, name) in NAMES.iter().enumerate() {
         let sum = |k: usize| -> f64 { all.iter().map(|squares| squares[ix].0[k]).sum() };
@@ -172,44 +156,27 @@ fn back_over(table: &AverageTable, theta: f64, half: f64) -> Backscatter {
     mean
 }
 
-fn one(bundled: &Bundled, (drawn, sigma_f): (Configuration, f64)) -> Result<[Squares; 7], Failed> {
-    let hair = &drawn.hair;
-    let textures = bundled.textures(hair)?;
-    let shading = textures.optics().shading(bundled.tables.view());
+fn one((drawn, sigma_f): (Configuration, f64)) -> [Squares; 3] {
+    let table = AverageTable::new(&drawn.hair, FRESNEL);
+    let averages = pack_averages(&table);
     let (light, view) = drawn.in_frame();
     let forward = Forward {
         theta: drawn.light.theta,
         phi: drawn.light.phi,
         sigma_f,
     };
-    let width = sigma_f as f32;
-    let mut squares = [Squares::default(); 7];
-    let (mut found_sum, mut exact_sum) = ([0.0f32; 3], [0.0; 3]);
-    for lobe in Lobe::ALL {
-        let exact = global(lobe, forward, drawn.view, hair, FRESNEL);
-        let found = global_scattering_mode(lobe.p(), &light.direction, &view, width, &shading);
-        squares[lobe.p() as usize] = Squares::of(found, exact);
-        for c in 0..3 {
-            found_sum[c] += found[c];
-            exact_sum[c] += exact[c];
-        }
-    }
-    squares[3] = Squares::of(found_sum, exact_sum);
-    let table = AverageTable::new(hair, FRESNEL);
     let exact = local(forward, drawn.view, |theta| back(&table, theta));
-    let found = local_scattering(&light.direction, &view, width, textures.averages());
-    squares[4] = Squares::of(found, exact);
-    let mean = back_over(
-        &table,
-        0.5 * (forward.theta - drawn.view.theta),
-        0.5 * sigma_f,
-    );
-    let by_means = local(forward, drawn.view, |_| mean);
-    squares[6] = Squares::of(by_means.map(|value| value as f32), exact);
-    let exact = direct_local(drawn.light, drawn.view, |theta| back(&table, theta));
-    let found = direct_local_scattering(&light, &view, textures.averages());
-    squares[5] = Squares::of(found, exact);
-    Ok(squares)
+    let found = local_scattering(&light.direction, &view, sigma_f as f32, &averages);
+    let middle = 0.5 * (forward.theta - drawn.view.theta);
+    let mean = back_over(&table, middle, 0.5 * sigma_f);
+    let by_means = local(forward, drawn.view, |_| mean).map(|value| value as f32);
+    let exact_direct = direct_local(drawn.light, drawn.view, |theta| back(&table, theta));
+    let found_direct = direct_local_scattering(&light, &view, &averages);
+    [
+        Squares::of(found, exact),
+        Squares::of(by_means, exact),
+        Squares::of(found_direct, exact_direct),
+    ]
 }
 
 fn cost(name: &str, repetitions: u64) -> Result<(), Failed> {
