@@ -1,7 +1,7 @@
-// Shadow maps that resolve fibres. `cast_shadows` draws every segment, a ribbon facing the light, into the
-// map: the height towards the light of the highest strand over each texel. `receive_shadows` asks at some
-// places along the strand around each point whether another strand stands above.
-// Twin: crates/bake/src/cpu/shadow_map.rs.
+// Shadow maps that resolve fibres. `cast_shadows` draws every segment, a ribbon facing the light,
+// into the map: height and name of the highest segment over the middle of each texel.
+// `receive_shadows` asks at some places along the strand around each point whether another strand
+// stands above. Twin: crates/bake/src/cpu/shadow_map.rs.
 
 struct ShadowView {
     right: vec3f,
@@ -11,35 +11,41 @@ struct ShadowView {
     towards: vec3f,
     weight: f32,
     centre: vec3f,
-    slot: u32,
     side: u32,
+    slot: u32,
+    ends: u32,
     n_segments: u32,
     n_points: u32,
     offset: f32,
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: ShadowView;
 @group(0) @binding(1) var<storage, read> points: array<vec4f>;
 @group(0) @binding(2) var<storage, read> segments: array<u32>;
-// Height from the lowest, a fraction of all there is; 0: nothing.
+// Height from the lowest, then the name; 0: nothing.
 @group(0) @binding(3) var<storage, read_write> map: array<atomic<u32>>;
 // w: half the distance to the point before, or 0 at a root.
 @group(0) @binding(4) var<storage, read> tangents: array<vec4f>;
 // w: half the distance to the point after, or 0 at a tip.
 @group(0) @binding(5) var<storage, read> normals: array<vec4f>;
-// [slot][point]
-@group(0) @binding(6) var<storage, read_write> unblocked: array<f32>;
+// [point], of the slot at work
+@group(0) @binding(6) var<storage, read_write> sums: array<f32>;
+// [slot / 4][point], eight bits a slot
+@group(0) @binding(7) var<storage, read_write> answers: array<u32>;
 
-// Heights are stored in units of 2 reach / UNITS.
-const UNITS: f32 = 4294967040.0;
+// Bits of a name: the last ones of the number of the segment's first point.
+const NAME_BITS: u32 = 12u;
+// Largest height that the other bits hold.
+const HEIGHT_UNITS: f32 = 1048575.0;
+// Segments so many points away along the strand are the point's own: no shadow.
+const OWN_POINTS: u32 = 3u;
+// Other strands cast shadows from this many radii above on.
+const CLEAR_RADII: f32 = 0.5;
 // Places along the strand around a point.
 const N_PLACES: u32 = 8u;
-// A strand casts no shadow nearer than this many radii above it, and where it is steep no nearer
-// than it rises within so many texels.
-const CLEAR_RADII: f32 = 3.0;
-const CLEAR_TEXELS: f32 = 0.75;
-// Largest rise looked at, for strands along the light.
-const STEEPEST: f32 = 20.0;
 
 // x and y in texels from the corner, z the height in cm.
 fn map_position(position: vec3f) -> vec3f {
@@ -51,7 +57,11 @@ fn map_position(position: vec3f) -> vec3f {
 }
 
 fn height_units(height: f32) -> u32 {
-    return u32(clamp(0.5 * height / view.reach + 0.5, 0.0, 1.0) * UNITS);
+    return u32(clamp(0.5 * height / view.reach + 0.5, 0.0, 1.0) * HEIGHT_UNITS);
+}
+
+fn name_of(point: u32) -> u32 {
+    return point & ((1u << NAME_BITS) - 1u);
 }
 
 // One thread a segment.
@@ -85,16 +95,17 @@ fn cast_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
     let radius = 0.5 * (from_point.w + to_point.w) * view.texels_per_cm;
     let half_width = radius * sqrt(1.0 + rise.x * rise.x);
     let side = i32(view.side);
+    let name = name_of(first);
     // Texels whose middles lie inside.
     let last = min(i32(ceil(b.x - 0.5)), side);
     for (var column = max(i32(ceil(a.x - 0.5)), 0); column < last; column++) {
         let along = f32(column) + 0.5 - a.x;
         let y = a.y + rise.x * along;
-        let height = height_units(a.z + rise.y * along);
         let top = min(i32(ceil(y + half_width - 0.5)), side);
         for (var row = max(i32(ceil(y - half_width - 0.5)), 0); row < top; row++) {
             let cell = select(column + side * row, row + side * column, steep);
-            atomicMax(&map[cell], height);
+            let height = height_units(a.z + rise.y * along);
+            atomicMax(&map[cell], (height << NAME_BITS) | name);
         }
     }
 }
@@ -128,14 +139,25 @@ fn receive_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
             end = from_before;
             share = -0.5 * place / before;
         }
-        let step = end - middle;
-        let at = middle + step * share;
-        let rise = min(abs(step.z) / max(length(step.xy), 1e-6), STEEPEST * point.w);
-        let clear = CLEAR_RADII * point.w + CLEAR_TEXELS * rise;
+        let at = middle + (end - middle) * share;
         let texel = clamp(vec2i(floor(at.xy)), vec2i(0), vec2i(i32(view.side) - 1));
         let highest = atomicLoad(&map[texel.x + i32(view.side) * texel.y]);
-        lit += select(0u, 1u, highest <= height_units(at.z + clear));
+        let is_above = (highest >> NAME_BITS) > height_units(at.z + CLEAR_RADII * point.w);
+        let apart = name_of(highest - point_ix + OWN_POINTS);
+        lit += select(0u, 1u, !is_above || apart <= 2u * OWN_POINTS);
     }
-    let share = view.weight * f32(lit) / f32(N_PLACES);
-    unblocked[view.slot * view.n_points + point_ix] += share;
+    var sum = view.weight * f32(lit) / f32(N_PLACES);
+    if (view.ends & 1u) == 0u {
+        sum += sums[point_ix];
+    }
+    sums[point_ix] = sum;
+    if (view.ends & 2u) != 0u {
+        let word = view.slot / 4u * view.n_points + point_ix;
+        let bits = u32(min(sum, 1.0) * 255.0 + 0.5) << (8u * (view.slot % 4u));
+        if view.slot % 4u == 0u {
+            answers[word] = bits;
+        } else {
+            answers[word] |= bits;
+        }
+    }
 }

@@ -5,8 +5,9 @@ mod render_common;
 use glam::Vec3;
 use render_common::{Random, context, light, relative_rmse, wig};
 use strandlight_bake::cpu;
+use strandlight_bake::rays::{Rays, Start};
 use strandlight_runtime::render;
-use strandlight_runtime::shadow_maps::{NO_SLOT, ShadowPlan};
+use strandlight_runtime::shadow_maps::{NO_SLOT, ShadowPlan, unblocked_share};
 use strandlight_runtime::strands::Strands;
 
 fn strands_of(strands: &[Vec<Vec3>], diameter: f32) -> Strands {
@@ -24,25 +25,13 @@ fn wig_strands(n: usize, diameter: f32) -> Strands {
     Strands::new(&points, &offsets, |_, _| diameter, true).expect("a valid groom")
 }
 
-/// Whether a segment stands between `from` and the light: the ray passes its axis nearer than the
-/// fibre's radius. Segments within `clear` along the ray do not count.
-fn is_blocked(strands: &Strands, from: Vec3, towards: Vec3, clear: f32) -> bool {
-    strands.segments.iter().any(|&segment| {
-        let [a, b] = [0, 1].map(|end| {
-            let [x, y, z, r] = strands.points[segment as usize + end];
-            (Vec3::new(x, y, z) - from, r)
-        });
-        // In the plane across the ray the axis is a line.
-        let flat = |p: Vec3| p - towards * p.dot(towards);
-        let (flat_a, flat_b) = (flat(a.0), flat(b.0));
-        let along = flat_b - flat_a;
-        let t = -flat_a.dot(along) / along.length_squared().max(1e-20);
-        if !(0.0..1.0).contains(&t) {
-            return false;
-        }
-        let at = a.0.lerp(b.0, t);
-        flat_a.lerp(flat_b, t).length() < a.1 && at.dot(towards) > clear
-    })
+/// Shares of the first light at every point.
+fn first_shares(strands: &Strands, plan: &ShadowPlan) -> Vec<f32> {
+    let answers = cpu::shadow_maps(strands, plan);
+    let n_points = strands.points.len();
+    (0..n_points)
+        .map(|point| unblocked_share(&answers, n_points, 0, point))
+        .collect()
 }
 
 #[test]
@@ -62,10 +51,10 @@ fn a_strand_casts_no_shadow_on_itself() {
     let mut random = Random(1);
     for _ in 0..6 {
         let direction = random.direction().to_array();
-        let lights = [light(direction, 0.02, [1.0; 3])];
+        let lights = [light(direction, 0.002, [1.0; 3])];
         for (strands, least) in [(&straight, 1.0), (&arc, 0.995), (&helix, 0.97)] {
             let plan = ShadowPlan::new(&lights, strands, 1);
-            let unblocked = cpu::shadow_maps(strands, &plan);
+            let unblocked = first_shares(strands, &plan);
             let mean = unblocked.iter().sum::<f32>() / unblocked.len() as f32;
             assert!(mean >= least, "{direction:?}: {mean}, not {least}");
         }
@@ -83,10 +72,10 @@ fn a_comb_lets_its_gaps_through() {
         .collect();
     strands.push(vec![Vec3::new(-9.0, 0.0, 0.0), Vec3::new(9.0, 0.0, 0.0)]);
     let strands = strands_of(&strands, 0.02);
-    let lights = [light([0.0, 1.0, 0.0], 0.01, [1.0; 3])];
+    let lights = [light([0.0, 1.0, 0.0], 0.002, [1.0; 3])];
     let plan = ShadowPlan::new(&lights, &strands, 4);
     assert_eq!(plan.views.len(), 1);
-    let unblocked = cpu::shadow_maps(&strands, &plan);
+    let unblocked = first_shares(&strands, &plan);
     let [mut low, mut n] = [0.0, 0.0];
     for (point, share) in strands.points.iter().zip(&unblocked) {
         if point[1] < 1.0 {
@@ -104,38 +93,42 @@ fn a_comb_lets_its_gaps_through() {
 #[test]
 fn shares_are_those_of_rays() {
     const N_RAYS: u32 = 32;
-    let strands = wig_strands(800, 0.03);
+    let strands = wig_strands(1500, 0.02);
+    let rays = Rays::new(&strands);
     let direction = Vec3::new(0.5, 0.6, 0.62).normalize();
-    let lights = [light(direction.to_array(), 0.01, [1.0; 3])];
+    let lights = [light(direction.to_array(), 0.002, [1.0; 3])];
     let plan = ShadowPlan::new(&lights, &strands, 1);
-    let found = cpu::shadow_maps(&strands, &plan);
-    let mut random = Random(3);
-    let (mut bias, mut square, mut mean, n) = (0.0, 0.0, 0.0, 1200);
-    for _ in 0..n {
-        let point = (random.next() * found.len() as f32) as usize;
-        let at = |ix: usize| Vec3::from_slice(&strands.points[ix][..3]);
-        let (before, after) = (strands.tangents[point][3], strands.normals[point][3]);
+    let found = first_shares(&strands, &plan);
+    let (mut bias, mut square, mut mean, mut n) = (0.0, 0.0, 0.0, 0.0);
+    for (segment, &first) in strands.segments.iter().enumerate() {
+        // The point at the segment's start, where the strand goes on on both sides.
+        let point = first as usize;
+        if strands.tangents[point][3] == 0.0 || segment % 3 != 0 {
+            continue;
+        }
         let mut open = 0.0;
         for ix in 0..N_RAYS {
+            let (before, after) = (strands.tangents[point][3], strands.normals[point][3]);
             let place = (ix as f32 + 0.5) / N_RAYS as f32 * (before + after) - before;
-            let from = if place < 0.0 {
-                at(point).lerp(at(point - 1), -0.5 * place / before)
+            let start = if place < 0.0 {
+                Start::inside(&strands, segment as u32 - 1, 1.0 + 0.5 * place / before)
             } else {
-                at(point).lerp(at(point + 1), 0.5 * place / after)
+                Start::inside(&strands, segment as u32, 0.5 * place / after)
             };
-            open +=
-                f32::from(u8::from(!is_blocked(&strands, from, direction, 0.05))) / N_RAYS as f32;
+            open += f32::from(u8::from(!rays.is_blocked(&start, direction))) / N_RAYS as f32;
         }
         let error = f64::from(found[point] - open);
-        bias += error / f64::from(n);
-        square += error * error / f64::from(n);
-        mean += f64::from(open) / f64::from(n);
+        bias += error;
+        square += error * error;
+        mean += f64::from(open);
+        n += 1.0;
     }
+    let [bias, square, mean] = [bias, square, mean].map(|sum: f64| sum / n);
     let rms = square.sqrt();
-    println!("mean {mean:.3}, bias {bias:.4}, RMS {rms:.4}");
+    println!("{n} points: mean {mean:.4}, bias {bias:.4}, RMS {rms:.4}");
     assert!(mean > 0.1 && mean < 0.9, "{mean}");
-    assert!(bias.abs() < 0.01, "{bias}");
-    assert!(rms < 0.1, "{rms}");
+    assert!(bias.abs() < 0.005, "{bias}");
+    assert!(rms < 0.2, "{rms}");
 }
 
 #[test]
@@ -148,29 +141,42 @@ fn both_backends_answer_alike() {
         light([0.0, 1.0, 0.0], 1.4, [0.25, 0.3, 0.4]),
     ];
     let plan = ShadowPlan::new(&lights, &strands, 16);
-    assert_eq!((plan.slots[2], plan.n_slots), (NO_SLOT, 2));
-    assert_eq!(plan.views.len(), 2 + 7);
+    assert_eq!(plan.n_slots, 3);
+    assert!(plan.views.len() > 10);
     let on_cpu = cpu::shadow_maps(&strands, &plan);
     let on_gpu = render::shadow_maps(&context, &strands, &plan).unwrap();
-    let error = relative_rmse(&on_gpu, &on_cpu);
+    let n_points = strands.points.len();
+    let shares = |answers: &[u32]| -> Vec<f32> {
+        let slots = (0..plan.n_slots).flat_map(|slot| (0..n_points).map(move |p| (slot, p)));
+        slots
+            .map(|(slot, point)| unblocked_share(answers, n_points, slot, point))
+            .collect()
+    };
+    let error = relative_rmse(&shares(&on_gpu), &shares(&on_cpu));
     println!("relative RMSE {error:.2e}");
     assert!(error < 2e-3, "{error}");
-    assert!(on_cpu.iter().all(|&x| (0.0..=1.001).contains(&x)));
 }
 
 #[test]
-fn maps_go_to_the_most_powerful_narrow_lights() {
+fn maps_go_to_the_lights_that_carry_most() {
     let strands = wig_strands(20, 0.012);
     let lights = [
-        light([1.0, 0.0, 0.0], 0.05, [1.0; 3]),
-        light([0.0, 1.0, 0.0], 0.05, [30.0; 3]),
+        light([1.0, 0.0, 0.0], 0.5, [1.0; 3]),
+        light([0.0, 1.0, 0.0], 0.5, [3.0; 3]),
         light([0.0, 0.0, 1.0], 0.05, [0.001; 3]),
-        light([0.0, 1.0, 1.0], 0.8, [1.0; 3]),
+        light([0.0, 1.0, 1.0], 0.001, [2e5; 3]),
     ];
-    let plan = ShadowPlan::new(&lights, &strands, 3);
-    assert_eq!(plan.slots, [NO_SLOT, 0, NO_SLOT, NO_SLOT]);
-    let total: f32 = plan.views.iter().map(|view| view.weight).sum();
-    assert_eq!((plan.views.len(), total), (2, 1.0));
+    let plan = ShadowPlan::new(&lights, &strands, 40);
+    let of = |ix: usize| {
+        let views = plan.views.iter().filter(|view| view.slot == plan.slots[ix]);
+        let weights: Vec<f32> = views.map(|view| view.weight).collect();
+        (weights.len(), weights.iter().sum::<f32>())
+    };
+    let (counts, weights): (Vec<_>, Vec<_>) = [0, 1, 3].map(of).into_iter().unzip();
+    assert!(weights.iter().all(|weight| (weight - 1.0).abs() < 1e-5));
+    // The third is as good as black, the last as good as a point.
+    assert_eq!(plan.slots[2], NO_SLOT);
+    assert!(counts[1] > 2 * counts[0] && counts[2] == 1, "{counts:?}");
     let none = ShadowPlan::new(&lights, &strands, 0);
     assert!(none.views.is_empty() && none.slots == [NO_SLOT; 4]);
     assert!(cpu::shadow_maps(&strands, &none).is_empty());

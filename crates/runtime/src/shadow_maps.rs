@@ -1,41 +1,47 @@
-//! Shadow maps for the lights that make hard shadows: which lights get them, and from where.
+//! Shadow maps that resolve fibres: how many each light gets, and from where.
 //!
-//! The shadow volume blurs shadows over its voxels, some dozens of strands wide. A light that is
-//! narrow and strong shows that; it gets shadow maps that resolve single fibres, one for each of a
-//! few directions inside its lobe. A map holds, for every texel of the plane across the direction,
-//! the height of the strand nearest to the light. A strand point is unblocked by as much of its
-//! neighbourhood (half way to the points before and after it) as no strand of the map stands above.
+//! The shadow volume takes the strands within a voxel for a fog. That is right in the mean over all
+//! points, but not for those that are seen: they lie where the hair happens to be open, and the
+//! volume makes them some 20 % too dark, with shadows as coarse as its voxels. So the unblocked
+//! share of a light comes from shadow maps along a few directions inside its lobe, more for a
+//! light that carries more. A map holds, for every texel of the plane across the direction, the
+//! height of the strand nearest to the light; a strand point is unblocked by as much of its
+//! neighbourhood (half way to the points before and after it) as no other strand stands above.
+//! What strands send on forward still comes from the volume.
 //!
-//! Maps depend on strands and lights alone, so an edit of the hair needs none.
+//! Maps depend on strands and lights alone: an edit of the hair and another view need none.
 
 use glam::Vec3;
 use strandlight_formats::SrbfLight;
 
 use crate::strands::Strands;
-use crate::volume::{lobe_directions, solid_angle};
+use crate::volume::{shifted_lobe_directions, solid_angle};
 
-/// Texels along a map's side: on a head of hair 30 cm wide a texel is as wide as a fibre.
-pub const SHADOW_SIDE: u32 = 4096;
+/// Texels along a map's side. Texels are wider than fibres, which cover as many texels as they
+/// should in the mean; four times as many change the error by nothing.
+pub const SHADOW_SIDE: u32 = 1024;
 
-/// Maps of a scene unless it says otherwise.
-pub const DEFAULT_SHADOW_MAPS: u32 = 16;
+/// Maps of a scene unless somebody says otherwise.
+pub const DEFAULT_SHADOW_MAPS: u32 = 96;
 
-/// Lights wider than this get none: within their lobes shadows of fibres run together, and a dozen
-/// binary samples err by more than the volume does.
-pub const SHADOW_LAMBDA: f32 = 0.3;
+/// Most maps of a scene.
+pub const MAX_SHADOW_MAPS: u32 = 4096;
 
-/// Lights with less than this share of the power of all get none.
-pub const SHADOW_SHARE: f32 = 0.02;
+/// Lights with less than this share of the power of all get no map.
+const LEAST_SHARE: f32 = 0.002;
 
-/// One direction for every so much of lambda, at least one and at most [`MAX_DIRECTIONS`].
-const LAMBDA_PER_DIRECTION: f32 = 0.04;
-const MAX_DIRECTIONS: u32 = 8;
+/// A light of width lambda gets at most one map, and one more for every so much of lambda: closer
+/// directions see the same shadows.
+const LAMBDA_PER_MAP: f32 = 0.006;
 
 /// Largest buffer of answers, as every adapter binds it.
 const MAX_BYTES: usize = 128 << 20;
 
-/// Marks lights without maps in [`ShadowPlan::slots`].
+/// Marks lights without maps.
 pub const NO_SLOT: u32 = u32::MAX;
+
+/// Lights whose shares fill a word of the answers, eight bits each.
+pub const SLOTS_PER_WORD: u32 = 4;
 
 /// One map; mirrored by `ShadowView` in `shaders/pass/shadow_map.wgsl`.
 #[repr(C)]
@@ -55,17 +61,26 @@ pub struct ShadowView {
     pub weight: f32,
     /// Middle of the map, cm.
     pub centre: [f32; 3],
-    /// Row of the answers that this direction adds to.
-    pub slot: u32,
     /// Texels along a side.
     pub side: u32,
+    /// Row of the answers that this direction adds to.
+    pub slot: u32,
+    /// Bit 0: the first of its slot; bit 1: the last.
+    pub ends: u32,
     /// Segments to cast.
     pub n_segments: u32,
     /// Points to light.
     pub n_points: u32,
     /// Where in their strata the places along a strand lie, 0..1.
     pub offset: f32,
+    /// Not used.
+    pub pad: [u32; 3],
 }
+
+/// [`ShadowView::ends`]: the first of its slot.
+pub const FIRST_OF_SLOT: u32 = 1;
+/// [`ShadowView::ends`]: the last of its slot.
+pub const LAST_OF_SLOT: u32 = 2;
 
 /// The maps of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,7 +94,8 @@ pub struct ShadowPlan {
 }
 
 impl ShadowPlan {
-    /// At most `budget` maps for `lights`, the most powerful first.
+    /// About `budget` maps for `lights`, shared out by power; a light that gets one at all may
+    /// make it a few more.
     pub fn new(lights: &[SrbfLight], strands: &Strands, budget: u32) -> ShadowPlan {
         let power: Vec<f32> = lights
             .iter()
@@ -87,37 +103,50 @@ impl ShadowPlan {
             .collect();
         let total: f32 = power.iter().sum();
         let mut order: Vec<usize> = (0..lights.len())
-            .filter(|&ix| lights[ix].lambda <= SHADOW_LAMBDA && power[ix] >= SHADOW_SHARE * total)
+            .filter(|&ix| budget > 0 && power[ix] > 0.0 && power[ix] >= LEAST_SHARE * total)
             .collect();
         order.sort_by(|&a, &b| power[b].total_cmp(&power[a]).then(a.cmp(&b)));
-        let n_points = strands.points.len();
-        let most_slots = (MAX_BYTES / (4 * n_points.max(1))) as u32;
+        let words = MAX_BYTES / (4 * strands.points.len().max(1));
+        order.truncate(words * SLOTS_PER_WORD as usize);
         let mut plan = ShadowPlan {
             slots: vec![NO_SLOT; lights.len()],
             ..ShadowPlan::default()
         };
-        for ix in order {
-            let left = budget.saturating_sub(plan.views.len() as u32);
-            if left == 0 || plan.n_slots == most_slots {
-                break;
-            }
-            let wanted = (lights[ix].lambda / LAMBDA_PER_DIRECTION).ceil() as u32;
-            let directions =
-                lobe_directions(&lights[ix], wanted.clamp(1, MAX_DIRECTIONS).min(left));
-            let weight = 1.0 / directions.len() as f32;
-            for (k, &direction) in directions.iter().enumerate() {
+        for (slot, &ix) in order.iter().enumerate() {
+            let light = &lights[ix];
+            let useful = 1 + (light.lambda / LAMBDA_PER_MAP).min(1e6) as u32;
+            let k = (budget as f32 * (power[ix] / total)).round() as u32;
+            let k = k.clamp(1, useful);
+            // Lights with a map or two look elsewhere each.
+            let shift = (0.5 + 0.618_034 * slot as f64).fract();
+            let directions = shifted_lobe_directions(light, k, shift);
+            for (n, &direction) in (0..k).zip(&directions) {
+                let first = if n == 0 { FIRST_OF_SLOT } else { 0 };
+                let last = if n + 1 == k { LAST_OF_SLOT } else { 0 };
                 plan.views.push(ShadowView {
-                    slot: plan.n_slots,
-                    weight,
-                    offset: (k as f32 + 0.5) * weight,
+                    slot: slot as u32,
+                    ends: first | last,
+                    weight: 1.0 / k as f32,
+                    offset: (n as f32 + 0.5) / k as f32,
                     ..ShadowView::towards(direction, strands)
                 });
             }
-            plan.slots[ix] = plan.n_slots;
-            plan.n_slots += 1;
+            plan.slots[ix] = slot as u32;
         }
+        plan.n_slots = order.len() as u32;
         plan
     }
+
+    /// Words of the answers, `[slot / 4][point]`, eight bits a slot from the lowest up.
+    pub fn n_words(&self, n_points: usize) -> usize {
+        self.n_slots.div_ceil(SLOTS_PER_WORD) as usize * n_points
+    }
+}
+
+/// The unblocked share of `slot` at `point` in the answers for `n_points` points.
+pub fn unblocked_share(answers: &[u32], n_points: usize, slot: u32, point: usize) -> f32 {
+    let word = answers[(slot / SLOTS_PER_WORD) as usize * n_points + point];
+    ((word >> (8 * (slot % SLOTS_PER_WORD))) & 255) as f32 / 255.0
 }
 
 impl ShadowView {
@@ -135,11 +164,13 @@ impl ShadowView {
             towards: towards.to_array(),
             weight: 1.0,
             centre: strands.centre.to_array(),
-            slot: 0,
             side: SHADOW_SIDE,
+            slot: 0,
+            ends: FIRST_OF_SLOT | LAST_OF_SLOT,
             n_segments: strands.segments.len() as u32,
             n_points: strands.points.len() as u32,
             offset: 0.5,
+            pad: [0; 3],
         }
     }
 }

@@ -90,22 +90,31 @@ pub fn sweep_directions(light: &SrbfLight) -> Vec<[f32; 3]> {
     lobe_directions(light, k)
 }
 
-/// `k` directions inside the lobe of `light`, each for the same share of its radiance.
+/// `k` directions inside the lobe of `light`, each for the same share of its radiance; one is the
+/// centre.
 pub fn lobe_directions(light: &SrbfLight, k: u32) -> Vec<[f32; 3]> {
-    let axis = Vec3::from(light.direction).normalize_or(Vec3::Y);
     if k <= 1 {
+        let axis = Vec3::from(light.direction).normalize_or(Vec3::Y);
         return vec![axis.to_array()];
     }
+    shifted_lobe_directions(light, k, 0.5)
+}
+
+/// As [`lobe_directions`], another set for each `shift` in 0..1: the mean over all of them is that
+/// over the lobe even where `k` is 1.
+pub fn shifted_lobe_directions(light: &SrbfLight, k: u32, shift: f64) -> Vec<[f32; 3]> {
+    let axis = Vec3::from(light.direction).normalize_or(Vec3::Y);
     let (x, y) = axis.any_orthonormal_pair();
     let kappa = 2.0 / f64::from(light.lambda * light.lambda);
     (0..k)
         .map(|ix| {
-            let u = (f64::from(ix) + 0.5) / f64::from(k);
+            let u = (f64::from(ix) + shift) / f64::from(k);
             let cos = 1.0 + (u + (1.0 - u) * (-2.0 * kappa).exp()).ln() / kappa;
             let cos = cos.clamp(-1.0, 1.0);
             let sin = (1.0 - cos * cos).sqrt() as f32;
             // The golden angle spreads successive azimuths evenly.
-            let azimuth = f64::from(ix) * 2.399_963_229_728_653;
+            let turns = f64::from(ix) * 2.399_963_229_728_653;
+            let azimuth = turns + std::f64::consts::TAU * (13.0 * (shift - 0.5));
             let across = x * azimuth.cos() as f32 + y * azimuth.sin() as f32;
             (axis * cos as f32 + across * sin)
                 .normalize_or(axis)

@@ -4,44 +4,55 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{Vec3, Vec3Swizzles};
 use rayon::prelude::*;
-use strandlight_runtime::shadow_maps::{ShadowPlan, ShadowView};
+use strandlight_runtime::shadow_maps::{
+    FIRST_OF_SLOT, LAST_OF_SLOT, SLOTS_PER_WORD, ShadowPlan, ShadowView,
+};
 use strandlight_runtime::strands::Strands;
 
-const UNITS: f32 = 4_294_967_040.0;
+const NAME_BITS: u32 = 12;
+const HEIGHT_UNITS: f32 = 1_048_575.0;
+const OWN_POINTS: u32 = 3;
+const CLEAR_RADII: f32 = 0.5;
 const N_PLACES: u32 = 8;
-const CLEAR_RADII: f32 = 3.0;
-const CLEAR_TEXELS: f32 = 0.75;
-const STEEPEST: f32 = 20.0;
 
-/// Unblocked share of the lights with maps at every point, `[slot][point]`.
-pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<f32> {
+/// Unblocked share of the lights with maps at every point, `[slot / 4][point]`, eight bits a slot:
+/// [`strandlight_runtime::shadow_maps::unblocked_share`] reads it.
+pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
     let n_points = strands.points.len();
-    let mut unblocked = vec![0.0; plan.n_slots as usize * n_points];
+    let mut answers = vec![0; plan.n_words(n_points)];
     let Some(first) = plan.views.first() else {
-        return unblocked;
+        return answers;
     };
     let mut map: Vec<AtomicU32> = Vec::new();
     map.resize_with((first.side * first.side) as usize, AtomicU32::default);
+    let mut sums = vec![0.0; n_points];
     for view in &plan.views {
-        map.par_iter_mut().for_each(|texel| *texel.get_mut() = 0);
-        strands.segments.par_iter().for_each(|&segment| {
-            let first = segment as usize;
-            cast_shadows(
-                view,
-                &strands.points[first],
-                &strands.points[first + 1],
-                &map,
-            );
-        });
-        let row = view.slot as usize * n_points;
-        unblocked[row..row + n_points]
+        map.iter_mut().for_each(|texel| *texel.get_mut() = 0);
+        strands
+            .segments
+            .par_iter()
+            .with_min_len(1024)
+            .for_each(|&first| cast_shadows(view, strands, first, &map));
+        let row = (view.slot / SLOTS_PER_WORD) as usize * n_points;
+        answers[row..row + n_points]
             .par_iter_mut()
+            .zip(&mut sums)
             .enumerate()
-            .for_each(|(point, unblocked)| {
-                *unblocked += receive_shadows(view, strands, point, &map)
+            .with_min_len(1024)
+            .for_each(|(point, (answer, sum))| {
+                let lit = receive_shadows(view, strands, point, &map);
+                *sum = if view.ends & FIRST_OF_SLOT == 0 {
+                    *sum + lit
+                } else {
+                    lit
+                };
+                if view.ends & LAST_OF_SLOT != 0 {
+                    let bits = (sum.min(1.0) * 255.0 + 0.5) as u32;
+                    *answer |= bits << (8 * (view.slot % SLOTS_PER_WORD));
+                }
             });
     }
-    unblocked
+    answers
 }
 
 /// x and y in texels from the corner, z the height in cm.
@@ -54,11 +65,19 @@ fn map_position(view: &ShadowView, point: &[f32; 4]) -> Vec3 {
 }
 
 fn height_units(view: &ShadowView, height: f32) -> u32 {
-    ((0.5 * height / view.reach + 0.5).clamp(0.0, 1.0) * UNITS) as u32
+    ((0.5 * height / view.reach + 0.5).clamp(0.0, 1.0) * HEIGHT_UNITS) as u32
 }
 
-/// Draws a segment into the map; the order of segments does not matter.
-fn cast_shadows(view: &ShadowView, from: &[f32; 4], to: &[f32; 4], map: &[AtomicU32]) {
+fn name_of(point: u32) -> u32 {
+    point & ((1 << NAME_BITS) - 1)
+}
+
+/// Draws the segment that starts at point `first`; the order of segments does not matter.
+fn cast_shadows(view: &ShadowView, strands: &Strands, first: u32, map: &[AtomicU32]) {
+    let (from, to) = (
+        &strands.points[first as usize],
+        &strands.points[first as usize + 1],
+    );
     let (mut a, mut b) = (map_position(view, from), map_position(view, to));
     let steep = (b.y - a.y).abs() > (b.x - a.x).abs();
     if steep {
@@ -75,11 +94,11 @@ fn cast_shadows(view: &ShadowView, from: &[f32; 4], to: &[f32; 4], map: &[Atomic
     let radius = 0.5 * (from[3] + to[3]) * view.texels_per_cm;
     let half_width = radius * (1.0 + rise.x * rise.x).sqrt();
     let side = view.side as i32;
+    let name = name_of(first);
     let last = ((b.x - 0.5).ceil() as i32).min(side);
     for column in ((a.x - 0.5).ceil() as i32).max(0)..last {
         let along = column as f32 + 0.5 - a.x;
         let y = a.y + rise.x * along;
-        let height = height_units(view, a.z + rise.y * along);
         let top = ((y + half_width - 0.5).ceil() as i32).min(side);
         for row in ((y - half_width - 0.5).ceil() as i32).max(0)..top {
             let cell = if steep {
@@ -87,7 +106,8 @@ fn cast_shadows(view: &ShadowView, from: &[f32; 4], to: &[f32; 4], map: &[Atomic
             } else {
                 column + side * row
             };
-            map[cell as usize].fetch_max(height, Ordering::Relaxed);
+            let height = height_units(view, a.z + rise.y * along);
+            map[cell as usize].fetch_max(height << NAME_BITS | name, Ordering::Relaxed);
         }
     }
 }
@@ -117,14 +137,17 @@ fn receive_shadows(
         if place < 0.0 {
             (end, share) = (from_before, -0.5 * place / before);
         }
-        let step = end - middle;
-        let at = middle + step * share;
-        let rise = (step.z.abs() / step.xy().length().max(1e-6)).min(STEEPEST * point[3]);
-        let clear = CLEAR_RADII * point[3] + CLEAR_TEXELS * rise;
+        let at = middle + (end - middle) * share;
         let last = view.side as i32 - 1;
         let [x, y] = [at.x, at.y].map(|x| (x.floor() as i32).clamp(0, last));
         let highest = map[(x + view.side as i32 * y) as usize].load(Ordering::Relaxed);
-        lit += u32::from(highest <= height_units(view, at.z + clear));
+        let is_above = highest >> NAME_BITS > height_units(view, at.z + CLEAR_RADII * point[3]);
+        let apart = name_of(
+            highest
+                .wrapping_sub(point_ix as u32)
+                .wrapping_add(OWN_POINTS),
+        );
+        lit += u32::from(!is_above || apart <= 2 * OWN_POINTS);
     }
     view.weight * lit as f32 / N_PLACES as f32
 }

@@ -61,8 +61,8 @@ pub fn check_frame(size: [u32; 2], samples: u32) -> Result<(), RenderError> {
     Ok(())
 }
 
-/// The answers of the shadow maps of `plan` for `strands`, `[slot][point]`: see
-/// [`crate::shadow_maps`].
+/// The answers of the shadow maps of `plan` for `strands`, as
+/// [`crate::shadow_maps::unblocked_share`] reads them.
 ///
 /// # Errors
 /// Whatever the device refuses.
@@ -70,7 +70,7 @@ pub fn shadow_maps(
     context: &Context,
     strands: &Strands,
     plan: &ShadowPlan,
-) -> Result<Vec<f32>, RenderError> {
+) -> Result<Vec<u32>, RenderError> {
     resources::guarded(context, || {
         let buffers = resources::StrandBuffers::new(context, strands);
         let maps = shadow_map::ShadowMaps::new(context)?;

@@ -22,19 +22,20 @@ impl ShadowMaps {
         })
     }
 
-    /// Unblocked share of the lights with maps at every point, `[slot][point]` f32. The map itself,
-    /// 64 MiB, goes again.
+    /// Unblocked share of the lights with maps at every point, as
+    /// [`crate::shadow_maps::unblocked_share`] reads it. The map itself goes again.
     pub fn run(
         &self,
         context: &Context,
         strands: &StrandBuffers,
         plan: &ShadowPlan,
     ) -> Result<wgpu::Buffer, RenderError> {
-        let bytes = u64::from(plan.n_slots) * u64::from(strands.n_points) * 4;
-        let unblocked = storage(context, "unblocked", bytes);
+        let bytes = plan.n_words(strands.n_points as usize) as u64 * 4;
+        let answers = storage(context, "unblocked", bytes);
         let Some(first) = plan.views.first() else {
-            return Ok(unblocked);
+            return Ok(answers);
         };
+        let sums = storage(context, "unblocked sums", u64::from(strands.n_points) * 4);
         let map = storage(context, "shadow map", u64::from(first.side).pow(2) * 4);
         let view = uniform(context, "shadow view", first);
         let cast = bind(
@@ -56,7 +57,8 @@ impl ShadowMaps {
                 (3, map.as_entire_binding()),
                 (4, strands.tangents.as_entire_binding()),
                 (5, strands.normals.as_entire_binding()),
-                (6, unblocked.as_entire_binding()),
+                (6, sums.as_entire_binding()),
+                (7, answers.as_entire_binding()),
             ],
         );
         // More groups than one dimension takes go into the second.
@@ -77,6 +79,6 @@ impl ShadowMaps {
             // One map at a time: a software device takes part of a second for each.
             context.wait("shadow map").map_err(failed)?;
         }
-        Ok(unblocked)
+        Ok(answers)
     }
 }
