@@ -10,8 +10,12 @@ struct Light {
     n_sweeps: u32,
     // sr
     solid_angle: f32,
-    pad: u32,
+    // Row in the answers of the shadow maps, or NO_SLOT.
+    slot: u32,
 }
+
+// Twin in crates/runtime/src/shadow_maps.rs.
+const NO_SLOT: u32 = 0xffffffffu;
 
 // Lights and points that a dispatch works on. Twin: Batch in
 // crates/runtime/src/render/shadows.rs.

@@ -32,6 +32,9 @@
 // By the sine of the inclination, 0..=1: a_f, then beta_f^2.
 @group(0) @binding(16) var<uniform> forward: array<vec4f, 128>;
 
+// Unblocked shares by shadow maps, [slot / 4][point], eight bits a slot.
+@group(0) @binding(17) var<storage, read> answers: array<u32>;
+
 // The terms that are drawn; the others are not part of the pipeline.
 override TERMS: u32 = 7u;
 
@@ -123,7 +126,11 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     for (var ix = 0u; ix < batch.n_lights; ix++) {
         let light = lights[batch.first_light + ix];
         let record = record_at(ix * n_voxels, g);
-        let unblocked = record.shares.x;
+        var unblocked = record.shares.x;
+        if light.slot != NO_SLOT {
+            let word = answers[light.slot / 4u * view.n_points + point_ix];
+            unblocked = f32((word >> (8u * (light.slot % 4u))) & 255u) / 255.0;
+        }
         let direct_power = unblocked * light.power;
         let source = light_in_frame(frame * light.direction, light.lambda);
         if (TERMS & TERM_SINGLE) != 0u && direct_power >= batch.min_power {
@@ -142,7 +149,8 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             continue;
         }
         let at = sample_forward(record.sin_theta);
-        let arriving = forward_light(record, at.a_f, at.beta_f_2, light.rgb, light.lambda);
+        let arriving = forward_light(
+            record, unblocked, at.a_f, at.beta_f_2, light.rgb, light.lambda);
         let gained = batch.density_forward * arriving.gained;
         let power = max(max(gained.x, gained.y), gained.z) * light.power;
         let radiance_in = light.solid_angle * gained * light.rgb;

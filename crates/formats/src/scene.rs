@@ -207,6 +207,8 @@ pub struct RenderSection {
     pub background: Background,
     /// Which terms of scattering are drawn.
     pub scattering: Scattering,
+    /// Shadow maps to draw, about, for all lights, 0..=4096: more for less noise in the shadows.
+    pub shadow_maps: u32,
 }
 
 impl Default for RenderSection {
@@ -218,6 +220,7 @@ impl Default for RenderSection {
             tone_map: ToneMap::Filmic,
             background: Background::Lights,
             scattering: Scattering::Total,
+            shadow_maps: 96,
         }
     }
 }

@@ -225,6 +225,8 @@ impl RenderSection {
             in_range("render.size", f64::from(value), 1.0, 8192.0)?;
         }
         in_range("render.samples", f64::from(self.samples), 1.0, 65536.0)?;
+        let shadow_maps = f64::from(self.shadow_maps);
+        in_range("render.shadow_maps", shadow_maps, 0.0, 4096.0)?;
         in_range("render.exposure", self.exposure, -32.0, 32.0)?;
         if let Background::Color(rgb) = self.background {
             for value in rgb {

@@ -19,6 +19,7 @@ use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use crate::camera::{Camera, DEFAULT_FOV_Y};
 use crate::edit::{HairTextures, LobeTables};
 use crate::error::SceneError;
+use crate::shadow_maps::{DEFAULT_SHADOW_MAPS, ShadowPlan};
 use crate::stats::Stats;
 use crate::strands::Strands;
 use crate::tables::{BUNDLED, ShadingTables};
@@ -39,6 +40,8 @@ pub struct PreparedScene {
     /// Products of a point and a light are left out below this share of all lights' power;
     /// [`NEGLIGIBLE_SHARE`].
     pub negligible_share: f32,
+    /// Shadow maps to draw, about, shared out to the lights by power: see [`crate::shadow_maps`].
+    pub shadow_maps: u32,
     scattering: Scattering,
     /// Tables of the closed forms: C where R is drawn.
     pub tables: ShadingTables,
@@ -74,8 +77,8 @@ pub struct LightRecord {
     pub n_sweeps: u32,
     /// Solid angle, sr.
     pub solid_angle: f32,
-    /// Not used.
-    pub pad: u32,
+    /// Its row in the answers of the shadow maps, or [`NO_SLOT`](crate::shadow_maps::NO_SLOT).
+    pub slot: u32,
 }
 
 /// A term of scattering is left out for a point and a light where the power that the term starts
@@ -142,6 +145,7 @@ impl PreparedScene {
             hair,
             densities,
             negligible_share: NEGLIGIBLE_SHARE,
+            shadow_maps: scene.render.shadow_maps,
             scattering: scene.render.scattering,
             tables: tables.shading,
             camera,
@@ -174,6 +178,7 @@ impl PreparedScene {
             hair,
             densities: [DENSITY_FORWARD, DENSITY_BACK],
             negligible_share: NEGLIGIBLE_SHARE,
+            shadow_maps: DEFAULT_SHADOW_MAPS,
             scattering: Scattering::Total,
             tables,
             camera,
@@ -216,13 +221,19 @@ impl PreparedScene {
         self.densities[1] * largest.fold(0.0, |a, &b| f32::max(a, b))
     }
 
+    /// The shadow maps of the lights.
+    pub fn shadow_plan(&self) -> ShadowPlan {
+        ShadowPlan::new(&self.lights, &self.strands, self.shadow_maps)
+    }
+
     /// The lights as the passes read them, and all sweep directions (fourth float zero).
     pub fn light_records(&self) -> (Vec<LightRecord>, Vec<[f32; 4]>) {
         let mut sweeps = Vec::new();
         let records = self
             .lights
             .iter()
-            .map(|light| {
+            .zip(self.shadow_plan().slots)
+            .map(|(light, slot)| {
                 let first_sweep = sweeps.len() as u32;
                 sweeps.extend(
                     sweep_directions(light)
@@ -239,7 +250,7 @@ impl PreparedScene {
                     first_sweep,
                     n_sweeps: sweeps.len() as u32 - first_sweep,
                     solid_angle,
-                    pad: 0,
+                    slot,
                 }
             })
             .collect();
@@ -257,6 +268,7 @@ impl PreparedScene {
             voxels: Grid::around(&self.strands).n_voxels(),
             lights: self.lights.len(),
             sweeps: self.light_records().1.len(),
+            shadow_maps: self.shadow_plan().views.len(),
             scattering: self.scattering.name(),
             skipped: self.skipped(),
             ..Stats::default()

@@ -56,6 +56,8 @@ pub struct Stats {
     pub lights: usize,
     /// Directions swept through the volume for all lights.
     pub sweeps: usize,
+    /// Shadow maps drawn for all lights.
+    pub shadow_maps: usize,
     /// Points outside the view, not shaded.
     pub points_skipped: u64,
     /// The terms of scattering that were asked for.
@@ -137,8 +139,8 @@ impl fmt::Display for Stats {
         writeln!(f)?;
         writeln!(
             f,
-            "  {} lights, {} sweeps through {} voxels",
-            self.lights, self.sweeps, self.voxels
+            "  {} lights, {} sweeps through {} voxels, {} shadow maps",
+            self.lights, self.sweeps, self.voxels, self.shadow_maps
         )?;
         writeln!(
             f,

@@ -38,6 +38,9 @@ pub struct Args {
     /// Terms of scattering to draw: single, global, local or total [default: the scene's, total]
     #[arg(long, value_name = "TERMS", value_parser = parse_scattering)]
     scattering: Option<Scattering>,
+    /// Shadow maps to draw for all lights, about, 0..=4096 [default: the scene's, 96]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=4096))]
+    shadow_maps: Option<u32>,
     /// How the transmittance of lights is found; all but sweep are baselines on the CPU
     #[arg(long, value_enum, default_value_t = Method::Sweep)]
     transmittance: Method,
@@ -88,6 +91,7 @@ pub fn run(args: &Args) -> Outcome {
     let samples = whole_passes(args.samples.unwrap_or(scene.render.samples));
     check_frame(size, samples).map_err(|error| Failure::file(&args.scene, error))?;
     let mut scene = scene;
+    scene.render.shadow_maps = args.shadow_maps.unwrap_or(scene.render.shadow_maps);
     scene.render.scattering = args.scattering.unwrap_or(scene.render.scattering);
     let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
     let (picture, stats) = draw(&prepared, size, samples, args.backend, args.transmittance)?;
@@ -202,6 +206,7 @@ fn report(path: &Path, picture: &Picture, samples: u32, stats: &Stats) -> serde_
         "segments": stats.segments,
         "lights": stats.lights,
         "sweeps": stats.sweeps,
+        "shadow_maps": stats.shadow_maps,
         "voxels": stats.voxels,
         "scattering": stats.scattering,
         "terms": terms,

@@ -19,6 +19,7 @@ pub use voxelise::voxelise;
 
 use strandlight_runtime::camera::{Camera, ViewUniform, view_uniform};
 use strandlight_runtime::render::{LIGHT_BATCH, check_frame};
+use strandlight_runtime::shadow_maps::ShadowPlan;
 use strandlight_runtime::stats::{LIGHTING_SHARE, Observer, Stage};
 use strandlight_runtime::volume::Grid;
 use strandlight_runtime::{Picture, PreparedScene, RenderError, SceneError, Stats};
@@ -125,6 +126,17 @@ fn light(
     let (mut sweep_s, mut shade_s, mut bytes) = (0.0, 0.0, 0);
     let mut counts = shade::Counts::default();
     let mut done = 0;
+    // Baselines find transmittance by themselves.
+    let plan = match method {
+        Method::Sweep => scene.shadow_plan(),
+        _ => ShadowPlan::default(),
+    };
+    let (answers, shadow_s) = timed(|| shadow_maps(&scene.strands, &plan));
+    stats.stages.push(Stage {
+        name: "shadow maps",
+        milliseconds: 1e3 * shadow_s,
+        bytes: 4 * answers.len() as u64,
+    });
     for batch in lights.chunks(LIGHT_BATCH) {
         let (shadows, seconds) = timed(|| match method {
             Method::Sweep => Ok(Shadows::Volume(transmittance(grid, volume, batch, &sweeps))),
@@ -134,7 +146,7 @@ fn light(
         sweep_s += seconds;
         bytes = bytes.max(shadows.bytes());
         let (batch_counts, seconds) =
-            timed(|| shade::shade(scene, view, grid, batch, &shadows, &mut radiance));
+            timed(|| shade::shade(scene, view, grid, batch, &shadows, &answers, &mut radiance));
         shade_s += seconds;
         done += batch.len();
         observer(LIGHTING_SHARE * done as f64 / lights.len() as f64);

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::ViewUniform;
 use strandlight_runtime::scene::LightRecord;
+use strandlight_runtime::shadow_maps::{NO_SLOT, unblocked_share};
 use strandlight_runtime::volume::Grid;
 use strandlight_scattering::closed_form::{
     AverageTexel, DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, Shading,
@@ -37,13 +38,14 @@ impl Counts {
 }
 
 /// Adds the lights of a batch to `radiance` (rgb, 0), times the view's radiance scale.
-/// `shadows` are those of the batch.
+/// `shadows` are those of the batch, `answers` those of the shadow maps.
 pub(super) fn shade(
     scene: &PreparedScene,
     view: &ViewUniform,
     grid: &Grid,
     lights: &[LightRecord],
     shadows: &Shadows,
+    answers: &[u32],
     radiance: &mut [[f32; 4]],
 ) -> Counts {
     let strands = &scene.strands;
@@ -83,9 +85,16 @@ pub(super) fn shade(
                     Shadows::Volume(records) => record_at(grid, &records[ix * n_voxels..], g),
                     Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
                 };
+                let unblocked = match shadows {
+                    Shadows::Volume(_) if light.slot != NO_SLOT => {
+                        unblocked_share(answers, n_points, light.slot, point)
+                    }
+                    _ => record.shares[0],
+                };
                 let direction = in_frame(Vec3::from(light.direction));
                 let source = LightInFrame::from_vector(direction, light.lambda);
-                terms.add(light, &source, &eye, &record, &mut sum, &mut evaluated);
+                let arriving = (&record, unblocked);
+                terms.add(light, &source, &eye, arriving, &mut sum, &mut evaluated);
             }
             for channel in 0..3 {
                 radiance[channel] += sum[channel] * view.radiance_scale;
@@ -120,7 +129,7 @@ impl Terms<'_> {
         light: &LightRecord,
         source: &LightInFrame,
         eye: &DirectionInFrame,
-        record: &ShadowRecord,
+        (record, unblocked): (&ShadowRecord, f32),
         sum: &mut [f32; 3],
         evaluated: &mut [u64; 4],
     ) {
@@ -131,7 +140,6 @@ impl Terms<'_> {
             evaluated[term] += 1;
         };
         let [density_forward, density_back] = self.densities;
-        let unblocked = record.shares[0];
         let direct_power = unblocked * light.power;
         if self.bits & TERM_SINGLE != 0 && direct_power >= self.min_power {
             add(
@@ -149,7 +157,7 @@ impl Terms<'_> {
             return;
         }
         let (a_f, beta_f_2) = sample_forward(self.forward, record.sin_theta);
-        let arriving = forward_light(record, a_f, beta_f_2, light.rgb, light.lambda);
+        let arriving = forward_light(record, unblocked, a_f, beta_f_2, light.rgb, light.lambda);
         let gained = arriving.gained.map(|gained| density_forward * gained);
         let power = gained[0].max(gained[1]).max(gained[2]) * light.power;
         let factor = gained.map(|gained| light.solid_angle * gained);

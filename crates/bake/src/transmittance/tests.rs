@@ -43,7 +43,7 @@ fn light(lambda: f32) -> (LightRecord, Vec<[f32; 4]>) {
         first_sweep: 0,
         n_sweeps: directions.len() as u32,
         solid_angle: 1.0,
-        pad: 0,
+        slot: strandlight_runtime::shadow_maps::NO_SLOT,
     };
     (record, directions)
 }

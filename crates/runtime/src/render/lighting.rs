@@ -7,6 +7,7 @@ use super::resources::{
     StrandBuffers, bind, buffer_of, compute_with, dispatch, failed, read_back, shader, storage,
     submit, uniform,
 };
+use super::shadow_map::ShadowMaps;
 use super::shadows::{Batch, Records, Sweep, SweptLights};
 use super::volume::Volume;
 use crate::camera::ViewUniform;
@@ -28,6 +29,9 @@ pub(super) struct Lighting {
     directions: wgpu::Buffer,
     scattering: super::scattering::Scattering,
     records: Records,
+    shadow_maps: ShadowMaps,
+    /// Unblocked shares by shadow maps, and the milliseconds that drawing them took.
+    answers: (wgpu::Buffer, f64),
     n_lights: usize,
     n_directions: u32,
     min_power: f32,
@@ -59,7 +63,10 @@ impl Lighting {
         context: &Context,
         scene: &PreparedScene,
         volume: &Volume,
+        strands: &StrandBuffers,
     ) -> Result<Self, RenderError> {
+        let shadow_maps = ShadowMaps::new(context)?;
+        let answers = draw_shadow_maps(&shadow_maps, context, scene, strands)?;
         let sweep = Sweep::new(context)?;
         let module = shader(context, "pass/shade")?;
         let terms = [("TERMS", f64::from(scene.terms()))];
@@ -79,6 +86,8 @@ impl Lighting {
         Ok(Lighting {
             sweep,
             shade,
+            shadow_maps,
+            answers,
             records,
             n_lights,
             n_directions,
@@ -97,6 +106,7 @@ impl Lighting {
         context: &Context,
         scene: &PreparedScene,
         volume: &Volume,
+        strands: &StrandBuffers,
     ) -> Result<(), RenderError> {
         let (lights, sweeps) = scene.light_records();
         let usage = wgpu::BufferUsages::STORAGE;
@@ -104,11 +114,18 @@ impl Lighting {
         self.lights = buffer_of(context, "lights", &lights, usage);
         self.directions = buffer_of(context, "directions", &sweeps, usage);
         self.min_power = scene.min_power();
-        self.sweep_again(context, volume)
+        self.shadow_again(context, scene, volume, strands)
     }
 
-    /// Sweeps the lights through a volume that has changed.
-    pub fn sweep_again(&mut self, context: &Context, volume: &Volume) -> Result<(), RenderError> {
+    /// Finds the shadows of other lights or in hair that has moved: `scene` has them.
+    pub fn shadow_again(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        volume: &Volume,
+        strands: &StrandBuffers,
+    ) -> Result<(), RenderError> {
+        self.answers = draw_shadow_maps(&self.shadow_maps, context, scene, strands)?;
         self.records = self.sweep.prepare(context, volume, &self.swept_lights())?;
         Ok(())
     }
@@ -159,6 +176,7 @@ impl Lighting {
             (7, self.lights.as_entire_binding()),
             (9, radiance.as_entire_binding()),
             (10, counters.as_entire_binding()),
+            (17, self.answers.0.as_entire_binding()),
         ];
         resources.extend(self.scattering.bindings());
         let (mut sweep_ms, mut shade_ms) = (self.records.milliseconds, 0.0);
@@ -193,6 +211,11 @@ impl Lighting {
             }
             shade_ms += 1e3 * start.elapsed().as_secs_f64();
         }
+        stats.stages.push(Stage {
+            name: "shadow maps",
+            milliseconds: self.answers.1,
+            bytes: self.answers.0.size(),
+        });
         stats.stages.push(Stage {
             name: "transmittance",
             milliseconds: sweep_ms,
@@ -238,6 +261,18 @@ impl Lighting {
             most_local: self.most_local,
         }
     }
+}
+
+/// The answers of the shadow maps, and the milliseconds that took.
+fn draw_shadow_maps(
+    shadow_maps: &ShadowMaps,
+    context: &Context,
+    scene: &PreparedScene,
+    strands: &StrandBuffers,
+) -> Result<(wgpu::Buffer, f64), RenderError> {
+    let start = Instant::now();
+    let answers = shadow_maps.run(context, strands, &scene.shadow_plan())?;
+    Ok((answers, 1e3 * start.elapsed().as_secs_f64()))
 }
 
 /// Directions of the light that has most.

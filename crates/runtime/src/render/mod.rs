@@ -113,7 +113,7 @@ impl<'a> Renderer<'a> {
                 let bytes = volume.bytes();
                 Ok::<_, RenderError>((volume, bytes))
             })?;
-            let lighting = lighting::Lighting::new(context, scene, &volume)?;
+            let lighting = lighting::Lighting::new(context, scene, &volume, &strands)?;
             let draw = draw::Draw::new(context)?;
             Ok(Renderer {
                 context,
@@ -151,7 +151,7 @@ impl<'a> Renderer<'a> {
         self.scene.to_mut().lights = lights.to_vec();
         resources::guarded(self.context, || {
             self.lighting
-                .set_lights(self.context, &self.scene, &self.volume)
+                .set_lights(self.context, &self.scene, &self.volume, &self.strands)
         })?;
         self.count();
         Ok(())
@@ -167,14 +167,14 @@ impl<'a> Renderer<'a> {
     /// [`Strands::points`]: crate::strands::Strands::points
     /// [`Strands::moved`]: crate::strands::Strands::moved
     pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-        let moved = self.scene.strands.moved(points)?;
-        let context = self.context;
+        self.scene.to_mut().strands = self.scene.strands.moved(points)?;
+        let (context, scene) = (self.context, &self.scene);
         resources::guarded(context, || {
-            self.strands.update(context, &moved);
-            self.volume.fill(context, &moved, &self.strands)?;
-            self.lighting.sweep_again(context, &self.volume)
+            self.strands.update(context, &scene.strands);
+            self.volume.fill(context, &scene.strands, &self.strands)?;
+            self.lighting
+                .shadow_again(context, scene, &self.volume, &self.strands)
         })?;
-        self.scene.to_mut().strands = moved;
         self.count();
         Ok(())
     }
