@@ -78,7 +78,7 @@ pub const SCENES: [PaperScene; 9] = [
         position: [-55.0, 8.0, -48.0],
         target: [0.0, -3.5, -1.0],
         fov_deg: 30.0,
-        exposure: 0.8,
+        exposure: 0.6,
         background: BACKDROP,
     },
     PaperScene {
@@ -94,7 +94,7 @@ pub const SCENES: [PaperScene; 9] = [
         position: [62.0, 12.0, -36.0],
         target: [0.0, -4.0, 0.0],
         fov_deg: 32.0,
-        exposure: 0.0,
+        exposure: 0.7,
         background: BACKDROP,
     },
     PaperScene {
@@ -142,7 +142,7 @@ pub const SCENES: [PaperScene; 9] = [
         position: [74.0, 6.0, -30.0],
         target: [0.0, -6.0, -10.0],
         fov_deg: 32.0,
-        exposure: 0.0,
+        exposure: 0.4,
         background: BACKDROP,
     },
     PaperScene {
