@@ -15,6 +15,8 @@ mod film;
 mod frame;
 mod path;
 mod ray_shoot;
+#[cfg(test)]
+mod tests;
 
 pub use directional::Directional;
 pub use environment::Environment;
@@ -57,7 +59,7 @@ pub struct Layers {
     pub is_covered: bool,
     /// Light that met the seen fibre and no other.
     pub single: [f64; 3],
-    /// Light that other fibres sent forward.
+    /// Light that other fibres, at least one, sent forward only.
     pub global: [f64; 3],
     /// Light that a fibre sent back at least once before the seen one scattered it.
     pub local: [f64; 3],

@@ -45,6 +45,9 @@ pub struct Traced {
     pub is_covered: bool,
     /// Radiance of light that met exactly one fibre and nothing else.
     pub single: [f64; 3],
+    /// Radiance of light that every fibre but the seen one, at least one, sent forward: into the
+    /// half circle of azimuths behind it, as dual scattering has it.
+    pub forward: [f64; 3],
     /// Radiance of all light.
     pub total: [f64; 3],
     /// Scattering events.
@@ -133,13 +136,20 @@ impl<'a> PathTracer<'a> {
         traced.is_covered = true;
         let mut direction = direction;
         let mut carried = [1.0f64; 3];
+        let mut has_turned = false;
         while traced.events < MAX_EVENTS {
             traced.events += 1;
             let frame = Frame::at(self.strands, &crossing);
-            let view = self.bcsdf.view(frame.to_fibre(-direction));
+            let omega_o = frame.to_fibre(-direction);
+            let view = self.bcsdf.view(omega_o);
+            // Only fibres beyond the seen one can turn light back.
+            let is_beyond = traced.events > 1;
+            let turns = |omega_i: [f64; 3]| {
+                is_beyond && omega_o[1] * omega_i[1] + omega_o[2] * omega_i[2] > 0.0
+            };
             let start = Start::inside(self.strands, crossing.segment, crossing.along);
             if let Some(albedo) = &self.albedo {
-                let inverse = 1.0 / albedo_at(albedo, frame.to_fibre(-direction));
+                let inverse = 1.0 / albedo_at(albedo, omega_o);
                 carried = carried.map(|x| x * inverse);
             }
 
@@ -165,7 +175,7 @@ impl<'a> PathTracer<'a> {
                 if brought.iter().any(|&x| x > 0.0)
                     && !self.rays.is_blocked(&start, emitted.direction)
                 {
-                    traced.add(brought);
+                    traced.add(brought, has_turned || turns(omega_i));
                 }
             }
 
@@ -177,6 +187,7 @@ impl<'a> PathTracer<'a> {
                 *carried *= weight;
             }
             direction = frame.to_world(sample.omega_i);
+            has_turned |= turns(sample.omega_i);
             match self.rays.nearest(&start, direction) {
                 Some(next) => crossing = next,
                 None => {
@@ -187,9 +198,8 @@ impl<'a> PathTracer<'a> {
                         Estimator::Fibre => 1.0,
                     };
                     if weight > 0.0 {
-                        traced.add(std::array::from_fn(|c| {
-                            carried[c] * weight * f64::from(radiance[c])
-                        }));
+                        let brought = |c: usize| carried[c] * weight * f64::from(radiance[c]);
+                        traced.add(std::array::from_fn(brought), has_turned);
                     }
                     return traced;
                 }
@@ -211,14 +221,15 @@ impl<'a> PathTracer<'a> {
 }
 
 impl Integrator for PathTracer<'_> {
-    /// What met more than one fibre cannot be told apart: all of it is given as `global`.
+    /// What only fibres beyond the seen one sent forward is `global`, as in dual scattering, and
+    /// the rest of what met more than one is `local`.
     fn sample(&self, ray: &CameraRay, random: &mut SplitMix64) -> Layers {
         let traced = self.trace(&ray.start, ray.direction, first_light(ray), random);
         Layers {
             is_covered: traced.is_covered,
             single: traced.single,
-            global: std::array::from_fn(|c| traced.total[c] - traced.single[c]),
-            local: [0.0; 3],
+            global: traced.forward,
+            local: std::array::from_fn(|c| traced.total[c] - traced.single[c] - traced.forward[c]),
         }
     }
 }
@@ -237,11 +248,13 @@ fn first_light(ray: &CameraRay) -> [f64; 3] {
 }
 
 impl Traced {
-    fn add(&mut self, brought: [f64; 3]) {
+    fn add(&mut self, brought: [f64; 3], has_turned: bool) {
         for (c, x) in brought.into_iter().enumerate() {
             self.total[c] += x;
             if self.events == 1 {
                 self.single[c] += x;
+            } else if !has_turned {
+                self.forward[c] += x;
             }
         }
     }

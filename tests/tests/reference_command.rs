@@ -1,0 +1,192 @@
+//! `strandlight reference` from the outside: what it writes, goes on with and refuses.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use strandlight_bake::lights::Map;
+use strandlight_formats::{Background, Groom, LightSet, Scene, SrbfLight};
+use strandlight_tests::{assert_done, assert_refused, strandlight};
+
+/// A small scene on disk.
+fn scene_in(folder: &Path) {
+    let mut groom = Groom::default();
+    groom.strand_offsets.push(0);
+    for strand in 0..40 {
+        for point in 0..6 {
+            let (x, y) = (strand as f32 * 0.1 - 2.0, -point as f32);
+            groom.points.push([x, y, (0.5 * y + x).sin() * 0.3]);
+        }
+        groom.strand_offsets.push(groom.points.len() as u32);
+    }
+    groom.write(&folder.join("a.groom")).expect("written");
+    let light = |direction, lambda, rgb| SrbfLight {
+        direction,
+        lambda,
+        rgb,
+    };
+    let lights = LightSet {
+        lights: vec![
+            light([0.0, 0.6, 0.8], 0.2, [20.0, 19.0, 17.0]),
+            light([0.0, 1.0, 0.0], 1.2, [0.4, 0.5, 0.6]),
+        ],
+        ..LightSet::default()
+    };
+    lights.write(&folder.join("a.lights")).expect("written");
+    let mut scene = Scene::new("a.groom", "a.lights");
+    scene.hair.diameter_cm = Some(0.2);
+    scene.render.background = Background::Color([0.1, 0.2, 0.3]);
+    write_scene(folder, "a.toml", &scene);
+}
+
+fn write_scene(folder: &Path, name: &str, scene: &Scene) {
+    let text = scene.to_toml_string().expect("valid");
+    fs::write(folder.join(name), text).expect("written");
+}
+
+/// `strandlight reference` in `folder` at a small size.
+fn reference(folder: &Path, args: &str) -> std::process::Command {
+    let mut command = strandlight();
+    command
+        .current_dir(folder)
+        .arg("reference")
+        .args(args.split_whitespace())
+        .args(["--size", "24x16"]);
+    command
+}
+
+#[test]
+fn every_method_writes_layers_and_can_be_gone_on_with() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    scene_in(folder.path());
+    for method in ["path", "ray-shoot", "directional"] {
+        let run = |args: &str| {
+            let args = format!("a.toml --method {method} {args} --json");
+            let text = assert_done(&mut reference(folder.path(), &args));
+            serde_json::from_str::<Value>(&text).expect("one document")
+        };
+        let report = run("-o whole.exr --spp 8");
+        assert_eq!(report["spp"], 8);
+        assert_eq!(report["method"], method);
+        run("-o parts.exr --spp 3");
+        let report = run("-o parts.exr --spp 5 --resume");
+        assert_eq!(report["spp"], 8);
+        let read = |name: &str| {
+            let bytes = fs::read(folder.path().join(name)).expect("written");
+            for channel in ["single.R", "global.G", "local.B", "total.R", "variance.G"] {
+                let found = bytes
+                    .windows(channel.len())
+                    .any(|w| w == channel.as_bytes());
+                assert!(found, "{method}: no {channel}");
+            }
+            exr_rgba(&folder.path().join(name))
+        };
+        let (whole, parts) = (read("whole.exr"), read("parts.exr"));
+        let mut lit = 0;
+        for (a, b) in whole.iter().zip(&parts) {
+            for c in 0..4 {
+                assert!((a[c] - b[c]).abs() <= 1e-5 * a[c].abs(), "{a:?} {b:?}");
+            }
+            assert_eq!(a[3], 1.0, "over the background");
+            lit += usize::from(a[..3] != [0.1, 0.2, 0.3]);
+        }
+        assert!(lit > 20, "{method}: {lit}");
+        // A corner shows the background alone.
+        assert_eq!(whole[0], [0.1, 0.2, 0.3, 1.0]);
+    }
+}
+
+fn exr_rgba(path: &Path) -> Vec<[f32; 4]> {
+    let image = exr::prelude::read_first_rgba_layer_from_file(
+        path,
+        |size, _| vec![[0.0f32; 4]; size.width() * size.height()],
+        |pixels: &mut Vec<[f32; 4]>, at, (r, g, b, a): (f32, f32, f32, f32)| {
+            pixels[at.y() * 24 + at.x()] = [r, g, b, a];
+        },
+    );
+    image.expect("readable").layer_data.channel_data.pixels
+}
+
+#[test]
+fn the_map_lights_as_its_lights_do() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    scene_in(folder.path());
+    // An even sky as a Radiance map and as one very wide light.
+    let mut map = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n".to_vec();
+    map.extend([128, 128, 128, 129].repeat(8 * 16));
+    let sky = Map::decode(&map).expect("a map");
+    let level = sky.pixels()[0][0];
+    fs::write(folder.path().join("sky.hdr"), map).expect("written");
+    let lights = LightSet {
+        lights: vec![SrbfLight {
+            direction: [0.0, 1.0, 0.0],
+            lambda: 10.0,
+            rgb: [level * 1.02; 3],
+        }],
+        ..LightSet::default()
+    };
+    lights
+        .write(&folder.path().join("a.lights"))
+        .expect("written");
+    let common = "a.toml --method directional --spp 64";
+    assert_done(&mut reference(folder.path(), &format!("{common} -o a.exr")));
+    assert_done(&mut reference(
+        folder.path(),
+        &format!("{common} -o b.exr --map sky.hdr"),
+    ));
+    let mean = |name: &str| {
+        let pixels = exr_rgba(&folder.path().join(name));
+        let hair = pixels.iter().map(|p| p[1] - 0.2).sum::<f32>();
+        hair / pixels.len() as f32
+    };
+    let (lights, map) = (mean("a.exr"), mean("b.exr"));
+    assert!((lights / map - 1.0).abs() < 0.03, "{lights} {map}");
+}
+
+#[test]
+fn what_cannot_be_used_is_refused_and_nothing_written() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    scene_in(folder);
+    let refused = |args: &str, needles: &[&str]| {
+        assert_refused(&mut reference(folder, args), needles);
+    };
+    refused("a.toml --method none -o a.exr", &["method"]);
+    refused("a.toml --method path -o a.png", &["a.png", ".exr"]);
+    refused("a.toml --method path -o a.exr --spp 0", &["spp"]);
+    refused(
+        "a.toml --method directional -o a.exr --lights 0",
+        &["lights"],
+    );
+    refused(
+        "a.toml --method ray-shoot -o a.exr --density-back 1.5",
+        &["density"],
+    );
+    refused("b.toml --method path -o a.exr", &["b.toml"]);
+    refused("a.toml --method path -o none/a.exr", &["none/a.exr"]);
+    refused("a.toml --method path -o a.exr --map a.groom", &["a.groom"]);
+    refused("a.toml --method path -o a.exr --resume", &["a.exr"]);
+    let mut scene = Scene::read(&folder.join("a.toml")).expect("valid");
+    scene.hair.eccentricity = 0.8;
+    write_scene(folder, "elliptic.toml", &scene);
+    refused("elliptic.toml --method path -o a.exr", &["eccentricity"]);
+    assert!(!folder.join("a.exr").exists());
+
+    // A picture of something else stays as it is.
+    assert_done(&mut reference(
+        folder,
+        "a.toml --method directional -o a.exr --spp 1",
+    ));
+    let before = fs::read(folder.join("a.exr")).expect("written");
+    let common = "--method directional -o a.exr --spp 1 --resume";
+    refused(&format!("elliptic.toml {common}"), &["a.exr", "inputs"]);
+    refused(&format!("a.toml {common} --seed 1"), &["a.exr", "seed"]);
+    refused(&format!("a.toml {common} --lights 7"), &["a.exr", "inputs"]);
+    refused(
+        "a.toml --method path -o a.exr --resume",
+        &["a.exr", "method"],
+    );
+    assert_eq!(fs::read(folder.join("a.exr")).expect("still there"), before);
+    fs::write(folder.join("a.exr"), &before[..before.len() / 2]).expect("written");
+    refused(&format!("a.toml {common}"), &["a.exr", "OpenEXR"]);
+}
