@@ -54,12 +54,12 @@ pub struct Args {
     /// Light from this OpenEXR or Radiance map itself, turned and scaled as the scene says
     #[arg(long, value_name = "MAP")]
     map: Option<PathBuf>,
-    /// ray-shoot: share d_f of light that other fibres sent forward
-    #[arg(long, value_name = "X", default_value_t = 0.7, value_parser = parse_share)]
-    density_forward: f64,
-    /// ray-shoot: share d_b of light that was sent back
-    #[arg(long, value_name = "X", default_value_t = 0.7, value_parser = parse_share)]
-    density_back: f64,
+    /// ray-shoot: share d_f of light that other fibres sent forward, 0 to 1 [default: the scene's]
+    #[arg(long, value_name = "X", value_parser = parse_share)]
+    density_forward: Option<f64>,
+    /// ray-shoot: share d_b of light that was sent back, 0 to 1 [default: the scene's]
+    #[arg(long, value_name = "X", value_parser = parse_share)]
+    density_back: Option<f64>,
     /// path: divide the scattering function by what the same fibre without absorption returns
     /// (the exact one loses some 6 % of the light at each event, and gains near grazing)
     #[arg(long)]
@@ -114,24 +114,22 @@ pub fn run(args: &Args) -> Outcome {
     let size = args.size.unwrap_or(scene.render.size);
     check_frame(size, 4).map_err(|error| Failure::file(&args.scene, error))?;
     let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
-    let (environment, map_hash) = environment(args, &scene, &prepared)?;
+    let (environment, from_map) = environment(args, &scene, &prepared)?;
     let n_lights = args.lights.unwrap_or(match method {
         Method::Directional => 1536,
         _ => 4,
     });
+    let [forward, back] = prepared.densities.map(f64::from);
     let densities = Densities {
-        forward: args.density_forward,
-        back: args.density_back,
+        forward: args.density_forward.unwrap_or(forward),
+        back: args.density_back.unwrap_or(back),
     };
     let options = match method {
         Method::Path => format!("{}", args.energy_safe),
         Method::Directional => format!("{n_lights}"),
         Method::RayShoot => format!("{n_lights} {densities:?}"),
     };
-    let inputs = hash_of(
-        &prepared,
-        &format!("{options} {map_hash} {:?}", scene.lights),
-    );
+    let inputs = hash_of(&prepared, &format!("{options} {from_map}"));
     let mut file = if args.resume {
         resumed(args, method, &inputs, size)?
     } else {
@@ -226,7 +224,7 @@ fn check_name(path: &Path) -> Outcome {
     }
 }
 
-/// The light, and the hash of the map it is taken from.
+/// The light, and what decides it if it is taken from a map.
 fn environment(
     args: &Args,
     scene: &Scene,
@@ -239,7 +237,13 @@ fn environment(
     let map = Map::read(path).map_err(Failure::input)?;
     let turn = scene.lights.rotate_deg.to_radians() as f32;
     let sampler = MapSampler::new(&map, turn, scene.lights.intensity as f32);
-    Ok((Environment::Map(sampler), map.source().hash.clone()))
+    let decided = format!(
+        "{} {} {}",
+        map.source().hash,
+        scene.lights.rotate_deg,
+        scene.lights.intensity
+    );
+    Ok((Environment::Map(sampler), decided))
 }
 
 /// Hash of what decides the picture.
