@@ -2,8 +2,7 @@
 //!
 //! Channels, f32: `R, G, B, A` the total over the scene's background, as `strandlight render`
 //! writes it; layers `single`, `global`, `local`, `total` (`single.R`, ...) the hair's radiance
-//! alone, times its coverage (`path` cannot tell `global` and `local` apart: all that met more
-//! than one fibre is in `global`); `variance` that of each pixel's mean over the background, estimated
+//! alone, times its coverage; `variance` that of each pixel's mean over the background, estimated
 //! from its samples (low where samples are stratified and few); `coverage.Y`. Attributes
 //! `strandlightMethod`, `strandlightInputs` (a hash), `strandlightSeed`, `strandlightSamples`.
 
