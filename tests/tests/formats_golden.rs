@@ -222,6 +222,7 @@ fn scene() -> Scene {
             tone_map: ToneMap::None,
             background: Background::Color([0.25, 0.5, 1.0]),
             scattering: Scattering::Total,
+            shadow_maps: 96,
         },
         folder: project_root().join("tests/golden"),
     }
