@@ -91,7 +91,7 @@ fn darker_hair_has_less_of_multiple_scattering() {
 #[test]
 fn what_is_skipped_is_negligible() {
     for (name, sigma_a) in [("brown", BROWN), ("black", BLACK)] {
-        let mut scene = scene_of(120, sigma_a);
+        let mut scene = scene_of(300, sigma_a);
         let (skipping, stats) = cpu::render(&scene, &scene.camera, SIZE, 8).unwrap();
         scene.negligible_share = 0.0;
         let (whole, all) = cpu::render(&scene, &scene.camera, SIZE, 8).unwrap();

@@ -82,11 +82,13 @@ pub struct LightRecord {
 }
 
 /// A term of scattering is left out for a point and a light where the power that the term starts
-/// from is below this share of all lights' power: with 40 lights at most 4e-5 of a lit fibre.
+/// from is below this share of all lights' power: with 40 lights each term lacks at most 4e-4 of
+/// what a lit fibre has. Pictures of brown and black wigs, all terms drawn, differ by a relative
+/// RMSE of 3e-6 and 1e-5.
 ///
 /// That power is T times the light's for single scattering, d_f (T_f - T) times it for global, and
 /// either of them times d_b and the largest A_b for local.
-pub const NEGLIGIBLE_SHARE: f32 = 1e-6;
+pub const NEGLIGIBLE_SHARE: f32 = 1e-5;
 
 impl PreparedScene {
     /// Reads what `scene` names and prepares it.

@@ -151,13 +151,11 @@ fn draw(
     };
     let backend = match (method, backend) {
         (Method::Sweep, backend) => backend,
-        #[allow(unreachable_patterns, reason = "baselines are added one by one")]
         (method, Backend::Gpu) => {
             let name = method.name();
             let text = format!("--transmittance {name} runs on the CPU only; use --backend cpu");
             return Err(Failure::input(text));
         }
-        #[allow(unreachable_patterns, reason = "baselines are added one by one")]
         _ => Backend::Cpu,
     };
     let result = match backend {
