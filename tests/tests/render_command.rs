@@ -134,6 +134,38 @@ fn json_is_one_document() {
 }
 
 #[test]
+fn stats_tell_what_ran_and_what_was_skipped() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    scene_in(folder.path());
+    let run = |more: &[&str]| {
+        let args = ["render", "a.toml", "-o", "a.exr", "--size", "20x10"];
+        let output = strandlight()
+            .current_dir(folder.path())
+            .args(args)
+            .args(["--samples", "4", "--backend", "cpu"])
+            .args(more)
+            .output()
+            .expect("runs");
+        assert!(output.status.success(), "{output:?}");
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        let picture = fs::read(folder.path().join("a.exr")).expect("written");
+        (text, picture)
+    };
+    let (short, total) = run(&[]);
+    assert!(short.contains("total scattering") && !short.contains("voxelise"));
+    let (long, _) = run(&["--stats"]);
+    for word in ["direct local", "global", "voxelise", "MB", "ms", "skipped"] {
+        assert!(long.contains(word), "{word}: {long}");
+    }
+    let (single, alone) = run(&["--stats", "--scattering", "single"]);
+    assert!(single.contains("averages of multiple scattering") && !single.contains("global"));
+    assert!(alone != total);
+    // The baselines shade on the CPU as well.
+    let (_, ray) = run(&["--transmittance", "ray"]);
+    assert!(ray != total);
+}
+
+#[test]
 fn bad_usage_is_refused_in_one_line_with_nothing_written() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     scene_in(folder.path());
@@ -144,7 +176,23 @@ fn bad_usage_is_refused_in_one_line_with_nothing_written() {
         scene.replace("a.groom", "lost.groom"),
     )
     .expect("written");
-    let cases: [(&[&str], &[&str]); 10] = [
+    let cases: [(&[&str], &[&str]); 12] = [
+        (
+            &["a.toml", "-o", "a.png", "--scattering", "double"],
+            &["double"],
+        ),
+        (
+            &[
+                "a.toml",
+                "-o",
+                "a.png",
+                "--transmittance",
+                "ray",
+                "--backend",
+                "gpu",
+            ],
+            &["ray", "--backend cpu"],
+        ),
         (&["a.toml", "-o", "a.png", "--size", "0x0"], &["0x0"]),
         (
             &["a.toml", "-o", "a.png", "--size", "100000x100000"],

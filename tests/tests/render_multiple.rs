@@ -122,3 +122,25 @@ fn an_edit_of_multiple_scattering_draws_what_a_new_renderer_draws() {
     let anew = at(&Renderer::new(&context, &scene_of(40, BLOND)).unwrap());
     assert!(at(&renderer) == anew && anew != before);
 }
+
+#[test]
+fn records_that_are_not_kept_draw_the_same() {
+    let context = context();
+    let mut scene = scene_of(40, BROWN);
+    let at = |scene: &PreparedScene| {
+        let renderer = Renderer::new(&context, scene).unwrap();
+        let (picture, stats) = renderer.render(&scene.camera, SIZE, 8).unwrap();
+        let again = renderer.render(&scene.camera, SIZE, 8).unwrap().0;
+        assert!(picture == again);
+        let bytes = stats.stages.iter().find(|s| s.name == "transmittance");
+        (picture, bytes.unwrap().bytes)
+    };
+    // More lights than share a buffer, so that kept ones lie in two.
+    let lights = scene.lights.clone();
+    scene.lights = lights.iter().copied().cycle().take(70).collect();
+    let (kept, all) = at(&scene);
+    scene.record_budget = 0;
+    let (swept_again, room) = at(&scene);
+    assert!(kept == swept_again);
+    assert!(room < all, "{room} {all}");
+}

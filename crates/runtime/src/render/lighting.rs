@@ -19,7 +19,7 @@ use crate::stats::{LIGHTING_SHARE, Observer, Stage, Stats};
 use strandlight_scattering::closed_form::PackedRecord;
 
 /// Points shaded by one dispatch: at most some seconds of work on a software device.
-const POINT_CHUNK: u32 = 1 << 18;
+const POINT_CHUNK: u32 = 1 << 15;
 
 /// Pipelines and buffers that do not depend on the view.
 pub(super) struct Lighting {
@@ -34,6 +34,7 @@ pub(super) struct Lighting {
     answers: (wgpu::Buffer, f64),
     n_lights: usize,
     n_directions: u32,
+    record_budget: u64,
     min_power: f32,
     densities: [f32; 2],
     most_local: f32,
@@ -82,7 +83,7 @@ impl Lighting {
             n_lights,
             n_directions,
         };
-        let records = sweep.prepare(context, volume, &swept)?;
+        let records = sweep.prepare(context, volume, &swept, scene.record_budget)?;
         Ok(Lighting {
             sweep,
             shade,
@@ -94,6 +95,7 @@ impl Lighting {
             lights,
             directions,
             scattering: super::scattering::Scattering::new(context, scene)?,
+            record_budget: scene.record_budget,
             min_power: scene.min_power(),
             densities: scene.densities,
             most_local: scene.most_local(&scene.hair),
@@ -126,7 +128,10 @@ impl Lighting {
         strands: &StrandBuffers,
     ) -> Result<(), RenderError> {
         self.answers = draw_shadow_maps(&self.shadow_maps, context, scene, strands)?;
-        self.records = self.sweep.prepare(context, volume, &self.swept_lights())?;
+        let lights = self.swept_lights();
+        self.records = self
+            .sweep
+            .prepare(context, volume, &lights, self.record_budget)?;
         Ok(())
     }
 

@@ -13,10 +13,6 @@ use crate::gpu::Context;
 use crate::volume::{Grid, MAX_DIRECTIONS};
 use strandlight_scattering::closed_form::PackedRecord;
 
-/// Most bytes of records that are kept: 256 lights at the largest grid. With more lights than
-/// that every frame sweeps again, batch by batch.
-const RECORD_BUDGET: u64 = 512 << 20;
-
 /// Bytes from step to step in the uniform, as every adapter aligns them.
 const STEP_STRIDE: u64 = 256;
 
@@ -130,16 +126,17 @@ impl Sweep {
         })
     }
 
-    /// Sweeps all lights if their records fit the budget; else makes room for one batch.
+    /// Sweeps all lights if their records fit the budget in bytes; else makes room for one batch.
     pub fn prepare(
         &self,
         context: &Context,
         volume: &Volume,
         lights: &SweptLights,
+        budget: u64,
     ) -> Result<Records, RenderError> {
         let start = Instant::now();
         let a_light = (volume.grid.n_voxels() * size_of::<PackedRecord>()) as u64;
-        let is_kept = a_light * lights.n_lights as u64 <= RECORD_BUDGET;
+        let is_kept = a_light * lights.n_lights as u64 <= budget;
         let mut buffers = Vec::new();
         for first in (0..lights.n_lights.max(1)).step_by(LIGHT_BATCH) {
             let n_lights = LIGHT_BATCH.min(lights.n_lights - first);
