@@ -214,6 +214,8 @@ pub fn scene(strands: Strands, lights: Vec<SrbfLight>, hair: &HairParams) -> Pre
         PreparedScene::from_parts(strands, lights, hair, tables(), camera, Background::None)
             .expect("lights in range");
     scene.set_scattering(Scattering::Single);
+    // A few, for the sake of time on software devices.
+    scene.shadow_maps = 8;
     scene
 }
 
