@@ -29,19 +29,33 @@ fn single_scattering(
     tt: texture_2d<u32>,
     trt: texture_2d<u32>,
 ) -> vec3f {
+    return shadowed_single_scattering(light, view, shading, vec3f(1.0), axes, c, tt, trt);
+}
+
+// single_scattering with a share of the light for each mode (R, TT, TRT).
+fn shadowed_single_scattering(
+    light: LightInFrame,
+    view: DirectionInFrame,
+    shading: Shading,
+    shares: vec3f,
+    axes: TableAxes,
+    c: texture_2d<u32>,
+    tt: texture_2d<u32>,
+    trt: texture_2d<u32>,
+) -> vec3f {
     let at = light.direction;
     let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
     // Not a loop over the modes: Mesa's lavapipe (22.3) crashes on one around texture loads.
     var total = vec3f(0.0);
     let modes = shading.fibre.modes;
     if (modes & MODE_R) != 0u {
-        total += mode_at_lag(0u, light, view, lag, shading, axes, c, tt, trt);
+        total += shares.x * mode_at_lag(0u, light, view, lag, shading, axes, c, tt, trt);
     }
     if (modes & MODE_TT) != 0u {
-        total += mode_at_lag(1u, light, view, lag, shading, axes, c, tt, trt);
+        total += shares.y * mode_at_lag(1u, light, view, lag, shading, axes, c, tt, trt);
     }
     if (modes & MODE_TRT) != 0u {
-        total += mode_at_lag(2u, light, view, lag, shading, axes, c, tt, trt);
+        total += shares.z * mode_at_lag(2u, light, view, lag, shading, axes, c, tt, trt);
     }
     return total;
 }

@@ -53,6 +53,12 @@ fn count(counter: u32, n: u32) {
     }
 }
 
+// Of a slot at a point; slot 0 is the light that comes through to the eye.
+fn unblocked_share(slot: u32, point_ix: u32) -> f32 {
+    let at = min(slot / 4u * view.n_points + point_ix, arrayLength(&answers) - 1u);
+    return f32((answers[at] >> (8u * (slot % 4u))) & 255u) / 255.0;
+}
+
 fn record_numbers(at: u32) -> vec4f {
     let record = unpack_record(records[at]);
     return vec4f(record.shares, record.sin_theta);
@@ -121,22 +127,25 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     let eye = direction_in_frame(frame * (view.eye - position));
     let g = grid_position(grid, position);
     let n_voxels = grid.dims.x * grid.dims.y * grid.dims.z;
+    let through = unblocked_share(0u, point_ix);
     var sum = vec3f(0.0);
     var evaluated = vec4u(0u);
     for (var ix = 0u; ix < batch.n_lights; ix++) {
         let light = lights[batch.first_light + ix];
         let record = record_at(ix * n_voxels, g);
         var unblocked = record.shares.x;
+        var unblocked_tt = unblocked;
         if light.slot != NO_SLOT {
-            let word = answers[light.slot / 4u * view.n_points + point_ix];
-            unblocked = f32((word >> (8u * (light.slot % 4u))) & 255u) / 255.0;
+            unblocked = unblocked_share(light.slot, point_ix);
+            unblocked_tt = mix(unblocked, through, light.through);
         }
-        let direct_power = unblocked * light.power;
+        let direct_power = max(unblocked, unblocked_tt) * light.power;
         let source = light_in_frame(frame * light.direction, light.lambda);
         if (TERMS & TERM_SINGLE) != 0u && direct_power >= batch.min_power {
-            let scattered =
-                single_scattering(source, eye, shading, axes, table_c, lobes_tt, lobes_trt);
-            sum += unblocked * light.rgb * scattered;
+            let shares = vec3f(unblocked, unblocked_tt, unblocked);
+            let scattered = shadowed_single_scattering(
+                source, eye, shading, shares, axes, table_c, lobes_tt, lobes_trt);
+            sum += light.rgb * scattered;
             evaluated.x++;
         }
         if (TERMS & TERM_LOCAL) != 0u && direct_power * batch.most_local >= batch.min_power {

@@ -153,11 +153,8 @@ fn receive_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
     sums[point_ix] = sum;
     if (view.ends & 2u) != 0u {
         let word = view.slot / 4u * view.n_points + point_ix;
-        let bits = u32(min(sum, 1.0) * 255.0 + 0.5) << (8u * (view.slot % 4u));
-        if view.slot % 4u == 0u {
-            answers[word] = bits;
-        } else {
-            answers[word] |= bits;
-        }
+        let shift = 8u * (view.slot % 4u);
+        let bits = u32(min(sum, 1.0) * 255.0 + 0.5) << shift;
+        answers[word] = (answers[word] & ~(255u << shift)) | bits;
     }
 }

@@ -30,7 +30,7 @@ fn first_shares(strands: &Strands, plan: &ShadowPlan) -> Vec<f32> {
     let answers = cpu::shadow_maps(strands, plan);
     let n_points = strands.points.len();
     (0..n_points)
-        .map(|point| unblocked_share(&answers, n_points, 0, point))
+        .map(|point| unblocked_share(&answers, n_points, 1, point))
         .collect()
 }
 
@@ -141,7 +141,7 @@ fn both_backends_answer_alike() {
         light([0.0, 1.0, 0.0], 1.4, [0.25, 0.3, 0.4]),
     ];
     let plan = ShadowPlan::new(&lights, &strands, 16);
-    assert_eq!(plan.n_slots, 3);
+    assert_eq!(plan.n_slots, 1 + 3);
     assert!(plan.views.len() > 10);
     let on_cpu = cpu::shadow_maps(&strands, &plan);
     let on_gpu = render::shadow_maps(&context, &strands, &plan).unwrap();

@@ -19,7 +19,7 @@ use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use crate::camera::{Camera, DEFAULT_FOV_Y};
 use crate::edit::{HairTextures, LobeTables};
 use crate::error::SceneError;
-use crate::shadow_maps::{DEFAULT_SHADOW_MAPS, ShadowPlan};
+use crate::shadow_maps::{DEFAULT_SHADOW_MAPS, ShadowPlan, through_weight};
 use crate::stats::Stats;
 use crate::strands::Strands;
 use crate::tables::{BUNDLED, ShadingTables};
@@ -82,6 +82,10 @@ pub struct LightRecord {
     pub solid_angle: f32,
     /// Its row in the answers of the shadow maps, or [`NO_SLOT`](crate::shadow_maps::NO_SLOT).
     pub slot: u32,
+    /// How much of TT's unblocked share is that of the light through to the eye.
+    pub through: f32,
+    /// Not used.
+    pub pad: [u32; 3],
 }
 
 /// A term of scattering is left out for a point and a light where the power that the term starts
@@ -261,6 +265,8 @@ impl PreparedScene {
                     n_sweeps: sweeps.len() as u32 - first_sweep,
                     solid_angle,
                     slot,
+                    through: through_weight(light.lambda),
+                    pad: [0; 3],
                 }
             })
             .collect();

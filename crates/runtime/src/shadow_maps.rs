@@ -37,6 +37,26 @@ const LAMBDA_PER_MAP: f32 = 0.006;
 /// Largest buffer of answers, as every adapter binds it.
 const MAX_BYTES: usize = 128 << 20;
 
+/// Row of the answers for the light that comes through to the eye.
+///
+/// A wide light and its unblocked share as the mean over its lobe say too much of TT, which takes
+/// its light from a narrow lobe about the line of sight: there the hair behind the strand stands,
+/// and with the mean share wide lights shine through it 20 to 30 % too bright. So one more share is
+/// found for every view, that of a lobe of width [`THROUGH_LAMBDA`] along it, and TT's share of a
+/// light goes from the light's own to that one as [`through_weight`].
+pub const THROUGH_SLOT: u32 = 0;
+
+/// Width of the lobe that TT takes its light from; found by comparing with exact shadows of every
+/// direction.
+pub const THROUGH_LAMBDA: f32 = 0.45;
+
+/// How much of TT's share of a light of width `lambda` is that of the light through to the eye:
+/// where the product of both lobes has its centre.
+pub fn through_weight(lambda: f32) -> f32 {
+    let square = lambda * lambda;
+    square / (square + THROUGH_LAMBDA * THROUGH_LAMBDA)
+}
+
 /// Marks lights without maps.
 pub const NO_SLOT: u32 = u32::MAX;
 
@@ -89,8 +109,10 @@ pub struct ShadowPlan {
     pub views: Vec<ShadowView>,
     /// By light: its row of the answers, or [`NO_SLOT`].
     pub slots: Vec<u32>,
-    /// Number of rows.
+    /// Number of rows, that of [`THROUGH_SLOT`] included; 0 where no light has maps.
     pub n_slots: u32,
+    /// Maps for the light through to the eye, and one of them in any direction.
+    through: Option<(u32, ShadowView)>,
 }
 
 impl ShadowPlan {
@@ -107,40 +129,65 @@ impl ShadowPlan {
             .collect();
         order.sort_by(|&a, &b| power[b].total_cmp(&power[a]).then(a.cmp(&b)));
         let words = MAX_BYTES / (4 * strands.points.len().max(1));
-        order.truncate(words * SLOTS_PER_WORD as usize);
+        order.truncate((words * SLOTS_PER_WORD as usize).saturating_sub(1));
+        let any = ShadowView::towards([0.0, 1.0, 0.0], strands);
         let mut plan = ShadowPlan {
             slots: vec![NO_SLOT; lights.len()],
             ..ShadowPlan::default()
         };
-        for (slot, &ix) in order.iter().enumerate() {
+        for (n_before, &ix) in order.iter().enumerate() {
+            let slot = 1 + n_before;
             let light = &lights[ix];
             let useful = 1 + (light.lambda / LAMBDA_PER_MAP).min(1e6) as u32;
             let k = (budget as f32 * (power[ix] / total)).round() as u32;
             let k = k.clamp(1, useful);
             // Lights with a map or two look elsewhere each.
             let shift = (0.5 + 0.618_034 * slot as f64).fract();
-            let directions = shifted_lobe_directions(light, k, shift);
-            for (n, &direction) in (0..k).zip(&directions) {
-                let first = if n == 0 { FIRST_OF_SLOT } else { 0 };
-                let last = if n + 1 == k { LAST_OF_SLOT } else { 0 };
-                plan.views.push(ShadowView {
-                    slot: slot as u32,
-                    ends: first | last,
-                    weight: 1.0 / k as f32,
-                    offset: (n as f32 + 0.5) / k as f32,
-                    ..ShadowView::towards(direction, strands)
-                });
-            }
+            plan.views
+                .extend(views_of(light, k, shift, slot as u32, &any));
             plan.slots[ix] = slot as u32;
         }
-        plan.n_slots = order.len() as u32;
+        if !order.is_empty() {
+            plan.n_slots = 1 + order.len() as u32;
+            plan.through = Some(((budget / 6).clamp(4, 64), any));
+        }
         plan
+    }
+
+    /// Maps for the light that comes through to an eye that looks along `forward`.
+    pub fn through(&self, forward: [f32; 3]) -> Vec<ShadowView> {
+        let Some((k, any)) = &self.through else {
+            return Vec::new();
+        };
+        let lobe = SrbfLight {
+            direction: forward,
+            lambda: THROUGH_LAMBDA,
+            rgb: [1.0; 3],
+        };
+        views_of(&lobe, *k, 0.5, THROUGH_SLOT, any)
     }
 
     /// Words of the answers, `[slot / 4][point]`, eight bits a slot from the lowest up.
     pub fn n_words(&self, n_points: usize) -> usize {
         self.n_slots.div_ceil(SLOTS_PER_WORD) as usize * n_points
     }
+}
+
+/// `k` maps of one light.
+fn views_of(light: &SrbfLight, k: u32, shift: f64, slot: u32, any: &ShadowView) -> Vec<ShadowView> {
+    let directions = shifted_lobe_directions(light, k, shift);
+    let view = |(n, &direction): (u32, &[f32; 3])| {
+        let first = if n == 0 { FIRST_OF_SLOT } else { 0 };
+        let last = if n + 1 == k { LAST_OF_SLOT } else { 0 };
+        ShadowView {
+            slot,
+            ends: first | last,
+            weight: 1.0 / k as f32,
+            offset: (n as f32 + 0.5) / k as f32,
+            ..any.turned(direction)
+        }
+    };
+    (0..k).zip(&directions).map(view).collect()
 }
 
 /// The unblocked share of `slot` at `point` in the answers for `n_points` points.
@@ -152,16 +199,14 @@ pub fn unblocked_share(answers: &[u32], n_points: usize, slot: u32, point: usize
 impl ShadowView {
     /// The map of one direction, on its own.
     pub fn towards(direction: [f32; 3], strands: &Strands) -> ShadowView {
-        let towards = Vec3::from(direction).normalize_or(Vec3::Y);
-        let (right, up) = towards.any_orthonormal_pair();
         // Refined curves swing out a little beyond the groom's points.
         let reach = 1.1 * strands.radius + 1e-3;
-        ShadowView {
-            right: right.to_array(),
+        let view = ShadowView {
+            right: [0.0; 3],
             texels_per_cm: 0.5 * SHADOW_SIDE as f32 / reach,
-            up: up.to_array(),
+            up: [0.0; 3],
             reach,
-            towards: towards.to_array(),
+            towards: [0.0; 3],
             weight: 1.0,
             centre: strands.centre.to_array(),
             side: SHADOW_SIDE,
@@ -171,6 +216,19 @@ impl ShadowView {
             n_points: strands.points.len() as u32,
             offset: 0.5,
             pad: [0; 3],
+        };
+        view.turned(direction)
+    }
+
+    /// The same map of another direction.
+    fn turned(&self, direction: [f32; 3]) -> ShadowView {
+        let towards = Vec3::from(direction).normalize_or(Vec3::Y);
+        let (right, up) = towards.any_orthonormal_pair();
+        ShadowView {
+            right: right.to_array(),
+            up: up.to_array(),
+            towards: towards.to_array(),
+            ..*self
         }
     }
 }

@@ -131,7 +131,12 @@ fn light(
         Method::Sweep => scene.shadow_plan(),
         _ => ShadowPlan::default(),
     };
-    let (answers, shadow_s) = timed(|| shadow_maps(&scene.strands, &plan));
+    let (answers, shadow_s) = timed(|| {
+        let mut answers = shadow_maps(&scene.strands, &plan);
+        let through = plan.through(view.forward);
+        shadow_map::draw_maps(&scene.strands, &through, &mut answers);
+        answers
+    });
     stats.stages.push(Stage {
         name: "shadow maps",
         milliseconds: 1e3 * shadow_s,

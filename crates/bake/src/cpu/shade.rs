@@ -5,17 +5,17 @@ use rayon::prelude::*;
 use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::ViewUniform;
 use strandlight_runtime::scene::LightRecord;
-use strandlight_runtime::shadow_maps::{NO_SLOT, unblocked_share};
+use strandlight_runtime::shadow_maps::{NO_SLOT, THROUGH_SLOT, unblocked_share};
 use strandlight_runtime::volume::Grid;
 use strandlight_scattering::closed_form::{
     AverageTexel, DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, Shading,
     ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, direct_local_scattering, forward_light,
-    forward_table, global_scattering, local_scattering, sample_forward, single_scattering,
+    forward_table, global_scattering, local_scattering, sample_forward, shadowed_single_scattering,
     unpack_record,
 };
 
 use super::project::screen_position;
-use super::transmittance::{Shadows, mix_all};
+use super::transmittance::{Shadows, mix, mix_all};
 use super::voxelise::{grid_position, voxel_index};
 
 /// What one batch of lights came to.
@@ -50,6 +50,7 @@ pub(super) fn shade(
 ) -> Counts {
     let strands = &scene.strands;
     let (n_points, n_voxels) = (strands.points.len(), grid.n_voxels());
+    let has_maps = matches!(shadows, Shadows::Volume(_)) && !answers.is_empty();
     let shading = scene.hair.optics().shading(scene.tables.view());
     let terms = Terms {
         bits: scene.terms(),
@@ -85,15 +86,15 @@ pub(super) fn shade(
                     Shadows::Volume(records) => record_at(grid, &records[ix * n_voxels..], g),
                     Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
                 };
-                let unblocked = match shadows {
-                    Shadows::Volume(_) if light.slot != NO_SLOT => {
-                        unblocked_share(answers, n_points, light.slot, point)
-                    }
-                    _ => record.shares[0],
-                };
+                let share_of = |slot| unblocked_share(answers, n_points, slot, point);
+                let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
+                if has_maps && light.slot != NO_SLOT {
+                    unblocked = share_of(light.slot);
+                    unblocked_tt = mix(unblocked, share_of(THROUGH_SLOT), light.through);
+                }
                 let direction = in_frame(Vec3::from(light.direction));
                 let source = LightInFrame::from_vector(direction, light.lambda);
-                let arriving = (&record, unblocked);
+                let arriving = (&record, unblocked, unblocked_tt);
                 terms.add(light, &source, &eye, arriving, &mut sum, &mut evaluated);
             }
             for channel in 0..3 {
@@ -129,7 +130,7 @@ impl Terms<'_> {
         light: &LightRecord,
         source: &LightInFrame,
         eye: &DirectionInFrame,
-        (record, unblocked): (&ShadowRecord, f32),
+        (record, unblocked, unblocked_tt): (&ShadowRecord, f32, f32),
         sum: &mut [f32; 3],
         evaluated: &mut [u64; 4],
     ) {
@@ -140,13 +141,11 @@ impl Terms<'_> {
             evaluated[term] += 1;
         };
         let [density_forward, density_back] = self.densities;
-        let direct_power = unblocked * light.power;
+        let direct_power = unblocked.max(unblocked_tt) * light.power;
         if self.bits & TERM_SINGLE != 0 && direct_power >= self.min_power {
-            add(
-                [unblocked; 3],
-                single_scattering(source, eye, self.shading),
-                0,
-            );
+            let shares = [unblocked, unblocked_tt, unblocked];
+            let scattered = shadowed_single_scattering(source, eye, self.shading, shares);
+            add([1.0; 3], scattered, 0);
         }
         if self.bits & TERM_LOCAL != 0 && direct_power * self.most_local >= self.min_power {
             let scattered = direct_local_scattering(source, eye, self.averages);

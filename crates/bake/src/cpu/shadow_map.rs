@@ -18,15 +18,21 @@ const N_PLACES: u32 = 8;
 /// Unblocked share of the lights with maps at every point, `[slot / 4][point]`, eight bits a slot:
 /// [`strandlight_runtime::shadow_maps::unblocked_share`] reads it.
 pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
+    let mut answers = vec![0; plan.n_words(strands.points.len())];
+    draw_maps(strands, &plan.views, &mut answers);
+    answers
+}
+
+/// Draws maps and writes their slots of the answers.
+pub(super) fn draw_maps(strands: &Strands, views: &[ShadowView], answers: &mut [u32]) {
     let n_points = strands.points.len();
-    let mut answers = vec![0; plan.n_words(n_points)];
-    let Some(first) = plan.views.first() else {
-        return answers;
+    let Some(first) = views.first() else {
+        return;
     };
     let mut map: Vec<AtomicU32> = Vec::new();
     map.resize_with((first.side * first.side) as usize, AtomicU32::default);
     let mut sums = vec![0.0; n_points];
-    for view in &plan.views {
+    for view in views {
         map.iter_mut().for_each(|texel| *texel.get_mut() = 0);
         strands
             .segments
@@ -47,12 +53,12 @@ pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
                     lit
                 };
                 if view.ends & LAST_OF_SLOT != 0 {
-                    let bits = (sum.min(1.0) * 255.0 + 0.5) as u32;
-                    *answer |= bits << (8 * (view.slot % SLOTS_PER_WORD));
+                    let shift = 8 * (view.slot % SLOTS_PER_WORD);
+                    let bits = ((sum.min(1.0) * 255.0 + 0.5) as u32) << shift;
+                    *answer = *answer & !(255 << shift) | bits;
                 }
             });
     }
-    answers
 }
 
 /// x and y in texels from the corner, z the height in cm.

@@ -44,6 +44,8 @@ fn light(lambda: f32) -> (LightRecord, Vec<[f32; 4]>) {
         n_sweeps: directions.len() as u32,
         solid_angle: 1.0,
         slot: strandlight_runtime::shadow_maps::NO_SLOT,
+        through: 0.0,
+        pad: [0; 3],
     };
     (record, directions)
 }

@@ -15,6 +15,7 @@ use crate::edit::{EditReport, HairTextures};
 use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::scene::{LightRecord, PreparedScene};
+use crate::shadow_maps::ShadowPlan;
 use crate::stats::{LIGHTING_SHARE, Observer, Stage, Stats};
 use strandlight_scattering::closed_form::PackedRecord;
 
@@ -32,6 +33,7 @@ pub(super) struct Lighting {
     shadow_maps: ShadowMaps,
     /// Unblocked shares by shadow maps, and the milliseconds that drawing them took.
     answers: (wgpu::Buffer, f64),
+    plan: ShadowPlan,
     n_lights: usize,
     n_directions: u32,
     record_budget: u64,
@@ -67,7 +69,8 @@ impl Lighting {
         strands: &StrandBuffers,
     ) -> Result<Self, RenderError> {
         let shadow_maps = ShadowMaps::new(context)?;
-        let answers = draw_shadow_maps(&shadow_maps, context, scene, strands)?;
+        let plan = scene.shadow_plan();
+        let answers = draw_shadow_maps(&shadow_maps, context, &plan, strands)?;
         let sweep = Sweep::new(context)?;
         let module = shader(context, "pass/shade")?;
         let terms = [("TERMS", f64::from(scene.terms()))];
@@ -89,6 +92,7 @@ impl Lighting {
             shade,
             shadow_maps,
             answers,
+            plan,
             records,
             n_lights,
             n_directions,
@@ -127,7 +131,8 @@ impl Lighting {
         volume: &Volume,
         strands: &StrandBuffers,
     ) -> Result<(), RenderError> {
-        self.answers = draw_shadow_maps(&self.shadow_maps, context, scene, strands)?;
+        self.plan = scene.shadow_plan();
+        self.answers = draw_shadow_maps(&self.shadow_maps, context, &self.plan, strands)?;
         let lights = self.swept_lights();
         self.records = self
             .sweep
@@ -167,6 +172,11 @@ impl Lighting {
         observer: Observer,
     ) -> Result<Shading, RenderError> {
         let n_points = strands.n_points;
+        let start = Instant::now();
+        let through = self.plan.through(view.forward);
+        self.shadow_maps
+            .draw(context, strands, &through, &self.answers.0)?;
+        let through_ms = 1e3 * start.elapsed().as_secs_f64();
         let radiance = storage(context, "radiance", u64::from(n_points) * 16);
         let counters = storage(context, "counters", 80);
         let view_buffer = uniform(context, "view", view);
@@ -218,7 +228,7 @@ impl Lighting {
         }
         stats.stages.push(Stage {
             name: "shadow maps",
-            milliseconds: self.answers.1,
+            milliseconds: self.answers.1 + through_ms,
             bytes: self.answers.0.size(),
         });
         stats.stages.push(Stage {
@@ -272,11 +282,11 @@ impl Lighting {
 fn draw_shadow_maps(
     shadow_maps: &ShadowMaps,
     context: &Context,
-    scene: &PreparedScene,
+    plan: &ShadowPlan,
     strands: &StrandBuffers,
 ) -> Result<(wgpu::Buffer, f64), RenderError> {
     let start = Instant::now();
-    let answers = shadow_maps.run(context, strands, &scene.shadow_plan())?;
+    let answers = shadow_maps.run(context, strands, plan)?;
     Ok((answers, 1e3 * start.elapsed().as_secs_f64()))
 }
 

@@ -5,7 +5,7 @@ use super::resources::{
 };
 use crate::error::RenderError;
 use crate::gpu::Context;
-use crate::shadow_maps::ShadowPlan;
+use crate::shadow_maps::{ShadowPlan, ShadowView};
 
 /// Pipelines of the maps.
 pub(super) struct ShadowMaps {
@@ -23,7 +23,7 @@ impl ShadowMaps {
     }
 
     /// Unblocked share of the lights with maps at every point, as
-    /// [`crate::shadow_maps::unblocked_share`] reads it. The map itself goes again.
+    /// [`crate::shadow_maps::unblocked_share`] reads it.
     pub fn run(
         &self,
         context: &Context,
@@ -32,8 +32,20 @@ impl ShadowMaps {
     ) -> Result<wgpu::Buffer, RenderError> {
         let bytes = plan.n_words(strands.n_points as usize) as u64 * 4;
         let answers = storage(context, "unblocked", bytes);
-        let Some(first) = plan.views.first() else {
-            return Ok(answers);
+        self.draw(context, strands, &plan.views, &answers)?;
+        Ok(answers)
+    }
+
+    /// Draws maps and writes their slots of `answers`. The map itself goes again.
+    pub fn draw(
+        &self,
+        context: &Context,
+        strands: &StrandBuffers,
+        views: &[ShadowView],
+        answers: &wgpu::Buffer,
+    ) -> Result<(), RenderError> {
+        let Some(first) = views.first() else {
+            return Ok(());
         };
         let sums = storage(context, "unblocked sums", u64::from(strands.n_points) * 4);
         let map = storage(context, "shadow map", u64::from(first.side).pow(2) * 4);
@@ -67,7 +79,7 @@ impl ShadowMaps {
             let rows = groups.div_ceil(32_768).max(1);
             [groups.div_ceil(rows), rows]
         };
-        for one in &plan.views {
+        for one in views {
             context
                 .queue
                 .write_buffer(&view, 0, bytemuck::bytes_of(one));
@@ -79,6 +91,6 @@ impl ShadowMaps {
             // One map at a time: a software device takes part of a second for each.
             context.wait("shadow map").map_err(failed)?;
         }
-        Ok(answers)
+        Ok(())
     }
 }

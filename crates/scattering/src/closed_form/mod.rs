@@ -64,7 +64,9 @@ pub use outer_integral::{
 pub use painted_lobes::{
     LAYER_MIDDLE, LobeLayer, PaintedDecode, PaintedView, lobe_layer, sample_painted_lobes,
 };
-pub use single_scattering::{Shading, single_scattering, single_scattering_mode};
+pub use single_scattering::{
+    Shading, shadowed_single_scattering, single_scattering, single_scattering_mode,
+};
 pub use special::{ErfPair, bessel_i0e, bessel_i0e_fast, bessel_i1e, erf_pair};
 pub use tables::{
     Cell, PackedShares, TableAxes, TableAxis, Tables, c_from_b, pack_shares, sample_c, sample_h,

@@ -26,9 +26,9 @@ pub const TERM_LOCAL: u32 = 2;
 pub const TERM_GLOBAL: u32 = 4;
 
 /// d_f where a scene says nothing: share of blocked light that goes on forward. 0..=1.
-pub const DENSITY_FORWARD: f32 = 0.7;
+pub const DENSITY_FORWARD: f32 = 1.0;
 /// d_b where a scene says nothing: share of the hair behind a point that sends light back. 0..=1.
-pub const DENSITY_BACK: f32 = 0.7;
+pub const DENSITY_BACK: f32 = 1.0;
 
 /// Sines of the inclination in a [`ForwardTable`].
 pub const N_FORWARD: usize = 64;

@@ -40,6 +40,17 @@ pub fn single_scattering(
     view: &DirectionInFrame,
     shading: &Shading,
 ) -> [f32; 3] {
+    shadowed_single_scattering(light, view, shading, [1.0; 3])
+}
+
+/// [`single_scattering`] with a share of the light for each mode (R, TT, TRT), 0..=1: what gets
+/// through to where the mode takes its light from.
+pub fn shadowed_single_scattering(
+    light: &LightInFrame,
+    view: &DirectionInFrame,
+    shading: &Shading,
+    shares: [f32; 3],
+) -> [f32; 3] {
     let at = light.direction;
     let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
     let mut total = [0.0f32; 3];
@@ -47,7 +58,7 @@ pub fn single_scattering(
         if shading.fibre.modes & (1 << mode) != 0 {
             let value = mode_at_lag(mode, light, view, &lag, shading);
             for channel in 0..3 {
-                total[channel] += value[channel];
+                total[channel] += shares[mode as usize] * value[channel];
             }
         }
     }
