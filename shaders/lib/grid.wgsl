@@ -16,6 +16,9 @@ fn grid_position(grid: Grid, position: vec3f) -> vec3f {
     return clamp(g, vec3f(0.0), vec3f(grid.dims) - 1.001);
 }
 
+// How far towards a light its records are looked up, voxels; found by ray shooting.
+const SELF_LIFT: f32 = 0.12;
+
 // Index of a voxel; x varies fastest.
 fn voxel_index(grid: Grid, voxel: vec3u) -> u32 {
     return voxel.x + grid.dims.x * (voxel.y + grid.dims.y * voxel.z);

@@ -125,14 +125,16 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     let w = cross(u, v);
     let frame = transpose(mat3x3f(u, v, w));
     let eye = direction_in_frame(frame * (view.eye - position));
-    let g = grid_position(grid, position);
+    let lift = SELF_LIFT * grid.h;
     let n_voxels = grid.dims.x * grid.dims.y * grid.dims.z;
     let through = unblocked_share(0u, point_ix);
     var sum = vec3f(0.0);
     var evaluated = vec4u(0u);
     for (var ix = 0u; ix < batch.n_lights; ix++) {
         let light = lights[batch.first_light + ix];
-        let record = record_at(ix * n_voxels, g);
+        // A strand does not shadow itself, but its voxel holds it: a little towards the light it
+        // holds less of it.
+        let record = record_at(ix * n_voxels, grid_position(grid, position + light.direction * lift));
         var unblocked = record.shares.x;
         var unblocked_tt = unblocked;
         if light.slot != NO_SLOT {

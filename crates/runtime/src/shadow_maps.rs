@@ -21,6 +21,13 @@ use crate::volume::{shifted_lobe_directions, solid_angle};
 /// should in the mean; four times as many change the error by nothing.
 pub const SHADOW_SIDE: u32 = 1024;
 
+/// Texels along a side for lights narrower than [`FINE_LAMBDA`], whose shadows are sharp: on a head
+/// of hair 30 cm wide a texel is as wide as a fibre.
+pub const FINE_SIDE: u32 = 4096;
+
+/// See [`FINE_SIDE`].
+const FINE_LAMBDA: f32 = 0.05;
+
 /// Maps of a scene unless somebody says otherwise.
 pub const DEFAULT_SHADOW_MAPS: u32 = 96;
 
@@ -179,7 +186,14 @@ fn views_of(light: &SrbfLight, k: u32, shift: f64, slot: u32, any: &ShadowView) 
     let view = |(n, &direction): (u32, &[f32; 3])| {
         let first = if n == 0 { FIRST_OF_SLOT } else { 0 };
         let last = if n + 1 == k { LAST_OF_SLOT } else { 0 };
+        let side = if light.lambda < FINE_LAMBDA {
+            FINE_SIDE
+        } else {
+            SHADOW_SIDE
+        };
         ShadowView {
+            side,
+            texels_per_cm: any.texels_per_cm * side as f32 / any.side as f32,
             slot,
             ends: first | last,
             weight: 1.0 / k as f32,

@@ -6,7 +6,7 @@ use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::ViewUniform;
 use strandlight_runtime::scene::LightRecord;
 use strandlight_runtime::shadow_maps::{NO_SLOT, THROUGH_SLOT, unblocked_share};
-use strandlight_runtime::volume::Grid;
+use strandlight_runtime::volume::{Grid, SELF_LIFT};
 use strandlight_scattering::closed_form::{
     AverageTexel, DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, Shading,
     ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, direct_local_scattering, forward_light,
@@ -78,12 +78,16 @@ pub(super) fn shade(
             let w = u.cross(v);
             let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
             let eye = DirectionInFrame::from_vector(in_frame(Vec3::from(view.eye) - position));
-            let g = grid_position(grid, position);
+            let lift = SELF_LIFT * grid.h;
             let mut sum = [0.0; 3];
             let mut evaluated = [0; 4];
             for (ix, light) in lights.iter().enumerate() {
                 let record = match shadows {
-                    Shadows::Volume(records) => record_at(grid, &records[ix * n_voxels..], g),
+                    Shadows::Volume(records) => {
+                        let lifted = position + Vec3::from(light.direction) * lift;
+                        let g = grid_position(grid, lifted);
+                        record_at(grid, &records[ix * n_voxels..], g)
+                    }
                     Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
                 };
                 let share_of = |slot| unblocked_share(answers, n_points, slot, point);
@@ -181,10 +185,16 @@ fn in_view(view: &ViewUniform, [x, y, depth]: [f32; 3]) -> bool {
     depth >= view.near && inside(x, view.size[0]) && inside(y, view.size[1])
 }
 
-/// The record of one light at a point (x, y, z, radius), from that light's packed records
-/// `[voxel]`.
-pub fn record_at_point(grid: &Grid, records: &[PackedRecord], point: &[f32; 4]) -> ShadowRecord {
-    record_at(grid, records, grid_position(grid, Vec3::from_slice(point)))
+/// The record at a point (x, y, z, radius) of one light in direction `towards`, from that light's
+/// packed records `[voxel]`.
+pub fn record_at_point(
+    grid: &Grid,
+    records: &[PackedRecord],
+    point: &[f32; 4],
+    towards: [f32; 3],
+) -> ShadowRecord {
+    let lifted = Vec3::from_slice(point) + Vec3::from(towards) * (SELF_LIFT * grid.h);
+    record_at(grid, records, grid_position(grid, lifted))
 }
 
 /// Trilinear look-up in the records of one light.

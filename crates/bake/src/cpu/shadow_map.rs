@@ -26,14 +26,11 @@ pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
 /// Draws maps and writes their slots of the answers.
 pub(super) fn draw_maps(strands: &Strands, views: &[ShadowView], answers: &mut [u32]) {
     let n_points = strands.points.len();
-    let Some(first) = views.first() else {
-        return;
-    };
     let mut map: Vec<AtomicU32> = Vec::new();
-    map.resize_with((first.side * first.side) as usize, AtomicU32::default);
     let mut sums = vec![0.0; n_points];
     for view in views {
-        map.iter_mut().for_each(|texel| *texel.get_mut() = 0);
+        map.clear();
+        map.resize_with((view.side * view.side) as usize, AtomicU32::default);
         strands
             .segments
             .par_iter()

@@ -111,7 +111,7 @@ pub struct Finder<'a> {
 /// What a method makes of one light.
 pub enum OfLight<'a> {
     /// Records of the sweep's voxels.
-    Sweep(&'a Finder<'a>, Vec<PackedRecord>),
+    Sweep(&'a Finder<'a>, Vec<PackedRecord>, [f32; 3]),
     /// Directions inside the lobe.
     Ray(&'a Finder<'a>, &'a Rays, Vec<[f32; 3]>),
     /// Zinke's voxels.
@@ -165,7 +165,7 @@ impl<'a> Finder<'a> {
                     ..*light
                 };
                 let records = cpu::transmittance(&self.grid, &self.volume, &[light], directions);
-                OfLight::Sweep(self, records)
+                OfLight::Sweep(self, records, light.direction)
             }
         }
     }
@@ -176,8 +176,8 @@ impl OfLight<'_> {
     pub fn record(&self, point: u32) -> ShadowRecord {
         let place = |finder: &Finder| finder.strands.points[point as usize];
         match self {
-            OfLight::Sweep(finder, records) => {
-                cpu::record_at_point(&finder.grid, records, &place(finder))
+            OfLight::Sweep(finder, records, towards) => {
+                cpu::record_at_point(&finder.grid, records, &place(finder), *towards)
             }
             OfLight::Ray(finder, rays, directions) => {
                 ray_record(rays, finder.strands, point, directions)

@@ -48,7 +48,9 @@ impl ShadowMaps {
             return Ok(());
         };
         let sums = storage(context, "unblocked sums", u64::from(strands.n_points) * 4);
-        let map = storage(context, "shadow map", u64::from(first.side).pow(2) * 4);
+        let bytes = |view: &ShadowView| u64::from(view.side).pow(2) * 4;
+        let largest = views.iter().map(bytes).max().unwrap_or_default();
+        let map = storage(context, "shadow map", largest);
         let view = uniform(context, "shadow view", first);
         let cast = bind(
             context,
@@ -84,7 +86,7 @@ impl ShadowMaps {
                 .queue
                 .write_buffer(&view, 0, bytemuck::bytes_of(one));
             submit(context, |encoder| {
-                encoder.clear_buffer(&map, 0, None);
+                encoder.clear_buffer(&map, 0, Some(bytes(one)));
                 dispatch(encoder, &self.cast, &cast, grouped(strands.n_segments));
                 dispatch(encoder, &self.receive, &receive, grouped(strands.n_points));
             });
