@@ -129,7 +129,7 @@ fn json_is_one_document() {
     assert!(
         report["stages"]
             .as_array()
-            .is_some_and(|stages| stages.len() == 5)
+            .is_some_and(|stages| stages.len() == 6)
     );
 }
 
