@@ -21,11 +21,11 @@ use crate::volume::{shifted_lobe_directions, solid_angle};
 /// should in the mean; four times as many change the error by nothing.
 pub const SHADOW_SIDE: u32 = 1024;
 
-/// Texels along a side for lights narrower than [`FINE_LAMBDA`], whose shadows are sharp: on a head
+/// Texels along a side for lights narrower than 0.05, whose shadows are sharp: on a head
 /// of hair 30 cm wide a texel is as wide as a fibre.
 pub const FINE_SIDE: u32 = 4096;
 
-/// See [`FINE_SIDE`].
+/// Lights narrower than this get [`FINE_SIDE`].
 const FINE_LAMBDA: f32 = 0.05;
 
 /// Maps of a scene unless somebody says otherwise.

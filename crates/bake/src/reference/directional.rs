@@ -55,7 +55,7 @@ pub struct Directional<'a> {
 }
 
 impl<'a> Directional<'a> {
-    /// `n` lights of `environment` (see [`directional_lights`]) on `strands`, which `rays` were
+    /// `n` lights of `environment` (see `directional_lights`) on `strands`, which `rays` were
     /// made of, whose fibres scatter as `bcsdf` does.
     pub fn new(
         strands: &'a Strands,
