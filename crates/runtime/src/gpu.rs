@@ -34,8 +34,8 @@ pub enum GpuError {
     },
 }
 
-/// An opened device and its queue.
-#[derive(Debug)]
+/// An opened device and its queue; clones share them.
+#[derive(Clone, Debug)]
 pub struct Context {
     /// The adapter the device was opened on.
     pub adapter: wgpu::Adapter,
@@ -62,11 +62,22 @@ impl Context {
     pub fn with_power_preference(power: wgpu::PowerPreference) -> Result<Context, GpuError> {
         let instance =
             wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        pollster::block_on(Self::open(&instance, None, power))
+    }
+
+    /// As [`Context::new`] for an instance that the caller has made, without blocking. Where a
+    /// `surface` is given, the adapter can present to it.
+    pub async fn open(
+        instance: &wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+        power: wgpu::PowerPreference,
+    ) -> Result<Context, GpuError> {
         let options = wgpu::RequestAdapterOptions {
             power_preference: power,
+            compatible_surface: surface,
             ..Default::default()
         };
-        let adapter = pollster::block_on(instance.request_adapter(&options))
+        let adapter = (instance.request_adapter(&options).await)
             .map_err(|error| GpuError::NoAdapter(error.to_string()))?;
         let info = adapter.get_info();
         if !adapter
@@ -90,12 +101,13 @@ impl Context {
             ..Default::default()
         };
         let (device, queue) =
-            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
-                GpuError::NoDevice {
+            adapter
+                .request_device(&descriptor)
+                .await
+                .map_err(|error| GpuError::NoDevice {
                     adapter: info.name.clone(),
                     reason: error.to_string(),
-                }
-            })?;
+                })?;
         Ok(Context {
             adapter,
             device,
