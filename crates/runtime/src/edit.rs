@@ -7,7 +7,7 @@
 //! [`HairTextures::new`] with the last parameters.
 
 use std::sync::Arc;
-use std::time::Instant;
+use web_time::Instant;
 
 use strandlight_formats::TableFile;
 use strandlight_scattering::closed_form::{

@@ -60,12 +60,33 @@ pub enum RenderError {
         /// Samples asked for.
         samples: u32,
     },
+    /// Not one colour for each light.
+    #[error("{colors} colours for {lights} lights")]
+    Colors {
+        /// Colours given.
+        colors: usize,
+        /// Lights there are.
+        lights: usize,
+    },
     /// Lights or points that a renderer was given cannot be drawn.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The adapter or its driver failed.
     #[error("GPU: {0}")]
     Gpu(String),
+    /// The device is gone, and all that was on it. Another may be opened and the scene put there.
+    #[error("GPU: the device was lost: {0}")]
+    DeviceLost(String),
+    /// The scene does not fit the device.
+    #[error("{what}: {bytes} bytes are needed, and {limit} are allowed")]
+    TooLarge {
+        /// What is too large.
+        what: &'static str,
+        /// Bytes needed.
+        bytes: u64,
+        /// Bytes there may be.
+        limit: u64,
+    },
     /// The PNG encoder failed.
     #[error("PNG: {0}")]
     Png(String),

@@ -1,5 +1,7 @@
 //! One wgpu device, opened the same way by the renderer and by the probe.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Why no device could be had, or why it failed later.
@@ -24,6 +26,12 @@ pub enum GpuError {
         /// The driver's answer.
         reason: String,
     },
+    /// The device is gone: reset, unplugged, its driver replaced. Another may be opened.
+    #[error("the GPU device was lost: {reason}")]
+    Lost {
+        /// The driver's answer.
+        reason: String,
+    },
     /// A command or a read-back failed.
     #[error("GPU work '{what}' failed: {reason}")]
     Failed {
@@ -34,7 +42,7 @@ pub enum GpuError {
     },
 }
 
-/// An opened device and its queue; clones share them.
+/// An opened device and its queue. Clones share both.
 #[derive(Clone, Debug)]
 pub struct Context {
     /// The adapter the device was opened on.
@@ -45,39 +53,173 @@ pub struct Context {
     pub queue: wgpu::Queue,
     /// Name of the adapter as the driver gives it.
     pub adapter_name: String,
-    /// `vulkan`, `metal` or `dx12`.
+    /// `vulkan`, `metal`, `dx12` or `webgpu`.
     pub backend: String,
+    faults: Arc<Mutex<Faults>>,
+    tally: Arc<Tally>,
+}
+
+/// What a device said of itself outside any error scope.
+#[derive(Debug, Default)]
+struct Faults {
+    lost: Option<String>,
+    first_error: Option<String>,
+}
+
+/// What was made on a device and written to it since it was opened.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
+    pub buffers: AtomicU64,
+    pub textures: AtomicU64,
+    pub pipelines: AtomicU64,
+    pub bind_groups: AtomicU64,
+    pub geometry_uploads: AtomicU64,
+}
+
+impl Tally {
+    /// Counts one.
+    pub fn add(counter: &AtomicU64) {
+        counter.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub fn counts(&self) -> Counts {
+        let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        Counts {
+            buffers: of(&self.buffers),
+            textures: of(&self.textures),
+            pipelines: of(&self.pipelines),
+            bind_groups: of(&self.bind_groups),
+            geometry_uploads: of(&self.geometry_uploads),
+        }
+    }
+}
+
+/// How much was made on a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Buffers.
+    pub buffers: u64,
+    /// Textures.
+    pub textures: u64,
+    /// Pipelines compiled.
+    pub pipelines: u64,
+    /// Bind groups.
+    pub bind_groups: u64,
+    /// Times that points of the hair were written.
+    pub geometry_uploads: u64,
+}
+
+impl Counts {
+    /// What came on top of `before`.
+    pub fn since(self, before: Counts) -> Counts {
+        Counts {
+            buffers: self.buffers - before.buffers,
+            textures: self.textures - before.textures,
+            pipelines: self.pipelines - before.pipelines,
+            bind_groups: self.bind_groups - before.bind_groups,
+            geometry_uploads: self.geometry_uploads - before.geometry_uploads,
+        }
+    }
+}
+
+/// What a device must be able to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Demand {
+    /// Buffers and storage bindings as large as the adapter offers, and time stamps where it has
+    /// them.
+    Offered,
+    /// WebGPU's default limits and no optional feature: what every adapter has.
+    Least,
 }
 
 impl Context {
     /// Opens the fastest adapter of this machine; a software rasteriser is good enough.
     ///
-    /// No optional feature is asked for. Limits are WebGPU's defaults, except the sizes of
-    /// buffers and storage bindings, which are what the adapter offers.
+    /// Limits are WebGPU's defaults, except the sizes of buffers and storage bindings, which are
+    /// what the adapter offers. Time stamps are asked for where there are any, nothing else that
+    /// is optional.
+    ///
+    /// # Errors
+    /// No adapter, one that cannot do what is needed, or a driver that fails.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn new() -> Result<Context, GpuError> {
         Self::with_power_preference(wgpu::PowerPreference::HighPerformance)
     }
 
     /// As [`Context::new`], with a choice between the fast and the frugal adapter.
+    ///
+    /// # Errors
+    /// As [`Context::new`].
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn with_power_preference(power: wgpu::PowerPreference) -> Result<Context, GpuError> {
-        let instance =
-            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-        pollster::block_on(Self::open(&instance, None, power))
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: power,
+            ..Default::default()
+        };
+        pollster::block_on(Self::with_demand(
+            &headless_instance(),
+            &options,
+            Demand::Offered,
+        ))
     }
 
-    /// As [`Context::new`] for an instance that the caller has made, without blocking. Where a
-    /// `surface` is given, the adapter can present to it.
+    /// As [`Context::new`], with the limits that every adapter has.
+    ///
+    /// # Errors
+    /// As [`Context::new`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn with_least_limits() -> Result<Context, GpuError> {
+        let options = wgpu::RequestAdapterOptions::default();
+        pollster::block_on(Self::with_demand(
+            &headless_instance(),
+            &options,
+            Demand::Least,
+        ))
+    }
+
+    /// The fastest adapter of `instance`, one that can present on `compatible_surface` if there is
+    /// one.
+    ///
+    /// # Errors
+    /// As [`Context::new`].
+    pub async fn request(
+        instance: &wgpu::Instance,
+        compatible_surface: Option<&wgpu::Surface<'_>>,
+    ) -> Result<Context, GpuError> {
+        let power = wgpu::PowerPreference::HighPerformance;
+        Self::open(instance, compatible_surface, power).await
+    }
+
+    /// As [`Context::request`], with a choice between the fast and the frugal adapter.
+    ///
+    /// # Errors
+    /// As [`Context::new`].
     pub async fn open(
         instance: &wgpu::Instance,
-        surface: Option<&wgpu::Surface<'_>>,
+        compatible_surface: Option<&wgpu::Surface<'_>>,
         power: wgpu::PowerPreference,
     ) -> Result<Context, GpuError> {
         let options = wgpu::RequestAdapterOptions {
             power_preference: power,
-            compatible_surface: surface,
+            compatible_surface,
             ..Default::default()
         };
-        let adapter = (instance.request_adapter(&options).await)
+        Self::with_demand(instance, &options, Demand::Offered).await
+    }
+
+    /// The adapter of `instance` that `options` describe, and a device that can do what `demand`
+    /// says.
+    ///
+    /// # Errors
+    /// As [`Context::new`].
+    pub async fn with_demand(
+        instance: &wgpu::Instance,
+        options: &wgpu::RequestAdapterOptions<'_, '_>,
+        demand: Demand,
+    ) -> Result<Context, GpuError> {
+        let adapter = instance
+            .request_adapter(options)
+            .await
             .map_err(|error| GpuError::NoAdapter(error.to_string()))?;
         let info = adapter.get_info();
         if !adapter
@@ -90,16 +232,17 @@ impl Context {
                 reason: "it has no compute shaders".to_owned(),
             });
         }
-        let offered = adapter.limits();
-        let descriptor = wgpu::DeviceDescriptor {
+        let mut descriptor = wgpu::DeviceDescriptor {
             label: Some("strandlight"),
-            required_limits: wgpu::Limits {
-                max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
-                max_buffer_size: offered.max_buffer_size,
-                ..Default::default()
-            },
             ..Default::default()
         };
+        if demand == Demand::Offered {
+            let offered = adapter.limits();
+            descriptor.required_limits.max_storage_buffer_binding_size =
+                offered.max_storage_buffer_binding_size;
+            descriptor.required_limits.max_buffer_size = offered.max_buffer_size;
+            descriptor.required_features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
+        }
         let (device, queue) =
             adapter
                 .request_device(&descriptor)
@@ -108,13 +251,62 @@ impl Context {
                     adapter: info.name.clone(),
                     reason: error.to_string(),
                 })?;
+        let faults = Arc::new(Mutex::new(Faults::default()));
+        let of_errors = Arc::clone(&faults);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            let mut faults = of_errors.lock().unwrap_or_else(PoisonError::into_inner);
+            faults.first_error.get_or_insert_with(|| error.to_string());
+        }));
+        let of_loss = Arc::clone(&faults);
+        device.set_device_lost_callback(move |reason, message| {
+            let mut faults = of_loss.lock().unwrap_or_else(PoisonError::into_inner);
+            faults
+                .lost
+                .get_or_insert_with(|| format!("{reason:?} {message}").trim().to_owned());
+        });
         Ok(Context {
             adapter,
             device,
             queue,
             adapter_name: info.name,
             backend: info.backend.to_string(),
+            faults,
+            tally: Arc::default(),
         })
+    }
+
+    /// Does the device measure the time of passes?
+    pub fn has_timestamps(&self) -> bool {
+        self.device
+            .features()
+            .contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
+    /// The first error of the device that no error scope caught, since the last call; the device's
+    /// loss stays.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] or [`GpuError::Failed`].
+    pub fn check(&self, what: &'static str) -> Result<(), GpuError> {
+        let mut faults = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(reason) = &faults.lost {
+            return Err(GpuError::Lost {
+                reason: reason.clone(),
+            });
+        }
+        match faults.first_error.take() {
+            Some(reason) => Err(GpuError::Failed { what, reason }),
+            None => Ok(()),
+        }
+    }
+
+    /// What was made on the device since it was opened.
+    pub fn counts(&self) -> Counts {
+        self.tally.counts()
+    }
+
+    pub(crate) fn tally(&self) -> &Tally {
+        &self.tally
     }
 
     /// Waits until all submitted work is done, at most a minute.
@@ -124,11 +316,11 @@ impl Context {
                 submission_index: None,
                 timeout: Some(Duration::from_secs(60)),
             })
-            .map(|_| ())
             .map_err(|error| GpuError::Failed {
                 what,
                 reason: error.to_string(),
-            })
+            })?;
+        self.check(what)
     }
 
     /// Copies the whole of a mappable buffer (`MAP_READ`) into memory, after all submitted work.
@@ -155,4 +347,10 @@ impl Context {
         buffer.unmap();
         Ok(bytes)
     }
+}
+
+/// An instance that draws to no display.
+#[cfg(not(target_arch = "wasm32"))]
+fn headless_instance() -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env())
 }

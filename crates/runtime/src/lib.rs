@@ -2,12 +2,14 @@
 //!
 //! - [`PreparedScene`]: a scene file with all it names, read and put into world space.
 //! - [`Renderer`]: holds a prepared scene on a device ([`gpu::Context`]) and draws it.
+//! - [`Live`]: the same bit by bit, for windows and pages.
 //! - [`Picture`]: the linear result, and its PNG.
 
 pub mod camera;
 pub mod edit;
 mod error;
 pub mod gpu;
+pub mod live;
 pub mod optics;
 pub mod picture;
 pub mod probe;
@@ -24,6 +26,7 @@ pub mod volume;
 
 pub use camera::Camera;
 pub use error::{RenderError, SceneError};
+pub use live::Live;
 pub use picture::Picture;
 pub use render::Renderer;
 pub use scene::PreparedScene;

@@ -1,7 +1,7 @@
 //! What a frame cost.
 
 use std::fmt;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Told how much of a frame is done, 0..=1 and growing, now and then, from any thread.
 pub type Observer<'a> = &'a (dyn Fn(f64) + Sync);

@@ -1,6 +1,6 @@
 //! Shading of the points, in batches of lights.
 
-use std::time::Instant;
+use web_time::Instant;
 
 use super::LIGHT_BATCH;
 use super::resources::{

@@ -79,6 +79,63 @@ pub fn shadow_maps(
     })
 }
 
+/// What [`crate::live::Live`] draws with.
+pub(crate) struct Parts {
+    strands: resources::StrandBuffers,
+    volume: volume::Volume,
+    lighting: lighting::Lighting,
+    draw: draw::Draw,
+}
+
+impl Parts {
+    pub fn new(
+        context: &Context,
+        scene: &PreparedScene,
+        stats: &mut Stats,
+    ) -> Result<Self, RenderError> {
+        *stats = scene.counts(format!(
+            "gpu: {} ({})",
+            context.adapter_name, context.backend
+        ));
+        let strands = resources::StrandBuffers::new(context, &scene.strands);
+        let volume = volume::Volume::new(context, &scene.strands, &strands)?;
+        let lighting = lighting::Lighting::new(context, scene, &volume, &strands)?;
+        Ok(Parts {
+            strands,
+            volume,
+            lighting,
+            draw: draw::Draw::new(context)?,
+        })
+    }
+
+    pub fn update(&mut self, context: &Context, scene: &PreparedScene, report: &EditReport) {
+        self.lighting.update(context, scene, &scene.hair, report);
+    }
+
+    pub fn draw(
+        &self,
+        context: &Context,
+        scene: &PreparedScene,
+        view: &crate::camera::ViewUniform,
+        samples: u32,
+        stats: &mut Stats,
+    ) -> Result<Picture, RenderError> {
+        let (strands, volume) = (&self.strands, &self.volume);
+        let shading = self
+            .lighting
+            .run(context, strands, volume, view, stats, &|_| ())?;
+        let frame = draw::Frame {
+            scene,
+            strands,
+            shading: &shading,
+            view,
+            samples,
+            observer: &|_| (),
+        };
+        self.draw.run(context, &frame, stats)
+    }
+}
+
 /// A prepared scene on a device.
 pub struct Renderer<'a> {
     context: &'a Context,

@@ -3,13 +3,16 @@
 use wgpu::util::DeviceExt;
 
 use crate::error::RenderError;
-use crate::gpu::{Context, GpuError};
+use crate::gpu::{Context, GpuError, Tally};
 use crate::shaders;
 use crate::strands::Strands;
 
 /// A GPU error as the renderer reports it.
 pub(crate) fn failed(error: GpuError) -> RenderError {
-    RenderError::Gpu(error.to_string())
+    match error {
+        GpuError::Lost { reason } => RenderError::DeviceLost(reason),
+        error => RenderError::Gpu(error.to_string()),
+    }
 }
 
 /// Runs `work` and turns validation and memory errors of the device into an error.
@@ -41,6 +44,7 @@ pub(crate) fn buffer_of<T: bytemuck::Pod>(
 ) -> wgpu::Buffer {
     let zero = [T::zeroed()];
     let contents = if contents.is_empty() { &zero } else { contents };
+    Tally::add(&context.tally().buffers);
     context
         .device
         .create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -52,6 +56,7 @@ pub(crate) fn buffer_of<T: bytemuck::Pod>(
 
 /// A zeroed storage buffer of `bytes` that can be read back.
 pub(crate) fn storage(context: &Context, label: &'static str, bytes: u64) -> wgpu::Buffer {
+    Tally::add(&context.tally().buffers);
     context.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: bytes.max(16),
@@ -128,6 +133,7 @@ pub(crate) fn compute_with(
     entry: &'static str,
     constants: &[(&str, f64)],
 ) -> wgpu::ComputePipeline {
+    Tally::add(&context.tally().pipelines);
     context
         .device
         .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -156,6 +162,7 @@ pub(crate) fn bind(
             resource: resource.clone(),
         })
         .collect();
+    Tally::add(&context.tally().bind_groups);
     context
         .device
         .create_bind_group(&wgpu::BindGroupDescriptor {
@@ -191,6 +198,7 @@ pub(super) struct StrandBuffers {
 impl StrandBuffers {
     pub fn new(context: &Context, strands: &Strands) -> Self {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        Tally::add(&context.tally().geometry_uploads);
         StrandBuffers {
             points: buffer_of(context, "points", &strands.points, usage),
             tangents: buffer_of(context, "tangents", &strands.tangents, usage),
@@ -203,6 +211,7 @@ impl StrandBuffers {
 
     /// Writes strands that have moved; which segments there are stays.
     pub fn update(&self, context: &Context, strands: &Strands) {
+        Tally::add(&context.tally().geometry_uploads);
         for (buffer, contents) in [
             (&self.points, &strands.points),
             (&self.tangents, &strands.tangents),

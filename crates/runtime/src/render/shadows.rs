@@ -3,7 +3,7 @@
 //! They depend on the points, the fibres' diameter and the lights' directions and widths: another
 //! camera or an edit of the hair leaves them as they are.
 
-use std::time::Instant;
+use web_time::Instant;
 
 use super::LIGHT_BATCH;
 use super::resources::{bind, failed, read_back, shader, storage, submit, uniform};
