@@ -1,5 +1,7 @@
 //! The groom as the passes read it: points with radius and frame, and the segments between them.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::error::SceneError;
@@ -21,6 +23,16 @@ const MAX_TURN: f32 = 8.0 * std::f32::consts::PI / 180.0;
 
 /// Most pieces that one segment of the groom is split into.
 const MAX_SPLIT: u32 = 16;
+
+/// Where a refined point comes from: between the groom's points `point` and `point + 1`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Origin {
+    /// A point of the groom. For a point of the groom itself (`fraction` 0) that very point, the
+    /// first one of some that coincide; else the last one before it.
+    pub point: u32,
+    /// Share of the way to the next point of the groom, 0..1 along the parameter of the curve.
+    pub fraction: f32,
+}
 
 /// Prepared strands. Every vector but `segments` has one entry a point.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,6 +59,10 @@ pub struct Strands {
     pub bounds: (Vec3, Vec3),
     /// Largest fibre diameter, cm.
     pub max_diameter: f32,
+    /// By point; shared by all that moved from the same strands.
+    origins: Arc<[Origin]>,
+    /// Points of the groom.
+    n_groom_points: usize,
 }
 
 impl Strands {
@@ -81,14 +97,16 @@ impl Strands {
             centre,
             radius,
             bounds: (low, high),
+            n_groom_points: points.len(),
             ..Strands::default()
         };
+        let mut origins = Vec::new();
         let mut target = 2.0 * radius / PIECES_PER_DIAMETER;
         // Coarser pieces until the points fit; the last try splits nothing.
         for attempt in 0..=8 {
             let pieces = (refine && radius > 0.0 && attempt < 8).then_some(target);
             let limit = pieces.map_or(MAX_POINTS, |_| MAX_REFINED_POINTS);
-            if strands.fill(points, offsets, &diameter, pieces, limit)? {
+            if strands.fill((points, offsets), &diameter, pieces, limit, &mut origins)? {
                 break;
             }
             if pieces.is_none() {
@@ -101,7 +119,91 @@ impl Strands {
         if strands.segments.is_empty() {
             return Err(SceneError::EmptyGroom);
         }
+        strands.origins = origins.into();
         Ok(strands)
+    }
+
+    /// Where each of [`Strands::points`] comes from in the groom, eight bytes a point.
+    pub fn origins(&self) -> &[Origin] {
+        &self.origins
+    }
+
+    /// Points of the groom, those of degenerate strands included.
+    pub fn n_groom_points(&self) -> usize {
+        self.n_groom_points
+    }
+
+    /// Carries `values`, one for each point of the groom, to [`Strands::points`]: `mix(a, b,
+    /// fraction)` between two points of the groom, the value itself at a point of the groom.
+    ///
+    /// # Errors
+    /// Another number of values than the groom has points.
+    pub fn spread<T: Copy>(
+        &self,
+        values: &[T],
+        mix: impl Fn(T, T, f32) -> T,
+    ) -> Result<Vec<T>, SceneError> {
+        if values.len() != self.n_groom_points {
+            return Err(SceneError::Offsets);
+        }
+        let spread = self.origins.iter().map(|origin| {
+            let ix = origin.point as usize;
+            if origin.fraction == 0.0 {
+                values[ix]
+            } else {
+                mix(values[ix], values[ix + 1], origin.fraction)
+            }
+        });
+        Ok(spread.collect())
+    }
+
+    /// [`Strands::points`] of another pose of the same groom, `groom_points` in cm: the same
+    /// pieces, whatever their length is now, and the same radii. Of the pose that these strands
+    /// were made of it answers their points, bit for bit; [`Strands::moved`] takes the answer.
+    ///
+    /// # Errors
+    /// Another number of points than the groom has, or one that is not finite or too far.
+    pub fn resampled(&self, groom_points: &[[f32; 3]]) -> Result<Vec<[f32; 4]>, SceneError> {
+        if groom_points.len() != self.n_groom_points {
+            return Err(SceneError::Offsets);
+        }
+        if let Some(point) = groom_points.iter().position(|p| p.iter().any(is_far)) {
+            return Err(SceneError::Point { point });
+        }
+        let mut resampled = Vec::with_capacity(self.points.len());
+        let mut knots = Vec::new();
+        for segments in self.strand_segments() {
+            let first = segments[0] as usize;
+            let points = &self.points[first..=first + segments.len()];
+            let origins = &self.origins[first..=first + segments.len()];
+            let is_knot = |origin: &&Origin| origin.fraction == 0.0;
+            knots.clear();
+            knots.extend(origins.iter().filter(is_knot).map(|origin| {
+                let position = Vec3::from(groom_points[origin.point as usize]);
+                (position, 0.0)
+            }));
+            let mut knot = 0;
+            let mut curve = Curve::default();
+            for (ix, (point, origin)) in points.iter().zip(origins).enumerate() {
+                let position = if origin.fraction == 0.0 {
+                    knot += usize::from(ix > 0);
+                    if knot + 1 < knots.len() {
+                        curve = Curve::between(&knots, knot);
+                    }
+                    knots[knot].0
+                } else {
+                    curve.at(origin.fraction)
+                };
+                resampled.push([position.x, position.y, position.z, point[3]]);
+            }
+        }
+        Ok(resampled)
+    }
+
+    /// The segments of each strand.
+    fn strand_segments(&self) -> impl Iterator<Item = &[u32]> {
+        // A strand goes on as long as each segment starts where the last one ended.
+        self.segments.chunk_by(|a, b| a + 1 == *b)
     }
 
     /// The same strands with their points elsewhere: x, y, z and radius in cm, in the order of
@@ -130,12 +232,12 @@ impl Strands {
             centre,
             radius: points.iter().map(distance).fold(0.0, f32::max),
             bounds: (low, high),
+            origins: Arc::clone(&self.origins),
+            n_groom_points: self.n_groom_points,
             ..Strands::default()
         };
         let mut positions = Vec::new();
-        // A strand goes on as long as each segment starts where the last one ended.
-        let runs = self.segments.chunk_by(|a, b| a + 1 == *b);
-        for (strand, segments) in runs.enumerate() {
+        for (strand, segments) in self.strand_segments().enumerate() {
             positions.clear();
             for &[x, y, z, radius] in &points[segments[0] as usize..][..=segments.len()] {
                 if !(radius.is_finite() && radius > 0.0) {
@@ -153,12 +255,13 @@ impl Strands {
     /// as there are more than `limit` points.
     fn fill(
         &mut self,
-        points: &[[f32; 3]],
-        offsets: &[u32],
+        (points, offsets): (&[[f32; 3]], &[u32]),
         diameter: &impl Fn(usize, usize) -> f32,
         target: Option<f32>,
         limit: usize,
+        origins: &mut Vec<Origin>,
     ) -> Result<bool, SceneError> {
+        origins.clear();
         for array in [&mut self.points, &mut self.tangents, &mut self.normals] {
             array.clear();
         }
@@ -167,8 +270,11 @@ impl Strands {
         // Points closer than this cannot be told apart in f32 and have no direction between them.
         let merge_distance = (1e-6 * self.radius).max(1e-7);
         let mut knots: Vec<(Vec3, f32)> = Vec::new();
+        // By knot: the first and the last point of the groom that lie there.
+        let mut places: Vec<[u32; 2]> = Vec::new();
         for (strand, range) in offsets.windows(2).enumerate() {
             knots.clear();
+            places.clear();
             let first = range[0] as usize;
             for (ix, &position) in points[first..range[1] as usize].iter().enumerate() {
                 let (point, position) = (first + ix, Vec3::from(position));
@@ -179,15 +285,19 @@ impl Strands {
                 let repeated = knots
                     .last()
                     .is_some_and(|(last, _)| last.distance(position) <= merge_distance);
-                if !repeated {
-                    knots.push((position, 0.5 * value));
+                match places.last_mut() {
+                    Some([_, last]) if repeated => *last = point as u32,
+                    _ => {
+                        knots.push((position, 0.5 * value));
+                        places.push([point as u32; 2]);
+                    }
                 }
             }
             if knots.len() < 2 {
                 self.n_degenerate += 1;
                 continue;
             }
-            self.push_strand(&knots, target);
+            self.push_strand(&knots, &places, target, origins);
             if self.points.len() > limit {
                 return Ok(false);
             }
@@ -196,25 +306,26 @@ impl Strands {
     }
 
     /// Appends one strand through `knots` (position, radius), at least two and no two neighbours
-    /// alike.
-    fn push_strand(&mut self, knots: &[(Vec3, f32)], target: Option<f32>) {
+    /// alike; `places` are the groom's points there.
+    fn push_strand(
+        &mut self,
+        knots: &[(Vec3, f32)],
+        places: &[[u32; 2]],
+        target: Option<f32>,
+        origins: &mut Vec<Origin>,
+    ) {
         let first = self.points.len();
         let mut positions: Vec<(Vec3, f32)> = Vec::with_capacity(knots.len());
+        let mut push = |position, point, fraction| {
+            positions.push(position);
+            origins.push(Origin { point, fraction });
+        };
         for ix in 0..knots.len() - 1 {
-            let (p1, r1) = knots[ix];
-            let (p2, r2) = knots[ix + 1];
-            positions.push((p1, r1));
+            let (r1, r2) = (knots[ix].1, knots[ix + 1].1);
+            push(knots[ix], places[ix][0], 0.0);
             let Some(target) = target else { continue };
-            // Before the first and after the last segment the strand goes on as it does at the
-            // segment's other end: mirrored in the plane between its points.
-            let mirror = |p: Vec3| {
-                let along = (p2 - p1).normalize_or_zero();
-                p - 2.0 * along * (p - 0.5 * (p1 + p2)).dot(along)
-            };
-            let before = (ix > 0).then(|| knots[ix - 1].0);
-            let after = (ix + 2 < knots.len()).then(|| knots[ix + 2].0);
-            let p0 = before.or(after.map(mirror)).unwrap_or(2.0 * p1 - p2);
-            let p3 = after.or(before.map(mirror)).unwrap_or(2.0 * p2 - p1);
+            let curve = Curve::between(knots, ix);
+            let [p0, p1, p2, p3] = curve.0;
             let turn = (p1 - p0)
                 .angle_between(p2 - p1)
                 .max((p2 - p1).angle_between(p3 - p2));
@@ -226,11 +337,11 @@ impl Strands {
             let n = by_length.max(by_turn).clamp(1.0, MAX_SPLIT as f32) as u32;
             for piece in 1..n {
                 let t = piece as f32 / n as f32;
-                let position = centripetal(p0, p1, p2, p3, t);
-                positions.push((position, r1 + t * (r2 - r1)));
+                push((curve.at(t), r1 + t * (r2 - r1)), places[ix][1], t);
             }
         }
-        positions.push(knots[knots.len() - 1]);
+        let last = knots.len() - 1;
+        push(knots[last], places[last][0], 0.0);
 
         self.push_points(&positions);
         let end = self.points.len();
@@ -306,20 +417,47 @@ fn is_far(x: &f32) -> bool {
     !(-1e7..=1e7).contains(x)
 }
 
-/// Centripetal Catmull-Rom (Barry and Goldman's pyramid) between `p1` and `p2`; no two neighbours
-/// may coincide. Unlike the uniform one it has no loops where point distances vary.
-fn centripetal(p0: Vec3, p1: Vec3, p2: Vec3, p3: Vec3, t: f32) -> Vec3 {
-    let knot = |a: Vec3, b: Vec3| a.distance(b).sqrt().max(1e-6);
-    let t1 = knot(p0, p1);
-    let t2 = t1 + knot(p1, p2);
-    let t3 = t2 + knot(p2, p3);
-    let t = t1 + t * (t2 - t1);
-    let a1 = p0 * ((t1 - t) / t1) + p1 * (t / t1);
-    let a2 = p1 * ((t2 - t) / (t2 - t1)) + p2 * ((t - t1) / (t2 - t1));
-    let a3 = p2 * ((t3 - t) / (t3 - t2)) + p3 * ((t - t2) / (t3 - t2));
-    let b1 = a1 * ((t2 - t) / t2) + a2 * (t / t2);
-    let b2 = a2 * ((t3 - t) / (t3 - t1)) + a3 * ((t - t1) / (t3 - t1));
-    b1 * ((t2 - t) / (t2 - t1)) + b2 * ((t - t1) / (t2 - t1))
+/// Centripetal Catmull-Rom (Barry and Goldman's pyramid) between the second and the third of four
+/// points. Unlike the uniform one it has no loops where point distances vary.
+#[derive(Clone, Copy, Default)]
+struct Curve([Vec3; 4]);
+
+impl Curve {
+    /// From knot `ix` to the one after it.
+    fn between(knots: &[(Vec3, f32)], ix: usize) -> Curve {
+        let (p1, p2) = (knots[ix].0, knots[ix + 1].0);
+        // Before the first and after the last segment the strand goes on as it does at the
+        // segment's other end: mirrored in the plane between its points.
+        let mirror = |p: Vec3| {
+            let along = (p2 - p1).normalize_or_zero();
+            p - 2.0 * along * (p - 0.5 * (p1 + p2)).dot(along)
+        };
+        let before = (ix > 0).then(|| knots[ix - 1].0);
+        let after = (ix + 2 < knots.len()).then(|| knots[ix + 2].0);
+        let p0 = before.or(after.map(mirror)).unwrap_or(2.0 * p1 - p2);
+        let p3 = after.or(before.map(mirror)).unwrap_or(2.0 * p2 - p1);
+        Curve([p0, p1, p2, p3])
+    }
+
+    /// The point at `t` in 0..=1. Where neighbours coincide, which they may in another pose, the
+    /// curve is a straight line.
+    fn at(&self, t: f32) -> Vec3 {
+        let [p0, p1, p2, p3] = self.0;
+        let knot = |a: Vec3, b: Vec3| a.distance(b).sqrt().max(1e-6);
+        let t1 = knot(p0, p1);
+        let t2 = t1 + knot(p1, p2);
+        let t3 = t2 + knot(p2, p3);
+        if t2 <= t1 || t3 <= t2 {
+            return p1 + t * (p2 - p1);
+        }
+        let t = t1 + t * (t2 - t1);
+        let a1 = p0 * ((t1 - t) / t1) + p1 * (t / t1);
+        let a2 = p1 * ((t2 - t) / (t2 - t1)) + p2 * ((t - t1) / (t2 - t1));
+        let a3 = p2 * ((t3 - t) / (t3 - t2)) + p3 * ((t - t2) / (t3 - t2));
+        let b1 = a1 * ((t2 - t) / t2) + a2 * (t / t2);
+        let b2 = a2 * ((t3 - t) / (t3 - t1)) + a3 * ((t - t1) / (t3 - t1));
+        b1 * ((t2 - t) / (t2 - t1)) + b2 * ((t - t1) / (t2 - t1))
+    }
 }
 
 /// A unit vector across `tangent`: the world axis least along it, made perpendicular.
@@ -442,5 +580,103 @@ mod tests {
         for n in &strands.normals {
             assert!((n[2].abs() - strands.normals[0][2].abs()).abs() < 1e-4);
         }
+    }
+
+    /// Curls with repeated points, a degenerate strand among them, and strands of two points.
+    fn tangle() -> (Vec<[f32; 3]>, Vec<u32>) {
+        let (mut points, mut offsets) = (Vec::new(), vec![0]);
+        for strand in 0..9 {
+            for ix in 0..[12, 2, 5][strand % 3] {
+                let angle = 0.7 * ix as f32;
+                let x = strand as f32 + angle.cos();
+                let point = [x, -0.4 * ix as f32, angle.sin() * (1.0 + 0.1 * ix as f32)];
+                let copies = 1 + usize::from(strand == 3 || ix == 3) + usize::from(ix == 11);
+                points.extend(std::iter::repeat_n(point, copies));
+            }
+            if strand == 4 {
+                offsets.push(points.len() as u32);
+                points.extend([[9.0; 3]; 3]);
+            }
+            offsets.push(points.len() as u32);
+        }
+        (points, offsets)
+    }
+
+    #[test]
+    fn the_rest_pose_resampled_is_itself_bit_for_bit() {
+        let (points, offsets) = tangle();
+        for refine in [false, true] {
+            let strands = prepare(&points, &offsets, refine).unwrap();
+            assert_eq!(strands.n_degenerate, 1);
+            assert!(!refine || strands.points.len() > 2 * points.len());
+            assert_eq!(strands.origins().len(), strands.points.len());
+            assert_eq!(strands.resampled(&points).unwrap(), strands.points);
+        }
+    }
+
+    #[test]
+    fn a_turned_pose_resampled_turns_the_points_and_keeps_their_origins() {
+        let (points, offsets) = tangle();
+        let strands = prepare(&points, &offsets, true).unwrap();
+        let turn = |p: Vec3| glam::Quat::from_rotation_y(1.0) * p + Vec3::new(1.0, 2.0, 3.0);
+        let turned: Vec<[f32; 3]> = points.iter().map(|&p| turn(p.into()).to_array()).collect();
+        let resampled = strands.resampled(&turned).unwrap();
+        for (now, before) in resampled.iter().zip(&strands.points) {
+            let expected = turn(Vec3::from_slice(before));
+            assert!(Vec3::from_slice(now).distance(expected) < 2e-5);
+            assert_eq!(now[3], before[3]);
+        }
+        let moved = strands.moved(&resampled).unwrap();
+        assert_eq!(moved.origins(), strands.origins());
+    }
+
+    #[test]
+    fn poses_that_fold_strands_up_stay_finite() {
+        let (points, offsets) = tangle();
+        let strands = prepare(&points, &offsets, true).unwrap();
+        let mut folded = points.clone();
+        for (ix, point) in folded.iter_mut().enumerate() {
+            if ix % 3 != 0 {
+                *point = [1e3, 2.0, 3.0];
+            }
+        }
+        let resampled = strands.resampled(&folded).unwrap();
+        assert!(resampled.iter().flatten().all(|x| x.is_finite()));
+    }
+
+    #[test]
+    fn values_are_spread_linearly_between_the_points_of_the_groom() {
+        let (points, offsets) = tangle();
+        let strands = prepare(&points, &offsets, true).unwrap();
+        let mix = |a: f32, b: f32, t: f32| a + t * (b - a);
+        // Numbers of points, the same for those that coincide.
+        let mut numbers: Vec<f32> = Vec::new();
+        for ix in 0..points.len() {
+            let is_repeated = ix > 0 && points[ix - 1] == points[ix];
+            let before = numbers.last().copied();
+            numbers.push(before.filter(|_| is_repeated).unwrap_or(ix as f32));
+        }
+        let spread = strands.spread(&numbers, mix).unwrap();
+        let mut n_between = 0;
+        for (value, (origin, point)) in spread
+            .iter()
+            .zip(strands.origins().iter().zip(&strands.points))
+        {
+            let ix = origin.point as usize;
+            if origin.fraction == 0.0 {
+                assert_eq!(*value, numbers[ix]);
+                assert_eq!(points[ix], point[..3]);
+            } else {
+                n_between += 1;
+                assert!(numbers[ix] < *value && *value < numbers[ix + 1]);
+                // Pieces stay near the line between the points that they are said to lie between.
+                let [a, b] = [ix, ix + 1].map(|ix| Vec3::from(points[ix]));
+                let (here, line) = (Vec3::from_slice(point), a.lerp(b, origin.fraction));
+                assert!(here.distance(line) < 0.3 * a.distance(b));
+            }
+        }
+        assert!(n_between > points.len());
+        assert_eq!(strands.spread(&numbers[1..], mix), Err(SceneError::Offsets));
+        assert_eq!(strands.resampled(&points[1..]), Err(SceneError::Offsets));
     }
 }
