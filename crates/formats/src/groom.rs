@@ -38,7 +38,10 @@ impl Domain {
 ///
 /// Names with a meaning: `diameter` (1 component, cm) is the fibre's thickness for rendering;
 /// `color` (3 components, linear RGB), `transparency` (1) and `thickness` (1, in the *source
-/// file's* unit, for export) come from `.hair` files.
+/// file's* unit, for export) come from `.hair` files. Paint is [`dye`](crate::DYE) (4: sigma_a per
+/// fibre radius, linear RGB, and its weight), [`width_scale`](crate::WIDTH_SCALE) (1) and
+/// [`shift_scale`](crate::SHIFT_SCALE) (1), for whatever domain; a groom without them is not
+/// painted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
     /// Lower-case ASCII name, letters, digits and `_`.
@@ -304,6 +307,6 @@ impl Groom {
                 in_range("attribute diameter (cm)", f64::from(value), min, max)?;
             }
         }
-        Ok(())
+        crate::paint::check(attribute)
     }
 }

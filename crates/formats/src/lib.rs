@@ -17,6 +17,7 @@ mod groom_file;
 pub mod hair;
 mod input;
 mod light_set;
+mod paint;
 mod preset;
 mod scene;
 mod scene_file;
@@ -33,6 +34,9 @@ pub use groom::{
 pub use hair::HairImport;
 pub use input::{content_hash, read_file, tool_version};
 pub use light_set::{FitReport, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
+pub use paint::{
+    DYE, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
+};
 pub use preset::preset_names;
 pub use scene::{
     Background, CameraSection, GroomSection, HairSection, LightsSection, Mode, PerModeDeg,

@@ -11,6 +11,7 @@ mod error;
 pub mod gpu;
 pub mod live;
 pub mod optics;
+pub mod paint;
 pub mod picture;
 pub mod probe;
 pub mod render;

@@ -1,0 +1,71 @@
+//! Paint on hair: what a groom's points carry, and the brush that changes it.
+//!
+//! - [`Paint`]: a [`PaintedPoint`] for each point of a groom, read from and written to its
+//!   attributes ([`strandlight_formats::PAINT_ATTRIBUTES`]).
+//! - [`Brush`] and [`BrushStroke`]: what a person or a script does; it becomes a [`Stroke`],
+//!   which knows each point before and after and so can be undone.
+//!
+//! ```
+//! use strandlight_runtime::paint::{Paint, PaintedPoint, Stroke};
+//!
+//! let mut paint = Paint::unpainted(3);
+//! let dyed = PaintedPoint { sigma_a: [0.1, 0.9, 2.0], weight: 1.0, ..PaintedPoint::NONE };
+//! let stroke = Stroke { changed: vec![(1, PaintedPoint::NONE, dyed)] };
+//! assert_eq!(paint.apply(&stroke), Some(1..2));
+//! assert!(paint.is_painted());
+//! paint.revert(&stroke);
+//! assert!(!paint.is_painted());
+//! ```
+
+mod attributes;
+mod brush;
+mod point;
+mod stroke;
+
+pub use brush::{Brush, BrushError, BrushMask, BrushStroke, Dab, StrokePath};
+pub use point::PaintedPoint;
+pub use stroke::Stroke;
+
+use std::ops::Range;
+
+/// Paint of a groom: one entry for each of its points.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Paint {
+    /// In the order of the groom's points.
+    pub points: Vec<PaintedPoint>,
+}
+
+impl Paint {
+    /// No paint on `n_points` points.
+    pub fn unpainted(n_points: usize) -> Paint {
+        Paint {
+            points: vec![PaintedPoint::NONE; n_points],
+        }
+    }
+
+    /// Is any point other than [`PaintedPoint::NONE`]?
+    pub fn is_painted(&self) -> bool {
+        self.points.iter().any(PaintedPoint::is_painted)
+    }
+
+    /// Gives the points of `stroke` their paint after it. Answers the range of points that it
+    /// names, [`None`] of an empty stroke. Points beyond the groom's are passed over.
+    pub fn apply(&mut self, stroke: &Stroke) -> Option<Range<usize>> {
+        for &(ix, _, after) in &stroke.changed {
+            if let Some(point) = self.points.get_mut(ix as usize) {
+                *point = after;
+            }
+        }
+        stroke.range()
+    }
+
+    /// Gives the points of `stroke` their paint before it; the inverse of [`Paint::apply`].
+    pub fn revert(&mut self, stroke: &Stroke) -> Option<Range<usize>> {
+        for &(ix, before, _) in &stroke.changed {
+            if let Some(point) = self.points.get_mut(ix as usize) {
+                *point = before;
+            }
+        }
+        stroke.range()
+    }
+}
