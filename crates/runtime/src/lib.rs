@@ -13,6 +13,8 @@ pub mod live;
 pub mod optics;
 pub mod paint;
 pub mod picture;
+// A page opens no device of its own accord and waits for none.
+#[cfg(not(target_arch = "wasm32"))]
 pub mod probe;
 pub mod render;
 pub mod sampling;
