@@ -224,6 +224,8 @@ fn scene() -> Scene {
             scattering: Scattering::Total,
             shadow_maps: 96,
         },
+        proxies: Vec::new(),
+        motion: None,
         folder: project_root().join("tests/golden"),
     }
 }

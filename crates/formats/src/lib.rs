@@ -21,6 +21,8 @@ mod paint;
 mod preset;
 mod scene;
 mod scene_file;
+mod scene_motion;
+mod scene_proxy;
 mod table_file;
 mod tables;
 mod validate;
@@ -42,6 +44,8 @@ pub use scene::{
     Background, CameraSection, GroomSection, HairSection, LightsSection, Mode, PerModeDeg,
     RenderSection, Scattering, Scene, TablesSection, ToneMap,
 };
+pub use scene_motion::{MotionSection, WindSection};
+pub use scene_proxy::{MAX_PROXIES, ProxySection};
 pub use table_file::TableReader;
 pub use tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo};
 pub use write::{check_writable, write_file};

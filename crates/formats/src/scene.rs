@@ -22,6 +22,9 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
+use crate::scene_motion::MotionSection;
+use crate::scene_proxy::ProxySection;
+
 /// A scene: which groom under which lights, seen from where.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -44,6 +47,12 @@ pub struct Scene {
     /// The picture.
     #[serde(default)]
     pub render: RenderSection,
+    /// What else stands in the light and in the view, at most [`MAX_PROXIES`](crate::MAX_PROXIES).
+    #[serde(default, rename = "proxy", skip_serializing_if = "Vec::is_empty")]
+    pub proxies: Vec<ProxySection>,
+    /// How the hair moves; if absent, it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<MotionSection>,
     /// Folder that relative paths start from: that of the scene file. Not in the file.
     #[serde(skip)]
     pub folder: PathBuf,

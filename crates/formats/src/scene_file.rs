@@ -10,6 +10,7 @@ use crate::preset::overlaid;
 use crate::scene::{
     Background, CameraSection, GroomSection, HairSection, LightsSection, RenderSection, Scene,
 };
+use crate::scene_proxy;
 use crate::validate::in_range;
 
 /// Longest scene file; one fills about a kilobyte.
@@ -33,6 +34,8 @@ impl Scene {
             hair: HairSection::default(),
             camera: None,
             render: RenderSection::default(),
+            proxies: Vec::new(),
+            motion: None,
             folder: PathBuf::new(),
         }
     }
@@ -99,6 +102,12 @@ impl Scene {
         self.resolve(&self.lights.file)
     }
 
+    /// Paths of the grooms that the hair moves through.
+    pub fn frame_paths(&self) -> Vec<PathBuf> {
+        let frames = self.motion.iter().flat_map(|motion| &motion.frames);
+        frames.map(|file| self.resolve(file)).collect()
+    }
+
     /// The tables' path; `None` stands for the bundled tables.
     pub fn tables_path(&self) -> Option<PathBuf> {
         self.tables
@@ -136,6 +145,10 @@ impl Scene {
         self.hair.validate()?;
         if let Some(camera) = &self.camera {
             camera.validate()?;
+        }
+        scene_proxy::validate(&self.proxies)?;
+        if let Some(motion) = &self.motion {
+            motion.validate()?;
         }
         self.render.validate()
     }

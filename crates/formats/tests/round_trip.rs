@@ -93,8 +93,8 @@ mod random {
     use proptest::prelude::*;
     use strandlight_formats::{
         Attribute, Axis, Background, CameraSection, Domain, FitReport, Groom, GroomSource,
-        LightSet, LightSetInfo, Mode, Scene, Spacing, SrbfLight, Table, TableFile, TableInfo,
-        TablesSection, ToneMap, UpAxis,
+        LightSet, LightSetInfo, Mode, MotionSection, ProxySection, Scene, Spacing, SrbfLight,
+        Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis, WindSection,
     };
 
     fn pairs() -> impl Strategy<Value = Vec<(String, String)>> {
@@ -251,6 +251,14 @@ mod random {
             scene.render.samples = samples;
             scene.render.tone_map = if samples % 2 == 0 { ToneMap::None } else { ToneMap::Filmic };
             scene.render.background = background;
+            scene.proxies = (0..samples as usize % 9).map(|ix| ProxySection::Ground {
+                height: 1e6 * numbers[ix % 8],
+                albedo: [numbers[1], 0.0, 1.0],
+            }).collect();
+            scene.motion = (size[0] % 2 == 0).then(|| MotionSection {
+                wind: Some(WindSection { speed: 30.0 * numbers[0], ..WindSection::default() }),
+                ..MotionSection::default()
+            });
             scene
         }
     }

@@ -1,0 +1,158 @@
+//! How the hair moves.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::validate::in_range;
+
+/// Most frames of a sequence: an hour at 24 a second, and some.
+pub const MAX_FRAMES: usize = 100_000;
+
+/// `[motion]`: either wind, or a sequence of grooms.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MotionSection {
+    /// Wind that bends the groom.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wind: Option<WindSection>,
+    /// `.groom` files, one pose each, with the strands and points of `groom.file`; the first at
+    /// time 0. Between two the hair moves straight; after the last it stays.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<PathBuf>,
+    /// Frames a second, 1e-3..=1e3; 24 if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fps: Option<f64>,
+}
+
+/// Wind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct WindSection {
+    /// Mean speed, m/s, 0..=30; hanging hair bends by 45 degrees at about 6.
+    pub speed: f64,
+    /// How much gusts add to and take from it, 0..=1.
+    pub gust: f64,
+    /// Where it blows to, about +Y from +Z towards +X, -3600..=3600.
+    pub direction_deg: f64,
+    /// Another wind for every number.
+    pub seed: u32,
+    /// Length from the root at which half of the wind acts, cm, 0.1..=1000: longer for stiffer
+    /// hair.
+    pub stiffness: f64,
+}
+
+impl Default for WindSection {
+    /// A breeze from the left.
+    fn default() -> Self {
+        WindSection {
+            speed: 3.0,
+            gust: 0.5,
+            direction_deg: 90.0,
+            seed: 0,
+            stiffness: 8.0,
+        }
+    }
+}
+
+impl MotionSection {
+    /// Frames a second where nobody says otherwise.
+    pub const DEFAULT_FPS: f64 = 24.0;
+
+    pub(crate) fn validate(&self) -> Result<()> {
+        if let Some(wind) = &self.wind {
+            wind.validate()?;
+        }
+        if self.wind.is_some() != self.frames.is_empty() {
+            let found = if self.wind.is_some() {
+                "both"
+            } else {
+                "neither"
+            };
+            return Err(Error::value("motion", found, "either wind or frames"));
+        }
+        if self.frames.len() > MAX_FRAMES {
+            let most = format!("at most {MAX_FRAMES} files");
+            return Err(Error::value("motion.frames", self.frames.len(), most));
+        }
+        if self.frames.iter().any(|file| file.as_os_str().is_empty()) {
+            return Err(Error::value("motion.frames", "\"\"", "names of files"));
+        }
+        match self.fps {
+            Some(_) if self.frames.is_empty() => {
+                Err(Error::value("motion.fps", "set", "absent without frames"))
+            }
+            Some(fps) => in_range("motion.fps", fps, 1e-3, 1e3),
+            None => Ok(()),
+        }
+    }
+}
+
+impl WindSection {
+    fn validate(&self) -> Result<()> {
+        in_range("motion.wind.speed", self.speed, 0.0, 30.0)?;
+        in_range("motion.wind.gust", self.gust, 0.0, 1.0)?;
+        let direction = self.direction_deg;
+        in_range("motion.wind.direction_deg", direction, -3600.0, 3600.0)?;
+        in_range("motion.wind.stiffness", self.stiffness, 0.1, 1000.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scene;
+
+    const TWO_FILES: &str = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n";
+
+    fn with(text: &str) -> Result<Scene> {
+        Scene::from_toml(&format!("{TWO_FILES}{text}"))
+    }
+
+    #[test]
+    fn wind_and_frames_are_read_and_written_as_they_are() {
+        let wind = with("[motion]\nwind = { speed = 5.0, seed = 7 }\n").unwrap();
+        let expected = WindSection {
+            speed: 5.0,
+            seed: 7,
+            ..WindSection::default()
+        };
+        assert_eq!(wind.motion.clone().unwrap().wind, Some(expected));
+        let frames = with("[motion]\nframes = ['x/1.groom', 'x/2.groom']\nfps = 12\n").unwrap();
+        assert_eq!(frames.motion.clone().unwrap().frames.len(), 2);
+        for scene in [wind, frames] {
+            let text = scene.to_toml_string().unwrap();
+            assert_eq!(Scene::from_toml(&text).unwrap(), scene, "{text}");
+        }
+        assert!(
+            !Scene::new("a", "b")
+                .to_toml_string()
+                .unwrap()
+                .contains("motion")
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_is_named() {
+        for (text, key) in [
+            ("wind = { speed = -1.0 }", "motion.wind.speed"),
+            ("wind = { gust = 2.0 }", "motion.wind.gust"),
+            ("wind = { stiffness = 0.0 }", "motion.wind.stiffness"),
+            (
+                "wind = { direction_deg = inf }",
+                "motion.wind.direction_deg",
+            ),
+            ("frames = ['']", "motion.frames"),
+            ("frames = ['a']\nfps = 0", "motion.fps"),
+            ("wind = {}\nfps = 24", "motion.fps"),
+            ("wind = {}\nframes = ['a']", "motion is"),
+            ("", "motion is"),
+        ] {
+            let error = with(&format!("[motion]\n{text}\n"))
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains(key), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Things beside the hair that stand in the light and in the view.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::validate::in_range;
+
+/// Most of them in a scene.
+pub const MAX_PROXIES: usize = 8;
+
+/// One `[[proxy]]`: opaque, matte, and lit by the lights with the hair's shadow on it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum ProxySection {
+    /// A head, about.
+    Ellipsoid {
+        /// Its centre, cm, -1e6..=1e6.
+        centre: [f64; 3],
+        /// Half axes along x, y and z, cm, 1e-3..=1e6.
+        radii: [f64; 3],
+        /// Turns it about the x axis through its centre, -180..=180; above 0 its top leans
+        /// towards +Z.
+        #[serde(default)]
+        tilt_deg: f64,
+        /// Share of light that it sends back, linear RGB, 0..=1.
+        #[serde(default = "default_albedo")]
+        albedo: [f64; 3],
+    },
+    /// A plane that goes on for ever, lit from above.
+    Ground {
+        /// Its height y, cm, -1e6..=1e6.
+        height: f64,
+        /// Share of light that it sends back, linear RGB, 0..=1.
+        #[serde(default = "default_albedo")]
+        albedo: [f64; 3],
+    },
+}
+
+impl ProxySection {
+    /// Checks the values of `[[proxy]]` number `ix`, from 0.
+    pub(crate) fn validate(&self, ix: usize) -> Result<()> {
+        let key = |name: &str| format!("proxy[{ix}].{name}");
+        let albedo = match self {
+            ProxySection::Ellipsoid {
+                centre,
+                radii,
+                tilt_deg,
+                albedo,
+            } => {
+                for &value in centre {
+                    in_range(key("centre"), value, -1e6, 1e6)?;
+                }
+                for &value in radii {
+                    in_range(key("radii"), value, 1e-3, 1e6)?;
+                }
+                in_range(key("tilt_deg"), *tilt_deg, -180.0, 180.0)?;
+                albedo
+            }
+            ProxySection::Ground { height, albedo } => {
+                in_range(key("height"), *height, -1e6, 1e6)?;
+                albedo
+            }
+        };
+        for &value in albedo {
+            in_range(key("albedo"), value, 0.0, 1.0)?;
+        }
+        Ok(())
+    }
+}
+
+/// Checks all of a scene.
+pub(crate) fn validate(proxies: &[ProxySection]) -> Result<()> {
+    if proxies.len() > MAX_PROXIES {
+        let most = format!("at most {MAX_PROXIES}");
+        return Err(Error::value("proxy", proxies.len(), most));
+    }
+    let mut proxies = proxies.iter().enumerate();
+    proxies.try_for_each(|(ix, proxy)| proxy.validate(ix))
+}
+
+/// Between skin and grey card.
+const fn default_albedo() -> [f64; 3] {
+    [0.35, 0.27, 0.22]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scene;
+
+    const TWO_FILES: &str = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n";
+
+    fn with(text: &str) -> Result<Scene> {
+        Scene::from_toml(&format!("{TWO_FILES}{text}"))
+    }
+
+    #[test]
+    fn proxies_are_read_and_written_as_they_are() {
+        let scene = with(
+            "[[proxy]]\nkind = 'ellipsoid'\ncentre = [0, 1, 2]\nradii = [7.5, 11.5, 9.5]\n\
+             [[proxy]]\nkind = 'ground'\nheight = -30\nalbedo = [0.1, 0.2, 0.3]\n",
+        )
+        .unwrap();
+        let expected = [
+            ProxySection::Ellipsoid {
+                centre: [0.0, 1.0, 2.0],
+                radii: [7.5, 11.5, 9.5],
+                tilt_deg: 0.0,
+                albedo: default_albedo(),
+            },
+            ProxySection::Ground {
+                height: -30.0,
+                albedo: [0.1, 0.2, 0.3],
+            },
+        ];
+        assert_eq!(scene.proxies, expected);
+        let text = scene.to_toml_string().unwrap();
+        assert_eq!(Scene::from_toml(&text).unwrap(), scene);
+        // Scenes without any say nothing of them.
+        assert!(
+            !Scene::new("a", "b")
+                .to_toml_string()
+                .unwrap()
+                .contains("proxy")
+        );
+    }
+
+    #[test]
+    fn values_out_of_range_are_named() {
+        let ground = "[[proxy]]\nkind = 'ground'\nheight = 0\n";
+        for (text, key) in [
+            (
+                "[[proxy]]\nkind = 'ground'\nheight = nan\n",
+                "proxy[0].height",
+            ),
+            (
+                "[[proxy]]\nkind = 'ground'\nheight = 0\nalbedo = [0, 0, 1.1]\n",
+                "proxy[0].albedo",
+            ),
+            (
+                "[[proxy]]\nkind = 'ellipsoid'\ncentre = [0, 0, 0]\nradii = [1, 0, 1]\n",
+                "proxy[0].radii",
+            ),
+            (&ground.repeat(9), "proxy"),
+        ] {
+            let error = with(text).unwrap_err().to_string();
+            assert!(error.contains(key), "{text}: {error}");
+        }
+        for text in [
+            "[[proxy]]\nkind = 'cube'\n",
+            "[[proxy]]\nkind = 'ground'\n",
+            "[[proxy]]\nkind = 'ground'\nheight = 0\nradii = [1, 1, 1]\n",
+        ] {
+            assert!(matches!(with(text), Err(Error::Syntax { .. })), "{text}");
+        }
+    }
+}
