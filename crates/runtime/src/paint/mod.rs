@@ -2,8 +2,9 @@
 //!
 //! - [`Paint`]: a [`PaintedPoint`] for each point of a groom, read from and written to its
 //!   attributes ([`strandlight_formats::PAINT_ATTRIBUTES`]).
-//! - [`Brush`] and [`BrushStroke`]: what a person or a script does; it becomes a [`Stroke`],
-//!   which knows each point before and after and so can be undone.
+//! - [`Picker`]: finds the strand under the cursor and the points around it.
+//! - [`Brush`] and [`BrushStroke`]: what a person or a script does; [`Stroking`] makes it
+//!   a [`Stroke`], which knows each point before and after and so can be undone.
 //!
 //! ```
 //! use strandlight_runtime::paint::{Paint, PaintedPoint, Stroke};
@@ -19,14 +20,22 @@
 
 mod attributes;
 mod brush;
+mod grid;
+mod picker;
 mod point;
 mod stroke;
+mod stroking;
 
 pub use brush::{Brush, BrushError, BrushMask, BrushStroke, Dab, StrokePath};
+pub use picker::{PICK_PX, Picker};
 pub use point::PaintedPoint;
 pub use stroke::Stroke;
+pub use stroking::Stroking;
 
 use std::ops::Range;
+
+use crate::error::SceneError;
+use crate::strands::Strands;
 
 /// Paint of a groom: one entry for each of its points.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,6 +55,15 @@ impl Paint {
     /// Is any point other than [`PaintedPoint::NONE`]?
     pub fn is_painted(&self) -> bool {
         self.points.iter().any(PaintedPoint::is_painted)
+    }
+
+    /// The paint of [`Strands::points`], between points of the groom as [`PaintedPoint::mix`] has
+    /// it.
+    ///
+    /// # Errors
+    /// Not as many entries as the groom of `strands` has points.
+    pub fn spread(&self, strands: &Strands) -> Result<Vec<PaintedPoint>, SceneError> {
+        strands.spread(&self.points, |a, b, t| a.mix(&b, t))
     }
 
     /// Gives the points of `stroke` their paint after it. Answers the range of points that it
