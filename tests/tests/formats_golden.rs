@@ -192,6 +192,7 @@ fn scene() -> Scene {
             file: "../golden/v1.lights".into(),
             intensity: 2.5,
             rotate_deg: -90.0,
+            ..LightsSection::new("")
         },
         tables: Some(TablesSection {
             file: "v1.tables".into(),
@@ -200,6 +201,8 @@ fn scene() -> Scene {
             preset: None,
             eta: 1.6,
             sigma_a: [0.1, 0.2, 0.4],
+            reflectance: None,
+            melanin: None,
             shift_deg: per_mode(-5.0, 2.5, 7.5),
             width_deg: per_mode(6.0, 3.0, 12.0),
             caustic_width_deg: 10.0,

@@ -45,6 +45,32 @@ const ATTRIBUTE: [u8; 4] = *b"ATTR";
 const HAIR: [u8; 4] = *b"HAIR";
 const SINGLES: [u8; 4] = *b"SNGL";
 
+/// How large a groom is, as its file says before anything of it is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GroomHeader {
+    /// Number of strands.
+    pub n_strands: u32,
+    /// Number of points of all strands.
+    pub n_points: u32,
+    /// Bytes of the groom in memory: what its sections hold.
+    pub bytes: u64,
+}
+
+impl GroomHeader {
+    /// Reads the record and the directory of a `.groom` file, and no array of it.
+    ///
+    /// # Errors
+    /// Any of [`Error`].
+    pub fn read<R: Read + Seek>(file: &mut Container<R>) -> Result<Self> {
+        let meta: Meta = file.read_record(META)?;
+        Ok(GroomHeader {
+            n_strands: meta.n_strands,
+            n_points: meta.n_points,
+            bytes: file.sections().iter().map(|section| section.length).sum(),
+        })
+    }
+}
+
 impl Groom {
     /// Reads a `.groom` file.
     ///
@@ -54,6 +80,14 @@ impl Groom {
         Container::open(path, Kind::Groom)
             .and_then(read_groom)
             .map_err(|error| error.in_file(path))
+    }
+
+    /// Reads the groom that an opened container holds.
+    ///
+    /// # Errors
+    /// Any of [`Error`].
+    pub fn from_container<R: Read + Seek>(file: Container<R>) -> Result<Self> {
+        read_groom(file)
     }
 
     /// Decodes a `.groom` file in memory.

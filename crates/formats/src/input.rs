@@ -8,7 +8,10 @@ use crate::error::{Error, Result};
 
 /// Opens a regular file and says how long it is. Directories, pipes and devices are refused
 /// before opening, because reading those may block or never end.
-pub(crate) fn open_file(path: &Path) -> Result<(File, u64)> {
+///
+/// # Errors
+/// `Io`; the path is not named.
+pub fn open_file(path: &Path) -> Result<(File, u64)> {
     let metadata = fs::metadata(path)?;
     if metadata.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a directory").into());

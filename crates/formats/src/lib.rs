@@ -21,6 +21,8 @@ mod paint;
 mod preset;
 mod scene;
 mod scene_file;
+mod scene_hair;
+mod scene_lights;
 mod scene_motion;
 mod scene_proxy;
 mod table_file;
@@ -33,17 +35,20 @@ pub use error::{Error, FileName, Result};
 pub use groom::{
     Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, SinglePoint, UpAxis,
 };
+pub use groom_file::GroomHeader;
 pub use hair::HairImport;
-pub use input::{content_hash, read_file, tool_version};
+pub use input::{content_hash, open_file, read_file, tool_version};
 pub use light_set::{FitReport, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
 pub use paint::{
     DYE, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
 };
 pub use preset::preset_names;
 pub use scene::{
-    Background, CameraSection, GroomSection, HairSection, LightsSection, Mode, PerModeDeg,
-    RenderSection, Scattering, Scene, TablesSection, ToneMap,
+    Background, CameraSection, GroomSection, RenderSection, Scattering, Scene, TablesSection,
+    ToneMap,
 };
+pub use scene_hair::{HairSection, Melanin, Mode, PerModeDeg};
+pub use scene_lights::{LightAdjust, LightsSection};
 pub use scene_motion::{MotionSection, WindSection};
 pub use scene_proxy::{MAX_PROXIES, ProxySection};
 pub use table_file::TableReader;

@@ -140,6 +140,14 @@ impl LightSet {
             .map_err(|error| error.in_file(path))
     }
 
+    /// Reads the light set that an opened container holds.
+    ///
+    /// # Errors
+    /// Any of [`Error`].
+    pub fn from_container<R: Read + Seek>(file: Container<R>) -> Result<Self> {
+        read_lights(file)
+    }
+
     /// Decodes a `.lights` file in memory.
     ///
     /// # Errors

@@ -7,7 +7,7 @@
 use toml::Table;
 
 use crate::error::{Error, Result};
-use crate::scene::HairSection;
+use crate::scene_hair::HairSection;
 
 /// Name and text of every preset, in the order of their names.
 const PRESETS: &[(&str, &str)] = &[
@@ -112,6 +112,27 @@ impl HairSection {
     pub fn preset(name: &str) -> Result<HairSection> {
         overlaid(name, Table::new())
     }
+
+    /// This hair with the optics of the preset `name`; its thickness, modes and densities stay
+    /// unless the preset has its own.
+    ///
+    /// # Errors
+    /// `Value` if there is none of that name.
+    pub fn with_preset(&self, name: &str) -> Result<HairSection> {
+        let preset = HairSection::preset(name)?;
+        let plain = HairSection::default();
+        Ok(HairSection {
+            diameter_cm: preset.diameter_cm.or(self.diameter_cm),
+            modes: if preset.modes == plain.modes {
+                self.modes.clone()
+            } else {
+                preset.modes
+            },
+            density_forward: preset.density_forward.or(self.density_forward),
+            density_back: preset.density_back.or(self.density_back),
+            ..preset
+        })
+    }
 }
 
 /// The preset `name` with the keys of `own` laid over it.
@@ -130,6 +151,11 @@ pub(crate) fn overlaid(name: &str, own: Table) -> Result<HairSection> {
         Some(toml::Value::Table(hair)) => hair,
         _ => Table::new(),
     };
+    // Another way to give the colour takes the place of the preset's.
+    let colors = HairSection::COLOR_KEYS;
+    if colors.iter().any(|key| own.contains_key(*key)) {
+        hair.retain(|key, _| !colors.contains(&key));
+    }
     hair.extend(own);
     hair.insert("preset".to_owned(), name.into());
     hair.try_into().map_err(broken)
@@ -138,7 +164,8 @@ pub(crate) fn overlaid(name: &str, own: Table) -> Result<HairSection> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{PerModeDeg, Scene};
+    use crate::scene::Scene;
+    use crate::scene_hair::PerModeDeg;
 
     fn scene(hair: &str) -> Result<Scene> {
         Scene::from_toml(&format!(

@@ -22,6 +22,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
+use crate::scene_hair::HairSection;
+use crate::scene_lights::LightsSection;
 use crate::scene_motion::MotionSection;
 use crate::scene_proxy::ProxySection;
 
@@ -66,122 +68,12 @@ pub struct GroomSection {
     pub file: PathBuf,
 }
 
-/// `[lights]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LightsSection {
-    /// A `.lights` file.
-    pub file: PathBuf,
-    /// Factor on all lights, 0..=1e6.
-    #[serde(default = "one")]
-    pub intensity: f64,
-    /// Turns the environment about +Y, counter-clockwise seen from above, -3600..=3600.
-    #[serde(default)]
-    pub rotate_deg: f64,
-}
-
 /// `[tables]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TablesSection {
     /// A `.tables` file.
     pub file: PathBuf,
-}
-
-/// A value in degrees for each mode.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PerModeDeg {
-    /// Of R.
-    pub r: f64,
-    /// Of TT.
-    pub tt: f64,
-    /// Of TRT.
-    pub trt: f64,
-}
-
-/// A scattering mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Mode {
-    /// Surface reflection.
-    #[serde(rename = "R")]
-    R,
-    /// Transmission.
-    #[serde(rename = "TT")]
-    Tt,
-    /// One internal reflection.
-    #[serde(rename = "TRT")]
-    Trt,
-}
-
-/// `[hair]`: Marschner's parameters, as his Table 1 gives them.
-///
-/// Widths are *standard deviations* in degrees; Xu's bandwidths, which the code computes with,
-/// are sqrt(2) times that.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct HairSection {
-    /// Name of the preset that the keys left out are taken from; see [`preset_names`].
-    ///
-    /// [`preset_names`]: crate::preset_names
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub preset: Option<String>,
-    /// Index of refraction, 1.0001..=3.
-    pub eta: f64,
-    /// Absorption per fibre radius, linear RGB, 0..=50.
-    pub sigma_a: [f64; 3],
-    /// Longitudinal shift alpha in theta_h, -28..=28.
-    pub shift_deg: PerModeDeg,
-    /// Standard deviation of the longitudinal lobe in theta_h, 0.05..=60.
-    pub width_deg: PerModeDeg,
-    /// Standard deviation of the blur of the TRT caustic, 0.5..=60.
-    pub caustic_width_deg: f64,
-    /// Eccentricity of the cross section, 0.5..=2; 1 is circular.
-    pub eccentricity: f64,
-    /// Thickness of a fibre, 1e-5..=10; if absent, the groom's attribute `diameter`, or else
-    /// [`HairSection::DEFAULT_DIAMETER_CM`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub diameter_cm: Option<f64>,
-    /// The modes to draw; at least one, none twice.
-    pub modes: Vec<Mode>,
-    /// d_f, share of blocked light that is scattered on forward, 0..=1; if absent, the renderer's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub density_forward: Option<f64>,
-    /// d_b, share of the hair behind a fibre that scatters light back, 0..=1; likewise.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub density_back: Option<f64>,
-}
-
-impl HairSection {
-    /// Thickness of a human hair in cm where nobody says otherwise.
-    pub const DEFAULT_DIAMETER_CM: f64 = 0.008;
-}
-
-impl Default for HairSection {
-    /// Brown hair, in the middle of Marschner's Table 1.
-    fn default() -> Self {
-        HairSection {
-            preset: None,
-            eta: 1.55,
-            sigma_a: [0.26, 0.42, 0.83],
-            shift_deg: PerModeDeg {
-                r: -7.0,
-                tt: 3.5,
-                trt: 10.5,
-            },
-            width_deg: PerModeDeg {
-                r: 7.0,
-                tt: 3.5,
-                trt: 14.0,
-            },
-            caustic_width_deg: 6.0,
-            eccentricity: 1.0,
-            diameter_cm: None,
-            modes: vec![Mode::R, Mode::Tt, Mode::Trt],
-            density_forward: None,
-            density_back: None,
-        }
-    }
 }
 
 /// `[camera]`
@@ -325,10 +217,6 @@ impl<'de> Deserialize<'de> for Background {
         }
         deserializer.deserialize_any(Visitor)
     }
-}
-
-const fn one() -> f64 {
-    1.0
 }
 
 const fn plus_y() -> [f64; 3] {

@@ -7,29 +7,25 @@ use serde::Deserialize;
 use crate::error::{Error, FileName, Result};
 use crate::input::read_file;
 use crate::preset::overlaid;
-use crate::scene::{
-    Background, CameraSection, GroomSection, HairSection, LightsSection, RenderSection, Scene,
-};
+use crate::scene::{Background, CameraSection, GroomSection, RenderSection, Scene};
+use crate::scene_hair::HairSection;
+use crate::scene_lights::LightsSection;
 use crate::scene_proxy;
 use crate::validate::in_range;
-
-/// Longest scene file; one fills about a kilobyte.
-const MAX_SCENE_BYTES: u64 = 1 << 20;
 
 impl Scene {
     /// Newest scene format version.
     pub const VERSION: u32 = 1;
+
+    /// Longest scene file; one fills about a kilobyte.
+    pub const MAX_BYTES: u64 = 1 << 20;
 
     /// A scene of two files and defaults for all else.
     pub fn new(groom: impl Into<PathBuf>, lights: impl Into<PathBuf>) -> Self {
         Scene {
             version: Scene::VERSION,
             groom: GroomSection { file: groom.into() },
-            lights: LightsSection {
-                file: lights.into(),
-                intensity: 1.0,
-                rotate_deg: 0.0,
-            },
+            lights: LightsSection::new(lights),
             tables: None,
             hair: HairSection::default(),
             camera: None,
@@ -45,17 +41,23 @@ impl Scene {
     /// # Errors
     /// Any of [`Error`], naming the path, and the key where a value is to blame.
     pub fn read(path: &Path) -> Result<Self> {
-        let read = || {
-            let bytes = read_file(path, MAX_SCENE_BYTES)?;
-            let text = String::from_utf8(bytes).map_err(|error| {
-                let at = error.utf8_error().valid_up_to();
-                Error::invalid("not a scene: not UTF-8 text", at as u64)
+        Scene::from_bytes(&read_file(path, Scene::MAX_BYTES)?, path)
+    }
+
+    /// Decodes and checks the bytes of the scene file at `path`, which is not opened.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self> {
+        let decode = || {
+            let text = std::str::from_utf8(bytes).map_err(|error| {
+                Error::invalid("not a scene: not UTF-8 text", error.valid_up_to() as u64)
             })?;
-            let mut scene = Scene::from_toml(&text)?;
+            let mut scene = Scene::from_toml(text)?;
             scene.folder = path.parent().map(Path::to_owned).unwrap_or_default();
             Ok(scene)
         };
-        read().map_err(|error: Error| error.in_file(path))
+        decode().map_err(|error: Error| error.in_file(path))
     }
 
     /// Parses and checks the text of a scene file.
@@ -140,8 +142,7 @@ impl Scene {
                 return Err(Error::value(key, "\"\"", "the name of a file"));
             }
         }
-        in_range("lights.intensity", self.lights.intensity, 0.0, 1e6)?;
-        in_range("lights.rotate_deg", self.lights.rotate_deg, -3600.0, 3600.0)?;
+        self.lights.validate()?;
         self.hair.validate()?;
         if let Some(camera) = &self.camera {
             camera.validate()?;
@@ -151,52 +152,6 @@ impl Scene {
             motion.validate()?;
         }
         self.render.validate()
-    }
-}
-
-impl HairSection {
-    fn validate(&self) -> Result<()> {
-        in_range("hair.eta", self.eta, 1.0001, 3.0)?;
-        for value in self.sigma_a {
-            in_range("hair.sigma_a", value, 0.0, 50.0)?;
-        }
-        for (mode, value) in [
-            ("r", self.shift_deg.r),
-            ("tt", self.shift_deg.tt),
-            ("trt", self.shift_deg.trt),
-        ] {
-            in_range(format!("hair.shift_deg.{mode}"), value, -28.0, 28.0)?;
-        }
-        for (mode, value) in [
-            ("r", self.width_deg.r),
-            ("tt", self.width_deg.tt),
-            ("trt", self.width_deg.trt),
-        ] {
-            in_range(format!("hair.width_deg.{mode}"), value, 0.05, 60.0)?;
-        }
-        in_range("hair.caustic_width_deg", self.caustic_width_deg, 0.5, 60.0)?;
-        in_range("hair.eccentricity", self.eccentricity, 0.5, 2.0)?;
-        for (key, density) in [
-            ("hair.density_forward", self.density_forward),
-            ("hair.density_back", self.density_back),
-        ] {
-            if let Some(density) = density {
-                in_range(key, density, 0.0, 1.0)?;
-            }
-        }
-        if let Some(diameter) = self.diameter_cm {
-            in_range("hair.diameter_cm", diameter, 1e-5, 10.0)?;
-        }
-        let repeated = (1..self.modes.len()).any(|ix| self.modes[..ix].contains(&self.modes[ix]));
-        if self.modes.is_empty() || repeated {
-            let names = format!("{:?}", self.modes);
-            return Err(Error::value(
-                "hair.modes",
-                names,
-                "some of R, TT, TRT, each once",
-            ));
-        }
-        Ok(())
     }
 }
 

@@ -5,11 +5,14 @@
 //! - [`Live`]: the same bit by bit, for windows and pages.
 //! - [`Picture`]: the linear result, and its PNG.
 
+pub mod assets;
 pub mod camera;
 pub mod edit;
 mod error;
+pub mod files;
 pub mod gpu;
 pub mod live;
+pub mod memory;
 pub mod optics;
 pub mod paint;
 pub mod picture;

@@ -1,28 +1,20 @@
 //! A scene made ready for rendering: the files it names read, checked and put into world space.
 
-use std::io::{Read, Seek};
-use std::path::Path;
-use std::sync::Arc;
-
-use glam::{Quat, Vec3};
-use strandlight_formats::{
-    Background, Domain, Groom, HairSection, LightSet, Mode, Scattering, Scene, SrbfLight,
-    TableFile, TableReader,
-};
+use strandlight_formats::{Background, Scattering, Scene, SrbfLight};
+use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{
     DENSITY_BACK, DENSITY_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
 };
-use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::lobes::table_names;
-use strandlight_scattering::{HairParams, Lobe, PerLobe};
 
-use crate::camera::{Camera, DEFAULT_FOV_Y};
-use crate::edit::{HairTextures, LobeTables};
+use crate::assets::{Assets, ModesToRead, camera, densities};
+use crate::camera::Camera;
+use crate::edit::HairTextures;
 use crate::error::SceneError;
+use crate::files::Files;
 use crate::shadow_maps::{DEFAULT_SHADOW_MAPS, ShadowPlan, through_weight};
 use crate::stats::Stats;
 use crate::strands::Strands;
-use crate::tables::{BUNDLED, ShadingTables};
+use crate::tables::ShadingTables;
 use crate::tone::ToneMap;
 use crate::volume::{Grid, solid_angle, sweep_directions};
 
@@ -109,58 +101,35 @@ impl PreparedScene {
         scene
             .validate()
             .map_err(|error| SceneError::File(error.to_string()))?;
-        let groom = in_file("groom.file", &scene.groom_path(), Groom::read)?;
-        let lights = in_file("lights.file", &scene.lights_path(), LightSet::read)?;
-        let modes: Vec<Lobe> = scene.hair.modes.iter().map(|&mode| lobe(mode)).collect();
-        let tables = match scene.tables_path() {
-            Some(path) => {
-                let reader = in_file("tables.file", &path, TableFile::open)?;
-                read_tables(reader, &path.display().to_string(), &modes)?
-            }
-            None => TableReader::from_static(BUNDLED)
-                .map_err(|error| SceneError::File(format!("bundled tables: {error}")))
-                .and_then(|reader| read_tables(reader, "bundled tables", &modes))?,
-        };
-        let hair = hair_params(&scene.hair);
-        let hair = HairTextures::new(tables.lobes, tables.fresnel, &hair, &modes, SEGMENTS)
-            .map_err(|error| SceneError::File(error.to_string()))?;
-        let density = |of_scene: Option<f64>, default| of_scene.map_or(default, |d| d as f32);
-        let densities = [
-            density(scene.hair.density_forward, DENSITY_FORWARD),
-            density(scene.hair.density_back, DENSITY_BACK),
-        ];
-        let strands = prepare_groom(&groom, &scene.hair)?;
-        let turn = Quat::from_rotation_y(scene.lights.rotate_deg.to_radians() as f32);
-        let intensity = scene.lights.intensity as f32;
-        let lights = lights
-            .lights
-            .iter()
-            .map(|light| SrbfLight {
-                direction: (turn * Vec3::from(light.direction)).normalize().to_array(),
-                lambda: light.lambda,
-                rgb: light.rgb.map(|x| (x * intensity).min(MAX_AMPLITUDE)),
-            })
-            .filter(|light| light.rgb.iter().any(|&x| x > 0.0))
-            .collect();
-        let camera = match &scene.camera {
-            Some(section) => Camera {
-                eye: Vec3::from(section.position.map(|x| x as f32)),
-                target: Vec3::from(section.target.map(|x| x as f32)),
-                up: Vec3::from(section.up.map(|x| x as f32)),
-                fov_y: section.fov_deg.to_radians() as f32,
-            },
-            None => Camera::framing(strands.centre, strands.radius, DEFAULT_FOV_Y),
-        };
+        let assets = Assets::read(scene, &Files::Disk, ModesToRead::OfScene)?;
+        let mut prepared = PreparedScene::new(scene, &assets)?;
+        let is_lit = |light: &SrbfLight| light.rgb.iter().any(|&x| x > 0.0);
+        prepared.lights.retain(is_lit);
+        Ok(prepared)
+    }
+
+    /// Prepares `scene` from the files it names. All lights of the set are there in its order,
+    /// those that are off as black ones.
+    ///
+    /// # Errors
+    /// What cannot be drawn, by name.
+    pub fn new(scene: &Scene, assets: &Assets) -> Result<Self, SceneError> {
+        let strands = assets.strands(&scene.hair)?;
+        let mut lights = assets.turned_lights(&scene.lights);
+        for (light, rgb) in lights.iter_mut().zip(assets.light_colors(&scene.lights)) {
+            light.rgb = rgb;
+        }
+        let camera = camera(scene.camera.as_ref(), strands.centre, strands.radius);
         let mut prepared = PreparedScene {
             strands,
             lights,
-            hair,
-            densities,
+            hair: assets.textures(&scene.hair)?,
+            densities: densities(&scene.hair),
             negligible_share: NEGLIGIBLE_SHARE,
             shadow_maps: scene.render.shadow_maps,
             record_budget: RECORD_BUDGET,
             scattering: scene.render.scattering,
-            tables: tables.shading,
+            tables: assets.tables.shading.clone(),
             camera,
             background: scene.render.background,
             exposure: scene.render.exposure as f32,
@@ -334,113 +303,4 @@ pub(crate) fn check_lights(lights: &[SrbfLight]) -> Result<(), SceneError> {
             .map_err(|error| SceneError::File(format!("lights[{ix}]: {error}")))?;
     }
     Ok(())
-}
-
-/// What shading reads of a file.
-struct SceneTables {
-    shading: ShadingTables,
-    lobes: Arc<LobeTables>,
-    fresnel: Fresnel,
-}
-
-/// Names of the tables that drawing `mode` reads.
-fn names_of(mode: Lobe) -> Vec<&'static str> {
-    match mode {
-        Lobe::R => vec!["C"],
-        Lobe::Tt | Lobe::Trt => table_names(mode).to_vec(),
-    }
-}
-
-/// Reads the tables that shading with `modes` samples, and no other; `name` is the file's.
-fn read_tables<R: Read + Seek>(
-    mut reader: TableReader<R>,
-    name: &str,
-    modes: &[Lobe],
-) -> Result<SceneTables, SceneError> {
-    let mut file = TableFile {
-        fresnel: reader.fresnel().to_owned(),
-        ..TableFile::default()
-    };
-    for table in modes.iter().flat_map(|&mode| names_of(mode)) {
-        if reader.headers().iter().any(|header| header.name == table) {
-            let table = reader.read_table(table);
-            file.tables
-                .push(table.map_err(|error| SceneError::File(error.to_string()))?);
-        }
-    }
-    // H_TT and H_TRT are for the paper's scheme.
-    let mut of_tables = modes.to_vec();
-    of_tables.retain(|&mode| mode == Lobe::R);
-    let failed = |error: &dyn std::fmt::Display| SceneError::File(format!("{name}: {error}"));
-    Ok(SceneTables {
-        shading: ShadingTables::for_modes(&file, &of_tables).map_err(|error| failed(&error))?,
-        lobes: Arc::new(LobeTables::from_file(&file, modes).map_err(|error| failed(&error))?),
-        fresnel: Fresnel::from_name(&file.fresnel)
-            .ok_or_else(|| failed(&format_args!("unknown fresnel {:?}", file.fresnel)))?,
-    })
-}
-
-/// Segments m of the outer integral, as Xu 2011 published.
-const SEGMENTS: u32 = 4;
-
-/// Brightest amplitude: sums of thousands of such lights stay finite in f32.
-const MAX_AMPLITUDE: f32 = 1e30;
-
-/// Reads what the scene names under `key`.
-fn in_file<T>(
-    key: &str,
-    path: &Path,
-    read: impl FnOnce(&Path) -> Result<T, strandlight_formats::Error>,
-) -> Result<T, SceneError> {
-    read(path).map_err(|error| SceneError::File(format!("{key}: {error}")))
-}
-
-/// Strands of `groom`, refined, with the scene's or the groom's fibre diameter.
-fn prepare_groom(groom: &Groom, hair: &HairSection) -> Result<Strands, SceneError> {
-    let fallback = hair.diameter_cm.unwrap_or(HairSection::DEFAULT_DIAMETER_CM) as f32;
-    let attribute = match hair.diameter_cm {
-        Some(_) => None,
-        None => groom.attribute("diameter").filter(|a| a.components == 1),
-    };
-    let diameter = |strand: usize, point: usize| match attribute {
-        Some(a) => {
-            let ix = match a.domain {
-                Domain::Groom => 0,
-                Domain::Strand => strand,
-                Domain::Point => point,
-            };
-            a.data.get(ix).copied().unwrap_or(fallback)
-        }
-        None => fallback,
-    };
-    Strands::new(&groom.points, &groom.strand_offsets, diameter, true)
-}
-
-fn lobe(mode: Mode) -> Lobe {
-    match mode {
-        Mode::R => Lobe::R,
-        Mode::Tt => Lobe::Tt,
-        Mode::Trt => Lobe::Trt,
-    }
-}
-
-/// The scene's degrees and standard deviations as radians and Xu's widths.
-fn hair_params(section: &HairSection) -> HairParams {
-    let width = |deg: f64| deg.to_radians() * std::f64::consts::SQRT_2;
-    HairParams {
-        eta: section.eta,
-        sigma_a: section.sigma_a,
-        shift: PerLobe {
-            r: section.shift_deg.r.to_radians(),
-            tt: section.shift_deg.tt.to_radians(),
-            trt: section.shift_deg.trt.to_radians(),
-        },
-        width: PerLobe {
-            r: width(section.width_deg.r),
-            tt: width(section.width_deg.tt),
-            trt: width(section.width_deg.trt),
-        },
-        caustic_width: width(section.caustic_width_deg),
-        eccentricity: section.eccentricity,
-    }
 }

@@ -26,6 +26,7 @@ pub mod axis;
 pub mod c_integrals;
 pub mod circular_gaussian;
 pub mod closed_form;
+pub mod color;
 pub mod dual_scattering;
 pub mod exact;
 pub mod fresnel;
