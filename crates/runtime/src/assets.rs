@@ -143,6 +143,17 @@ impl Assets {
         Strands::new(&groom.points, &groom.strand_offsets, diameter, true)
     }
 
+    /// The view of a scene that says none: all of the groom.
+    pub fn framing(&self) -> Camera {
+        let (low, high) = self.groom.bounds();
+        let centre = 0.5 * (Vec3::from(low) + Vec3::from(high));
+        let distances = self.groom.points.iter();
+        let radius = distances
+            .map(|&point| Vec3::from(point).distance(centre))
+            .fold(0.0, f32::max);
+        Camera::framing(centre, radius, DEFAULT_FOV_Y)
+    }
+
     /// All lights of the set, turned as `section` says, with the amplitudes of the set.
     pub fn turned_lights(&self, section: &LightsSection) -> Vec<SrbfLight> {
         let turn = Quat::from_rotation_y(section.rotate_deg.to_radians() as f32);

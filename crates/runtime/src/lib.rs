@@ -3,6 +3,7 @@
 //! - [`PreparedScene`]: a scene file with all it names, read and put into world space.
 //! - [`Renderer`]: holds a prepared scene on a device ([`gpu::Context`]) and draws it.
 //! - [`Live`]: the same bit by bit, for windows and pages.
+//! - [`Session`]: a document, its edits, undo and saving; [`Viewer`]: that and a [`Live`].
 //! - [`Picture`]: the linear result, and its PNG.
 
 pub mod assets;
@@ -22,12 +23,15 @@ pub mod probe;
 pub mod render;
 pub mod sampling;
 pub mod scene;
+pub mod script;
+pub mod session;
 pub mod shaders;
 pub mod shadow_maps;
 pub mod stats;
 pub mod strands;
 pub mod tables;
 pub mod tone;
+pub mod viewer;
 pub mod volume;
 
 pub use camera::Camera;
@@ -36,4 +40,6 @@ pub use live::Live;
 pub use picture::Picture;
 pub use render::Renderer;
 pub use scene::PreparedScene;
+pub use session::Session;
 pub use stats::Stats;
+pub use viewer::Viewer;

@@ -1,0 +1,411 @@
+//! Edits, views and frames as a list in JSON: what a person does in the window, for a machine to
+//! do.
+//!
+//! ```json
+//! [
+//!   {"set": {"hair.eta": 1.6, "camera.position": [0, 0, 60]}},
+//!   {"frame": "first", "samples": 64, "size": [720, 480]},
+//!   {"undo": 1},
+//!   {"frame": "second"}
+//! ]
+//! ```
+//!
+//! | step | does |
+//! |---|---|
+//! | `set` | sets values by the names of their keys in a scene file, as one step to undo |
+//! | `time` | seconds since the start of the motion |
+//! | `undo`, `redo` | takes so many steps back, or does them again |
+//! | `frame` | makes a picture; `samples` and `size` in place of the scene's |
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use strandlight_formats::CameraSection;
+
+use crate::error::{RenderError, SceneError};
+use crate::render::{check_frame, whole_passes};
+use crate::session::{Change, Session};
+use crate::viewer::Viewer;
+
+/// Longest script.
+pub const MAX_BYTES: u64 = 64 << 20;
+
+/// Most frames of a script or a turntable.
+pub const MAX_FRAMES: u32 = 10_000;
+
+/// A picture that a script asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// File name, perhaps without extension.
+    pub name: String,
+    /// Samples a pixel; the scene's if absent.
+    pub samples: Option<u32>,
+    /// Width and height; the scene's if absent.
+    pub size: Option<[u32; 2]>,
+}
+
+/// One entry of a script.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// Keys and their values.
+    Set(Map<String, Value>),
+    /// Seconds since the start of the motion.
+    Time(f64),
+    /// Steps to take back.
+    Undo(u32),
+    /// Steps to do again.
+    Redo(u32),
+    /// A picture to make.
+    Frame(Frame),
+}
+
+/// A list of steps.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Script {
+    /// In order.
+    pub steps: Vec<Step>,
+}
+
+/// A step as it stands in the file: one of the first five.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    set: Option<Map<String, Value>>,
+    time: Option<f64>,
+    undo: Option<u32>,
+    redo: Option<u32>,
+    frame: Option<String>,
+    samples: Option<u32>,
+    size: Option<[u32; 2]>,
+}
+
+impl Script {
+    /// Parses and checks a script.
+    ///
+    /// # Errors
+    /// The first step that is not as it should be, by its number.
+    pub fn from_json(text: &str) -> Result<Script, SceneError> {
+        let entries: Vec<Value> = serde_json::from_str(text)
+            .map_err(|error| SceneError::File(format!("not a list of steps: {error}")))?;
+        let mut names = BTreeSet::new();
+        let mut steps = Vec::with_capacity(entries.len());
+        for (ix, entry) in entries.into_iter().enumerate() {
+            let step = step(entry, &mut names);
+            steps.push(step.map_err(|what| SceneError::File(format!("step {ix}: {what}")))?);
+        }
+        if names.len() > MAX_FRAMES as usize {
+            let what = format!("{} frames; at most {MAX_FRAMES}", names.len());
+            return Err(SceneError::File(what));
+        }
+        Ok(Script { steps })
+    }
+
+    /// `n` frames of a full turn of `camera` about +Y through its target, the first of them the
+    /// camera's own, called `0000`, `0001`, ...
+    pub fn turntable(camera: &CameraSection, n: u32) -> Script {
+        let steps = (0..n.min(MAX_FRAMES)).flat_map(|ix| {
+            let turned = turned(camera, std::f64::consts::TAU * f64::from(ix) / f64::from(n));
+            let camera = json!({
+                "position": turned.position,
+                "target": turned.target,
+                "up": turned.up,
+                "fov_deg": turned.fov_deg,
+            });
+            let frame = Frame {
+                name: format!("{ix:04}"),
+                samples: None,
+                size: None,
+            };
+            let camera = [("camera".to_owned(), camera)].into_iter().collect();
+            [Step::Set(camera), Step::Frame(frame)]
+        });
+        Script {
+            steps: steps.collect(),
+        }
+    }
+
+    /// The frames.
+    pub fn frames(&self) -> impl Iterator<Item = &Frame> {
+        self.steps.iter().filter_map(|step| match step {
+            Step::Frame(frame) => Some(frame),
+            _ => None,
+        })
+    }
+
+    /// Does every step on `target`, and `draw` for each frame.
+    ///
+    /// # Errors
+    /// The first step that fails, by its number.
+    pub fn run<T: Document>(
+        &self,
+        target: &mut T,
+        mut draw: impl FnMut(&mut T, &Frame) -> Result<(), RenderError>,
+    ) -> Result<(), RenderError> {
+        for (ix, step) in self.steps.iter().enumerate() {
+            let done = match step {
+                Step::Set(values) => target.set(values),
+                Step::Time(seconds) => target.set_time(*seconds),
+                Step::Undo(n) => (0..*n).try_for_each(|_| target.step_back()),
+                Step::Redo(n) => (0..*n).try_for_each(|_| target.step_again()),
+                Step::Frame(frame) => draw(target, frame),
+            };
+            done.map_err(|error| in_step(ix, error))?;
+        }
+        Ok(())
+    }
+}
+
+/// What a script works on.
+pub trait Document {
+    /// See [`Session::set`].
+    ///
+    /// # Errors
+    /// As there.
+    fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError>;
+
+    /// Sets the seconds since the start of the motion.
+    ///
+    /// # Errors
+    /// What cannot be drawn.
+    fn set_time(&mut self, seconds: f64) -> Result<(), RenderError>;
+
+    /// Takes a step back.
+    ///
+    /// # Errors
+    /// If there is none.
+    fn step_back(&mut self) -> Result<(), RenderError>;
+
+    /// Does a step again.
+    ///
+    /// # Errors
+    /// If there is none.
+    fn step_again(&mut self) -> Result<(), RenderError>;
+}
+
+fn a_step(change: Option<Change>, what: &str) -> Result<(), RenderError> {
+    let none = || SceneError::File(format!("there is no step to {what}")).into();
+    change.map(|_| ()).ok_or_else(none)
+}
+
+impl Document for Viewer {
+    fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError> {
+        Viewer::set(self, values).map(|_| ())
+    }
+
+    fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
+        Viewer::set_time(self, seconds)
+    }
+
+    fn step_back(&mut self) -> Result<(), RenderError> {
+        a_step(self.undo()?, "undo")
+    }
+
+    fn step_again(&mut self) -> Result<(), RenderError> {
+        a_step(self.redo()?, "redo")
+    }
+}
+
+/// A document without a device, and the time.
+#[derive(Clone, Debug)]
+pub struct Offline {
+    /// The document.
+    pub session: Session,
+    /// Seconds since the start of the motion.
+    pub time: f64,
+    /// What has changed since it was last taken away.
+    pub changes: Change,
+}
+
+impl Offline {
+    /// A document that nothing was made of yet.
+    pub fn new(session: Session) -> Offline {
+        Offline {
+            session,
+            time: 0.0,
+            changes: Change::everything(),
+        }
+    }
+
+    fn note(&mut self, change: Change) {
+        self.changes = std::mem::take(&mut self.changes).and(change);
+    }
+}
+
+impl Document for Offline {
+    fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError> {
+        let change = self.session.set(values)?;
+        self.note(change);
+        Ok(())
+    }
+
+    fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
+        self.time = seconds;
+        Ok(())
+    }
+
+    fn step_back(&mut self) -> Result<(), RenderError> {
+        let change = self.session.undo();
+        self.note(change.clone().unwrap_or_default());
+        a_step(change, "undo")
+    }
+
+    fn step_again(&mut self) -> Result<(), RenderError> {
+        let change = self.session.redo();
+        self.note(change.clone().unwrap_or_default());
+        a_step(change, "redo")
+    }
+}
+
+fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
+    let entry: Entry = serde_json::from_value(entry).map_err(|error| error.to_string())?;
+    let is_frame = entry.frame.is_some();
+    let mut steps: Vec<Step> = [
+        entry.set.map(Step::Set),
+        entry.time.map(Step::Time),
+        entry.undo.map(Step::Undo),
+        entry.redo.map(Step::Redo),
+        entry.frame.map(|name| {
+            Step::Frame(Frame {
+                name,
+                samples: entry.samples,
+                size: entry.size,
+            })
+        }),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let one = (steps.len() == 1).then(|| steps.pop()).flatten();
+    let one = one.ok_or("must be one of set, time, undo, redo and frame")?;
+    if !is_frame && (entry.samples.is_some() || entry.size.is_some()) {
+        return Err("samples and size belong to a frame".to_owned());
+    }
+    match &one {
+        Step::Frame(frame) => {
+            check_name(&frame.name)?;
+            let stem = Path::new(&frame.name).with_extension("");
+            if !names.insert(stem.to_string_lossy().to_lowercase()) {
+                return Err(format!("there is a frame {} already", frame.name));
+            }
+            let samples = frame.samples.unwrap_or(4);
+            if samples == 0 || samples > crate::render::MAX_SAMPLES {
+                let most = crate::render::MAX_SAMPLES;
+                return Err(format!("samples is {samples}, must be in 1..={most}"));
+            }
+            let size = frame.size.unwrap_or([1, 1]);
+            check_frame(size, whole_passes(samples)).map_err(|error| error.to_string())?;
+        }
+        Step::Time(seconds) if !(0.0..=1e6).contains(seconds) => {
+            return Err(format!("time is {seconds}, must be in 0..=1000000"));
+        }
+        _ => {}
+    }
+    Ok(one)
+}
+
+/// A frame's name is that of a file in the folder of the frames.
+fn check_name(name: &str) -> Result<(), String> {
+    let fine = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if (1..=128).contains(&name.len()) && name.chars().all(fine) && !name.starts_with('.') {
+        return Ok(());
+    }
+    Err(format!(
+        "frame {name:?}: must be 1 to 128 letters, digits, -, _ and dots, and no path"
+    ))
+}
+
+fn in_step(ix: usize, error: RenderError) -> RenderError {
+    match error {
+        RenderError::Scene(error) => SceneError::File(format!("step {ix}: {error}")).into(),
+        error => error,
+    }
+}
+
+/// The camera, turned about +Y through its target by `angle` radians, counter-clockwise seen from
+/// above.
+fn turned(camera: &CameraSection, angle: f64) -> CameraSection {
+    let (sin, cos) = angle.sin_cos();
+    let turn = |[x, y, z]: [f64; 3]| [cos * x + sin * z, y, cos * z - sin * x];
+    let from_target = std::array::from_fn(|ix| camera.position[ix] - camera.target[ix]);
+    let offset = turn(from_target);
+    CameraSection {
+        position: std::array::from_fn(|ix| camera.target[ix] + offset[ix]),
+        up: turn(camera.up),
+        ..camera.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_of_every_kind_are_read() {
+        let script = Script::from_json(
+            r#"[{"set": {"hair.eta": 1.6}}, {"time": 0.5}, {"undo": 2}, {"redo": 1},
+                {"frame": "a", "samples": 8, "size": [20, 10]}, {"frame": "b.exr"}]"#,
+        )
+        .expect("valid");
+        assert_eq!(script.steps.len(), 6);
+        assert_eq!(script.steps[2], Step::Undo(2));
+        let names: Vec<&str> = script.frames().map(|frame| frame.name.as_str()).collect();
+        assert_eq!(names, ["a", "b.exr"]);
+    }
+
+    #[test]
+    fn faults_are_named_with_their_step() {
+        for (text, needle) in [
+            ("{}", "not a list"),
+            ("[{}]", "step 0: must be one of"),
+            (
+                r#"[{"undo": 1}, {"undo": 1, "redo": 1}]"#,
+                "step 1: must be one of",
+            ),
+            (r#"[{"undo": -1}]"#, "step 0"),
+            (r#"[{"colour": 1}]"#, "colour"),
+            (r#"[{"undo": 1, "samples": 4}]"#, "belong to a frame"),
+            (r#"[{"frame": "../a"}]"#, "no path"),
+            (r#"[{"frame": ".hidden"}]"#, "no path"),
+            (r#"[{"frame": ""}]"#, "no path"),
+            (r#"[{"frame": "a"}, {"frame": "A.png"}]"#, "already"),
+            (r#"[{"frame": "a", "samples": 0}]"#, "samples is 0"),
+            (r#"[{"frame": "a", "size": [0, 4]}]"#, "0x4"),
+            (r#"[{"time": -1}]"#, "time is -1"),
+        ] {
+            let error = Script::from_json(text).expect_err(text).to_string();
+            assert!(error.contains(needle), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_turntable_turns_once_about_its_target() {
+        let camera = CameraSection {
+            position: [3.0, 2.0, 5.0],
+            target: [1.0, 1.0, 1.0],
+            up: [0.0, 1.0, 0.0],
+            fov_deg: 30.0,
+        };
+        let script = Script::turntable(&camera, 4);
+        assert_eq!(script.frames().count(), 4);
+        let Step::Set(first) = &script.steps[0] else {
+            panic!("a view comes first")
+        };
+        assert_eq!(first["camera"]["position"], json!([3.0, 2.0, 5.0]));
+        let half = turned(&camera, std::f64::consts::PI);
+        for (found, expected) in half.position.into_iter().zip([-1.0, 2.0, -3.0]) {
+            assert!((found - expected).abs() < 1e-12);
+        }
+        // Counter-clockwise from above: from +Z towards +X, as the environment turns.
+        let quarter = turned(
+            &CameraSection {
+                position: [0.0, 0.0, 1.0],
+                target: [0.0; 3],
+                ..camera
+            },
+            std::f64::consts::FRAC_PI_2,
+        );
+        assert!((quarter.position[0] - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,129 @@
+//! Steps that can be taken back.
+
+use std::collections::VecDeque;
+
+use strandlight_formats::Scene;
+
+use super::Held;
+
+/// Most steps that are remembered.
+pub const MAX_STEPS: usize = 500;
+
+/// One step between two states of the document.
+#[derive(Clone, Debug)]
+pub(super) enum Step {
+    /// Keys of the scene; with the files before and after where the step read others.
+    Scene {
+        before: Box<Scene>,
+        after: Box<Scene>,
+        held: Option<Box<[Held; 2]>>,
+    },
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    pub label: String,
+    pub step: Step,
+}
+
+/// What was done and can be undone, what was undone and can be done again.
+#[derive(Clone, Debug, Default)]
+pub(super) struct History {
+    done: VecDeque<Entry>,
+    undone: Vec<Entry>,
+    /// May the newest step take in another of the same label?
+    is_open: bool,
+}
+
+impl History {
+    /// Adds a step; what was undone can no longer be done again. A step of the same label as the
+    /// open one before it becomes part of that.
+    pub fn push(&mut self, label: &str, step: Step) {
+        self.undone.clear();
+        if self.is_open && self.done.back().is_some_and(|last| last.label == label) {
+            if let Some(last) = self.done.pop_back() {
+                self.add(label, joined(last.step, step));
+            }
+        } else {
+            self.add(label, Some(step));
+        }
+        self.is_open = true;
+    }
+
+    fn add(&mut self, label: &str, step: Option<Step>) {
+        let label = label.to_owned();
+        self.done.extend(step.map(|step| Entry { label, step }));
+        while self.done.len() > MAX_STEPS {
+            self.done.pop_front();
+        }
+    }
+
+    /// Closes the newest step: the next one is a step of its own.
+    pub fn close(&mut self) {
+        self.is_open = false;
+    }
+
+    /// The step to undo; it can be done again after.
+    pub fn undo(&mut self) -> Option<Step> {
+        self.is_open = false;
+        let entry = self.done.pop_back()?;
+        self.undone.push(entry.clone());
+        Some(entry.step)
+    }
+
+    /// The step to do again.
+    pub fn redo(&mut self) -> Option<Step> {
+        self.is_open = false;
+        let entry = self.undone.pop()?;
+        self.done.push_back(entry.clone());
+        Some(entry.step)
+    }
+
+    /// Forgets what was undone.
+    pub fn drop_undone(&mut self) {
+        self.undone.clear();
+    }
+
+    /// What would be undone, and done again.
+    pub fn labels(&self) -> [Option<&str>; 2] {
+        [self.done.back(), self.undone.last()].map(|entry| Some(entry?.label.as_str()))
+    }
+
+    /// Changes all scenes that are remembered.
+    pub fn for_each_scene(&mut self, change: impl Fn(&mut Scene)) {
+        for entry in self.done.iter_mut().chain(&mut self.undone) {
+            let Step::Scene { before, after, .. } = &mut entry.step;
+            change(before);
+            change(after);
+        }
+    }
+}
+
+/// Two steps as one; `None` if the second took back the first.
+fn joined(first: Step, second: Step) -> Option<Step> {
+    let (
+        Step::Scene {
+            before,
+            held: first,
+            ..
+        },
+        Step::Scene {
+            after,
+            held: second,
+            ..
+        },
+    ) = (first, second);
+    let held = match (first, second) {
+        (Some(first), Some(second)) => {
+            let ([before, _], [_, after]) = (*first, *second);
+            Some(Box::new([before, after]))
+        }
+        (first, second) => first.or(second),
+    };
+    let is_nothing = held.is_none() && before == after;
+    (!is_nothing).then_some(Step::Scene {
+        before,
+        after,
+        held,
+    })
+}

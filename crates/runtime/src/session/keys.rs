@@ -1,0 +1,184 @@
+//! Setting one value of a scene by the name that it has in the file.
+
+use serde_json::{Map, Value};
+use strandlight_formats::{HairSection, Scene};
+
+use crate::error::SceneError;
+
+/// `scene` with `value` at `key`, a path like `hair.eta`, `lights.adjust.0.tint` or
+/// `camera.position.1`. `null` takes a key away: it has its default then.
+///
+/// `hair.preset` gives the hair all that the preset says; one of the three ways to give a colour
+/// takes the place of the others.
+///
+/// # Errors
+/// No such key, a value of another kind, or one outside its range: the text names the key.
+pub fn with_key(scene: &Scene, key: &str, value: &Value) -> Result<Scene, SceneError> {
+    let failed = |what: &dyn std::fmt::Display| SceneError::File(format!("{key}: {what}"));
+    let mut changed = match (key, value) {
+        ("hair.preset", Value::String(name)) => {
+            let hair = scene.hair.with_preset(name);
+            let hair = hair.map_err(|error| SceneError::File(error.to_string()))?;
+            Scene {
+                hair,
+                ..scene.clone()
+            }
+        }
+        _ => {
+            let mut root = serde_json::to_value(scene).map_err(|error| failed(&error))?;
+            if let Some(color) = HairSection::COLOR_KEYS.into_iter().find(|&color| {
+                key.strip_prefix("hair.")
+                    .is_some_and(|rest| rest.split('.').next() == Some(color))
+            }) {
+                take_other_colors(&mut root, color);
+            }
+            let path: Vec<&str> = key.split('.').collect();
+            replace(&mut root, &path, value).map_err(|what| failed(&what))?;
+            serde_json::from_value(root).map_err(|error| failed(&error))?
+        }
+    };
+    changed.folder = scene.folder.clone();
+    let valid = changed.validate();
+    valid.map_err(|error| SceneError::File(error.to_string()))?;
+    Ok(changed)
+}
+
+/// Takes the ways to give a colour away that are not `kept`.
+fn take_other_colors(root: &mut Value, kept: &str) {
+    if let Some(hair) = root.get_mut("hair").and_then(Value::as_object_mut) {
+        hair.retain(|key, _| key == kept || !HairSection::COLOR_KEYS.contains(&key.as_str()));
+    }
+}
+
+/// Puts `value` at `path` below `at`; tables on the way are made.
+fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), String> {
+    let Some((&first, rest)) = path.split_first() else {
+        *at = value.clone();
+        return Ok(());
+    };
+    match at {
+        Value::Object(table) if rest.is_empty() && value.is_null() => {
+            table.remove(first);
+            Ok(())
+        }
+        Value::Object(table) => {
+            let empty = || Value::Object(Map::new());
+            replace(table.entry(first).or_insert_with(empty), rest, value)
+        }
+        Value::Array(list) => {
+            let length = list.len();
+            let ix = first.parse().ok().filter(|&ix: &usize| ix < length);
+            let ix = ix.ok_or_else(|| format!("{first}: the list has {length} entries"))?;
+            replace(&mut list[ix], rest, value)
+        }
+        _ => Err(format!("no such key: {first} stands below a plain value")),
+    }
+}
+
+/// A value as a person types it: JSON, or else text.
+pub fn parse_value(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+    use strandlight_formats::Melanin;
+
+    use super::*;
+
+    fn set(scene: &Scene, key: &str, value: Value) -> Scene {
+        match with_key(scene, key, &value) {
+            Ok(scene) => scene,
+            Err(error) => panic!("{key}: {error}"),
+        }
+    }
+
+    #[test]
+    fn keys_of_every_kind_are_set() {
+        let mut scene = Scene::new("a.groom", "a.lights");
+        scene.folder = "somewhere".into();
+        let scene = set(&scene, "hair.eta", json!(1.6));
+        let scene = set(&scene, "hair.width_deg.tt", json!(4));
+        let scene = set(&scene, "hair.modes", json!(["TT"]));
+        let scene = set(&scene, "lights.rotate_deg", json!(40));
+        let scene = set(&scene, "lights.adjust", json!([{"light": 3}]));
+        let scene = set(&scene, "lights.adjust.0.tint.2", json!(0.5));
+        let scene = set(&scene, "render.background", json!("none"));
+        let scene = set(
+            &scene,
+            "camera",
+            json!({"position": [0, 0, 9], "target": [0, 0, 0]}),
+        );
+        let scene = set(&scene, "camera.position.1", json!(2.5));
+        assert_eq!(scene.hair.eta, 1.6);
+        assert_eq!(scene.hair.width_deg.tt, 4.0);
+        assert_eq!(scene.lights.rotate_deg, 40.0);
+        assert_eq!(scene.lights.factor(3), [1.0, 1.0, 0.5]);
+        assert_eq!(scene.folder, std::path::Path::new("somewhere"));
+        let camera = scene.camera.as_ref().expect("set");
+        assert_eq!(camera.position, [0.0, 2.5, 9.0]);
+        let scene = set(&scene, "camera", Value::Null);
+        assert_eq!(scene.camera, None);
+    }
+
+    #[test]
+    fn a_colour_takes_the_place_of_the_others() {
+        let scene = Scene::new("a", "b");
+        let scene = set(&scene, "hair.reflectance", json!([0.5, 0.3, 0.2]));
+        assert_eq!(scene.hair.reflectance, Some([0.5, 0.3, 0.2]));
+        let scene = set(&scene, "hair.melanin.eumelanin", json!(1.5));
+        let melanin = Melanin {
+            eumelanin: 1.5,
+            pheomelanin: 0.0,
+        };
+        assert_eq!(
+            (scene.hair.reflectance, scene.hair.melanin),
+            (None, Some(melanin))
+        );
+        let scene = set(&scene, "hair.sigma_a", json!([1.0, 2.0, 3.0]));
+        assert_eq!(
+            (scene.hair.melanin, scene.hair.sigma_a),
+            (None, [1.0, 2.0, 3.0])
+        );
+        let scene = set(&scene, "hair.diameter_cm", json!(0.01));
+        let scene = set(&scene, "hair.preset", json!("zinke-fig9-wide"));
+        assert_eq!(scene.hair.width_deg.trt, 30.0);
+        assert_eq!(
+            scene.hair.diameter_cm,
+            Some(0.01),
+            "not the preset's business"
+        );
+    }
+
+    #[test]
+    fn errors_name_the_key() {
+        let scene = Scene::new("a", "b");
+        for (key, value, needle) in [
+            ("hair.eta", json!(9.0), "hair.eta is 9"),
+            ("hair.eta", json!("thick"), "hair.eta: invalid type"),
+            ("hair.colour", json!(1.0), "hair.colour: unknown field"),
+            ("hair.eta.x", json!(1.0), "hair.eta.x: no such key"),
+            ("hair.sigma_a.3", json!(1.0), "the list has 3 entries"),
+            ("hair.preset", json!("purple"), "purple"),
+            (
+                "camera.position",
+                json!([0, 0, 1]),
+                "camera.position: missing field `target`",
+            ),
+            ("groom", Value::Null, "groom: missing field"),
+            ("", json!(1), ": unknown field"),
+            ("lights.muted", json!([-1]), "lights.muted: invalid value"),
+        ] {
+            let error = with_key(&scene, key, &value).expect_err(key).to_string();
+            assert!(error.contains(needle), "{key}: {error}");
+        }
+    }
+
+    #[test]
+    fn values_are_json_or_text() {
+        assert_eq!(parse_value("1.5"), json!(1.5));
+        assert_eq!(parse_value("[1, 2]"), json!([1, 2]));
+        assert_eq!(parse_value("none"), json!("none"));
+    }
+}

@@ -1,0 +1,288 @@
+//! The document of a viewer: a scene and its groom, edits of them, undo, saving.
+//!
+//! - [`Session`]: the document. [`Session::edit`] changes keys of the [`Scene`]; whoever shows it
+//!   is told by a [`Change`] what to make anew.
+//! - [`with_key`]: one value by the name it has in the file.
+//!
+//! Nothing here needs a device.
+
+mod change;
+mod history;
+mod keys;
+mod save;
+
+pub use change::Change;
+pub use history::MAX_STEPS;
+pub use keys::{parse_value, with_key};
+pub use save::Saved;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde_json::{Map, Value};
+use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
+
+use crate::assets::{Assets, ModesToRead};
+use crate::error::SceneError;
+use crate::files::Files;
+use crate::render::{check_frame, whole_passes};
+use crate::scene::PreparedScene;
+use history::{History, Step};
+use save::OnDisk;
+
+/// What is read from files and shared by the steps of the history.
+#[derive(Clone, Debug)]
+struct Held {
+    assets: Assets,
+}
+
+/// A scene that is open for editing.
+#[derive(Clone, Debug)]
+pub struct Session {
+    files: Files,
+    path: PathBuf,
+    scene: Scene,
+    held: Held,
+    history: History,
+    on_disk: OnDisk,
+}
+
+impl Session {
+    /// Opens the scene file at `path` and all that it names.
+    ///
+    /// # Errors
+    /// The first file that cannot be read or value that cannot be used, by name.
+    pub fn open(path: &Path) -> Result<Session, SceneError> {
+        Session::open_in(path, Files::Disk)
+    }
+
+    /// [`Session::open`], with files from elsewhere.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn open_in(path: &Path, files: Files) -> Result<Session, SceneError> {
+        let scene = files.scene(path).map_err(told)?;
+        let assets = Assets::read(&scene, &files, ModesToRead::All)?;
+        check_size(&scene)?;
+        Ok(Session {
+            on_disk: OnDisk::new(path, &scene, &files),
+            path: path.to_owned(),
+            held: Held { assets },
+            scene,
+            files,
+            history: History::default(),
+        })
+    }
+
+    /// The scene file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where files come from and go to.
+    pub fn files(&self) -> &Files {
+        &self.files
+    }
+
+    /// The scene as it is edited now.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The files that the scene names.
+    pub fn assets(&self) -> &Assets {
+        &self.held.assets
+    }
+
+    /// The groom as its file has it.
+    pub fn groom(&self) -> &Groom {
+        &self.held.assets.groom
+    }
+
+    /// The light set as its file has it.
+    pub fn light_set(&self) -> &LightSet {
+        &self.held.assets.lights
+    }
+
+    /// The document, ready to be rendered: see [`PreparedScene::new`].
+    ///
+    /// # Errors
+    /// What cannot be drawn, by name.
+    pub fn prepared(&self) -> Result<PreparedScene, SceneError> {
+        PreparedScene::new(&self.scene, &self.held.assets)
+    }
+
+    /// The scene's camera, or the one that stands for it where there is none.
+    pub fn camera(&self) -> CameraSection {
+        if let Some(camera) = &self.scene.camera {
+            return camera.clone();
+        }
+        section_of(&self.held.assets.framing())
+    }
+
+    /// Changes the scene. Edits of the same `label` in a row are one step to undo, until
+    /// [`Session::commit`].
+    ///
+    /// # Errors
+    /// A value outside its range or a file that cannot be read; nothing is changed then.
+    pub fn edit(
+        &mut self,
+        label: &str,
+        change: impl FnOnce(&mut Scene),
+    ) -> Result<Change, SceneError> {
+        let mut after = self.scene.clone();
+        change(&mut after);
+        after.folder.clone_from(&self.scene.folder);
+        if after == self.scene {
+            return Ok(Change::default());
+        }
+        after.validate().map_err(told)?;
+        check_size(&after)?;
+        let assets = &self.held.assets;
+        let change = Change::between(&self.scene, &after);
+        let assets = assets.reread(&self.scene, &after, &self.files)?;
+        let before = std::mem::replace(&mut self.scene, after);
+        let held = (change.geometry || change.lights || change.tables).then(|| {
+            let after = Held { assets };
+            let before = std::mem::replace(&mut self.held, after.clone());
+            Box::new([before, after])
+        });
+        let step = Step::Scene {
+            before: Box::new(before),
+            after: Box::new(self.scene.clone()),
+            held,
+        };
+        self.history.push(label, step);
+        Ok(change)
+    }
+
+    /// Sets values by the names of their keys, as one step; see [`with_key`]. A key below `camera`
+    /// changes the view there is, even where the scene leaves it to the program.
+    ///
+    /// # Errors
+    /// As [`with_key`] and [`Session::edit`]; nothing is changed then.
+    pub fn set(&mut self, values: &Map<String, Value>) -> Result<Change, SceneError> {
+        let mut scene = self.scene.clone();
+        for (key, value) in values {
+            if key.starts_with("camera.") && scene.camera.is_none() {
+                scene.camera = Some(self.camera());
+            }
+            scene = with_key(&scene, key, value)?;
+        }
+        let keys: Vec<&str> = values.keys().map(String::as_str).collect();
+        self.commit();
+        let change = self.edit(&format!("set {}", keys.join(", ")), |old| *old = scene);
+        self.commit();
+        change
+    }
+
+    /// Ends a step: the next edit is another one, whatever its label.
+    pub fn commit(&mut self) {
+        self.history.close();
+    }
+
+    /// Takes the last step back. `None` if there is none.
+    pub fn undo(&mut self) -> Option<Change> {
+        let step = self.history.undo()?;
+        Some(self.take(step, Towards::Before))
+    }
+
+    /// Does again what was undone last. `None` if there is none.
+    pub fn redo(&mut self) -> Option<Change> {
+        let step = self.history.redo()?;
+        Some(self.take(step, Towards::After))
+    }
+
+    /// Is there a step to undo?
+    pub fn can_undo(&self) -> bool {
+        self.undo_label().is_some()
+    }
+
+    /// Is there a step to do again?
+    pub fn can_redo(&self) -> bool {
+        self.redo_label().is_some()
+    }
+
+    /// Label of the step that [`Session::undo`] takes back.
+    pub fn undo_label(&self) -> Option<&str> {
+        self.history.labels()[0]
+    }
+
+    /// Label of the step that [`Session::redo`] does again.
+    pub fn redo_label(&self) -> Option<&str> {
+        self.history.labels()[1]
+    }
+
+    /// Takes the last step back for good: it could not be shown.
+    pub(crate) fn abandon(&mut self) -> Option<Change> {
+        let step = self.history.undo()?;
+        let change = self.take(step, Towards::Before);
+        self.history.drop_undone();
+        Some(change)
+    }
+
+    fn take(&mut self, step: Step, towards: Towards) -> Change {
+        match step {
+            Step::Scene {
+                before,
+                after,
+                held,
+            } => {
+                let scene = towards.pick(*before, *after);
+                let mut change = Change::between(&self.scene, &scene);
+                self.scene = scene;
+                if let Some(held) = held {
+                    let [before, after] = *held;
+                    let held = towards.pick(before, after);
+                    let old = std::mem::replace(&mut self.held, held).assets;
+                    let new = &self.held.assets;
+                    change.geometry |= !Arc::ptr_eq(&old.groom, &new.groom);
+                    change.lights |= !Arc::ptr_eq(&old.lights, &new.lights);
+                    change.tables |= !Arc::ptr_eq(&old.tables, &new.tables);
+                }
+                change
+            }
+        }
+    }
+}
+
+/// Which way a step is taken.
+#[derive(Clone, Copy)]
+enum Towards {
+    Before,
+    After,
+}
+
+impl Towards {
+    fn pick<T>(self, before: T, after: T) -> T {
+        match self {
+            Towards::Before => before,
+            Towards::After => after,
+        }
+    }
+}
+
+/// A camera as a scene file has it.
+pub fn section_of(camera: &crate::camera::Camera) -> CameraSection {
+    let vector = |v: glam::Vec3| v.to_array().map(f64::from);
+    CameraSection {
+        position: vector(camera.eye),
+        target: vector(camera.target),
+        up: vector(camera.up),
+        // Whole degrees come back as such.
+        fov_deg: (f64::from(camera.fov_y).to_degrees() * 1e4).round() / 1e4,
+    }
+}
+
+fn check_size(scene: &Scene) -> Result<(), SceneError> {
+    let samples = whole_passes(scene.render.samples);
+    check_frame(scene.render.size, samples)
+        .map_err(|error| SceneError::File(format!("render.size: {error}")))
+}
+
+fn told(error: strandlight_formats::Error) -> SceneError {
+    SceneError::File(error.to_string())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,381 @@
+//! The document without a device.
+
+use serde_json::{Map, Value, json};
+use strandlight_formats::{
+    CameraSection, Groom, LightAdjust, LightSet, Melanin, Scene, SrbfLight, TablesSection,
+};
+
+use super::*;
+use crate::tables::BUNDLED;
+
+fn groom(height: f32) -> Vec<u8> {
+    let groom = Groom {
+        points: vec![
+            [0.0; 3],
+            [0.0, height, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, height, 0.0],
+        ],
+        strand_offsets: vec![0, 2, 4],
+        ..Groom::default()
+    };
+    groom.to_bytes().expect("valid")
+}
+
+fn lights() -> Vec<u8> {
+    let light = |direction, rgb| SrbfLight {
+        direction,
+        lambda: 0.5,
+        rgb,
+    };
+    let set = LightSet {
+        lights: vec![
+            light([0.0, 1.0, 0.0], [1.0; 3]),
+            light([0.0, 0.0, 1.0], [2.0; 3]),
+        ],
+        ..LightSet::default()
+    };
+    set.to_bytes().expect("valid")
+}
+
+const SCENE: &str = "version = 1\n[groom]\nfile = 'a.groom'\n[lights]\nfile = '../b.lights'\n";
+
+fn files() -> Files {
+    Files::in_memory([
+        ("/s/a.toml", SCENE.as_bytes().to_vec()),
+        ("/s/a.groom", groom(1.0)),
+        ("/s/taller.groom", groom(2.0)),
+        ("/b.lights", lights()),
+        ("/s/other.tables", BUNDLED.to_vec()),
+    ])
+}
+
+fn session() -> Session {
+    match Session::open_in(Path::new("/s/a.toml"), files()) {
+        Ok(session) => session,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+fn edit(session: &mut Session, label: &str, change: impl FnOnce(&mut Scene)) -> Change {
+    session.edit(label, change).expect("valid")
+}
+
+/// Every key of a scene, changed alone, is told by some flag, and undone and done again.
+#[test]
+fn every_key_of_a_scene_is_covered() {
+    let mut full = session().scene().clone();
+    full.tables = Some(TablesSection {
+        file: "other.tables".into(),
+    });
+    full.camera = Some(CameraSection {
+        position: [0.0, 0.0, 9.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        fov_deg: 30.0,
+    });
+    full.hair.preset = Some("blond".to_owned());
+    full.hair.diameter_cm = Some(0.01);
+    full.hair.density_forward = Some(0.5);
+    full.hair.density_back = Some(0.5);
+    full.lights.muted = vec![1];
+    full.lights.solo = vec![0];
+    full.lights.adjust = vec![LightAdjust {
+        light: 0,
+        intensity: 2.0,
+        tint: [0.5; 3],
+    }];
+    let mut with_reflectance = full.clone();
+    with_reflectance.hair.reflectance = Some([0.5; 3]);
+    let mut with_melanin = full.clone();
+    with_melanin.hair.melanin = Some(Melanin {
+        eumelanin: 1.0,
+        pheomelanin: 0.5,
+    });
+    let mut n_keys = 0;
+    for base in [full, with_reflectance, with_melanin] {
+        let value = serde_json::to_value(&base).expect("plain data");
+        let mut keys = Vec::new();
+        leaves(&value, String::new(), &mut keys);
+        for key in keys {
+            let other = match key.as_str() {
+                "version" => continue,
+                "groom.file" => json!("taller.groom"),
+                "lights.file" => json!("../c.lights"),
+                "tables.file" => json!("../c.tables"),
+                "hair.preset" => json!("red"),
+                "hair.modes.0" => json!("TT"),
+                "hair.modes.1" => json!("R"),
+                "hair.modes.2" => continue,
+                "render.tone_map" => json!("none"),
+                "render.background" => json!("none"),
+                "render.scattering" => json!("single"),
+                "lights.muted.0" => json!(0),
+                "lights.solo.0" => json!(1),
+                "lights.adjust.0.light" => json!(1),
+                _ => nudged(value.pointer(&pointer(&key)).expect("listed")),
+            };
+            let changed = match key.as_str() {
+                "hair.modes.0" => with_key(&base, "hair.modes", &json!(["TT", "TRT"])),
+                "hair.modes.1" => with_key(&base, "hair.modes", &json!(["R"])),
+                key => with_key(&base, key, &other),
+            };
+            let changed = changed.unwrap_or_else(|error| panic!("{key}: {error}"));
+            assert!(changed != base, "{key} was not changed");
+            let change = Change::between(&base, &changed);
+            assert!(!change.is_empty(), "{key} is not covered");
+            assert_eq!(change, Change::between(&changed, &base), "{key}");
+            assert_eq!(change.names().is_empty(), change.is_empty());
+            n_keys += 1;
+        }
+        assert!(Change::between(&base, &base).is_empty());
+    }
+    assert!(n_keys > 120, "{n_keys}");
+}
+
+fn pointer(key: &str) -> String {
+    format!("/{}", key.replace('.', "/"))
+}
+
+fn leaves(value: &Value, key: String, keys: &mut Vec<String>) {
+    let join = |part: &str| match key.is_empty() {
+        true => part.to_owned(),
+        false => format!("{key}.{part}"),
+    };
+    match value {
+        Value::Object(table) => {
+            for (part, value) in table {
+                leaves(value, join(part), keys);
+            }
+        }
+        Value::Array(list) => {
+            for (ix, value) in list.iter().enumerate() {
+                leaves(value, join(&ix.to_string()), keys);
+            }
+        }
+        _ => keys.push(key),
+    }
+}
+
+/// A number a little larger.
+fn nudged(value: &Value) -> Value {
+    match (value.as_u64(), value.as_f64()) {
+        (Some(n), _) => json!(n + 1),
+        (None, Some(x)) => json!(x + 0.01),
+        _ => panic!("{value} is no number"),
+    }
+}
+
+#[test]
+fn changes_name_what_depends_on_them_and_no_more() {
+    let mut session = session();
+    let mut names = |key: &str, value: Value| {
+        let values: Map<String, Value> = [(key.to_owned(), value)].into_iter().collect();
+        match session.set(&values) {
+            Ok(change) => change.names().join(" "),
+            Err(error) => panic!("{key}: {error}"),
+        }
+    };
+    assert_eq!(names("hair.eta", json!(1.6)), "hair");
+    assert_eq!(names("hair.eta", json!(1.6)), "", "as it was");
+    assert_eq!(names("hair.modes", json!(["R", "TT"])), "modes");
+    assert_eq!(names("hair.density_back", json!(0.5)), "densities label");
+    assert_eq!(names("hair.diameter_cm", json!(0.01)), "diameter");
+    assert_eq!(names("lights.rotate_deg", json!(10)), "lights");
+    assert_eq!(names("lights.muted", json!([1])), "light_colors");
+    assert_eq!(names("lights.tint", json!([1, 0.5, 0.5])), "light_colors");
+    assert_eq!(names("camera.position", json!([0, 0, 9])), "camera");
+    assert_eq!(names("render.exposure", json!(1)), "grade");
+    assert_eq!(names("render.size", json!([20, 10])), "size");
+    assert_eq!(names("groom.file", json!("taller.groom")), "geometry");
+    assert_eq!(names("tables", json!({"file": "other.tables"})), "tables");
+    // A colour told in another way, and one that is another.
+    let sigma_a = session.scene().hair.sigma_a;
+    let change = session.edit("color", |scene| {
+        let caustic = crate::assets::hair_params(&scene.hair).caustic_width;
+        let color = strandlight_scattering::color::reflectance_from_sigma_a(sigma_a, caustic);
+        scene.hair.reflectance = Some(color.map(|c| (c * 1e4).round() / 1e4));
+    });
+    assert_eq!(change.expect("valid").names(), ["hair", "label"]);
+}
+
+#[test]
+fn steps_are_undone_and_done_again() {
+    let mut session = session();
+    let start = session.scene().clone();
+    assert!(!session.can_undo() && !session.is_modified());
+    // A drag is one step.
+    for step in 1..=10 {
+        edit(&mut session, "eta", |s| {
+            s.hair.eta = 1.5 + 0.01 * f64::from(step)
+        });
+    }
+    edit(&mut session, "exposure", |s| s.render.exposure = 1.0);
+    session.commit();
+    edit(&mut session, "exposure", |s| s.render.exposure = 2.0);
+    let end = session.scene().clone();
+    assert_eq!(session.undo_label(), Some("exposure"));
+    assert_eq!(session.undo().expect("a step").names(), ["grade"]);
+    assert_eq!(session.scene().render.exposure, 1.0);
+    assert_eq!(session.undo().expect("a step").names(), ["grade"]);
+    assert_eq!(
+        (session.undo_label(), session.redo_label()),
+        (Some("eta"), Some("exposure"))
+    );
+    assert_eq!(session.undo().expect("a step").names(), ["hair"]);
+    assert!(session.undo().is_none());
+    assert_eq!(session.scene(), &start);
+    assert!(!session.is_modified());
+    for _ in 0..3 {
+        assert!(session.redo().is_some());
+    }
+    assert!(session.redo().is_none());
+    assert_eq!(session.scene(), &end);
+    assert!(session.is_modified());
+    // Another edit forgets what could be done again; the same label after an undo is a new step.
+    session.undo();
+    edit(&mut session, "exposure", |s| s.render.exposure = 3.0);
+    assert!(!session.can_redo());
+    session.undo();
+    assert_eq!(session.scene().render.exposure, 1.0);
+    // A drag that ends where it began is no step.
+    session.commit();
+    let label = session.undo_label().map(str::to_owned);
+    edit(&mut session, "back", |s| s.hair.eta = 2.0);
+    edit(&mut session, "back", |s| s.hair.eta = 1.6);
+    assert_eq!(session.undo_label().map(str::to_owned), label);
+}
+
+#[test]
+fn history_is_bounded() {
+    let mut session = session();
+    for step in 0..MAX_STEPS + 20 {
+        edit(&mut session, "size", |s| {
+            s.render.size = [step as u32 % 1000 + 1, 10]
+        });
+        session.commit();
+    }
+    let mut n = 0;
+    while session.undo().is_some() {
+        n += 1;
+    }
+    assert_eq!(n, MAX_STEPS);
+    assert_eq!(session.scene().render.size, [20, 10]);
+}
+
+#[test]
+fn refused_edits_change_nothing() {
+    let mut session = session();
+    let before = session.scene().clone();
+    for (key, value, needle) in [
+        ("hair.eta", json!(9), "hair.eta"),
+        ("groom.file", json!("none.groom"), "none.groom"),
+        ("lights.file", json!("a.groom"), "a.groom"),
+        ("tables", json!({"file": "a.groom"}), "a.groom"),
+        ("lights.muted", json!([2]), "lights.muted"),
+        ("render.size", json!([8192, 8192]), "render.size"),
+    ] {
+        let values: Map<String, Value> = [(key.to_owned(), value)].into_iter().collect();
+        let error = session.set(&values).expect_err(key).to_string();
+        assert!(error.contains(needle), "{key}: {error}");
+        assert_eq!(session.scene(), &before);
+        assert!(!session.can_undo());
+    }
+    // Of several keys all are set or none.
+    let values = json!({"hair.eta": 1.6, "render.samples": 0});
+    let Value::Object(values) = values else {
+        panic!("an object")
+    };
+    assert!(session.set(&values).is_err());
+    assert_eq!(session.scene(), &before);
+}
+
+#[test]
+fn another_groom_comes_and_goes_with_its_step() {
+    let mut session = session();
+    let height = |session: &Session| session.groom().bounds().1[1];
+    edit(&mut session, "groom", |s| {
+        s.groom.file = "taller.groom".into()
+    });
+    assert_eq!(height(&session), 2.0);
+    assert!(session.undo().expect("a step").geometry);
+    assert_eq!(height(&session), 1.0);
+    assert!(session.redo().expect("a step").geometry);
+    assert_eq!(height(&session), 2.0);
+    let strands = session.prepared().expect("drawable").strands;
+    assert_eq!(strands.bounds.1.y, 2.0);
+    assert_eq!(
+        session.camera(),
+        section_of(&session.prepared().expect("drawable").camera)
+    );
+}
+
+#[test]
+fn saving_and_reopening_gives_the_same_document() {
+    let mut session = session();
+    edit(&mut session, "all", |s| {
+        s.hair.melanin = Some(Melanin::default());
+        s.lights.adjust_mut(1).intensity = 0.5;
+        s.lights.muted = vec![0];
+        s.render.exposure = 0.1;
+    });
+    assert!(session.is_modified());
+    let saved = session.save().expect("written");
+    assert_eq!(saved.files, [Path::new("/s/a.toml")]);
+    assert!(!session.is_modified());
+    let again = Session::open_in(Path::new("/s/a.toml"), session.files().clone());
+    assert_eq!(again.expect("readable").scene(), session.scene());
+    session.undo();
+    assert!(session.is_modified());
+    session.redo();
+    assert!(!session.is_modified());
+}
+
+#[test]
+fn a_scene_saved_elsewhere_names_the_same_files() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    for name in ["s", "t", "t/u"] {
+        std::fs::create_dir(at.join(name)).expect("made");
+    }
+    std::fs::write(at.join("s/a.toml"), SCENE).expect("written");
+    std::fs::write(at.join("s/a.groom"), groom(1.0)).expect("written");
+    std::fs::write(at.join("b.lights"), lights()).expect("written");
+    let mut session = Session::open(&at.join("s/a.toml")).expect("readable");
+    edit(&mut session, "exposure", |s| s.render.exposure = 1.0);
+    session.save_as(&at.join("t/u/c.toml")).expect("written");
+    assert_eq!(session.scene().groom.file, Path::new("../../s/a.groom"));
+    assert_eq!(session.scene().lights.file, Path::new("../../b.lights"));
+    let again = Session::open(&at.join("t/u/c.toml")).expect("readable");
+    assert_eq!(again.scene(), session.scene());
+    // What can be undone moved along.
+    let change = session.undo().expect("a step");
+    assert_eq!(change.names(), ["grade"]);
+    session.save().expect("written");
+    assert!(Session::open(&at.join("t/u/c.toml")).is_ok());
+    let original = std::fs::read_to_string(at.join("s/a.toml")).expect("read");
+    assert_eq!(original, SCENE, "the old file is as it was");
+    let error = session
+        .save_as(&at.join("none/c.toml"))
+        .expect_err("no folder");
+    assert!(error.to_string().contains("c.toml"), "{error}");
+    // A write by somebody else is noticed, and taken by reloading.
+    assert!(!session.is_changed_on_disk());
+    let path = at.join("t/u/c.toml");
+    let text = std::fs::read_to_string(&path)
+        .expect("read")
+        .replace("eta = 1.55", "eta = 1.7");
+    std::fs::write(&path, text).expect("written");
+    let later = std::time::SystemTime::now() + std::time::Duration::from_secs(5);
+    let file = std::fs::File::options()
+        .write(true)
+        .open(&path)
+        .expect("opened");
+    file.set_modified(later).expect("set");
+    assert!(session.is_changed_on_disk());
+    assert!(session.reload().expect("readable").geometry);
+    assert_eq!(session.scene().hair.eta, 1.7);
+    assert!(!session.is_modified() && !session.is_changed_on_disk());
+    session.undo();
+    assert_eq!(session.scene().hair.eta, 1.55);
+}

@@ -1,0 +1,297 @@
+//! A document and its picture: what window, web page and script all drive.
+//!
+//! [`Viewer`] is a [`Session`] and a [`Live`]. Whatever changes the first tells the second what of
+//! it to make anew, and no more.
+
+use std::path::Path;
+use std::time::Duration;
+
+use serde_json::{Map, Value};
+use strandlight_formats::Scene;
+
+use crate::assets::{camera, densities, hair_params, modes};
+use crate::error::{RenderError, SceneError};
+use crate::gpu::Context;
+use crate::live::{Live, LiveReport, Progress};
+use crate::picture::Picture;
+use crate::scene::PreparedScene;
+use crate::session::{Change, Saved, Session};
+
+/// A scene that is open, and drawn.
+pub struct Viewer {
+    context: Context,
+    session: Session,
+    live: Live,
+    /// Size of the window, in place of the scene's.
+    window: Option<[u32; 2]>,
+    /// Seconds since the start of the motion.
+    time: f64,
+    /// What was made anew since [`Viewer::take_changes`].
+    changes: Change,
+}
+
+impl Viewer {
+    /// Opens the scene file at `path` and puts it on the device.
+    ///
+    /// # Errors
+    /// What cannot be read or drawn, by name; whatever the device refuses.
+    pub fn open(context: &Context, path: &Path) -> Result<Viewer, RenderError> {
+        Viewer::new(context, Session::open(path)?)
+    }
+
+    /// Shows a document.
+    ///
+    /// # Errors
+    /// What cannot be drawn, by name; whatever the device refuses.
+    pub fn new(context: &Context, session: Session) -> Result<Viewer, RenderError> {
+        Ok(Viewer {
+            live: live_of(context, &session)?,
+            context: context.clone(),
+            session,
+            window: None,
+            time: 0.0,
+            changes: Change::everything(),
+        })
+    }
+
+    /// The document.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// The device.
+    pub fn context(&self) -> &Context {
+        &self.context
+    }
+
+    /// The renderer.
+    pub fn live(&self) -> &Live {
+        &self.live
+    }
+
+    /// The scene as it is drawn.
+    pub fn prepared(&self) -> &PreparedScene {
+        self.live.scene()
+    }
+
+    /// See [`Session::edit`].
+    ///
+    /// # Errors
+    /// As there, or what cannot be drawn; nothing is changed then.
+    pub fn edit(
+        &mut self,
+        label: &str,
+        change: impl FnOnce(&mut Scene),
+    ) -> Result<Change, RenderError> {
+        let change = self.session.edit(label, change)?;
+        self.show_edit(change)
+    }
+
+    /// See [`Session::set`].
+    ///
+    /// # Errors
+    /// As there, or what cannot be drawn; nothing is changed then.
+    pub fn set(&mut self, values: &Map<String, Value>) -> Result<Change, RenderError> {
+        let change = self.session.set(values)?;
+        self.show_edit(change)
+    }
+
+    /// See [`Session::commit`].
+    pub fn commit(&mut self) {
+        self.session.commit();
+    }
+
+    /// Takes the last step back; `None` if there is none.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn undo(&mut self) -> Result<Option<Change>, RenderError> {
+        let change = self.session.undo();
+        if let Some(change) = &change {
+            self.show(change)?;
+        }
+        Ok(change)
+    }
+
+    /// Does again what was undone last; `None` if there is none.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn redo(&mut self) -> Result<Option<Change>, RenderError> {
+        let change = self.session.redo();
+        if let Some(change) = &change {
+            self.show(change)?;
+        }
+        Ok(change)
+    }
+
+    /// See [`Session::save`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn save(&mut self) -> Result<Saved, RenderError> {
+        Ok(self.session.save()?)
+    }
+
+    /// See [`Session::save_as`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn save_as(&mut self, path: &Path) -> Result<Saved, RenderError> {
+        Ok(self.session.save_as(path)?)
+    }
+
+    /// Reads all files again: see [`Session::reload`].
+    ///
+    /// # Errors
+    /// As there, or what cannot be drawn; the document stays as it was then.
+    pub fn reload(&mut self) -> Result<Change, RenderError> {
+        let change = self.session.reload()?;
+        self.show_edit(change)
+    }
+
+    /// Seconds since the start of the motion.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Shows the scene at `seconds` since the start of the motion.
+    ///
+    /// # Errors
+    /// What cannot be drawn, by name; whatever the device refuses.
+    pub fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
+        self.time = seconds;
+        Ok(())
+    }
+
+    /// Draws the picture in the size of a window instead of the scene's; a side of zero: nothing
+    /// is drawn.
+    ///
+    /// # Errors
+    /// As [`Live::set_size`].
+    pub fn set_window(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
+        self.window = Some(size);
+        self.live.set_size(size)
+    }
+
+    /// Puts the document on another device, after the old one was lost.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn set_context(&mut self, context: &Context) -> Result<(), RenderError> {
+        self.context = context.clone();
+        self.renew()
+    }
+
+    /// See [`Live::advance`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+        self.live.advance(budget)
+    }
+
+    /// See [`Live::display`].
+    pub fn display(&self) -> &wgpu::TextureView {
+        self.live.display()
+    }
+
+    /// See [`Live::report`].
+    pub fn report(&self) -> &LiveReport {
+        self.live.report()
+    }
+
+    /// See [`Live::finish`].
+    ///
+    /// # Errors
+    /// As there.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn finish(&mut self, samples: u32) -> Result<Picture, RenderError> {
+        self.live.finish(samples)
+    }
+
+    /// What has changed since this was last asked.
+    pub fn take_changes(&mut self) -> Change {
+        std::mem::take(&mut self.changes)
+    }
+
+    /// Shows what an edit of the document changed; takes the edit back if that cannot be.
+    fn show_edit(&mut self, change: Change) -> Result<Change, RenderError> {
+        match self.show(&change) {
+            Ok(()) => Ok(change),
+            Err(error) => {
+                if let Some(back) = self.session.abandon() {
+                    // It was drawn before.
+                    let _ = self.show(&back);
+                }
+                Err(error)
+            }
+        }
+    }
+
+    /// Tells the renderer what has changed.
+    fn show(&mut self, change: &Change) -> Result<(), RenderError> {
+        self.changes = std::mem::take(&mut self.changes).and(change.clone());
+        if change.geometry || change.tables || change.shadow_maps {
+            return self.renew();
+        }
+        let scene = self.session.scene();
+        let (assets, live) = (self.session.assets(), &mut self.live);
+        if change.hair || change.modes {
+            live.set_hair(&hair_params(&scene.hair), &modes(&scene.hair))
+                .map_err(|error| SceneError::File(error.to_string()))?;
+        }
+        if change.scattering {
+            live.set_scattering(scene.render.scattering);
+        }
+        if change.densities {
+            live.set_densities(densities(&scene.hair));
+        }
+        if change.diameter {
+            live.set_points(&assets.strands(&scene.hair)?.points)?;
+        }
+        if change.lights {
+            live.set_lights(assets.turned_lights(&scene.lights))?;
+        }
+        if change.lights || change.light_colors {
+            live.set_light_colors(&assets.light_colors(&scene.lights))?;
+        }
+        if change.camera {
+            let strands = &live.scene().strands;
+            let camera = camera(scene.camera.as_ref(), strands.centre, strands.radius);
+            live.set_camera(camera);
+        }
+        if change.size && self.window.is_none() {
+            live.set_size(scene.render.size)?;
+        }
+        if change.samples {
+            live.set_samples(scene.render.samples);
+        }
+        if change.grade {
+            let render = &scene.render;
+            live.set_grade(render.exposure as f32, render.tone_map, render.background);
+        }
+        Ok(())
+    }
+
+    /// Makes the renderer anew.
+    fn renew(&mut self) -> Result<(), RenderError> {
+        self.live = live_of(&self.context, &self.session)?;
+        if let Some(size) = self.window {
+            self.live.set_size(size)?;
+        }
+        Ok(())
+    }
+}
+
+/// The document on a device. Shadow maps are planned for the lights as the set has them, so that
+/// switching one off and on again, here or in the file, gives the same picture.
+fn live_of(context: &Context, session: &Session) -> Result<Live, RenderError> {
+    let mut prepared = session.prepared()?;
+    let lights = &session.scene().lights;
+    let assets = session.assets();
+    prepared.lights = assets.turned_lights(lights);
+    let mut live = Live::new(context, prepared)?;
+    live.set_light_colors(&assets.light_colors(lights))?;
+    Ok(live)
+}
