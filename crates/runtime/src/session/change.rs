@@ -47,7 +47,7 @@ pub struct Change {
     pub proxies: bool,
     /// How the hair moves.
     pub motion: bool,
-    /// What only the file holds: the name of a preset.
+    /// What only the file holds: the name of a preset, the same number told in another way.
     pub label: bool,
 }
 
@@ -63,6 +63,8 @@ impl Change {
             hair,
             camera,
             render,
+            proxies,
+            motion,
             folder: _,
         } = after;
         let mut change = Change {
@@ -70,6 +72,8 @@ impl Change {
             geometry: before.groom_path() != after.groom_path(),
             tables: before.tables_path() != after.tables_path()
                 || named(before.tables.as_ref()) != named(tables.as_ref()),
+            proxies: before.proxies != *proxies,
+            motion: before.motion != *motion || before.frame_paths() != after.frame_paths(),
             ..Change::default()
         };
         change.add_lights(&before.lights, lights);

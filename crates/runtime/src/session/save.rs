@@ -24,6 +24,7 @@ impl OnDisk {
         let written = [path.to_owned(), scene.groom_path(), scene.lights_path()]
             .into_iter()
             .chain(scene.tables_path())
+            .chain(scene.frame_paths())
             .map(|path| {
                 let time = files.modified(&path);
                 (path, time)
@@ -121,7 +122,9 @@ fn move_to(scene: &mut Scene, folder: &Path) {
     let from = std::mem::replace(&mut scene.folder, folder.to_owned());
     let files = [&mut scene.groom.file, &mut scene.lights.file];
     let tables = scene.tables.as_mut().map(|tables| &mut tables.file);
-    for file in files.into_iter().chain(tables) {
+    let motion = scene.motion.iter_mut();
+    let frames = motion.flat_map(|motion| &mut motion.frames);
+    for file in files.into_iter().chain(tables).chain(frames) {
         *file = path_from(folder, &from.join(&*file), file);
     }
 }

@@ -2,7 +2,8 @@
 
 use serde_json::{Map, Value, json};
 use strandlight_formats::{
-    CameraSection, Groom, LightAdjust, LightSet, Melanin, Scene, SrbfLight, TablesSection,
+    CameraSection, Groom, LightAdjust, LightSet, Melanin, MotionSection, ProxySection, Scene,
+    SrbfLight, TablesSection, WindSection,
 };
 
 use super::*;
@@ -85,8 +86,29 @@ fn every_key_of_a_scene_is_covered() {
         intensity: 2.0,
         tint: [0.5; 3],
     }];
+    full.motion = Some(MotionSection {
+        wind: Some(WindSection::default()),
+        ..MotionSection::default()
+    });
+    full.proxies = vec![
+        ProxySection::Ellipsoid {
+            centre: [0.0; 3],
+            radii: [8.0; 3],
+            tilt_deg: 0.0,
+            albedo: [0.5; 3],
+        },
+        ProxySection::Ground {
+            height: 0.0,
+            albedo: [0.5; 3],
+        },
+    ];
     let mut with_reflectance = full.clone();
     with_reflectance.hair.reflectance = Some([0.5; 3]);
+    with_reflectance.motion = Some(MotionSection {
+        frames: vec!["1.groom".into()],
+        fps: Some(24.0),
+        wind: None,
+    });
     let mut with_melanin = full.clone();
     with_melanin.hair.melanin = Some(Melanin {
         eumelanin: 1.0,
@@ -106,7 +128,8 @@ fn every_key_of_a_scene_is_covered() {
                 "hair.preset" => json!("red"),
                 "hair.modes.0" => json!("TT"),
                 "hair.modes.1" => json!("R"),
-                "hair.modes.2" => continue,
+                "hair.modes.2" | "proxy.0.kind" | "proxy.1.kind" => continue,
+                "motion.frames.0" => json!("2.groom"),
                 "render.tone_map" => json!("none"),
                 "render.background" => json!("none"),
                 "render.scattering" => json!("single"),
