@@ -20,7 +20,7 @@ use crate::edit::{HairTextures, LobeTables};
 use crate::error::SceneError;
 use crate::files::Files;
 use crate::strands::Strands;
-use crate::tables::{BUNDLED, ShadingTables};
+use crate::tables::ShadingTables;
 
 /// Segments m of the outer integral, as Xu 2011 published.
 const SEGMENTS: u32 = 4;
@@ -198,7 +198,14 @@ fn tables(scene: &Scene, files: &Files, wanted: ModesToRead) -> Result<SceneTabl
                 .map_err(|error| SceneError::File(format!("tables.file: {error}")))?;
             read_tables(reader, &path.display().to_string(), &of_scene, wanted)
         }
-        None => TableReader::from_static(BUNDLED)
+        // A third of a page's bytes, and many scenes bring their own: a file beside the program.
+        #[cfg(target_arch = "wasm32")]
+        None => files
+            .tables(crate::web::DEFAULT_TABLES.as_ref())
+            .map_err(|error| SceneError::File(error.to_string()))
+            .and_then(|reader| read_tables(reader, "default tables", &of_scene, wanted)),
+        #[cfg(not(target_arch = "wasm32"))]
+        None => TableReader::from_static(crate::tables::BUNDLED)
             .map_err(|error| SceneError::File(format!("bundled tables: {error}")))
             .and_then(|reader| read_tables(reader, "bundled tables", &of_scene, wanted)),
     }

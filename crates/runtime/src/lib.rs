@@ -33,6 +33,8 @@ pub mod tables;
 pub mod tone;
 pub mod viewer;
 pub mod volume;
+#[cfg(target_arch = "wasm32")]
+pub mod web;
 
 pub use camera::Camera;
 pub use error::{RenderError, SceneError};

@@ -68,6 +68,7 @@ pub enum TablesError {
 }
 
 /// The default tables as a `.tables` file: dielectric, the paper's ranges.
+#[cfg(not(target_arch = "wasm32"))]
 pub const BUNDLED: &[u8] = include_bytes!("../../../data/default.tables");
 
 /// Name of the table that shading with `mode` reads.

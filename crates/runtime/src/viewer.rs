@@ -13,7 +13,6 @@ use crate::assets::{camera, densities, hair_params, modes};
 use crate::error::{RenderError, SceneError};
 use crate::gpu::Context;
 use crate::live::{Live, LiveReport, Progress};
-use crate::picture::Picture;
 use crate::scene::PreparedScene;
 use crate::session::{Change, Saved, Session};
 
@@ -206,7 +205,7 @@ impl Viewer {
     /// # Errors
     /// As there.
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn finish(&mut self, samples: u32) -> Result<Picture, RenderError> {
+    pub fn finish(&mut self, samples: u32) -> Result<crate::Picture, RenderError> {
         self.live.finish(samples)
     }
 

@@ -1,0 +1,123 @@
+//! The viewer in a web page: files by `fetch`, the window in a canvas, saving by download.
+//!
+//! `web/index.html` calls [`open`]; `web/build` puts page, program and scene into one folder.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+
+use js_sys::{Array, Function, Uint8Array};
+use strandlight_formats::Scene;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
+use web_sys::{Blob, BlobPropertyBag, HtmlAnchorElement, HtmlCanvasElement, Response, Url};
+
+use crate::files::Files;
+
+/// Tables of scenes that name none: a file beside the program.
+pub const DEFAULT_TABLES: &str = "default.tables";
+
+thread_local! {
+    /// Shows a sentence in place of the canvas, or nothing for an empty one.
+    static SAY: RefCell<Option<Function>> = const { RefCell::new(None) };
+}
+
+/// Opens the scene at the address `scene`, seen from the page, in `canvas`. `say` is called with
+/// text to show in place of the canvas, the empty text when there is a picture.
+///
+/// # Errors
+/// In words: what cannot be fetched, read or drawn.
+#[wasm_bindgen]
+pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Result<(), JsValue> {
+    SAY.with_borrow_mut(|of_page| *of_page = Some(say));
+    std::panic::set_hook(Box::new(|info| {
+        web_sys::console::error_1(&info.to_string().into());
+        self::say(&format!("The viewer failed, which it should not: {info}"));
+    }));
+    let path = PathBuf::from(scene);
+    let files = fetched(&path).await.map_err(JsValue::from)?;
+    let _ = (canvas, files);
+    Ok(())
+}
+
+/// Shows `text` in place of the canvas, or the canvas if it is empty.
+pub fn say(text: &str) {
+    SAY.with_borrow(|say| {
+        if let Some(say) = say {
+            // A page that cannot show text has nowhere to say so either.
+            let _ = say.call1(&JsValue::NULL, &text.into());
+        }
+    });
+}
+
+/// The scene at `path` and the files that it names.
+async fn fetched(path: &Path) -> Result<Files, String> {
+    let bytes = fetch(path).await?;
+    let scene = Scene::from_bytes(&bytes, path).map_err(|error| error.to_string())?;
+    let mut files = vec![(path.to_owned(), bytes)];
+    let tables = scene.tables_path().unwrap_or_else(|| DEFAULT_TABLES.into());
+    let mut names = vec![scene.groom_path(), scene.lights_path(), tables];
+    names.extend(scene.frame_paths());
+    names.sort();
+    names.dedup();
+    for name in names {
+        let bytes = fetch(&name).await?;
+        files.push((name, bytes));
+    }
+    Ok(Files::in_memory(files))
+}
+
+/// The bytes at an address that is a path seen from the page.
+async fn fetch(path: &Path) -> Result<Vec<u8>, String> {
+    let name = path.display();
+    let address: Vec<String> = path
+        .to_string_lossy()
+        .split('/')
+        .map(|part| js_sys::encode_uri_component(part).into())
+        .collect();
+    let window = web_sys::window().ok_or("there is no page")?;
+    let failed = |error: JsValue| format!("{name}: cannot be fetched: {}", words(&error));
+    let response = JsFuture::from(window.fetch_with_str(&address.join("/")))
+        .await
+        .map_err(failed)?;
+    let response: Response = response.dyn_into().map_err(failed)?;
+    if !response.ok() {
+        let status = response.status();
+        return Err(format!(
+            "{name}: cannot be fetched: the server answers {status}"
+        ));
+    }
+    let buffer = JsFuture::from(response.array_buffer().map_err(failed)?).await;
+    Ok(Uint8Array::new(&buffer.map_err(failed)?).to_vec())
+}
+
+/// Offers `bytes` to the reader of the page as a file to keep.
+///
+/// # Errors
+/// In words: what the browser refuses.
+pub fn download(name: &str, bytes: &[u8]) -> Result<(), String> {
+    let refused = |error: JsValue| format!("{name}: cannot be saved: {}", words(&error));
+    let parts = Array::of1(&Uint8Array::from(bytes));
+    let kind = BlobPropertyBag::new();
+    kind.set_type("application/octet-stream");
+    let blob = Blob::new_with_u8_array_sequence_and_options(&parts, &kind).map_err(refused)?;
+    let address = Url::create_object_url_with_blob(&blob).map_err(refused)?;
+    let document = web_sys::window()
+        .and_then(|window| window.document())
+        .ok_or("there is no page")?;
+    let link: HtmlAnchorElement = document
+        .create_element("a")
+        .map_err(refused)?
+        .unchecked_into();
+    link.set_href(&address);
+    link.set_download(name);
+    link.click();
+    Url::revoke_object_url(&address).map_err(refused)
+}
+
+/// What an exception of the browser says.
+fn words(error: &JsValue) -> String {
+    match error.dyn_ref::<js_sys::Error>() {
+        Some(error) => error.message().into(),
+        None => format!("{error:?}"),
+    }
+}

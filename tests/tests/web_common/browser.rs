@@ -1,0 +1,246 @@
+//! Chromium without a window, driven through its debugging pipe.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+/// WebGPU by SwiftShader: no GPU is needed.
+pub const WITH_WEBGPU: &[&str] = &[
+    "--enable-unsafe-webgpu",
+    "--enable-features=Vulkan",
+    "--use-vulkan=swiftshader",
+    "--use-webgpu-adapter=swiftshader",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+];
+
+/// No adapter: what a browser without WebGPU, or without a GPU that it trusts, answers.
+pub const WITHOUT_WEBGPU: &[&str] = &["--disable-gpu", "--disable-features=WebGPU"];
+
+/// How long anything may take on a busy machine before the test gives up.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A browser with one page.
+pub struct Browser {
+    child: Child,
+    requests: ChildStdin,
+    answers: BufReader<ChildStdout>,
+    session: Option<String>,
+    last_id: u64,
+    /// What the page wrote to its console, and what it threw.
+    pub console: Vec<String>,
+    _profile: tempfile::TempDir,
+}
+
+impl Browser {
+    /// Starts a browser whose page is `size` pixels large.
+    pub fn start(flags: &[&str], size: [u32; 2]) -> Browser {
+        let profile = tempfile::tempdir().expect("a temporary folder");
+        // The pipe is file descriptors 3 and 4.
+        let mut child = Command::new("sh")
+            .args(["-c", "exec \"$@\" 3<&0 4>&1 </dev/null >/dev/null", "sh"])
+            .args(["chromium", "--headless=new", "--no-sandbox"])
+            .args(["--hide-scrollbars", "--force-device-scale-factor=1"])
+            .args(["--no-first-run", "--disable-extensions"])
+            .args(["--disable-background-networking", "--disable-dev-shm-usage"])
+            .args(flags)
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .args(["--remote-debugging-pipe", "about:blank"])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("a shell");
+        let mut browser = Browser {
+            requests: child.stdin.take().expect("piped"),
+            answers: BufReader::new(child.stdout.take().expect("piped")),
+            child,
+            session: None,
+            last_id: 0,
+            console: Vec::new(),
+            _profile: profile,
+        };
+        let targets = browser.call("Target.getTargets", json!({}));
+        let page = targets["targetInfos"]
+            .as_array()
+            .and_then(|targets| targets.iter().find(|target| target["type"] == "page"))
+            .expect("a page");
+        let attached = browser.call(
+            "Target.attachToTarget",
+            json!({ "targetId": page["targetId"], "flatten": true }),
+        );
+        browser.session = attached["sessionId"].as_str().map(str::to_owned);
+        browser.call("Page.enable", json!({}));
+        browser.call("Runtime.enable", json!({}));
+        let [width, height] = size;
+        browser.call(
+            "Emulation.setDeviceMetricsOverride",
+            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false }),
+        );
+        browser
+    }
+
+    /// Opens the page at `address`.
+    pub fn go(&mut self, address: &str) {
+        self.call("Page.navigate", json!({ "url": address }));
+    }
+
+    /// Calls a method of the debugging protocol and waits for its answer.
+    pub fn call(&mut self, method: &str, parameters: Value) -> Value {
+        self.last_id += 1;
+        let mut request = json!({ "id": self.last_id, "method": method, "params": parameters });
+        if let Some(session) = &self.session {
+            request["sessionId"] = json!(session);
+        }
+        let sent = write!(self.requests, "{request}\0").and_then(|()| self.requests.flush());
+        sent.unwrap_or_else(|error| panic!("{method}: chromium is not there: {error}"));
+        loop {
+            let mut bytes = Vec::new();
+            let n = self.answers.read_until(0, &mut bytes).unwrap_or(0);
+            assert!(
+                n > 0,
+                "{method}: chromium ended (is it installed? tests/run does it)"
+            );
+            bytes.pop();
+            let mut answer: Value = serde_json::from_slice(&bytes).expect("JSON");
+            if answer["id"] == json!(self.last_id) {
+                assert!(answer["error"].is_null(), "{method}: {answer}");
+                return answer["result"].take();
+            }
+            self.note(&answer);
+        }
+    }
+
+    fn note(&mut self, event: &Value) {
+        match event["method"].as_str() {
+            Some("Runtime.consoleAPICalled") => {
+                let words = event["params"]["args"].as_array().into_iter().flatten();
+                let words: Vec<String> = words
+                    .map(|word| match word["value"].as_str() {
+                        Some(text) => text.to_owned(),
+                        None => word["description"].to_string(),
+                    })
+                    .collect();
+                self.console.push(words.join(" "));
+            }
+            Some("Runtime.exceptionThrown") => {
+                self.console.push(event["params"].to_string());
+            }
+            _ => {}
+        }
+    }
+
+    /// The value of a JavaScript expression in the page.
+    pub fn evaluate(&mut self, expression: &str) -> Value {
+        let answer = self.call(
+            "Runtime.evaluate",
+            json!({ "expression": expression, "returnByValue": true, "awaitPromise": true }),
+        );
+        answer["result"]["value"].clone()
+    }
+
+    /// Waits until `expression` is true in the page; tells what the page shows if it never is.
+    pub fn wait_for(&mut self, expression: &str) {
+        let start = Instant::now();
+        while self.evaluate(expression) != json!(true) {
+            if start.elapsed() > PATIENCE {
+                let text = self.evaluate(
+                    "document.body.innerText + ' | ' + document.querySelector('canvas')?.alt",
+                );
+                panic!("never: {expression}; page: {text}; console: {:?}", self.console);
+            }
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
+    /// Drags the mouse with its left button from one place to another, in pixels of the page.
+    pub fn drag(&mut self, from: [f64; 2], to: [f64; 2]) {
+        const STEPS: u32 = 8;
+        self.mouse("mouseMoved", from, 0);
+        self.mouse("mousePressed", from, 1);
+        for step in 1..=STEPS {
+            let t = f64::from(step) / f64::from(STEPS);
+            let at = [0, 1].map(|axis: usize| from[axis] + t * (to[axis] - from[axis]));
+            self.mouse("mouseMoved", at, 1);
+            std::thread::sleep(Duration::from_millis(30));
+        }
+        self.mouse("mouseReleased", to, 0);
+    }
+
+    fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], buttons: u32) {
+        let button = if kind == "mouseMoved" && buttons == 0 { "none" } else { "left" };
+        self.call(
+            "Input.dispatchMouseEvent",
+            json!({ "type": kind, "x": x, "y": y, "button": button, "buttons": buttons,
+                    "clickCount": 1, "pointerType": "mouse" }),
+        );
+    }
+
+    /// Presses and releases a letter's key together with Control.
+    pub fn control(&mut self, letter: char) {
+        let upper = letter.to_ascii_uppercase();
+        for kind in ["rawKeyDown", "keyUp"] {
+            self.call(
+                "Input.dispatchKeyEvent",
+                json!({ "type": kind, "modifiers": 2, "key": letter.to_string(),
+                        "code": format!("Key{upper}"), "windowsVirtualKeyCode": upper as u32 }),
+            );
+        }
+    }
+
+    /// Downloads go to `folder`.
+    pub fn download_to(&mut self, folder: &Path) {
+        self.call(
+            "Browser.setDownloadBehavior",
+            json!({ "behavior": "allow", "downloadPath": folder.display().to_string() }),
+        );
+    }
+
+    /// What the page looks like, as a PNG.
+    pub fn screenshot(&mut self) -> Vec<u8> {
+        let answer = self.call("Page.captureScreenshot", json!({ "format": "png" }));
+        from_base64(answer["data"].as_str().expect("a picture"))
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        self.session = None;
+        let _ = write!(self.requests, "{}\0", json!({ "id": 0, "method": "Browser.close" }))
+            .and_then(|()| self.requests.flush());
+        let start = Instant::now();
+        while matches!(self.child.try_wait(), Ok(None)) {
+            if start.elapsed() > Duration::from_secs(10) {
+                let _ = self.child.kill();
+                let _ = self.child.wait();
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+fn from_base64(text: &str) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut bits, mut n_bits) = (0_u32, 0);
+    for digit in text.bytes().take_while(|&digit| digit != b'=') {
+        let value = match digit {
+            b'A'..=b'Z' => digit - b'A',
+            b'a'..=b'z' => digit - b'a' + 26,
+            b'0'..=b'9' => digit - b'0' + 52,
+            b'+' => 62,
+            b'/' => 63,
+            _ => panic!("not base64: {digit}"),
+        };
+        bits = bits << 6 | u32::from(value);
+        n_bits += 6;
+        if n_bits >= 8 {
+            n_bits -= 8;
+            bytes.push((bits >> n_bits) as u8);
+        }
+    }
+    bytes
+}
