@@ -4,6 +4,8 @@
 //! ```json
 //! [
 //!   {"set": {"hair.eta": 1.6, "camera.position": [0, 0, 60]}},
+//!   {"stroke": {"brush": {"radius_cm": 2, "what": {"dye": [0.1, 0.9, 2]}},
+//!               "path": [[300, 200], [340, 260]]}},
 //!   {"frame": "first", "samples": 64, "size": [720, 480]},
 //!   {"undo": 1},
 //!   {"frame": "second"}
@@ -13,6 +15,7 @@
 //! | step | does |
 //! |---|---|
 //! | `set` | sets values by the names of their keys in a scene file, as one step to undo |
+//! | `stroke` | paints; see [`BrushStroke`] |
 //! | `time` | seconds since the start of the motion |
 //! | `undo`, `redo` | takes so many steps back, or does them again |
 //! | `frame` | makes a picture; `samples` and `size` in place of the scene's |
@@ -25,6 +28,7 @@ use serde_json::{Map, Value, json};
 use strandlight_formats::CameraSection;
 
 use crate::error::{RenderError, SceneError};
+use crate::paint::{BrushStroke, Picker};
 use crate::render::{check_frame, whole_passes};
 use crate::session::{Change, Session};
 use crate::viewer::Viewer;
@@ -51,6 +55,8 @@ pub struct Frame {
 pub enum Step {
     /// Keys and their values.
     Set(Map<String, Value>),
+    /// A stroke of a brush. Its path in pixels is one in a picture of the scene's size.
+    Stroke(BrushStroke),
     /// Seconds since the start of the motion.
     Time(f64),
     /// Steps to take back.
@@ -68,11 +74,12 @@ pub struct Script {
     pub steps: Vec<Step>,
 }
 
-/// A step as it stands in the file: one of the first five.
+/// A step as it stands in the file: one of the first six.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
     set: Option<Map<String, Value>>,
+    stroke: Option<BrushStroke>,
     time: Option<f64>,
     undo: Option<u32>,
     redo: Option<u32>,
@@ -146,6 +153,7 @@ impl Script {
         for (ix, step) in self.steps.iter().enumerate() {
             let done = match step {
                 Step::Set(values) => target.set(values),
+                Step::Stroke(stroke) => target.stroke(stroke),
                 Step::Time(seconds) => target.set_time(*seconds),
                 Step::Undo(n) => (0..*n).try_for_each(|_| target.step_back()),
                 Step::Redo(n) => (0..*n).try_for_each(|_| target.step_again()),
@@ -164,6 +172,12 @@ pub trait Document {
     /// # Errors
     /// As there.
     fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError>;
+
+    /// Paints.
+    ///
+    /// # Errors
+    /// The first value of the brush outside its range.
+    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), RenderError>;
 
     /// Sets the seconds since the start of the motion.
     ///
@@ -192,6 +206,10 @@ fn a_step(change: Option<Change>, what: &str) -> Result<(), RenderError> {
 impl Document for Viewer {
     fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError> {
         Viewer::set(self, values).map(|_| ())
+    }
+
+    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), RenderError> {
+        Viewer::stroke(self, stroke).map(|_| ())
     }
 
     fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
@@ -240,6 +258,17 @@ impl Document for Offline {
         Ok(())
     }
 
+    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), RenderError> {
+        let scene = self.session.prepared()?;
+        let picker = Picker::new(&scene.strands);
+        let paint = self.session.paint_mut();
+        let stroke = picker.stroke(paint, &scene.camera, scene.size, stroke);
+        let stroke = stroke.map_err(|error| SceneError::File(error.to_string()))?;
+        let change = self.session.stroke(stroke);
+        self.note(change);
+        Ok(())
+    }
+
     fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
         self.time = seconds;
         Ok(())
@@ -263,6 +292,7 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
     let is_frame = entry.frame.is_some();
     let mut steps: Vec<Step> = [
         entry.set.map(Step::Set),
+        entry.stroke.map(Step::Stroke),
         entry.time.map(Step::Time),
         entry.undo.map(Step::Undo),
         entry.redo.map(Step::Redo),
@@ -278,7 +308,7 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
     .flatten()
     .collect();
     let one = (steps.len() == 1).then(|| steps.pop()).flatten();
-    let one = one.ok_or("must be one of set, time, undo, redo and frame")?;
+    let one = one.ok_or("must be one of set, stroke, time, undo, redo and frame")?;
     if !is_frame && (entry.samples.is_some() || entry.size.is_some()) {
         return Err("samples and size belong to a frame".to_owned());
     }
@@ -344,12 +374,13 @@ mod tests {
     #[test]
     fn steps_of_every_kind_are_read() {
         let script = Script::from_json(
-            r#"[{"set": {"hair.eta": 1.6}}, {"time": 0.5}, {"undo": 2}, {"redo": 1},
+            r#"[{"set": {"hair.eta": 1.6}}, {"time": 0.5},
+                {"stroke": {"path": [[1, 2], [3, 4]]}}, {"undo": 2}, {"redo": 1},
                 {"frame": "a", "samples": 8, "size": [20, 10]}, {"frame": "b.exr"}]"#,
         )
         .expect("valid");
-        assert_eq!(script.steps.len(), 6);
-        assert_eq!(script.steps[2], Step::Undo(2));
+        assert_eq!(script.steps.len(), 7);
+        assert_eq!(script.steps[3], Step::Undo(2));
         let names: Vec<&str> = script.frames().map(|frame| frame.name.as_str()).collect();
         assert_eq!(names, ["a", "b.exr"]);
     }

@@ -13,6 +13,7 @@ use crate::assets::{camera, densities, hair_params, modes};
 use crate::error::{RenderError, SceneError};
 use crate::gpu::Context;
 use crate::live::{Live, LiveReport, Progress};
+use crate::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
 use crate::scene::PreparedScene;
 use crate::session::{Change, Saved, Session};
 
@@ -27,6 +28,10 @@ pub struct Viewer {
     time: f64,
     /// What was made anew since [`Viewer::take_changes`].
     changes: Change,
+    /// Of the hair where it is now; none until it is asked for.
+    picker: Option<Picker>,
+    /// The stroke that is being made.
+    stroking: Option<Stroking>,
 }
 
 impl Viewer {
@@ -50,6 +55,8 @@ impl Viewer {
             window: None,
             time: 0.0,
             changes: Change::everything(),
+            picker: None,
+            stroking: None,
         })
     }
 
@@ -105,6 +112,7 @@ impl Viewer {
     /// # Errors
     /// Whatever the device refuses.
     pub fn undo(&mut self) -> Result<Option<Change>, RenderError> {
+        self.release()?;
         let change = self.session.undo();
         if let Some(change) = &change {
             self.show(change)?;
@@ -117,11 +125,94 @@ impl Viewer {
     /// # Errors
     /// Whatever the device refuses.
     pub fn redo(&mut self) -> Result<Option<Change>, RenderError> {
+        self.release()?;
         let change = self.session.redo();
         if let Some(change) = &change {
             self.show(change)?;
         }
         Ok(change)
+    }
+
+    /// Where the hair is that is seen at `cursor`, px from the upper left corner of the picture.
+    pub fn pick(&mut self, cursor: [f32; 2]) -> Option<glam::Vec3> {
+        let size = self.size();
+        let scene = self.live.scene();
+        let picker = self
+            .picker
+            .get_or_insert_with(|| Picker::new(&scene.strands));
+        picker.pick(&scene.camera, size, cursor)
+    }
+
+    /// A brush goes down. A stroke that was being made ends.
+    ///
+    /// # Errors
+    /// The first value of the brush outside its range; whatever the device refuses.
+    pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
+        self.release()?;
+        self.stroking = Some(Stroking::new(brush).map_err(told)?);
+        Ok(())
+    }
+
+    /// The brush is dragged to `cursor`, px from the upper left corner of the picture; what it
+    /// paints is seen at once. Without a brush down nothing happens.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn drag(&mut self, cursor: [f32; 2]) -> Result<(), RenderError> {
+        let Some(mut stroking) = self.stroking.take() else {
+            return Ok(());
+        };
+        let size = self.size();
+        let scene = self.live.scene();
+        let picker = self
+            .picker
+            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let paint = self.session.paint_mut();
+        let changed = stroking.drag(picker, paint, &scene.camera, size, cursor);
+        self.stroking = Some(stroking);
+        match changed {
+            Some(range) => self.show(&Change::painted(range)),
+            None => Ok(()),
+        }
+    }
+
+    /// The brush goes up: its stroke is one step to undo.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn release(&mut self) -> Result<Change, RenderError> {
+        let Some(stroking) = self.stroking.take() else {
+            return Ok(Change::default());
+        };
+        let stroke = stroking.finish(self.session.paint_mut());
+        let change = self.session.stroke(stroke);
+        self.show(&change)?;
+        Ok(change)
+    }
+
+    /// A whole stroke, as a script has it.
+    ///
+    /// # Errors
+    /// The first value of the brush outside its range; whatever the device refuses.
+    pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
+        self.release()?;
+        let size = self.size();
+        let scene = self.live.scene();
+        let picker = self
+            .picker
+            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let paint = self.session.paint_mut();
+        let stroke = picker
+            .stroke(paint, &scene.camera, size, stroke)
+            .map_err(told)?;
+        let change = self.session.stroke(stroke);
+        self.show(&change)?;
+        Ok(change)
+    }
+
+    /// Width and height of the picture: the window's, or the scene's.
+    pub fn size(&self) -> [u32; 2] {
+        self.window.unwrap_or(self.session.scene().render.size)
     }
 
     /// See [`Session::save`].
@@ -231,6 +322,9 @@ impl Viewer {
     /// Tells the renderer what has changed.
     fn show(&mut self, change: &Change) -> Result<(), RenderError> {
         self.changes = std::mem::take(&mut self.changes).and(change.clone());
+        if change.geometry || change.diameter || change.motion {
+            self.picker = None;
+        }
         if change.geometry || change.tables || change.shadow_maps {
             return self.renew();
         }
@@ -275,6 +369,7 @@ impl Viewer {
 
     /// Makes the renderer anew.
     fn renew(&mut self) -> Result<(), RenderError> {
+        self.picker = None;
         self.live = live_of(&self.context, &self.session)?;
         if let Some(size) = self.window {
             self.live.set_size(size)?;
@@ -293,4 +388,8 @@ fn live_of(context: &Context, session: &Session) -> Result<Live, RenderError> {
     let mut live = Live::new(context, prepared)?;
     live.set_light_colors(&assets.light_colors(lights))?;
     Ok(live)
+}
+
+fn told(error: BrushError) -> RenderError {
+    SceneError::File(error.to_string()).into()
 }

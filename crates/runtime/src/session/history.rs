@@ -1,13 +1,18 @@
 //! Steps that can be taken back.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use strandlight_formats::Scene;
 
 use super::Held;
+use crate::paint::Stroke;
 
 /// Most steps that are remembered.
 pub const MAX_STEPS: usize = 500;
+
+/// Most points in all strokes that are remembered: some 200 MB.
+pub const MAX_STROKE_POINTS: usize = 4 << 20;
 
 /// One step between two states of the document.
 #[derive(Clone, Debug)]
@@ -18,6 +23,20 @@ pub(super) enum Step {
         after: Box<Scene>,
         held: Option<Box<[Held; 2]>>,
     },
+    /// A stroke, and the states of the paint around it.
+    Stroke {
+        stroke: Arc<Stroke>,
+        states: [u64; 2],
+    },
+}
+
+impl Step {
+    fn stroke_points(&self) -> usize {
+        match self {
+            Step::Scene { .. } => 0,
+            Step::Stroke { stroke, .. } => stroke.changed.len(),
+        }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -40,7 +59,11 @@ impl History {
     /// open one before it becomes part of that.
     pub fn push(&mut self, label: &str, step: Step) {
         self.undone.clear();
-        if self.is_open && self.done.back().is_some_and(|last| last.label == label) {
+        let is_more = |last: &Entry| match (&last.step, &step) {
+            (Step::Scene { .. }, Step::Scene { .. }) => last.label == label,
+            _ => false,
+        };
+        if self.is_open && self.done.back().is_some_and(is_more) {
             if let Some(last) = self.done.pop_back() {
                 self.add(label, joined(last.step, step));
             }
@@ -53,8 +76,11 @@ impl History {
     fn add(&mut self, label: &str, step: Option<Step>) {
         let label = label.to_owned();
         self.done.extend(step.map(|step| Entry { label, step }));
-        while self.done.len() > MAX_STEPS {
-            self.done.pop_front();
+        let mut points: usize = self.done.iter().map(|e| e.step.stroke_points()).sum();
+        // The newest step stays, however large.
+        while self.done.len() > MAX_STEPS || (points > MAX_STROKE_POINTS && self.done.len() > 1) {
+            let oldest = self.done.pop_front();
+            points -= oldest.map_or(0, |entry| entry.step.stroke_points());
         }
     }
 
@@ -92,38 +118,44 @@ impl History {
     /// Changes all scenes that are remembered.
     pub fn for_each_scene(&mut self, change: impl Fn(&mut Scene)) {
         for entry in self.done.iter_mut().chain(&mut self.undone) {
-            let Step::Scene { before, after, .. } = &mut entry.step;
-            change(before);
-            change(after);
+            if let Step::Scene { before, after, .. } = &mut entry.step {
+                change(before);
+                change(after);
+            }
         }
     }
 }
 
-/// Two steps as one; `None` if the second took back the first.
+/// Two steps as one, which is the second if they cannot be; `None` if the second took back the
+/// first.
 fn joined(first: Step, second: Step) -> Option<Step> {
-    let (
-        Step::Scene {
-            before,
-            held: first,
-            ..
-        },
-        Step::Scene {
-            after,
-            held: second,
-            ..
-        },
-    ) = (first, second);
-    let held = match (first, second) {
-        (Some(first), Some(second)) => {
-            let ([before, _], [_, after]) = (*first, *second);
-            Some(Box::new([before, after]))
+    match (first, second) {
+        (
+            Step::Scene {
+                before,
+                held: first,
+                ..
+            },
+            Step::Scene {
+                after,
+                held: second,
+                ..
+            },
+        ) => {
+            let held = match (first, second) {
+                (Some(first), Some(second)) => {
+                    let ([before, _], [_, after]) = (*first, *second);
+                    Some(Box::new([before, after]))
+                }
+                (first, second) => first.or(second),
+            };
+            let is_nothing = held.is_none() && before == after;
+            (!is_nothing).then_some(Step::Scene {
+                before,
+                after,
+                held,
+            })
         }
-        (first, second) => first.or(second),
-    };
-    let is_nothing = held.is_none() && before == after;
-    (!is_nothing).then_some(Step::Scene {
-        before,
-        after,
-        held,
-    })
+        (_, second) => Some(second),
+    }
 }

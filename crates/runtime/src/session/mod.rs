@@ -12,10 +12,11 @@ mod keys;
 mod save;
 
 pub use change::Change;
-pub use history::MAX_STEPS;
+pub use history::{MAX_STEPS, MAX_STROKE_POINTS};
 pub use keys::{parse_value, with_key};
 pub use save::Saved;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -25,6 +26,7 @@ use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
 use crate::assets::{Assets, ModesToRead};
 use crate::error::SceneError;
 use crate::files::Files;
+use crate::paint::{Paint, Stroke};
 use crate::render::{check_frame, whole_passes};
 use crate::scene::PreparedScene;
 use history::{History, Step};
@@ -34,6 +36,22 @@ use save::OnDisk;
 #[derive(Clone, Debug)]
 struct Held {
     assets: Assets,
+    /// Paint of the groom; none until somebody paints, if the groom has none.
+    paint: Option<Arc<Paint>>,
+    /// Number of the state that the paint is in: a stroke makes another, undoing it the old one.
+    paint_state: u64,
+}
+
+impl Held {
+    fn new(assets: Assets, paint_state: u64) -> Result<Held, SceneError> {
+        let paint = Paint::from_groom(&assets.groom).map_err(told)?;
+        let paint = paint.map(Arc::new);
+        Ok(Held {
+            assets,
+            paint,
+            paint_state,
+        })
+    }
 }
 
 /// A scene that is open for editing.
@@ -45,6 +63,10 @@ pub struct Session {
     held: Held,
     history: History,
     on_disk: OnDisk,
+    /// States of the paint so far.
+    n_paint_states: u64,
+    /// Grooms that saving has made.
+    written_grooms: BTreeSet<PathBuf>,
 }
 
 impl Session {
@@ -65,9 +87,11 @@ impl Session {
         let assets = Assets::read(&scene, &files, ModesToRead::All)?;
         check_size(&scene)?;
         Ok(Session {
-            on_disk: OnDisk::new(path, &scene, &files),
+            on_disk: OnDisk::new(path, &scene, 0, &files),
             path: path.to_owned(),
-            held: Held { assets },
+            held: Held::new(assets, 0)?,
+            n_paint_states: 0,
+            written_grooms: BTreeSet::new(),
             scene,
             files,
             history: History::default(),
@@ -97,6 +121,18 @@ impl Session {
     /// The groom as its file has it.
     pub fn groom(&self) -> &Groom {
         &self.held.assets.groom
+    }
+
+    /// The paint of the groom's points; `None` where nothing was ever painted.
+    pub fn paint(&self) -> Option<&Paint> {
+        self.held.paint.as_deref()
+    }
+
+    /// The paint, to be changed by a stroke that [`Session::stroke`] is told of in the end.
+    pub fn paint_mut(&mut self) -> &mut Paint {
+        let n_points = self.held.assets.groom.points.len();
+        let unpainted = || Arc::new(Paint::unpainted(n_points));
+        Arc::make_mut(self.held.paint.get_or_insert_with(unpainted))
     }
 
     /// The light set as its file has it.
@@ -141,19 +177,52 @@ impl Session {
         let assets = &self.held.assets;
         let change = Change::between(&self.scene, &after);
         let assets = assets.reread(&self.scene, &after, &self.files)?;
-        let before = std::mem::replace(&mut self.scene, after);
-        let held = (change.geometry || change.lights || change.tables).then(|| {
-            let after = Held { assets };
+        let held = if change.geometry {
+            let after = Held::new(assets, self.next_paint_state())?;
             let before = std::mem::replace(&mut self.held, after.clone());
-            Box::new([before, after])
-        });
+            Some(Box::new([before, after]))
+        } else if change.lights || change.tables {
+            let before = std::mem::replace(&mut self.held.assets, assets.clone());
+            // The groom is the same, so its paint is not the step's business.
+            Some(Box::new([before, assets].map(|assets| Held {
+                assets,
+                paint: None,
+                paint_state: 0,
+            })))
+        } else {
+            None
+        };
         let step = Step::Scene {
-            before: Box::new(before),
-            after: Box::new(self.scene.clone()),
+            before: Box::new(std::mem::replace(&mut self.scene, after.clone())),
+            after: Box::new(after),
             held,
         };
         self.history.push(label, step);
         Ok(change)
+    }
+
+    /// Gives the points of `stroke` their paint, as one step to undo. Points that have it already,
+    /// because they were changed while the stroke was made, stay as they are.
+    pub fn stroke(&mut self, stroke: Stroke) -> Change {
+        let Some(range) = stroke.range() else {
+            return Change::default();
+        };
+        self.paint_mut().apply(&stroke);
+        let states = [self.held.paint_state, self.next_paint_state()];
+        self.held.paint_state = states[1];
+        let step = Step::Stroke {
+            stroke: Arc::new(stroke),
+            states,
+        };
+        self.history.close();
+        self.history.push("paint", step);
+        self.history.close();
+        Change::painted(range)
+    }
+
+    fn next_paint_state(&mut self) -> u64 {
+        self.n_paint_states += 1;
+        self.n_paint_states
     }
 
     /// Sets values by the names of their keys, as one step; see [`with_key`]. A key below `camera`
@@ -234,13 +303,30 @@ impl Session {
                 if let Some(held) = held {
                     let [before, after] = *held;
                     let held = towards.pick(before, after);
-                    let old = std::mem::replace(&mut self.held, held).assets;
+                    // Only another groom brings other paint.
+                    let keeps_paint = Arc::ptr_eq(&held.assets.groom, &self.held.assets.groom);
+                    let old = std::mem::replace(&mut self.held, held);
+                    if keeps_paint {
+                        self.held.paint = old.paint;
+                        self.held.paint_state = old.paint_state;
+                    }
+                    let old = old.assets;
                     let new = &self.held.assets;
                     change.geometry |= !Arc::ptr_eq(&old.groom, &new.groom);
                     change.lights |= !Arc::ptr_eq(&old.lights, &new.lights);
                     change.tables |= !Arc::ptr_eq(&old.tables, &new.tables);
                 }
                 change
+            }
+            Step::Stroke { stroke, states } => {
+                let paint = self.paint_mut();
+                let range = match towards {
+                    Towards::Before => paint.revert(&stroke),
+                    Towards::After => paint.apply(&stroke),
+                };
+                let [before, after] = states;
+                self.held.paint_state = towards.pick(before, after);
+                Change::painted(range.unwrap_or_default())
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 use std::time::SystemTime;
 
-use strandlight_formats::Scene;
+use strandlight_formats::{Groom, Scene};
 
 use super::history::Step;
 use super::{Change, Held, Session, check_size, told};
@@ -11,16 +11,20 @@ use crate::assets::{Assets, ModesToRead};
 use crate::error::SceneError;
 use crate::files::Files;
 
+/// Parameter of a groom that a save has made: such a file may be replaced by the next save.
+const SAVED_BY: (&str, &str) = ("saved_by", "strandview");
+
 /// The document as it is on disk.
 #[derive(Clone, Debug)]
 pub(super) struct OnDisk {
     scene: Scene,
+    paint_state: u64,
     /// The files and when they were written.
     written: Vec<(PathBuf, Option<SystemTime>)>,
 }
 
 impl OnDisk {
-    pub fn new(path: &Path, scene: &Scene, files: &Files) -> OnDisk {
+    pub fn new(path: &Path, scene: &Scene, paint_state: u64, files: &Files) -> OnDisk {
         let written = [path.to_owned(), scene.groom_path(), scene.lights_path()]
             .into_iter()
             .chain(scene.tables_path())
@@ -32,6 +36,7 @@ impl OnDisk {
             .collect();
         OnDisk {
             scene: scene.clone(),
+            paint_state,
             written,
         }
     }
@@ -47,7 +52,7 @@ pub struct Saved {
 impl Session {
     /// Is there something that the files do not hold?
     pub fn is_modified(&self) -> bool {
-        self.scene != self.on_disk.scene
+        self.scene != self.on_disk.scene || self.held.paint_state != self.on_disk.paint_state
     }
 
     /// Has a file of the document been written by somebody else since it was read or saved?
@@ -60,34 +65,104 @@ impl Session {
         self.on_disk.written.iter().any(changed)
     }
 
-    /// Writes the document to the files it was read from.
+    /// Writes the document to the files it was read from. Painted hair goes to a groom file that
+    /// an earlier save has made, or else to a new one: see [`Session::save_as`].
     ///
     /// # Errors
     /// What cannot be written, by name.
     pub fn save(&mut self) -> Result<Saved, SceneError> {
-        self.save_as(&self.path.clone())
+        self.save_to(&self.path.clone(), None)
     }
 
     /// Writes the scene to `path`, which it has from then on. Files that it names stay where they
-    /// are: relative paths are written so that they lead there.
+    /// are: relative paths are written so that they lead there. If the hair was painted since the
+    /// groom was read or written, the groom goes to a new file beside the scene, called
+    /// `NAME-painted.groom` or with a number after that.
     ///
     /// # Errors
-    /// What cannot be written, by name; files that were written before it stay.
+    /// What cannot be written, by name; a groom that was written before it stays.
     pub fn save_as(&mut self, path: &Path) -> Result<Saved, SceneError> {
+        self.save_to(path, None)
+    }
+
+    /// [`Session::save_as`], with the groom and its paint in the file `groom`, which it replaces if
+    /// there is one.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn save_with_groom(&mut self, path: &Path, groom: &Path) -> Result<Saved, SceneError> {
+        self.save_to(path, Some(groom))
+    }
+
+    fn save_to(&mut self, path: &Path, groom: Option<&Path>) -> Result<Saved, SceneError> {
         self.files.check_writable(path).map_err(told)?;
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
         let mut scene = self.scene.clone();
         move_to(&mut scene, &folder);
+        let mut saved = Saved::default();
+        let is_painted = self.held.paint_state != self.on_disk.paint_state;
+        if is_painted || groom.is_some() {
+            let to = groom.map_or_else(|| self.groom_to_write(path), Path::to_owned);
+            // Asked before anything is written, so that not one of two files is.
+            scene.groom.file = match to.strip_prefix(&folder) {
+                Ok(below) => below.to_owned(),
+                Err(_) => path_from(&folder, &to, Path::new("")),
+            };
+            scene.to_toml_string().map_err(told)?;
+            let bytes = self.painted_groom().to_bytes().map_err(told)?;
+            self.files.write(&to, &bytes).map_err(told)?;
+            self.written_grooms.insert(scene.groom_path());
+            saved.files.push(to);
+        }
         let text = scene.to_toml_string().map_err(told)?;
         self.files.write(path, text.as_bytes()).map_err(told)?;
-        self.history.for_each_scene(|scene| move_to(scene, &folder));
+        saved.files.push(path.to_owned());
+        // What can be undone moves along, and keeps the groom's new file.
+        let old = self.scene.groom_path();
+        self.history.for_each_scene(|remembered| {
+            let is_same = remembered.groom_path() == old;
+            move_to(remembered, &folder);
+            if is_same {
+                remembered.groom.file.clone_from(&scene.groom.file);
+            }
+        });
         self.history.close();
         self.scene = scene;
         self.path = path.to_owned();
-        self.on_disk = OnDisk::new(&self.path, &self.scene, &self.files);
-        Ok(Saved {
-            files: vec![path.to_owned()],
-        })
+        let state = self.held.paint_state;
+        self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
+        Ok(saved)
+    }
+
+    /// Where the painted groom of a scene at `path` goes if nobody says.
+    fn groom_to_write(&self, path: &Path) -> PathBuf {
+        let ours = |(key, value): &(String, String)| (&**key, &**value) == (SAVED_BY.0, SAVED_BY.1);
+        let parameters = &self.held.assets.groom.source.parameters;
+        let groom = self.scene.groom_path();
+        let is_ours = self.written_grooms.contains(&groom) || parameters.iter().any(ours);
+        // Another scene gets a groom of its own.
+        if is_ours && path == self.path {
+            return groom;
+        }
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let named = |ix: u32| match ix {
+            1 => path.with_file_name(format!("{stem}-painted.groom")),
+            ix => path.with_file_name(format!("{stem}-painted-{ix}.groom")),
+        };
+        let free = (1..10_000).map(named).find(|path| !self.files.exists(path));
+        free.unwrap_or_else(|| named(10_000))
+    }
+
+    /// The groom with its paint as attributes.
+    pub fn painted_groom(&self) -> Groom {
+        let mut groom = Groom::clone(&self.held.assets.groom);
+        if let Some(paint) = &self.held.paint {
+            paint.write_to(&mut groom);
+        }
+        let parameters = &mut groom.source.parameters;
+        parameters.retain(|(key, _)| key != SAVED_BY.0);
+        parameters.push((SAVED_BY.0.to_owned(), SAVED_BY.1.to_owned()));
+        groom
     }
 
     /// Reads all files again, as one step that can be undone. Edits that were not saved are taken
@@ -99,8 +174,9 @@ impl Session {
         let scene = self.files.scene(&self.path).map_err(told)?;
         let assets = Assets::read(&scene, &self.files, ModesToRead::All)?;
         check_size(&scene)?;
-        self.on_disk = OnDisk::new(&self.path, &scene, &self.files);
-        let after = Held { assets };
+        let state = self.next_paint_state();
+        let after = Held::new(assets, state)?;
+        self.on_disk = OnDisk::new(&self.path, &scene, state, &self.files);
         let before = std::mem::replace(&mut self.held, after.clone());
         let step = Step::Scene {
             before: Box::new(std::mem::replace(&mut self.scene, scene.clone())),
