@@ -5,6 +5,9 @@ const MODE_R: u32 = 1u;
 const MODE_TT: u32 = 2u;
 const MODE_TRT: u32 = 4u;
 
+// Modes that the pipeline can draw; the others are not part of it, whatever the fibre says.
+override MODES: u32 = 7u;
+
 struct Fibre {
     sigma_a: vec3f,
     eta: f32,

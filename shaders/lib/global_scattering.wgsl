@@ -21,7 +21,7 @@ fn global_scattering(
     let scale = 1.0 / (SQRT_PI * sigma_f * mean_cosine(light.theta, light.cos_theta, sigma_f));
     // Not a loop over the modes: Mesa's lavapipe (22.3) crashes on one around texture loads.
     var total = vec3f(0.0);
-    let modes = shading.fibre.modes;
+    let modes = shading.fibre.modes & MODES;
     if (modes & MODE_R) != 0u {
         total += global_mode_at_lag(0u, light, view, lag, sigma_f, scale, shading, tt, trt);
     }

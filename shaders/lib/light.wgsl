@@ -14,9 +14,10 @@ struct Light {
     slot: u32,
     // How much of TT's unblocked share is that of the light through to the eye.
     through: f32,
+    // Place among the records of its batch.
+    record: u32,
     pad_0: u32,
     pad_1: u32,
-    pad_2: u32,
 }
 
 // Twin in crates/runtime/src/shadow_maps.rs.

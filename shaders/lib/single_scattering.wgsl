@@ -47,7 +47,7 @@ fn shadowed_single_scattering(
     let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
     // Not a loop over the modes: Mesa's lavapipe (22.3) crashes on one around texture loads.
     var total = vec3f(0.0);
-    let modes = shading.fibre.modes;
+    let modes = shading.fibre.modes & MODES;
     if (modes & MODE_R) != 0u {
         total += shares.x * mode_at_lag(0u, light, view, lag, shading, axes, c, tt, trt);
     }

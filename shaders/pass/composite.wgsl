@@ -15,7 +15,8 @@ struct Backdrop {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> backdrop: Backdrop;
 @group(0) @binding(2) var<storage, read> lights: array<Light>;
-@group(0) @binding(3) var<storage, read_write> picture: array<vec4f>;
+@group(0) @binding(3) var<storage, read> sums: array<vec4f>;
+@group(0) @binding(4) var<storage, read_write> picture: array<vec4f>;
 
 @compute @workgroup_size(8, 8)
 fn composite(@builtin(global_invocation_id) id: vec3u) {
@@ -23,7 +24,7 @@ fn composite(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let index = id.x + view.size.x * id.y;
-    let mean = picture[index] / f32(backdrop.n_samples);
+    let mean = sums[index] / f32(backdrop.n_samples);
     var rgb = mean.rgb / view.radiance_scale;
     var alpha = mean.a;
     if backdrop.kind != 0u {
@@ -31,7 +32,9 @@ fn composite(@builtin(global_invocation_id) id: vec3u) {
         if backdrop.kind == 2u {
             let omega = ray_direction(view, vec2f(id.xy) + 0.5);
             behind = vec3f(0.0);
-            for (var light_ix = 0u; light_ix < backdrop.n_lights; light_ix++) {
+            // Nothing is seen of it behind closed hair.
+            let n_lights = select(backdrop.n_lights, 0u, alpha >= 1.0);
+            for (var light_ix = 0u; light_ix < n_lights; light_ix++) {
                 behind += light_radiance(lights[light_ix], omega);
             }
         }

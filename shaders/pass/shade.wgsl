@@ -134,7 +134,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         let light = lights[batch.first_light + ix];
         // A strand does not shadow itself, but its voxel holds it: a little towards the light it
         // holds less of it.
-        let record = record_at(ix * n_voxels, grid_position(grid, position + light.direction * lift));
+        let record = record_at(light.record * n_voxels, grid_position(grid, position + light.direction * lift));
         var unblocked = record.shares.x;
         var unblocked_tt = unblocked;
         if light.slot != NO_SLOT {
@@ -178,7 +178,12 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             evaluated.w++;
         }
     }
-    radiance[point_ix] += vec4f(sum * view.radiance_scale, 0.0);
+    // The first batch overwrites what an earlier view left.
+    var before = vec4f(0.0);
+    if batch.first_light > 0u {
+        before = radiance[point_ix];
+    }
+    radiance[point_ix] = before + vec4f(sum * view.radiance_scale, 0.0);
     if (TERMS & TERM_SINGLE) != 0u {
         count_term(SINGLE_COUNTER, evaluated.x);
     }

@@ -225,6 +225,23 @@ impl EditReport {
         self.parts.iter().filter(rebuilt)
     }
 
+    /// Adds a later edit: what either made anew was made anew.
+    pub fn add(&mut self, later: &EditReport) {
+        let parts = later.parts.iter().map(|part| {
+            let mut part = *part;
+            let before = self.parts.iter().find(|before| before.part == part.part);
+            if let Some(before) = before.filter(|before| before.outcome == Outcome::Rebuilt) {
+                part.microseconds += before.microseconds;
+                // A part that is there again after it was not is another one.
+                if part.outcome == Outcome::Kept {
+                    part.outcome = Outcome::Rebuilt;
+                }
+            }
+            part
+        });
+        self.parts = parts.collect();
+    }
+
     /// Bytes that have to be written on the GPU.
     pub fn bytes_to_upload(&self) -> usize {
         self.rebuilt().map(|report| report.gpu_bytes).sum()

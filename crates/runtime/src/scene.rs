@@ -8,9 +8,10 @@ use strandlight_scattering::closed_form::{
 
 use crate::assets::{Assets, ModesToRead, camera, densities};
 use crate::camera::Camera;
-use crate::edit::HairTextures;
+use crate::edit::{EditReport, HairTextures};
 use crate::error::SceneError;
 use crate::files::Files;
+use crate::render::LIGHT_BATCH;
 use crate::shadow_maps::{DEFAULT_SHADOW_MAPS, ShadowPlan, through_weight};
 use crate::stats::Stats;
 use crate::strands::Strands;
@@ -76,8 +77,10 @@ pub struct LightRecord {
     pub slot: u32,
     /// How much of TT's unblocked share is that of the light through to the eye.
     pub through: f32,
+    /// Its place among the records of its batch.
+    pub record: u32,
     /// Not used.
-    pub pad: [u32; 3],
+    pub pad: [u32; 2],
 }
 
 /// A term of scattering is left out for a point and a light where the power that the term starts
@@ -180,12 +183,12 @@ impl PreparedScene {
         self.scattering
     }
 
-    /// Chooses the terms that are drawn. The averages of multiple scattering come or go.
-    pub fn set_scattering(&mut self, scattering: Scattering) {
+    /// Chooses the terms that are drawn. The averages of multiple scattering come or go: then
+    /// what that made anew.
+    pub fn set_scattering(&mut self, scattering: Scattering) -> Option<EditReport> {
         self.scattering = scattering;
-        if self.hair.is_multiple() != (scattering != Scattering::Single) {
-            self.hair.enable_multiple(scattering != Scattering::Single);
-        }
+        let is_multiple = scattering != Scattering::Single;
+        (self.hair.is_multiple() != is_multiple).then(|| self.hair.enable_multiple(is_multiple))
     }
 
     /// The terms that are drawn as bits: [`TERM_SINGLE`], [`TERM_LOCAL`], [`TERM_GLOBAL`].
@@ -211,12 +214,18 @@ impl PreparedScene {
 
     /// The lights as the passes read them, and all sweep directions (fourth float zero).
     pub fn light_records(&self) -> (Vec<LightRecord>, Vec<[f32; 4]>) {
+        self.records_with(&self.shadow_plan())
+    }
+
+    /// [`PreparedScene::light_records`] with the maps of `plan`, which may be that of other colours.
+    pub(crate) fn records_with(&self, plan: &ShadowPlan) -> (Vec<LightRecord>, Vec<[f32; 4]>) {
         let mut sweeps = Vec::new();
         let records = self
             .lights
             .iter()
-            .zip(self.shadow_plan().slots)
-            .map(|(light, slot)| {
+            .zip(&plan.slots)
+            .enumerate()
+            .map(|(ix, (light, &slot))| {
                 let first_sweep = sweeps.len() as u32;
                 sweeps.extend(
                     sweep_directions(light)
@@ -235,7 +244,8 @@ impl PreparedScene {
                     solid_angle,
                     slot,
                     through: through_weight(light.lambda),
-                    pad: [0; 3],
+                    record: (ix % LIGHT_BATCH) as u32,
+                    pad: [0; 2],
                 }
             })
             .collect();

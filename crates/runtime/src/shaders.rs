@@ -3,6 +3,10 @@
 //! A module asks for another with a line of its own, `// #import lib/special`. Each module is
 //! inserted once, before the first module that asks for it. Every file under `shaders/` is
 //! compiled into the program.
+//!
+//! Lines between `// #if NAME` and `// #endif` are there where the feature NAME is asked for; those
+//! after an `// #else` where it is not. A pipeline without the feature neither compiles nor binds
+//! what stands between them. They do not nest.
 
 /// Why a module could not be put together.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -57,11 +61,13 @@ modules!(
     "lib/single_scattering",
     "lib/special",
     "lib/tables",
+    "lib/tone",
     "lib/transmittance",
     "lib/view",
     "pass/accumulate",
     "pass/bench",
     "pass/composite",
+    "pass/display",
     "pass/probe",
     "pass/probe_painted",
     "pass/project",
@@ -73,27 +79,81 @@ modules!(
     "pass/voxelise",
 );
 
-/// The text of `module` with all it imports, each once, in dependency order.
+/// The text of `module` with all it imports, each once, in dependency order, without any feature.
+///
+/// # Errors
+/// A module that is not there, or imports itself.
 pub fn resolve(module: &str) -> Result<String, ShaderError> {
-    resolve_among(MODULES, module)
+    resolve_with(module, &[])
 }
 
-/// As [`resolve`], among the given modules.
-pub fn resolve_among(modules: &[(&str, &str)], module: &str) -> Result<String, ShaderError> {
+/// [`resolve`] with `features`.
+///
+/// # Errors
+/// As [`resolve`].
+pub fn resolve_with(module: &str, features: &[&str]) -> Result<String, ShaderError> {
+    resolve_among(MODULES, module, features)
+}
+
+/// As [`resolve_with`], among the given modules.
+///
+/// # Errors
+/// As [`resolve`].
+pub fn resolve_among(
+    modules: &[(&str, &str)],
+    module: &str,
+    features: &[&str],
+) -> Result<String, ShaderError> {
+    let chosen: Vec<(&str, String)> = modules
+        .iter()
+        .map(|(name, source)| (*name, choose(source, features)))
+        .collect();
+    let chosen: Vec<(&str, &str)> = chosen
+        .iter()
+        .map(|(name, source)| (*name, source.as_str()))
+        .collect();
     let mut text = String::new();
     let mut done = Vec::new();
     let mut open = Vec::new();
-    insert(modules, module, &mut done, &mut open, &mut text)?;
+    insert(&chosen, module, &mut done, &mut open, &mut text)?;
     Ok(text)
+}
+
+/// The lines of `source` that are there with `features`.
+fn choose(source: &str, features: &[&str]) -> String {
+    let mut text = String::with_capacity(source.len());
+    let mut is_there = true;
+    for line in source.lines() {
+        match directive(line) {
+            Some(("if", name)) => is_there = features.contains(&name),
+            Some(("else", _)) => is_there = !is_there,
+            Some(("endif", _)) => is_there = true,
+            _ if is_there => {
+                text.push_str(line);
+                text.push('\n');
+            }
+            _ => {}
+        }
+    }
+    text
+}
+
+/// The word after `// #` and what follows it.
+fn directive(line: &str) -> Option<(&str, &str)> {
+    let rest = line.trim().strip_prefix("//")?.trim_start();
+    let rest = rest.strip_prefix('#')?;
+    Some(match rest.split_once(' ') {
+        Some((word, name)) => (word, name.trim()),
+        None => (rest, ""),
+    })
 }
 
 /// The module an import line names.
 fn import_of(line: &str) -> Option<&str> {
-    line.trim()
-        .strip_prefix("//")?
-        .trim_start()
-        .strip_prefix("#import ")
-        .map(str::trim)
+    match directive(line)? {
+        ("import", name) => Some(name),
+        _ => None,
+    }
 }
 
 /// Appends `module` after what it imports. `open` is the chain of modules being inserted; its
@@ -143,11 +203,15 @@ mod tests {
         ("x", "// #import y\n"),
         ("y", "// #import x\n"),
         ("lost", "//   #import nowhere\n"),
+        (
+            "both",
+            "// #if RED\n// #import a\nred\n// #else\ngrey\n// #endif\nend\n",
+        ),
     ];
 
     #[test]
     fn each_module_comes_once_and_before_its_users() {
-        let text = resolve_among(SMALL, "a").unwrap();
+        let text = resolve_among(SMALL, "a", &[]).unwrap();
         let code: Vec<_> = text
             .lines()
             .filter(|line| !line.starts_with("//"))
@@ -156,17 +220,24 @@ mod tests {
     }
 
     #[test]
+    fn features_choose_lines() {
+        let code = |features: &[&str]| resolve_among(SMALL, "both", features).unwrap();
+        assert_eq!(code(&[]), "grey\nend\n");
+        assert!(code(&["RED"]).ends_with("A\n// #import a\nred\nend\n"));
+    }
+
+    #[test]
     fn faults_are_typed() {
         assert_eq!(
-            resolve_among(SMALL, "x"),
+            resolve_among(SMALL, "x", &[]),
             Err(ShaderError::Cycle("x -> y -> x".to_owned()))
         );
         assert!(matches!(
-            resolve_among(SMALL, "self"),
+            resolve_among(SMALL, "self", &[]),
             Err(ShaderError::Cycle(_))
         ));
         assert_eq!(
-            resolve_among(SMALL, "lost"),
+            resolve_among(SMALL, "lost", &[]),
             Err(ShaderError::Unknown {
                 module: "nowhere".to_owned(),
                 importer: "lost".to_owned()

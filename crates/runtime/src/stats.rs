@@ -77,6 +77,14 @@ impl Stats {
         [sum(|term| term.products), sum(|term| term.skipped)]
     }
 
+    /// Takes what shading counted, of which each of `n_batches` batches of lights counted all
+    /// points: points skipped, then by term of [`TERM_NAMES`] products evaluated and skipped.
+    pub(crate) fn set_counters(&mut self, counts: &[u64], n_batches: u64) {
+        self.points_skipped = counts[0] / n_batches.max(1);
+        let terms: &[[u64; 2]] = bytemuck::cast_slice(&counts[1..9]);
+        self.set_terms(terms);
+    }
+
     /// Takes what a pass counted: by term of [`TERM_NAMES`], evaluated and skipped.
     pub fn set_terms(&mut self, counts: &[[u64; 2]]) {
         self.terms = TERM_NAMES

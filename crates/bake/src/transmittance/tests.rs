@@ -45,7 +45,8 @@ fn light(lambda: f32) -> (LightRecord, Vec<[f32; 4]>) {
         solid_angle: 1.0,
         slot: strandlight_runtime::shadow_maps::NO_SLOT,
         through: 0.0,
-        pad: [0; 3],
+        record: 0,
+        pad: [0; 2],
     };
     (record, directions)
 }

@@ -3,25 +3,63 @@
 //! [`Live`] owns a scene and its picture. Setters say what is to be drawn and return at once;
 //! [`Live::advance`] works on it for about as long as it is told, and [`Live::display`] is the last
 //! good picture meanwhile.
+//!
+//! Work goes in cycles. A cycle takes up all that was set, writes it to the device, and lights the
+//! points in steps into the radiance buffer that is not shown; then the two change places and the
+//! samples of the picture start anew. What is set during a cycle waits for the next one, so that a
+//! slider that is dragged is followed at the pace of whole cycles; a cycle less than half done is
+//! given up for an edit once. The view is the exception: from a new view the strands are drawn at
+//! once, lit as they were when last complete, as a draft.
+//!
+//! What depends on what:
+//!
+//! | set | made anew |
+//! |---|---|
+//! | grade | the last two passes |
+//! | camera, size | projection; shadow maps towards the eye if it turned; shading |
+//! | hair | what [`RULES`](crate::edit::RULES) says; shading |
+//! | amplitudes of lights | the list of lights that are not black; shading |
+//! | lights | records, shadow maps; shading |
+//! | points | the shadow volume; all of these |
+//!
+//! Nothing is allocated on the device but where something grows, and pipelines are kept by what
+//! they were compiled for.
 
+mod cycle;
+mod pace;
 mod report;
 
 use std::time::Duration;
 
-use web_time::Instant;
-
-use crate::camera::{Camera, view_uniform};
+use crate::camera::{Camera, ViewUniform, view_uniform};
 use crate::edit::{EditError, EditReport};
 use crate::error::RenderError;
-use crate::gpu::Context;
-use crate::picture::Picture;
-use crate::render::{Parts, check_frame, whole_passes};
+use crate::gpu::{Context, Counts};
+use crate::render::clock::Clock;
+use crate::render::draw::{Draw, Ribbons, Target};
+use crate::render::lighting::Lighting;
+use crate::render::resources::{StrandBuffers, failed};
+use crate::render::screen::{Screen, Show};
+use crate::render::volume::Volume;
+use crate::render::{check_frame, whole_passes};
 use crate::scene::{PreparedScene, check_lights};
 use crate::tone::ToneMap;
+use cycle::{Cycle, Dirt};
+use pace::Pacer;
 use strandlight_formats::{Background, Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
 
 pub use report::{LiveReport, StageReport};
+
+/// Passes of a draft: more are not drawn while points are being lit.
+const DRAFT_PASSES: u32 = 4;
+
+/// Share of a side of the picture around it where points are lit too: they are there when the view
+/// turns.
+const MARGIN: f32 = 0.15;
+
+/// Points that the first cycle lights at a time.
+const FIRST_CHUNK: f64 = 4096.0;
 
 /// How far the picture has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,12 +82,45 @@ pub struct Progress {
 pub struct Live {
     context: Context,
     scene: PreparedScene,
-    parts: Parts,
+    strands: StrandBuffers,
+    volume: Volume,
+    lighting: Lighting,
+    draw: Draw,
+    ribbons: Ribbons,
+    show: Show,
     size: [u32; 2],
-    display: (wgpu::Texture, wgpu::TextureView),
-    progress: Progress,
+    target: Option<Target>,
+    screen: Screen,
+    wanted: Dirt,
+    cycle: Option<Cycle>,
+    /// The buffer of radiance that is shown, and its scale; none before the first cycle is done.
+    front: usize,
+    front_scale: Option<f32>,
+    picture: Drawn,
+    clock: Clock,
+    pacer: Pacer,
     report: LiveReport,
-    picture: Option<Picture>,
+    /// What was made on the device before the last edit.
+    counts: Counts,
+}
+
+/// What there is of the picture.
+#[derive(Clone, Copy, Debug, Default)]
+struct Drawn {
+    /// The ribbons are those of the view.
+    is_projected: bool,
+    passes: u32,
+    /// Passes in the picture on the screen, if it is of this view, light and grade.
+    shown: u32,
+}
+
+/// The next piece of work.
+enum Work {
+    Project,
+    Pass,
+    Begin,
+    Light,
+    Show,
 }
 
 impl Live {
@@ -59,20 +130,45 @@ impl Live {
     /// # Errors
     /// Whatever the device refuses.
     pub fn new(context: &Context, scene: PreparedScene) -> Result<Live, RenderError> {
-        let mut report = LiveReport::default();
-        let parts = Parts::new(context, &scene, &mut report.stats)?;
-        let size = scene.size;
+        let before = context.counts();
+        let backend = format!("gpu: {} ({})", context.adapter_name, context.backend);
+        let report = LiveReport {
+            stats: scene.counts(backend),
+            ..LiveReport::default()
+        };
+        let strands = StrandBuffers::new(context, &scene.strands);
+        let volume = Volume::new(context, &scene.strands, &strands)?;
+        volume.fill(context, Default::default());
+        let lighting = Lighting::new(context, &scene, &volume, &strands, 2)?;
+        let draw = Draw::new(context)?;
+        let radiance = [0, 1].map(|ix| lighting.radiance(ix));
+        let ribbons = Ribbons::new(context, &draw, &strands, &radiance);
         let mut live = Live {
             context: context.clone(),
-            parts,
-            display: display_target(context, size),
-            size,
-            progress: Progress::default(),
+            strands,
+            volume,
+            ribbons,
+            show: Show::new(context)?,
+            size: [0, 0],
+            target: None,
+            screen: Screen::new(context, [1, 1]),
+            wanted: Dirt::all(),
+            cycle: None,
+            front: 0,
+            front_scale: None,
+            picture: Drawn::default(),
+            clock: Clock::new(context),
+            pacer: Pacer::new(!cfg!(target_arch = "wasm32")),
             report,
-            picture: None,
+            counts: before,
+            lighting,
+            draw,
             scene,
         };
-        live.restart();
+        live.set_size(live.scene.size)?;
+        live.counts = before;
+        live.report.device_bytes = live.device_bytes();
+        context.check("upload").map_err(failed)?;
         Ok(live)
     }
 
@@ -83,10 +179,13 @@ impl Live {
 
     /// Looks from elsewhere.
     pub fn set_camera(&mut self, camera: Camera) {
-        if self.scene.camera != camera {
-            self.scene.camera = camera;
-            self.restart();
+        if self.scene.camera == camera {
+            return;
         }
+        self.scene.camera = camera;
+        self.edited();
+        self.wanted.view = true;
+        self.picture = Drawn::default();
     }
 
     /// Width and height of the picture; a side of zero: nothing is drawn.
@@ -97,21 +196,35 @@ impl Live {
         if size == self.size {
             return Ok(());
         }
-        if !size.contains(&0) {
+        self.edited();
+        if size.contains(&0) {
+            self.target = None;
+        } else {
             check_frame(size, 4)?;
-            self.display = display_target(&self.context, size);
+            let (context, draw, ribbons) = (&self.context, &self.draw, &self.ribbons);
+            // One at a time on the device.
+            self.target = None;
+            let (lights, _) = self.lighting.lit();
+            self.target = Some(Target::new(context, draw, ribbons, size, lights));
+            self.screen = Screen::new(context, size);
+            self.scene.size = size;
+            self.wanted.view = true;
         }
         self.size = size;
-        self.restart();
+        self.picture = Drawn::default();
         Ok(())
     }
 
     /// How radiance becomes a picture on the screen.
     pub fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background) {
-        self.scene.exposure = exposure;
-        self.scene.tone_map = tone_map;
-        self.scene.background = background;
-        self.restart();
+        let scene = &mut self.scene;
+        let before = (scene.exposure, scene.tone_map, scene.background);
+        if before == (exposure, tone_map, background) {
+            return;
+        }
+        (scene.exposure, scene.tone_map, scene.background) = (exposure, tone_map, background);
+        self.edited();
+        self.picture.shown = 0;
     }
 
     /// Other hair, other modes.
@@ -120,52 +233,79 @@ impl Live {
     /// The first parameter outside its range, or a mode whose lobes were not loaded; nothing is
     /// changed then.
     pub fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<EditReport, EditError> {
+        let before = self.scene.hair.modes().to_vec();
         let report = self.scene.hair.edit(hair, modes)?;
-        self.parts.update(&self.context, &self.scene, &report);
+        if report.rebuilt().next().is_some() {
+            self.edited();
+            self.wanted.add_hair(&report);
+            self.wanted.kind |= before != self.scene.hair.modes();
+        }
         self.report.edit = Some(report.clone());
-        self.restart();
         Ok(report)
     }
 
     /// The terms of scattering that are drawn.
     pub fn set_scattering(&mut self, scattering: Scattering) {
-        self.scene.set_scattering(scattering);
-        self.rebuild();
+        if scattering == self.scene.scattering() {
+            return;
+        }
+        self.edited();
+        if let Some(report) = self.scene.set_scattering(scattering) {
+            self.wanted.add_hair(&report);
+        }
+        self.wanted.kind = true;
     }
 
     /// d_f and d_b.
     pub fn set_densities(&mut self, densities: [f32; 2]) {
+        if densities == self.scene.densities {
+            return;
+        }
         self.scene.densities = densities;
-        self.rebuild();
+        self.edited();
+        self.wanted.densities = true;
     }
 
-    /// Other lights.
+    /// Other lights. Their amplitudes share out the shadow maps; where some are to be black for the
+    /// time being, [`Live::set_light_colors`] says so afterwards.
     ///
     /// # Errors
     /// The first light with a value outside its range; nothing is changed then.
     pub fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
         check_lights(&lights)?;
+        if lights == self.scene.lights {
+            return Ok(());
+        }
+        self.lighting.plan_for(&lights);
         self.scene.lights = lights;
-        self.rebuild();
+        self.edited();
+        self.wanted.lights = true;
         Ok(())
     }
 
-    /// Other amplitudes of the lights there are, in their order; a black light is not shaded.
+    /// Other amplitudes of the lights there are, in their order; a black light is not shaded, and
+    /// keeps its shadows.
     ///
     /// # Errors
     /// Not one for each light, or one outside its range; nothing is changed then.
     pub fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
-        let mut lights = self.scene.lights.clone();
-        if rgb.len() != lights.len() {
+        if rgb.len() != self.scene.lights.len() {
             return Err(RenderError::Colors {
                 colors: rgb.len(),
-                lights: lights.len(),
+                lights: self.scene.lights.len(),
             });
         }
+        let mut lights = self.scene.lights.clone();
         for (light, &rgb) in lights.iter_mut().zip(rgb) {
             light.rgb = rgb;
         }
-        self.set_lights(lights)
+        check_lights(&lights)?;
+        if lights != self.scene.lights {
+            self.scene.lights = lights;
+            self.edited();
+            self.wanted.colors = true;
+        }
+        Ok(())
     }
 
     /// Moves the hair: x, y, z and fibre radius in cm, one for each point of the scene's strands.
@@ -174,45 +314,76 @@ impl Live {
     /// As [`Strands::moved`](crate::strands::Strands::moved); nothing is changed then.
     pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
         self.scene.strands = self.scene.strands.moved(points)?;
-        self.rebuild();
+        self.edited();
+        self.wanted.points = true;
         Ok(())
     }
 
     /// Samples a pixel that the picture gets at rest, rounded up to whole passes of four.
     pub fn set_samples(&mut self, samples: u32) {
-        self.scene.samples = samples;
-        self.restart();
+        if samples != self.scene.samples {
+            self.scene.samples = samples;
+            if self.picture.passes > whole_passes(samples) / 4 {
+                self.restart_samples();
+            }
+        }
     }
 
-    /// Works at most about `budget` on the device.
+    /// Works at most about `budget` on the device, one step at least.
     ///
     /// # Errors
     /// [`RenderError::DeviceLost`], after which a new context and a new `Live` are needed, or
     /// whatever else the device refuses.
     pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
-        let start = Instant::now();
-        self.context
-            .check("advance")
-            .map_err(crate::render::resources::failed)?;
-        while !self.progress.is_done {
-            let next = (2 * self.progress.samples).clamp(4, self.progress.of_samples);
-            let picture = self.draw(next)?;
-            self.show(&picture);
-            self.picture = Some(picture);
-            self.progress.samples = next;
-            self.progress.is_shaded = true;
-            self.progress.is_done = next == self.progress.of_samples;
-            if start.elapsed() >= budget {
-                break;
+        self.context.check("advance").map_err(failed)?;
+        let report = &mut self.report;
+        self.clock.take(|name, ms| report.measured(name, ms));
+        self.pacer
+            .begin(&self.context, budget, |(name, _, _, seconds)| {
+                report.took(name, seconds);
+            });
+        if self.target.is_some() {
+            let drafts = self.picture.passes;
+            let mut is_first = true;
+            while let Some(work) = self.next(drafts) {
+                if !self.has_time(&work, is_first) {
+                    break;
+                }
+                // Projecting is not worth a turn of its own.
+                is_first = matches!(work, Work::Project | Work::Begin) && is_first;
+                self.work(&work)?;
             }
+            if self.picture.shown < self.picture.passes {
+                self.work(&Work::Show)?;
+            }
+            let report = &mut self.report;
+            let took = |(name, _, _, seconds): pace::Finished| report.took(name, seconds);
+            self.pacer.flush(&self.context, took)?;
+            self.clock.start_reading(&self.context);
         }
-        Ok(self.progress)
+        self.report.counts = self.context.counts().since(self.counts);
+        Ok(self.progress())
+    }
+
+    /// How far the picture has come.
+    pub fn progress(&self) -> Progress {
+        let is_shaded =
+            self.front_scale.is_some() && self.cycle.is_none() && self.wanted.is_clean();
+        let of_samples = whole_passes(self.scene.samples);
+        let samples = 4 * self.picture.shown;
+        Progress {
+            samples,
+            of_samples,
+            is_shaded,
+            is_done: self.target.is_none() || is_shaded && samples == of_samples,
+            noise: None,
+        }
     }
 
     /// The picture on the screen: tone-mapped, encoded in sRGB, multiplied by alpha, `rgba8unorm`
     /// of the size that was set last (and not zero).
     pub fn display(&self) -> &wgpu::TextureView {
-        &self.display.1
+        self.screen.view()
     }
 
     /// What the device did since the last edit.
@@ -226,78 +397,260 @@ impl Live {
     /// # Errors
     /// As [`check_frame`], and as [`Live::advance`].
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn finish(&mut self, samples: u32) -> Result<Picture, RenderError> {
+    pub fn finish(&mut self, samples: u32) -> Result<crate::Picture, RenderError> {
         check_frame(self.size, samples)?;
-        self.draw(samples)
+        let before = self.scene.samples;
+        self.set_samples(samples);
+        while !self.advance(Duration::from_secs(1))?.is_done {}
+        let Some(target) = &self.target else {
+            return Err(RenderError::Size {
+                width: self.size[0],
+                height: self.size[1],
+            });
+        };
+        let rgba = crate::render::resources::read_back(&self.context, "picture", target.picture())?;
+        self.set_samples(before);
+        let [width, height] = self.size;
+        Ok(crate::Picture {
+            width,
+            height,
+            rgba,
+        })
     }
 
-    fn draw(&mut self, samples: u32) -> Result<Picture, RenderError> {
-        let scale = self.scene.radiance_scale();
-        let view = view_uniform(&self.scene.camera, &self.scene.strands, self.size, scale);
-        let mut stats = self.report.stats.clone();
-        self.parts
-            .draw(&self.context, &self.scene, &view, samples, &mut stats)
+    /// Starts the report of an edit.
+    fn edited(&mut self) {
+        self.report.stages.clear();
+        self.report.edit = None;
+        self.counts = self.context.counts();
     }
 
-    fn show(&self, picture: &Picture) {
-        let mut texels = picture.to_srgb8(self.scene.exposure, self.scene.tone_map);
-        for [r, g, b, a] in &mut texels {
-            for x in [r, g, b] {
-                *x = (u16::from(*x) * u16::from(*a) / 255) as u8;
+    /// What is to be done next, `drafts` passes having been there when this turn began.
+    fn next(&self, drafts: u32) -> Option<Work> {
+        let passes = self.picture.passes;
+        let is_resting = self.cycle.is_none() && self.wanted.is_clean();
+        if self.front_scale.is_some() {
+            if !self.picture.is_projected {
+                return Some(Work::Project);
+            }
+            let cycle = self.cycle.as_ref().map(|cycle| &cycle.dirt);
+            let moves = |dirt: &Dirt| dirt.view || dirt.points;
+            let is_draft = moves(&self.wanted) || cycle.is_some_and(moves);
+            // While points are being lit, a draft: one pass in a turn.
+            let may_draw = match is_resting {
+                true => passes < whole_passes(self.scene.samples) / 4,
+                false => passes == 0 || is_draft && passes == drafts && passes < DRAFT_PASSES,
+            };
+            if may_draw {
+                return Some(Work::Pass);
             }
         }
-        self.context.queue.write_texture(
-            self.display.0.as_image_copy(),
-            bytemuck::cast_slice(&texels),
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(4 * picture.width),
-                rows_per_image: None,
-            },
-            self.display.0.size(),
-        );
-    }
-
-    /// Nothing is drawn yet of what is wanted now.
-    fn restart(&mut self) {
-        self.progress = Progress {
-            of_samples: whole_passes(self.scene.samples),
-            is_done: self.size.contains(&0),
-            ..Progress::default()
-        };
-    }
-
-    fn rebuild(&mut self) {
-        let mut stats = Default::default();
-        if let Ok(parts) = Parts::new(&self.context, &self.scene, &mut stats) {
-            self.parts = parts;
+        match &self.cycle {
+            Some(_) => Some(Work::Light),
+            None if !is_resting => Some(Work::Begin),
+            None => None,
         }
-        self.report.stats = stats;
-        self.restart();
     }
-}
 
-fn display_target(
-    context: &Context,
-    [width, height]: [u32; 2],
-) -> (wgpu::Texture, wgpu::TextureView) {
-    let texture = context.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("display"),
-        size: wgpu::Extent3d {
-            width: width.max(1),
-            height: height.max(1),
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING
-            | wgpu::TextureUsages::STORAGE_BINDING
-            | wgpu::TextureUsages::COPY_SRC
-            | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    let view = texture.create_view(&Default::default());
-    (texture, view)
+    fn has_time(&self, work: &Work, is_first: bool) -> bool {
+        let (stage, units) = match work {
+            Work::Begin => return true,
+            Work::Project => ("project", 1.0),
+            Work::Pass => ("draw", 1.0),
+            Work::Show => ("display", 1.0),
+            Work::Light => {
+                let next = self.cycle.as_ref().and_then(|cycle| cycle.steps.front());
+                let Some(step) = next else {
+                    return true;
+                };
+                (step.stage(), self.lighting.units(step))
+            }
+        };
+        self.pacer.has_time(stage, units, is_first)
+    }
+
+    fn work(&mut self, work: &Work) -> Result<(), RenderError> {
+        match work {
+            Work::Begin => self.begin(Dirt::default(), false),
+            Work::Light => self.light(),
+            Work::Project => {
+                let view = self.drawn_view();
+                self.ribbons.set_view(&self.context, &view);
+                let stamp = self.clock.stamp("project");
+                self.ribbons.project(&self.context, &self.draw, stamp);
+                self.picture.is_projected = true;
+                self.restart_samples();
+                self.submitted("project", 1.0)
+            }
+            Work::Pass => {
+                let Some(target) = &self.target else {
+                    return Ok(());
+                };
+                let stamp = self.clock.stamp("draw");
+                let (context, draw, ribbons) = (&self.context, &self.draw, &self.ribbons);
+                if self.picture.passes == 0 {
+                    target.clear(context);
+                }
+                let pass_ix = self.picture.passes;
+                target.pass(context, draw, ribbons, self.front, pass_ix, stamp);
+                self.picture.passes += 1;
+                self.submitted("draw", 1.0)
+            }
+            Work::Show => {
+                let Some(target) = &mut self.target else {
+                    return Ok(());
+                };
+                let (context, draw, ribbons) = (&self.context, &self.draw, &self.ribbons);
+                let background = (&self.scene.background, 4 * self.picture.passes);
+                let lit = self.lighting.lit();
+                let stamp = self.clock.stamp("composite");
+                target.composite(context, draw, ribbons, background, lit, stamp);
+                self.report.ran("composite");
+                let stamp = self.clock.stamp("display");
+                let (exposure, tone_map) = (self.scene.exposure, self.scene.tone_map);
+                let from = (ribbons, &*target);
+                self.screen
+                    .show(context, &self.show, from, exposure, tone_map, stamp);
+                self.picture.shown = self.picture.passes;
+                self.submitted("display", 1.0)
+            }
+        }
+    }
+
+    /// Takes up what was set since the last cycle began, and what one that is given up had taken.
+    fn begin(&mut self, given_up: Dirt, is_second_try: bool) -> Result<(), RenderError> {
+        let mut dirt = std::mem::take(&mut self.wanted);
+        dirt.add(&given_up);
+        let (context, scene) = (&self.context, &self.scene);
+        let mut steps = Vec::new();
+        if dirt.points {
+            self.strands.update(context, &scene.strands);
+            let is_other = self.volume.fit(context, &scene.strands, &self.strands);
+            let stamp = self.clock.stamp("voxelise");
+            self.volume.fill(context, stamp);
+            self.report.ran("voxelise");
+            let lighting = &mut self.lighting;
+            lighting.set_points(context, scene, &self.volume, &self.strands, is_other);
+            self.picture.is_projected = false;
+        }
+        if dirt.lights {
+            let lighting = &mut self.lighting;
+            lighting.set_lights(context, scene, &self.volume, &self.strands);
+        } else if dirt.colors && self.lighting.set_colors(context, scene, &self.strands) {
+            steps.extend(self.lighting.map_steps());
+        }
+        if dirt.points || dirt.lights || dirt.shadows {
+            steps = self.lighting.shadow_steps();
+        }
+        if let Some(report) = &dirt.hair {
+            let hair = &scene.hair;
+            self.lighting.set_hair(context, scene, hair, report);
+        }
+        if dirt.densities {
+            self.lighting.set_densities(scene);
+        }
+        if dirt.kind {
+            self.lighting.set_kind(context, scene)?;
+        }
+        let mut view = view_uniform(
+            &scene.camera,
+            &scene.strands,
+            scene.size,
+            scene.radiance_scale(),
+        );
+        view.margin_px += MARGIN * scene.size[0].max(scene.size[1]) as f32;
+        self.lighting.begin(context, &view);
+        steps.extend(self.lighting.through_steps(view.forward));
+        steps.extend(self.lighting.shade_steps(self.chunk()));
+        self.cycle = Some(Cycle {
+            dirt,
+            view,
+            n_steps: steps.len(),
+            steps: steps.into(),
+            is_second_try,
+        });
+        Ok(())
+    }
+
+    /// Points to light at a time: what takes some milliseconds.
+    fn chunk(&self) -> u32 {
+        let (_, n_lights) = self.lighting.lit();
+        let a_point = self
+            .pacer
+            .rate("shade")
+            .map(|rate| rate * f64::from(n_lights.max(1)));
+        let n = a_point.map_or(FIRST_CHUNK, |a_point| 4e-3 / a_point);
+        n.clamp(1024.0, f64::from(1_u32 << 20)) as u32
+    }
+
+    /// Takes the next step of the cycle, or ends it.
+    fn light(&mut self) -> Result<(), RenderError> {
+        let Some(cycle) = &mut self.cycle else {
+            return Ok(());
+        };
+        if self.wanted.is_edited() && cycle.may_restart() {
+            let dirt = std::mem::take(&mut cycle.dirt);
+            self.lighting.forget_through();
+            return self.begin(dirt, true);
+        }
+        let Some(step) = cycle.steps.pop_front() else {
+            let view = cycle.view;
+            self.cycle = None;
+            self.swap(&view);
+            return Ok(());
+        };
+        let stage = step.stage();
+        let units = self.lighting.units(&step);
+        let stamp = self.clock.stamp(stage);
+        let (strands, volume) = (&self.strands, &self.volume);
+        let back = 1 - self.front;
+        self.lighting
+            .submit(&self.context, strands, volume, &step, back, stamp);
+        self.submitted(stage, units)
+    }
+
+    /// Shows the radiance that was found for `view`.
+    fn swap(&mut self, view: &ViewUniform) {
+        self.front = 1 - self.front;
+        self.front_scale = Some(view.radiance_scale);
+        if self.picture.is_projected {
+            let view = self.drawn_view();
+            self.ribbons.set_view(&self.context, &view);
+        }
+        self.restart_samples();
+        self.report.device_bytes = self.device_bytes();
+    }
+
+    /// The view that is drawn, with the radiance that is shown.
+    fn drawn_view(&self) -> ViewUniform {
+        let scale = self.front_scale.unwrap_or(1.0);
+        view_uniform(
+            &self.scene.camera,
+            &self.scene.strands,
+            self.scene.size,
+            scale,
+        )
+    }
+
+    fn restart_samples(&mut self) {
+        self.picture.passes = 0;
+        self.picture.shown = 0;
+    }
+
+    fn submitted(&mut self, stage: &'static str, units: f64) -> Result<(), RenderError> {
+        let report = &mut self.report;
+        report.ran(stage);
+        self.pacer
+            .submitted(&self.context, stage, units, |(name, _, _, seconds)| {
+                report.took(name, seconds);
+            })
+    }
+
+    fn device_bytes(&self) -> u64 {
+        let target = self.target.as_ref().map_or(0, Target::bytes);
+        let lighting = self.lighting.bytes().map(|(_, bytes)| bytes);
+        let [width, height] = self.size.map(u64::from);
+        let fixed = self.strands.bytes() + self.volume.bytes() + self.ribbons.bytes();
+        fixed + lighting.iter().sum::<u64>() + target + 4 * width * height
+    }
 }

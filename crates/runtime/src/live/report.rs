@@ -11,10 +11,13 @@ pub struct StageReport {
     pub name: &'static str,
     /// How often it ran: maps, directions of light, slices of points, passes.
     pub runs: u32,
-    /// Wall-clock milliseconds until its results were there; 0 where nobody waited for them.
+    /// Milliseconds until its results were there.
     pub milliseconds: f64,
-    /// Milliseconds by the device's time stamps, where it has them.
+    /// Milliseconds by the device's time stamps, where it has them: of the runs that were measured,
+    /// as many as there were.
     pub gpu_milliseconds: Option<f64>,
+    measured: u32,
+    measured_milliseconds: f64,
 }
 
 /// What the device did since the last edit, and what the scene is.
@@ -30,4 +33,47 @@ pub struct LiveReport {
     pub counts: Counts,
     /// Bytes on the device.
     pub device_bytes: u64,
+}
+
+impl LiveReport {
+    /// The stage `name`, if it ran.
+    pub fn stage(&self, name: &str) -> Option<&StageReport> {
+        self.stages.iter().find(|stage| stage.name == name)
+    }
+
+    /// Runs of the stage `name`.
+    pub fn runs(&self, name: &str) -> u32 {
+        self.stage(name).map_or(0, |stage| stage.runs)
+    }
+
+    fn stage_mut(&mut self, name: &'static str) -> &mut StageReport {
+        let known = self.stages.iter().position(|stage| stage.name == name);
+        let ix = known.unwrap_or(self.stages.len());
+        if known.is_none() {
+            self.stages.push(StageReport {
+                name,
+                ..StageReport::default()
+            });
+        }
+        &mut self.stages[ix]
+    }
+
+    /// Counts a run that was submitted.
+    pub(super) fn ran(&mut self, name: &'static str) {
+        self.stage_mut(name).runs += 1;
+    }
+
+    /// Adds time until results were there.
+    pub(super) fn took(&mut self, name: &'static str, seconds: f64) {
+        self.stage_mut(name).milliseconds += 1e3 * seconds;
+    }
+
+    /// Adds the time of a run by the device's clock.
+    pub(super) fn measured(&mut self, name: &'static str, milliseconds: f64) {
+        let stage = self.stage_mut(name);
+        stage.measured += 1;
+        stage.measured_milliseconds += milliseconds;
+        let mean = stage.measured_milliseconds / f64::from(stage.measured);
+        stage.gpu_milliseconds = Some(mean * f64::from(stage.runs.max(stage.measured)));
+    }
 }

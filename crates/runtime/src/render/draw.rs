@@ -1,16 +1,14 @@
-//! Projecting the strands, rasterising the ribbons in passes of four samples, and composing the picture.
+//! Projecting the strands, rasterising the ribbons in passes of four samples, and composing the
+//! picture.
 
-use super::lighting::Shading;
+use super::clock::Stamp;
 use super::resources::{
-    StrandBuffers, bind, compute, dispatch, failed, read_back, shader, storage, submit, uniform,
+    StrandBuffers, bind, compute, compute_pass, labelled, shader, step, storage, submit, uniform,
 };
 use crate::camera::ViewUniform;
 use crate::error::RenderError;
-use crate::gpu::Context;
-use crate::picture::Picture;
+use crate::gpu::{Context, Tally};
 use crate::sampling::pass_jitter;
-use crate::scene::PreparedScene;
-use crate::stats::{LIGHTING_SHARE, Observer, Stats};
 use strandlight_formats::Background;
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -52,7 +50,7 @@ struct Backdrop {
 }
 
 /// Pipelines of drawing.
-pub(super) struct Draw {
+pub(crate) struct Draw {
     project: wgpu::ComputePipeline,
     ribbons: wgpu::ComputePipeline,
     strands: wgpu::RenderPipeline,
@@ -60,31 +58,354 @@ pub(super) struct Draw {
     composite: wgpu::ComputePipeline,
 }
 
-/// What `project` and `ribbons` leave for the passes.
-struct Ribbons {
-    edges: wgpu::Buffer,
-    depth_coverage: wgpu::Buffer,
-    spines: wgpu::Buffer,
-    /// Index buffers and how many indices each holds.
-    corners: Vec<(wgpu::Buffer, u32)>,
+/// The strands on the screen: what `project` and `ribbons` leave for the passes of a view.
+pub(crate) struct Ribbons {
+    view: wgpu::Buffer,
+    pass: wgpu::Buffer,
+    points: [wgpu::Buffer; 3],
+    project: wgpu::BindGroup,
+    chunks: Vec<RibbonChunk>,
+    /// By buffer of radiance.
+    strands: Vec<wgpu::BindGroup>,
+    n_points: u32,
+}
+
+/// Segments that share an index buffer.
+struct RibbonChunk {
+    corners: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    n_segments: u32,
 }
 
 impl Ribbons {
-    fn bytes(&self) -> u64 {
-        let points = [&self.edges, &self.depth_coverage, &self.spines];
-        let corners = self.corners.iter().map(|(buffer, _)| buffer);
-        points.into_iter().chain(corners).map(|b| b.size()).sum()
+    /// Room for `strands`, which are lit by one of the buffers of `radiance`.
+    pub fn new(
+        context: &Context,
+        draw: &Draw,
+        strands: &StrandBuffers,
+        radiance: &[&wgpu::Buffer],
+    ) -> Ribbons {
+        let n_points = strands.n_points;
+        let view: ViewUniform = bytemuck::Zeroable::zeroed();
+        let view = uniform(context, "view", &view);
+        let pass: Pass = bytemuck::Zeroable::zeroed();
+        let pass = uniform(context, "pass", &pass);
+        let points = ["edges", "depth and coverage", "spines"]
+            .map(|label| storage(context, label, u64::from(n_points) * 16));
+        let [edges, depth_coverage, spines] = &points;
+        let project = bind(
+            context,
+            &draw.project.get_bind_group_layout(0),
+            &[
+                (0, view.as_entire_binding()),
+                (1, strands.points.as_entire_binding()),
+                (2, strands.tangents.as_entire_binding()),
+                (3, edges.as_entire_binding()),
+                (4, depth_coverage.as_entire_binding()),
+            ],
+        );
+        let mut chunks = Vec::new();
+        for first_segment in (0..strands.n_segments).step_by(SEGMENT_CHUNK as usize) {
+            let n_segments = SEGMENT_CHUNK.min(strands.n_segments - first_segment);
+            let chunk = Chunk {
+                first_segment,
+                n_segments,
+            };
+            let chunk = uniform(context, "chunk", &chunk);
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDEX;
+            let corners = labelled(context, "corners", u64::from(n_segments) * 24, usage);
+            let group = bind(
+                context,
+                &draw.ribbons.get_bind_group_layout(0),
+                &[
+                    (0, view.as_entire_binding()),
+                    (1, chunk.as_entire_binding()),
+                    (2, strands.segments.as_entire_binding()),
+                    (3, edges.as_entire_binding()),
+                    (4, depth_coverage.as_entire_binding()),
+                    (5, spines.as_entire_binding()),
+                    (6, corners.as_entire_binding()),
+                ],
+            );
+            chunks.push(RibbonChunk {
+                corners,
+                group,
+                n_segments,
+            });
+        }
+        let of_radiance = |radiance: &&wgpu::Buffer| {
+            bind(
+                context,
+                &draw.strands.get_bind_group_layout(0),
+                &[
+                    (0, view.as_entire_binding()),
+                    (1, pass.as_entire_binding()),
+                    (2, edges.as_entire_binding()),
+                    (3, depth_coverage.as_entire_binding()),
+                    (4, spines.as_entire_binding()),
+                    (5, radiance.as_entire_binding()),
+                ],
+            )
+        };
+        let strands = radiance.iter().map(of_radiance).collect();
+        Ribbons {
+            view,
+            pass,
+            project,
+            chunks,
+            strands,
+            points,
+            n_points,
+        }
+    }
+
+    /// Takes another view.
+    pub fn set_view(&self, context: &Context, view: &ViewUniform) {
+        let bytes = bytemuck::bytes_of(view);
+        context.queue.write_buffer(&self.view, 0, bytes);
+    }
+
+    /// The view as the passes read it.
+    pub fn view(&self) -> &wgpu::Buffer {
+        &self.view
+    }
+
+    /// Projects the points and prepares the segments, once for all passes of a view.
+    pub fn project(&self, context: &Context, draw: &Draw, stamp: Stamp) {
+        submit(context, |encoder| {
+            let mut pass = compute_pass(encoder, stamp);
+            let groups = [self.n_points.div_ceil(256), 1];
+            step(&mut pass, &draw.project, &self.project, groups);
+            for chunk in &self.chunks {
+                let groups = [chunk.n_segments.div_ceil(256), 1];
+                step(&mut pass, &draw.ribbons, &chunk.group, groups);
+            }
+        });
+    }
+
+    pub fn bytes(&self) -> u64 {
+        let points: u64 = self.points.iter().map(wgpu::Buffer::size).sum();
+        let corners = self.chunks.iter().map(|chunk| chunk.corners.size());
+        points + corners.sum::<u64>()
     }
 }
 
-/// What one picture is made of.
-pub(super) struct Frame<'a> {
-    pub scene: &'a PreparedScene,
-    pub strands: &'a StrandBuffers,
-    pub shading: &'a Shading,
-    pub view: &'a ViewUniform,
-    pub samples: u32,
-    pub observer: Observer<'a>,
+/// What pictures of one size are drawn into.
+pub(crate) struct Target {
+    size: [u32; 2],
+    color: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    sums: wgpu::Buffer,
+    picture: wgpu::Buffer,
+    backdrop: wgpu::Buffer,
+    accumulate: wgpu::BindGroup,
+    composite: wgpu::BindGroup,
+    /// The lights that `composite` is bound to.
+    lights: wgpu::Buffer,
+}
+
+impl Target {
+    /// Room for pictures of `size`, none of whose sides is zero, with `lights` behind them.
+    pub fn new(
+        context: &Context,
+        draw: &Draw,
+        ribbons: &Ribbons,
+        size: [u32; 2],
+        lights: &wgpu::Buffer,
+    ) -> Target {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let to_read = usage | wgpu::TextureUsages::TEXTURE_BINDING;
+        let color = texture(context, "samples", size, 4, COLOR, to_read);
+        let depth = texture(context, "depth", size, 4, DEPTH, usage);
+        let bytes = u64::from(size[0]) * u64::from(size[1]) * 16;
+        let sums = storage(context, "sums", bytes);
+        let picture = storage(context, "picture", bytes);
+        let backdrop: Backdrop = bytemuck::Zeroable::zeroed();
+        let backdrop = uniform(context, "backdrop", &backdrop);
+        let accumulate = bind(
+            context,
+            &draw.accumulate.get_bind_group_layout(0),
+            &[
+                (0, ribbons.view.as_entire_binding()),
+                (1, wgpu::BindingResource::TextureView(&color)),
+                (2, sums.as_entire_binding()),
+            ],
+        );
+        let buffers = [&ribbons.view, &backdrop, lights, &sums, &picture];
+        Target {
+            composite: bind_composite(context, draw, buffers),
+            size,
+            color,
+            depth,
+            sums,
+            picture,
+            backdrop,
+            accumulate,
+            lights: lights.clone(),
+        }
+    }
+
+    /// Samples in the next passes are the first.
+    pub fn clear(&self, context: &Context) {
+        submit(context, |encoder| encoder.clear_buffer(&self.sums, 0, None));
+    }
+
+    /// Draws four samples a pixel of the strands as `ribbons` has them, lit by the radiance buffer
+    /// `radiance`, and adds them to the sums.
+    pub fn pass(
+        &self,
+        context: &Context,
+        draw: &Draw,
+        ribbons: &Ribbons,
+        radiance: usize,
+        pass_ix: u32,
+        stamp: Stamp,
+    ) {
+        let pass = Pass {
+            jitter: pass_jitter(pass_ix),
+            pass_ix,
+            pad: 0,
+        };
+        let bytes = bytemuck::bytes_of(&pass);
+        context.queue.write_buffer(&ribbons.pass, 0, bytes);
+        submit(context, |encoder| {
+            self.rasterise(encoder, draw, ribbons, radiance, stamp.first());
+            let mut pass = compute_pass(encoder, stamp.last());
+            let groups = self.size.map(|n| n.div_ceil(8));
+            step(&mut pass, &draw.accumulate, &self.accumulate, groups);
+        });
+    }
+
+    fn rasterise(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        draw: &Draw,
+        ribbons: &Ribbons,
+        radiance: usize,
+        stamp: Stamp,
+    ) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("strands"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.color,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(1.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: stamp.of_render(),
+            ..Default::default()
+        });
+        pass.set_pipeline(&draw.strands);
+        pass.set_bind_group(0, &ribbons.strands[radiance], &[]);
+        let [left, top] = self.size.map(|n| 0.5 * (n as f32 - VIEWPORT));
+        pass.set_viewport(left, top, VIEWPORT, VIEWPORT, 0.0, 1.0);
+        for chunk in &ribbons.chunks {
+            pass.set_index_buffer(chunk.corners.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..6 * chunk.n_segments, 0, 0..1);
+        }
+    }
+
+    /// Turns the sums of `samples` samples into the linear picture, before `background` or the
+    /// first `n_lights` of `lights`.
+    pub fn composite(
+        &mut self,
+        context: &Context,
+        draw: &Draw,
+        ribbons: &Ribbons,
+        (background, samples): (&Background, u32),
+        (lights, n_lights): (&wgpu::Buffer, u32),
+        stamp: Stamp,
+    ) {
+        let (kind, color) = match *background {
+            Background::None => (0, [0.0; 3]),
+            Background::Color(color) => (1, color),
+            Background::Lights => (2, [0.0; 3]),
+        };
+        let backdrop = Backdrop {
+            color,
+            kind,
+            n_lights,
+            n_samples: samples,
+            pad: [0; 2],
+        };
+        let bytes = bytemuck::bytes_of(&backdrop);
+        context.queue.write_buffer(&self.backdrop, 0, bytes);
+        if self.lights != *lights {
+            let buffers = [
+                &ribbons.view,
+                &self.backdrop,
+                lights,
+                &self.sums,
+                &self.picture,
+            ];
+            self.composite = bind_composite(context, draw, buffers);
+            self.lights = lights.clone();
+        }
+        submit(context, |encoder| {
+            let mut pass = compute_pass(encoder, stamp);
+            let groups = self.size.map(|n| n.div_ceil(8));
+            step(&mut pass, &draw.composite, &self.composite, groups);
+        });
+    }
+
+    /// What [`Target::composite`] left: linear rgb times alpha, and alpha, row by row.
+    pub fn picture(&self) -> &wgpu::Buffer {
+        &self.picture
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    pub fn bytes(&self) -> u64 {
+        let samples = u64::from(self.size[0]) * u64::from(self.size[1]) * 4;
+        self.sums.size() + self.picture.size() + samples * 12
+    }
+}
+
+fn bind_composite(context: &Context, draw: &Draw, buffers: [&wgpu::Buffer; 5]) -> wgpu::BindGroup {
+    let resources = [0, 1, 2, 3, 4].map(|ix| (ix as u32, buffers[ix].as_entire_binding()));
+    let layout = draw.composite.get_bind_group_layout(0);
+    bind(context, &layout, &resources)
+}
+
+/// A texture's whole, none of its sides being zero.
+pub(crate) fn texture(
+    context: &Context,
+    label: &'static str,
+    [width, height]: [u32; 2],
+    sample_count: u32,
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::TextureView {
+    Tally::add(&context.tally().textures);
+    let texture = context.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
 }
 
 impl Draw {
@@ -94,6 +415,7 @@ impl Draw {
         let accumulate = compute(context, &shader(context, "pass/accumulate")?, "accumulate");
         let composite = compute(context, &shader(context, "pass/composite")?, "composite");
         let module = shader(context, "pass/strands")?;
+        Tally::add(&context.tally().pipelines);
         let strands = context
             .device
             .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -133,260 +455,5 @@ impl Draw {
             accumulate,
             composite,
         })
-    }
-
-    /// Draws the frame and reads it back.
-    pub fn run(
-        &self,
-        context: &Context,
-        frame: &Frame,
-        stats: &mut Stats,
-    ) -> Result<Picture, RenderError> {
-        let [width, height] = frame.view.size;
-        let picture = storage(
-            context,
-            "picture",
-            u64::from(width) * u64::from(height) * 16,
-        );
-        let view = uniform(context, "view", frame.view);
-        stats.stage("draw", |_| {
-            let bytes = self.passes(context, frame, &view, &picture)?;
-            Ok::<_, RenderError>(((), bytes + picture.size()))
-        })?;
-        let rgba = stats.stage("composite", |_| {
-            let rgba = self.finish(context, frame, &view, &picture)?;
-            Ok::<_, RenderError>((rgba, picture.size()))
-        })?;
-        Ok(Picture {
-            width,
-            height,
-            rgba,
-        })
-    }
-
-    fn passes(
-        &self,
-        context: &Context,
-        frame: &Frame,
-        view: &wgpu::Buffer,
-        picture: &wgpu::Buffer,
-    ) -> Result<u64, RenderError> {
-        let ribbons = self.ribbons(context, frame, view);
-        let [width, height] = frame.view.size;
-        let target = |label, format, usage| {
-            let texture = context.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d {
-                    width,
-                    height,
-                    depth_or_array_layers: 1,
-                },
-                mip_level_count: 1,
-                sample_count: 4,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
-                view_formats: &[],
-            });
-            texture.create_view(&Default::default())
-        };
-        let color = target("samples", COLOR, wgpu::TextureUsages::TEXTURE_BINDING);
-        let depth = target("depth", DEPTH, wgpu::TextureUsages::empty());
-        let zero = Pass {
-            jitter: [0; 2],
-            pass_ix: 0,
-            pad: 0,
-        };
-        let pass_buffer = uniform(context, "pass", &zero);
-        let strands_group = bind(
-            context,
-            &self.strands.get_bind_group_layout(0),
-            &[
-                (0, view.as_entire_binding()),
-                (1, pass_buffer.as_entire_binding()),
-                (2, ribbons.edges.as_entire_binding()),
-                (3, ribbons.depth_coverage.as_entire_binding()),
-                (4, ribbons.spines.as_entire_binding()),
-                (5, frame.shading.radiance().as_entire_binding()),
-            ],
-        );
-        let accumulate_group = bind(
-            context,
-            &self.accumulate.get_bind_group_layout(0),
-            &[
-                (0, view.as_entire_binding()),
-                (1, wgpu::BindingResource::TextureView(&color)),
-                (2, picture.as_entire_binding()),
-            ],
-        );
-        for pass_ix in 0..frame.samples / 4 {
-            let pass = Pass {
-                jitter: pass_jitter(pass_ix),
-                pass_ix,
-                pad: 0,
-            };
-            context
-                .queue
-                .write_buffer(&pass_buffer, 0, bytemuck::bytes_of(&pass));
-            submit(context, |encoder| {
-                self.rasterise(
-                    encoder,
-                    &strands_group,
-                    &color,
-                    &depth,
-                    &ribbons.corners,
-                    frame,
-                );
-                let groups = [width.div_ceil(8), height.div_ceil(8)];
-                dispatch(encoder, &self.accumulate, &accumulate_group, groups);
-            });
-            // One pass at a time: a software device takes a second for some of them.
-            context.wait("draw").map_err(failed)?;
-            let done = f64::from(4 * (pass_ix + 1)) / f64::from(frame.samples);
-            (frame.observer)(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * done);
-        }
-        let samples = u64::from(width) * u64::from(height) * 4;
-        Ok(ribbons.bytes() + samples * 12)
-    }
-
-    /// Projects the points and prepares the segments, once for all passes.
-    fn ribbons(&self, context: &Context, frame: &Frame, view: &wgpu::Buffer) -> Ribbons {
-        let n_points = frame.strands.n_points;
-        let a_point = |label| storage(context, label, u64::from(n_points) * 16);
-        let edges = a_point("edges");
-        let depth_coverage = a_point("depth and coverage");
-        let spines = a_point("spines");
-        let project_group = bind(
-            context,
-            &self.project.get_bind_group_layout(0),
-            &[
-                (0, view.as_entire_binding()),
-                (1, frame.strands.points.as_entire_binding()),
-                (2, frame.strands.tangents.as_entire_binding()),
-                (3, edges.as_entire_binding()),
-                (4, depth_coverage.as_entire_binding()),
-            ],
-        );
-        submit(context, |encoder| {
-            let groups = [n_points.div_ceil(256), 1];
-            dispatch(encoder, &self.project, &project_group, groups);
-        });
-        let mut corners = Vec::new();
-        for first_segment in (0..frame.strands.n_segments).step_by(SEGMENT_CHUNK as usize) {
-            let n_segments = SEGMENT_CHUNK.min(frame.strands.n_segments - first_segment);
-            let chunk = Chunk {
-                first_segment,
-                n_segments,
-            };
-            let chunk = uniform(context, "chunk", &chunk);
-            let indices = context.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("corners"),
-                size: u64::from(n_segments) * 24,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDEX,
-                mapped_at_creation: false,
-            });
-            let group = bind(
-                context,
-                &self.ribbons.get_bind_group_layout(0),
-                &[
-                    (0, view.as_entire_binding()),
-                    (1, chunk.as_entire_binding()),
-                    (2, frame.strands.segments.as_entire_binding()),
-                    (3, edges.as_entire_binding()),
-                    (4, depth_coverage.as_entire_binding()),
-                    (5, spines.as_entire_binding()),
-                    (6, indices.as_entire_binding()),
-                ],
-            );
-            submit(context, |encoder| {
-                let groups = [n_segments.div_ceil(256), 1];
-                dispatch(encoder, &self.ribbons, &group, groups);
-            });
-            corners.push((indices, 6 * n_segments));
-        }
-        Ribbons {
-            edges,
-            depth_coverage,
-            spines,
-            corners,
-        }
-    }
-
-    fn rasterise(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        group: &wgpu::BindGroup,
-        color: &wgpu::TextureView,
-        depth: &wgpu::TextureView,
-        corners: &[(wgpu::Buffer, u32)],
-        frame: &Frame,
-    ) {
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("strands"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: color,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: depth,
-                depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(1.0),
-                    store: wgpu::StoreOp::Discard,
-                }),
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
-        pass.set_pipeline(&self.strands);
-        pass.set_bind_group(0, group, &[]);
-        let [left, top] = frame.view.size.map(|n| 0.5 * (n as f32 - VIEWPORT));
-        pass.set_viewport(left, top, VIEWPORT, VIEWPORT, 0.0, 1.0);
-        for (indices, n_corners) in corners {
-            pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..*n_corners, 0, 0..1);
-        }
-    }
-
-    fn finish(
-        &self,
-        context: &Context,
-        frame: &Frame,
-        view: &wgpu::Buffer,
-        picture: &wgpu::Buffer,
-    ) -> Result<Vec<[f32; 4]>, RenderError> {
-        let (kind, color) = match frame.scene.background {
-            Background::None => (0, [0.0; 3]),
-            Background::Color(color) => (1, color),
-            Background::Lights => (2, [0.0; 3]),
-        };
-        let backdrop = Backdrop {
-            color,
-            kind,
-            n_lights: frame.scene.lights.len() as u32,
-            n_samples: frame.samples,
-            pad: [0; 2],
-        };
-        let backdrop = uniform(context, "backdrop", &backdrop);
-        let group = bind(
-            context,
-            &self.composite.get_bind_group_layout(0),
-            &[
-                (0, view.as_entire_binding()),
-                (1, backdrop.as_entire_binding()),
-                (2, frame.shading.lights().as_entire_binding()),
-                (3, picture.as_entire_binding()),
-            ],
-        );
-        let [width, height] = frame.view.size;
-        submit(context, |encoder| {
-            let groups = [width.div_ceil(8), height.div_ceil(8)];
-            dispatch(encoder, &self.composite, &group, groups);
-        });
-        read_back(context, "picture", picture)
     }
 }

@@ -1,156 +1,252 @@
-//! Shading of the points, in batches of lights.
+//! Shading of the points in steps, each small enough to be submitted on its own: shadow maps, one
+//! by one; sweeps, direction by direction; points, slice by slice, for a batch of lights.
+//!
+//! What is edited is written into buffers that stay. Bind groups are made when they are first used
+//! and again when one of their buffers had to grow.
 
-use web_time::Instant;
+use std::ops::Range;
 
 use super::LIGHT_BATCH;
+use super::clock::Stamp;
 use super::resources::{
-    StrandBuffers, bind, buffer_of, compute_with, dispatch, failed, read_back, shader, storage,
-    submit, uniform,
+    StrandBuffers, bind, buffer_of, compute_pass, compute_with, groups_of_64, module_with, step,
+    storage, submit, uniform, write,
 };
 use super::shadow_map::ShadowMaps;
-use super::shadows::{Batch, Records, Sweep, SweptLights};
+use super::shadows::{Batch, Sweep, SweptLights};
 use super::volume::Volume;
 use crate::camera::ViewUniform;
 use crate::edit::{EditReport, HairTextures};
 use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::scene::{LightRecord, PreparedScene};
-use crate::shadow_maps::ShadowPlan;
-use crate::stats::{LIGHTING_SHARE, Observer, Stage, Stats};
+use crate::shadow_maps::{NO_SLOT, ShadowPlan, ShadowView};
+use strandlight_formats::SrbfLight;
 use strandlight_scattering::closed_form::PackedRecord;
 
-/// Points shaded by one dispatch: at most some seconds of work on a software device.
-const POINT_CHUNK: u32 = 1 << 15;
+/// Points shaded by one step where nobody asks for fewer: at most some seconds of work on a
+/// software device.
+pub(crate) const POINT_CHUNK: u32 = 1 << 15;
 
-/// Pipelines and buffers that do not depend on the view.
-pub(super) struct Lighting {
+/// Pieces of work that depend on those before them; what each wrote stays.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Step {
+    /// Draws a shadow map.
+    Map(ShadowView),
+    /// Sweeps a batch of lights along a direction of each.
+    Sweep { batch: usize, k: u32 },
+    /// Shades points with a batch of lights.
+    Shade { batch: usize, points: Range<u32> },
+}
+
+impl Step {
+    /// The stage it counts for.
+    pub fn stage(&self) -> &'static str {
+        match self {
+            Step::Map(_) => "shadow maps",
+            Step::Sweep { .. } => "transmittance",
+            Step::Shade { .. } => "shade",
+        }
+    }
+}
+
+/// What a pipeline of shading is compiled for: what is not there is not in its code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Kind {
+    /// Bits of the terms of scattering.
+    terms: u32,
+    /// Bits of the modes.
+    modes: u32,
+}
+
+impl Kind {
+    fn of(scene: &PreparedScene) -> Kind {
+        Kind {
+            terms: scene.terms(),
+            modes: scene.hair.optics().fibre.modes,
+        }
+    }
+}
+
+/// A compiled kind, and its bind groups by batch of lights and buffer of radiance.
+struct Shade {
+    kind: Kind,
+    pipeline: wgpu::ComputePipeline,
+    groups: Vec<((usize, usize), wgpu::BindGroup)>,
+}
+
+/// The lights of a batch that are not black, in the list of those.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Lit {
+    first: u32,
+    n: u32,
+}
+
+/// Pipelines and buffers of shading.
+pub(crate) struct Lighting {
     sweep: Sweep,
-    shade: wgpu::ComputePipeline,
+    maps: ShadowMaps,
+    /// The lights whose power shared out the maps: one that is black by now keeps its own.
+    planned: Vec<SrbfLight>,
+    plan: ShadowPlan,
+    /// Where the answers' light through to the eye comes from.
+    through: Option<[f32; 3]>,
+    shades: Vec<Shade>,
+    current: usize,
+    scattering: super::scattering::Scattering,
+    view: wgpu::Buffer,
+    batch: wgpu::Buffer,
+    counters: wgpu::Buffer,
+    radiance: Vec<wgpu::Buffer>,
+    /// All lights, as the sweeps read them.
     lights: wgpu::Buffer,
     directions: wgpu::Buffer,
-    scattering: super::scattering::Scattering,
-    records: Records,
-    shadow_maps: ShadowMaps,
-    /// Unblocked shares by shadow maps, and the milliseconds that drawing them took.
-    answers: (wgpu::Buffer, f64),
-    plan: ShadowPlan,
+    /// Those that are not black.
+    lit: wgpu::Buffer,
+    batches: Vec<Lit>,
     n_lights: usize,
-    n_directions: u32,
-    record_budget: u64,
+    n_lit: u32,
+    /// Directions of the light that has most, by batch.
+    n_directions: Vec<u32>,
     min_power: f32,
     densities: [f32; 2],
     most_local: f32,
-}
-
-/// What shading left on the device.
-pub(super) struct Shading {
-    radiance: wgpu::Buffer,
-    lights: wgpu::Buffer,
-}
-
-impl Shading {
-    /// `[point]` (rgb, 0), times the view's radiance scale.
-    pub fn radiance(&self) -> &wgpu::Buffer {
-        &self.radiance
-    }
-
-    /// The records of all lights.
-    pub fn lights(&self) -> &wgpu::Buffer {
-        &self.lights
-    }
+    n_points: u32,
 }
 
 impl Lighting {
-    /// Uploads the lights of `scene` and sweeps them through `volume`.
+    /// Uploads the lights of `scene` and makes room for what is found out about them. Radiance has
+    /// `n_radiance` buffers.
     pub fn new(
         context: &Context,
         scene: &PreparedScene,
         volume: &Volume,
         strands: &StrandBuffers,
+        n_radiance: usize,
     ) -> Result<Self, RenderError> {
-        let shadow_maps = ShadowMaps::new(context)?;
-        let plan = scene.shadow_plan();
-        let answers = draw_shadow_maps(&shadow_maps, context, &plan, strands)?;
-        let sweep = Sweep::new(context)?;
-        let module = shader(context, "pass/shade")?;
-        let terms = [("TERMS", f64::from(scene.terms()))];
-        let shade = compute_with(context, &module, "shade", &terms);
-        let (lights, sweeps) = scene.light_records();
-        let usage = wgpu::BufferUsages::STORAGE;
-        let (n_lights, n_directions) = (lights.len(), most_directions(&lights));
-        let lights = buffer_of(context, "lights", &lights, usage);
-        let directions = buffer_of(context, "directions", &sweeps, usage);
-        let swept = SweptLights {
-            lights: &lights,
-            directions: &directions,
-            n_lights,
-            n_directions,
-        };
-        let records = sweep.prepare(context, volume, &swept, scene.record_budget)?;
-        Ok(Lighting {
-            sweep,
-            shade,
-            shadow_maps,
-            answers,
-            plan,
-            records,
-            n_lights,
-            n_directions,
-            lights,
-            directions,
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        let view: ViewUniform = bytemuck::Zeroable::zeroed();
+        let batch: Batch = bytemuck::Zeroable::zeroed();
+        let a_point = u64::from(strands.n_points) * 16;
+        let lights = |label| buffer_of::<LightRecord>(context, label, &[], usage);
+        let mut lighting = Lighting {
+            sweep: Sweep::new(context)?,
+            maps: ShadowMaps::new(context, strands)?,
+            planned: scene.lights.clone(),
+            plan: ShadowPlan::default(),
+            through: None,
+            shades: Vec::new(),
+            current: 0,
             scattering: super::scattering::Scattering::new(context, scene)?,
-            record_budget: scene.record_budget,
-            min_power: scene.min_power(),
+            view: uniform(context, "view", &view),
+            batch: uniform(context, "batch", &batch),
+            counters: storage(context, "counters", 80),
+            radiance: (0..n_radiance)
+                .map(|_| storage(context, "radiance", a_point))
+                .collect(),
+            lights: lights("lights"),
+            directions: buffer_of::<[f32; 4]>(context, "directions", &[], usage),
+            lit: lights("lit lights"),
+            batches: Vec::new(),
+            n_lights: 0,
+            n_lit: 0,
+            n_directions: Vec::new(),
+            min_power: 0.0,
             densities: scene.densities,
             most_local: scene.most_local(&scene.hair),
-        })
+            n_points: strands.n_points,
+        };
+        lighting.set_lights(context, scene, volume, strands);
+        lighting.set_kind(context, scene)?;
+        Ok(lighting)
     }
 
-    /// Takes the lights of `scene` for those there were and sweeps them through `volume`.
+    /// Shares out the shadow maps of the lights to come, [`Lighting::set_lights`], by the power of
+    /// these, which differ from them in nothing else.
+    pub fn plan_for(&mut self, lights: &[SrbfLight]) {
+        self.planned = lights.to_vec();
+    }
+
+    /// Takes the lights of `scene` for those there were; [`Lighting::shadow_steps`] finds their
+    /// shadows.
     pub fn set_lights(
         &mut self,
         context: &Context,
         scene: &PreparedScene,
         volume: &Volume,
         strands: &StrandBuffers,
-    ) -> Result<(), RenderError> {
-        let (lights, sweeps) = scene.light_records();
-        let usage = wgpu::BufferUsages::STORAGE;
-        (self.n_lights, self.n_directions) = (lights.len(), most_directions(&lights));
-        self.lights = buffer_of(context, "lights", &lights, usage);
-        self.directions = buffer_of(context, "directions", &sweeps, usage);
-        self.min_power = scene.min_power();
-        self.shadow_again(context, scene, volume, strands)
+    ) {
+        self.plan_maps(context, scene, strands);
+        let (records, directions) = scene.records_with(&self.plan);
+        self.n_lights = records.len();
+        self.n_directions = records.chunks(LIGHT_BATCH).map(most_directions).collect();
+        write(context, &mut self.directions, &directions);
+        write(context, &mut self.lights, &records);
+        self.write_lit(context, scene, &records);
+        let lights = SweptLights {
+            lights: &self.lights,
+            directions: &self.directions,
+            n_lights: self.n_lights,
+        };
+        self.sweep
+            .fit(context, volume, &lights, scene.record_budget);
+        self.forget_groups();
     }
 
-    /// Finds the shadows of other lights or in hair that has moved: `scene` has them.
-    pub fn shadow_again(
+    /// Takes other amplitudes of the same lights. Answers whether a light got so bright that it
+    /// needs a shadow map which it has not: the maps are planned anew then, and have to be drawn.
+    pub fn set_colors(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        strands: &StrandBuffers,
+    ) -> bool {
+        let wanted = scene.shadow_plan();
+        let has_all = self
+            .plan
+            .slots
+            .iter()
+            .zip(&wanted.slots)
+            .all(|(&has, &wants)| has != NO_SLOT || wants == NO_SLOT);
+        if !has_all {
+            self.planned.clone_from(&scene.lights);
+            self.plan_maps(context, scene, strands);
+        }
+        let (records, _) = scene.records_with(&self.plan);
+        self.write_lit(context, scene, &records);
+        !has_all
+    }
+
+    /// Takes strands that have moved within `volume`, and plans the maps anew.
+    pub fn set_points(
         &mut self,
         context: &Context,
         scene: &PreparedScene,
         volume: &Volume,
         strands: &StrandBuffers,
-    ) -> Result<(), RenderError> {
-        self.plan = scene.shadow_plan();
-        self.answers = draw_shadow_maps(&self.shadow_maps, context, &self.plan, strands)?;
-        let lights = self.swept_lights();
-        self.records = self
-            .sweep
-            .prepare(context, volume, &lights, self.record_budget)?;
-        Ok(())
-    }
-
-    fn swept_lights(&self) -> SweptLights<'_> {
-        SweptLights {
+        is_other_volume: bool,
+    ) {
+        self.plan_maps(context, scene, strands);
+        let lights = SweptLights {
             lights: &self.lights,
             directions: &self.directions,
             n_lights: self.n_lights,
-            n_directions: self.n_directions,
+        };
+        let budget = scene.record_budget;
+        if is_other_volume || !self.sweep.has_room(&volume.grid, self.n_lights, budget) {
+            self.sweep.fit(context, volume, &lights, budget);
+            self.forget_groups();
         }
     }
 
+    /// Takes the densities of `scene`.
+    pub fn set_densities(&mut self, scene: &PreparedScene) {
+        self.densities = scene.densities;
+        self.most_local = scene.most_local(&scene.hair);
+    }
+
     /// Writes what an edit of the hair made anew.
-    pub fn update(
+    pub fn set_hair(
         &mut self,
         context: &Context,
         scene: &PreparedScene,
@@ -158,99 +254,225 @@ impl Lighting {
         report: &EditReport,
     ) {
         self.most_local = scene.most_local(hair);
-        self.scattering.update(context, hair, report);
+        if self.scattering.update(context, hair, report) {
+            self.forget_groups();
+        }
     }
 
-    /// Lights every point towards the eye of `view`.
-    pub fn run(
-        &self,
+    /// Compiles what the terms and modes of `scene` need, unless they were drawn before.
+    pub fn set_kind(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+    ) -> Result<(), RenderError> {
+        let kind = Kind::of(scene);
+        if let Some(ix) = self.shades.iter().position(|shade| shade.kind == kind) {
+            self.current = ix;
+            return Ok(());
+        }
+        let module = module_with(context, "pass/shade", &[])?;
+        let constants = [
+            ("TERMS", f64::from(kind.terms)),
+            ("MODES", f64::from(kind.modes)),
+        ];
+        self.shades.push(Shade {
+            kind,
+            pipeline: compute_with(context, &module, "shade", &constants),
+            groups: Vec::new(),
+        });
+        self.current = self.shades.len() - 1;
+        Ok(())
+    }
+
+    /// What finds the shadows of the lights: all but what depends on the view.
+    pub fn shadow_steps(&mut self) -> Vec<Step> {
+        let mut steps = self.map_steps();
+        if self.sweep.is_kept() {
+            let batches = 0..self.n_directions.len();
+            steps.extend(batches.flat_map(|batch| self.sweeps_of(batch)));
+        }
+        steps
+    }
+
+    /// What draws the shadow maps of the lights.
+    pub fn map_steps(&mut self) -> Vec<Step> {
+        self.through = None;
+        self.plan.views.iter().copied().map(Step::Map).collect()
+    }
+
+    /// What finds the share of light through to an eye that looks along `forward`: nothing if the
+    /// last eye did.
+    pub fn through_steps(&mut self, forward: [f32; 3]) -> Vec<Step> {
+        if self.through == Some(forward) {
+            return Vec::new();
+        }
+        self.through = Some(forward);
+        let views = self.plan.through(forward);
+        views.into_iter().map(Step::Map).collect()
+    }
+
+    /// The answers may not have the light through to any eye.
+    pub fn forget_through(&mut self) {
+        self.through = None;
+    }
+
+    /// How much a step is of its stage's work: maps, sweeps of a light, products of points and
+    /// lights.
+    pub fn units(&self, step: &Step) -> f64 {
+        match step {
+            Step::Map(_) => 1.0,
+            Step::Sweep { batch, .. } => {
+                let n = self.n_lights.saturating_sub(batch * LIGHT_BATCH);
+                n.clamp(1, LIGHT_BATCH) as f64
+            }
+            Step::Shade { batch, points } => {
+                f64::from(points.end - points.start) * f64::from(self.batches[*batch].n.max(1))
+            }
+        }
+    }
+
+    /// What lights all points, at most `chunk` at a time, after [`Lighting::begin`].
+    pub fn shade_steps(&self, chunk: u32) -> Vec<Step> {
+        let mut steps = Vec::new();
+        for (batch, lit) in self.batches.iter().enumerate() {
+            if lit.n == 0 && (batch > 0 || self.n_lit > 0) {
+                continue;
+            }
+            if !self.sweep.is_kept() {
+                steps.extend(self.sweeps_of(batch));
+            }
+            let chunks = (0..self.n_points).step_by(chunk.max(64) as usize);
+            steps.extend(chunks.map(|first| Step::Shade {
+                batch,
+                points: first..(first + chunk.max(64)).min(self.n_points),
+            }));
+        }
+        steps
+    }
+
+    fn sweeps_of(&self, batch: usize) -> impl Iterator<Item = Step> + use<> {
+        let n = self.n_directions.get(batch).copied().unwrap_or(0);
+        (0..n).map(move |k| Step::Sweep { batch, k })
+    }
+
+    /// Starts the shading for `view`.
+    pub fn begin(&self, context: &Context, view: &ViewUniform) {
+        let bytes = bytemuck::bytes_of(view);
+        context.queue.write_buffer(&self.view, 0, bytes);
+        submit(context, |encoder| {
+            encoder.clear_buffer(&self.counters, 0, None);
+        });
+    }
+
+    /// Makes all points black.
+    pub fn clear(&self, context: &Context, into: usize) {
+        submit(context, |encoder| {
+            encoder.clear_buffer(&self.radiance[into], 0, None);
+        });
+    }
+
+    /// Submits a step; shading writes the radiance buffer `into`.
+    pub fn submit(
+        &mut self,
         context: &Context,
         strands: &StrandBuffers,
         volume: &Volume,
-        view: &ViewUniform,
-        stats: &mut Stats,
-        observer: Observer,
-    ) -> Result<Shading, RenderError> {
-        let n_points = strands.n_points;
-        let start = Instant::now();
-        let through = self.plan.through(view.forward);
-        self.shadow_maps
-            .draw(context, strands, &through, &self.answers.0)?;
-        let through_ms = 1e3 * start.elapsed().as_secs_f64();
-        let radiance = storage(context, "radiance", u64::from(n_points) * 16);
-        let counters = storage(context, "counters", 80);
-        let view_buffer = uniform(context, "view", view);
-        let batch_buffer = uniform(context, "batch", &self.batch(0, 0, 0, 0));
+        work: &Step,
+        into: usize,
+        stamp: Stamp,
+    ) {
+        match work {
+            Step::Map(view) => self.maps.draw(context, view, stamp),
+            Step::Sweep { batch, k } => {
+                self.sweep.sweep(context, &volume.grid, *batch, *k, stamp);
+            }
+            Step::Shade { batch, points } => {
+                self.bind(context, strands, volume, *batch, into);
+                let lit = self.batches[*batch];
+                let uniform = Batch {
+                    first_light: lit.first,
+                    n_lights: lit.n,
+                    first_point: points.start,
+                    end_point: points.end,
+                    min_power: self.min_power,
+                    density_forward: self.densities[0],
+                    density_back: self.densities[1],
+                    most_local: self.most_local,
+                };
+                let bytes = bytemuck::bytes_of(&uniform);
+                context.queue.write_buffer(&self.batch, 0, bytes);
+                let shade = &self.shades[self.current];
+                let places = &shade.groups;
+                let found = places.iter().find(|(place, _)| *place == (*batch, into));
+                let Some((_, group)) = found else {
+                    return;
+                };
+                let [x, y] = groups_of_64(points.end - points.start);
+                submit(context, |encoder| {
+                    let mut pass = compute_pass(encoder, stamp);
+                    step(&mut pass, &shade.pipeline, group, [x, y]);
+                });
+            }
+        }
+    }
+
+    /// Makes the bind group of a batch unless it is there.
+    fn bind(
+        &mut self,
+        context: &Context,
+        strands: &StrandBuffers,
+        volume: &Volume,
+        batch: usize,
+        into: usize,
+    ) {
+        let shade = &self.shades[self.current];
+        if shade
+            .groups
+            .iter()
+            .any(|(place, _)| *place == (batch, into))
+        {
+            return;
+        }
         let mut resources = vec![
-            (0, view_buffer.as_entire_binding()),
-            (1, batch_buffer.as_entire_binding()),
+            (0, self.view.as_entire_binding()),
+            (1, self.batch.as_entire_binding()),
             (2, volume.grid_buffer.as_entire_binding()),
             (4, strands.points.as_entire_binding()),
             (5, strands.tangents.as_entire_binding()),
             (6, strands.normals.as_entire_binding()),
-            (7, self.lights.as_entire_binding()),
-            (9, radiance.as_entire_binding()),
-            (10, counters.as_entire_binding()),
-            (17, self.answers.0.as_entire_binding()),
+            (7, self.lit.as_entire_binding()),
+            (8, self.sweep.records(batch).as_entire_binding()),
+            (9, self.radiance[into].as_entire_binding()),
+            (10, self.counters.as_entire_binding()),
+            (17, self.maps.answers().as_entire_binding()),
         ];
         resources.extend(self.scattering.bindings());
-        let (mut sweep_ms, mut shade_ms) = (self.records.milliseconds, 0.0);
-        for (batch_ix, first) in (0..self.n_lights).step_by(LIGHT_BATCH).enumerate() {
-            let n_lights = LIGHT_BATCH.min(self.n_lights - first);
-            let records = self.records.batch(batch_ix);
-            if !self.records.is_kept {
-                let start = Instant::now();
-                let lights = self.swept_lights();
-                self.sweep.batch(context, volume, &lights, first, records)?;
-                sweep_ms += 1e3 * start.elapsed().as_secs_f64();
-            }
+        let layout = shade.pipeline.get_bind_group_layout(0);
+        let group = bind(context, &layout, &resources);
+        self.shades[self.current]
+            .groups
+            .push(((batch, into), group));
+    }
 
-            let start = Instant::now();
-            let mut resources = resources.clone();
-            resources.push((8, records.as_entire_binding()));
-            let shade_group = bind(context, &self.shade.get_bind_group_layout(0), &resources);
-            for first_point in (0..n_points).step_by(POINT_CHUNK as usize) {
-                let end_point = (first_point + POINT_CHUNK).min(n_points);
-                let batch = self.batch(first, n_lights, first_point, end_point);
-                context
-                    .queue
-                    .write_buffer(&batch_buffer, 0, bytemuck::bytes_of(&batch));
-                submit(context, |encoder| {
-                    let groups = (end_point - first_point).div_ceil(64);
-                    dispatch(encoder, &self.shade, &shade_group, [groups, 1]);
-                });
-                context.wait("shade").map_err(failed)?;
-                let points = first * n_points as usize + n_lights * end_point as usize;
-                let all = self.n_lights * n_points as usize;
-                observer(LIGHTING_SHARE * points as f64 / all as f64);
-            }
-            shade_ms += 1e3 * start.elapsed().as_secs_f64();
-        }
-        stats.stages.push(Stage {
-            name: "shadow maps",
-            milliseconds: self.answers.1 + through_ms,
-            bytes: self.answers.0.size(),
-        });
-        stats.stages.push(Stage {
-            name: "transmittance",
-            milliseconds: sweep_ms,
-            bytes: self.records.bytes(),
-        });
-        stats.stages.push(Stage {
-            name: "shade",
-            milliseconds: shade_ms,
-            bytes: radiance.size(),
-        });
-        let counts: Vec<u64> = read_back(context, "counters", &counters)?;
-        // Each batch of lights counts the same points.
-        let batches = self.n_lights.div_ceil(LIGHT_BATCH).max(1) as u64;
-        stats.points_skipped = counts[0] / batches;
-        let terms: &[[u64; 2]] = bytemuck::cast_slice(&counts[1..9]);
-        stats.set_terms(terms);
-        Ok(Shading {
-            radiance,
-            lights: self.lights.clone(),
-        })
+    /// `[point]` (rgb, 0), times the view's radiance scale.
+    pub fn radiance(&self, ix: usize) -> &wgpu::Buffer {
+        &self.radiance[ix]
+    }
+
+    /// The lights that are not black, and how many.
+    pub fn lit(&self) -> (&wgpu::Buffer, u32) {
+        (&self.lit, self.n_lit)
+    }
+
+    /// As [`crate::stats::Stats::set_counters`] reads them.
+    pub fn counters(&self) -> &wgpu::Buffer {
+        &self.counters
+    }
+
+    /// Batches that shading ran over, each of which counted all points.
+    pub fn n_batches(&self) -> u64 {
+        let lit = self.batches.iter().filter(|lit| lit.n > 0);
+        lit.count().max(1) as u64
     }
 
     /// Packed records of the first batch, `[light][voxel]`.
@@ -259,35 +481,59 @@ impl Lighting {
         context: &Context,
         volume: &Volume,
     ) -> Result<Vec<PackedRecord>, RenderError> {
-        let lights = self.swept_lights();
-        self.sweep
-            .read_first(context, volume, &lights, &self.records)
+        if !self.sweep.is_kept() {
+            for k in 0..self.n_directions.first().copied().unwrap_or(0) {
+                self.sweep
+                    .sweep(context, &volume.grid, 0, k, Stamp::default());
+            }
+        }
+        self.sweep.read_first(context, &volume.grid)
     }
 
-    fn batch(&self, first: usize, n_lights: usize, first_point: u32, end_point: u32) -> Batch {
-        Batch {
-            first_light: first as u32,
-            n_lights: n_lights as u32,
-            first_point,
-            end_point,
-            min_power: self.min_power,
-            density_forward: self.densities[0],
-            density_back: self.densities[1],
-            most_local: self.most_local,
+    /// Bytes by stage of [`Step::stage`].
+    pub fn bytes(&self) -> [(&'static str, u64); 3] {
+        let radiance: u64 = self.radiance.iter().map(wgpu::Buffer::size).sum();
+        [
+            ("shadow maps", self.maps.bytes()),
+            ("transmittance", self.sweep.bytes()),
+            ("shade", radiance),
+        ]
+    }
+
+    fn plan_maps(&mut self, context: &Context, scene: &PreparedScene, strands: &StrandBuffers) {
+        self.plan = ShadowPlan::new(&self.planned, &scene.strands, scene.shadow_maps);
+        self.through = None;
+        if self.maps.fit(context, strands, &self.plan) {
+            self.forget_groups();
         }
     }
-}
 
-/// The answers of the shadow maps, and the milliseconds that took.
-fn draw_shadow_maps(
-    shadow_maps: &ShadowMaps,
-    context: &Context,
-    plan: &ShadowPlan,
-    strands: &StrandBuffers,
-) -> Result<(wgpu::Buffer, f64), RenderError> {
-    let start = Instant::now();
-    let answers = shadow_maps.run(context, strands, plan)?;
-    Ok((answers, 1e3 * start.elapsed().as_secs_f64()))
+    /// Writes the lights that are not black, batch by batch.
+    fn write_lit(&mut self, context: &Context, scene: &PreparedScene, records: &[LightRecord]) {
+        self.min_power = scene.min_power();
+        let mut lit = Vec::with_capacity(records.len());
+        self.batches.clear();
+        for batch in records.chunks(LIGHT_BATCH) {
+            let first = lit.len() as u32;
+            lit.extend(batch.iter().filter(|light| light.power > 0.0).copied());
+            let n = lit.len() as u32 - first;
+            self.batches.push(Lit { first, n });
+        }
+        if self.batches.is_empty() {
+            // Without lights all points are black.
+            self.batches.push(Lit::default());
+        }
+        self.n_lit = lit.len() as u32;
+        if write(context, &mut self.lit, &lit) {
+            self.forget_groups();
+        }
+    }
+
+    fn forget_groups(&mut self) {
+        for shade in &mut self.shades {
+            shade.groups.clear();
+        }
+    }
 }
 
 /// Directions of the light that has most.

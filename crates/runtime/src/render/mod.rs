@@ -1,27 +1,33 @@
 //! The renderer: stages in the order they run, one file each.
 //!
-//! Once for the strands and the lights: `voxelise` (shadow volume) -> `transmittance`. A frame:
-//! `shade`, in batches of lights -> `draw` (project, ribbons, passes of four samples, accumulate)
-//! -> `composite`.
+//! Once for the strands and the lights: `voxelise` (shadow volume) -> shadow maps,
+//! `transmittance`. A frame: the maps towards the eye -> `shade`, in batches of lights -> `draw`
+//! (project, ribbons, passes of four samples, accumulate) -> `composite`. [`Renderer`] waits for
+//! each of these; [`crate::live::Live`] takes them one by one and shows (`display`) what there is.
 
-mod draw;
-mod lighting;
+pub(crate) mod clock;
+pub(crate) mod draw;
+pub(crate) mod lighting;
 pub(crate) mod resources;
 mod scattering;
+pub(crate) mod screen;
 mod shadow_map;
 mod shadows;
-mod volume;
+pub(crate) mod volume;
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 
-use crate::camera::{Camera, view_uniform};
+use web_time::Instant;
+
+use crate::camera::{Camera, ViewUniform, view_uniform};
 use crate::edit::{EditError, EditReport, HairTextures};
 use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::picture::Picture;
 use crate::scene::{PreparedScene, check_lights};
 use crate::shadow_maps::ShadowPlan;
-use crate::stats::{Observer, Stats};
+use crate::stats::{LIGHTING_SHARE, Observer, Stage, Stats};
 use crate::strands::Strands;
 use strandlight_formats::SrbfLight;
 use strandlight_scattering::HairParams;
@@ -73,67 +79,17 @@ pub fn shadow_maps(
 ) -> Result<Vec<u32>, RenderError> {
     resources::guarded(context, || {
         let buffers = resources::StrandBuffers::new(context, strands);
-        let maps = shadow_map::ShadowMaps::new(context)?;
-        let unblocked = maps.run(context, &buffers, plan)?;
-        resources::read_back(context, "unblocked", &unblocked)
+        let mut maps = shadow_map::ShadowMaps::new(context, &buffers)?;
+        maps.fit(context, &buffers, plan);
+        for view in &plan.views {
+            maps.draw(context, view, Default::default());
+            context.wait("shadow map").map_err(resources::failed)?;
+        }
+        let mut answers = resources::read_back(context, "unblocked", maps.answers())?;
+        // Buffers are never empty.
+        answers.truncate(plan.n_words(strands.points.len()));
+        Ok(answers)
     })
-}
-
-/// What [`crate::live::Live`] draws with.
-pub(crate) struct Parts {
-    strands: resources::StrandBuffers,
-    volume: volume::Volume,
-    lighting: lighting::Lighting,
-    draw: draw::Draw,
-}
-
-impl Parts {
-    pub fn new(
-        context: &Context,
-        scene: &PreparedScene,
-        stats: &mut Stats,
-    ) -> Result<Self, RenderError> {
-        *stats = scene.counts(format!(
-            "gpu: {} ({})",
-            context.adapter_name, context.backend
-        ));
-        let strands = resources::StrandBuffers::new(context, &scene.strands);
-        let volume = volume::Volume::new(context, &scene.strands, &strands)?;
-        let lighting = lighting::Lighting::new(context, scene, &volume, &strands)?;
-        Ok(Parts {
-            strands,
-            volume,
-            lighting,
-            draw: draw::Draw::new(context)?,
-        })
-    }
-
-    pub fn update(&mut self, context: &Context, scene: &PreparedScene, report: &EditReport) {
-        self.lighting.update(context, scene, &scene.hair, report);
-    }
-
-    pub fn draw(
-        &self,
-        context: &Context,
-        scene: &PreparedScene,
-        view: &crate::camera::ViewUniform,
-        samples: u32,
-        stats: &mut Stats,
-    ) -> Result<Picture, RenderError> {
-        let (strands, volume) = (&self.strands, &self.volume);
-        let shading = self
-            .lighting
-            .run(context, strands, volume, view, stats, &|_| ())?;
-        let frame = draw::Frame {
-            scene,
-            strands,
-            shading: &shading,
-            view,
-            samples,
-            observer: &|_| (),
-        };
-        self.draw.run(context, &frame, stats)
-    }
 }
 
 /// A prepared scene on a device.
@@ -144,10 +100,14 @@ pub struct Renderer<'a> {
     hair: HairTextures,
     strands: resources::StrandBuffers,
     volume: volume::Volume,
-    lighting: lighting::Lighting,
+    /// What it remembers of one frame saves the next one work.
+    lighting: RefCell<lighting::Lighting>,
     draw: draw::Draw,
+    ribbons: draw::Ribbons,
     /// What preparing cost; starts the statistics of every frame.
     prepared: Stats,
+    /// Milliseconds of finding the shadows of the lights, maps and sweeps.
+    shadows_ms: [f64; 2],
 }
 
 impl<'a> Renderer<'a> {
@@ -167,21 +127,28 @@ impl<'a> Renderer<'a> {
             })?;
             let volume = stats.stage("voxelise", |_| {
                 let volume = volume::Volume::new(context, &scene.strands, &strands)?;
+                volume.fill(context, Default::default());
+                context.wait("voxelise").map_err(resources::failed)?;
                 let bytes = volume.bytes();
                 Ok::<_, RenderError>((volume, bytes))
             })?;
-            let lighting = lighting::Lighting::new(context, scene, &volume, &strands)?;
+            let lighting = lighting::Lighting::new(context, scene, &volume, &strands, 1)?;
             let draw = draw::Draw::new(context)?;
-            Ok(Renderer {
+            let ribbons = draw::Ribbons::new(context, &draw, &strands, &[lighting.radiance(0)]);
+            let mut renderer = Renderer {
                 context,
                 scene: Cow::Borrowed(scene),
                 hair: scene.hair.clone(),
                 strands,
                 volume,
-                lighting,
+                lighting: RefCell::new(lighting),
                 draw,
+                ribbons,
                 prepared: stats,
-            })
+                shadows_ms: [0.0; 2],
+            };
+            renderer.find_shadows()?;
+            Ok(renderer)
         })
     }
 
@@ -192,8 +159,9 @@ impl<'a> Renderer<'a> {
     /// The first parameter outside its range; nothing is changed then.
     pub fn edit(&mut self, hair: &HairParams) -> Result<EditReport, EditError> {
         let report = self.hair.apply(hair)?;
-        self.lighting
-            .update(self.context, &self.scene, &self.hair, &report);
+        let (context, scene) = (self.context, &self.scene);
+        let lighting = self.lighting.get_mut();
+        lighting.set_hair(context, scene, &self.hair, &report);
         Ok(report)
     }
 
@@ -207,8 +175,11 @@ impl<'a> Renderer<'a> {
         check_lights(lights)?;
         self.scene.to_mut().lights = lights.to_vec();
         resources::guarded(self.context, || {
-            self.lighting
-                .set_lights(self.context, &self.scene, &self.volume, &self.strands)
+            let (context, scene) = (self.context, &self.scene);
+            let lighting = self.lighting.get_mut();
+            lighting.plan_for(&scene.lights);
+            lighting.set_lights(context, scene, &self.volume, &self.strands);
+            self.find_shadows()
         })?;
         self.count();
         Ok(())
@@ -225,12 +196,14 @@ impl<'a> Renderer<'a> {
     /// [`Strands::moved`]: crate::strands::Strands::moved
     pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
         self.scene.to_mut().strands = self.scene.strands.moved(points)?;
-        let (context, scene) = (self.context, &self.scene);
-        resources::guarded(context, || {
-            self.strands.update(context, &scene.strands);
-            self.volume.fill(context, &scene.strands, &self.strands)?;
-            self.lighting
-                .shadow_again(context, scene, &self.volume, &self.strands)
+        resources::guarded(self.context, || {
+            let (context, scene, strands) = (self.context, &self.scene, &self.strands);
+            strands.update(context, &scene.strands);
+            let is_other = self.volume.fit(context, &scene.strands, strands);
+            self.volume.fill(context, Default::default());
+            let lighting = self.lighting.get_mut();
+            lighting.set_points(context, scene, &self.volume, strands, is_other);
+            self.find_shadows()
         })?;
         self.count();
         Ok(())
@@ -270,16 +243,8 @@ impl<'a> Renderer<'a> {
                 size,
                 self.scene.radiance_scale(),
             );
-            let shading = self.shade(&view, &mut stats, observer)?;
-            let frame = draw::Frame {
-                scene: &self.scene,
-                strands: &self.strands,
-                shading: &shading,
-                view: &view,
-                samples,
-                observer,
-            };
-            let picture = self.draw.run(self.context, &frame, &mut stats)?;
+            self.shade(&view, &mut stats, observer)?;
+            let picture = self.draw(&view, samples, &mut stats, observer)?;
             Ok((picture, stats))
         })
     }
@@ -294,20 +259,107 @@ impl<'a> Renderer<'a> {
         };
     }
 
+    /// Runs `steps` of lighting, one at a time: a software device takes part of a second for some
+    /// of them. Answers the milliseconds of maps, of sweeps and of shading.
+    fn run(
+        &self,
+        steps: &[lighting::Step],
+        mut observer: impl FnMut(f64),
+    ) -> Result<[f64; 3], RenderError> {
+        let mut milliseconds = [0.0; 3];
+        let mut lighting = self.lighting.borrow_mut();
+        for (ix, step) in steps.iter().enumerate() {
+            let start = Instant::now();
+            let (strands, volume) = (&self.strands, &self.volume);
+            lighting.submit(self.context, strands, volume, step, 0, Default::default());
+            self.context.wait(step.stage()).map_err(resources::failed)?;
+            let stage = match step {
+                lighting::Step::Map(_) => 0,
+                lighting::Step::Sweep { .. } => 1,
+                lighting::Step::Shade { .. } => 2,
+            };
+            milliseconds[stage] += 1e3 * start.elapsed().as_secs_f64();
+            observer((ix + 1) as f64 / steps.len() as f64);
+        }
+        Ok(milliseconds)
+    }
+
+    /// Finds the shadows of the lights.
+    fn find_shadows(&mut self) -> Result<(), RenderError> {
+        let steps = self.lighting.get_mut().shadow_steps();
+        let [maps, sweeps, _] = self.run(&steps, |_| ())?;
+        self.shadows_ms = [maps, sweeps];
+        Ok(())
+    }
+
+    /// Lights every point towards the eye of `view`.
     fn shade(
         &self,
-        view: &crate::camera::ViewUniform,
+        view: &ViewUniform,
         stats: &mut Stats,
         observer: Observer,
-    ) -> Result<lighting::Shading, RenderError> {
-        self.lighting.run(
-            self.context,
-            &self.strands,
-            &self.volume,
-            view,
-            stats,
-            observer,
-        )
+    ) -> Result<(), RenderError> {
+        let mut steps = {
+            let mut lighting = self.lighting.borrow_mut();
+            lighting.begin(self.context, view);
+            lighting.clear(self.context, 0);
+            lighting.through_steps(view.forward)
+        };
+        let lighting = self.lighting.borrow();
+        steps.extend(lighting.shade_steps(lighting::POINT_CHUNK));
+        drop(lighting);
+        let times = self.run(&steps, |done| observer(LIGHTING_SHARE * done))?;
+        let lighting = self.lighting.borrow();
+        let before = [self.shadows_ms[0], self.shadows_ms[1], 0.0];
+        for (ix, (name, bytes)) in lighting.bytes().into_iter().enumerate() {
+            stats.stages.push(Stage {
+                name,
+                milliseconds: before[ix] + times[ix],
+                bytes,
+            });
+        }
+        let counts = resources::read_back(self.context, "counters", lighting.counters())?;
+        stats.set_counters(&counts, lighting.n_batches());
+        Ok(())
+    }
+
+    /// Draws the lit strands and reads the picture back.
+    fn draw(
+        &self,
+        view: &ViewUniform,
+        samples: u32,
+        stats: &mut Stats,
+        observer: Observer,
+    ) -> Result<Picture, RenderError> {
+        let (context, draw, ribbons) = (self.context, &self.draw, &self.ribbons);
+        let lighting = self.lighting.borrow();
+        let lit = lighting.lit();
+        let mut target = stats.stage("draw", |_| {
+            let target = draw::Target::new(context, draw, ribbons, view.size, lit.0);
+            ribbons.set_view(context, view);
+            ribbons.project(context, draw, Default::default());
+            for pass_ix in 0..samples / 4 {
+                target.pass(context, draw, ribbons, 0, pass_ix, Default::default());
+                // One pass at a time: a software device takes a second for some of them.
+                context.wait("draw").map_err(resources::failed)?;
+                let done = f64::from(4 * (pass_ix + 1)) / f64::from(samples);
+                observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * done);
+            }
+            let bytes = target.bytes() + ribbons.bytes();
+            Ok::<_, RenderError>((target, bytes))
+        })?;
+        let rgba = stats.stage("composite", |_| {
+            let background = (&self.scene.background, samples);
+            target.composite(context, draw, ribbons, background, lit, Default::default());
+            let rgba = resources::read_back(context, "picture", target.picture())?;
+            Ok::<_, RenderError>((rgba, target.picture().size()))
+        })?;
+        let [width, height] = view.size;
+        Ok(Picture {
+            width,
+            height,
+            rgba,
+        })
     }
 
     /// The shadow volume as read back from the device, two entries a voxel: (A, Qxx, Qyy, Qzz),
@@ -316,7 +368,9 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// Whatever the device refuses.
     pub fn volume(&self) -> Result<Vec<[f32; 4]>, RenderError> {
-        resources::read_back(self.context, "volume", self.volume.buffer())
+        let mut volume = resources::read_back(self.context, "volume", self.volume.buffer())?;
+        volume.truncate(2 * self.volume.grid.n_voxels());
+        Ok(volume)
     }
 
     /// Packed records of the first lights, at most [`LIGHT_BATCH`], as `[light][voxel]`.
@@ -325,7 +379,8 @@ impl<'a> Renderer<'a> {
     /// Whatever the device refuses.
     pub fn records(&self) -> Result<Vec<PackedRecord>, RenderError> {
         resources::guarded(self.context, || {
-            self.lighting.first_records(self.context, &self.volume)
+            let lighting = self.lighting.borrow();
+            lighting.first_records(self.context, &self.volume)
         })
     }
 
@@ -343,9 +398,10 @@ impl<'a> Renderer<'a> {
         resources::guarded(self.context, || {
             let scale = self.scene.radiance_scale();
             let view = view_uniform(camera, &self.scene.strands, size, scale);
-            let shading = self.shade(&view, &mut Stats::default(), &|_| ())?;
+            self.shade(&view, &mut Stats::default(), &|_| ())?;
+            let lighting = self.lighting.borrow();
             let mut radiance: Vec<[f32; 4]> =
-                resources::read_back(self.context, "radiance", shading.radiance())?;
+                resources::read_back(self.context, "radiance", lighting.radiance(0))?;
             for value in radiance.iter_mut().flatten() {
                 *value /= scale;
             }

@@ -2,6 +2,7 @@
 
 use wgpu::util::DeviceExt;
 
+use super::clock::Stamp;
 use crate::error::RenderError;
 use crate::gpu::{Context, GpuError, Tally};
 use crate::shaders;
@@ -54,17 +55,56 @@ pub(crate) fn buffer_of<T: bytemuck::Pod>(
         })
 }
 
-/// A zeroed storage buffer of `bytes` that can be read back.
-pub(crate) fn storage(context: &Context, label: &'static str, bytes: u64) -> wgpu::Buffer {
+/// A zeroed buffer.
+pub(crate) fn labelled(
+    context: &Context,
+    label: &'static str,
+    bytes: u64,
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
     Tally::add(&context.tally().buffers);
     context.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: bytes.max(16),
-        usage: wgpu::BufferUsages::STORAGE
-            | wgpu::BufferUsages::COPY_SRC
-            | wgpu::BufferUsages::COPY_DST,
+        usage,
         mapped_at_creation: false,
     })
+}
+
+/// A zeroed storage buffer of `bytes` that can be read back.
+pub(crate) fn storage(context: &Context, label: &'static str, bytes: u64) -> wgpu::Buffer {
+    let usage =
+        wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    labelled(context, label, bytes, usage)
+}
+
+/// Makes `buffer` hold at least `bytes`: another one, of zeros, where it is smaller. Answers
+/// whether it did, which puts bind groups out of date.
+pub(crate) fn grow(context: &Context, buffer: &mut wgpu::Buffer, bytes: u64) -> bool {
+    if buffer.size() >= bytes {
+        return false;
+    }
+    Tally::add(&context.tally().buffers);
+    *buffer = context.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: bytes,
+        usage: buffer.usage(),
+        mapped_at_creation: false,
+    });
+    true
+}
+
+/// Writes `contents` into a buffer that grows if it must, as [`grow`].
+pub(crate) fn write<T: bytemuck::Pod>(
+    context: &Context,
+    buffer: &mut wgpu::Buffer,
+    contents: &[T],
+) -> bool {
+    let has_grown = grow(context, buffer, size_of_val(contents) as u64);
+    context
+        .queue
+        .write_buffer(buffer, 0, bytemuck::cast_slice(contents));
+    has_grown
 }
 
 /// A uniform buffer holding `value`.
@@ -108,7 +148,17 @@ pub(crate) fn shader(
     context: &Context,
     name: &'static str,
 ) -> Result<wgpu::ShaderModule, RenderError> {
-    let source = shaders::resolve(name).map_err(|error| RenderError::Gpu(error.to_string()))?;
+    module_with(context, name, &[])
+}
+
+/// [`shader`] with `features`.
+pub(crate) fn module_with(
+    context: &Context,
+    name: &'static str,
+    features: &[&str],
+) -> Result<wgpu::ShaderModule, RenderError> {
+    let source = shaders::resolve_with(name, features)
+        .map_err(|error| RenderError::Gpu(error.to_string()))?;
     Ok(context
         .device
         .create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -172,21 +222,49 @@ pub(crate) fn bind(
         })
 }
 
-/// Records one dispatch.
-pub(crate) fn dispatch(
-    encoder: &mut wgpu::CommandEncoder,
+/// Starts a compute pass.
+pub(crate) fn compute_pass<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    stamp: Stamp,
+) -> wgpu::ComputePass<'e> {
+    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        label: None,
+        timestamp_writes: stamp.of_compute(),
+    })
+}
+
+/// Adds a dispatch to a pass.
+pub(crate) fn step(
+    pass: &mut wgpu::ComputePass,
     pipeline: &wgpu::ComputePipeline,
     group: &wgpu::BindGroup,
     [x, y]: [u32; 2],
 ) {
-    let mut pass = encoder.begin_compute_pass(&Default::default());
     pass.set_pipeline(pipeline);
     pass.set_bind_group(0, group, &[]);
     pass.dispatch_workgroups(x, y, 1);
 }
 
+/// Records one dispatch.
+pub(crate) fn dispatch(
+    encoder: &mut wgpu::CommandEncoder,
+    pipeline: &wgpu::ComputePipeline,
+    group: &wgpu::BindGroup,
+    size: [u32; 2],
+) {
+    let mut pass = compute_pass(encoder, Stamp::default());
+    step(&mut pass, pipeline, group, size);
+}
+
+/// Groups of 64 threads for `n`; more than one dimension takes go into the second.
+pub(crate) fn groups_of_64(n: u32) -> [u32; 2] {
+    let groups = n.div_ceil(64);
+    let rows = groups.div_ceil(32_768).max(1);
+    [groups.div_ceil(rows), rows]
+}
+
 /// The strands on the device.
-pub(super) struct StrandBuffers {
+pub(crate) struct StrandBuffers {
     pub points: wgpu::Buffer,
     pub tangents: wgpu::Buffer,
     pub normals: wgpu::Buffer,

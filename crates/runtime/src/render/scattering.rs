@@ -27,15 +27,16 @@ impl Scattering {
         })
     }
 
-    /// Writes what an edit made anew.
-    pub fn update(&mut self, context: &Context, hair: &HairTextures, report: &EditReport) {
-        // Bind groups are made for every frame.
-        self.optics.update(context, hair.optics(), report);
+    /// Writes what an edit made anew. Answers whether a texture is another one, which puts bind
+    /// groups out of date.
+    pub fn update(&mut self, context: &Context, hair: &HairTextures, report: &EditReport) -> bool {
+        let written = self.optics.update(context, hair.optics(), report);
         if report.is_rebuilt(Part::Averages) {
             let table = forward_table(hair.averages());
             let bytes = bytemuck::bytes_of(&table);
             context.queue.write_buffer(&self.forward, 0, bytes);
         }
+        written.is_bound_anew
     }
 
     /// Bindings of the shading pass.

@@ -3,13 +3,14 @@
 //! They depend on the points, the fibres' diameter and the lights' directions and widths: another
 //! camera or an edit of the hair leaves them as they are.
 
-use web_time::Instant;
-
 use super::LIGHT_BATCH;
-use super::resources::{bind, failed, read_back, shader, storage, submit, uniform};
+use super::clock::Stamp;
+use super::resources::{
+    bind, buffer_of, compute_pass, grow, read_back, shader, storage, submit, uniform,
+};
 use super::volume::Volume;
 use crate::error::RenderError;
-use crate::gpu::Context;
+use crate::gpu::{Context, Tally};
 use crate::volume::{Grid, MAX_DIRECTIONS};
 use strandlight_scattering::closed_form::PackedRecord;
 
@@ -30,12 +31,22 @@ pub(super) struct Batch {
     pub most_local: f32,
 }
 
-/// The pipeline of the sweep.
+/// The pipeline of the sweep, and the records of all lights or room for those of one batch.
 pub(super) struct Sweep {
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
     /// `Step` of `shaders/pass/transmittance.wgsl`, slice by slice, direction by direction.
     steps: wgpu::Buffer,
+    leaving: wgpu::Buffer,
+    records: Vec<wgpu::Buffer>,
+    batches: Vec<SweptBatch>,
+    is_kept: bool,
+}
+
+/// What the sweeps of one batch of lights read.
+struct SweptBatch {
+    group: wgpu::BindGroup,
+    n_lights: u32,
 }
 
 /// The lights on the device, as the sweep reads them.
@@ -43,28 +54,6 @@ pub(super) struct SweptLights<'a> {
     pub lights: &'a wgpu::Buffer,
     pub directions: &'a wgpu::Buffer,
     pub n_lights: usize,
-    /// Directions of the light that has most.
-    pub n_directions: u32,
-}
-
-/// Records of all lights, or room for those of one batch.
-pub(super) struct Records {
-    buffers: Vec<wgpu::Buffer>,
-    /// All lights are there.
-    pub is_kept: bool,
-    /// Wall-clock time of the sweeps.
-    pub milliseconds: f64,
-}
-
-impl Records {
-    pub fn bytes(&self) -> u64 {
-        self.buffers.iter().map(wgpu::Buffer::size).sum()
-    }
-
-    /// Packed records `[light of the batch][voxel]` of batch `ix`, or where they are to go.
-    pub fn batch(&self, ix: usize) -> &wgpu::Buffer {
-        &self.buffers[if self.is_kept { ix } else { 0 }]
-    }
 }
 
 impl Sweep {
@@ -98,6 +87,7 @@ impl Sweep {
             bind_group_layouts: &[Some(&layout)],
             ..Default::default()
         });
+        Tally::add(&context.tally().pipelines);
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some("sweep"),
             layout: Some(&pipeline_layout),
@@ -117,76 +107,64 @@ impl Sweep {
         Ok(Sweep {
             pipeline,
             layout,
-            steps: super::resources::buffer_of(
-                context,
-                "steps",
-                &steps,
-                wgpu::BufferUsages::UNIFORM,
-            ),
+            steps: buffer_of(context, "steps", &steps, wgpu::BufferUsages::UNIFORM),
+            leaving: storage(context, "leaving", 0),
+            records: Vec::new(),
+            batches: Vec::new(),
+            is_kept: false,
         })
     }
 
-    /// Sweeps all lights if their records fit the budget in bytes; else makes room for one batch.
-    pub fn prepare(
-        &self,
-        context: &Context,
-        volume: &Volume,
-        lights: &SweptLights,
-        budget: u64,
-    ) -> Result<Records, RenderError> {
-        let start = Instant::now();
+    /// Makes room for the records of `lights` in `volume`: of all if they fit `budget` bytes, else
+    /// of one batch. The lights or the volume may be other buffers than before.
+    pub fn fit(&mut self, context: &Context, volume: &Volume, lights: &SweptLights, budget: u64) {
         let a_light = (volume.grid.n_voxels() * size_of::<PackedRecord>()) as u64;
-        let is_kept = a_light * lights.n_lights as u64 <= budget;
-        let mut buffers = Vec::new();
-        for first in (0..lights.n_lights.max(1)).step_by(LIGHT_BATCH) {
+        self.is_kept = a_light * lights.n_lights as u64 <= budget;
+        let n_cells = u64::from(largest_slice(&volume.grid));
+        let most = LIGHT_BATCH.min(lights.n_lights) as u64;
+        grow(context, &mut self.leaving, 2 * 16 * n_cells * most);
+        self.batches.clear();
+        let firsts = (0..lights.n_lights.max(1)).step_by(LIGHT_BATCH);
+        let n_buffers = if self.is_kept { firsts.len() } else { 1 };
+        self.records.truncate(n_buffers);
+        for (ix, first) in firsts.enumerate() {
             let n_lights = LIGHT_BATCH.min(lights.n_lights - first);
-            let records = storage(context, "records", a_light * n_lights as u64);
-            if is_kept {
-                self.batch(context, volume, lights, first, &records)?;
+            let bytes = a_light * n_lights as u64;
+            match self.records.get_mut(ix) {
+                Some(records) => {
+                    grow(context, records, bytes);
+                }
+                None if ix < n_buffers => self.records.push(storage(context, "records", bytes)),
+                None => {}
             }
-            buffers.push(records);
-            if !is_kept {
-                break;
-            }
+            let batch = Batch {
+                first_light: first as u32,
+                n_lights: n_lights as u32,
+                ..bytemuck::Zeroable::zeroed()
+            };
+            let uniform = uniform(context, "batch", &batch);
+            let group = self.bind(context, volume, lights, &uniform, ix);
+            self.batches.push(SweptBatch {
+                group,
+                n_lights: n_lights as u32,
+            });
         }
-        Ok(Records {
-            buffers,
-            is_kept,
-            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
-        })
     }
 
-    /// Fills `records` for the batch of lights from `first` on.
-    pub fn batch(
+    fn bind(
         &self,
         context: &Context,
         volume: &Volume,
         lights: &SweptLights,
-        first: usize,
-        records: &wgpu::Buffer,
-    ) -> Result<(), RenderError> {
-        let n_lights = LIGHT_BATCH.min(lights.n_lights - first);
-        if n_lights == 0 {
-            return Ok(());
-        }
-        let batch = Batch {
-            first_light: first as u32,
-            n_lights: n_lights as u32,
-            ..bytemuck::Zeroable::zeroed()
-        };
-        let batch = uniform(context, "batch", &batch);
-        let n_cells = largest_slice(&volume.grid);
-        let leaving = storage(
-            context,
-            "leaving",
-            2 * 16 * u64::from(n_cells) * n_lights as u64,
-        );
+        batch: &wgpu::Buffer,
+        ix: usize,
+    ) -> wgpu::BindGroup {
         let a_step = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: &self.steps,
             offset: 0,
             size: wgpu::BufferSize::new(16),
         });
-        let group = bind(
+        bind(
             context,
             &self.layout,
             &[
@@ -195,43 +173,73 @@ impl Sweep {
                 (2, volume.buffer().as_entire_binding()),
                 (3, lights.lights.as_entire_binding()),
                 (4, lights.directions.as_entire_binding()),
-                (5, records.as_entire_binding()),
-                (6, leaving.as_entire_binding()),
+                (5, self.records(ix).as_entire_binding()),
+                (6, self.leaving.as_entire_binding()),
                 (7, a_step),
             ],
-        );
-        let n_slices = volume.grid.dims.into_iter().max().unwrap_or(0);
-        for k in 0..lights.n_directions {
-            submit(context, |encoder| {
-                let mut pass = encoder.begin_compute_pass(&Default::default());
-                pass.set_pipeline(&self.pipeline);
-                for slice in 0..n_slices {
-                    let step = u64::from(k * crate::volume::GRID_SIDE + slice) * STEP_STRIDE;
-                    pass.set_bind_group(0, &group, &[step as u32]);
-                    pass.dispatch_workgroups(n_cells.div_ceil(64), n_lights as u32, 1);
-                }
-            });
-            // One direction at a time: a software device takes a second for some of them.
-            context.wait("transmittance").map_err(failed)?;
-        }
-        Ok(())
+        )
     }
 
-    /// The packed records of the first batch of lights, `[light][voxel]`.
+    /// Is there room for records in `grid` as there is now, without other buffers?
+    pub fn has_room(&self, grid: &Grid, n_lights: usize, budget: u64) -> bool {
+        let a_light = (grid.n_voxels() * size_of::<PackedRecord>()) as u64;
+        let n_most = LIGHT_BATCH.min(n_lights) as u64;
+        let is_kept = a_light * n_lights as u64 <= budget;
+        let leaving = 2 * 16 * u64::from(largest_slice(grid)) * n_most;
+        let fits = |(ix, records): (usize, &wgpu::Buffer)| {
+            let n = LIGHT_BATCH.min(n_lights.saturating_sub(ix * LIGHT_BATCH)) as u64;
+            records.size() >= a_light * n
+        };
+        is_kept == self.is_kept
+            && self.leaving.size() >= leaving
+            && self.records.iter().enumerate().all(fits)
+    }
+
+    /// Are the records of all lights kept?
+    pub fn is_kept(&self) -> bool {
+        self.is_kept
+    }
+
+    /// Packed records `[light of the batch][voxel]` of batch `ix`, or where they are to go.
+    pub fn records(&self, ix: usize) -> &wgpu::Buffer {
+        &self.records[if self.is_kept { ix } else { 0 }]
+    }
+
+    /// Sweeps batch `ix` along the `k`-th direction of its lights. All directions, the first one
+    /// first, make the records.
+    pub fn sweep(&self, context: &Context, grid: &Grid, ix: usize, k: u32, stamp: Stamp) {
+        let batch = &self.batches[ix];
+        if batch.n_lights == 0 {
+            return;
+        }
+        let n_slices = grid.dims.into_iter().max().unwrap_or(0);
+        let groups = largest_slice(grid).div_ceil(64);
+        submit(context, |encoder| {
+            let mut pass = compute_pass(encoder, stamp);
+            pass.set_pipeline(&self.pipeline);
+            for slice in 0..n_slices {
+                let step = u64::from(k * crate::volume::GRID_SIDE + slice) * STEP_STRIDE;
+                pass.set_bind_group(0, &batch.group, &[step as u32]);
+                pass.dispatch_workgroups(groups, batch.n_lights, 1);
+            }
+        });
+    }
+
+    /// The packed records of the first batch of lights, `[light][voxel]`, as they are.
     pub fn read_first(
         &self,
         context: &Context,
-        volume: &Volume,
-        lights: &SweptLights,
-        records: &Records,
+        grid: &Grid,
     ) -> Result<Vec<PackedRecord>, RenderError> {
-        if !records.is_kept {
-            self.batch(context, volume, lights, 0, records.batch(0))?;
-        }
-        let mut packed = read_back(context, "records", records.batch(0))?;
-        // Buffers are never empty.
-        packed.truncate(volume.grid.n_voxels() * LIGHT_BATCH.min(lights.n_lights));
+        let mut packed = read_back(context, "records", self.records(0))?;
+        // Buffers are never empty, and may have been larger.
+        packed.truncate(grid.n_voxels() * self.batches[0].n_lights as usize);
         Ok(packed)
+    }
+
+    pub fn bytes(&self) -> u64 {
+        let records: u64 = self.records.iter().map(wgpu::Buffer::size).sum();
+        records + self.leaving.size() + self.steps.size()
     }
 }
 

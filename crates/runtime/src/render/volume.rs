@@ -1,7 +1,9 @@
 //! The shadow volume on the device.
 
+use super::clock::Stamp;
 use super::resources::{
-    StrandBuffers, bind, compute, dispatch, failed, shader, storage, submit, uniform,
+    StrandBuffers, bind, compute, compute_pass, groups_of_64, grow, shader, step, storage, submit,
+    uniform,
 };
 use crate::error::RenderError;
 use crate::gpu::Context;
@@ -9,16 +11,18 @@ use crate::strands::Strands;
 use crate::volume::{CHANNELS, Grid};
 
 /// Area density and orientation of the hair, `[voxel][8]` f32.
-pub(super) struct Volume {
+pub(crate) struct Volume {
     pub grid: Grid,
     pub grid_buffer: wgpu::Buffer,
     buffer: wgpu::Buffer,
+    sums: wgpu::Buffer,
     splat: wgpu::ComputePipeline,
     resolve: wgpu::ComputePipeline,
+    groups: [wgpu::BindGroup; 2],
 }
 
 impl Volume {
-    /// Splats `strands`.
+    /// Room for `strands`; [`Volume::fill`] splats them.
     pub fn new(
         context: &Context,
         strands: &Strands,
@@ -26,61 +30,65 @@ impl Volume {
     ) -> Result<Self, RenderError> {
         let module = shader(context, "pass/voxelise")?;
         let grid = Grid::around(strands);
-        let mut volume = Volume {
+        let grid_buffer = uniform(context, "grid", &grid);
+        let [sums, buffer] = [("voxel sums", 0), ("volume", 1)]
+            .map(|(label, ix)| storage(context, label, sizes(&grid)[ix]));
+        let splat = compute(context, &module, "splat");
+        let resolve = compute(context, &module, "resolve");
+        let groups = groups(
+            context,
+            &[&splat, &resolve],
+            buffers,
+            &grid_buffer,
+            &sums,
+            &buffer,
+        );
+        Ok(Volume {
             grid,
-            grid_buffer: uniform(context, "grid", &grid),
-            buffer: storage(context, "volume", 0),
-            splat: compute(context, &module, "splat"),
-            resolve: compute(context, &module, "resolve"),
-        };
-        volume.fill(context, strands, buffers)?;
-        Ok(volume)
+            grid_buffer,
+            buffer,
+            sums,
+            splat,
+            resolve,
+            groups,
+        })
     }
 
-    /// Splats strands that have moved.
-    pub fn fill(
-        &mut self,
-        context: &Context,
-        strands: &Strands,
-        buffers: &StrandBuffers,
-    ) -> Result<(), RenderError> {
-        let grid = Grid::around(strands);
-        let n_voxels = grid.n_voxels() as u64;
-        let grid_buffer = uniform(context, "grid", &grid);
-        // Two words for each sum; wgpu zeroes new buffers.
-        let sums = storage(context, "voxel sums", n_voxels * u64::from(CHANNELS) * 8);
-        let buffer = storage(context, "volume", n_voxels * 32);
-        let splat_group = bind(
+    /// Lays the grid around strands that have moved. Answers whether the volume is another buffer,
+    /// which puts bind groups out of date.
+    pub fn fit(&mut self, context: &Context, strands: &Strands, buffers: &StrandBuffers) -> bool {
+        self.grid = Grid::around(strands);
+        let bytes = bytemuck::bytes_of(&self.grid);
+        context.queue.write_buffer(&self.grid_buffer, 0, bytes);
+        let [sums, volume] = sizes(&self.grid);
+        // Hair that moves a little grows a little: not a new buffer for every frame.
+        if self.buffer.size() >= volume {
+            return false;
+        }
+        grow(context, &mut self.sums, sums / 4 * 5);
+        grow(context, &mut self.buffer, volume / 4 * 5);
+        self.groups = groups(
             context,
-            &self.splat.get_bind_group_layout(0),
-            &[
-                (0, grid_buffer.as_entire_binding()),
-                (1, buffers.points.as_entire_binding()),
-                (2, buffers.segments.as_entire_binding()),
-                (3, sums.as_entire_binding()),
-            ],
+            &[&self.splat, &self.resolve],
+            buffers,
+            &self.grid_buffer,
+            &self.sums,
+            &self.buffer,
         );
-        let resolve_group = bind(
-            context,
-            &self.resolve.get_bind_group_layout(0),
-            &[
-                (0, grid_buffer.as_entire_binding()),
-                (3, sums.as_entire_binding()),
-                (4, buffer.as_entire_binding()),
-            ],
-        );
-        // More groups than one dimension takes go into the second.
-        let groups = grid.n_segments.div_ceil(64);
-        let rows = groups.div_ceil(32_768).max(1);
+        true
+    }
+
+    /// Splats the strands.
+    pub fn fill(&self, context: &Context, stamp: Stamp) {
         submit(context, |encoder| {
-            let size = [groups.div_ceil(rows), rows];
-            dispatch(encoder, &self.splat, &splat_group, size);
-            let groups = (n_voxels as u32).div_ceil(64);
-            dispatch(encoder, &self.resolve, &resolve_group, [groups, 1]);
+            encoder.clear_buffer(&self.sums, 0, None);
+            let mut pass = compute_pass(encoder, stamp);
+            let [splat, resolve] = &self.groups;
+            let size = groups_of_64(self.grid.n_segments);
+            step(&mut pass, &self.splat, splat, size);
+            let groups = (self.grid.n_voxels() as u32).div_ceil(64);
+            step(&mut pass, &self.resolve, resolve, [groups, 1]);
         });
-        context.wait("voxelise").map_err(failed)?;
-        (self.grid, self.grid_buffer, self.buffer) = (grid, grid_buffer, buffer);
-        Ok(())
     }
 
     pub fn buffer(&self) -> &wgpu::Buffer {
@@ -88,6 +96,42 @@ impl Volume {
     }
 
     pub fn bytes(&self) -> u64 {
-        self.buffer.size() + self.grid.n_voxels() as u64 * u64::from(CHANNELS) * 8
+        self.buffer.size() + self.sums.size()
     }
+}
+
+/// Bytes of the sums, two words each, and of the volume.
+fn sizes(grid: &Grid) -> [u64; 2] {
+    let n_voxels = grid.n_voxels() as u64;
+    [n_voxels * u64::from(CHANNELS) * 8, n_voxels * 32]
+}
+
+fn groups(
+    context: &Context,
+    [splat, resolve]: &[&wgpu::ComputePipeline; 2],
+    strands: &StrandBuffers,
+    grid: &wgpu::Buffer,
+    sums: &wgpu::Buffer,
+    volume: &wgpu::Buffer,
+) -> [wgpu::BindGroup; 2] {
+    let splat = bind(
+        context,
+        &splat.get_bind_group_layout(0),
+        &[
+            (0, grid.as_entire_binding()),
+            (1, strands.points.as_entire_binding()),
+            (2, strands.segments.as_entire_binding()),
+            (3, sums.as_entire_binding()),
+        ],
+    );
+    let resolve = bind(
+        context,
+        &resolve.get_bind_group_layout(0),
+        &[
+            (0, grid.as_entire_binding()),
+            (3, sums.as_entire_binding()),
+            (4, volume.as_entire_binding()),
+        ],
+    );
+    [splat, resolve]
 }

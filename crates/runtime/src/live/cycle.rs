@@ -1,0 +1,93 @@
+//! What has to be made anew, and the steps that are left of it.
+
+use std::collections::VecDeque;
+
+use crate::camera::ViewUniform;
+use crate::edit::EditReport;
+use crate::render::lighting::Step;
+
+/// What was set since the last cycle began.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Dirt {
+    /// The hair moved: everything.
+    pub points: bool,
+    /// Directions or widths of lights: shadow maps, records.
+    pub lights: bool,
+    /// Shadow maps and records alone.
+    pub shadows: bool,
+    /// Amplitudes of lights.
+    pub colors: bool,
+    /// Textures of the hair.
+    pub hair: Option<EditReport>,
+    /// Terms or modes: another pipeline.
+    pub kind: bool,
+    pub densities: bool,
+    /// The eye: the light through to it.
+    pub view: bool,
+}
+
+impl Dirt {
+    /// Nothing is there yet.
+    pub fn all() -> Dirt {
+        Dirt {
+            shadows: true,
+            view: true,
+            ..Dirt::default()
+        }
+    }
+
+    pub fn is_clean(&self) -> bool {
+        !self.view && !self.is_edited()
+    }
+
+    /// Is there anything but the view?
+    pub fn is_edited(&self) -> bool {
+        self.points
+            || self.lights
+            || self.shadows
+            || self.colors
+            || self.hair.is_some()
+            || self.kind
+            || self.densities
+    }
+
+    /// Adds what an edit of the hair made anew.
+    pub fn add_hair(&mut self, report: &EditReport) {
+        match &mut self.hair {
+            Some(before) => before.add(report),
+            None => self.hair = Some(report.clone()),
+        }
+    }
+
+    /// Both.
+    pub fn add(&mut self, other: &Dirt) {
+        self.points |= other.points;
+        self.lights |= other.lights;
+        self.shadows |= other.shadows;
+        self.colors |= other.colors;
+        self.kind |= other.kind;
+        self.densities |= other.densities;
+        self.view |= other.view;
+        if let Some(report) = &other.hair {
+            self.add_hair(report);
+        }
+    }
+}
+
+/// A shading of all points under way: for one state of scene and view, whatever is set meanwhile.
+pub(super) struct Cycle {
+    pub dirt: Dirt,
+    pub view: ViewUniform,
+    pub steps: VecDeque<Step>,
+    pub n_steps: usize,
+    /// It took the place of one that was given up.
+    pub is_second_try: bool,
+}
+
+impl Cycle {
+    /// May it be given up for an edit that came meanwhile? Once, and early: so that a slider that is
+    /// dragged shows something in the end.
+    pub fn may_restart(&self) -> bool {
+        !self.is_second_try && 2 * self.steps.len() > self.n_steps
+    }
+}

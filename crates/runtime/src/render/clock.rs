@@ -1,0 +1,167 @@
+//! Time stamps of passes, read without waiting for them.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use super::resources::{labelled, submit};
+use crate::gpu::Context;
+
+/// Slices that are timed between two readings.
+const SLICES: u32 = 64;
+
+/// Where the passes of one slice note when they began and ended; nowhere if the device has no
+/// time stamps or all places are taken.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Stamp<'a> {
+    set: Option<&'a wgpu::QuerySet>,
+    begin: Option<u32>,
+    end: Option<u32>,
+}
+
+impl<'a> Stamp<'a> {
+    /// For the first of several passes.
+    pub fn first(self) -> Self {
+        Stamp { end: None, ..self }
+    }
+
+    /// For the last of several passes.
+    pub fn last(self) -> Self {
+        Stamp {
+            begin: None,
+            ..self
+        }
+    }
+
+    pub fn of_compute(self) -> Option<wgpu::ComputePassTimestampWrites<'a>> {
+        Some(wgpu::ComputePassTimestampWrites {
+            query_set: self.set?,
+            beginning_of_pass_write_index: self.begin,
+            end_of_pass_write_index: self.end,
+        })
+    }
+
+    pub fn of_render(self) -> Option<wgpu::RenderPassTimestampWrites<'a>> {
+        Some(wgpu::RenderPassTimestampWrites {
+            query_set: self.set?,
+            beginning_of_pass_write_index: self.begin,
+            end_of_pass_write_index: self.end,
+        })
+    }
+}
+
+const IDLE: u8 = 0;
+const MAPPING: u8 = 1;
+const MAPPED: u8 = 2;
+const FAILED: u8 = 3;
+
+/// The device's clock.
+pub(crate) struct Clock {
+    device: Option<Device>,
+}
+
+struct Device {
+    set: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    staging: wgpu::Buffer,
+    state: Arc<AtomicU8>,
+    /// Names of the slices stamped since the last reading, and of those being read.
+    names: Vec<&'static str>,
+    reading: Vec<&'static str>,
+    milliseconds_per_tick: f64,
+}
+
+impl Clock {
+    /// A clock, which stands still if the device has no time stamps.
+    pub fn new(context: &Context) -> Clock {
+        let device = context.has_timestamps().then(|| {
+            let set = context.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("clock"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2 * SLICES,
+            });
+            let bytes = u64::from(SLICES) * 16;
+            use wgpu::BufferUsages as Usage;
+            let (resolve, read) = (
+                Usage::QUERY_RESOLVE | Usage::COPY_SRC,
+                Usage::MAP_READ | Usage::COPY_DST,
+            );
+            Device {
+                set,
+                resolved: labelled(context, "time stamps", bytes, resolve),
+                staging: labelled(context, "time stamps read back", bytes, read),
+                state: Arc::default(),
+                names: Vec::new(),
+                reading: Vec::new(),
+                milliseconds_per_tick: 1e-6 * f64::from(context.queue.get_timestamp_period()),
+            }
+        });
+        Clock { device }
+    }
+
+    /// Where the next slice, one of `name`, notes its time.
+    pub fn stamp(&mut self, name: &'static str) -> Stamp<'_> {
+        let Some(device) = &mut self.device else {
+            return Stamp::default();
+        };
+        let ix = device.names.len() as u32;
+        if ix >= SLICES || device.state.load(Ordering::Acquire) != IDLE {
+            return Stamp::default();
+        }
+        device.names.push(name);
+        Stamp {
+            set: Some(&device.set),
+            begin: Some(2 * ix),
+            end: Some(2 * ix + 1),
+        }
+    }
+
+    /// Starts to read what was stamped, if no reading is under way.
+    pub fn start_reading(&mut self, context: &Context) {
+        let Some(device) = &mut self.device else {
+            return;
+        };
+        if device.names.is_empty() || device.state.load(Ordering::Acquire) != IDLE {
+            return;
+        }
+        device.reading = std::mem::take(&mut device.names);
+        let n = device.reading.len() as u32;
+        submit(context, |encoder| {
+            encoder.resolve_query_set(&device.set, 0..2 * n, &device.resolved, 0);
+            let bytes = u64::from(n) * 16;
+            encoder.copy_buffer_to_buffer(&device.resolved, 0, &device.staging, 0, bytes);
+        });
+        device.state.store(MAPPING, Ordering::Release);
+        let state = Arc::clone(&device.state);
+        let range = 0..u64::from(n) * 16;
+        device
+            .staging
+            .map_async(wgpu::MapMode::Read, range, move |result| {
+                let now = if result.is_ok() { MAPPED } else { FAILED };
+                state.store(now, Ordering::Release);
+            });
+    }
+
+    /// Tells `note` of the slices that a reading has brought: name and milliseconds.
+    pub fn take(&mut self, mut note: impl FnMut(&'static str, f64)) {
+        let Some(device) = &mut self.device else {
+            return;
+        };
+        match device.state.load(Ordering::Acquire) {
+            MAPPED => {
+                let bytes = device.reading.len() as u64 * 16;
+                if let Ok(view) = device.staging.get_mapped_range(0..bytes) {
+                    let ticks: Vec<[u64; 2]> = bytemuck::pod_collect_to_vec(&view);
+                    for (name, [begin, end]) in device.reading.iter().zip(ticks) {
+                        let ticks = end.saturating_sub(begin) as f64;
+                        note(name, ticks * device.milliseconds_per_tick);
+                    }
+                }
+                device.staging.unmap();
+            }
+            FAILED => {}
+            _ => return,
+        }
+        device.reading.clear();
+        device.state.store(IDLE, Ordering::Release);
+    }
+}

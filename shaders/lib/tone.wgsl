@@ -1,0 +1,40 @@
+// From linear radiance to what a screen shows. Twin: crates/runtime/src/tone.rs, which explains
+// the curve.
+
+const TONE_NONE: u32 = 0u;
+const TONE_FILMIC: u32 = 1u;
+
+// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied).
+fn display(rgb: vec3f, tone_map: u32) -> vec3f {
+    var mapped = rgb;
+    if tone_map == TONE_FILMIC {
+        mapped = filmic(rgb);
+    }
+    let x = clamp(mapped, vec3f(0.0), vec3f(1.0));
+    return vec3f(srgb_from_linear(x.x), srgb_from_linear(x.y), srgb_from_linear(x.z));
+}
+
+// Stephen Hill's fit of the ACES transforms, linear Rec.709 in and out.
+fn filmic(rgb: vec3f) -> vec3f {
+    let bounded = clamp(rgb * 1.8, vec3f(0.0), vec3f(1e6));
+    // By columns.
+    let into = mat3x3f(
+        0.59719, 0.07600, 0.02840,
+        0.35458, 0.90834, 0.13383,
+        0.04823, 0.01566, 0.83777);
+    let out_of = mat3x3f(
+        1.60475, -0.10208, -0.00327,
+        -0.53108, 1.10813, -0.07276,
+        -0.07367, -0.00605, 1.07602);
+    let v = into * bounded;
+    let curved = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.432951) + 0.238081);
+    return clamp(out_of * curved, vec3f(0.0), vec3f(1.0));
+}
+
+// The sRGB transfer curve (IEC 61966-2-1), 0..=1 to 0..=1.
+fn srgb_from_linear(x: f32) -> f32 {
+    if x <= 0.0031308 {
+        return 12.92 * x;
+    }
+    return 1.055 * pow(x, 1.0 / 2.4) - 0.055;
+}
