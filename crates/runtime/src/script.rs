@@ -144,12 +144,12 @@ impl Script {
     /// Does every step on `target`, and `draw` for each frame.
     ///
     /// # Errors
-    /// The first step that fails, by its number.
-    pub fn run<T: Document>(
+    /// The first step that fails, by its number; what `draw` answers.
+    pub fn run<T: Document, E: From<RenderError>>(
         &self,
         target: &mut T,
-        mut draw: impl FnMut(&mut T, &Frame) -> Result<(), RenderError>,
-    ) -> Result<(), RenderError> {
+        mut draw: impl FnMut(&mut T, &Frame) -> Result<(), E>,
+    ) -> Result<(), E> {
         for (ix, step) in self.steps.iter().enumerate() {
             let done = match step {
                 Step::Set(values) => target.set(values),
@@ -157,7 +157,10 @@ impl Script {
                 Step::Time(seconds) => target.set_time(*seconds),
                 Step::Undo(n) => (0..*n).try_for_each(|_| target.step_back()),
                 Step::Redo(n) => (0..*n).try_for_each(|_| target.step_again()),
-                Step::Frame(frame) => draw(target, frame),
+                Step::Frame(frame) => {
+                    draw(target, frame)?;
+                    Ok(())
+                }
             };
             done.map_err(|error| in_step(ix, error))?;
         }

@@ -14,6 +14,8 @@ use crate::error::{RenderError, SceneError};
 use crate::gpu::Context;
 use crate::live::{Live, LiveReport, Progress};
 use crate::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::render::{check_frame, whole_passes};
 use crate::scene::PreparedScene;
 use crate::session::{Change, Saved, Session};
 
@@ -291,13 +293,18 @@ impl Viewer {
         self.live.report()
     }
 
-    /// See [`Live::finish`].
+    /// One whole picture, linear, of `size` and `samples` a pixel, whatever the window has.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Live::finish`].
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn finish(&mut self, samples: u32) -> Result<crate::Picture, RenderError> {
-        self.live.finish(samples)
+    pub fn frame(&mut self, size: [u32; 2], samples: u32) -> Result<crate::Picture, RenderError> {
+        let samples = whole_passes(samples);
+        check_frame(size, samples)?;
+        self.live.set_size(size)?;
+        let picture = self.live.finish(samples);
+        self.live.set_size(self.size())?;
+        picture
     }
 
     /// What has changed since this was last asked.

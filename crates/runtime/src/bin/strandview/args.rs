@@ -1,0 +1,175 @@
+//! The command line.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use serde_json::{Map, Value};
+use strandlight_runtime::render::check_frame;
+use strandlight_runtime::script::MAX_FRAMES;
+use strandlight_runtime::session::parse_value;
+
+/// Told by `--help` and beside every complaint about the command line.
+pub const USAGE: &str = "usage: strandview SCENE.toml [--set KEY=VALUE]... [--size WxH] [--samples N], with \
+                         --frame OUT.png | --turntable N --out DIR | --script EDITS.json --out DIR";
+
+/// What `--help` says after the usage.
+pub const HELP: &str = "
+  --frame OUT.png        renders one frame without a window
+  --turntable N          renders N frames of a full turn about +Y, 0000.png and so on
+  --script EDITS.json    renders the frames of a list of edits and views
+  --out DIR              folder for the frames and timings.json, made if it is not there
+  --set KEY=VALUE        a key of the scene file, such as hair.eta=1.6 or render.background=none
+  --size WxH             width and height in pixels [default: the scene's]
+  --samples N            samples a pixel, 1..=65536 [default: the scene's]";
+
+/// What is to be done with the scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Job {
+    /// Shown in a window.
+    #[default]
+    Window,
+    /// One frame in a file.
+    Frame(PathBuf),
+    /// So many frames of a full turn.
+    Turntable(u32),
+    /// The frames of a script.
+    Script(PathBuf),
+}
+
+/// A command line.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Args {
+    /// The scene file.
+    pub scene: PathBuf,
+    /// What is done with it.
+    pub job: Job,
+    /// Folder for frames.
+    pub out: Option<PathBuf>,
+    /// Keys of the scene and their values; `--size` and `--samples` are among them.
+    pub set: Map<String, Value>,
+}
+
+/// Parses the words after the program's name.
+///
+/// # Errors
+/// One line that says what is wrong.
+pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> {
+    let mut args = Args::default();
+    let mut scene = None;
+    let mut job = None;
+    while let Some(word) = words.next() {
+        let text = word.to_string_lossy().into_owned();
+        let mut value = || {
+            let value = words
+                .next()
+                .ok_or(format!("{text} needs a value; {USAGE}"))?;
+            value
+                .to_str()
+                .map(str::to_owned)
+                .ok_or(format!("{text}: the value is not UTF-8"))
+        };
+        let mut ask = |asked: Job| match job.replace(asked) {
+            Some(_) => Err(format!("one of --frame, --turntable and --script; {USAGE}")),
+            None => Ok(()),
+        };
+        match text.as_str() {
+            "--frame" => ask(Job::Frame(value()?.into()))?,
+            "--turntable" => {
+                let n = number(&text, &value()?, MAX_FRAMES)?;
+                ask(Job::Turntable(n))?;
+            }
+            "--script" => ask(Job::Script(value()?.into()))?,
+            "--out" => args.out = Some(value()?.into()),
+            "--set" => {
+                let (key, value) = key_and_value(&value()?)?;
+                args.set.insert(key, value);
+            }
+            "--size" => {
+                let size = parse_size(&value()?)?;
+                args.set
+                    .insert("render.size".to_owned(), size.to_vec().into());
+            }
+            "--samples" => {
+                let samples = number(&text, &value()?, 65_536)?;
+                args.set.insert("render.samples".to_owned(), samples.into());
+            }
+            _ if text.starts_with('-') => return Err(format!("unknown option {text}; {USAGE}")),
+            _ if scene.is_none() => scene = Some(PathBuf::from(&word)),
+            _ => return Err(format!("unexpected argument {text}; {USAGE}")),
+        }
+    }
+    args.scene = scene.ok_or(USAGE)?;
+    args.job = job.unwrap_or_default();
+    let is_many = matches!(args.job, Job::Turntable(_) | Job::Script(_));
+    match (is_many, &args.out) {
+        (true, None) => Err(format!("the frames need a folder: --out DIR; {USAGE}")),
+        (false, Some(_)) => Err(format!("--out is for --turntable and --script; {USAGE}")),
+        _ => Ok(args),
+    }
+}
+
+fn number(option: &str, text: &str, most: u32) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|n| (1..=most).contains(n));
+    number.ok_or(format!("{option} {text}: must be 1..={most}"))
+}
+
+fn key_and_value(text: &str) -> Result<(String, Value), String> {
+    let (key, value) = text
+        .split_once('=')
+        .ok_or(format!("--set {text}: must be KEY=VALUE"))?;
+    Ok((key.trim().to_owned(), parse_value(value)))
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let size = text
+        .split_once(['x', 'X'])
+        .and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]))
+        .ok_or(format!("--size {text}: a size is two numbers like 720x480"))?;
+    check_frame(size, 4).map_err(|error| error.to_string())?;
+    Ok(size)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn parsed(line: &str) -> Result<Args, String> {
+        parse(line.split(' ').map(OsString::from))
+    }
+
+    #[test]
+    fn lines_are_read() {
+        let args = parsed("a.toml --set hair.eta=1.6 --size 20x10 --turntable 8 --out d").unwrap();
+        assert_eq!(args.job, Job::Turntable(8));
+        assert_eq!(args.set["hair.eta"], json!(1.6));
+        assert_eq!(args.set["render.size"], json!([20, 10]));
+        assert_eq!(parsed("a.toml").unwrap().job, Job::Window);
+        assert_eq!(
+            parsed("--set render.background=none a.toml")
+                .unwrap()
+                .set
+                .len(),
+            1
+        );
+    }
+
+    #[test]
+    fn faults_are_told() {
+        for (line, needle) in [
+            ("a.toml --frame a.png --turntable 3", "one of --frame"),
+            ("a.toml --turntable 3", "--out"),
+            ("a.toml --frame a.png --out d", "--out is for"),
+            ("a.toml --turntable 0 --out d", "--turntable 0"),
+            ("a.toml --set eta", "KEY=VALUE"),
+            ("a.toml --size 0x3", "0x3"),
+            ("a.toml --frame", "needs a value"),
+            ("a.toml b.toml", "b.toml"),
+            ("--loud a.toml", "--loud"),
+        ] {
+            let error = parsed(line).unwrap_err();
+            assert!(error.contains(needle), "{line}: {error}");
+        }
+    }
+}

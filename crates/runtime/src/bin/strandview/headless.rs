@@ -1,0 +1,174 @@
+//! Frames without a window, by the same viewer that the window drives.
+
+use std::error::Error;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+use strandlight_runtime::gpu::Context;
+use strandlight_runtime::live::LiveReport;
+use strandlight_runtime::script::{self, Frame, Script};
+use strandlight_runtime::{Picture, RenderError, Session, Viewer, files, memory};
+use web_time::Instant;
+
+use crate::args::{Args, Job};
+
+type Answer<T> = Result<T, Box<dyn Error>>;
+
+/// Does a job that is not a window's.
+pub fn run(args: &Args) -> Answer<()> {
+    match (&args.job, &args.out) {
+        (Job::Frame(path), _) => one(args, path),
+        (Job::Turntable(n), Some(out)) => {
+            let session = open(args)?;
+            let script = Script::turntable(&session.camera(), *n);
+            many(args, session, &script, out)
+        }
+        (Job::Script(path), Some(out)) => {
+            let bytes = files::Files::Disk.read(path, script::MAX_BYTES)?;
+            let named = |error: &dyn Error| format!("{}: {error}", path.display());
+            let text = std::str::from_utf8(&bytes).map_err(|error| named(&error))?;
+            let script = Script::from_json(text).map_err(|error| named(&error))?;
+            many(args, open(args)?, &script, out)
+        }
+        _ => Err("nothing to do".into()),
+    }
+}
+
+fn open(args: &Args) -> Answer<Session> {
+    let mut session = Session::open(&args.scene)?;
+    session.set(&args.set)?;
+    Ok(session)
+}
+
+fn one(args: &Args, path: &Path) -> Answer<()> {
+    if !has_extension(path, "png") {
+        return Err(format!("{}: the name must end in .png", path.display()).into());
+    }
+    strandlight_formats::check_writable(path)
+        .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
+    let mut viewer = Viewer::new(&Context::new()?, open(args)?)?;
+    let scene = viewer.session().scene();
+    let (size, samples) = (scene.render.size, scene.render.samples);
+    let picture = viewer.frame(size, samples)?;
+    let _ = writeln!(std::io::stderr(), "{}", viewer.report().stats);
+    write(path, &png(&viewer, &picture)?)?;
+    say(path, &picture, samples);
+    Ok(())
+}
+
+fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()> {
+    let start = Instant::now();
+    for frame in script.frames() {
+        file_of(frame)?;
+    }
+    let cannot = |error| format!("{}: cannot be made: {error}", out.display());
+    std::fs::create_dir_all(out).map_err(cannot)?;
+    let timings = out.join("timings.json");
+    strandlight_formats::check_writable(&timings)
+        .map_err(|error| format!("{}: cannot be written: {error}", timings.display()))?;
+    let mut viewer = Viewer::new(&Context::new()?, session)?;
+    let opened = 1e3 * start.elapsed().as_secs_f64();
+    let mut frames = Vec::new();
+    script.run(&mut viewer, |viewer, frame| -> Answer<()> {
+        let start = Instant::now();
+        let render = &viewer.session().scene().render;
+        let size = frame.size.unwrap_or(render.size);
+        let samples = frame.samples.unwrap_or(render.samples);
+        let picture = viewer.frame(size, samples)?;
+        let drawn = 1e3 * start.elapsed().as_secs_f64();
+        let file = file_of(frame)?;
+        let path = out.join(&file);
+        write(&path, &png(viewer, &picture)?)?;
+        say(&path, &picture, samples);
+        frames.push(json!({
+            "file": file.display().to_string(),
+            "size": size,
+            "samples": samples,
+            "milliseconds": drawn,
+            "changed": viewer.take_changes().names(),
+            "report": report(viewer.report()),
+            "peak_bytes": memory::peak_bytes(),
+        }));
+        Ok(())
+    })?;
+    let context = viewer.context();
+    let document = json!({
+        "scene": args.scene.display().to_string(),
+        "adapter": context.adapter_name,
+        "backend": context.backend,
+        "open_milliseconds": opened,
+        "frames": frames,
+        "peak_bytes": memory::peak_bytes(),
+    });
+    let text = serde_json::to_string_pretty(&document)? + "\n";
+    write(&timings, text.as_bytes())?;
+    println!("{}: {} frames", timings.display(), frames.len());
+    Ok(())
+}
+
+/// What the device did for a frame.
+fn report(report: &LiveReport) -> Value {
+    let stage = |stage: &strandlight_runtime::live::StageReport| {
+        json!({
+            "name": stage.name,
+            "runs": stage.runs,
+            "milliseconds": stage.milliseconds,
+            "gpu_milliseconds": stage.gpu_milliseconds,
+        })
+    };
+    let rebuilt = report.edit.iter().flat_map(|edit| edit.rebuilt());
+    let part = |part: &strandlight_runtime::edit::PartReport| {
+        json!({
+            "part": part.name,
+            "microseconds": part.microseconds,
+            "gpu_bytes": part.gpu_bytes,
+        })
+    };
+    json!({
+        "stages": report.stages.iter().map(stage).collect::<Vec<_>>(),
+        "rebuilt": rebuilt.map(part).collect::<Vec<_>>(),
+        "skipped": report.stats.skipped,
+        "device_bytes": report.device_bytes,
+    })
+}
+
+/// File that a frame is written to.
+fn file_of(frame: &Frame) -> Result<PathBuf, String> {
+    let name = Path::new(&frame.name);
+    if has_extension(name, "exr") {
+        let name = &frame.name;
+        return Err(format!(
+            "frame {name}: OpenEXR is written by strandlight render --script"
+        ));
+    }
+    match has_extension(name, "png") {
+        true => Ok(name.to_owned()),
+        false => Ok(format!("{}.png", frame.name).into()),
+    }
+}
+
+fn has_extension(path: &Path, wanted: &str) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
+}
+
+fn png(viewer: &Viewer, picture: &Picture) -> Result<Vec<u8>, RenderError> {
+    let render = &viewer.session().scene().render;
+    picture.to_png(render.exposure as f32, viewer.prepared().tone_map)
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    strandlight_formats::write_file(path, bytes)
+        .map_err(|error| format!("{}: cannot be written: {error}", path.display()))
+}
+
+fn say(path: &Path, picture: &Picture, samples: u32) {
+    let samples = strandlight_runtime::render::whole_passes(samples);
+    println!(
+        "{}: {}x{}, {samples} samples",
+        path.display(),
+        picture.width,
+        picture.height
+    );
+}

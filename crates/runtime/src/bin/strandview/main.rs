@@ -1,0 +1,46 @@
+//! `strandview`: shows a scene in a window, or renders frames of it without one.
+//!
+//! Exit codes: 0 done; 2 bad usage or bad input.
+
+mod args;
+mod headless;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use args::{Args, HELP, Job, USAGE};
+
+fn main() -> ExitCode {
+    let mut words = std::env::args_os().skip(1).peekable();
+    let first = words.peek().and_then(|word| word.to_str());
+    match first {
+        Some("--help" | "-h") => {
+            println!("{USAGE}\n{HELP}");
+            return ExitCode::SUCCESS;
+        }
+        Some("--version" | "-V") => {
+            println!("strandview {}", env!("CARGO_PKG_VERSION"));
+            return ExitCode::SUCCESS;
+        }
+        _ => {}
+    }
+    match args::parse(words).and_then(|args| run(&args)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            let lines: Vec<&str> = message.lines().map(str::trim).collect();
+            let _ = writeln!(std::io::stderr(), "strandview: {}", lines.join(" "));
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<(), String> {
+    match args.job {
+        Job::Window => window(args),
+        _ => headless::run(args).map_err(|error| error.to_string()),
+    }
+}
+
+fn window(_: &Args) -> Result<(), String> {
+    Err("this build has no window yet; render one frame with --frame OUT.png".into())
+}
