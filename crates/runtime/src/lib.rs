@@ -31,6 +31,8 @@ pub mod stats;
 pub mod strands;
 pub mod tables;
 pub mod tone;
+#[cfg(feature = "ui")]
+pub mod ui;
 pub mod viewer;
 pub mod volume;
 #[cfg(target_arch = "wasm32")]

@@ -188,7 +188,7 @@ impl Picker {
     }
 
     /// Pixels that a ball of `radius` cm at `position` is wide to either side.
-    pub(super) fn radius_px(camera: &Camera, size: [u32; 2], position: Vec3, radius: f32) -> f32 {
+    pub(crate) fn radius_px(camera: &Camera, size: [u32; 2], position: Vec3, radius: f32) -> f32 {
         let focal = 0.5 * size[1].max(1) as f32 / (0.5 * camera.fov_y).tan();
         let depth = (position - camera.eye).dot(camera.axes().2);
         focal * radius / depth.max(1e-3)

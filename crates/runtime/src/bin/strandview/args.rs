@@ -9,8 +9,8 @@ use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
 
 /// Told by `--help` and beside every complaint about the command line.
-pub const USAGE: &str = "usage: strandview SCENE.toml [--set KEY=VALUE]... [--size WxH] [--samples N], with \
-                         --frame OUT.png | --turntable N --out DIR | --script EDITS.json --out DIR";
+pub const USAGE: &str = "usage: strandview SCENE.toml [--set KEY=VALUE]... [--size WxH] [--samples N], opens a \
+                         window, or with --frame OUT.png | --turntable N --out DIR | --script EDITS.json --out DIR";
 
 /// What `--help` says after the usage.
 pub const HELP: &str = "
@@ -19,8 +19,10 @@ pub const HELP: &str = "
   --script EDITS.json    renders the frames of a list of edits and views
   --out DIR              folder for the frames and timings.json, made if it is not there
   --set KEY=VALUE        a key of the scene file, such as hair.eta=1.6 or render.background=none
-  --size WxH             width and height in pixels [default: the scene's]
-  --samples N            samples a pixel, 1..=65536 [default: the scene's]";
+  --size WxH             width and height in pixels, of the window or else of the picture
+                         [default: 1280x720 points, or the scene's]
+  --samples N            samples a pixel, 1..=65536 [default: the scene's]
+  --log EVENTS.json      writes what happens in the window, a JSON object a line";
 
 /// What is to be done with the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -45,6 +47,10 @@ pub struct Args {
     pub job: Job,
     /// Folder for frames.
     pub out: Option<PathBuf>,
+    /// File for the events of the window.
+    pub log: Option<PathBuf>,
+    /// For tests of the window: its device is lost after the first picture.
+    pub loses_device: bool,
     /// Keys of the scene and their values; `--size` and `--samples` are among them.
     pub set: Map<String, Value>,
 }
@@ -80,6 +86,8 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
             }
             "--script" => ask(Job::Script(value()?.into()))?,
             "--out" => args.out = Some(value()?.into()),
+            "--log" => args.log = Some(value()?.into()),
+            "--lose-device" => args.loses_device = true,
             "--set" => {
                 let (key, value) = key_and_value(&value()?)?;
                 args.set.insert(key, value);

@@ -4,6 +4,7 @@
 
 mod args;
 mod headless;
+mod window;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -36,11 +37,7 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> Result<(), String> {
     match args.job {
-        Job::Window => window(args),
+        Job::Window => window::run(args),
         _ => headless::run(args).map_err(|error| error.to_string()),
     }
-}
-
-fn window(_: &Args) -> Result<(), String> {
-    Err("this build has no window yet; render one frame with --frame OUT.png".into())
 }

@@ -1,0 +1,52 @@
+//! The window, or what is said where there is none.
+
+use crate::args::Args;
+
+/// Tells that there is no window in this build.
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "ui"))]
+pub fn run(args: &Args) -> Result<(), String> {
+    let _ = (&args.log, args.loses_device);
+    Err("this build has no window; render one frame with --frame OUT.png".into())
+}
+
+/// Opens the scene in a window and returns when it is closed.
+///
+/// # Errors
+/// One line that says why it could not be opened.
+#[cfg(feature = "ui")]
+pub fn run(args: &Args) -> Result<(), String> {
+    use strandlight_runtime::Viewer;
+    use strandlight_runtime::session::Session;
+    use strandlight_runtime::ui::{EventLog, Launch, run};
+
+    let start = web_time::Instant::now();
+    let mut set = args.set.clone();
+    // The size is that of the window; the scene keeps its own.
+    let size = set.remove("render.size");
+    let size = size.and_then(|size| serde_json::from_value(size).ok());
+    // What is wrong with the files is said before a window opens.
+    let session = Session::open(&args.scene).map_err(|error| error.to_string())?;
+    let log = match &args.log {
+        Some(path) => EventLog::to_file(start, path)
+            .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?,
+        None => EventLog::silent(start),
+    };
+    let launch = Launch {
+        open: Box::new(move |context| {
+            let opened = Viewer::new(context, session).and_then(|mut viewer| {
+                if !set.is_empty() {
+                    viewer.set(&set)?;
+                }
+                Ok(viewer)
+            });
+            opened.map_err(|error| error.to_string())
+        }),
+        size,
+        log,
+        loses_device: args.loses_device,
+    };
+    run(launch).map_err(|error| error.to_string())
+}

@@ -1,0 +1,136 @@
+//! The event loop: opens the window, then hands it all events.
+
+use std::sync::Arc;
+
+use web_time::Instant;
+use winit::application::ApplicationHandler;
+use winit::dpi::{LogicalSize, PhysicalSize, Size};
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy, OwnedDisplayHandle};
+use winit::window::{Window, WindowId};
+
+use super::document::Document;
+use super::screen::Screen;
+use super::workspace::Workspace;
+use super::{Failure, Launch};
+use crate::gpu::GpuError;
+
+/// Sent to the event loop when a device has come, which in a browser takes a while.
+pub struct Opened(pub Result<Screen, GpuError>);
+
+/// The program with a window.
+pub struct App {
+    launch: Option<Launch>,
+    proxy: EventLoopProxy<Opened>,
+    window: Option<Arc<Window>>,
+    display: Option<OwnedDisplayHandle>,
+    workspace: Option<Workspace>,
+    /// Why it ended, if not because it was closed.
+    pub failure: Option<Failure>,
+}
+
+impl App {
+    /// Waits for the event loop to start.
+    pub fn new(
+        launch: Launch,
+        proxy: EventLoopProxy<Opened>,
+        display: Option<OwnedDisplayHandle>,
+    ) -> Self {
+        App {
+            launch: Some(launch),
+            proxy,
+            window: None,
+            display,
+            workspace: None,
+            failure: None,
+        }
+    }
+
+    fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<(), Failure> {
+        let size = self.launch.as_ref().and_then(|launch| launch.size);
+        let size: Size = match size {
+            Some([width, height]) => PhysicalSize::new(width, height).into(),
+            None => LogicalSize::new(1280.0, 720.0).into(),
+        };
+        let attributes = Window::default_attributes()
+            .with_title("strandview")
+            .with_inner_size(size);
+        let window = event_loop
+            .create_window(attributes)
+            .map_err(|error| Failure::Window(error.to_string()))?;
+        let window = Arc::new(window);
+        self.window = Some(window.clone());
+        let (proxy, display) = (self.proxy.clone(), self.display.clone());
+        let opening = async move {
+            let opened = Opened(Screen::open(window, display).await);
+            // Without a loop there is nobody left to show anything to.
+            let _ = proxy.send_event(opened);
+        };
+        #[cfg(not(target_arch = "wasm32"))]
+        pollster::block_on(opening);
+        #[cfg(target_arch = "wasm32")]
+        wasm_bindgen_futures::spawn_local(opening);
+        Ok(())
+    }
+
+    fn open_scene(&mut self, screen: Screen) -> Result<(), Failure> {
+        let (Some(launch), Some(window)) = (self.launch.take(), self.window.clone()) else {
+            return Ok(());
+        };
+        let viewer = (launch.open)(&screen.context).map_err(Failure::Scene)?;
+        let document = Document::new(&viewer);
+        let display = self.display.clone();
+        let mut workspace = Workspace::new(window, display, screen, viewer, document, launch.log);
+        if launch.loses_device {
+            workspace.lose_device();
+        }
+        self.workspace = Some(workspace);
+        Ok(())
+    }
+
+    fn end(&mut self, event_loop: &ActiveEventLoop, failure: Option<Failure>) {
+        if let Some(workspace) = &mut self.workspace {
+            workspace.closed();
+        }
+        self.failure = failure;
+        event_loop.exit();
+    }
+}
+
+impl ApplicationHandler<Opened> for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.window.is_some() {
+            return;
+        }
+        if let Err(failure) = self.open_window(event_loop) {
+            self.end(event_loop, Some(failure));
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, Opened(screen): Opened) {
+        let opened = screen.map_err(Failure::Gpu);
+        if let Err(failure) = opened.and_then(|screen| self.open_scene(screen)) {
+            self.end(event_loop, Some(failure));
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        match &mut self.workspace {
+            Some(workspace) => match workspace.on_event(&event) {
+                Err(error) => self.end(event_loop, Some(Failure::Gpu(error))),
+                Ok(()) if !workspace.is_open() => self.end(event_loop, None),
+                Ok(()) => {}
+            },
+            None if event == WindowEvent::CloseRequested => self.end(event_loop, None),
+            None => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let next: Option<Instant> = self.workspace.as_mut().and_then(Workspace::on_time);
+        event_loop.set_control_flow(match next {
+            Some(time) => ControlFlow::WaitUntil(time),
+            None => ControlFlow::Wait,
+        });
+    }
+}

@@ -1,0 +1,171 @@
+//! The scene as a file: its name, changes of it on disk, and pictures saved beside it.
+
+#[cfg(not(target_arch = "wasm32"))]
+mod native {
+    use std::path::{Path, PathBuf};
+    use std::time::{Duration, SystemTime};
+
+    use web_time::Instant;
+
+    use crate::gpu::Context;
+    use crate::ui::snapshot;
+    use crate::viewer::Viewer;
+
+    /// How often the files are looked at.
+    const POLL: Duration = Duration::from_secs(1);
+
+    /// The files of the open scene.
+    pub struct Document {
+        path: PathBuf,
+        name: String,
+        seen: Vec<(PathBuf, Option<SystemTime>)>,
+        next_poll: Instant,
+        pictures: u32,
+    }
+
+    impl Document {
+        /// The files of `viewer`'s scene as they are now.
+        pub fn new(viewer: &Viewer) -> Self {
+            let mut document = Document {
+                path: PathBuf::new(),
+                name: String::new(),
+                seen: Vec::new(),
+                next_poll: Instant::now() + POLL,
+                pictures: 0,
+            };
+            document.saved(viewer);
+            document
+        }
+
+        /// The scene's files were written or read just now.
+        pub fn saved(&mut self, viewer: &Viewer) {
+            let session = viewer.session();
+            let scene = session.scene();
+            self.path = session.path().to_owned();
+            self.name = match self.path.file_name() {
+                Some(name) => name.to_string_lossy().into_owned(),
+                None => "scene".to_owned(),
+            };
+            let files = [Some(self.path.clone()), Some(scene.groom_path())];
+            let others = [Some(scene.lights_path()), scene.tables_path()];
+            self.seen = (files.into_iter().chain(others).flatten())
+                .map(|path| {
+                    let time = modified(&path);
+                    (path, time)
+                })
+                .collect();
+        }
+
+        /// The name of the scene's file.
+        pub fn name(&self) -> &str {
+            &self.name
+        }
+
+        /// The path of the scene's file.
+        pub fn path_text(&self) -> String {
+            self.path.display().to_string()
+        }
+
+        /// When to look at the files again.
+        pub fn next_poll(&self) -> Option<Instant> {
+            Some(self.next_poll)
+        }
+
+        /// Has a file changed since it was last read or written? Looks once a second.
+        pub fn poll(&mut self, now: Instant) -> bool {
+            if now < self.next_poll {
+                return false;
+            }
+            self.next_poll = now + POLL;
+            let mut is_changed = false;
+            for (path, seen) in &mut self.seen {
+                // A file that is being replaced is not there for a moment.
+                let Some(time) = modified(path) else { continue };
+                if *seen != Some(time) {
+                    *seen = Some(time);
+                    is_changed = true;
+                }
+            }
+            is_changed
+        }
+
+        /// Writes the picture as it is shown to the next free name beside the scene; answers that.
+        ///
+        /// # Errors
+        /// The device's or the system's word.
+        pub fn screenshot(&mut self, context: &Context, viewer: &Viewer) -> Result<String, String> {
+            let png = snapshot::png(context, viewer.display())?;
+            let stem = Path::new(&self.name).file_stem().unwrap_or_default();
+            let stem = stem.to_string_lossy().into_owned();
+            let path = loop {
+                self.pictures += 1;
+                let name = format!("{stem}-{:03}.png", self.pictures);
+                let path = self.path.with_file_name(name);
+                if !path.exists() {
+                    break path;
+                }
+            };
+            strandlight_formats::write_file(&path, &png)
+                .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
+            Ok(path.display().to_string())
+        }
+    }
+
+    fn modified(path: &Path) -> Option<SystemTime> {
+        std::fs::metadata(path).ok()?.modified().ok()
+    }
+}
+
+#[cfg(target_arch = "wasm32")]
+mod web {
+    use web_time::Instant;
+
+    use crate::gpu::Context;
+    use crate::viewer::Viewer;
+
+    /// A scene that came with a page.
+    pub struct Document;
+
+    impl Document {
+        /// The files do not change.
+        pub fn new(_: &Viewer) -> Self {
+            Document
+        }
+
+        /// Nothing to remember.
+        pub fn saved(&mut self, _: &Viewer) {}
+
+        /// What the page calls it.
+        pub fn name(&self) -> &str {
+            "scene"
+        }
+
+        /// Nowhere.
+        pub fn path_text(&self) -> String {
+            String::new()
+        }
+
+        /// Never.
+        pub fn next_poll(&self) -> Option<Instant> {
+            None
+        }
+
+        /// Never.
+        pub fn poll(&mut self, _: Instant) -> bool {
+            false
+        }
+
+        /// The browser saves pictures.
+        ///
+        /// # Errors
+        /// Always.
+        pub fn screenshot(&mut self, _: &Context, _: &Viewer) -> Result<String, String> {
+            Err("use the browser to save the picture".to_owned())
+        }
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+pub use native::Document;
+#[cfg(target_arch = "wasm32")]
+pub use web::Document;

@@ -1,0 +1,235 @@
+//! Rows of the panel: a name with its range, a slider, a number that is dragged or typed, and a
+//! reset. What they change is noted for undo.
+
+use std::ops::RangeInclusive;
+
+use egui::{Align, Color32, Layout, Rect, Response, RichText, Shape, Stroke, Ui, Vec2};
+
+use super::theme;
+
+/// What the controls of a frame changed.
+#[derive(Debug, Default)]
+pub struct Changes {
+    /// What was changed, as undo names it.
+    pub label: Option<String>,
+    /// The change is complete: the next one is another step of undo.
+    pub is_complete: bool,
+    /// Where controls are, points, for the log: tests click on them.
+    pub places: Vec<(String, Rect)>,
+}
+
+impl Changes {
+    /// Notes where the control `name` is.
+    pub fn place(&mut self, name: impl Into<String>, response: &Response) {
+        self.places.push((name.into(), response.rect));
+    }
+
+    /// Notes that a control changed `label` at once: a click, a choice, a typed value.
+    pub fn note(&mut self, label: &str) {
+        self.label = Some(label.to_owned());
+        self.is_complete = true;
+    }
+
+    /// Notes what `response` says of the control for `label`, which may be in the middle of a drag.
+    pub fn of(&mut self, label: &str, response: &Response) {
+        if response.changed() {
+            self.label = Some(label.to_owned());
+            self.is_complete |= !response.dragged();
+        }
+        self.is_complete |= response.drag_stopped();
+    }
+}
+
+/// Height of a row of the panel.
+const ROW: f32 = 20.0;
+/// Width of names and ranges.
+const NAME: f32 = 150.0;
+/// Width of numbers.
+const NUMBER: f32 = 62.0;
+/// Width of the reset.
+const RESET: f32 = 20.0;
+
+/// One number of the scene.
+pub struct Field<'a> {
+    name: &'a str,
+    range: RangeInclusive<f64>,
+    unit: &'a str,
+    default: f64,
+    decimals: usize,
+    help: &'a str,
+    is_logarithmic: bool,
+    slider: Option<RangeInclusive<f64>>,
+}
+
+impl<'a> Field<'a> {
+    /// A number called `name` in `range`, which is reset to `default`.
+    pub fn new(name: &'a str, range: RangeInclusive<f64>, default: f64) -> Self {
+        Field {
+            name,
+            range,
+            unit: "",
+            default,
+            decimals: 2,
+            help: "",
+            is_logarithmic: false,
+            slider: None,
+        }
+    }
+
+    /// Its unit, with a leading space where one belongs.
+    pub fn unit(self, unit: &'a str) -> Self {
+        Field { unit, ..self }
+    }
+
+    /// Digits after the point.
+    pub fn decimals(self, decimals: usize) -> Self {
+        Field { decimals, ..self }
+    }
+
+    /// What it is for, to somebody who has not read the papers.
+    pub fn help(self, help: &'a str) -> Self {
+        Field { help, ..self }
+    }
+
+    /// Its slider moves by factors.
+    pub fn logarithmic(self) -> Self {
+        Field {
+            is_logarithmic: true,
+            ..self
+        }
+    }
+
+    /// The slider covers less than the range; the rest can be typed.
+    pub fn slider(self, range: RangeInclusive<f64>) -> Self {
+        Field {
+            slider: Some(range),
+            ..self
+        }
+    }
+
+    /// Shows the row; answers whether `value` changed.
+    pub fn show(self, ui: &mut Ui, value: &mut f64, changes: &mut Changes) -> bool {
+        let before = *value;
+        row(ui, |ui| {
+            self.name(ui);
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                if reset(ui, *value != self.default, &self.text(self.default)) {
+                    *value = self.default;
+                    changes.note(self.name);
+                }
+                let number = egui::DragValue::new(value)
+                    .range(self.range.clone())
+                    .clamp_existing_to_range(false)
+                    .speed(self.speed())
+                    .max_decimals(self.decimals)
+                    .suffix(self.unit)
+                    .update_while_editing(false);
+                let response = ui.add_sized([NUMBER, ROW - 2.0], number);
+                changes.of(self.name, &response);
+                changes.place(format!("{} number", self.name), &response);
+                response.on_hover_text("Drag, or click to type");
+                let slider = self.slider.clone().unwrap_or(self.range.clone());
+                ui.spacing_mut().slider_width = ui.available_width() - 4.0;
+                let slider = egui::Slider::new(value, slider)
+                    .show_value(false)
+                    .logarithmic(self.is_logarithmic)
+                    .smallest_positive(10f64.powi(-(self.decimals as i32)))
+                    .clamping(egui::SliderClamping::Never);
+                let response = ui.add(slider);
+                if response.changed() {
+                    *value = rounded(*value, self.decimals);
+                }
+                changes.of(self.name, &response);
+                changes.place(format!("{} slider", self.name), &response);
+            });
+        });
+        *value != before
+    }
+
+    fn name(&self, ui: &mut Ui) {
+        let (low, high) = (self.text(*self.range.start()), self.text(*self.range.end()));
+        let response = fixed(ui, NAME, |ui| {
+            let name = ui.label(self.name);
+            let range = RichText::new(format!("{}..{high}", low.trim_end_matches(self.unit)));
+            name | ui.label(range.small().color(theme::WEAK))
+        });
+        response.on_hover_ui(|ui| {
+            if !self.help.is_empty() {
+                ui.label(self.help);
+            }
+            ui.label(
+                RichText::new(format!(
+                    "From {low} to {high}; {} unless changed.",
+                    self.text(self.default)
+                ))
+                .color(theme::WEAK),
+            );
+        });
+    }
+
+    fn text(&self, value: f64) -> String {
+        let value = rounded(value, self.decimals.max(4));
+        format!("{value}{}", self.unit)
+    }
+
+    fn speed(&self) -> f64 {
+        let range = self.slider.as_ref().unwrap_or(&self.range);
+        ((range.end() - range.start()) / 400.0).min(1.0)
+    }
+}
+
+/// A row of controls of the panel's height.
+pub fn row<R>(ui: &mut Ui, controls: impl FnOnce(&mut Ui) -> R) -> R {
+    let size = egui::vec2(ui.available_width(), ROW);
+    let layout = Layout::left_to_right(Align::Center);
+    ui.allocate_ui_with_layout(size, layout, controls).inner
+}
+
+/// A row with `name` before its controls.
+pub fn named<R>(ui: &mut Ui, name: &str, help: &str, controls: impl FnOnce(&mut Ui) -> R) -> R {
+    row(ui, |ui| {
+        fixed(ui, NAME - 60.0, |ui| ui.label(name)).on_hover_text(help);
+        controls(ui)
+    })
+}
+
+/// The reset button at the end of a row; a space where there is nothing to reset.
+pub fn reset(ui: &mut Ui, is_changed: bool, to: &str) -> bool {
+    if !is_changed {
+        ui.allocate_space(egui::vec2(RESET, ROW));
+        return false;
+    }
+    let (rect, response) = ui.allocate_exact_size(egui::vec2(RESET, ROW), egui::Sense::click());
+    let color = match response.hovered() {
+        true => Color32::WHITE,
+        false => theme::WEAK,
+    };
+    // An arrow that turns back; no font has it at this size.
+    let (centre, radius) = (rect.center(), 4.5);
+    let on_circle = |angle: f32| centre + radius * Vec2::angled(angle);
+    let arc = (0..=16).map(|step| on_circle(-2.3 + 0.3 * step as f32));
+    let painter = ui.painter();
+    painter.add(Shape::line(arc.collect(), Stroke::new(1.4, color)));
+    let (tip, at) = (on_circle(-2.95), on_circle(-2.3));
+    let out = 3.0 * (at - centre).normalized();
+    let head = vec![tip, at + out, at - out];
+    painter.add(Shape::convex_polygon(head, color, Stroke::NONE));
+    response.on_hover_text(format!("Reset to {to}")).clicked()
+}
+
+fn fixed(ui: &mut Ui, width: f32, add: impl FnOnce(&mut Ui) -> Response) -> Response {
+    let layout = Layout::left_to_right(Align::Center);
+    ui.allocate_ui_with_layout(egui::vec2(width, ROW), layout, |ui| {
+        ui.set_min_width(width);
+        ui.spacing_mut().item_spacing.x = 5.0;
+        add(ui)
+    })
+    .inner
+}
+
+/// `value` to so many digits after the point: what is shown is what is kept.
+fn rounded(value: f64, decimals: usize) -> f64 {
+    let scale = 10f64.powi(decimals as i32);
+    let rounded = (value * scale).round() / scale;
+    if rounded.is_finite() { rounded } else { value }
+}

@@ -1,0 +1,346 @@
+//! The window's parts: bar, picture, panel, status and questions. Reads the viewer, answers what
+//! was asked for; nothing is changed here but what the interface itself remembers.
+
+use egui::{Align, Button, Key, Layout, Modal, Panel, RichText, Ui};
+use strandlight_formats::{CameraSection, Scene};
+
+use super::field::Changes;
+use super::keys::{self, Command};
+use super::panel::lights::LightsState;
+use super::panel::motion::MotionState;
+use super::panel::paint::PaintState;
+use super::panel::{self, section, statistics::FrameTimes};
+use super::view::{self, Bounds, Seen};
+use super::{help, orbit, theme};
+use crate::live::Progress;
+use crate::viewer::Viewer;
+
+/// What the interface remembers between frames.
+#[derive(Debug, Default)]
+pub struct UiState {
+    /// Of the section on lights.
+    pub lights: LightsState,
+    /// The brush.
+    pub paint: PaintState,
+    /// The clock of the motion.
+    pub motion: MotionState,
+    /// The list of keys is shown.
+    pub is_help_open: bool,
+    /// The path being typed for "save as".
+    pub save_as: Option<String>,
+    /// Closing was asked for with changes that are not saved.
+    pub is_closing: bool,
+    /// Files of the scene changed on disk while there are changes here.
+    pub is_stale: bool,
+    /// The camera of the scene as it was opened.
+    pub home: Option<CameraSection>,
+    /// The last thing that was done, for the status line.
+    pub message: String,
+    /// What failed, until it is dismissed or the next success.
+    pub error: Option<String>,
+}
+
+/// What the interface shows.
+pub struct Shown<'a> {
+    /// Scene and picture.
+    pub viewer: &'a Viewer,
+    /// The picture.
+    pub texture: Option<egui::TextureId>,
+    /// How far it has come.
+    pub progress: Progress,
+    /// Around the hair.
+    pub bounds: Bounds,
+    /// Of the window.
+    pub times: FrameTimes,
+    /// The scene's file.
+    pub name: &'a str,
+}
+
+/// What was asked for in a frame.
+#[derive(Debug)]
+pub struct Asked {
+    /// The scene with this frame's edits.
+    pub scene: Scene,
+    /// What they are called.
+    pub changes: Changes,
+    /// Keys and buttons.
+    pub commands: Vec<Command>,
+    /// Save to this path.
+    pub save_to: Option<String>,
+    /// Close the window; `true`: save first.
+    pub close: Option<bool>,
+    /// The picture under the mouse.
+    pub seen: Seen,
+}
+
+/// Draws the window.
+pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
+    let mut asked = Asked {
+        scene: shown.viewer.session().scene().clone(),
+        changes: Changes::default(),
+        commands: keys::pressed(ui.ctx()),
+        save_to: None,
+        close: None,
+        seen: Seen::default(),
+    };
+    let frame = |margin| {
+        egui::Frame::new()
+            .fill(theme::PANEL)
+            .inner_margin(egui::Margin::symmetric(margin, 4))
+    };
+    Panel::top("bar")
+        .exact_size(32.0)
+        .resizable(false)
+        .frame(frame(8))
+        .show(ui, |ui| bar(ui, shown, &mut asked));
+    Panel::bottom("status")
+        .exact_size(24.0)
+        .resizable(false)
+        .frame(frame(8))
+        .show(ui, |ui| status(ui, shown, state));
+    if state.error.is_some() || state.is_stale {
+        Panel::top("notices")
+            .resizable(false)
+            .frame(frame(8).fill(egui::Color32::from_gray(44)))
+            .show(ui, |ui| notices(ui, state, &mut asked));
+    }
+    Panel::right("panel")
+        .exact_size(theme::PANEL_WIDTH)
+        .resizable(false)
+        .frame(frame(8))
+        .show(ui, |ui| {
+            egui::ScrollArea::vertical()
+                .auto_shrink([false, false])
+                .show(ui, |ui| {
+                    // Room for the scroll bar, which would lie over the reset buttons.
+                    ui.set_max_width(ui.available_width() - 8.0);
+                    sections(ui, shown, state, &mut asked);
+                });
+        });
+    let Asked { scene, changes, .. } = &mut asked;
+    let (seen, response) = view::show(
+        ui,
+        shown.texture,
+        scene,
+        shown.bounds,
+        state.paint.is_on,
+        changes,
+    );
+    changes.place("View", &response);
+    if state.lights.is_picking {
+        response.on_hover_cursor(egui::CursorIcon::Crosshair);
+    } else if let (true, Some(radius), Some(at)) =
+        (state.paint.is_on, state.paint.radius_px, seen.hover)
+    {
+        let scale = ui.ctx().pixels_per_point();
+        let centre = response.rect.min + egui::vec2(at[0], at[1]) / scale;
+        let stroke = |width, gray: u8| egui::Stroke::new(width, egui::Color32::from_gray(gray));
+        // Dark under light: seen on any hair.
+        let painter = ui.painter().with_clip_rect(response.rect);
+        painter.circle_stroke(centre, radius / scale, stroke(2.5, 20));
+        painter.circle_stroke(centre, radius / scale, stroke(1.0, 230));
+    }
+    asked.seen = seen;
+    help::show(ui.ctx(), &mut state.is_help_open);
+    questions(ui, shown, state, &mut asked);
+    camera_commands(shown, state, &mut asked);
+    asked
+}
+
+fn sections(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState, asked: &mut Asked) {
+    let Asked { scene, changes, .. } = asked;
+    section(ui, "Hair", true, changes, |ui, changes| {
+        panel::hair::show(ui, scene, changes);
+    });
+    section(ui, "Paint", false, changes, |ui, changes| {
+        panel::paint::show(ui, &mut state.paint, changes);
+    });
+    section(ui, "Lights", false, changes, |ui, changes| {
+        let lights = &shown.viewer.session().light_set().lights;
+        panel::lights::show(ui, scene, lights, &mut state.lights, changes);
+    });
+    section(ui, "Picture", false, changes, |ui, changes| {
+        panel::picture::show(ui, scene, changes);
+    });
+    section(ui, "Motion", false, changes, |ui, changes| {
+        panel::motion::show(ui, scene, &mut state.motion, changes);
+    });
+    section(ui, "Head and ground", false, changes, |ui, changes| {
+        panel::motion::proxies(ui, scene, shown.bounds, changes);
+    });
+    section(ui, "Camera", false, changes, |ui, changes| {
+        panel::camera::show(ui, scene, shown.bounds, changes);
+    });
+    section(ui, "Statistics", false, changes, |ui, _| {
+        let report = shown.viewer.report();
+        panel::statistics::show(ui, report, &shown.progress, shown.times);
+    });
+}
+
+fn bar(ui: &mut Ui, shown: &Shown<'_>, asked: &mut Asked) {
+    let session = shown.viewer.session();
+    ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+        let star = if session.is_modified() { " *" } else { "" };
+        ui.label(RichText::new(format!("{}{star}", shown.name)).strong());
+        ui.add_space(8.0);
+        let mut button = |ui: &mut Ui, text: &str, is_enabled, help: &str, command| {
+            let button = ui.add_enabled(is_enabled, Button::new(text));
+            asked.changes.place(format!("{text} button"), &button);
+            if button.on_hover_text(help).clicked() {
+                asked.commands.push(command);
+            }
+        };
+        let named = |verb: &str, label: Option<&str>| match label {
+            Some(label) => format!("{verb} {}", label.to_lowercase()),
+            None => verb.to_owned(),
+        };
+        let undo = session.undo_label();
+        let redo = session.redo_label();
+        let is_modified = session.is_modified();
+        button(ui, "Save", is_modified, "Ctrl+S", Command::Save);
+        button(
+            ui,
+            "Undo",
+            undo.is_some(),
+            &named("Undo", undo),
+            Command::Undo,
+        );
+        button(
+            ui,
+            "Redo",
+            redo.is_some(),
+            &named("Redo", redo),
+            Command::Redo,
+        );
+        if let Some(undo) = undo {
+            let last = RichText::new(format!("last: {undo}"));
+            ui.label(last.small().color(theme::WEAK));
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            button(ui, "Help", true, "Keys and mouse: H", Command::Help);
+            let help = "Save the picture as a PNG beside the scene: P";
+            button(ui, "Picture", true, help, Command::Screenshot);
+            button(ui, "Home", true, "Camera as opened: Home", Command::Home);
+            button(
+                ui,
+                "Frame",
+                true,
+                "All hair into the picture: F",
+                Command::Frame,
+            );
+        });
+    });
+}
+
+fn status(ui: &mut Ui, shown: &Shown<'_>, state: &UiState) {
+    let progress = shown.progress;
+    ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+        let what = if progress.is_done {
+            format!("{} samples", progress.samples)
+        } else if progress.is_shaded {
+            format!("{} of {} samples", progress.samples, progress.of_samples)
+        } else {
+            "shading".to_owned()
+        };
+        let share = progress.samples as f32 / progress.of_samples.max(1) as f32;
+        ui.add(
+            egui::ProgressBar::new(if progress.is_done { 1.0 } else { share })
+                .desired_width(90.0)
+                .desired_height(6.0)
+                .fill(theme::ACCENT),
+        );
+        ui.label(RichText::new(what).small());
+        ui.label(RichText::new(&state.message).small().color(theme::WEAK));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let stats = &shown.viewer.report().stats;
+            let text = format!("{} strands, {} lights", stats.strands, stats.lights);
+            ui.label(RichText::new(text).small().color(theme::WEAK));
+        });
+    });
+}
+
+fn notices(ui: &mut Ui, state: &mut UiState, asked: &mut Asked) {
+    if let Some(error) = state.error.clone() {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(RichText::new(error).color(theme::ERROR));
+            if ui.button("Dismiss").clicked() {
+                state.error = None;
+            }
+        });
+    }
+    if state.is_stale {
+        ui.horizontal_wrapped(|ui| {
+            let text = "The scene's files changed on disk, and there are changes here.";
+            ui.label(RichText::new(text).color(theme::WARNING));
+            if ui.button("Reload and lose mine").clicked() {
+                asked.commands.push(Command::Reload);
+            }
+            if ui.button("Keep mine").clicked() {
+                state.is_stale = false;
+            }
+        });
+    }
+}
+
+fn questions(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState, asked: &mut Asked) {
+    if let Some(mut path) = state.save_as.take() {
+        let mut is_open = true;
+        let modal = Modal::new(egui::Id::unique("save as")).show(ui.ctx(), |ui| {
+            ui.set_width(440.0);
+            ui.label(RichText::new("Save the scene as").strong());
+            let field = egui::TextEdit::singleline(&mut path).desired_width(f32::INFINITY);
+            let field = ui.add(field);
+            field.request_focus();
+            ui.add_space(6.0);
+            ui.horizontal(|ui| {
+                let is_entered = ui.input(|input| input.key_pressed(Key::Enter));
+                if ui.button("Save").clicked() || is_entered {
+                    asked.save_to = Some(path.clone());
+                    is_open = false;
+                }
+                is_open &= !ui.button("Cancel").clicked();
+            });
+        });
+        if is_open && !modal.should_close() {
+            state.save_as = Some(path);
+        }
+    }
+    if state.is_closing {
+        let modal = Modal::new(egui::Id::unique("closing")).show(ui.ctx(), |ui| {
+            let text = format!("Save the changes to {} before closing?", shown.name);
+            ui.label(RichText::new(text).strong());
+            ui.add_space(8.0);
+            ui.horizontal(|ui| {
+                if ui.button("Save and close").clicked() {
+                    asked.close = Some(true);
+                }
+                if ui.button("Close without saving").clicked() {
+                    asked.close = Some(false);
+                }
+                if ui.button("Cancel").clicked() {
+                    state.is_closing = false;
+                }
+            });
+        });
+        if modal.should_close() {
+            state.is_closing = false;
+        }
+    }
+}
+
+/// Frame and Home are edits of the scene like any other.
+fn camera_commands(shown: &Shown<'_>, state: &UiState, asked: &mut Asked) {
+    let Asked { scene, changes, .. } = asked;
+    if asked.commands.contains(&Command::Frame) {
+        let [width, height] = asked.seen.size.map(|side| side.max(1) as f32);
+        let camera = view::camera_of(scene, shown.bounds);
+        let Bounds { centre, radius } = shown.bounds;
+        let framed = orbit::frame(&camera, centre, radius, width / height);
+        view::set_camera(scene, &framed, "Frame all", changes);
+        changes.is_complete = true;
+    }
+    if asked.commands.contains(&Command::Home) && scene.camera != state.home {
+        scene.camera = state.home.clone();
+        changes.note("Home");
+    }
+}

@@ -1,0 +1,81 @@
+//! The window of `strandview`: winit's events and egui's panels around a
+//! [`Viewer`].
+//!
+//! [`run`] opens it. Everything that a control changes is a change of the scene, so that undo, the
+//! scene file and scripts know the same parameters.
+
+mod app;
+mod deeds;
+mod document;
+mod field;
+mod help;
+mod keys;
+mod layout;
+mod log;
+mod orbit;
+mod panel;
+mod pick;
+mod screen;
+mod snapshot;
+mod theme;
+mod view;
+mod workspace;
+
+use crate::gpu::{Context, GpuError};
+use crate::viewer::Viewer;
+
+pub use log::EventLog;
+
+/// Opens the scene of a window on its device.
+pub type Open = Box<dyn FnOnce(&Context) -> Result<Viewer, String>>;
+
+/// What a window is opened with.
+pub struct Launch {
+    /// Opens the scene on a device.
+    pub open: Open,
+    /// Width and height of the window in pixels; 1280 x 720 points if nobody says.
+    pub size: Option<[u32; 2]>,
+    /// Where events are noted.
+    pub log: EventLog,
+    /// For tests: the device is lost after the first finished picture.
+    pub loses_device: bool,
+}
+
+/// Why a window could not be opened, or had to close.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// There is no display to open a window on.
+    #[error("no display to open a window on ({0}); --frame OUT.png renders without one")]
+    Display(String),
+    /// The display has no window for us.
+    #[error("the window could not be opened: {0}")]
+    Window(String),
+    /// No device that can draw.
+    #[error("{0}; `strandlight render SCENE --backend cpu` renders without a GPU")]
+    Gpu(GpuError),
+    /// The scene cannot be shown.
+    #[error("{0}")]
+    Scene(String),
+}
+
+/// Opens a window and returns when it is closed.
+///
+/// # Errors
+/// Any of [`Failure`].
+#[cfg(not(target_arch = "wasm32"))]
+pub fn run(launch: Launch) -> Result<(), Failure> {
+    use winit::event_loop::EventLoop;
+
+    let event_loop = EventLoop::<app::Opened>::with_user_event()
+        .build()
+        .map_err(|error| Failure::Display(error.to_string()))?;
+    let display = Some(event_loop.owned_display_handle());
+    let mut app = app::App::new(launch, event_loop.create_proxy(), display);
+    event_loop
+        .run_app(&mut app)
+        .map_err(|error| Failure::Display(error.to_string()))?;
+    match app.failure {
+        Some(failure) => Err(failure),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,201 @@
+//! The environment and its lights.
+
+use egui::{Color32, RichText, Sense, Ui};
+use strandlight_formats::{Scene, SrbfLight};
+
+use super::hair::swatch;
+use crate::tone;
+use crate::ui::field::{Changes, Field, row};
+use crate::ui::theme;
+
+/// What the panel remembers of the lights between frames.
+#[derive(Debug, Default)]
+pub struct LightsState {
+    /// The light whose own values are shown.
+    pub selected: Option<u32>,
+    /// The next click in the picture asks which light shines there.
+    pub is_picking: bool,
+    /// What the last such click found.
+    pub picked: Option<String>,
+    /// The list follows the selection once.
+    pub reveal: bool,
+}
+
+/// Rotation, strength and tint of all, the list, and the selected light. `lights` are those of the
+/// light set's file.
+pub fn show(
+    ui: &mut Ui,
+    scene: &mut Scene,
+    lights: &[SrbfLight],
+    state: &mut LightsState,
+    changes: &mut Changes,
+) {
+    let section = &mut scene.lights;
+    Field::new("Rotate", -3600.0..=3600.0, 0.0)
+        .unit("°")
+        .slider(-180.0..=180.0)
+        .decimals(1)
+        .help("Turns the environment about the vertical, counter-clockwise seen from above.")
+        .show(ui, &mut section.rotate_deg, changes);
+    Field::new("Intensity", 0.0..=1e6, 1.0)
+        .slider(0.0..=8.0)
+        .help("Strength of all lights.")
+        .show(ui, &mut section.intensity, changes);
+    tint(ui, "Tint", &mut section.tint, changes);
+    row(ui, |ui| {
+        let text = if state.is_picking {
+            "Click the highlight ..."
+        } else {
+            "Pick from picture"
+        };
+        let button = egui::Button::selectable(state.is_picking, text);
+        let help = "Then click a highlight in the picture: names the light that adds most there.";
+        if ui.add(button).on_hover_text(help).clicked() {
+            state.is_picking = !state.is_picking;
+        }
+        let is_any = !section.solo.is_empty() || !section.muted.is_empty();
+        if ui
+            .add_enabled(is_any, egui::Button::new("All on"))
+            .clicked()
+        {
+            section.solo.clear();
+            section.muted.clear();
+            changes.note("All lights on");
+        }
+    });
+    if let Some(text) = &state.picked {
+        ui.label(RichText::new(text).color(theme::WEAK));
+    }
+    list(ui, scene, lights, state, changes);
+    if let Some(ix) = state.selected.filter(|&ix| (ix as usize) < lights.len()) {
+        selected(ui, scene, ix, changes);
+    }
+}
+
+/// A colour around white and its reset.
+fn tint(ui: &mut Ui, name: &str, rgb: &mut [f64; 3], changes: &mut Changes) {
+    swatch(ui, name, rgb, changes);
+}
+
+fn list(
+    ui: &mut Ui,
+    scene: &mut Scene,
+    lights: &[SrbfLight],
+    state: &mut LightsState,
+    changes: &mut Changes,
+) {
+    let section = &mut scene.lights;
+    let brightest = lights.iter().map(power).fold(f32::MIN_POSITIVE, f32::max);
+    egui::ScrollArea::vertical()
+        .id_salt("lights")
+        .max_height(168.0)
+        .auto_shrink([false, true])
+        .show(ui, |ui| {
+            ui.spacing_mut().item_spacing.y = 2.0;
+            for ix in order(lights) {
+                let light = &lights[ix as usize];
+                row(ui, |ui| {
+                    color_of(ui, light);
+                    let is_selected = state.selected == Some(ix);
+                    let share = 100.0 * power(light) / brightest;
+                    let [azimuth, elevation] = place(light, section.rotate_deg);
+                    let text =
+                        format!("{ix:>3}   {share:>3.0} %   {azimuth:>4.0}° {elevation:>3.0}°");
+                    let text = RichText::new(text).monospace();
+                    let text = if section.is_on(ix) {
+                        text
+                    } else {
+                        text.color(theme::WEAK)
+                    };
+                    let label = ui.selectable_label(is_selected, text).on_hover_text(
+                        "Number, power against the strongest, azimuth (0 is +Z, 90 is +X) and \
+                         elevation. Click to change it alone.",
+                    );
+                    if label.clicked() {
+                        state.selected = (!is_selected).then_some(ix);
+                    }
+                    if is_selected && state.reveal {
+                        label.scroll_to_me(Some(egui::Align::Center));
+                        state.reveal = false;
+                    }
+                    let layout = egui::Layout::right_to_left(egui::Align::Center);
+                    ui.with_layout(layout, |ui| {
+                        toggle(ui, ix, "M", "Mute", &mut section.muted, changes);
+                        toggle(ui, ix, "S", "Solo", &mut section.solo, changes);
+                    });
+                });
+            }
+        });
+}
+
+/// The lights, strongest first.
+fn order(lights: &[SrbfLight]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..lights.len() as u32).collect();
+    order.sort_by(|&a, &b| {
+        let [a, b] = [a, b].map(|ix| power(&lights[ix as usize]));
+        b.total_cmp(&a)
+    });
+    order
+}
+
+/// Amplitude times the square of its width, to which power is nearly proportional.
+fn power(light: &SrbfLight) -> f32 {
+    light.rgb.iter().sum::<f32>() * light.lambda.min(1.5).powi(2)
+}
+
+/// Azimuth and elevation in degrees, turned as the scene says.
+fn place(light: &SrbfLight, rotate_deg: f64) -> [f32; 2] {
+    let [x, y, z] = light.direction;
+    let azimuth = x.atan2(z).to_degrees() + rotate_deg as f32;
+    let azimuth = (azimuth + 180.0).rem_euclid(360.0) - 180.0;
+    [azimuth, y.clamp(-1.0, 1.0).asin().to_degrees()]
+}
+
+fn color_of(ui: &mut Ui, light: &SrbfLight) {
+    let brightest = light.rgb.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+    let [r, g, b] = tone::display(light.rgb.map(|x| x / brightest), tone::ToneMap::None);
+    let (rect, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), Sense::hover());
+    ui.painter()
+        .rect_filled(rect, 2.0, Color32::from_rgb(r, g, b));
+}
+
+fn toggle(
+    ui: &mut Ui,
+    ix: u32,
+    text: &str,
+    name: &str,
+    chosen: &mut Vec<u32>,
+    changes: &mut Changes,
+) {
+    let at = chosen.iter().position(|&other| other == ix);
+    let button = egui::Button::selectable(at.is_some(), RichText::new(text).small());
+    if ui.add(button).on_hover_text(name).clicked() {
+        match at {
+            Some(at) => drop(chosen.remove(at)),
+            None => chosen.push(ix),
+        }
+        chosen.sort_unstable();
+        changes.note(&format!("{name} light {ix}"));
+    }
+}
+
+fn selected(ui: &mut Ui, scene: &mut Scene, ix: u32, changes: &mut Changes) {
+    let section = &mut scene.lights;
+    let own = section.adjust.iter().find(|own| own.light == ix);
+    let (mut intensity, mut rgb) = own.map_or((1.0, [1.0; 3]), |own| (own.intensity, own.tint));
+    let before = (intensity, rgb);
+    ui.label(RichText::new(format!("Light {ix}")).strong());
+    Field::new(&format!("Intensity of {ix}"), 0.0..=1e6, 1.0)
+        .slider(0.0..=8.0)
+        .help("Strength of this light alone.")
+        .show(ui, &mut intensity, changes);
+    tint(ui, &format!("Tint of {ix}"), &mut rgb, changes);
+    if (intensity, rgb) != before {
+        let own = section.adjust_mut(ix);
+        own.intensity = intensity;
+        own.tint = rgb;
+        section
+            .adjust
+            .retain(|own| own.intensity != 1.0 || own.tint != [1.0; 3]);
+    }
+}

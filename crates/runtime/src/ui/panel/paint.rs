@@ -1,0 +1,208 @@
+//! The brush.
+
+use egui::Ui;
+use strandlight_formats::{MAX_SCALE, MIN_SCALE, Scene};
+use strandlight_scattering::color::sigma_a_from_reflectance;
+
+use super::hair::swatch;
+use crate::assets::hair_params;
+use crate::paint::{Brush, BrushMask, Dab};
+use crate::ui::field::{Changes, Field, named, row};
+
+/// What the brush puts on hair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum What {
+    Dye,
+    Width,
+    Shift,
+    Erase,
+}
+
+/// The brush as the panel shows it, and where it is.
+#[derive(Debug)]
+pub struct PaintState {
+    /// Drags over the picture paint.
+    pub is_on: bool,
+    /// Radius in pixels over the hair under the mouse, for the circle that is drawn there.
+    pub radius_px: Option<f32>,
+    what: What,
+    /// Colour of a whole head that is dyed so, linear RGB.
+    reflectance: [f64; 3],
+    width_scale: f64,
+    shift_scale: f64,
+    radius_cm: f64,
+    strength: f64,
+    softness: f64,
+    along_cm: f64,
+    is_symmetric: bool,
+    mask: [f64; 3],
+}
+
+impl Default for PaintState {
+    fn default() -> Self {
+        let (brush, mask) = (Brush::default(), BrushMask::default());
+        PaintState {
+            is_on: false,
+            radius_px: None,
+            what: What::Dye,
+            reflectance: [0.5, 0.06, 0.02],
+            width_scale: 0.5,
+            shift_scale: 1.5,
+            radius_cm: brush.radius_cm.into(),
+            strength: brush.strength.into(),
+            softness: brush.softness.into(),
+            along_cm: brush.along_cm.into(),
+            is_symmetric: brush.is_symmetric,
+            mask: [mask.from, mask.to, mask.soft].map(|x| (f64::from(x) * 1e3).round() / 1e3),
+        }
+    }
+}
+
+impl PaintState {
+    /// The brush for the hair of `scene`.
+    pub fn brush(&self, scene: &Scene) -> Brush {
+        let caustic_width = hair_params(&scene.hair).caustic_width;
+        let [from, to, soft] = self.mask.map(|x| x as f32);
+        Brush {
+            radius_cm: self.radius_cm as f32,
+            strength: self.strength as f32,
+            what: match self.what {
+                What::Dye => {
+                    let sigma_a = sigma_a_from_reflectance(self.reflectance, caustic_width);
+                    Dab::Dye(sigma_a.map(|x| x as f32))
+                }
+                What::Width => Dab::WidthScale(self.width_scale as f32),
+                What::Shift => Dab::ShiftScale(self.shift_scale as f32),
+                What::Erase => Dab::Erase,
+            },
+            softness: self.softness as f32,
+            along_cm: self.along_cm as f32,
+            is_symmetric: self.is_symmetric,
+            mask: BrushMask { from, to, soft },
+        }
+    }
+}
+
+/// Parts of a strand: from, to.
+const MASKS: [(&str, [f64; 2]); 4] = [
+    ("Whole", [0.0, 1.0]),
+    ("Root", [0.0, 0.3]),
+    ("Middle", [0.35, 0.65]),
+    ("Tip", [0.7, 1.0]),
+];
+
+/// The brush. Its settings are no edit of the scene; `places` hears where they are.
+pub fn show(ui: &mut Ui, state: &mut PaintState, places: &mut Changes) {
+    // Changes of the brush itself are not undone.
+    let mut changes = Changes::default();
+    row(ui, |ui| {
+        let text = if state.is_on {
+            "Painting: drag over the hair"
+        } else {
+            "Paint"
+        };
+        let button = ui.add(egui::Button::selectable(state.is_on, text));
+        changes.place("Paint toggle", &button);
+        let help = "Drags over the picture paint (B). Ctrl + drag orbits meanwhile; middle and \
+                    right drag pan and dolly as ever.";
+        if button.on_hover_text(help).clicked() {
+            state.is_on = !state.is_on;
+        }
+    });
+    let help = "What the brush changes of the strands it touches. It is saved with the groom.";
+    named(ui, "Brush", help, |ui| {
+        for (what, name, help) in [
+            (What::Dye, "Colour", "Dyes the hair."),
+            (
+                What::Width,
+                "Gloss",
+                "Scales the widths of all highlights: below 1 is glossier.",
+            ),
+            (
+                What::Shift,
+                "Shift",
+                "Scales how far the highlights are moved along the strand.",
+            ),
+            (What::Erase, "Erase", "Takes all paint off again."),
+        ] {
+            let label = ui.selectable_label(state.what == what, name);
+            if label.on_hover_text(help).clicked() {
+                state.what = what;
+            }
+        }
+    });
+    let scale = f64::from(MIN_SCALE)..=f64::from(MAX_SCALE);
+    match state.what {
+        What::Dye => swatch(ui, "Dye", &mut state.reflectance, &mut changes),
+        What::Width => {
+            Field::new("Width factor", scale, 1.0)
+                .slider(0.25..=4.0)
+                .logarithmic()
+                .help("1 is the hair's own width.")
+                .show(ui, &mut state.width_scale, &mut changes);
+        }
+        What::Shift => {
+            Field::new("Shift factor", scale, 1.0)
+                .slider(0.25..=4.0)
+                .logarithmic()
+                .help("1 is the hair's own shift.")
+                .show(ui, &mut state.shift_scale, &mut changes);
+        }
+        What::Erase => {}
+    }
+    let plain = Brush::default();
+    Field::new("Size", 0.01..=100.0, plain.radius_cm.into())
+        .unit(" cm")
+        .slider(0.1..=10.0)
+        .logarithmic()
+        .help("Radius of the brush. [ and ] make it smaller and larger.")
+        .show(ui, &mut state.radius_cm, &mut changes);
+    Field::new("Strength", 0.0..=1.0, plain.strength.into())
+        .help("How much one stroke does. Going over a place again in the same stroke does no more.")
+        .show(ui, &mut state.strength, &mut changes);
+    Field::new("Soft edge", 0.0..=1.0, plain.softness.into())
+        .help("Share of the radius over which the brush fades.")
+        .show(ui, &mut state.softness, &mut changes);
+    Field::new("Along strand", 0.0..=100.0, 0.0)
+        .unit(" cm")
+        .slider(0.0..=20.0)
+        .help("How far beyond the brush the paint runs along each strand, fading.")
+        .show(ui, &mut state.along_cm, &mut changes);
+    let help = "Paints the other side of the head too.";
+    named(ui, "Symmetric", help, |ui| {
+        ui.checkbox(&mut state.is_symmetric, "left and right alike");
+    });
+    mask(ui, state, &mut changes);
+    places.places.append(&mut changes.places);
+}
+
+fn mask(ui: &mut Ui, state: &mut PaintState, changes: &mut Changes) {
+    let help = "The part of each strand that takes paint";
+    named(ui, "Part", help, |ui| {
+        for (name, [from, to]) in MASKS {
+            let is_chosen = state.mask[..2] == [from, to];
+            if ui.selectable_label(is_chosen, name).clicked() {
+                [state.mask[0], state.mask[1]] = [from, to];
+            }
+        }
+    });
+    let [from, to, soft] = &mut state.mask;
+    Field::new("Part from", 0.0..=1.0, 0.0)
+        .help("0 is the root, 1 the tip.")
+        .show(ui, from, changes);
+    Field::new("Part to", 0.0..=1.0, 1.0)
+        .help("0 is the root, 1 the tip.")
+        .show(ui, to, changes);
+    *to = to.max(*from);
+    Field::new("Part fades", 0.0..=1.0, 0.1)
+        .help("Share of the strand over which the paint fades beyond that part.")
+        .show(ui, soft, changes);
+}
+
+impl PaintState {
+    /// Makes the brush `factor` as large.
+    pub fn scale(&mut self, factor: f64) {
+        self.radius_cm = (self.radius_cm * factor * 1e3).round() * 1e-3;
+        self.radius_cm = self.radius_cm.clamp(0.01, 100.0);
+    }
+}

@@ -1,0 +1,158 @@
+//! What a frame costs, and what it left out.
+
+use egui::{Grid, RichText, Ui};
+
+use crate::edit::Outcome;
+use crate::live::{LiveReport, Progress};
+use crate::ui::theme;
+
+/// What the window knows of its own frames.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FrameTimes {
+    /// Milliseconds of the last frame of the window, smoothed.
+    pub frame_ms: f64,
+    /// Most memory that the process has used, bytes, where the system tells.
+    pub peak_bytes: Option<u64>,
+}
+
+/// Progress, stages, what was skipped, what the last edit rebuilt, and memory.
+pub fn show(ui: &mut Ui, report: &LiveReport, progress: &Progress, times: FrameTimes) {
+    let stats = &report.stats;
+    Grid::new("counts").num_columns(2).show(ui, |ui| {
+        let mut line = |name: &str, value: String, help: &str| {
+            ui.label(RichText::new(name).color(theme::WEAK))
+                .on_hover_text(help);
+            ui.label(value);
+            ui.end_row();
+        };
+        let noise = match progress.noise {
+            Some(noise) => format!(", noise {:.1} %", 100.0 * noise),
+            None => String::new(),
+        };
+        line(
+            "Samples",
+            format!("{} of {}{noise}", progress.samples, progress.of_samples),
+            "Samples a pixel so far, and the error that is left in the picture, estimated",
+        );
+        line(
+            "Window",
+            format!("{:.1} ms a frame", times.frame_ms),
+            "Time between frames of the window while it is busy",
+        );
+        line("Device", stats.backend.clone(), "What draws");
+        line(
+            "Hair",
+            format!("{} strands, {} points", stats.strands, stats.points),
+            "After refinement",
+        );
+        line(
+            "Lights",
+            format!(
+                "{}, {} sweeps, {} shadow maps",
+                stats.lights, stats.sweeps, stats.shadow_maps
+            ),
+            "Lights that shine, directions swept for their shadows, and sharp shadow maps",
+        );
+        line(
+            "Memory",
+            format!("{:.0} MB device", report.device_bytes as f64 / 1e6),
+            "Buffers and textures",
+        );
+        if let Some(peak) = times.peak_bytes {
+            line(
+                "Peak",
+                format!("{:.0} MB process", peak as f64 / 1e6),
+                "Most memory the process has had",
+            );
+        }
+    });
+    stages(ui, report);
+    terms(ui, report);
+    edit(ui, report);
+}
+
+fn stages(ui: &mut Ui, report: &LiveReport) {
+    if report.stages.is_empty() {
+        return;
+    }
+    ui.label(RichText::new("Work since the last edit").strong());
+    Grid::new("stages")
+        .num_columns(3)
+        .striped(true)
+        .show(ui, |ui| {
+            for stage in &report.stages {
+                ui.label(stage.name);
+                ui.label(format!("{} x", stage.runs));
+                match stage.gpu_milliseconds {
+                    Some(ms) => ui.label(format!("{ms:.2} ms on the GPU")),
+                    None if stage.milliseconds > 0.0 => {
+                        ui.label(format!("{:.1} ms by the clock", stage.milliseconds))
+                    }
+                    None => ui.label(RichText::new("not timed").color(theme::WEAK)),
+                };
+                ui.end_row();
+            }
+        });
+}
+
+fn terms(ui: &mut Ui, report: &LiveReport) {
+    let stats = &report.stats;
+    if !stats.terms.is_empty() {
+        ui.label(RichText::new("Points times lights").strong());
+        Grid::new("terms")
+            .num_columns(3)
+            .striped(true)
+            .show(ui, |ui| {
+                for term in &stats.terms {
+                    let all = (term.products + term.skipped).max(1);
+                    ui.label(term.name);
+                    ui.label(format!("{:.2} M", term.products as f64 / 1e6));
+                    ui.label(format!(
+                        "{:.0} % skipped",
+                        100.0 * term.skipped as f64 / all as f64
+                    ));
+                    ui.end_row();
+                }
+            });
+    }
+    if stats.points_skipped > 0 {
+        ui.label(format!(
+            "{} points out of view, not shaded",
+            stats.points_skipped
+        ));
+    }
+    for skipped in &stats.skipped {
+        ui.label(RichText::new(format!("Skipped: {skipped}")).color(theme::WEAK));
+    }
+}
+
+fn edit(ui: &mut Ui, report: &LiveReport) {
+    let counts = report.counts;
+    ui.label(RichText::new("Last edit").strong());
+    ui.label(format!(
+        "{} buffers, {} textures, {} pipelines made; geometry written {} times",
+        counts.buffers, counts.textures, counts.pipelines, counts.geometry_uploads
+    ));
+    let Some(edit) = &report.edit else {
+        return;
+    };
+    Grid::new("parts")
+        .num_columns(3)
+        .striped(true)
+        .show(ui, |ui| {
+            for part in &edit.parts {
+                if part.outcome == Outcome::Absent {
+                    continue;
+                }
+                ui.label(part.name);
+                if part.outcome == Outcome::Rebuilt {
+                    ui.label("rebuilt");
+                    ui.label(format!("{:.0} µs, {} B", part.microseconds, part.gpu_bytes));
+                } else {
+                    ui.label(RichText::new("kept").color(theme::WEAK));
+                    ui.label("");
+                }
+                ui.end_row();
+            }
+        });
+}

@@ -1,0 +1,75 @@
+//! The picture as it is on screen, as a PNG.
+
+use crate::gpu::Context;
+
+/// Bytes of a row of a copy are a multiple of this.
+const ROW: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+
+/// A PNG of `view`, `rgba8unorm` in sRGB and multiplied by alpha.
+///
+/// # Errors
+/// What the device or the encoder says.
+pub fn png(context: &Context, view: &wgpu::TextureView) -> Result<Vec<u8>, String> {
+    let texture = view.texture();
+    let (width, height) = (texture.width(), texture.height());
+    let row = (4 * width).next_multiple_of(ROW);
+    let buffer = context.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("snapshot"),
+        size: u64::from(row) * u64::from(height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(row),
+        rows_per_image: None,
+    };
+    let target = wgpu::TexelCopyBufferInfo {
+        buffer: &buffer,
+        layout,
+    };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), target, texture.size());
+    context.queue.submit([encoder.finish()]);
+    let bytes = context
+        .read_buffer("snapshot", &buffer)
+        .map_err(|error| error.to_string())?;
+    let pixels: Vec<[u8; 4]> = (bytes.chunks_exact(row as usize))
+        .flat_map(|row| row[..4 * width as usize].as_chunks::<4>().0)
+        .map(straight)
+        .collect();
+    encode(width, height, &pixels).map_err(|error| error.to_string())
+}
+
+/// Colour divided by alpha, as PNG has it.
+fn straight(&[r, g, b, a]: &[u8; 4]) -> [u8; 4] {
+    let divided = |x: u8| match a {
+        0 => 0,
+        _ => ((u32::from(x) * 255 + u32::from(a) / 2) / u32::from(a)).min(255) as u8,
+    };
+    [divided(r), divided(g), divided(b), a]
+}
+
+fn encode(width: u32, height: u32, pixels: &[[u8; 4]]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels.as_flattened())?;
+    writer.finish()?;
+    Ok(file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::straight;
+
+    #[test]
+    fn colour_is_divided_by_alpha() {
+        assert_eq!(straight(&[10, 20, 30, 255]), [10, 20, 30, 255]);
+        assert_eq!(straight(&[10, 64, 128, 128]), [20, 128, 255, 128]);
+        assert_eq!(straight(&[10, 20, 30, 0]), [0, 0, 0, 0]);
+    }
+}

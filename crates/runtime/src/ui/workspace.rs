@@ -1,0 +1,301 @@
+//! The open window: events in, frames out, and everything that was asked for done.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use web_time::Instant;
+use winit::event::WindowEvent;
+use winit::event_loop::OwnedDisplayHandle;
+use winit::window::Window;
+
+use super::document::Document;
+use super::layout::{self, Shown, UiState};
+use super::log::EventLog;
+use super::panel::statistics::FrameTimes;
+use super::screen::{Painted, Screen};
+use super::theme;
+use super::view::Bounds;
+use crate::RenderError;
+use crate::gpu::GpuError;
+use crate::live::Progress;
+use crate::viewer::Viewer;
+
+/// Work on the picture in a frame while somebody moves something, and while nobody does.
+const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis(40)];
+
+/// A window with a scene in it.
+pub struct Workspace {
+    pub(super) window: Arc<Window>,
+    pub(super) display: Option<OwnedDisplayHandle>,
+    pub(super) egui: egui::Context,
+    pub(super) input: egui_winit::State,
+    pub(super) screen: Screen,
+    pub(super) viewer: Viewer,
+    pub(super) document: Document,
+    pub(super) state: UiState,
+    pub(super) log: EventLog,
+    pub(super) progress: Progress,
+    pub(super) times: FrameTimes,
+    pub(super) last_frame: Instant,
+    pub(super) last_look: Instant,
+    pub(super) last_tick: Instant,
+    pub(super) is_stroking: bool,
+    pub(super) places: Value,
+    pub(super) title: String,
+    pub(super) is_first: bool,
+    /// The finished picture of what is shown now was not logged yet.
+    pub(super) is_stale: bool,
+    pub(super) loses_device: bool,
+    /// egui's next frame, where it asked for one.
+    pub(super) wake: Option<Instant>,
+    pub(super) is_open: bool,
+}
+
+impl Workspace {
+    /// Shows `viewer`, which draws with the device of `screen`.
+    pub fn new(
+        window: Arc<Window>,
+        display: Option<OwnedDisplayHandle>,
+        screen: Screen,
+        viewer: Viewer,
+        document: Document,
+        log: EventLog,
+    ) -> Self {
+        let egui = egui::Context::default();
+        theme::apply(&egui);
+        // A second pass would apply clicks twice.
+        egui.options_mut(|options| options.max_passes = 1.try_into().expect("one"));
+        let input = egui_winit::State::new(
+            egui.clone(),
+            egui::ViewportId::ROOT,
+            &window,
+            Some(window.scale_factor() as f32),
+            None,
+            Some(screen.max_texture_side() as usize),
+        );
+        let state = UiState {
+            home: viewer.session().scene().camera.clone(),
+            ..UiState::default()
+        };
+        window.request_redraw();
+        Workspace {
+            window,
+            display,
+            egui,
+            input,
+            screen,
+            viewer,
+            document,
+            state,
+            log,
+            progress: Progress::default(),
+            times: FrameTimes::default(),
+            last_frame: Instant::now(),
+            last_look: Instant::now(),
+            last_tick: Instant::now(),
+            is_stroking: false,
+            places: Value::Null,
+            title: String::new(),
+            is_first: true,
+            is_stale: true,
+            loses_device: false,
+            wake: None,
+            is_open: true,
+        }
+    }
+
+    /// Loses the device after the first finished picture, so that tests see it come back.
+    pub fn lose_device(&mut self) {
+        self.loses_device = true;
+    }
+
+    /// Is it still wanted?
+    pub fn is_open(&self) -> bool {
+        self.is_open
+    }
+
+    /// Takes up an event of the window.
+    ///
+    /// # Errors
+    /// A device that cannot be had again.
+    pub fn on_event(&mut self, event: &WindowEvent) -> Result<(), GpuError> {
+        let response = self.input.on_window_event(&self.window, event);
+        if response.repaint {
+            self.window.request_redraw();
+        }
+        match event {
+            WindowEvent::RedrawRequested => return self.redraw(),
+            WindowEvent::Resized(size) => {
+                self.screen.resize(*size);
+                self.changed("resized", json!({ "size": [size.width, size.height] }));
+                self.window.request_redraw();
+            }
+            WindowEvent::CloseRequested => self.close(),
+            WindowEvent::Occluded(false) => self.window.request_redraw(),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Looks at the clock: files that changed, frames that egui wanted by now. Answers when to
+    /// look again.
+    pub fn on_time(&mut self) -> Option<Instant> {
+        let now = Instant::now();
+        if self.document.poll(now) {
+            self.on_files();
+        }
+        if self.wake.is_some_and(|wake| wake <= now) {
+            self.wake = None;
+            self.window.request_redraw();
+        }
+        if now.duration_since(self.last_look) > Duration::from_secs(1) {
+            self.last_look = now;
+            self.times.peak_bytes = crate::memory::peak_bytes();
+        }
+        let next = [self.wake, self.document.next_poll()];
+        next.into_iter().flatten().min()
+    }
+
+    /// Writes the last line of the log.
+    pub fn closed(&mut self) {
+        let peak = crate::memory::peak_bytes();
+        self.log.write("closed", json!({ "peak_bytes": peak }));
+    }
+
+    fn redraw(&mut self) -> Result<(), GpuError> {
+        match self.screen.context.check("window") {
+            Err(GpuError::Lost { reason }) => self.recover(&reason)?,
+            Err(error) => self.fail(&error.to_string()),
+            Ok(()) => {}
+        }
+        let raw = self.input.take_egui_input(&self.window);
+        let texture = self.screen.picture(self.viewer.display());
+        let strands = &self.viewer.live().scene().strands;
+        let shown = Shown {
+            viewer: &self.viewer,
+            texture: Some(texture),
+            progress: self.progress,
+            bounds: Bounds {
+                centre: strands.centre,
+                radius: strands.radius,
+            },
+            times: self.times,
+            name: self.document.name(),
+        };
+        let mut asked = None;
+        let state = &mut self.state;
+        let mut output = self.egui.run_ui(raw, |ui| {
+            asked = Some(layout::show(ui, &shown, state));
+        });
+        self.input
+            .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
+        let is_busy = match asked {
+            Some(asked) => {
+                self.note_places(&asked);
+                self.serve(asked)
+            }
+            None => false,
+        };
+        self.advance(is_busy);
+        // The display may have been made anew in another size.
+        self.screen.picture(self.viewer.display());
+        let painted = self.screen.paint(
+            &self.egui,
+            std::mem::take(&mut output.shapes),
+            output.pixels_per_point,
+            &mut output.textures_delta,
+        );
+        self.after(painted, &output);
+        Ok(())
+    }
+
+    fn advance(&mut self, is_busy: bool) {
+        let budget = BUDGETS[usize::from(!is_busy)];
+        match self.viewer.advance(budget) {
+            Ok(progress) => self.progress = progress,
+            // The next frame recovers.
+            Err(RenderError::DeviceLost(_)) => self.window.request_redraw(),
+            Err(error) => self.fail(&error.to_string()),
+        }
+        if self.progress.is_done && std::mem::take(&mut self.is_stale) {
+            let samples = self.progress.samples;
+            self.log.write("frame", json!({ "samples": samples }));
+            if std::mem::take(&mut self.loses_device) {
+                self.screen.context.device.destroy();
+                self.window.request_redraw();
+            }
+        }
+    }
+
+    fn after(&mut self, painted: Painted, output: &egui::FullOutput) {
+        let frame = self.last_frame.elapsed().as_secs_f64() * 1e3;
+        self.last_frame = Instant::now();
+        // A pause is no frame.
+        if frame < 1e3 {
+            self.times.frame_ms += 0.2 * (frame - self.times.frame_ms);
+        }
+        if painted == Painted::Presented && self.is_first && self.progress.is_shaded {
+            self.is_first = false;
+            let context = &self.screen.context;
+            let device = format!("{} ({})", context.adapter_name, context.backend);
+            self.log.write("ready", json!({ "device": device }));
+        }
+        self.set_title();
+        let delay = (output.viewport_output.get(&egui::ViewportId::ROOT))
+            .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
+        let is_working = !self.progress.is_done && self.state.error.is_none();
+        let is_next = match painted {
+            Painted::Again => true,
+            Painted::Presented => delay.is_zero() || is_working,
+            Painted::Hidden => false,
+        };
+        if is_next {
+            self.window.request_redraw();
+        } else {
+            self.wake = Instant::now().checked_add(delay.min(Duration::from_secs(3600)));
+        }
+    }
+
+    fn set_title(&mut self) {
+        let star = if self.viewer.session().is_modified() {
+            "*"
+        } else {
+            ""
+        };
+        let Progress {
+            samples,
+            of_samples,
+            ..
+        } = self.progress;
+        let name = self.document.name();
+        let title = format!("strandview - {name}{star} - {samples}/{of_samples}");
+        if title != self.title {
+            self.window.set_title(&title);
+            self.title = title;
+        }
+    }
+
+    /// A new device for the same window and the same session.
+    fn recover(&mut self, reason: &str) -> Result<(), GpuError> {
+        self.changed("lost", json!({ "reason": reason }));
+        let screen = Screen::open(self.window.clone(), self.display.clone());
+        self.screen = pollster::block_on(screen)?;
+        if let Err(error) = self.viewer.set_context(&self.screen.context) {
+            self.fail(&error.to_string());
+        }
+        // egui sends its fonts again to the new device.
+        self.egui = egui::Context::default();
+        theme::apply(&self.egui);
+        self.input = egui_winit::State::new(
+            self.egui.clone(),
+            egui::ViewportId::ROOT,
+            &self.window,
+            Some(self.window.scale_factor() as f32),
+            None,
+            Some(self.screen.max_texture_side() as usize),
+        );
+        self.say("The graphics device was lost and opened again.");
+        Ok(())
+    }
+}

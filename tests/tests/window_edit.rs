@@ -1,0 +1,110 @@
+//! Edits in a real window: mouse, keys, panel, undo, saving.
+
+mod window_common;
+
+use window_common::{Desktop, SmallScene, View};
+
+/// Pictures of the same scene differ by no more: they are the same.
+const SAME: f64 = 0.5;
+
+/// Pictures that somebody would call different differ by more.
+const DIFFERENT: f64 = 4.0;
+
+#[test]
+fn the_camera_follows_the_mouse_and_undo_brings_it_back() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    let start = view.picture();
+    assert!(start.contrast() > 10.0, "the picture shows nothing");
+    let middle = view.middle("View");
+
+    let before = view.count("edit");
+    view.after("edit", |view| view.drag(1, middle, [60, 20]));
+    assert!(view.count("edit") > before);
+    let orbited = view.picture();
+    assert!(orbited.difference(&start) > DIFFERENT);
+    // One step for the whole drag.
+    view.after("undo", |view| view.key("ctrl+z"));
+    assert!(view.picture().difference(&start) < SAME);
+    assert!(!view.title().contains('*'), "{}", view.title());
+    view.after("redo", |view| view.key("ctrl+y"));
+    assert!(view.picture().difference(&orbited) < SAME);
+
+    view.after("edit", |view| view.drag(2, middle, [50, -30]));
+    let panned = view.picture();
+    assert!(panned.difference(&orbited) > DIFFERENT);
+    view.after("edit", |view| {
+        view.move_to(middle);
+        view.tool("xdotool", &["click", "4"]);
+    });
+    let near = view.picture();
+    assert!(near.difference(&panned) > DIFFERENT);
+    view.after("edit", |view| view.key("f"));
+    assert!(view.picture().difference(&near) > DIFFERENT);
+    view.after("edit", |view| view.key("Home"));
+    assert!(view.picture().difference(&start) < SAME);
+}
+
+#[test]
+fn values_are_dragged_typed_reset_undone_and_saved() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    let start = view.picture();
+    let plain = scene.read().hair.eta;
+
+    let slider = view.middle("Index eta slider");
+    view.after("edit", |view| view.drag(1, slider, [25, 0]));
+    let dragged = view.picture();
+    assert!(dragged.difference(&start) > SAME);
+    assert!(view.title().contains('*'), "{}", view.title());
+
+    view.after("edit", |view| {
+        view.type_number("Absorption red", "6.25");
+    });
+    let typed = view.picture();
+    assert!(typed.difference(&dragged) > DIFFERENT);
+
+    view.after("undo", |view| view.key("ctrl+z"));
+    assert!(view.picture().difference(&dragged) < SAME);
+    view.after("undo", |view| view.key("ctrl+z"));
+    assert!(view.picture().difference(&start) < SAME);
+    view.after("redo", |view| view.key("ctrl+shift+z"));
+    view.after("redo", |view| view.key("ctrl+y"));
+    assert!(view.picture().difference(&typed) < SAME);
+
+    view.key("ctrl+s");
+    view.wait_for("saved", |events| {
+        events.iter().any(|e| e["event"] == "saved")
+    });
+    let saved = scene.read();
+    assert_eq!(saved.hair.sigma_a[0], 6.25);
+    assert!(saved.hair.eta > plain + 0.01, "{}", saved.hair.eta);
+    view.close();
+
+    // The same picture when it is opened again; another one is noticed.
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    assert!(view.picture().difference(&typed) < SAME);
+    assert!(view.picture().difference(&start) > DIFFERENT);
+    view.after("edit", |view| {
+        let [_, top, right, bottom] = view.place("Absorption red number");
+        view.click([right + 16, (top + bottom) / 2]);
+    });
+    let reset = view.picture();
+    assert!(reset.difference(&dragged) < SAME);
+}
+
+#[test]
+fn closing_with_changes_asks_first() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let before = std::fs::read(&scene.path).expect("it is there");
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    view.after("edit", |view| view.type_number("Index eta", "1.8"));
+    view.key("ctrl+q");
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    assert!(view.is_running());
+    view.key("Escape");
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.key("ctrl+q");
+    view.ended();
+    assert_eq!(std::fs::read(&scene.path).expect("it is there"), before);
+}
