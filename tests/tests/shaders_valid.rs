@@ -6,7 +6,7 @@ use std::path::Path;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use strandlight_runtime::optics::ShadingUniform;
-use strandlight_runtime::shaders::{MODULES, resolve};
+use strandlight_runtime::shaders::{MODULES, resolve_with};
 use strandlight_scattering::closed_form::{
     DirectionInFrame, Fibre, LightInFrame, LobeDecode, PaintedDecode, Reflectance, TableAxes,
     TableAxis,
@@ -14,7 +14,12 @@ use strandlight_scattering::closed_form::{
 
 /// The parsed and validated module.
 fn module(name: &str) -> naga::Module {
-    let text = resolve(name).unwrap_or_else(|error| panic!("{name}: {error}"));
+    module_with(name, &[])
+}
+
+/// The same with `features`.
+fn module_with(name: &str, features: &[&str]) -> naga::Module {
+    let text = resolve_with(name, features).unwrap_or_else(|error| panic!("{name}: {error}"));
     let module = naga::front::wgsl::parse_str(&text)
         .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&text)));
     // unpack2x16float is part of WGSL; only adapters below WebGPU lack it.
@@ -36,6 +41,24 @@ fn every_module_is_valid() {
         n_checked >= 10,
         "only {n_checked} shader modules were found"
     );
+}
+
+/// With each feature that a line asks for, and with all of them.
+#[test]
+fn every_feature_is_valid() {
+    let lines = MODULES.iter().flat_map(|(_, text)| text.lines());
+    let mut features: Vec<&str> = lines
+        .filter_map(|line| line.trim().strip_prefix("// #if "))
+        .map(str::trim)
+        .collect();
+    features.sort_unstable();
+    features.dedup();
+    for (name, _) in MODULES {
+        for feature in &features {
+            module_with(name, &[feature]);
+        }
+        module_with(name, &features);
+    }
 }
 
 #[test]

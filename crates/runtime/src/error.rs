@@ -81,7 +81,7 @@ pub enum RenderError {
     #[error("{what}: {bytes} bytes are needed, and {limit} are allowed")]
     TooLarge {
         /// What is too large.
-        what: &'static str,
+        what: String,
         /// Bytes needed.
         bytes: u64,
         /// Bytes there may be.

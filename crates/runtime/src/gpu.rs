@@ -74,12 +74,25 @@ pub(crate) struct Tally {
     pub pipelines: AtomicU64,
     pub bind_groups: AtomicU64,
     pub geometry_uploads: AtomicU64,
+    pub bytes: AtomicU64,
 }
 
 impl Tally {
     /// Counts one.
     pub fn add(counter: &AtomicU64) {
         counter.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Counts a buffer.
+    pub fn add_buffer(&self, bytes: u64) {
+        Self::add(&self.buffers);
+        self.bytes.fetch_add(bytes, Ordering::Relaxed);
+    }
+
+    /// Counts a texture.
+    pub fn add_texture(&self, bytes: u64) {
+        Self::add(&self.textures);
+        self.bytes.fetch_add(bytes, Ordering::Relaxed);
     }
 
     pub fn counts(&self) -> Counts {
@@ -90,6 +103,7 @@ impl Tally {
             pipelines: of(&self.pipelines),
             bind_groups: of(&self.bind_groups),
             geometry_uploads: of(&self.geometry_uploads),
+            bytes: of(&self.bytes),
         }
     }
 }
@@ -107,6 +121,8 @@ pub struct Counts {
     pub bind_groups: u64,
     /// Times that points of the hair were written.
     pub geometry_uploads: u64,
+    /// Bytes of all buffers and textures, those that are gone by now included.
+    pub bytes: u64,
 }
 
 impl Counts {
@@ -118,6 +134,7 @@ impl Counts {
             pipelines: self.pipelines - before.pipelines,
             bind_groups: self.bind_groups - before.bind_groups,
             geometry_uploads: self.geometry_uploads - before.geometry_uploads,
+            bytes: self.bytes - before.bytes,
         }
     }
 }

@@ -68,6 +68,7 @@ modules!(
     "pass/bench",
     "pass/composite",
     "pass/display",
+    "pass/noise",
     "pass/probe",
     "pass/probe_painted",
     "pass/project",

@@ -6,6 +6,7 @@
 //!   [`adapter_costs`] measure [`Cost`]s side by side.
 //! - [`run_multiple`] does the same for the integrals of multiple scattering.
 //! - [`run_transmittance`] measures what hair leaves of a scene's lights, against ray shooting.
+//! - [`frames`]: what frames cost after an edit.
 //! - [`run`] does all of it; [`Frontier`] writes it down. [`figures`] plots lobes and integrands.
 
 mod accuracy;
@@ -13,6 +14,7 @@ mod brute_force;
 mod configuration;
 mod curves;
 pub mod edit;
+pub mod frames;
 mod frontier;
 mod method;
 mod multiple;

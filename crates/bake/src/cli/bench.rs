@@ -1,6 +1,7 @@
 //! `strandlight bench`: run time against error.
 
 mod edit;
+mod frames;
 mod multiple;
 mod plots;
 mod single;
@@ -21,6 +22,7 @@ pub struct Args {
 #[derive(clap::Subcommand)]
 enum What {
     Edit(edit::Args),
+    Frames(frames::Args),
     Single(single::Args),
     Multiple(multiple::Args),
     Transmittance(transmittance::Args),
@@ -31,6 +33,7 @@ enum What {
 pub fn run(args: &Args) -> Outcome {
     match &args.what {
         What::Edit(args) => edit::run(args),
+        What::Frames(args) => frames::run(args),
         What::Single(args) => single::run(args),
         What::Multiple(args) => multiple::run(args),
         What::Transmittance(args) => transmittance::run(args),

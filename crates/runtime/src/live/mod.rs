@@ -38,6 +38,8 @@ use crate::gpu::{Context, Counts};
 use crate::render::clock::Clock;
 use crate::render::draw::{Draw, Ribbons, Target};
 use crate::render::lighting::Lighting;
+use crate::render::mail::Mail;
+use crate::render::noise::Noise;
 use crate::render::resources::{StrandBuffers, failed};
 use crate::render::screen::{Screen, Show};
 use crate::render::volume::Volume;
@@ -91,6 +93,11 @@ pub struct Live {
     size: [u32; 2],
     target: Option<Target>,
     screen: Screen,
+    /// Of another size, not drawn yet.
+    next_screen: Option<Screen>,
+    noise: Noise,
+    /// Counts of products that shading left, and of how many batches.
+    counters: (Mail, u64),
     wanted: Dirt,
     cycle: Option<Cycle>,
     /// The buffer of radiance that is shown, and its scale; none before the first cycle is done.
@@ -128,8 +135,31 @@ impl Live {
     /// size until [`Live::set_size`] says another.
     ///
     /// # Errors
-    /// Whatever the device refuses.
+    /// What does not fit the device's limits, by name, before anything is made; whatever the
+    /// device refuses.
     pub fn new(context: &Context, scene: PreparedScene) -> Result<Live, RenderError> {
+        Live::with_budget(context, scene, u64::MAX)
+    }
+
+    /// [`Live::new`] with at most `bytes` on the device, about. Where the records of all lights
+    /// take too much, every shading finds them again, batch by batch.
+    ///
+    /// # Errors
+    /// As [`Live::new`]; a scene that needs more, before anything is made.
+    pub fn with_budget(
+        context: &Context,
+        mut scene: PreparedScene,
+        bytes: u64,
+    ) -> Result<Live, RenderError> {
+        let limits = context.device.limits();
+        if scene
+            .device_bytes(scene.size)
+            .check(&limits, bytes)
+            .is_err()
+        {
+            scene.record_budget = 0;
+            scene.device_bytes(scene.size).check(&limits, bytes)?;
+        }
         let before = context.counts();
         let backend = format!("gpu: {} ({})", context.adapter_name, context.backend);
         let report = LiveReport {
@@ -152,6 +182,9 @@ impl Live {
             size: [0, 0],
             target: None,
             screen: Screen::new(context, [1, 1]),
+            next_screen: None,
+            noise: Noise::new(context)?,
+            counters: (Mail::new(context, 80), 1),
             wanted: Dirt::all(),
             cycle: None,
             front: 0,
@@ -186,6 +219,7 @@ impl Live {
         self.edited();
         self.wanted.view = true;
         self.picture = Drawn::default();
+        self.noise.restart();
     }
 
     /// Width and height of the picture; a side of zero: nothing is drawn.
@@ -206,7 +240,8 @@ impl Live {
             self.target = None;
             let (lights, _) = self.lighting.lit();
             self.target = Some(Target::new(context, draw, ribbons, size, lights));
-            self.screen = Screen::new(context, size);
+            self.next_screen = Some(Screen::new(context, size));
+            self.noise.forget_target();
             self.scene.size = size;
             self.wanted.view = true;
         }
@@ -336,6 +371,10 @@ impl Live {
     /// whatever else the device refuses.
     pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
         self.context.check("advance").map_err(failed)?;
+        if let Some(counts) = self.counters.0.take::<u64>() {
+            self.report.stats.set_counters(&counts, self.counters.1);
+        }
+        self.noise.take();
         let report = &mut self.report;
         self.clock.take(|name, ms| report.measured(name, ms));
         self.pacer
@@ -365,6 +404,13 @@ impl Live {
         Ok(self.progress())
     }
 
+    /// Whether [`Live::advance`] waits for what it has submitted, as it does natively unless it is
+    /// told otherwise, or leaves the device to itself and learns later how long it took, as it has
+    /// to in a browser.
+    pub fn set_waiting(&mut self, is_waiting: bool) {
+        self.pacer = Pacer::new(is_waiting && !cfg!(target_arch = "wasm32"));
+    }
+
     /// How far the picture has come.
     pub fn progress(&self) -> Progress {
         let is_shaded =
@@ -376,14 +422,23 @@ impl Live {
             of_samples,
             is_shaded,
             is_done: self.target.is_none() || is_shaded && samples == of_samples,
-            noise: None,
+            noise: self.noise.of(self.picture.shown),
         }
     }
 
-    /// The picture on the screen: tone-mapped, encoded in sRGB, multiplied by alpha, `rgba8unorm`
-    /// of the size that was set last (and not zero).
+    /// The picture on the screen: tone-mapped, encoded in sRGB, multiplied by alpha, `rgba8unorm`.
+    /// Of the size that was set last (and not zero) from the first picture of that size on.
     pub fn display(&self) -> &wgpu::TextureView {
         self.screen.view()
+    }
+
+    /// What [`Live::display`] shows, row by row.
+    ///
+    /// # Errors
+    /// The device failed.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_display(&self) -> Result<Vec<[u8; 4]>, RenderError> {
+        self.screen.read(&self.context)
     }
 
     /// What the device did since the last edit.
@@ -494,7 +549,14 @@ impl Live {
                 let pass_ix = self.picture.passes;
                 target.pass(context, draw, ribbons, self.front, pass_ix, stamp);
                 self.picture.passes += 1;
-                self.submitted("draw", 1.0)
+                self.submitted("draw", 1.0)?;
+                let passes = self.picture.passes;
+                if let Some(target) = self.target.as_ref().filter(|_| Noise::is_due(passes)) {
+                    let stamp = self.clock.stamp("noise");
+                    self.noise.look(&self.context, target, passes, stamp);
+                    self.report.ran("noise");
+                }
+                Ok(())
             }
             Work::Show => {
                 let Some(target) = &mut self.target else {
@@ -508,6 +570,9 @@ impl Live {
                 self.report.ran("composite");
                 let stamp = self.clock.stamp("display");
                 let (exposure, tone_map) = (self.scene.exposure, self.scene.tone_map);
+                if let Some(next) = self.next_screen.take() {
+                    self.screen = next;
+                }
                 let from = (ribbons, &*target);
                 self.screen
                     .show(context, &self.show, from, exposure, tone_map, stamp);
@@ -596,6 +661,10 @@ impl Live {
         let Some(step) = cycle.steps.pop_front() else {
             let view = cycle.view;
             self.cycle = None;
+            let counters = self.lighting.counters();
+            if self.counters.0.send(&self.context, counters, 80, |_| ()) {
+                self.counters.1 = self.lighting.n_batches();
+            }
             self.swap(&view);
             return Ok(());
         };
@@ -619,6 +688,7 @@ impl Live {
         }
         self.restart_samples();
         self.report.device_bytes = self.device_bytes();
+        self.report.shadings += 1;
     }
 
     /// The view that is drawn, with the radiance that is shown.
@@ -633,6 +703,7 @@ impl Live {
     }
 
     fn restart_samples(&mut self) {
+        self.noise.restart();
         self.picture.passes = 0;
         self.picture.shown = 0;
     }

@@ -72,10 +72,8 @@ impl Pacer {
     pub fn begin(&mut self, context: &Context, budget: Duration, note: impl FnMut(Finished)) {
         self.start = Instant::now();
         self.budget = budget.as_secs_f64();
-        if !self.is_waiting {
-            // Lets callbacks run; a browser runs them anyway. A lost device says so elsewhere.
-            let _ = context.device.poll(wgpu::PollType::Poll);
-        }
+        // Lets callbacks run; a browser runs them anyway. A lost device says so elsewhere.
+        let _ = context.device.poll(wgpu::PollType::Poll);
         let mut flight = self.flight.lock().unwrap_or_else(PoisonError::into_inner);
         self.submitted = flight.seconds;
         let finished = std::mem::take(&mut flight.finished);

@@ -33,6 +33,8 @@ pub struct LiveReport {
     pub counts: Counts,
     /// Bytes on the device.
     pub device_bytes: u64,
+    /// Times that all points were lit, since the start.
+    pub shadings: u64,
 }
 
 impl LiveReport {

@@ -1,9 +1,7 @@
 //! Time stamps of passes, read without waiting for them.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
-
-use super::resources::{labelled, submit};
+use super::mail::Mail;
+use super::resources::labelled;
 use crate::gpu::Context;
 
 /// Slices that are timed between two readings.
@@ -49,11 +47,6 @@ impl<'a> Stamp<'a> {
     }
 }
 
-const IDLE: u8 = 0;
-const MAPPING: u8 = 1;
-const MAPPED: u8 = 2;
-const FAILED: u8 = 3;
-
 /// The device's clock.
 pub(crate) struct Clock {
     device: Option<Device>,
@@ -62,8 +55,7 @@ pub(crate) struct Clock {
 struct Device {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    staging: wgpu::Buffer,
-    state: Arc<AtomicU8>,
+    mail: Mail,
     /// Names of the slices stamped since the last reading, and of those being read.
     names: Vec<&'static str>,
     reading: Vec<&'static str>,
@@ -80,16 +72,11 @@ impl Clock {
                 count: 2 * SLICES,
             });
             let bytes = u64::from(SLICES) * 16;
-            use wgpu::BufferUsages as Usage;
-            let (resolve, read) = (
-                Usage::QUERY_RESOLVE | Usage::COPY_SRC,
-                Usage::MAP_READ | Usage::COPY_DST,
-            );
+            let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
             Device {
                 set,
-                resolved: labelled(context, "time stamps", bytes, resolve),
-                staging: labelled(context, "time stamps read back", bytes, read),
-                state: Arc::default(),
+                resolved: labelled(context, "time stamps", bytes, usage),
+                mail: Mail::new(context, bytes),
                 names: Vec::new(),
                 reading: Vec::new(),
                 milliseconds_per_tick: 1e-6 * f64::from(context.queue.get_timestamp_period()),
@@ -104,7 +91,7 @@ impl Clock {
             return Stamp::default();
         };
         let ix = device.names.len() as u32;
-        if ix >= SLICES || device.state.load(Ordering::Acquire) != IDLE {
+        if ix >= SLICES || !device.mail.is_idle() {
             return Stamp::default();
         }
         device.names.push(name);
@@ -120,25 +107,17 @@ impl Clock {
         let Some(device) = &mut self.device else {
             return;
         };
-        if device.names.is_empty() || device.state.load(Ordering::Acquire) != IDLE {
+        if device.names.is_empty() || !device.mail.is_idle() {
             return;
         }
-        device.reading = std::mem::take(&mut device.names);
-        let n = device.reading.len() as u32;
-        submit(context, |encoder| {
-            encoder.resolve_query_set(&device.set, 0..2 * n, &device.resolved, 0);
-            let bytes = u64::from(n) * 16;
-            encoder.copy_buffer_to_buffer(&device.resolved, 0, &device.staging, 0, bytes);
-        });
-        device.state.store(MAPPING, Ordering::Release);
-        let state = Arc::clone(&device.state);
-        let range = 0..u64::from(n) * 16;
+        let n = device.names.len() as u32;
+        let (set, resolved) = (&device.set, &device.resolved);
         device
-            .staging
-            .map_async(wgpu::MapMode::Read, range, move |result| {
-                let now = if result.is_ok() { MAPPED } else { FAILED };
-                state.store(now, Ordering::Release);
+            .mail
+            .send(context, resolved, u64::from(n) * 16, |encoder| {
+                encoder.resolve_query_set(set, 0..2 * n, resolved, 0);
             });
+        device.reading = std::mem::take(&mut device.names);
     }
 
     /// Tells `note` of the slices that a reading has brought: name and milliseconds.
@@ -146,22 +125,12 @@ impl Clock {
         let Some(device) = &mut self.device else {
             return;
         };
-        match device.state.load(Ordering::Acquire) {
-            MAPPED => {
-                let bytes = device.reading.len() as u64 * 16;
-                if let Ok(view) = device.staging.get_mapped_range(0..bytes) {
-                    let ticks: Vec<[u64; 2]> = bytemuck::pod_collect_to_vec(&view);
-                    for (name, [begin, end]) in device.reading.iter().zip(ticks) {
-                        let ticks = end.saturating_sub(begin) as f64;
-                        note(name, ticks * device.milliseconds_per_tick);
-                    }
-                }
-                device.staging.unmap();
-            }
-            FAILED => {}
-            _ => return,
+        let Some(ticks) = device.mail.take::<[u64; 2]>() else {
+            return;
+        };
+        for (name, [begin, end]) in device.reading.drain(..).zip(ticks) {
+            let ticks = end.saturating_sub(begin) as f64;
+            note(name, ticks * device.milliseconds_per_tick);
         }
-        device.reading.clear();
-        device.state.store(IDLE, Ordering::Release);
     }
 }

@@ -17,7 +17,7 @@ const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 const VIEWPORT: f32 = 8192.0;
 
 /// Segments whose corners share an index buffer: 96 MiB, below the 128 MiB every adapter binds.
-const SEGMENT_CHUNK: u32 = 4 << 20;
+pub(super) const SEGMENT_CHUNK: u32 = 4 << 20;
 
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -364,6 +364,11 @@ impl Target {
         &self.picture
     }
 
+    /// Sums of all samples so far.
+    pub fn sums(&self) -> &wgpu::Buffer {
+        &self.sums
+    }
+
     /// Width and height.
     pub fn size(&self) -> [u32; 2] {
         self.size
@@ -390,7 +395,9 @@ pub(crate) fn texture(
     format: wgpu::TextureFormat,
     usage: wgpu::TextureUsages,
 ) -> wgpu::TextureView {
-    Tally::add(&context.tally().textures);
+    let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
+    let n_texels = u64::from(width) * u64::from(height) * u64::from(sample_count);
+    context.tally().add_texture(n_texels * texel);
     let texture = context.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d {

@@ -387,7 +387,7 @@ impl Lighting {
                 self.sweep.sweep(context, &volume.grid, *batch, *k, stamp);
             }
             Step::Shade { batch, points } => {
-                self.bind(context, strands, volume, *batch, into);
+                self.bind(context, strands, volume, *batch);
                 let lit = self.batches[*batch];
                 let uniform = Batch {
                     first_light: lit.first,
@@ -416,42 +416,33 @@ impl Lighting {
         }
     }
 
-    /// Makes the bind group of a batch unless it is there.
-    fn bind(
-        &mut self,
-        context: &Context,
-        strands: &StrandBuffers,
-        volume: &Volume,
-        batch: usize,
-        into: usize,
-    ) {
+    /// Makes the bind groups of a batch, one for each buffer of radiance, unless they are there.
+    fn bind(&mut self, context: &Context, strands: &StrandBuffers, volume: &Volume, batch: usize) {
         let shade = &self.shades[self.current];
-        if shade
-            .groups
-            .iter()
-            .any(|(place, _)| *place == (batch, into))
-        {
+        if shade.groups.iter().any(|((of, _), _)| *of == batch) {
             return;
         }
-        let mut resources = vec![
-            (0, self.view.as_entire_binding()),
-            (1, self.batch.as_entire_binding()),
-            (2, volume.grid_buffer.as_entire_binding()),
-            (4, strands.points.as_entire_binding()),
-            (5, strands.tangents.as_entire_binding()),
-            (6, strands.normals.as_entire_binding()),
-            (7, self.lit.as_entire_binding()),
-            (8, self.sweep.records(batch).as_entire_binding()),
-            (9, self.radiance[into].as_entire_binding()),
-            (10, self.counters.as_entire_binding()),
-            (17, self.maps.answers().as_entire_binding()),
-        ];
-        resources.extend(self.scattering.bindings());
         let layout = shade.pipeline.get_bind_group_layout(0);
-        let group = bind(context, &layout, &resources);
-        self.shades[self.current]
-            .groups
-            .push(((batch, into), group));
+        let groups: Vec<_> = (0..self.radiance.len())
+            .map(|into| {
+                let mut resources = vec![
+                    (0, self.view.as_entire_binding()),
+                    (1, self.batch.as_entire_binding()),
+                    (2, volume.grid_buffer.as_entire_binding()),
+                    (4, strands.points.as_entire_binding()),
+                    (5, strands.tangents.as_entire_binding()),
+                    (6, strands.normals.as_entire_binding()),
+                    (7, self.lit.as_entire_binding()),
+                    (8, self.sweep.records(batch).as_entire_binding()),
+                    (9, self.radiance[into].as_entire_binding()),
+                    (10, self.counters.as_entire_binding()),
+                    (17, self.maps.answers().as_entire_binding()),
+                ];
+                resources.extend(self.scattering.bindings());
+                ((batch, into), bind(context, &layout, &resources))
+            })
+            .collect();
+        self.shades[self.current].groups.extend(groups);
     }
 
     /// `[point]` (rgb, 0), times the view's radiance scale.

@@ -7,13 +7,18 @@
 
 pub(crate) mod clock;
 pub(crate) mod draw;
+mod footprint;
 pub(crate) mod lighting;
+pub(crate) mod mail;
+pub(crate) mod noise;
 pub(crate) mod resources;
 mod scattering;
 pub(crate) mod screen;
 mod shadow_map;
 mod shadows;
 pub(crate) mod volume;
+
+pub use footprint::{DeviceBytes, DevicePart};
 
 use std::borrow::Cow;
 use std::cell::RefCell;

@@ -45,7 +45,7 @@ pub(crate) fn buffer_of<T: bytemuck::Pod>(
 ) -> wgpu::Buffer {
     let zero = [T::zeroed()];
     let contents = if contents.is_empty() { &zero } else { contents };
-    Tally::add(&context.tally().buffers);
+    context.tally().add_buffer(size_of_val(contents) as u64);
     context
         .device
         .create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -62,7 +62,7 @@ pub(crate) fn labelled(
     bytes: u64,
     usage: wgpu::BufferUsages,
 ) -> wgpu::Buffer {
-    Tally::add(&context.tally().buffers);
+    context.tally().add_buffer(bytes);
     context.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: bytes.max(16),
@@ -84,7 +84,7 @@ pub(crate) fn grow(context: &Context, buffer: &mut wgpu::Buffer, bytes: u64) -> 
     if buffer.size() >= bytes {
         return false;
     }
-    Tally::add(&context.tally().buffers);
+    context.tally().add_buffer(bytes);
     *buffer = context.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: bytes,

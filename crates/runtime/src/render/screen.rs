@@ -3,6 +3,8 @@
 use super::clock::Stamp;
 use super::draw::{Ribbons, Target, texture};
 use super::resources::{bind, compute, compute_pass, shader, step, submit, uniform};
+#[cfg(not(target_arch = "wasm32"))]
+use super::resources::{failed, labelled};
 use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::tone::ToneMap;
@@ -54,6 +56,36 @@ impl Screen {
 
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view
+    }
+
+    /// The texels, row by row.
+    ///
+    /// # Errors
+    /// The device failed.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read(&self, context: &Context) -> Result<Vec<[u8; 4]>, RenderError> {
+        let texture = self.view.texture();
+        let row_bytes = 4 * texture.width();
+        // Rows of copies start at multiples of 256 bytes.
+        let pitch = row_bytes.next_multiple_of(256);
+        let bytes = u64::from(pitch) * u64::from(texture.height());
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let staging = labelled(context, "display read back", bytes, usage);
+        submit(context, |encoder| {
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(pitch),
+                rows_per_image: None,
+            };
+            let buffer = &staging;
+            let to = wgpu::TexelCopyBufferInfo { buffer, layout };
+            encoder.copy_texture_to_buffer(texture.as_image_copy(), to, texture.size());
+        });
+        let bytes = context.read_buffer("display", &staging).map_err(failed)?;
+        let rows = bytes.chunks_exact(pitch as usize);
+        Ok(rows
+            .flat_map(|row| bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(&row[..row_bytes as usize]))
+            .collect())
     }
 
     /// Shows the picture of `target`, which is as large as this and always the same.

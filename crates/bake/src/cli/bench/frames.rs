@@ -1,0 +1,73 @@
+//! `strandlight bench frames`.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+use strandlight_bake::bench::frames::{FrameCost, frame_costs};
+use strandlight_formats::Scene;
+use strandlight_runtime::PreparedScene;
+use strandlight_runtime::gpu::Context;
+
+use crate::cli::render::parse_size;
+use crate::cli::{Failure, Outcome, print_line};
+
+/// Frames after edits: what each costs beside the others, on the adapter there is
+///
+/// A frame goes from an edit to a picture of 4 samples a pixel with all points lit. Medians in
+/// milliseconds, and ratios to the first frame of each group; frames of a group take turns.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene file (TOML)
+    #[arg(value_name = "SCENE.toml")]
+    scene: PathBuf,
+    /// Width and height in pixels, each 1..=8192 [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Rounds, of two frames of each kind; one more is not counted
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    repetitions: u32,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let scene = Scene::read(&args.scene).map_err(Failure::input)?;
+    let mut prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
+    prepared.size = args.size.unwrap_or(prepared.size);
+    let context = Context::new().map_err(Failure::input)?;
+    let costs = frame_costs(&context, &prepared, args.repetitions).map_err(Failure::input)?;
+    if args.json {
+        return print_line(json!({
+            "adapter": context.adapter_name,
+            "size": prepared.size,
+            "strands": prepared.strands.n_strands,
+            "points": prepared.strands.points.len(),
+            "lights": prepared.lights.len(),
+            "repetitions": args.repetitions,
+            "frames": costs.iter().map(FrameCost::to_json).collect::<Vec<_>>(),
+        }));
+    }
+    print_line(format_args!(
+        "{}: {} strands, {} points, {} lights, {}x{}",
+        context.adapter_name,
+        prepared.strands.n_strands,
+        prepared.strands.points.len(),
+        prepared.lights.len(),
+        prepared.size[0],
+        prepared.size[1],
+    ))?;
+    let mut group = "";
+    for cost in &costs {
+        if cost.group != group {
+            group = cost.group;
+            print_line(group)?;
+        }
+        print_line(format_args!(
+            "  {:34} {:9.2} ms {:7.3}",
+            cost.name, cost.milliseconds, cost.ratio
+        ))?;
+    }
+    Ok(())
+}
