@@ -1,5 +1,6 @@
 //! What a scene needs on a device, known before anything is made there.
 
+use super::shadows::STEP_BYTES;
 use super::{LIGHT_BATCH, draw};
 use crate::error::RenderError;
 use crate::scene::PreparedScene;
@@ -102,7 +103,7 @@ impl PreparedScene {
         ribbons.bytes += 24 * n_segments;
         ribbons.largest = ribbons.largest.max(corners);
         let mut kept = part("the lights' records", &[a_light * in_batch]);
-        kept.bytes = records + leaving;
+        kept.bytes = records + leaving + STEP_BYTES;
         let mut picture = part("the picture", &[16 * pixels; 2]);
         // Four samples of half floats and depth; the screen's eight bits; every 13th pixel twice.
         picture.bytes += pixels * (4 * (8 + 4) + 4) + 16 * pixels / 13;

@@ -3,9 +3,9 @@
 //! Whenever the number of passes is a power of two, the picture is compared, at some pixels, with
 //! what it was at half as many. Let both halves err independently: then their means, of which one
 //! is the earlier picture and the mean of both the later one, differ so that the change has the
-//! variance of the later picture's error. Samples are stratified over passes, so that the second
-//! half makes good some of what the first one lacks: the estimate is too high rather than too low,
-//! up to twice the error in the pictures that `tests/tests/live.rs` measures.
+//! variance of the later picture's error. Between powers of two the noise is taken to go down with
+//! the square root. Of a wig of sub-pixel strands this finds 0.53, 0.35 and 0.146 at 8, 32 and 128
+//! samples where the error is 0.67, 0.27 and 0.133.
 
 use super::clock::Stamp;
 use super::draw::Target;
@@ -102,6 +102,7 @@ impl Noise {
             let mut pass = compute_pass(encoder, stamp);
             step(&mut pass, &self.pipeline, group, [1, 1]);
         });
+        self.take();
         // A picture of one pass has no earlier one.
         if passes > 1 && self.mail.send(context, &self.squares, 8, |_| ()) {
             self.sent = Some(passes);

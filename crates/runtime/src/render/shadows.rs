@@ -17,6 +17,10 @@ use strandlight_scattering::closed_form::PackedRecord;
 /// Bytes from step to step in the uniform, as every adapter aligns them.
 const STEP_STRIDE: u64 = 256;
 
+/// Bytes of that uniform.
+pub(super) const STEP_BYTES: u64 =
+    STEP_STRIDE * MAX_DIRECTIONS as u64 * crate::volume::GRID_SIDE as u64;
+
 /// Which lights and points a dispatch works on; mirrored by `Batch` in `shaders/lib/light.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
