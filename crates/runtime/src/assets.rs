@@ -201,7 +201,7 @@ fn tables(scene: &Scene, files: &Files, wanted: ModesToRead) -> Result<SceneTabl
         // A third of a page's bytes, and many scenes bring their own: a file beside the program.
         #[cfg(target_arch = "wasm32")]
         None => files
-            .tables(crate::web::DEFAULT_TABLES.as_ref())
+            .tables(crate::tables::DEFAULT_FILE.as_ref())
             .map_err(|error| SceneError::File(error.to_string()))
             .and_then(|reader| read_tables(reader, "default tables", &of_scene, wanted)),
         #[cfg(not(target_arch = "wasm32"))]

@@ -35,7 +35,7 @@ pub mod tone;
 pub mod ui;
 pub mod viewer;
 pub mod volume;
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(target_arch = "wasm32", feature = "ui"))]
 pub mod web;
 
 pub use camera::Camera;

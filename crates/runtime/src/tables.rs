@@ -67,6 +67,10 @@ pub enum TablesError {
     Different,
 }
 
+/// Name of the file beside a web page with the tables of scenes that name none.
+#[cfg(target_arch = "wasm32")]
+pub const DEFAULT_FILE: &str = "default.tables";
+
 /// The default tables as a `.tables` file: dielectric, the paper's ranges.
 #[cfg(not(target_arch = "wasm32"))]
 pub const BUNDLED: &[u8] = include_bytes!("../../../data/default.tables");

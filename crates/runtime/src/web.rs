@@ -10,11 +10,13 @@ use strandlight_formats::Scene;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{Blob, BlobPropertyBag, HtmlAnchorElement, HtmlCanvasElement, Response, Url};
+use web_time::Instant;
 
 use crate::files::Files;
-
-/// Tables of scenes that name none: a file beside the program.
-pub const DEFAULT_TABLES: &str = "default.tables";
+use crate::session::{Saved, Session};
+use crate::tables::DEFAULT_FILE;
+use crate::ui::{self, EventLog, Launch};
+use crate::viewer::Viewer;
 
 thread_local! {
     /// Shows a sentence in place of the canvas, or nothing for an empty one.
@@ -35,8 +37,17 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
     }));
     let path = PathBuf::from(scene);
     let files = fetched(&path).await.map_err(JsValue::from)?;
-    let _ = (canvas, files);
-    Ok(())
+    let launch = Launch {
+        open: Box::new(move |context| {
+            let session = Session::open_in(&path, files).map_err(|error| error.to_string())?;
+            Viewer::new(context, session).map_err(|error| error.to_string())
+        }),
+        size: None,
+        log: EventLog::silent(Instant::now()),
+        loses_device: false,
+        canvas,
+    };
+    ui::start(launch).map_err(|error| error.to_string().into())
 }
 
 /// Shows `text` in place of the canvas, or the canvas if it is empty.
@@ -54,7 +65,7 @@ async fn fetched(path: &Path) -> Result<Files, String> {
     let bytes = fetch(path).await?;
     let scene = Scene::from_bytes(&bytes, path).map_err(|error| error.to_string())?;
     let mut files = vec![(path.to_owned(), bytes)];
-    let tables = scene.tables_path().unwrap_or_else(|| DEFAULT_TABLES.into());
+    let tables = scene.tables_path().unwrap_or_else(|| DEFAULT_FILE.into());
     let mut names = vec![scene.groom_path(), scene.lights_path(), tables];
     names.extend(scene.frame_paths());
     names.sort();
@@ -88,6 +99,19 @@ async fn fetch(path: &Path) -> Result<Vec<u8>, String> {
     }
     let buffer = JsFuture::from(response.array_buffer().map_err(failed)?).await;
     Ok(Uint8Array::new(&buffer.map_err(failed)?).to_vec())
+}
+
+/// Offers files that were saved in memory to the reader of the page.
+///
+/// # Errors
+/// In words: what the browser refuses.
+pub fn offer(files: &Files, saved: &Saved) -> Result<(), String> {
+    for path in &saved.files {
+        let bytes = (files.read(path, u64::MAX)).map_err(|error| error.to_string())?;
+        let name = path.file_name().unwrap_or_default();
+        download(&name.to_string_lossy(), &bytes)?;
+    }
+    Ok(())
 }
 
 /// Offers `bytes` to the reader of the page as a file to keep.

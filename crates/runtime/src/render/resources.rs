@@ -246,6 +246,7 @@ pub(crate) fn step(
 }
 
 /// Records one dispatch.
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn dispatch(
     encoder: &mut wgpu::CommandEncoder,
     pipeline: &wgpu::ComputePipeline,

@@ -4,10 +4,9 @@ use std::sync::Arc;
 
 use web_time::Instant;
 use winit::application::ApplicationHandler;
-use winit::dpi::{LogicalSize, PhysicalSize, Size};
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy, OwnedDisplayHandle};
-use winit::window::{Window, WindowId};
+use winit::window::{Window, WindowAttributes, WindowId};
 
 use super::document::Document;
 use super::screen::Screen;
@@ -25,6 +24,7 @@ pub struct App {
     window: Option<Arc<Window>>,
     display: Option<OwnedDisplayHandle>,
     workspace: Option<Workspace>,
+    is_opening: bool,
     /// Why it ended, if not because it was closed.
     pub failure: Option<Failure>,
 }
@@ -42,24 +42,25 @@ impl App {
             window: None,
             display,
             workspace: None,
+            is_opening: false,
             failure: None,
         }
     }
 
     fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<(), Failure> {
-        let size = self.launch.as_ref().and_then(|launch| launch.size);
-        let size: Size = match size {
-            Some([width, height]) => PhysicalSize::new(width, height).into(),
-            None => LogicalSize::new(1280.0, 720.0).into(),
-        };
-        let attributes = Window::default_attributes()
-            .with_title("strandview")
-            .with_inner_size(size);
+        let attributes = Window::default_attributes().with_title("strandview");
+        let attributes = self.placed(attributes);
         let window = event_loop
             .create_window(attributes)
             .map_err(|error| Failure::Window(error.to_string()))?;
         let window = Arc::new(window);
         self.window = Some(window.clone());
+        self.open_screen(window);
+        Ok(())
+    }
+
+    fn open_screen(&mut self, window: Arc<Window>) {
+        self.is_opening = true;
         let (proxy, display) = (self.proxy.clone(), self.display.clone());
         let opening = async move {
             let opened = Opened(Screen::open(window, display).await);
@@ -70,10 +71,35 @@ impl App {
         pollster::block_on(opening);
         #[cfg(target_arch = "wasm32")]
         wasm_bindgen_futures::spawn_local(opening);
-        Ok(())
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn placed(&self, attributes: WindowAttributes) -> WindowAttributes {
+        use winit::dpi::{LogicalSize, PhysicalSize, Size};
+
+        let size = self.launch.as_ref().and_then(|launch| launch.size);
+        let size: Size = match size {
+            Some([width, height]) => PhysicalSize::new(width, height).into(),
+            None => LogicalSize::new(1280.0, 720.0).into(),
+        };
+        attributes.with_inner_size(size)
+    }
+
+    /// In the page's canvas, whose size is the page's affair.
+    #[cfg(target_arch = "wasm32")]
+    fn placed(&self, attributes: WindowAttributes) -> WindowAttributes {
+        use winit::platform::web::WindowAttributesExtWebSys;
+
+        let canvas = self.launch.as_ref().map(|launch| launch.canvas.clone());
+        attributes.with_canvas(canvas)
     }
 
     fn open_scene(&mut self, screen: Screen) -> Result<(), Failure> {
+        self.is_opening = false;
+        if let Some(workspace) = &mut self.workspace {
+            workspace.take_up(screen);
+            return Ok(());
+        }
         let (Some(launch), Some(window)) = (self.launch.take(), self.window.clone()) else {
             return Ok(());
         };
@@ -85,6 +111,8 @@ impl App {
             workspace.lose_device();
         }
         self.workspace = Some(workspace);
+        #[cfg(target_arch = "wasm32")]
+        crate::web::say("");
         Ok(())
     }
 
@@ -92,6 +120,11 @@ impl App {
         if let Some(workspace) = &mut self.workspace {
             workspace.closed();
         }
+        #[cfg(target_arch = "wasm32")]
+        crate::web::say(&match &failure {
+            Some(failure) => format!("strandview: {failure}"),
+            None => "Closed.".to_owned(),
+        });
         self.failure = failure;
         event_loop.exit();
     }
@@ -116,7 +149,15 @@ impl ApplicationHandler<Opened> for App {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         match &mut self.workspace {
+            // Its device is on the way.
+            Some(_) if self.is_opening => {}
             Some(workspace) => match workspace.on_event(&event) {
+                // Only pages cannot wait for another one there and then.
+                Err(GpuError::Lost { .. }) if cfg!(target_arch = "wasm32") => {
+                    if let Some(window) = self.window.clone() {
+                        self.open_screen(window);
+                    }
+                }
                 Err(error) => self.end(event_loop, Some(Failure::Gpu(error))),
                 Ok(()) if !workspace.is_open() => self.end(event_loop, None),
                 Ok(()) => {}

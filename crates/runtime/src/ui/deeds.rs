@@ -246,6 +246,11 @@ impl Workspace {
             Some(path) => self.viewer.save_as(Path::new(path)),
             None => self.viewer.save(),
         };
+        let saved = saved.map_err(|error| error.to_string());
+        // What was saved in a page's memory is the reader's to keep.
+        #[cfg(target_arch = "wasm32")]
+        let saved =
+            saved.and_then(|saved| crate::web::offer(self.viewer.session().files(), &saved));
         match saved {
             Ok(_) => {
                 self.document.saved(&self.viewer);
@@ -255,7 +260,7 @@ impl Workspace {
                 true
             }
             Err(error) => {
-                self.fail(&error.to_string());
+                self.fail(&error);
                 false
             }
         }

@@ -118,31 +118,42 @@ mod native {
 
 #[cfg(target_arch = "wasm32")]
 mod web {
+    use std::path::Path;
+
     use web_time::Instant;
 
     use crate::gpu::Context;
+    use crate::ui::snapshot;
     use crate::viewer::Viewer;
 
     /// A scene that came with a page.
-    pub struct Document;
+    pub struct Document {
+        path: String,
+        pictures: u32,
+    }
 
     impl Document {
-        /// The files do not change.
-        pub fn new(_: &Viewer) -> Self {
-            Document
+        /// The files of `viewer`'s scene, which nobody else changes.
+        pub fn new(viewer: &Viewer) -> Self {
+            Document {
+                path: viewer.session().path().display().to_string(),
+                pictures: 0,
+            }
         }
 
-        /// Nothing to remember.
-        pub fn saved(&mut self, _: &Viewer) {}
+        /// The scene may have another name now.
+        pub fn saved(&mut self, viewer: &Viewer) {
+            self.path = viewer.session().path().display().to_string();
+        }
 
-        /// What the page calls it.
+        /// The name of the scene's file.
         pub fn name(&self) -> &str {
-            "scene"
+            self.path.rsplit('/').next().unwrap_or_default()
         }
 
-        /// Nowhere.
+        /// The path of the scene's file, seen from the page.
         pub fn path_text(&self) -> String {
-            String::new()
+            self.path.clone()
         }
 
         /// Never.
@@ -155,12 +166,23 @@ mod web {
             false
         }
 
-        /// The browser saves pictures.
+        /// Offers the picture as it is shown as a file to keep, as soon as the device has sent it;
+        /// answers its name.
         ///
         /// # Errors
-        /// Always.
-        pub fn screenshot(&mut self, _: &Context, _: &Viewer) -> Result<String, String> {
-            Err("use the browser to save the picture".to_owned())
+        /// None now; a browser that refuses says so in its console.
+        pub fn screenshot(&mut self, context: &Context, viewer: &Viewer) -> Result<String, String> {
+            self.pictures += 1;
+            let stem = Path::new(self.name()).file_stem().unwrap_or_default();
+            let name = format!("{}-{:03}.png", stem.to_string_lossy(), self.pictures);
+            let file = name.clone();
+            snapshot::png_later(context, viewer.display(), move |png| {
+                let offered = png.and_then(|png| crate::web::download(&file, &png));
+                if let Err(error) = offered {
+                    web_sys::console::error_1(&error.into());
+                }
+            });
+            Ok(name)
         }
     }
 }

@@ -39,6 +39,9 @@ pub struct Launch {
     pub log: EventLog,
     /// For tests: the device is lost after the first finished picture.
     pub loses_device: bool,
+    /// What to draw in, all of it.
+    #[cfg(target_arch = "wasm32")]
+    pub canvas: web_sys::HtmlCanvasElement,
 }
 
 /// Why a window could not be opened, or had to close.
@@ -78,4 +81,21 @@ pub fn run(launch: Launch) -> Result<(), Failure> {
         Some(failure) => Err(failure),
         None => Ok(()),
     }
+}
+
+/// Opens a window in a page's canvas and returns; what ends it is said in the page.
+///
+/// # Errors
+/// Any of [`Failure`].
+#[cfg(target_arch = "wasm32")]
+pub fn start(launch: Launch) -> Result<(), Failure> {
+    use winit::event_loop::EventLoop;
+    use winit::platform::web::EventLoopExtWebSys;
+
+    let event_loop = EventLoop::<app::Opened>::with_user_event()
+        .build()
+        .map_err(|error| Failure::Display(error.to_string()))?;
+    let app = app::App::new(launch, event_loop.create_proxy(), None);
+    event_loop.spawn_app(app);
+    Ok(())
 }

@@ -9,36 +9,69 @@ const ROW: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 ///
 /// # Errors
 /// What the device or the encoder says.
+#[cfg(not(target_arch = "wasm32"))]
 pub fn png(context: &Context, view: &wgpu::TextureView) -> Result<Vec<u8>, String> {
+    let size = view.texture().size();
+    let bytes = context
+        .read_buffer("snapshot", &copy_of(context, view))
+        .map_err(|error| error.to_string())?;
+    of_rows(size, &bytes)
+}
+
+/// As `png`, without waiting: `done` is called when the picture is there.
+#[cfg(target_arch = "wasm32")]
+pub fn png_later(
+    context: &Context,
+    view: &wgpu::TextureView,
+    done: impl FnOnce(Result<Vec<u8>, String>) + 'static,
+) {
+    let size = view.texture().size();
+    let buffer = copy_of(context, view);
+    let of_callback = buffer.clone();
+    buffer.map_async(wgpu::MapMode::Read, .., move |mapped| {
+        let bytes = mapped
+            .map_err(|error| error.to_string())
+            .and_then(|()| (of_callback.get_mapped_range(..)).map_err(|error| error.to_string()));
+        done(bytes.and_then(|bytes| of_rows(size, &bytes)));
+    });
+}
+
+/// A buffer that the device copies `view` to, its rows of [`bytes_per_row`].
+fn copy_of(context: &Context, view: &wgpu::TextureView) -> wgpu::Buffer {
     let texture = view.texture();
-    let (width, height) = (texture.width(), texture.height());
-    let row = (4 * width).next_multiple_of(ROW);
+    let size = texture.size();
     let buffer = context.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("snapshot"),
-        size: u64::from(row) * u64::from(height),
+        size: u64::from(bytes_per_row(size)) * u64::from(size.height),
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
     let mut encoder = context.device.create_command_encoder(&Default::default());
     let layout = wgpu::TexelCopyBufferLayout {
         offset: 0,
-        bytes_per_row: Some(row),
+        bytes_per_row: Some(bytes_per_row(size)),
         rows_per_image: None,
     };
     let target = wgpu::TexelCopyBufferInfo {
         buffer: &buffer,
         layout,
     };
-    encoder.copy_texture_to_buffer(texture.as_image_copy(), target, texture.size());
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), target, size);
     context.queue.submit([encoder.finish()]);
-    let bytes = context
-        .read_buffer("snapshot", &buffer)
-        .map_err(|error| error.to_string())?;
-    let pixels: Vec<[u8; 4]> = (bytes.chunks_exact(row as usize))
-        .flat_map(|row| row[..4 * width as usize].as_chunks::<4>().0)
+    buffer
+}
+
+fn bytes_per_row(size: wgpu::Extent3d) -> u32 {
+    (4 * size.width).next_multiple_of(ROW)
+}
+
+/// The PNG of texels in rows of [`bytes_per_row`].
+fn of_rows(size: wgpu::Extent3d, bytes: &[u8]) -> Result<Vec<u8>, String> {
+    let pixels: Vec<[u8; 4]> = (bytes.chunks_exact(bytes_per_row(size) as usize))
+        .flat_map(|row| row[..4 * size.width as usize].as_chunks::<4>().0)
         .map(straight)
         .collect();
-    encode(width, height, &pixels).map_err(|error| error.to_string())
+    encode(size.width, size.height, &pixels).map_err(|error| error.to_string())
 }
 
 /// Colour divided by alpha, as PNG has it.

@@ -27,6 +27,10 @@ const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis
 /// A window with a scene in it.
 pub struct Workspace {
     pub(super) window: Arc<Window>,
+    #[cfg_attr(
+        target_arch = "wasm32",
+        expect(dead_code, reason = "a page has no display to name")
+    )]
     pub(super) display: Option<OwnedDisplayHandle>,
     pub(super) egui: egui::Context,
     pub(super) input: egui_winit::State,
@@ -277,10 +281,24 @@ impl Workspace {
     }
 
     /// A new device for the same window and the same session.
+    #[cfg(not(target_arch = "wasm32"))]
     fn recover(&mut self, reason: &str) -> Result<(), GpuError> {
         self.changed("lost", json!({ "reason": reason }));
         let screen = Screen::open(self.window.clone(), self.display.clone());
-        self.screen = pollster::block_on(screen)?;
+        self.take_up(pollster::block_on(screen)?);
+        Ok(())
+    }
+
+    /// A page cannot wait: whoever calls opens a device and brings it to [`Workspace::take_up`].
+    #[cfg(target_arch = "wasm32")]
+    fn recover(&mut self, reason: &str) -> Result<(), GpuError> {
+        let reason = reason.to_owned();
+        Err(GpuError::Lost { reason })
+    }
+
+    /// Goes on with the device of `screen`.
+    pub fn take_up(&mut self, screen: Screen) {
+        self.screen = screen;
         if let Err(error) = self.viewer.set_context(&self.screen.context) {
             self.fail(&error.to_string());
         }
@@ -296,6 +314,6 @@ impl Workspace {
             Some(self.screen.max_texture_side() as usize),
         );
         self.say("The graphics device was lost and opened again.");
-        Ok(())
+        self.window.request_redraw();
     }
 }
