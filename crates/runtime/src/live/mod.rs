@@ -28,8 +28,8 @@
 //! Which samples a strand thinner than a pixel covers depends on the strand, the pixel and the
 //! number of the pass alone: translucent strands come out in any order right in the mean, with a
 //! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A step
-//! of 0.05 degrees of an orbit, strands far below a pixel wide, makes 11 to 14 % of the noise anew, one of
-//! 0.5 degrees a third of it (`tests/tests/live.rs`).
+//! of 0.05 degrees of an orbit, strands far below a pixel wide, makes 9 to 14 % of the noise anew, one of
+//! 0.5 degrees 24 to 41 % (`tests/tests/live.rs`).
 
 mod cycle;
 mod pace;
