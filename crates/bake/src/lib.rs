@@ -1,5 +1,6 @@
 //! The baking side of Strandlight: tables, light sets, grooms, and the CPU twin of the renderer.
 
+pub mod aov;
 pub mod bench;
 pub mod compare;
 pub mod cpu;

@@ -30,6 +30,7 @@ pub mod shadow_maps;
 pub mod stats;
 pub mod strands;
 pub mod tables;
+pub mod timings;
 pub mod tone;
 #[cfg(feature = "ui")]
 pub mod ui;

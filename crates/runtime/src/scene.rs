@@ -1,5 +1,7 @@
 //! A scene made ready for rendering: the files it names read, checked and put into world space.
 
+use std::borrow::Cow;
+
 use strandlight_formats::{Background, Scattering, Scene, SrbfLight};
 use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{
@@ -38,6 +40,10 @@ pub struct PreparedScene {
     /// Most bytes of the lights' records that a device keeps between frames; [`RECORD_BUDGET`].
     /// Where they are more, every frame sweeps again, batch by batch.
     pub record_budget: u64,
+    /// Amplitudes, one for each light, that shadow maps are shared out by and that negligible power
+    /// is a share of; those of `lights` where there are none. Pictures of some lights or terms of
+    /// a scene add up to that of all if these stay the same.
+    pub measure: Option<Vec<[f32; 3]>>,
     scattering: Scattering,
     /// Tables of the closed forms: C where R is drawn.
     pub tables: ShadingTables,
@@ -131,6 +137,7 @@ impl PreparedScene {
             negligible_share: NEGLIGIBLE_SHARE,
             shadow_maps: scene.render.shadow_maps,
             record_budget: RECORD_BUDGET,
+            measure: None,
             scattering: scene.render.scattering,
             tables: assets.tables.shading.clone(),
             camera,
@@ -165,6 +172,7 @@ impl PreparedScene {
             negligible_share: NEGLIGIBLE_SHARE,
             shadow_maps: DEFAULT_SHADOW_MAPS,
             record_budget: RECORD_BUDGET,
+            measure: None,
             scattering: Scattering::Total,
             tables,
             camera,
@@ -209,7 +217,20 @@ impl PreparedScene {
 
     /// The shadow maps of the lights.
     pub fn shadow_plan(&self) -> ShadowPlan {
-        ShadowPlan::new(&self.lights, &self.strands, self.shadow_maps)
+        ShadowPlan::new(&self.measured_lights(), &self.strands, self.shadow_maps)
+    }
+
+    /// The lights with the amplitudes of `measure`.
+    fn measured_lights(&self) -> Cow<'_, [SrbfLight]> {
+        match &self.measure {
+            Some(colors) if colors.len() == self.lights.len() => {
+                let lights = self.lights.iter().zip(colors);
+                lights
+                    .map(|(light, &rgb)| SrbfLight { rgb, ..*light })
+                    .collect()
+            }
+            _ => Cow::Borrowed(&self.lights),
+        }
     }
 
     /// The lights as the passes read them, and all sweep directions (fourth float zero).
@@ -232,16 +253,14 @@ impl PreparedScene {
                         .iter()
                         .map(|&[x, y, z]| [x, y, z, 0.0]),
                 );
-                let brightest = light.rgb.iter().copied().fold(0.0, f32::max);
-                let solid_angle = solid_angle(light.lambda);
                 LightRecord {
                     direction: light.direction,
                     lambda: light.lambda,
                     rgb: light.rgb,
-                    power: brightest * solid_angle,
+                    power: power(light),
                     first_sweep,
                     n_sweeps: sweeps.len() as u32 - first_sweep,
-                    solid_angle,
+                    solid_angle: solid_angle(light.lambda),
                     slot,
                     through: through_weight(light.lambda),
                     record: (ix % LIGHT_BATCH) as u32,
@@ -289,20 +308,25 @@ impl PreparedScene {
 
     /// Power below which a light, weakened by hair, is not shaded.
     pub fn min_power(&self) -> f32 {
-        let total: f32 = self.light_records().0.iter().map(|light| light.power).sum();
+        let total: f32 = self.measured_lights().iter().map(power).sum();
         (total * self.negligible_share).min(f32::MAX)
     }
 
     /// A power of two that brings radiance in this scene near 1: half-float targets keep three
     /// digits from 2^-14 to 2^16 around it.
     pub fn radiance_scale(&self) -> f32 {
-        let total: f32 = self.light_records().0.iter().map(|light| light.power).sum();
+        let total: f32 = self.lights.iter().map(power).sum();
         if !(total > 0.0 && total.is_finite()) {
             return 1.0;
         }
         // A fibre sends on some 3 % of all power into each steradian.
         (-(0.03 * total).log2()).round().clamp(-100.0, 100.0).exp2()
     }
+}
+
+/// Largest channel times solid angle.
+fn power(light: &SrbfLight) -> f32 {
+    light.rgb.iter().copied().fold(0.0, f32::max) * solid_angle(light.lambda)
 }
 
 /// Refuses the first light with a value outside its range.

@@ -30,6 +30,7 @@ use strandlight_formats::CameraSection;
 use crate::error::{RenderError, SceneError};
 use crate::paint::{BrushStroke, Picker};
 use crate::render::{check_frame, whole_passes};
+use crate::scene::PreparedScene;
 use crate::session::{Change, Session};
 use crate::viewer::Viewer;
 
@@ -249,6 +250,14 @@ impl Offline {
         }
     }
 
+    /// The document at its time, ready to be rendered.
+    ///
+    /// # Errors
+    /// What cannot be drawn, by name.
+    pub fn prepared(&self) -> Result<PreparedScene, SceneError> {
+        self.session.prepared()
+    }
+
     fn note(&mut self, change: Change) {
         self.changes = std::mem::take(&mut self.changes).and(change);
     }
@@ -262,7 +271,7 @@ impl Document for Offline {
     }
 
     fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), RenderError> {
-        let scene = self.session.prepared()?;
+        let scene = self.prepared()?;
         let picker = Picker::new(&scene.strands);
         let paint = self.session.paint_mut();
         let stroke = picker.stroke(paint, &scene.camera, scene.size, stroke);

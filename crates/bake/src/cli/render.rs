@@ -1,9 +1,13 @@
-//! `strandlight render`: a scene file to a picture.
+//! `strandlight render`: a scene file to a picture, its layers, or many pictures.
+
+mod frames;
+mod layers;
 
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use serde_json::json;
+use serde_json::{Map, Value, json};
+use strandlight_bake::aov::Group;
 use strandlight_bake::cpu;
 use strandlight_bake::picture::exr_file;
 use strandlight_bake::progress::Progress;
@@ -11,21 +15,40 @@ use strandlight_bake::transmittance::Method;
 use strandlight_formats::{Scattering, Scene};
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::render::{check_frame, whole_passes};
-use strandlight_runtime::{Picture, PreparedScene, RenderError, Renderer, Stats};
+use strandlight_runtime::script::MAX_FRAMES;
+use strandlight_runtime::session::parse_value;
+use strandlight_runtime::{Picture, PreparedScene, RenderError, Renderer, Session, Stats};
 
 use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
 
 /// Renders a scene
 ///
-/// PNG is tone mapped 8-bit sRGB; OpenEXR is linear float with alpha multiplied in.
+/// PNG is tone mapped 8-bit sRGB; OpenEXR is linear float with alpha multiplied in. With --script
+/// or --turntable the output is a folder, which also gets timings.json.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file (TOML)
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Picture to write: .png or .exr
-    #[arg(short, value_name = "FILE")]
+    /// Picture to write: .png or .exr; or folder
+    #[arg(short, value_name = "FILE|DIR")]
     output: PathBuf,
+    /// A key of the scene file and its value, such as hair.eta=1.6 or render.background=none
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_key)]
+    set: Vec<(String, Value)>,
+    /// Renders the frames of a list of edits and views (JSON), OpenEXR unless named .png
+    #[arg(long, value_name = "EDITS.json", conflicts_with_all = ["turntable", "aov"])]
+    script: Option<PathBuf>,
+    /// Renders N frames of a full turn about +Y, 0000.exr and so on
+    #[arg(long, value_name = "N", conflicts_with = "aov",
+        value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
+    turntable: Option<u32>,
+    /// Layers to write beside the picture, which must be .exr: terms, modes, lights
+    #[arg(long, value_enum, value_delimiter = ',')]
+    aov: Vec<layers::Aov>,
+    /// Lights that share a layer of --aov lights, as NAME=0,3; may be given again
+    #[arg(long, value_name = "NAME=LIGHTS", requires = "aov", value_parser = layers::parse_group)]
+    light_group: Vec<Group>,
     /// Width and height in pixels, each 1..=8192 [default: the scene's, 720x480]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -77,6 +100,11 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     Ok(size)
 }
 
+fn parse_key(text: &str) -> Result<(String, Value), String> {
+    let (key, value) = text.split_once('=').ok_or("must be KEY=VALUE")?;
+    Ok((key.trim().to_owned(), parse_value(value)))
+}
+
 fn parse_scattering(text: &str) -> Result<Scattering, String> {
     let found = Scattering::ALL.into_iter().find(|s| s.name() == text);
     found.ok_or_else(|| "single, global, local or total".to_owned())
@@ -84,15 +112,40 @@ fn parse_scattering(text: &str) -> Result<Scattering, String> {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    let is_many = args.script.is_some() || args.turntable.is_some();
+    if args.transmittance != Method::Sweep && (is_many || !args.aov.is_empty()) {
+        let text = "--transmittance is for single pictures; leave it out with --script, --turntable and --aov";
+        return Err(Failure::input(text));
+    }
+    if is_many {
+        return frames::run(args);
+    }
     let format = format_of(&args.output)?;
     check_outputs(&[&args.scene], &[&args.output])?;
-    let scene = Scene::read(&args.scene).map_err(Failure::input)?;
+    let scene = match args.set.is_empty() {
+        true => Scene::read(&args.scene).map_err(Failure::input)?,
+        false => {
+            let mut session = Session::open(&args.scene).map_err(Failure::input)?;
+            let keys = args.set.iter().cloned().collect();
+            session.set(&keys).map_err(Failure::input)?;
+            session.scene().clone()
+        }
+    };
     let size = args.size.unwrap_or(scene.render.size);
     let samples = whole_passes(args.samples.unwrap_or(scene.render.samples));
     check_frame(size, samples).map_err(|error| Failure::file(&args.scene, error))?;
     let mut scene = scene;
     scene.render.shadow_maps = args.shadow_maps.unwrap_or(scene.render.shadow_maps);
     scene.render.scattering = args.scattering.unwrap_or(scene.render.scattering);
+    if !args.aov.is_empty() {
+        if !matches!(format, Format::Exr) {
+            return Err(Failure::file(
+                &args.output,
+                "layers need a name that ends in .exr",
+            ));
+        }
+        return layers::run(args, &scene, size, samples);
+    }
     let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
     let (picture, stats) = draw(&prepared, size, samples, args.backend, args.transmittance)?;
     if args.stats {
@@ -117,6 +170,26 @@ pub fn run(args: &Args) -> Outcome {
             picture.height,
             bytes.len()
         ))
+    }
+}
+
+impl Args {
+    /// What the command line says as keys of the scene.
+    fn keys(&self) -> Map<String, Value> {
+        let mut keys: Map<String, Value> = self.set.iter().cloned().collect();
+        let flags = [
+            ("render.size", self.size.map(|size| json!(size))),
+            ("render.samples", self.samples.map(|n| json!(n))),
+            ("render.shadow_maps", self.shadow_maps.map(|n| json!(n))),
+            (
+                "render.scattering",
+                self.scattering.map(|s| json!(s.name())),
+            ),
+        ];
+        for (key, value) in flags {
+            keys.extend(value.map(|value| (key.to_owned(), value)));
+        }
+        keys
     }
 }
 

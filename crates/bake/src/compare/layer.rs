@@ -18,7 +18,7 @@ pub const MAX_PIXELS: usize = 8 << 20;
 /// Longest file that is read.
 const MAX_FILE_BYTES: u64 = 2 << 30;
 /// Most channels of a part: a block holds all of them while it is decoded.
-const MAX_CHANNELS: usize = 64;
+const MAX_CHANNELS: usize = 256;
 /// The layer that holds the variance of each pixel's mean.
 const VARIANCE: &str = "variance";
 /// The layer that holds the share of each pixel that hair covers.

@@ -4,11 +4,10 @@ use std::error::Error;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
 use strandlight_runtime::gpu::Context;
-use strandlight_runtime::live::LiveReport;
 use strandlight_runtime::script::{self, Frame, Script};
-use strandlight_runtime::{Picture, RenderError, Session, Viewer, files, memory};
+use strandlight_runtime::timings::{self, Made, Timings};
+use strandlight_runtime::{Picture, RenderError, Session, Viewer, files};
 use web_time::Instant;
 
 use crate::args::{Args, Job};
@@ -64,73 +63,40 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     }
     let cannot = |error| format!("{}: cannot be made: {error}", out.display());
     std::fs::create_dir_all(out).map_err(cannot)?;
-    let timings = out.join("timings.json");
-    strandlight_formats::check_writable(&timings)
-        .map_err(|error| format!("{}: cannot be written: {error}", timings.display()))?;
+    let times = out.join("timings.json");
+    strandlight_formats::check_writable(&times)
+        .map_err(|error| format!("{}: cannot be written: {error}", times.display()))?;
     let mut viewer = Viewer::new(&Context::new()?, session)?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
-    let mut frames = Vec::new();
+    let mut made = Timings::default();
     script.run(&mut viewer, |viewer, frame| -> Answer<()> {
         let start = Instant::now();
         let render = &viewer.session().scene().render;
         let size = frame.size.unwrap_or(render.size);
         let samples = frame.samples.unwrap_or(render.samples);
         let picture = viewer.frame(size, samples)?;
-        let drawn = 1e3 * start.elapsed().as_secs_f64();
+        let milliseconds = 1e3 * start.elapsed().as_secs_f64();
         let file = file_of(frame)?;
         let path = out.join(&file);
         write(&path, &png(viewer, &picture)?)?;
         say(&path, &picture, samples);
-        frames.push(json!({
-            "file": file.display().to_string(),
-            "size": size,
-            "samples": samples,
-            "milliseconds": drawn,
-            "changed": viewer.take_changes().names(),
-            "report": report(viewer.report()),
-            "peak_bytes": memory::peak_bytes(),
-        }));
+        made.push(Made {
+            file: file.display().to_string(),
+            size,
+            samples,
+            milliseconds,
+            changed: viewer.take_changes(),
+            report: timings::of_live(viewer.report()),
+        });
         Ok(())
     })?;
     let context = viewer.context();
-    let document = json!({
-        "scene": args.scene.display().to_string(),
-        "adapter": context.adapter_name,
-        "backend": context.backend,
-        "open_milliseconds": opened,
-        "frames": frames,
-        "peak_bytes": memory::peak_bytes(),
-    });
+    let backend = format!("gpu: {} ({})", context.adapter_name, context.backend);
+    let document = made.document(&args.scene.display().to_string(), &backend, opened);
     let text = serde_json::to_string_pretty(&document)? + "\n";
-    write(&timings, text.as_bytes())?;
-    println!("{}: {} frames", timings.display(), frames.len());
+    write(&times, text.as_bytes())?;
+    println!("{}: {} frames", times.display(), made.n_frames());
     Ok(())
-}
-
-/// What the device did for a frame.
-fn report(report: &LiveReport) -> Value {
-    let stage = |stage: &strandlight_runtime::live::StageReport| {
-        json!({
-            "name": stage.name,
-            "runs": stage.runs,
-            "milliseconds": stage.milliseconds,
-            "gpu_milliseconds": stage.gpu_milliseconds,
-        })
-    };
-    let rebuilt = report.edit.iter().flat_map(|edit| edit.rebuilt());
-    let part = |part: &strandlight_runtime::edit::PartReport| {
-        json!({
-            "part": part.name,
-            "microseconds": part.microseconds,
-            "gpu_bytes": part.gpu_bytes,
-        })
-    };
-    json!({
-        "stages": report.stages.iter().map(stage).collect::<Vec<_>>(),
-        "rebuilt": rebuilt.map(part).collect::<Vec<_>>(),
-        "skipped": report.stats.skipped,
-        "device_bytes": report.device_bytes,
-    })
 }
 
 /// File that a frame is written to.

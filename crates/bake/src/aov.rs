@@ -1,0 +1,376 @@
+//! Pictures of parts of a scene's light, which add up to the picture of all of it: by term of
+//! scattering, by mode, by light.
+//!
+//! Every layer is a picture of its own, of the same strands, shadow maps and samples, and with the
+//! same light counted as negligible; only what shines or scatters differs. So sums of layers are
+//! the whole picture but for rounding.
+//!
+//! Channels of the OpenEXR file, f32: `R, G, B, A` the picture as `strandlight render` writes it;
+//! layers the hair's radiance alone, times its coverage: `total`; `single`, `global`, `local`;
+//! `single.R`, `single.TT`, ..., `global.TRT`; `light.000`, ... by the lights' places in the light
+//! set, or `light.NAME` for groups and `light.rest`; `background` what is seen between the
+//! strands; and `coverage.Y`.
+
+use std::io::Cursor;
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer as ExrLayer, LayerAttributes,
+    SmallVec, WritableImage,
+};
+use strandlight_formats::{Background, Scattering};
+use strandlight_runtime::gpu::Context;
+use strandlight_runtime::live::Live;
+use strandlight_runtime::{Picture, PreparedScene, RenderError, SceneError, memory};
+use strandlight_scattering::{HairParams, Lobe};
+
+use crate::cpu;
+
+/// Most bytes of all layers.
+pub const MAX_BYTES: u64 = 2 << 30;
+
+/// A way to take the light apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Split {
+    /// By term of scattering.
+    Terms,
+    /// Single and global scattering by mode; local scattering is of all modes together.
+    Modes,
+    /// By light, or group of lights.
+    Lights,
+}
+
+/// Lights that share a layer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Group {
+    /// The layer is called `light.NAME`.
+    pub name: String,
+    /// Places in the light set.
+    pub lights: Vec<usize>,
+}
+
+/// What is drawn for one layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spec {
+    /// Its name.
+    pub name: String,
+    /// Terms of scattering.
+    pub scattering: Scattering,
+    /// Modes of the hair.
+    pub modes: Vec<Lobe>,
+    /// Lights that shine; all that do in the scene if absent.
+    pub lights: Option<Vec<usize>>,
+}
+
+/// The layers that `splits` asks for of `scene`, whose lights are those of its light set, in order.
+///
+/// # Errors
+/// A group that names a light which is not there or in another group.
+pub fn specs(
+    scene: &PreparedScene,
+    splits: &[Split],
+    groups: &[Group],
+) -> Result<Vec<Spec>, SceneError> {
+    let all = scene.scattering();
+    let modes = scene.hair.modes().to_vec();
+    let terms: Vec<Scattering> = [Scattering::Single, Scattering::Global, Scattering::Local]
+        .into_iter()
+        .filter(|&term| all == Scattering::Total || all == term)
+        .collect();
+    let mut specs: Vec<Spec> = Vec::new();
+    let mut add = |name: String, scattering, modes: &[Lobe], lights| {
+        let spec = Spec {
+            name,
+            scattering,
+            modes: modes.to_vec(),
+            lights,
+        };
+        if specs.iter().all(|other| other.name != spec.name) {
+            specs.push(spec);
+        }
+    };
+    for &split in splits {
+        match split {
+            Split::Terms => {
+                for &term in &terms {
+                    add(term.name().to_owned(), term, &modes, None);
+                }
+            }
+            Split::Modes => {
+                for &term in &terms {
+                    if term == Scattering::Local {
+                        add(term.name().to_owned(), term, &modes, None);
+                        continue;
+                    }
+                    for mode in &modes {
+                        let name = format!("{}.{}", term.name(), mode.name());
+                        add(name, term, std::slice::from_ref(mode), None);
+                    }
+                }
+            }
+            Split::Lights => {
+                for (name, lights) in lights_by_name(scene, groups)? {
+                    add(format!("light.{name}"), all, &modes, Some(lights));
+                }
+            }
+        }
+    }
+    Ok(specs)
+}
+
+/// Names of single lights or groups, and the lights of each; those that are off are left out.
+fn lights_by_name(
+    scene: &PreparedScene,
+    groups: &[Group],
+) -> Result<Vec<(String, Vec<usize>)>, SceneError> {
+    let n_lights = scene.lights.len();
+    let is_on = |ix: &usize| scene.lights[*ix].rgb.iter().any(|&x| x > 0.0);
+    let on: Vec<usize> = (0..n_lights).filter(is_on).collect();
+    if groups.is_empty() {
+        let single = |ix| (format!("{ix:03}"), vec![ix]);
+        return Ok(on.into_iter().map(single).collect());
+    }
+    let mut taken = vec![false; n_lights];
+    let mut named = Vec::new();
+    for Group { name, lights } in groups {
+        let refused = |ix, what| SceneError::File(format!("group {name}: light {ix} {what}"));
+        for &ix in lights {
+            match taken.get_mut(ix) {
+                None => return Err(refused(ix, "is not in the light set")),
+                Some(true) => return Err(refused(ix, "is in two groups")),
+                Some(taken) => *taken = true,
+            }
+        }
+        named.push((name.clone(), lights.clone()));
+    }
+    let rest: Vec<usize> = on.into_iter().filter(|&ix| !taken[ix]).collect();
+    if !rest.is_empty() {
+        named.push(("rest".to_owned(), rest));
+    }
+    Ok(named)
+}
+
+/// Refuses layers that would not fit in memory.
+///
+/// # Errors
+/// [`RenderError::TooLarge`].
+pub fn check_memory(n_layers: usize, [width, height]: [u32; 2]) -> Result<(), RenderError> {
+    // Total, background and coverage besides; as much again while they are encoded.
+    let a_layer = 12 * u64::from(width) * u64::from(height);
+    let bytes = 2 * a_layer * (n_layers as u64 + 4);
+    let limit = memory::available_bytes()
+        .unwrap_or(MAX_BYTES)
+        .min(MAX_BYTES);
+    if bytes > limit {
+        return Err(RenderError::TooLarge {
+            what: "layers (ask for fewer, for groups of lights or a smaller --size)",
+            bytes,
+            limit,
+        });
+    }
+    Ok(())
+}
+
+/// Draws layers.
+pub trait Painter {
+    /// The picture of `spec` before `background`.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    fn paint(&mut self, spec: &Spec, background: Background) -> Result<Picture, RenderError>;
+}
+
+/// On a device, where shadows are found once for all layers.
+pub struct OnGpu {
+    live: Live,
+    hair: HairParams,
+    colors: Vec<[f32; 3]>,
+    samples: u32,
+}
+
+impl OnGpu {
+    /// Puts `scene` on a device.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn new(
+        context: &Context,
+        scene: &PreparedScene,
+        size: [u32; 2],
+        samples: u32,
+    ) -> Result<Self, RenderError> {
+        let scene = measured(scene);
+        let colors = scene.lights.iter().map(|light| light.rgb).collect();
+        let hair = *scene.hair.hair();
+        let mut live = Live::new(context, scene)?;
+        live.set_size(size)?;
+        Ok(OnGpu {
+            live,
+            hair,
+            colors,
+            samples,
+        })
+    }
+}
+
+impl Painter for OnGpu {
+    fn paint(&mut self, spec: &Spec, background: Background) -> Result<Picture, RenderError> {
+        let live = &mut self.live;
+        live.set_hair(&self.hair, &spec.modes)
+            .map_err(|error| SceneError::File(error.to_string()))?;
+        live.set_scattering(spec.scattering);
+        live.set_light_colors(&masked(&self.colors, spec))?;
+        let (exposure, tone_map) = (live.scene().exposure, live.scene().tone_map);
+        live.set_grade(exposure, tone_map, background);
+        live.finish(self.samples)
+    }
+}
+
+/// Without a device.
+pub struct OnCpu {
+    scene: PreparedScene,
+    size: [u32; 2],
+    samples: u32,
+}
+
+impl OnCpu {
+    /// Takes `scene`.
+    pub fn new(scene: &PreparedScene, size: [u32; 2], samples: u32) -> Self {
+        OnCpu {
+            scene: measured(scene),
+            size,
+            samples,
+        }
+    }
+}
+
+impl Painter for OnCpu {
+    fn paint(&mut self, spec: &Spec, background: Background) -> Result<Picture, RenderError> {
+        let mut scene = self.scene.clone();
+        scene.background = background;
+        scene
+            .hair
+            .enable(&spec.modes)
+            .map_err(|error| SceneError::File(error.to_string()))?;
+        scene.set_scattering(spec.scattering);
+        let colors: Vec<[f32; 3]> = scene.lights.iter().map(|light| light.rgb).collect();
+        for (light, rgb) in scene.lights.iter_mut().zip(masked(&colors, spec)) {
+            light.rgb = rgb;
+        }
+        let (picture, _) = cpu::render(&scene, &scene.camera, self.size, self.samples)?;
+        Ok(picture)
+    }
+}
+
+/// The scene, whose shadow maps and negligible power stay those of all its lights.
+fn measured(scene: &PreparedScene) -> PreparedScene {
+    let mut scene = scene.clone();
+    scene.measure = Some(scene.lights.iter().map(|light| light.rgb).collect());
+    scene
+}
+
+/// Amplitudes, black where a light does not shine for `spec`.
+fn masked(colors: &[[f32; 3]], spec: &Spec) -> Vec<[f32; 3]> {
+    let shines = |ix: &usize| {
+        spec.lights
+            .as_ref()
+            .is_none_or(|lights| lights.contains(ix))
+    };
+    let lights = colors.iter().enumerate();
+    lights
+        .map(|(ix, &rgb)| if shines(&ix) { rgb } else { [0.0; 3] })
+        .collect()
+}
+
+/// The whole picture and its layers.
+#[derive(Clone, Debug)]
+pub struct Layers {
+    /// The picture over its background.
+    pub beauty: Picture,
+    /// Share of each pixel that hair covers.
+    pub coverage: Vec<f32>,
+    /// Name and radiance of each layer, the channels one after the other.
+    pub layers: Vec<(String, [Vec<f32>; 3])>,
+}
+
+impl Layers {
+    /// Draws the picture of `scene` and the layers of `specs`; `observe` is told how much is done,
+    /// 0..=1.
+    ///
+    /// # Errors
+    /// As [`check_memory`]; whatever the painter answers.
+    pub fn draw(
+        painter: &mut dyn Painter,
+        scene: &PreparedScene,
+        specs: &[Spec],
+        size: [u32; 2],
+        observe: &dyn Fn(f64),
+    ) -> Result<Layers, RenderError> {
+        check_memory(specs.len(), size)?;
+        let whole = Spec {
+            name: "total".to_owned(),
+            scattering: scene.scattering(),
+            modes: scene.hair.modes().to_vec(),
+            lights: None,
+        };
+        let beauty = painter.paint(&whole, scene.background)?;
+        let hair = match scene.background {
+            Background::None => beauty.clone(),
+            _ => painter.paint(&whole, Background::None)?,
+        };
+        let coverage = hair.rgba.iter().map(|rgba| rgba[3]).collect();
+        let mut layers = vec![(whole.name, planes(&hair))];
+        if scene.background != Background::None {
+            let behind = |c: usize| {
+                let pixels = beauty.rgba.iter().zip(&hair.rgba);
+                pixels.map(|(all, hair)| all[c] - hair[c]).collect()
+            };
+            layers.push(("background".to_owned(), [behind(0), behind(1), behind(2)]));
+        }
+        for (ix, spec) in specs.iter().enumerate() {
+            observe((ix + 1) as f64 / (specs.len() + 1) as f64);
+            let picture = painter.paint(spec, Background::None)?;
+            layers.push((spec.name.clone(), planes(&picture)));
+        }
+        Ok(Layers {
+            beauty,
+            coverage,
+            layers,
+        })
+    }
+
+    /// The file's bytes.
+    ///
+    /// # Errors
+    /// What the encoder says.
+    pub fn encode(self) -> exr::error::Result<Vec<u8>> {
+        let mut channels: Vec<AnyChannel<FlatSamples>> = Vec::new();
+        let mut push = |name: String, values: Vec<f32>| {
+            channels.push(AnyChannel::new(&*name, FlatSamples::F32(values)));
+        };
+        for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+            let values = self.beauty.rgba.iter().map(|rgba| rgba[c]);
+            push(name.to_owned(), values.collect());
+        }
+        push("coverage.Y".to_owned(), self.coverage);
+        for (layer, planes) in self.layers {
+            for (name, values) in ["R", "G", "B"].into_iter().zip(planes) {
+                push(format!("{layer}.{name}"), values);
+            }
+        }
+        let size = (self.beauty.width as usize, self.beauty.height as usize);
+        let layer = ExrLayer::new(
+            size,
+            LayerAttributes::default(),
+            Encoding::SMALL_LOSSLESS,
+            AnyChannels::sort(SmallVec::from_vec(channels)),
+        );
+        let mut bytes = Cursor::new(Vec::new());
+        Image::from_layer(layer).write().to_buffered(&mut bytes)?;
+        Ok(bytes.into_inner())
+    }
+}
+
+/// Red, green and blue of a picture.
+fn planes(picture: &Picture) -> [Vec<f32>; 3] {
+    [0, 1, 2].map(|c| picture.rgba.iter().map(|rgba| rgba[c]).collect())
+}

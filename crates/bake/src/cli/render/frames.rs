@@ -1,0 +1,183 @@
+//! `strandlight render --script` and `--turntable`: many frames of one scene.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use strandlight_bake::cpu;
+use strandlight_bake::picture::exr_file;
+use strandlight_runtime::files::Files;
+use strandlight_runtime::gpu::Context;
+use strandlight_runtime::render::whole_passes;
+use strandlight_runtime::script::{self, Frame, Offline, Script};
+use strandlight_runtime::timings::{self, Made, Timings};
+use strandlight_runtime::tone::ToneMap;
+use strandlight_runtime::{Picture, RenderError, Session, Viewer};
+
+use super::{Args, Backend, Failure, Format, Outcome, format_of, note, print_line, write_output};
+
+/// Renders the frames that the command line asks for into the folder that is the output.
+pub fn run(args: &Args) -> Outcome {
+    let start = Instant::now();
+    let mut session = Session::open(&args.scene).map_err(Failure::input)?;
+    session.set(&args.keys()).map_err(Failure::input)?;
+    let script = match (&args.script, args.turntable) {
+        (Some(path), _) => read(path)?,
+        (None, Some(n)) => Script::turntable(&session.camera(), n),
+        (None, None) => Script::default(),
+    };
+    for frame in script.frames() {
+        format_of(&file_of(frame))?;
+    }
+    let folder = &args.output;
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
+    let out = Out {
+        folder,
+        made: Timings::default(),
+    };
+    let on_gpu = |session: Session| -> Result<Viewer, RenderError> {
+        let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+        Viewer::new(&context, session)
+    };
+    let opened = || 1e3 * start.elapsed().as_secs_f64();
+    let viewer = match args.backend {
+        Backend::Cpu => None,
+        Backend::Gpu => Some(on_gpu(session.clone()).map_err(Failure::input)?),
+        Backend::Auto => on_gpu(session.clone())
+            .inspect_err(|error| note!("rendering on the CPU: {error}"))
+            .ok(),
+    };
+    let (made, backend, opened) = match viewer {
+        Some(viewer) => {
+            let (context, opened) = (viewer.context(), opened());
+            let name = format!("gpu: {} ({})", context.adapter_name, context.backend);
+            (with_viewer(viewer, &script, out)?, name, opened)
+        }
+        None => (
+            without(Offline::new(session), &script, out)?,
+            "cpu".to_owned(),
+            opened(),
+        ),
+    };
+    let document = made.document(&args.scene.display().to_string(), &backend, opened);
+    let path = folder.join("timings.json");
+    let text = serde_json::to_string_pretty(&document).map_err(Failure::input)? + "\n";
+    write_output(&path, text.as_bytes())?;
+    if args.json {
+        print_line(document)
+    } else {
+        print_line(format_args!(
+            "{}: {} frames",
+            path.display(),
+            made.n_frames()
+        ))
+    }
+}
+
+fn read(path: &Path) -> Result<Script, Failure> {
+    let bytes = Files::Disk
+        .read(path, script::MAX_BYTES)
+        .map_err(Failure::input)?;
+    let text = std::str::from_utf8(&bytes).map_err(|error| Failure::file(path, error))?;
+    Script::from_json(text).map_err(|error| Failure::file(path, error))
+}
+
+/// OpenEXR unless the frame's name says otherwise.
+fn file_of(frame: &Frame) -> PathBuf {
+    let name = Path::new(&frame.name);
+    let is_known = ["exr", "png"].into_iter().any(|known| {
+        name.extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case(known))
+    });
+    match is_known {
+        true => name.to_owned(),
+        false => format!("{}.exr", frame.name).into(),
+    }
+}
+
+/// Why a script stopped.
+struct Stopped(Failure);
+
+impl From<RenderError> for Stopped {
+    fn from(error: RenderError) -> Self {
+        Stopped(Failure::input(error))
+    }
+}
+
+/// Where frames go.
+struct Out<'a> {
+    folder: &'a Path,
+    made: Timings,
+}
+
+impl Out<'_> {
+    /// Writes one frame; `made` knows what it cost.
+    fn write(
+        &mut self,
+        picture: &Picture,
+        (exposure, tone_map): (f32, ToneMap),
+        made: Made,
+    ) -> Result<(), Failure> {
+        let path = self.folder.join(&made.file);
+        let bytes = match format_of(&path)? {
+            Format::Png => picture.to_png(exposure, tone_map).map_err(Failure::input)?,
+            Format::Exr => exr_file(picture).map_err(|error| Failure::file(&path, error))?,
+        };
+        write_output(&path, &bytes)?;
+        note!(
+            "{}: {}x{}, {} samples",
+            path.display(),
+            picture.width,
+            picture.height,
+            made.samples
+        );
+        self.made.push(made);
+        Ok(())
+    }
+}
+
+/// By the viewer that the window drives: an edit makes again what depends on it.
+fn with_viewer(mut viewer: Viewer, script: &Script, mut out: Out) -> Result<Timings, Failure> {
+    let done = script.run(&mut viewer, |viewer, frame| -> Result<(), Stopped> {
+        let start = Instant::now();
+        let render = &viewer.session().scene().render;
+        let size = frame.size.unwrap_or(render.size);
+        let samples = whole_passes(frame.samples.unwrap_or(render.samples));
+        let picture = viewer.frame(size, samples)?;
+        let made = Made {
+            file: file_of(frame).display().to_string(),
+            size,
+            samples,
+            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
+            changed: viewer.take_changes(),
+            report: timings::of_live(viewer.report()),
+        };
+        let grade = (viewer.prepared().exposure, viewer.prepared().tone_map);
+        out.write(&picture, grade, made).map_err(Stopped)
+    });
+    done.map_err(|Stopped(failure)| failure)?;
+    Ok(out.made)
+}
+
+/// Without a device: every frame is made from the start.
+fn without(mut document: Offline, script: &Script, mut out: Out) -> Result<Timings, Failure> {
+    let done = script.run(&mut document, |document, frame| -> Result<(), Stopped> {
+        let start = Instant::now();
+        let scene = document.prepared().map_err(RenderError::from)?;
+        let size = frame.size.unwrap_or(scene.size);
+        let samples = whole_passes(frame.samples.unwrap_or(scene.samples));
+        let (picture, stats) = cpu::render(&scene, &scene.camera, size, samples)?;
+        let made = Made {
+            file: file_of(frame).display().to_string(),
+            size,
+            samples,
+            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
+            changed: std::mem::take(&mut document.changes),
+            report: timings::of_stats(&stats),
+        };
+        let grade = (scene.exposure, scene.tone_map);
+        out.write(&picture, grade, made).map_err(Stopped)
+    });
+    done.map_err(|Stopped(failure)| failure)?;
+    Ok(out.made)
+}

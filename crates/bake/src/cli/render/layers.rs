@@ -1,0 +1,113 @@
+//! `strandlight render --aov`: the picture and its layers in one file.
+
+use clap::ValueEnum;
+use serde_json::json;
+use strandlight_bake::aov::{Group, Layers, OnCpu, OnGpu, Painter, Split, specs};
+use strandlight_bake::progress::Progress;
+use strandlight_formats::Scene;
+use strandlight_runtime::assets::{Assets, ModesToRead};
+use strandlight_runtime::files::Files;
+use strandlight_runtime::gpu::Context;
+use strandlight_runtime::{PreparedScene, RenderError};
+
+use super::{Args, Backend, Failure, Outcome, note, print_line, write_output};
+
+/// What layers are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Aov {
+    /// single, global, local
+    Terms,
+    /// single.R, single.TT, single.TRT, global.R, ..., and local
+    Modes,
+    /// light.000, ...: each light of the set that is on, or light.NAME for groups
+    Lights,
+}
+
+/// A group of lights on the command line, like key=0,3.
+pub fn parse_group(text: &str) -> Result<Group, String> {
+    let parsed = text.split_once('=').and_then(|(name, lights)| {
+        let lights = lights.split(',').map(|ix| ix.trim().parse().ok());
+        Some((name, lights.collect::<Option<Vec<usize>>>()?))
+    });
+    let (name, lights) = parsed.ok_or("a group is a name and lights like key=0,3")?;
+    let fine = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if name.is_empty() || name.len() > 64 || !name.chars().all(fine) || name == "rest" {
+        return Err("a group's name is letters, digits, - and _, and not rest".to_owned());
+    }
+    Ok(Group {
+        name: name.to_owned(),
+        lights,
+    })
+}
+
+/// Renders `scene` and its layers to the output.
+pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome {
+    let assets = Assets::read(scene, &Files::Disk, ModesToRead::OfScene).map_err(Failure::input)?;
+    let prepared = PreparedScene::new(scene, &assets).map_err(Failure::input)?;
+    let splits: Vec<Split> = args
+        .aov
+        .iter()
+        .map(|aov| match aov {
+            Aov::Terms => Split::Terms,
+            Aov::Modes => Split::Modes,
+            Aov::Lights => Split::Lights,
+        })
+        .collect();
+    let specs = specs(&prepared, &splits, &args.light_group).map_err(Failure::input)?;
+    let (mut painter, backend) = painter(args, &prepared, size, samples)?;
+    const STEPS: u64 = 1000;
+    let progress = Progress::new("rendering layers", STEPS);
+    let observe = |done: f64| progress.reach((done * STEPS as f64) as u64);
+    let layers = Layers::draw(&mut *painter, &prepared, &specs, size, &observe);
+    progress.finish();
+    let layers = layers.map_err(Failure::input)?;
+    note!("rendered on {backend}");
+    let names: Vec<String> = layers.layers.iter().map(|(name, _)| name.clone()).collect();
+    let bytes = layers
+        .encode()
+        .map_err(|error| Failure::file(&args.output, error))?;
+    write_output(&args.output, &bytes)?;
+    if args.json {
+        return print_line(json!({
+            "file": args.output.display().to_string(),
+            "size": size,
+            "samples": samples,
+            "backend": backend,
+            "layers": names,
+        }));
+    }
+    print_line(format_args!(
+        "{}: {}x{}, {samples} samples, {} layers, {} bytes",
+        args.output.display(),
+        size[0],
+        size[1],
+        names.len(),
+        bytes.len()
+    ))
+}
+
+/// What draws, and its name.
+fn painter(
+    args: &Args,
+    scene: &PreparedScene,
+    size: [u32; 2],
+    samples: u32,
+) -> Result<(Box<dyn Painter>, String), Failure> {
+    let on_gpu = || -> Result<(Box<dyn Painter>, String), RenderError> {
+        let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+        let name = format!("gpu: {} ({})", context.adapter_name, context.backend);
+        let painter = OnGpu::new(&context, scene, size, samples)?;
+        Ok((Box::new(painter), name))
+    };
+    let on_cpu = || -> (Box<dyn Painter>, String) {
+        (Box::new(OnCpu::new(scene, size, samples)), "cpu".to_owned())
+    };
+    match args.backend {
+        Backend::Cpu => Ok(on_cpu()),
+        Backend::Gpu => on_gpu().map_err(Failure::input),
+        Backend::Auto => Ok(on_gpu().unwrap_or_else(|error| {
+            note!("rendering on the CPU: {error}");
+            on_cpu()
+        })),
+    }
+}
