@@ -25,6 +25,7 @@ mod scene_hair;
 mod scene_lights;
 mod scene_motion;
 mod scene_proxy;
+mod scene_text;
 mod table_file;
 mod tables;
 mod validate;

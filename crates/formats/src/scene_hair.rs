@@ -48,7 +48,7 @@ pub struct Melanin {
 ///
 /// The colour is given in one of three ways: `sigma_a`, `reflectance` or `melanin`. A file that
 /// gives two of them is refused.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(try_from = "HairFile", into = "HairFile")]
 pub struct HairSection {
     /// Name of the preset that the keys left out are taken from; see [`preset_names`].
@@ -83,8 +83,15 @@ pub struct HairSection {
     pub density_back: Option<f64>,
 }
 
+impl PartialEq for HairSection {
+    /// As their files would be: a `sigma_a` without effect makes no difference.
+    fn eq(&self, other: &HairSection) -> bool {
+        HairFile::from(self.clone()) == HairFile::from(other.clone())
+    }
+}
+
 /// The keys as they stand in a file: those of [`HairSection`], and which way the colour is given.
-#[derive(Serialize, Deserialize)]
+#[derive(PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct HairFile {
     #[serde(skip_serializing_if = "Option::is_none")]

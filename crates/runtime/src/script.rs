@@ -142,6 +142,21 @@ impl Script {
         })
     }
 
+    /// Does the steps on a copy of `session`, without a device and up to the first stroke, so that
+    /// faults are told before anything is drawn.
+    ///
+    /// # Errors
+    /// As [`Script::run`].
+    pub fn check(&self, session: &Session) -> Result<(), RenderError> {
+        let is_stroke = |step: &Step| matches!(step, Step::Stroke(_));
+        let n_steps = self.steps.iter().position(is_stroke);
+        let steps = &self.steps[..n_steps.unwrap_or(self.steps.len())];
+        let script = Script {
+            steps: steps.to_vec(),
+        };
+        script.run(&mut Offline::new(session.clone()), |_, _| Ok(()))
+    }
+
     /// Does every step on `target`, and `draw` for each frame.
     ///
     /// # Errors

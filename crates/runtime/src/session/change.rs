@@ -125,7 +125,6 @@ impl Change {
         self.label = before.preset != *preset
             || before.reflectance != *reflectance
             || before.melanin != *melanin
-            || before.sigma_a != after.sigma_a
             || before.density_forward != *density_forward
             || before.density_back != *density_back;
     }

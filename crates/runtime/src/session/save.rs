@@ -74,7 +74,8 @@ impl Session {
         self.save_to(&self.path.clone(), None)
     }
 
-    /// Writes the scene to `path`, which it has from then on. Files that it names stay where they
+    /// Writes the scene to `path`, which it has from then on; comments of the file that it was read
+    /// from stay where only values have changed. Files that it names stay where they
     /// are: relative paths are written so that they lead there. If the hair was painted since the
     /// groom was read or written, the groom goes to a new file beside the scene, called
     /// `NAME-painted.groom` or with a number after that.
@@ -114,7 +115,9 @@ impl Session {
             self.written_grooms.insert(scene.groom_path());
             saved.files.push(to);
         }
-        let text = scene.to_toml_string().map_err(told)?;
+        let old = self.files.read(&self.path, Scene::MAX_BYTES);
+        let old = String::from_utf8(old.unwrap_or_default()).unwrap_or_default();
+        let text = scene.to_toml_over(&old).map_err(told)?;
         self.files.write(path, text.as_bytes()).map_err(told)?;
         saved.files.push(path.to_owned());
         // What can be undone moves along, and keeps the groom's new file.

@@ -386,9 +386,8 @@ fn a_scene_saved_elsewhere_names_the_same_files() {
     // A write by somebody else is noticed, and taken by reloading.
     assert!(!session.is_changed_on_disk());
     let path = at.join("t/u/c.toml");
-    let text = std::fs::read_to_string(&path)
-        .expect("read")
-        .replace("eta = 1.55", "eta = 1.7");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let text = format!("{text}\n[hair]\neta = 1.7 # thicker\n");
     std::fs::write(&path, text).expect("written");
     let later = std::time::SystemTime::now() + std::time::Duration::from_secs(5);
     let file = std::fs::File::options()
@@ -400,6 +399,12 @@ fn a_scene_saved_elsewhere_names_the_same_files() {
     assert!(session.reload().expect("readable").geometry);
     assert_eq!(session.scene().hair.eta, 1.7);
     assert!(!session.is_modified() && !session.is_changed_on_disk());
+    // Saving keeps what somebody wrote beside the values.
+    edit(&mut session, "eta", |s| s.hair.eta = 1.65);
+    session.save().expect("written");
+    let text = std::fs::read_to_string(&path).expect("read");
+    assert!(text.contains("eta = 1.65 # thicker"), "{text}");
+    session.undo();
     session.undo();
     assert_eq!(session.scene().hair.eta, 1.55);
 }

@@ -28,6 +28,7 @@ pub fn run(args: &Args) -> Outcome {
     for frame in script.frames() {
         format_of(&file_of(frame))?;
     }
+    script.check(&session).map_err(Failure::input)?;
     let folder = &args.output;
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;

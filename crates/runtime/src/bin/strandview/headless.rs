@@ -61,6 +61,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     for frame in script.frames() {
         file_of(frame)?;
     }
+    script.check(&session)?;
     let cannot = |error| format!("{}: cannot be made: {error}", out.display());
     std::fs::create_dir_all(out).map_err(cannot)?;
     let times = out.join("timings.json");
