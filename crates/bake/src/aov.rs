@@ -162,7 +162,7 @@ pub fn check_memory(n_layers: usize, [width, height]: [u32; 2]) -> Result<(), Re
         .min(MAX_BYTES);
     if bytes > limit {
         return Err(RenderError::TooLarge {
-            what: "layers (ask for fewer, for groups of lights or a smaller --size)",
+            what: "layers (ask for fewer, for groups of lights or a smaller --size)".to_owned(),
             bytes,
             limit,
         });
