@@ -12,11 +12,14 @@ struct Averages {
     width_b_2: vec3f,
 }
 
+// Which fibre's.
+alias AverageRow = u32;
+
 // Inclinations less one, the index of the last.
 const LAST_INCLINATION: f32 = 127.0;
 
 // The averages of the fibre in this row at incident inclination theta.
-fn sample_averages(averages: texture_2d<f32>, row: u32, theta: f32) -> Averages {
+fn sample_averages(averages: texture_2d<f32>, row: AverageRow, theta: f32) -> Averages {
     let at = min(max((theta + HALF_PI) * (LAST_INCLINATION / PI), 0.0), LAST_INCLINATION);
     let first = min(floor(at), LAST_INCLINATION - 1.0);
     let fraction = at - first;

@@ -85,10 +85,10 @@ fn global_mode_at_lag(
         if mode == 0u {
             total += factor * half_circle_r(basis, incline, shading.reflectance);
         } else if mode == 1u {
-            let lobes = sample_row(tt, shading.tt, incline.cos_theta_d);
+            let lobes = lobes_tt_at(tt, shading, incline.cos_theta_d);
             total += factor * half_circle_tt(lag, lobes);
         } else {
-            let lobes = sample_lobes(trt, shading.trt, eta, incline.cos_theta_d);
+            let lobes = lobes_trt_at(trt, shading, eta, incline.cos_theta_d);
             total += factor * half_circle_trt(lag, lobes);
         }
     }

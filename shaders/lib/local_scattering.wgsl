@@ -1,7 +1,11 @@
 // #import lib/constants
 // #import lib/special
 // #import lib/frame
+// #if PAINTED
+// #import lib/painted_averages
+// #else
 // #import lib/averages
+// #endif
 // #import lib/half_circle
 // #import lib/mean_cosine
 // #import lib/outer_integral
@@ -19,7 +23,7 @@ fn local_rule(
     sigma_f: f32,
     theta_o: f32,
     averages: texture_2d<f32>,
-    row: u32,
+    row: AverageRow,
 ) -> OuterRule {
     let at = sample_averages(averages, row, 0.5 * (theta_j - theta_o));
     let shares = at.attenuation_b + SHARE_MIN;
@@ -47,7 +51,7 @@ fn local_scattering(
     view: DirectionInFrame,
     sigma_f: f32,
     averages: texture_2d<f32>,
-    row: u32,
+    row: AverageRow,
 ) -> vec3f {
     let lag = lag_between(view.cos_phi, view.sin_phi, light.cos_phi, light.sin_phi);
     // How much both half circles overlap.
@@ -72,7 +76,7 @@ fn direct_local_scattering(
     light: LightInFrame,
     view: DirectionInFrame,
     averages: texture_2d<f32>,
-    row: u32,
+    row: AverageRow,
 ) -> vec3f {
     let at_light = light.direction;
     let lag = lag_between(view.cos_phi, view.sin_phi, at_light.cos_phi, at_light.sin_phi);

@@ -3,6 +3,9 @@
 // #import lib/eccentric
 // #import lib/tables
 // #import lib/lobes
+// #if PAINTED
+// #import lib/painted_lobes
+// #endif
 // #import lib/azimuthal_r
 // #import lib/azimuthal
 // #import lib/outer_integral
@@ -14,8 +17,32 @@
 struct Shading {
     fibre: Fibre,
     reflectance: Reflectance,
+// #if PAINTED
+    tt: PaintedDecode,
+    trt: PaintedDecode,
+    layers_tt: array<LobeLayer, 3>,
+    layers_trt: array<LobeLayer, 3>,
+// #else
     tt: LobeDecode,
     trt: LobeDecode,
+// #endif
+}
+
+// The lobes of TT and of TRT that shading of a fibre, or of a painted point, samples.
+fn lobes_tt_at(tt: texture_2d<u32>, shading: Shading, cos_theta_d: f32) -> Lobes {
+// #if PAINTED
+    return sample_painted_lobes(tt, shading.tt, shading.layers_tt, cos_theta_d);
+// #else
+    return sample_row(tt, shading.tt, cos_theta_d);
+// #endif
+}
+
+fn lobes_trt_at(trt: texture_2d<u32>, shading: Shading, eta: f32, cos_theta_d: f32) -> Lobes {
+// #if PAINTED
+    return sample_painted_lobes(trt, shading.trt, shading.layers_trt, cos_theta_d);
+// #else
+    return sample_lobes(trt, shading.trt, eta, cos_theta_d);
+// #endif
 }
 
 // Sum over the enabled modes: the integral of the light of amplitude 1 against S cos(theta_i),
@@ -109,11 +136,11 @@ fn mode_at_lag(
         if mode == 0u {
             total += factor * azimuthal_r(kappa, lag, incline, shading.reflectance, axes, c);
         } else if mode == 1u {
-            let lobes = sample_row(tt, shading.tt, incline.cos_theta_d);
+            let lobes = lobes_tt_at(tt, shading, incline.cos_theta_d);
             total += factor * azimuthal_tt(kappa, lag, lobes);
         } else {
             let eta = eta_star(kappa, lag, shading.fibre);
-            let lobes = sample_lobes(trt, shading.trt, eta, incline.cos_theta_d);
+            let lobes = lobes_trt_at(trt, shading, eta, incline.cos_theta_d);
             total += factor * azimuthal_trt(kappa, lag, lobes);
         }
     }

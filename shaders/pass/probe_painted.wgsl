@@ -7,8 +7,7 @@
 // Widths, cos(mu/2) and sin(mu/2) of the pairs, amplitudes per lobe, then channel.
 @group(0) @binding(1) var<storage, read_write> answers: array<array<f32, 16>>;
 @group(0) @binding(2) var<uniform> decode: PaintedDecode;
-@group(0) @binding(3) var shapes: texture_2d<u32>;
-@group(0) @binding(4) var amplitudes: texture_2d<u32>;
+@group(0) @binding(3) var painted: texture_2d<u32>;
 
 @compute @workgroup_size(64)
 fn probe_painted(@builtin(global_invocation_id) id: vec3u) {
@@ -21,7 +20,7 @@ fn probe_painted(@builtin(global_invocation_id) id: vec3u) {
         lobe_layer(decode, point.z),
         lobe_layer(decode, point.w),
     );
-    let lobes = sample_painted_lobes(shapes, amplitudes, decode, layers, point.x);
+    let lobes = sample_painted_lobes(painted, decode, layers, point.x);
     let a = lobes.amplitude;
     answers[id.x] = array<f32, 16>(
         lobes.lambda.x, lobes.lambda.y, lobes.lambda.z,

@@ -7,10 +7,12 @@ use std::path::Path;
 use strandlight_tests::project_root;
 
 /// Functions that exist in WGSL alone; `shaders/README.md` says what stands for them in Rust.
-const WGSL_ONLY: [&str; 9] = [
+const WGSL_ONLY: [&str; 11] = [
     "direction_in_frame",
     "h_column",
     "light_in_frame",
+    "lobes_trt_at",
+    "lobes_tt_at",
     "mix_floats",
     "lobe_numbers",
     "mix_fractions",

@@ -54,6 +54,8 @@ modules!(
     "lib/paper/azimuthal",
     "lib/paper/fresnel",
     "lib/outer_integral",
+    "lib/paint",
+    "lib/painted_averages",
     "lib/painted_lobes",
     "lib/paper/outer_integral",
     "lib/paper/single_scattering",

@@ -123,6 +123,13 @@ pub struct ParamError {
     pub max: f64,
 }
 
+/// Range of the widths beta.
+pub(crate) const WIDTH_MIN: f64 = 0.001;
+/// See [`WIDTH_MIN`].
+pub(crate) const WIDTH_MAX: f64 = 1.5;
+/// Largest shift alpha to either side.
+pub(crate) const SHIFT_MAX: f64 = 0.5;
+
 /// `value` must be a number in `min..=max`; NaN is outside every range.
 pub(crate) fn in_range(
     field: &'static str,
@@ -151,6 +158,19 @@ impl HairParams {
         [excess * square, excess / square].map(|part| part - self.eta + 2.0)
     }
 
+    /// The hair with all widths times `width` and all shifts times `shift`, kept in their ranges.
+    pub fn scaled(&self, width: f64, shift: f64) -> HairParams {
+        HairParams {
+            width: self
+                .width
+                .map(|beta| (beta * width).clamp(WIDTH_MIN, WIDTH_MAX)),
+            shift: self
+                .shift
+                .map(|alpha| (alpha * shift).clamp(-SHIFT_MAX, SHIFT_MAX)),
+            ..*self
+        }
+    }
+
     /// Checks every field against its documented range; NaN is outside every range.
     ///
     /// # Errors
@@ -163,12 +183,12 @@ impl HairParams {
         {
             in_range(field, sigma_a, 0.0, 50.0)?;
         }
-        in_range("shift.r", self.shift.r, -0.5, 0.5)?;
-        in_range("shift.tt", self.shift.tt, -0.5, 0.5)?;
-        in_range("shift.trt", self.shift.trt, -0.5, 0.5)?;
-        in_range("width.r", self.width.r, 0.001, 1.5)?;
-        in_range("width.tt", self.width.tt, 0.001, 1.5)?;
-        in_range("width.trt", self.width.trt, 0.001, 1.5)?;
+        in_range("shift.r", self.shift.r, -SHIFT_MAX, SHIFT_MAX)?;
+        in_range("shift.tt", self.shift.tt, -SHIFT_MAX, SHIFT_MAX)?;
+        in_range("shift.trt", self.shift.trt, -SHIFT_MAX, SHIFT_MAX)?;
+        in_range("width.r", self.width.r, WIDTH_MIN, WIDTH_MAX)?;
+        in_range("width.tt", self.width.tt, WIDTH_MIN, WIDTH_MAX)?;
+        in_range("width.trt", self.width.trt, WIDTH_MIN, WIDTH_MAX)?;
         in_range("caustic_width", self.caustic_width, 0.01, 1.5)?;
         in_range("eccentricity", self.eccentricity, 0.5, 2.0)
     }

@@ -5,6 +5,7 @@ use strandlight_scattering::lobes::PaintedTexture;
 
 use crate::error::RenderError;
 use crate::gpu::Context;
+use crate::render::painted::upload_painted;
 use crate::render::resources::{
     bind, buffer_of, compute, dispatch, guarded, read_back, shader, storage, submit, uniform,
 };
@@ -38,21 +39,7 @@ pub fn gpu_painted_lobes(
         let module = shader(context, "pass/probe_painted")?;
         let pipeline = compute(context, &module, "probe_painted");
         let decode = uniform(context, "painted decode", &texture.decode);
-        let width = texture.shapes.len() as u32;
-        let format = wgpu::TextureFormat::Rgba32Uint;
-        let shapes = upload(
-            context,
-            format,
-            width,
-            bytemuck::cast_slice(&texture.shapes),
-        );
-        let format = wgpu::TextureFormat::Rg32Uint;
-        let amplitudes = upload(
-            context,
-            format,
-            width,
-            bytemuck::cast_slice(&texture.amplitudes),
-        );
+        let painted = upload_painted(context, "painted lobes", texture);
         let mut all = Vec::with_capacity(points.len());
         for points in points.chunks(BATCH) {
             let input = buffer_of(context, "points", points, wgpu::BufferUsages::STORAGE);
@@ -64,8 +51,7 @@ pub fn gpu_painted_lobes(
                     (0, input.as_entire_binding()),
                     (1, output.as_entire_binding()),
                     (2, decode.as_entire_binding()),
-                    (3, wgpu::BindingResource::TextureView(&shapes)),
-                    (4, wgpu::BindingResource::TextureView(&amplitudes)),
+                    (3, wgpu::BindingResource::TextureView(&painted)),
                 ],
             );
             submit(context, |encoder| {
@@ -76,40 +62,4 @@ pub fn gpu_painted_lobes(
         }
         Ok(all)
     })
-}
-
-/// A texture `width` texels wide.
-fn upload(
-    context: &Context,
-    format: wgpu::TextureFormat,
-    width: u32,
-    texels: &[u8],
-) -> wgpu::TextureView {
-    let row_bytes = width * format.block_copy_size(None).unwrap_or(16);
-    let size = wgpu::Extent3d {
-        width,
-        height: texels.len() as u32 / row_bytes.max(1),
-        depth_or_array_layers: 1,
-    };
-    let texture = context.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("painted lobes"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    context.queue.write_texture(
-        texture.as_image_copy(),
-        texels,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(row_bytes),
-            rows_per_image: None,
-        },
-        size,
-    );
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

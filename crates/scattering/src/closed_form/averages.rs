@@ -20,6 +20,34 @@ pub struct Averages {
     pub width_b_2: [f32; 3],
 }
 
+/// What local scattering needs of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalAverages {
+    /// As [`Averages::attenuation_b`].
+    pub attenuation_b: [f32; 3],
+    /// As [`Averages::shift_b`].
+    pub shift_b: [f32; 3],
+    /// As [`Averages::width_b_2`].
+    pub width_b_2: [f32; 3],
+}
+
+/// Where local scattering finds averages: those of one fibre, or of a painted point.
+pub trait SampleAverages {
+    /// The averages at incident inclination `theta`, radians; beyond +-pi/2 those of the ends.
+    fn averages_at(&self, theta: f32) -> LocalAverages;
+}
+
+impl SampleAverages for [AverageTexel] {
+    fn averages_at(&self, theta: f32) -> LocalAverages {
+        let at = sample_averages(self, theta);
+        LocalAverages {
+            attenuation_b: at.attenuation_b,
+            shift_b: at.shift_b,
+            width_b_2: at.width_b_2,
+        }
+    }
+}
+
 /// One inclination: four texels of the texture, (A_b, a_f of red), (Delta_b, a_f of green),
 /// (sigma_b^2, a_f of blue), (beta_f^2, 0).
 pub type AverageTexel = [f32; 16];

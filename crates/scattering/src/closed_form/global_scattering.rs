@@ -12,7 +12,7 @@ use super::SQRT_PI;
 use super::eccentric::eta_star;
 use super::frame::{DirectionInFrame, Lag, inclination, lag_between};
 use super::half_circle::{half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt};
-use super::lobes::sample_lobes;
+use super::lobes::SampleLobes;
 use super::mean_cosine::mean_cosine;
 use super::outer_integral::{
     LN_CULL, node_constants, node_count, node_extent, node_place, outer_rule,
@@ -29,7 +29,7 @@ pub fn global_scattering(
     light: &DirectionInFrame,
     view: &DirectionInFrame,
     sigma_f: f32,
-    shading: &Shading,
+    shading: &Shading<impl SampleLobes>,
 ) -> [f32; 3] {
     let lag = lag_between(view.cos_phi, view.sin_phi, light.cos_phi, light.sin_phi);
     let scale = 1.0 / (SQRT_PI * sigma_f * mean_cosine(light.theta, light.cos_theta, sigma_f));
@@ -52,7 +52,7 @@ pub fn global_scattering_mode(
     light: &DirectionInFrame,
     view: &DirectionInFrame,
     sigma_f: f32,
-    shading: &Shading,
+    shading: &Shading<impl SampleLobes>,
 ) -> [f32; 3] {
     let lag = lag_between(view.cos_phi, view.sin_phi, light.cos_phi, light.sin_phi);
     let scale = 1.0 / (SQRT_PI * sigma_f * mean_cosine(light.theta, light.cos_theta, sigma_f));
@@ -67,7 +67,7 @@ fn global_mode_at_lag(
     lag: &Lag,
     sigma_f: f32,
     scale: f32,
-    shading: &Shading,
+    shading: &Shading<impl SampleLobes>,
 ) -> [f32; 3] {
     let mut total = [0.0f32; 3];
     let fibre = shading.fibre;
@@ -98,12 +98,9 @@ fn global_mode_at_lag(
             total = total.map(|sum| sum + value);
         } else {
             let value = if mode == 1 {
-                half_circle_tt(
-                    lag,
-                    &sample_lobes(&shading.tt, fibre.eta, incline.cos_theta_d),
-                )
+                half_circle_tt(lag, &shading.tt.lobes_at(fibre.eta, incline.cos_theta_d))
             } else {
-                half_circle_trt(lag, &sample_lobes(&shading.trt, eta, incline.cos_theta_d))
+                half_circle_trt(lag, &shading.trt.lobes_at(eta, incline.cos_theta_d))
             };
             for channel in 0..3 {
                 total[channel] += factor * value[channel];

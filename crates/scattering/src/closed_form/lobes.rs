@@ -63,6 +63,18 @@ pub struct Lobes {
     pub amplitude: [[f32; 3]; 3],
 }
 
+/// Where shading finds the lobes of a mode: those of one fibre, or of a painted point.
+pub trait SampleLobes {
+    /// The lobes at `cos_theta_d` >= 0; `eta` is looked at by elliptic fibres alone.
+    fn lobes_at(&self, eta: f32, cos_theta_d: f32) -> Lobes;
+}
+
+impl SampleLobes for LobeView<'_> {
+    fn lobes_at(&self, eta: f32, cos_theta_d: f32) -> Lobes {
+        sample_lobes(self, eta, cos_theta_d)
+    }
+}
+
 /// Where `cos_theta_d` >= 0 stands among the texels, u of [`LobeDecode`].
 pub fn lobe_place(warp: f32, cos_theta_d: f32) -> f32 {
     let dense = (1.0 - EVEN_TEXELS) * (1.0 + warp) / (cos_theta_d + warp);

@@ -21,7 +21,7 @@
 use core::f32::consts::{FRAC_1_PI, PI};
 
 use super::SQRT_PI;
-use super::averages::{AverageTexel, Averages, sample_averages};
+use super::averages::{LocalAverages, SampleAverages};
 use super::frame::{DirectionInFrame, LightInFrame, lag_between};
 use super::half_circle::half_circle;
 use super::mean_cosine::mean_cosine;
@@ -38,8 +38,13 @@ const SHARE_MIN: f32 = 1e-20;
 
 /// Nodes for light of width `sigma_f` at inclination `theta_j`: for the mean of the channels, those
 /// that send most back counting most.
-fn local_rule(theta_j: f32, sigma_f: f32, theta_o: f32, averages: &[AverageTexel]) -> OuterRule {
-    let at = sample_averages(averages, 0.5 * (theta_j - theta_o));
+fn local_rule<A: SampleAverages + ?Sized>(
+    theta_j: f32,
+    sigma_f: f32,
+    theta_o: f32,
+    averages: &A,
+) -> OuterRule {
+    let at = averages.averages_at(0.5 * (theta_j - theta_o));
     let [r, g, b] = at.attenuation_b.map(|share| share + SHARE_MIN);
     let scale = 0.5 / (r + g + b);
     let shift = scale * (r * at.shift_b[0] + g * at.shift_b[1] + b * at.shift_b[2]);
@@ -49,7 +54,7 @@ fn local_rule(theta_j: f32, sigma_f: f32, theta_o: f32, averages: &[AverageTexel
 
 /// A_b g^u(theta_i; Delta_b - theta_o, sigma_b) cos^2(theta_i) / cos^2(theta_d) at a node, times
 /// its weight and exp(-fall), per channel.
-fn local_term(theta_o: f32, place: &NodePlace, fall: f32, at: &Averages) -> [f32; 3] {
+fn local_term(theta_o: f32, place: &NodePlace, fall: f32, at: &LocalAverages) -> [f32; 3] {
     let cos_i = place.theta_i.cos().max(0.0);
     let cos_d = (0.5 * (theta_o - place.theta_i)).cos().max(1e-6);
     let ratio = (cos_i / cos_d).min(2.0);
@@ -66,11 +71,11 @@ fn local_term(theta_o: f32, place: &NodePlace, fall: f32, at: &Averages) -> [f32
 
 /// M^L: the integral of psi_f, see [`super::global_scattering()`], against S_back cos(theta_i),
 /// linear RGB, >= 0. `sigma_f` in 0.001..=10.
-pub fn local_scattering(
+pub fn local_scattering<A: SampleAverages + ?Sized>(
     light: &DirectionInFrame,
     view: &DirectionInFrame,
     sigma_f: f32,
-    averages: &[AverageTexel],
+    averages: &A,
 ) -> [f32; 3] {
     let lag = lag_between(view.cos_phi, view.sin_phi, light.cos_phi, light.sin_phi);
     // How much both half circles overlap.
@@ -84,7 +89,7 @@ pub fn local_scattering(
     for ix in 0..count {
         let place = node_place(&rule, node_constants(extent, count, ix));
         let from_light = (rule.to_light + place.step) / sigma_f;
-        let at = sample_averages(averages, 0.5 * (place.theta_i - view.theta));
+        let at = averages.averages_at(0.5 * (place.theta_i - view.theta));
         let value = local_term(view.theta, &place, from_light * from_light, &at);
         for channel in 0..3 {
             total[channel] += scale * value[channel];
@@ -96,10 +101,10 @@ pub fn local_scattering(
 /// M^{L,dir}: S_back cos(theta_i) averaged over a light that reaches the fibre unscattered, so
 /// that times the light's solid angle Omega it is the integral against the light of amplitude 1.
 /// Linear RGB, >= 0.
-pub fn direct_local_scattering(
+pub fn direct_local_scattering<A: SampleAverages + ?Sized>(
     light: &LightInFrame,
     view: &DirectionInFrame,
-    averages: &[AverageTexel],
+    averages: &A,
 ) -> [f32; 3] {
     let at = light.direction;
     let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
@@ -118,7 +123,7 @@ pub fn direct_local_scattering(
         let fall = rule.sharpness * (from_light * from_light);
         let kappa = kappa_j * place.theta_i.cos().max(0.0);
         let in_azimuth = scale * bessel_i0e_fast(kappa) * half_circle(kappa, cosine);
-        let at = sample_averages(averages, 0.5 * (place.theta_i - view.theta));
+        let at = averages.averages_at(0.5 * (place.theta_i - view.theta));
         let value = local_term(view.theta, &place, fall, &at);
         for channel in 0..3 {
             total[channel] += in_azimuth * value[channel];

@@ -7,6 +7,8 @@
 //! - [`global_scattering()`], [`local_scattering()`], [`direct_local_scattering()`]: multiple
 //!   scattering under such a light (Eq 27, 29), the latter two on the averages that
 //!   [`pack_averages`] lays out.
+//! - [`painted_shading`], [`painted_averages`]: what takes the place of lobes and averages where the
+//!   hair is painted and each point has its own fibre.
 //! - [`paper::single_scattering()`]: the integral of one spherical Gaussian light over the fibre's
 //!   scattering function (Eq 11), as the sum over the enabled modes, by the scheme as published.
 //!
@@ -29,6 +31,8 @@ mod longitudinal;
 mod mean_cosine;
 mod multiple_scattering;
 mod outer_integral;
+mod paint;
+mod painted_averages;
 mod painted_lobes;
 pub mod paper;
 mod single_scattering;
@@ -36,7 +40,9 @@ mod special;
 mod tables;
 mod transmittance;
 
-pub use averages::{AverageTexel, Averages, pack_averages, sample_averages};
+pub use averages::{
+    AverageTexel, Averages, LocalAverages, SampleAverages, pack_averages, sample_averages,
+};
 pub use azimuthal::{azimuthal_trt, azimuthal_tt};
 pub use azimuthal_r::{Reflectance, azimuthal_r};
 pub use circular_gaussian::{c_0, lobe_integral, product_integral};
@@ -48,7 +54,7 @@ pub use half_circle::{
     half_circle, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
 };
 pub use lobes::{
-    EVEN_TEXELS, LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, lobe_place, sample_lobes,
+    EVEN_TEXELS, LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, SampleLobes, lobe_place, sample_lobes,
 };
 pub use local_scattering::{direct_local_scattering, local_scattering};
 pub use longitudinal::{Longitudinal, longitudinal};
@@ -61,8 +67,17 @@ pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, NodePlace, OuterNode, OuterRule, node_constants, node_count,
     node_extent, node_place, outer_node, outer_rule,
 };
+pub use paint::{
+    PaintTexel, PaintedHair, PaintedViews, PointPaint, pack_paint, painted_averages, painted_fibre,
+    painted_shading, unpack_paint,
+};
+pub use painted_averages::{
+    AverageRow, N_AVERAGE_COLUMNS, PaintedAverages, PaintedAveragesView, PaintedPointAverages,
+    average_row, painted_place, sample_averages as sample_painted_averages, sample_painted_forward,
+};
 pub use painted_lobes::{
-    LAYER_MIDDLE, LobeLayer, PaintedDecode, PaintedView, lobe_layer, sample_painted_lobes,
+    LAYER_MIDDLE, LobeLayer, PaintedDecode, PaintedPointLobes, PaintedView, lobe_layer,
+    sample_painted_lobes,
 };
 pub use single_scattering::{
     Shading, shadowed_single_scattering, single_scattering, single_scattering_mode,

@@ -1,7 +1,7 @@
 //! The lobes of TT and TRT of a fibre whose absorption is painted. Twin:
 //! `shaders/lib/painted_lobes.wgsl`.
 
-use super::lobes::{Lobes, lobe_place};
+use super::lobes::{Lobes, SampleLobes, lobe_place};
 
 /// Absorption in the middle of the layers, as far as those went to infinity.
 pub const LAYER_MIDDLE: f32 = 3.0;
@@ -10,7 +10,8 @@ pub const LAYER_MIDDLE: f32 = 3.0;
 /// the shaders (32 bytes).
 ///
 /// Along theta_d as [`super::LobeDecode`] says. Shapes: the first seven of its numbers, one texel of
-/// four words. Amplitudes: `[layer][texel]`, three 16 bit floats, one for each lobe, times
+/// four words. Amplitudes: `[layer][texel]`, three 16 bit floats, one for each lobe (in the shaders'
+/// texture with those of the next layer), times
 /// `amplitude_scale`, to be multiplied by `u^2 exp(-decay sigma_a)`; layer = `layer_scale sigma_a / (3 + sigma_a)`, clamped
 /// to `last_layer`, interpolated linearly.
 #[repr(C)]
@@ -54,6 +55,21 @@ pub struct LobeLayer {
     pub fraction: f32,
     /// exp(-decay sigma_a).
     pub factor: f32,
+}
+
+/// The lobes of one mode of one painted point.
+#[derive(Clone, Copy, Debug)]
+pub struct PaintedPointLobes<'a> {
+    /// Those of all.
+    pub view: PaintedView<'a>,
+    /// Where the point's channels stand.
+    pub layers: [LobeLayer; 3],
+}
+
+impl SampleLobes for PaintedPointLobes<'_> {
+    fn lobes_at(&self, _eta: f32, cos_theta_d: f32) -> Lobes {
+        sample_painted_lobes(&self.view, &self.layers, cos_theta_d)
+    }
 }
 
 /// The layer of absorption `sigma_a` >= 0.

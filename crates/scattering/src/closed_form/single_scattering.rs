@@ -12,15 +12,16 @@ use super::azimuthal_r::{Reflectance, azimuthal_r};
 use super::eccentric::eta_star;
 use super::fibre::{Fibre, MODE_R};
 use super::frame::{DirectionInFrame, Lag, LightInFrame, inclination, lag_between};
-use super::lobes::{LobeView, sample_lobes};
+use super::lobes::{LobeView, SampleLobes};
 use super::outer_integral::{
     LN_CULL, node_constants, node_count, node_extent, outer_node, outer_rule,
 };
 use super::tables::Tables;
 
-/// What the shading of one fibre reads. Parts of modes that are not enabled are never read.
+/// What the shading of one fibre, or of a painted point, reads. Parts of modes that are not enabled
+/// are never read.
 #[derive(Clone, Copy, Debug)]
-pub struct Shading<'a> {
+pub struct Shading<'a, L = LobeView<'a>> {
     /// The fibre.
     pub fibre: &'a Fibre,
     /// The table C, for R.
@@ -28,9 +29,9 @@ pub struct Shading<'a> {
     /// R's coefficients at the fibre's eta.
     pub reflectance: &'a Reflectance,
     /// Lobes of TT.
-    pub tt: LobeView<'a>,
+    pub tt: L,
     /// Lobes of TRT.
-    pub trt: LobeView<'a>,
+    pub trt: L,
 }
 
 /// Sum of [`single_scattering_mode`] over the enabled modes: the integral of the light of
@@ -38,7 +39,7 @@ pub struct Shading<'a> {
 pub fn single_scattering(
     light: &LightInFrame,
     view: &DirectionInFrame,
-    shading: &Shading,
+    shading: &Shading<impl SampleLobes>,
 ) -> [f32; 3] {
     shadowed_single_scattering(light, view, shading, [1.0; 3])
 }
@@ -48,7 +49,7 @@ pub fn single_scattering(
 pub fn shadowed_single_scattering(
     light: &LightInFrame,
     view: &DirectionInFrame,
-    shading: &Shading,
+    shading: &Shading<impl SampleLobes>,
     shares: [f32; 3],
 ) -> [f32; 3] {
     let at = light.direction;
@@ -72,7 +73,7 @@ pub fn single_scattering_mode(
     mode: u32,
     light: &LightInFrame,
     view: &DirectionInFrame,
-    shading: &Shading,
+    shading: &Shading<impl SampleLobes>,
 ) -> [f32; 3] {
     let at = light.direction;
     let lag = lag_between(view.cos_phi, view.sin_phi, at.cos_phi, at.sin_phi);
@@ -85,7 +86,7 @@ fn mode_at_lag(
     light: &LightInFrame,
     view: &DirectionInFrame,
     lag: &Lag,
-    shading: &Shading,
+    shading: &Shading<impl SampleLobes>,
 ) -> [f32; 3] {
     let mut total = [0.0f32; 3];
     let fibre = shading.fibre;
@@ -117,11 +118,11 @@ fn mode_at_lag(
             total = total.map(|sum| sum + value);
         } else {
             let value = if mode == 1 {
-                let lobes = sample_lobes(&shading.tt, fibre.eta, incline.cos_theta_d);
+                let lobes = shading.tt.lobes_at(fibre.eta, incline.cos_theta_d);
                 azimuthal_tt(kappa, lag, &lobes)
             } else {
                 let eta = eta_star(kappa, lag, fibre);
-                let lobes = sample_lobes(&shading.trt, eta, incline.cos_theta_d);
+                let lobes = shading.trt.lobes_at(eta, incline.cos_theta_d);
                 azimuthal_trt(kappa, lag, &lobes)
             };
             for channel in 0..3 {

@@ -143,7 +143,7 @@ pub fn forward_events(record: &ShadowRecord, p: [f32; 3], share: [f32; 3]) -> [f
 }
 
 /// Bits of the half float nearest to `x`, 0..=65504; below its smallest normal number, zero.
-fn half_bits(x: f32) -> u32 {
+pub(super) fn half_bits(x: f32) -> u32 {
     // The smallest normal half float, 2^-14; 112 is the difference of the exponents' biases.
     if x < 6.103_515_6e-5 {
         return 0;
@@ -154,7 +154,7 @@ fn half_bits(x: f32) -> u32 {
 }
 
 /// The value of [`half_bits`].
-fn from_half_bits(bits: u32) -> f32 {
+pub(super) fn from_half_bits(bits: u32) -> f32 {
     if bits == 0 {
         return 0.0;
     }

@@ -119,6 +119,17 @@ impl AzimuthRule {
     /// `q_f` and `q_b` of `lobe` at `cos(theta_d)` in 0..=1.
     pub fn halves(&self, lobe: Lobe, cos_theta_d: f64) -> Halves {
         let mut halves = Halves::default();
+        self.each(lobe, cos_theta_d, |forward, kept| {
+            for c in 0..3 {
+                halves.forward[c] += kept[c] * forward;
+                halves.backward[c] += kept[c] * (1.0 - forward);
+            }
+        });
+        halves
+    }
+
+    /// Hands on what is kept at each offset, times the offset's weight, and its share forward.
+    pub(super) fn each(&self, lobe: Lobe, cos_theta_d: f64, mut see: impl FnMut(f64, [f64; 3])) {
         let etas = match lobe {
             Lobe::Trt => &self.trt_eta[..],
             Lobe::R | Lobe::Tt => std::slice::from_ref(&self.eta),
@@ -133,13 +144,12 @@ impl AzimuthRule {
                 .filter(|&kink| kink < FRAC_PI_2);
             match kink {
                 Some(kink) => {
-                    self.add(lobe, &section, 0.0, kink, share, &mut halves);
-                    self.add(lobe, &section, kink, FRAC_PI_2, share, &mut halves);
+                    self.add(lobe, &section, [0.0, kink], share, &mut see);
+                    self.add(lobe, &section, [kink, FRAC_PI_2], share, &mut see);
                 }
-                None => self.add(lobe, &section, 0.0, FRAC_PI_2, share, &mut halves),
+                None => self.add(lobe, &section, [0.0, FRAC_PI_2], share, &mut see),
             }
         }
-        halves
     }
 
     /// Adds offsets `low..high` of gamma, and those of the other side.
@@ -147,10 +157,9 @@ impl AzimuthRule {
         &self,
         lobe: Lobe,
         section: &FibreSection,
-        low: f64,
-        high: f64,
+        [low, high]: [f64; 2],
         share: f64,
-        halves: &mut Halves,
+        see: &mut impl FnMut(f64, [f64; 3]),
     ) {
         // gamma = high - (high - low) s^2: dense near grazing, where the Fresnel term turns.
         for (s, weight) in self.rule.on(0.0, 1.0) {
@@ -163,11 +172,7 @@ impl AzimuthRule {
                 Lobe::Trt => self.blur.at(4.0 * gamma_t(section, sin) - 2.0 * gamma),
             };
             let kept = section.attenuation(lobe, sin, cos);
-            for c in 0..3 {
-                let kept = weight * kept[c];
-                halves.forward[c] += kept * forward;
-                halves.backward[c] += kept * (1.0 - forward);
-            }
+            see(forward, kept.map(|kept| weight * kept));
         }
     }
 }

@@ -42,7 +42,7 @@ const D_MIN: f64 = 1e-3;
 ///
 /// without cancellation, so also for hair so dark that next to nothing comes back. D is at least
 /// 1e-3, so that white hair stays finite; sums a_f + a_b above 1 are taken as 1.
-fn counts(a_f: f64, a_b: f64) -> [f64; 3] {
+pub(super) fn counts(a_f: f64, a_b: f64) -> [f64; 3] {
     let (x, y) = (a_f * a_f, a_b * a_b);
     let lost = (1.0 - a_f - a_b).max(0.0);
     let square = lost * (1.0 - a_f + a_b) * (1.0 + a_f - a_b) * (1.0 + a_f + a_b);

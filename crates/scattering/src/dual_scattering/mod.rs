@@ -34,12 +34,14 @@ mod backscatter;
 mod event;
 mod events;
 mod longitudinal;
+mod painted;
 mod table;
 
 pub use azimuth::{AzimuthRule, Halves, LagBlur};
 pub use backscatter::{Backscatter, all_orders, published, truncated};
 pub use event::{Event, Mixture, Moments, event, event_separated, mixture};
 pub use events::Events;
+pub use painted::{DEFAULT_AVERAGE_LAYERS, DEFAULT_SCALES, PaintedAverageTable};
 pub use table::{AverageTable, N_INCLINATIONS};
 
 use crate::hair::{HairParams, Lobe};

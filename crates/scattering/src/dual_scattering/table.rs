@@ -27,14 +27,14 @@ pub const N_INCLINATIONS: usize = 128;
 
 /// Columns over cos(theta_d), evenly in `asinh(c / k)`, `k = sqrt(eta^2 - 1)` and at least this:
 /// the Fresnel term turns at k, and absorption goes with ln c above it.
-const N_COLUMNS: usize = 65;
-const K_MIN: f64 = 0.02;
+pub(super) const N_COLUMNS: usize = 65;
+pub(super) const K_MIN: f64 = 0.02;
 /// Nodes over half the fibre's width; half angles of an elliptic fibre.
-const N_OFFSETS: usize = 20;
-const N_TURNS: usize = 6;
+pub(super) const N_OFFSETS: usize = 20;
+pub(super) const N_TURNS: usize = 6;
 /// Nodes over theta_o, and where M_t is cut off: erfc(3.5) = 7e-7.
-const N_OUTGOING: usize = 16;
-const REACH: f64 = 3.5;
+pub(super) const N_OUTGOING: usize = 16;
+pub(super) const REACH: f64 = 3.5;
 
 /// All averages of one fibre over the incident inclination.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,34 +45,37 @@ pub struct AverageTable {
     pub rows: Vec<[[f32; 3]; Average::ALL.len()]>,
 }
 
-/// `q_f` per channel, then `q_b`, over the columns of one mode.
-struct Columns {
+/// Where the columns over cos(theta_d) stand, and how they are interpolated.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Taps {
+    k: f64,
+    length: f64,
     /// `1 / k`, and columns per unit of asinh.
     scale: [f64; 2],
-    values: Vec<[f64; 6]>,
 }
 
-impl Columns {
-    fn new(azimuth: &AzimuthRule, lobe: Lobe, eta: f64) -> Columns {
+impl Taps {
+    /// [`N_COLUMNS`] columns for index `eta`.
+    pub fn new(eta: f64) -> Taps {
         let k = ((eta - 1.0) * (eta + 1.0)).max(0.0).sqrt().max(K_MIN);
         let last = (N_COLUMNS - 1) as f64;
         let length = k.recip().asinh();
-        let values = (0..N_COLUMNS).map(|ix| {
-            let c = k * (length * ix as f64 / last).sinh();
-            let Halves { forward, backward } = azimuth.halves(lobe, c);
-            let [a, b, c] = forward;
-            let [d, e, f] = backward;
-            [a, b, c, d, e, f]
-        });
-        Columns {
+        Taps {
+            k,
+            length,
             scale: [k.recip(), last / length],
-            values: values.collect(),
         }
     }
 
-    /// Adds `weight` times the values at `cos_theta_d` in 0..=1: the cubic through four columns,
-    /// kept near its neighbours where they fall by orders of magnitude.
-    fn add(&self, cos_theta_d: f64, weight: f64, sums: &mut [f64; 6]) {
+    /// cos(theta_d) of a column.
+    pub fn cos_theta_d(&self, ix: usize) -> f64 {
+        let last = (N_COLUMNS - 1) as f64;
+        self.k * (self.length * ix as f64 / last).sinh()
+    }
+
+    /// The column left of `cos_theta_d` in 0..=1, the first of four, and the weights of the cubic
+    /// through those.
+    pub fn at(&self, cos_theta_d: f64) -> (usize, usize, [f64; 4]) {
         let c = self.scale[0] * cos_theta_d;
         let x = self.scale[1] * (c + (c * c + 1.0).sqrt()).ln();
         let left = (x as usize).min(N_COLUMNS - 2);
@@ -85,6 +88,35 @@ impl Columns {
             a * b * d / -2.0,
             a * b * c / 6.0,
         ];
+        (left, first, cubic)
+    }
+}
+
+/// `q_f` per channel, then `q_b`, over the columns of one mode.
+struct Columns {
+    taps: Taps,
+    values: Vec<[f64; 6]>,
+}
+
+impl Columns {
+    fn new(azimuth: &AzimuthRule, lobe: Lobe, eta: f64) -> Columns {
+        let taps = Taps::new(eta);
+        let values = (0..N_COLUMNS).map(|ix| {
+            let Halves { forward, backward } = azimuth.halves(lobe, taps.cos_theta_d(ix));
+            let [a, b, c] = forward;
+            let [d, e, f] = backward;
+            [a, b, c, d, e, f]
+        });
+        Columns {
+            taps,
+            values: values.collect(),
+        }
+    }
+
+    /// Adds `weight` times the values at `cos_theta_d` in 0..=1: the cubic through four columns,
+    /// kept near its neighbours where they fall by orders of magnitude.
+    fn add(&self, cos_theta_d: f64, weight: f64, sums: &mut [f64; 6]) {
+        let (left, first, cubic) = self.taps.at(cos_theta_d);
         let rows = &self.values[first..first + 4];
         let (low, high) = (&self.values[left], &self.values[left + 1]);
         for i in 0..6 {

@@ -32,6 +32,18 @@ pub struct PaintedTexture {
 }
 
 impl PaintedTexture {
+    /// The texture of the shaders, `rgba32uint`, `shapes.len()` texels wide: the shapes, then
+    /// amplitudes, a row a layer but the last, each with those of the next layer.
+    pub fn texels(&self) -> Vec<[u32; 4]> {
+        let layers = self.amplitudes.chunks_exact(self.shapes.len());
+        let mut texels = self.shapes.clone();
+        for (near, far) in layers.clone().zip(layers.skip(1)) {
+            let pairs = near.iter().zip(far);
+            texels.extend(pairs.map(|(&[a, b], &[c, d])| [a, b, c, d]));
+        }
+        texels
+    }
+
     /// The texture as the closed form samples it.
     pub fn view(&self) -> PaintedView<'_> {
         PaintedView {

@@ -1,0 +1,163 @@
+//! Paint of a point as shading reads it. Twin: `shaders/lib/paint.wgsl`.
+
+use super::azimuthal_r::Reflectance;
+use super::fibre::Fibre;
+use super::painted_averages::{
+    PaintedAverages, PaintedAveragesView, PaintedPointAverages, average_row,
+};
+use super::painted_lobes::{PaintedDecode, PaintedPointLobes, PaintedView, lobe_layer};
+use super::single_scattering::Shading;
+use super::tables::Tables;
+use super::transmittance::{from_half_bits, half_bits};
+use crate::hair::{SHIFT_MAX, WIDTH_MAX, WIDTH_MIN};
+
+/// A point's paint, unpacked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointPaint {
+    /// Absorption of the dye per fibre radius, linear RGB.
+    pub dye: [f32; 3],
+    /// How much of it there is, 0..=1.
+    pub weight: f32,
+    /// Factor of the widths.
+    pub width_scale: f32,
+    /// Factor of the shifts.
+    pub shift_scale: f32,
+}
+
+/// A texel of paint, `rgba32uint`: dye and weight as half floats, low half first, then both
+/// factors as floats.
+pub type PaintTexel = [u32; 4];
+
+/// What painted points have in common, byte for byte the uniform `PaintedHair` of the shaders (400
+/// bytes).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PaintedHair {
+    /// The fibre without paint.
+    pub fibre: Fibre,
+    /// R's coefficients.
+    pub reflectance: Reflectance,
+    /// Placement of the lobes of TT.
+    pub tt: PaintedDecode,
+    /// Placement of the lobes of TRT.
+    pub trt: PaintedDecode,
+    /// Placement of the averages.
+    pub averages: PaintedAverages,
+}
+
+/// The textures of painted hair.
+#[derive(Clone, Copy, Debug)]
+pub struct PaintedViews<'a> {
+    /// What points have in common.
+    pub hair: &'a PaintedHair,
+    /// The table C, for R.
+    pub tables: Tables<'a>,
+    /// Lobes of TT.
+    pub tt: PaintedView<'a>,
+    /// Lobes of TRT.
+    pub trt: PaintedView<'a>,
+    /// Averages.
+    pub averages: PaintedAveragesView<'a>,
+}
+
+/// The texel of a point's paint.
+pub fn pack_paint(paint: &PointPaint) -> PaintTexel {
+    let [r, g, b] = paint.dye.map(half_bits);
+    [
+        r | g << 16,
+        b | half_bits(paint.weight) << 16,
+        paint.width_scale.to_bits(),
+        paint.shift_scale.to_bits(),
+    ]
+}
+
+/// The paint of a texel.
+pub fn unpack_paint(texel: &PaintTexel) -> PointPaint {
+    let halves = |word: u32| [word & 0xffff, word >> 16].map(from_half_bits);
+    let ([r, g], [b, weight]) = (halves(texel[0]), halves(texel[1]));
+    PointPaint {
+        dye: [r, g, b],
+        weight,
+        width_scale: f32::from_bits(texel[2]),
+        shift_scale: f32::from_bits(texel[3]),
+    }
+}
+
+/// The fibre of a painted point: absorption `mix(fibre.sigma_a, dye, weight)`, widths and shifts
+/// times their factors, kept in the ranges of [`crate::HairParams`].
+pub fn painted_fibre(fibre: &Fibre, paint: &PointPaint) -> Fibre {
+    let mixed = |c: usize| fibre.sigma_a[c] * (1.0 - paint.weight) + paint.dye[c] * paint.weight;
+    let (least, most) = (WIDTH_MIN as f32, WIDTH_MAX as f32);
+    let shift_max = SHIFT_MAX as f32;
+    Fibre {
+        sigma_a: [0, 1, 2].map(mixed),
+        alpha: fibre
+            .alpha
+            .map(|alpha| (paint.shift_scale * alpha).clamp(-shift_max, shift_max)),
+        beta: fibre
+            .beta
+            .map(|beta| (paint.width_scale * beta).clamp(least, most)),
+        ..*fibre
+    }
+}
+
+/// Where the averages of a point of this `fibre` ([`painted_fibre`]'s) stand.
+pub fn painted_averages<'a>(
+    views: &PaintedViews<'a>,
+    fibre: &Fibre,
+    paint: &PointPaint,
+) -> PaintedPointAverages<'a> {
+    let (width, shift) = (paint.width_scale, paint.shift_scale);
+    PaintedPointAverages {
+        view: views.averages,
+        row: average_row(views.averages.decode, fibre.sigma_a, width, shift),
+    }
+}
+
+/// What the shading of a point of this `fibre` ([`painted_fibre`]'s) reads.
+pub fn painted_shading<'a>(
+    views: &PaintedViews<'a>,
+    fibre: &'a Fibre,
+) -> Shading<'a, PaintedPointLobes<'a>> {
+    let lobes = |view: PaintedView<'a>| PaintedPointLobes {
+        view,
+        layers: fibre
+            .sigma_a
+            .map(|sigma_a| lobe_layer(view.decode, sigma_a)),
+    };
+    Shading {
+        fibre,
+        tables: views.tables,
+        reflectance: &views.hair.reflectance,
+        tt: lobes(views.tt),
+        trt: lobes(views.trt),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paint_survives_packing() {
+        let paint = PointPaint {
+            dye: [0.25, 49.0, 0.001],
+            weight: 0.7,
+            width_scale: 0.3,
+            shift_scale: 1.7,
+        };
+        let again = unpack_paint(&pack_paint(&paint));
+        for (a, b) in again.dye.iter().zip(paint.dye) {
+            assert!((a / b - 1.0).abs() <= 1.0 / 2048.0, "{a} {b}");
+        }
+        assert!((again.weight - 0.7).abs() <= 0.7 / 2048.0);
+        assert_eq!((again.width_scale, again.shift_scale), (0.3, 1.7));
+        let none = PointPaint {
+            dye: [0.0; 3],
+            weight: 0.0,
+            width_scale: 1.0,
+            shift_scale: 1.0,
+        };
+        assert_eq!(unpack_paint(&pack_paint(&none)), none);
+    }
+}
