@@ -9,11 +9,23 @@
 // #import lib/multiple_scattering
 // #import lib/global_scattering
 // #import lib/local_scattering
+// #if PAINTED
+// #import lib/paint
+// #endif
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> batch: Batch;
 @group(0) @binding(2) var<uniform> grid: Grid;
+// #if PAINTED
+// Every point has its own fibre.
+@group(0) @binding(3) var<uniform> hair: PaintedHair;
+// PAINT_WIDTH points a row.
+@group(0) @binding(20) var paint: texture_2d<u32>;
+// #else
 @group(0) @binding(3) var<uniform> shading: Shading;
+// By the sine of the inclination, 0..=1: a_f, then beta_f^2.
+@group(0) @binding(16) var<uniform> forward: array<vec4f, 128>;
+// #endif
 @group(0) @binding(4) var<storage, read> points: array<vec4f>;
 @group(0) @binding(5) var<storage, read> tangents: array<vec4f>;
 @group(0) @binding(6) var<storage, read> normals: array<vec4f>;
@@ -29,8 +41,6 @@
 @group(0) @binding(13) var lobes_tt: texture_2d<u32>;
 @group(0) @binding(14) var lobes_trt: texture_2d<u32>;
 @group(0) @binding(15) var averages: texture_2d<f32>;
-// By the sine of the inclination, 0..=1: a_f, then beta_f^2.
-@group(0) @binding(16) var<uniform> forward: array<vec4f, 128>;
 
 // Unblocked shares by shadow maps, [slot / 4][point], eight bits a slot.
 @group(0) @binding(17) var<storage, read> answers: array<u32>;
@@ -43,8 +53,13 @@ const DIRECT_LOCAL_COUNTER: u32 = 3u;
 const GLOBAL_COUNTER: u32 = 5u;
 const LOCAL_COUNTER: u32 = 7u;
 
+// #if PAINTED
+// Texels a row of the paint; twin in crates/runtime/src/render/painted.rs.
+const PAINT_WIDTH: u32 = 1024u;
+// #else
 // Sines less one, the index of the last.
 const LAST_FORWARD: f32 = 63.0;
+// #endif
 
 fn count(counter: u32, n: u32) {
     let before = atomicAdd(&counters[2u * counter], n);
@@ -86,6 +101,8 @@ fn in_view(screen: vec3f) -> bool {
     return screen.z >= view.near && all(screen.xy > low) && all(screen.xy < high);
 }
 
+// #if PAINTED
+// #else
 // a_f and beta_f^2 between two entries.
 struct ForwardAverages {
     a_f: vec3f,
@@ -102,6 +119,7 @@ fn sample_forward(sin_theta: f32) -> ForwardAverages {
         mix(forward[ix + 1u].xyz, forward[ix + 3u].xyz, fraction),
     );
 }
+// #endif
 
 // Adds to the counts of a term.
 fn count_term(counter: u32, evaluated: u32) {
@@ -128,6 +146,15 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     let lift = SELF_LIFT * grid.h;
     let n_voxels = grid.dims.x * grid.dims.y * grid.dims.z;
     let through = unblocked_share(0u, point_ix);
+// #if PAINTED
+    let painted = unpack_paint(
+        textureLoad(paint, vec2u(point_ix % PAINT_WIDTH, point_ix / PAINT_WIDTH), 0));
+    let fibre = painted_fibre(hair.fibre, painted);
+    let shading = painted_shading(hair, fibre);
+    let row = painted_averages(hair, fibre, painted);
+// #else
+    let row = 0u;
+// #endif
     var sum = vec3f(0.0);
     var evaluated = vec4u(0u);
     for (var ix = 0u; ix < batch.n_lights; ix++) {
@@ -151,7 +178,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             evaluated.x++;
         }
         if (TERMS & TERM_LOCAL) != 0u && direct_power * batch.most_local >= batch.min_power {
-            let scattered = direct_local_scattering(source, eye, averages, 0u);
+            let scattered = direct_local_scattering(source, eye, averages, row);
             let factor = batch.density_back * unblocked * light.solid_angle;
             sum += factor * light.rgb * scattered;
             evaluated.y++;
@@ -159,7 +186,11 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         if (TERMS & (TERM_LOCAL | TERM_GLOBAL)) == 0u {
             continue;
         }
+// #if PAINTED
+        let at = sample_painted_forward(averages, row, record.sin_theta);
+// #else
         let at = sample_forward(record.sin_theta);
+// #endif
         let arriving = forward_light(
             record, unblocked, at.a_f, at.beta_f_2, light.rgb, light.lambda);
         let gained = batch.density_forward * arriving.gained;
@@ -173,7 +204,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         }
         if (TERMS & TERM_LOCAL) != 0u && power * batch.most_local >= batch.min_power {
             let scattered =
-                local_scattering(source.direction, eye, arriving.sigma_f, averages, 0u);
+                local_scattering(source.direction, eye, arriving.sigma_f, averages, row);
             sum += batch.density_back * radiance_in * scattered;
             evaluated.w++;
         }

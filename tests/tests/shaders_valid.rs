@@ -8,8 +8,8 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use strandlight_runtime::optics::ShadingUniform;
 use strandlight_runtime::shaders::{MODULES, resolve_with};
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, Fibre, LightInFrame, LobeDecode, PaintedDecode, Reflectance, TableAxes,
-    TableAxis,
+    DirectionInFrame, Fibre, LightInFrame, LobeDecode, PaintedAverages, PaintedDecode, PaintedHair,
+    Reflectance, TableAxes, TableAxis,
 };
 
 /// The parsed and validated module.
@@ -53,12 +53,42 @@ fn every_feature_is_valid() {
         .collect();
     features.sort_unstable();
     features.dedup();
-    for (name, _) in MODULES {
+    // Probes ask for a fibre's averages by themselves and are never compiled for painted hair.
+    let of_fibres = ["pass/probe", "pass/bench"];
+    for (name, _) in MODULES.iter().filter(|(name, _)| !of_fibres.contains(name)) {
         for feature in &features {
             module_with(name, &[feature]);
         }
         module_with(name, &features);
     }
+}
+
+/// Shading of painted hair, whatever is painted; of unpainted hair nothing of it.
+#[test]
+fn painted_shading_is_valid_and_apart() {
+    let bound = |module: &naga::Module| {
+        let variables = module.global_variables.iter();
+        let names = variables.filter(|(_, variable)| variable.binding.is_some());
+        let names = names.map(|(_, variable)| variable.name.clone().unwrap_or_default());
+        names.collect::<Vec<_>>()
+    };
+    for features in [
+        &["PAINTED"][..],
+        &["PAINTED", "PAINTED_WIDTHS"],
+        &["PAINTED", "PAINTED_SHIFTS"],
+        &["PAINTED", "PAINTED_WIDTHS", "PAINTED_SHIFTS"],
+    ] {
+        let painted = module_with("pass/shade", features);
+        let names = bound(&painted);
+        assert!(names.contains(&"paint".to_owned()) && names.contains(&"hair".to_owned()));
+        assert!(!names.contains(&"forward".to_owned()), "{names:?}");
+    }
+    let plain = module("pass/shade");
+    assert!(!bound(&plain).contains(&"paint".to_owned()));
+    assert!(plain.functions.iter().all(|(_, function)| {
+        let name = function.name.as_deref().unwrap_or_default();
+        !name.contains("paint")
+    }));
 }
 
 #[test]
@@ -182,6 +212,29 @@ fn structs_have_the_layout_of_their_mirrors() {
             layer_scale,
             decay,
             padding
+        }
+    );
+    same_layout!(
+        &self::module("lib/painted_averages"),
+        PaintedAverages {
+            last_layer,
+            layer_scale,
+            last_width,
+            last_shift,
+            scale_first,
+            scale_range,
+            padding_0,
+            padding_1
+        }
+    );
+    same_layout!(
+        &module_with("lib/paint", &["PAINTED"]),
+        PaintedHair {
+            fibre,
+            reflectance,
+            tt,
+            trt,
+            averages
         }
     );
     same_layout!(

@@ -11,17 +11,21 @@ use web_time::Instant;
 
 use strandlight_formats::TableFile;
 use strandlight_scattering::closed_form::{
-    AverageTexel, Fibre, LobeDecode, Reflectance, pack_averages,
+    AverageTexel, Fibre, LobeDecode, N_AVERAGE_COLUMNS, PaintedAverages, PaintedDecode,
+    Reflectance, pack_averages,
 };
-use strandlight_scattering::dual_scattering::AverageTable;
+use strandlight_scattering::dual_scattering::{
+    AverageTable, DEFAULT_AVERAGE_LAYERS, DEFAULT_SCALES, N_INCLINATIONS, PaintedAverageTable,
+};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{
-    DEFAULT_LOBE_TEXELS, Energies, LobePlaces, LobeRows, LobeTable, LobeTexture, PackedShapes,
-    Shares,
+    DEFAULT_LOBE_TEXELS, DEFAULT_PAINTED_TEXELS, Energies, LobePlaces, LobeRows, LobeTable,
+    LobeTexture, PackedShapes, PaintedTexture, Shares, slice_painted,
 };
 use strandlight_scattering::{HairParams, Lobe, ParamError};
 
 use crate::optics::{Optics, no_lobes};
+use crate::paint::{PaintKinds, no_painted_averages, no_painted_lobes};
 use crate::tables::{TablesError, lobe_table};
 
 /// A group of [`HairParams`] that is edited together.
@@ -111,6 +115,23 @@ pub enum Part {
     LobesTrt,
     /// The averages of multiple scattering, of all modes whichever are enabled; on the GPU.
     Averages,
+    /// The lobes of TT over theta_d and absorption, in the place of those of one fibre where hair
+    /// is painted; on the GPU.
+    PaintedTt,
+    /// Those of TRT; on the GPU.
+    PaintedTrt,
+    /// The averages over inclination, absorption and whichever factors are painted; on the GPU.
+    PaintedAverages,
+}
+
+impl Part {
+    /// Is it for painted hair? The other parts but the fibre and R are for hair that is not.
+    pub const fn is_painted(self) -> bool {
+        matches!(
+            self,
+            Part::PaintedTt | Part::PaintedTrt | Part::PaintedAverages
+        )
+    }
 }
 
 /// One row of [`RULES`].
@@ -121,7 +142,7 @@ pub struct Rule {
     /// Its name in reports.
     pub name: &'static str,
     /// It exists if one of these modes is enabled; the fibre always, the averages if multiple
-    /// scattering is.
+    /// scattering is. Painted hair has parts of its own, see [`Part::is_painted`].
     pub modes: &'static [Lobe],
     /// Parameters it is made of.
     pub parameters: &'static [Parameter],
@@ -147,8 +168,8 @@ const fn rule(
 
 /// From parameter to texture, sources first.
 #[rustfmt::skip]
-pub const RULES: [Rule; 13] = {
-    use Parameter::{CausticWidth, Eccentricity, Eta, SigmaA};
+pub const RULES: [Rule; 16] = {
+    use Parameter::{CausticWidth, Eccentricity, Eta, Shift, SigmaA, Width};
     use Part::*;
     const TT: &[Lobe] = &[Lobe::Tt];
     const TRT: &[Lobe] = &[Lobe::Trt];
@@ -166,6 +187,10 @@ pub const RULES: [Rule; 13] = {
         rule(SharesTrt,   "shares TRT",   TRT,        &[SigmaA],                    &[RowTrt]),
         rule(LobesTrt,    "lobes TRT",    TRT,        &[],                          &[ShapesTrt, EnergiesTrt, SharesTrt]),
         rule(Averages,    "averages",     &[],        &Parameter::ALL,              &[]),
+        // Of no absorption: neither its edit nor paint makes them anew.
+        rule(PaintedTt,       "painted lobes TT",  TT,  &[Eta],                             &[]),
+        rule(PaintedTrt,      "painted lobes TRT", TRT, &[Eta, CausticWidth],               &[]),
+        rule(PaintedAverages, "painted averages",  &[], &[Eta, Shift, Width, CausticWidth], &[]),
     ]
 };
 
@@ -288,6 +313,9 @@ pub enum EditError {
     /// A mode is enabled and its lobes were not loaded.
     #[error("the lobes of {} are not loaded", .0.name())]
     NoLobes(Lobe),
+    /// The lobes of painted hair are those of round fibres.
+    #[error("painted hair must be round: eccentricity is {0}, not 1")]
+    PaintedEccentric(f64),
 }
 
 /// Everything that shading reads of one fibre, and what it takes to edit it.
@@ -299,6 +327,7 @@ pub struct HairTextures {
     hair: HairParams,
     modes: Vec<Lobe>,
     is_multiple: bool,
+    paint: Option<PaintKinds>,
     /// Of TT and TRT, as the following.
     rows: [Option<LobeRows>; 2],
     energies: [Option<Energies>; 2],
@@ -330,6 +359,7 @@ impl HairTextures {
             hair: *hair,
             modes: Vec::new(),
             is_multiple: false,
+            paint: None,
             rows: [None, None],
             energies: [None, None],
             shapes: [None, None],
@@ -365,6 +395,36 @@ impl HairTextures {
         self.update(self.optics.fibre, Default::default(), false)
     }
 
+    /// Takes the hair for painted with these factors, or for not painted: its parts come or go.
+    ///
+    /// # Errors
+    /// The hair is elliptic; nothing is changed then.
+    pub fn enable_paint(&mut self, paint: Option<PaintKinds>) -> Result<EditReport, EditError> {
+        check_round(&self.hair, paint)?;
+        if paint != self.paint {
+            let ix = RULES
+                .iter()
+                .position(|rule| rule.part == Part::PaintedAverages);
+            self.made[ix.unwrap_or_default()] = false;
+        }
+        self.paint = paint;
+        Ok(self.update(self.optics.fibre, Default::default(), false))
+    }
+
+    /// What of the hair is painted; [`None`] if nothing is.
+    pub fn paint(&self) -> Option<PaintKinds> {
+        self.paint
+    }
+
+    /// The largest A_b of any fibre: what local scattering sends back of power at most.
+    pub fn largest_local(&self) -> f32 {
+        let uniform = self.averages().iter().flat_map(|texel| &texel[..3]);
+        let table = &self.optics.painted.averages;
+        let rows = table.texels.chunks_exact(N_AVERAGE_COLUMNS);
+        let painted = rows.flat_map(|row| row[..N_INCLINATIONS].iter().map(|texel| &texel[0]));
+        uniform.chain(painted).fold(0.0, |a, &b| f32::max(a, b))
+    }
+
     /// [`HairTextures::apply`] and [`HairTextures::enable`] at once.
     ///
     /// # Errors
@@ -376,6 +436,7 @@ impl HairTextures {
             .filter(|lobe| modes.contains(lobe))
             .collect();
         let fibre = Fibre::new(hair, &modes, self.segments)?;
+        check_round(hair, self.paint)?;
         for &mode in &modes {
             if mode != Lobe::R && self.table(mode).is_none() {
                 return Err(EditError::NoLobes(mode));
@@ -397,10 +458,13 @@ impl HairTextures {
     ) -> EditReport {
         let mut parts: Vec<PartReport> = Vec::with_capacity(RULES.len());
         for (ix, rule) in RULES.iter().enumerate() {
+            let of_modes = rule.modes.iter().any(|mode| self.modes.contains(mode));
             let needed = match rule.part {
                 Part::Fibre => true,
-                Part::Averages => self.is_multiple,
-                _ => rule.modes.iter().any(|mode| self.modes.contains(mode)),
+                Part::Reflectance => of_modes,
+                part if part.is_painted() != self.paint.is_some() => false,
+                Part::Averages | Part::PaintedAverages => self.is_multiple,
+                _ => of_modes,
             };
             let of_parameters = rule
                 .parameters
@@ -499,7 +563,27 @@ impl HairTextures {
                 let table = AverageTable::new(&self.hair, self.fresnel);
                 self.optics.averages = pack_averages(&table);
             }
+            Part::PaintedTt => self.optics.painted.tt = self.painted_lobes(Lobe::Tt),
+            Part::PaintedTrt => self.optics.painted.trt = self.painted_lobes(Lobe::Trt),
+            Part::PaintedAverages => {
+                let kinds = self.paint.unwrap_or_default();
+                let scales = |is_painted| if is_painted { DEFAULT_SCALES } else { 1 };
+                let size = [
+                    DEFAULT_AVERAGE_LAYERS,
+                    scales(kinds.widths),
+                    scales(kinds.shifts),
+                ];
+                let table = PaintedAverageTable::new(&self.hair, self.fresnel, size);
+                self.optics.painted.averages = table;
+            }
         }
+    }
+
+    fn painted_lobes(&self, mode: Lobe) -> PaintedTexture {
+        let (eta, caustic_width) = (self.hair.eta, self.hair.caustic_width);
+        self.table(mode)
+            .map(|table| slice_painted(table, eta, caustic_width, DEFAULT_PAINTED_TEXELS))
+            .unwrap_or_else(no_painted_lobes)
     }
 
     fn row(&self, mode: Lobe) -> Option<LobeRows> {
@@ -547,19 +631,41 @@ impl HairTextures {
             Part::LobesTt => self.optics.tt = no_lobes(),
             Part::LobesTrt => self.optics.trt = no_lobes(),
             Part::Averages => self.optics.averages = Vec::new(),
+            Part::PaintedTt => self.optics.painted.tt = no_painted_lobes(),
+            Part::PaintedTrt => self.optics.painted.trt = no_painted_lobes(),
+            Part::PaintedAverages => self.optics.painted.averages = no_painted_averages(),
         }
     }
 
     /// Bytes of `part` on the GPU, placement in the uniform included.
     fn gpu_bytes(&self, part: Part) -> usize {
         let lobes = |lobes: &LobeTexture| size_of_val(&lobes.texels[..]) + size_of::<LobeDecode>();
+        // A row of shapes, and one of each layer but the last.
+        let painted = |lobes: &PaintedTexture| {
+            let rows = 1 + lobes.decode.last_layer as usize;
+            16 * lobes.shapes.len() * rows + size_of::<PaintedDecode>()
+        };
         match part {
             Part::Fibre => size_of::<Fibre>(),
             Part::Reflectance => size_of::<Reflectance>(),
             Part::LobesTt => lobes(&self.optics.tt),
             Part::LobesTrt => lobes(&self.optics.trt),
             Part::Averages => size_of_val(self.averages()),
+            Part::PaintedTt => painted(&self.optics.painted.tt),
+            Part::PaintedTrt => painted(&self.optics.painted.trt),
+            Part::PaintedAverages => {
+                let texels = &self.optics.painted.averages.texels;
+                size_of_val(&texels[..]) + size_of::<PaintedAverages>()
+            }
             _ => 0,
         }
     }
+}
+
+/// Painted hair must be round.
+fn check_round(hair: &HairParams, paint: Option<PaintKinds>) -> Result<(), EditError> {
+    if paint.is_some() && hair.eccentricity != 1.0 {
+        return Err(EditError::PaintedEccentric(hair.eccentricity));
+    }
+    Ok(())
 }

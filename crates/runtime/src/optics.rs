@@ -11,6 +11,7 @@ use strandlight_scattering::lobes::LobeTexture;
 
 use crate::edit::{EditReport, Part};
 use crate::gpu::{Context, GpuError};
+use crate::paint::PaintedOptics;
 
 /// The optics of one fibre, ready for shading.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +26,8 @@ pub struct Optics {
     pub trt: LobeTexture,
     /// Averages for multiple scattering over the inclination; none where that is switched off.
     pub averages: Vec<AverageTexel>,
+    /// What takes the place of lobes and averages where hair is painted.
+    pub painted: PaintedOptics,
 }
 
 /// Stands for the lobes of a mode that is not enabled; must not be sampled.
@@ -49,6 +52,7 @@ impl Optics {
             tt: no_lobes(),
             trt: no_lobes(),
             averages: Vec::new(),
+            painted: PaintedOptics::default(),
         }
     }
 

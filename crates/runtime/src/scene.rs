@@ -1,6 +1,7 @@
 //! A scene made ready for rendering: the files it names read, checked and put into world space.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use strandlight_formats::{Background, Scattering, Scene, SrbfLight};
 use strandlight_scattering::Lobe;
@@ -13,6 +14,7 @@ use crate::camera::Camera;
 use crate::edit::{EditReport, HairTextures};
 use crate::error::SceneError;
 use crate::files::Files;
+use crate::paint::{Paint, PaintKinds, PaintedPoint};
 use crate::render::LIGHT_BATCH;
 use crate::shadow_maps::{DEFAULT_SHADOW_MAPS, ShadowPlan, through_weight};
 use crate::stats::Stats;
@@ -45,6 +47,7 @@ pub struct PreparedScene {
     /// a scene add up to that of all if these stay the same.
     pub measure: Option<Vec<[f32; 3]>>,
     scattering: Scattering,
+    paint: Option<Vec<PaintedPoint>>,
     /// Tables of the closed forms: C where R is drawn.
     pub tables: ShadingTables,
     /// The view.
@@ -139,6 +142,7 @@ impl PreparedScene {
             record_budget: RECORD_BUDGET,
             measure: None,
             scattering: scene.render.scattering,
+            paint: None,
             tables: assets.tables.shading.clone(),
             camera,
             background: scene.render.background,
@@ -148,6 +152,11 @@ impl PreparedScene {
             samples: scene.render.samples,
         };
         prepared.set_scattering(scene.render.scattering);
+        let paint = Paint::from_groom(&assets.groom);
+        let paint = paint.map_err(|error| SceneError::File(format!("groom.file: {error}")))?;
+        if let Some(paint) = &paint {
+            prepared.set_paint(Some(paint))?;
+        }
         Ok(prepared)
     }
 
@@ -174,6 +183,7 @@ impl PreparedScene {
             record_budget: RECORD_BUDGET,
             measure: None,
             scattering: Scattering::Total,
+            paint: None,
             tables,
             camera,
             background,
@@ -209,10 +219,55 @@ impl PreparedScene {
         }
     }
 
+    /// The paint of [`Strands::points`]; [`None`] where the hair is not painted.
+    pub fn paint(&self) -> Option<&[PaintedPoint]> {
+        self.paint.as_deref()
+    }
+
+    /// Takes the paint of the groom's points, or takes all paint off: the hair's tables of painted
+    /// fibres come or go.
+    ///
+    /// # Errors
+    /// Not one entry for each point of the groom; elliptic fibres, of which there are no painted
+    /// ones. Nothing is changed then.
+    pub fn set_paint(&mut self, paint: Option<&Paint>) -> Result<EditReport, SceneError> {
+        let points = paint.map(|paint| paint.spread(&self.strands)).transpose()?;
+        let kinds = points.as_deref().map(PaintKinds::of);
+        let report = self.hair.enable_paint(kinds);
+        let report = report.map_err(|error| SceneError::File(error.to_string()))?;
+        self.paint = points;
+        Ok(report)
+    }
+
+    /// Takes the paint of the groom's points in `changed`; of the others `paint` must be as it was.
+    /// Answers which of [`Strands::points`] that touches, and what it made anew if it is paint of a
+    /// kind that was not there before.
+    ///
+    /// # Errors
+    /// As [`PreparedScene::set_paint`].
+    pub fn repaint(
+        &mut self,
+        paint: &Paint,
+        changed: Range<usize>,
+    ) -> Result<(Range<usize>, Option<EditReport>), SceneError> {
+        let Some(points) = &mut self.paint else {
+            let report = self.set_paint(Some(paint))?;
+            return Ok((0..self.strands.points.len(), Some(report)));
+        };
+        let range = paint.spread_range(&self.strands, changed, points)?;
+        let before = self.hair.paint().unwrap_or_default();
+        let kinds = before.or(PaintKinds::of(&points[range.clone()]));
+        if kinds == before {
+            return Ok((range, None));
+        }
+        let report = self.hair.enable_paint(Some(kinds));
+        let report = report.map_err(|error| SceneError::File(error.to_string()))?;
+        Ok((range, Some(report)))
+    }
+
     /// What local scattering makes of power at most: d_b times the largest A_b of `hair`.
     pub fn most_local(&self, hair: &HairTextures) -> f32 {
-        let largest = hair.averages().iter().flat_map(|texel| &texel[..3]);
-        self.densities[1] * largest.fold(0.0, |a, &b| f32::max(a, b))
+        self.densities[1] * hair.largest_local()
     }
 
     /// The shadow maps of the lights.
@@ -299,6 +354,9 @@ impl PreparedScene {
         }
         if self.hair.hair().eccentricity == 1.0 && self.hair.modes().contains(&Lobe::Trt) {
             skipped.push("rows of TRT over the index: the fibre is round".to_owned());
+        }
+        if self.paint.is_none() {
+            skipped.push("paint: no point has any".to_owned());
         }
         if self.scattering == Scattering::Single {
             skipped.push("averages of multiple scattering: single scattering alone".to_owned());

@@ -345,7 +345,7 @@ impl Prepared {
                     reflectance: Reflectance::new(Fresnel::Dielectric, hair.eta),
                     tt,
                     trt,
-                    averages: Vec::new(),
+                    ..Optics::paper(fibre)
                 }
             }
         };

@@ -134,7 +134,7 @@ impl<'a> MultipleOnFibre<'a> {
                 let segments = self.on_fibre.fibre().segments;
                 paper::local_scattering(light, view, sigma_f, averages, segments)
             }
-            Averages::Runtime(texels) => local_scattering(light, view, sigma_f, texels),
+            Averages::Runtime(texels) => local_scattering(light, view, sigma_f, &texels[..]),
         }
     }
 }

@@ -8,10 +8,11 @@ use strandlight_runtime::scene::LightRecord;
 use strandlight_runtime::shadow_maps::{NO_SLOT, THROUGH_SLOT, unblocked_share};
 use strandlight_runtime::volume::{Grid, SELF_LIFT};
 use strandlight_scattering::closed_form::{
-    AverageTexel, DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, Shading,
+    DirectionInFrame, LightInFrame, PackedRecord, SampleAverages, SampleLobes, Shading,
     ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, direct_local_scattering, forward_light,
-    forward_table, global_scattering, local_scattering, sample_forward, shadowed_single_scattering,
-    unpack_record,
+    forward_table, global_scattering, local_scattering, painted_averages, painted_fibre,
+    painted_shading, sample_forward, sample_painted_forward, shadowed_single_scattering,
+    unpack_paint, unpack_record,
 };
 
 use super::project::screen_position;
@@ -51,12 +52,13 @@ pub(super) fn shade(
     let strands = &scene.strands;
     let (n_points, n_voxels) = (strands.points.len(), grid.n_voxels());
     let has_maps = matches!(shadows, Shadows::Volume(_)) && !answers.is_empty();
-    let shading = scene.hair.optics().shading(scene.tables.view());
+    let optics = scene.hair.optics();
+    let shading = optics.shading(scene.tables.view());
+    let forward = forward_table(scene.hair.averages());
+    let hair = optics.painted_hair();
+    let views = optics.painted_views(&hair, scene.tables.view());
     let terms = Terms {
         bits: scene.terms(),
-        shading: &shading,
-        averages: scene.hair.averages(),
-        forward: &forward_table(scene.hair.averages()),
         min_power: scene.min_power(),
         densities: scene.densities,
         most_local: scene.most_local(&scene.hair),
@@ -79,6 +81,15 @@ pub(super) fn shade(
             let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
             let eye = DirectionInFrame::from_vector(in_frame(Vec3::from(view.eye) - position));
             let lift = SELF_LIFT * grid.h;
+            let paint = scene
+                .paint()
+                .map(|paint| unpack_paint(&paint[point].texel()));
+            let painted_fibre = paint.map(|paint| painted_fibre(&hair.fibre, &paint));
+            let painted = paint.as_ref().zip(painted_fibre.as_ref());
+            let painted = painted.map(|(paint, fibre)| {
+                let shading = painted_shading(&views, fibre);
+                (shading, painted_averages(&views, fibre, paint))
+            });
             let mut sum = [0.0; 3];
             let mut evaluated = [0; 4];
             for (ix, light) in lights.iter().enumerate() {
@@ -99,7 +110,21 @@ pub(super) fn shade(
                 let direction = in_frame(Vec3::from(light.direction));
                 let source = LightInFrame::from_vector(direction, light.lambda);
                 let arriving = (&record, unblocked, unblocked_tt);
-                terms.add(light, &source, &eye, arriving, &mut sum, &mut evaluated);
+                let (sum, evaluated) = (&mut sum, &mut evaluated);
+                match &painted {
+                    Some((shading, averages)) => {
+                        let forward = |sin_theta| {
+                            sample_painted_forward(&averages.view, &averages.row, sin_theta)
+                        };
+                        let fibre = (shading, averages, forward);
+                        terms.add(light, &source, &eye, arriving, fibre, sum, evaluated);
+                    }
+                    None => {
+                        let forward = |sin_theta| sample_forward(&forward, sin_theta);
+                        let fibre = (&shading, scene.hair.averages(), forward);
+                        terms.add(light, &source, &eye, arriving, fibre, sum, evaluated);
+                    }
+                }
             }
             for channel in 0..3 {
                 radiance[channel] += sum[channel] * view.radiance_scale;
@@ -116,25 +141,29 @@ pub(super) fn shade(
         .reduce(Counts::default, Counts::and)
 }
 
-/// The terms that are drawn and what they read.
-struct Terms<'a> {
+/// The terms that are drawn.
+struct Terms {
     bits: u32,
-    shading: &'a Shading<'a>,
-    averages: &'a [AverageTexel],
-    forward: &'a ForwardTable,
     min_power: f32,
     densities: [f32; 2],
     most_local: f32,
 }
 
-impl Terms<'_> {
-    /// Adds what `eye` sees of one light.
-    fn add(
+impl Terms {
+    /// Adds what `eye` sees of one light: scattered by a fibre, of which there are what single and
+    /// global scattering read, averages, and a_f and beta_f^2 by the sine of the inclination.
+    #[allow(clippy::too_many_arguments, reason = "two of them are sums")]
+    fn add<A: SampleAverages + ?Sized>(
         &self,
         light: &LightRecord,
         source: &LightInFrame,
         eye: &DirectionInFrame,
         (record, unblocked, unblocked_tt): (&ShadowRecord, f32, f32),
+        (shading, averages, forward): (
+            &Shading<impl SampleLobes>,
+            &A,
+            impl Fn(f32) -> ([f32; 3], [f32; 3]),
+        ),
         sum: &mut [f32; 3],
         evaluated: &mut [u64; 4],
     ) {
@@ -148,32 +177,28 @@ impl Terms<'_> {
         let direct_power = unblocked.max(unblocked_tt) * light.power;
         if self.bits & TERM_SINGLE != 0 && direct_power >= self.min_power {
             let shares = [unblocked, unblocked_tt, unblocked];
-            let scattered = shadowed_single_scattering(source, eye, self.shading, shares);
+            let scattered = shadowed_single_scattering(source, eye, shading, shares);
             add([1.0; 3], scattered, 0);
         }
         if self.bits & TERM_LOCAL != 0 && direct_power * self.most_local >= self.min_power {
-            let scattered = direct_local_scattering(source, eye, self.averages);
+            let scattered = direct_local_scattering(source, eye, averages);
             let factor = density_back * unblocked * light.solid_angle;
             add([factor; 3], scattered, 1);
         }
         if self.bits & (TERM_LOCAL | TERM_GLOBAL) == 0 {
             return;
         }
-        let (a_f, beta_f_2) = sample_forward(self.forward, record.sin_theta);
+        let (a_f, beta_f_2) = forward(record.sin_theta);
         let arriving = forward_light(record, unblocked, a_f, beta_f_2, light.rgb, light.lambda);
         let gained = arriving.gained.map(|gained| density_forward * gained);
         let power = gained[0].max(gained[1]).max(gained[2]) * light.power;
         let factor = gained.map(|gained| light.solid_angle * gained);
         let (towards, sigma_f) = (&source.direction, arriving.sigma_f);
         if self.bits & TERM_GLOBAL != 0 && power >= self.min_power {
-            add(
-                factor,
-                global_scattering(towards, eye, sigma_f, self.shading),
-                2,
-            );
+            add(factor, global_scattering(towards, eye, sigma_f, shading), 2);
         }
         if self.bits & TERM_LOCAL != 0 && power * self.most_local >= self.min_power {
-            let scattered = local_scattering(towards, eye, sigma_f, self.averages);
+            let scattered = local_scattering(towards, eye, sigma_f, averages);
             add(factor.map(|factor| density_back * factor), scattered, 3);
         }
     }

@@ -1,6 +1,7 @@
 //! What has to be made anew, and the steps that are left of it.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use crate::camera::ViewUniform;
 use crate::edit::EditReport;
@@ -22,6 +23,8 @@ pub(super) struct Dirt {
     /// Terms or modes: another pipeline.
     pub kind: bool,
     pub densities: bool,
+    /// Points whose paint is another.
+    pub paint: Option<Range<usize>>,
     /// The eye: the light through to it.
     pub view: bool,
 }
@@ -49,6 +52,7 @@ impl Dirt {
             || self.hair.is_some()
             || self.kind
             || self.densities
+            || self.paint.is_some()
     }
 
     /// Adds what an edit of the hair made anew.
@@ -57,6 +61,14 @@ impl Dirt {
             Some(before) => before.add(report),
             None => self.hair = Some(report.clone()),
         }
+    }
+
+    /// Adds points that were painted.
+    pub fn add_paint(&mut self, range: Range<usize>) {
+        self.paint = Some(match self.paint.take() {
+            Some(before) => before.start.min(range.start)..before.end.max(range.end),
+            None => range,
+        });
     }
 
     /// Both.
@@ -68,6 +80,9 @@ impl Dirt {
         self.kind |= other.kind;
         self.densities |= other.densities;
         self.view |= other.view;
+        if let Some(range) = &other.paint {
+            self.add_paint(range.clone());
+        }
         if let Some(report) = &other.hair {
             self.add_hair(report);
         }

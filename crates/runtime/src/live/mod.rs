@@ -16,6 +16,7 @@
 //! | set | made anew |
 //! |---|---|
 //! | grade | the last two passes |
+//! | paint | shading |
 //! | camera, size | projection; shadow maps towards the eye if it turned; shading |
 //! | hair | what [`RULES`](crate::edit::RULES) says; shading |
 //! | amplitudes of lights | the list of lights that are not black; shading |
@@ -35,12 +36,14 @@ mod cycle;
 mod pace;
 mod report;
 
+use std::ops::Range;
 use std::time::Duration;
 
 use crate::camera::{Camera, ViewUniform, view_uniform};
 use crate::edit::{EditError, EditReport};
 use crate::error::RenderError;
 use crate::gpu::{Context, Counts};
+use crate::paint::Paint;
 use crate::render::clock::Clock;
 use crate::render::draw::{Draw, Ribbons, Target};
 use crate::render::lighting::Lighting;
@@ -360,6 +363,26 @@ impl Live {
         Ok(())
     }
 
+    /// Takes the paint of the groom's points in `changed`; of the others `paint` must be as it was.
+    /// What is uploaded are the rows of the texture of paint that are other than before; the first
+    /// paint of all, and the first of widths or shifts, also takes tables and a pipeline.
+    ///
+    /// # Errors
+    /// As [`PreparedScene::repaint`]; nothing is changed then.
+    pub fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
+        let (range, report) = self.scene.repaint(paint, changed)?;
+        if range.is_empty() && report.is_none() {
+            return Ok(());
+        }
+        self.edited();
+        self.wanted.add_paint(range);
+        if let Some(report) = report {
+            self.wanted.add_hair(&report);
+            self.wanted.kind = true;
+        }
+        Ok(())
+    }
+
     /// Samples a pixel that the picture gets at rest, rounded up to whole passes of four.
     pub fn set_samples(&mut self, samples: u32) {
         if samples != self.scene.samples {
@@ -612,6 +635,10 @@ impl Live {
         }
         if dirt.points || dirt.lights || dirt.shadows {
             steps = self.lighting.shadow_steps();
+        }
+        if let Some(range) = &dirt.paint {
+            let lighting = &mut self.lighting;
+            lighting.set_paint(context, scene, &scene.hair, range.clone());
         }
         if let Some(report) = &dirt.hair {
             let hair = &scene.hair;

@@ -21,12 +21,17 @@
 mod attributes;
 mod brush;
 mod grid;
+mod kinds;
+mod optics;
 mod picker;
 mod point;
 mod stroke;
 mod stroking;
 
 pub use brush::{Brush, BrushError, BrushMask, BrushStroke, Dab, StrokePath};
+pub use kinds::PaintKinds;
+pub use optics::PaintedOptics;
+pub(crate) use optics::{no_painted_averages, no_painted_lobes};
 pub use picker::{PICK_PX, Picker};
 pub use point::PaintedPoint;
 pub use stroke::Stroke;
@@ -64,6 +69,37 @@ impl Paint {
     /// Not as many entries as the groom of `strands` has points.
     pub fn spread(&self, strands: &Strands) -> Result<Vec<PaintedPoint>, SceneError> {
         strands.spread(&self.points, |a, b, t| a.mix(&b, t))
+    }
+
+    /// Writes the paint of those of [`Strands::points`] that lie at or beside the groom's points in
+    /// `changed` into `spread`, which [`Paint::spread`] made, and answers which these are.
+    ///
+    /// # Errors
+    /// Not as many entries as the groom of `strands` has points, or as `strands` has.
+    pub fn spread_range(
+        &self,
+        strands: &Strands,
+        changed: Range<usize>,
+        spread: &mut [PaintedPoint],
+    ) -> Result<Range<usize>, SceneError> {
+        let origins = strands.origins();
+        if self.points.len() != strands.n_groom_points() || spread.len() != origins.len() {
+            return Err(SceneError::Offsets);
+        }
+        if changed.is_empty() {
+            return Ok(0..0);
+        }
+        // Points of the groom ascend; what follows the point before the first mixes with it.
+        let first = origins.partition_point(|origin| (origin.point as usize) + 1 < changed.start);
+        let last = origins.partition_point(|origin| (origin.point as usize) < changed.end);
+        for (origin, spread) in origins[first..last].iter().zip(&mut spread[first..last]) {
+            let ix = origin.point as usize;
+            *spread = match origin.fraction == 0.0 {
+                true => self.points[ix],
+                false => self.points[ix].mix(&self.points[ix + 1], origin.fraction),
+            };
+        }
+        Ok(first..last)
     }
 
     /// Gives the points of `stroke` their paint after it. Answers the range of points that it

@@ -2,6 +2,7 @@
 
 use strandlight_formats::{MAX_SCALE, MAX_SIGMA_A, MIN_SCALE};
 use strandlight_scattering::HairParams;
+use strandlight_scattering::closed_form::{PaintTexel, PointPaint, pack_paint};
 
 /// What is painted on a point of a strand.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -73,21 +74,25 @@ impl PaintedPoint {
         }
     }
 
-    /// The parameters of hair with this paint, for those who look at one fibre at a time.
+    /// The parameters of hair with this paint, for those who look at one fibre at a time: widths and
+    /// shifts are kept in their ranges.
     pub fn on(&self, hair: &HairParams) -> HairParams {
         let weight = f64::from(self.weight);
         let mut painted = *hair;
         for (sigma_a, dye) in painted.sigma_a.iter_mut().zip(self.sigma_a) {
             *sigma_a = (1.0 - weight) * *sigma_a + weight * f64::from(dye);
         }
-        let (width, shift) = (&mut painted.width, &mut painted.shift);
-        for value in [&mut width.r, &mut width.tt, &mut width.trt] {
-            *value *= f64::from(self.width_scale);
-        }
-        for value in [&mut shift.r, &mut shift.tt, &mut shift.trt] {
-            *value *= f64::from(self.shift_scale);
-        }
-        painted
+        painted.scaled(f64::from(self.width_scale), f64::from(self.shift_scale))
+    }
+
+    /// As the shaders have it.
+    pub fn texel(&self) -> PaintTexel {
+        pack_paint(&PointPaint {
+            dye: self.sigma_a,
+            weight: self.weight,
+            width_scale: self.width_scale,
+            shift_scale: self.shift_scale,
+        })
     }
 }
 

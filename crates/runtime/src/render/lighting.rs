@@ -19,6 +19,7 @@ use crate::camera::ViewUniform;
 use crate::edit::{EditReport, HairTextures};
 use crate::error::RenderError;
 use crate::gpu::Context;
+use crate::paint::PaintKinds;
 use crate::scene::{LightRecord, PreparedScene};
 use crate::shadow_maps::{NO_SLOT, ShadowPlan, ShadowView};
 use strandlight_formats::SrbfLight;
@@ -57,6 +58,8 @@ struct Kind {
     terms: u32,
     /// Bits of the modes.
     modes: u32,
+    /// What of the hair is painted.
+    paint: Option<PaintKinds>,
 }
 
 impl Kind {
@@ -64,7 +67,23 @@ impl Kind {
         Kind {
             terms: scene.terms(),
             modes: scene.hair.optics().fibre.modes,
+            paint: scene.hair.paint(),
         }
+    }
+
+    /// Features of the shaders.
+    fn features(&self) -> Vec<&'static str> {
+        let Some(kinds) = self.paint else {
+            return Vec::new();
+        };
+        let mut features = vec!["PAINTED"];
+        if kinds.widths {
+            features.push("PAINTED_WIDTHS");
+        }
+        if kinds.shifts {
+            features.push("PAINTED_SHIFTS");
+        }
+        features
     }
 }
 
@@ -259,6 +278,21 @@ impl Lighting {
         }
     }
 
+    /// Writes the paint of `changed` points; all of it where there was none.
+    pub fn set_paint(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        hair: &HairTextures,
+        changed: Range<usize>,
+    ) {
+        let points = scene.paint();
+        if self.scattering.set_paint(context, points, hair, changed) {
+            self.most_local = scene.most_local(hair);
+            self.forget_groups();
+        }
+    }
+
     /// Compiles what the terms and modes of `scene` need, unless they were drawn before.
     pub fn set_kind(
         &mut self,
@@ -270,7 +304,7 @@ impl Lighting {
             self.current = ix;
             return Ok(());
         }
-        let module = module_with(context, "pass/shade", &[])?;
+        let module = module_with(context, "pass/shade", &kind.features())?;
         let constants = [
             ("TERMS", f64::from(kind.terms)),
             ("MODES", f64::from(kind.modes)),

@@ -11,6 +11,7 @@ mod footprint;
 pub(crate) mod lighting;
 pub(crate) mod mail;
 pub(crate) mod noise;
+pub(crate) mod painted;
 pub(crate) mod resources;
 mod scattering;
 pub(crate) mod screen;
@@ -22,13 +23,15 @@ pub use footprint::{DeviceBytes, DevicePart};
 
 use std::borrow::Cow;
 use std::cell::RefCell;
+use std::ops::Range;
 
 use web_time::Instant;
 
 use crate::camera::{Camera, ViewUniform, view_uniform};
 use crate::edit::{EditError, EditReport, HairTextures};
-use crate::error::RenderError;
+use crate::error::{RenderError, SceneError};
 use crate::gpu::Context;
+use crate::paint::Paint;
 use crate::picture::Picture;
 use crate::scene::{PreparedScene, check_lights};
 use crate::shadow_maps::ShadowPlan;
@@ -168,6 +171,27 @@ impl<'a> Renderer<'a> {
         let lighting = self.lighting.get_mut();
         lighting.set_hair(context, scene, &self.hair, &report);
         Ok(report)
+    }
+
+    /// Takes the paint of the groom's points in `changed`; of the others `paint` must be as it was.
+    ///
+    /// # Errors
+    /// As [`PreparedScene::repaint`], nothing being changed then, or whatever the device refuses.
+    pub fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
+        let (range, report) = self.scene.to_mut().repaint(paint, changed)?;
+        resources::guarded(self.context, || {
+            let (context, scene) = (self.context, &self.scene);
+            let lighting = self.lighting.get_mut();
+            if report.is_some() {
+                let kinds = scene.hair.paint();
+                let report = self.hair.enable_paint(kinds);
+                let report = report.map_err(|error| SceneError::File(error.to_string()))?;
+                lighting.set_hair(context, scene, &self.hair, &report);
+                lighting.set_kind(context, scene)?;
+            }
+            lighting.set_paint(context, scene, &self.hair, range);
+            Ok(())
+        })
     }
 
     /// Takes `lights` for those there were, without voxelising again: another set, or the same

@@ -1,10 +1,14 @@
 //! The fibre's optics on the device.
 
+use std::ops::Range;
+
+use super::painted::Painted;
 use super::resources::uniform;
 use crate::edit::{EditReport, HairTextures, Part};
 use crate::error::RenderError;
 use crate::gpu::Context;
 use crate::optics::GpuOptics;
+use crate::paint::PaintedPoint;
 use crate::scene::PreparedScene;
 use crate::tables::GpuTables;
 use strandlight_scattering::closed_form::forward_table;
@@ -15,6 +19,8 @@ pub(super) struct Scattering {
     /// What [`forward_table`] answers.
     forward: wgpu::Buffer,
     tables: GpuTables,
+    /// In the place of the fibre's optics where hair is painted.
+    painted: Option<Painted>,
 }
 
 impl Scattering {
@@ -24,7 +30,33 @@ impl Scattering {
             optics: optics.map_err(super::resources::failed)?,
             forward: uniform(context, "forward", &forward_table(scene.hair.averages())),
             tables: GpuTables::new(context, &scene.tables),
+            painted: scene
+                .paint()
+                .map(|points| Painted::new(context, &scene.hair, points)),
         })
+    }
+
+    /// Writes the paint of `changed` points. Answers whether a texture is another one.
+    pub fn set_paint(
+        &mut self,
+        context: &Context,
+        points: Option<&[PaintedPoint]>,
+        hair: &HairTextures,
+        changed: Range<usize>,
+    ) -> bool {
+        let Some(points) = points else {
+            return self.painted.take().is_some();
+        };
+        match &mut self.painted {
+            Some(painted) => {
+                painted.set_paint(context, points, changed);
+                false
+            }
+            None => {
+                self.painted = Some(Painted::new(context, hair, points));
+                true
+            }
+        }
     }
 
     /// Writes what an edit made anew. Answers whether a texture is another one, which puts bind
@@ -36,20 +68,29 @@ impl Scattering {
             let bytes = bytemuck::bytes_of(&table);
             context.queue.write_buffer(&self.forward, 0, bytes);
         }
-        written.is_bound_anew
+        let painted = self.painted.as_mut();
+        let is_other = painted.is_some_and(|painted| painted.update(context, hair, report));
+        written.is_bound_anew || is_other
     }
 
     /// Bindings of the shading pass.
     pub fn bindings(&self) -> Vec<(u32, wgpu::BindingResource<'_>)> {
         let view = wgpu::BindingResource::TextureView;
-        vec![
-            (3, self.optics.shading.as_entire_binding()),
+        let mut bindings = vec![
             (11, self.tables.axes.as_entire_binding()),
             (12, view(&self.tables.c)),
+        ];
+        if let Some(painted) = &self.painted {
+            bindings.extend(painted.bindings());
+            return bindings;
+        }
+        bindings.extend([
+            (3, self.optics.shading.as_entire_binding()),
             (13, view(&self.optics.tt)),
             (14, view(&self.optics.trt)),
             (15, view(&self.optics.averages)),
             (16, self.forward.as_entire_binding()),
-        ]
+        ]);
+        bindings
     }
 }
