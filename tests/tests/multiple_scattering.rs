@@ -278,7 +278,7 @@ fn local_scattering_is_that_of_quadrature() {
             let weight = overlap * gaussian(theta_i - at.theta_j, at.sigma_f) / z;
             back(theta_i, at.theta_o, &table).map(|value| weight * value)
         });
-        let found = local_scattering(&light, &view, at.sigma_f as f32, &texels);
+        let found = local_scattering(&light, &view, at.sigma_f as f32, &texels[..]);
         errors[0].add(found, exact);
         // The light itself: a circular Gaussian in both angles.
         let kappa = 2.0 / (at.sigma_f * at.sigma_f);
@@ -297,7 +297,7 @@ fn local_scattering_is_that_of_quadrature() {
                 lambda: at.sigma_f as f32,
             },
             &view,
-            &texels,
+            &texels[..],
         );
         errors[1].add(found, exact);
     }

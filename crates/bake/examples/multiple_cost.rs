@@ -166,12 +166,12 @@ fn one((drawn, sigma_f): (Configuration, f64)) -> [Squares; 3] {
         sigma_f,
     };
     let exact = local(forward, drawn.view, |theta| back(&table, theta));
-    let found = local_scattering(&light.direction, &view, sigma_f as f32, &averages);
+    let found = local_scattering(&light.direction, &view, sigma_f as f32, &averages[..]);
     let middle = 0.5 * (forward.theta - drawn.view.theta);
     let mean = back_over(&table, middle, 0.5 * sigma_f);
     let by_means = local(forward, drawn.view, |_| mean).map(|value| value as f32);
     let exact_direct = direct_local(drawn.light, drawn.view, |theta| back(&table, theta));
-    let found_direct = direct_local_scattering(&light, &view, &averages);
+    let found_direct = direct_local_scattering(&light, &view, &averages[..]);
     [
         Squares::of(found, exact),
         Squares::of(by_means, exact),

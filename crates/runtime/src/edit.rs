@@ -400,7 +400,9 @@ impl HairTextures {
     /// # Errors
     /// The hair is elliptic; nothing is changed then.
     pub fn enable_paint(&mut self, paint: Option<PaintKinds>) -> Result<EditReport, EditError> {
-        check_round(&self.hair, paint)?;
+        if paint.is_some() {
+            check_round(&self.hair)?;
+        }
         if paint != self.paint {
             let ix = RULES
                 .iter()
@@ -436,7 +438,9 @@ impl HairTextures {
             .filter(|lobe| modes.contains(lobe))
             .collect();
         let fibre = Fibre::new(hair, &modes, self.segments)?;
-        check_round(hair, self.paint)?;
+        if self.paint.is_some() {
+            check_round(hair)?;
+        }
         for &mode in &modes {
             if mode != Lobe::R && self.table(mode).is_none() {
                 return Err(EditError::NoLobes(mode));
@@ -663,9 +667,12 @@ impl HairTextures {
 }
 
 /// Painted hair must be round.
-fn check_round(hair: &HairParams, paint: Option<PaintKinds>) -> Result<(), EditError> {
-    if paint.is_some() && hair.eccentricity != 1.0 {
-        return Err(EditError::PaintedEccentric(hair.eccentricity));
+///
+/// # Errors
+/// [`EditError::PaintedEccentric`] if it is not.
+pub fn check_round(hair: &HairParams) -> Result<(), EditError> {
+    match hair.eccentricity == 1.0 {
+        true => Ok(()),
+        false => Err(EditError::PaintedEccentric(hair.eccentricity)),
     }
-    Ok(())
 }

@@ -10,6 +10,7 @@ use serde_json::{Map, Value};
 use strandlight_formats::Scene;
 
 use crate::assets::{camera, densities, hair_params, modes};
+use crate::edit::check_round;
 use crate::error::{RenderError, SceneError};
 use crate::gpu::Context;
 use crate::live::{Live, LiveReport, Progress};
@@ -151,6 +152,8 @@ impl Viewer {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
         self.release()?;
+        check_round(&hair_params(&self.session.scene().hair))
+            .map_err(|error| SceneError::File(error.to_string()))?;
         self.stroking = Some(Stroking::new(brush).map_err(told)?);
         Ok(())
     }
@@ -198,6 +201,8 @@ impl Viewer {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
         self.release()?;
+        check_round(&hair_params(&self.session.scene().hair))
+            .map_err(|error| SceneError::File(error.to_string()))?;
         let size = self.size();
         let scene = self.live.scene();
         let picker = self
@@ -349,6 +354,9 @@ impl Viewer {
         }
         if change.diameter {
             live.set_points(&assets.strands(&scene.hair)?.points)?;
+        }
+        if let (Some(changed), Some(paint)) = (&change.paint, self.session.paint()) {
+            live.set_paint(paint, changed.clone())?;
         }
         if change.lights {
             live.set_lights(assets.turned_lights(&scene.lights))?;

@@ -145,7 +145,11 @@ impl Session {
     /// # Errors
     /// What cannot be drawn, by name.
     pub fn prepared(&self) -> Result<PreparedScene, SceneError> {
-        PreparedScene::new(&self.scene, &self.held.assets)
+        let mut prepared = PreparedScene::new(&self.scene, &self.held.assets)?;
+        if let Some(paint) = self.paint() {
+            prepared.set_paint(Some(paint))?;
+        }
+        Ok(prepared)
     }
 
     /// The scene's camera, or the one that stands for it where there is none.

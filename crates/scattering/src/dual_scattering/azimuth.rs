@@ -120,9 +120,9 @@ impl AzimuthRule {
     pub fn halves(&self, lobe: Lobe, cos_theta_d: f64) -> Halves {
         let mut halves = Halves::default();
         self.each(lobe, cos_theta_d, |forward, kept| {
-            for c in 0..3 {
-                halves.forward[c] += kept[c] * forward;
-                halves.backward[c] += kept[c] * (1.0 - forward);
+            for (c, kept) in kept.into_iter().enumerate() {
+                halves.forward[c] += kept * forward;
+                halves.backward[c] += kept * (1.0 - forward);
             }
         });
         halves
