@@ -7,15 +7,16 @@ use render_common::{context, keep, lights, picture_rmse, wig_scene};
 use strandlight_bake::cpu;
 use strandlight_formats::Scattering;
 use strandlight_runtime::edit::{EditError, Outcome, Part};
+use strandlight_runtime::gpu::Counts;
 use strandlight_runtime::paint::{Brush, Dab, Paint, PaintedPoint, Picker, Stroking};
-use strandlight_runtime::{Picture, PreparedScene, Renderer};
+use strandlight_runtime::{Live, Picture, PreparedScene, Renderer};
 use strandlight_scattering::HairParams;
 
 const SIZE: [u32; 2] = [120, 90];
 
 /// A wig under the lights of the tests, all terms drawn.
 fn wig() -> PreparedScene {
-    let mut scene = wig_scene(400);
+    let mut scene = wig_scene(200);
     scene.set_scattering(Scattering::Total);
     scene
 }
@@ -149,6 +150,51 @@ fn painting_a_renderer_is_as_starting_with_the_paint() {
         .render(&scene.camera, SIZE, 8)
         .unwrap();
     assert!(picture_rmse(&found, &bare) > 0.05);
+}
+
+#[test]
+fn a_stroke_is_seen_live_and_uploads_little() {
+    let context = context();
+    let mut scene = wig();
+    scene.size = SIZE;
+    let mut live = Live::new(&context, scene.clone()).unwrap();
+    live.finish(4).unwrap();
+    let picker = Picker::new(&scene.strands);
+    let mut paint = Paint::unpainted(scene.strands.n_groom_points());
+    let brush = Brush {
+        radius_cm: 4.0,
+        along_cm: 8.0,
+        ..Brush::default()
+    };
+    let mut stroking = Stroking::new(brush).unwrap();
+    let mut counts = Vec::new();
+    for x in [-3.0, 0.0, 3.0] {
+        let centre = glam::Vec3::new(x, 8.5, 2.0);
+        let changed = stroking.dab(&picker, &mut paint, centre).unwrap();
+        live.set_paint(&paint, changed).unwrap();
+        live.finish(4).unwrap();
+        counts.push(context.counts());
+    }
+    // After the first dab: neither pipelines nor textures nor geometry.
+    let of = |counts: &Counts| (counts.pipelines, counts.textures, counts.geometry_uploads);
+    assert_eq!(of(&counts[1]), of(&counts[0]));
+    assert_eq!(of(&counts[2]), of(&counts[0]));
+    let found = live.finish(8).unwrap();
+    scene.set_paint(Some(&paint)).unwrap();
+    let renderer = Renderer::new(&context, &scene).unwrap();
+    let (expected, _) = renderer.render(&scene.camera, SIZE, 8).unwrap();
+    let error = picture_rmse(&found, &expected);
+    assert!(error < 1e-5, "{error}");
+    // Undone, it is the hair without paint.
+    let stroke = stroking.finish(&paint);
+    let range = paint.revert(&stroke).unwrap();
+    live.set_paint(&paint, range).unwrap();
+    let undone = live.finish(8).unwrap();
+    let bare = wig();
+    let bare = Renderer::new(&context, &bare).unwrap();
+    let (bare, _) = bare.render(&scene.camera, SIZE, 8).unwrap();
+    assert!(picture_rmse(&undone, &bare) < 0.003);
+    assert!(picture_rmse(&found, &bare) > 0.02);
 }
 
 #[test]

@@ -2,15 +2,20 @@
 //! Vulkan, Metal or DX12 adapter; Mesa's lavapipe will do.
 
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
+use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::optics::Optics;
+use strandlight_runtime::paint::PaintKinds;
 use strandlight_runtime::probe::{
-    Function, GpuProbe, MODE_ALL, Query, SAMPLED_AVERAGES, evaluate, gpu_painted_lobes,
-    painted_lobes,
+    Function, GpuProbe, MODE_ALL, PaintQuestion, Query, SAMPLED_AVERAGES, evaluate,
+    gpu_paint_answers, gpu_painted_lobes, paint_answer, painted_lobes,
 };
 use strandlight_runtime::tables::ShadingTables;
-use strandlight_scattering::closed_form::{DirectionInFrame, Fibre, GAUSS_HERMITE};
+use strandlight_scattering::closed_form::{
+    DirectionInFrame, Fibre, GAUSS_HERMITE, PointPaint, pack_paint,
+};
+use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{DEFAULT_PAINTED_TEXELS, slice_painted};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::optics::{lobes, multiple_textures};
@@ -283,6 +288,70 @@ fn lobes_of_painted_fibres_agree() {
             println!("painted {}, part {part}: {worst:.2e}", table.lobe.name());
             assert!(worst < 1e-4, "{worst}");
         }
+    }
+}
+
+#[test]
+fn painted_points_agree() {
+    let mut random = SplitMix64(19);
+    let mut hair = HairTextures::new(
+        Arc::new(LobeTables::default()),
+        Fresnel::Dielectric,
+        &HairParams::default(),
+        &[],
+        4,
+    )
+    .unwrap();
+    hair.enable_multiple(true);
+    let kinds = |widths, shifts| PaintKinds { widths, shifts };
+    for kinds in [
+        kinds(false, false),
+        kinds(true, false),
+        kinds(false, true),
+        kinds(true, true),
+    ] {
+        hair.enable_paint(Some(kinds)).unwrap();
+        let mut scale = |is_painted| match is_painted {
+            true => random.log_uniform(0.05, 20.0) as f32,
+            false => 1.0,
+        };
+        let scales: Vec<[f32; 2]> = (0..N_ASIDE)
+            .map(|_| [scale(kinds.widths), scale(kinds.shifts)])
+            .collect();
+        let questions: Vec<PaintQuestion> = scales
+            .into_iter()
+            .map(|[width_scale, shift_scale]| PaintQuestion {
+                paint: pack_paint(&PointPaint {
+                    dye: [(); 3].map(|()| random.log_uniform(1e-3, 50.0) as f32),
+                    weight: random.uniform(0.0, 1.0) as f32,
+                    width_scale,
+                    shift_scale,
+                }),
+                theta: random.uniform(-1.6, 1.6) as f32,
+                sin_theta: random.uniform(0.0, 1.0) as f32,
+                padding: [0; 2],
+            })
+            .collect();
+        let gpu = gpu_paint_answers(probe().context(), &hair, &questions).unwrap();
+        let (mut worst, mut n) = ([0.0f32; 8], 0);
+        for (found, question) in gpu.iter().zip(&questions) {
+            let expected = paint_answer(&hair, question);
+            for (ix, (a, b)) in found.iter().zip(expected).enumerate() {
+                let apart = (a - b).abs() / (1e-3 + b.abs());
+                // NaN is not below anything.
+                worst[ix / 3] = if apart <= worst[ix / 3] {
+                    worst[ix / 3]
+                } else {
+                    apart
+                };
+                n += usize::from(b.abs() > 1e-3);
+            }
+        }
+        println!("{kinds:?}: {worst:?}");
+        assert!(
+            n > 0 && worst.iter().all(|&worst| worst < 1e-3),
+            "{worst:?}"
+        );
     }
 }
 

@@ -72,6 +72,7 @@ modules!(
     "pass/display",
     "pass/noise",
     "pass/probe",
+    "pass/probe_paint",
     "pass/probe_painted",
     "pass/project",
     "pass/ribbons",

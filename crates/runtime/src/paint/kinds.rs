@@ -21,6 +21,18 @@ impl PaintKinds {
         }
     }
 
+    /// The features that the shaders of painted hair are compiled with.
+    pub fn features(self) -> Vec<&'static str> {
+        let mut features = vec!["PAINTED"];
+        if self.widths {
+            features.push("PAINTED_WIDTHS");
+        }
+        if self.shifts {
+            features.push("PAINTED_SHIFTS");
+        }
+        features
+    }
+
     /// Of both.
     pub fn or(self, other: PaintKinds) -> PaintKinds {
         PaintKinds {

@@ -17,7 +17,9 @@ use strandlight_scattering::dual_scattering::Average;
 pub use bench::{GpuBench, MAX_VIEWS, Workload};
 pub use cpu::evaluate;
 pub use gpu::GpuProbe;
-pub use painted::{gpu_painted_lobes, painted_lobes};
+pub use painted::{
+    PaintQuestion, gpu_paint_answers, gpu_painted_lobes, paint_answer, painted_lobes,
+};
 
 /// Mode of [`Query`] that sums the modes the fibre enables.
 pub const MODE_ALL: u32 = 3;

@@ -70,21 +70,6 @@ impl Kind {
             paint: scene.hair.paint(),
         }
     }
-
-    /// Features of the shaders.
-    fn features(&self) -> Vec<&'static str> {
-        let Some(kinds) = self.paint else {
-            return Vec::new();
-        };
-        let mut features = vec!["PAINTED"];
-        if kinds.widths {
-            features.push("PAINTED_WIDTHS");
-        }
-        if kinds.shifts {
-            features.push("PAINTED_SHIFTS");
-        }
-        features
-    }
 }
 
 /// A compiled kind, and its bind groups by batch of lights and buffer of radiance.
@@ -304,7 +289,8 @@ impl Lighting {
             self.current = ix;
             return Ok(());
         }
-        let module = module_with(context, "pass/shade", &kind.features())?;
+        let features = kind.paint.map_or(Vec::new(), PaintKinds::features);
+        let module = module_with(context, "pass/shade", &features)?;
         let constants = [
             ("TERMS", f64::from(kind.terms)),
             ("MODES", f64::from(kind.modes)),

@@ -159,7 +159,10 @@ pub(crate) fn upload_painted(
 }
 
 /// The texture of painted averages, `rgba32float`.
-fn upload_averages(context: &Context, averages: &PaintedAverageTable) -> wgpu::TextureView {
+pub(crate) fn upload_averages(
+    context: &Context,
+    averages: &PaintedAverageTable,
+) -> wgpu::TextureView {
     let rows = averages.texels.len() / N_AVERAGE_COLUMNS;
     let size = [N_AVERAGE_COLUMNS as u32, rows as u32];
     let format = wgpu::TextureFormat::Rgba32Float;
