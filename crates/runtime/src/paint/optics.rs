@@ -20,6 +20,18 @@ pub struct PaintedOptics {
     pub averages: PaintedAverageTable,
 }
 
+impl PaintedOptics {
+    /// Bytes of the textures.
+    pub fn bytes(&self) -> u64 {
+        let lobes = |lobes: &PaintedTexture| {
+            let rows = 1 + lobes.decode.last_layer as usize;
+            16 * lobes.shapes.len() * rows
+        };
+        let averages = size_of_val(&self.averages.texels[..]);
+        (lobes(&self.tt) + lobes(&self.trt) + averages) as u64
+    }
+}
+
 impl Default for PaintedOptics {
     fn default() -> Self {
         PaintedOptics {

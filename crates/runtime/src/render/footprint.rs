@@ -1,5 +1,6 @@
 //! What a scene needs on a device, known before anything is made there.
 
+use super::painted::paint_bytes;
 use super::shadows::STEP_BYTES;
 use super::{LIGHT_BATCH, draw};
 use crate::error::RenderError;
@@ -107,7 +108,7 @@ impl PreparedScene {
         let mut picture = part("the picture", &[16 * pixels; 2]);
         // Four samples of half floats and depth; the screen's eight bits; every 13th pixel twice.
         picture.bytes += pixels * (4 * (8 + 4) + 4) + 16 * pixels / 13;
-        DeviceBytes {
+        let mut bytes = DeviceBytes {
             parts: vec![
                 part(
                     "the hair",
@@ -120,6 +121,15 @@ impl PreparedScene {
                 ribbons,
                 picture,
             ],
+        };
+        if self.paint().is_some() {
+            // Textures, which no limit of buffers is about.
+            bytes.parts.push(DevicePart {
+                name: "the paint",
+                bytes: paint_bytes(n_points) + self.hair.optics().painted.bytes(),
+                largest: 0,
+            });
         }
+        bytes
     }
 }

@@ -14,6 +14,12 @@ use strandlight_scattering::lobes::PaintedTexture;
 /// device takes they are as many as there may be points.
 const PAINT_WIDTH: usize = 1024;
 
+/// Bytes of the texture of paint of so many points.
+pub(super) fn paint_bytes(n_points: u64) -> u64 {
+    let rows = n_points.div_ceil(PAINT_WIDTH as u64).max(1);
+    rows * (PAINT_WIDTH * size_of::<PaintTexel>()) as u64
+}
+
 /// Paint and tables on the device.
 pub(super) struct Painted {
     /// [`strandlight_scattering::closed_form::PaintedHair`].
