@@ -25,6 +25,7 @@ mod fibre;
 mod frame;
 mod global_scattering;
 mod half_circle;
+mod irradiance;
 mod lobes;
 mod local_scattering;
 mod longitudinal;
@@ -53,6 +54,7 @@ pub use global_scattering::{global_scattering, global_scattering_mode};
 pub use half_circle::{
     half_circle, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
 };
+pub use irradiance::{blurred_ramp, irradiance};
 pub use lobes::{
     EVEN_TEXELS, LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, SampleLobes, lobe_place, sample_lobes,
 };
