@@ -2,6 +2,9 @@
 // into the map: height and name of the highest segment over the middle of each texel.
 // `receive_shadows` asks at some places along the strand around each point whether another strand
 // stands above. Twin: crates/bake/src/cpu/shadow_map.rs.
+// #if PROXIES
+// #import lib/proxy
+// #endif
 
 struct ShadowView {
     right: vec3f,
@@ -35,6 +38,10 @@ struct ShadowView {
 @group(0) @binding(6) var<storage, read_write> sums: array<f32>;
 // [slot / 4][point], eight bits a slot
 @group(0) @binding(7) var<storage, read_write> answers: array<u32>;
+
+// #if PROXIES
+@group(0) @binding(8) var<uniform> proxies: Proxies;
+// #endif
 
 // Bits of a name: the last ones of the number of the segment's first point.
 const NAME_BITS: u32 = 12u;
@@ -147,6 +154,13 @@ fn receive_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
         lit += select(0u, 1u, !is_above || apart <= 2u * OWN_POINTS);
     }
     var sum = view.weight * f32(lit) / f32(N_PLACES);
+    // #if PROXIES
+    for (var ix = 0u; ix < proxies.n; ix++) {
+        if is_blocked_by(proxies.list[ix], point.xyz, view.towards) {
+            sum = 0.0;
+        }
+    }
+    // #endif
     if (view.ends & 1u) == 0u {
         sum += sums[point_ix];
     }

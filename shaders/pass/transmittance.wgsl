@@ -6,6 +6,9 @@
 // #import lib/grid
 // #import lib/light
 // #import lib/transmittance
+// #if PROXIES
+// #import lib/proxy
+// #endif
 
 struct Step {
     // Direction of each light, from 0.
@@ -24,6 +27,10 @@ struct Step {
 // What leaves the slices of even and of odd number, [parity][light of the batch][cell].
 @group(0) @binding(6) var<storage, read_write> leaving: array<vec4f>;
 @group(0) @binding(7) var<uniform> step_at: Step;
+
+// #if PROXIES
+@group(0) @binding(8) var<uniform> proxies: Proxies;
+// #endif
 
 // In front of the first slice and beside the others all light is there.
 const OPEN: vec4f = vec4f(1.0, 1.0, 1.0, 0.0);
@@ -106,5 +113,17 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
     if k > 0u {
         sum = unpack_record(records[out]);
     }
-    records[out] = pack_record(add_to_record(sum, here, f32(k), f32(light.n_sweeps)));
+    var n_before = f32(k);
+    // #if PROXIES
+    let centre = grid.origin + (vec3f(voxel) + 0.5) * grid.h;
+    for (var ix = 0u; ix < proxies.n; ix++) {
+        if is_blocked_by(proxies.list[ix], centre, d) {
+            records[out] = pack_record(sum);
+            return;
+        }
+    }
+    // Directions behind proxies say nothing of the hair's inclination.
+    n_before = select(0.0, n_before, sum.shares.z > 0.0);
+    // #endif
+    records[out] = pack_record(add_to_record(sum, here, n_before, f32(light.n_sweeps)));
 }

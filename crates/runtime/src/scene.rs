@@ -15,6 +15,7 @@ use crate::edit::{EditReport, HairTextures};
 use crate::error::SceneError;
 use crate::files::Files;
 use crate::paint::{Paint, PaintKinds, PaintedPoint};
+use crate::proxy::{Proxy, ProxyRecords};
 use crate::render::LIGHT_BATCH;
 use crate::shadow_maps::{DEFAULT_SHADOW_MAPS, ShadowPlan, through_weight};
 use crate::stats::Stats;
@@ -58,6 +59,9 @@ pub struct PreparedScene {
     pub exposure: f32,
     /// Curve to the 8-bit picture.
     pub tone_map: ToneMap,
+    /// What else stands in the light and in the view; at most
+    /// [`MAX_PROXIES`](strandlight_formats::MAX_PROXIES) count.
+    pub proxies: Vec<Proxy>,
     /// Picture size that the scene asks for.
     pub size: [u32; 2],
     /// Samples a pixel that the scene asks for.
@@ -148,6 +152,7 @@ impl PreparedScene {
             background: scene.render.background,
             exposure: scene.render.exposure as f32,
             tone_map: scene.render.tone_map,
+            proxies: scene.proxies.iter().map(Proxy::of_section).collect(),
             size: scene.render.size,
             samples: scene.render.samples,
         };
@@ -189,6 +194,7 @@ impl PreparedScene {
             background,
             exposure: 0.0,
             tone_map: ToneMap::Filmic,
+            proxies: Vec::new(),
             size: [720, 480],
             samples: 64,
         };
@@ -268,6 +274,11 @@ impl PreparedScene {
     /// What local scattering makes of power at most: d_b times the largest A_b of `hair`.
     pub fn most_local(&self, hair: &HairTextures) -> f32 {
         self.densities[1] * hair.largest_local()
+    }
+
+    /// The proxies as the passes read them.
+    pub fn proxy_records(&self) -> ProxyRecords {
+        ProxyRecords::new(&self.proxies, &self.strands)
     }
 
     /// The shadow maps of the lights.

@@ -77,6 +77,8 @@ modules!(
     "pass/probe_paint",
     "pass/probe_painted",
     "pass/project",
+    "pass/proxies",
+    "pass/proxy_light",
     "pass/ribbons",
     "pass/shade",
     "pass/strands",

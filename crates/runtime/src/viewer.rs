@@ -15,6 +15,7 @@ use crate::error::{RenderError, SceneError};
 use crate::gpu::Context;
 use crate::live::{Live, LiveReport, Progress};
 use crate::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
+use crate::proxy::Proxy;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::render::{check_frame, whole_passes};
 use crate::scene::PreparedScene;
@@ -363,6 +364,9 @@ impl Viewer {
         }
         if change.lights || change.light_colors {
             live.set_light_colors(&assets.light_colors(&scene.lights))?;
+        }
+        if change.proxies {
+            live.set_proxies(scene.proxies.iter().map(Proxy::of_section).collect());
         }
         if change.camera {
             let strands = &live.scene().strands;

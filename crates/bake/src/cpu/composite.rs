@@ -48,7 +48,7 @@ pub fn background_at(
 }
 
 /// Unit vector from the eye through a point of the screen.
-fn ray_direction(view: &ViewUniform, x: f32, y: f32) -> Vec3 {
+pub(super) fn ray_direction(view: &ViewUniform, x: f32, y: f32) -> Vec3 {
     let across = x - 0.5 * view.size[0] as f32;
     let upwards = 0.5 * view.size[1] as f32 - y;
     (Vec3::from(view.forward) * view.focal_px

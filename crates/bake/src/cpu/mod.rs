@@ -5,6 +5,7 @@
 
 mod composite;
 mod project;
+mod proxies;
 mod raster;
 mod shade;
 mod shadow_map;
@@ -14,7 +15,7 @@ mod voxelise;
 pub use composite::background_at;
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;
-pub use transmittance::{Shadows, transmittance};
+pub use transmittance::{Shadows, transmittance, transmittance_beside};
 pub use voxelise::voxelise;
 
 use strandlight_runtime::camera::{Camera, ViewUniform, view_uniform};
@@ -64,10 +65,27 @@ pub fn render_observed(
         Ok::<_, RenderError>((volume, bytes))
     })?;
     let view = view_uniform(camera, strands, size, scene.radiance_scale());
-    let radiance = light(scene, (&grid, &volume), &view, method, &mut stats, observer)?;
+    let mut proxies = proxies::Proxies::new(scene);
+    let radiance = light(
+        scene,
+        (&grid, &volume),
+        &view,
+        method,
+        &mut proxies,
+        &mut stats,
+        observer,
+    )?;
     let mut picture = stats.stage("draw", |_| {
         let projected = project::project(&view, strands);
-        let sums = raster::draw(&view, strands, &projected, &radiance, samples / 4, observer);
+        let sums = raster::draw(
+            &view,
+            strands,
+            &projected,
+            &radiance,
+            &proxies,
+            samples / 4,
+            observer,
+        );
         let bytes = 24 * projected.len() as u64 + 16 * sums.len() as u64;
         Ok::<_, RenderError>((sums, bytes))
     })?;
@@ -103,6 +121,7 @@ pub fn point_radiance(
         (&grid, &volume),
         &view,
         Method::Sweep,
+        &mut proxies::Proxies::new(scene),
         stats,
         &|_| (),
     )?;
@@ -118,9 +137,15 @@ fn light(
     (grid, volume): (&Grid, &[[f32; 8]]),
     view: &ViewUniform,
     method: Method,
+    proxies: &mut proxies::Proxies,
     stats: &mut Stats,
     observer: Observer,
 ) -> Result<Vec<[f32; 4]>, RenderError> {
+    let records = scene.proxy_records();
+    if records.n > 0 && method != Method::Sweep {
+        let told = "proxies: only transmittance by sweeps knows of them";
+        return Err(SceneError::File(told.to_owned()).into());
+    }
     let (lights, sweeps) = scene.light_records();
     let mut radiance = vec![[0.0; 4]; scene.strands.points.len()];
     let (mut sweep_s, mut shade_s, mut bytes) = (0.0, 0.0, 0);
@@ -132,9 +157,10 @@ fn light(
         _ => ShadowPlan::default(),
     };
     let (answers, shadow_s) = timed(|| {
-        let mut answers = shadow_maps(&scene.strands, &plan);
-        let through = plan.through(view.forward);
-        shadow_map::draw_maps(&scene.strands, &through, &mut answers);
+        let mut answers = vec![0; plan.n_words(scene.strands.points.len())];
+        for views in [&plan.views, &plan.through(view.forward)] {
+            shadow_map::draw_maps(&scene.strands, views, records.list(), &mut answers);
+        }
         answers
     });
     stats.stages.push(Stage {
@@ -144,7 +170,11 @@ fn light(
     });
     for batch in lights.chunks(LIGHT_BATCH) {
         let (shadows, seconds) = timed(|| match method {
-            Method::Sweep => Ok(Shadows::Volume(transmittance(grid, volume, batch, &sweeps))),
+            Method::Sweep => {
+                let blocking = records.list();
+                let packed = transmittance_beside(grid, volume, batch, &sweeps, blocking);
+                Ok(Shadows::Volume(packed))
+            }
             method => point_shadows(method, scene, batch).map(Shadows::Points),
         });
         let shadows = shadows.map_err(SceneError::File)?;
@@ -153,6 +183,9 @@ fn light(
         let (batch_counts, seconds) =
             timed(|| shade::shade(scene, view, grid, batch, &shadows, &answers, &mut radiance));
         shade_s += seconds;
+        if let Shadows::Volume(packed) = &shadows {
+            proxies.light(view, grid, batch, &sweeps, packed);
+        }
         done += batch.len();
         observer(LIGHTING_SHARE * done as f64 / lights.len() as f64);
         // Each batch of lights counts the same points.

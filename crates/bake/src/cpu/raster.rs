@@ -10,6 +10,7 @@ use strandlight_runtime::stats::{LIGHTING_SHARE, Observer};
 use strandlight_runtime::strands::Strands;
 
 use super::project::Projected;
+use super::proxies::Proxies;
 use super::transmittance::mix;
 
 /// Side of a tile in pixels; each is drawn by one thread.
@@ -27,6 +28,7 @@ pub(super) fn draw(
     strands: &Strands,
     projected: &[Projected],
     radiance: &[[f32; 4]],
+    proxies: &Proxies,
     passes: u32,
     observer: Observer,
 ) -> Vec<[f32; 4]> {
@@ -43,6 +45,8 @@ pub(super) fn draw(
             let size = [TILE.min(width - origin[0]), TILE.min(height - origin[1])];
             let mut tile = Tile::new(origin, size);
             for pass in 0..passes {
+                tile.clear();
+                tile.proxies(view, proxies, pass_jitter(pass));
                 tile.pass(pass, segments, strands, projected, radiance);
             }
             let done = (n_done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / bins.len() as f64;
@@ -124,6 +128,30 @@ impl Tile {
         }
     }
 
+    fn clear(&mut self) {
+        self.depth.fill([1.0; 4]);
+        self.color.fill([[0.0; 4]; 4]);
+    }
+
+    /// Draws the proxies, which come before the strands.
+    fn proxies(&mut self, view: &ViewUniform, proxies: &Proxies, jitter: [i32; 2]) {
+        if proxies.is_empty() {
+            return;
+        }
+        let width = self.size[0];
+        let samples = self.depth.iter_mut().zip(&mut self.color);
+        for (ix, (depths, colors)) in (0..).zip(samples) {
+            let pixel = [self.origin[0] + ix % width, self.origin[1] + ix / width];
+            for covered in proxies.cover(view, pixel, jitter) {
+                for (sample, depth) in depths.iter_mut().enumerate() {
+                    if covered.mask >> sample & 1 == 1 && covered.depth < *depth {
+                        (*depth, colors[sample]) = (covered.depth, covered.color);
+                    }
+                }
+            }
+        }
+    }
+
     fn pass(
         &mut self,
         pass: u32,
@@ -132,8 +160,6 @@ impl Tile {
         projected: &[Projected],
         radiance: &[[f32; 4]],
     ) {
-        self.depth.fill([1.0; 4]);
-        self.color.fill([[0.0; 4]; 4]);
         let jitter = pass_jitter(pass);
         for &segment in segments {
             let first = strands.segments[segment as usize] as usize;

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{Vec3, Vec3Swizzles};
 use rayon::prelude::*;
+use strandlight_runtime::proxy::{ProxyRecord, is_blocked};
 use strandlight_runtime::shadow_maps::{
     FIRST_OF_SLOT, LAST_OF_SLOT, SLOTS_PER_WORD, ShadowPlan, ShadowView,
 };
@@ -19,12 +20,17 @@ const N_PLACES: u32 = 8;
 /// [`strandlight_runtime::shadow_maps::unblocked_share`] reads it.
 pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
     let mut answers = vec![0; plan.n_words(strands.points.len())];
-    draw_maps(strands, &plan.views, &mut answers);
+    draw_maps(strands, &plan.views, &[], &mut answers);
     answers
 }
 
-/// Draws maps and writes their slots of the answers.
-pub(super) fn draw_maps(strands: &Strands, views: &[ShadowView], answers: &mut [u32]) {
+/// Draws maps and writes their slots of the answers, with `proxies` that block light.
+pub(super) fn draw_maps(
+    strands: &Strands,
+    views: &[ShadowView],
+    proxies: &[ProxyRecord],
+    answers: &mut [u32],
+) {
     let n_points = strands.points.len();
     let mut map: Vec<AtomicU32> = Vec::new();
     let mut sums = vec![0.0; n_points];
@@ -43,7 +49,11 @@ pub(super) fn draw_maps(strands: &Strands, views: &[ShadowView], answers: &mut [
             .enumerate()
             .with_min_len(1024)
             .for_each(|(point, (answer, sum))| {
-                let lit = receive_shadows(view, strands, point, &map);
+                let mut lit = receive_shadows(view, strands, point, &map);
+                let position = Vec3::from_slice(&strands.points[point]);
+                if is_blocked(proxies, position, Vec3::from(view.towards)) {
+                    lit = 0.0;
+                }
                 *sum = if view.ends & FIRST_OF_SLOT == 0 {
                     *sum + lit
                 } else {

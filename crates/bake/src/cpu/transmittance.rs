@@ -1,6 +1,8 @@
 //! Records of each light at every voxel. Twin of `shaders/pass/transmittance.wgsl`.
 
+use glam::Vec3;
 use rayon::prelude::*;
+use strandlight_runtime::proxy::{ProxyRecord, is_blocked};
 use strandlight_runtime::scene::LightRecord;
 use strandlight_runtime::volume::Grid;
 use strandlight_scattering::closed_form::{
@@ -36,6 +38,17 @@ pub fn transmittance(
     lights: &[LightRecord],
     sweeps: &[[f32; 4]],
 ) -> Vec<PackedRecord> {
+    transmittance_beside(grid, volume, lights, sweeps, &[])
+}
+
+/// [`transmittance`] with `proxies` that block light.
+pub fn transmittance_beside(
+    grid: &Grid,
+    volume: &[[f32; 8]],
+    lights: &[LightRecord],
+    sweeps: &[[f32; 4]],
+    proxies: &[ProxyRecord],
+) -> Vec<PackedRecord> {
     let n_voxels = grid.n_voxels();
     let mut result = vec![[0; 2]; n_voxels * lights.len()];
     result
@@ -46,7 +59,7 @@ pub fn transmittance(
             let directions = &sweeps[first..first + light.n_sweeps as usize];
             for (k, &[x, y, z, _]) in directions.iter().enumerate() {
                 let turn = [k, directions.len()].map(|n| n as f32);
-                sweep(grid, volume, [x, y, z], turn, out);
+                sweep((grid, volume), proxies, [x, y, z], turn, out);
             }
         });
     result
@@ -55,8 +68,8 @@ pub fn transmittance(
 /// Marches slices from the light's side along the axis most along `d`, direction k of n, and adds
 /// it to the records in `out`.
 fn sweep(
-    grid: &Grid,
-    volume: &[[f32; 8]],
+    (grid, volume): (&Grid, &[[f32; 8]]),
+    proxies: &[ProxyRecord],
     d: [f32; 3],
     [k, n_directions]: [f32; 2],
     out: &mut [PackedRecord],
@@ -123,7 +136,20 @@ fn sweep(
                 } else {
                     ShadowRecord::default()
                 };
-                out[index] = pack_record(&add_to_record(&sum, here, k, n_directions));
+                let mut n_before = k;
+                if !proxies.is_empty() {
+                    let at = Vec3::from(voxel.map(|n| n as f32 + 0.5));
+                    let centre = Vec3::from(grid.origin) + at * grid.h;
+                    if is_blocked(proxies, centre, Vec3::from(d)) {
+                        out[index] = pack_record(&sum);
+                        continue;
+                    }
+                    // Directions behind proxies say nothing of the hair's inclination.
+                    if sum.shares[2] <= 0.0 {
+                        n_before = 0.0;
+                    }
+                }
+                out[index] = pack_record(&add_to_record(&sum, here, n_before, n_directions));
             }
         }
         std::mem::swap(&mut leaving, &mut next);

@@ -16,6 +16,8 @@ pub(super) struct Dirt {
     pub lights: bool,
     /// Shadow maps and records alone.
     pub shadows: bool,
+    /// What else stands in the light.
+    pub proxies: bool,
     /// Amplitudes of lights.
     pub colors: bool,
     /// Textures of the hair.
@@ -48,6 +50,7 @@ impl Dirt {
         self.points
             || self.lights
             || self.shadows
+            || self.proxies
             || self.colors
             || self.hair.is_some()
             || self.kind
@@ -76,6 +79,7 @@ impl Dirt {
         self.points |= other.points;
         self.lights |= other.lights;
         self.shadows |= other.shadows;
+        self.proxies |= other.proxies;
         self.colors |= other.colors;
         self.kind |= other.kind;
         self.densities |= other.densities;

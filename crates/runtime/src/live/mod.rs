@@ -20,7 +20,7 @@
 //! | camera, size | projection; shadow maps towards the eye if it turned; shading |
 //! | hair | what [`RULES`](crate::edit::RULES) says; shading |
 //! | amplitudes of lights | the list of lights that are not black; shading |
-//! | lights | records, shadow maps; shading |
+//! | lights, proxies | records, shadow maps; shading |
 //! | points | the shadow volume; all of these |
 //!
 //! Nothing is allocated on the device but where something grows, and pipelines are kept by what
@@ -44,6 +44,7 @@ use crate::edit::{EditError, EditReport};
 use crate::error::RenderError;
 use crate::gpu::{Context, Counts};
 use crate::paint::Paint;
+use crate::proxy::Proxy;
 use crate::render::clock::Clock;
 use crate::render::draw::{Draw, Ribbons, Target};
 use crate::render::lighting::Lighting;
@@ -181,7 +182,8 @@ impl Live {
         let lighting = Lighting::new(context, &scene, &volume, &strands, 2)?;
         let draw = Draw::new(context)?;
         let radiance = [0, 1].map(|ix| lighting.radiance(ix));
-        let ribbons = Ribbons::new(context, &draw, &strands, &radiance);
+        let mut ribbons = Ribbons::new(context, &draw, &strands, &radiance);
+        ribbons.set_proxies(context, &lighting);
         let mut live = Live {
             context: context.clone(),
             strands,
@@ -381,6 +383,15 @@ impl Live {
             self.wanted.kind = true;
         }
         Ok(())
+    }
+
+    /// Other things in the light and in the view.
+    pub fn set_proxies(&mut self, proxies: Vec<Proxy>) {
+        if proxies != self.scene.proxies {
+            self.scene.proxies = proxies;
+            self.edited();
+            self.wanted.proxies = true;
+        }
     }
 
     /// Samples a pixel that the picture gets at rest, rounded up to whole passes of four.
@@ -633,7 +644,11 @@ impl Live {
         } else if dirt.colors && self.lighting.set_colors(context, scene, &self.strands) {
             steps.extend(self.lighting.map_steps());
         }
-        if dirt.points || dirt.lights || dirt.shadows {
+        if dirt.proxies {
+            let (volume, strands) = (&self.volume, &self.strands);
+            self.lighting.set_proxies(context, scene, volume, strands)?;
+        }
+        if dirt.points || dirt.lights || dirt.shadows || dirt.proxies {
             steps = self.lighting.shadow_steps();
         }
         if let Some(range) = &dirt.paint {
@@ -693,6 +708,9 @@ impl Live {
         }
         let Some(step) = cycle.steps.pop_front() else {
             let view = cycle.view;
+            if cycle.dirt.proxies {
+                self.ribbons.set_proxies(&self.context, &self.lighting);
+            }
             self.cycle = None;
             let counters = self.lighting.counters();
             if self.counters.0.send(&self.context, counters, 80, |_| ()) {

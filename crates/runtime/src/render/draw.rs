@@ -2,6 +2,8 @@
 //! picture.
 
 use super::clock::Stamp;
+use super::lighting::Lighting;
+use super::proxies::DrawnProxies;
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, labelled, shader, step, storage, submit, uniform,
 };
@@ -11,7 +13,7 @@ use crate::gpu::{Context, Tally};
 use crate::sampling::pass_jitter;
 use strandlight_formats::Background;
 
-const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Side of the viewport in pixels, with the picture in its middle; twin of `CLIP_PER_UNIT` in
 /// `shaders/pass/strands.wgsl`. Software devices slow down wherever a triangle is clipped.
 const VIEWPORT: f32 = 8192.0;
@@ -19,7 +21,7 @@ const VIEWPORT: f32 = 8192.0;
 /// Segments whose corners share an index buffer: 96 MiB, below the 128 MiB every adapter binds.
 pub(super) const SEGMENT_CHUNK: u32 = 4 << 20;
 
-const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// Mirrored by `Pass` in `shaders/pass/strands.wgsl`.
 #[repr(C)]
@@ -67,6 +69,8 @@ pub(crate) struct Ribbons {
     chunks: Vec<RibbonChunk>,
     /// By buffer of radiance.
     strands: Vec<wgpu::BindGroup>,
+    /// Drawn before the strands, if there are any.
+    proxies: Option<DrawnProxies>,
     n_points: u32,
 }
 
@@ -155,8 +159,15 @@ impl Ribbons {
             chunks,
             strands,
             points,
+            proxies: None,
             n_points,
         }
+    }
+
+    /// Takes the proxies as `lighting` has them.
+    pub fn set_proxies(&mut self, context: &Context, lighting: &Lighting) {
+        let proxies = lighting.proxies();
+        self.proxies = proxies.map(|proxies| proxies.drawn(context, &self.view, &self.pass));
     }
 
     /// Takes another view.
@@ -306,6 +317,9 @@ impl Target {
             timestamp_writes: stamp.of_render(),
             ..Default::default()
         });
+        if let Some(proxies) = &ribbons.proxies {
+            proxies.draw(&mut pass, self.size, radiance);
+        }
         pass.set_pipeline(&draw.strands);
         pass.set_bind_group(0, &ribbons.strands[radiance], &[]);
         let [left, top] = self.size.map(|n| 0.5 * (n as f32 - VIEWPORT));

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use super::LIGHT_BATCH;
 use super::clock::Stamp;
+use super::proxies::{self, Proxies};
 use super::resources::{
     StrandBuffers, bind, buffer_of, compute_pass, compute_with, groups_of_64, module_with, step,
     storage, submit, uniform, write,
@@ -38,6 +39,8 @@ pub(crate) enum Step {
     Sweep { batch: usize, k: u32 },
     /// Shades points with a batch of lights.
     Shade { batch: usize, points: Range<u32> },
+    /// Adds what the proxies send back of a batch of lights.
+    Proxies { batch: usize },
 }
 
 impl Step {
@@ -47,6 +50,7 @@ impl Step {
             Step::Map(_) => "shadow maps",
             Step::Sweep { .. } => "transmittance",
             Step::Shade { .. } => "shade",
+            Step::Proxies { .. } => "proxies",
         }
     }
 }
@@ -102,6 +106,7 @@ pub(crate) struct Lighting {
     batch: wgpu::Buffer,
     counters: wgpu::Buffer,
     radiance: Vec<wgpu::Buffer>,
+    proxies: Option<Proxies>,
     /// All lights, as the sweeps read them.
     lights: wgpu::Buffer,
     directions: wgpu::Buffer,
@@ -148,6 +153,7 @@ impl Lighting {
             radiance: (0..n_radiance)
                 .map(|_| storage(context, "radiance", a_point))
                 .collect(),
+            proxies: Proxies::new(context, scene, n_radiance)?,
             lights: lights("lights"),
             directions: buffer_of::<[f32; 4]>(context, "directions", &[], usage),
             lit: lights("lit lights"),
@@ -160,6 +166,7 @@ impl Lighting {
             most_local: scene.most_local(&scene.hair),
             n_points: strands.n_points,
         };
+        lighting.block_light(context)?;
         lighting.set_lights(context, scene, volume, strands);
         lighting.set_kind(context, scene)?;
         Ok(lighting)
@@ -221,6 +228,39 @@ impl Lighting {
         !has_all
     }
 
+    /// Takes the proxies of `scene` for those there were. [`Lighting::shadow_steps`] finds the
+    /// shadows.
+    pub fn set_proxies(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        volume: &Volume,
+        strands: &StrandBuffers,
+    ) -> Result<(), RenderError> {
+        let records = scene.proxy_records();
+        if let Some(proxies) = &self.proxies
+            && proxies.write(context, &records)
+        {
+            return Ok(());
+        }
+        self.proxies = Proxies::new(context, scene, self.radiance.len())?;
+        self.block_light(context)?;
+        self.set_lights(context, scene, volume, strands);
+        Ok(())
+    }
+
+    /// Has the shaders of the shadows know of the proxies.
+    fn block_light(&mut self, context: &Context) -> Result<(), RenderError> {
+        let records = self.proxies.as_ref().map(Proxies::records);
+        self.maps.set_proxies(context, records)?;
+        self.sweep.set_proxies(context, records)
+    }
+
+    /// The proxies, if there are any.
+    pub(super) fn proxies(&self) -> Option<&Proxies> {
+        self.proxies.as_ref()
+    }
+
     /// Takes strands that have moved within `volume`, and plans the maps anew.
     pub fn set_points(
         &mut self,
@@ -230,6 +270,9 @@ impl Lighting {
         strands: &StrandBuffers,
         is_other_volume: bool,
     ) {
+        if let Some(proxies) = &self.proxies {
+            proxies.write(context, &scene.proxy_records());
+        }
         self.plan_maps(context, scene, strands);
         let lights = SweptLights {
             lights: &self.lights,
@@ -348,6 +391,7 @@ impl Lighting {
             Step::Shade { batch, points } => {
                 f64::from(points.end - points.start) * f64::from(self.batches[*batch].n.max(1))
             }
+            Step::Proxies { batch } => f64::from(self.batches[*batch].n.max(1)),
         }
     }
 
@@ -366,6 +410,9 @@ impl Lighting {
                 batch,
                 points: first..(first + chunk.max(64)).min(self.n_points),
             }));
+            if self.proxies.is_some() {
+                steps.push(Step::Proxies { batch });
+            }
         }
         steps
     }
@@ -408,19 +455,7 @@ impl Lighting {
             }
             Step::Shade { batch, points } => {
                 self.bind(context, strands, volume, *batch);
-                let lit = self.batches[*batch];
-                let uniform = Batch {
-                    first_light: lit.first,
-                    n_lights: lit.n,
-                    first_point: points.start,
-                    end_point: points.end,
-                    min_power: self.min_power,
-                    density_forward: self.densities[0],
-                    density_back: self.densities[1],
-                    most_local: self.most_local,
-                };
-                let bytes = bytemuck::bytes_of(&uniform);
-                context.queue.write_buffer(&self.batch, 0, bytes);
+                self.write_batch(context, *batch, points.clone());
                 let shade = &self.shades[self.current];
                 let places = &shade.groups;
                 let found = places.iter().find(|(place, _)| *place == (*batch, into));
@@ -433,7 +468,38 @@ impl Lighting {
                     step(&mut pass, &shade.pipeline, group, [x, y]);
                 });
             }
+            Step::Proxies { batch } => {
+                let Some(proxies) = &self.proxies else {
+                    return;
+                };
+                self.write_batch(context, *batch, 0..0);
+                let light = proxies::Light {
+                    view: &self.view,
+                    batch: &self.batch,
+                    grid: &volume.grid_buffer,
+                    lit: &self.lit,
+                    directions: &self.directions,
+                    records: self.sweep.records(*batch),
+                };
+                proxies.light(context, &light, into, stamp);
+            }
         }
+    }
+
+    fn write_batch(&self, context: &Context, batch: usize, points: Range<u32>) {
+        let lit = self.batches[batch];
+        let uniform = Batch {
+            first_light: lit.first,
+            n_lights: lit.n,
+            first_point: points.start,
+            end_point: points.end,
+            min_power: self.min_power,
+            density_forward: self.densities[0],
+            density_back: self.densities[1],
+            most_local: self.most_local,
+        };
+        let bytes = bytemuck::bytes_of(&uniform);
+        context.queue.write_buffer(&self.batch, 0, bytes);
     }
 
     /// Makes the bind groups of a batch, one for each buffer of radiance, unless they are there.
@@ -504,10 +570,11 @@ impl Lighting {
     /// Bytes by stage of [`Step::stage`].
     pub fn bytes(&self) -> [(&'static str, u64); 3] {
         let radiance: u64 = self.radiance.iter().map(wgpu::Buffer::size).sum();
+        let proxies = self.proxies.as_ref().map_or(0, Proxies::bytes);
         [
             ("shadow maps", self.maps.bytes()),
             ("transmittance", self.sweep.bytes()),
-            ("shade", radiance),
+            ("shade", radiance + proxies),
         ]
     }
 

@@ -12,6 +12,7 @@ pub(crate) mod lighting;
 pub(crate) mod mail;
 pub(crate) mod noise;
 pub(crate) mod painted;
+mod proxies;
 pub(crate) mod resources;
 mod scattering;
 pub(crate) mod screen;
@@ -142,7 +143,8 @@ impl<'a> Renderer<'a> {
             })?;
             let lighting = lighting::Lighting::new(context, scene, &volume, &strands, 1)?;
             let draw = draw::Draw::new(context)?;
-            let ribbons = draw::Ribbons::new(context, &draw, &strands, &[lighting.radiance(0)]);
+            let mut ribbons = draw::Ribbons::new(context, &draw, &strands, &[lighting.radiance(0)]);
+            ribbons.set_proxies(context, &lighting);
             let mut renderer = Renderer {
                 context,
                 scene: Cow::Borrowed(scene),
@@ -305,7 +307,7 @@ impl<'a> Renderer<'a> {
             let stage = match step {
                 lighting::Step::Map(_) => 0,
                 lighting::Step::Sweep { .. } => 1,
-                lighting::Step::Shade { .. } => 2,
+                lighting::Step::Shade { .. } | lighting::Step::Proxies { .. } => 2,
             };
             milliseconds[stage] += 1e3 * start.elapsed().as_secs_f64();
             observer((ix + 1) as f64 / steps.len() as f64);

@@ -1,9 +1,10 @@
 //! Shadow maps on the device: drawn and looked up one after the other, the answers kept.
 
 use super::clock::Stamp;
+use super::proxies;
 use super::resources::{
-    StrandBuffers, bind, compute, compute_pass, groups_of_64, grow, shader, step, storage, submit,
-    uniform,
+    StrandBuffers, bind, compute, compute_pass, groups_of_64, grow, module_with, shader, step,
+    storage, submit, uniform,
 };
 use crate::error::RenderError;
 use crate::gpu::Context;
@@ -17,6 +18,8 @@ pub(super) struct ShadowMaps {
     map: wgpu::Buffer,
     sums: wgpu::Buffer,
     answers: wgpu::Buffer,
+    /// Records of what blocks light besides strands.
+    proxies: Option<wgpu::Buffer>,
     groups: Option<[wgpu::BindGroup; 2]>,
     n_points: u32,
     n_segments: u32,
@@ -33,10 +36,31 @@ impl ShadowMaps {
             map: storage(context, "shadow map", 0),
             sums: storage(context, "unblocked sums", 0),
             answers: storage(context, "unblocked", 0),
+            proxies: None,
             groups: None,
             n_points: strands.n_points,
             n_segments: strands.n_segments,
         })
+    }
+
+    /// Takes proxies that block light; [`ShadowMaps::fit`] has to follow.
+    pub fn set_proxies(
+        &mut self,
+        context: &Context,
+        records: Option<&wgpu::Buffer>,
+    ) -> Result<(), RenderError> {
+        if records.is_some() != self.proxies.is_some() {
+            let features: &[&str] = if records.is_some() {
+                &[proxies::FEATURE]
+            } else {
+                &[]
+            };
+            let module = module_with(context, "pass/shadow_map", features)?;
+            self.receive = compute(context, &module, "receive_shadows");
+        }
+        self.proxies = records.cloned();
+        self.groups = None;
+        Ok(())
     }
 
     /// Makes room for the maps of `plan`. Answers whether the answers are another buffer, which
@@ -69,20 +93,18 @@ impl ShadowMaps {
                 (3, self.map.as_entire_binding()),
             ],
         );
-        let receive = bind(
-            context,
-            &self.receive.get_bind_group_layout(0),
-            &[
-                (0, self.view.as_entire_binding()),
-                (1, strands.points.as_entire_binding()),
-                (3, self.map.as_entire_binding()),
-                (4, strands.tangents.as_entire_binding()),
-                (5, strands.normals.as_entire_binding()),
-                (6, self.sums.as_entire_binding()),
-                (7, self.answers.as_entire_binding()),
-            ],
-        );
-        [cast, receive]
+        let mut resources = vec![
+            (0, self.view.as_entire_binding()),
+            (1, strands.points.as_entire_binding()),
+            (3, self.map.as_entire_binding()),
+            (4, strands.tangents.as_entire_binding()),
+            (5, strands.normals.as_entire_binding()),
+            (6, self.sums.as_entire_binding()),
+            (7, self.answers.as_entire_binding()),
+        ];
+        resources.extend(self.proxies.iter().map(|b| (8, b.as_entire_binding())));
+        let layout = self.receive.get_bind_group_layout(0);
+        [cast, bind(context, &layout, &resources)]
     }
 
     /// Draws one map of a plan that there is room for, and writes its slot of the answers.

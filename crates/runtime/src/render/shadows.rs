@@ -5,8 +5,9 @@
 
 use super::LIGHT_BATCH;
 use super::clock::Stamp;
+use super::proxies;
 use super::resources::{
-    bind, buffer_of, compute_pass, grow, read_back, shader, storage, submit, uniform,
+    bind, buffer_of, compute_pass, grow, module_with, read_back, storage, submit, uniform,
 };
 use super::volume::Volume;
 use crate::error::RenderError;
@@ -41,6 +42,8 @@ pub(super) struct Sweep {
     layout: wgpu::BindGroupLayout,
     /// `Step` of `shaders/pass/transmittance.wgsl`, slice by slice, direction by direction.
     steps: wgpu::Buffer,
+    /// Records of what blocks light besides strands.
+    proxies: Option<wgpu::Buffer>,
     leaving: wgpu::Buffer,
     records: Vec<wgpu::Buffer>,
     batches: Vec<SweptBatch>,
@@ -62,44 +65,7 @@ pub(super) struct SweptLights<'a> {
 
 impl Sweep {
     pub fn new(context: &Context) -> Result<Self, RenderError> {
-        use wgpu::BufferBindingType::{Storage, Uniform};
-        let buffer = |binding: u32, ty, has_dynamic_offset| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty,
-                has_dynamic_offset,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let read = Storage { read_only: true };
-        let write = Storage { read_only: false };
-        let kinds = [Uniform, Uniform, read, read, read, write, write];
-        let mut entries: Vec<_> = (0..)
-            .zip(kinds)
-            .map(|(ix, ty)| buffer(ix, ty, false))
-            .collect();
-        entries.push(buffer(7, Uniform, true));
-        let device = &context.device;
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("sweep"),
-            entries: &entries,
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("sweep"),
-            bind_group_layouts: &[Some(&layout)],
-            ..Default::default()
-        });
-        Tally::add(&context.tally().pipelines);
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("sweep"),
-            layout: Some(&pipeline_layout),
-            module: &shader(context, "pass/transmittance")?,
-            entry_point: Some("sweep"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let (pipeline, layout) = compiled(context, None)?;
         let mut steps = Vec::new();
         for k in 0..MAX_DIRECTIONS {
             for slice in 0..crate::volume::GRID_SIDE {
@@ -112,11 +78,25 @@ impl Sweep {
             pipeline,
             layout,
             steps: buffer_of(context, "steps", &steps, wgpu::BufferUsages::UNIFORM),
+            proxies: None,
             leaving: storage(context, "leaving", 0),
             records: Vec::new(),
             batches: Vec::new(),
             is_kept: false,
         })
+    }
+
+    /// Takes proxies that block light; [`Sweep::fit`] has to follow.
+    pub fn set_proxies(
+        &mut self,
+        context: &Context,
+        records: Option<&wgpu::Buffer>,
+    ) -> Result<(), RenderError> {
+        if records.is_some() != self.proxies.is_some() {
+            (self.pipeline, self.layout) = compiled(context, records.map(|_| proxies::FEATURE))?;
+        }
+        self.proxies = records.cloned();
+        Ok(())
     }
 
     /// Makes room for the records of `lights` in `volume`: of all if they fit `budget` bytes, else
@@ -168,20 +148,18 @@ impl Sweep {
             offset: 0,
             size: wgpu::BufferSize::new(16),
         });
-        bind(
-            context,
-            &self.layout,
-            &[
-                (0, volume.grid_buffer.as_entire_binding()),
-                (1, batch.as_entire_binding()),
-                (2, volume.buffer().as_entire_binding()),
-                (3, lights.lights.as_entire_binding()),
-                (4, lights.directions.as_entire_binding()),
-                (5, self.records(ix).as_entire_binding()),
-                (6, self.leaving.as_entire_binding()),
-                (7, a_step),
-            ],
-        )
+        let mut resources = vec![
+            (0, volume.grid_buffer.as_entire_binding()),
+            (1, batch.as_entire_binding()),
+            (2, volume.buffer().as_entire_binding()),
+            (3, lights.lights.as_entire_binding()),
+            (4, lights.directions.as_entire_binding()),
+            (5, self.records(ix).as_entire_binding()),
+            (6, self.leaving.as_entire_binding()),
+            (7, a_step),
+        ];
+        resources.extend(self.proxies.iter().map(|b| (8, b.as_entire_binding())));
+        bind(context, &self.layout, &resources)
     }
 
     /// Is there room for records in `grid` as there is now, without other buffers?
@@ -245,6 +223,53 @@ impl Sweep {
         let records: u64 = self.records.iter().map(wgpu::Buffer::size).sum();
         records + self.leaving.size() + self.steps.size()
     }
+}
+
+/// The pipeline with or without a feature, and its layout.
+fn compiled(
+    context: &Context,
+    feature: Option<&str>,
+) -> Result<(wgpu::ComputePipeline, wgpu::BindGroupLayout), RenderError> {
+    use wgpu::BufferBindingType::{Storage, Uniform};
+    let buffer = |binding: u32, ty, has_dynamic_offset| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty,
+            has_dynamic_offset,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    let read = Storage { read_only: true };
+    let write = Storage { read_only: false };
+    let kinds = [Uniform, Uniform, read, read, read, write, write];
+    let mut entries: Vec<_> = (0..)
+        .zip(kinds)
+        .map(|(ix, ty)| buffer(ix, ty, false))
+        .collect();
+    entries.push(buffer(7, Uniform, true));
+    entries.extend(feature.map(|_| buffer(8, Uniform, false)));
+    let device = &context.device;
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("sweep"),
+        entries: &entries,
+    });
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("sweep"),
+        bind_group_layouts: &[Some(&layout)],
+        ..Default::default()
+    });
+    Tally::add(&context.tally().pipelines);
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("sweep"),
+        layout: Some(&pipeline_layout),
+        module: &module_with(context, "pass/transmittance", feature.as_slice())?,
+        entry_point: Some("sweep"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    Ok((pipeline, layout))
 }
 
 /// Cells of the largest slice across any axis.
