@@ -1,7 +1,6 @@
 //! Proxies: what they take of light and view, what they send back, and the GPU against the CPU.
 
 #[path = "render_common/mod.rs"]
-#[allow(dead_code, reason = "shared with other test files")]
 mod common;
 
 use glam::{Quat, Vec3};

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use strandlight_runtime::optics::ShadingUniform;
+use strandlight_runtime::proxy::{ProxyRecord, ProxyRecords};
 use strandlight_runtime::shaders::{MODULES, resolve_with};
 use strandlight_scattering::closed_form::{
     DirectionInFrame, Fibre, LightInFrame, LobeDecode, PaintedAverages, PaintedDecode, PaintedHair,
@@ -92,6 +93,14 @@ fn painted_shading_is_valid_and_apart() {
 }
 
 #[test]
+fn modules_are_valid_with_their_features() {
+    for name in ["pass/shadow_map", "pass/transmittance"] {
+        let n_globals = |features: &[&str]| module_with(name, features).global_variables.len();
+        assert_eq!(n_globals(&["PROXIES"]), n_globals(&[]) + 1, "{name}");
+    }
+}
+
+#[test]
 fn every_file_is_a_module() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders");
     let mut n_files = 0;
@@ -161,6 +170,19 @@ macro_rules! same_layout {
 
 #[test]
 fn structs_have_the_layout_of_their_mirrors() {
+    let proxies = module("lib/proxy");
+    same_layout!(
+        &proxies,
+        "Proxy",
+        ProxyRecord {
+            to_unit,
+            from_unit,
+            albedo,
+            kind
+        }
+    );
+    let size = size_of::<ProxyRecords>() as u32;
+    assert_eq!(layout(&proxies, "Proxies").1, size);
     let module = module("lib/paper/single_scattering");
     same_layout!(
         &module,

@@ -4,7 +4,7 @@
 //! - [`SCENES`]: what each consists of.
 //! - [`PaperScene::toml`]: its scene file.
 
-use crate::grooms::{GrowSpec, Style};
+use crate::grooms::{GrowSpec, HEAD_RADII, Style};
 use crate::maps::Sky;
 
 /// One scene.
@@ -201,6 +201,18 @@ impl PaperScene {
         SCENES.iter().find(|scene| scene.name == name)
     }
 
+    /// The head that the hair grows on. The scenes for accuracy have none: ground truth knows of
+    /// hair and lights alone.
+    fn head(&self) -> String {
+        if self.background != BACKDROP {
+            return String::new();
+        }
+        let [x, y, z] = HEAD_RADII.to_array();
+        format!(
+            "[[proxy]]\nkind = \"ellipsoid\"\ncentre = [0.0, 0.0, 0.0]\nradii = [{x:.1}, {y:.1}, {z:.1}]\n"
+        )
+    }
+
     /// The groom, with `scale` times the strands, at least one. Fewer strands are grown thicker.
     pub fn groom(&self, scale: f64) -> GrowSpec {
         GrowSpec {
@@ -232,9 +244,10 @@ impl PaperScene {
              [lights]\nfile = \"{name}.lights\"\nrotate_deg = {rotate_deg:.1}\n\n\
              [hair]\npreset = \"{preset}\"       # keys beside it take precedence\n\n\
              [camera]\nposition = {}\ntarget = {}\nfov_deg = {fov_deg:.1}\n\n\
-             [render]\nsize = [720, 480]\nsamples = 64\nexposure = {exposure:.1}\nbackground = {background}\n",
+             {head}[render]\nsize = [720, 480]\nsamples = 64\nexposure = {exposure:.1}\nbackground = {background}\n",
             vector(self.position),
             vector(self.target),
+            head = self.head(),
         )
     }
 }
@@ -252,6 +265,7 @@ mod tests {
             assert_eq!(parsed.hair.preset.as_deref(), Some(scene.preset));
             assert_eq!(parsed.camera.expect("one").position, scene.position);
             assert_eq!(parsed.render.exposure, scene.exposure);
+            assert_eq!(parsed.proxies.is_empty(), scene.background != BACKDROP);
             assert_eq!(PaperScene::from_name(scene.name), Some(scene));
         }
     }

@@ -114,6 +114,10 @@ pub fn run(args: &Args) -> Outcome {
     let size = args.size.unwrap_or(scene.render.size);
     check_frame(size, 4).map_err(|error| Failure::file(&args.scene, error))?;
     let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
+    if !prepared.proxies.is_empty() {
+        let told = "proxy: ground truth knows of hair and lights alone";
+        return Err(Failure::file(&args.scene, told));
+    }
     let (environment, from_map) = environment(args, &scene, &prepared)?;
     let n_lights = args.lights.unwrap_or(match method {
         Method::Directional => 1536,

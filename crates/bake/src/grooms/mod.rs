@@ -13,6 +13,8 @@ mod noise;
 mod scalp;
 mod shape;
 
+pub use scalp::HEAD_RADII;
+
 use rayon::prelude::*;
 use strandlight_formats::{Attribute, Domain, Groom, GroomSource, HairSection, tool_version};
 
