@@ -30,7 +30,7 @@ pub struct MotionSection {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct WindSection {
-    /// Mean speed, m/s, 0..=30; hanging hair bends by 45 degrees at about 6.
+    /// Mean speed, m/s, 0..=30; hanging hair bends by some 35 degrees at 6.
     pub speed: f64,
     /// How much gusts add to and take from it, 0..=1.
     pub gust: f64,

@@ -14,6 +14,7 @@ pub mod files;
 pub mod gpu;
 pub mod live;
 pub mod memory;
+pub mod motion;
 pub mod optics;
 pub mod paint;
 pub mod picture;

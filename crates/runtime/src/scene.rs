@@ -14,6 +14,7 @@ use crate::camera::Camera;
 use crate::edit::{EditReport, HairTextures};
 use crate::error::SceneError;
 use crate::files::Files;
+use crate::motion::{Motion, wind};
 use crate::paint::{Paint, PaintKinds, PaintedPoint};
 use crate::proxy::{Proxy, ProxyRecords};
 use crate::render::LIGHT_BATCH;
@@ -114,6 +115,14 @@ impl PreparedScene {
     /// # Errors
     /// The first file that cannot be read or value that cannot be used, by name.
     pub fn load(scene: &Scene) -> Result<Self, SceneError> {
+        PreparedScene::load_at(scene, 0.0)
+    }
+
+    /// [`PreparedScene::load`], the hair being where it is at a time in seconds.
+    ///
+    /// # Errors
+    /// As there; a frame of the motion that cannot be read.
+    pub fn load_at(scene: &Scene, seconds: f64) -> Result<Self, SceneError> {
         scene
             .validate()
             .map_err(|error| SceneError::File(error.to_string()))?;
@@ -121,6 +130,9 @@ impl PreparedScene {
         let mut prepared = PreparedScene::new(scene, &assets)?;
         let is_lit = |light: &SrbfLight| light.rgb.iter().any(|&x| x > 0.0);
         prepared.lights.retain(is_lit);
+        if let Some(mut motion) = Motion::new(scene, &Files::Disk) {
+            prepared.strands = motion.strands_at(&prepared.strands, seconds)?;
+        }
         Ok(prepared)
     }
 
@@ -130,7 +142,14 @@ impl PreparedScene {
     /// # Errors
     /// What cannot be drawn, by name.
     pub fn new(scene: &Scene, assets: &Assets) -> Result<Self, SceneError> {
-        let strands = assets.strands(&scene.hair)?;
+        let mut strands = assets.strands(&scene.hair)?;
+        if let Some(section) = scene
+            .motion
+            .as_ref()
+            .and_then(|motion| motion.wind.as_ref())
+        {
+            strands = wind::with_room(section, strands);
+        }
         let mut lights = assets.turned_lights(&scene.lights);
         for (light, rgb) in lights.iter_mut().zip(assets.light_colors(&scene.lights)) {
             light.rgb = rgb;

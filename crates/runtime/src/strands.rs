@@ -200,6 +200,21 @@ impl Strands {
         Ok(resampled)
     }
 
+    /// First point and number of points of each strand.
+    pub fn ranges(&self) -> impl Iterator<Item = [u32; 2]> {
+        let range = |segments: &[u32]| [segments[0], segments.len() as u32 + 1];
+        self.strand_segments().map(range)
+    }
+
+    /// The same strands, said to lie between two corners: what is laid out around them does not
+    /// change while they move there.
+    pub(crate) fn in_space(mut self, low: Vec3, high: Vec3) -> Strands {
+        self.bounds = (low, high);
+        self.centre = 0.5 * (low + high);
+        self.radius = 0.5 * low.distance(high);
+        self
+    }
+
     /// The segments of each strand.
     fn strand_segments(&self) -> impl Iterator<Item = &[u32]> {
         // A strand goes on as long as each segment starts where the last one ended.

@@ -14,6 +14,7 @@ use crate::edit::check_round;
 use crate::error::{RenderError, SceneError};
 use crate::gpu::Context;
 use crate::live::{Live, LiveReport, Progress};
+use crate::motion::{Motion, Wind};
 use crate::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
 use crate::proxy::Proxy;
 #[cfg(not(target_arch = "wasm32"))]
@@ -30,6 +31,7 @@ pub struct Viewer {
     window: Option<[u32; 2]>,
     /// Seconds since the start of the motion.
     time: f64,
+    motion: Option<Motion>,
     /// What was made anew since [`Viewer::take_changes`].
     changes: Change,
     /// Of the hair where it is now; none until it is asked for.
@@ -52,8 +54,9 @@ impl Viewer {
     /// # Errors
     /// What cannot be drawn, by name; whatever the device refuses.
     pub fn new(context: &Context, session: Session) -> Result<Viewer, RenderError> {
-        Ok(Viewer {
+        let mut viewer = Viewer {
             live: live_of(context, &session)?,
+            motion: Motion::new(session.scene(), session.files()),
             context: context.clone(),
             session,
             window: None,
@@ -61,7 +64,9 @@ impl Viewer {
             changes: Change::everything(),
             picker: None,
             stroking: None,
-        })
+        };
+        viewer.move_hair()?;
+        Ok(viewer)
     }
 
     /// The document.
@@ -259,6 +264,24 @@ impl Viewer {
     /// What cannot be drawn, by name; whatever the device refuses.
     pub fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
         self.time = seconds;
+        self.move_hair()
+    }
+
+    /// Moves the hair to where it is at the time.
+    fn move_hair(&mut self) -> Result<(), RenderError> {
+        let live = &mut self.live;
+        match &mut self.motion {
+            Some(Motion::Wind(section)) => {
+                let wind = Wind::at(section, &live.scene().strands, self.time);
+                live.set_wind(Some(wind));
+            }
+            Some(Motion::Sequence(sequence)) => {
+                let points = sequence.points_at(&live.scene().strands, self.time)?;
+                self.picker = None;
+                live.set_points(&points)?;
+            }
+            None => {}
+        }
         Ok(())
     }
 
@@ -338,7 +361,13 @@ impl Viewer {
         if change.geometry || change.diameter || change.motion {
             self.picker = None;
         }
-        if change.geometry || change.tables || change.shadow_maps {
+        let has_motion = self.motion.is_some();
+        if change.geometry
+            || change.tables
+            || change.shadow_maps
+            || change.motion
+            || change.diameter && has_motion
+        {
             return self.renew();
         }
         let scene = self.session.scene();
@@ -390,6 +419,8 @@ impl Viewer {
     fn renew(&mut self) -> Result<(), RenderError> {
         self.picker = None;
         self.live = live_of(&self.context, &self.session)?;
+        self.motion = Motion::new(self.session.scene(), self.session.files());
+        self.move_hair()?;
         if let Some(size) = self.window {
             self.live.set_size(size)?;
         }

@@ -67,6 +67,9 @@ pub struct Args {
     /// How the transmittance of lights is found; all but sweep are baselines on the CPU
     #[arg(long, value_enum, default_value_t = Method::Sweep)]
     transmittance: Method,
+    /// Seconds since the start of the scene's motion, 0..=1000000
+    #[arg(long, value_name = "SECONDS", value_parser = parse_time, default_value_t = 0.0)]
+    time: f64,
     /// Say what ran and what was skipped, with bytes and milliseconds of each pass
     #[arg(long)]
     stats: bool,
@@ -103,6 +106,12 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
 fn parse_key(text: &str) -> Result<(String, Value), String> {
     let (key, value) = text.split_once('=').ok_or("must be KEY=VALUE")?;
     Ok((key.trim().to_owned(), parse_value(value)))
+}
+
+fn parse_time(text: &str) -> Result<f64, String> {
+    let parsed = text.parse().ok();
+    let seconds = parsed.filter(|seconds| (0.0..=1e6).contains(seconds));
+    seconds.ok_or_else(|| "a time is a number of seconds in 0..=1000000".to_owned())
 }
 
 fn parse_scattering(text: &str) -> Result<Scattering, String> {
@@ -146,7 +155,7 @@ pub fn run(args: &Args) -> Outcome {
         }
         return layers::run(args, &scene, size, samples);
     }
-    let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
+    let prepared = PreparedScene::load_at(&scene, args.time).map_err(Failure::input)?;
     let (picture, stats) = draw(&prepared, size, samples, args.backend, args.transmittance)?;
     if args.stats {
         note!("{stats}");

@@ -43,9 +43,11 @@ use crate::camera::{Camera, ViewUniform, view_uniform};
 use crate::edit::{EditError, EditReport};
 use crate::error::RenderError;
 use crate::gpu::{Context, Counts};
+use crate::motion::Wind;
 use crate::paint::Paint;
 use crate::proxy::Proxy;
 use crate::render::clock::Clock;
+use crate::render::deform::Deform;
 use crate::render::draw::{Draw, Ribbons, Target};
 use crate::render::lighting::Lighting;
 use crate::render::mail::Mail;
@@ -108,6 +110,9 @@ pub struct Live {
     noise: Noise,
     /// Counts of products that shading left, and of how many batches.
     counters: (Mail, u64),
+    /// The wind that bends the strands of the scene, and what does.
+    wind: Option<Wind>,
+    deform: Option<Deform>,
     wanted: Dirt,
     cycle: Option<Cycle>,
     /// The buffer of radiance that is shown, and its scale; none before the first cycle is done.
@@ -196,6 +201,8 @@ impl Live {
             next_screen: None,
             noise: Noise::new(context)?,
             counters: (Mail::new(context, 80), 1),
+            wind: None,
+            deform: None,
             wanted: Dirt::all(),
             cycle: None,
             front: 0,
@@ -360,6 +367,7 @@ impl Live {
     /// As [`Strands::moved`](crate::strands::Strands::moved); nothing is changed then.
     pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
         self.scene.strands = self.scene.strands.moved(points)?;
+        (self.wind, self.deform) = (None, None);
         self.edited();
         self.wanted.points = true;
         Ok(())
@@ -383,6 +391,16 @@ impl Live {
             self.wanted.kind = true;
         }
         Ok(())
+    }
+
+    /// Bends the strands of the scene in the wind, on the device alone: [`Live::scene`] has them at
+    /// rest, with room to move. Without wind they are at rest.
+    pub fn set_wind(&mut self, wind: Option<Wind>) {
+        if wind != self.wind {
+            self.wind = wind;
+            self.edited();
+            self.wanted.points = true;
+        }
     }
 
     /// Other things in the light and in the view.
@@ -629,7 +647,18 @@ impl Live {
         let (context, scene) = (&self.context, &self.scene);
         let mut steps = Vec::new();
         if dirt.points {
-            self.strands.update(context, &scene.strands);
+            match &self.wind {
+                Some(wind) => {
+                    let deform = match self.deform.take() {
+                        Some(deform) => deform,
+                        None => Deform::new(context, &scene.strands, &self.strands)?,
+                    };
+                    deform.run(context, wind, self.clock.stamp("deform"));
+                    self.deform = Some(deform);
+                    self.report.ran("deform");
+                }
+                None => self.strands.update(context, &scene.strands),
+            }
             let is_other = self.volume.fit(context, &scene.strands, &self.strands);
             let stamp = self.clock.stamp("voxelise");
             self.volume.fill(context, stamp);

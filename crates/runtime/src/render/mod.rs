@@ -6,6 +6,7 @@
 //! each of these; [`crate::live::Live`] takes them one by one and shows (`display`) what there is.
 
 pub(crate) mod clock;
+pub(crate) mod deform;
 pub(crate) mod draw;
 mod footprint;
 pub(crate) mod lighting;
