@@ -76,12 +76,16 @@ impl Browser {
         browser.session = attached["sessionId"].as_str().map(str::to_owned);
         browser.call("Page.enable", json!({}));
         browser.call("Runtime.enable", json!({}));
-        let [width, height] = size;
-        browser.call(
+        browser.resize(size);
+        browser
+    }
+
+    /// Makes the page `width` and `height` pixels large.
+    pub fn resize(&mut self, [width, height]: [u32; 2]) {
+        self.call(
             "Emulation.setDeviceMetricsOverride",
             json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false }),
         );
-        browser
     }
 
     /// Opens the page at `address`.
@@ -143,15 +147,22 @@ impl Browser {
         answer["result"]["value"].clone()
     }
 
-    /// Waits until `expression` is true in the page; tells what the page shows if it never is.
+    /// Waits until `expression` is true in the page.
     pub fn wait_for(&mut self, expression: &str) {
+        self.wait_until(expression, |browser| {
+            browser.evaluate(expression) == json!(true)
+        });
+    }
+
+    /// Waits until `is_there`; tells what the page shows if it never is.
+    pub fn wait_until(&mut self, what: &str, mut is_there: impl FnMut(&mut Browser) -> bool) {
         let start = Instant::now();
-        while self.evaluate(expression) != json!(true) {
+        while !is_there(self) {
             if start.elapsed() > PATIENCE {
                 let text = self.evaluate(
-                    "document.body.innerText + ' | ' + document.querySelector('canvas')?.alt",
+                    "`${document.body.innerText} ${document.querySelector('canvas')?.outerHTML}`",
                 );
-                panic!("never: {expression}; page: {text}; console: {:?}", self.console);
+                panic!("never: {what}; page: {text}; console: {:?}", self.console);
             }
             std::thread::sleep(Duration::from_millis(100));
         }
@@ -172,7 +183,11 @@ impl Browser {
     }
 
     fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], buttons: u32) {
-        let button = if kind == "mouseMoved" && buttons == 0 { "none" } else { "left" };
+        let button = if kind == "mouseMoved" && buttons == 0 {
+            "none"
+        } else {
+            "left"
+        };
         self.call(
             "Input.dispatchMouseEvent",
             json!({ "type": kind, "x": x, "y": y, "button": button, "buttons": buttons,
@@ -180,14 +195,21 @@ impl Browser {
         );
     }
 
-    /// Presses and releases a letter's key together with Control.
+    /// Presses a letter's key while Control is held.
     pub fn control(&mut self, letter: char) {
         let upper = letter.to_ascii_uppercase();
-        for kind in ["rawKeyDown", "keyUp"] {
+        let letter = (letter.to_string(), format!("Key{upper}"), upper as u32);
+        let control = ("Control".to_owned(), "ControlLeft".to_owned(), 17);
+        for (kind, modifiers, (key, code, number)) in [
+            ("rawKeyDown", 2, &control),
+            ("rawKeyDown", 2, &letter),
+            ("keyUp", 2, &letter),
+            ("keyUp", 0, &control),
+        ] {
             self.call(
                 "Input.dispatchKeyEvent",
-                json!({ "type": kind, "modifiers": 2, "key": letter.to_string(),
-                        "code": format!("Key{upper}"), "windowsVirtualKeyCode": upper as u32 }),
+                json!({ "type": kind, "modifiers": modifiers, "key": key, "code": code,
+                        "windowsVirtualKeyCode": number }),
             );
         }
     }
@@ -210,8 +232,12 @@ impl Browser {
 impl Drop for Browser {
     fn drop(&mut self) {
         self.session = None;
-        let _ = write!(self.requests, "{}\0", json!({ "id": 0, "method": "Browser.close" }))
-            .and_then(|()| self.requests.flush());
+        let _ = write!(
+            self.requests,
+            "{}\0",
+            json!({ "id": 0, "method": "Browser.close" })
+        )
+        .and_then(|()| self.requests.flush());
         let start = Instant::now();
         while matches!(self.child.try_wait(), Ok(None)) {
             if start.elapsed() > Duration::from_secs(10) {

