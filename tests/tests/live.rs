@@ -56,7 +56,21 @@ fn the_finished_picture_is_the_renderers() {
     let error = picture_rmse(&picture, &expected);
     println!("{error:.2e}");
     assert!(error < 1e-6, "{error}");
-    assert_eq!(report(&context, &mut live).stats.terms, stats.terms);
+    let after = report(&context, &mut live);
+    assert_eq!(after.stats.terms, stats.terms);
+    for name in ["shadow maps", "transmittance", "shade", "draw", "display"] {
+        let stage = after.stage(name).unwrap();
+        assert!(stage.runs > 0 && stage.milliseconds > 0.0, "{stage:?}");
+    }
+    if context.has_timestamps() {
+        let measured = after
+            .stages
+            .iter()
+            .filter_map(|stage| stage.gpu_milliseconds);
+        let all: f64 = measured.clone().sum();
+        println!("{all} ms by the device's clock");
+        assert!(all > 0.0 && measured.count() >= 5, "{:?}", after.stages);
+    }
     // A second frame of the same view needs no maps.
     let (again, _) = renderer.render(&scene.camera, SIZE, SAMPLES).unwrap();
     assert!(picture_rmse(&again, &expected) < 1e-6);
