@@ -108,3 +108,60 @@ fn closing_with_changes_asks_first() {
     view.ended();
     assert_eq!(std::fs::read(&scene.path).expect("it is there"), before);
 }
+
+#[test]
+fn a_stroke_is_painted_undone_and_saved_with_the_groom() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    let start = view.picture();
+    let [left, top, right, bottom] = view.place("View");
+    let from = [left + (right - left) / 3, (top + bottom) / 2];
+    view.key("b");
+    view.after("stroke", |view| view.drag(1, from, [(right - left) / 3, 0]));
+    let painted = view.without_mouse();
+    painted.assert_different(&start);
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.without_mouse().assert_same(&start);
+    view.after("redo", |view| view.key("ctrl+y"));
+    view.without_mouse().assert_same(&painted);
+    view.key("ctrl+s");
+    view.wait_for("saved", |events| {
+        events.iter().any(|e| e["event"] == "saved")
+    });
+    view.close();
+
+    let view = View::open(&desktop, &scene.path, &[]);
+    view.without_mouse().assert_same(&painted);
+    let groom = strandlight_formats::Groom::read(&scene.read().groom_path()).expect("a groom");
+    assert!(groom.attribute("dye").is_some());
+}
+
+#[test]
+fn a_highlight_names_its_light_and_lights_go_out() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &["--size", "760x900"]);
+    let start = view.without_mouse();
+    // Sections are closed and opened by their headings.
+    view.until_drawn("Lights", |view| view.click(view.middle("Hair")));
+    view.until_drawn("Picture", |view| view.click(view.middle("Lights")));
+    view.click(view.middle("Pick button"));
+    let [left, top, right, bottom] = view.place("View");
+    // The crown of the head, in the middle of the picture.
+    view.click([(left + right) / 2 + 30, top + (bottom - top) / 4]);
+    view.wait_for("picked", |events| {
+        events.iter().any(|e| e["event"] == "picked")
+    });
+    let events = view.events();
+    let picked = events.iter().find(|e| e["event"] == "picked");
+    let light = picked.and_then(|e| e["light"].as_u64()).expect("a light");
+    view.after("edit", |view| {
+        view.click(view.middle(&format!("Mute {light}")));
+    });
+    view.without_mouse().assert_different(&start);
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.without_mouse().assert_same(&start);
+    view.after("edit", |view| {
+        view.click(view.middle(&format!("Solo {light}")));
+    });
+    view.without_mouse().assert_different(&start);
+}

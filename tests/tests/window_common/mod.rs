@@ -17,7 +17,9 @@ use strandlight_tests::{assert_done, project_root, strandlight, strandview};
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Events of the log after which a new picture is made.
-const CHANGES: [&str; 6] = ["edit", "undo", "redo", "reloaded", "resized", "lost"];
+const CHANGES: [&str; 7] = [
+    "stroke", "edit", "undo", "redo", "reloaded", "resized", "lost",
+];
 
 /// An X server without a screen to look at.
 pub struct Desktop {
@@ -277,16 +279,21 @@ impl<'a> View<'a> {
         pause();
     }
 
-    /// Drags with a mouse button in a few steps, as a hand does.
+    /// Drags with a mouse button in a few steps, as a hand does: each is seen before the next.
     pub fn drag(&self, button: u8, from: [i32; 2], by: [i32; 2]) {
         let button = button.to_string();
         self.move_to(from);
         self.tool("xdotool", &["mousedown", &button]);
         pause();
-        for step in 1..=5 {
-            self.move_to([from[0] + by[0] * step / 5, from[1] + by[1] * step / 5]);
+        for step in 1..=4 {
+            let edits = self.count("edit");
+            self.move_to([from[0] + by[0] * step / 4, from[1] + by[1] * step / 4]);
+            // The first few pixels may be no drag yet, and strokes are no edits until they end.
+            let start = Instant::now();
+            while self.count("edit") == edits && start.elapsed() < Duration::from_millis(700) {
+                pause();
+            }
         }
-        pause();
         self.tool("xdotool", &["mouseup", &button]);
         pause();
     }
@@ -298,11 +305,31 @@ impl<'a> View<'a> {
 
     /// Clicks a number, types another and enters it.
     pub fn type_number(&self, name: &str, value: &str) {
-        self.click(self.middle(&format!("{name} number")));
+        let place = format!("{name} number");
+        let middle = self.middle(&place);
+        self.move_to(middle);
+        self.until_drawn(&place, |view| view.click(middle));
+        self.until_drawn(&place, |view| {
+            view.key("ctrl+a");
+            view.tool("xdotool", &["type", "--delay", "40", value]);
+        });
         pause();
-        self.key("ctrl+a");
-        self.tool("xdotool", &["type", "--delay", "40", value]);
         self.key("Return");
+    }
+
+    /// Does something and waits until a control looks another way for it.
+    pub fn until_drawn(&self, name: &str, act: impl FnOnce(&Self)) {
+        let look = || {
+            let [left, top, right, bottom] = self.place(name).map(|x| x as usize);
+            self.shot().cut([left, top], [right - left, bottom - top])
+        };
+        let before = look();
+        act(self);
+        let start = Instant::now();
+        while look() == before {
+            assert!(start.elapsed() < PATIENCE, "{name} looks as before");
+            pause();
+        }
     }
 
     pub fn resize(&self, width: u32, height: u32) {
@@ -326,9 +353,15 @@ impl<'a> View<'a> {
         Shot::from_ppm(&bytes)
     }
 
+    /// The picture once the mouse, and what is drawn around it, is elsewhere.
+    pub fn without_mouse(&self) -> Shot {
+        self.move_to([2, 2]);
+        std::thread::sleep(Duration::from_millis(400));
+        self.picture()
+    }
+
     /// The picture of the hair alone.
     pub fn picture(&self) -> Shot {
-        // Away from anything that lights up under the mouse.
         let [left, top, right, bottom] = self.place("View").map(|x| x as usize);
         self.shot().cut([left, top], [right - left, bottom - top])
     }

@@ -116,6 +116,8 @@ impl Workspace {
         state.is_picking = false;
         state.picked = Some(match found {
             Some(found) => {
+                let told = json!({ "light": found.light, "share": found.share });
+                self.log.write("picked", told);
                 state.selected = Some(found.light as u32);
                 state.reveal = true;
                 format!(

@@ -1,9 +1,9 @@
 //! What happened in the window, as JSON lines, for tests and timings: `--log FILE`.
 //!
 //! Every line has `event` and `ms`, milliseconds since the program started. Events: `ready` (first
-//! complete picture on screen), `places` (where controls are, pixels, whenever that changes),
-//! `frame` (a picture has all its samples), `edit`, `stroke`, `undo`, `redo`, `saved`, `reloaded`, `picture`,
-//! `resized`, `error`, `lost` (a device), `closed`.
+//! lit picture on screen), `places` (where controls are, pixels, whenever that changes), `frame` (a
+//! picture has all its samples), `edit`, `stroke`, `undo`, `redo`, `saved`, `reloaded`, `picked` (the
+//! light that makes a highlight), `picture` (a PNG), `resized`, `error`, `lost` (a device), `closed`.
 
 use serde_json::{Value, json};
 use web_time::Instant;

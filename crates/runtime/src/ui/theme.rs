@@ -21,6 +21,8 @@ pub const PANEL_WIDTH: f32 = 348.0;
 /// Dresses `ctx`.
 pub fn apply(ctx: &egui::Context) {
     ctx.set_theme(egui::Theme::Dark);
+    // A second pass would apply clicks twice.
+    ctx.options_mut(|options| options.max_passes = std::num::NonZeroUsize::MIN);
     ctx.style_mut_of(egui::Theme::Dark, |style| {
         style.text_styles = [
             (TextStyle::Heading, FontId::proportional(14.5)),

@@ -50,6 +50,8 @@ pub struct Workspace {
     pub(super) is_first: bool,
     /// The finished picture of what is shown now was not logged yet.
     pub(super) is_stale: bool,
+    /// The picture cannot be made as it is asked for now.
+    pub(super) is_stuck: bool,
     pub(super) loses_device: bool,
     /// egui's next frame, where it asked for one.
     pub(super) wake: Option<Instant>,
@@ -68,8 +70,6 @@ impl Workspace {
     ) -> Self {
         let egui = egui::Context::default();
         theme::apply(&egui);
-        // A second pass would apply clicks twice.
-        egui.options_mut(|options| options.max_passes = 1.try_into().expect("one"));
         let input = egui_winit::State::new(
             egui.clone(),
             egui::ViewportId::ROOT,
@@ -103,6 +103,7 @@ impl Workspace {
             title: String::new(),
             is_first: true,
             is_stale: true,
+            is_stuck: false,
             loses_device: false,
             wake: None,
             is_open: true,
@@ -168,6 +169,8 @@ impl Workspace {
     }
 
     fn redraw(&mut self) -> Result<(), GpuError> {
+        // Callbacks of the device come while it is polled.
+        let _ = self.screen.context.device.poll(wgpu::PollType::Poll);
         match self.screen.context.check("window") {
             Err(GpuError::Lost { reason }) => self.recover(&reason)?,
             Err(error) => self.fail(&error.to_string()),
@@ -187,6 +190,7 @@ impl Workspace {
             times: self.times,
             name: self.document.name(),
         };
+        let progress = self.progress;
         let mut asked = None;
         let state = &mut self.state;
         let mut output = self.egui.run_ui(raw, |ui| {
@@ -210,17 +214,62 @@ impl Workspace {
             output.pixels_per_point,
             &mut output.textures_delta,
         );
-        self.after(painted, &output);
+        self.after(painted, progress, &output);
         Ok(())
     }
 
     fn advance(&mut self, is_busy: bool) {
         let budget = BUDGETS[usize::from(!is_busy)];
         match self.viewer.advance(budget) {
-            Ok(progress) => self.progress = progress,
+            Ok(progress) => {
+                self.progress = progress;
+                self.is_stuck = false;
+            }
             // The next frame recovers.
             Err(RenderError::DeviceLost(_)) => self.window.request_redraw(),
-            Err(error) => self.fail(&error.to_string()),
+            Err(error) => {
+                self.is_stuck = true;
+                self.fail(&error.to_string());
+            }
+        }
+    }
+
+    /// Tells the log what is on screen now and decides when the next frame is made. `shown` is the
+    /// progress that the status line of this frame tells.
+    fn after(&mut self, painted: Painted, shown: Progress, output: &egui::FullOutput) {
+        let frame = self.last_frame.elapsed().as_secs_f64() * 1e3;
+        self.last_frame = Instant::now();
+        // A pause is no frame.
+        if frame < 1e3 {
+            self.times.frame_ms += 0.2 * (frame - self.times.frame_ms);
+        }
+        if painted == Painted::Presented {
+            self.note_picture();
+        }
+        self.set_title();
+        let delay = (output.viewport_output.get(&egui::ViewportId::ROOT))
+            .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
+        let is_working = !self.progress.is_done && !self.is_stuck;
+        let is_next = match painted {
+            Painted::Again => true,
+            Painted::Presented => delay.is_zero() || is_working || self.progress != shown,
+            Painted::Hidden => false,
+        };
+        if is_next {
+            self.window.request_redraw();
+        } else {
+            // A window that could not be shown is tried again now and then.
+            let longest = if is_working { 1 } else { 3600 };
+            self.wake = Instant::now().checked_add(delay.min(Duration::from_secs(longest)));
+        }
+    }
+
+    fn note_picture(&mut self) {
+        if self.is_first && self.progress.is_shaded {
+            self.is_first = false;
+            let context = &self.screen.context;
+            let device = format!("{} ({})", context.adapter_name, context.backend);
+            self.log.write("ready", json!({ "device": device }));
         }
         if self.progress.is_done && std::mem::take(&mut self.is_stale) {
             let samples = self.progress.samples;
@@ -229,35 +278,6 @@ impl Workspace {
                 self.screen.context.device.destroy();
                 self.window.request_redraw();
             }
-        }
-    }
-
-    fn after(&mut self, painted: Painted, output: &egui::FullOutput) {
-        let frame = self.last_frame.elapsed().as_secs_f64() * 1e3;
-        self.last_frame = Instant::now();
-        // A pause is no frame.
-        if frame < 1e3 {
-            self.times.frame_ms += 0.2 * (frame - self.times.frame_ms);
-        }
-        if painted == Painted::Presented && self.is_first && self.progress.is_shaded {
-            self.is_first = false;
-            let context = &self.screen.context;
-            let device = format!("{} ({})", context.adapter_name, context.backend);
-            self.log.write("ready", json!({ "device": device }));
-        }
-        self.set_title();
-        let delay = (output.viewport_output.get(&egui::ViewportId::ROOT))
-            .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
-        let is_working = !self.progress.is_done && self.state.error.is_none();
-        let is_next = match painted {
-            Painted::Again => true,
-            Painted::Presented => delay.is_zero() || is_working,
-            Painted::Hidden => false,
-        };
-        if is_next {
-            self.window.request_redraw();
-        } else {
-            self.wake = Instant::now().checked_add(delay.min(Duration::from_secs(3600)));
         }
     }
 
@@ -302,9 +322,11 @@ impl Workspace {
         if let Err(error) = self.viewer.set_context(&self.screen.context) {
             self.fail(&error.to_string());
         }
-        // egui sends its fonts again to the new device.
+        // egui sends its fonts again to the new device, and remembers what was open.
+        let memory = self.egui.memory(Clone::clone);
         self.egui = egui::Context::default();
         theme::apply(&self.egui);
+        self.egui.memory_mut(|of_new| *of_new = memory);
         self.input = egui_winit::State::new(
             self.egui.clone(),
             egui::ViewportId::ROOT,

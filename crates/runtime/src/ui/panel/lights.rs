@@ -41,7 +41,7 @@ pub fn show(
         .slider(0.0..=8.0)
         .help("Strength of all lights.")
         .show(ui, &mut section.intensity, changes);
-    tint(ui, "Tint", &mut section.tint, changes);
+    swatch(ui, "Tint", &mut section.tint, changes);
     row(ui, |ui| {
         let text = if state.is_picking {
             "Click the highlight ..."
@@ -50,7 +50,9 @@ pub fn show(
         };
         let button = egui::Button::selectable(state.is_picking, text);
         let help = "Then click a highlight in the picture: names the light that adds most there.";
-        if ui.add(button).on_hover_text(help).clicked() {
+        let button = ui.add(button).on_hover_text(help);
+        changes.place("Pick button", &button);
+        if button.clicked() {
             state.is_picking = !state.is_picking;
         }
         let is_any = !section.solo.is_empty() || !section.muted.is_empty();
@@ -70,11 +72,6 @@ pub fn show(
     if let Some(ix) = state.selected.filter(|&ix| (ix as usize) < lights.len()) {
         selected(ui, scene, ix, changes);
     }
-}
-
-/// A colour around white and its reset.
-fn tint(ui: &mut Ui, name: &str, rgb: &mut [f64; 3], changes: &mut Changes) {
-    swatch(ui, name, rgb, changes);
 }
 
 fn list(
@@ -169,7 +166,9 @@ fn toggle(
 ) {
     let at = chosen.iter().position(|&other| other == ix);
     let button = egui::Button::selectable(at.is_some(), RichText::new(text).small());
-    if ui.add(button).on_hover_text(name).clicked() {
+    let button = ui.add(button).on_hover_text(name);
+    changes.place(format!("{name} {ix}"), &button);
+    if button.clicked() {
         match at {
             Some(at) => drop(chosen.remove(at)),
             None => chosen.push(ix),
@@ -189,7 +188,7 @@ fn selected(ui: &mut Ui, scene: &mut Scene, ix: u32, changes: &mut Changes) {
         .slider(0.0..=8.0)
         .help("Strength of this light alone.")
         .show(ui, &mut intensity, changes);
-    tint(ui, &format!("Tint of {ix}"), &mut rgb, changes);
+    swatch(ui, &format!("Tint of {ix}"), &mut rgb, changes);
     if (intensity, rgb) != before {
         let own = section.adjust_mut(ix);
         own.intensity = intensity;
