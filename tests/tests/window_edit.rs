@@ -2,13 +2,7 @@
 
 mod window_common;
 
-use window_common::{Desktop, SmallScene, View};
-
-/// Pictures of the same scene differ by no more: they are the same.
-const SAME: f64 = 0.5;
-
-/// Pictures that somebody would call different differ by more.
-const DIFFERENT: f64 = 4.0;
+use window_common::{Desktop, SAME, SmallScene, View};
 
 #[test]
 fn the_camera_follows_the_mouse_and_undo_brings_it_back() {
@@ -22,27 +16,27 @@ fn the_camera_follows_the_mouse_and_undo_brings_it_back() {
     view.after("edit", |view| view.drag(1, middle, [60, 20]));
     assert!(view.count("edit") > before);
     let orbited = view.picture();
-    assert!(orbited.difference(&start) > DIFFERENT);
+    orbited.assert_different(&start);
     // One step for the whole drag.
     view.after("undo", |view| view.key("ctrl+z"));
-    assert!(view.picture().difference(&start) < SAME);
+    view.picture().assert_same(&start);
     assert!(!view.title().contains('*'), "{}", view.title());
     view.after("redo", |view| view.key("ctrl+y"));
-    assert!(view.picture().difference(&orbited) < SAME);
+    view.picture().assert_same(&orbited);
 
     view.after("edit", |view| view.drag(2, middle, [50, -30]));
     let panned = view.picture();
-    assert!(panned.difference(&orbited) > DIFFERENT);
+    panned.assert_different(&orbited);
     view.after("edit", |view| {
         view.move_to(middle);
         view.tool("xdotool", &["click", "4"]);
     });
     let near = view.picture();
-    assert!(near.difference(&panned) > DIFFERENT);
+    near.assert_different(&panned);
     view.after("edit", |view| view.key("f"));
-    assert!(view.picture().difference(&near) > DIFFERENT);
+    view.picture().assert_different(&near);
     view.after("edit", |view| view.key("Home"));
-    assert!(view.picture().difference(&start) < SAME);
+    view.picture().assert_same(&start);
 }
 
 #[test]
@@ -55,22 +49,22 @@ fn values_are_dragged_typed_reset_undone_and_saved() {
     let slider = view.middle("Index eta slider");
     view.after("edit", |view| view.drag(1, slider, [25, 0]));
     let dragged = view.picture();
-    assert!(dragged.difference(&start) > SAME);
+    assert!(dragged.difference(&start) > 2.0 * SAME);
     assert!(view.title().contains('*'), "{}", view.title());
 
     view.after("edit", |view| {
         view.type_number("Absorption red", "6.25");
     });
     let typed = view.picture();
-    assert!(typed.difference(&dragged) > DIFFERENT);
+    typed.assert_different(&dragged);
 
     view.after("undo", |view| view.key("ctrl+z"));
-    assert!(view.picture().difference(&dragged) < SAME);
+    view.picture().assert_same(&dragged);
     view.after("undo", |view| view.key("ctrl+z"));
-    assert!(view.picture().difference(&start) < SAME);
+    view.picture().assert_same(&start);
     view.after("redo", |view| view.key("ctrl+shift+z"));
     view.after("redo", |view| view.key("ctrl+y"));
-    assert!(view.picture().difference(&typed) < SAME);
+    view.picture().assert_same(&typed);
 
     view.key("ctrl+s");
     view.wait_for("saved", |events| {
@@ -83,14 +77,14 @@ fn values_are_dragged_typed_reset_undone_and_saved() {
 
     // The same picture when it is opened again; another one is noticed.
     let mut view = View::open(&desktop, &scene.path, &[]);
-    assert!(view.picture().difference(&typed) < SAME);
-    assert!(view.picture().difference(&start) > DIFFERENT);
+    view.picture().assert_same(&typed);
+    view.picture().assert_different(&start);
     view.after("edit", |view| {
         let [_, top, right, bottom] = view.place("Absorption red number");
         view.click([right + 16, (top + bottom) / 2]);
     });
     let reset = view.picture();
-    assert!(reset.difference(&dragged) < SAME);
+    reset.assert_same(&dragged);
 }
 
 #[test]

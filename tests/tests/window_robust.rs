@@ -7,9 +7,6 @@ use std::time::Duration;
 use strandlight_tests::{assert_refused, strandview};
 use window_common::{Desktop, SmallScene, View};
 
-const SAME: f64 = 0.5;
-const DIFFERENT: f64 = 4.0;
-
 #[test]
 fn a_window_can_be_made_tiny_and_large_again() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
@@ -21,7 +18,7 @@ fn a_window_can_be_made_tiny_and_large_again() {
         assert!(view.is_running(), "{width}x{height}");
     }
     view.after("resized", |view| view.resize(760, 480));
-    assert!(view.picture().difference(&start) < SAME);
+    view.picture().assert_same(&start);
     view.after("resized", |view| view.resize(900, 480));
     let [left, _, right, _] = view.place("View");
     assert_eq!(right - left, 900 - 348);
@@ -38,7 +35,7 @@ fn a_scene_that_changes_on_disk_is_shown_and_a_broken_one_is_not() {
         std::fs::write(&scene.path, &dark).expect("it can be written");
     });
     let changed = view.picture();
-    assert!(changed.difference(&start) > DIFFERENT);
+    changed.assert_different(&start);
 
     std::fs::write(&scene.path, "version = 1\n[groom\n").expect("it can be written");
     view.wait_for("error", |events| {
@@ -52,7 +49,7 @@ fn a_scene_that_changes_on_disk_is_shown_and_a_broken_one_is_not() {
     view.after("reloaded", |_| {
         std::fs::write(&scene.path, &dark).expect("it can be written");
     });
-    assert!(view.picture().difference(&changed) < SAME);
+    view.picture().assert_same(&changed);
 
     // With changes here, nothing is lost without being asked.
     view.after("edit", |view| view.type_number("Index eta", "1.9"));
@@ -61,7 +58,7 @@ fn a_scene_that_changes_on_disk_is_shown_and_a_broken_one_is_not() {
     std::thread::sleep(Duration::from_millis(1600));
     assert_eq!(view.count("reloaded"), mine);
     view.after("reloaded", |view| view.key("ctrl+r"));
-    assert!(view.picture().difference(&start) < SAME);
+    view.picture().assert_same(&start);
 }
 
 #[test]
@@ -73,9 +70,9 @@ fn a_lost_device_is_opened_again() {
     view = View::open(&desktop, &scene.path, &["--lose-device"]);
     view.wait_for("lost", |events| events.iter().any(|e| e["event"] == "lost"));
     view.settle();
-    assert!(view.picture().difference(&start) < SAME);
+    view.picture().assert_same(&start);
     view.after("edit", |view| view.type_number("Absorption red", "6"));
-    assert!(view.picture().difference(&start) > DIFFERENT);
+    view.picture().assert_different(&start);
 }
 
 #[test]
@@ -90,7 +87,7 @@ fn a_dense_screen_gets_a_picture_of_its_pixels() {
     assert_eq!([top, bottom], [2 * 32, 960 - 2 * 24]);
     let start = view.picture();
     view.after("edit", |view| view.type_number("Absorption red", "6"));
-    assert!(view.picture().difference(&start) > DIFFERENT);
+    view.picture().assert_different(&start);
 }
 
 #[test]

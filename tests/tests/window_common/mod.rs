@@ -21,6 +21,12 @@ const CHANGES: [&str; 7] = [
     "stroke", "edit", "undo", "redo", "reloaded", "resized", "lost",
 ];
 
+/// Pictures of the same scene differ by no more: root mean square, 0..=255.
+pub const SAME: f64 = 0.5;
+
+/// Pictures that somebody would call different differ by more.
+pub const DIFFERENT: f64 = 4.0;
+
 /// An X server without a screen to look at.
 pub struct Desktop {
     server: Child,
@@ -345,7 +351,7 @@ impl<'a> View<'a> {
     pub fn shot(&self) -> Shot {
         let path = self.folder.path().join("shot.ppm");
         let file = format!("ppm:{}", path.display());
-        self.tool("import", &["-window", &self.window, &file]);
+        self.tool("import", &["-window", &self.window, "-depth", "8", &file]);
         let bytes = std::fs::read(&path).expect("import writes it");
         if let Some(folder) = std::env::var_os("STRANDLIGHT_KEEP_SHOTS") {
             keep(Path::new(&folder), &path);
@@ -431,6 +437,19 @@ impl Shot {
                 .flat_map(|y| row(y).iter().copied())
                 .collect(),
         }
+    }
+
+    pub fn assert_same(&self, other: &Shot) {
+        let difference = self.difference(other);
+        assert!(difference < SAME, "pictures differ by {difference}");
+    }
+
+    pub fn assert_different(&self, other: &Shot) {
+        let difference = self.difference(other);
+        assert!(
+            difference > DIFFERENT,
+            "pictures differ by {difference} only"
+        );
     }
 
     /// Root mean square difference of all channels, 0..=255.
