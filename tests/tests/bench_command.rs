@@ -290,6 +290,7 @@ fn frames_are_measured_side_by_side() {
         "shadow maps",
         "shadow maps towards the eye",
         "samples",
+        "paint",
     ];
     assert_eq!(groups, all);
     let stages = |name: &str| -> Vec<&str> {

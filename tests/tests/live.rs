@@ -69,7 +69,7 @@ fn the_finished_picture_is_the_renderers() {
             .filter_map(|stage| stage.gpu_milliseconds);
         let all: f64 = measured.clone().sum();
         println!("{all} ms by the device's clock");
-        assert!(all > 0.0 && measured.count() >= 5, "{:?}", after.stages);
+        assert!(all > 0.0 && measured.count() >= 2, "{:?}", after.stages);
     }
     // A second frame of the same view needs no maps.
     let (again, _) = renderer.render(&scene.camera, SIZE, SAMPLES).unwrap();

@@ -10,6 +10,7 @@ use glam::{Quat, Vec3};
 use serde_json::{Value, json};
 use strandlight_formats::SrbfLight;
 use strandlight_runtime::gpu::Context;
+use strandlight_runtime::paint::{Paint, PaintedPoint};
 use strandlight_runtime::{Camera, Live, PreparedScene, RenderError};
 
 /// The cost of one kind of frame.
@@ -60,7 +61,7 @@ struct Base {
 }
 
 /// Edits against a frame that makes everything anew; 10 lights against all of them; shadow maps and
-/// samples step by step. Medians of `repetitions` frames each.
+/// samples step by step; painted hair against hair that is not. Medians of `repetitions` frames each.
 ///
 /// # Errors
 /// Whatever the device refuses.
@@ -73,6 +74,7 @@ pub fn frame_costs(
     costs.extend(lights(context, scene, repetitions)?);
     costs.extend(shadow_maps(context, scene, repetitions)?);
     costs.extend(samples(context, scene, repetitions)?);
+    costs.extend(paint(context, scene, repetitions)?);
     Ok(costs)
 }
 
@@ -217,6 +219,48 @@ fn samples(
         )
     });
     measure(context, "samples", from_ref(scene), &kinds, repetitions)
+}
+
+/// The same hair without paint, all of it dyed, and with other widths and shifts as well; nothing
+/// for hair that cannot be painted.
+fn paint(
+    context: &Context,
+    scene: &PreparedScene,
+    repetitions: u32,
+) -> Result<Vec<FrameCost>, RenderError> {
+    let dyed = PaintedPoint {
+        sigma_a: [0.3, 0.1, 0.6],
+        weight: 0.5,
+        ..PaintedPoint::NONE
+    };
+    let reshaped = PaintedPoint {
+        width_scale: 1.2,
+        shift_scale: 0.8,
+        ..dyed
+    };
+    let mut bare = scene.clone();
+    bare.set_paint(None)?;
+    let mut scenes = vec![bare];
+    for point in [dyed, reshaped] {
+        let mut painted = scene.clone();
+        let points = vec![point; scene.strands.n_groom_points()];
+        if painted.set_paint(Some(&Paint { points })).is_err() {
+            return Ok(Vec::new());
+        }
+        scenes.push(painted);
+    }
+    let edit = |live: &mut Live, base: &Base, there: bool| {
+        let mut hair = *base.scene.hair.hair();
+        hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
+        set_hair(live, &hair)
+    };
+    let names = ["not painted", "dyed", "dyed, widths and shifts"];
+    let of = |(live, name): (usize, &&str)| Kind {
+        live,
+        ..kind(&format!("{name}, colour of the hair"), edit)
+    };
+    let kinds: Vec<Kind> = names.iter().enumerate().map(of).collect();
+    measure(context, "paint", &scenes, &kinds, repetitions)
 }
 
 fn set_hair(live: &mut Live, hair: &strandlight_scattering::HairParams) -> Result<(), RenderError> {

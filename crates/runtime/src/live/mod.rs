@@ -428,6 +428,8 @@ impl Live {
     /// [`RenderError::DeviceLost`], after which a new context and a new `Live` are needed, or
     /// whatever else the device refuses.
     pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+        // Lets callbacks run; a browser runs them anyway.
+        let _ = self.context.device.poll(wgpu::PollType::Poll);
         self.context.check("advance").map_err(failed)?;
         if let Some(counts) = self.counters.0.take::<u64>() {
             self.report.stats.set_counters(&counts, self.counters.1);
@@ -435,10 +437,9 @@ impl Live {
         self.noise.take();
         let report = &mut self.report;
         self.clock.take(|name, ms| report.measured(name, ms));
-        self.pacer
-            .begin(&self.context, budget, |(name, _, _, seconds)| {
-                report.took(name, seconds);
-            });
+        self.pacer.begin(budget, |(name, _, _, seconds)| {
+            report.took(name, seconds);
+        });
         if self.target.is_some() {
             let drafts = self.picture.passes;
             let mut is_first = true;
@@ -612,7 +613,7 @@ impl Live {
                 if let Some(target) = self.target.as_ref().filter(|_| Noise::is_due(passes)) {
                     let stamp = self.clock.stamp("noise");
                     self.noise.look(&self.context, target, passes, stamp);
-                    self.report.ran("noise");
+                    self.submitted("noise", 1.0)?;
                 }
                 Ok(())
             }
@@ -625,13 +626,17 @@ impl Live {
                 let lit = self.lighting.lit();
                 let stamp = self.clock.stamp("composite");
                 target.composite(context, draw, ribbons, background, lit, stamp);
-                self.report.ran("composite");
+                self.submitted("composite", 1.0)?;
+                let Some(target) = &self.target else {
+                    return Ok(());
+                };
+                let (context, ribbons) = (&self.context, &self.ribbons);
                 let stamp = self.clock.stamp("display");
                 let (exposure, tone_map) = (self.scene.exposure, self.scene.tone_map);
                 if let Some(next) = self.next_screen.take() {
                     self.screen = next;
                 }
-                let from = (ribbons, &*target);
+                let from = (ribbons, target);
                 self.screen
                     .show(context, &self.show, from, exposure, tone_map, stamp);
                 self.picture.shown = self.picture.passes;

@@ -69,11 +69,9 @@ impl Pacer {
     }
 
     /// Starts a turn of `budget`; tells `note` of what was finished since the last one.
-    pub fn begin(&mut self, context: &Context, budget: Duration, note: impl FnMut(Finished)) {
+    pub fn begin(&mut self, budget: Duration, note: impl FnMut(Finished)) {
         self.start = Instant::now();
         self.budget = budget.as_secs_f64();
-        // Lets callbacks run; a browser runs them anyway. A lost device says so elsewhere.
-        let _ = context.device.poll(wgpu::PollType::Poll);
         let mut flight = self.flight.lock().unwrap_or_else(PoisonError::into_inner);
         self.submitted = flight.seconds;
         let finished = std::mem::take(&mut flight.finished);
