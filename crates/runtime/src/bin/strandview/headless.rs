@@ -46,7 +46,9 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     }
     strandlight_formats::check_writable(path)
         .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
-    let mut viewer = Viewer::new(&Context::new()?, open(args)?)?;
+    // What is wrong with the scene is said before a device is opened.
+    let session = open(args)?;
+    let mut viewer = Viewer::new(&Context::new()?, session)?;
     let scene = viewer.session().scene();
     let (size, samples) = (scene.render.size, scene.render.samples);
     let picture = viewer.frame(size, samples)?;
