@@ -28,6 +28,7 @@ use serde_json::{Map, Value, json};
 use strandlight_formats::CameraSection;
 
 use crate::error::{RenderError, SceneError};
+use crate::motion::Motion;
 use crate::paint::{BrushStroke, Picker};
 use crate::render::{check_frame, whole_passes};
 use crate::scene::PreparedScene;
@@ -270,7 +271,11 @@ impl Offline {
     /// # Errors
     /// What cannot be drawn, by name.
     pub fn prepared(&self) -> Result<PreparedScene, SceneError> {
-        self.session.prepared()
+        let mut prepared = self.session.prepared()?;
+        if let Some(mut motion) = Motion::new(self.session.scene(), self.session.files()) {
+            prepared.strands = motion.strands_at(&prepared.strands, self.time)?;
+        }
+        Ok(prepared)
     }
 
     fn note(&mut self, change: Change) {

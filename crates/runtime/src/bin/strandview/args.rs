@@ -21,6 +21,7 @@ pub const HELP: &str = "
   --set KEY=VALUE        a key of the scene file, such as hair.eta=1.6 or render.background=none
   --size WxH             width and height in pixels, of the window or else of the picture
                          [default: 1280x720 points, or the scene's]
+  --time SECONDS         the hair is where its motion has it then, 0..=1000000 [default: 0]
   --samples N            samples a pixel, 1..=65536 [default: the scene's]
   --log EVENTS.json      writes what happens in the window, a JSON object a line";
 
@@ -51,6 +52,8 @@ pub struct Args {
     pub log: Option<PathBuf>,
     /// For tests of the window: its device is lost after the first picture.
     pub loses_device: bool,
+    /// Seconds since the start of the scene's motion.
+    pub time: f64,
     /// Keys of the scene and their values; `--size` and `--samples` are among them.
     pub set: Map<String, Value>,
 }
@@ -97,6 +100,7 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
                 args.set
                     .insert("render.size".to_owned(), size.to_vec().into());
             }
+            "--time" => args.time = seconds(&text, &value()?)?,
             "--samples" => {
                 let samples = number(&text, &value()?, 65_536)?;
                 args.set.insert("render.samples".to_owned(), samples.into());
@@ -114,6 +118,12 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
         (false, Some(_)) => Err(format!("--out is for --turntable and --script; {USAGE}")),
         _ => Ok(args),
     }
+}
+
+fn seconds(option: &str, text: &str) -> Result<f64, String> {
+    let parsed = text.parse().ok();
+    let seconds = parsed.filter(|seconds| (0.0..=1e6).contains(seconds));
+    seconds.ok_or(format!("{option} {text}: must be seconds in 0..=1000000"))
 }
 
 fn number(option: &str, text: &str, most: u32) -> Result<u32, String> {

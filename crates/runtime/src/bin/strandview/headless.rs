@@ -49,6 +49,7 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     // What is wrong with the scene is said before a device is opened.
     let session = open(args)?;
     let mut viewer = Viewer::new(&Context::new()?, session)?;
+    viewer.set_time(args.time)?;
     let scene = viewer.session().scene();
     let (size, samples) = (scene.render.size, scene.render.samples);
     let picture = viewer.frame(size, samples)?;
@@ -70,6 +71,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     strandlight_formats::check_writable(&times)
         .map_err(|error| format!("{}: cannot be written: {error}", times.display()))?;
     let mut viewer = Viewer::new(&Context::new()?, session)?;
+    viewer.set_time(args.time)?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
     let mut made = Timings::default();
     script.run(&mut viewer, |viewer, frame| -> Answer<()> {
