@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use strandlight_bake::lights::{LatLong, radiance};
-use strandlight_formats::{Groom, Kind, LightSet, TableFile};
+use strandlight_formats::{Groom, Kind, LightSet, PAINT_ATTRIBUTES, TableFile};
 
 use super::inspect::{Content, lights};
 use super::{Failure, Outcome, print_line, write_output};
@@ -87,11 +87,18 @@ pub fn run(args: &Args) -> Outcome {
                 let bytes = groom
                     .to_hair()
                     .map_err(|error| Failure::file(input, error))?;
-                let what = format!(
+                let mut what = format!(
                     ".hair, {} strands, {} points",
                     groom.n_strands(),
                     groom.points.len()
                 );
+                let paint = PAINT_ATTRIBUTES.iter().map(|(name, _)| *name);
+                let lost: Vec<&str> = paint
+                    .filter(|name| groom.attribute(name).is_some())
+                    .collect();
+                if !lost.is_empty() {
+                    what += &format!(", without {}, which it cannot hold", lost.join(", "));
+                }
                 vec![one(output, what, bytes)]
             }
             _ => return Err(unknown(output, "a groom", ".hair")),

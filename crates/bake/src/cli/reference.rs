@@ -100,6 +100,10 @@ fn parse_share(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Why there is no reference of painted hair: it has one table of its fibre.
+const PAINTED: &str = "the groom is painted (attributes dye, width_scale or shift_scale); references \
+                       know hair of one fibre alone";
+
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let start = Instant::now();
@@ -117,6 +121,9 @@ pub fn run(args: &Args) -> Outcome {
     if !prepared.proxies.is_empty() {
         let told = "proxy: ground truth knows of hair and lights alone";
         return Err(Failure::file(&args.scene, told));
+    }
+    if prepared.paint().is_some() {
+        return Err(Failure::file(&args.scene, PAINTED));
     }
     let (environment, from_map) = environment(args, &scene, &prepared)?;
     let n_lights = args.lights.unwrap_or(match method {
