@@ -37,7 +37,7 @@ impl Workspace {
             self.save(Some(&path));
         }
         if let Some(place) = asked.seen.clicked.filter(|_| self.state.lights.is_picking) {
-            self.pick(place, asked.seen.size);
+            self.pick(place);
         }
         self.paint(asked.seen);
         self.move_clock();
@@ -99,8 +99,9 @@ impl Workspace {
     }
 
     /// Selects the light that adds most where the picture was clicked.
-    pub(super) fn pick(&mut self, place: [f32; 2], size: [u32; 2]) {
-        let (scene, session) = (self.viewer.live().scene(), self.viewer.session());
+    pub(super) fn pick(&mut self, place: [f32; 2]) {
+        let hit = self.viewer.pick(place);
+        let (scene, session) = (self.viewer.prepared(), self.viewer.session());
         let section = &session.scene().lights;
         let mut lights = session.assets().turned_lights(section);
         for (light, rgb) in lights
@@ -109,15 +110,15 @@ impl Workspace {
         {
             light.rgb = rgb;
         }
-        let camera = scene.camera;
-        let found = pick::point(&scene.strands, &camera, size, place)
-            .and_then(|point| pick::brightest(scene, &lights, camera.eye, point));
+        let found = hit
+            .and_then(|position| pick::nearest(&scene.strands, position))
+            .and_then(|point| pick::brightest(scene, &lights, scene.camera.eye, point));
+        let light = found.map(|found| found.light);
+        self.log.write("picked", json!({ "light": light }));
         let state = &mut self.state.lights;
         state.is_picking = false;
         state.picked = Some(match found {
             Some(found) => {
-                let told = json!({ "light": found.light, "share": found.share });
-                self.log.write("picked", told);
                 state.selected = Some(found.light as u32);
                 state.reveal = true;
                 format!(

@@ -1,15 +1,11 @@
-//! What is under the mouse: the strand point there, and the light that adds most to it.
+//! The light that adds most to a point of a strand.
 
 use glam::Vec3;
 use strandlight_formats::SrbfLight;
 use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame, single_scattering};
 
-use crate::camera::{Camera, view_uniform};
 use crate::scene::PreparedScene;
 use crate::strands::Strands;
-
-/// A point this near to the mouse, in pixels, is under it.
-const REACH_PX: f32 = 5.0;
 
 /// Hair in the way of a light is counted in a tube of this share of the hair's radius.
 const TUBE: f32 = 0.03;
@@ -23,25 +19,11 @@ pub struct Brightest {
     pub share: f32,
 }
 
-/// The strand point under `place` (pixels from the upper left of a picture of `size`) that is
-/// nearest to the eye, or `None` where there is no hair.
-pub fn point(strands: &Strands, camera: &Camera, size: [u32; 2], place: [f32; 2]) -> Option<usize> {
-    let view = view_uniform(camera, strands, size, 1.0);
-    let (right, up) = (Vec3::from(view.right), Vec3::from(view.up));
-    let (forward, eye) = (Vec3::from(view.forward), Vec3::from(view.eye));
-    let centre = size.map(|side| 0.5 * side as f32);
-    let under = |&(_, &[x, y, z, _]): &(usize, &[f32; 4])| {
-        let from_eye = Vec3::new(x, y, z) - eye;
-        let depth = from_eye.dot(forward);
-        let scale = view.focal_px / depth;
-        let x = centre[0] + from_eye.dot(right) * scale - place[0];
-        let y = centre[1] - from_eye.dot(up) * scale - place[1];
-        depth > view.near && x * x + y * y < REACH_PX * REACH_PX
-    };
-    let depth = |&[x, y, z, _]: &[f32; 4]| (Vec3::new(x, y, z) - eye).dot(forward);
+/// The point of the strands nearest to `position`, or `None` where there is none.
+pub fn nearest(strands: &Strands, position: Vec3) -> Option<usize> {
+    let distance = |point: &[f32; 4]| Vec3::from_slice(point).distance_squared(position);
     (strands.points.iter().enumerate())
-        .filter(under)
-        .min_by(|(_, a), (_, b)| depth(a).total_cmp(&depth(b)))
+        .min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)))
         .map(|(point, _)| point)
 }
 
@@ -101,4 +83,74 @@ fn unblocked(strands: &Strands, from: Vec3, towards: Vec3) -> f32 {
         }
     }
     (-crossed).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use strandlight_formats::{Background, TableFile, TableReader};
+    use strandlight_scattering::fresnel::Fresnel;
+    use strandlight_scattering::{HairParams, Lobe};
+
+    use super::*;
+    use crate::Camera;
+    use crate::edit::{HairTextures, LobeTables};
+    use crate::tables::{BUNDLED, ShadingTables};
+
+    /// One upright strand before the eye on +Z.
+    fn scene(modes: &[Lobe]) -> PreparedScene {
+        let points = [[0.0, -1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let strands = Strands::new(&points, &[0, 3], |_, _| 0.01, false).expect("a strand");
+        let mut reader = TableReader::from_static(BUNDLED).expect("bundled tables");
+        let tables = vec![reader.read_table("C").expect("it is there")];
+        let file = TableFile {
+            tables,
+            ..TableFile::default()
+        };
+        let hair = HairTextures::new(
+            Arc::new(LobeTables::default()),
+            Fresnel::Dielectric,
+            &HairParams::default(),
+            modes,
+            4,
+        );
+        PreparedScene::from_parts(
+            strands,
+            Vec::new(),
+            hair.expect("of R alone"),
+            ShadingTables::for_modes(&file, modes).expect("C is enough"),
+            Camera::framing(Vec3::ZERO, 1.0, 0.5),
+            Background::None,
+        )
+        .expect("a scene")
+    }
+
+    fn light(direction: [f32; 3], strength: f32) -> SrbfLight {
+        SrbfLight {
+            direction,
+            lambda: 0.2,
+            rgb: [strength; 3],
+        }
+    }
+
+    #[test]
+    fn the_light_that_is_reflected_is_found() {
+        let scene = scene(&[Lobe::R]);
+        let point = nearest(&scene.strands, Vec3::new(0.1, 0.2, 0.0)).expect("a point");
+        assert_eq!(scene.strands.points[point][1], 0.0);
+        let eye = Vec3::new(0.0, 0.0, 10.0);
+        // From the front it is reflected to the eye; from above it never gets there.
+        let lights = [
+            light([0.0, 1.0, 0.0], 5.0),
+            light([0.0, 0.0, 1.0], 1.0),
+            light([0.0, 0.0, 1.0], 0.0),
+        ];
+        let found = brightest(&scene, &lights, eye, point).expect("a light");
+        assert_eq!(found.light, 1);
+        assert!(found.share > 0.9, "{}", found.share);
+        // Switched off, it is not named.
+        let found = brightest(&scene, &lights[2..], eye, point);
+        assert_eq!(found, None);
+    }
 }

@@ -91,7 +91,7 @@ fn color(ui: &mut Ui, hair: &mut HairSection, plain: &HairSection, changes: &mut
             .into_iter()
             .enumerate()
         {
-            let field = Field::new(name, 0.0..=1.0, default[ix]).decimals(3);
+            let field = Field::new(name, 0.0..=1.0, default[ix]).decimals(4);
             field.help(COLORS[1].1).show(ui, &mut rgb[ix], changes);
         }
     } else if let Some(melanin) = &mut hair.melanin {
@@ -128,7 +128,8 @@ fn switch_color(hair: &mut HairSection, way: usize) {
     match way {
         1 => {
             let rgb = reflectance_from_sigma_a(params.sigma_a, params.caustic_width);
-            hair.reflectance = Some(rgb.map(|x| (x * 1e3).round() / 1e3));
+            // Dark hair sends back a thousandth and less of blue.
+            hair.reflectance = Some(rgb.map(|x| (x * 1e6).round() / 1e6));
         }
         2 => hair.melanin = Some(nearest_melanin(params.sigma_a)),
         _ => {}

@@ -48,7 +48,7 @@ pub fn show(
         } else {
             "Pick from picture"
         };
-        let button = egui::Button::selectable(state.is_picking, text);
+        let button = egui::Button::new(text).selected(state.is_picking);
         let help = "Then click a highlight in the picture: names the light that adds most there.";
         let button = ui.add(button).on_hover_text(help);
         changes.place("Pick button", &button);
@@ -68,6 +68,8 @@ pub fn show(
     if let Some(text) = &state.picked {
         ui.label(RichText::new(text).color(theme::WEAK));
     }
+    let head = "       light   power   azimuth, elevation";
+    ui.label(RichText::new(head).small().color(theme::WEAK));
     list(ui, scene, lights, state, changes);
     if let Some(ix) = state.selected.filter(|&ix| (ix as usize) < lights.len()) {
         selected(ui, scene, ix, changes);
@@ -165,7 +167,7 @@ fn toggle(
     changes: &mut Changes,
 ) {
     let at = chosen.iter().position(|&other| other == ix);
-    let button = egui::Button::selectable(at.is_some(), RichText::new(text).small());
+    let button = egui::Button::new(RichText::new(text).small()).selected(at.is_some());
     let button = ui.add(button).on_hover_text(name);
     changes.place(format!("{name} {ix}"), &button);
     if button.clicked() {

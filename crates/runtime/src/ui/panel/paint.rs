@@ -101,7 +101,7 @@ pub fn show(ui: &mut Ui, state: &mut PaintState, places: &mut Changes) {
         } else {
             "Paint"
         };
-        let button = ui.add(egui::Button::selectable(state.is_on, text));
+        let button = ui.add(egui::Button::new(text).selected(state.is_on));
         changes.place("Paint toggle", &button);
         let help = "Drags over the picture paint (B). Ctrl + drag orbits meanwhile; middle and \
                     right drag pan and dolly as ever.";
