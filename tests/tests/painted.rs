@@ -159,6 +159,11 @@ fn a_stroke_is_seen_live_and_uploads_little() {
     scene.size = SIZE;
     let mut live = Live::new(&context, scene.clone()).unwrap();
     live.finish(4).unwrap();
+    let skips_paint = |live: &Live| {
+        let skipped = &live.report().stats.skipped;
+        skipped.iter().any(|what| what.starts_with("paint"))
+    };
+    assert!(skips_paint(&live));
     let picker = Picker::new(&scene.strands);
     let mut paint = Paint::unpainted(scene.strands.n_groom_points());
     let brush = Brush {
@@ -175,6 +180,7 @@ fn a_stroke_is_seen_live_and_uploads_little() {
         live.finish(4).unwrap();
         counts.push(context.counts());
     }
+    assert!(!skips_paint(&live), "{:?}", live.report().stats.skipped);
     // After the first dab: neither pipelines nor textures nor geometry.
     let of = |counts: &Counts| (counts.pipelines, counts.textures, counts.geometry_uploads);
     assert_eq!(of(&counts[1]), of(&counts[0]));

@@ -375,7 +375,7 @@ impl PreparedScene {
     }
 
     /// What no frame of the scene needs, in words.
-    fn skipped(&self) -> Vec<String> {
+    pub(crate) fn skipped(&self) -> Vec<String> {
         let mut skipped = Vec::new();
         for lobe in Lobe::ALL {
             if !self.hair.modes().contains(&lobe) {

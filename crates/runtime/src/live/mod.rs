@@ -773,6 +773,8 @@ impl Live {
         }
         self.restart_samples();
         self.report.device_bytes = self.device_bytes();
+        self.report.stats.scattering = self.scene.scattering().name();
+        self.report.stats.skipped = self.scene.skipped();
         self.report.shadings += 1;
     }
 

@@ -12,8 +12,6 @@ use crate::strands::{Origin, Strands};
 pub const PICK_PX: f32 = 4.0;
 
 /// Finds strands and points of hair as it stands; to be made anew when it moves.
-///
-/// Of 0.5 million points it is made in some 15 ms and answers in less than one.
 #[derive(Clone, Debug)]
 pub struct Picker {
     points: Vec<[f32; 4]>,

@@ -94,7 +94,8 @@ pub struct ForwardLight {
 /// does: what is blocked then is sent on as the record's blocked light is, (T_f - T) / (1 - T).
 ///
 /// Forward-scattered light of a light of colour `rgb` and width `lambda`; `a_f` and `beta_f_2` are
-/// the averages at the record's inclination, means of +theta and -theta. sigma_bar_f^2 is beta_f^2
+/// the averages at the record's inclination, means of +theta and -theta. They are those of the
+/// fibre that is lit, painted or not: the fibres on the way count as such. sigma_bar_f^2 is beta_f^2
 /// times the events it underwent ([`forward_events`]), the mean of the channels by what each
 /// carries.
 pub fn forward_light(
