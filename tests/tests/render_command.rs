@@ -220,7 +220,10 @@ fn bad_usage_is_refused_in_one_line_with_nothing_written() {
     }
     let mut command = strandview();
     command.current_dir(folder.path()).arg("a.toml");
-    assert_refused(&mut command, &["no window"]);
+    for display in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        command.env_remove(display);
+    }
+    assert_refused(&mut command, &["no display", "--frame"]);
 }
 
 #[test]

@@ -50,6 +50,7 @@ fn constants_agree() {
     ] {
         files(&root.join(folder), "rs", &mut sources);
     }
+    sources.push(root.join("crates/scattering/src/hair.rs"));
     for path in sources {
         let text = fs::read_to_string(path).expect("readable");
         for (name, value) in constants(&text, "") {

@@ -71,7 +71,15 @@ pub fn run(launch: Launch) -> Result<(), Failure> {
 
     let event_loop = EventLoop::<app::Opened>::with_user_event()
         .build()
-        .map_err(|error| Failure::Display(error.to_string()))?;
+        .map_err(|error| {
+            let error = error.to_string();
+            // winit says first where in its own source it gave up.
+            let reason = match error.strip_prefix("os error at ") {
+                Some(rest) => rest.split_once(": ").map_or(rest, |(_, reason)| reason),
+                None => &error,
+            };
+            Failure::Display(reason.trim_end_matches('.').to_owned())
+        })?;
     let display = Some(event_loop.owned_display_handle());
     let mut app = app::App::new(launch, event_loop.create_proxy(), display);
     event_loop
