@@ -2,6 +2,11 @@
 
 pub use strandlight_formats::ToneMap;
 
+/// [`ToneMap::None`] in shaders.
+pub(crate) const TONE_NONE: u32 = 0;
+/// [`ToneMap::Filmic`] in shaders.
+pub(crate) const TONE_FILMIC: u32 = 1;
+
 /// sRGB, 8 bit, of linear Rec.709 radiance (exposure already applied).
 pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [u8; 3] {
     let rgb = match tone_map {

@@ -7,7 +7,7 @@ use super::resources::{bind, compute, compute_pass, shader, step, submit, unifor
 use super::resources::{failed, labelled};
 use crate::error::RenderError;
 use crate::gpu::Context;
-use crate::tone::ToneMap;
+use crate::tone::{TONE_FILMIC, TONE_NONE, ToneMap};
 
 /// Mirrored by `Grade` in `shaders/pass/display.wgsl`.
 #[repr(C)]
@@ -101,8 +101,8 @@ impl Screen {
         let grade = Grade {
             scale: exposure.exp2(),
             tone_map: match tone_map {
-                ToneMap::None => 0,
-                ToneMap::Filmic => 1,
+                ToneMap::None => TONE_NONE,
+                ToneMap::Filmic => TONE_FILMIC,
             },
             pad: [0; 2],
         };
