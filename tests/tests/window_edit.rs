@@ -158,6 +158,11 @@ fn a_highlight_names_its_light_and_lights_go_out() {
         }
     }
     let light = light.expect("hair in the left half of the picture");
+    // Rows for the picked light move the list down.
+    view.wait_for("places of the list", |events| {
+        let last = |name: &str| events.iter().rposition(|e| e["event"] == name);
+        last("places") > last("picked")
+    });
     view.after("edit", |view| {
         view.click(view.middle(&format!("Mute {light}")));
     });
