@@ -5,7 +5,10 @@ use std::path::Path;
 
 use serde_json::Value;
 use strandlight_bake::lights::Map;
-use strandlight_formats::{Background, Groom, LightSet, Scene, SrbfLight};
+use strandlight_formats::{
+    Background, CameraSection, Groom, LightSet, MotionSection, Scene, SrbfLight,
+};
+use strandlight_runtime::paint::{Paint, PaintedPoint};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
 /// A small scene on disk.
@@ -146,6 +149,111 @@ fn the_map_lights_as_its_lights_do() {
     assert!(
         map > 0.0 && (lights / map - 1.0).abs() < 0.03,
         "{lights} {map}"
+    );
+}
+
+/// The groom of [`scene_in`] dyed all over, with widths as well or without.
+fn dyed(folder: &Path, width_scale: f32) {
+    let mut groom = Groom::read(&folder.join("a.groom")).expect("written");
+    let point = PaintedPoint {
+        sigma_a: [2.0, 0.02, 0.02],
+        weight: 1.0,
+        width_scale,
+        shift_scale: 1.0,
+    };
+    let points = vec![point; groom.points.len()];
+    Paint { points }.write_to(&mut groom);
+    groom.write(&folder.join("a.groom")).expect("written");
+}
+
+#[test]
+fn paint_is_drawn_by_every_method() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    scene_in(folder);
+    let mean = |name: &str| -> [f32; 3] {
+        let pixels = exr_rgba(&folder.join(name));
+        let hair = pixels.iter().filter(|p| p[..3] != [0.1, 0.2, 0.3]);
+        hair.fold([0.0; 3], |sum, p| [0, 1, 2].map(|c| sum[c] + p[c]))
+    };
+    let ratios = || {
+        ["path", "ray-shoot", "directional"].map(|method| {
+            let args = format!("a.toml --method {method} --spp 16 -o {method}.exr");
+            assert_done(&mut reference(folder, &args));
+            let [red, green, _] = mean(&format!("{method}.exr"));
+            red / green
+        })
+    };
+    let bare = ratios();
+    for width_scale in [1.0, 1.5] {
+        dyed(folder, width_scale);
+        for (dyed, bare) in ratios().into_iter().zip(bare) {
+            assert!(dyed < 0.8 * bare, "{width_scale}: {dyed} {bare}");
+        }
+    }
+    // Pictures of other paint are not gone on with.
+    dyed(folder, 1.0);
+    assert_refused(
+        &mut reference(folder, "a.toml --method path --spp 1 --resume -o path.exr"),
+        &["path.exr", "inputs"],
+    );
+    // What fibres lose depends on their widths alone.
+    let args = "a.toml --method path --spp 1 --energy-safe -o safe.exr";
+    assert_done(&mut reference(folder, args));
+    dyed(folder, 1.5);
+    assert_refused(&mut reference(folder, args), &["a.toml", "--energy-safe"]);
+}
+
+#[test]
+fn hair_is_where_it_is_at_the_time() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    scene_in(folder);
+    let mut groom = Groom::read(&folder.join("a.groom")).expect("written");
+    for point in &mut groom.points {
+        point[0] += 1.0;
+    }
+    groom.write(&folder.join("b.groom")).expect("written");
+    let mut scene = Scene::read(&folder.join("a.toml")).expect("valid");
+    scene.camera = Some(CameraSection {
+        position: [0.0, -2.5, 20.0],
+        target: [0.0, -2.5, 0.0],
+        up: [0.0, 1.0, 0.0],
+        fov_deg: 30.0,
+    });
+    scene.groom.file = "b.groom".into();
+    write_scene(folder, "moved.toml", &scene);
+    scene.groom.file = "a.groom".into();
+    scene.motion = Some(MotionSection {
+        frames: vec!["a.groom".into(), "b.groom".into()],
+        fps: Some(1.0),
+        ..MotionSection::default()
+    });
+    write_scene(folder, "moving.toml", &scene);
+    let picture = |args: &str| {
+        let args = format!("{args} --method directional --spp 8 -o a.exr");
+        assert_done(&mut reference(folder, &args));
+        exr_rgba(&folder.join("a.exr"))
+    };
+    let covered = |pixels: &[[f32; 4]]| -> f32 {
+        let at = |(ix, p): (usize, &[f32; 4])| match p[..3] == [0.1, 0.2, 0.3] {
+            true => 0.0,
+            false => (ix % 24) as f32,
+        };
+        let n = pixels.iter().filter(|p| p[..3] != [0.1, 0.2, 0.3]).count();
+        pixels.iter().enumerate().map(at).sum::<f32>() / n as f32
+    };
+    let (start, end) = (picture("moving.toml"), picture("moving.toml --time 1"));
+    let moved = covered(&end) - covered(&start);
+    // 16 pixels are 10.7 cm high.
+    assert!((1.0..2.0).contains(&moved), "{moved} pixels");
+    let expected = picture("moved.toml");
+    let apart = end.iter().flatten().zip(expected.iter().flatten());
+    let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(apart < 1e-3, "{apart}");
+    assert_refused(
+        &mut reference(folder, "moving.toml --method path --time 2e6 -o b.exr"),
+        &["--time", "0..=1000000"],
     );
 }
 

@@ -10,15 +10,19 @@ use strandlight_bake::progress::Progress;
 use strandlight_bake::rays::Rays;
 use strandlight_bake::reference::environment::{LightSampler, MapSampler};
 use strandlight_bake::reference::{
-    Densities, Directional, Environment, Film, Integrator, MAX_SAMPLES, Method, PathTracer,
-    RayShoot, ReferenceFile,
+    Averages, Densities, Directional, Environment, Fibres, Film, Integrator, MAX_SAMPLES, Method,
+    Painted, PathTracer, RayShoot, ReferenceFile,
 };
 use strandlight_formats::{Scene, content_hash};
 use strandlight_runtime::PreparedScene;
+use strandlight_runtime::paint::{PaintKinds, PaintedPoint};
 use strandlight_runtime::render::check_frame;
 use strandlight_scattering::HairParams;
-use strandlight_scattering::dual_scattering::AverageTable;
-use strandlight_scattering::exact::Bcsdf;
+use strandlight_scattering::closed_form::PaintTexel;
+use strandlight_scattering::dual_scattering::{
+    AverageTable, DEFAULT_AVERAGE_LAYERS, DEFAULT_SCALES, PaintedAverageTable,
+};
+use strandlight_scattering::exact::{Bcsdf, PaintedBcsdf};
 
 use super::{Failure, Outcome, check_outputs, print_line, write_output};
 
@@ -48,6 +52,9 @@ pub struct Args {
     /// Width and height in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
     size: Option<[u32; 2]>,
+    /// Seconds since the start of the scene's motion, 0..=1000000
+    #[arg(long, value_name = "SECONDS", value_parser = super::render::parse_time, default_value_t = 0.0)]
+    time: f64,
     /// Seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
@@ -100,9 +107,9 @@ fn parse_share(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Why there is no reference of painted hair: it has one table of its fibre.
-const PAINTED: &str = "the groom is painted (attributes dye, width_scale or shift_scale); references \
-                       know hair of one fibre alone";
+/// Why there is no energy-safe picture of some painted hair.
+const ENERGY_SAFE: &str = "--energy-safe: the groom is painted with widths or shifts, whose fibres \
+                           differ in what they lose; leave it out";
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
@@ -117,13 +124,14 @@ pub fn run(args: &Args) -> Outcome {
     let scene = Scene::read(&args.scene).map_err(Failure::input)?;
     let size = args.size.unwrap_or(scene.render.size);
     check_frame(size, 4).map_err(|error| Failure::file(&args.scene, error))?;
-    let prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
+    let prepared = PreparedScene::load_at(&scene, args.time).map_err(Failure::input)?;
     if !prepared.proxies.is_empty() {
         let told = "proxy: ground truth knows of hair and lights alone";
         return Err(Failure::file(&args.scene, told));
     }
-    if prepared.paint().is_some() {
-        return Err(Failure::file(&args.scene, PAINTED));
+    let kinds = prepared.paint().map(PaintKinds::of);
+    if args.energy_safe && kinds.is_some_and(|kinds| kinds.widths || kinds.shifts) {
+        return Err(Failure::file(&args.scene, ENERGY_SAFE));
     }
     let (environment, from_map) = environment(args, &scene, &prepared)?;
     let n_lights = args.lights.unwrap_or(match method {
@@ -153,8 +161,22 @@ pub fn run(args: &Args) -> Outcome {
     };
 
     let hair = &prepared.hair;
-    let bcsdf = Bcsdf::new(hair.hair(), hair.fresnel(), hair.modes())
-        .map_err(|error| Failure::file(&args.scene, error))?;
+    let failed = |error| Failure::file(&args.scene, error);
+    let tables = match prepared.paint() {
+        None => Tables::Alike(
+            Bcsdf::new(hair.hair(), hair.fresnel(), hair.modes()).map_err(failed)?,
+            AverageTable::new(hair.hair(), hair.fresnel()),
+        ),
+        Some(points) => Tables::Painted(
+            Painted {
+                hair: hair.hair(),
+                points,
+            },
+            PaintedBcsdf::new(hair.hair(), hair.fresnel(), hair.modes()).map_err(failed)?,
+            painted_averages(&prepared, method),
+        ),
+    };
+    let (fibres, averages) = tables.views();
     let white = args.energy_safe.then(|| {
         let white = HairParams {
             sigma_a: [0.0; 3],
@@ -162,15 +184,12 @@ pub fn run(args: &Args) -> Outcome {
         };
         Bcsdf::new(&white, hair.fresnel(), hair.modes())
     });
-    let white = white
-        .transpose()
-        .map_err(|error| Failure::file(&args.scene, error))?;
+    let white = white.transpose().map_err(failed)?;
     let strands = &prepared.strands;
     let rays = Rays::new(strands);
-    let averages = AverageTable::new(hair.hair(), hair.fresnel());
     let integrator: Box<dyn Integrator + '_> = match method {
         Method::Path => {
-            let tracer = PathTracer::new(strands, &rays, &bcsdf, &environment);
+            let tracer = PathTracer::new(strands, &rays, fibres, &environment);
             Box::new(match &white {
                 Some(white) => tracer.with_energy_of(white),
                 None => tracer,
@@ -179,7 +198,7 @@ pub fn run(args: &Args) -> Outcome {
         Method::Directional => Box::new(Directional::new(
             strands,
             &rays,
-            &bcsdf,
+            fibres,
             &environment,
             n_lights,
             args.seed,
@@ -187,8 +206,8 @@ pub fn run(args: &Args) -> Outcome {
         Method::RayShoot => Box::new(RayShoot {
             strands,
             rays: &rays,
-            bcsdf: &bcsdf,
-            averages: &averages,
+            fibres,
+            averages,
             environment: &environment,
             n_draws: n_lights,
             densities,
@@ -225,6 +244,39 @@ pub fn run(args: &Args) -> Outcome {
         size[1],
         bytes.len(),
     ))
+}
+
+/// What the methods read of the fibres.
+enum Tables<'a> {
+    Alike(Bcsdf, AverageTable),
+    Painted(Painted<'a>, PaintedBcsdf, PaintedAverageTable),
+}
+
+impl Tables<'_> {
+    fn views(&self) -> (Fibres<'_>, Averages<'_>) {
+        match self {
+            Tables::Alike(bcsdf, averages) => (bcsdf.into(), averages.into()),
+            Tables::Painted(painted, bcsdf, averages) => (
+                Fibres::Painted(*painted, bcsdf),
+                Averages::Painted(*painted, averages.view()),
+            ),
+        }
+    }
+}
+
+/// The averages of painted fibres that `method` needs.
+fn painted_averages(scene: &PreparedScene, method: Method) -> PaintedAverageTable {
+    let kinds = scene.paint().map(PaintKinds::of).unwrap_or_default();
+    let scales = |is_painted| if is_painted { DEFAULT_SCALES } else { 1 };
+    let size = match method {
+        Method::RayShoot => [
+            DEFAULT_AVERAGE_LAYERS,
+            scales(kinds.widths),
+            scales(kinds.shifts),
+        ],
+        _ => [2, 1, 1],
+    };
+    PaintedAverageTable::new(scene.hair.hair(), scene.hair.fresnel(), size)
 }
 
 /// The name must promise what is written.
@@ -267,14 +319,20 @@ fn hash_of(scene: &PreparedScene, rest: &str) -> String {
     ];
     let geometry: Vec<String> = arrays.into_iter().map(content_hash).collect();
     let hair = &scene.hair;
+    // Of hair without paint the text is as it always was.
+    let paint = scene.paint().map(|paint| {
+        let texels: Vec<PaintTexel> = paint.iter().map(PaintedPoint::texel).collect();
+        content_hash(bytemuck::cast_slice(&texels))
+    });
     let text = format!(
-        "{geometry:?} {:?} {:?} {:?} {:?} {:?} {:?} {rest}",
+        "{geometry:?} {:?} {:?} {:?} {:?} {:?} {:?} {rest}{}",
         scene.lights,
         hair.hair(),
         hair.fresnel(),
         hair.modes(),
         scene.camera,
         scene.background,
+        paint.map_or(String::new(), |paint| format!(" {paint}")),
     );
     content_hash(text.as_bytes())
 }

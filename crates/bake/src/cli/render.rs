@@ -108,7 +108,8 @@ fn parse_key(text: &str) -> Result<(String, Value), String> {
     Ok((key.trim().to_owned(), parse_value(value)))
 }
 
-fn parse_time(text: &str) -> Result<f64, String> {
+/// A time on the command line, seconds.
+pub fn parse_time(text: &str) -> Result<f64, String> {
     let parsed = text.parse().ok();
     let seconds = parsed.filter(|seconds| (0.0..=1e6).contains(seconds));
     seconds.ok_or_else(|| "a time is a number of seconds in 0..=1000000".to_owned())

@@ -3,10 +3,9 @@
 
 use glam::Vec3;
 use strandlight_runtime::strands::Strands;
-use strandlight_scattering::exact::Bcsdf;
 
 use super::film::CameraRay;
-use super::{Environment, Frame, Integrator, Layers};
+use super::{Environment, Fibres, Frame, Integrator, Layers};
 use crate::random::SplitMix64;
 use crate::rays::{Rays, Start};
 
@@ -50,17 +49,17 @@ pub fn directional_lights(environment: &Environment, n: u32, seed: u64) -> Vec<D
 pub struct Directional<'a> {
     strands: &'a Strands,
     rays: &'a Rays,
-    bcsdf: &'a Bcsdf,
+    fibres: Fibres<'a>,
     lights: Vec<DirectionalLight>,
 }
 
 impl<'a> Directional<'a> {
     /// `n` lights of `environment` (see `directional_lights`) on `strands`, which `rays` were
-    /// made of, whose fibres scatter as `bcsdf` does.
+    /// made of, whose `fibres` these are.
     pub fn new(
         strands: &'a Strands,
         rays: &'a Rays,
-        bcsdf: &'a Bcsdf,
+        fibres: impl Into<Fibres<'a>>,
         environment: &Environment,
         n: u32,
         seed: u64,
@@ -68,7 +67,7 @@ impl<'a> Directional<'a> {
         Directional {
             strands,
             rays,
-            bcsdf,
+            fibres: fibres.into(),
             lights: directional_lights(environment, n, seed),
         }
     }
@@ -82,7 +81,8 @@ impl Integrator for Directional<'_> {
         };
         layers.is_covered = true;
         let frame = Frame::at(self.strands, &crossing);
-        let view = self.bcsdf.view(frame.to_fibre(-ray.direction));
+        let omega_o = frame.to_fibre(-ray.direction);
+        let view = self.fibres.view(self.strands, &crossing, omega_o);
         let start = Start::inside(self.strands, crossing.segment, crossing.along);
         // Every turn is as likely as any other, and taken lights stand for those left out.
         let n_turns = N_TURNS.min(self.lights.len().max(1) as u32);

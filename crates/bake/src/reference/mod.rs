@@ -3,6 +3,7 @@
 //! - [`Integrator`]: what one ray from the camera sees, in [`Layers`]; one for each [`Method`].
 //! - [`Film`]: sums of camera samples, to which more can be added; [`ReferenceFile`] keeps them.
 //! - [`Environment`]: the light, from a light set or the map itself.
+//! - [`Fibres`]: what scatters it, all alike or painted.
 //!
 //! All of them draw the fibres as ribbons that face the ray ([`crate::rays`]), at their true
 //! width, lit as seen from the axis. Geometry is f32, light f64. Every random number is a hash of
@@ -10,6 +11,7 @@
 
 mod directional;
 pub mod environment;
+mod fibres;
 mod file;
 mod film;
 mod frame;
@@ -20,6 +22,7 @@ mod tests;
 
 pub use directional::Directional;
 pub use environment::Environment;
+pub use fibres::{Averages, AveragesAt, Fibres, Painted};
 pub use file::{FileError, ReferenceFile};
 pub use film::{CameraRay, Film, MAX_SAMPLES};
 pub use frame::Frame;

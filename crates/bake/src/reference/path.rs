@@ -12,7 +12,7 @@ use strandlight_runtime::strands::Strands;
 use strandlight_scattering::exact::Bcsdf;
 
 use super::film::CameraRay;
-use super::{Environment, Frame, Integrator, Layers};
+use super::{Environment, Fibres, Frame, Integrator, Layers};
 use crate::random::SplitMix64;
 use crate::rays::{Rays, Start};
 
@@ -60,7 +60,7 @@ pub struct Traced {
 pub struct PathTracer<'a> {
     strands: &'a Strands,
     rays: &'a Rays,
-    bcsdf: &'a Bcsdf,
+    fibres: Fibres<'a>,
     environment: &'a Environment,
     estimator: Estimator,
     /// What S is divided by, at theta_o spread evenly over +-pi/2.
@@ -80,17 +80,17 @@ fn power_heuristic(own: f64, other: f64) -> f64 {
 }
 
 impl<'a> PathTracer<'a> {
-    /// Paths among `strands`, which `rays` were made of, whose fibres scatter as `bcsdf` does.
+    /// Paths among `strands`, which `rays` were made of, whose `fibres` these are.
     pub fn new(
         strands: &'a Strands,
         rays: &'a Rays,
-        bcsdf: &'a Bcsdf,
+        fibres: impl Into<Fibres<'a>>,
         environment: &'a Environment,
     ) -> Self {
         PathTracer {
             strands,
             rays,
-            bcsdf,
+            fibres: fibres.into(),
             environment,
             estimator: Estimator::default(),
             albedo: None,
@@ -141,7 +141,7 @@ impl<'a> PathTracer<'a> {
             traced.events += 1;
             let frame = Frame::at(self.strands, &crossing);
             let omega_o = frame.to_fibre(-direction);
-            let view = self.bcsdf.view(omega_o);
+            let view = self.fibres.view(self.strands, &crossing, omega_o);
             // Only fibres beyond the seen one can turn light back.
             let is_beyond = traced.events > 1;
             let turns = |omega_i: [f64; 3]| {

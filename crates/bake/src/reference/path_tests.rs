@@ -106,7 +106,7 @@ fn walk(tracer: &PathTracer, start: &Start, direction: Vec3, random: &mut SplitM
     while let Some(crossing) = tracer.rays.nearest(&start, direction) {
         let frame = Frame::at(tracer.strands, &crossing);
         let omega_o = frame.to_fibre(-direction);
-        let view = tracer.bcsdf.view(omega_o);
+        let view = tracer.fibres.view(tracer.strands, &crossing, omega_o);
         let sample = view.sample(&mut || random.uniform(0.0, 1.0)).unwrap();
         weight *= sample.weight[0];
         // 0.7 % of the paths at normal incidence take more than two segments.

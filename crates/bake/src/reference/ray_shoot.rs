@@ -20,12 +20,11 @@
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
 use strandlight_runtime::strands::Strands;
-use strandlight_scattering::dual_scattering::{Average, AverageTable};
-use strandlight_scattering::exact::{Bcsdf, BcsdfView};
+use strandlight_scattering::exact::BcsdfView;
 
 use super::film::CameraRay;
 use super::frame::{Frame, tangent};
-use super::{Environment, Integrator, Layers};
+use super::{Averages, AveragesAt, Environment, Fibres, Integrator, Layers};
 use crate::random::SplitMix64;
 use crate::rays::{Rays, Start};
 
@@ -45,9 +44,9 @@ pub struct RayShoot<'a> {
     /// Its hierarchy.
     pub rays: &'a Rays,
     /// How its fibres scatter.
-    pub bcsdf: &'a Bcsdf,
+    pub fibres: Fibres<'a>,
     /// What they do on average.
-    pub averages: &'a AverageTable,
+    pub averages: Averages<'a>,
     /// The light.
     pub environment: &'a Environment,
     /// Directions of the light drawn for each camera sample, at least 1.
@@ -77,8 +76,8 @@ impl Integrator for RayShoot<'_> {
         let frame = Frame::at(self.strands, &crossing);
         let omega_o = frame.to_fibre(-ray.direction);
         let seen = Seen {
-            view: self.bcsdf.view(omega_o),
-            averages: self.averages,
+            view: self.fibres.view(self.strands, &crossing, omega_o),
+            averages: self.averages.at(self.strands, &crossing),
             theta_o: angles(omega_o).0,
             phi_o: angles(omega_o).1,
         };
@@ -124,9 +123,8 @@ impl RayShoot<'_> {
             passage.n += 1;
             let u = tangent(self.strands, &crossing).normalize_or_zero();
             let theta = u.dot(direction).clamp(-1.0, 1.0).asin();
-            let averages = self.averages.sample(theta);
-            let [a_f, beta_f_2] =
-                [Average::AF, Average::BetaF].map(|average| averages[average as usize]);
+            let averages = self.averages.at(self.strands, &crossing);
+            let [a_f, beta_f_2] = averages.forward(theta);
             for c in 0..3 {
                 passage.transmitted[c] *= f64::from(a_f[c]);
                 passage.width_2[c] += f64::from(beta_f_2[c]);
@@ -146,7 +144,7 @@ fn add(sum: &mut [f64; 3], power: [f64; 3], sent: [f64; 3]) {
 /// A fibre as the eye sees it.
 struct Seen<'a> {
     view: BcsdfView<'a>,
-    averages: &'a AverageTable,
+    averages: AveragesAt<'a>,
     theta_o: f64,
     phi_o: f64,
 }
@@ -196,9 +194,8 @@ impl Seen<'_> {
     /// S_back (Xu 2011 Eq 31) without its azimuth and without the factor 2, times the cosine.
     fn back(&self, theta_i: f64, c: usize) -> f64 {
         let incident = 0.5 * (theta_i - self.theta_o);
-        let averages = self.averages.sample(incident as f32);
-        let [many, shift, width] = [Average::Ab, Average::DeltaB, Average::SigmaB]
-            .map(|average| f64::from(averages[average as usize][c]));
+        let averages = self.averages.backward(incident as f32);
+        let [many, shift, width] = averages.map(|average| f64::from(average[c]));
         // Where nothing is sent back no width is known either.
         if !(many > 0.0 && width > 0.0) {
             return 0.0;

@@ -1,5 +1,8 @@
 //! The methods against quadrature of the exact model, and the film against itself.
 
+#[path = "painted_tests.rs"]
+mod painted;
+
 use glam::Vec3;
 use strandlight_formats::{Groom, LightSet, Scene, SrbfLight};
 use strandlight_runtime::PreparedScene;
@@ -16,8 +19,8 @@ use strandlight_scattering::{HairParams, Lobe};
 use super::directional::directional_lights;
 use super::environment::LightSampler;
 use super::{
-    CameraRay, Densities, Directional, Environment, FileError, Film, Integrator, Layers, Method,
-    RayShoot, ReferenceFile,
+    Averages, CameraRay, Densities, Directional, Environment, Fibres, FileError, Film, Integrator,
+    Layers, Method, RayShoot, ReferenceFile,
 };
 use crate::cpu;
 use crate::random::SplitMix64;
@@ -153,8 +156,8 @@ fn a_lone_fibre_sends_what_quadrature_says() {
         let ray_shoot = RayShoot {
             strands: &strands,
             rays: &rays,
-            bcsdf: &bcsdf,
-            averages: &averages,
+            fibres: Fibres::Alike(&bcsdf),
+            averages: Averages::Alike(&averages),
             environment: &environment,
             n_draws: 16,
             densities: Densities {
@@ -196,8 +199,8 @@ fn behind_other_fibres_dual_scattering_is_that_of_quadrature() {
     let ray_shoot = RayShoot {
         strands: &strands,
         rays: &rays,
-        bcsdf: &bcsdf,
-        averages: &averages,
+        fibres: Fibres::Alike(&bcsdf),
+        averages: Averages::Alike(&averages),
         environment: &environment,
         n_draws: 4,
         densities: Densities {

@@ -9,7 +9,7 @@
 //! - [`global()`], [`local()`]: light that other fibres scattered forward ([`Forward`]), over S and
 //!   over the backscatter of many fibres (Eq 27, 29); [`direct_local()`]: the latter of the light.
 //! - [`energy`]: mass of N_t.
-//! - [`Bcsdf`]: S itself, and sampling it.
+//! - [`Bcsdf`], [`PaintedBcsdf`]: S itself, and sampling it.
 //! - [`azimuthal_function`]: N_t itself, by its roots (Eq 9); not blurred.
 
 mod azimuthal;
@@ -24,7 +24,7 @@ mod roots;
 mod single;
 
 pub use azimuthal::{azimuthal, azimuthal_average, energy};
-pub use bcsdf::{Bcsdf, BcsdfError, BcsdfView, Sample, Scattered};
+pub use bcsdf::{Bcsdf, BcsdfError, BcsdfView, PaintedBcsdf, Sample, Scattered};
 pub use eccentric::{azimuthal_eccentric, eta_star};
 pub use fibre::FibreSection;
 pub use forward::Forward;

@@ -3,6 +3,8 @@
 //! - [`Bcsdf::new`]: the tables of one fibre.
 //! - [`Bcsdf::view`]: the fibre seen from one direction; [`BcsdfView::evaluate`],
 //!   [`BcsdfView::sample`].
+//! - [`PaintedBcsdf`]: the tables of fibres whose absorption, widths and shifts differ from point
+//!   to point; [`PaintedBcsdf::view`].
 //!
 //! `S(omega_i, omega_o) = sum_t M_t(theta_i) N_t(phi; theta_d) / cos^2 theta_d`, the S that
 //! [`super::single()`] integrates against `cos(theta_i) d omega_i`. R and TT are in closed form,
@@ -13,10 +15,14 @@
 //! the albedo of a fibre without absorption exceeds 1 at some inclinations (numbers beside
 //! [`Bcsdf::albedo`]). Orders p >= 3 are left out, 0.7 % at normal incidence and eta 1.55.
 
+mod layered;
+mod painted;
 mod table;
 #[cfg(test)]
 mod tests;
 mod truncated;
+
+pub use painted::PaintedBcsdf;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -25,6 +31,7 @@ use crate::circular_gaussian::{sharpness, wrap};
 use crate::fresnel::Fresnel;
 use crate::hair::{HairParams, Lobe, ParamError};
 use crate::quadrature::GaussLegendre;
+use layered::{LayeredTrt, Place as LayerPlace};
 use table::{BlurredTrt, Energies};
 use truncated::{Truncated, sample_circular};
 
@@ -137,17 +144,10 @@ impl Bcsdf {
         &self.hair
     }
 
-    /// M_t as a function of theta_i, seen from inclination `theta_o`.
-    fn longitudinal(&self, lobe: Lobe, theta_o: f64) -> Truncated {
-        let mean = 2.0 * self.hair.shift.get(lobe) - theta_o;
-        let width = 2.0 * self.hair.width.get(lobe);
-        Truncated::new(mean, width, -FRAC_PI_2, FRAC_PI_2)
-    }
-
     /// Albedo of `lobe` over the mass of its M_t within +-pi/2, per channel, and the mean factor
     /// `cos^2 theta_i / cos^2 theta_d`.
     fn mean_weight(&self, lobe: Lobe, theta_o: f64, rule: &GaussLegendre) -> [f64; 4] {
-        self.longitudinal(lobe, theta_o).average(rule, |theta_i| {
+        longitudinal(&self.hair, lobe, theta_o).average(rule, |theta_i| {
             let theta_d = 0.5 * (theta_o - theta_i);
             let factor = cosine_ratio(theta_i, theta_d);
             let [r, g, b] = self.energies.at(lobe, theta_d).map(|e| factor * e);
@@ -167,7 +167,7 @@ impl Bcsdf {
         let mut total = [0.0; 3];
         for lobe in Lobe::ALL {
             if self.enabled[lobe as usize] {
-                let mass = self.longitudinal(lobe, theta_o).mass;
+                let mass = longitudinal(&self.hair, lobe, theta_o).mass;
                 let mean = self.mean_weight(lobe, theta_o, &rule);
                 for c in 0..3 {
                     total[c] += mass * mean[c];
@@ -180,10 +180,8 @@ impl Bcsdf {
     /// The fibre seen from the unit vector `omega_o` in its frame (u along the fibre).
     pub fn view(&self, omega_o: [f64; 3]) -> BcsdfView<'_> {
         let (theta_o, phi_o) = angles(omega_o);
-        let longitudinal = Lobe::ALL.map(|lobe| self.longitudinal(lobe, theta_o));
-        let x = (theta_o / PI + 0.5).clamp(0.0, 1.0) * (N_PLACES - 1) as f64;
-        let ix = (x as usize).min(N_PLACES - 2);
-        let t = x - ix as f64;
+        let longitudinal = Lobe::ALL.map(|lobe| longitudinal(&self.hair, lobe, theta_o));
+        let (ix, t) = place_of(theta_o);
         let (before, after) = (&self.places[ix], &self.places[ix + 1]);
         let between = |a: [f64; 3], b: [f64; 3], l: usize| (1.0 - t) * a[l] + t * b[l];
         let mut scale = [0.0; 3];
@@ -201,30 +199,67 @@ impl Bcsdf {
             shares = shares.map(|share| share / total);
         }
         BcsdfView {
-            bcsdf: self,
+            hair: self.hair,
+            fresnel: self.fresnel,
+            trt: self.blurred_trt.as_ref().map(Trt::Alike),
             theta_o,
             phi_o,
             longitudinal,
             shares,
             density_scale: std::array::from_fn(|l| shares[l] * scale[l]),
-            factor_max: before.factor_max.max(after.factor_max),
+            factor_max: Some(before.factor_max.max(after.factor_max)),
         }
     }
 }
 
-/// A [`Bcsdf`] seen from one direction.
+/// M_t as a function of theta_i, seen from inclination `theta_o`.
+fn longitudinal(hair: &HairParams, lobe: Lobe, theta_o: f64) -> Truncated {
+    let mean = 2.0 * hair.shift.get(lobe) - theta_o;
+    let width = 2.0 * hair.width.get(lobe);
+    Truncated::new(mean, width, -FRAC_PI_2, FRAC_PI_2)
+}
+
+/// The place at or before `theta_o`, and the share of the way to the next.
+fn place_of(theta_o: f64) -> (usize, f64) {
+    let x = (theta_o / PI + 0.5).clamp(0.0, 1.0) * (N_PLACES - 1) as f64;
+    let ix = (x as usize).min(N_PLACES - 2);
+    (ix, x - ix as f64)
+}
+
+/// Where N_TRT comes from.
+#[derive(Clone, Copy, Debug)]
+enum Trt<'a> {
+    /// The table of the one fibre.
+    Alike(&'a BlurredTrt),
+    /// A place in that of all absorptions.
+    Layered(&'a LayeredTrt, [LayerPlace; 3]),
+}
+
+impl Trt<'_> {
+    /// `[N_TRT rgb, density]`.
+    fn at(&self, theta_d: f64, phi: f64) -> [f64; 4] {
+        match self {
+            Trt::Alike(table) => table.at(theta_d, phi),
+            Trt::Layered(table, places) => table.at(theta_d, phi, places),
+        }
+    }
+}
+
+/// A [`Bcsdf`], or a fibre of a [`PaintedBcsdf`], seen from one direction.
 #[derive(Clone, Debug)]
 pub struct BcsdfView<'a> {
-    bcsdf: &'a Bcsdf,
+    hair: HairParams,
+    fresnel: Fresnel,
+    trt: Option<Trt<'a>>,
     theta_o: f64,
     phi_o: f64,
     longitudinal: [Truncated; 3],
     /// Probability of each lobe; all 0 where nothing is scattered.
     shares: [f64; 3],
-    /// Share over the mass of `M_t cos^2 theta_i / cos^2 theta_d`.
+    /// Share over the mass of `M_t cos^2 theta_i / cos^2 theta_d`, or of `M_t`.
     density_scale: [f64; 3],
-    /// Bound of `cos^2 theta_i / cos^2 theta_d`.
-    factor_max: f64,
+    /// Bound of `cos^2 theta_i / cos^2 theta_d`; `None` where theta_i is drawn by M_t alone.
+    factor_max: Option<f64>,
 }
 
 impl BcsdfView<'_> {
@@ -236,7 +271,15 @@ impl BcsdfView<'_> {
         let inverse = 1.0 / square(theta_d.cos().max(COS_MIN));
         Scattered {
             s: sum.map(|x| x * inverse),
-            pdf: density * inverse * theta_i.cos().max(0.0),
+            pdf: self.per_solid_angle(density, theta_i, theta_d),
+        }
+    }
+
+    /// `density` of [`BcsdfView::at_angles`] per solid angle.
+    fn per_solid_angle(&self, density: f64, theta_i: f64, theta_d: f64) -> f64 {
+        match self.factor_max {
+            Some(_) => density * theta_i.cos().max(0.0) / square(theta_d.cos().max(COS_MIN)),
+            None => density / theta_i.cos().max(COS_MIN),
         }
     }
 
@@ -244,7 +287,7 @@ impl BcsdfView<'_> {
     /// gives independent numbers in 0..1.
     ///
     /// A lobe by its albedo; theta_i by its M_t, kept with a probability proportional to
-    /// `cos^2 theta_i / cos^2 theta_d`; the azimuth by the path through an even h (for R more
+    /// `cos^2 theta_i / cos^2 theta_d` (of painted fibres always); the azimuth by the path through an even h (for R more
     /// often a grazing one), with a circular Gaussian of width w_c added for TRT. The density is that of all lobes together, so
     /// `weight * pdf = S cos(theta_i)`, and weights stay near the albedo.
     pub fn sample(&self, uniform: &mut impl FnMut() -> f64) -> Option<Sample> {
@@ -265,12 +308,13 @@ impl BcsdfView<'_> {
         for _ in 0..1000 {
             theta_i = self.longitudinal[lobe as usize].sample(uniform);
             theta_d = 0.5 * (self.theta_o - theta_i);
-            if uniform() * self.factor_max <= cosine_ratio(theta_i, theta_d) {
+            let is_kept = |most: f64| uniform() * most <= cosine_ratio(theta_i, theta_d);
+            if self.factor_max.is_none_or(is_kept) {
                 break;
             }
         }
-        let hair = &self.bcsdf.hair;
-        let section = FibreSection::new(hair.eta, hair.sigma_a, theta_d, self.bcsdf.fresnel);
+        let hair = &self.hair;
+        let section = FibreSection::new(hair.eta, hair.sigma_a, theta_d, self.fresnel);
         let gamma = if lobe == Lobe::R && uniform() < GRAZING_SHARE {
             grazing_angle(uniform)
         } else {
@@ -285,20 +329,23 @@ impl BcsdfView<'_> {
             return None;
         }
         // S cos(theta_i) d omega_i = sum cos^2(theta_i)/cos^2(theta_d) d theta_i d phi_i; the
-        // density has the same factor.
+        // density has the same factor, or none.
+        let factor = match self.factor_max {
+            Some(_) => 1.0,
+            None => cosine_ratio(theta_i, theta_d),
+        };
         let (sin, cos) = theta_i.sin_cos();
         let (sin_phi, cos_phi) = (self.phi_o - phi).sin_cos();
         Some(Sample {
             omega_i: [sin, cos * cos_phi, cos * sin_phi],
-            weight: sum.map(|x| x / density),
-            pdf: density * cos.max(0.0) / square(theta_d.cos().max(COS_MIN)),
+            weight: sum.map(|x| x / density * factor),
+            pdf: self.per_solid_angle(density, theta_i, theta_d),
         })
     }
 
     /// `sum_t M_t N_t`, and the sampler's density over theta_i and phi_i, both without their
     /// factor `cos^2 theta_i / cos^2 theta_d`.
     fn at_angles(&self, theta_i: f64, theta_d: f64, phi: f64) -> ([f64; 3], f64) {
-        let bcsdf = self.bcsdf;
         let (mut sum, mut density) = ([0.0; 3], 0.0);
         let mut section = None;
         for lobe in Lobe::ALL {
@@ -310,13 +357,13 @@ impl BcsdfView<'_> {
             if m == 0.0 {
                 continue;
             }
-            let [r, g, b, even] = match (lobe, &bcsdf.blurred_trt) {
+            let [r, g, b, even] = match (lobe, &self.trt) {
                 (Lobe::Trt, Some(table)) => table.at(theta_d, phi),
                 (Lobe::Trt, None) => continue,
                 _ => {
-                    let hair = &bcsdf.hair;
+                    let hair = &self.hair;
                     let section = section.get_or_insert_with(|| {
-                        FibreSection::new(hair.eta, hair.sigma_a, theta_d, bcsdf.fresnel)
+                        FibreSection::new(hair.eta, hair.sigma_a, theta_d, self.fresnel)
                     });
                     azimuthal_closed(section, lobe, phi)
                 }

@@ -23,7 +23,7 @@ fn cubic(t: f64) -> [f64; 4] {
 /// `v = (r - 1) / (n - 1)`, `theta_d = pi/2 (1 - v^2)`. One row more at each end for the cubic;
 /// what is tabulated is even in theta_d, so it is smooth in v across both ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Rows {
+pub(super) struct Rows {
     n: usize,
 }
 
@@ -39,7 +39,7 @@ impl Rows {
     }
 
     /// The first of the four rows around `theta_d`, and their weights.
-    fn at(self, theta_d: f64) -> (usize, [f64; 4]) {
+    pub fn at(self, theta_d: f64) -> (usize, [f64; 4]) {
         let v = (1.0 - theta_d.abs() / FRAC_PI_2).max(0.0).sqrt();
         let x = v * (self.n as f64 - 1.0);
         let first = (x as usize).min(self.n - 2);
@@ -54,11 +54,11 @@ impl Rows {
 /// against quadrature at random places).
 #[derive(Clone, Debug)]
 pub(super) struct BlurredTrt {
-    rows: Rows,
+    pub rows: Rows,
     /// Texels over 0..=pi; one more at each end.
-    n_phi: usize,
+    pub n_phi: usize,
     /// `[row][phi]`: rgb, density.
-    texels: Vec<[f32; 4]>,
+    pub texels: Vec<[f32; 4]>,
 }
 
 /// Texels of phi per w_c: the cubic's error of a Gaussian is `0.28 / PHI_PER_WIDTH^4`.
@@ -150,9 +150,7 @@ impl BlurredTrt {
     /// `[N_TRT rgb, density]` at `theta_d` and `phi` (wrapped, +-pi).
     pub fn at(&self, theta_d: f64, phi: f64) -> [f64; 4] {
         let (row, row_weights) = self.rows.at(theta_d);
-        let x = phi.abs().min(PI) / PI * (self.n_phi as f64 - 1.0);
-        let column = (x as usize).min(self.n_phi - 2);
-        let column_weights = cubic(x - column as f64);
+        let (column, column_weights) = columns_at(self.n_phi, phi);
         let mut total = [0.0f64; 4];
         for (r, row_weight) in row_weights.into_iter().enumerate() {
             let start = (row + r) * (self.n_phi + 2) + column;
@@ -172,6 +170,13 @@ impl BlurredTrt {
     pub fn bytes(&self) -> usize {
         self.texels.len() * 16
     }
+}
+
+/// The first of four of `n_phi` columns (and one more at each end) around `phi`, and their weights.
+pub(super) fn columns_at(n_phi: usize, phi: f64) -> (usize, [f64; 4]) {
+    let x = phi.abs().min(PI) / PI * (n_phi as f64 - 1.0);
+    let column = (x as usize).min(n_phi - 2);
+    (column, cubic(x - column as f64))
 }
 
 /// Masses of N_t over theta_d, per lobe and channel ([`energy`]).

@@ -1,3 +1,5 @@
+mod painted_fibres;
+
 use super::*;
 use crate::PerLobe;
 use crate::exact::azimuthal_function;
@@ -165,15 +167,14 @@ fn deviation(counts: &[f64], expected: &[f64]) -> f64 {
 }
 
 /// Samples over (theta_i, phi), as counts, and the integral of the density over each cell.
-fn histogram(bcsdf: &Bcsdf, theta_o: f64, n: usize, seed: u64) -> (Vec<f64>, Vec<f64>) {
+fn histogram(view: &BcsdfView, n: usize, seed: u64) -> (Vec<f64>, Vec<f64>) {
     const THETAS: usize = 40;
     const PHIS: usize = 36;
-    let phi_o = 0.7;
-    let view = bcsdf.view(direction(theta_o, phi_o));
+    let (theta_o, phi_o) = (view.theta_o, view.phi_o);
     let mut uniform = numbers(seed);
     let mut counts = vec![0.0; THETAS * PHIS];
     for _ in 0..n {
-        let Some(sample) = check_sample(&view, &mut uniform) else {
+        let Some(sample) = check_sample(view, &mut uniform) else {
             continue;
         };
         let (theta, phi) = angles(sample.omega_i);
@@ -191,7 +192,10 @@ fn histogram(bcsdf: &Bcsdf, theta_o: f64, n: usize, seed: u64) -> (Vec<f64>, Vec
         for (theta, weight) in rule.on(low, low + PI / THETAS as f64) {
             for (phi, part) in rule.on(left, left + 2.0 * PI / PHIS as f64) {
                 let theta_d = 0.5 * (theta_o - theta);
-                let density = view.at_angles(theta, theta_d, phi).1 * cosine_ratio(theta, theta_d);
+                let factor = view
+                    .factor_max
+                    .map_or(1.0, |_| cosine_ratio(theta, theta_d));
+                let density = view.at_angles(theta, theta_d, phi).1 * factor;
                 *mass += n as f64 * weight * part * density;
             }
         }
@@ -207,7 +211,7 @@ fn samples_follow_the_density() {
         for (jx, theta_o) in [0.0, -0.5, 1.0, 1.45].into_iter().enumerate() {
             let seed = (10 * ix + jx) as u64 + 100;
             let n = 100_000;
-            let (counts, expected) = histogram(&bcsdf, theta_o, n, seed);
+            let (counts, expected) = histogram(&bcsdf.view(direction(theta_o, 0.7)), n, seed);
             let mass: f64 = expected.iter().sum::<f64>() / n as f64;
             let z = deviation(&counts, &expected);
             println!("fibre {ix}, theta_o {theta_o}: {z:.2} sigma, mass {mass:.6}");
@@ -223,8 +227,8 @@ fn samples_follow_the_density() {
 #[test]
 fn the_test_of_the_density_can_fail() {
     let bcsdf = bcsdf(&HairParams::default());
-    let (counts, _) = histogram(&bcsdf, 0.3, 100_000, 5);
-    let (_, other) = histogram(&bcsdf, 0.32, 100_000, 5);
+    let at = |theta_o| histogram(&bcsdf.view(direction(theta_o, 0.7)), 100_000, 5);
+    let ((counts, _), (_, other)) = (at(0.3), at(0.32));
     assert!(deviation(&counts, &other) > 5.0);
 }
 
