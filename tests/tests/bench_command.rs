@@ -291,6 +291,7 @@ fn frames_are_measured_side_by_side() {
         "shadow maps towards the eye",
         "samples",
         "paint",
+        "motion",
     ];
     assert_eq!(groups, all);
     let stages = |name: &str| -> Vec<&str> {
@@ -303,6 +304,8 @@ fn frames_are_measured_side_by_side() {
     assert!(stages("everything").contains(&"transmittance"));
     assert!(!stages("colour of the hair").contains(&"transmittance"));
     assert_eq!(stages("grade"), ["composite", "display"]);
+    assert!(!stages("dyed, a stroke").contains(&"transmittance"));
+    assert!(stages("wind").contains(&"transmittance"));
     assert_refused(
         strandlight().args(["bench", "frames", "none.toml"]),
         &["none.toml"],

@@ -92,6 +92,17 @@ impl Progress {
         }
     }
 
+    /// A line about the work, above the bar.
+    pub fn say(&self, line: &str) {
+        match &self.sink {
+            Sink::Silent => {}
+            Sink::Bar(bar) => bar.println(line),
+            Sink::Lines { .. } => {
+                let _ = writeln!(std::io::stderr(), "{line}");
+            }
+        }
+    }
+
     /// Removes the bar.
     pub fn finish(&self) {
         if let Sink::Bar(bar) = &self.sink {

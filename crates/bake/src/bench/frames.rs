@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
-use strandlight_formats::SrbfLight;
+use strandlight_formats::{SrbfLight, WindSection};
 use strandlight_runtime::gpu::Context;
-use strandlight_runtime::paint::{Paint, PaintedPoint};
+use strandlight_runtime::motion::{Wind, wind};
+use strandlight_runtime::paint::{Brush, Paint, PaintedPoint, Picker, Stroke, Stroking};
 use strandlight_runtime::{Camera, Live, PreparedScene, RenderError};
 
 /// The cost of one kind of frame.
@@ -48,8 +49,10 @@ struct Kind {
     name: String,
     live: usize,
     samples: u32,
-    edit: fn(&mut Live, &Base, bool) -> Result<(), RenderError>,
+    edit: Box<Edit>,
 }
+
+type Edit = dyn Fn(&mut Live, &Base, bool) -> Result<(), RenderError>;
 
 /// Milliseconds of a frame, and of its stages.
 type Run = (f64, Vec<(&'static str, f64)>);
@@ -60,8 +63,36 @@ struct Base {
     points: Vec<[f32; 4]>,
 }
 
+/// How far the work is.
+#[derive(Clone, Copy, Debug)]
+pub enum Told<'a> {
+    /// Another frame is drawn; there are [`n_frames`] in all, fewer of hair that cannot be painted.
+    Frame,
+    /// A group is done.
+    Group {
+        /// Its frames.
+        costs: &'a [FrameCost],
+        /// Seconds that it took,
+        seconds: f64,
+        /// of which its renderers took so many until their first picture.
+        starting: f64,
+    },
+}
+
+/// Whom the work tells.
+type Observer<'a> = &'a dyn Fn(Told);
+
+/// Kinds of frames in all groups.
+const N_KINDS: u64 = 8 + 2 + 3 + 3 + 3 + 4 + 2;
+
+/// Frames that [`frame_costs`] draws with so many repetitions.
+pub fn n_frames(repetitions: u32) -> u64 {
+    2 * N_KINDS * (u64::from(repetitions) + 1)
+}
+
 /// Edits against a frame that makes everything anew; 10 lights against all of them; shadow maps and
-/// samples step by step; painted hair against hair that is not. Medians of `repetitions` frames each.
+/// samples step by step; painted hair and a stroke against hair that is not; wind against hair that
+/// is moved otherwise. Medians of two frames a repetition; `observer` is told of each frame and group.
 ///
 /// # Errors
 /// Whatever the device refuses.
@@ -69,29 +100,42 @@ pub fn frame_costs(
     context: &Context,
     scene: &PreparedScene,
     repetitions: u32,
+    observer: &dyn Fn(Told),
 ) -> Result<Vec<FrameCost>, RenderError> {
-    let mut costs = edits(context, scene, repetitions)?;
-    costs.extend(lights(context, scene, repetitions)?);
-    costs.extend(shadow_maps(context, scene, repetitions)?);
-    costs.extend(samples(context, scene, repetitions)?);
-    costs.extend(paint(context, scene, repetitions)?);
+    let bench = Bench {
+        context,
+        repetitions,
+        observer,
+    };
+    let mut costs = edits(&bench, scene)?;
+    costs.extend(lights(&bench, scene)?);
+    costs.extend(shadow_maps(&bench, scene)?);
+    costs.extend(samples(&bench, scene)?);
+    costs.extend(paint(&bench, scene)?);
+    costs.extend(motion(&bench, scene)?);
     Ok(costs)
 }
 
-fn kind(name: &str, edit: fn(&mut Live, &Base, bool) -> Result<(), RenderError>) -> Kind {
+/// How groups are measured.
+struct Bench<'a> {
+    context: &'a Context,
+    repetitions: u32,
+    observer: Observer<'a>,
+}
+
+fn kind(
+    name: &str,
+    edit: impl Fn(&mut Live, &Base, bool) -> Result<(), RenderError> + 'static,
+) -> Kind {
     Kind {
         name: name.to_owned(),
         live: 0,
         samples: 4,
-        edit,
+        edit: Box::new(edit),
     }
 }
 
-fn edits(
-    context: &Context,
-    scene: &PreparedScene,
-    repetitions: u32,
-) -> Result<Vec<FrameCost>, RenderError> {
+fn edits(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
     let everything = |live: &mut Live, base: &Base, there: bool| {
         let shift = if there { 0.01 } else { 0.0 };
         let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
@@ -136,14 +180,10 @@ fn edits(
             Ok(())
         }),
     ];
-    measure(context, "edit", from_ref(scene), &kinds, repetitions)
+    measure(bench, "edit", from_ref(scene), &kinds)
 }
 
-fn lights(
-    context: &Context,
-    scene: &PreparedScene,
-    repetitions: u32,
-) -> Result<Vec<FrameCost>, RenderError> {
+fn lights(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
     let n_all = scene.lights.len();
     let n_few = 10.min(n_all);
     let mut few = scene.clone();
@@ -161,14 +201,10 @@ fn lights(
     };
     let kinds = [of(n_few, 0), of(n_all, 1)];
     let scenes = [few, scene.clone()];
-    measure(context, "lights", &scenes, &kinds, repetitions)
+    measure(bench, "lights", &scenes, &kinds)
 }
 
-fn shadow_maps(
-    context: &Context,
-    scene: &PreparedScene,
-    repetitions: u32,
-) -> Result<Vec<FrameCost>, RenderError> {
+fn shadow_maps(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
     let (mut scenes, mut kinds) = (Vec::new(), Vec::new());
     for n in [96, 24, 0] {
         let mut of_budget = scene.clone();
@@ -191,22 +227,13 @@ fn shadow_maps(
     // Each kind of edit beside its own.
     kinds.sort_by_key(|kind| kind.name.ends_with("view"));
     let views = kinds.split_off(3);
-    let mut costs = measure(context, "shadow maps", &scenes, &kinds, repetitions)?;
-    costs.extend(measure(
-        context,
-        "shadow maps towards the eye",
-        &scenes,
-        &views,
-        repetitions,
-    )?);
+    let mut costs = measure(bench, "shadow maps", &scenes, &kinds)?;
+    let towards_the_eye = measure(bench, "shadow maps towards the eye", &scenes, &views)?;
+    costs.extend(towards_the_eye);
     Ok(costs)
 }
 
-fn samples(
-    context: &Context,
-    scene: &PreparedScene,
-    repetitions: u32,
-) -> Result<Vec<FrameCost>, RenderError> {
+fn samples(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
     let kinds = [4, 16, 64].map(|samples| Kind {
         samples,
         ..kind(
@@ -218,16 +245,12 @@ fn samples(
             },
         )
     });
-    measure(context, "samples", from_ref(scene), &kinds, repetitions)
+    measure(bench, "samples", from_ref(scene), &kinds)
 }
 
 /// The same hair without paint, all of it dyed, and with other widths and shifts as well; nothing
 /// for hair that cannot be painted.
-fn paint(
-    context: &Context,
-    scene: &PreparedScene,
-    repetitions: u32,
-) -> Result<Vec<FrameCost>, RenderError> {
+fn paint(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
     let dyed = PaintedPoint {
         sigma_a: [0.3, 0.1, 0.6],
         weight: 0.5,
@@ -259,8 +282,58 @@ fn paint(
         live,
         ..kind(&format!("{name}, colour of the hair"), edit)
     };
-    let kinds: Vec<Kind> = names.iter().enumerate().map(of).collect();
-    measure(context, "paint", &scenes, &kinds, repetitions)
+    let mut kinds: Vec<Kind> = names.iter().enumerate().map(of).collect();
+    let whole = Paint {
+        points: vec![dyed; scene.strands.n_groom_points()],
+    };
+    let stroke = stroke(scene, &whole);
+    kinds.push(Kind {
+        live: 1,
+        ..kind("dyed, a stroke", move |live, _, there| {
+            let mut paint = whole.clone();
+            let range = stroke.range().unwrap_or(0..0);
+            if there {
+                paint.apply(&stroke);
+            }
+            live.set_paint(&paint, range)
+        })
+    });
+    measure(bench, "paint", &scenes, &kinds)
+}
+
+/// Hair bent by wind on the device against hair whose points come from elsewhere.
+fn motion(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
+    let mut scene = scene.clone();
+    scene.strands = wind::with_room(&WindSection::default(), scene.strands);
+    let kinds = [
+        kind("points moved", |live, base, there| {
+            let shift = if there { 0.01 } else { 0.0 };
+            let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
+            let points: Vec<_> = base.points.iter().map(shifted).collect();
+            live.set_wind(None);
+            live.set_points(&points)
+        }),
+        kind("wind", |live, base, there| {
+            let seconds = if there { 1.0 } else { 1.1 };
+            let wind = Wind::at(&WindSection::default(), &base.scene.strands, seconds);
+            live.set_wind(Some(wind));
+            Ok(())
+        }),
+    ];
+    measure(bench, "motion", from_ref(&scene), &kinds)
+}
+
+/// A stroke of the usual brush over `before` where the hair comes nearest to the camera.
+fn stroke(scene: &PreparedScene, before: &Paint) -> Stroke {
+    let eye = scene.camera.eye;
+    let positions = scene.strands.points.iter().map(|p| Vec3::from_slice(p));
+    let nearest = positions.min_by(|a, b| a.distance(eye).total_cmp(&b.distance(eye)));
+    let (Some(nearest), Ok(mut stroking)) = (nearest, Stroking::new(Brush::default())) else {
+        return Stroke::default();
+    };
+    let mut after = before.clone();
+    stroking.dab(&Picker::new(&scene.strands), &mut after, nearest);
+    stroking.finish(&after)
 }
 
 fn set_hair(live: &mut Live, hair: &strandlight_scattering::HairParams) -> Result<(), RenderError> {
@@ -290,23 +363,24 @@ fn turned_camera(camera: &Camera, there: bool) -> Camera {
 
 /// Draws frames of all `kinds` in turn; the first round is not counted.
 fn measure(
-    context: &Context,
+    bench: &Bench,
     group: &'static str,
     scenes: &[PreparedScene],
     kinds: &[Kind],
-    repetitions: u32,
 ) -> Result<Vec<FrameCost>, RenderError> {
+    let start = Instant::now();
     let mut lives = Vec::with_capacity(scenes.len());
     for scene in scenes {
         let mut scene = scene.clone();
         scene.samples = 4;
-        let mut live = Live::new(context, scene.clone())?;
+        let mut live = Live::new(bench.context, scene.clone())?;
         to_the_end(&mut live)?;
         let points = scene.strands.points.clone();
         lives.push((live, Base { scene, points }));
     }
+    let starting = start.elapsed().as_secs_f64();
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); kinds.len()];
-    for round in 0..=repetitions {
+    for round in 0..=bench.repetitions {
         for (kind, runs) in kinds.iter().zip(&mut runs) {
             let (live, base) = &mut lives[kind.live];
             live.set_samples(kind.samples);
@@ -321,6 +395,7 @@ fn measure(
                 if round > 0 {
                     runs.push((milliseconds, stages.collect()));
                 }
+                (bench.observer)(Told::Frame);
                 Ok(())
             };
             turn(true)?;
@@ -345,7 +420,13 @@ fn measure(
             stages,
         }
     };
-    Ok(kinds.iter().zip(&runs).map(cost).collect())
+    let costs: Vec<FrameCost> = kinds.iter().zip(&runs).map(cost).collect();
+    (bench.observer)(Told::Group {
+        costs: &costs,
+        seconds: start.elapsed().as_secs_f64(),
+        starting,
+    });
+    Ok(costs)
 }
 
 /// Until the picture is finished.

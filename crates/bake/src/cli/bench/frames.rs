@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use serde_json::json;
-use strandlight_bake::bench::frames::{FrameCost, frame_costs};
+use strandlight_bake::bench::frames::{FrameCost, Told, frame_costs, n_frames};
+use strandlight_bake::progress::Progress;
 use strandlight_formats::Scene;
 use strandlight_runtime::PreparedScene;
 use strandlight_runtime::gpu::Context;
@@ -14,7 +15,8 @@ use crate::cli::{Failure, Outcome, print_line};
 /// Frames after edits: what each costs beside the others, on the adapter there is
 ///
 /// A frame goes from an edit to a picture of 4 samples a pixel with all points lit. Medians in
-/// milliseconds, and ratios to the first frame of each group; frames of a group take turns.
+/// milliseconds, ratios to the first frame of each group, and the stage that took longest; frames of
+/// a group take turns. What each group took is told on stderr as it is done.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file (TOML)
@@ -37,7 +39,23 @@ pub fn run(args: &Args) -> Outcome {
     let mut prepared = PreparedScene::load(&scene).map_err(Failure::input)?;
     prepared.size = args.size.unwrap_or(prepared.size);
     let context = Context::new().map_err(Failure::input)?;
-    let costs = frame_costs(&context, &prepared, args.repetitions).map_err(Failure::input)?;
+    let progress = Progress::new("frames", n_frames(args.repetitions));
+    let observer = |told: Told| match told {
+        Told::Frame => progress.advance(1),
+        Told::Group {
+            costs,
+            seconds,
+            starting,
+        } => {
+            let name = costs.first().map_or("", |cost| cost.group);
+            progress.say(&format!(
+                "{name}: {seconds:.1} s, {starting:.1} of them until the first pictures"
+            ));
+        }
+    };
+    let costs = frame_costs(&context, &prepared, args.repetitions, &observer);
+    progress.finish();
+    let costs = costs.map_err(Failure::input)?;
     if args.json {
         return print_line(json!({
             "adapter": context.adapter_name,
@@ -64,10 +82,15 @@ pub fn run(args: &Args) -> Outcome {
             group = cost.group;
             print_line(group)?;
         }
-        print_line(format_args!(
-            "  {:34} {:9.2} ms {:7.3}",
+        let most = cost.stages.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        let most = most.map_or(String::new(), |(name, milliseconds)| {
+            format!("{name} {milliseconds:.2}")
+        });
+        let line = format!(
+            "  {:46} {:9.2} ms {:7.3}  {most}",
             cost.name, cost.milliseconds, cost.ratio
-        ))?;
+        );
+        print_line(line.trim_end())?;
     }
     Ok(())
 }
