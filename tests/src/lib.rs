@@ -118,3 +118,4 @@ pub mod corners;
 pub mod optics;
 pub mod oracle;
 pub mod random;
+pub mod scenes;

@@ -3,48 +3,32 @@
 use std::path::Path;
 
 use strandlight_bake::compare::Layer;
-use strandlight_formats::{Background, Groom, LightSet, Mode, Scene, SrbfLight};
+use strandlight_formats::{Background, Mode, Scene};
+use strandlight_tests::scenes::{curtain, light, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
 /// A small scene on disk, with a light that is muted and one of hardly any power.
 fn scene_in(folder: &Path) {
-    let mut groom = Groom::default();
-    groom.strand_offsets.push(0);
-    for strand in 0..80 {
-        for point in 0..5 {
-            let (x, y) = (strand as f32 * 0.05 - 2.0, 2.0 - point as f32);
-            let z = (0.5 * y + x).sin() * 0.3 + 0.05 * (strand % 7) as f32;
-            groom.points.push([x, y, z]);
-        }
-        groom.strand_offsets.push(groom.points.len() as u32);
+    let mut groom = curtain(80, 5, 0.05, 2.0);
+    for (ix, point) in groom.points.iter_mut().enumerate() {
+        point[2] += 0.05 * (ix / 5 % 7) as f32;
     }
-    groom.write(&folder.join("a.groom")).expect("written");
-    let light = |direction, lambda, rgb| SrbfLight {
-        direction,
-        lambda,
-        rgb,
-    };
-    let lights = LightSet {
-        lights: vec![
-            light([-0.6, 0.0, 0.8], 0.2, [20.0, 8.0, 2.0]),
-            light([0.6, 0.0, 0.8], 0.5, [1.0, 2.0, 4.0]),
-            light([0.0, 1.0, 0.0], 1.2, [0.3, 0.4, 0.5]),
-            light([0.0, 0.0, -1.0], 0.3, [9.0, 9.0, 9.0]),
-            light([0.0, -1.0, 0.0], 0.3, [0.002, 0.002, 0.002]),
-        ],
-        ..LightSet::default()
-    };
-    lights.write(&folder.join("a.lights")).expect("written");
-    let mut scene = Scene::new("a.groom", "a.lights");
-    scene.hair.diameter_cm = Some(0.06);
-    scene.hair.sigma_a = [0.05, 0.1, 0.2];
-    scene.lights.muted = vec![3];
-    scene.render.size = [40, 30];
-    scene.render.samples = 16;
-    scene.render.shadow_maps = 8;
-    scene.render.background = Background::Lights;
-    let text = scene.to_toml_string().expect("valid");
-    std::fs::write(folder.join("a.toml"), text).expect("written");
+    let lights = vec![
+        light([-0.6, 0.0, 0.8], 0.2, [20.0, 8.0, 2.0]),
+        light([0.6, 0.0, 0.8], 0.5, [1.0, 2.0, 4.0]),
+        light([0.0, 1.0, 0.0], 1.2, [0.3, 0.4, 0.5]),
+        light([0.0, 0.0, -1.0], 0.3, [9.0, 9.0, 9.0]),
+        light([0.0, -1.0, 0.0], 0.3, [0.002, 0.002, 0.002]),
+    ];
+    write_small_scene(folder, &groom, lights, |scene| {
+        scene.hair.diameter_cm = Some(0.06);
+        scene.hair.sigma_a = [0.05, 0.1, 0.2];
+        scene.lights.muted = vec![3];
+        scene.render.size = [40, 30];
+        scene.render.samples = 16;
+        scene.render.shadow_maps = 8;
+        scene.render.background = Background::Lights;
+    });
 }
 
 fn layer(path: &Path, name: Option<&str>) -> Vec<[f32; 3]> {
@@ -140,8 +124,7 @@ fn groups_of_lights_and_fewer_modes() {
     scene.hair.modes = vec![Mode::R, Mode::Trt];
     scene.render.background = Background::None;
     scene.render.scattering = strandlight_formats::Scattering::Single;
-    let text = scene.to_toml_string().expect("valid");
-    std::fs::write(at.join("b.toml"), text).expect("written");
+    write_scene(at, "b.toml", &scene);
     let args = [
         "render",
         "b.toml",

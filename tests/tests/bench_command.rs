@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde_json::Value;
 use strandlight_bake::bench::{Method, MethodTables, Prepared, Scene, Set};
-use strandlight_formats::{Groom, LightSet, SrbfLight};
 use strandlight_runtime::probe::GpuBench;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
 /// Errors alone, on this many threads.
@@ -230,41 +230,11 @@ fn both_sides_compute_the_same() {
     assert!(n_checked >= 7 * 130 * 3);
 }
 
-/// A groom of some strands under two lights.
-fn small_scene(folder: &Path) -> std::path::PathBuf {
-    let mut groom = Groom::default();
-    groom.strand_offsets.push(0);
-    for strand in 0..30 {
-        for point in 0..5 {
-            let (x, y) = (strand as f32 * 0.1 - 1.5, -point as f32);
-            groom.points.push([x, y, (0.5 * y + x).sin() * 0.3]);
-        }
-        groom.strand_offsets.push(groom.points.len() as u32);
-    }
-    groom.write(&folder.join("a.groom")).unwrap();
-    let light = |direction, lambda, rgb| SrbfLight {
-        direction,
-        lambda,
-        rgb,
-    };
-    let lights = LightSet {
-        lights: vec![
-            light([0.0, 0.6, 0.8], 0.2, [20.0, 19.0, 17.0]),
-            light([0.0, 1.0, 0.0], 1.2, [0.4, 0.5, 0.6]),
-        ],
-        ..LightSet::default()
-    };
-    lights.write(&folder.join("a.lights")).unwrap();
-    let scene = strandlight_formats::Scene::new("a.groom", "a.lights");
-    let path = folder.join("a.toml");
-    std::fs::write(&path, scene.to_toml_string().unwrap()).unwrap();
-    path
-}
-
 #[test]
 fn frames_are_measured_side_by_side() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = small_scene(folder.path());
+    let groom = curtain(30, 5, 0.1, 0.0);
+    let scene = write_small_scene(folder.path(), &groom, key_and_sky(), |_| ());
     let text = assert_done(
         strandlight()
             .args(["bench", "frames", "--json", "--size", "48x32"])

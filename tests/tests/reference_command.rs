@@ -9,42 +9,16 @@ use strandlight_formats::{
     Background, CameraSection, Groom, LightSet, MotionSection, Scene, SrbfLight,
 };
 use strandlight_runtime::paint::{Paint, PaintedPoint};
+use strandlight_tests::scenes::{curtain, key_and_sky, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
 /// A small scene on disk.
 fn scene_in(folder: &Path) {
-    let mut groom = Groom::default();
-    groom.strand_offsets.push(0);
-    for strand in 0..40 {
-        for point in 0..6 {
-            let (x, y) = (strand as f32 * 0.1 - 2.0, -point as f32);
-            groom.points.push([x, y, (0.5 * y + x).sin() * 0.3]);
-        }
-        groom.strand_offsets.push(groom.points.len() as u32);
-    }
-    groom.write(&folder.join("a.groom")).expect("written");
-    let light = |direction, lambda, rgb| SrbfLight {
-        direction,
-        lambda,
-        rgb,
-    };
-    let lights = LightSet {
-        lights: vec![
-            light([0.0, 0.6, 0.8], 0.2, [20.0, 19.0, 17.0]),
-            light([0.0, 1.0, 0.0], 1.2, [0.4, 0.5, 0.6]),
-        ],
-        ..LightSet::default()
-    };
-    lights.write(&folder.join("a.lights")).expect("written");
-    let mut scene = Scene::new("a.groom", "a.lights");
-    scene.hair.diameter_cm = Some(0.2);
-    scene.render.background = Background::Color([0.1, 0.2, 0.3]);
-    write_scene(folder, "a.toml", &scene);
-}
-
-fn write_scene(folder: &Path, name: &str, scene: &Scene) {
-    let text = scene.to_toml_string().expect("valid");
-    fs::write(folder.join(name), text).expect("written");
+    let groom = curtain(40, 6, 0.1, 0.0);
+    write_small_scene(folder, &groom, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.2);
+        scene.render.background = Background::Color([0.1, 0.2, 0.3]);
+    });
 }
 
 /// `strandlight reference` in `folder` at a small size.

@@ -3,43 +3,18 @@
 use std::fs;
 use std::path::Path;
 
-use strandlight_formats::{Groom, LightSet, Mode, Scene, SrbfLight, TableFile, TablesSection};
+use strandlight_formats::{Mode, Scene, TableFile, TablesSection};
 use strandlight_scattering::Lobe;
 use strandlight_scattering::lobes::table_names;
+use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, project_root, strandlight, strandview};
 
 /// A small scene on disk.
 fn scene_in(folder: &Path) {
-    let mut groom = Groom::default();
-    groom.strand_offsets.push(0);
-    for strand in 0..40 {
-        for point in 0..6 {
-            let (x, y) = (strand as f32 * 0.1 - 2.0, -point as f32);
-            groom.points.push([x, y, (0.5 * y + x).sin() * 0.3]);
-        }
-        groom.strand_offsets.push(groom.points.len() as u32);
-    }
-    groom.write(&folder.join("a.groom")).expect("written");
-    let light = |direction, lambda, rgb| SrbfLight {
-        direction,
-        lambda,
-        rgb,
-    };
-    let lights = LightSet {
-        lights: vec![
-            light([0.0, 0.6, 0.8], 0.2, [20.0, 19.0, 17.0]),
-            light([0.0, 1.0, 0.0], 1.2, [0.4, 0.5, 0.6]),
-        ],
-        ..LightSet::default()
-    };
-    lights.write(&folder.join("a.lights")).expect("written");
-    let mut scene = Scene::new("a.groom", "a.lights");
-    scene.hair.diameter_cm = Some(0.05);
-    fs::write(
-        folder.join("a.toml"),
-        scene.to_toml_string().expect("valid"),
-    )
-    .expect("written");
+    let groom = curtain(40, 6, 0.1, 0.0);
+    write_small_scene(folder, &groom, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.05);
+    });
 }
 
 #[test]

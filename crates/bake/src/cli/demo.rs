@@ -22,7 +22,18 @@ pub struct Args {
 }
 
 const MAP: &[u8] = include_bytes!("../../../../data/sample/studio.exr");
-const SCENE: &[u8] = include_bytes!("../../../../data/sample/scene.toml");
+
+/// What people edit stays as it is when the demo runs again.
+const EDITED: [(&str, &[u8]); 2] = [
+    (
+        "scene.toml",
+        include_bytes!("../../../../data/sample/scene.toml"),
+    ),
+    (
+        "painted.json",
+        include_bytes!("../../../../data/sample/painted.json"),
+    ),
+];
 
 /// One step: what it is for, and its command line with file names inside the demo's folder
 /// written as `@NAME`.
@@ -60,12 +71,13 @@ pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
     fs::create_dir_all(folder)
         .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
     write_output(&folder.join("studio.exr"), MAP)?;
-    let scene = folder.join("scene.toml");
-    if scene.exists() {
-        // The last lines below invite to edit it.
-        note!("{} is there already and stays as it is", scene.display());
-    } else {
-        write_output(&scene, SCENE)?;
+    for (name, bytes) in EDITED {
+        let path = folder.join(name);
+        if path.exists() {
+            note!("{} is there already and stays as it is", path.display());
+        } else {
+            write_output(&path, bytes)?;
+        }
     }
 
     let mut seconds = Vec::with_capacity(STEPS.len());
@@ -93,7 +105,9 @@ pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
          Next: change sigma_a or width_deg in {shown}/scene.toml and run the last command again,\n\
          or name your own files in it, made by\n\
          $ strandlight lights MAP.exr -o {shown}/mine.lights\n\
-         $ strandlight groom import MODEL.hair -o {shown}/mine.groom"
+         $ strandlight groom import MODEL.hair -o {shown}/mine.groom\n\
+         or paint the hair by a list of strokes:\n\
+         $ strandlight render {shown}/scene.toml --script {shown}/painted.json -o {shown}/painted"
     ))
 }
 
