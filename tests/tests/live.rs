@@ -10,6 +10,7 @@ use render_common::{context, keep, picture_rmse, wig_scene};
 use strandlight_formats::{Background, Scattering};
 use strandlight_runtime::gpu::{Context, Counts};
 use strandlight_runtime::live::LiveReport;
+use strandlight_runtime::proxy::Proxy;
 use strandlight_runtime::tone::ToneMap;
 use strandlight_runtime::{Camera, Live, Picture, PreparedScene, RenderError, Renderer};
 use strandlight_scattering::{HairParams, Lobe};
@@ -74,6 +75,46 @@ fn the_finished_picture_is_the_renderers() {
     // A second frame of the same view needs no maps.
     let (again, _) = renderer.render(&scene.camera, SIZE, SAMPLES).unwrap();
     assert!(picture_rmse(&again, &expected) < 1e-6);
+}
+
+#[test]
+fn the_first_picture_comes_before_any_shadow_and_leaves_no_trace() {
+    let context = context();
+    for has_ground in [false, true] {
+        let mut scene = scene();
+        scene.background = Background::Color([0.0; 3]);
+        if has_ground {
+            let height = scene.strands.centre.y - scene.strands.radius;
+            let albedo = [0.4; 3];
+            scene.proxies = vec![Proxy::Ground { height, albedo }];
+        }
+        let mut live = Live::new(&context, scene.clone()).unwrap();
+        // As little as a turn can do.
+        let progress = live.advance(Duration::ZERO).unwrap();
+        assert_eq!(progress.samples, 4);
+        assert!(!progress.is_shaded && !progress.is_done, "{progress:?}");
+        let first = live.report().clone();
+        assert_eq!((first.runs("first look"), first.shadings), (1, 0));
+        for stage in ["voxelise", "shadow maps", "transmittance", "shade"] {
+            assert_eq!(first.runs(stage), 0, "{stage}");
+        }
+        let look = live.read_display().unwrap();
+        while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
+        let after = live.report().clone();
+        assert_eq!((after.runs("first look"), after.runs("voxelise")), (1, 1));
+        let lit = live.read_display().unwrap();
+        // About as bright.
+        let sum = |pixels: &[[u8; 4]]| pixels.iter().map(|p| f64::from(p[1])).sum::<f64>();
+        let ratio = sum(&look) / sum(&lit);
+        println!("brightness of the first look: {ratio:.2} of the lit picture's");
+        assert!((0.6..1.6).contains(&ratio), "{ratio}");
+        // Nothing of it is left.
+        let mut unseen = Live::new(&context, scene.clone()).unwrap();
+        let expected = unseen.finish(SAMPLES).unwrap();
+        assert_eq!(unseen.report().runs("first look"), 0);
+        assert_eq!(live.finish(SAMPLES).unwrap(), expected);
+        assert_eq!(after.device_bytes, unseen.report().device_bytes);
+    }
 }
 
 type Edit = fn(&mut Live, &mut PreparedScene);
@@ -306,7 +347,10 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
         let progress = live.advance(Duration::ZERO).unwrap();
         n_turns += 1;
         assert!(n_turns < 10_000);
-        samples.push(progress.samples);
+        // Before there is light, a draft.
+        if progress.is_shaded {
+            samples.push(progress.samples);
+        }
         assert_eq!(progress.is_done, progress.samples == SAMPLES);
         if progress.is_done {
             break progress;

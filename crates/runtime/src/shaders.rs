@@ -74,6 +74,7 @@ modules!(
     "pass/composite",
     "pass/deform",
     "pass/display",
+    "pass/first_look",
     "pass/noise",
     "pass/probe",
     "pass/probe_paint",

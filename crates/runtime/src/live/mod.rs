@@ -9,7 +9,8 @@
 //! samples of the picture start anew. What is set during a cycle waits for the next one, so that a
 //! slider that is dragged is followed at the pace of whole cycles; a cycle less than half done is
 //! given up for an edit once. The view is the exception: from a new view the strands are drawn at
-//! once, lit as they were when last complete, as a draft.
+//! once, lit as they were when last complete, as a draft. Before the first cycle is done, the draft
+//! is lit by a guess: it is there before any shadow is looked for, and nothing of it remains.
 //!
 //! What depends on what:
 //!
@@ -115,9 +116,13 @@ pub struct Live {
     deform: Option<Deform>,
     wanted: Dirt,
     cycle: Option<Cycle>,
-    /// The buffer of radiance that is shown, and its scale; none before the first cycle is done.
+    /// The buffer of radiance that is shown, and its scale; none before there is a first look.
     front: usize,
     front_scale: Option<f32>,
+    /// Whether the first picture is to be one without shadows.
+    has_first_look: bool,
+    /// Whether the shadow volume is that of the points.
+    has_volume: bool,
     picture: Drawn,
     clock: Clock,
     pacer: Pacer,
@@ -141,6 +146,7 @@ enum Work {
     Project,
     Pass,
     Begin,
+    FirstLook,
     Light,
     Show,
 }
@@ -183,7 +189,6 @@ impl Live {
         };
         let strands = StrandBuffers::new(context, &scene.strands);
         let volume = Volume::new(context, &scene.strands, &strands)?;
-        volume.fill(context, Default::default());
         let lighting = Lighting::new(context, &scene, &volume, &strands, 2)?;
         let draw = Draw::new(context)?;
         let radiance = [0, 1].map(|ix| lighting.radiance(ix));
@@ -207,6 +212,8 @@ impl Live {
             cycle: None,
             front: 0,
             front_scale: None,
+            has_first_look: true,
+            has_volume: false,
             picture: Drawn::default(),
             clock: Clock::new(context),
             pacer: Pacer::new(!cfg!(target_arch = "wasm32")),
@@ -447,8 +454,9 @@ impl Live {
                 if !self.has_time(&work, is_first) {
                     break;
                 }
-                // Projecting is not worth a turn of its own.
-                is_first = matches!(work, Work::Project | Work::Begin) && is_first;
+                // Not worth a turn of their own.
+                let is_small = matches!(work, Work::Project | Work::Begin | Work::FirstLook);
+                is_first = is_small && is_first;
                 self.work(&work)?;
             }
             if self.picture.shown < self.picture.passes {
@@ -515,6 +523,8 @@ impl Live {
         check_frame(self.size, samples)?;
         let before = self.scene.samples;
         self.set_samples(samples);
+        // Nobody sees it.
+        self.has_first_look = false;
         while !self.advance(Duration::from_secs(1))?.is_done {}
         let Some(target) = &self.target else {
             return Err(RenderError::Size {
@@ -550,16 +560,23 @@ impl Live {
             let cycle = self.cycle.as_ref().map(|cycle| &cycle.dirt);
             let moves = |dirt: &Dirt| dirt.view || dirt.points;
             let is_draft = moves(&self.wanted) || cycle.is_some_and(moves);
+            // A first look is not worth more.
+            let most = if self.report.shadings == 0 {
+                1
+            } else {
+                DRAFT_PASSES
+            };
             // While points are being lit, a draft: one pass in a turn.
             let may_draw = match is_resting {
                 true => passes < whole_passes(self.scene.samples) / 4,
-                false => passes == 0 || is_draft && passes == drafts && passes < DRAFT_PASSES,
+                false => passes == 0 || is_draft && passes == drafts && passes < most,
             };
             if may_draw {
                 return Some(Work::Pass);
             }
         }
         match &self.cycle {
+            Some(_) if self.front_scale.is_none() && self.has_first_look => Some(Work::FirstLook),
             Some(_) => Some(Work::Light),
             None if !is_resting => Some(Work::Begin),
             None => None,
@@ -568,7 +585,7 @@ impl Live {
 
     fn has_time(&self, work: &Work, is_first: bool) -> bool {
         let (stage, units) = match work {
-            Work::Begin => return true,
+            Work::Begin | Work::FirstLook => return true,
             Work::Project => ("project", 1.0),
             Work::Pass => ("draw", 1.0),
             Work::Show => ("display", 1.0),
@@ -587,6 +604,7 @@ impl Live {
         match work {
             Work::Begin => self.begin(Dirt::default(), false),
             Work::Light => self.light(),
+            Work::FirstLook => self.take_first_look(),
             Work::Project => {
                 let view = self.drawn_view();
                 self.ribbons.set_view(&self.context, &view);
@@ -667,6 +685,7 @@ impl Live {
             let is_other = self.volume.fit(context, &scene.strands, &self.strands);
             let stamp = self.clock.stamp("voxelise");
             self.volume.fill(context, stamp);
+            self.has_volume = true;
             self.report.ran("voxelise");
             let lighting = &mut self.lighting;
             lighting.set_points(context, scene, &self.volume, &self.strands, is_other);
@@ -719,6 +738,20 @@ impl Live {
         Ok(())
     }
 
+    /// Lights all points by a guess, so that there is something to see.
+    fn take_first_look(&mut self) -> Result<(), RenderError> {
+        let Some(cycle) = &self.cycle else {
+            return Ok(());
+        };
+        self.has_first_look = false;
+        self.front_scale = Some(cycle.view.radiance_scale);
+        let stamp = self.clock.stamp("first look");
+        let (context, scene, strands) = (&self.context, &self.scene, &self.strands);
+        self.lighting
+            .take_first_look(context, scene, strands, self.front, stamp)?;
+        self.submitted("first look", 1.0)
+    }
+
     /// Points to light at a time: what takes some milliseconds.
     fn chunk(&self) -> u32 {
         let (_, n_lights) = self.lighting.lit();
@@ -739,6 +772,13 @@ impl Live {
             let dirt = std::mem::take(&mut cycle.dirt);
             self.lighting.forget_through();
             return self.begin(dirt, true);
+        }
+        if !self.has_volume {
+            // After the first look, which needs none.
+            self.has_volume = true;
+            self.volume
+                .fill(&self.context, self.clock.stamp("voxelise"));
+            self.report.ran("voxelise");
         }
         let Some(step) = cycle.steps.pop_front() else {
             let view = cycle.view;

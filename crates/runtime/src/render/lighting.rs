@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use super::LIGHT_BATCH;
 use super::clock::Stamp;
+use super::first_look::{self, Drafted};
 use super::proxies::{self, Proxies};
 use super::resources::{
     StrandBuffers, bind, buffer_of, compute_pass, compute_with, groups_of_64, module_with, step,
@@ -429,6 +430,24 @@ impl Lighting {
         submit(context, |encoder| {
             encoder.clear_buffer(&self.counters, 0, None);
         });
+    }
+
+    /// Fills the radiance buffer `into` with a draft, after [`Lighting::begin`]: a look at the scene
+    /// before there are shadows.
+    pub fn take_first_look(
+        &self,
+        context: &Context,
+        scene: &PreparedScene,
+        strands: &StrandBuffers,
+        into: usize,
+        stamp: Stamp,
+    ) -> Result<(), RenderError> {
+        let drafted = Drafted {
+            view: &self.view,
+            radiance: &self.radiance[into],
+            proxies: self.proxies.as_ref().map(|proxies| (proxies, into)),
+        };
+        first_look::take(context, scene, strands, &drafted, stamp)
     }
 
     /// Makes all points black.

@@ -8,6 +8,7 @@
 pub(crate) mod clock;
 pub(crate) mod deform;
 pub(crate) mod draw;
+mod first_look;
 mod footprint;
 pub(crate) mod lighting;
 pub(crate) mod mail;

@@ -61,6 +61,16 @@ impl Proxies {
         &self.records
     }
 
+    /// Light map `ix`.
+    pub fn light_map(&self, ix: usize) -> &wgpu::Buffer {
+        &self.maps[ix]
+    }
+
+    /// How many there are.
+    pub fn n(&self) -> u32 {
+        self.n
+    }
+
     /// Writes the same number of proxies anew; `false` if it is another number.
     pub fn write(&self, context: &Context, records: &ProxyRecords) -> bool {
         if records.n == self.n {

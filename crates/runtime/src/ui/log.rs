@@ -1,7 +1,7 @@
 //! What happened in the window, as JSON lines, for tests and timings: `--log FILE`.
 //!
-//! Every line has `event` and `ms`, milliseconds since the program started. Events: `ready` (first
-//! lit picture on screen), `places` (where controls are, pixels, whenever that changes), `frame` (a
+//! Every line has `event` and `ms`, milliseconds since the program started. Events:
+//! `first_picture` (the first picture of hair on screen, a draft), `ready` (the first lit one), `places` (where controls are, pixels, whenever that changes), `frame` (a
 //! picture has all its samples), `edit`, `stroke`, `undo`, `redo`, `saved`, `reloaded`, `picked` (the
 //! light that makes a highlight), `picture` (a PNG), `resized`, `error`, `lost` (a device), `closed`.
 

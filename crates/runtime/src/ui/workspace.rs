@@ -47,6 +47,8 @@ pub struct Workspace {
     pub(super) is_stroking: bool,
     pub(super) places: Value,
     pub(super) title: String,
+    /// No picture at all was on screen yet, no lit one.
+    pub(super) is_empty: bool,
     pub(super) is_first: bool,
     /// The finished picture of what is shown now was not logged yet.
     pub(super) is_stale: bool,
@@ -101,6 +103,7 @@ impl Workspace {
             is_stroking: false,
             places: Value::Null,
             title: String::new(),
+            is_empty: true,
             is_first: true,
             is_stale: true,
             is_stuck: false,
@@ -265,11 +268,16 @@ impl Workspace {
     }
 
     fn note_picture(&mut self) {
-        if self.is_first && self.progress.is_shaded {
+        let context = &self.screen.context;
+        let device = || format!("{} ({})", context.adapter_name, context.backend);
+        if self.is_empty && self.progress.samples > 0 {
+            self.is_empty = false;
+            self.log
+                .write("first_picture", json!({ "device": device() }));
+        }
+        if self.is_first && self.progress.is_shaded && self.progress.samples > 0 {
             self.is_first = false;
-            let context = &self.screen.context;
-            let device = format!("{} ({})", context.adapter_name, context.backend);
-            self.log.write("ready", json!({ "device": device }));
+            self.log.write("ready", json!({ "device": device() }));
         }
         if self.progress.is_done && std::mem::take(&mut self.is_stale) {
             let samples = self.progress.samples;
