@@ -60,6 +60,27 @@ fn bundled_tables_are_what_the_baker_makes() {
 }
 
 #[test]
+fn the_tables_of_the_viewer_are_the_default_ones_without_the_papers() {
+    let read = |name: &str| {
+        TableFile::read(&project_root().join("data").join(name)).expect("part of the project")
+    };
+    let (lean, default) = (read("lean.tables"), read("default.tables"));
+    assert_eq!(lean, strandlight_bake::tables::lean(default));
+    let names: Vec<&str> = lean.tables.iter().map(|table| &*table.name).collect();
+    let lobes = [
+        "lobes_TT_shapes",
+        "lobes_TT_shares",
+        "lobes_TRT_shapes",
+        "lobes_TRT_shares",
+    ];
+    assert_eq!(names[0], "C");
+    assert_eq!(names[1..], lobes);
+    let (output, report) = verify(&project_root().join("data/lean.tables"));
+    assert_eq!(output.status.code(), Some(0), "{report}");
+    assert_eq!(report["passed"], true);
+}
+
+#[test]
 fn baked_tables_verify_and_damaged_ones_do_not() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("schlick.tables");

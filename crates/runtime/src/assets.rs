@@ -205,7 +205,7 @@ fn tables(scene: &Scene, files: &Files, wanted: ModesToRead) -> Result<SceneTabl
             .map_err(|error| SceneError::File(error.to_string()))
             .and_then(|reader| read_tables(reader, "default tables", &of_scene, wanted)),
         #[cfg(not(target_arch = "wasm32"))]
-        None => TableReader::from_static(crate::tables::BUNDLED)
+        None => TableReader::from_static(crate::tables::BUNDLED_LEAN)
             .map_err(|error| SceneError::File(format!("bundled tables: {error}")))
             .and_then(|reader| read_tables(reader, "bundled tables", &of_scene, wanted)),
     }

@@ -75,6 +75,10 @@ pub const DEFAULT_FILE: &str = "default.tables";
 #[cfg(not(target_arch = "wasm32"))]
 pub const BUNDLED: &[u8] = include_bytes!("../../../data/default.tables");
 
+/// Those of [`BUNDLED`] that drawing reads, as a `.tables` file: all that the viewer carries.
+#[cfg(not(target_arch = "wasm32"))]
+pub const BUNDLED_LEAN: &[u8] = include_bytes!("../../../data/lean.tables");
+
 /// Name of the table that shading with `mode` reads.
 pub const fn table_of(mode: Lobe) -> &'static str {
     match mode {

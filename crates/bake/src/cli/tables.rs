@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use serde_json::json;
 use strandlight_bake::progress::{Progress, timed};
-use strandlight_bake::tables::{Float16Cost, N_STEPS, bake_tables, float16_cost};
+use strandlight_bake::tables::{Float16Cost, N_STEPS, bake_tables, float16_cost, lean};
 use strandlight_formats::{Kind, TableFile};
 
 use super::{Failure, Outcome, check_outputs, print_line, write_output};
@@ -24,6 +24,9 @@ pub struct Args {
     /// Fresnel term of the lobes and of the H tables
     #[arg(long, default_value = "dielectric")]
     fresnel: FresnelArg,
+    /// Leave out `H_TT` and `H_TRT`: enough to draw, three quarters of the size
+    #[arg(long)]
+    lean: bool,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -50,8 +53,9 @@ pub fn run(args: &Args) -> Outcome {
     let progress = Progress::new("tables", N_STEPS);
     let (file, seconds) = timed(|| bake_tables(args.fresnel.into(), &progress));
     progress.finish();
-    let bytes = file.to_bytes().map_err(Failure::input)?;
     let cost = float16_cost(&file).map_err(Failure::input)?;
+    let file = if args.lean { lean(file) } else { file };
+    let bytes = file.to_bytes().map_err(Failure::input)?;
     write_output(&args.output, &bytes)?;
     if args.json {
         print_line(json_report(args, &file, bytes.len(), seconds, &cost))

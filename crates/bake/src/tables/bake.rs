@@ -47,6 +47,14 @@ pub fn bake_tables(fresnel: Fresnel, progress: &Progress) -> TableFile {
     file
 }
 
+/// Those of `file` that drawing reads: all but `H_TT` and `H_TRT`, which only the paper's scheme does.
+pub fn lean(mut file: TableFile) -> TableFile {
+    file.tables.retain(|table| !table.name.starts_with("H_"));
+    let parameters = &mut file.info.parameters;
+    parameters.retain(|(name, _)| !name.starts_with("H "));
+    file
+}
+
 /// Bakes `C`, `H_TT` and `H_TRT` on their default axes: all that the paper's scheme reads.
 ///
 /// `C` holds Gauss-Legendre quadratures of the positive basis, split at the kink; H

@@ -102,16 +102,22 @@ impl TableReport {
 /// functions, 5e-4 of C_0 for C_k (C_0 itself as the renderer has it), 1e-2 of its peak over phi for
 /// N_R with the dielectric Fresnel term, and 1e-3 absolute for H up to theta_d = 1.5.
 ///
+/// Files with neither H table, as [`lean`](super::lean) makes them, are whole too.
+///
 /// # Errors
 /// [`TableError`] when a table is missing or laid out otherwise, or cannot be used for shading.
 pub fn verify_tables(file: &TableFile, seed: u64) -> Result<TableReport, TableError> {
     let fresnel = fresnel_of(file)?;
     let c = find_table(file, "C", None)?;
-    let h_tables = [
-        (find_table(file, "H_TT", Some(fresnel))?, Moments::TT),
-        (find_table(file, "H_TRT", Some(fresnel))?, Moments::TRT),
-    ];
-    let shading = ShadingTables::from_file(file)?;
+    let is_lean = !file.tables.iter().any(|table| table.name.starts_with("H_"));
+    let mut h_tables = Vec::new();
+    for which in [Moments::TT, Moments::TRT] {
+        if !is_lean {
+            h_tables.push((find_table(file, which.name, Some(fresnel))?, which));
+        }
+    }
+    let modes = if is_lean { &Lobe::ALL[..1] } else { &Lobe::ALL };
+    let shading = ShadingTables::for_modes(file, modes)?;
     let sampled = shading.view();
     let mut checks = verify_c(c, &sampled, seed);
     for (table, which) in h_tables {
