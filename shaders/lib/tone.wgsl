@@ -38,3 +38,18 @@ fn srgb_from_linear(x: f32) -> f32 {
     }
     return 1.055 * pow(x, 1.0 / 2.4) - 0.055;
 }
+
+// What is added to the levels of a pixel before they are rounded, within half a level.
+fn dither(pixel: vec2u) -> f32 {
+    let x = pixel.x & 7u;
+    let y = (pixel.x ^ pixel.y) & 7u;
+    // Bits of both by turns, the lowest first and highest.
+    let rank = ((y & 1u) << 5u) | ((x & 1u) << 4u) | ((y & 2u) << 2u) | ((x & 2u) << 1u)
+        | ((y & 4u) >> 1u) | (x >> 2u);
+    return (f32(rank) - 31.5) / 64.0;
+}
+
+// The 8-bit levels of values in 0..=1 at a place with this dither.
+fn level(value: vec4f, dither: f32) -> vec4f {
+    return floor(clamp(value, vec4f(0.0), vec4f(1.0)) * 255.0 + dither + 0.5);
+}

@@ -1,4 +1,4 @@
-// From the linear picture to the screen's: exposure, tone map, sRGB, multiplied by alpha.
+// From the linear picture to the screen's: exposure, tone map, sRGB, multiplied by alpha, dithered.
 // Twin: Picture::to_srgb8 in crates/runtime/src/picture.rs, whose alpha is straight.
 // #import lib/view
 // #import lib/tone
@@ -26,5 +26,6 @@ fn show(@builtin(global_invocation_id) id: vec3u) {
     let factor = select(0.0, grade.scale / max(pixel.a, 1e-30), pixel.a > 0.0);
     let alpha = clamp(pixel.a, 0.0, 1.0);
     let rgb = display(pixel.rgb * factor, grade.tone_map);
-    textureStore(screen, vec2i(id.xy), vec4f(rgb * alpha, alpha));
+    let levels = level(vec4f(rgb * alpha, alpha), dither(id.xy));
+    textureStore(screen, vec2i(id.xy), levels / 255.0);
 }

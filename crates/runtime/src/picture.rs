@@ -16,16 +16,18 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// 8-bit sRGB with straight alpha: radiance times `2^exposure` through `tone_map`.
+    /// 8-bit sRGB with straight alpha: radiance times `2^exposure` through `tone_map`, dithered.
     pub fn to_srgb8(&self, exposure: f32, tone_map: ToneMap) -> Vec<[u8; 4]> {
         let scale = exposure.exp2();
-        self.rgba
-            .iter()
-            .map(|&[r, g, b, a]| {
+        let width = self.width.max(1);
+        (0..)
+            .zip(&self.rgba)
+            .map(|(ix, &[r, g, b, a]): (u32, _)| {
                 // A pixel without coverage has no colour.
                 let factor = if a > 0.0 { scale / a } else { 0.0 };
                 let [r, g, b] = tone::display([r * factor, g * factor, b * factor], tone_map);
-                [r, g, b, (a.clamp(0.0, 1.0) * 255.0).round() as u8]
+                let dither = tone::dither([ix % width, ix / width]);
+                [r, g, b, a].map(|value| tone::level(value, dither))
             })
             .collect()
     }

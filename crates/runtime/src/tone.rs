@@ -7,13 +7,13 @@ pub(crate) const TONE_NONE: u32 = 0;
 /// [`ToneMap::Filmic`] in shaders.
 pub(crate) const TONE_FILMIC: u32 = 1;
 
-/// sRGB, 8 bit, of linear Rec.709 radiance (exposure already applied).
-pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [u8; 3] {
+/// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied).
+pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [f32; 3] {
     let rgb = match tone_map {
         ToneMap::Filmic => filmic(rgb),
         ToneMap::None => rgb,
     };
-    rgb.map(|x| (srgb_from_linear(x.clamp(0.0, 1.0)) * 255.0).round() as u8)
+    rgb.map(|x| srgb_from_linear(x.clamp(0.0, 1.0)))
 }
 
 /// Stephen Hill's fit of the ACES reference rendering and output transforms (BakingLab, 2016),
@@ -50,9 +50,51 @@ pub fn srgb_from_linear(x: f32) -> f32 {
     }
 }
 
+/// What is added to the levels of a pixel (column, row) before they are rounded, within 63/128 of a
+/// level: slow changes of colour show no bands then, and the mean over 8 x 8 pixels is right to
+/// 1/64 of a level. By Bayer's matrix, so a matter of the place alone; whole levels, black and white
+/// among them, stay as they are.
+pub fn dither(pixel: [u32; 2]) -> f32 {
+    let (x, y) = (pixel[0] & 7, (pixel[0] ^ pixel[1]) & 7);
+    // Bits of both by turns, the lowest first and highest.
+    let rank = (y & 1) << 5 | (x & 1) << 4 | (y & 2) << 2 | (x & 2) << 1 | (y & 4) >> 1 | x >> 2;
+    (rank as f32 - 31.5) / 64.0
+}
+
+/// The 8-bit level of a value in 0..=1 at a place with this [`dither`].
+pub fn level(value: f32, dither: f32) -> u8 {
+    (value.clamp(0.0, 1.0) * 255.0 + dither).round() as u8
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn levels_are_right_in_the_mean_and_whole_ones_exactly() {
+        let places = || (0..8).flat_map(|x| (0..8).map(move |y| [x + 16, y + 24]));
+        let mut seen: Vec<f32> = places().map(dither).collect();
+        seen.sort_by(f32::total_cmp);
+        seen.dedup();
+        assert_eq!(seen.len(), 64);
+        assert_eq!((seen[0], seen[63]), (-31.5 / 64.0, 31.5 / 64.0));
+        for ix in 0..=255_u8 {
+            let value = f32::from(ix) / 255.0;
+            assert!(places().all(|place| level(value, dither(place)) == ix));
+        }
+        for ix in 0..1000 {
+            let value = ix as f32 / 999.0;
+            let sum: u32 = places()
+                .map(|place| u32::from(level(value, dither(place))))
+                .sum();
+            let apart = sum as f32 / 64.0 - 255.0 * value;
+            assert!(apart.abs() <= 0.0157, "{value}: {apart}");
+        }
+        // Neighbours differ: 2 x 2 pixels hold all quarters.
+        let mut quarters = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|at| (dither(at) * 4.0).floor());
+        quarters.sort_by(f32::total_cmp);
+        assert_eq!(quarters, [-2.0, -1.0, 0.0, 1.0]);
+    }
 
     #[test]
     fn filmic_is_monotone_keeps_grey_and_rolls_off() {
@@ -70,7 +112,8 @@ mod tests {
             last = y[1];
         }
         assert!(filmic([1e30; 3])[0] > 0.99);
-        assert_eq!(display([f32::MAX, 0.0, -1.0], ToneMap::None), [255, 0, 0]);
+        let clipped = display([f32::MAX, 0.0, -1.0], ToneMap::None);
+        assert!((clipped[0] - 1.0).abs() < 1e-6 && clipped[1..] == [0.0, 0.0]);
     }
 
     #[test]

@@ -152,7 +152,8 @@ fn place(light: &SrbfLight, rotate_deg: f64) -> [f32; 2] {
 
 fn color_of(ui: &mut Ui, light: &SrbfLight) {
     let brightest = light.rgb.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
-    let [r, g, b] = tone::display(light.rgb.map(|x| x / brightest), tone::ToneMap::None);
+    let rgb = tone::display(light.rgb.map(|x| x / brightest), tone::ToneMap::None);
+    let [r, g, b] = rgb.map(|x| tone::level(x, 0.0));
     let (rect, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), Sense::hover());
     ui.painter()
         .rect_filled(rect, 2.0, Color32::from_rgb(r, g, b));
