@@ -1,6 +1,6 @@
 // Light that the proxies send back, at the texels of their light maps: matte, so the same in all
-// directions. Each light's irradiance in the open is a closed form; how much of it is left is
-// found along the directions of its sweeps: none behind the surface or another proxy, else what the
+// directions. Each light's irradiance over the surface's own horizon is a closed form; how much of it
+// is left is found along the directions of its sweeps: none behind another proxy, else what the
 // light's records say where the ray enters the shadow volume. Twin: crates/bake/src/cpu/proxies.rs.
 // #import lib/view
 // #import lib/grid
@@ -20,22 +20,44 @@
 // [proxy][row][column] (rgb, 0), times the view's radiance scale.
 @group(0) @binding(7) var<storage, read_write> light_maps: array<vec4f>;
 
-fn share_of(at: u32) -> f32 {
-    return unpack_record(records[at]).shares.x;
+// What directions at or below the horizon weigh, so that there is a mean where all of them are.
+const LEAST_COSINE: f32 = 1e-3;
+
+// Directions of a light that no proxy blocks at a place.
+fn count_open(light: Light, position: vec3f) -> f32 {
+    var n_open = 0.0;
+    for (var k = 0u; k < light.n_sweeps; k++) {
+        let d = sweeps[light.first_sweep + k].xyz;
+        var is_open = true;
+        for (var ix = 0u; ix < proxies.n; ix++) {
+            is_open = is_open && !is_blocked_by(proxies.list[ix], position, d);
+        }
+        n_open += select(0.0, 1.0, is_open);
+    }
+    return n_open;
 }
 
-// Unblocked share in the records of one light.
-fn share_at(first: u32, g: vec3f) -> f32 {
+// Share that hair leaves of a light, by its records around g. They hold the mean over all
+// directions, none coming through proxies, and each voxel has a horizon of its own: voxels count by
+// the directions that are open there, those without any not at all.
+fn share_at(light: Light, first: u32, g: vec3f) -> f32 {
     let base = vec3u(g);
     let f = g - vec3f(base);
-    let corner = first + voxel_index(grid, base);
-    let row = grid.dims.x;
-    let above = corner + grid.dims.x * grid.dims.y;
-    let x00 = mix(share_of(corner), share_of(corner + 1u), f.x);
-    let x10 = mix(share_of(corner + row), share_of(corner + row + 1u), f.x);
-    let x01 = mix(share_of(above), share_of(above + 1u), f.x);
-    let x11 = mix(share_of(above + row), share_of(above + row + 1u), f.x);
-    return mix(mix(x00, x10, f.y), mix(x01, x11, f.y), f.z);
+    var sum = 0.0;
+    var weights = 0.0;
+    for (var corner = 0u; corner < 8u; corner++) {
+        let offset = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+        let voxel = base + offset;
+        let n_open = count_open(light, grid.origin + (vec3f(voxel) + 0.5) * grid.h);
+        if n_open > 0.0 {
+            let w = select(1.0 - f, f, offset == vec3u(1u));
+            let weight = w.x * w.y * w.z;
+            let record = unpack_record(records[first + voxel_index(grid, voxel)]);
+            sum += weight * record.shares.x * (f32(light.n_sweeps) / n_open);
+            weights += weight;
+        }
+    }
+    return min(sum / max(weights, 1e-20), 1.0);
 }
 
 // How far along a ray the middles of the outer voxels are reached; below 0: never.
@@ -73,38 +95,32 @@ fn light_proxies(@builtin(global_invocation_id) id: vec3u) {
     var sum = vec3f(0.0);
     for (var ix = 0u; ix < batch.n_lights; ix++) {
         let light = lights[batch.first_light + ix];
-        let n = f32(light.n_sweeps);
+        let first = light.record * n_voxels;
+        var inside = -1.0;
         var above = 0.0;
-        var n_open = 0.0;
-        for (var k = 0u; k < light.n_sweeps; k++) {
-            let d = sweeps[light.first_sweep + k].xyz;
-            let cos_normal = dot(normal, d);
-            above += max(cos_normal, 0.0);
-            if cos_normal > 0.0 && !is_behind_other(own, position, d) {
-                n_open += 1.0;
-            }
-        }
-        if n_open == 0.0 {
-            continue;
-        }
         var arriving = 0.0;
         for (var k = 0u; k < light.n_sweeps; k++) {
             let d = sweeps[light.first_sweep + k].xyz;
-            let cos_normal = dot(normal, d);
-            if cos_normal <= 0.0 || is_behind_other(own, position, d) {
+            let weight = max(dot(normal, d), LEAST_COSINE);
+            above += weight;
+            if is_behind_other(own, position, d) {
                 continue;
             }
             var share = 1.0;
             let entry = entry_of_volume(position, d);
-            if entry >= 0.0 {
-                // Records hold the mean over all directions, none coming through proxies.
-                let g = grid_position(grid, position + d * (entry + lift));
-                share = min(share_at(light.record * n_voxels, g) * n / n_open, 1.0);
+            if entry > 0.0 {
+                share = share_at(light, first, grid_position(grid, position + d * entry));
+            } else if entry == 0.0 {
+                // The same place for all directions.
+                if inside < 0.0 {
+                    inside = share_at(light, first, grid_position(grid, position + normal * lift));
+                }
+                share = inside;
             }
-            arriving += cos_normal * share;
+            arriving += weight * share;
         }
         let open = irradiance(dot(normal, light.direction), light.lambda);
-        sum += light.rgb * (open * arriving / above);
+        sum += light.rgb * (open * arriving / max(above, LEAST_COSINE));
     }
     let sent_back = proxies.list[own].albedo * 0.31830987;
     // The first batch overwrites what was there.

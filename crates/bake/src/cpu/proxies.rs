@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::ViewUniform;
 use strandlight_runtime::proxy::{
-    GROUND, LIGHT_MAP_SIDE, ProxyRecords, entry_distance, is_blocked_by, light_map_place,
-    surface_normal, texel_position,
+    GROUND, LIGHT_MAP_SIDE, ProxyRecords, entry_distance, is_blocked, is_blocked_by,
+    light_map_place, surface_normal, texel_position,
 };
 use strandlight_runtime::sampling::SAMPLE_POSITIONS;
 use strandlight_runtime::scene::LightRecord;
@@ -20,6 +20,9 @@ use super::voxelise::{grid_position, voxel_index};
 
 /// Texels of a light map.
 const N_TEXELS: usize = (LIGHT_MAP_SIDE * LIGHT_MAP_SIDE) as usize;
+
+/// What directions at or below the horizon weigh, so that there is a mean where all of them are.
+const LEAST_COSINE: f32 = 1e-3;
 
 /// Depths are kept off the far plane, which is the background.
 const LARGEST_DEPTH: f32 = 0.999_999_9;
@@ -180,30 +183,30 @@ impl Place<'_> {
     ) -> f32 {
         let first = light.first_sweep as usize;
         let directions = &sweeps[first..first + light.n_sweeps as usize];
-        let open = |d: &Vec3| self.normal.dot(*d) > 0.0 && !self.is_behind_other(*d);
-        let (mut above, mut n_open) = (0.0, 0.0);
-        for d in directions.iter().map(|d| Vec3::from_slice(d)) {
-            above += self.normal.dot(d).max(0.0);
-            if open(&d) {
-                n_open += 1.0;
-            }
-        }
-        if n_open == 0.0 {
-            return 0.0;
-        }
         let lift = SELF_LIFT * grid.h;
-        let mut arriving = 0.0;
-        for d in directions.iter().map(|d| Vec3::from_slice(d)).filter(open) {
-            let mut share = 1.0;
-            if let Some(entry) = entry_of_volume(grid, self.position, d) {
-                // Records hold the mean over all directions, none coming through proxies.
-                let g = grid_position(grid, self.position + d * (entry + lift));
-                let n = directions.len() as f32;
-                share = (share_at(grid, packed, g) * n / n_open).min(1.0);
+        let mut inside = None;
+        let (mut above, mut arriving) = (0.0, 0.0);
+        for d in directions.iter().map(|d| Vec3::from_slice(d)) {
+            let weight = self.normal.dot(d).max(LEAST_COSINE);
+            above += weight;
+            if self.is_behind_other(d) {
+                continue;
             }
-            arriving += self.normal.dot(d) * share;
+            let share_at = |position: Vec3| {
+                let g = grid_position(grid, position);
+                share_at(grid, self.records, directions, packed, g)
+            };
+            let share = match entry_of_volume(grid, self.position, d) {
+                None => 1.0,
+                // The same place for all directions.
+                Some(0.0) => {
+                    *inside.get_or_insert_with(|| share_at(self.position + self.normal * lift))
+                }
+                Some(entry) => share_at(self.position + d * entry),
+            };
+            arriving += weight * share;
         }
-        arriving / above
+        arriving / above.max(LEAST_COSINE)
     }
 
     /// Whether another proxy stands before a light.
@@ -213,20 +216,40 @@ impl Place<'_> {
     }
 }
 
-/// Unblocked share in the records of one light.
-fn share_at(grid: &Grid, packed: &[PackedRecord], g: Vec3) -> f32 {
+/// Directions of a light that no proxy blocks at a place.
+fn count_open(records: &ProxyRecords, directions: &[[f32; 4]], position: Vec3) -> f32 {
+    let directions = directions.iter().map(|d| Vec3::from_slice(d));
+    let open = directions.filter(|&d| !is_blocked(records.list(), position, d));
+    open.count() as f32
+}
+
+/// Share that hair leaves of a light, by its records around `g`. They hold the mean over all
+/// directions, none coming through proxies, and each voxel has a horizon of its own: voxels count by
+/// the directions that are open there, those without any not at all.
+fn share_at(
+    grid: &Grid,
+    records: &ProxyRecords,
+    directions: &[[f32; 4]],
+    packed: &[PackedRecord],
+    g: Vec3,
+) -> f32 {
     let base = g.as_uvec3();
     let f = g - base.as_vec3();
-    let corner = voxel_index(grid, base.to_array());
-    let row = grid.dims[0] as usize;
-    let above = corner + row * grid.dims[1] as usize;
-    let share_of = |at: usize| unpack_record(&packed[at]).shares[0];
-    let along_x = |at: usize| mix(share_of(at), share_of(at + 1), f.x);
-    mix(
-        mix(along_x(corner), along_x(corner + row), f.y),
-        mix(along_x(above), along_x(above + row), f.y),
-        f.z,
-    )
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for corner in 0..8_u32 {
+        let offset = glam::UVec3::new(corner & 1, (corner >> 1) & 1, corner >> 2);
+        let voxel = base + offset;
+        let centre = Vec3::from(grid.origin) + (voxel.as_vec3() + 0.5) * grid.h;
+        let n_open = count_open(records, directions, centre);
+        if n_open > 0.0 {
+            let w = Vec3::select(offset.cmpeq(glam::UVec3::ONE), f, 1.0 - f);
+            let weight = w.x * w.y * w.z;
+            let record = unpack_record(&packed[voxel_index(grid, voxel.to_array())]);
+            sum += weight * record.shares[0] * (directions.len() as f32 / n_open);
+            weights += weight;
+        }
+    }
+    (sum / f32::max(weights, 1e-20)).min(1.0)
 }
 
 /// How far along a ray the middles of the outer voxels are reached.
