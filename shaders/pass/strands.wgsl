@@ -20,9 +20,10 @@ struct Pass {
 @group(0) @binding(4) var<storage, read> spines: array<vec4f>;
 @group(0) @binding(5) var<storage, read> radiance: array<vec4f>;
 
-// The viewport's side is 8192 px, with the picture in its middle: ribbons that cross the border
-// of the picture need no clipping. Twin: VIEWPORT in crates/runtime/src/render/draw.rs.
-const CLIP_PER_UNIT: f32 = 1.0 / 1048576.0;
+// The viewport's side is a power of two, mostly 8192 px, with the picture in its middle: ribbons that
+// cross the border of the picture need no clipping. See viewport_side in
+// crates/runtime/src/render/draw.rs.
+override CLIP_PER_UNIT: f32 = 0.00000095367431640625;
 
 struct Corner {
     @builtin(position) position: vec4f,

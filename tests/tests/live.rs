@@ -377,7 +377,7 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
         for channel in 0..3 {
             let wanted = f32::from(straight[channel]) * f32::from(alpha) / 255.0;
             let apart = (f32::from(shown[channel]) - wanted).abs();
-            assert!(apart <= 1.6 && shown[3] == alpha, "{shown:?} {straight:?}");
+            assert!(apart <= 2.1 && shown[3] == alpha, "{shown:?} {straight:?}");
         }
     }
     assert!(n_covered > 100, "{n_covered}");
@@ -490,6 +490,38 @@ fn the_least_limits_do_and_what_does_not_fit_is_named() {
         "{text}"
     );
     assert_eq!(least.counts(), before);
+}
+
+#[test]
+fn an_adapter_below_the_usual_limits_draws_the_same_and_says_what_it_cannot() {
+    let scene = scene();
+    let expected = fresh(&context(), &scene);
+    let small = Context::within(|limits| {
+        limits.max_texture_dimension_2d = 2048;
+        limits.max_bind_groups = 2;
+        limits.max_uniform_buffer_binding_size = 16 << 10;
+        limits.max_storage_buffer_binding_size = 32 << 20;
+        limits.max_buffer_size = 32 << 20;
+        limits.max_color_attachments = 1;
+        limits.max_inter_stage_shader_variables = 8;
+    })
+    .unwrap();
+    assert_eq!(small.device.limits().max_texture_dimension_2d, 2048);
+    let mut live = Live::new(&small, scene.clone()).unwrap();
+    assert_eq!(live.finish(SAMPLES).unwrap(), expected);
+    let refused = [live.set_size([2049, 8]), live.set_size([2048, 2048])];
+    let told = refused.map(|answer| answer.unwrap_err().to_string());
+    assert!(told[0].contains("2049x8") && told[0].contains("at most 2048"));
+    assert!(
+        told[1].contains("67108864") && told[1].contains("33554432"),
+        "{told:?}"
+    );
+    let few = Context::within(|limits| limits.max_storage_buffers_per_shader_stage = 7);
+    let told = few.unwrap_err().to_string();
+    assert!(
+        told.contains("max_storage_buffers_per_shader_stage is 7; 8"),
+        "{told}"
+    );
 }
 
 /// Steps of an orbit: how much of the noise is another from frame to frame. What the finished

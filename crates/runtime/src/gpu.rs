@@ -4,6 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use crate::limits;
+
 /// Why no device could be had, or why it failed later.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
@@ -145,15 +147,15 @@ pub enum Demand {
     /// Buffers and storage bindings as large as the adapter offers, and time stamps where it has
     /// them.
     Offered,
-    /// WebGPU's default limits and no optional feature: what every adapter has.
+    /// WebGPU's default limits and no optional feature: what nearly every adapter has.
     Least,
 }
 
 impl Context {
     /// Opens the fastest adapter of this machine; a software rasteriser is good enough.
     ///
-    /// Limits are WebGPU's defaults, except the sizes of buffers and storage bindings, which are
-    /// what the adapter offers. Time stamps are asked for where there are any, nothing else that
+    /// Limits are WebGPU's defaults, or what the adapter has where that is less and enough, except
+    /// the sizes of buffers and storage bindings, which are what it offers. Time stamps are asked for where there are any, nothing else that
     /// is optional.
     ///
     /// # Errors
@@ -194,6 +196,17 @@ impl Context {
         ))
     }
 
+    /// As [`Context::new`], as if the adapter offered what `shrink` leaves of its limits.
+    ///
+    /// # Errors
+    /// As [`Context::new`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn within(shrink: impl FnOnce(&mut wgpu::Limits)) -> Result<Context, GpuError> {
+        let options = wgpu::RequestAdapterOptions::default();
+        let (instance, demand) = (headless_instance(), Demand::Offered);
+        pollster::block_on(Self::open_within(&instance, &options, demand, shrink))
+    }
+
     /// The fastest adapter of `instance`, one that can present on `compatible_surface` if there is
     /// one.
     ///
@@ -225,7 +238,7 @@ impl Context {
     }
 
     /// The adapter of `instance` that `options` describe, and a device that can do what `demand`
-    /// says.
+    /// says; less where the adapter does, as long as pictures can be made.
     ///
     /// # Errors
     /// As [`Context::new`].
@@ -234,30 +247,44 @@ impl Context {
         options: &wgpu::RequestAdapterOptions<'_, '_>,
         demand: Demand,
     ) -> Result<Context, GpuError> {
+        Self::open_within(instance, options, demand, |_| ()).await
+    }
+
+    async fn open_within(
+        instance: &wgpu::Instance,
+        options: &wgpu::RequestAdapterOptions<'_, '_>,
+        demand: Demand,
+        shrink: impl FnOnce(&mut wgpu::Limits),
+    ) -> Result<Context, GpuError> {
         let adapter = instance
             .request_adapter(options)
             .await
             .map_err(|error| GpuError::NoAdapter(error.to_string()))?;
         let info = adapter.get_info();
-        if !adapter
-            .get_downlevel_capabilities()
-            .flags
-            .contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
-        {
-            return Err(GpuError::Unsuitable {
-                adapter: info.name,
-                reason: "it has no compute shaders".to_owned(),
-            });
+        let unsuitable = |reason: String| GpuError::Unsuitable {
+            adapter: info.name.clone(),
+            reason,
+        };
+        let flags = adapter.get_downlevel_capabilities().flags;
+        for (flag, what) in [
+            (wgpu::DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
+            (
+                wgpu::DownlevelFlags::VERTEX_STORAGE,
+                "buffers in vertex shaders",
+            ),
+        ] {
+            if !flags.contains(flag) {
+                return Err(unsuitable(format!("it has no {what}")));
+            }
         }
+        let mut offered = adapter.limits();
+        shrink(&mut offered);
         let mut descriptor = wgpu::DeviceDescriptor {
             label: Some("strandlight"),
+            required_limits: limits::to_ask_for(&offered, demand).map_err(unsuitable)?,
             ..Default::default()
         };
         if demand == Demand::Offered {
-            let offered = adapter.limits();
-            descriptor.required_limits.max_storage_buffer_binding_size =
-                offered.max_storage_buffer_binding_size;
-            descriptor.required_limits.max_buffer_size = offered.max_buffer_size;
             descriptor.required_features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
         }
         let (device, queue) =

@@ -12,6 +12,7 @@ pub mod edit;
 mod error;
 pub mod files;
 pub mod gpu;
+mod limits;
 pub mod live;
 pub mod memory;
 pub mod motion;

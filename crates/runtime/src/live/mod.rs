@@ -250,7 +250,8 @@ impl Live {
     /// Width and height of the picture; a side of zero: nothing is drawn.
     ///
     /// # Errors
-    /// As [`check_frame`], sides of zero excepted; nothing is changed then.
+    /// As [`check_frame`], sides of zero excepted; what is too large for the device. Nothing is
+    /// changed then.
     pub fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         if size == self.size {
             return Ok(());
@@ -260,6 +261,7 @@ impl Live {
             self.target = None;
         } else {
             check_frame(size, 4)?;
+            self.check_device(size)?;
             let (context, draw, ribbons) = (&self.context, &self.draw, &self.ribbons);
             // One at a time on the device.
             self.target = None;
@@ -272,6 +274,29 @@ impl Live {
         }
         self.size = size;
         self.picture = Drawn::default();
+        Ok(())
+    }
+
+    /// Refuses pictures that the device is too small for.
+    fn check_device(&self, [width, height]: [u32; 2]) -> Result<(), RenderError> {
+        let limits = self.context.device.limits();
+        let most = limits.max_texture_dimension_2d;
+        if width.max(height) > most {
+            return Err(RenderError::Gpu(format!(
+                "size {width}x{height}: the sides of pictures are at most {most} on this adapter"
+            )));
+        }
+        let limit = limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size);
+        let bytes = 16 * u64::from(width) * u64::from(height);
+        if bytes > limit {
+            return Err(RenderError::TooLarge {
+                what: format!("a picture of {width}x{height}"),
+                bytes,
+                limit,
+            });
+        }
         Ok(())
     }
 

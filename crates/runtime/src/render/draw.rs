@@ -14,9 +14,13 @@ use crate::sampling::pass_jitter;
 use strandlight_formats::Background;
 
 pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Side of the viewport in pixels, with the picture in its middle; twin of `CLIP_PER_UNIT` in
-/// `shaders/pass/strands.wgsl`. Software devices slow down wherever a triangle is clipped.
-const VIEWPORT: f32 = 8192.0;
+/// Side of the viewport in pixels, with the picture in its middle: a power of two, so that corners
+/// come out the same whatever it is. Software devices slow down wherever a triangle is clipped; a
+/// device with smaller textures gets a smaller one.
+fn viewport_side(context: &Context) -> f32 {
+    let most = context.device.limits().max_texture_dimension_2d;
+    f32::from(1_u16 << most.clamp(1, super::MAX_SIDE).ilog2())
+}
 
 /// Segments whose corners share an index buffer: 96 MiB, below the 128 MiB every adapter binds.
 pub(super) const SEGMENT_CHUNK: u32 = 4 << 20;
@@ -56,6 +60,7 @@ pub(crate) struct Draw {
     project: wgpu::ComputePipeline,
     ribbons: wgpu::ComputePipeline,
     strands: wgpu::RenderPipeline,
+    viewport: f32,
     accumulate: wgpu::ComputePipeline,
     composite: wgpu::ComputePipeline,
 }
@@ -322,8 +327,8 @@ impl Target {
         }
         pass.set_pipeline(&draw.strands);
         pass.set_bind_group(0, &ribbons.strands[radiance], &[]);
-        let [left, top] = self.size.map(|n| 0.5 * (n as f32 - VIEWPORT));
-        pass.set_viewport(left, top, VIEWPORT, VIEWPORT, 0.0, 1.0);
+        let [left, top] = self.size.map(|n| 0.5 * (n as f32 - draw.viewport));
+        pass.set_viewport(left, top, draw.viewport, draw.viewport, 0.0, 1.0);
         for chunk in &ribbons.chunks {
             pass.set_index_buffer(chunk.corners.slice(..), wgpu::IndexFormat::Uint32);
             pass.draw_indexed(0..6 * chunk.n_segments, 0, 0..1);
@@ -436,6 +441,9 @@ impl Draw {
         let accumulate = compute(context, &shader(context, "pass/accumulate")?, "accumulate");
         let composite = compute(context, &shader(context, "pass/composite")?, "composite");
         let module = shader(context, "pass/strands")?;
+        let viewport = viewport_side(context);
+        // Corners are in 1/256 px from the middle.
+        let constants = [("CLIP_PER_UNIT", 1.0 / (128.0 * f64::from(viewport)))];
         Tally::add(&context.tally().pipelines);
         let strands = context
             .device
@@ -445,7 +453,10 @@ impl Draw {
                 vertex: wgpu::VertexState {
                     module: &module,
                     entry_point: Some("ribbon"),
-                    compilation_options: Default::default(),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        constants: &constants,
+                        ..Default::default()
+                    },
                     buffers: &[],
                 },
                 primitive: wgpu::PrimitiveState::default(),
@@ -473,6 +484,7 @@ impl Draw {
             project,
             ribbons,
             strands,
+            viewport,
             accumulate,
             composite,
         })
