@@ -23,6 +23,10 @@
 // What directions at or below the horizon weigh, so that there is a mean where all of them are.
 const LEAST_COSINE: f32 = 1e-3;
 
+// How far above the surface records are looked up where none beside it sees the light, voxels: a wide
+// light is seen a little beyond the horizon of its middle.
+const HIGHER: f32 = 3.0;
+
 // Directions of a light that no proxy blocks at a place.
 fn count_open(light: Light, position: vec3f) -> f32 {
     var n_open = 0.0;
@@ -39,7 +43,7 @@ fn count_open(light: Light, position: vec3f) -> f32 {
 
 // Share that hair leaves of a light, by its records around g. They hold the mean over all
 // directions, none coming through proxies, and each voxel has a horizon of its own: voxels count by
-// the directions that are open there, those without any not at all.
+// the directions that are open there, those without any not at all. Below 0 where that is all of them.
 fn share_at(light: Light, first: u32, g: vec3f) -> f32 {
     let base = vec3u(g);
     let f = g - vec3f(base);
@@ -57,7 +61,7 @@ fn share_at(light: Light, first: u32, g: vec3f) -> f32 {
             weights += weight;
         }
     }
-    return min(sum / max(weights, 1e-20), 1.0);
+    return select(-1.0, min(sum / max(weights, 1e-20), 1.0), weights > 0.0);
 }
 
 // How far along a ray the middles of the outer voxels are reached; below 0: never.
@@ -109,11 +113,15 @@ fn light_proxies(@builtin(global_invocation_id) id: vec3u) {
             var share = 1.0;
             let entry = entry_of_volume(position, d);
             if entry > 0.0 {
-                share = share_at(light, first, grid_position(grid, position + d * entry));
+                share = max(share_at(light, first, grid_position(grid, position + d * entry)), 0.0);
             } else if entry == 0.0 {
                 // The same place for all directions.
                 if inside < 0.0 {
                     inside = share_at(light, first, grid_position(grid, position + normal * lift));
+                    if inside < 0.0 {
+                        let higher = position + normal * (HIGHER * grid.h);
+                        inside = max(share_at(light, first, grid_position(grid, higher)), 0.0);
+                    }
                 }
                 share = inside;
             }

@@ -12,6 +12,7 @@ use strandlight_runtime::proxy::Proxy;
 use strandlight_runtime::strands::Strands;
 use strandlight_runtime::{Picture, PreparedScene, Renderer};
 use strandlight_scattering::HairParams;
+use strandlight_scattering::closed_form::irradiance;
 
 use common::{keep, picture_rmse, scene, wig_scene};
 
@@ -167,6 +168,60 @@ fn a_head_hides_the_hair_behind_it_and_the_ground_all_that_is_below() {
         // Edges are smooth.
         let partly = |rgba: &&[f32; 4]| rgba[3] > 0.05 && rgba[3] < 0.95;
         assert!(picture.rgba.iter().filter(partly).count() > 20);
+    }
+}
+
+/// A head among hair too thin to matter: its light falls off to the edge as in the open, with no steps
+/// of the voxels around it.
+#[test]
+fn the_edge_of_a_light_on_a_head_is_smooth() {
+    let points = [
+        [-8.0, -8.0, -8.0],
+        [-8.0, 8.0, -8.0],
+        [8.0, -8.0, 8.0],
+        [8.0, 8.0, 8.0],
+    ];
+    let strands = Strands::new(&points, &[0, 2, 4], |_, _| 1e-4, false).unwrap();
+    let (width, height) = (96, 72);
+    for lambda in [0.1, 0.28, 0.5, 0.9] {
+        let sun = light(Vec3::new(1.0, 0.3, 0.2), lambda);
+        let mut scene = scene(strands.clone(), vec![sun], &HairParams::default());
+        scene.camera = Camera {
+            eye: Vec3::new(0.0, 0.0, 60.0),
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            fov_y: 0.28,
+        };
+        scene.proxies = vec![Proxy::Ellipsoid {
+            centre: Vec3::ZERO,
+            radii: Vec3::splat(7.5),
+            turn: Quat::IDENTITY,
+            albedo: [1.0; 3],
+        }];
+        let focal_px = 0.5 * height as f32 / 0.14_f32.tan();
+        for picture in [on_cpu(&scene), on_gpu(&scene)] {
+            let (mut n, mut most) = (0, 0.0_f32);
+            for (ix, rgba) in picture.rgba.iter().enumerate() {
+                let x = (ix % width) as f32 + 0.5 - 0.5 * width as f32;
+                let y = 0.5 * height as f32 - (ix / width) as f32 - 0.5;
+                let ray = Vec3::new(x, y, -focal_px).normalize();
+                let along = -60.0 * ray.z;
+                let across_2 = 60.0 * 60.0 - along * along;
+                // Not at the outline, where samples are far apart on the sphere.
+                if across_2 > 0.9 * 7.5 * 7.5 {
+                    continue;
+                }
+                let distance = along - (7.5 * 7.5 - across_2).sqrt();
+                let normal = (Vec3::new(0.0, 0.0, 60.0) + distance * ray).normalize();
+                let cos = normal.dot(Vec3::from(sun.direction));
+                let open = irradiance(cos, lambda) / irradiance(1.0, lambda);
+                let seen = rgba[0] * std::f32::consts::PI / irradiance(1.0, lambda);
+                most = most.max((seen - open).abs());
+                n += 1;
+            }
+            println!("lambda {lambda}: {most:.4} of the brightest, {n} pixels");
+            assert!(n > 1500 && most < 0.01, "{lambda}: {most}");
+        }
     }
 }
 

@@ -24,6 +24,10 @@ const N_TEXELS: usize = (LIGHT_MAP_SIDE * LIGHT_MAP_SIDE) as usize;
 /// What directions at or below the horizon weigh, so that there is a mean where all of them are.
 const LEAST_COSINE: f32 = 1e-3;
 
+/// How far above the surface records are looked up where none beside it sees the light, voxels: a
+/// wide light is seen a little beyond the horizon of its middle.
+const HIGHER: f32 = 3.0;
+
 /// Depths are kept off the far plane, which is the background.
 const LARGEST_DEPTH: f32 = 0.999_999_9;
 
@@ -199,10 +203,13 @@ impl Place<'_> {
             let share = match entry_of_volume(grid, self.position, d) {
                 None => 1.0,
                 // The same place for all directions.
-                Some(0.0) => {
-                    *inside.get_or_insert_with(|| share_at(self.position + self.normal * lift))
-                }
-                Some(entry) => share_at(self.position + d * entry),
+                Some(0.0) => *inside.get_or_insert_with(|| {
+                    [lift, HIGHER * grid.h]
+                        .iter()
+                        .find_map(|&height| share_at(self.position + self.normal * height))
+                        .unwrap_or(0.0)
+                }),
+                Some(entry) => share_at(self.position + d * entry).unwrap_or(0.0),
             };
             arriving += weight * share;
         }
@@ -232,7 +239,7 @@ fn share_at(
     directions: &[[f32; 4]],
     packed: &[PackedRecord],
     g: Vec3,
-) -> f32 {
+) -> Option<f32> {
     let base = g.as_uvec3();
     let f = g - base.as_vec3();
     let (mut sum, mut weights) = (0.0, 0.0);
@@ -249,7 +256,7 @@ fn share_at(
             weights += weight;
         }
     }
-    (sum / f32::max(weights, 1e-20)).min(1.0)
+    (weights > 0.0).then(|| (sum / f32::max(weights, 1e-20)).min(1.0))
 }
 
 /// How far along a ray the middles of the outer voxels are reached.
