@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 use strandlight_bake::lights::Map;
 use strandlight_formats::{
-    Background, CameraSection, Groom, LightSet, MotionSection, Scene, SrbfLight,
+    Background, CameraSection, Groom, LightSet, MotionSection, ProxySection, Scene, SrbfLight,
 };
 use strandlight_runtime::paint::{Paint, PaintedPoint};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_scene, write_small_scene};
@@ -176,6 +176,50 @@ fn paint_is_drawn_by_every_method() {
     assert_done(&mut reference(folder, args));
     dyed(folder, 1.5);
     assert_refused(&mut reference(folder, args), &["a.toml", "--energy-safe"]);
+}
+
+#[test]
+fn proxies_are_drawn_by_every_method() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    scene_in(folder);
+    let mut scene = Scene::read(&folder.join("a.toml")).expect("valid");
+    scene.proxies = vec![ProxySection::Ground {
+        height: -6.0,
+        albedo: [0.5; 3],
+    }];
+    write_scene(folder, "b.toml", &scene);
+    for method in ["path", "ray-shoot", "directional"] {
+        let run = |args: &str| {
+            let args = format!("b.toml --method {method} {args}");
+            assert_done(&mut reference(folder, &args));
+        };
+        run("-o whole.exr --spp 8");
+        run("-o parts.exr --spp 3");
+        run("-o parts.exr --spp 5 --resume");
+        let [whole, parts] = ["whole.exr", "parts.exr"].map(|name| exr_rgba(&folder.join(name)));
+        for (a, b) in whole.iter().zip(&parts) {
+            assert!(
+                (0..4).all(|c| (a[c] - b[c]).abs() <= 1e-5 * a[c].abs()),
+                "{a:?} {b:?}"
+            );
+        }
+        // A lower corner shows the ground, an upper one the background.
+        assert_eq!(whole[0], [0.1, 0.2, 0.3, 1.0]);
+        let [red, _, blue, alpha] = whole[24 * 15];
+        assert!(
+            red > 0.2 && red > 0.7 * blue && alpha == 1.0,
+            "{red} {blue}"
+        );
+        let bytes = fs::read(folder.join("whole.exr")).expect("written");
+        let has = |name: &str| bytes.windows(name.len()).any(|w| w == name.as_bytes());
+        assert!(has("proxies.R") && has("proxies.Y"));
+    }
+    // A picture without the ground is another.
+    let args = "a.toml --method path -o whole.exr --spp 1 --resume";
+    assert_refused(&mut reference(folder, args), &["whole.exr", "method"]);
+    let args = "a.toml --method directional -o whole.exr --spp 1 --resume";
+    assert_refused(&mut reference(folder, args), &["whole.exr", "inputs"]);
 }
 
 #[test]

@@ -201,8 +201,7 @@ impl PaperScene {
         SCENES.iter().find(|scene| scene.name == name)
     }
 
-    /// The head that the hair grows on. The scenes for accuracy have none: ground truth knows of
-    /// hair and lights alone.
+    /// The head that the hair grows on. The scenes for accuracy have none: they measure hair alone.
     fn head(&self) -> String {
         if self.background != BACKDROP {
             return String::new();

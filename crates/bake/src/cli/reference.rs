@@ -29,7 +29,8 @@ use super::{Failure, Outcome, check_outputs, print_line, write_output};
 /// Renders ground truth for a scene, slowly, on the CPU
 ///
 /// Writes linear OpenEXR: R, G, B, A over the scene's background as `render` does; layers single,
-/// global, local and total of the hair alone; the variance of each pixel's mean.
+/// global, local and total of the hair alone, proxies of what stands beside it; the variance of each
+/// pixel's mean.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file (TOML)
@@ -125,10 +126,6 @@ pub fn run(args: &Args) -> Outcome {
     let size = args.size.unwrap_or(scene.render.size);
     check_frame(size, 4).map_err(|error| Failure::file(&args.scene, error))?;
     let prepared = PreparedScene::load_at(&scene, args.time).map_err(Failure::input)?;
-    if !prepared.proxies.is_empty() {
-        let told = "proxy: ground truth knows of hair and lights alone";
-        return Err(Failure::file(&args.scene, told));
-    }
     let kinds = prepared.paint().map(PaintKinds::of);
     if args.energy_safe && kinds.is_some_and(|kinds| kinds.widths || kinds.shifts) {
         return Err(Failure::file(&args.scene, ENERGY_SAFE));
@@ -187,25 +184,26 @@ pub fn run(args: &Args) -> Outcome {
     let white = white.transpose().map_err(failed)?;
     let strands = &prepared.strands;
     let rays = Rays::new(strands);
+    let records = prepared.proxy_records();
+    let proxies = records.list();
     let integrator: Box<dyn Integrator + '_> = match method {
         Method::Path => {
             let tracer = PathTracer::new(strands, &rays, fibres, &environment);
+            let tracer = tracer.with_proxies(proxies);
             Box::new(match &white {
                 Some(white) => tracer.with_energy_of(white),
                 None => tracer,
             })
         }
-        Method::Directional => Box::new(Directional::new(
-            strands,
-            &rays,
-            fibres,
-            &environment,
-            n_lights,
-            args.seed,
-        )),
+        Method::Directional => {
+            let lights =
+                Directional::new(strands, &rays, fibres, &environment, n_lights, args.seed);
+            Box::new(lights.with_proxies(proxies))
+        }
         Method::RayShoot => Box::new(RayShoot {
             strands,
             rays: &rays,
+            proxies,
             fibres,
             averages,
             environment: &environment,
@@ -319,13 +317,14 @@ fn hash_of(scene: &PreparedScene, rest: &str) -> String {
     ];
     let geometry: Vec<String> = arrays.into_iter().map(content_hash).collect();
     let hair = &scene.hair;
-    // Of hair without paint the text is as it always was.
+    // Of hair without paint and proxies the text is as it always was.
+    let proxies = (!scene.proxies.is_empty()).then(|| format!(" {:?}", scene.proxies));
     let paint = scene.paint().map(|paint| {
         let texels: Vec<PaintTexel> = paint.iter().map(PaintedPoint::texel).collect();
         content_hash(bytemuck::cast_slice(&texels))
     });
     let text = format!(
-        "{geometry:?} {:?} {:?} {:?} {:?} {:?} {:?} {rest}{}",
+        "{geometry:?} {:?} {:?} {:?} {:?} {:?} {:?} {rest}{}{}",
         scene.lights,
         hair.hair(),
         hair.fresnel(),
@@ -333,6 +332,7 @@ fn hash_of(scene: &PreparedScene, rest: &str) -> String {
         scene.camera,
         scene.background,
         paint.map_or(String::new(), |paint| format!(" {paint}")),
+        proxies.unwrap_or_default(),
     );
     content_hash(text.as_bytes())
 }

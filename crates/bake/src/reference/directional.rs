@@ -2,10 +2,11 @@
 //! (the references of Xu 2011 section 5, and Ren 2010's 1536 lights).
 
 use glam::Vec3;
+use strandlight_runtime::proxy::ProxyRecord;
 use strandlight_runtime::strands::Strands;
 
 use super::film::CameraRay;
-use super::{Environment, Fibres, Frame, Integrator, Layers};
+use super::{Environment, Fibres, Frame, Integrator, Layers, Met, World};
 use crate::random::SplitMix64;
 use crate::rays::{Rays, Start};
 
@@ -48,7 +49,7 @@ pub fn directional_lights(environment: &Environment, n: u32, seed: u64) -> Vec<D
 /// [`super::Method::Directional`] at work.
 pub struct Directional<'a> {
     strands: &'a Strands,
-    rays: &'a Rays,
+    world: World<'a>,
     fibres: Fibres<'a>,
     lights: Vec<DirectionalLight>,
 }
@@ -66,24 +67,49 @@ impl<'a> Directional<'a> {
     ) -> Self {
         Directional {
             strands,
-            rays,
+            world: World { rays, proxies: &[] },
             fibres: fibres.into(),
             lights: directional_lights(environment, n, seed),
         }
+    }
+
+    /// The same with proxies beside the hair.
+    pub fn with_proxies(mut self, proxies: &'a [ProxyRecord]) -> Self {
+        self.world.proxies = proxies;
+        self
     }
 }
 
 impl Integrator for Directional<'_> {
     fn sample(&self, ray: &CameraRay, _: &mut SplitMix64) -> Layers {
         let mut layers = Layers::default();
-        let Some(crossing) = self.rays.nearest(&ray.start, ray.direction) else {
-            return layers;
+        let met = self.world.seen(&ray.start, ray.direction);
+        // Radiance over that of a light in a direction, and where the ray to it starts.
+        let sends: Box<dyn Fn(Vec3) -> [f64; 3]>;
+        let start = match met {
+            Met::Nothing => return layers,
+            Met::Hair(crossing) => {
+                layers.is_covered = true;
+                let frame = Frame::at(self.strands, &crossing);
+                let omega_o = frame.to_fibre(-ray.direction);
+                let view = self.fibres.view(self.strands, &crossing, omega_o);
+                sends = Box::new(move |direction| {
+                    let omega_i = frame.to_fibre(direction);
+                    let cos_i = omega_i[1].hypot(omega_i[2]);
+                    view.evaluate(omega_i).s.map(|s| s * cos_i)
+                });
+                Start::inside(self.strands, crossing.segment, crossing.along)
+            }
+            Met::Matte(surface) => {
+                layers.is_matte = true;
+                sends = Box::new(move |direction| surface.sends(direction).0);
+                surface.start()
+            }
         };
-        layers.is_covered = true;
-        let frame = Frame::at(self.strands, &crossing);
-        let omega_o = frame.to_fibre(-ray.direction);
-        let view = self.fibres.view(self.strands, &crossing, omega_o);
-        let start = Start::inside(self.strands, crossing.segment, crossing.along);
+        let sum = match layers.is_matte {
+            true => &mut layers.matte,
+            false => &mut layers.single,
+        };
         // Every turn is as likely as any other, and taken lights stand for those left out.
         let n_turns = N_TURNS.min(self.lights.len().max(1) as u32);
         let turn = (ray.pixel_key as u32 % n_turns + ray.sample % n_turns) % n_turns;
@@ -93,13 +119,11 @@ impl Integrator for Directional<'_> {
             .skip(turn as usize)
             .step_by(n_turns as usize)
         {
-            let omega_i = frame.to_fibre(light.direction);
-            let s = view.evaluate(omega_i).s;
-            let cos_i = omega_i[1].hypot(omega_i[2]);
+            let s = sends(light.direction);
             let sent: [f64; 3] =
-                std::array::from_fn(|c| f64::from(n_turns) * light.power[c] * s[c] * cos_i);
-            if sent.iter().any(|&x| x > 0.0) && !self.rays.is_blocked(&start, light.direction) {
-                for (sum, sent) in layers.single.iter_mut().zip(sent) {
+                std::array::from_fn(|c| f64::from(n_turns) * light.power[c] * s[c]);
+            if sent.iter().any(|&x| x > 0.0) && !self.world.is_blocked(&start, light.direction) {
+                for (sum, sent) in sum.iter_mut().zip(sent) {
                     *sum += sent;
                 }
             }

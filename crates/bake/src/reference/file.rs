@@ -3,7 +3,8 @@
 //! Channels, f32: `R, G, B, A` the total over the scene's background, as `strandlight render`
 //! writes it; layers `single`, `global`, `local`, `total` (`single.R`, ...) the hair's radiance
 //! alone, times its coverage; `variance` that of each pixel's mean over the background, estimated
-//! from its samples (low where samples are stratified and few); `coverage.Y`. Attributes
+//! from its samples (low where samples are stratified and few); `coverage.Y`; of scenes with proxies
+//! `proxies`, their radiance, and `proxies.Y`, their coverage. Attributes
 //! `strandlightMethod`, `strandlightInputs` (a hash), `strandlightSeed`, `strandlightSamples`.
 
 use std::io::Cursor;
@@ -90,8 +91,8 @@ impl ReferenceFile {
         let backgrounds = self.backgrounds(scene);
         let composited = |(pixel, behind): (&Pixel, &Option<[f64; 3]>)| {
             let behind = behind.unwrap_or([0.0; 3]);
-            let open = 1.0 - pixel.covered / n;
-            std::array::from_fn(|c| hair(pixel)[c] + open * behind[c])
+            let open = 1.0 - (pixel.covered + pixel.matte_covered) / n;
+            std::array::from_fn(|c| hair(pixel)[c] + pixel.matte[c] / n + open * behind[c])
         };
         let total: Vec<[f64; 3]> = film
             .pixels
@@ -103,12 +104,22 @@ impl ReferenceFile {
         let variances = variances.map(|(pixel, mean)| variance_of_mean(pixel.squares, *mean, n));
         push_rgb("variance.", variances.collect());
         push_rgb("", total);
-        let coverage = film.pixels.iter().map(|pixel| (pixel.covered / n) as f32);
-        let coverage: Vec<f32> = coverage.collect();
-        let behind = backgrounds.iter().zip(&coverage);
-        let alpha = behind.map(|(behind, &a)| if behind.is_some() { 1.0 } else { a });
+        if !scene.proxies.is_empty() {
+            let matte = film.pixels.iter().map(|pixel| pixel.matte.map(|x| x / n));
+            push_rgb("proxies.", matte.collect());
+        }
+        let share = |covered: fn(&Pixel) -> f64| -> Vec<f32> {
+            let pixels = film.pixels.iter();
+            pixels.map(|pixel| (covered(pixel) / n) as f32).collect()
+        };
+        let whole = share(|pixel| pixel.covered + pixel.matte_covered);
+        let behind = backgrounds.iter().zip(whole);
+        let alpha = behind.map(|(behind, a)| if behind.is_some() { 1.0 } else { a });
         push("A".to_owned(), alpha.collect());
-        push("coverage.Y".to_owned(), coverage);
+        push("coverage.Y".to_owned(), share(|pixel| pixel.covered));
+        if !scene.proxies.is_empty() {
+            push("proxies.Y".to_owned(), share(|pixel| pixel.matte_covered));
+        }
 
         let mut attributes = LayerAttributes::default();
         for (name, value) in [
@@ -223,6 +234,10 @@ fn decode_unguarded(
     };
     let (single, global, local) = (rgb("single.")?, rgb("global.")?, rgb("local.")?);
     let (total, variance, coverage) = (rgb("")?, rgb("variance.")?, channel("coverage.Y")?);
+    let proxies = match channel("proxies.Y") {
+        Ok(coverage) => Some((coverage, rgb("proxies.")?)),
+        Err(_) => None,
+    };
     let pixels = (0..film.pixels.len()).map(|ix| {
         let at = |layer: &[&[f32]; 3]| layer.map(|channel| f64::from(channel[ix]));
         let (mean, variance) = (at(&total), at(&variance));
@@ -231,6 +246,12 @@ fn decode_unguarded(
             single: at(&single).map(|x| x * n),
             global: at(&global).map(|x| x * n),
             local: at(&local).map(|x| x * n),
+            matte_covered: proxies
+                .as_ref()
+                .map_or(0.0, |(coverage, _)| (f64::from(coverage[ix]) * n).round()),
+            matte: proxies
+                .as_ref()
+                .map_or([0.0; 3], |(_, matte)| at(matte).map(|x| x * n)),
             squares: std::array::from_fn(|c| n * (variance[c] * (n - 1.0) + mean[c] * mean[c])),
         }
     });

@@ -35,6 +35,9 @@ pub(super) struct Pixel {
     pub single: [f64; 3],
     pub global: [f64; 3],
     pub local: [f64; 3],
+    /// Samples that meet a proxy, and its radiance.
+    pub matte_covered: f64,
+    pub matte: [f64; 3],
     /// Of the composited total.
     pub squares: [f64; 3],
 }
@@ -124,19 +127,30 @@ impl Pixel {
     }
 
     pub fn is_finite(&self) -> bool {
-        let sums = [self.single, self.global, self.local, self.squares];
-        self.covered.is_finite() && sums.iter().flatten().all(|sum| sum.is_finite())
+        let sums = [
+            self.single,
+            self.global,
+            self.local,
+            self.matte,
+            self.squares,
+        ];
+        let counts = [self.covered, self.matte_covered];
+        counts.iter().all(|count| count.is_finite())
+            && sums.iter().flatten().all(|sum| sum.is_finite())
     }
 
     fn add(&mut self, seen: &Layers, background: [f64; 3]) {
         self.covered += f64::from(u8::from(seen.is_covered));
+        self.matte_covered += f64::from(u8::from(seen.is_matte));
         let total = seen.total();
         for c in 0..3 {
             self.single[c] += seen.single[c];
             self.global[c] += seen.global[c];
             self.local[c] += seen.local[c];
-            let behind = if seen.is_covered { 0.0 } else { background[c] };
-            self.squares[c] += (total[c] + behind).powi(2);
+            self.matte[c] += seen.matte[c];
+            let is_open = !seen.is_covered && !seen.is_matte;
+            let behind = if is_open { background[c] } else { 0.0 };
+            self.squares[c] += (total[c] + seen.matte[c] + behind).powi(2);
         }
     }
 }

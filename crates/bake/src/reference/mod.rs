@@ -3,7 +3,7 @@
 //! - [`Integrator`]: what one ray from the camera sees, in [`Layers`]; one for each [`Method`].
 //! - [`Film`]: sums of camera samples, to which more can be added; [`ReferenceFile`] keeps them.
 //! - [`Environment`]: the light, from a light set or the map itself.
-//! - [`Fibres`]: what scatters it, all alike or painted.
+//! - [`Fibres`]: what scatters it, all alike or painted; [`World`]: what rays meet.
 //!
 //! All of them draw the fibres as ribbons that face the ray ([`crate::rays`]), at their true
 //! width, lit as seen from the axis. Geometry is f32, light f64. Every random number is a hash of
@@ -19,6 +19,7 @@ mod path;
 mod ray_shoot;
 #[cfg(test)]
 mod tests;
+mod world;
 
 pub use directional::Directional;
 pub use environment::Environment;
@@ -28,6 +29,7 @@ pub use film::{CameraRay, Film, MAX_SAMPLES};
 pub use frame::Frame;
 pub use path::{Estimator, MAX_EVENTS, PathTracer, ROULETTE_FROM, Traced};
 pub use ray_shoot::{Densities, RayShoot};
+pub use world::{Met, Surface, World};
 
 use crate::random::SplitMix64;
 
@@ -54,8 +56,8 @@ impl Method {
     }
 }
 
-/// What one camera ray sees: radiance of the hair, linear Rec.709. Nothing is seen where the ray
-/// meets none.
+/// What one camera ray sees: radiance of the hair, or of a proxy before it, linear Rec.709. Nothing
+/// is seen where the ray meets none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Layers {
     /// Does the ray meet hair?
@@ -66,10 +68,14 @@ pub struct Layers {
     pub global: [f64; 3],
     /// Light that a fibre sent back at least once before the seen one scattered it.
     pub local: [f64; 3],
+    /// Does the ray meet a proxy?
+    pub is_matte: bool,
+    /// Radiance of the proxy.
+    pub matte: [f64; 3],
 }
 
 impl Layers {
-    /// The sum of the layers.
+    /// The sum of the layers of the hair.
     pub fn total(&self) -> [f64; 3] {
         std::array::from_fn(|c| self.single[c] + self.global[c] + self.local[c])
     }

@@ -54,6 +54,7 @@ fn even_paint_is_hair_of_that_fibre() {
             let ray_shoot = RayShoot {
                 strands: &strands,
                 rays: &rays,
+                proxies: &[],
                 fibres,
                 averages,
                 environment: &environment,

@@ -4,15 +4,18 @@
 //! scattering, the two combined by the power heuristic (Veach 1997); after [`ROULETTE_FROM`]
 //! events it goes on with a probability that follows what it carries.
 //!
+//! Proxies are further events: light by way of them counts as sent back.
+//!
 //! The exact S loses energy at every event: a white groom does not vanish in a furnace
 //! ([`PathTracer::with_energy_of`] makes it).
 
 use glam::Vec3;
+use strandlight_runtime::proxy::ProxyRecord;
 use strandlight_runtime::strands::Strands;
-use strandlight_scattering::exact::Bcsdf;
+use strandlight_scattering::exact::{Bcsdf, BcsdfView};
 
 use super::film::CameraRay;
-use super::{Environment, Fibres, Frame, Integrator, Layers};
+use super::{Environment, Fibres, Frame, Integrator, Layers, Met, Surface, World};
 use crate::random::SplitMix64;
 use crate::rays::{Rays, Start};
 
@@ -41,14 +44,18 @@ pub enum Estimator {
 /// What one path brings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Traced {
-    /// Did it meet hair? All else is 0 if not.
+    /// Did it meet hair first?
     pub is_covered: bool,
+    /// Did it meet a proxy first? If it met neither, all else is 0.
+    pub is_matte: bool,
+    /// Radiance of the proxy; that of hair is 0 then.
+    pub matte: [f64; 3],
     /// Radiance of light that met exactly one fibre and nothing else.
     pub single: [f64; 3],
     /// Radiance of light that every fibre but the seen one, at least one, sent forward: into the
     /// half circle of azimuths behind it, as dual scattering has it.
     pub forward: [f64; 3],
-    /// Radiance of all light.
+    /// Radiance of all light that hair sends.
     pub total: [f64; 3],
     /// Scattering events.
     pub events: u32,
@@ -59,7 +66,7 @@ pub struct Traced {
 /// Traces paths through one groom.
 pub struct PathTracer<'a> {
     strands: &'a Strands,
-    rays: &'a Rays,
+    world: World<'a>,
     fibres: Fibres<'a>,
     environment: &'a Environment,
     estimator: Estimator,
@@ -89,12 +96,19 @@ impl<'a> PathTracer<'a> {
     ) -> Self {
         PathTracer {
             strands,
-            rays,
+            world: World { rays, proxies: &[] },
             fibres: fibres.into(),
             environment,
             estimator: Estimator::default(),
             albedo: None,
         }
+    }
+
+    /// The same with proxies beside the hair, which scatter light as matte surfaces do, to the hair
+    /// as well.
+    pub fn with_proxies(mut self, proxies: &'a [ProxyRecord]) -> Self {
+        self.world.proxies = proxies;
+        self
     }
 
     /// The same with another way of finding the light.
@@ -130,26 +144,25 @@ impl<'a> PathTracer<'a> {
         random: &mut SplitMix64,
     ) -> Traced {
         let mut traced = Traced::default();
-        let Some(mut crossing) = self.rays.nearest(start, direction) else {
-            return traced;
-        };
-        traced.is_covered = true;
+        let mut met = self.world.seen(start, direction);
+        match met {
+            Met::Nothing => return traced,
+            Met::Hair(_) => traced.is_covered = true,
+            Met::Matte(_) => traced.is_matte = true,
+        }
         let mut direction = direction;
         let mut carried = [1.0f64; 3];
         let mut has_turned = false;
         while traced.events < MAX_EVENTS {
             traced.events += 1;
-            let frame = Frame::at(self.strands, &crossing);
-            let omega_o = frame.to_fibre(-direction);
-            let view = self.fibres.view(self.strands, &crossing, omega_o);
-            // Only fibres beyond the seen one can turn light back.
+            // Only what lies beyond the seen fibre can turn light back.
             let is_beyond = traced.events > 1;
-            let turns = |omega_i: [f64; 3]| {
-                is_beyond && omega_o[1] * omega_i[1] + omega_o[2] * omega_i[2] > 0.0
+            let Some(place) = self.place(&met, direction) else {
+                return traced;
             };
-            let start = Start::inside(self.strands, crossing.segment, crossing.along);
-            if let Some(albedo) = &self.albedo {
-                let inverse = 1.0 / albedo_at(albedo, omega_o);
+            let start = place.start;
+            if let (Some(albedo), Scatterer::Fibre { omega_o, .. }) = (&self.albedo, &place.by) {
+                let inverse = 1.0 / albedo_at(albedo, *omega_o);
                 carried = carried.map(|x| x * inverse);
             }
 
@@ -160,49 +173,45 @@ impl<'a> PathTracer<'a> {
                     _ => self.environment.sample(random),
                 }
             {
-                let omega_i = frame.to_fibre(emitted.direction);
-                let scattered = view.evaluate(omega_i);
-                let cos_i = omega_i[1].hypot(omega_i[2]);
+                let sent = place.by.sends(emitted.direction);
                 let pdf = f64::from(emitted.pdf);
                 let weight = match self.estimator {
                     Estimator::Light => 1.0,
-                    _ => power_heuristic(pdf, scattered.pdf),
+                    _ => power_heuristic(pdf, sent.pdf),
                 };
                 let brought: [f64; 3] = std::array::from_fn(|c| {
                     let radiance = f64::from(emitted.radiance[c]);
-                    carried[c] * scattered.s[c] * cos_i * radiance * weight / pdf
+                    carried[c] * sent.share[c] * radiance * weight / pdf
                 });
                 if brought.iter().any(|&x| x > 0.0)
-                    && !self.rays.is_blocked(&start, emitted.direction)
+                    && !self.world.is_blocked(&start, emitted.direction)
                 {
-                    traced.add(brought, has_turned || turns(omega_i));
+                    traced.add(brought, has_turned || (is_beyond && sent.is_turned));
                 }
             }
 
-            // Light, or the next fibre, drawn by scattering.
-            let Some(sample) = view.sample(&mut || random.uniform(0.0, 1.0)) else {
+            // Light, or what comes next, drawn by scattering.
+            let Some(drawn) = place.by.draw(random) else {
                 return traced;
             };
-            for (carried, weight) in carried.iter_mut().zip(sample.weight) {
+            for (carried, weight) in carried.iter_mut().zip(drawn.weight) {
                 *carried *= weight;
             }
-            direction = frame.to_world(sample.omega_i);
-            has_turned |= turns(sample.omega_i);
-            match self.rays.nearest(&start, direction) {
-                Some(next) => crossing = next,
-                None => {
-                    let (radiance, pdf) = self.environment.radiance(direction);
-                    let weight = match self.estimator {
-                        Estimator::Both => power_heuristic(sample.pdf, f64::from(pdf)),
-                        Estimator::Light => 0.0,
-                        Estimator::Fibre => 1.0,
-                    };
-                    if weight > 0.0 {
-                        let brought = |c: usize| carried[c] * weight * f64::from(radiance[c]);
-                        traced.add(std::array::from_fn(brought), has_turned);
-                    }
-                    return traced;
+            direction = drawn.direction;
+            has_turned |= is_beyond && drawn.is_turned;
+            met = self.world.met(&start, direction);
+            if met == Met::Nothing {
+                let (radiance, pdf) = self.environment.radiance(direction);
+                let weight = match self.estimator {
+                    Estimator::Both => power_heuristic(drawn.pdf, f64::from(pdf)),
+                    Estimator::Light => 0.0,
+                    Estimator::Fibre => 1.0,
+                };
+                if weight > 0.0 {
+                    let brought = |c: usize| carried[c] * weight * f64::from(radiance[c]);
+                    traced.add(std::array::from_fn(brought), has_turned);
                 }
+                return traced;
             }
             let mut stays = carried[0].max(carried[1]).max(carried[2]);
             if traced.events < ROULETTE_FROM {
@@ -218,15 +227,139 @@ impl<'a> PathTracer<'a> {
         traced.is_capped = true;
         traced
     }
+
+    /// What scatters at `met` on a path that comes along `direction`.
+    fn place(&self, met: &Met, direction: Vec3) -> Option<Place<'a>> {
+        match met {
+            Met::Nothing => None,
+            Met::Hair(crossing) => {
+                let frame = Frame::at(self.strands, crossing);
+                let omega_o = frame.to_fibre(-direction);
+                Some(Place {
+                    start: Start::inside(self.strands, crossing.segment, crossing.along),
+                    by: Scatterer::Fibre {
+                        view: self.fibres.view(self.strands, crossing, omega_o),
+                        frame,
+                        omega_o,
+                    },
+                })
+            }
+            Met::Matte(surface) => Some(Place {
+                start: surface.start(),
+                by: Scatterer::Matte(*surface),
+            }),
+        }
+    }
+}
+
+/// Where a path scatters.
+struct Place<'a> {
+    start: Start,
+    by: Scatterer<'a>,
+}
+
+/// What it is scattered by.
+#[allow(clippy::large_enum_variant, reason = "one at a time, on the stack")]
+enum Scatterer<'a> {
+    Fibre {
+        view: BcsdfView<'a>,
+        frame: Frame,
+        omega_o: [f64; 3],
+    },
+    Matte(Surface),
+}
+
+/// What is sent on of light from a direction.
+struct Sent {
+    /// Scattering function times cosine.
+    share: [f64; 3],
+    /// Density with which the direction is drawn.
+    pdf: f64,
+    /// Does it leave to the side that it came from?
+    is_turned: bool,
+}
+
+/// A direction drawn.
+struct Drawn {
+    direction: Vec3,
+    /// Share over density.
+    weight: [f64; 3],
+    pdf: f64,
+    is_turned: bool,
+}
+
+impl Scatterer<'_> {
+    fn sends(&self, towards: Vec3) -> Sent {
+        match self {
+            Scatterer::Fibre {
+                view,
+                frame,
+                omega_o,
+            } => {
+                let omega_i = frame.to_fibre(towards);
+                let scattered = view.evaluate(omega_i);
+                let cos_i = omega_i[1].hypot(omega_i[2]);
+                Sent {
+                    share: scattered.s.map(|s| s * cos_i),
+                    pdf: scattered.pdf,
+                    is_turned: is_turned(*omega_o, omega_i),
+                }
+            }
+            Scatterer::Matte(surface) => {
+                let (share, pdf) = surface.sends(towards);
+                Sent {
+                    share,
+                    pdf,
+                    is_turned: true,
+                }
+            }
+        }
+    }
+
+    /// `None` where nothing is scattered.
+    fn draw(&self, random: &mut SplitMix64) -> Option<Drawn> {
+        match self {
+            Scatterer::Fibre {
+                view,
+                frame,
+                omega_o,
+            } => {
+                let sample = view.sample(&mut || random.uniform(0.0, 1.0))?;
+                Some(Drawn {
+                    direction: frame.to_world(sample.omega_i),
+                    weight: sample.weight,
+                    pdf: sample.pdf,
+                    is_turned: is_turned(*omega_o, sample.omega_i),
+                })
+            }
+            Scatterer::Matte(surface) => {
+                let direction = surface.draw([0, 1].map(|_| random.uniform(0.0, 1.0)));
+                let (_, pdf) = surface.sends(direction);
+                (pdf > 0.0).then_some(Drawn {
+                    direction,
+                    weight: surface.albedo,
+                    pdf,
+                    is_turned: true,
+                })
+            }
+        }
+    }
+}
+
+/// Whether a fibre sends light back into the half circle of azimuths that it came from.
+fn is_turned(omega_o: [f64; 3], omega_i: [f64; 3]) -> bool {
+    omega_o[1] * omega_i[1] + omega_o[2] * omega_i[2] > 0.0
 }
 
 impl Integrator for PathTracer<'_> {
     /// What only fibres beyond the seen one sent forward is `global`, as in dual scattering, and
-    /// the rest of what met more than one is `local`.
+    /// the rest of what met more than one, or a proxy, is `local`.
     fn sample(&self, ray: &CameraRay, random: &mut SplitMix64) -> Layers {
         let traced = self.trace(&ray.start, ray.direction, first_light(ray), random);
         Layers {
             is_covered: traced.is_covered,
+            is_matte: traced.is_matte,
+            matte: traced.matte,
             single: traced.single,
             global: traced.forward,
             local: std::array::from_fn(|c| traced.total[c] - traced.single[c] - traced.forward[c]),
@@ -250,6 +383,10 @@ fn first_light(ray: &CameraRay) -> [f64; 3] {
 impl Traced {
     fn add(&mut self, brought: [f64; 3], has_turned: bool) {
         for (c, x) in brought.into_iter().enumerate() {
+            if self.is_matte {
+                self.matte[c] += x;
+                continue;
+            }
             self.total[c] += x;
             if self.events == 1 {
                 self.single[c] += x;

@@ -103,7 +103,7 @@ fn mean_of_ball(tracer: &PathTracer, n: u64, seed: u64) -> (Mean, f64, u64) {
 fn walk(tracer: &PathTracer, start: &Start, direction: Vec3, random: &mut SplitMix64) -> [f64; 3] {
     let (mut start, mut direction) = (*start, direction);
     let (mut weight, mut kept) = (1.0, 1.0);
-    while let Some(crossing) = tracer.rays.nearest(&start, direction) {
+    while let Some(crossing) = tracer.world.rays.nearest(&start, direction) {
         let frame = Frame::at(tracer.strands, &crossing);
         let omega_o = frame.to_fibre(-direction);
         let view = tracer.fibres.view(tracer.strands, &crossing, omega_o);

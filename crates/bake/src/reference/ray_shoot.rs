@@ -19,12 +19,13 @@
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
+use strandlight_runtime::proxy::{ProxyRecord, is_blocked};
 use strandlight_runtime::strands::Strands;
 use strandlight_scattering::exact::BcsdfView;
 
 use super::film::CameraRay;
 use super::frame::{Frame, tangent};
-use super::{Averages, AveragesAt, Environment, Fibres, Integrator, Layers};
+use super::{Averages, AveragesAt, Environment, Fibres, Integrator, Layers, Met, Surface, World};
 use crate::random::SplitMix64;
 use crate::rays::{Rays, Start};
 
@@ -43,6 +44,8 @@ pub struct RayShoot<'a> {
     pub strands: &'a Strands,
     /// Its hierarchy.
     pub rays: &'a Rays,
+    /// What stands beside it.
+    pub proxies: &'a [ProxyRecord],
     /// How its fibres scatter.
     pub fibres: Fibres<'a>,
     /// What they do on average.
@@ -69,8 +72,18 @@ struct Passage {
 impl Integrator for RayShoot<'_> {
     fn sample(&self, ray: &CameraRay, random: &mut SplitMix64) -> Layers {
         let mut layers = Layers::default();
-        let Some(crossing) = self.rays.nearest(&ray.start, ray.direction) else {
-            return layers;
+        let world = World {
+            rays: self.rays,
+            proxies: self.proxies,
+        };
+        let crossing = match world.seen(&ray.start, ray.direction) {
+            Met::Nothing => return layers,
+            Met::Matte(surface) => {
+                layers.is_matte = true;
+                layers.matte = self.matte(&world, &surface, random);
+                return layers;
+            }
+            Met::Hair(crossing) => crossing,
         };
         layers.is_covered = true;
         let frame = Frame::at(self.strands, &crossing);
@@ -93,6 +106,9 @@ impl Integrator for RayShoot<'_> {
                 .radiance
                 .map(|x| f64::from(x) / f64::from(drawn.pdf) * share);
             let omega_d = frame.to_fibre(drawn.direction);
+            if is_blocked(self.proxies, start.position, drawn.direction) {
+                continue;
+            }
             let passage = self.passage(&start, drawn.direction);
             if passage.n == 0 {
                 let direct = seen.direct(omega_d);
@@ -113,6 +129,26 @@ impl Integrator for RayShoot<'_> {
 }
 
 impl RayShoot<'_> {
+    /// Radiance of a proxy, lit where nothing stands before the light.
+    fn matte(&self, world: &World, surface: &Surface, random: &mut SplitMix64) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        let share = 1.0 / f64::from(self.n_draws);
+        for draw in 0..self.n_draws {
+            let mut u: [f64; 3] = std::array::from_fn(|_| random.uniform(0.0, 1.0));
+            u[0] = (f64::from(draw) + u[0]) * share;
+            let Some(drawn) = self.environment.at(u) else {
+                continue;
+            };
+            let (sent, density) = surface.sends(drawn.direction);
+            if density > 0.0 && !world.is_blocked(&surface.start(), drawn.direction) {
+                let scale = share / f64::from(drawn.pdf);
+                let power = drawn.radiance.map(|x| f64::from(x) * scale);
+                add(&mut sum, power, sent);
+            }
+        }
+        sum
+    }
+
     fn passage(&self, start: &Start, direction: glam::Vec3) -> Passage {
         let mut passage = Passage {
             n: 0,

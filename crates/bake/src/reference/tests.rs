@@ -2,6 +2,8 @@
 
 #[path = "painted_tests.rs"]
 mod painted;
+#[path = "proxy_tests.rs"]
+mod proxies;
 
 use glam::Vec3;
 use strandlight_formats::{Groom, LightSet, Scene, SrbfLight};
@@ -156,6 +158,7 @@ fn a_lone_fibre_sends_what_quadrature_says() {
         let ray_shoot = RayShoot {
             strands: &strands,
             rays: &rays,
+            proxies: &[],
             fibres: Fibres::Alike(&bcsdf),
             averages: Averages::Alike(&averages),
             environment: &environment,
@@ -199,6 +202,7 @@ fn behind_other_fibres_dual_scattering_is_that_of_quadrature() {
     let ray_shoot = RayShoot {
         strands: &strands,
         rays: &rays,
+        proxies: &[],
         fibres: Fibres::Alike(&bcsdf),
         averages: Averages::Alike(&averages),
         environment: &environment,
