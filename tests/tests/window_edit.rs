@@ -104,6 +104,66 @@ fn closing_with_changes_asks_first() {
 }
 
 #[test]
+fn escape_leaves_things_as_they_were() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let before = std::fs::read(&scene.path).expect("it is there");
+    let view = View::open(&desktop, &scene.path, &[]);
+    let start = view.picture();
+    // A number that is being typed.
+    let place = "Index eta number";
+    view.until_drawn(place, |view| view.click(view.middle(place)));
+    view.until_drawn(place, |view| {
+        view.key("ctrl+a");
+        view.tool("xdotool", &["type", "--delay", "40", "1.9"]);
+    });
+    view.key("Escape");
+    // The name to save as: twice, or the first would not have been closed.
+    for _ in 0..2 {
+        view.key("ctrl+shift+s");
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        view.without_mouse().assert_different(&start);
+        view.key("Escape");
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        view.without_mouse().assert_same(&start);
+    }
+    assert_eq!([view.count("edit"), view.count("saved")], [0, 0]);
+    assert!(!view.title().contains('*'), "{}", view.title());
+    assert_eq!(std::fs::read(&scene.path).expect("it is there"), before);
+    view.close();
+}
+
+#[test]
+fn values_of_the_command_line_are_no_changes_and_colours_are_typed() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let more = ["--samples", "12", "--set", "lights.intensity=2"];
+    let mut view = View::open(&desktop, &scene.path, &more);
+    let start = view.picture();
+    assert!(
+        view.title().ends_with("small.toml - 12/12"),
+        "{}",
+        view.title()
+    );
+    view.after("places", |view| view.click(view.middle("Hair")));
+    view.after("places", |view| view.click(view.middle("Lights")));
+    view.after("edit", |view| view.type_number("Tint blue", "0"));
+    view.picture().assert_different(&start);
+    assert!(view.title().contains('*'), "{}", view.title());
+    view.key("ctrl+s");
+    view.wait_for("saved", |events| {
+        events.iter().any(|e| e["event"] == "saved")
+    });
+    // What was seen is saved.
+    let saved = scene.read();
+    assert_eq!(saved.lights.tint, [1.0, 1.0, 0.0]);
+    assert_eq!((saved.lights.intensity, saved.render.samples), (2.0, 12));
+    view.after("edit", |view| {
+        let [_, top, right, bottom] = view.place("Tint blue number");
+        view.click([right + 14, (top + bottom) / 2]);
+    });
+    view.picture().assert_same(&start);
+}
+
+#[test]
 fn a_stroke_is_painted_undone_and_saved_with_the_groom() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let mut view = View::open(&desktop, &scene.path, &[]);

@@ -326,6 +326,12 @@ impl Context {
             .contains(wgpu::Features::TIMESTAMP_QUERY)
     }
 
+    /// Is it a program that draws on the processor, with no GPU behind it? Its time stamps then say
+    /// little.
+    pub fn is_software(&self) -> bool {
+        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
     /// The first error of the device that no error scope caught, since the last call; the device's
     /// loss stays.
     ///

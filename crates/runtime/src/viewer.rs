@@ -107,6 +107,7 @@ impl Viewer {
     /// # Errors
     /// As there, or what cannot be drawn; nothing is changed then.
     pub fn set(&mut self, values: &Map<String, Value>) -> Result<Change, RenderError> {
+        self.release()?;
         let change = self.session.set(values)?;
         self.show_edit(change)
     }
@@ -228,27 +229,31 @@ impl Viewer {
         self.window.unwrap_or(self.session.scene().render.size)
     }
 
-    /// See [`Session::save`].
+    /// See [`Session::save`]. A stroke that is being made ends first.
     ///
     /// # Errors
-    /// As there.
+    /// As there; whatever the device refuses.
     pub fn save(&mut self) -> Result<Saved, RenderError> {
+        self.release()?;
         Ok(self.session.save()?)
     }
 
-    /// See [`Session::save_as`].
+    /// See [`Session::save_as`]. A stroke that is being made ends first.
     ///
     /// # Errors
-    /// As there.
+    /// As there; whatever the device refuses.
     pub fn save_as(&mut self, path: &Path) -> Result<Saved, RenderError> {
+        self.release()?;
         Ok(self.session.save_as(path)?)
     }
 
-    /// Reads all files again: see [`Session::reload`].
+    /// Reads all files again: see [`Session::reload`]. A stroke that is being made ends first, and
+    /// can be brought back by undoing.
     ///
     /// # Errors
     /// As there, or what cannot be drawn; the document stays as it was then.
     pub fn reload(&mut self) -> Result<Change, RenderError> {
+        self.release()?;
         let change = self.session.reload()?;
         self.show_edit(change)
     }

@@ -67,6 +67,8 @@ pub struct Session {
     n_paint_states: u64,
     /// Grooms that saving has made.
     written_grooms: BTreeSet<PathBuf>,
+    /// Values that stand over those of the file: see [`Session::overlay`].
+    overlay: Map<String, Value>,
 }
 
 impl Session {
@@ -92,6 +94,7 @@ impl Session {
             held: Held::new(assets, 0)?,
             n_paint_states: 0,
             written_grooms: BTreeSet::new(),
+            overlay: Map::new(),
             scene,
             files,
             history: History::default(),
@@ -235,18 +238,47 @@ impl Session {
     /// # Errors
     /// As [`with_key`] and [`Session::edit`]; nothing is changed then.
     pub fn set(&mut self, values: &Map<String, Value>) -> Result<Change, SceneError> {
-        let mut scene = self.scene.clone();
+        let scene = self.with_values(self.scene.clone(), values)?;
+        let keys: Vec<&str> = values.keys().map(String::as_str).collect();
+        self.commit();
+        let change = self.edit(&format!("set {}", keys.join(", ")), |old| *old = scene);
+        self.commit();
+        change
+    }
+
+    /// Opens the scene with other values than its file has, as a command line does: they are no
+    /// change that must be saved and no step to undo, and stay when the files are read again. Saving
+    /// writes them with the rest; they are the file's then. Forgets all steps.
+    ///
+    /// # Errors
+    /// As [`Session::set`]; nothing is changed then.
+    pub fn overlay(&mut self, values: &Map<String, Value>) -> Result<Change, SceneError> {
+        let is_modified = self.is_modified();
+        let change = self.set(values)?;
+        self.history = History::default();
+        let overlay = values
+            .iter()
+            .map(|(key, value)| (key.clone(), value.clone()));
+        self.overlay.extend(overlay);
+        if !is_modified {
+            let state = self.held.paint_state;
+            self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
+        }
+        Ok(change)
+    }
+
+    fn with_values(
+        &self,
+        mut scene: Scene,
+        values: &Map<String, Value>,
+    ) -> Result<Scene, SceneError> {
         for (key, value) in values {
             if key.starts_with("camera.") && scene.camera.is_none() {
                 scene.camera = Some(self.camera());
             }
             scene = with_key(&scene, key, value)?;
         }
-        let keys: Vec<&str> = values.keys().map(String::as_str).collect();
-        self.commit();
-        let change = self.edit(&format!("set {}", keys.join(", ")), |old| *old = scene);
-        self.commit();
-        change
+        Ok(scene)
     }
 
     /// Ends a step: the next edit is another one, whatever its label.

@@ -134,6 +134,7 @@ impl Session {
         self.path = path.to_owned();
         let state = self.held.paint_state;
         self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
+        self.overlay.clear();
         Ok(saved)
     }
 
@@ -168,13 +169,14 @@ impl Session {
         groom
     }
 
-    /// Reads all files again, as one step that can be undone. Edits that were not saved are taken
+    /// Reads all files again, with the values of [`Session::overlay`] over them, as one step that can be undone. Edits that were not saved are taken
     /// back by it.
     ///
     /// # Errors
     /// As [`Session::open`]; nothing is changed then.
     pub fn reload(&mut self) -> Result<Change, SceneError> {
         let scene = self.files.scene(&self.path).map_err(told)?;
+        let scene = self.with_values(scene, &self.overlay)?;
         let assets = Assets::read(&scene, &self.files, ModesToRead::All)?;
         check_size(&scene)?;
         let state = self.next_paint_state();

@@ -526,3 +526,37 @@ fn painted_hair_is_saved_beside_its_scene() {
     let copy = Session::open_in(Path::new("/t/c.toml"), again.files().clone());
     assert_eq!(weights(&copy.expect("readable")), [1.0; 4]);
 }
+
+#[test]
+fn values_laid_over_the_file_are_how_the_scene_was_opened() {
+    let mut session = session();
+    let path = Path::new("/s/a.toml");
+    let values = |value: Value| match value {
+        Value::Object(values) => values,
+        other => panic!("{other}"),
+    };
+    let over = values(json!({ "render.samples": 64, "camera.fov_deg": 30.0 }));
+    session.overlay(&over).expect("valid");
+    assert!(!session.is_modified() && !session.can_undo());
+    let wrong = values(json!({ "hair.eta": 9.0 }));
+    assert!(session.overlay(&wrong).is_err());
+    edit(&mut session, "eta", |s| s.hair.eta = 1.7);
+    assert!(session.is_modified());
+    session.undo();
+    assert!(!session.is_modified());
+    // They stay over a file that somebody else has written, until they are written themselves.
+    let exposed = format!("{SCENE}[render]\nsamples = 8\nexposure = 1.5\n");
+    let write = |session: &Session| session.files().write(path, exposed.as_bytes());
+    write(&session).expect("written");
+    session.reload().expect("readable");
+    let render = &session.scene().render;
+    assert_eq!((render.samples, render.exposure), (64, 1.5));
+    assert!(!session.is_modified());
+    session.save().expect("written");
+    let saved = session.files().scene(path).expect("readable");
+    assert_eq!(saved.render.samples, 64);
+    assert_eq!(saved.camera.expect("written").fov_deg, 30.0);
+    write(&session).expect("written");
+    session.reload().expect("readable");
+    assert_eq!(session.scene().render.samples, 8);
+}

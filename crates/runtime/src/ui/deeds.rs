@@ -89,8 +89,14 @@ impl Workspace {
             }
             Command::Help => self.state.is_help_open = !self.state.is_help_open,
             Command::Escape => {
-                self.state.is_help_open = false;
-                self.state.lights.is_picking = false;
+                let state = &mut self.state;
+                let (help, picking) = (&mut state.is_help_open, &mut state.lights.is_picking);
+                if let Some(open) = [help, picking, &mut state.paint.is_on]
+                    .into_iter()
+                    .find(|is_open| **is_open)
+                {
+                    *open = false;
+                }
             }
             Command::Close => self.close(),
             // Edits of the scene, done with those of the panel.
@@ -171,9 +177,8 @@ impl Workspace {
             (Some(place), true) => self.viewer.drag(place),
             (None, true) => {
                 self.is_stroking = false;
-                let released = self.viewer.release();
-                self.changed("stroke", json!({}));
-                released.map(drop)
+                self.end_stroke();
+                Ok(())
             }
             (None, false) => Ok(()),
         };
@@ -184,6 +189,15 @@ impl Workspace {
             let camera = self.viewer.prepared().camera;
             let radius = Picker::radius_px(&camera, seen.size, hit, brush.radius_cm);
             self.state.paint.radius_px = Some(radius);
+        }
+    }
+
+    /// Ends the stroke that is being made, if one is: it can be undone and saved from then on.
+    pub(super) fn end_stroke(&mut self) {
+        match self.viewer.release() {
+            Ok(change) if change.is_empty() => {}
+            Ok(_) => self.changed("stroke", json!({})),
+            Err(error) => self.fail(&error.to_string()),
         }
     }
 
@@ -235,6 +249,7 @@ impl Workspace {
     }
 
     pub(super) fn close(&mut self) {
+        self.end_stroke();
         if self.viewer.session().is_modified() {
             self.state.is_closing = true;
             self.window.request_redraw();
@@ -270,6 +285,7 @@ impl Workspace {
     }
 
     pub(super) fn on_files(&mut self) {
+        self.end_stroke();
         if self.viewer.session().is_modified() {
             self.state.is_stale = true;
         } else {

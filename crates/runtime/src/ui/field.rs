@@ -41,7 +41,7 @@ impl Changes {
 }
 
 /// Height of a row of the panel.
-const ROW: f32 = 20.0;
+pub const ROW: f32 = 20.0;
 /// Width of names and ranges.
 const NAME: f32 = 150.0;
 /// Width of numbers.
@@ -117,14 +117,13 @@ impl<'a> Field<'a> {
                     *value = self.default;
                     changes.note(self.name);
                 }
-                let number = egui::DragValue::new(value)
-                    .range(self.range.clone())
-                    .clamp_existing_to_range(false)
-                    .speed(self.speed())
-                    .max_decimals(self.decimals)
-                    .suffix(self.unit)
-                    .update_while_editing(false);
-                let response = ui.add_sized([NUMBER, ROW - 2.0], number);
+                let response = number(ui, NUMBER, value, |number| {
+                    number
+                        .range(self.range.clone())
+                        .speed(self.speed())
+                        .max_decimals(self.decimals)
+                        .suffix(self.unit)
+                });
                 changes.of(self.name, &response);
                 changes.place(format!("{} number", self.name), &response);
                 response.on_hover_text("Drag, or click to type");
@@ -189,6 +188,8 @@ pub fn row<R>(ui: &mut Ui, controls: impl FnOnce(&mut Ui) -> R) -> R {
 pub fn named<R>(ui: &mut Ui, name: &str, help: &str, controls: impl FnOnce(&mut Ui) -> R) -> R {
     row(ui, |ui| {
         fixed(ui, NAME - 60.0, |ui| ui.label(name)).on_hover_text(help);
+        // Three long choices have to fit.
+        ui.spacing_mut().item_spacing.x = 2.0;
         controls(ui)
     })
 }
@@ -217,7 +218,31 @@ pub fn reset(ui: &mut Ui, is_changed: bool, to: &str) -> bool {
     response.on_hover_text(format!("Reset to {to}")).clicked()
 }
 
-fn fixed(ui: &mut Ui, width: f32, add: impl FnOnce(&mut Ui) -> Response) -> Response {
+/// A number that is dragged or typed, of `width`, as `dress` has it.
+pub fn number(
+    ui: &mut Ui,
+    width: f32,
+    value: &mut f64,
+    dress: impl FnOnce(egui::DragValue<'_>) -> egui::DragValue<'_>,
+) -> Response {
+    let before = *value;
+    let number = egui::DragValue::new(value)
+        .clamp_existing_to_range(false)
+        .update_while_editing(false);
+    let response = ui.add_sized([width, ROW - 2.0], dress(number));
+    // In the frame after that of Escape egui takes up what was typed all the same.
+    let id = response.id.with("escaped");
+    if ui.data_mut(|data| data.remove_temp::<bool>(id)).is_some() {
+        *value = before;
+    }
+    if response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+        ui.data_mut(|data| data.insert_temp(id, true));
+    }
+    response
+}
+
+/// Controls in a piece of a row of `width`.
+pub fn fixed(ui: &mut Ui, width: f32, add: impl FnOnce(&mut Ui) -> Response) -> Response {
     let layout = Layout::left_to_right(Align::Center);
     ui.allocate_ui_with_layout(egui::vec2(width, ROW), layout, |ui| {
         ui.set_min_width(width);
@@ -228,7 +253,7 @@ fn fixed(ui: &mut Ui, width: f32, add: impl FnOnce(&mut Ui) -> Response) -> Resp
 }
 
 /// `value` to so many digits after the point: what is shown is what is kept.
-fn rounded(value: f64, decimals: usize) -> f64 {
+pub fn rounded(value: f64, decimals: usize) -> f64 {
     let scale = 10f64.powi(decimals as i32);
     let rounded = (value * scale).round() / scale;
     if rounded.is_finite() { rounded } else { value }

@@ -33,7 +33,7 @@ pub enum Command {
     Help,
     /// Closes the window; asks first where there are changes.
     Close,
-    /// Closes whatever is on top.
+    /// Closes the help; ends picking a light, or painting.
     Escape,
 }
 
@@ -74,7 +74,12 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 18] = {
         (NONE, Key::H, Command::Help, "This help"),
         (NONE, Key::F1, Command::Help, "This help"),
         (NONE, Key::Questionmark, Command::Help, "This help"),
-        (NONE, Key::Escape, Command::Escape, "Close help or question"),
+        (
+            NONE,
+            Key::Escape,
+            Command::Escape,
+            "Close what is on top; stop painting",
+        ),
     ]
 };
 
@@ -96,6 +101,8 @@ pub fn pressed(ctx: &egui::Context) -> Vec<Command> {
         KEYS.into_iter()
             .filter(|(modifiers, ..)| !(is_typing && *modifiers == Modifiers::NONE))
             .filter(|(_, key, ..)| !(is_typing && matches!(key, Key::Z | Key::Y)))
+            // Whatever is on top takes that itself; see `layout`.
+            .filter(|(_, key, ..)| *key != Key::Escape)
             .filter(|(modifiers, key, ..)| {
                 input.consume_shortcut(&KeyboardShortcut::new(*modifiers, *key))
             })

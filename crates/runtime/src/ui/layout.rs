@@ -28,6 +28,8 @@ pub struct UiState {
     pub is_help_open: bool,
     /// The path being typed for "save as".
     pub save_as: Option<String>,
+    /// A field was being typed in when the last frame ended.
+    pub is_typing: bool,
     /// Closing was asked for with changes that are not saved.
     pub is_closing: bool,
     /// Files of the scene changed on disk while there are changes here.
@@ -78,11 +80,17 @@ pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
     let mut asked = Asked {
         scene: shown.viewer.session().scene().clone(),
         changes: Changes::default(),
-        commands: keys::pressed(ui.ctx()),
+        commands: Vec::new(),
         save_to: None,
         close: None,
         seen: Seen::default(),
     };
+    let is_asking = state.save_as.is_some() || state.is_closing;
+    if !is_asking {
+        asked.commands = keys::pressed(ui.ctx());
+    }
+    // Fields and lists that Escape closes are gone once they have been shown.
+    let is_escape_taken = is_asking || state.is_typing || egui::Popup::is_any_open(ui.ctx());
     let frame = |margin| {
         egui::Frame::new()
             .fill(theme::PANEL)
@@ -143,6 +151,10 @@ pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
     asked.seen = seen;
     help::show(ui.ctx(), &mut state.is_help_open);
     questions(ui, shown, state, &mut asked);
+    if !is_escape_taken && ui.input(|input| input.key_pressed(Key::Escape)) {
+        asked.commands.push(Command::Escape);
+    }
+    state.is_typing = ui.ctx().text_edit_focused();
     camera_commands(shown, state, &mut asked);
     asked
 }
@@ -173,7 +185,8 @@ fn sections(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState, asked: &mut Ask
     });
     section(ui, "Statistics", false, changes, |ui, _| {
         let report = shown.viewer.report();
-        panel::statistics::show(ui, report, &shown.progress, shown.times);
+        let context = shown.viewer.context();
+        panel::statistics::show(ui, context, report, &shown.progress, shown.times);
     });
 }
 
@@ -235,16 +248,22 @@ fn bar(ui: &mut Ui, shown: &Shown<'_>, asked: &mut Asked) {
 fn status(ui: &mut Ui, shown: &Shown<'_>, state: &UiState) {
     let progress = shown.progress;
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-        let what = if progress.is_done {
-            format!("{} samples", progress.samples)
+        let (what, share) = if progress.is_done {
+            (format!("{} samples", progress.samples), 1.0)
         } else if progress.is_shaded {
-            format!("{} of {} samples", progress.samples, progress.of_samples)
+            let Progress {
+                samples,
+                of_samples,
+                ..
+            } = progress;
+            let share = samples as f32 / of_samples.max(1) as f32;
+            (format!("{samples} of {of_samples} samples"), share)
         } else {
-            "shading".to_owned()
+            // What is shown was lit before the last edit.
+            ("shading".to_owned(), 0.0)
         };
-        let share = progress.samples as f32 / progress.of_samples.max(1) as f32;
         ui.add(
-            egui::ProgressBar::new(if progress.is_done { 1.0 } else { share })
+            egui::ProgressBar::new(share)
                 .desired_width(90.0)
                 .desired_height(6.0)
                 .fill(theme::ACCENT),
@@ -303,6 +322,9 @@ fn questions(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState, asked: &mut As
         });
         if is_open && !modal.should_close() {
             state.save_as = Some(path);
+        } else {
+            // Or the next key would still be typed.
+            ui.memory_mut(egui::Memory::stop_text_input);
         }
     }
     if state.is_closing {

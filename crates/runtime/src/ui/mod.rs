@@ -5,6 +5,7 @@
 //! scene file and scripts know the same parameters.
 
 mod app;
+mod color;
 mod deeds;
 mod document;
 mod field;

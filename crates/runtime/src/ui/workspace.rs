@@ -290,18 +290,10 @@ impl Workspace {
     }
 
     fn set_title(&mut self) {
-        let star = if self.viewer.session().is_modified() {
-            "*"
-        } else {
-            ""
-        };
-        let Progress {
-            samples,
-            of_samples,
-            ..
-        } = self.progress;
-        let name = self.document.name();
-        let title = format!("strandview - {name}{star} - {samples}/{of_samples}");
+        let is_modified = self.viewer.session().is_modified();
+        #[cfg(target_arch = "wasm32")]
+        crate::web::note_modified(is_modified);
+        let title = title(self.document.name(), is_modified, &self.progress);
         if title != self.title {
             self.window.set_title(&title);
             self.title = title;
@@ -320,6 +312,7 @@ impl Workspace {
     /// A page cannot wait: whoever calls opens a device and brings it to [`Workspace::take_up`].
     #[cfg(target_arch = "wasm32")]
     fn recover(&mut self, reason: &str) -> Result<(), GpuError> {
+        self.changed("lost", json!({ "reason": reason }));
         let reason = reason.to_owned();
         Err(GpuError::Lost { reason })
     }
@@ -345,5 +338,47 @@ impl Workspace {
         );
         self.say("The graphics device was lost and opened again.");
         self.window.request_redraw();
+    }
+}
+
+/// The window's title: the file, whether it must be saved, and how far the picture is.
+fn title(name: &str, is_modified: bool, progress: &Progress) -> String {
+    let star = if is_modified { "*" } else { "" };
+    let Progress {
+        samples,
+        of_samples,
+        is_shaded,
+        ..
+    } = progress;
+    // Until an edit is shaded, the samples are those of the picture before it.
+    let picture = match is_shaded {
+        true => format!("{samples}/{of_samples}"),
+        false => "shading".to_owned(),
+    };
+    format!("strandview - {name}{star} - {picture}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_title_tells_of_no_samples_before_an_edit_is_shaded() {
+        let mut progress = Progress {
+            samples: 20,
+            of_samples: 20,
+            is_shaded: true,
+            is_done: true,
+            noise: None,
+        };
+        assert_eq!(
+            title("a.toml", true, &progress),
+            "strandview - a.toml* - 20/20"
+        );
+        (progress.is_shaded, progress.is_done) = (false, false);
+        assert_eq!(
+            title("a.toml", false, &progress),
+            "strandview - a.toml - shading"
+        );
     }
 }

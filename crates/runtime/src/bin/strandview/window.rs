@@ -28,7 +28,8 @@ pub fn run(args: &Args) -> Result<(), String> {
     let size = set.remove("render.size");
     let size = size.and_then(|size| serde_json::from_value(size).ok());
     // What is wrong with the files is said before a window opens.
-    let session = Session::open(&args.scene).map_err(|error| error.to_string())?;
+    let mut session = Session::open(&args.scene).map_err(|error| error.to_string())?;
+    session.overlay(&set).map_err(|error| error.to_string())?;
     let log = match &args.log {
         Some(path) => EventLog::to_file(start, path)
             .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?,
@@ -36,13 +37,7 @@ pub fn run(args: &Args) -> Result<(), String> {
     };
     let launch = Launch {
         open: Box::new(move |context| {
-            let opened = Viewer::new(context, session).and_then(|mut viewer| {
-                if !set.is_empty() {
-                    viewer.set(&set)?;
-                }
-                Ok(viewer)
-            });
-            opened.map_err(|error| error.to_string())
+            Viewer::new(context, session).map_err(|error| error.to_string())
         }),
         size,
         log,

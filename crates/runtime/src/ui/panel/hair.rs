@@ -6,6 +6,7 @@ use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
 use strandlight_scattering::color::{reflectance_from_sigma_a, sigma_a_from_melanin};
 
 use crate::assets::hair_params;
+use crate::ui::color::swatch;
 use crate::ui::field::{Changes, Field, named};
 
 /// The ways to give the colour, as [`HairSection::COLOR_KEYS`] has them.
@@ -85,7 +86,8 @@ fn color(ui: &mut Ui, hair: &mut HairSection, plain: &HairSection, changes: &mut
         }
     });
     if let Some(rgb) = &mut hair.reflectance {
-        swatch(ui, "Colour", rgb, changes);
+        let help = "Click to choose a colour";
+        named(ui, "Colour", help, |ui| swatch(ui, "Colour", rgb, changes));
         let default = plain.reflectance.unwrap_or([0.5; 3]);
         for (ix, name) in ["Reflectance red", "Reflectance green", "Reflectance blue"]
             .into_iter()
@@ -160,21 +162,6 @@ fn nearest_melanin(sigma_a: [f64; 3]) -> Melanin {
         eumelanin,
         pheomelanin,
     }
-}
-
-/// A colour that is picked; `rgb` is linear.
-pub fn swatch(ui: &mut Ui, name: &str, rgb: &mut [f64; 3], changes: &mut Changes) {
-    named(ui, name, "Click to choose a colour", |ui| {
-        let mut shown = rgb.map(|x| x as f32);
-        let response = ui.color_edit_button_rgb(&mut shown);
-        if response.changed() {
-            *rgb = shown.map(|x| (f64::from(x) * 1e3).round() / 1e3);
-        }
-        // The button stays open over many changes: they are one step until something else.
-        if response.changed() {
-            changes.label = Some(name.to_owned());
-        }
-    });
 }
 
 fn fibre(ui: &mut Ui, hair: &mut HairSection, plain: &HairSection, changes: &mut Changes) {

@@ -3,10 +3,13 @@
 use egui::{Color32, RichText, Sense, Ui};
 use strandlight_formats::{Scene, SrbfLight};
 
-use super::hair::swatch;
 use crate::tone;
+use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, row};
 use crate::ui::theme;
+
+/// Largest factor on a channel that a scene takes.
+const MOST_TINT: f64 = 1e3;
 
 /// What the panel remembers of the lights between frames.
 #[derive(Debug, Default)]
@@ -41,7 +44,9 @@ pub fn show(
         .slider(0.0..=8.0)
         .help("Strength of all lights.")
         .show(ui, &mut section.intensity, changes);
-    swatch(ui, "Tint", &mut section.tint, changes);
+    ColorField::new("Tint", MOST_TINT, [1.0; 3])
+        .help("Factor on the colour of all lights.")
+        .show(ui, &mut section.tint, changes);
     row(ui, |ui| {
         let text = if state.is_picking {
             "Click the highlight ..."
@@ -191,7 +196,9 @@ fn selected(ui: &mut Ui, scene: &mut Scene, ix: u32, changes: &mut Changes) {
         .slider(0.0..=8.0)
         .help("Strength of this light alone.")
         .show(ui, &mut intensity, changes);
-    swatch(ui, &format!("Tint of {ix}"), &mut rgb, changes);
+    ColorField::new(&format!("Tint of {ix}"), MOST_TINT, [1.0; 3])
+        .help("Factor on the colour of this light alone.")
+        .show(ui, &mut rgb, changes);
     if (intensity, rgb) != before {
         let own = section.adjust_mut(ix);
         own.intensity = intensity;

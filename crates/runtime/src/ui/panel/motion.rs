@@ -3,7 +3,7 @@
 use egui::Ui;
 use strandlight_formats::{MAX_PROXIES, MotionSection, ProxySection, Scene, WindSection};
 
-use super::hair::swatch;
+use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, named, row};
 use crate::ui::view::Bounds;
 
@@ -108,24 +108,22 @@ pub fn proxies(ui: &mut Ui, scene: &mut Scene, bounds: Bounds, changes: &mut Cha
     let has_room = scene.proxies.len() < MAX_PROXIES;
     row(ui, |ui| {
         let help = "Something matte that stands in the light and hides hair behind it";
-        let centre = bounds.centre.to_array().map(tenth);
-        let radius = tenth(0.4 * bounds.radius);
-        let lowest = tenth(bounds.centre.y - bounds.radius);
+        let reach = Reach::of(bounds);
         for (text, added) in [
             (
                 "Add head",
                 ProxySection::Ellipsoid {
-                    centre,
-                    radii: [radius.max(0.1); 3],
+                    centre: reach.centre,
+                    radii: [reach.radius; 3],
                     tilt_deg: 0.0,
-                    albedo: [0.35, 0.25, 0.2],
+                    albedo: SKIN,
                 },
             ),
             (
                 "Add ground",
                 ProxySection::Ground {
-                    height: lowest,
-                    albedo: [0.3; 3],
+                    height: reach.lowest,
+                    albedo: FLOOR,
                 },
             ),
         ] {
@@ -158,31 +156,18 @@ fn one(
     bounds: Bounds,
     changes: &mut Changes,
 ) -> bool {
-    let reach = f64::from(bounds.radius.max(0.1));
-    let length = |name: &str, value: &mut f64, low: f64, ui: &mut Ui, changes: &mut Changes| {
-        let slider = if low > 0.0 {
-            0.05 * reach..=2.0 * reach
-        } else {
-            -2.0 * reach..=2.0 * reach
-        };
-        Field::new(
-            &format!("{name} {}", ix + 1),
-            low..=1e6,
-            tenth(value_or(low, reach)),
-        )
-        .unit(" cm")
-        .slider(slider)
-        .show(ui, value, changes);
-    };
+    let reach = Reach::of(bounds);
+    let number = ix + 1;
     let mut is_removed = false;
     row(ui, |ui| {
         let name = match proxy {
             ProxySection::Ellipsoid { .. } => "Head",
             ProxySection::Ground { .. } => "Ground",
         };
-        ui.strong(format!("{name} {}", ix + 1));
+        ui.strong(format!("{name} {number}"));
         is_removed = ui.button("Remove").clicked();
     });
+    let axes = ["x", "y", "z"].into_iter();
     match proxy {
         ProxySection::Ellipsoid {
             centre,
@@ -190,31 +175,115 @@ fn one(
             tilt_deg,
             albedo,
         } => {
-            for (axis, value) in ["x", "y", "z"].into_iter().zip(centre) {
-                length(&format!("Centre {axis}"), value, -1e6, ui, changes);
+            for (axis, (value, plain)) in axes.clone().zip(centre.iter_mut().zip(reach.centre)) {
+                let name = format!("Centre {axis} {number}");
+                reach.place(&name, plain).show(ui, value, changes);
             }
-            for (axis, value) in ["x", "y", "z"].into_iter().zip(radii) {
-                length(&format!("Radius {axis}"), value, 1e-3, ui, changes);
+            for (axis, value) in axes.zip(radii) {
+                let name = format!("Radius {axis} {number}");
+                reach.length(&name).show(ui, value, changes);
             }
-            Field::new(&format!("Tilt {}", ix + 1), -180.0..=180.0, 0.0)
+            Field::new(&format!("Tilt {number}"), -180.0..=180.0, 0.0)
                 .unit("°")
                 .decimals(1)
+                .help("Turns it about the x axis: nods.")
                 .show(ui, tilt_deg, changes);
-            swatch(ui, &format!("Albedo {}", ix + 1), albedo, changes);
+            color(ui, number, albedo, SKIN, changes);
         }
         ProxySection::Ground { height, albedo } => {
-            length("Height", height, -1e6, ui, changes);
-            swatch(ui, &format!("Albedo {}", ix + 1), albedo, changes);
+            let name = format!("Height {number}");
+            reach.place(&name, reach.lowest).show(ui, height, changes);
+            color(ui, number, albedo, FLOOR, changes);
         }
     }
     is_removed
 }
 
-fn value_or(low: f64, reach: f64) -> f64 {
-    if low > 0.0 { 0.4 * reach } else { 0.0 }
+fn color(
+    ui: &mut Ui,
+    number: usize,
+    albedo: &mut [f64; 3],
+    plain: [f64; 3],
+    changes: &mut Changes,
+) {
+    ColorField::new(&format!("Albedo {number}"), 1.0, plain)
+        .help("Share of the light that its surface sends back.")
+        .show(ui, albedo, changes);
+}
+
+/// Colours of a head and of a ground to begin with.
+const SKIN: [f64; 3] = [0.35, 0.25, 0.2];
+const FLOOR: [f64; 3] = [0.3; 3];
+
+/// Lengths around the hair, cm: what a head or a ground there may have.
+struct Reach {
+    centre: [f64; 3],
+    /// Of a head to begin with.
+    radius: f64,
+    /// Of a ground to begin with.
+    lowest: f64,
+    of_hair: f64,
+    /// Farthest place that is offered.
+    far: f64,
+}
+
+impl Reach {
+    fn of(bounds: Bounds) -> Self {
+        let of_hair = f64::from(bounds.radius).max(0.1);
+        let from_origin = f64::from(bounds.centre.abs().max_element());
+        Reach {
+            centre: bounds.centre.to_array().map(tenth),
+            radius: tenth(0.4 * of_hair).max(0.1),
+            lowest: tenth(bounds.centre.y - bounds.radius),
+            of_hair,
+            far: round_up(from_origin + 8.0 * of_hair),
+        }
+    }
+
+    /// A coordinate, that of the head or ground which is added being `plain`.
+    fn place<'a>(&self, name: &'a str, plain: f64) -> Field<'a> {
+        let around = 2.0 * self.of_hair;
+        Field::new(name, -self.far..=self.far, plain)
+            .unit(" cm")
+            .slider(plain - around..=plain + around)
+    }
+
+    /// A half axis.
+    fn length<'a>(&self, name: &'a str) -> Field<'a> {
+        Field::new(name, 0.01..=self.far, self.radius)
+            .unit(" cm")
+            .slider(0.05 * self.of_hair..=2.0 * self.of_hair)
+    }
+}
+
+/// The least of 1, 2, 5, 10, 20, 50 ... that is not below `x`, > 0.
+fn round_up(x: f64) -> f64 {
+    let power = 10f64.powf(x.log10().floor());
+    let steps = [1.0, 2.0, 5.0].map(|step| step * power);
+    (steps.into_iter().find(|&step| step >= x)).unwrap_or(10.0 * power)
 }
 
 /// Rounded to a millimetre.
 fn tenth(x: impl Into<f64>) -> f64 {
     (x.into() * 10.0).round() / 10.0
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn what_is_offered_for_a_head_is_of_the_hairs_size() {
+        for (x, up) in [(1.0, 1.0), (1.1, 2.0), (130.0, 200.0), (640.0, 1000.0)] {
+            assert!((round_up(x) / up - 1.0).abs() < 1e-12, "{x}");
+        }
+        let reach = Reach::of(Bounds {
+            centre: Vec3::new(0.0, 3.0, -1.0),
+            radius: 15.0,
+        });
+        assert_eq!((reach.far, reach.radius, reach.lowest), (200.0, 6.0, -12.0));
+        assert_eq!(reach.centre, [0.0, 3.0, -1.0]);
+    }
 }

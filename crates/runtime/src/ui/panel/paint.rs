@@ -4,9 +4,9 @@ use egui::Ui;
 use strandlight_formats::{MAX_SCALE, MIN_SCALE, Scene};
 use strandlight_scattering::color::sigma_a_from_reflectance;
 
-use super::hair::swatch;
 use crate::assets::hair_params;
 use crate::paint::{Brush, BrushMask, Dab};
+use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, named, row};
 
 /// What the brush puts on hair.
@@ -17,6 +17,9 @@ enum What {
     Shift,
     Erase,
 }
+
+/// The dye to begin with: red.
+const DYE: [f64; 3] = [0.5, 0.06, 0.02];
 
 /// The brush as the panel shows it, and where it is.
 #[derive(Debug)]
@@ -45,7 +48,7 @@ impl Default for PaintState {
             is_on: false,
             radius_px: None,
             what: What::Dye,
-            reflectance: [0.5, 0.06, 0.02],
+            reflectance: DYE,
             width_scale: 0.5,
             shift_scale: 1.5,
             radius_cm: brush.radius_cm.into(),
@@ -133,7 +136,11 @@ pub fn show(ui: &mut Ui, state: &mut PaintState, places: &mut Changes) {
     });
     let scale = f64::from(MIN_SCALE)..=f64::from(MAX_SCALE);
     match state.what {
-        What::Dye => swatch(ui, "Dye", &mut state.reflectance, &mut changes),
+        What::Dye => {
+            ColorField::new("Dye", 1.0, DYE)
+                .help("The colour that a whole head of hair dyed so has.")
+                .show(ui, &mut state.reflectance, &mut changes);
+        }
         What::Width => {
             Field::new("Width factor", scale, 1.0)
                 .slider(0.25..=4.0)

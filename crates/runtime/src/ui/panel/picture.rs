@@ -3,8 +3,8 @@
 use egui::Ui;
 use strandlight_formats::{Background, RenderSection, Scattering, Scene, ToneMap};
 
-use super::hair::swatch;
-use crate::ui::field::{Changes, Field, named};
+use crate::ui::color::ColorField;
+use crate::ui::field::{Changes, Field, named, rounded};
 
 /// Terms of scattering with what they are to the eye.
 const TERMS: [(Scattering, &str, &str); 4] = [
@@ -25,6 +25,9 @@ const TERMS: [(Scattering, &str, &str); 4] = [
         "Light that comes back from the hair around a fibre: saturated colour.",
     ),
 ];
+
+/// A colour behind the hair to begin with: middle grey.
+const BACKDROP: [f32; 3] = [0.18; 3];
 
 /// Scattering, grading, background, samples and shadow maps.
 pub fn show(ui: &mut Ui, scene: &mut Scene, changes: &mut Changes) {
@@ -104,16 +107,18 @@ fn background(ui: &mut Ui, background: &mut Background, changes: &mut Changes) {
                 *background = match ix {
                     0 => Background::Lights,
                     1 => Background::None,
-                    _ => Background::Color([0.18; 3]),
+                    _ => Background::Color(BACKDROP),
                 };
                 changes.note("Background");
             }
         }
     });
     if let Background::Color(rgb) = background {
-        let mut shown = rgb.map(f64::from);
-        swatch(ui, "Background colour", &mut shown, changes);
-        if shown != rgb.map(f64::from) {
+        // Through the shortest decimal of the f32: it is what is shown.
+        let mut shown = rgb.map(|x| rounded(f64::from(x), 6));
+        let plain = BACKDROP.map(f64::from).map(|x| rounded(x, 3));
+        let field = ColorField::new("Backdrop", 1e6, plain).help("The colour between the strands.");
+        if field.show(ui, &mut shown, changes) {
             *rgb = shown.map(|x| x as f32);
         }
     }

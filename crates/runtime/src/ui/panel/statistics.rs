@@ -3,6 +3,7 @@
 use egui::{Grid, RichText, Ui};
 
 use crate::edit::Outcome;
+use crate::gpu::Context;
 use crate::live::{LiveReport, Progress};
 use crate::ui::theme;
 
@@ -16,7 +17,13 @@ pub struct FrameTimes {
 }
 
 /// Progress, stages, what was skipped, what the last edit rebuilt, and memory.
-pub fn show(ui: &mut Ui, report: &LiveReport, progress: &Progress, times: FrameTimes) {
+pub fn show(
+    ui: &mut Ui,
+    context: &Context,
+    report: &LiveReport,
+    progress: &Progress,
+    times: FrameTimes,
+) {
     let stats = &report.stats;
     Grid::new("counts").num_columns(2).show(ui, |ui| {
         let mut line = |name: &str, value: String, help: &str| {
@@ -39,7 +46,12 @@ pub fn show(ui: &mut Ui, report: &LiveReport, progress: &Progress, times: FrameT
             format!("{:.1} ms a frame", times.frame_ms),
             "Time between frames of the window while it is busy",
         );
-        line("Device", stats.backend.clone(), "What draws");
+        line("Device", context.adapter_name.clone(), "What draws");
+        let kind = match context.is_software() {
+            true => format!("{}, by the processor: no GPU", context.backend),
+            false => context.backend.clone(),
+        };
+        line("Driver", kind, "How it is driven");
         line(
             "Hair",
             format!("{} strands, {} points", stats.strands, stats.points),
@@ -66,12 +78,12 @@ pub fn show(ui: &mut Ui, report: &LiveReport, progress: &Progress, times: FrameT
             );
         }
     });
-    stages(ui, report);
+    stages(ui, report, context.is_software());
     terms(ui, report);
     edit(ui, report);
 }
 
-fn stages(ui: &mut Ui, report: &LiveReport) {
+fn stages(ui: &mut Ui, report: &LiveReport, is_software: bool) {
     if report.stages.is_empty() {
         return;
     }
@@ -83,7 +95,8 @@ fn stages(ui: &mut Ui, report: &LiveReport) {
             for stage in &report.stages {
                 ui.label(stage.name);
                 ui.label(format!("{} x", stage.runs));
-                match stage.gpu_milliseconds {
+                // Time stamps of a processor that draws are no GPU's.
+                match stage.gpu_milliseconds.filter(|_| !is_software) {
                     Some(ms) => ui.label(format!("{ms:.2} ms on the GPU")),
                     None if stage.milliseconds > 0.0 => {
                         ui.label(format!("{:.1} ms by the clock", stage.milliseconds))
