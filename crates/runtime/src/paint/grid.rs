@@ -91,8 +91,9 @@ impl PointGrid {
         }
     }
 
-    /// Points of cells whose ball, `margin` larger than the cell, meets the cone from `apex` along
-    /// the unit vector `axis` that is `slope` wide at distance 1.
+    /// Points within `margin` of the cone from `apex` along the unit vector `axis` that is `slope`
+    /// wide at distance 1, and perhaps others near it. Looks at few cells beside these: slab by slab
+    /// across the axis that the cone runs along most.
     pub fn in_cone(
         &self,
         [apex, axis]: [Vec3; 2],
@@ -100,25 +101,52 @@ impl PointGrid {
         margin: f32,
         mut see: impl FnMut(u32),
     ) {
-        let radius = 0.5 * 3f32.sqrt() * self.side + margin;
-        for cell in 0..self.starts.len().saturating_sub(1) {
-            let points = self.points_of(cell);
-            if points.is_empty() {
+        let size = axis.abs();
+        let (major, length) = match size.max_element() {
+            most if size.x >= most => (0, size.x),
+            most if size.y >= most => (1, size.y),
+            most => (2, most),
+        };
+        // Wider than it is long: no picture is taken so.
+        let slope = slope.min(0.5 * length);
+        let minors = [(major + 1) % 3, (major + 2) % 3];
+        let dims = self.dims.to_array();
+        for slab in 0..dims[major] {
+            let near = self.low[major] + slab as f32 * self.side - apex[major];
+            let [near, far] = match axis[major] < 0.0 {
+                true => [-near - self.side, -near],
+                false => [near, near + self.side],
+            };
+            // How far along the cone a point of the slab is at most, and how far off the axis.
+            let most = (far + margin) / (length - slope);
+            let off = slope * most.max(0.0) + margin;
+            let along = [(near - off) / length, (far + off) / length];
+            if along[1] < -margin {
                 continue;
             }
-            let row = cell as u32;
-            let place = UVec3::new(
-                row % self.dims.x,
-                row / self.dims.x % self.dims.y,
-                row / (self.dims.x * self.dims.y),
-            );
-            let centre = self.low + (place.as_vec3() + 0.5) * self.side;
-            let from = centre - apex;
-            let along = from.dot(axis);
-            let across = (from - along * axis).length();
-            // The cone is as wide as the far side of the ball has it.
-            if along > -radius && across <= slope * (along + radius) + radius {
-                points.iter().for_each(|&ix| see(ix));
+            let mut first = [0; 3];
+            let mut last = [0; 3];
+            (first[major], last[major]) = (slab, slab);
+            let mut is_there = true;
+            for minor in minors {
+                let at = along.map(|t| apex[minor] + t * axis[minor] - self.low[minor]);
+                let low = (at[0].min(at[1]) - off) / self.side;
+                let high = (at[0].max(at[1]) + off) / self.side;
+                is_there &= high >= 0.0 && low <= dims[minor] as f32;
+                // A cast of a number below zero, or of none, is 0.
+                first[minor] = (low as u32).min(dims[minor] - 1);
+                last[minor] = (high as u32).min(dims[minor] - 1);
+            }
+            if !is_there {
+                continue;
+            }
+            for z in first[2]..=last[2] {
+                for y in first[1]..=last[1] {
+                    for x in first[0]..=last[0] {
+                        let cell = self.cell(UVec3::new(x, y, z));
+                        self.points_of(cell).iter().for_each(|&ix| see(ix));
+                    }
+                }
             }
         }
     }
@@ -145,19 +173,41 @@ mod tests {
                 assert!(seen <= 1 && (seen == 1 || !is_near));
             }
         }
-        let (apex, axis) = (Vec3::new(0.0, 0.0, 50.0), Vec3::new(0.1, 0.0, -1.0));
-        let (axis, slope) = (axis.normalize(), 0.02);
-        let mut seen = vec![0; points.len()];
-        grid.in_cone([apex, axis], slope, 0.0, |ix| seen[ix as usize] += 1);
+    }
+
+    #[test]
+    fn every_point_in_a_cone_is_seen_once() {
+        let points: Vec<[f32; 4]> = (0..4000)
+            .map(|ix| {
+                let t = ix as f32;
+                [(0.7 * t).sin() * 9.0, (1.3 * t).cos() * 3.0, 0.002 * t, 0.0]
+            })
+            .collect();
+        let grid = PointGrid::new(&points);
         let mut inside = 0;
-        for (point, &seen) in points.iter().zip(&seen) {
-            let from = Vec3::from_slice(point) - apex;
-            let along = from.dot(axis);
-            let is_inside = (from - along * axis).length() <= slope * along;
-            assert!(seen <= 1 && (seen == 1 || !is_inside));
-            inside += usize::from(is_inside);
+        for (apex, axis) in [
+            ([0.0, 0.0, 50.0], [0.1, 0.0, -1.0]),
+            ([40.0, 3.0, 2.0], [-1.0, -0.1, 0.05]),
+            ([-2.0, -30.0, 4.0], [0.1, 1.0, 0.02]),
+            // From within, and past everything.
+            ([1.0, 0.5, 4.0], [0.7, 0.6, 0.5]),
+            ([20.0, 20.0, 20.0], [1.0, 0.0, 0.0]),
+        ] {
+            let (apex, axis) = (Vec3::from(apex), Vec3::from(axis).normalize());
+            for (slope, margin) in [(0.02, 0.0), (0.01, 0.7), (0.2, 0.1)] {
+                let mut seen = vec![0; points.len()];
+                grid.in_cone([apex, axis], slope, margin, |ix| seen[ix as usize] += 1);
+                for (point, &seen) in points.iter().zip(&seen) {
+                    let from = Vec3::from_slice(point) - apex;
+                    let along = from.dot(axis);
+                    let across = (from - along * axis).length();
+                    let is_inside = along >= 0.0 && across <= slope * along + margin;
+                    assert!(seen <= 1 && (seen == 1 || !is_inside), "{apex} {axis}");
+                    inside += usize::from(is_inside);
+                }
+            }
         }
-        assert!(inside > 10, "{inside}");
+        assert!(inside > 100, "{inside}");
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! A stroke while it is being made.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use glam::Vec3;
@@ -17,6 +16,7 @@ const MAX_DABS: f32 = 1024.0;
 /// A point that a stroke has touched.
 #[derive(Clone, Copy, Debug)]
 struct Touched {
+    point: u32,
     /// Largest nearness of all dabs so far.
     nearness: f32,
     before: PaintedPoint,
@@ -28,7 +28,10 @@ struct Touched {
 #[derive(Clone, Debug)]
 pub struct Stroking {
     brush: Brush,
-    touched: BTreeMap<u32, Touched>,
+    /// In the order they were touched.
+    touched: Vec<Touched>,
+    /// Of each point of the groom: one more than its place in `touched`, 0 if it is not there.
+    places: Vec<u32>,
     /// Where the cursor was, and where the hair under it, when it was over hair.
     last: Option<([f32; 2], Option<Vec3>)>,
 }
@@ -42,7 +45,8 @@ impl Stroking {
         brush.validate()?;
         Ok(Stroking {
             brush,
-            touched: BTreeMap::new(),
+            touched: Vec::new(),
+            places: Vec::new(),
             last: None,
         })
     }
@@ -130,6 +134,7 @@ impl Stroking {
         centre: Vec3,
     ) -> Option<Range<usize>> {
         let brush = self.brush;
+        self.places.resize(paint.points.len(), 0);
         let found = picker.around(centre, brush.radius_cm, |distance| brush.nearness(distance));
         let mut changed: Option<Range<usize>> = None;
         for (point, nearness) in found {
@@ -147,18 +152,30 @@ impl Stroking {
                 let Some(paint) = paint.points.get_mut(at as usize) else {
                     return false;
                 };
-                let touched = self.touched.entry(at).or_insert(Touched {
-                    nearness: 0.0,
-                    before: *paint,
-                });
+                let place = &mut self.places[at as usize];
+                if *place == 0 {
+                    // NaN is not near.
+                    if carried <= 0.0 || carried.is_nan() {
+                        return false;
+                    }
+                    self.touched.push(Touched {
+                        point: at,
+                        nearness: 0.0,
+                        before: *paint,
+                    });
+                    *place = self.touched.len() as u32;
+                }
+                let touched = &mut self.touched[*place as usize - 1];
                 if carried <= touched.nearness {
                     return false;
                 }
                 touched.nearness = carried;
                 let coverage = brush.coverage(carried, picker.arc(at) / length);
                 *paint = brush.applied(&touched.before, coverage);
-                let at = at as usize;
-                changed = joined(changed.take(), Some(at..at + 1));
+                changed = Some(match changed.take() {
+                    Some(range) => range.start.min(at as usize)..range.end.max(at as usize + 1),
+                    None => at as usize..at as usize + 1,
+                });
                 true
             };
             for at in towards_tip {
@@ -176,10 +193,12 @@ impl Stroking {
     }
 
     /// The brush goes up: what the stroke did to `paint`, which stays as it is.
-    pub fn finish(self, paint: &Paint) -> Stroke {
-        let changed = self.touched.into_iter().filter_map(|(ix, touched)| {
-            let after = *paint.points.get(ix as usize)?;
-            (after != touched.before).then_some((ix, touched.before, after))
+    pub fn finish(mut self, paint: &Paint) -> Stroke {
+        self.touched.sort_unstable_by_key(|touched| touched.point);
+        let changed = self.touched.into_iter().filter_map(|touched| {
+            let Touched { point, before, .. } = touched;
+            let after = *paint.points.get(point as usize)?;
+            (after != before).then_some((point, before, after))
         });
         Stroke {
             changed: changed.collect(),
