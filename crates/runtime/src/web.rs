@@ -2,7 +2,7 @@
 //!
 //! `web/index.html` calls [`open`]; `web/build` puts page, program and scene into one folder.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 
 use js_sys::{Array, Function, Uint8Array};
@@ -21,6 +21,8 @@ use crate::viewer::Viewer;
 thread_local! {
     /// Shows a sentence in place of the canvas, or nothing for an empty one.
     static SAY: RefCell<Option<Function>> = const { RefCell::new(None) };
+    /// Has the scene changes that were not saved?
+    static IS_MODIFIED: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Opens the scene at the address `scene`, seen from the page, in `canvas`. `say` is called with
@@ -43,7 +45,7 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
             Viewer::new(context, session).map_err(|error| error.to_string())
         }),
         size: None,
-        log: EventLog::silent(Instant::now()),
+        log: EventLog::of_page(Instant::now()),
         loses_device: false,
         canvas,
     };
@@ -58,6 +60,17 @@ pub fn say(text: &str) {
             let _ = say.call1(&JsValue::NULL, &text.into());
         }
     });
+}
+
+/// Has the scene changes that would be lost with the page?
+#[wasm_bindgen]
+pub fn is_modified() -> bool {
+    IS_MODIFIED.get()
+}
+
+/// Tells the page whether the scene has changes that would be lost with it.
+pub fn note_modified(is_modified: bool) {
+    IS_MODIFIED.set(is_modified);
 }
 
 /// The scene at `path` and the files that it names.

@@ -1,4 +1,5 @@
-//! What happened in the window, as JSON lines, for tests and timings: `--log FILE`.
+//! What happened in the window, as JSON lines, for tests and timings: `--log FILE`, or in a page an
+//! array called `strandview_log`.
 //!
 //! Every line has `event` and `ms`, milliseconds since the program started. Events:
 //! `first_picture` (the first picture of hair on screen, a draft), `ready` (the first lit one), `places` (where controls are, pixels, whenever that changes), `frame` (a
@@ -14,6 +15,8 @@ pub struct EventLog {
     start: Instant,
     #[cfg(not(target_arch = "wasm32"))]
     file: Option<std::fs::File>,
+    #[cfg(target_arch = "wasm32")]
+    lines: Option<js_sys::Array>,
 }
 
 impl EventLog {
@@ -23,6 +26,20 @@ impl EventLog {
             start,
             #[cfg(not(target_arch = "wasm32"))]
             file: None,
+            #[cfg(target_arch = "wasm32")]
+            lines: None,
+        }
+    }
+
+    /// A log that appends to the page's global array `strandview_log`, if it has one.
+    #[cfg(target_arch = "wasm32")]
+    pub fn of_page(start: Instant) -> Self {
+        use wasm_bindgen::JsCast;
+
+        let list = js_sys::Reflect::get(&js_sys::global(), &"strandview_log".into());
+        EventLog {
+            start,
+            lines: list.ok().and_then(|list| list.dyn_into().ok()),
         }
     }
 
@@ -43,7 +60,7 @@ impl EventLog {
         #[cfg(not(target_arch = "wasm32"))]
         return self.file.is_some();
         #[cfg(target_arch = "wasm32")]
-        return false;
+        return self.lines.is_some();
     }
 
     /// Milliseconds since the program started.
@@ -53,20 +70,23 @@ impl EventLog {
 
     /// Writes `event` with the keys of `more`, an object.
     pub fn write(&mut self, event: &str, more: Value) {
+        if !self.is_on() {
+            return;
+        }
+        let ms = (self.ms() * 1e3).round() / 1e3;
+        let mut line = json!({ "event": event, "ms": ms });
+        if let (Value::Object(line), Value::Object(more)) = (&mut line, more) {
+            line.extend(more);
+        }
         #[cfg(not(target_arch = "wasm32"))]
-        {
+        if let Some(file) = &mut self.file {
             use std::io::Write;
-            let ms = (self.ms() * 1e3).round() / 1e3;
-            if let Some(file) = &mut self.file {
-                let mut line = json!({ "event": event, "ms": ms });
-                if let (Value::Object(line), Value::Object(more)) = (&mut line, more) {
-                    line.extend(more);
-                }
-                // A log that cannot be written is no reason to stop showing hair.
-                let _ = writeln!(file, "{line}");
-            }
+            // A log that cannot be written is no reason to stop showing hair.
+            let _ = writeln!(file, "{line}");
         }
         #[cfg(target_arch = "wasm32")]
-        let _ = (event, more, json!({}));
+        if let Some(lines) = &self.lines {
+            lines.push(&line.to_string().into());
+        }
     }
 }
