@@ -45,6 +45,7 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
             Viewer::new(context, session).map_err(|error| error.to_string())
         }),
         size: None,
+        seconds: 0.0,
         log: EventLog::of_page(Instant::now()),
         loses_device: false,
         canvas,

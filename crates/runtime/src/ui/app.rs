@@ -107,6 +107,7 @@ impl App {
         let document = Document::new(&viewer);
         let display = self.display.clone();
         let mut workspace = Workspace::new(window, display, screen, viewer, document, launch.log);
+        workspace.set_time(launch.seconds);
         if launch.loses_device {
             workspace.lose_device();
         }

@@ -7,6 +7,7 @@ use web_time::Instant;
 
 use super::keys::Command;
 use super::layout::Asked;
+use super::panel::motion::end_of;
 use super::pick;
 use super::view::{self, Seen};
 use super::workspace::Workspace;
@@ -84,8 +85,8 @@ impl Workspace {
             Command::LargerBrush => self.state.paint.scale(1.25),
             Command::SmallerBrush => self.state.paint.scale(0.8),
             Command::Play => {
-                let motion = &mut self.state.motion;
-                motion.is_playing = !motion.is_playing;
+                let end = end_of(self.viewer.session().scene());
+                self.state.motion.toggle(end);
             }
             Command::Help => self.state.is_help_open = !self.state.is_help_open,
             Command::Escape => {
@@ -206,11 +207,15 @@ impl Workspace {
         let now = Instant::now();
         let passed = now.duration_since(self.last_tick).as_secs_f64();
         self.last_tick = now;
-        let is_moving = self.viewer.session().scene().motion.is_some();
+        let scene = self.viewer.session().scene();
         let motion = &mut self.state.motion;
-        if motion.is_playing && is_moving {
+        if motion.is_playing && scene.motion.is_some() {
             // A window that was hidden goes on where it was.
             motion.seconds += passed.min(0.25);
+            if let Some(end) = end_of(scene).filter(|&end| motion.seconds >= end) {
+                // The last frame stays, and its picture is finished.
+                (motion.seconds, motion.is_playing) = (end, false);
+            }
             self.window.request_redraw();
         }
         if motion.seconds != self.viewer.time() {

@@ -149,20 +149,20 @@ impl<'a> Field<'a> {
         let (low, high) = (self.text(*self.range.start()), self.text(*self.range.end()));
         let response = fixed(ui, NAME, |ui| {
             let name = ui.label(self.name);
-            let range = RichText::new(format!("{}..{high}", low.trim_end_matches(self.unit)));
+            let slider = self.slider.as_ref().unwrap_or(&self.range);
+            let [from, to] = [slider.start(), slider.end()].map(|&end| self.text(end));
+            let range = RichText::new(format!("{}..{to}", from.trim_end_matches(self.unit)));
             name | ui.label(range.small().color(theme::WEAK))
         });
         response.on_hover_ui(|ui| {
             if !self.help.is_empty() {
                 ui.label(self.help);
             }
-            ui.label(
-                RichText::new(format!(
-                    "From {low} to {high}; {} unless changed.",
-                    self.text(self.default)
-                ))
-                .color(theme::WEAK),
+            let range = format!(
+                "From {low} to {high}; {} unless changed.",
+                self.text(self.default)
             );
+            ui.label(RichText::new(range).color(theme::WEAK));
         });
     }
 

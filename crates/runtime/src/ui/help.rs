@@ -1,6 +1,6 @@
 //! The list of keys.
 
-use egui::{Align2, RichText};
+use egui::{Align2, Key, KeyboardShortcut, Modifiers, RichText};
 
 use super::keys::{Command, KEYS, MOUSE};
 use super::theme;
@@ -23,10 +23,7 @@ pub fn show(ctx: &egui::Context, is_open: &mut bool) {
                 for command in commands() {
                     let of_command: Vec<String> = (KEYS.iter())
                         .filter(|(_, _, of, _)| *of == command)
-                        .map(|(modifiers, key, ..)| {
-                            let shortcut = egui::KeyboardShortcut::new(*modifiers, *key);
-                            ctx.format_shortcut(&shortcut)
-                        })
+                        .map(|(modifiers, key, ..)| name_of(ctx, *modifiers, *key))
                         .collect();
                     let what = KEYS.iter().find(|(_, _, of, _)| *of == command);
                     ui.label(RichText::new(of_command.join("  or  ")).strong());
@@ -43,6 +40,18 @@ pub fn show(ctx: &egui::Context, is_open: &mut bool) {
                 .color(theme::WEAK),
             );
         });
+}
+
+/// A key as it is printed on a keyboard, with what is held down meanwhile.
+fn name_of(ctx: &egui::Context, modifiers: Modifiers, key: Key) -> String {
+    let shortcut = ctx.format_shortcut(&KeyboardShortcut::new(modifiers, key));
+    let sign = match key {
+        Key::OpenBracket => "[",
+        Key::CloseBracket => "]",
+        Key::Questionmark => "?",
+        _ => return shortcut,
+    };
+    shortcut.replace(key.name(), sign)
 }
 
 /// Every command once, in the order of the keys.

@@ -126,14 +126,9 @@ pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
                 });
         });
     let Asked { scene, changes, .. } = &mut asked;
-    let (seen, response) = view::show(
-        ui,
-        shown.texture,
-        scene,
-        shown.bounds,
-        state.paint.is_on,
-        changes,
-    );
+    // A click that picks a light paints nothing.
+    let is_brush = state.paint.is_on && !state.lights.is_picking;
+    let (seen, response) = view::show(ui, shown.texture, scene, shown.bounds, is_brush, changes);
     changes.place("View", &response);
     if state.lights.is_picking {
         response.on_hover_cursor(egui::CursorIcon::Crosshair);
@@ -178,7 +173,8 @@ fn sections(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState, asked: &mut Ask
         panel::motion::show(ui, scene, &mut state.motion, changes);
     });
     section(ui, "Head and ground", false, changes, |ui, changes| {
-        panel::motion::proxies(ui, scene, shown.bounds, changes);
+        let groom = shown.viewer.session().groom();
+        panel::motion::proxies(ui, scene, groom, shown.bounds, changes);
     });
     section(ui, "Camera", false, changes, |ui, changes| {
         panel::camera::show(ui, scene, shown.bounds, changes);

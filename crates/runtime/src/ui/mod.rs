@@ -16,6 +16,7 @@ mod log;
 mod orbit;
 mod panel;
 mod pick;
+mod scalp;
 mod screen;
 mod snapshot;
 mod theme;
@@ -36,6 +37,8 @@ pub struct Launch {
     pub open: Open,
     /// Width and height of the window in pixels; 1280 x 720 points if nobody says.
     pub size: Option<[u32; 2]>,
+    /// Seconds since the start of the scene's motion.
+    pub seconds: f64,
     /// Where events are noted.
     pub log: EventLog,
     /// For tests: the device is lost after the first finished picture.

@@ -24,6 +24,9 @@ use crate::viewer::Viewer;
 /// Work on the picture in a frame while somebody moves something, and while nobody does.
 const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis(40)];
 
+/// Frames in a row that are made for what has no size yet.
+const MOST_ROUGH: u32 = 4;
+
 /// A window with a scene in it.
 pub struct Workspace {
     pub(super) window: Arc<Window>,
@@ -58,6 +61,8 @@ pub struct Workspace {
     /// egui's next frame, where it asked for one.
     pub(super) wake: Option<Instant>,
     pub(super) is_open: bool,
+    /// Frames in a row in which something had no size yet.
+    n_rough: u32,
 }
 
 impl Workspace {
@@ -110,7 +115,13 @@ impl Workspace {
             loses_device: false,
             wake: None,
             is_open: true,
+            n_rough: 0,
         }
+    }
+
+    /// Sets the clock of the motion.
+    pub fn set_time(&mut self, seconds: f64) {
+        self.state.motion.seconds = seconds;
     }
 
     /// Loses the device after the first finished picture, so that tests see it come back.
@@ -199,6 +210,9 @@ impl Workspace {
         let mut output = self.egui.run_ui(raw, |ui| {
             asked = Some(layout::show(ui, &shown, state));
         });
+        // What was laid out without knowing its size looks right in the next frame.
+        let is_rough = output.platform_output.requested_discard();
+        self.n_rough = if is_rough { self.n_rough + 1 } else { 0 };
         self.input
             .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         let is_busy = match asked {
@@ -255,7 +269,10 @@ impl Workspace {
         let is_working = !self.progress.is_done && !self.is_stuck;
         let is_next = match painted {
             Painted::Again => true,
-            Painted::Presented => delay.is_zero() || is_working || self.progress != shown,
+            Painted::Presented => {
+                let is_rough = (1..MOST_ROUGH).contains(&self.n_rough);
+                delay.is_zero() || is_working || is_rough || self.progress != shown
+            }
             Painted::Hidden => false,
         };
         if is_next {

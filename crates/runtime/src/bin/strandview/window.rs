@@ -8,7 +8,7 @@ use crate::args::Args;
 /// Always.
 #[cfg(not(feature = "ui"))]
 pub fn run(args: &Args) -> Result<(), String> {
-    let _ = (&args.log, args.loses_device);
+    let _ = (&args.log, args.loses_device, args.time);
     Err("this build has no window; render one frame with --frame OUT.png".into())
 }
 
@@ -40,6 +40,7 @@ pub fn run(args: &Args) -> Result<(), String> {
             Viewer::new(context, session).map_err(|error| error.to_string())
         }),
         size,
+        seconds: args.time,
         log,
         loses_device: args.loses_device,
     };

@@ -73,8 +73,11 @@ pub fn show(
     if let Some(text) = &state.picked {
         ui.label(RichText::new(text).color(theme::WEAK));
     }
-    let head = "       light   power   azimuth, elevation";
-    ui.label(RichText::new(head).small().color(theme::WEAK));
+    row(ui, |ui| {
+        ui.allocate_space(egui::vec2(19.0, 12.0));
+        let head = RichText::new(" No   power   azimuth, elevation").monospace();
+        ui.label(head.color(theme::WEAK));
+    });
     list(ui, scene, lights, state, changes);
     if let Some(ix) = state.selected.filter(|&ix| (ix as usize) < lights.len()) {
         selected(ui, scene, ix, changes);
@@ -112,8 +115,8 @@ fn list(
                         text.color(theme::WEAK)
                     };
                     let label = ui.selectable_label(is_selected, text).on_hover_text(
-                        "Number, power against the strongest, azimuth (0 is +Z, 90 is +X) and \
-                         elevation. Click to change it alone.",
+                        "Number, power against the strongest, where it comes from: azimuth (0 is +Z, \
+                         90 is +X) and elevation above the horizon. Click to change it alone.",
                     );
                     if label.clicked() {
                         state.selected = (!is_selected).then_some(ix);

@@ -1,10 +1,11 @@
 //! Hair that moves, and what stands in its light.
 
 use egui::Ui;
-use strandlight_formats::{MAX_PROXIES, MotionSection, ProxySection, Scene, WindSection};
+use strandlight_formats::{Groom, MAX_PROXIES, MotionSection, ProxySection, Scene, WindSection};
 
 use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, named, row};
+use crate::ui::scalp;
 use crate::ui::view::Bounds;
 
 /// The clock of the motion.
@@ -14,6 +15,23 @@ pub struct MotionState {
     pub is_playing: bool,
     /// Seconds since the start of the motion.
     pub seconds: f64,
+}
+
+impl MotionState {
+    /// Starts or stops the clock. A motion that is at its `end` starts anew.
+    pub fn toggle(&mut self, end: Option<f64>) {
+        self.is_playing = !self.is_playing;
+        if self.is_playing && end.is_some_and(|end| self.seconds >= end) {
+            self.seconds = 0.0;
+        }
+    }
+}
+
+/// Seconds from the first frame of a sequence to the last; wind has no end.
+pub fn end_of(scene: &Scene) -> Option<f64> {
+    let motion = scene.motion.as_ref()?;
+    let last = motion.frames.len().checked_sub(1)?;
+    Some(last as f64 / motion.fps.unwrap_or(MotionSection::DEFAULT_FPS))
 }
 
 /// Wind, and the clock.
@@ -35,6 +53,7 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, state: &mut MotionState, changes: &m
             }
         });
     }
+    let end = end_of(scene);
     let Some(motion) = &mut scene.motion else {
         return;
     };
@@ -43,22 +62,25 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, state: &mut MotionState, changes: &m
         let button = ui.button(text).on_hover_text("Space");
         changes.place("Play button", &button);
         if button.clicked() {
-            state.is_playing = !state.is_playing;
+            state.toggle(end);
         }
-        if ui.button("Start").on_hover_text("Back to 0 s").clicked() {
+        if ui.button("Rewind").on_hover_text("Back to 0 s").clicked() {
             state.seconds = 0.0;
         }
     });
     // Where the clock stands is no edit of the scene.
     let mut of_clock = Changes::default();
-    Field::new("Time", 0.0..=3600.0, 0.0)
+    let range = 0.0..=end.unwrap_or(3600.0);
+    let slider = 0.0..=end.unwrap_or(20.0);
+    Field::new("Time", range, 0.0)
         .unit(" s")
-        .slider(0.0..=20.0)
+        .slider(slider)
         .help("Seconds since the start of the motion.")
         .show(ui, &mut state.seconds, &mut of_clock);
     if !motion.frames.is_empty() {
         let mut fps = motion.fps.unwrap_or(MotionSection::DEFAULT_FPS);
-        if Field::new("Frames a second", 1e-3..=1e3, MotionSection::DEFAULT_FPS)
+        if Field::new("Frame rate", 1e-3..=1e3, MotionSection::DEFAULT_FPS)
+            .unit(" /s")
             .slider(1.0..=60.0)
             .help("How fast the sequence of grooms goes by.")
             .show(ui, &mut fps, changes)
@@ -104,11 +126,17 @@ fn blow(ui: &mut Ui, wind: &mut WindSection, changes: &mut Changes) {
 }
 
 /// The list of proxies.
-pub fn proxies(ui: &mut Ui, scene: &mut Scene, bounds: Bounds, changes: &mut Changes) {
+pub fn proxies(
+    ui: &mut Ui,
+    scene: &mut Scene,
+    groom: &Groom,
+    bounds: Bounds,
+    changes: &mut Changes,
+) {
+    let reach = Reach::of(bounds, scalp::sphere_of(groom));
     let has_room = scene.proxies.len() < MAX_PROXIES;
     row(ui, |ui| {
         let help = "Something matte that stands in the light and hides hair behind it";
-        let reach = Reach::of(bounds);
         for (text, added) in [
             (
                 "Add head",
@@ -137,7 +165,7 @@ pub fn proxies(ui: &mut Ui, scene: &mut Scene, bounds: Bounds, changes: &mut Cha
     let mut removed = None;
     for (ix, proxy) in scene.proxies.iter_mut().enumerate() {
         ui.push_id(ix, |ui| {
-            if one(ui, ix, proxy, bounds, changes) {
+            if one(ui, ix, proxy, &reach, changes) {
                 removed = Some(ix);
             }
         });
@@ -153,10 +181,9 @@ fn one(
     ui: &mut Ui,
     ix: usize,
     proxy: &mut ProxySection,
-    bounds: Bounds,
+    reach: &Reach,
     changes: &mut Changes,
 ) -> bool {
-    let reach = Reach::of(bounds);
     let number = ix + 1;
     let mut is_removed = false;
     row(ui, |ui| {
@@ -217,8 +244,8 @@ const FLOOR: [f64; 3] = [0.3; 3];
 
 /// Lengths around the hair, cm: what a head or a ground there may have.
 struct Reach {
-    centre: [f64; 3],
     /// Of a head to begin with.
+    centre: [f64; 3],
     radius: f64,
     /// Of a ground to begin with.
     lowest: f64,
@@ -228,12 +255,20 @@ struct Reach {
 }
 
 impl Reach {
-    fn of(bounds: Bounds) -> Self {
+    /// Around hair in `bounds` that grows on `scalp`, if that is a sphere.
+    fn of(bounds: Bounds, scalp: Option<Bounds>) -> Self {
         let of_hair = f64::from(bounds.radius).max(0.1);
+        let head = scalp
+            .filter(|scalp| scalp.radius < bounds.radius)
+            .unwrap_or(Bounds {
+                centre: bounds.centre,
+                radius: 0.4 * bounds.radius,
+            });
         let from_origin = f64::from(bounds.centre.abs().max_element());
         Reach {
-            centre: bounds.centre.to_array().map(tenth),
-            radius: tenth(0.4 * of_hair).max(0.1),
+            centre: head.centre.to_array().map(tenth),
+            // Roots stay outside.
+            radius: tenth(0.98 * head.radius).max(0.1),
             lowest: tenth(bounds.centre.y - bounds.radius),
             of_hair,
             far: round_up(from_origin + 8.0 * of_hair),
@@ -279,11 +314,40 @@ mod tests {
         for (x, up) in [(1.0, 1.0), (1.1, 2.0), (130.0, 200.0), (640.0, 1000.0)] {
             assert!((round_up(x) / up - 1.0).abs() < 1e-12, "{x}");
         }
-        let reach = Reach::of(Bounds {
+        let bounds = Bounds {
             centre: Vec3::new(0.0, 3.0, -1.0),
             radius: 15.0,
-        });
-        assert_eq!((reach.far, reach.radius, reach.lowest), (200.0, 6.0, -12.0));
+        };
+        let reach = Reach::of(bounds, None);
+        assert_eq!((reach.far, reach.radius, reach.lowest), (200.0, 5.9, -12.0));
         assert_eq!(reach.centre, [0.0, 3.0, -1.0]);
+        let scalp = Bounds {
+            centre: Vec3::new(0.0, 9.0, -1.0),
+            radius: 10.0,
+        };
+        let reach = Reach::of(bounds, Some(scalp));
+        assert_eq!((reach.radius, reach.centre), (9.8, [0.0, 9.0, -1.0]));
+    }
+
+    #[test]
+    fn a_sequence_ends_and_starts_anew() {
+        let mut scene = Scene::new("a", "b");
+        assert_eq!(end_of(&scene), None);
+        scene.motion = Some(MotionSection {
+            frames: vec!["a".into(); 5],
+            fps: Some(8.0),
+            ..MotionSection::default()
+        });
+        let end = end_of(&scene);
+        assert_eq!(end, Some(0.5));
+        let mut state = MotionState {
+            is_playing: false,
+            seconds: 0.5,
+        };
+        state.toggle(end);
+        assert!(state.is_playing && state.seconds == 0.0);
+        state.seconds = 0.2;
+        state.toggle(end);
+        assert!(!state.is_playing && state.seconds == 0.2);
     }
 }

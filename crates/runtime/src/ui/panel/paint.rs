@@ -102,7 +102,7 @@ pub fn show(ui: &mut Ui, state: &mut PaintState, places: &mut Changes) {
         let text = if state.is_on {
             "Painting: drag over the hair"
         } else {
-            "Paint"
+            "Start painting"
         };
         let button = ui.add(egui::Button::new(text).selected(state.is_on));
         changes.place("Paint toggle", &button);
