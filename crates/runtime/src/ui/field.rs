@@ -149,8 +149,11 @@ impl<'a> Field<'a> {
         let (low, high) = (self.text(*self.range.start()), self.text(*self.range.end()));
         let response = fixed(ui, NAME, |ui| {
             let name = ui.label(self.name);
-            let slider = self.slider.as_ref().unwrap_or(&self.range);
-            let [from, to] = [slider.start(), slider.end()].map(|&end| self.text(end));
+            let [from, to] = match &self.slider {
+                Some(slider) => [slider.start(), slider.end()]
+                    .map(|&end| self.text(rounded(end, self.decimals))),
+                None => [low.clone(), high.clone()],
+            };
             let range = RichText::new(format!("{}..{to}", from.trim_end_matches(self.unit)));
             name | ui.label(range.small().color(theme::WEAK))
         });

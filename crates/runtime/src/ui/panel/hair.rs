@@ -252,6 +252,7 @@ const MODES: [(Mode, &str, &str); 3] = [
 fn lobes(ui: &mut Ui, hair: &mut HairSection, plain: &HairSection, changes: &mut Changes) {
     let help = "Paths of light through a fibre: switch them off to see what each adds.";
     named(ui, "Modes", help, |ui| {
+        ui.spacing_mut().item_spacing.x = 8.0;
         for (mode, name, help) in MODES {
             let mut is_on = hair.modes.contains(&mode);
             let is_last = is_on && hair.modes.len() == 1;

@@ -277,17 +277,17 @@ impl Reach {
 
     /// A coordinate, that of the head or ground which is added being `plain`.
     fn place<'a>(&self, name: &'a str, plain: f64) -> Field<'a> {
-        let around = 2.0 * self.of_hair;
+        let around = (2.0 * self.of_hair).ceil();
         Field::new(name, -self.far..=self.far, plain)
             .unit(" cm")
-            .slider(plain - around..=plain + around)
+            .slider(plain.round() - around..=plain.round() + around)
     }
 
     /// A half axis.
     fn length<'a>(&self, name: &'a str) -> Field<'a> {
         Field::new(name, 0.01..=self.far, self.radius)
             .unit(" cm")
-            .slider(0.05 * self.of_hair..=2.0 * self.of_hair)
+            .slider(tenth(0.05 * self.of_hair).max(0.1)..=(2.0 * self.of_hair).ceil())
     }
 }
 
@@ -300,7 +300,8 @@ fn round_up(x: f64) -> f64 {
 
 /// Rounded to a millimetre.
 fn tenth(x: impl Into<f64>) -> f64 {
-    (x.into() * 10.0).round() / 10.0
+    // Zero has no sign.
+    (x.into() * 10.0).round() / 10.0 + 0.0
 }
 
 #[cfg(test)]
