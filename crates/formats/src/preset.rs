@@ -168,9 +168,7 @@ mod tests {
     use crate::scene_hair::PerModeDeg;
 
     fn scene(hair: &str) -> Result<Scene> {
-        Scene::from_toml(&format!(
-            "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n[hair]\n{hair}"
-        ))
+        Scene::of_lines(&format!("[hair]\n{hair}"))
     }
 
     #[test]

@@ -281,8 +281,7 @@ mod tests {
     use crate::scene::Scene;
 
     fn scene(hair: &str) -> Result<Scene> {
-        let head = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n[hair]\n";
-        Scene::from_toml(&format!("{head}{hair}"))
+        Scene::of_lines(&format!("[hair]\n{hair}"))
     }
 
     #[test]

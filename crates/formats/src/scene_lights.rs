@@ -154,14 +154,9 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
 
-    fn scene(lights: &str) -> Result<Scene> {
-        let head = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n";
-        Scene::from_toml(&format!("{head}{lights}"))
-    }
-
     #[test]
     fn factors_are_those_of_all_keys() {
-        let lights = scene(
+        let lights = Scene::of_lines(
             "intensity = 2.0\ntint = [1.0, 0.5, 0.0]\nmuted = [3]\nsolo = [1, 3, 4]\n\
              [[lights.adjust]]\nlight = 4\nintensity = 3.0\n\
              [[lights.adjust]]\nlight = 0\ntint = [0.0, 1.0, 2.0]\n",
@@ -187,7 +182,7 @@ mod tests {
     fn every_key_survives_the_file() {
         let text = "tint = [1.0, 0.5, 0.0]\nmuted = [3]\nsolo = [1, 3, 4]\n\
                     [[lights.adjust]]\nlight = 4\nintensity = 3.0\n";
-        let read = scene(text).expect("valid");
+        let read = Scene::of_lines(text).expect("valid");
         let again = Scene::from_toml(&read.to_toml_string().expect("valid")).expect("valid");
         assert_eq!(again, read);
     }
@@ -209,7 +204,7 @@ mod tests {
                 "lights.adjust is 1",
             ),
         ] {
-            let error = scene(text).expect_err(text).to_string();
+            let error = Scene::of_lines(text).expect_err(text).to_string();
             assert!(error.contains(needle), "{text}: {error}");
         }
     }

@@ -104,22 +104,17 @@ mod tests {
     use super::*;
     use crate::Scene;
 
-    const TWO_FILES: &str = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n";
-
-    fn with(text: &str) -> Result<Scene> {
-        Scene::from_toml(&format!("{TWO_FILES}{text}"))
-    }
-
     #[test]
     fn wind_and_frames_are_read_and_written_as_they_are() {
-        let wind = with("[motion]\nwind = { speed = 5.0, seed = 7 }\n").unwrap();
+        let wind = Scene::of_lines("[motion]\nwind = { speed = 5.0, seed = 7 }\n").unwrap();
         let expected = WindSection {
             speed: 5.0,
             seed: 7,
             ..WindSection::default()
         };
         assert_eq!(wind.motion.clone().unwrap().wind, Some(expected));
-        let frames = with("[motion]\nframes = ['x/1.groom', 'x/2.groom']\nfps = 12\n").unwrap();
+        let frames =
+            Scene::of_lines("[motion]\nframes = ['x/1.groom', 'x/2.groom']\nfps = 12\n").unwrap();
         assert_eq!(frames.motion.clone().unwrap().frames.len(), 2);
         for scene in [wind, frames] {
             let text = scene.to_toml_string().unwrap();
@@ -149,7 +144,7 @@ mod tests {
             ("wind = {}\nframes = ['a']", "motion is"),
             ("", "motion is"),
         ] {
-            let error = with(&format!("[motion]\n{text}\n"))
+            let error = Scene::of_lines(&format!("[motion]\n{text}\n"))
                 .unwrap_err()
                 .to_string();
             assert!(error.contains(key), "{text}: {error}");

@@ -88,15 +88,9 @@ mod tests {
     use super::*;
     use crate::Scene;
 
-    const TWO_FILES: &str = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n";
-
-    fn with(text: &str) -> Result<Scene> {
-        Scene::from_toml(&format!("{TWO_FILES}{text}"))
-    }
-
     #[test]
     fn proxies_are_read_and_written_as_they_are() {
-        let scene = with(
+        let scene = Scene::of_lines(
             "[[proxy]]\nkind = 'ellipsoid'\ncentre = [0, 1, 2]\nradii = [7.5, 11.5, 9.5]\n\
              [[proxy]]\nkind = 'ground'\nheight = -30\nalbedo = [0.1, 0.2, 0.3]\n",
         )
@@ -143,7 +137,7 @@ mod tests {
             ),
             (&ground.repeat(9), "proxy"),
         ] {
-            let error = with(text).unwrap_err().to_string();
+            let error = Scene::of_lines(text).unwrap_err().to_string();
             assert!(error.contains(key), "{text}: {error}");
         }
         for text in [
@@ -151,7 +145,10 @@ mod tests {
             "[[proxy]]\nkind = 'ground'\n",
             "[[proxy]]\nkind = 'ground'\nheight = 0\nradii = [1, 1, 1]\n",
         ] {
-            assert!(matches!(with(text), Err(Error::Syntax { .. })), "{text}");
+            assert!(
+                matches!(Scene::of_lines(text), Err(Error::Syntax { .. })),
+                "{text}"
+            );
         }
     }
 }
