@@ -20,6 +20,7 @@ mod scattering;
 pub(crate) mod screen;
 mod shadow_map;
 mod shadows;
+pub(crate) mod target;
 pub(crate) mod volume;
 
 pub use footprint::{DeviceBytes, DevicePart};
@@ -368,7 +369,7 @@ impl<'a> Renderer<'a> {
         let lighting = self.lighting.borrow();
         let lit = lighting.lit();
         let mut target = stats.stage("draw", |_| {
-            let target = draw::Target::new(context, draw, ribbons, view.size, lit.0);
+            let target = target::Target::new(context, draw, ribbons, view.size, lit.0);
             ribbons.set_view(context, view);
             ribbons.project(context, draw, Default::default());
             for pass_ix in 0..samples / 4 {

@@ -8,9 +8,9 @@
 //! samples where the error is 0.67, 0.27 and 0.133.
 
 use super::clock::Stamp;
-use super::draw::Target;
 use super::mail::Mail;
 use super::resources::{bind, compute, compute_pass, grow, shader, step, storage, submit, uniform};
+use super::target::Target;
 use crate::error::RenderError;
 use crate::gpu::Context;
 

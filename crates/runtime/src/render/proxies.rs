@@ -2,10 +2,10 @@
 //! without any has none of this.
 
 use super::clock::Stamp;
-use super::draw::{COLOR, DEPTH};
+use super::draw::covering;
 use super::resources::{bind, compute, compute_pass, shader, step, storage, submit, uniform};
 use crate::error::RenderError;
-use crate::gpu::{Context, Tally};
+use crate::gpu::Context;
 use crate::proxy::{LIGHT_MAP_SIDE, ProxyRecords};
 use crate::scene::PreparedScene;
 
@@ -44,10 +44,17 @@ impl Proxies {
             return Ok(None);
         }
         let module = shader(context, "pass/proxy_light")?;
+        let drawn = shader(context, "pass/proxies")?;
         let bytes = u64::from(records.n * LIGHT_MAP_SIDE * LIGHT_MAP_SIDE) * 16;
         Ok(Some(Proxies {
             light: compute(context, &module, "light_proxies"),
-            draw: draw_pipeline(context)?,
+            draw: covering(
+                context,
+                "proxies",
+                &drawn,
+                ["whole_picture", "cover_proxy"],
+                &[],
+            ),
             records: uniform(context, "proxies", &records),
             maps: (0..n_radiance)
                 .map(|_| storage(context, "light maps", bytes))
@@ -149,40 +156,4 @@ impl DrawnProxies {
         pass.set_bind_group(0, &self.groups[radiance], &[]);
         pass.draw(0..3, 0..self.n);
     }
-}
-
-fn draw_pipeline(context: &Context) -> Result<wgpu::RenderPipeline, RenderError> {
-    let module = shader(context, "pass/proxies")?;
-    Tally::add(&context.tally().pipelines);
-    let descriptor = wgpu::RenderPipelineDescriptor {
-        label: Some("proxies"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("whole_picture"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: wgpu::MultisampleState {
-            count: 4,
-            ..Default::default()
-        },
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("cover_proxy"),
-            compilation_options: Default::default(),
-            targets: &[Some(COLOR.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    };
-    Ok(context.device.create_render_pipeline(&descriptor))
 }
