@@ -5,7 +5,7 @@ mod web_common;
 
 use std::path::Path;
 
-use strandlight_formats::Scene;
+use strandlight_formats::{Groom, Scene};
 use strandlight_runtime::{PreparedScene, Renderer};
 use web_common::browser::{Browser, WITH_WEBGPU, WITHOUT_WEBGPU};
 use web_common::picture::Pixels;
@@ -113,6 +113,121 @@ fn a_page_shows_the_scene_and_follows_the_mouse() {
     browser.wait_for(&is_done(false));
     look(&mut browser, "web-smaller");
     assert_eq!(browser.console, Vec::<String>::new());
+}
+
+/// Keeps what the viewer tells, and the devices that it opens.
+const WATCH: &str = "
+    globalThis.strandview_log = [];
+    globalThis.devices = [];
+    const request = GPUAdapter.prototype.requestDevice;
+    GPUAdapter.prototype.requestDevice = async function (...options) {
+        const device = await request.apply(this, options);
+        devices.push(device);
+        return device;
+    };";
+
+/// Left, top, right and bottom of a control in the page.
+fn place(browser: &mut Browser, name: &str) -> [f64; 4] {
+    let places = "JSON.parse(strandview_log.findLast(line => line.includes('\"places\"'))).places";
+    let place = browser.evaluate(&format!("{places}[{name:?}]"));
+    let corner = |ix: usize| place[ix].as_f64();
+    match [corner(0), corner(1), corner(2), corner(3)] {
+        [Some(left), Some(top), Some(right), Some(bottom)] => [left, top, right, bottom],
+        _ => panic!("no control {name:?}"),
+    }
+}
+
+/// Does something that the viewer tells of as `event`, and waits for the finished picture.
+fn after(browser: &mut Browser, event: &str, is_saved: bool, act: impl FnOnce(&mut Browser)) {
+    let count = |browser: &mut Browser| {
+        let line = format!("'\"event\":\"{event}\"'");
+        let lines = format!("strandview_log.filter(line => line.includes({line})).length");
+        browser.evaluate(&lines).as_u64().unwrap_or(0)
+    };
+    let before = count(browser);
+    act(browser);
+    browser.wait_until(event, |browser| count(browser) > before);
+    browser.wait_for(&is_done(is_saved));
+}
+
+#[test]
+fn a_page_edits_paints_keeps_and_carries_on() {
+    let folder = page();
+    let address = serve(folder);
+    let mut browser = Browser::start(WITH_WEBGPU, [760, 480]);
+    let saved = tempfile::tempdir().expect("a temporary folder");
+    browser.download_to(saved.path());
+    browser.before_pages(WATCH);
+    browser.go(&address);
+    browser.wait_for(&is_done(true));
+    let [left, top, right, bottom] = place(&mut browser, "View");
+    let extent = [left, top, right - left, bottom - top].map(|x| x as usize);
+    let picture = |browser: &mut Browser, name| look(browser, name).part(extent);
+    let opened = picture(&mut browser, "web-before");
+
+    // A slider.
+    let [x0, y0, x1, y1] = place(&mut browser, "Index eta slider");
+    let middle = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
+    let end = [x1 - 2.0, middle[1]];
+    after(&mut browser, "edit", false, |browser| {
+        browser.drag(middle, end);
+    });
+    let edited = picture(&mut browser, "web-slid");
+    let difference = edited.difference(&opened);
+    println!("slid against opened: {difference:.3} levels");
+    assert!(difference > 0.5, "the slider did nothing: {difference}");
+    // The page is not left with changes unless its reader wants that.
+    assert!(browser.reload(false), "changes would have been lost");
+    after(&mut browser, "undo", true, |browser| browser.control('z'));
+    let undone = picture(&mut browser, "web-slid-back").difference(&opened);
+    assert!(undone < 0.5, "undone: {undone} levels");
+
+    // A stroke, saved with the groom.
+    browser.key('b');
+    let y = (top + bottom) / 2.0;
+    let across = [
+        [left + 0.3 * (right - left), y],
+        [left + 0.7 * (right - left), y],
+    ];
+    after(&mut browser, "stroke", false, |browser| {
+        browser.drag(across[0], across[1]);
+    });
+    browser.mouse_away();
+    let painted = picture(&mut browser, "web-painted");
+    let difference = painted.difference(&opened);
+    println!("painted against opened: {difference:.3} levels");
+    assert!(difference > 0.5, "nothing was painted: {difference}");
+    after(&mut browser, "saved", true, |browser| browser.control('s'));
+    let file = saved.path().join("scene-painted.groom");
+    let scene = saved.path().join("scene.toml");
+    browser.wait_until("a saved groom", |_| file.exists() && scene.exists());
+    browser.wait_until("whole", |_| Groom::read(&file).is_ok());
+    let groom = Groom::read(&file).expect("a groom");
+    assert!(groom.attribute("dye").is_some());
+    let scene = Scene::read(&scene).expect("a scene");
+    assert_eq!(scene.groom.file, Path::new("scene-painted.groom"));
+
+    // The picture as a file.
+    after(&mut browser, "picture", true, |browser| browser.key('p'));
+    let file = saved.path().join("scene-001.png");
+    browser.wait_until("a picture", |_| file.exists());
+    let kept = Pixels::from_png(&std::fs::read(&file).expect("readable"));
+    let difference = kept.difference(&painted);
+    assert!(difference < 0.5, "the saved picture is off by {difference}");
+
+    // A device that is gone is opened again, with the paint.
+    after(&mut browser, "lost", true, |browser| {
+        browser.evaluate("devices.at(-1).destroy(), 0");
+        browser.mouse_away();
+    });
+    browser.wait_for("devices.length > 1");
+    browser.wait_for(&is_done(true));
+    let again = picture(&mut browser, "web-lost").difference(&painted);
+    println!("after a lost device: {again:.3} levels");
+    assert!(again < 0.5, "{again} levels");
+    // Saved as it is, it is left without a question.
+    assert!(!browser.reload(false));
+    browser.wait_for("globalThis.devices?.length === 1");
 }
 
 #[test]

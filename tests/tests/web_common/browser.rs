@@ -33,6 +33,8 @@ pub struct Browser {
     last_id: u64,
     /// What the page wrote to its console, and what it threw.
     pub console: Vec<String>,
+    /// Kinds of the questions that were asked before the page, such as `beforeunload`.
+    pub dialogs: Vec<String>,
     _profile: tempfile::TempDir,
 }
 
@@ -62,6 +64,7 @@ impl Browser {
             session: None,
             last_id: 0,
             console: Vec::new(),
+            dialogs: Vec::new(),
             _profile: profile,
         };
         let targets = browser.call("Target.getTargets", json!({}));
@@ -91,6 +94,30 @@ impl Browser {
     /// Opens the page at `address`.
     pub fn go(&mut self, address: &str) {
         self.call("Page.navigate", json!({ "url": address }));
+    }
+
+    /// Runs `script` in every page from now on, before its own.
+    pub fn before_pages(&mut self, script: &str) {
+        let parameters = json!({ "source": script });
+        self.call("Page.addScriptToEvaluateOnNewDocument", parameters);
+    }
+
+    /// Loads the page again; a question that this raises is answered by leaving or staying. Answers
+    /// whether one was raised.
+    pub fn reload(&mut self, leaves: bool) -> bool {
+        let before = self.dialogs.len();
+        self.evaluate("setTimeout(() => location.reload(), 0), 0");
+        let start = Instant::now();
+        while self.dialogs.len() == before && start.elapsed() < Duration::from_secs(2) {
+            std::thread::sleep(Duration::from_millis(50));
+            // The page itself does not answer while it asks.
+            self.call("Page.getNavigationHistory", json!({}));
+        }
+        let is_asked = self.dialogs.len() > before;
+        if is_asked {
+            self.call("Page.handleJavaScriptDialog", json!({ "accept": leaves }));
+        }
+        is_asked
     }
 
     /// Calls a method of the debugging protocol and waits for its answer.
@@ -130,6 +157,10 @@ impl Browser {
                     })
                     .collect();
                 self.console.push(words.join(" "));
+            }
+            Some("Page.javascriptDialogOpening") => {
+                let kind = event["params"]["type"].as_str().unwrap_or_default();
+                self.dialogs.push(kind.to_owned());
             }
             Some("Runtime.exceptionThrown") => {
                 self.console.push(event["params"].to_string());
@@ -182,6 +213,13 @@ impl Browser {
         self.mouse("mouseReleased", to, 0);
     }
 
+    /// Moves the mouse to a corner of the page.
+    pub fn mouse_away(&mut self) {
+        for x in [6.0, 3.0] {
+            self.mouse("mouseMoved", [x, 3.0], 0);
+        }
+    }
+
     fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], buttons: u32) {
         let button = if kind == "mouseMoved" && buttons == 0 {
             "none"
@@ -197,21 +235,30 @@ impl Browser {
 
     /// Presses a letter's key while Control is held.
     pub fn control(&mut self, letter: char) {
+        self.key_event("rawKeyDown", 2, "Control", "ControlLeft", 17);
+        self.letter(letter, 2);
+        self.key_event("keyUp", 0, "Control", "ControlLeft", 17);
+    }
+
+    /// Presses a letter's key.
+    pub fn key(&mut self, letter: char) {
+        self.letter(letter, 0);
+    }
+
+    fn letter(&mut self, letter: char, modifiers: u32) {
         let upper = letter.to_ascii_uppercase();
-        let letter = (letter.to_string(), format!("Key{upper}"), upper as u32);
-        let control = ("Control".to_owned(), "ControlLeft".to_owned(), 17);
-        for (kind, modifiers, (key, code, number)) in [
-            ("rawKeyDown", 2, &control),
-            ("rawKeyDown", 2, &letter),
-            ("keyUp", 2, &letter),
-            ("keyUp", 0, &control),
-        ] {
-            self.call(
-                "Input.dispatchKeyEvent",
-                json!({ "type": kind, "modifiers": modifiers, "key": key, "code": code,
-                        "windowsVirtualKeyCode": number }),
-            );
+        let (key, code) = (letter.to_string(), format!("Key{upper}"));
+        for kind in ["rawKeyDown", "keyUp"] {
+            self.key_event(kind, modifiers, &key, &code, upper as u32);
         }
+    }
+
+    fn key_event(&mut self, kind: &str, modifiers: u32, key: &str, code: &str, number: u32) {
+        self.call(
+            "Input.dispatchKeyEvent",
+            json!({ "type": kind, "modifiers": modifiers, "key": key, "code": code,
+                    "windowsVirtualKeyCode": number }),
+        );
     }
 
     /// Downloads go to `folder`.
