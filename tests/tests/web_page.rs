@@ -180,11 +180,12 @@ fn a_page_edits_paints_keeps_and_carries_on() {
     assert!(browser.reload(false), "changes would have been lost");
     after(&mut browser, "undo", true, |browser| browser.control('z'));
     let undone = picture(&mut browser, "web-slid-back").difference(&opened);
-    assert!(undone < 0.5, "undone: {undone} levels");
+    println!("undone: {undone:.3} levels");
+    assert!(undone < 0.05, "undone: {undone} levels");
 
     // A stroke, saved with the groom.
     browser.key('b');
-    let y = (top + bottom) / 2.0;
+    let y = top + 0.4 * (bottom - top);
     let across = [
         [left + 0.3 * (right - left), y],
         [left + 0.7 * (right - left), y],
@@ -196,7 +197,8 @@ fn a_page_edits_paints_keeps_and_carries_on() {
     let painted = picture(&mut browser, "web-painted");
     let difference = painted.difference(&opened);
     println!("painted against opened: {difference:.3} levels");
-    assert!(difference > 0.5, "nothing was painted: {difference}");
+    // A band across strands that are few and thin.
+    assert!(difference > 0.1, "nothing was painted: {difference}");
     after(&mut browser, "saved", true, |browser| browser.control('s'));
     let file = saved.path().join("scene-painted.groom");
     let scene = saved.path().join("scene.toml");
@@ -213,7 +215,11 @@ fn a_page_edits_paints_keeps_and_carries_on() {
     browser.wait_until("a picture", |_| file.exists());
     let kept = Pixels::from_png(&std::fs::read(&file).expect("readable"));
     let difference = kept.difference(&painted);
-    assert!(difference < 0.5, "the saved picture is off by {difference}");
+    println!("saved picture: {difference:.3} levels");
+    assert!(
+        difference < 0.05,
+        "the saved picture is off by {difference}"
+    );
 
     // A device that is gone is opened again, with the paint.
     after(&mut browser, "lost", true, |browser| {
@@ -224,7 +230,7 @@ fn a_page_edits_paints_keeps_and_carries_on() {
     browser.wait_for(&is_done(true));
     let again = picture(&mut browser, "web-lost").difference(&painted);
     println!("after a lost device: {again:.3} levels");
-    assert!(again < 0.5, "{again} levels");
+    assert!(again < 0.05, "{again} levels");
     // Saved as it is, it is left without a question.
     assert!(!browser.reload(false));
     browser.wait_for("globalThis.devices?.length === 1");

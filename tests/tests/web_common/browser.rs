@@ -110,8 +110,10 @@ impl Browser {
         let start = Instant::now();
         while self.dialogs.len() == before && start.elapsed() < Duration::from_secs(2) {
             std::thread::sleep(Duration::from_millis(50));
-            // The page itself does not answer while it asks.
-            self.call("Page.getNavigationHistory", json!({}));
+            // The page itself answers neither while it asks nor while it goes; the browser does.
+            let page = self.session.take();
+            self.call("Target.getTargets", json!({}));
+            self.session = page;
         }
         let is_asked = self.dialogs.len() > before;
         if is_asked {
