@@ -40,12 +40,15 @@ mod set;
 mod shading;
 mod work;
 
+#[cfg(not(target_arch = "wasm32"))]
 use std::time::Duration;
 
 use crate::camera::{ViewUniform, view_uniform};
 use crate::error::RenderError;
 use crate::gpu::{Context, Counts};
 use crate::motion::Wind;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::render::check_frame;
 use crate::render::clock::Clock;
 use crate::render::deform::Deform;
 use crate::render::draw::{Draw, Ribbons};
@@ -56,7 +59,7 @@ use crate::render::resources::{StrandBuffers, failed};
 use crate::render::screen::{Screen, Show};
 use crate::render::target::Target;
 use crate::render::volume::Volume;
-use crate::render::{check_frame, whole_passes};
+use crate::render::whole_passes;
 use crate::scene::PreparedScene;
 use cycle::{Cycle, Dirt};
 use pace::Pacer;
