@@ -85,6 +85,7 @@ pub(crate) fn to_ask_for(offered: &wgpu::Limits, demand: Demand) -> Result<wgpu:
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shaders::{MODULES, resolve_with};
 
     #[test]
     fn usual_adapters_are_asked_for_the_defaults() {
@@ -141,5 +142,75 @@ mod tests {
         };
         assert!(to_ask_for(&sides(2048), Demand::Least).is_ok());
         assert!(refused(&sides(2047)).contains("max_texture_dimension_2d is 2047; 2048"));
+    }
+
+    /// What the entry points of every pass bind and how large their groups are.
+    #[test]
+    fn no_shader_needs_more() {
+        let least = |name: &str| {
+            let need = NEEDS.iter().find(|need| need.name == name);
+            need.map_or(0, |need| need.least)
+        };
+        let mut n_entry_points = 0;
+        let passes = MODULES.iter().filter(|(name, _)| {
+            name.starts_with("pass/") && !name.contains("probe") && !name.contains("bench")
+        });
+        let features: [&[&str]; 3] = [
+            &[],
+            &["PROXIES"],
+            &["PAINTED", "PAINTED_WIDTHS", "PAINTED_SHIFTS"],
+        ];
+        for (name, features) in passes.flat_map(|(name, _)| features.map(|one| (name, one))) {
+            let text = resolve_with(name, features).unwrap();
+            let module = naga::front::wgsl::parse_str(&text).unwrap();
+            let capabilities = naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+            let flags = naga::valid::ValidationFlags::all();
+            let mut validator = naga::valid::Validator::new(flags, capabilities);
+            let info = validator.validate(&module).unwrap();
+            for (ix, entry_point) in module.entry_points.iter().enumerate() {
+                let used = info.get_entry_point(ix);
+                let count = |is_kind: &dyn Fn(&naga::GlobalVariable) -> bool| {
+                    let globals = module.global_variables.iter();
+                    let bound = globals.filter(|(handle, one)| {
+                        one.binding.is_some() && !used[*handle].is_empty() && is_kind(one)
+                    });
+                    bound.count() as u64
+                };
+                let image = |one: &naga::GlobalVariable| match module.types[one.ty].inner {
+                    naga::TypeInner::Image { class, .. } => {
+                        Some(matches!(class, naga::ImageClass::Storage { .. }))
+                    }
+                    _ => None,
+                };
+                let in_storage = |one: &naga::GlobalVariable| {
+                    matches!(one.space, naga::AddressSpace::Storage { .. })
+                };
+                let [x, y, z] = entry_point.workgroup_size.map(u64::from);
+                for (limit, needed) in [
+                    ("max_storage_buffers_per_shader_stage", count(&in_storage)),
+                    (
+                        "max_uniform_buffers_per_shader_stage",
+                        count(&|one| one.space == naga::AddressSpace::Uniform),
+                    ),
+                    (
+                        "max_sampled_textures_per_shader_stage",
+                        count(&|one| image(one) == Some(false)),
+                    ),
+                    (
+                        "max_storage_textures_per_shader_stage",
+                        count(&|one| image(one) == Some(true)),
+                    ),
+                    ("max_compute_invocations_per_workgroup", x * y * z),
+                    ("max_compute_workgroup_size_x", x),
+                    ("max_compute_workgroup_size_y", y),
+                    ("max_compute_workgroup_size_z", z),
+                ] {
+                    let entry = &entry_point.name;
+                    assert!(needed <= least(limit), "{name} {entry}: {limit} {needed}");
+                }
+                n_entry_points += 1;
+            }
+        }
+        assert!(n_entry_points > 40, "{n_entry_points}");
     }
 }
