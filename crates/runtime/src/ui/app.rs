@@ -100,9 +100,11 @@ impl App {
             workspace.take_up(screen);
             return Ok(());
         }
-        let (Some(launch), Some(window)) = (self.launch.take(), self.window.clone()) else {
+        let (Some(mut launch), Some(window)) = (self.launch.take(), self.window.clone()) else {
             return Ok(());
         };
+        let adapter = serde_json::json!({ "adapter": screen.context.adapter_name });
+        launch.log.write("device", adapter);
         let viewer = (launch.open)(&screen.context).map_err(Failure::Scene)?;
         let document = Document::new(&viewer);
         let display = self.display.clone();

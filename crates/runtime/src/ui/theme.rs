@@ -1,6 +1,8 @@
 //! Colours and spacing: neutral greys, so that the panel does not sway the eye's judgement of hair.
 
-use egui::{Color32, CornerRadius, FontId, Stroke, TextStyle, Vec2};
+use egui::{
+    Color32, CornerRadius, FontData, FontDefinitions, FontFamily, FontId, Stroke, TextStyle, Vec2,
+};
 
 /// Around the picture and between its strands where it is see-through.
 pub const BACKDROP: Color32 = Color32::from_gray(18);
@@ -18,8 +20,21 @@ pub const ERROR: Color32 = Color32::from_rgb(232, 110, 100);
 /// Width of the panel in points.
 pub const PANEL_WIDTH: f32 = 348.0;
 
+/// One font for everything: a second would be a thirtieth of the program.
+fn fonts() -> FontDefinitions {
+    let mut fonts = FontDefinitions::empty();
+    let (name, data) = ("Ubuntu-Light", epaint_default_fonts::UBUNTU_LIGHT);
+    let data = FontData::from_static(data);
+    fonts.font_data.insert(name.to_owned(), data.into());
+    for family in [FontFamily::Proportional, FontFamily::Monospace] {
+        fonts.families.insert(family, vec![name.to_owned()]);
+    }
+    fonts
+}
+
 /// Dresses `ctx`.
 pub fn apply(ctx: &egui::Context) {
+    ctx.set_fonts(fonts());
     ctx.set_theme(egui::Theme::Dark);
     // A second pass would apply clicks twice.
     ctx.options_mut(|options| options.max_passes = std::num::NonZeroUsize::MIN);
@@ -29,7 +44,7 @@ pub fn apply(ctx: &egui::Context) {
             (TextStyle::Body, FontId::proportional(13.0)),
             (TextStyle::Button, FontId::proportional(13.0)),
             (TextStyle::Small, FontId::proportional(11.0)),
-            (TextStyle::Monospace, FontId::monospace(12.0)),
+            (TextStyle::Monospace, FontId::proportional(12.0)),
         ]
         .into();
         style.spacing.item_spacing = Vec2::new(6.0, 4.0);

@@ -75,8 +75,9 @@ pub fn show(
     }
     row(ui, |ui| {
         ui.allocate_space(egui::vec2(19.0, 12.0));
-        let head = RichText::new(" No   power   azimuth, elevation").monospace();
-        ui.label(head.color(theme::WEAK));
+        let head = ["No", "power", "azimuth", "elevation"].map(str::to_owned);
+        let head = columns(ui, &head, theme::WEAK);
+        ui.label(head);
     });
     list(ui, scene, lights, state, changes);
     if let Some(ix) = state.selected.filter(|&ix| (ix as usize) < lights.len()) {
@@ -106,14 +107,18 @@ fn list(
                     let is_selected = state.selected == Some(ix);
                     let share = 100.0 * power(light) / brightest;
                     let [azimuth, elevation] = place(light, section.rotate_deg);
-                    let text =
-                        format!("{ix:>3}   {share:>3.0} %   {azimuth:>4.0}° {elevation:>3.0}°");
-                    let text = RichText::new(text).monospace();
-                    let text = if section.is_on(ix) {
-                        text
-                    } else {
-                        text.color(theme::WEAK)
+                    let degrees = |x: f32| format!("{x:.0}°").replace('-', MINUS);
+                    let cells = [
+                        ix.to_string(),
+                        format!("{share:.0} %"),
+                        degrees(azimuth),
+                        degrees(elevation),
+                    ];
+                    let color = match section.is_on(ix) {
+                        true => ui.visuals().text_color(),
+                        false => theme::WEAK,
                     };
+                    let text = columns(ui, &cells, color);
                     let label = ui.selectable_label(is_selected, text).on_hover_text(
                         "Number, power against the strongest, where it comes from: azimuth (0 is +Z, \
                          90 is +X) and elevation above the horizon. Click to change it alone.",
@@ -133,6 +138,28 @@ fn list(
                 });
             }
         });
+}
+
+/// As wide as a digit, which a hyphen is not.
+const MINUS: &str = "\u{2212}";
+
+/// Where the columns of the list end, points.
+const COLUMNS: [f32; 4] = [20.0, 70.0, 132.0, 196.0];
+
+/// One line, each cell flush right with its column.
+fn columns(ui: &Ui, cells: &[String; 4], color: egui::Color32) -> egui::text::LayoutJob {
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let mut job = egui::text::LayoutJob::default();
+    let mut x = 0.0;
+    for (cell, right) in cells.iter().zip(COLUMNS) {
+        let laid_out = ui
+            .painter()
+            .layout_no_wrap(cell.clone(), font.clone(), color);
+        let format = egui::TextFormat::simple(font.clone(), color);
+        job.append(cell, f32::max(right - laid_out.size().x - x, 0.0), format);
+        x = right;
+    }
+    job
 }
 
 /// The lights, strongest first.
