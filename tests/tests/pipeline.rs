@@ -54,7 +54,10 @@ fn assert_shows_hair(picture: &Picture) {
         "the middle is flat: deviation {}",
         variance.sqrt()
     );
-    assert_eq!(rgb[0], rgb[width - 1], "an upper corner is not background");
+    // Dither may round the same colour to either level beside it.
+    let [left, right] = [rgb[0], rgb[width - 1]];
+    let is_background = (0..3).all(|channel| left[channel].abs_diff(right[channel]) <= 1);
+    assert!(is_background, "upper corners differ: {left:?} {right:?}");
 }
 
 #[test]
