@@ -317,10 +317,17 @@ impl Workspace {
         }
     }
 
+    /// Nothing is drawn any more until there is another device, and the title says so.
+    fn note_loss(&mut self, reason: &str) {
+        self.changed("lost", json!({ "reason": reason }));
+        self.progress = Progress::default();
+        self.set_title();
+    }
+
     /// A new device for the same window and the same session.
     #[cfg(not(target_arch = "wasm32"))]
     fn recover(&mut self, reason: &str) -> Result<(), GpuError> {
-        self.changed("lost", json!({ "reason": reason }));
+        self.note_loss(reason);
         let screen = Screen::open(self.window.clone(), self.display.clone());
         self.take_up(pollster::block_on(screen)?);
         Ok(())
@@ -329,7 +336,7 @@ impl Workspace {
     /// A page cannot wait: whoever calls opens a device and brings it to [`Workspace::take_up`].
     #[cfg(target_arch = "wasm32")]
     fn recover(&mut self, reason: &str) -> Result<(), GpuError> {
-        self.changed("lost", json!({ "reason": reason }));
+        self.note_loss(reason);
         let reason = reason.to_owned();
         Err(GpuError::Lost { reason })
     }
@@ -343,8 +350,9 @@ impl Workspace {
         // egui sends its fonts again to the new device, and remembers what was open.
         let memory = self.egui.memory(Clone::clone);
         self.egui = egui::Context::default();
-        theme::apply(&self.egui);
         self.egui.memory_mut(|of_new| *of_new = memory);
+        // After the memory, in which fonts wait to be taken up.
+        theme::apply(&self.egui);
         self.input = egui_winit::State::new(
             self.egui.clone(),
             egui::ViewportId::ROOT,
