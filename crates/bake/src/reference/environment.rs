@@ -42,6 +42,14 @@ impl Environment {
         self.at(std::array::from_fn(|_| random.uniform(0.0, 1.0)))
     }
 
+    /// [`Environment::sample`] in stratum `ix` of the lights or pixels, each of which is `share` of
+    /// the whole.
+    pub fn sample_stratum(&self, ix: u32, share: f64, random: &mut SplitMix64) -> Option<Emitted> {
+        let mut u: [f64; 3] = std::array::from_fn(|_| random.uniform(0.0, 1.0));
+        u[0] = (f64::from(ix) + u[0]) * share;
+        self.at(u)
+    }
+
     /// [`Environment::sample`] by inverse transform of the numbers `u` in 0..1: the light or
     /// pixel, then two for the place in it.
     pub fn at(&self, u: [f64; 3]) -> Option<Emitted> {

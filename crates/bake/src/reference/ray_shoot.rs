@@ -97,9 +97,7 @@ impl Integrator for RayShoot<'_> {
         let start = Start::inside(self.strands, crossing.segment, crossing.along);
         let share = 1.0 / f64::from(self.n_draws);
         for draw in 0..self.n_draws {
-            let mut u: [f64; 3] = std::array::from_fn(|_| random.uniform(0.0, 1.0));
-            u[0] = (f64::from(draw) + u[0]) * share;
-            let Some(drawn) = self.environment.at(u) else {
+            let Some(drawn) = self.environment.sample_stratum(draw, share, random) else {
                 continue;
             };
             let power = drawn
@@ -134,9 +132,7 @@ impl RayShoot<'_> {
         let mut sum = [0.0; 3];
         let share = 1.0 / f64::from(self.n_draws);
         for draw in 0..self.n_draws {
-            let mut u: [f64; 3] = std::array::from_fn(|_| random.uniform(0.0, 1.0));
-            u[0] = (f64::from(draw) + u[0]) * share;
-            let Some(drawn) = self.environment.at(u) else {
+            let Some(drawn) = self.environment.sample_stratum(draw, share, random) else {
                 continue;
             };
             let (sent, density) = surface.sends(drawn.direction);

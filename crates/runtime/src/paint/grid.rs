@@ -156,14 +156,14 @@ impl PointGrid {
 mod tests {
     use super::*;
 
+    fn points() -> Vec<[f32; 4]> {
+        let place = |t: f32| [(0.7 * t).sin() * 9.0, (1.3 * t).cos() * 3.0, 0.002 * t, 0.0];
+        (0..4000).map(|ix| place(ix as f32)).collect()
+    }
+
     #[test]
     fn every_point_near_is_seen_once() {
-        let points: Vec<[f32; 4]> = (0..4000)
-            .map(|ix| {
-                let t = ix as f32;
-                [(0.7 * t).sin() * 9.0, (1.3 * t).cos() * 3.0, 0.002 * t, 0.0]
-            })
-            .collect();
+        let points = points();
         let grid = PointGrid::new(&points);
         for centre in [Vec3::ZERO, Vec3::new(8.0, -2.0, 4.0), Vec3::splat(40.0)] {
             let mut seen = vec![0; points.len()];
@@ -177,12 +177,7 @@ mod tests {
 
     #[test]
     fn every_point_in_a_cone_is_seen_once() {
-        let points: Vec<[f32; 4]> = (0..4000)
-            .map(|ix| {
-                let t = ix as f32;
-                [(0.7 * t).sin() * 9.0, (1.3 * t).cos() * 3.0, 0.002 * t, 0.0]
-            })
-            .collect();
+        let points = points();
         let grid = PointGrid::new(&points);
         let mut inside = 0;
         for (apex, axis) in [
