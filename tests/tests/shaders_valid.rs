@@ -1,17 +1,16 @@
 //! Every shader module resolves and passes naga's validator, and its structs have the layout of
 //! their mirrors in Rust. Needs no GPU.
 
-use std::mem::{offset_of, size_of};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use strandlight_runtime::optics::ShadingUniform;
-use strandlight_runtime::proxy::{ProxyRecord, ProxyRecords};
+use naga::{AddressSpace, Handle, TypeInner};
 use strandlight_runtime::shaders::{MODULES, resolve_with};
-use strandlight_scattering::closed_form::{
-    DirectionInFrame, Fibre, LightInFrame, LobeDecode, PaintedAverages, PaintedDecode, PaintedHair,
-    Reflectance, TableAxes, TableAxis,
-};
+use strandlight_scattering::layout::{Field, Layout};
+
+/// Probes ask for a fibre's averages by themselves and are never compiled for painted hair.
+const OF_FIBRES: [&str; 2] = ["pass/probe", "pass/bench"];
 
 /// The parsed and validated module.
 fn module(name: &str) -> naga::Module {
@@ -44,9 +43,8 @@ fn every_module_is_valid() {
     );
 }
 
-/// With each feature that a line asks for, and with all of them.
-#[test]
-fn every_feature_is_valid() {
+/// The features that lines ask for.
+fn features() -> Vec<&'static str> {
     let lines = MODULES.iter().flat_map(|(_, text)| text.lines());
     let mut features: Vec<&str> = lines
         .filter_map(|line| line.trim().strip_prefix("// #if "))
@@ -54,9 +52,15 @@ fn every_feature_is_valid() {
         .collect();
     features.sort_unstable();
     features.dedup();
-    // Probes ask for a fibre's averages by themselves and are never compiled for painted hair.
-    let of_fibres = ["pass/probe", "pass/bench"];
-    for (name, _) in MODULES.iter().filter(|(name, _)| !of_fibres.contains(name)) {
+    features
+}
+
+/// With each feature that a line asks for, and with all of them.
+#[test]
+fn every_feature_is_valid() {
+    let features = features();
+    assert!(features.len() >= 4, "only {features:?}");
+    for (name, _) in MODULES.iter().filter(|(name, _)| !OF_FIBRES.contains(name)) {
         for feature in &features {
             module_with(name, &[feature]);
         }
@@ -139,170 +143,198 @@ fn library_modules_bind_nothing() {
     }
 }
 
-/// Members (name, offset) and size of a struct of `module`.
-fn layout(module: &naga::Module, name: &str) -> (Vec<(String, u32)>, u32) {
+/// Every struct in Rust that says that a struct of a shader mirrors it.
+fn mirrors() -> Vec<Layout> {
+    let [scattering, runtime] = [
+        strandlight_scattering::layout::layouts(),
+        strandlight_runtime::shaders::layouts(),
+    ];
+    assert!(scattering.len() >= 10 && runtime.len() >= 15);
+    [scattering, runtime].concat()
+}
+
+/// Module `name` without features, with each feature that its lines or those of its imports ask
+/// for, and with all of them.
+fn variants(name: &str) -> Vec<naga::Module> {
+    let features = if OF_FIBRES.contains(&name) {
+        Vec::new()
+    } else {
+        features()
+    };
+    let mut variants = vec![module(name), module_with(name, &features)];
+    variants.extend(features.iter().map(|feature| module_with(name, &[feature])));
+    variants
+}
+
+/// What a type is made of, below arrays and vectors: the name of a struct or of a scalar as Rust
+/// has it.
+fn element(module: &naga::Module, of: Handle<naga::Type>) -> String {
+    let scalar = match &module.types[of].inner {
+        TypeInner::Array { base, .. } => return element(module, *base),
+        TypeInner::Struct { .. } => {
+            return module.types[of].name.clone().expect("structs have names");
+        }
+        TypeInner::Scalar(scalar) | TypeInner::Atomic(scalar) => scalar,
+        TypeInner::Vector { scalar, .. } | TypeInner::Matrix { scalar, .. } => scalar,
+        other => panic!("{other:?} in a buffer"),
+    };
+    let kind = match scalar.kind {
+        naga::ScalarKind::Float => "f",
+        naga::ScalarKind::Sint => "i",
+        naga::ScalarKind::Uint => "u",
+        other => panic!("{other:?} in a buffer"),
+    };
+    format!("{kind}{}", 8 * scalar.width)
+}
+
+/// Names of all structs in uniform and storage buffers of `module`, those inside others too. Arrays
+/// of scalars and vectors have no fields that could be taken for one another.
+fn bound_structs(module: &naga::Module) -> BTreeSet<String> {
+    let mut open: Vec<Handle<naga::Type>> = module
+        .global_variables
+        .iter()
+        .filter(|(_, variable)| {
+            matches!(
+                variable.space,
+                AddressSpace::Uniform | AddressSpace::Storage { .. }
+            )
+        })
+        .map(|(_, variable)| variable.ty)
+        .collect();
+    let mut found = BTreeSet::new();
+    while let Some(of) = open.pop() {
+        match &module.types[of].inner {
+            TypeInner::Array { base, .. } => open.push(*base),
+            TypeInner::Struct { members, .. } => {
+                found.insert(element(module, of));
+                open.extend(members.iter().map(|member| member.ty));
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// What is wrong with the mirror of struct `name` of `module`, if anything: none or several are
+/// registered; or sizes, or names, order, offsets, sizes or elements of fields differ. Padding may
+/// be cut otherwise: the size and all other offsets hold it.
+fn fault(module: &naga::Module, name: &str, mirrors: &[Layout]) -> Option<String> {
+    let named: Vec<&Layout> = mirrors.iter().filter(|it| it.wgsl == name).collect();
+    let [mirror] = named[..] else {
+        return Some(format!("{name} has {} mirrors in Rust", named.len()));
+    };
     let (_, found) = module
         .types
         .iter()
         .find(|(_, item)| item.name.as_deref() == Some(name))
         .unwrap_or_else(|| panic!("no struct {name}"));
-    let naga::TypeInner::Struct { members, span } = &found.inner else {
+    let TypeInner::Struct { members, span } = &found.inner else {
         panic!("{name} is no struct");
     };
-    let members = members
-        .iter()
-        .map(|member| (member.name.clone().unwrap_or_default(), member.offset))
+    if *span as usize != mirror.size {
+        return Some(format!("{name} has {span} bytes, in Rust {}", mirror.size));
+    }
+    let in_rust = |name: String| {
+        let mirror = mirrors.iter().find(|mirror| mirror.wgsl == name);
+        mirror.map_or(name, |mirror| mirror.name.to_owned())
+    };
+    let shader = members.iter().map(|member| {
+        let size = module.types[member.ty].inner.size(module.to_ctx());
+        let element = in_rust(element(module, member.ty));
+        let name = member.name.clone().unwrap_or_default();
+        (name, member.offset as usize, size as usize, element)
+    });
+    let shader: Vec<_> = shader.filter(|it| !it.0.starts_with("pad")).collect();
+    let rust = mirror.fields.iter().filter(|field| !field.is_padding());
+    let rust: Vec<_> = rust
+        .map(|it| {
+            (
+                it.name.to_owned(),
+                it.offset,
+                it.size,
+                it.element().to_owned(),
+            )
+        })
         .collect();
-    (members, *span)
+    (shader != rust).then(|| format!("{name}: {shader:?}, in Rust {rust:?}"))
 }
 
-macro_rules! same_layout {
-    ($module:expr, $name:ident { $($field:ident),* }) => {
-        same_layout!($module, stringify!($name), $name { $($field),* })
-    };
-    ($module:expr, $wgsl:expr, $name:ident { $($field:ident),* }) => {{
-        let (members, size) = layout($module, $wgsl);
-        let mirror = vec![$((stringify!($field).to_owned(), offset_of!($name, $field) as u32)),*];
-        assert_eq!(members, mirror, "members of {}", stringify!($name));
-        assert_eq!(size as usize, size_of::<$name>(), "size of {}", stringify!($name));
-    }};
+/// The list of mirrors need not be kept: what a shader binds and no one registered fails here.
+#[test]
+fn every_struct_in_a_buffer_has_the_layout_of_its_mirror() {
+    let mirrors = mirrors();
+    let mut held = BTreeSet::new();
+    for (name, _) in MODULES.iter().filter(|(name, _)| name.starts_with("pass/")) {
+        for module in variants(name) {
+            for bound in bound_structs(&module) {
+                assert_eq!(fault(&module, &bound, &mirrors), None, "{name}");
+                held.insert(bound);
+            }
+        }
+    }
+    assert!(held.len() >= 20, "only {} structs found", held.len());
+    for mirror in &mirrors {
+        assert!(
+            held.contains(mirror.wgsl),
+            "no shader binds {}, the mirror of {}",
+            mirror.wgsl,
+            mirror.name
+        );
+        let text = MODULES.iter().find(|(name, _)| *name == mirror.module);
+        let head = format!("struct {} {{", mirror.wgsl);
+        assert!(
+            text.is_some_and(|(_, text)| text.contains(&head)),
+            "{} does not define {}",
+            mirror.module,
+            mirror.wgsl
+        );
+    }
 }
 
 #[test]
-fn structs_have_the_layout_of_their_mirrors() {
-    let proxies = module("lib/proxy");
-    same_layout!(
-        &proxies,
-        "Proxy",
-        ProxyRecord {
-            to_unit,
-            from_unit,
-            albedo,
-            kind
-        }
-    );
-    let size = size_of::<ProxyRecords>() as u32;
-    assert_eq!(layout(&proxies, "Proxies").1, size);
-    let module = module("lib/paper/single_scattering");
-    same_layout!(
-        &module,
-        Fibre {
-            sigma_a,
-            eta,
-            alpha,
-            caustic_width,
-            beta,
-            segments,
-            eta_mean,
-            eta_swing,
-            modes,
-            nodes
-        }
-    );
-    same_layout!(
-        &module,
-        DirectionInFrame {
-            theta,
-            cos_theta,
-            cos_phi,
-            sin_phi
-        }
-    );
-    same_layout!(&module, LightInFrame { direction, lambda });
-    let single = self::module("lib/single_scattering");
-    same_layout!(
-        &single,
-        LobeDecode {
-            warp,
-            last,
-            lambda_scale,
-            amplitude_scale,
-            first_row,
-            eta_first,
-            eta_scale,
-            last_row
-        }
-    );
-    same_layout!(
-        &self::module("lib/painted_lobes"),
-        PaintedDecode {
-            warp,
-            last,
-            lambda_scale,
-            amplitude_scale,
-            last_layer,
-            layer_scale,
-            decay,
-            padding
-        }
-    );
-    same_layout!(
-        &self::module("lib/painted_averages"),
-        PaintedAverages {
-            last_layer,
-            layer_scale,
-            last_width,
-            last_shift,
-            scale_first,
-            scale_range,
-            padding_0,
-            padding_1
-        }
-    );
-    same_layout!(
-        &module_with("lib/paint", &["PAINTED"]),
-        PaintedHair {
-            fibre,
-            reflectance,
-            tt,
-            trt,
-            averages
-        }
-    );
-    same_layout!(
-        &single,
-        "Shading",
-        ShadingUniform {
-            fibre,
-            reflectance,
-            tt,
-            trt
-        }
-    );
-    same_layout!(
-        &single,
-        Reflectance {
-            coefficients,
-            scale,
-            padding_0,
-            padding_1,
-            padding_2
-        }
-    );
-    same_layout!(
-        &module,
-        TableAxis {
-            min,
-            max,
-            warp_min,
-            scale,
-            last,
-            spacing,
-            padding_0,
-            padding_1
-        }
-    );
-    same_layout!(
-        &module,
-        TableAxes {
-            c_rows,
-            c_columns,
-            h_rows,
-            h_columns,
-            schlick,
-            padding_0,
-            padding_1,
-            padding_2
-        }
-    );
+fn a_wrong_or_missing_mirror_is_found() {
+    let mirrors = mirrors();
+    let shade = module("pass/shade");
+    let at = mirrors.iter().position(|mirror| mirror.wgsl == "Grid");
+    let at = at.expect("a mirror of Grid");
+    let grid = mirrors[at];
+    assert_eq!(fault(&shade, "Grid", &mirrors), None);
+    let seen = |wrong: Layout| {
+        let mut mirrors = mirrors.clone();
+        mirrors[at] = wrong;
+        fault(&shade, "Grid", &mirrors).is_some()
+    };
+    let with = |change: &dyn Fn(&mut Vec<Field>)| {
+        let mut fields = grid.fields.to_vec();
+        change(&mut fields);
+        let fields = fields.leak();
+        seen(Layout { fields, ..grid })
+    };
+    assert!(!with(&|_| ()));
+    assert!(with(&|fields| fields[1].name = "side"));
+    assert!(with(&|fields| fields[1].offset = 16));
+    assert!(with(&|fields| fields[1].size = 12));
+    assert!(with(&|fields| fields.swap(4, 5)));
+    assert!(with(&|fields| {
+        fields.remove(3);
+    }));
+    // A float for the number of segments.
+    assert!(with(&|fields| {
+        let mut float = fields[1];
+        (float.name, float.offset) = (fields[3].name, fields[3].offset);
+        fields[3] = float;
+    }));
+    assert!(!with(&|fields| {
+        fields.pop();
+    }));
+    assert!(seen(Layout {
+        size: grid.size + 16,
+        ..grid
+    }));
+    assert!(seen(Layout {
+        wgsl: "Lattice",
+        ..grid
+    }));
+    let twice = [mirrors.clone(), vec![grid]].concat();
+    assert!(fault(&shade, "Grid", &twice).is_some_and(|fault| fault.contains("2 mirrors")));
 }

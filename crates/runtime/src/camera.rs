@@ -78,6 +78,12 @@ pub struct ViewUniform {
     pub n_points: u32,
 }
 
+strandlight_scattering::mirrors! {
+    ViewUniform as "View" in "lib/view" {
+        eye, focal_px, right, near, up, far, forward, margin_px, size, radiance_scale, n_points,
+    }
+}
+
 /// Depth range and pixel frame of `camera` looking at `strands`.
 pub fn view_uniform(
     camera: &Camera,

@@ -98,6 +98,10 @@ pub struct ShadingUniform {
     pub trt: LobeDecode,
 }
 
+strandlight_scattering::mirrors! {
+    ShadingUniform as "Shading" in "lib/single_scattering" { fibre, reflectance, tt, trt }
+}
+
 /// Optics of one or more fibres on the GPU.
 #[derive(Debug)]
 pub struct GpuOptics {

@@ -77,6 +77,11 @@ pub struct ProxyRecords {
     pub pad: [u32; 3],
 }
 
+strandlight_scattering::mirrors! {
+    ProxyRecord as "Proxy" in "lib/proxy" { to_unit, from_unit, albedo, kind }
+    ProxyRecords as "Proxies" in "lib/proxy" { list, n, pad }
+}
+
 impl ProxyRecords {
     /// The first [`MAX_PROXIES`] of `proxies`. The ground's light map is finest below `strands`.
     pub fn new(proxies: &[Proxy], strands: &Strands) -> Self {

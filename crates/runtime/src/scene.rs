@@ -97,6 +97,13 @@ pub struct LightRecord {
     pub pad: [u32; 2],
 }
 
+strandlight_scattering::mirrors! {
+    LightRecord as "Light" in "lib/light" {
+        direction, lambda, rgb, power, first_sweep, n_sweeps, solid_angle, slot, through, record,
+        pad,
+    }
+}
+
 /// A term of scattering is left out for a point and a light where the power that the term starts
 /// from is below this share of all lights' power: with 40 lights each term lacks at most 4e-4 of
 /// what a lit fibre has. Pictures of brown and black wigs, all terms drawn, differ by a relative

@@ -8,6 +8,8 @@
 //! after an `// #else` where it is not. A pipeline without the feature neither compiles nor binds
 //! what stands between them. They do not nest.
 
+use strandlight_scattering::layout::Layout;
+
 /// Why a module could not be put together.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ShaderError {
@@ -89,6 +91,25 @@ modules!(
     "pass/transmittance",
     "pass/voxelise",
 );
+
+/// The layouts of this crate's structs that shaders mirror. A struct that a shader binds and that is
+/// missing here fails a test.
+#[doc(hidden)]
+pub fn layouts() -> Vec<Layout> {
+    let layouts = [
+        crate::camera::LAYOUTS,
+        crate::motion::wind::LAYOUTS,
+        crate::optics::LAYOUTS,
+        crate::proxy::LAYOUTS,
+        crate::scene::LAYOUTS,
+        crate::shadow_maps::LAYOUTS,
+        crate::volume::LAYOUTS,
+        &crate::render::layouts(),
+        #[cfg(not(target_arch = "wasm32"))]
+        &crate::probe::layouts(),
+    ];
+    layouts.concat()
+}
 
 /// The text of `module` with all it imports, each once, in dependency order, without any feature.
 ///

@@ -104,6 +104,13 @@ pub struct ShadowView {
     pub pad: [u32; 3],
 }
 
+strandlight_scattering::mirrors! {
+    ShadowView as "ShadowView" in "pass/shadow_map" {
+        right, texels_per_cm, up, reach, towards, weight, centre, side, slot, ends, n_segments,
+        n_points, offset, pad,
+    }
+}
+
 /// [`ShadowView::ends`]: the first of its slot.
 pub const FIRST_OF_SLOT: u32 = 1;
 /// [`ShadowView::ends`]: the last of its slot.

@@ -45,6 +45,12 @@ pub struct Grid {
     pub pad: [u32; 2],
 }
 
+strandlight_scattering::mirrors! {
+    Grid as "Grid" in "lib/grid" {
+        origin, h, dims, n_segments, quanta_per_area, density_per_quantum, pad,
+    }
+}
+
 impl Grid {
     /// The grid around `strands`.
     pub fn around(strands: &Strands) -> Self {

@@ -32,6 +32,8 @@ pub mod exact;
 pub mod fresnel;
 pub mod h_moments;
 mod hair;
+#[doc(hidden)]
+pub mod layout;
 pub mod lobes;
 pub mod quadrature;
 pub mod reflectance;

@@ -63,6 +63,11 @@ pub struct Wind {
     pub pad: u32,
 }
 
+strandlight_scattering::mirrors! {
+    Octave as "Octave" in "lib/wind" { fraction, cells_per_cm, cells, seed }
+    Wind as "Wind" in "lib/wind" { direction, speed, octaves, gust, stiffness, n_strands, pad }
+}
+
 impl Wind {
     /// The wind of a scene, its values within their ranges, at a time in seconds.
     pub fn at(section: &WindSection, strands: &Strands, seconds: f64) -> Wind {

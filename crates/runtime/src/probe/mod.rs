@@ -52,6 +52,17 @@ pub struct Query {
     pub optics: u32,
 }
 
+strandlight_scattering::mirrors! {
+    Query as "Query" in "pass/probe" {
+        fibre, light, view, x, y, z, w, function, mode, scheme, optics,
+    }
+}
+
+/// The structs here that shaders mirror.
+pub(crate) fn layouts() -> Vec<strandlight_scattering::layout::Layout> {
+    [LAYOUTS, painted::LAYOUTS].concat()
+}
+
 /// The schemes of single scattering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]

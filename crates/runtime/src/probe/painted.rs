@@ -84,6 +84,10 @@ pub struct PaintQuestion {
     pub padding: [u32; 2],
 }
 
+strandlight_scattering::mirrors! {
+    PaintQuestion as "Question" in "pass/probe_paint" { paint, theta, sin_theta, padding }
+}
+
 /// The Rust functions' absorption, shifts and widths of the fibre of a painted point; A_b,
 /// Delta_b, sigma_b^2; a_f, beta_f^2: three numbers each.
 pub fn paint_answer(hair: &HairTextures, question: &PaintQuestion) -> [f32; 24] {

@@ -42,6 +42,11 @@ struct Chunk {
     n_segments: u32,
 }
 
+strandlight_scattering::mirrors! {
+    Pass as "Pass" in "pass/strands" { jitter, pass_ix, pad }
+    Chunk as "Chunk" in "pass/ribbons" { first_segment, n_segments }
+}
+
 /// Pipelines of drawing.
 pub(crate) struct Draw {
     project: wgpu::ComputePipeline,

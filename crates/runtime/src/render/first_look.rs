@@ -35,6 +35,12 @@ struct FirstLook {
     lights: [LightRecord; MOST_LIGHTS],
 }
 
+strandlight_scattering::mirrors! {
+    FirstLook as "FirstLook" in "pass/first_look" {
+        centre, radius, albedo, depth, shift, width_2, mirrored, n_lights, lights,
+    }
+}
+
 impl FirstLook {
     fn new(scene: &PreparedScene) -> FirstLook {
         let (strands, hair) = (&scene.strands, scene.hair.hair());

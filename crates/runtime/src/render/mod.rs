@@ -44,6 +44,7 @@ use crate::strands::Strands;
 use strandlight_formats::SrbfLight;
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scattering::layout::Layout;
 
 /// Most pixels of a picture: 16 bytes each fill the 128 MiB that every adapter binds.
 pub const MAX_PIXELS: u32 = 8 << 20;
@@ -56,6 +57,19 @@ pub const MAX_SAMPLES: u32 = 65_536;
 
 /// Lights whose records share a buffer: at the largest grid the 128 MiB that every adapter binds.
 pub const LIGHT_BATCH: usize = 64;
+
+/// The structs here that shaders mirror.
+pub(crate) fn layouts() -> Vec<Layout> {
+    [
+        draw::LAYOUTS,
+        first_look::LAYOUTS,
+        noise::LAYOUTS,
+        screen::LAYOUTS,
+        shadows::LAYOUTS,
+        target::LAYOUTS,
+    ]
+    .concat()
+}
 
 /// The smallest number of samples that makes whole passes of four, for at least `samples`.
 pub fn whole_passes(samples: u32) -> u32 {

@@ -27,6 +27,10 @@ struct Halves {
     stride: u32,
 }
 
+strandlight_scattering::mirrors! {
+    Halves as "Halves" in "pass/noise" { n_samples, n_before, n_pixels, stride }
+}
+
 /// The pipeline and what it found.
 pub(crate) struct Noise {
     pipeline: wgpu::ComputePipeline,

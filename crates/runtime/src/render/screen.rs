@@ -19,6 +19,10 @@ struct Grade {
     pad: [u32; 2],
 }
 
+strandlight_scattering::mirrors! {
+    Grade as "Grade" in "pass/display" { scale, tone_map, pad }
+}
+
 /// The pipeline of the last pass.
 pub(crate) struct Show {
     pipeline: wgpu::ComputePipeline,

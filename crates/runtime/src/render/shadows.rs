@@ -36,11 +36,28 @@ pub(super) struct Batch {
     pub most_local: f32,
 }
 
+/// Which slice of the volume a dispatch sweeps, and along which of its lights' directions; mirrored
+/// by `Step` in `shaders/pass/transmittance.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Step {
+    k: u32,
+    slice_ix: u32,
+}
+
+strandlight_scattering::mirrors! {
+    Batch as "Batch" in "lib/light" {
+        first_light, n_lights, first_point, end_point, min_power, density_forward, density_back,
+        most_local,
+    }
+    Step as "Step" in "pass/transmittance" { k, slice_ix }
+}
+
 /// The pipeline of the sweep, and the records of all lights or room for those of one batch.
 pub(super) struct Sweep {
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
-    /// `Step` of `shaders/pass/transmittance.wgsl`, slice by slice, direction by direction.
+    /// A [`Step`] for each slice and direction, slice by slice, direction by direction.
     steps: wgpu::Buffer,
     /// Records of what blocks light besides strands.
     proxies: Option<wgpu::Buffer>,
@@ -68,9 +85,10 @@ impl Sweep {
         let (pipeline, layout) = compiled(context, None)?;
         let mut steps = Vec::new();
         for k in 0..MAX_DIRECTIONS {
-            for slice in 0..crate::volume::GRID_SIDE {
-                let mut step = [0_u32; STEP_STRIDE as usize / 4];
-                (step[0], step[1]) = (k, slice);
+            for slice_ix in 0..crate::volume::GRID_SIDE {
+                let mut step = [0_u8; STEP_STRIDE as usize];
+                step[..size_of::<Step>()]
+                    .copy_from_slice(bytemuck::bytes_of(&Step { k, slice_ix }));
                 steps.extend(step);
             }
         }

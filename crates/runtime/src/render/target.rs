@@ -17,6 +17,10 @@ struct Backdrop {
     pad: [u32; 2],
 }
 
+strandlight_scattering::mirrors! {
+    Backdrop as "Backdrop" in "pass/composite" { color, kind, n_lights, n_samples, pad }
+}
+
 /// What pictures of one size are drawn into.
 pub(crate) struct Target {
     size: [u32; 2],

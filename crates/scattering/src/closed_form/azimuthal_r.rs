@@ -30,6 +30,12 @@ pub struct Reflectance {
     pub padding_2: f32,
 }
 
+crate::mirrors! {
+    Reflectance as "Reflectance" in "lib/azimuthal_r" {
+        coefficients, scale, padding_0, padding_1, padding_2,
+    }
+}
+
 impl Reflectance {
     /// The coefficients for `fresnel` at `eta`, 1.0001..=3; fitted anew.
     pub fn new(fresnel: Fresnel, eta: f64) -> Reflectance {

@@ -38,6 +38,12 @@ pub struct Fibre {
     pub nodes: u32,
 }
 
+crate::mirrors! {
+    Fibre as "Fibre" in "lib/fibre" {
+        sigma_a, eta, alpha, caustic_width, beta, segments, eta_mean, eta_swing, modes, nodes,
+    }
+}
+
 /// Segments m of the paper's outer integral, the default of Xu 2011.
 pub const DEFAULT_SEGMENTS: u32 = 4;
 

@@ -30,6 +30,11 @@ pub struct LightInFrame {
     pub lambda: f32,
 }
 
+crate::mirrors! {
+    DirectionInFrame as "DirectionInFrame" in "lib/frame" { theta, cos_theta, cos_phi, sin_phi }
+    LightInFrame as "LightInFrame" in "lib/frame" { direction, lambda }
+}
+
 impl DirectionInFrame {
     /// From inclination and azimuth in radians.
     pub fn from_angles(theta: f32, phi: f32) -> DirectionInFrame {

@@ -40,6 +40,12 @@ pub struct LobeDecode {
     pub last_row: f32,
 }
 
+crate::mirrors! {
+    LobeDecode as "LobeDecode" in "lib/lobes" {
+        warp, last, lambda_scale, amplitude_scale, first_row, eta_first, eta_scale, last_row,
+    }
+}
+
 /// A view of one mode's texels.
 #[derive(Clone, Copy, Debug)]
 pub struct LobeView<'a> {

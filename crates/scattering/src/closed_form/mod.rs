@@ -94,5 +94,22 @@ pub use transmittance::{
     forward_events, pack_record, pass_through, transmitted, unpack_record,
 };
 
+use crate::layout::Layout;
+
 /// sqrt(pi).
 pub(crate) const SQRT_PI: f32 = 1.772_453_9;
+
+/// The structs here that shaders mirror.
+pub(crate) fn layouts() -> Vec<Layout> {
+    [
+        azimuthal_r::LAYOUTS,
+        fibre::LAYOUTS,
+        frame::LAYOUTS,
+        lobes::LAYOUTS,
+        paint::LAYOUTS,
+        painted_averages::LAYOUTS,
+        painted_lobes::LAYOUTS,
+        tables::LAYOUTS,
+    ]
+    .concat()
+}

@@ -45,6 +45,10 @@ pub struct PaintedHair {
     pub averages: PaintedAverages,
 }
 
+crate::mirrors! {
+    PaintedHair as "PaintedHair" in "lib/paint" { fibre, reflectance, tt, trt, averages }
+}
+
 /// The textures of painted hair.
 #[derive(Clone, Copy, Debug)]
 pub struct PaintedViews<'a> {

@@ -37,6 +37,13 @@ pub struct PaintedAverages {
     pub padding_1: u32,
 }
 
+crate::mirrors! {
+    PaintedAverages as "PaintedAverages" in "lib/painted_averages" {
+        last_layer, layer_scale, last_width, last_shift, scale_first, scale_range, padding_0,
+        padding_1,
+    }
+}
+
 impl PaintedAverages {
     /// Of so many layers, factors of widths and factors of shifts.
     pub fn new([layers, widths, shifts]: [usize; 3]) -> PaintedAverages {

@@ -35,6 +35,12 @@ pub struct PaintedDecode {
     pub padding: u32,
 }
 
+crate::mirrors! {
+    PaintedDecode as "PaintedDecode" in "lib/painted_lobes" {
+        warp, last, lambda_scale, amplitude_scale, last_layer, layer_scale, decay, padding,
+    }
+}
+
 /// A view of one mode's texels.
 #[derive(Clone, Copy, Debug)]
 pub struct PaintedView<'a> {

@@ -85,6 +85,15 @@ pub struct TableAxes {
     pub padding_2: u32,
 }
 
+crate::mirrors! {
+    TableAxis as "TableAxis" in "lib/tables" {
+        min, max, warp_min, scale, last, spacing, padding_0, padding_1,
+    }
+    TableAxes as "TableAxes" in "lib/tables" {
+        c_rows, c_columns, h_rows, h_columns, schlick, padding_0, padding_1, padding_2,
+    }
+}
+
 /// Warp of an axis, by its code; as [`Spacing::warp_f32`].
 fn table_warp(spacing: u32, x: f32) -> f32 {
     if spacing == SPACING_INVERSE_SQRT {
