@@ -171,25 +171,52 @@ impl HairParams {
         }
     }
 
+    /// Every number of a fibre: its name, smallest and largest accepted value; in the order of
+    /// [`HairParams::to_array`].
+    pub const RANGES: [(&'static str, f64, f64); 12] = [
+        ("eta", 1.0001, 3.0),
+        ("sigma_a[0]", 0.0, 50.0),
+        ("sigma_a[1]", 0.0, 50.0),
+        ("sigma_a[2]", 0.0, 50.0),
+        ("shift.r", -SHIFT_MAX, SHIFT_MAX),
+        ("shift.tt", -SHIFT_MAX, SHIFT_MAX),
+        ("shift.trt", -SHIFT_MAX, SHIFT_MAX),
+        ("width.r", WIDTH_MIN, WIDTH_MAX),
+        ("width.tt", WIDTH_MIN, WIDTH_MAX),
+        ("width.trt", WIDTH_MIN, WIDTH_MAX),
+        ("caustic_width", 0.01, 1.5),
+        ("eccentricity", 0.5, 2.0),
+    ];
+
+    /// All numbers, in the order of [`HairParams::RANGES`].
+    pub fn to_array(&self) -> [f64; 12] {
+        let [r, g, b] = self.sigma_a;
+        let (shift, width) = (self.shift, self.width);
+        [
+            self.eta,
+            r,
+            g,
+            b,
+            shift.r,
+            shift.tt,
+            shift.trt,
+            width.r,
+            width.tt,
+            width.trt,
+            self.caustic_width,
+            self.eccentricity,
+        ]
+    }
+
     /// Checks every field against its documented range; NaN is outside every range.
     ///
     /// # Errors
     /// The first field outside its range, by name and value.
     pub fn validate(&self) -> Result<(), ParamError> {
-        in_range("eta", self.eta, 1.0001, 3.0)?;
-        for (field, sigma_a) in ["sigma_a[0]", "sigma_a[1]", "sigma_a[2]"]
-            .into_iter()
-            .zip(self.sigma_a)
-        {
-            in_range(field, sigma_a, 0.0, 50.0)?;
+        let fields = Self::RANGES.into_iter().zip(self.to_array());
+        for ((field, min, max), value) in fields {
+            in_range(field, value, min, max)?;
         }
-        in_range("shift.r", self.shift.r, -SHIFT_MAX, SHIFT_MAX)?;
-        in_range("shift.tt", self.shift.tt, -SHIFT_MAX, SHIFT_MAX)?;
-        in_range("shift.trt", self.shift.trt, -SHIFT_MAX, SHIFT_MAX)?;
-        in_range("width.r", self.width.r, WIDTH_MIN, WIDTH_MAX)?;
-        in_range("width.tt", self.width.tt, WIDTH_MIN, WIDTH_MAX)?;
-        in_range("width.trt", self.width.trt, WIDTH_MIN, WIDTH_MAX)?;
-        in_range("caustic_width", self.caustic_width, 0.01, 1.5)?;
-        in_range("eccentricity", self.eccentricity, 0.5, 2.0)
+        Ok(())
     }
 }

@@ -4,6 +4,7 @@
 //! nothing else happens; only a missing file or adapter ends the command.
 
 mod evaluate;
+mod keys;
 mod per_fibre;
 mod reference;
 mod request;

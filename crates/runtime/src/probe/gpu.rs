@@ -203,6 +203,14 @@ impl GpuProbe {
         queue.submit([encoder.finish()]);
         let bytes = self.context.read_buffer("probe", &readback)?;
         let answers: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&bytes);
+        // Callers take answers for queries by their place.
+        if answers.len() != queries.len() {
+            let (found, expected) = (answers.len(), queries.len());
+            return Err(GpuError::Failed {
+                what: "probe",
+                reason: format!("{found} answers came back to {expected} queries"),
+            });
+        }
         if answers.iter().flatten().any(|&value| value == SENTINEL) {
             return Err(GpuError::Failed {
                 what: "probe",

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use serde_json::Value;
 use strandlight_formats::TableFile;
 use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::optics::Optics;
@@ -49,7 +50,15 @@ enum Scheme {
 /// and some 100 MiB.
 const MAX_FIBRES: usize = 512;
 
-type Answers = Vec<Result<serde_json::Value, String>>;
+type Answers = Vec<Result<Value, String>>;
+
+/// What is left to do for a request.
+enum Work<'a> {
+    /// Nothing: this is the answer.
+    Answered(Result<Value, String>),
+    /// The shading functions must be asked.
+    Shade(&'a Request),
+}
 
 impl Evaluator {
     /// Prepares `method`; tables that shading cannot read and a missing adapter are failures.
@@ -97,49 +106,82 @@ impl Evaluator {
     }
 
     /// An answer to each of at most [`MAX_FIBRES`] requests.
+    ///
+    /// Some are bad, some are answered at once, the rest goes to the shading functions in one
+    /// batch: what goes there takes its place among the requests with it.
     fn answer_some(&self, requests: &[Result<Request, String>]) -> Result<Answers, Failure> {
-        let fibres = self.fibres(requests);
-        let queries: Vec<Result<Query, String>> = requests
-            .iter()
-            .map(|request| self.query(request.as_ref().map_err(String::clone)?, &fibres))
+        let work: Vec<Work<'_>> = requests
+            .par_iter()
+            .map(|request| match request {
+                Err(error) => Work::Answered(Err(error.clone())),
+                Ok(request) => match self.apart(request) {
+                    Some(answer) => Work::Answered(answer.finite()),
+                    None => Work::Shade(request),
+                },
+            })
             .collect();
-        let valid: Vec<Query> = queries.iter().flatten().copied().collect();
-        let apart: Vec<Option<Answer>> = match &self.backend {
-            Backend::Cpu(tables) => {
-                let answer =
-                    |request: &Result<Request, String>| self.apart(request.as_ref().ok()?, tables);
-                requests.par_iter().map(answer).collect()
+        let mut shaded = Vec::new();
+        for (ix, work) in work.iter().enumerate() {
+            if let Work::Shade(request) = work {
+                shaded.push((ix, *request));
             }
-            _ => vec![None; requests.len()],
-        };
+        }
+        let mut values: HashMap<usize, _> = self.shade(&shaded)?.into_iter().collect();
+        let answers = work.into_iter().enumerate().map(|(ix, work)| match work {
+            Work::Answered(answer) => answer,
+            Work::Shade(_) => values
+                .remove(&ix)
+                .unwrap_or_else(|| Err("no value came back".to_owned())),
+        });
+        Ok(answers.collect())
+    }
+
+    /// What the shading functions answer to requests, each under the place that came with it.
+    fn shade(
+        &self,
+        requests: &[(usize, &Request)],
+    ) -> Result<Vec<(usize, Result<Value, String>)>, Failure> {
+        let fibres = self.fibres(requests.iter().map(|(_, request)| *request));
+        let mut answers = Vec::with_capacity(requests.len());
+        // What the functions are asked, and in the same order by whom.
+        let (mut queries, mut asked) = (Vec::new(), Vec::new());
+        for &(ix, request) in requests {
+            match self.query(request, &fibres) {
+                Err(error) => answers.push((ix, Err(error))),
+                Ok(query) => {
+                    queries.push(query);
+                    asked.push((ix, request));
+                }
+            }
+        }
         let optics = &fibres.optics;
         let values: Vec<[f32; 4]> = match &self.backend {
-            Backend::Gpu(probe) => probe.evaluate(&valid, optics).map_err(Failure::input)?,
+            Backend::Gpu(probe) => probe.evaluate(&queries, optics).map_err(Failure::input)?,
             Backend::Cpu(tables) => {
                 let view = tables.view();
                 let answer = |query| evaluate(query, &view, optics);
-                valid.par_iter().map(answer).collect()
+                queries.par_iter().map(answer).collect()
             }
             Backend::Reference(_) => Vec::new(),
         };
-        let mut values = values.into_iter();
-        let answers = requests.iter().zip(queries).zip(apart);
-        let answers = answers.map(|((request, query), apart)| {
-            if let Some(answer) = apart {
-                return answer.finite();
-            }
-            query?;
-            // One value for each valid query, in order.
-            let value = values.next().ok_or("no value came back")?;
-            shape(request.as_ref().map_err(String::clone)?, value).finite()
-        });
-        Ok(answers.collect())
+        if values.len() != asked.len() {
+            let (asked, came) = (asked.len(), values.len());
+            return Err(Failure::Input(format!(
+                "{asked} queries were evaluated and {came} values came back"
+            )));
+        }
+        let shaped = |((ix, request), value)| (ix, shape(request, value).finite());
+        answers.extend(asked.into_iter().zip(values).map(shaped));
+        Ok(answers)
     }
 
     /// The answer on the CPU to what the renderer does not evaluate, if `request` is that: all
     /// averages of the renderer's table of 128 inclinations; by the paper's scheme Eq 33 with
     /// Zinke's approximations, and multiple scattering.
-    fn apart(&self, request: &Request, tables: &ShadingTables) -> Option<Answer> {
+    fn apart(&self, request: &Request) -> Option<Answer> {
+        let Backend::Cpu(tables) = &self.backend else {
+            return None;
+        };
         match (request, &self.scheme) {
             (
                 Request::Average {
@@ -206,16 +248,16 @@ impl Evaluator {
     }
 
     /// The optics of every fibre among `requests`, each once.
-    fn fibres(&self, requests: &[Result<Request, String>]) -> Fibres {
+    fn fibres<'a>(&self, requests: impl Iterator<Item = &'a Request> + Clone) -> Fibres {
         let mut places = HashMap::new();
         let mut hairs: Vec<HairParams> = Vec::new();
-        for hair in requests.iter().flatten().filter_map(Request::hair) {
+        for hair in requests.clone().filter_map(Request::hair) {
             places.entry(bits(hair)).or_insert_with(|| {
                 hairs.push(*hair);
                 hairs.len() - 1
             });
         }
-        let is_multiple = requests.iter().flatten().any(Request::needs_averages);
+        let is_multiple = requests.clone().any(Request::needs_averages);
         let made: Vec<Result<Optics, String>> = hairs
             .par_iter()
             .map(|hair| self.optics(hair, is_multiple))

@@ -36,23 +36,7 @@ impl<T> PerFibre<T> {
 
 /// All that tells one fibre from another.
 pub fn bits(hair: &HairParams) -> [u64; 12] {
-    let [r, g, b] = hair.sigma_a;
-    let (shift, width) = (hair.shift, hair.width);
-    [
-        hair.eta,
-        r,
-        g,
-        b,
-        shift.r,
-        shift.tt,
-        shift.trt,
-        width.r,
-        width.tt,
-        width.trt,
-        hair.caustic_width,
-        hair.eccentricity,
-    ]
-    .map(f64::to_bits)
+    hair.to_array().map(f64::to_bits)
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Queries as JSON says them, checked against their ranges.
 
 use std::f64::consts::FRAC_PI_2;
+use std::ops::RangeInclusive;
 
-use serde::Deserialize;
 use serde_json::Value;
 use serde_json::error::Category;
 use strandlight_scattering::dual_scattering::Average;
@@ -10,6 +10,7 @@ use strandlight_scattering::exact::Forward;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 
+use super::keys::{Keys, shortened};
 use super::unique::Unique;
 
 /// A valid query.
@@ -62,8 +63,7 @@ pub enum Request {
 }
 
 /// A spherical Gaussian light of amplitude 1.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Inclination of the centre.
     pub theta: f64,
@@ -73,18 +73,8 @@ pub struct Light {
     pub lambda: f64,
 }
 
-/// The axis of forward-scattered light; of [`Light`]'s keys the width does not matter.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Axis {
-    theta: f64,
-    phi: f64,
-    lambda: Option<f64>,
-}
-
 /// A direction.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Direction {
     /// Inclination.
     pub theta: f64,
@@ -92,85 +82,29 @@ pub struct Direction {
     pub phi: f64,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TableC {
-    k: u32,
-    lambda: f64,
-    phi: f64,
-}
+/// The kinds of query, as `q` names them.
+const KINDS: [&str; 7] = [
+    "table_C",
+    "table_H",
+    "azimuthal",
+    "single",
+    "global",
+    "local",
+    "average",
+];
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TableH {
-    mode: String,
-    k: u32,
-    eta: f64,
-    theta_d: f64,
-    fresnel: Option<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Azimuthal {
-    mode: String,
-    lambda: f64,
-    dphi: f64,
-    theta_d: f64,
-    hair: Hair,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Single {
-    mode: String,
-    light: Light,
-    view: Direction,
-    hair: Hair,
-}
-
-/// Keys of `global` and `local`; the latter is one for all modes.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Multiple {
-    mode: Option<String>,
-    light: Axis,
-    view: Direction,
-    sigma_f: f64,
-    hair: Hair,
-}
-
-#[derive(Deserialize)]
-#[serde(rename = "Average", deny_unknown_fields)]
-struct AverageKeys {
-    name: String,
-    theta_d: f64,
-    hair: Hair,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Hair {
-    eta: f64,
-    sigma_a: [f64; 3],
-    shift: Modes,
-    width: Modes,
-    caustic_width: f64,
-    #[serde(default = "circular")]
-    eccentricity: f64,
-}
-
-fn circular() -> f64 {
-    1.0
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Modes {
-    r: f64,
-    tt: f64,
-    trt: f64,
-}
+/// Inclinations.
+const THETA: RangeInclusive<f64> = -FRAC_PI_2..=FRAC_PI_2;
+/// Azimuths: any that f64 wraps exactly enough.
+const PHI: RangeInclusive<f64> = -1e6..=1e6;
+/// Bandwidths of a light.
+const LAMBDA: RangeInclusive<f64> = 0.001..=10.0;
+/// Bandwidths on the azimuth: lambda' passes lambda at grazing angles.
+const LAMBDA_P: RangeInclusive<f64> = 0.001..=1000.0;
+/// Widths of forward-scattered light.
+const SIGMA_F: RangeInclusive<f64> = 0.01..=3.0;
+/// Indices of refraction of the H tables.
+const TABLE_ETA: RangeInclusive<f64> = 1.0..=10.0;
 
 impl Request {
     /// The fibre whose optics the answer takes.
@@ -193,206 +127,186 @@ impl Request {
     /// The query of one line.
     ///
     /// # Errors
-    /// One sentence naming the key and the value that is wrong.
+    /// One sentence naming the key, by its whole path, the value that is wrong, and what is
+    /// accepted.
     pub fn parse(line: &str) -> Result<Request, String> {
         let Unique(value) = serde_json::from_str(line).map_err(|error| match error.classify() {
             Category::Data => error.to_string(),
             _ => format!("not JSON: {error}"),
         })?;
-        let Value::Object(mut object) = value else {
+        let Value::Object(object) = value else {
             return Err("a query is a JSON object".to_owned());
         };
-        let q = match object.remove("q") {
-            Some(Value::String(q)) => q,
-            Some(other) => return Err(format!("q is {other}, not a string")),
-            None => return Err("key q is missing".to_owned()),
+        let q = match object.get("q") {
+            Some(Value::String(q)) => q.as_str(),
+            Some(other) => {
+                let other = shortened(&other.to_string());
+                return Err(format!("q is {other}, must be one of {}", KINDS.join(", ")));
+            }
+            None => return Err(format!("missing field `q`, one of {}", KINDS.join(", "))),
         };
-        let rest = Value::Object(object);
-        match q.as_str() {
+        let keys = |known: &[&str]| {
+            let known: Vec<&str> = [&["q"], known].concat();
+            Keys::of_query(&object, &known)
+        };
+        match q {
             "table_C" => {
-                let TableC { k, lambda, phi } = take(rest)?;
-                if k > 6 {
-                    return Err(format!("k is {k}, outside 0..=6"));
-                }
+                let keys = keys(&["k", "lambda", "phi"])?;
                 Ok(Request::TableC {
-                    k,
-                    lambda: within("lambda", lambda, 0.001, 10.0)?,
-                    phi: within("phi", phi, -1e6, 1e6)?,
+                    k: keys.whole("k", &[0, 1, 2, 3, 4, 5, 6])?,
+                    lambda: keys.number("lambda", LAMBDA)?,
+                    phi: keys.number("phi", PHI)?,
                 })
             }
             "table_H" => {
-                let TableH {
-                    mode,
-                    k,
-                    eta,
-                    theta_d,
-                    fresnel,
-                } = take(rest)?;
-                let lobe = match Lobe::from_name(&mode) {
-                    Some(lobe @ (Lobe::Tt | Lobe::Trt)) => lobe,
-                    _ => return Err(format!("mode is {mode:?}, not TT or TRT")),
+                let keys = keys(&["mode", "k", "eta", "theta_d", "fresnel"])?;
+                let with_lobes = |name: &str| Lobe::from_name(name).filter(|&it| it != Lobe::R);
+                let fresnel = |keys: &Keys<'_>, key: &str| {
+                    keys.named(key, "dielectric or schlick", Fresnel::from_name)
                 };
-                if !matches!(k, 0 | 2 | 4 | 6) {
-                    return Err(format!("k is {k}, not 0, 2, 4 or 6"));
-                }
-                let fresnel = fresnel
-                    .map(|name| {
-                        Fresnel::from_name(&name).ok_or_else(|| {
-                            format!("fresnel is {name:?}, not dielectric or schlick")
-                        })
-                    })
-                    .transpose()?;
                 Ok(Request::TableH {
-                    lobe,
-                    k,
-                    eta: within("eta", eta, 1.0, 10.0)?,
-                    theta_d: within("theta_d", theta_d, -FRAC_PI_2, FRAC_PI_2)?,
-                    fresnel,
+                    lobe: keys.named("mode", "TT or TRT", with_lobes)?,
+                    k: keys.whole("k", &[0, 2, 4, 6])?,
+                    eta: keys.number("eta", TABLE_ETA)?,
+                    theta_d: keys.number("theta_d", THETA)?,
+                    fresnel: keys.optional("fresnel", fresnel)?,
                 })
             }
             "azimuthal" => {
-                let Azimuthal {
-                    mode,
-                    lambda,
-                    dphi,
-                    theta_d,
-                    hair,
-                } = take(rest)?;
-                let lobe = Lobe::from_name(&mode)
-                    .ok_or_else(|| format!("mode is {mode:?}, not R, TT or TRT"))?;
+                let keys = keys(&["mode", "lambda", "dphi", "theta_d", "hair"])?;
                 Ok(Request::Azimuthal {
-                    lobe,
-                    // lambda' passes lambda at grazing angles.
-                    lambda: within("lambda", lambda, 0.001, 1000.0)?,
-                    dphi: within("dphi", dphi, -1e6, 1e6)?,
-                    theta_d: within("theta_d", theta_d, -FRAC_PI_2, FRAC_PI_2)?,
-                    hair: hair.params()?,
+                    lobe: keys.named("mode", "R, TT or TRT", Lobe::from_name)?,
+                    lambda: keys.number("lambda", LAMBDA_P)?,
+                    dphi: keys.number("dphi", PHI)?,
+                    theta_d: keys.number("theta_d", THETA)?,
+                    hair: hair(&keys)?,
                 })
             }
             "single" => {
-                let Single {
-                    mode,
-                    light,
-                    view,
-                    hair,
-                } = take(rest)?;
-                let lobe = mode_of(&mode)?;
-                check_direction("light", light.theta, light.phi)?;
-                within("light.lambda", light.lambda, 0.001, 10.0)?;
-                check_direction("view", view.theta, view.phi)?;
+                let keys = keys(&["mode", "light", "view", "hair"])?;
+                let lobe = mode(&keys, "mode")?;
+                let light = keys.object("light", &["theta", "phi", "lambda"])?;
+                let lambda = light.number("lambda", LAMBDA)?;
+                let Direction { theta, phi } = direction(&light)?;
                 Ok(Request::Single {
                     lobe,
-                    light,
-                    view,
-                    hair: hair.params()?,
+                    light: Light { theta, phi, lambda },
+                    view: view(&keys)?,
+                    hair: hair(&keys)?,
+                })
+            }
+            "global" => {
+                let keys = keys(&["mode", "light", "view", "sigma_f", "hair"])?;
+                Ok(Request::Global {
+                    lobe: mode(&keys, "mode")?,
+                    forward: forward(&keys)?,
+                    view: view(&keys)?,
+                    hair: hair(&keys)?,
+                })
+            }
+            "local" => {
+                let keys = keys(&["mode", "light", "view", "sigma_f", "hair"])?;
+                // One for all modes; the key is read for the sake of `global`'s queries.
+                keys.optional("mode", mode)?;
+                Ok(Request::Local {
+                    forward: forward(&keys)?,
+                    view: view(&keys)?,
+                    hair: hair(&keys)?,
                 })
             }
             "average" => {
-                let AverageKeys {
-                    name,
-                    theta_d,
-                    hair,
-                } = take(rest)?;
-                let name = Average::from_name(&name).ok_or_else(|| {
-                    let names = Average::ALL.map(Average::name).join(", ");
-                    format!("name is {name:?}, not one of {names}")
-                })?;
+                let keys = keys(&["name", "theta_d", "hair"])?;
+                let names = format!("one of {}", Average::ALL.map(Average::name).join(", "));
                 Ok(Request::Average {
-                    name,
-                    theta_d: within("theta_d", theta_d, -FRAC_PI_2, FRAC_PI_2)?,
-                    hair: hair.params()?,
+                    name: keys.named("name", &names, Average::from_name)?,
+                    theta_d: keys.number("theta_d", THETA)?,
+                    hair: hair(&keys)?,
                 })
             }
-            "global" | "local" => {
-                let Multiple {
-                    mode,
-                    light,
-                    view,
-                    sigma_f,
-                    hair,
-                } = take(rest)?;
-                let mode = match (mode, q.as_str()) {
-                    (Some(mode), _) => mode,
-                    (None, "local") => "all".to_owned(),
-                    (None, _) => return Err("missing field `mode`".to_owned()),
-                };
-                let lobe = mode_of(&mode)?;
-                check_direction("light", light.theta, light.phi)?;
-                if let Some(lambda) = light.lambda {
-                    within("light.lambda", lambda, 0.001, 10.0)?;
-                }
-                check_direction("view", view.theta, view.phi)?;
-                let forward = Forward {
-                    theta: light.theta,
-                    phi: light.phi,
-                    sigma_f: within("sigma_f", sigma_f, 0.01, 3.0)?,
-                };
-                let hair = hair.params()?;
-                Ok(if q == "global" {
-                    Request::Global {
-                        lobe,
-                        forward,
-                        view,
-                        hair,
-                    }
-                } else {
-                    Request::Local {
-                        forward,
-                        view,
-                        hair,
-                    }
-                })
+            _ => {
+                let q = shortened(&format!("{q:?}"));
+                Err(format!("q is {q}, must be one of {}", KINDS.join(", ")))
             }
-            _ => Err(format!("q {q:?} is unknown")),
         }
     }
 }
 
-/// The typed form of a query's keys.
-fn take<T: for<'a> Deserialize<'a>>(rest: Value) -> Result<T, String> {
-    serde_json::from_value(rest).map_err(|error| error.to_string())
+/// The mode at `key`, `None` for all of them.
+fn mode(keys: &Keys<'_>, key: &str) -> Result<Option<Lobe>, String> {
+    keys.named(key, "R, TT, TRT or all", |name| match name {
+        "all" => Some(None),
+        name => Lobe::from_name(name).map(Some),
+    })
 }
 
-/// The mode called `name`, `None` for all of them.
-fn mode_of(name: &str) -> Result<Option<Lobe>, String> {
-    match (name, Lobe::from_name(name)) {
-        ("all", _) => Ok(None),
-        (_, Some(lobe)) => Ok(Some(lobe)),
-        _ => Err(format!("mode is {name:?}, not R, TT, TRT or all")),
-    }
+/// The angles of a direction.
+fn direction(keys: &Keys<'_>) -> Result<Direction, String> {
+    Ok(Direction {
+        theta: keys.number("theta", THETA)?,
+        phi: keys.number("phi", PHI)?,
+    })
 }
 
-/// Both angles of a direction must lie in their ranges.
-fn check_direction(key: &str, theta: f64, phi: f64) -> Result<(), String> {
-    within(&format!("{key}.theta"), theta, -FRAC_PI_2, FRAC_PI_2)?;
-    within(&format!("{key}.phi"), phi, -1e6, 1e6)?;
-    Ok(())
+fn view(keys: &Keys<'_>) -> Result<Direction, String> {
+    direction(&keys.object("view", &["theta", "phi"])?)
 }
 
-/// `value`, if it lies in its range. Messages have it as `{:?}`, which writes 1e300 and 1e-300 with
-/// an exponent.
-fn within(key: &str, value: f64, min: f64, max: f64) -> Result<f64, String> {
-    if (min..=max).contains(&value) {
-        Ok(value)
-    } else {
-        Err(format!("{key} is {value:?}, outside {min}..={max}"))
-    }
+/// Forward-scattered light: a `light`, whose width does not matter, of width `sigma_f`.
+fn forward(keys: &Keys<'_>) -> Result<Forward, String> {
+    let light = keys.object("light", &["theta", "phi", "lambda"])?;
+    light.optional("lambda", |light, key| light.number(key, LAMBDA))?;
+    let Direction { theta, phi } = direction(&light)?;
+    Ok(Forward {
+        theta,
+        phi,
+        sigma_f: keys.number("sigma_f", SIGMA_F)?,
+    })
 }
 
-impl Hair {
-    fn params(self) -> Result<HairParams, String> {
-        let per_lobe = |Modes { r, tt, trt }| PerLobe { r, tt, trt };
-        let hair = HairParams {
-            eta: self.eta,
-            sigma_a: self.sigma_a,
-            shift: per_lobe(self.shift),
-            width: per_lobe(self.width),
-            caustic_width: self.caustic_width,
-            eccentricity: self.eccentricity,
-        };
-        hair.validate().map_err(|error| error.to_string())?;
-        Ok(hair)
-    }
+/// The keys of a fibre, in the order in which they are named.
+const HAIR: [&str; 6] = [
+    "eta",
+    "sigma_a",
+    "shift",
+    "width",
+    "caustic_width",
+    "eccentricity",
+];
+
+/// The fibre at `hair`.
+fn hair(keys: &Keys<'_>) -> Result<HairParams, String> {
+    let keys = keys.object("hair", &HAIR)?;
+    let per_lobe = |key: &str| -> Result<PerLobe<f64>, String> {
+        let modes = keys.object(key, &["r", "tt", "trt"])?;
+        let number = |mode: &str| modes.number(mode, range_of(&format!("{key}.{mode}")));
+        Ok(PerLobe {
+            r: number("r")?,
+            tt: number("tt")?,
+            trt: number("trt")?,
+        })
+    };
+    let number = |keys: &Keys<'_>, key: &str| keys.number(key, range_of(key));
+    let hair = HairParams {
+        eta: number(&keys, "eta")?,
+        sigma_a: keys.rgb("sigma_a", range_of("sigma_a[0]"))?,
+        shift: per_lobe("shift")?,
+        width: per_lobe("width")?,
+        caustic_width: number(&keys, "caustic_width")?,
+        eccentricity: keys.optional("eccentricity", number)?.unwrap_or(1.0),
+    };
+    hair.validate().map_err(|error| format!("hair: {error}"))?;
+    Ok(hair)
+}
+
+/// The range of a number of the fibre. One without a range would take anything here and be
+/// refused by [`HairParams::validate`] after.
+fn range_of(field: &str) -> RangeInclusive<f64> {
+    let ranges = HairParams::RANGES.into_iter();
+    ranges
+        .filter(|(name, ..)| *name == field)
+        .map(|(_, low, high)| low..=high)
+        .next()
+        .unwrap_or(f64::NEG_INFINITY..=f64::INFINITY)
 }
 
 #[cfg(test)]
@@ -436,10 +350,15 @@ mod tests {
         for (line, needle) in [
             ("", "not JSON"),
             ("[1]", "object"),
-            ("{}", "q is missing"),
-            (r#"{"q":3}"#, "not a string"),
-            (r#"{"q":"table_D"}"#, "unknown"),
-            (r#"{"q":"global"}"#, "light"),
+            ("{}", "missing field `q`, one of table_C"),
+            (r#"{"q":3}"#, "q is 3, must be one of table_C"),
+            (
+                r#"{"q":"table_D"}"#,
+                "q is \"table_D\", must be one of table_C, table_H, azimuthal, single, global, \
+                 local, average",
+            ),
+            (r#"{"q":"global"}"#, "missing field `mode`"),
+            (r#"{"q":"local"}"#, "missing field `light`"),
             (
                 &format!(
                     r#"{{"q":"global","light":{{"theta":0,"phi":0}},"view":{{"theta":0,"phi":0}},
@@ -499,11 +418,11 @@ mod tests {
             ),
             (
                 r#"{"q":"table_C","k":3,"lambda":0.2,"phi":1.0,"k":4}"#,
-                "key \"k\" is there twice",
+                "key k is there twice",
             ),
             (
                 r#"{"q":"single","light":{"theta":0,"theta":0}}"#,
-                "key \"theta\" is there twice",
+                "key light.theta is there twice",
             ),
             (
                 r#"{"q":"table_C","k":3,"lambda":1e300,"phi":1.0}"#,
@@ -519,6 +438,99 @@ mod tests {
             let error = Request::parse(line).unwrap_err();
             assert!(error.contains(needle), "{line}: {error}");
             assert!(error.len() < 200, "{line}: {error}");
+        }
+    }
+
+    /// Every key of every query: missing, of another type, out of range, misspelt. The message has
+    /// its whole path, and the value and what is accepted where there is one.
+    #[test]
+    fn messages_name_the_whole_path_the_value_and_what_is_accepted() {
+        let queries = [
+            r#"{"q":"table_C","k":3,"lambda":0.2,"phi":1.0}"#.to_owned(),
+            r#"{"q":"table_H","mode":"TT","k":2,"eta":1.55,"theta_d":0.3}"#.to_owned(),
+            format!(
+                r#"{{"q":"azimuthal","mode":"TRT","lambda":0.2,"dphi":0.5,"theta_d":0.1,"hair":{HAIR}}}"#
+            ),
+            format!(
+                r#"{{"q":"single","mode":"TT","light":{{"theta":0.1,"phi":2.0,"lambda":0.3}},
+                "view":{{"theta":0,"phi":0.4}},"hair":{HAIR}}}"#
+            ),
+            format!(
+                r#"{{"q":"global","mode":"all","light":{{"theta":0.1,"phi":2.0}},
+                "view":{{"theta":0,"phi":0.4}},"hair":{HAIR},"sigma_f":0.3}}"#
+            ),
+            format!(
+                r#"{{"q":"local","light":{{"theta":0.1,"phi":2.0}},
+                "view":{{"theta":0,"phi":0.4}},"hair":{HAIR},"sigma_f":3}}"#
+            ),
+            format!(r#"{{"q":"average","name":"a_f","theta_d":0.2,"hair":{HAIR}}}"#),
+        ];
+        let mut n_checked = 0;
+        for text in &queries {
+            let query: Value = serde_json::from_str(text).unwrap();
+            let mut paths = Vec::new();
+            places("", &query, &mut paths);
+            for path in paths.iter().filter(|path| *path != "q") {
+                let pointer = format!("/{}", path.replace('.', "/"));
+                let (parent, key) = pointer.rsplit_once('/').unwrap();
+                let parent_path = parent.trim_start_matches('/').replace('/', ".");
+                let place = match parent_path.as_str() {
+                    "" => String::new(),
+                    path => format!("{path}: "),
+                };
+                let refused = |change: &dyn Fn(&mut Value)| {
+                    let mut query = query.clone();
+                    change(query.pointer_mut(parent).unwrap());
+                    Request::parse(&query.to_string()).unwrap_err()
+                };
+                let missing = |object: &mut Value| {
+                    object.as_object_mut().unwrap().remove(key);
+                };
+                if path != "hair.eccentricity" {
+                    let message = format!("{place}missing field `{key}`");
+                    assert_eq!(refused(&missing), message, "{text}");
+                }
+                let wrong = refused(&|object| object[key] = Value::Bool(true));
+                let message = format!("{path} is true, must be ");
+                assert!(wrong.starts_with(&message), "{wrong}");
+                assert!(wrong.len() > message.len() + 3, "{wrong}");
+                let misspelt = refused(&|object| object["thing"] = Value::from(1));
+                let message = format!("{place}unknown field `thing`, expected ");
+                assert!(misspelt.starts_with(&message), "{misspelt}");
+                assert!(misspelt.contains(key), "{misspelt}");
+                if query.pointer(&pointer).unwrap().is_number() {
+                    let outside = refused(&|object| object[key] = Value::from(1e9));
+                    let named = outside.starts_with(&format!("{path} is 1000000000.0, "));
+                    let range = outside.contains("..=") || outside.contains("one of 0");
+                    assert!(named && range, "{outside}");
+                }
+                n_checked += 1;
+            }
+        }
+        // Keys of the query, of light and view, and 15 of each of 5 fibres.
+        assert_eq!(
+            n_checked,
+            (3 + 4 + 5 + 4 + 5 + 4 + 3) + (3 + 2) + 4 + 4 + 5 * 12
+        );
+        let rgb = HAIR.replace("0.3,0.5]", "\"x\",0.5]");
+        let error = format!(r#"{{"q":"average","name":"a_f","theta_d":0.2,"hair":{rgb}}}"#);
+        let error = Request::parse(&error).unwrap_err();
+        assert_eq!(
+            error,
+            "hair.sigma_a[1] is \"x\", must be a number in 0..=50"
+        );
+    }
+
+    /// Paths of all keys, those of objects included.
+    fn places(path: &str, value: &Value, paths: &mut Vec<String>) {
+        let Value::Object(object) = value else { return };
+        for (key, value) in object {
+            let path = match path {
+                "" => key.clone(),
+                path => format!("{path}.{key}"),
+            };
+            places(&path, value, paths);
+            paths.push(path);
         }
     }
 }

@@ -2,8 +2,10 @@
 
 use std::fmt;
 
-use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{self, Deserialize, DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
+
+use super::keys::shortened;
 
 /// A JSON value, read with an error where an object has a key twice. JSON leaves the meaning of
 /// that open and [`Value`] keeps the last one, so that a slip would go unseen.
@@ -12,13 +14,39 @@ pub struct Unique(pub Value);
 
 impl<'de> Deserialize<'de> for Unique {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Reader).map(Unique)
+        Reader(&Path::Root).deserialize(deserializer).map(Unique)
     }
 }
 
-struct Reader;
+/// Where a value stands.
+enum Path<'a> {
+    Root,
+    Key(&'a Path<'a>, &'a str),
+    Item(&'a Path<'a>, usize),
+}
 
-impl<'de> Visitor<'de> for Reader {
+impl fmt::Display for Path<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Path::Root => Ok(()),
+            Path::Key(Path::Root, key) => f.write_str(&shortened(key)),
+            Path::Key(parent, key) => write!(f, "{parent}.{}", shortened(key)),
+            Path::Item(parent, ix) => write!(f, "{parent}[{ix}]"),
+        }
+    }
+}
+
+struct Reader<'a>(&'a Path<'a>);
+
+impl<'de> DeserializeSeed<'de> for Reader<'_> {
+    type Value = Value;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Reader<'_> {
     type Value = Value;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -51,7 +79,7 @@ impl<'de> Visitor<'de> for Reader {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
         let mut array = Vec::new();
-        while let Some(Unique(item)) = items.next_element()? {
+        while let Some(item) = items.next_element_seed(Reader(&Path::Item(self.0, array.len())))? {
             array.push(item);
         }
         Ok(Value::Array(array))
@@ -61,11 +89,10 @@ impl<'de> Visitor<'de> for Reader {
         let mut object = Map::new();
         while let Some(key) = entries.next_key::<String>()? {
             if object.contains_key(&key) {
-                return Err(de::Error::custom(format_args!(
-                    "key {key:?} is there twice"
-                )));
+                let path = Path::Key(self.0, &key);
+                return Err(de::Error::custom(format_args!("key {path} is there twice")));
             }
-            let Unique(value) = entries.next_value()?;
+            let value = entries.next_value_seed(Reader(&Path::Key(self.0, &key)))?;
             object.insert(key, value);
         }
         Ok(Value::Object(object))
@@ -86,9 +113,13 @@ mod tests {
 
     #[test]
     fn a_key_twice_is_an_error_at_any_depth() {
-        for text in [r#"{"a":1,"a":1}"#, r#"[{"b":{"c":1,"a":2,"\u0063":3}}]"#] {
+        for (text, path) in [
+            (r#"{"a":1,"a":1}"#, "key a is"),
+            (r#"[{"b":{"c":1,"a":2,"\u0063":3}}]"#, "key [0].b.c is"),
+        ] {
             let error = serde_json::from_str::<Unique>(text).unwrap_err();
-            assert!(error.to_string().contains("is there twice"), "{error}");
+            let message = format!("{path} there twice");
+            assert!(error.to_string().contains(&message), "{error}");
         }
     }
 
