@@ -86,6 +86,21 @@ fn the_report_is_stable_and_its_worst_cases_can_be_asked_again() {
     assert_eq!(n_asked, 12);
 }
 
+/// Every check compares something, however small the run.
+#[test]
+fn small_runs_pass() {
+    for (n, seed) in [("1", "0"), ("2", "1"), ("10", "0")] {
+        let (report, code) = stress(&["--n", n, "--seed", seed, "--no-gpu"], "2");
+        let checks = report["checks"].as_array().unwrap();
+        for check in checks {
+            let (is_run, n_values) = (check["status"] != "not run", check["values"].as_u64());
+            assert!(!is_run || n_values.unwrap() > 0, "--n {n}: {check}");
+            assert_ne!(check["status"], "FAILED", "--n {n}: {check}");
+        }
+        assert_eq!(code, Some(0), "--n {n}");
+    }
+}
+
 /// The paper's scheme loses energy: the checks can fail.
 #[test]
 fn the_paper_fails() {

@@ -7,7 +7,7 @@ use super::Run;
 use super::draw::{self, Random};
 use super::energy::reference;
 use super::point::{Group, Point};
-use super::report::{Check, Tally, merge};
+use super::report::{Check, Tally};
 use super::subject::StressError;
 
 /// Values below this share of the largest of their fibre, mode and function are measured against
@@ -46,7 +46,7 @@ fn points(random: &mut Random, hair: &HairParams, (is_single, lobe): (bool, Lobe
 /// Errors against the exact model over the extremes; circular fibres. Reported, not held: the
 /// accuracy that is promised is that of ordinary hair.
 pub fn against_exact(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
-    let tallies = run.each(
+    let tallies = run.tallies(
         n.div_ceil(POINTS),
         40,
         "accuracy over the extremes",
@@ -83,7 +83,7 @@ pub fn against_exact(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
                 fibre's largest (per unit of light)";
     Ok(FUNCTIONS
         .into_iter()
-        .zip(merge(tallies))
+        .zip(tallies)
         .map(|(function, tally)| {
             let name = format!("accuracy {}", function_name(function));
             tally.check(&name, "cpu", None, note)
@@ -93,7 +93,7 @@ pub fn against_exact(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
 
 /// How much one unit in the last place of any angle or width moves an answer.
 pub fn rounding(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
-    let tallies = run.each(n.div_ceil(POINTS), 41, "rounding", |random| {
+    let tallies = run.tallies(n.div_ceil(POINTS), 41, "rounding", |random| {
         let mut tallies = [(); 6].map(|()| Tally::with_percentiles());
         let hair = draw::hair(random);
         for (function, tally) in FUNCTIONS.into_iter().zip(&mut tallies) {
@@ -132,7 +132,7 @@ pub fn rounding(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
                 value or 1 % of the fibre's largest (per unit of light)";
     Ok(FUNCTIONS
         .into_iter()
-        .zip(merge(tallies))
+        .zip(tallies)
         .map(|(function, tally)| {
             let name = format!("rounding {}", function_name(function));
             tally.check(&name, "cpu", Some(ROUNDING_BOUND), note)

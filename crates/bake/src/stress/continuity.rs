@@ -17,7 +17,7 @@ use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use super::Run;
 use super::draw::{self, BETA, CAUSTIC_WIDTH, ETA, LAMBDA, Random, SHIFT, SIGMA_A};
 use super::point::{Group, Point, inclination, single};
-use super::report::{Check, Tally, merge};
+use super::report::{Check, Tally};
 use super::subject::StressError;
 
 const STEPS: usize = 96;
@@ -191,13 +191,12 @@ pub fn checks(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
     let mut checks = Vec::new();
     for (ix, parameter) in ALL.into_iter().enumerate() {
         let name = format!("continuity in {}", parameter.name());
-        let tallies = run.each(n, 20 + ix as u64, &name, |random| {
+        let [tally] = run.tallies(n, 20 + ix as u64, &name, |random| {
             let mut tally = Tally::new();
             let base = base(random, parameter);
             walk(run, parameter, &base, &mut tally)?;
             Ok([tally])
         })?;
-        let [tally] = merge(tallies);
         let note = "largest difference left across 2^-26 of the range, or between neighbouring \
                     f32, relative to the local scale";
         checks.push(tally.check(&name, "cpu", Some(parameter.bound()), note));

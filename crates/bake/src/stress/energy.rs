@@ -13,7 +13,7 @@ use strandlight_scattering::{HairParams, Lobe};
 use super::Run;
 use super::draw::{self, Domain, LAMBDA, LAMBDA_P_CONSTANT, Random};
 use super::point::{Group, Light, Point, hair_json, single};
-use super::report::{Check, Tally, merge};
+use super::report::{Check, Tally};
 use super::subject::StressError;
 
 /// Bound on the relative error of a mode's energy, and of the furnace.
@@ -46,7 +46,7 @@ fn see(
 /// One check a mode of circular fibres; TRT of elliptic ones is reported apart: their index
 /// under the light is one number by Eq 26, which is an approximation of its own.
 pub fn under_constant_light(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
-    let tallies = run.each(n, 1, "energy, constant light", |random| {
+    let tallies = run.tallies(n, 1, "energy, constant light", |random| {
         let mut tallies = [(); 4].map(|()| Tally::with_percentiles());
         let mut hair = draw::hair(random);
         let elliptic = hair;
@@ -93,7 +93,7 @@ pub fn under_constant_light(run: &Run, n: usize) -> Result<Vec<Check>, StressErr
         Ok(tallies)
     })?;
     let mut checks = Vec::new();
-    for (ix, tally) in merge(tallies).into_iter().enumerate() {
+    for (ix, tally) in tallies.into_iter().enumerate() {
         let lobe = Lobe::ALL
             .get(ix)
             .map_or("TRT, elliptic", |lobe| lobe.name());
@@ -126,7 +126,7 @@ fn exact_energy(run: &Run, lobe: Lobe, theta_d: f64, hair: &HairParams) -> [f64;
 
 /// Energy of the inner integral by quadrature over the azimuth, lights of width 0.05 to 3.
 pub fn over_azimuth(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
-    let tallies = run.each(n, 2, "energy, over azimuth", |random| {
+    let tallies = run.tallies(n, 2, "energy, over azimuth", |random| {
         let mut tallies = [(); 3].map(|()| Tally::with_percentiles());
         let mut hair = draw::hair(random);
         hair.eccentricity = 1.0;
@@ -184,8 +184,8 @@ fn sum(values: &[[f32; 3]]) -> [f64; 3] {
     total
 }
 
-fn per_lobe(tallies: Vec<[Tally; 3]>, name: &str, bound: Option<f64>, note: &str) -> Vec<Check> {
-    let lobes = Lobe::ALL.into_iter().zip(merge(tallies));
+fn per_lobe(tallies: [Tally; 3], name: &str, bound: Option<f64>, note: &str) -> Vec<Check> {
+    let lobes = Lobe::ALL.into_iter().zip(tallies);
     lobes
         .map(|(lobe, tally)| {
             let name = format!("{name} {}", lobe.name());
@@ -198,7 +198,7 @@ fn per_lobe(tallies: Vec<[Tally; 3]>, name: &str, bound: Option<f64>, note: &str
 /// reported: what is held is the energy over all views.
 pub fn wide_light(run: &Run, n: usize, domain: Domain) -> Result<Vec<Check>, StressError> {
     let label = format!("wide light, {}", domain.name());
-    let tallies = run.each(n, 30 + domain as u64, &label, |random| {
+    let tallies = run.tallies(n, 30 + domain as u64, &label, |random| {
         let mut tallies = [(); 3].map(|()| Tally::with_percentiles());
         let hair = domain.hair(random);
         let light = wide(random, domain);
@@ -288,7 +288,7 @@ pub fn over_views(
         name = format!("{name}, {nodes} nodes");
         bound = Some(BOUND);
     }
-    let tallies = run.each(n, 32 + domain as u64, &name, |random| {
+    let tallies = run.tallies(n, 32 + domain as u64, &name, |random| {
         let mut tallies = [(); 3].map(|()| Tally::with_percentiles());
         let hair = domain.hair(random);
         let light = Light {
@@ -423,7 +423,7 @@ fn around_fibre(
 /// taken as isotropic with M of TRT, against the same in f64; the absolute value is reported.
 pub fn furnace(run: &Run, n: usize, domain: Domain) -> Result<Vec<Check>, StressError> {
     let label = format!("white furnace, {}", domain.name());
-    let tallies = run.each(n, 34 + domain as u64, &label, |random| {
+    let [inner, single, absolute] = run.tallies(n, 34 + domain as u64, &label, |random| {
         let mut tallies = [(); 3].map(|()| Tally::with_percentiles());
         let mut hair = domain.hair(random);
         hair.sigma_a = [0.0; 3];
@@ -477,7 +477,6 @@ pub fn furnace(run: &Run, n: usize, domain: Domain) -> Result<Vec<Check>, Stress
         }
         Ok(tallies)
     })?;
-    let [inner, single, absolute] = merge(tallies);
     Ok(vec![
         inner.check(
             &format!("furnace azimuthal {}", domain.name()),

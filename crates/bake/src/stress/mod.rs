@@ -17,12 +17,15 @@ mod subject;
 mod symmetry;
 mod values;
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::MAX_NODES;
 use strandlight_scattering::fresnel::Fresnel;
 
 use crate::progress::Progress;
 use draw::{Domain, Random};
+use report::{Tally, merge};
 use values::Evaluated;
 
 pub use invalid::ParseQuery;
@@ -67,9 +70,41 @@ impl Run<'_> {
         label: &str,
         work: impl Fn(&mut Random) -> Result<T, StressError> + Sync,
     ) -> Result<Vec<T>, StressError> {
-        let n = n.max(1) as u64;
-        let progress = self.progress(label, n);
-        let all = (0..n)
+        self.streams(0..n.max(1) as u64, purpose, label, work)
+    }
+
+    /// As [`Run::each`], for work that fills tallies: those of all streams, merged place by place.
+    ///
+    /// Not every stream has a value for every tally. Where a small run leaves one empty, more
+    /// streams are drawn, at most [`MAX_MORE`]: a check compares something, however small the run.
+    fn tallies<const N: usize>(
+        &self,
+        n: usize,
+        purpose: u64,
+        label: &str,
+        work: impl Fn(&mut Random) -> Result<[Tally; N], StressError> + Sync,
+    ) -> Result<[Tally; N], StressError> {
+        let mut tallies = merge(self.each(n, purpose, label, &work)?);
+        let mut drawn = n.max(1) as u64;
+        let end = drawn + MAX_MORE;
+        while drawn < end && tallies.iter().any(Tally::is_empty) {
+            let more = self.streams(drawn..drawn + MORE, purpose, label, &work)?;
+            tallies = merge([vec![tallies], more].concat());
+            drawn += MORE;
+        }
+        Ok(tallies)
+    }
+
+    /// `work` of some streams of random numbers, in order.
+    fn streams<T: Send>(
+        &self,
+        streams: Range<u64>,
+        purpose: u64,
+        label: &str,
+        work: impl Fn(&mut Random) -> Result<T, StressError> + Sync,
+    ) -> Result<Vec<T>, StressError> {
+        let progress = self.progress(label, streams.end - streams.start);
+        let all = streams
             .into_par_iter()
             .map(|stream| {
                 let value = work(&mut Random::new(self.options.seed, purpose, stream));
@@ -81,6 +116,11 @@ impl Run<'_> {
         all
     }
 }
+
+/// Streams drawn at a time where a tally is empty, and at most.
+const MORE: u64 = 8;
+/// See [`MORE`].
+const MAX_MORE: u64 = 512;
 
 /// Runs all checks of `subject`.
 ///

@@ -12,6 +12,7 @@ use super::draw::{LAMBDA, POINTS_PER_HAIR, Random, hair};
 use super::point::{hair_json, inclination, single};
 use super::report::{Check, Tally, finite};
 use super::subject::StressError;
+use super::values::apart;
 
 /// Purpose of the draws.
 const PURPOSE: u64 = 40;
@@ -160,7 +161,7 @@ fn twins(groups: &[Points], cpu: &Answers, gpu: Option<&Answers>, function: Func
     let mut tally = Tally::with_percentiles();
     for (hair, point, (cpu, gpu)) in answers() {
         for (a, b) in cpu.iter().zip(gpu) {
-            let error = f64::from(a - b).abs() / f64::from(largest);
+            let error = apart(*a, *b, largest);
             tally.see(error, || [json!(gpu), json!(cpu), point.json(hair)]);
         }
     }

@@ -229,6 +229,11 @@ impl Tally {
         }
     }
 
+    /// Was nothing compared yet?
+    pub fn is_empty(&self) -> bool {
+        self.n_values == 0
+    }
+
     /// Adds what another tally saw, after what this one did.
     pub fn merge(mut self, other: Tally) -> Tally {
         self.n_values += other.n_values;

@@ -6,7 +6,7 @@ use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use super::Run;
 use super::draw::{self, Random};
 use super::point::{Group, Light, Point, inclination, single};
-use super::report::{Check, Tally, merge};
+use super::report::{Check, Tally};
 use super::subject::StressError;
 
 /// Bound on exact symmetries: rounding of f32 at the narrowest lights.
@@ -173,7 +173,7 @@ fn symmetry(
     note: &str,
     draw: impl Fn(&mut Random, &HairParams, Lobe) -> Option<(Pair, HairParams)> + Sync,
 ) -> Result<Check, StressError> {
-    let tallies = run.each(n.div_ceil(3 * PAIRS), purpose, name, |random| {
+    let [tally] = run.tallies(n.div_ceil(3 * PAIRS), purpose, name, |random| {
         let mut tally = Tally::with_percentiles();
         let hair = draw::hair(random);
         let mut pairs = Vec::new();
@@ -214,6 +214,5 @@ fn symmetry(
         }
         Ok([tally])
     })?;
-    let [tally] = merge(tallies);
     Ok(tally.check(name, "cpu", Some(bound), note))
 }

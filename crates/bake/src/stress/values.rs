@@ -14,6 +14,15 @@ const GPU_GROUPS: usize = 512;
 /// Bound on the twins, relative to the largest value of a function's batch.
 const TWINS_BOUND: f64 = 1e-4;
 
+/// The difference of twins as a share of `largest`; none where they are equal, all 0 included.
+pub(super) fn apart(a: f32, b: f32, largest: f32) -> f64 {
+    if a == b {
+        0.0
+    } else {
+        f64::from(a - b).abs() / f64::from(largest)
+    }
+}
+
 /// Answers by group and point.
 pub type Answers = Vec<Vec<[f32; 3]>>;
 
@@ -104,7 +113,7 @@ impl Evaluated {
                 let mut tally = Tally::with_percentiles();
                 for (hair, point, (cpu, gpu)) in answers() {
                     for (a, b) in cpu.iter().zip(gpu) {
-                        let error = f64::from(a - b).abs() / f64::from(largest);
+                        let error = apart(*a, *b, largest);
                         tally.see(error, || [json!(gpu), json!(cpu), point.query(hair)]);
                     }
                 }
