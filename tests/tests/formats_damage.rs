@@ -7,8 +7,8 @@ mod checks;
 use std::io::{Cursor, Read, Seek, SeekFrom};
 
 use strandlight_formats::{
-    Attribute, Axis, Container, Domain, Error, Groom, Kind, LightSet, LightSetInfo, Spacing,
-    SrbfLight, Table, TableFile, TableInfo, TableReader,
+    Attribute, Axis, Container, Domain, Error, FitReport, Groom, Kind, LightSet, LightSetInfo,
+    Spacing, SrbfLight, Table, TableFile, TableInfo, TableReader,
 };
 
 fn groom() -> Vec<u8> {
@@ -310,6 +310,63 @@ fn bulk_data_is_aligned() {
         assert!(container.sections().len() >= 2);
         for section in container.sections() {
             assert_eq!(section.offset % 64, 0, "{}", section.name());
+        }
+    }
+}
+
+/// Figures of a record that contradict the data, or are no numbers, under right checksums.
+#[test]
+fn a_wrong_record_is_refused() {
+    let bytes = groom();
+    let section = Container::from_bytes(&bytes, Kind::Groom).expect("good");
+    let meta = section
+        .find(*b"META", 0)
+        .expect("every groom has one")
+        .offset as usize;
+    // The record starts with the numbers of strands and points.
+    assert_eq!((bytes[meta], bytes[meta + 4]), (2, 5));
+    for at in [meta, meta + 4] {
+        let mut wrong = bytes.clone();
+        wrong[at] += 1;
+        checks::seal(&mut wrong);
+        let message = Groom::from_bytes(&wrong)
+            .expect_err("must fail")
+            .to_string();
+        assert!(message.contains("differs from the record"), "{message}");
+    }
+    let set = LightSet::from_bytes(&lights()).expect("good");
+    let with = |report: FitReport| {
+        let info = LightSetInfo {
+            report: Some(report),
+            ..set.info.clone()
+        };
+        LightSet {
+            info,
+            lights: set.lights.clone(),
+        }
+    };
+    let marker = 0.123_456_789_f64;
+    let good = FitReport {
+        rel_l2: marker,
+        energy_ratio: [marker; 3],
+        irradiance_error: marker,
+        fibre_error: marker,
+    };
+    let bytes = with(good).to_bytes().expect("good");
+    let needle = marker.to_le_bytes();
+    let places: Vec<usize> = (0..bytes.len() - 8)
+        .filter(|&at| bytes[at..at + 8] == needle)
+        .collect();
+    assert_eq!(places.len(), 6);
+    for at in places {
+        for bad in [f64::NAN, f64::INFINITY, -0.1] {
+            let mut wrong = bytes.clone();
+            wrong[at..at + 8].copy_from_slice(&bad.to_le_bytes());
+            checks::seal(&mut wrong);
+            let message = LightSet::from_bytes(&wrong)
+                .expect_err("must fail")
+                .to_string();
+            assert!(message.contains("report."), "{message}");
         }
     }
 }

@@ -106,6 +106,24 @@ pub struct FitReport {
     pub fibre_error: f64,
 }
 
+impl FitReport {
+    /// Checks that every figure is a number from 0 on.
+    fn validate(&self) -> Result<()> {
+        let FitReport {
+            rel_l2,
+            energy_ratio,
+            irradiance_error,
+            fibre_error,
+        } = *self;
+        in_range("report.rel_l2", rel_l2, 0.0, f64::MAX)?;
+        for ratio in energy_ratio {
+            in_range("report.energy_ratio", ratio, 0.0, f64::MAX)?;
+        }
+        in_range("report.irradiance_error", irradiance_error, 0.0, f64::MAX)?;
+        in_range("report.fibre_error", fibre_error, 0.0, f64::MAX)
+    }
+}
+
 /// Most lights in a file; fits use tens.
 pub const MAX_LIGHTS: usize = 65_536;
 
@@ -113,7 +131,9 @@ const META: [u8; 4] = *b"META";
 const LIGHTS: [u8; 4] = *b"LGHT";
 
 impl LightSet {
-    /// Checks directions (unit within 1e-4), widths, amplitudes and the number of lights.
+    /// Checks directions (unit within 1e-4), widths, amplitudes, the number of lights, and that
+    /// recorded figures are numbers. `strandlight verify` checks the order of the lights too, and
+    /// the figures against the map.
     ///
     /// # Errors
     /// `Value` naming the first entry that breaks a promise.
@@ -127,7 +147,10 @@ impl LightSet {
         for (ix, light) in self.lights.iter().enumerate() {
             light.check(&format!("lights[{ix}]"))?;
         }
-        Ok(())
+        self.info
+            .report
+            .as_ref()
+            .map_or(Ok(()), FitReport::validate)
     }
 
     /// Reads a `.lights` file.

@@ -1,20 +1,25 @@
 //! `strandlight verify`.
+//!
+//! Every file is judged, whatever is wrong with the others: one verdict a file.
+
+mod groom;
+mod lights;
 
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use serde_json::json;
-use strandlight_bake::lights::{Map, evaluate};
+use serde_json::{Value, json};
+use strandlight_bake::lights::Map;
 use strandlight_bake::tables::{Check, verify_tables};
-use strandlight_formats::{Groom, Kind, LightSet, TableFile};
+use strandlight_formats::{Error, Groom, Kind, LightSet, TableFile};
 
 use super::{Failure, Outcome, print_line};
 
 /// Checks baked files: tables against other methods, light sets against their map, grooms
 /// against their own invariants
 ///
-/// Exit code 1 when a tolerance is missed, 2 when a file cannot be read.
+/// Every file is judged. Exit code 2 when one cannot be read, else 1 when a check fails.
 #[derive(clap::Args)]
 pub struct Args {
     /// Files of any kind
@@ -23,225 +28,305 @@ pub struct Args {
     /// The map that the light sets were fitted to
     #[arg(long)]
     map: Option<PathBuf>,
+    /// Largest fibre error of a light set against its map: a fraction of 1, or per cent (0.5%).
+    /// Sets of few lights need more
+    #[arg(long, value_name = "E", default_value = "2%", value_parser = parse_error)]
+    max_error: f64,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
 }
 
-/// Largest relative difference of a channel's energy between a light set and its map.
-const ENERGY_TOLERANCE: f64 = 5e-3;
-/// Largest fibre error of a light set that records none; see [`evaluate`].
-const FIBRE_ERROR_TOLERANCE: f64 = 5e-2;
+/// A fraction in 0..=1, as such or as `2%`.
+fn parse_error(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.strip_suffix('%') {
+        Some(number) => (number.trim_end(), 0.01),
+        None => (text, 1.0),
+    };
+    match number.parse::<f64>().map(|number| number * unit) {
+        Ok(error) if (0.0..=1.0).contains(&error) => Ok(error),
+        _ => Err("not a fraction in 0..=1 or per cent in 0%..=100%".to_owned()),
+    }
+}
+
+/// One check of one file, for people and for programs.
+struct Line {
+    passed: bool,
+    text: String,
+    json: Value,
+}
+
+impl Line {
+    /// A check whose error is one number.
+    fn measured(name: &str, error: f64, tolerance: f64, note: &str) -> Line {
+        let passed = error <= tolerance;
+        Line {
+            passed,
+            text: format!("{name}: {error:.2e}, tolerance {tolerance:.2e}{note}"),
+            json: json!({
+                "check": name,
+                "passed": passed,
+                "tolerance": tolerance,
+                "worst": { "error": error },
+            }),
+        }
+    }
+
+    /// A check that holds or does not; `entry` says where it fails.
+    fn held(name: &str, n_values: usize, failed: Option<String>) -> Line {
+        let passed = failed.is_none();
+        let text = match &failed {
+            None => format!("{name}: {n_values} values"),
+            Some(entry) => format!("{name}: {entry}"),
+        };
+        Line {
+            passed,
+            text,
+            json: json!({
+                "check": name,
+                "passed": passed,
+                "values": n_values,
+                "worst": failed.map(|entry| json!({ "entry": entry })),
+            }),
+        }
+    }
+
+    fn print(&self) -> String {
+        let word = if self.passed { "ok" } else { "FAILED" };
+        format!("{word} {}", self.text)
+    }
+}
+
+/// Why a file could not be judged.
+struct Refused {
+    /// `unreadable` (missing, no permission, of another kind, of a newer version) or `damaged`.
+    kind: &'static str,
+    message: String,
+}
+
+impl Refused {
+    fn unreadable(path: &Path, error: impl std::fmt::Display) -> Refused {
+        Refused {
+            kind: "unreadable",
+            message: format!("{}: {error}", path.display()),
+        }
+    }
+}
+
+impl From<Error> for Refused {
+    fn from(error: Error) -> Refused {
+        let kind = match error {
+            Error::Io { .. } | Error::NotThisKind { .. } | Error::UnsupportedVersion { .. } => {
+                "unreadable"
+            }
+            Error::Invalid { .. } | Error::Syntax { .. } | Error::Value { .. } => "damaged",
+        };
+        Refused {
+            kind,
+            message: error.to_string(),
+        }
+    }
+}
 
 /// What was found in one file.
 struct Verdict {
-    kind: Kind,
-    passed: bool,
-    /// One line per check, worst entry named.
-    lines: Vec<String>,
-    /// The same for programs.
-    checks: Vec<serde_json::Value>,
+    path: PathBuf,
+    kind: Option<Kind>,
+    /// The checks, at least one, or why there are none.
+    found: Result<Vec<Line>, Refused>,
+}
+
+impl Verdict {
+    fn passed(&self) -> bool {
+        match &self.found {
+            Ok(lines) => !lines.is_empty() && lines.iter().all(|line| line.passed),
+            Err(_) => false,
+        }
+    }
+
+    /// Kind and text of what is wrong, if anything is; the first of several.
+    fn error(&self) -> Option<(&'static str, String)> {
+        match &self.found {
+            Err(refused) => Some((refused.kind, refused.message.clone())),
+            Ok(lines) => lines.iter().find(|line| !line.passed).map(|line| {
+                let message = format!("{}: {}", self.path.display(), line.print());
+                ("failed check", message)
+            }),
+        }
+    }
+
+    fn json(&self) -> Value {
+        let checks: Vec<&Value> = match &self.found {
+            Ok(lines) => lines.iter().map(|line| &line.json).collect(),
+            Err(_) => Vec::new(),
+        };
+        let error = self.error();
+        json!({
+            "file": self.path.display().to_string(),
+            "kind": self.kind.map(Kind::name),
+            "passed": self.passed(),
+            "checks": checks,
+            "error": error.map(|(kind, message)| json!({ "kind": kind, "message": message })),
+        })
+    }
+
+    /// What was found, on stdout; a file that could not be judged is named on stderr at the end.
+    fn print(&self) -> Outcome {
+        let Ok(lines) = &self.found else {
+            return Ok(());
+        };
+        let word = if self.passed() { "ok" } else { "FAILED" };
+        let kind = self.kind.map_or("file", Kind::name);
+        print_line(format!("{}: {kind}, {word}", self.path.display()))?;
+        for line in lines {
+            print_line(format!("  {}", line.print()))?;
+        }
+        Ok(())
+    }
+}
+
+/// The map, with its path and the limit of `--max-error`.
+struct Reference<'a> {
+    path: &'a Path,
+    map: Map,
+    max_error: f64,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let mut documents = Vec::new();
-    let mut failed = Vec::new();
-    for path in &args.files {
-        let verdict = verify(path, args.map.as_deref())?;
-        let word = if verdict.passed { "ok" } else { "FAILED" };
-        if args.json {
-            documents.push(json!({
-                "file": path.display().to_string(),
-                "kind": verdict.kind.name(),
-                "passed": verdict.passed,
-                "checks": verdict.checks,
-            }));
-        } else {
-            let name = path.display();
-            print_line(format!("{name}: {}, {word}", verdict.kind.name()))?;
-            for line in &verdict.lines {
-                print_line(format!("  {line}"))?;
+    let mut verdicts = Vec::new();
+    let mut reference = None;
+    if let Some(path) = &args.map {
+        match Map::read(path) {
+            Ok(map) => {
+                let max_error = args.max_error;
+                reference = Some(Reference {
+                    path,
+                    map,
+                    max_error,
+                });
             }
+            // A map that cannot be read is one more file that cannot.
+            Err(error) => verdicts.push(Verdict {
+                path: path.clone(),
+                kind: None,
+                found: Err(Refused {
+                    kind: "unreadable",
+                    message: error.to_string(),
+                }),
+            }),
         }
-        if !verdict.passed {
-            let worst = verdict.lines.iter().find(|line| line.starts_with("FAILED"));
-            let worst = worst.map_or("", String::as_str);
-            failed.push(format!("{}: {worst}", path.display()));
+    }
+    for path in &args.files {
+        let verdict = verify(path, reference.as_ref());
+        if !args.json {
+            verdict.print()?;
         }
+        verdicts.push(verdict);
     }
     if args.json {
-        print_line(json!({ "passed": failed.is_empty(), "files": documents }))?;
+        let files: Vec<Value> = verdicts.iter().map(Verdict::json).collect();
+        let passed = verdicts.iter().all(Verdict::passed);
+        print_line(json!({ "passed": passed, "files": files }))?;
     }
-    if failed.is_empty() {
+    let messages: Vec<String> = verdicts
+        .iter()
+        .filter_map(Verdict::error)
+        .map(|(_, message)| message)
+        .collect();
+    if messages.is_empty() {
         Ok(())
+    } else if verdicts.iter().any(|verdict| verdict.found.is_err()) {
+        Err(Failure::Input(messages.join("; ")))
     } else {
-        Err(Failure::Check(failed.join("; ")))
+        Err(Failure::Check(messages.join("; ")))
     }
 }
 
-fn verify(path: &Path, map: Option<&Path>) -> Result<Verdict, Failure> {
-    match kind_of(path)? {
-        Kind::Tables => verify_table_file(path),
-        Kind::Lights => verify_light_set(path, map),
-        Kind::Groom => verify_groom(path),
+fn verify(path: &Path, reference: Option<&Reference<'_>>) -> Verdict {
+    let (kind, found) = match kind_of(path) {
+        Err(refused) => (None, Err(refused)),
+        Ok(kind) => {
+            let found = match kind {
+                Kind::Tables => verify_table_file(path),
+                Kind::Lights => LightSet::read(path)
+                    .map(|set| lights::checks(&set, reference))
+                    .map_err(Refused::from),
+                Kind::Groom => Groom::read(path)
+                    .map(|groom| groom::checks(&groom))
+                    .map_err(Refused::from),
+            };
+            (Some(kind), found)
+        }
+    };
+    Verdict {
+        path: path.to_owned(),
+        kind,
+        found,
     }
 }
 
 /// The kind that the first bytes announce.
-fn kind_of(path: &Path) -> Result<Kind, Failure> {
+fn kind_of(path: &Path) -> Result<Kind, Refused> {
     let mut start = Vec::new();
     // A pipe or a device may never answer.
     if std::fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir()) {
-        return Err(Failure::file(path, "not a regular file"));
+        return Err(Refused::unreadable(path, "not a regular file"));
     }
     File::open(path)
         .and_then(|file| file.take(64).read_to_end(&mut start))
-        .map_err(|error| Failure::file(path, error))?;
+        .map_err(|error| Refused::unreadable(path, error))?;
     Kind::of_bytes(&start)
-        .ok_or_else(|| Failure::file(path, "not a tables file, light set or groom"))
+        .ok_or_else(|| Refused::unreadable(path, "not a tables file, light set or groom"))
 }
 
-fn verify_table_file(path: &Path) -> Result<Verdict, Failure> {
-    let file = TableFile::read(path).map_err(Failure::input)?;
-    let report = verify_tables(&file, 0).map_err(|error| Failure::file(path, error))?;
-    Ok(Verdict {
-        kind: Kind::Tables,
-        passed: report.passed(),
-        lines: report.checks.iter().map(check_line).collect(),
-        checks: report.checks.iter().map(check_json).collect(),
-    })
+fn verify_table_file(path: &Path) -> Result<Vec<Line>, Refused> {
+    let file = TableFile::read(path)?;
+    let report = verify_tables(&file, 0).map_err(|error| Refused::unreadable(path, error))?;
+    Ok(report.checks.iter().map(table_line).collect())
 }
 
-fn check_line(check: &Check) -> String {
-    let word = if check.passed() { "ok" } else { "FAILED" };
+fn table_line(check: &Check) -> Line {
     let worst = &check.worst;
-    format!(
-        "{word} {}: {}: worst {:.2e}, tolerance {:.0e}, {} values; {} is {:.9e}, not {:.9e}",
-        check.table,
-        check.name,
-        worst.error,
-        check.tolerance,
-        check.n_values,
-        worst.entry,
-        worst.found,
-        worst.expected
-    )
-}
-
-fn check_json(check: &Check) -> serde_json::Value {
-    json!({
-        "table": check.table,
-        "check": check.name,
-        "passed": check.passed(),
-        "values": check.n_values,
-        "tolerance": check.tolerance,
-        "worst": {
-            "entry": check.worst.entry,
-            "found": check.worst.found,
-            "expected": check.worst.expected,
-            "error": check.worst.error,
-        },
-    })
-}
-
-/// The reader checks every promise of the format; with a map, the fit is measured against it.
-fn verify_light_set(path: &Path, map: Option<&Path>) -> Result<Verdict, Failure> {
-    let lights = LightSet::read(path).map_err(Failure::input)?;
-    lights
-        .validate()
-        .map_err(|error| Failure::file(path, error))?;
-    if let Some(map) = map {
-        return verify_light_set_against_map(path, &lights, map);
-    }
-    Ok(sound(
-        Kind::Lights,
-        format!("ok {} lights", lights.lights.len()),
-    ))
-}
-
-/// Measures the fit again.
-fn verify_light_set_against_map(
-    path: &Path,
-    lights: &LightSet,
-    map_path: &Path,
-) -> Result<Verdict, Failure> {
-    let map = Map::read(map_path).map_err(Failure::input)?;
-    let recorded = &lights.info.map_hash;
-    if !recorded.is_empty() && *recorded != map.source().hash {
-        let found = &map.source().hash;
-        let what = format!(
-            "fitted to the map of hash {recorded}, not to {} of hash {found}",
-            map_path.display()
-        );
-        return Err(Failure::file(path, what));
-    }
-    let report = evaluate(lights, &map);
-    // What the file says of itself must be true; where it says nothing, it must be good.
-    let fibre_tolerance = match &lights.info.report {
-        Some(recorded) => 1.01 * recorded.fibre_error + 1e-4,
-        None => FIBRE_ERROR_TOLERANCE,
+    let values = if worst.found.is_nan() && worst.expected.is_nan() {
+        String::new()
+    } else {
+        format!(" is {:.9e}, not {:.9e}", worst.found, worst.expected)
     };
-    let energy_off = report.energy_ratio.map(|ratio| (ratio - 1.0).abs());
-    let checks = [
-        (
-            "energy of a channel, relative",
-            energy_off.into_iter().fold(0.0, f64::max),
-            ENERGY_TOLERANCE,
+    Line {
+        passed: check.passed(),
+        text: format!(
+            "{}: {}: worst {:.2e}, tolerance {:.0e}, {} values; {}{values}",
+            check.table, check.name, worst.error, check.tolerance, check.n_values, worst.entry,
         ),
-        ("fibre error", report.fibre_error, fibre_tolerance),
-    ];
-    let passed = |error: f64, tolerance: f64| error <= tolerance;
-    Ok(Verdict {
-        kind: Kind::Lights,
-        passed: checks
-            .iter()
-            .all(|&(_, error, tolerance)| passed(error, tolerance)),
-        lines: checks
-            .iter()
-            .map(|&(name, error, tolerance)| {
-                let word = if passed(error, tolerance) {
-                    "ok"
-                } else {
-                    "FAILED"
-                };
-                format!("{word} {name}: {error:.2e}, tolerance {tolerance:.2e}")
-            })
-            .collect(),
-        checks: checks
-            .iter()
-            .map(|&(name, error, tolerance)| {
-                json!({
-                    "check": name,
-                    "passed": passed(error, tolerance),
-                    "tolerance": tolerance,
-                    "worst": { "error": error },
-                })
-            })
-            .collect(),
-    })
+        json: json!({
+            "table": check.table,
+            "check": check.name,
+            "passed": check.passed(),
+            "values": check.n_values,
+            "tolerance": check.tolerance,
+            "worst": {
+                "entry": worst.entry,
+                "found": worst.found,
+                "expected": worst.expected,
+                "error": worst.error,
+            },
+        }),
+    }
 }
 
-fn verify_groom(path: &Path) -> Result<Verdict, Failure> {
-    let groom = Groom::read(path).map_err(Failure::input)?;
-    groom
-        .validate()
-        .map_err(|error| Failure::file(path, error))?;
-    let line = format!(
-        "ok {} strands, {} points",
-        groom.n_strands(),
-        groom.points.len()
-    );
-    Ok(sound(Kind::Groom, line))
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// The verdict on a file whose own invariants hold.
-fn sound(kind: Kind, line: String) -> Verdict {
-    let checks = vec![json!({ "check": "invariants of the format", "passed": true })];
-    Verdict {
-        kind,
-        passed: true,
-        lines: vec![line],
-        checks,
+    #[test]
+    fn limits_are_fractions_or_per_cent() {
+        for (text, limit) in [("2%", 0.02), ("0.5 %", 0.005), ("0.02", 0.02), ("1", 1.0)] {
+            let found = parse_error(text).unwrap();
+            assert!((found - limit).abs() < 1e-15, "{text}: {found}");
+        }
+        for text in ["2", "-1%", "101%", "%", "", "NaN", "inf", "x"] {
+            assert!(parse_error(text).is_err(), "{text}");
+        }
     }
 }

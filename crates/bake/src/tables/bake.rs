@@ -13,7 +13,7 @@ use strandlight_scattering::table_layout::{
     C_CHANNELS, C_COLUMNS, C_FROM_B, C_ROWS, H_CHANNELS, H_COLUMNS, H_ROWS, theta_d_from_h_column,
 };
 
-use super::layout::{axis_names, file_axis};
+use super::layout::{axis_names, file_axis, scattering_axis};
 use super::lobes::{N_LOBE_STEPS, REPORT_RANGE, bake_lobes, file_tables, lobe_errors, parameters};
 use crate::progress::Progress;
 
@@ -174,22 +174,37 @@ fn table_axes(fresnel: Fresnel) -> TableAxes {
     }
 }
 
-fn bake_c(progress: &Progress) -> Table {
+/// The shares of `C` and their exact values between.
+fn c_grid(rows: &Axis, columns: &Axis, progress: &Progress) -> Grid<9> {
     let rule = BernsteinRule::default();
-    let grid = evaluate(&C_ROWS, &C_COLUMNS, progress, |kappa, cos_half_phi| {
+    evaluate(rows, columns, progress, |kappa, cos_half_phi| {
         rule.shares(kappa, cos_half_phi)
-    });
-    let texels: Vec<[f32; 8]> = grid.texels.iter().map(|&[_, shares @ ..]| shares).collect();
+    })
+}
+
+/// The `max_interpolation_error` of a `C` of these texels.
+fn c_interpolation_error(
+    grid: &Grid<9>,
+    axes: &TableAxes,
+    by: [&Axis; 2],
+    texels: &[[f32; 8]],
+) -> f64 {
     let packed: Vec<PackedShares> = texels.iter().map(pack_shares).collect();
-    // C has no Fresnel term; either will do.
-    let axes = table_axes(Fresnel::Dielectric);
-    let error = grid.interpolation_error([&C_ROWS, &C_COLUMNS], |kappa, cos_half, exact| {
-        let found = sample_c(&packed, &axes, kappa as f32, cos_half as f32);
+    grid.interpolation_error(by, |kappa, cos_half, exact| {
+        let found = sample_c(&packed, axes, kappa as f32, cos_half as f32);
         c_error(std::array::from_fn(|i| match i {
             0 => 0.0,
             i => f64::from(found[i - 1]) - exact[i],
         }))
-    });
+    })
+}
+
+fn bake_c(progress: &Progress) -> Table {
+    let grid = c_grid(&C_ROWS, &C_COLUMNS, progress);
+    let texels: Vec<[f32; 8]> = grid.texels.iter().map(|&[_, shares @ ..]| shares).collect();
+    // C has no Fresnel term; either will do.
+    let axes = table_axes(Fresnel::Dielectric);
+    let error = c_interpolation_error(&grid, &axes, [&C_ROWS, &C_COLUMNS], &texels);
     let data = texels.as_flattened().to_vec();
     Table {
         name: "C".to_owned(),
@@ -215,14 +230,43 @@ fn c_error(shares: [f64; 9]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn bake_h(fresnel: Fresnel, progress: &Progress) -> (Table, Table) {
+/// H of TT in channels 0..4 and of TRT in 4..8, and the exact values between.
+fn h_grid(fresnel: Fresnel, rows: &Axis, columns: &Axis, progress: &Progress) -> Grid<8> {
     let rule = MomentRule::new(MOMENT_NODES);
-    let grid = evaluate(&H_ROWS, &H_COLUMNS, progress, |eta, column| {
+    evaluate(rows, columns, progress, |eta, column| {
         let moments = rule.moments(fresnel, eta, column);
         let (tt, trt) = (moments.tt, moments.trt);
         [tt[0], tt[1], tt[2], tt[3], trt[0], trt[1], trt[2], trt[3]]
-    });
-    let dielectric = fresnel == Fresnel::Dielectric;
+    })
+}
+
+/// The `max_interpolation_error` of an H table of these texels; `first` is its first channel in
+/// the grid.
+fn h_interpolation_error(
+    grid: &Grid<8>,
+    axes: &TableAxes,
+    by: [&Axis; 2],
+    texels: &[[f32; 4]],
+    first: usize,
+) -> f64 {
+    grid.interpolation_error(by, |eta, column, exact| {
+        let theta_d = theta_d_from_h_column(eta, column, axes.schlick == 0);
+        if theta_d > H_THETA_D_MAX {
+            return 0.0;
+        }
+        let (eta, cos_theta_d) = (eta as f32, theta_d.cos() as f32);
+        let row = table_cell(&axes.h_rows, eta);
+        let found = sample_h(texels, axes, row, eta, cos_theta_d);
+        let errors = found.iter().zip(&exact[first..]);
+        errors.fold(0.0, |worst, (found, exact)| {
+            worst.max((f64::from(*found) - exact).abs())
+        })
+    })
+}
+
+fn bake_h(fresnel: Fresnel, progress: &Progress) -> (Table, Table) {
+    let by = [&H_ROWS, &H_COLUMNS];
+    let grid = h_grid(fresnel, by[0], by[1], progress);
     let axes = table_axes(fresnel);
     let table = |name: &str, first: usize| {
         let texels: Vec<[f32; 4]> = grid
@@ -230,28 +274,43 @@ fn bake_h(fresnel: Fresnel, progress: &Progress) -> (Table, Table) {
             .iter()
             .map(|texel| std::array::from_fn(|i| texel[first + i]))
             .collect();
-        let error = grid.interpolation_error([&H_ROWS, &H_COLUMNS], |eta, column, exact| {
-            let theta_d = theta_d_from_h_column(eta, column, dielectric);
-            if theta_d > H_THETA_D_MAX {
-                return 0.0;
-            }
-            let (eta, cos_theta_d) = (eta as f32, theta_d.cos() as f32);
-            let row = table_cell(&axes.h_rows, eta);
-            let found = sample_h(&texels, &axes, row, eta, cos_theta_d);
-            let errors = found.iter().zip(&exact[first..]);
-            errors.fold(0.0, |worst, (found, exact)| {
-                worst.max((f64::from(*found) - exact).abs())
-            })
-        });
+        let error = h_interpolation_error(&grid, &axes, by, &texels, first);
         Table {
             name: name.to_owned(),
-            axes: file_axes([&H_ROWS, &H_COLUMNS], axis_names(Some(fresnel))),
+            axes: file_axes(by, axis_names(Some(fresnel))),
             channels: H_CHANNELS.map(str::to_owned).to_vec(),
             data: texels.as_flattened().to_vec(),
             max_interpolation_error: error as f32,
         }
     };
     (table("H_TT", 0), table("H_TRT", 4))
+}
+
+/// The `max_interpolation_error` of `C` and of H of TT and TRT, in this order, measured again on
+/// the texels of `tables`, which are laid out as their bake lays them out.
+pub(super) fn measure_again(fresnel: Fresnel, c: &Table, h: &[&Table]) -> Vec<f64> {
+    let silent = Progress::silent();
+    let axes_of = |table: &Table| [0, 1].map(|ix| scattering_axis(&table.axes[ix]));
+    let mut axes = table_axes(fresnel);
+    let [rows, columns] = axes_of(c);
+    (axes.c_rows, axes.c_columns) = (rows.into(), columns.into());
+    let texels: Vec<[f32; 8]> = bytemuck::pod_collect_to_vec(&c.data);
+    let grid = c_grid(&rows, &columns, &silent);
+    let mut errors = vec![c_interpolation_error(
+        &grid,
+        &axes,
+        [&rows, &columns],
+        &texels,
+    )];
+    for (ix, table) in h.iter().enumerate() {
+        let [rows, columns] = axes_of(table);
+        (axes.h_rows, axes.h_columns) = (rows.into(), columns.into());
+        let grid = h_grid(fresnel, &rows, &columns, &silent);
+        let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&table.data);
+        let by = [&rows, &columns];
+        errors.push(h_interpolation_error(&grid, &axes, by, &texels, 4 * ix));
+    }
+    errors
 }
 
 fn file_axes(axes: [&Axis; 2], names: [&str; 2]) -> Vec<FileAxis> {

@@ -11,6 +11,7 @@ mod bake;
 mod float16;
 mod layout;
 mod lobes;
+mod recorded;
 mod verify;
 mod verify_lobes;
 
@@ -18,4 +19,5 @@ pub use bake::{N_STEPS, bake_c_and_h, bake_tables, lean};
 pub use float16::{Float16Cost, float16_cost};
 pub use layout::{TableError, fresnel_of, scattering_axis};
 pub use lobes::{LobeErrors, REPORT_RANGE, REPORT_WIDTHS, lobe_errors};
+pub use recorded::same_figures;
 pub use verify::{Check, TableReport, Worst, verify_tables};

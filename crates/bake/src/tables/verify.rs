@@ -7,6 +7,7 @@
 //! | N_R between texel centres | the fit of the dielectric term in b_i | adaptive quadrature |
 //! | H with the dielectric term | Gauss-Legendre | tanh-sinh in gamma |
 //! | H with Schlick's term | Gauss-Legendre | finite sums of Beta functions |
+//! | recorded errors | measured when baking | measured again on the texels of the file |
 //! | shapes and shares of lobes | cosine moments | shares: finer quadrature; inner integrals through a sliced texture: adaptive quadrature in h |
 
 use rayon::prelude::*;
@@ -27,6 +28,7 @@ use strandlight_scattering::{HairParams, Lobe};
 
 use super::bake::H_THETA_D_MAX;
 use super::layout::{TableError, find_table, fresnel_of, scattering_axis};
+use super::recorded::recorded_errors;
 use super::verify_lobes::verify_lobes;
 
 /// Relative tolerance at texel centres.
@@ -102,6 +104,8 @@ impl TableReport {
 /// functions, 5e-4 of C_0 for C_k (C_0 itself as the renderer has it), 1e-2 of its peak over phi for
 /// N_R with the dielectric Fresnel term, and 1e-3 absolute for H up to theta_d = 1.5.
 ///
+/// What the file records of its own errors is measured again and must agree.
+///
 /// Files with neither H table, as [`lean`](super::lean) makes them, are whole too.
 ///
 /// # Errors
@@ -120,10 +124,12 @@ pub fn verify_tables(file: &TableFile, seed: u64) -> Result<TableReport, TableEr
     let shading = ShadingTables::for_modes(file, modes)?;
     let sampled = shading.view();
     let mut checks = verify_c(c, &sampled, seed);
-    for (table, which) in h_tables {
-        checks.extend(verify_h(table, &sampled, &which, fresnel, seed));
+    for (table, which) in &h_tables {
+        checks.extend(verify_h(table, &sampled, which, fresnel, seed));
     }
     checks.extend(verify_lobes(file, seed)?);
+    let h: Vec<&Table> = h_tables.iter().map(|(table, _)| *table).collect();
+    checks.extend(recorded_errors(file, fresnel, c, &h)?);
     Ok(TableReport { checks })
 }
 

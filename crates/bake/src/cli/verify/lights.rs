@@ -1,0 +1,144 @@
+//! Checks of light sets.
+
+use std::f64::consts::PI;
+
+use strandlight_bake::lights::evaluate;
+use strandlight_formats::{FitReport, LightSet, SrbfLight};
+
+use super::{Line, Reference};
+
+/// Largest relative difference of a channel's energy between a light set and its map.
+const ENERGY_TOLERANCE: f64 = 5e-3;
+/// Relative difference between a recorded figure and the same measured again, and what any figure
+/// may differ by: another system's libm moves them by less.
+const RECORDED_TOLERANCE: f64 = 1e-3;
+/// See [`RECORDED_TOLERANCE`].
+const RECORDED_FLOOR: f64 = 1e-7;
+/// By how much a light may pass the one before it: single precision.
+const ORDER_TOLERANCE: f64 = 1e-5;
+
+/// What the format promises beyond what every reader checks; with a map, the fit measured again.
+pub fn checks(set: &LightSet, reference: Option<&Reference<'_>>) -> Vec<Line> {
+    let mut lines = vec![
+        Line::held("number of lights", set.lights.len(), wrong_count(set)),
+        Line::held("lights by falling energy", set.lights.len(), misplaced(set)),
+        Line::held("hash of the map", 1, malformed_hash(&set.info.map_hash)),
+    ];
+    if let Some(reference) = reference {
+        lines.extend(against_map(set, reference));
+    }
+    lines
+}
+
+/// More lights than were asked for; files of other programs may say nothing (0).
+fn wrong_count(set: &LightSet) -> Option<String> {
+    let (found, asked) = (set.lights.len(), set.info.requested_count as usize);
+    (asked > 0 && found > asked).then(|| format!("{found}, but {asked} were asked for"))
+}
+
+/// Energy of a light over the sphere, all channels.
+fn energy(light: &SrbfLight) -> f64 {
+    let rgb: f64 = light.rgb.iter().map(|&x| f64::from(x)).sum();
+    // Int exp(2 (cos t - 1) / lambda^2) over the sphere.
+    let lambda_2 = f64::from(light.lambda).powi(2);
+    rgb * PI * lambda_2 * (1.0 - (-4.0 / lambda_2).exp())
+}
+
+fn misplaced(set: &LightSet) -> Option<String> {
+    let energies: Vec<f64> = set.lights.iter().map(energy).collect();
+    let pairs = energies.windows(2).enumerate();
+    pairs
+        .filter(|(_, pair)| pair[1] > pair[0] * (1.0 + ORDER_TOLERANCE))
+        .map(|(ix, pair)| {
+            let next = ix + 1;
+            format!(
+                "lights[{next}] has energy {:.6e}, more than {:.6e} of lights[{ix}]",
+                pair[1], pair[0]
+            )
+        })
+        .next()
+}
+
+/// A hash that is neither empty nor 16 digits.
+pub fn malformed_hash(hash: &str) -> Option<String> {
+    let is_digit = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
+    let good = hash.is_empty() || (hash.len() == 16 && hash.chars().all(is_digit));
+    (!good).then(|| format!("{hash:?}, must be 16 hexadecimal digits or nothing"))
+}
+
+/// Measures the fit again. What the file says of itself decides nothing: it must be true.
+fn against_map(set: &LightSet, reference: &Reference<'_>) -> Vec<Line> {
+    let map = &reference.map;
+    let report = evaluate(set, map);
+    let energy_off = report.energy_ratio.map(|ratio| (ratio - 1.0).abs());
+    let note = if report.fibre_error > reference.max_error {
+        " (--max-error; a set of few lights needs more)"
+    } else {
+        ""
+    };
+    let mut lines = vec![
+        Line::measured(
+            "energy of a channel, relative",
+            energy_off.into_iter().fold(0.0, f64::max),
+            ENERGY_TOLERANCE,
+            "",
+        ),
+        Line::measured("fibre error", report.fibre_error, reference.max_error, note),
+    ];
+    let (recorded, found) = (&set.info.map_hash, &map.source().hash);
+    let size = [map.width() as u32, map.height() as u32];
+    if recorded.is_empty() {
+        return lines;
+    }
+    let is_other = recorded != found;
+    lines.push(Line::held(
+        "fitted to this map",
+        1,
+        is_other.then(|| {
+            let path = reference.path.display();
+            format!("fitted to a map of hash {recorded}, not to {path} of hash {found}")
+        }),
+    ));
+    if is_other {
+        return lines;
+    }
+    lines.push(Line::held(
+        "recorded size of the map",
+        1,
+        (set.info.map_size != size).then(|| {
+            let [[w, h], [width, height]] = [set.info.map_size, size];
+            format!("{w} x {h} is recorded, it is {width} x {height}")
+        }),
+    ));
+    if let Some(recorded) = &set.info.report {
+        let figures = figures(recorded).into_iter().zip(figures(&report));
+        let wrong = figures
+            .filter(|((_, recorded), (_, found))| {
+                let tolerance = RECORDED_TOLERANCE * found.abs() + RECORDED_FLOOR;
+                // NaN fails the comparison too.
+                let is_same = (recorded - found).abs() <= tolerance;
+                !is_same
+            })
+            .map(|((name, recorded), (_, found))| {
+                format!("{name} is recorded as {recorded:.6e}, measured again {found:.6e}")
+            })
+            .next();
+        lines.push(Line::held("recorded figures", N_FIGURES, wrong));
+    }
+    lines
+}
+
+const N_FIGURES: usize = 6;
+
+/// The figures of a report by name.
+fn figures(report: &FitReport) -> [(&'static str, f64); N_FIGURES] {
+    let [r, g, b] = report.energy_ratio;
+    [
+        ("rel_l2", report.rel_l2),
+        ("energy_ratio[0]", r),
+        ("energy_ratio[1]", g),
+        ("energy_ratio[2]", b),
+        ("irradiance_error", report.irradiance_error),
+        ("fibre_error", report.fibre_error),
+    ]
+}
