@@ -1,15 +1,12 @@
 //! An independent double-precision oracle: tables and single scattering by plain quadrature.
 //!
-//! It shares no code with the crates it judges; it is slow, short and written from the equations.
+//! It shares no code with the crates it judges, only plain data: parameters of a fibre and the
+//! records of a file. It is slow, short and written from the equations.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use strandlight_formats::{Axis, Spacing, Table, TableFile, TableInfo};
-use strandlight_scattering::table_layout::{
-    C_AXIS_NAMES, C_CHANNELS, C_COLUMNS, C_ROWS, H_AXIS_NAMES_DIELECTRIC, H_AXIS_NAMES_SCHLICK,
-    H_CHANNELS, H_COLUMNS, H_ROWS,
-};
-use strandlight_scattering::{HairParams, Lobe, axis};
+use strandlight_scattering::{HairParams, Lobe};
 
 /// Nodes and weights of Gauss-Legendre quadrature on -1..1.
 pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
@@ -102,44 +99,80 @@ pub fn h_k(eta: f64, cos_theta_d: f64, p: u32, schlick: bool) -> [f64; 4] {
     sums
 }
 
-fn file_axis(name: &str, axis: &axis::Axis) -> Axis {
+/// An axis as the documentation of the tables has it.
+fn axis(name: &str, [min, max]: [f64; 2], count: u32, spacing: Spacing) -> Axis {
     Axis {
         name: name.to_owned(),
-        min: axis.min,
-        max: axis.max,
-        count: axis.count,
-        spacing: match axis.spacing {
-            axis::Spacing::Linear => Spacing::Linear,
-            axis::Spacing::Log => Spacing::Log,
-            axis::Spacing::InverseSqrt => Spacing::InverseSqrt,
-            axis::Spacing::RootSquare => Spacing::RootSquare,
-            axis::Spacing::Reciprocal => Spacing::Reciprocal,
-            axis::Spacing::Concave => Spacing::Concave,
-        },
+        min,
+        max,
+        count,
+        spacing,
     }
+}
+
+/// What the centres of an axis are even in, rising or falling over the whole of it.
+fn evenly(spacing: Spacing, x: f64) -> f64 {
+    match spacing {
+        Spacing::Linear => x,
+        Spacing::Log => x.ln(),
+        Spacing::InverseSqrt => {
+            let t = 1.0 / (1.0 + x).sqrt();
+            0.5 * (t + t.sqrt())
+        }
+        Spacing::RootSquare => 0.6 * x.sqrt() + 0.4 * x * x,
+        Spacing::Reciprocal => {
+            let r = 1.0 - 1.0 / x;
+            0.5 * (r + r * r)
+        }
+        Spacing::Concave => 1.3 * x - 0.3 * x * x,
+    }
+}
+
+/// The value at the centre of texel `ix`: the ends at both ends, the rest by bisection.
+pub fn centre(axis: &Axis, ix: u32) -> f64 {
+    if ix == 0 {
+        return axis.min;
+    }
+    if ix == axis.count - 1 {
+        return axis.max;
+    }
+    let u = f64::from(ix) / f64::from(axis.count - 1);
+    let [first, last] = [axis.min, axis.max].map(|x| evenly(axis.spacing, x));
+    let wanted = first + (last - first) * u;
+    let (mut low, mut high) = (axis.min, axis.max);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        let before = (evenly(axis.spacing, middle) < wanted) == (first < last);
+        if before {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
 }
 
 /// A table whose texel at (row, column) is `texel(row value, column value)`.
 fn table(
     name: &str,
-    axes: [(&str, axis::Axis); 2],
+    axes: [Axis; 2],
     channels: &[&str],
     texel: impl Fn(f64, f64) -> Vec<f64>,
 ) -> Table {
-    let [(row_name, rows), (column_name, columns)] = axes;
-    let columns_at: Vec<f64> = (0..columns.count).map(|ix| columns.value_at(ix)).collect();
+    let [rows, columns] = &axes;
+    let columns_at: Vec<f64> = (0..columns.count).map(|ix| centre(columns, ix)).collect();
     let mut data = Vec::new();
     for row in 0..rows.count {
-        let y = rows.value_at(row);
+        let y = centre(rows, row);
         for &x in &columns_at {
             data.extend(texel(y, x).into_iter().map(|value| value as f32));
         }
     }
     Table {
         name: name.to_owned(),
-        axes: vec![file_axis(row_name, &rows), file_axis(column_name, &columns)],
         channels: channels.iter().map(|&channel| channel.to_owned()).collect(),
         data,
+        axes: axes.to_vec(),
         max_interpolation_error: 0.0,
     }
 }
@@ -158,8 +191,11 @@ pub fn tables(schlick: bool) -> TableFile {
     let choose = [1.0, 8.0, 28.0, 56.0, 70.0, 56.0, 28.0, 8.0, 1.0];
     let c = table(
         "C",
-        [(C_AXIS_NAMES[0], C_ROWS), (C_AXIS_NAMES[1], C_COLUMNS)],
-        &C_CHANNELS,
+        [
+            axis("kappa", [0.0, 2.0e6], 64, Spacing::InverseSqrt),
+            axis("cos_half_phi", [0.0, 1.0], 128, Spacing::RootSquare),
+        ],
+        &["b1", "b2", "b3", "b4", "b5", "b6", "b7", "b8"],
         |kappa, cos_half| {
             // b_i from powers: c^i (1-c)^(8-i) = sum_j binom(8-i, j) (-1)^j c^(i+j).
             let powers = c_k(kappa, 2.0 * cos_half.acos());
@@ -176,16 +212,15 @@ pub fn tables(schlick: bool) -> TableFile {
             (1..9).map(b).collect()
         },
     );
-    let names = if schlick {
-        H_AXIS_NAMES_SCHLICK
-    } else {
-        H_AXIS_NAMES_DIELECTRIC
-    };
+    let column = if schlick { "cos_theta_d" } else { "eta_ratio" };
     let h = |name, p| {
         table(
             name,
-            [(names[0], H_ROWS), (names[1], H_COLUMNS)],
-            &H_CHANNELS,
+            [
+                axis("eta", [1.0, 10.0], 64, Spacing::Reciprocal),
+                axis(column, [0.0, 1.0], 128, Spacing::Concave),
+            ],
+            &["H0", "H2", "H4", "H6"],
             |eta, column| {
                 // At eta = 1 only the limit exists, a function of the column alone.
                 let eta = eta.max(1.0 + 1e-9);
@@ -275,4 +310,29 @@ pub fn single(lobe: Lobe, light: (f64, f64, f64), view: (f64, f64), hair: &HairP
         }
     }
     total
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed forms of the inverse, worked out by hand.
+    #[test]
+    fn centres_are_even_in_what_the_spacing_says() {
+        let at = |spacing, range, count, ix| centre(&axis("x", range, count, spacing), ix);
+        assert!((at(Spacing::Linear, [1.0, 3.0], 5, 1) - 1.5).abs() < 1e-12);
+        assert!((at(Spacing::Log, [0.01, 100.0], 5, 3) - 10.0).abs() < 1e-9);
+        // t = 1/4: (t + sqrt t) / 2 = 3/8; from 1 (x = 0) to 3/8 (x = 15), the middle is 11/16.
+        let t = (-1.0 + (1.0f64 + 4.0 * 11.0 / 8.0).sqrt()) / 2.0;
+        let x = 1.0 / t.powi(4) - 1.0;
+        assert!((at(Spacing::InverseSqrt, [0.0, 15.0], 3, 1) - x).abs() < 1e-9);
+        // r = 1/2: (r + r^2) / 2 = 3/8 at x = 2; half of it at r = (sqrt(5/2) - 1) / 2.
+        let r = (2.5f64.sqrt() - 1.0) / 2.0;
+        assert!((at(Spacing::Reciprocal, [1.0, 2.0], 3, 1) - 1.0 / (1.0 - r)).abs() < 1e-12);
+        // 1.3 x - 0.3 x^2 = 1/2.
+        let x = (1.3 - (1.69f64 - 0.6).sqrt()) / 0.6;
+        assert!((at(Spacing::Concave, [0.0, 1.0], 3, 1) - x).abs() < 1e-12);
+        let x = at(Spacing::RootSquare, [0.0, 1.0], 3, 1);
+        assert!((0.6 * x.sqrt() + 0.4 * x * x - 0.5).abs() < 1e-12);
+    }
 }
