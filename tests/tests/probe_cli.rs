@@ -1,6 +1,7 @@
 //! `strandlight probe` from the outside.
 
-use std::io::Write;
+use std::collections::BTreeSet;
+use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
@@ -9,7 +10,7 @@ use strandlight_formats::TableFile;
 use strandlight_runtime::tables::BUNDLED;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::random::SplitMix64;
-use strandlight_tests::{oracle, strandlight};
+use strandlight_tests::{oracle, project_root, strandlight};
 
 const HAIR: &str = r#"{"eta":1.55,"sigma_a":[0.2,0.3,0.5],"shift":{"r":-0.1,"tt":0.05,"trt":0.15},"width":{"r":0.18,"tt":0.09,"trt":0.36},"caustic_width":0.1,"eccentricity":1.0}"#;
 
@@ -87,6 +88,126 @@ fn answers_come_in_order_and_bad_lines_are_errors() {
         assert!(answer["error"].is_string(), "{answer}");
     }
     assert!((number(&answers[7]) - 0.493_502_932_095).abs() < 1e-3);
+}
+
+/// A line of every kind of query, and bad ones, for some fibres; few enough for the exact model.
+fn mixed_lines() -> Vec<String> {
+    let elliptic = HAIR
+        .replace("1.55", "1.6")
+        .replace(r#""eccentricity":1.0"#, r#""eccentricity":0.9"#);
+    let bad = HAIR.replace("1.55", "0.5");
+    let mut lines: Vec<String> = [
+        "",
+        "not json",
+        r#"{"q":"nothing"}"#,
+        r#"{"q":"table_C","k":9,"lambda":0.2,"phi":1.0}"#,
+        r#"{"q":"table_C","k":3,"lambda":0.2,"phi":1.0}"#,
+        r#"{"q":"table_C","k":0,"lambda":2.0,"phi":3.0}"#,
+        r#"{"q":"table_H","mode":"TT","k":2,"eta":1.55,"theta_d":0.3}"#,
+        r#"{"q":"table_H","mode":"TRT","k":6,"eta":1.4,"theta_d":-0.9}"#,
+        r#"{"q":"table_H","mode":"TRT","k":6,"eta":1.4,"theta_d":0,"fresnel":"schlick"}"#,
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    for hair in [HAIR, &elliptic, &bad] {
+        for mode in ["R", "TT", "TRT"] {
+            lines.push(format!(
+                r#"{{"q":"azimuthal","mode":"{mode}","lambda":0.3,"dphi":0.5,"theta_d":0.1,"hair":{hair}}}"#
+            ));
+        }
+        let rest = format!(r#""view":{{"theta":0.2,"phi":0.4}},"hair":{hair}}}"#);
+        for mode in ["R", "TRT", "all"] {
+            lines.push(format!(
+                r#"{{"q":"single","mode":"{mode}","light":{{"theta":0.1,"phi":2.0,"lambda":0.3}},{rest}"#
+            ));
+        }
+        for mode in ["R", "all"] {
+            lines.push(format!(
+                r#"{{"q":"global","mode":"{mode}","light":{{"theta":0.1,"phi":2.0}},"sigma_f":0.4,{rest}"#
+            ));
+        }
+        lines.push(format!(
+            r#"{{"q":"local","light":{{"theta":0.1,"phi":2.0}},"sigma_f":0.4,{rest}"#
+        ));
+        for name in ["a_f", "alpha_f", "A_b"] {
+            lines.push(format!(
+                r#"{{"q":"average","name":"{name}","theta_d":0.2,"hair":{hair}}}"#
+            ));
+        }
+    }
+    lines
+}
+
+/// The answer to each of `lines`, asked one at a time: the next when the last is answered.
+fn ask_one_by_one(command: &mut Command, lines: &[String]) -> Vec<Value> {
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let mut stdout = BufReader::new(child.stdout.take().unwrap());
+    let answers = lines
+        .iter()
+        .map(|line| {
+            writeln!(stdin, "{line}").unwrap();
+            stdin.flush().unwrap();
+            let mut answer = String::new();
+            stdout.read_line(&mut answer).unwrap();
+            serde_json::from_str(&answer).unwrap()
+        })
+        .collect();
+    drop(stdin);
+    assert!(child.wait().unwrap().success());
+    answers
+}
+
+/// Whatever stands beside a line in a batch, its answer is its own.
+#[test]
+fn answers_belong_to_their_lines() {
+    let lines = mixed_lines();
+    let mut random = SplitMix64(11);
+    // The exact model takes its time over global scattering: 29 of 30 are asked something else.
+    let asked: Vec<usize> = std::iter::repeat_with(|| random.next_u64())
+        .map(|bits| ((bits >> 32) as usize % lines.len(), bits % 30 == 0))
+        .filter(|&(ix, is_rare)| is_rare || !lines[ix].contains("\"global\""))
+        .map(|(ix, _)| ix)
+        .take(2000)
+        .collect();
+    let n_asked = |what: &str| asked.iter().filter(|&&ix| lines[ix].contains(what)).count();
+    for kind in [
+        "table_C",
+        "table_H",
+        "azimuthal",
+        "single",
+        "global",
+        "local",
+        "average",
+    ] {
+        assert!(n_asked(kind) >= 4, "{kind}");
+    }
+    let batch: Vec<String> = asked.iter().map(|&ix| lines[ix].clone()).collect();
+    for method in ["runtime", "gpu", "reference", "paper"] {
+        let command = || {
+            let mut command = strandlight();
+            command.args(["probe", "--method", method]);
+            command
+        };
+        let alone = ask_one_by_one(&mut command(), &lines);
+        let (good, bad): (Vec<&Value>, Vec<&Value>) = alone
+            .iter()
+            .partition(|answer| answer.get("value").is_some());
+        assert!(good.len() > 20 && bad.len() > 12, "{method}");
+        // Answers that could be taken for each other would hide a slip.
+        let mut texts: Vec<String> = good.iter().map(|answer| answer.to_string()).collect();
+        texts.sort_unstable();
+        texts.dedup();
+        assert!(texts.len() + 4 > good.len(), "{method}");
+        let together = ask(&mut command(), &batch);
+        for ((&ix, line), answer) in asked.iter().zip(&batch).zip(&together) {
+            assert_eq!(*answer, alone[ix], "{method}: {line}");
+        }
+    }
 }
 
 /// Random queries of all kinds.
@@ -359,5 +480,140 @@ fn multiple_scattering_by_every_method() {
             method != "paper" || worst > 0.01,
             "the paper's is not the exact one"
         );
+    }
+}
+
+/// Every key of `value` by its path; those below a key of `open` are names that users give.
+fn key_paths(path: &str, value: &Value, open: &[&str], paths: &mut BTreeSet<String>) {
+    match value {
+        Value::Array(items) => items
+            .iter()
+            .for_each(|item| key_paths(path, item, open, paths)),
+        Value::Object(object) => {
+            for (key, value) in object {
+                let path = format!("{path}/{key}");
+                if !open.contains(&key.as_str()) {
+                    key_paths(&path, value, open, paths);
+                }
+                paths.insert(path);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// docs/json.md names every key that the commands print, in the section of the document.
+#[test]
+fn every_key_that_is_printed_is_documented() {
+    let page = std::fs::read_to_string(project_root().join("docs/json.md")).unwrap();
+    let section = |name: &str| -> String {
+        let (_, rest) = page
+            .split_once(&format!("## `{name}`"))
+            .unwrap_or_else(|| panic!("docs/json.md has no section {name}"));
+        rest.split("\n## ").next().unwrap_or_default().to_owned()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let map = project_root().join("data/sample/studio.exr");
+    let run = |line: &str| -> String {
+        let mut command = strandlight();
+        command.current_dir(at);
+        for word in line.split_whitespace() {
+            match word {
+                "MAP" => command.arg(&map),
+                word => command.arg(word),
+            };
+        }
+        let output = command.output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            !text.is_empty(),
+            "{line}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        text
+    };
+    let document = |line: &str| -> Value { serde_json::from_str(&run(line)).unwrap() };
+    run("groom generate --style straight --strands 20 --points-per-strand 4 -o a.groom");
+    let lights = document("lights MAP --count 3 -o a.lights --report r.json --json");
+    let report = std::fs::read_to_string(at.join("r.json")).unwrap();
+    assert_eq!(lights, serde_json::from_str::<Value>(&report).unwrap());
+    let scene = "version = 1\n[groom]\nfile = \"a.groom\"\n[lights]\nfile = \"a.lights\"\n\
+                 [render]\nsize = [24, 16]\nsamples = 4\nshadow_maps = 4\n";
+    std::fs::write(at.join("a.toml"), scene).unwrap();
+    std::fs::write(at.join("no.groom"), "text").unwrap();
+    std::fs::write(
+        at.join("s.json"),
+        r#"[{"frame": "a"}, {"set": {"hair.eta": 1.6}}, {"frame": "b"}]"#,
+    )
+    .unwrap();
+    let tables = document("tables -o a.tables --json");
+    let cpu = document("render a.toml --backend cpu --json -o cpu.exr");
+    let gpu = document("render a.toml --backend gpu --json -o gpu.exr");
+    let documents = [
+        ("lights --report", lights),
+        (
+            "verify --json",
+            document("verify a.tables a.lights a.groom no.groom --map MAP --json"),
+        ),
+        ("stress --json", document("stress --n 1 --no-gpu --json")),
+        ("inspect --json", document("inspect a.tables --json")),
+        ("inspect --json", document("inspect a.lights --json")),
+        ("inspect --json", document("inspect a.groom --json")),
+        ("render --json", cpu),
+        ("render --json", gpu),
+        ("compare --json", document("compare cpu.exr gpu.exr --json")),
+        (
+            "timings.json",
+            document("render a.toml --backend cpu --script s.json --json -o c"),
+        ),
+        (
+            "timings.json",
+            document("render a.toml --backend gpu --script s.json --json -o g"),
+        ),
+        ("tables --json", tables),
+    ];
+    let open = [
+        "parameters",
+        "stage_seconds",
+        "lobe_errors",
+        "inputs",
+        "found",
+        "expected",
+    ];
+    let mut missing = Vec::new();
+    let mut n_keys = 0;
+    for (name, document) in &documents {
+        let section = section(name);
+        let mut paths = BTreeSet::new();
+        key_paths("", document, &open, &mut paths);
+        assert!(paths.len() > 5, "{name}: {document}");
+        for path in paths {
+            let key = path.rsplit('/').next().unwrap_or_default();
+            n_keys += 1;
+            if !section.contains(&format!("`{key}`")) {
+                missing.push(format!("{name}: {path}"));
+            }
+        }
+    }
+    assert!(n_keys > 150, "{n_keys}");
+    assert!(missing.is_empty(), "docs/json.md lacks {missing:#?}");
+
+    // The protocol: every kind of query and each of its keys, and the two answers.
+    let section = section("probe");
+    let mut paths = BTreeSet::new();
+    for line in mixed_lines() {
+        if let Ok(query) = serde_json::from_str(&line) {
+            key_paths("", &query, &[], &mut paths);
+            let kind = query["q"].as_str().unwrap();
+            assert!(
+                kind == "nothing" || section.contains(&format!("`{kind}`")),
+                "{kind}"
+            );
+        }
+    }
+    for path in paths.iter().map(String::as_str).chain(["value", "error"]) {
+        let key = path.rsplit('/').next().unwrap_or_default();
+        assert!(section.contains(&format!("`{key}`")), "probe: {path}");
     }
 }
