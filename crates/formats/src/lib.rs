@@ -13,6 +13,7 @@
 pub mod container;
 mod error;
 mod groom;
+mod groom_diameter;
 mod groom_file;
 pub mod hair;
 mod input;
@@ -36,6 +37,7 @@ pub use error::{Error, FileName, Result};
 pub use groom::{
     Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, SinglePoint, UpAxis,
 };
+pub use groom_diameter::{DiameterRange, DiameterSource};
 pub use groom_file::GroomHeader;
 pub use hair::HairImport;
 pub use input::{content_hash, open_file, read_file, tool_version};
