@@ -58,7 +58,8 @@ pub fn scene(bytes: &[u8]) -> bool {
     true
 }
 
-/// A `.hair` file that was read in centimetres is written byte for byte, whatever its axes.
+/// A `.hair` file that was read in centimetres is written byte for byte, whatever its axes; its
+/// magic in capitals.
 pub fn hair(bytes: &[u8]) -> bool {
     let mut good = false;
     for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
@@ -68,7 +69,14 @@ pub fn hair(bytes: &[u8]) -> bool {
         };
         if let Ok(groom) = Groom::from_hair(bytes, options) {
             let again = groom.to_hair().expect("what was read can be written");
-            assert!(again == bytes, "import and export are not inverse");
+            assert!(
+                again[..4] == *b"HAIR" && again[4..] == bytes[4..],
+                "import and export are not inverse"
+            );
+            let _ = (
+                groom.doubts(groom.diameter_range()),
+                groom.thickness_faults(),
+            );
             good = true;
         }
     }

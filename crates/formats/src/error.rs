@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::sniff::FileKind;
+
 /// The file an error is about; prints as `path: `, or as nothing for bytes in memory.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileName(pub Option<PathBuf>);
@@ -112,6 +114,15 @@ impl Error {
             key: key.into(),
             value: value.to_string(),
             range: range.into(),
+        }
+    }
+
+    /// A file that is `found`, not `expected`.
+    pub(crate) fn not_this_kind(expected: &'static str, found: FileKind) -> Self {
+        Error::NotThisKind {
+            file: FileName::default(),
+            expected,
+            found: found.describe(),
         }
     }
 

@@ -1,16 +1,18 @@
 //! Reading, checking and writing scene files.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
 use crate::error::{Error, FileName, Result};
-use crate::input::read_file;
+use crate::input::{open_file, read_file};
 use crate::preset::overlaid;
 use crate::scene::{Background, CameraSection, GroomSection, RenderSection, Scene};
 use crate::scene_hair::HairSection;
 use crate::scene_lights::LightsSection;
 use crate::scene_proxy;
+use crate::sniff::{FileKind, SNIFF_BYTES};
 use crate::validate::in_range;
 
 impl Scene {
@@ -41,7 +43,12 @@ impl Scene {
     /// # Errors
     /// Any of [`Error`], naming the path, and the key where a value is to blame.
     pub fn read(path: &Path) -> Result<Self> {
-        Scene::from_bytes(&read_file(path, Scene::MAX_BYTES)?, path)
+        let bytes = read_file(path, Scene::MAX_BYTES).map_err(|error| match error {
+            // A groom or a map in a scene's place is too long, and that is not what is wrong.
+            Error::Value { .. } => known_start(path).err().unwrap_or(error),
+            error => error,
+        })?;
+        Scene::from_bytes(&bytes, path)
     }
 
     /// Decodes and checks the bytes of the scene file at `path`, which is not opened.
@@ -50,6 +57,7 @@ impl Scene {
     /// As [`Scene::read`].
     pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self> {
         let decode = || {
+            check_start(bytes)?;
             let text = std::str::from_utf8(bytes).map_err(|error| {
                 Error::invalid("not a scene: not UTF-8 text", error.valid_up_to() as u64)
             })?;
@@ -203,6 +211,26 @@ impl RenderSection {
         }
         Ok(())
     }
+}
+
+/// Refuses what is known to be another kind of file. An empty file is a scene without its keys.
+fn check_start(start: &[u8]) -> Result<()> {
+    match FileKind::of(start) {
+        FileKind::Scene | FileKind::Empty => Ok(()),
+        found if found.is_known() => Err(Error::not_this_kind("scene", found)),
+        _ => Ok(()),
+    }
+}
+
+/// [`check_start`] of the file at `path`.
+fn known_start(path: &Path) -> Result<()> {
+    let read = || {
+        let mut start = Vec::new();
+        let (file, _) = open_file(path)?;
+        file.take(SNIFF_BYTES as u64).read_to_end(&mut start)?;
+        check_start(&start)
+    };
+    read().map_err(|error| error.in_file(path))
 }
 
 /// Refuses a later version before its unknown keys are complained about.

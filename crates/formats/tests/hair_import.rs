@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use strandlight_formats::hair::flag;
-use strandlight_formats::{Domain, Error, Groom, HairImport, UpAxis};
+use strandlight_formats::{Attribute, Domain, Error, Groom, HairImport, UpAxis};
 
 /// A `.hair` file with the arrays of `flags`; `lengths` are points a strand. Without a segments
 /// array all lengths must be equal.
@@ -157,7 +157,29 @@ fn lies_are_named() {
             with(132 + 60, f32::NAN.to_bits()),
             "thickness of strand 0, point 0",
         ),
+        // Only what is used has to make sense.
+        (
+            {
+                let mut bytes = hair_file(3, &[2, 3], 1);
+                bytes[20..24].copy_from_slice(&f32::NAN.to_le_bytes());
+                bytes
+            },
+            "default thickness (byte 20) is NaN, must be finite",
+        ),
         (Vec::new(), "empty"),
+        (
+            b"Ogawa\xff\0\x01".to_vec(),
+            "Alembic archive (Ogawa); hair is imported from .hair",
+        ),
+        (
+            b"#usda 1.0\n".to_vec(),
+            "USD file (text); hair is imported from .hair",
+        ),
+        (b"#?RADIANCE\n".to_vec(), "`strandlight lights`"),
+        (
+            own_groom(Domain::Groom, &[1.0]).to_bytes().unwrap(),
+            "it is a groom",
+        ),
         (good[..100].to_vec(), "within its 128-byte header"),
         (hair_file(3, &[1, 1], 0), "two points or more"),
         (hair_file(3, &[], 0), "two points or more"),
@@ -204,6 +226,163 @@ fn genuine_sample() {
     let (min, max) = groom.bounds();
     assert!(max[1] - min[1] > 80.0, "{min:?} {max:?}");
     assert!(through_groom_file(&bytes, HairImport::default()) == bytes);
+}
+
+/// A groom of two strands, 2 and 3 points, that no program imported.
+fn own_groom(domain: Domain, diameter: &[f32]) -> Groom {
+    Groom {
+        points: (0..5).map(|ix| [ix as f32, 1.0, 2.0]).collect(),
+        strand_offsets: vec![0, 2, 5],
+        attributes: vec![Attribute {
+            name: "diameter".to_owned(),
+            domain,
+            components: 1,
+            data: diameter.to_vec(),
+        }],
+        ..Groom::default()
+    }
+}
+
+fn diameter(groom: &Groom) -> &Attribute {
+    groom.attribute("diameter").unwrap()
+}
+
+#[test]
+fn the_diameter_of_a_groom_is_exported_as_thickness() {
+    let word = |bytes: &[u8], at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let float = |bytes: &[u8], at: usize| f32::from_bits(word(bytes, at));
+
+    // One value for all is the default.
+    let constant = own_groom(Domain::Groom, &[0.0123]).to_hair().unwrap();
+    assert_eq!(word(&constant, 12) & flag::THICKNESS, 0);
+    assert_eq!(float(&constant, 20), 0.0123);
+    let back = Groom::from_hair(&constant, HairImport::default()).unwrap();
+    assert_eq!(diameter(&back).data, [0.0123]);
+
+    // Values of points and of strands are the array.
+    let own = [0.011, 0.012, 0.013, 0.014, 0.001];
+    for (groom, expected) in [
+        (own_groom(Domain::Point, &own), own),
+        (
+            own_groom(Domain::Strand, &[0.1, 0.2]),
+            [0.1, 0.1, 0.2, 0.2, 0.2],
+        ),
+    ] {
+        let bytes = groom.to_hair().unwrap();
+        assert_eq!(word(&bytes, 12) & flag::THICKNESS, flag::THICKNESS);
+        let back = Groom::from_hair(&bytes, HairImport::default()).unwrap();
+        assert_eq!(diameter(&back).data, expected);
+        assert_eq!(back.points, groom.points);
+        assert!(back.to_hair().unwrap() == bytes);
+    }
+
+    // Without a diameter it is drawn 0.008 cm thick, and so it is written.
+    let mut bare = own_groom(Domain::Groom, &[1.0]);
+    bare.attributes.clear();
+    assert_eq!(float(&bare.to_hair().unwrap(), 20), 0.008);
+}
+
+#[test]
+fn a_changed_diameter_is_exported_in_the_unit_of_the_file() {
+    // Points only, single ones among them; the default thickness is 0.25 inches.
+    let bytes = hair_file(flag::POINTS | flag::SEGMENTS, &[2, 1, 3], 5);
+    let inches = HairImport {
+        cm_per_unit: 2.54,
+        up: UpAxis::Z,
+    };
+    let mut groom = Groom::from_hair(&bytes, inches).unwrap();
+    let own = [0.254, 0.508, 0.762, 1.016, 1.27];
+    for attribute in &mut groom.attributes {
+        if attribute.name == "diameter" {
+            attribute.domain = Domain::Point;
+            attribute.data = own.to_vec();
+        }
+    }
+    let file = groom.to_hair().unwrap();
+    let thickness: Vec<f32> = file[file.len() - 24..]
+        .chunks(4)
+        .map(|four| f32::from_le_bytes(four.try_into().unwrap()))
+        .collect();
+    // The single point keeps the default it had.
+    for (found, expected) in thickness.iter().zip([0.1f32, 0.2, 0.25, 0.3, 0.4, 0.5]) {
+        assert!((found - expected).abs() <= 1e-7, "{thickness:?}");
+    }
+    let back = Groom::from_hair(&file, inches).unwrap();
+    for (found, expected) in diameter(&back).data.iter().zip(own) {
+        assert!((found - expected).abs() <= f32::EPSILON * expected);
+    }
+}
+
+#[test]
+fn magic_in_small_letters_is_read_and_written_in_capitals() {
+    let good = hair_file(31, &[2, 1, 3], 3);
+    for magic in [b"hair", b"Hair"] {
+        let mut bytes = good.clone();
+        bytes[..4].copy_from_slice(magic);
+        assert!(through_groom_file(&bytes, HairImport::default()) == good);
+    }
+}
+
+/// A file of 2 and 3 points whose thickness array is `thickness`; the default is 0.25.
+fn with_thickness(thickness: [f32; 5]) -> Vec<u8> {
+    let flags = flag::POINTS | flag::SEGMENTS | flag::THICKNESS;
+    let mut bytes = hair_file(flags, &[2, 3], 0);
+    let start = bytes.len() - 20;
+    for (at, value) in (start..).step_by(4).zip(thickness) {
+        bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+    }
+    bytes
+}
+
+#[test]
+fn thickness_that_cannot_be_drawn_is_counted() {
+    let import = |bytes: &[u8], cm_per_unit| {
+        let options = HairImport {
+            cm_per_unit,
+            up: UpAxis::Z,
+        };
+        Groom::from_hair(bytes, options).unwrap()
+    };
+    let good = import(&with_thickness([0.1, 0.2, 0.3, 0.2, 1e-6]), 1.0);
+    assert_eq!(good.thickness_faults(), None);
+    assert_eq!(diameter(&good).data.len(), 5);
+
+    // Tips that taper to nothing.
+    let tips = import(&with_thickness([0.1, 0.0, 0.2, 0.1, 1e-9]), 1.0);
+    assert_eq!(diameter(&tips).data, [0.1, 1e-6, 0.2, 0.1, 1e-6]);
+    let faults = tips.thickness_faults().unwrap();
+    assert_eq!((faults.too_thin, faults.is_left_out), (2, false));
+    assert_eq!(
+        faults.to_string(),
+        "thickness: 2 of 5 values cannot be drawn (2 zero or below 1e-6 cm; first 0 at point 1 of \
+         strand 0): drawn 1e-6 cm thick there"
+    );
+
+    // 0.5 units of 25 cm are above 10 cm.
+    let bad = import(&with_thickness([0.01, 0.0, 0.01, -0.5, 0.5]), 25.0);
+    assert_eq!(bad.attribute("diameter"), None);
+    let faults = bad.thickness_faults().unwrap();
+    assert_eq!(
+        (faults.negative, faults.too_thick, faults.too_thin),
+        (1, 1, 1)
+    );
+    assert_eq!(
+        faults.to_string(),
+        "thickness: 3 of 5 values cannot be drawn (1 negative, 1 above 10 cm, 1 zero or below \
+         1e-6 cm; first -0.5 at point 1 of strand 1): all strands are drawn 0.008 cm thick"
+    );
+
+    // A default of zero, as programs write that know of no thickness.
+    let mut zero = hair_file(flag::POINTS | flag::SEGMENTS, &[2, 3], 0);
+    zero[20..24].fill(0);
+    let zero = import(&zero, 1.0);
+    assert_eq!(zero.attribute("diameter"), None);
+    let text = zero.thickness_faults().unwrap().to_string();
+    assert!(text.contains("first 0 at the default"), "{text}");
+    assert!(
+        text.ends_with("all strands are drawn 0.008 cm thick"),
+        "{text}"
+    );
 }
 
 proptest! {

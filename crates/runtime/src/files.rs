@@ -125,7 +125,10 @@ impl Files {
     /// # Errors
     /// As [`Scene::read`].
     pub fn scene(&self, path: &Path) -> Result<Scene, Error> {
-        Scene::from_bytes(&self.read(path, Scene::MAX_BYTES)?, path)
+        match self {
+            Files::Disk => Scene::read(path),
+            Files::Memory(_) => Scene::from_bytes(&self.read(path, Scene::MAX_BYTES)?, path),
+        }
     }
 
     /// Reads a groom that can be drawn.

@@ -10,6 +10,7 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::{ENTRY_BYTES, HEADER_BYTES, Kind, MAGIC, MAX_SECTIONS, align, decode_record};
 use crate::error::{Error, FileName, Result};
 use crate::input::open_file;
+use crate::sniff::{FileKind, SNIFF_BYTES};
 
 /// One entry of the directory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +93,9 @@ impl<R: Read + Seek> Container<R> {
             .min(usize::try_from(file_bytes).unwrap_or(usize::MAX));
         source.seek(SeekFrom::Start(0))?;
         source.read_exact(&mut header[..start])?;
-        check_kind(&header[..start], kind)?;
+        if Kind::of_bytes(&header[..start]) != Some(kind) {
+            return Err(wrong_kind(&mut source, &header[..start], kind));
+        }
         if file_bytes < HEADER_BYTES {
             return Err(Error::invalid("file ends within its header", file_bytes));
         }
@@ -276,26 +279,20 @@ impl<R: Read + Seek> Container<R> {
     }
 }
 
-/// Is `start` the start of a container of `kind`? Says what it is otherwise.
-fn check_kind(start: &[u8], kind: Kind) -> Result<()> {
-    let found = match Kind::of_bytes(start) {
-        Some(found) if found == kind => return Ok(()),
-        Some(found) => format!("it is a {}", found.name()),
-        None if start.is_empty() => "it is empty".to_owned(),
-        None if start.len() < 12 && start.starts_with(&MAGIC[..start.len().min(8)]) => {
-            return Err(Error::invalid(
-                "file ends within its header",
-                start.len() as u64,
-            ));
-        }
-        None if start.starts_with(&MAGIC) => "its kind is unknown to this program".to_owned(),
-        None => "it starts with other bytes".to_owned(),
-    };
-    Err(Error::NotThisKind {
-        file: FileName::default(),
-        expected: kind.name(),
-        found,
-    })
+/// Why a file that starts with `start`, not as `kind` does, cannot be read.
+fn wrong_kind<R: Read + Seek>(source: &mut R, start: &[u8], kind: Kind) -> Error {
+    if (1..12).contains(&start.len()) && start.starts_with(&MAGIC[..start.len().min(8)]) {
+        return Error::invalid("file ends within its header", start.len() as u64);
+    }
+    // Text needs more than a header to be told apart.
+    let mut more = Vec::new();
+    let read = source
+        .seek(SeekFrom::Start(0))
+        .and_then(|_| source.take(SNIFF_BYTES as u64).read_to_end(&mut more));
+    match read {
+        Ok(_) => Error::not_this_kind(kind.name(), FileKind::of(&more)),
+        Err(error) => error.into(),
+    }
 }
 
 fn parse_directory(bytes: &[u8], directory_end: u64, file_bytes: u64) -> Result<Vec<Section>> {

@@ -1,18 +1,22 @@
 //! Writing `.hair` files.
 
+use std::borrow::Cow;
 use std::path::Path;
 
-use super::{ATTRIBUTES, HEADER_BYTES, INFO_START, flag, u32_at};
+use super::thickness::thickness;
+use super::{ATTRIBUTES, HEADER_BYTES, INFO_START, f32_at, flag, u32_at};
 use crate::error::{Error, Result};
 use crate::groom::{Domain, Groom, HairOriginal, SinglePoint, UpAxis};
+use crate::scene_hair::HairSection;
 use crate::validate::{finite, in_range};
 use crate::write::write_file;
 
-/// Header of a groom that does not come from a `.hair` file: thickness 0.008, opaque, white.
-fn new_header() -> Vec<u8> {
+/// Header of a groom that does not come from a `.hair` file: the default diameter, opaque, white.
+fn new_header(cm_per_unit: f64) -> Vec<u8> {
     let mut header = vec![0u8; HEADER_BYTES];
     header[..4].copy_from_slice(b"HAIR");
-    for (at, value) in [(20, 0.008f32), (24, 0.0), (28, 1.0), (32, 1.0), (36, 1.0)] {
+    let thickness = (HairSection::DEFAULT_DIAMETER_CM / cm_per_unit) as f32;
+    for (at, value) in [(20, thickness), (24, 0.0), (28, 1.0), (32, 1.0), (36, 1.0)] {
         header[at..at + 4].copy_from_slice(&value.to_le_bytes());
     }
     let info = b"Written by Strandlight";
@@ -32,8 +36,8 @@ impl Groom {
     }
 
     /// The groom as a `.hair` file in its source's unit and axes (z up and centimetres when it
-    /// was not imported). Attributes `thickness`, `transparency` and `color` are written, as
-    /// arrays or defaults; others have no place in the format.
+    /// was not imported). Attributes `diameter` (as thickness), `transparency` and `color` are
+    /// written, as arrays or defaults; others have no place in the format.
     ///
     /// # Errors
     /// `Value` when the groom breaks a promise or does not fit into the format: a strand of more
@@ -43,7 +47,7 @@ impl Groom {
         let original = self.source.hair.as_ref();
         let mut header = match original {
             Some(original) => original.header.clone(),
-            None => new_header(),
+            None => new_header(self.source.cm_per_unit),
         };
         let strands = Strands::new(self, original.map_or(&[], |hair| &hair.single_points));
         let n_points = strands
@@ -75,8 +79,12 @@ impl Groom {
         };
 
         let mut arrays = Vec::new();
-        for (array_ix, (name, flag, components, default_at)) in ATTRIBUTES.into_iter().enumerate() {
-            let Some(attribute) = self.attribute(name) else {
+        for (name, flag, components, default_at) in ATTRIBUTES {
+            let attribute = match flag {
+                flag::THICKNESS => thickness(self, self.source.cm_per_unit),
+                _ => self.attribute(name).map(Cow::Borrowed),
+            };
+            let Some(attribute) = attribute else {
                 continue;
             };
             if attribute.components as usize != components {
@@ -95,12 +103,18 @@ impl Groom {
                 continue;
             }
             flags |= flag;
+            // Where the file had no such array, its single points had the default.
+            let had_array = old_flags & flag != 0;
+            let defaults: Vec<f32> = (0..components)
+                .map(|ix| f32_at(&header, default_at + 4 * ix))
+                .collect();
             strands.for_each(|strand| match strand {
+                Strand::Single(_) if !had_array => extend_floats(&mut arrays, &defaults),
                 Strand::Single(point) => {
                     let [thickness, transparency] = [point.thickness, point.transparency];
-                    let values: &[f32] = match array_ix {
-                        0 => &[thickness],
-                        1 => &[transparency],
+                    let values: &[f32] = match flag {
+                        flag::THICKNESS => &[thickness],
+                        flag::TRANSPARENCY => &[transparency],
                         _ => &point.color,
                     };
                     extend_floats(&mut arrays, values);

@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
+use super::thickness::diameter;
 use super::{ATTRIBUTES, HEADER_BYTES, f32_at, flag, u32_at};
 use crate::error::{Error, FileName, Result};
 use crate::groom::{
-    Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, MAX_DIAMETER_CM,
-    MIN_DIAMETER_CM, SinglePoint, UpAxis,
+    Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, SinglePoint, UpAxis,
 };
 use crate::input::{content_hash, read_file, tool_version};
-use crate::validate::in_range;
+use crate::sniff::FileKind;
+use crate::validate::{finite, in_range};
 
 /// Largest `.hair` file: 4 GiB, about 100 million points with all arrays.
 const MAX_FILE_BYTES: u64 = 1 << 32;
@@ -99,15 +100,24 @@ impl Groom {
         for ((name, _, components, default_at), (array, data)) in
             ATTRIBUTES.into_iter().zip(layout.arrays.iter().zip(data))
         {
-            let defaults = (0..components).map(|ix| f32_at(bytes, default_at + 4 * ix));
+            let defaults: Vec<f32> = (0..components)
+                .map(|ix| f32_at(bytes, default_at + 4 * ix))
+                .collect();
+            if array.is_none() {
+                for &value in &defaults {
+                    finite(|| format!("default {name} (byte {default_at})"), value)?;
+                }
+            }
             groom.attributes.push(Attribute {
                 name: name.to_owned(),
                 domain: array.map_or(Domain::Groom, |_| Domain::Point),
                 components: components as u32,
-                data: array.map_or(defaults.collect(), |_| data),
+                data: array.map_or(defaults, |_| data),
             });
         }
-        groom.attributes.extend(diameter(&groom, options));
+        groom
+            .attributes
+            .extend(diameter(&groom, options.cm_per_unit));
         groom.source = GroomSource {
             cm_per_unit: options.cm_per_unit,
             up: options.up,
@@ -115,33 +125,13 @@ impl Groom {
             tool_version: tool_version(),
             parameters: Vec::new(),
             hair: Some(HairOriginal {
-                header: bytes[..HEADER_BYTES].to_vec(),
+                header: [b"HAIR", &bytes[4..HEADER_BYTES]].concat(),
                 single_points,
             }),
         };
         groom.validate()?;
         Ok(groom)
     }
-}
-
-/// Attribute `diameter`, the file's thickness in centimetres; `None` where the file holds a
-/// thickness that nothing can be drawn with. Tips that taper to nothing keep the least diameter.
-fn diameter(groom: &Groom, options: HairImport) -> Option<Attribute> {
-    let thickness = groom.attribute("thickness")?;
-    let scaled = |&value: &f32| (f64::from(value) * options.cm_per_unit) as f32;
-    let mut data: Vec<f32> = thickness.data.iter().map(scaled).collect();
-    let drawable = data
-        .iter()
-        .all(|value| (0.0..=MAX_DIAMETER_CM).contains(value))
-        && data.iter().any(|&value| value >= MIN_DIAMETER_CM);
-    data.iter_mut()
-        .for_each(|value| *value = value.max(MIN_DIAMETER_CM));
-    drawable.then(|| Attribute {
-        name: "diameter".to_owned(),
-        domain: thickness.domain,
-        components: 1,
-        data,
-    })
 }
 
 impl Layout<'_> {
@@ -173,17 +163,16 @@ impl Layout<'_> {
 }
 
 fn parse_layout(bytes: &[u8]) -> Result<Layout<'_>> {
-    if !bytes.starts_with(b"HAIR") {
-        let found = if bytes.is_empty() {
-            "it is empty"
-        } else {
-            "it does not start with HAIR"
-        };
-        return Err(Error::NotThisKind {
-            file: FileName::default(),
-            expected: ".hair file",
-            found: found.to_owned(),
-        });
+    match FileKind::of(bytes) {
+        FileKind::Hair => {}
+        FileKind::Unknown | FileKind::Text => {
+            return Err(Error::NotThisKind {
+                file: FileName::default(),
+                expected: ".hair file",
+                found: "it does not start with HAIR".to_owned(),
+            });
+        }
+        found => return Err(Error::not_this_kind(".hair file", found)),
     }
     if bytes.len() < HEADER_BYTES {
         let what = "file ends within its 128-byte header";
@@ -273,7 +262,10 @@ fn check_points(
             return Err(Error::value(
                 format!("strand {strand}, point {point}"),
                 format!("{:?}", point_at(layout.points, first + point)),
-                format!("finite and within +-{MAX_COORDINATE_CM} cm"),
+                format!(
+                    "finite and within +-{MAX_COORDINATE_CM} cm, at {} cm per unit",
+                    options.cm_per_unit
+                ),
             ));
         }
         for (array, (name, _, components, _)) in layout.arrays.iter().zip(ATTRIBUTES) {

@@ -4,7 +4,7 @@
 //!
 //! | bytes | header |
 //! |---|---|
-//! | 0..4 | `HAIR` |
+//! | 0..4 | `HAIR`; capitals or not when read, capitals when written |
 //! | 4..8 | number of strands, u32 |
 //! | 8..12 | number of points of all strands, u32 |
 //! | 12..16 | flags, u32, see [`flag`] |
@@ -28,16 +28,20 @@
 //! the same. Strands of a single point (no segments) have no direction and cannot be drawn: they
 //! are set aside in the `HairOriginal` and put back on export.
 //!
-//! Thickness is kept in the file's own unit as attribute `thickness`, which is what export
-//! writes, and in centimetres as attribute `diameter`, which is what is drawn. Models of few
-//! strands hold thick ones on purpose (0.1 for 10,000 strands on a head 60 wide); a scene's
-//! `diameter_cm` overrides them.
+//! Thickness is kept in the file's own unit as attribute `thickness`, and in centimetres as
+//! attribute `diameter`, which is what is drawn; what cannot be drawn is counted by
+//! [`crate::Groom::thickness_faults`]. Export writes `thickness`, or `diameter` where that says
+//! something else: values of points and strands as the array, a single one as the default.
+//! Models of few strands hold thick ones on purpose (0.1 for 10,000 strands on a head 60 wide); a
+//! scene's `diameter_cm` overrides them.
 
 mod export;
 mod import;
+mod thickness;
 
 pub(crate) use export::check_original;
 pub use import::HairImport;
+pub use thickness::ThicknessFaults;
 
 /// Bits of the header's flags.
 pub mod flag {

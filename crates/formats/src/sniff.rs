@@ -1,0 +1,325 @@
+//! What a file is, by its first bytes: so that a file in the wrong place is called by its name.
+
+use FileKind::{Foreign, Map, Picture};
+
+use crate::container::{Kind, MAGIC};
+
+/// How many bytes of a file's start [`FileKind::of`] looks at.
+pub const SNIFF_BYTES: usize = 4096;
+
+/// What a file seems to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    /// Nothing in it.
+    Empty,
+    /// One of our binary files.
+    Ours(Kind),
+    /// One of our binary files, of a kind that this program does not know.
+    OursUnknown,
+    /// A scene: TOML with a section or key of ours.
+    Scene,
+    /// Cem Yuksel's `.hair`, its magic in capitals or not.
+    Hair,
+    /// Curves, meshes or whole scenes of another program.
+    Foreign(&'static str),
+    /// An OpenEXR or Radiance picture.
+    Map(&'static str),
+    /// A picture that no light can be taken from.
+    Picture(&'static str),
+    /// Text of no known form.
+    Text,
+    /// Bytes of no known form.
+    Unknown,
+}
+
+/// First bytes, as they are, and what starts so.
+const SIGNATURES: [(&[u8], FileKind); 25] = [
+    (b"Ogawa\xff", Foreign("an Alembic archive (Ogawa)")),
+    (b"Ogawa", Foreign("an Alembic archive (Ogawa), unfinished")),
+    (
+        b"\x89HDF\r\n\x1a\n",
+        Foreign("an HDF5 file, as old Alembic archives are"),
+    ),
+    (b"#usda", Foreign("a USD file (text)")),
+    (b"PXR-USDC", Foreign("a USD file (binary)")),
+    (
+        b"PK\x03\x04",
+        Foreign("a zip archive, as USD packages (.usdz) are"),
+    ),
+    (b"glTF", Foreign("a glTF file (binary)")),
+    (b"ply\n", Foreign("a PLY file")),
+    (b"ply\r", Foreign("a PLY file")),
+    (b"\x7fNSJ", Foreign("a Houdini geometry (.bgeo)")),
+    (b"Bgeo", Foreign("a Houdini geometry (old .bgeo)")),
+    (b"scf1", Foreign("a Houdini geometry (.bgeo.sc)")),
+    (b"PGEOMETRY", Foreign("a Houdini geometry (old .geo)")),
+    (b"Kaydara FBX Binary", Foreign("an FBX file")),
+    (b"; FBX ", Foreign("an FBX file (text)")),
+    (b"BLENDER", Foreign("a Blender file")),
+    (b"//Maya ASCII", Foreign("a Maya scene")),
+    (b"FOR4", Foreign("a Maya scene or cache (binary)")),
+    (b"FOR8", Foreign("a Maya scene or cache (binary)")),
+    (b"<?xml", Foreign("an XML file")),
+    (b"\xef\xbb\xbf<?xml", Foreign("an XML file")),
+    (b"\x76\x2f\x31\x01", Map("an OpenEXR picture")),
+    (b"#?", Map("a Radiance .hdr picture")),
+    (b"\x89PNG\r\n\x1a\n", Picture("a PNG picture")),
+    (b"\xff\xd8\xff", Picture("a JPEG picture")),
+];
+
+impl FileKind {
+    /// What a file is that starts with `start`: its first [`SNIFF_BYTES`], or all of it. Never
+    /// fails and reads no more than that.
+    pub fn of(start: &[u8]) -> FileKind {
+        let start = &start[..start.len().min(SNIFF_BYTES)];
+        if start.is_empty() {
+            return FileKind::Empty;
+        }
+        if start.starts_with(&MAGIC) {
+            return Kind::of_bytes(start).map_or(FileKind::OursUnknown, FileKind::Ours);
+        }
+        if start
+            .get(..4)
+            .is_some_and(|magic| magic.eq_ignore_ascii_case(b"HAIR"))
+            && is_header(start)
+        {
+            return FileKind::Hair;
+        }
+        if let Some((_, kind)) = SIGNATURES
+            .iter()
+            .find(|(signature, _)| start.starts_with(signature))
+        {
+            return *kind;
+        }
+        if let Some(version) = tressfx_version(start) {
+            return version;
+        }
+        // The cut may run through a letter of several bytes.
+        let text = match std::str::from_utf8(start) {
+            Ok(text) => text,
+            Err(error) if error.error_len().is_none() && error.valid_up_to() > 0 => {
+                std::str::from_utf8(&start[..error.valid_up_to()]).unwrap_or_default()
+            }
+            Err(_) => return FileKind::Unknown,
+        };
+        let is_text = |c: char| !c.is_control() || c.is_ascii_whitespace();
+        if text.chars().all(is_text) {
+            of_text(text)
+        } else {
+            FileKind::Unknown
+        }
+    }
+
+    /// The file in words, with its article.
+    pub const fn name(self) -> &'static str {
+        match self {
+            FileKind::Empty => "empty",
+            FileKind::Ours(Kind::Tables) => "a tables file",
+            FileKind::Ours(Kind::Lights) => "a light set",
+            FileKind::Ours(Kind::Groom) => "a groom",
+            FileKind::OursUnknown => "a file of a kind unknown to this program",
+            FileKind::Scene => "a scene",
+            FileKind::Hair => "a .hair file",
+            Foreign(name) | Map(name) | Picture(name) => name,
+            FileKind::Text => "some other text",
+            FileKind::Unknown => "of an unknown format",
+        }
+    }
+
+    /// What can be done with such a file; empty where nothing is known.
+    pub const fn advice(self) -> &'static str {
+        match self {
+            FileKind::Ours(Kind::Tables) => "a scene names it as tables.file",
+            FileKind::Ours(Kind::Lights) => "a scene names it as lights.file",
+            FileKind::Ours(Kind::Groom) => "a scene names it as groom.file",
+            FileKind::OursUnknown => "a newer version may read it",
+            FileKind::Scene => "`strandlight render` draws it",
+            FileKind::Hair => "`strandlight groom import` makes a groom of it",
+            Foreign(_) => "hair is imported from .hair files only: export its curves as .hair",
+            Map(_) => "`strandlight lights` makes a light set of an environment map",
+            Picture(_) => "environment maps are OpenEXR or Radiance .hdr",
+            FileKind::Empty | FileKind::Text | FileKind::Unknown => "",
+        }
+    }
+
+    /// Name and advice: `it is a groom; a scene names it as groom.file`.
+    pub fn describe(self) -> String {
+        match (self.name(), self.advice()) {
+            (name, "") => format!("it is {name}"),
+            (name, advice) => format!("it is {name}; {advice}"),
+        }
+    }
+
+    /// Is it known to be something else than text or bytes of no known form?
+    pub const fn is_known(self) -> bool {
+        !matches!(self, FileKind::Text | FileKind::Unknown)
+    }
+}
+
+/// `hair` may also be the first word of a text: what follows the magic are three small numbers.
+fn is_header(start: &[u8]) -> bool {
+    start.starts_with(b"HAIR") || start[4..].iter().take(12).any(|&byte| byte == 0)
+}
+
+/// TressFX writes text, `version 2.0`, or from 3 on the version as a float and two counts.
+fn tressfx_version(start: &[u8]) -> Option<FileKind> {
+    if let Some(rest) = start.strip_prefix(b"version ") {
+        let is_tfx = rest.first().is_some_and(u8::is_ascii_digit);
+        return is_tfx.then_some(Foreign("a TressFX file (text)"));
+    }
+    let word = |at: usize| Some(u32::from_le_bytes(start.get(at..at + 4)?.try_into().ok()?));
+    let (n_strands, n_points) = (word(4)?, word(8)?);
+    // Strands of TressFX have 4, 8, 16, 32 or 64 points; the header is 160 bytes.
+    let is_header = start.len() >= 160
+        && (1..=10_000_000).contains(&n_strands)
+        && n_points.is_power_of_two()
+        && (2..=1024).contains(&n_points);
+    match f32::from_bits(word(0)?) {
+        3.0 if is_header => Some(Foreign("a TressFX file (version 3)")),
+        4.0 if is_header => Some(Foreign("a TressFX file (version 4)")),
+        _ => None,
+    }
+}
+
+fn of_text(text: &str) -> FileKind {
+    let trimmed = text.trim_start_matches('\u{feff}').trim_start();
+    if trimmed.starts_with('{') {
+        return match trimmed.contains("\"asset\"") {
+            true => Foreign("a glTF file (JSON)"),
+            false => Foreign("a JSON file"),
+        };
+    }
+    let list = trimmed.strip_prefix('[').map(str::trim_start);
+    if list.is_some_and(|list| list.starts_with("\"fileversion\"")) {
+        return Foreign("a Houdini geometry (.geo)");
+    }
+    let lines = || {
+        text.lines()
+            .map(str::trim)
+            .filter(|line| !line.is_empty() && !line.starts_with('#'))
+    };
+    if lines().any(is_line_of_a_scene) {
+        return FileKind::Scene;
+    }
+    if lines().next().is_some() && lines().any(is_vertex) && lines().take(8).all(is_line_of_obj) {
+        return Foreign("an OBJ file");
+    }
+    FileKind::Text
+}
+
+/// A header or a dotted key of the sections that every scene has.
+fn is_line_of_a_scene(line: &str) -> bool {
+    ["groom", "lights"].into_iter().any(|section| {
+        let bare = line.strip_prefix('[').map(str::trim_start);
+        let header = bare.and_then(|rest| rest.strip_prefix(section));
+        let key = line.strip_prefix(section).map(str::trim_start);
+        header.is_some_and(|rest| rest.trim_start().starts_with(']'))
+            || key.is_some_and(|rest| rest.starts_with(['.', '=']))
+    })
+}
+
+fn is_line_of_obj(line: &str) -> bool {
+    let keyword = line.split_whitespace().next().unwrap_or_default();
+    let keywords = [
+        "v", "vn", "vt", "vp", "f", "l", "p", "o", "g", "s", "mtllib", "usemtl",
+    ];
+    keywords.contains(&keyword)
+}
+
+fn is_vertex(line: &str) -> bool {
+    let mut words = line.split_whitespace();
+    words.next() == Some("v") && words.filter(|word| word.parse::<f32>().is_ok()).count() >= 3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Version, strands and points a strand, as TressFX 3 and 4 start.
+    fn tressfx(version: f32, n_points: u32) -> Vec<u8> {
+        let mut header = version.to_le_bytes().to_vec();
+        header.extend(2228u32.to_le_bytes());
+        header.extend(n_points.to_le_bytes());
+        header.resize(160, 0);
+        header
+    }
+
+    #[test]
+    fn files_are_called_by_their_names() {
+        let ours = |kind: Kind| [&MAGIC[..], &kind.tag(), &[1, 0, 0, 0]].concat();
+        let mut n_checked = 0;
+        for (start, name) in [
+            (ours(Kind::Groom), "a groom"),
+            (ours(Kind::Lights), "a light set"),
+            (ours(Kind::Tables), "a tables file"),
+            ([&MAGIC[..], b"NEWS"].concat(), "unknown to this program"),
+            (b"HAIR\x10\x27\0\0".to_vec(), "a .hair file"),
+            (b"hair\x10\x27\0\0".to_vec(), "a .hair file"),
+            (b"Ogawa\xff\0\x01".to_vec(), "an Alembic archive (Ogawa)"),
+            (b"\x89HDF\r\n\x1a\n\0".to_vec(), "HDF5"),
+            (b"#usda 1.0\ndef Xform".to_vec(), "a USD file (text)"),
+            (b"PXR-USDC\0\x08".to_vec(), "a USD file (binary)"),
+            (b"PK\x03\x04\0\0".to_vec(), "a zip archive"),
+            (b"version 2.0\nscale 1.0\n".to_vec(), "TressFX file (text)"),
+            (tressfx(3.0, 4), "TressFX file (version 3)"),
+            (tressfx(4.0, 32), "TressFX file (version 4)"),
+            (b"<?xml version=\"1.0\"?>".to_vec(), "an XML file"),
+            (b"\xef\xbb\xbf<?xml ".to_vec(), "an XML file"),
+            (b"# a cube\nv 0 0 1.5\nv 1 0 0\n".to_vec(), "an OBJ file"),
+            (b"mtllib a.mtl\no hair\nv 0 0 1\n".to_vec(), "an OBJ file"),
+            (b"ply\nformat ascii 1.0\n".to_vec(), "a PLY file"),
+            (b"glTF\x02\0\0\0".to_vec(), "glTF file (binary)"),
+            (b"{\"asset\": {}}".to_vec(), "glTF file (JSON)"),
+            (b"{\"lights\": []}".to_vec(), "a JSON file"),
+            (b"\x7fNSJb\0".to_vec(), "Houdini"),
+            (b"[\n\t\"fileversion\",\"18\"".to_vec(), "Houdini"),
+            (b"\x76\x2f\x31\x01\x02\0\0\0".to_vec(), "an OpenEXR picture"),
+            (b"#?RADIANCE\n".to_vec(), "a Radiance .hdr picture"),
+            (b"\x89PNG\r\n\x1a\n".to_vec(), "a PNG picture"),
+            (b"\xff\xd8\xff\xe0".to_vec(), "a JPEG picture"),
+            (b"version = 1\n[groom]\nfile = 'a'".to_vec(), "a scene"),
+            (b"version=1\ngroom.file='a'".to_vec(), "a scene"),
+            (b"# hair\nversion = 1\n[ lights ]\n".to_vec(), "a scene"),
+            (b"1 0\n2\n-20 8 10 0.5\n".to_vec(), "some other text"),
+            (b"hair is not a header".to_vec(), "some other text"),
+            (b"version = 1".to_vec(), "some other text"),
+            (vec![0; 300], "of an unknown format"),
+            (tressfx(3.0, 5), "of an unknown format"),
+            (b"\xff\xfe\0".to_vec(), "of an unknown format"),
+            (Vec::new(), "empty"),
+        ] {
+            let found = FileKind::of(&start);
+            assert!(
+                found.name().contains(name),
+                "{:?} is {found:?}, not {name}",
+                start.escape_ascii().to_string()
+            );
+            n_checked += 1;
+        }
+        assert_eq!(n_checked, 38);
+    }
+
+    #[test]
+    fn text_that_is_cut_within_a_letter_is_text() {
+        let mut text = "# ".to_owned() + &"x".repeat(SNIFF_BYTES - 3);
+        text.push('\u{e9}');
+        text += "\n[groom]\n";
+        assert_eq!(FileKind::of(text.as_bytes()), FileKind::Text);
+    }
+
+    #[test]
+    fn what_can_be_done_is_said() {
+        for (start, needle) in [
+            (&b"Ogawa\xff"[..], "export its curves as .hair"),
+            (b"HAIR", "groom import"),
+            (b"#?RADIANCE", "strandlight lights"),
+            (b"\x89PNG\r\n\x1a\n", "OpenEXR or Radiance"),
+            (b"[groom]", "render"),
+        ] {
+            let text = FileKind::of(start).describe();
+            assert!(text.starts_with("it is a"), "{text}");
+            assert!(text.contains(needle), "{text}");
+        }
+        assert_eq!(FileKind::of(b"").describe(), "it is empty");
+    }
+}
