@@ -92,6 +92,323 @@ fn hair_in_and_out() {
     }
 }
 
+/// Runs `strandlight ARGS` in `folder`, which must do it, and answers its stderr.
+fn said(folder: &Path, args: &[&str]) -> String {
+    let output = strandlight()
+        .current_dir(folder)
+        .args(args)
+        .output()
+        .expect("it starts");
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{args:?}: {stderr}");
+    stderr
+}
+
+/// A head of a person who stands, in metres, y up: 60 strands of 3 points of which the last ones
+/// hang, and the thickness given as default.
+fn head_in_metres(thickness: f32) -> Vec<u8> {
+    let mut bytes = b"HAIR".to_vec();
+    for word in [60u32, 180, 2, 2] {
+        bytes.extend(word.to_le_bytes());
+    }
+    for default in [thickness, 0.0, 0.1, 0.2, 0.3] {
+        bytes.extend(default.to_le_bytes());
+    }
+    bytes.extend([0; 88]);
+    for ix in 0..60 {
+        let y = 1.0 - ix as f32 / 50.0;
+        let (ring, turn) = ((1.0 - y * y).sqrt(), 2.4 * ix as f32);
+        let root = [
+            0.08 * ring * turn.sin(),
+            1.7 + 0.11 * y,
+            0.1 * ring * turn.cos(),
+        ];
+        for down in [0.0, 0.1, 0.3] {
+            for value in [root[0], root[1] - down, root[2]] {
+                bytes.extend(value.to_le_bytes());
+            }
+        }
+    }
+    bytes
+}
+
+#[test]
+fn a_groom_in_metres_is_doubted_wherever_it_goes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    fs::write(at.join("a.hair"), head_in_metres(1.0)).expect("written");
+    // Taken as centimetres with z up, as .hair files are.
+    let notes = said(at, &["groom", "import", "a.hair", "-o", "cm.groom"]);
+    let thick = "strands are 1 cm thick, the groom is 0.52 cm large";
+    for needle in [thick, "--unit m?", "--up y?"] {
+        assert!(notes.contains(needle), "{notes}");
+    }
+    for args in [
+        &["inspect", "cm.groom"],
+        &["inspect", "a.hair"],
+        &["verify", "cm.groom"],
+    ] {
+        let notes = said(at, args);
+        for needle in [args[1], thick, "--unit m?"] {
+            assert!(notes.contains(needle), "{args:?}: {notes}");
+        }
+    }
+    let info = json(at, "cm.groom");
+    assert_eq!(info["guess"]["unit"], "m");
+    assert_eq!(info["guess"]["up"], "y");
+    assert_eq!(info["notes"].as_array().map(Vec::len), Some(2));
+
+    // As a scene; thin strands, so that it is drawn at once.
+    fs::write(at.join("thin.hair"), head_in_metres(0.008)).expect("written");
+    said(at, &["groom", "import", "thin.hair", "-o", "thin.groom"]);
+    let light = SrbfLight {
+        direction: [0.0, 0.0, 1.0],
+        lambda: 0.5,
+        rgb: [1.0; 3],
+    };
+    let set = LightSet {
+        lights: vec![light],
+        ..LightSet::default()
+    };
+    set.write(&at.join("a.lights")).expect("written");
+    let scene = "version = 1\n[groom]\nfile = 'thin.groom'\n[lights]\nfile = 'a.lights'\n";
+    fs::write(at.join("a.toml"), scene).expect("written");
+    let render = [
+        "render",
+        "a.toml",
+        "-o",
+        "a.png",
+        "--size",
+        "16x16",
+        "--samples",
+        "4",
+        "--shadow-maps",
+        "0",
+        "--backend",
+        "cpu",
+    ];
+    let notes = said(at, &render);
+    for needle in ["thin.groom", "0.52 cm large", "--unit m?"] {
+        assert!(notes.contains(needle), "{notes}");
+    }
+    let notes = said(
+        at,
+        &[&render[..], &["--set", "hair.diameter_cm=0.5"]].concat(),
+    );
+    assert!(notes.contains("strands are 0.5 cm thick"), "{notes}");
+
+    // The flags that the notes name, and what auto finds by itself.
+    for flags in [
+        ["--unit", "m", "--up", "y"],
+        ["--unit", "auto", "--up", "auto"],
+    ] {
+        let import = ["groom", "import", "thin.hair", "-o", "m.groom"];
+        let notes = said(at, &[&import[..], &flags].concat());
+        let is_auto = flags[1] == "auto";
+        for needle in [
+            "taken as --unit m: its roots span",
+            "taken as --up y: its roots are 1.7",
+        ] {
+            assert_eq!(notes.contains(needle), is_auto, "{notes}");
+        }
+        assert!(!notes.contains('?'), "{notes}");
+        let info = json(at, "m.groom");
+        assert_eq!(info["source_cm_per_unit"], 100.0);
+        assert_eq!(info["source_up"], "y");
+        assert_eq!(info["notes"], serde_json::json!([]));
+    }
+}
+
+#[test]
+fn auto_is_refused_where_nothing_tells() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    fs::write(at.join("a.hair"), small_hair()).expect("written");
+    for (flag, needles) in [
+        ("--unit", ["a.hair", "--unit auto", "mm, cm, in, ft, m"]),
+        ("--up", ["a.hair", "--up auto", "x, y or z"]),
+    ] {
+        let args = ["groom", "import", "a.hair", "-o", "a.groom", flag, "auto"];
+        assert_refused(strandlight().current_dir(at).args(args), &needles);
+        assert!(!at.join("a.groom").exists());
+    }
+    let args = [
+        "groom", "import", "a.hair", "-o", "a.groom", "--unit", "furlong",
+    ];
+    let needles = [
+        "furlong",
+        "mm, cm, in, ft, m, a number of centimetres",
+        "auto",
+    ];
+    assert_refused(strandlight().current_dir(at).args(args), &needles);
+}
+
+#[test]
+fn thickness_goes_out_as_it_is_drawn() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let generate = [
+        "groom",
+        "generate",
+        "--style",
+        "bob",
+        "--strands",
+        "50",
+        "--points-per-strand",
+        "6",
+        "-o",
+        "a.groom",
+    ];
+    done(at, &generate);
+    done(at, &["export", "a.groom", "-o", "a.hair"]);
+    done(at, &["groom", "import", "a.hair", "-o", "b.groom"]);
+    let (own, back) = (json(at, "a.groom"), json(at, "b.groom"));
+    // Few strands are thick: 0.008 cm times 20.
+    let expected =
+        serde_json::json!({"min": 0.16, "median": 0.16, "max": 0.16, "source": "constant"});
+    assert_eq!(own["diameter_cm"], expected);
+    assert_eq!(back["diameter_cm"], expected);
+    assert_eq!(own["bounds"], back["bounds"]);
+    let text = done(at, &["inspect", "a.groom"]);
+    assert!(text.contains("diameter 1600 \u{b5}m (constant)"), "{text}");
+    assert!(
+        text.contains("size ") && text.contains("lengths "),
+        "{text}"
+    );
+
+    // An array stays an array.
+    fs::write(at.join("c.hair"), small_hair()).expect("written");
+    done(at, &["groom", "import", "c.hair", "-o", "c.groom"]);
+    let expected =
+        serde_json::json!({"min": 0.01, "median": 0.03, "max": 0.05, "source": "per point"});
+    assert_eq!(json(at, "c.groom")["diameter_cm"], expected);
+    let text = done(at, &["inspect", "c.groom"]);
+    assert!(
+        text.contains("diameter 100 to 500 \u{b5}m, median 300 (per point)"),
+        "{text}"
+    );
+}
+
+#[test]
+fn what_import_cannot_draw_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let mut bytes = small_hair();
+    let start = bytes.len() - 8;
+    bytes[start..start + 4].copy_from_slice(&(-1f32).to_le_bytes());
+    bytes[..4].copy_from_slice(b"hair");
+    fs::write(at.join("a.hair"), bytes).expect("written");
+    let notes = said(at, &["groom", "import", "a.hair", "-o", "a.groom"]);
+    for needle in [
+        "small letters",
+        "1 of 5 values cannot be drawn (1 negative; first -1 at point 1 of strand 1)",
+        "drawn 0.008 cm thick",
+    ] {
+        assert!(notes.contains(needle), "{notes}");
+    }
+    let info = json(at, "a.groom");
+    assert_eq!(info["diameter_cm"]["source"], "default");
+    let last = info["notes"].as_array().and_then(|notes| notes.last());
+    let last = last.and_then(Value::as_str).unwrap_or_default();
+    assert!(last.contains("1 negative"), "{info}");
+}
+
+#[test]
+fn styles_are_listed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let help = done(at, &["groom", "generate", "--help"]);
+    let args = ["groom", "generate", "--style", "curled", "-o", "a.groom"];
+    let styles = ["straight", "wavy", "curly", "ponytail", "bob"];
+    for style in styles {
+        assert!(help.contains(style), "{help}");
+    }
+    assert_refused(strandlight().current_dir(at).args(args), &styles);
+}
+
+#[test]
+fn files_of_other_kinds_are_called_by_their_names() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    LightSet {
+        lights: vec![SrbfLight {
+            direction: [0.0, 0.0, 1.0],
+            lambda: 0.5,
+            rgb: [1.0; 3],
+        }],
+        ..LightSet::default()
+    }
+    .write(&at.join("a.lights"))
+    .expect("written");
+    tables().write(&at.join("a.tables")).expect("written");
+    fs::write(at.join("good.hair"), small_hair()).expect("written");
+    done(at, &["groom", "import", "good.hair", "-o", "a.groom"]);
+    let groom = fs::read(at.join("a.groom")).expect("written");
+    let mut n_checked = 0;
+    for (name, start, what) in [
+        ("a.abc", &b"Ogawa\xff\0\x01"[..], "Alembic archive (Ogawa)"),
+        ("a.usda", b"#usda 1.0\ndef", "USD file (text)"),
+        ("a.usdc", b"PXR-USDC\0\x08", "USD file (binary)"),
+        ("a.usdz", b"PK\x03\x04\0\0", "zip archive"),
+        ("a.tfx", b"version 2.0\nscale 1.0\n", "TressFX file (text)"),
+        ("a.xml", b"<?xml version=\"1.0\"?>", "XML file"),
+        ("a.obj", b"v 0 0 1\nv 0 1 1\n", "OBJ file"),
+        ("a.ply", b"ply\nformat ascii 1.0\n", "PLY file"),
+        ("a.glb", b"glTF\x02\0\0\0", "glTF file"),
+        ("a.bgeo", b"\x7fNSJb\0", "Houdini geometry"),
+        ("a.exr", b"\x76\x2f\x31\x01\x02\0\0\0", "OpenEXR picture"),
+        ("a.hdr", b"#?RADIANCE\n", "Radiance .hdr picture"),
+        ("b.groom", &groom, "a groom"),
+        ("b.hair", &small_hair(), "a .hair file"),
+        (
+            "b.lights",
+            &fs::read(at.join("a.lights")).expect("written"),
+            "a light set",
+        ),
+        (
+            "b.tables",
+            &fs::read(at.join("a.tables")).expect("written"),
+            "a tables file",
+        ),
+    ] {
+        fs::write(at.join(name), start).expect("written");
+        let is_map = name == "a.exr" || name == "a.hdr";
+        let mut lines: Vec<Vec<&str>> = vec![vec!["render", name, "-o", "x.png"]];
+        if name != "b.hair" {
+            lines.push(vec!["groom", "import", name, "-o", "x.groom"]);
+        }
+        if !is_map {
+            lines.push(vec!["lights", name, "-o", "x.lights"]);
+        }
+        if name.starts_with("a.") {
+            lines.push(vec!["inspect", name]);
+        }
+        if name.starts_with("a.") || name == "b.hair" {
+            lines.push(vec!["verify", name]);
+        }
+        for args in lines {
+            assert_refused(strandlight().current_dir(at).args(args), &[name, what]);
+            n_checked += 1;
+        }
+        // The same as a scene's groom.
+        let scene = format!("[groom]\nfile = '{name}'\n[lights]\nfile = 'a.lights'\n");
+        fs::write(at.join("a.toml"), format!("version = 1\n{scene}")).expect("written");
+        if name != "b.groom" {
+            let args = ["render", "a.toml", "-o", "x.png"];
+            assert_refused(strandlight().current_dir(at).args(args), &[name, what]);
+            n_checked += 1;
+        }
+    }
+    assert!(n_checked > 70, "{n_checked}");
+    // A groom that is longer than any scene.
+    let mut long = groom;
+    long.resize(2 << 20, 0);
+    fs::write(at.join("long.groom"), long).expect("written");
+    let args = ["render", "long.groom", "-o", "x.png"];
+    let needles = ["long.groom: not a scene: it is a groom", "groom.file"];
+    assert_refused(strandlight().current_dir(at).args(args), &needles);
+}
+
 #[test]
 fn genuine_sample_comes_back() {
     let Some(path) = sample_data("hair/cyuksel_straight.hair") else {

@@ -103,8 +103,8 @@ const HAIR_CM: (f64, f64) = (8.0, 250.0);
 const LEAST_STRANDS: usize = 30;
 /// Strands this thick, as a share of the groom's size, are no hair.
 const THICK: f32 = 1.0 / 20.0;
-/// Sizes that need no word, cm.
-const USUAL_SIZE_CM: (f32, f32) = (10.0, 200.0);
+/// Between a lash and a mammoth, cm: sizes that hair may have.
+const ANY_HAIR_CM: (f32, f32) = (1.0, 1000.0);
 
 impl Groom {
     /// Largest extent, cm.
@@ -130,7 +130,7 @@ impl Groom {
         let is_imported = source.hair.is_some();
         let size = self.size();
         let thick = drawn.median > THICK * size;
-        let odd = is_imported && !(USUAL_SIZE_CM.0..=USUAL_SIZE_CM.1).contains(&size);
+        let odd = is_imported && !(ANY_HAIR_CM.0..=ANY_HAIR_CM.1).contains(&size);
         let other = unit.filter(|unit| (unit.value.cm() / source.cm_per_unit - 1.0).abs() > 0.01);
 
         let mut lines = Vec::new();

@@ -42,7 +42,7 @@ pub use groom::{
 pub use groom_diameter::{DiameterRange, DiameterSource};
 pub use groom_file::GroomHeader;
 pub use groom_scale::{Guess, Guesses, LengthUnit};
-pub use hair::{HairImport, ThicknessFaults};
+pub use hair::{HairFile, HairImport, ThicknessFaults};
 pub use input::{content_hash, open_file, read_file, tool_version};
 pub use light_set::{FitReport, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
 pub use paint::{

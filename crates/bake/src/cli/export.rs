@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use strandlight_bake::lights::{LatLong, radiance};
-use strandlight_formats::{Groom, Kind, LightSet, PAINT_ATTRIBUTES, TableFile};
+use strandlight_formats::{FileKind, Groom, Kind, LightSet, PAINT_ATTRIBUTES, TableFile};
 
 use super::inspect::{Content, lights};
 use super::{Failure, Outcome, print_line, write_output};
@@ -19,8 +19,8 @@ use super::{Failure, Outcome, print_line, write_output};
 /// centres of each axis) or .exr, one file for each table, named OUT_TABLE.npy, or OUT/TABLE.npy
 /// when OUT is a folder; C is written as C_0 to C_6. A table of three axes becomes a picture with
 /// the first two stacked. .lights: to .json, or .exr (the environment
-/// the lights make, latitude-longitude). .groom: to .hair; a groom imported with --unit cm comes
-/// back as it was, byte for byte.
+/// the lights make, latitude-longitude). .groom: to .hair, its diameters as thickness; a groom
+/// imported with --unit cm comes back as it was, byte for byte.
 #[derive(clap::Args)]
 pub struct Args {
     /// The .tables, .lights or .groom file
@@ -103,11 +103,13 @@ pub fn run(args: &Args) -> Outcome {
             }
             _ => return Err(unknown(output, "a groom", ".hair")),
         },
-        Content::Hair | Content::Scene => {
-            return Err(Failure::file(
-                input,
-                "only .tables, .lights and .groom are exported",
-            ));
+        content @ (Content::Hair | Content::Scene) => {
+            let what = match content {
+                Content::Hair => FileKind::Hair.describe(),
+                _ => FileKind::Scene.describe(),
+            };
+            let what = format!("only .tables, .lights and .groom are exported: {what}");
+            return Err(Failure::file(input, what));
         }
     };
     for output in &outputs {

@@ -5,7 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::{Subcommand, ValueEnum};
 use strandlight_bake::grooms::{GrowSpec, Style, generate};
 use strandlight_bake::progress::Progress;
-use strandlight_formats::{Groom, HairImport, Kind, UpAxis};
+use strandlight_formats::{
+    DiameterRange, DiameterSource, Groom, Guess, Guesses, HairFile, HairImport, Kind, LengthUnit,
+    Scene, UpAxis,
+};
+use strandlight_runtime::files::Files;
 
 use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
 
@@ -32,27 +36,36 @@ struct ImportArgs {
     /// The .groom file to write
     #[arg(short, long)]
     output: PathBuf,
-    /// Unit of the file: mm, cm, m, in, ft, or a number of centimetres
+    /// Unit of the file: mm, cm, in, ft, m, a number of centimetres, or auto: guessed from the
+    /// size of the head, refused where nothing tells
     #[arg(long, default_value = "cm", value_parser = parse_unit)]
-    unit: f64,
-    /// Axis that points up in the file: y, z or x; auto is z, the convention of .hair files
-    #[arg(long, default_value = "auto")]
+    unit: Unit,
+    /// Axis that points up in the file: by the convention of .hair files it is z. auto: guessed
+    /// from where the head is and how its hair hangs, refused where nothing tells
+    #[arg(long, value_enum, default_value_t = Up::Z)]
     up: Up,
+}
+
+/// Centimetres per unit, or to be guessed.
+#[derive(Clone, Copy)]
+enum Unit {
+    Auto,
+    Cm(f64),
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Up {
-    Auto,
     X,
     Y,
     Z,
+    Auto,
 }
 
 /// Grows hair on a head centred at the origin, facing +Z
 #[derive(clap::Args)]
 struct GenerateArgs {
     /// The hair style
-    #[arg(long, value_parser = parse_style)]
+    #[arg(long, value_enum)]
     style: Style,
     /// Number of strands, 1 to 1000000
     #[arg(long, default_value_t = 10_000)]
@@ -68,28 +81,24 @@ struct GenerateArgs {
     output: PathBuf,
 }
 
-fn parse_style(text: &str) -> Result<Style, String> {
-    Style::from_name(text).ok_or_else(|| {
-        let names = Style::ALL.map(Style::name).join(", ");
-        format!("there is no style {text}, only {names}")
-    })
+fn parse_unit(text: &str) -> Result<Unit, String> {
+    if text == "auto" {
+        return Ok(Unit::Auto);
+    }
+    let named = LengthUnit::from_name(text).map(LengthUnit::cm);
+    let cm = named.or_else(|| text.parse().ok()).unwrap_or(f64::NAN);
+    if (1e-6..=1e6).contains(&cm) {
+        Ok(Unit::Cm(cm))
+    } else {
+        Err(format!(
+            "must be {}, a number of centimetres in 1e-6..=1e6, or auto",
+            unit_names()
+        ))
+    }
 }
 
-/// Centimetres per unit.
-fn parse_unit(text: &str) -> Result<f64, String> {
-    let cm = match text {
-        "mm" => 0.1,
-        "cm" => 1.0,
-        "m" => 100.0,
-        "in" => 2.54,
-        "ft" => 30.48,
-        _ => text.parse().unwrap_or(f64::NAN),
-    };
-    if (1e-6..=1e6).contains(&cm) {
-        Ok(cm)
-    } else {
-        Err("must be mm, cm, m, in, ft or a number of centimetres in 1e-6..=1e6".to_owned())
-    }
+fn unit_names() -> String {
+    LengthUnit::ALL.map(LengthUnit::name).join(", ")
 }
 
 /// Runs the command.
@@ -113,15 +122,12 @@ pub fn run(args: &Args) -> Outcome {
 
 fn import(args: &ImportArgs) -> Outcome {
     check_outputs(&[&args.input], &[&args.output])?;
-    let options = HairImport {
-        cm_per_unit: args.unit,
-        up: match args.up {
-            Up::X => UpAxis::X,
-            Up::Y => UpAxis::Y,
-            Up::Auto | Up::Z => UpAxis::Z,
-        },
-    };
-    let groom = Groom::read_hair(&args.input, options).map_err(Failure::input)?;
+    let file = HairFile::read(&args.input).map_err(Failure::input)?;
+    let options = options(args, &file)?;
+    let groom = file.import(options).map_err(Failure::input)?;
+    if file.has_odd_magic() {
+        note!("the file starts with \"hair\" in small letters; it is read as if with HAIR");
+    }
     let singles = groom
         .source
         .hair
@@ -130,13 +136,76 @@ fn import(args: &ImportArgs) -> Outcome {
     if singles > 0 {
         note!("{singles} strands of a single point are kept for export but not drawn");
     }
-    let (min, max) = groom.bounds();
-    let size = [0, 1, 2].map(|axis| max[axis] - min[axis]);
-    let longest = size.into_iter().fold(0.0, f32::max);
-    if !(10.0..=200.0).contains(&longest) {
-        note!("the groom is {longest:.1} cm large; is --unit right?");
+    let doubts = doubts(&groom, groom.diameter_range());
+    for line in &doubts {
+        note!("{line}");
+    }
+    let size = groom.size();
+    if doubts.is_empty() && !(10.0..=200.0).contains(&size) {
+        note!("the groom is {size:.1} cm large; is --unit right?");
     }
     write_groom(&groom, &args.output)
+}
+
+/// What the command line says of unit and axis, guesses put in where it says auto.
+fn options(args: &ImportArgs, file: &HairFile) -> Result<HairImport, Failure> {
+    let guesses = match (args.unit, args.up) {
+        (Unit::Auto, _) | (_, Up::Auto) => file.guess_source().map_err(Failure::input)?,
+        _ => Guesses::default(),
+    };
+    let mut said = Vec::new();
+    let cm_per_unit = match (args.unit, guesses.unit) {
+        (Unit::Cm(cm), _) => cm,
+        (Unit::Auto, Some(Guess { value, because })) => {
+            said.push(format!("taken as --unit {}: {because}", value.name()));
+            value.cm()
+        }
+        (Unit::Auto, None) => {
+            let what = format!(
+                "--unit auto: it is not like a head of hair in any unit; give {}, or a number \
+                 of centimetres",
+                unit_names()
+            );
+            return Err(Failure::file(&args.input, what));
+        }
+    };
+    let up = match (args.up, guesses.up) {
+        (Up::X, _) => UpAxis::X,
+        (Up::Y, _) => UpAxis::Y,
+        (Up::Z, _) => UpAxis::Z,
+        (Up::Auto, Some(Guess { value, because })) => {
+            said.push(format!("taken as --up {}: {because}", value.name()));
+            value
+        }
+        (Up::Auto, None) => {
+            let what = "--up auto: neither its place nor its hair tells what is up; give x, y or z";
+            return Err(Failure::file(&args.input, what));
+        }
+    };
+    for line in said {
+        note!("{line}");
+    }
+    Ok(HairImport { cm_per_unit, up })
+}
+
+/// What seems wrong with unit, axes and thickness of `groom`, drawn as `drawn` says, in lines.
+pub fn doubts(groom: &Groom, drawn: DiameterRange) -> Vec<String> {
+    let mut lines = groom.doubts(drawn);
+    let faults = groom.thickness_faults();
+    let faults = faults.filter(|_| drawn.source != DiameterSource::Scene);
+    lines.extend(faults.map(|faults| faults.to_string()));
+    lines
+}
+
+/// Says on stderr what seems wrong with unit, axes and thickness of the hair that `scene` draws. A
+/// groom that cannot be read is for the renderer to refuse.
+pub fn note_doubts(scene: &Scene) {
+    let path = scene.groom_path();
+    if let Ok(groom) = Files::Disk.groom(&path) {
+        for line in doubts(&groom, scene.hair.diameter_range(&groom)) {
+            note!("{}: {line}", path.display());
+        }
+    }
 }
 
 fn write_groom(groom: &Groom, path: &Path) -> Outcome {

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Serialize, Serializer};
 use strandlight_formats::{
-    Axis, Container, FitReport, Groom, HairImport, Kind, LightSet, Scene, SrbfLight, TableFile,
+    Axis, Container, FileKind, FitReport, Groom, Guesses, HairFile, HairImport, Kind, LightSet,
+    SNIFF_BYTES, Scene, SrbfLight, TableFile,
 };
 
-use super::{Failure, Outcome, print_line};
+use super::{Failure, Outcome, note, print_line};
 
 /// Says what is in a file: .tables, .lights, .groom, .hair, or a scene
 #[derive(clap::Args)]
@@ -29,19 +30,15 @@ pub fn run(args: &Args) -> Outcome {
         Content::Kind(Kind::Groom) => {
             let version = version(path, Kind::Groom)?;
             let groom = Groom::read(path).map_err(Failure::input)?;
-            show(
-                &describe_groom(&groom, "groom", version),
-                args.json,
-                text_of_groom,
-            )
+            show_groom(&describe_groom(&groom, "groom", version), args)
         }
         Content::Hair => {
-            let groom = Groom::read_hair(path, HairImport::default()).map_err(Failure::input)?;
-            show(
-                &describe_groom(&groom, "hair", String::new()),
-                args.json,
-                text_of_groom,
-            )
+            let file = HairFile::read(path).map_err(Failure::input)?;
+            let groom = file.import(HairImport::default()).map_err(Failure::input)?;
+            if file.has_odd_magic() {
+                note!("the file starts with \"hair\" in small letters; it is read as if with HAIR");
+            }
+            show_groom(&describe_groom(&groom, "hair", String::new()), args)
         }
         Content::Scene => {
             let scene = Scene::read(path).map_err(Failure::input)?;
@@ -56,6 +53,13 @@ pub fn run(args: &Args) -> Outcome {
             )
         }
     }
+}
+
+fn show_groom(info: &GroomInfo, args: &Args) -> Outcome {
+    for line in &info.notes {
+        note!("{}: {line}", args.file.display());
+    }
+    show(info, args.json, text_of_groom)
 }
 
 /// What a file seems to be, by its first bytes, or its name for scenes, which are text.
@@ -82,21 +86,22 @@ impl Content {
         }
         let mut start = Vec::new();
         std::fs::File::open(path)
-            .and_then(|file| file.take(12).read_to_end(&mut start))
+            .and_then(|file| file.take(SNIFF_BYTES as u64).read_to_end(&mut start))
             .map_err(|error| Failure::file(path, error))?;
-        match Kind::of_bytes(&start) {
-            Some(kind) => Ok(Content::Kind(kind)),
-            None if start.starts_with(b"HAIR") => Ok(Content::Hair),
-            None if path
-                .extension()
-                .is_some_and(|extension| extension == "toml") =>
-            {
-                Ok(Content::Scene)
+        let is_toml = path
+            .extension()
+            .is_some_and(|extension| extension == "toml");
+        match FileKind::of(&start) {
+            FileKind::Ours(kind) => Ok(Content::Kind(kind)),
+            FileKind::Hair => Ok(Content::Hair),
+            FileKind::Scene => Ok(Content::Scene),
+            // Why it is no scene is said by the reader.
+            _ if is_toml => Ok(Content::Scene),
+            other => {
+                let what = "neither tables, a light set, a groom, a .hair file nor a scene (.toml)";
+                let what = format!("{what}: {}", other.describe());
+                Err(Failure::file(path, what))
             }
-            None => Err(Failure::file(
-                path,
-                "neither tables, a light set, a groom, a .hair file nor a scene (.toml)",
-            )),
         }
     }
 }
@@ -142,6 +147,23 @@ struct AttributeInfo {
 }
 
 #[derive(Serialize)]
+struct DiameterInfo {
+    min: f32,
+    median: f32,
+    max: f32,
+    source: &'static str,
+}
+
+/// Names, and why; null where nothing tells.
+#[derive(Serialize)]
+struct GuessInfo {
+    unit: Option<&'static str>,
+    unit_because: Option<String>,
+    up: Option<&'static str>,
+    up_because: Option<String>,
+}
+
+#[derive(Serialize)]
 struct GroomInfo {
     kind: &'static str,
     format_version: String,
@@ -152,8 +174,16 @@ struct GroomInfo {
     /// Shortest, mean and longest strand.
     strand_length: [f64; 3],
     bounds: Bounds,
-    /// Of bounds and lengths.
+    /// Extents of the bounds.
+    size: [f32; 3],
+    /// Of bounds, size and lengths.
     unit: &'static str,
+    /// As drawn, unless the scene has a `diameter_cm`.
+    diameter_cm: DiameterInfo,
+    /// What unit and axes of the source file seem to be.
+    guess: GuessInfo,
+    /// What seems wrong with them, and with the thickness.
+    notes: Vec<String>,
     source_cm_per_unit: f64,
     source_up: &'static str,
     source_hash: String,
@@ -182,6 +212,8 @@ fn describe_groom(groom: &Groom, kind: &'static str, format_version: String) -> 
         strand_length[2] = strand_length[2].max(length);
     }
     let source = &groom.source;
+    let drawn = groom.diameter_range();
+    let Guesses { unit, up } = groom.guess_source();
     GroomInfo {
         kind,
         format_version,
@@ -190,7 +222,21 @@ fn describe_groom(groom: &Groom, kind: &'static str, format_version: String) -> 
         points_per_strand,
         strand_length,
         bounds: Bounds { min, max },
+        size: [0, 1, 2].map(|axis| max[axis] - min[axis]),
         unit: "cm",
+        diameter_cm: DiameterInfo {
+            min: drawn.min,
+            median: drawn.median,
+            max: drawn.max,
+            source: drawn.source.name(),
+        },
+        guess: GuessInfo {
+            unit: unit.as_ref().map(|guess| guess.value.name()),
+            unit_because: unit.map(|guess| guess.because),
+            up: up.as_ref().map(|guess| guess.value.name()),
+            up_because: up.map(|guess| guess.because),
+        },
+        notes: super::groom::doubts(groom, drawn),
         source_cm_per_unit: source.cm_per_unit,
         source_up: source.up.name(),
         source_hash: source.hash.clone(),
@@ -219,10 +265,24 @@ fn distance(from: [f32; 3], to: [f32; 3]) -> f64 {
         .sqrt()
 }
 
+/// The thickness of the strands, in micrometres.
+fn text_of_diameter(info: &DiameterInfo) -> String {
+    let [min, median, max] = [info.min, info.median, info.max].map(|cm| {
+        let text = format!("{:.2}", f64::from(cm) * 1e4);
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    });
+    let source = info.source;
+    if min == max {
+        format!("diameter {max} \u{b5}m ({source})")
+    } else {
+        format!("diameter {min} to {max} \u{b5}m, median {median} ({source})")
+    }
+}
+
 fn text_of_groom(info: &GroomInfo) -> Vec<String> {
     let [fewest, most] = info.points_per_strand;
     let [shortest, mean, longest] = info.strand_length;
-    let Bounds { min, max } = &info.bounds;
+    let (Bounds { min, max }, size) = (&info.bounds, info.size);
     let mut lines = vec![
         format!("{} {}", info.kind, info.format_version)
             .trim_end()
@@ -232,7 +292,9 @@ fn text_of_groom(info: &GroomInfo) -> Vec<String> {
             info.strands, info.points
         ),
         format!("lengths {shortest:.2} to {longest:.2} cm, mean {mean:.2}"),
+        text_of_diameter(&info.diameter_cm),
         format!("bounds {min:.2?} to {max:.2?} cm"),
+        format!("size {:.2} x {:.2} x {:.2} cm", size[0], size[1], size[2]),
         format!(
             "source: {} cm per unit, {} up, hash {}",
             info.source_cm_per_unit,

@@ -141,6 +141,7 @@ pub fn run(args: &Args) -> Outcome {
             session.scene().clone()
         }
     };
+    super::groom::note_doubts(&scene);
     let size = args.size.unwrap_or(scene.render.size);
     let samples = whole_passes(args.samples.unwrap_or(scene.render.samples));
     check_frame(size, samples).map_err(|error| Failure::file(&args.scene, error))?;

@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use strandlight_bake::lights::Map;
 use strandlight_bake::tables::{Check, verify_tables};
-use strandlight_formats::{Error, Groom, Kind, LightSet, TableFile};
+use strandlight_formats::{Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile};
 
-use super::{Failure, Outcome, print_line};
+use super::{Failure, Outcome, note, print_line};
 
 /// Checks baked files: tables against other methods, light sets against their map, grooms
 /// against their own invariants
@@ -253,7 +253,12 @@ fn verify(path: &Path, reference: Option<&Reference<'_>>) -> Verdict {
                     .map(|set| lights::checks(&set, reference))
                     .map_err(Refused::from),
                 Kind::Groom => Groom::read(path)
-                    .map(|groom| groom::checks(&groom))
+                    .map(|groom| {
+                        for line in super::groom::doubts(&groom, groom.diameter_range()) {
+                            note!("{}: {line}", path.display());
+                        }
+                        groom::checks(&groom)
+                    })
                     .map_err(Refused::from),
             };
             (Some(kind), found)
@@ -274,10 +279,16 @@ fn kind_of(path: &Path) -> Result<Kind, Refused> {
         return Err(Refused::unreadable(path, "not a regular file"));
     }
     File::open(path)
-        .and_then(|file| file.take(64).read_to_end(&mut start))
+        .and_then(|file| file.take(SNIFF_BYTES as u64).read_to_end(&mut start))
         .map_err(|error| Refused::unreadable(path, error))?;
-    Kind::of_bytes(&start)
-        .ok_or_else(|| Refused::unreadable(path, "not a tables file, light set or groom"))
+    match FileKind::of(&start) {
+        FileKind::Ours(kind) => Ok(kind),
+        other => {
+            let what = other.describe();
+            let what = format!("not a tables file, light set or groom: {what}");
+            Err(Refused::unreadable(path, what))
+        }
+    }
 }
 
 fn verify_table_file(path: &Path) -> Result<Vec<Line>, Refused> {

@@ -21,7 +21,7 @@ use strandlight_formats::{Attribute, Domain, Groom, GroomSource, HairSection, to
 use crate::progress::Progress;
 
 /// How the hair is worn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Style {
     /// Long, parted in the middle, straight.
     Straight,
@@ -54,11 +54,6 @@ impl Style {
             Style::Ponytail => "ponytail",
             Style::Bob => "bob",
         }
-    }
-
-    /// The style called `name`, or `None`.
-    pub fn from_name(name: &str) -> Option<Style> {
-        Style::ALL.into_iter().find(|style| style.name() == name)
     }
 }
 

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
-use strandlight_formats::content_hash;
+use strandlight_formats::{FileKind, content_hash};
 
 use super::{exr_map, radiance_map};
 
@@ -162,7 +162,11 @@ impl Map {
         } else if bytes.is_empty() {
             Err("the file is empty".to_owned())
         } else {
-            Err("neither OpenEXR nor Radiance .hdr, by its first bytes".to_owned())
+            let what = "neither OpenEXR nor Radiance .hdr, by its first bytes";
+            Err(match FileKind::of(bytes) {
+                found if found.is_known() => format!("{what}: {}", found.describe()),
+                _ => what.to_owned(),
+            })
         }
     }
 

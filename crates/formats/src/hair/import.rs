@@ -1,6 +1,6 @@
 //! Reading `.hair` files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::thickness::diameter;
 use super::{ATTRIBUTES, HEADER_BYTES, f32_at, flag, u32_at};
@@ -8,6 +8,7 @@ use crate::error::{Error, FileName, Result};
 use crate::groom::{
     Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, SinglePoint, UpAxis,
 };
+use crate::groom_scale::Guesses;
 use crate::input::{content_hash, read_file, tool_version};
 use crate::sniff::FileKind;
 use crate::validate::{finite, in_range};
@@ -33,6 +34,51 @@ impl Default for HairImport {
     }
 }
 
+/// A `.hair` file in memory, to be imported in one way or another.
+#[derive(Clone, Debug)]
+pub struct HairFile {
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl HairFile {
+    /// Reads the file at `path`; what it holds is checked by [`HairFile::import`].
+    ///
+    /// # Errors
+    /// `Io`, or `Value` where it is too long; the path is named.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = read_file(path, MAX_FILE_BYTES)?;
+        let path = path.to_owned();
+        Ok(HairFile { path, bytes })
+    }
+
+    /// Makes a groom of it.
+    ///
+    /// # Errors
+    /// As [`Groom::from_hair`], naming the path.
+    pub fn import(&self, options: HairImport) -> Result<Groom> {
+        Groom::from_hair(&self.bytes, options).map_err(|error| error.in_file(&self.path))
+    }
+
+    /// Guesses unit and up axis: see [`Groom::guess_source`].
+    ///
+    /// # Errors
+    /// As [`HairFile::import`].
+    pub fn guess_source(&self) -> Result<Guesses> {
+        // Small enough for the coordinates of a groom, whatever they are in.
+        let small = HairImport {
+            cm_per_unit: 0.01,
+            ..HairImport::default()
+        };
+        Ok(self.import(small)?.guess_source())
+    }
+
+    /// Does it start with `HAIR` in other letters than capitals? It is read all the same.
+    pub fn has_odd_magic(&self) -> bool {
+        !self.bytes.starts_with(b"HAIR")
+    }
+}
+
 /// The arrays of a file, checked against its length.
 struct Layout<'a> {
     n_strands: usize,
@@ -49,8 +95,7 @@ impl Groom {
     /// # Errors
     /// Any of [`Error`], naming the path.
     pub fn read_hair(path: &Path, options: HairImport) -> Result<Self> {
-        let bytes = read_file(path, MAX_FILE_BYTES)?;
-        Groom::from_hair(&bytes, options).map_err(|error| error.in_file(path))
+        HairFile::read(path)?.import(options)
     }
 
     /// Imports a `.hair` file in memory. Memory use is bounded by a small multiple of its length.

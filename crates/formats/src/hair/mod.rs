@@ -40,7 +40,7 @@ mod import;
 mod thickness;
 
 pub(crate) use export::check_original;
-pub use import::HairImport;
+pub use import::{HairFile, HairImport};
 pub use thickness::ThicknessFaults;
 
 /// Bits of the header's flags.
