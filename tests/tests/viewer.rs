@@ -85,6 +85,54 @@ fn a_stroke_ends_before_the_scene_is_saved_or_read_again() {
     assert!(is_painted(&viewer));
 }
 
+#[test]
+fn looking_around_is_no_edit() {
+    let files = files(150, 8);
+    let mut viewer = Viewer::new(&context(), open(&files)).expect("a picture");
+    let own = viewer.prepared().camera;
+    let mut view = own;
+    view.eye.x += 7.5;
+    viewer.set_view(view).expect("a view");
+    assert_eq!(viewer.prepared().camera, view);
+    assert!(viewer.is_view_moved());
+    let session = viewer.session();
+    assert!(!session.is_modified() && !session.can_undo());
+    // Edits, undo and reading again leave it; another device too.
+    viewer
+        .edit("eta", |scene| scene.hair.eta = 1.7)
+        .expect("shown");
+    viewer.undo().expect("shown");
+    viewer.reload().expect("readable");
+    viewer.set_context(&context()).expect("shown");
+    assert_eq!(viewer.prepared().camera, view);
+    viewer.save().expect("written");
+    let saved = open(&files).camera();
+    assert_eq!(saved.position[0], f64::from(own.eye.x));
+    viewer.reset_view();
+    assert_eq!(viewer.prepared().camera, own);
+    assert!(!viewer.is_view_moved());
+
+    // The view becomes the scene's camera when that is asked for, as an edit.
+    viewer.set_view(view).expect("a view");
+    let change = viewer.save_view().expect("shown");
+    assert_eq!(change.names(), ["camera"]);
+    assert!(viewer.session().is_modified() && !viewer.is_view_moved());
+    assert_eq!(viewer.session().undo_label(), Some("Save view"));
+    viewer.save().expect("written");
+    assert_eq!(open(&files).camera().position[0], 7.5);
+    viewer.undo().expect("shown");
+    assert_eq!(viewer.prepared().camera, own);
+    // A key of the camera is looked at.
+    viewer.set_view(view).expect("a view");
+    let fov = [("camera.fov_deg".to_owned(), 20.0.into())];
+    viewer.set(&fov.into_iter().collect()).expect("shown");
+    assert_eq!(viewer.prepared().camera.eye, own.eye);
+    // What no scene could have is refused.
+    view.eye.x = f32::NAN;
+    assert!(viewer.set_view(view).is_err());
+    assert_eq!(viewer.prepared().camera.eye, own.eye);
+}
+
 /// Milliseconds that a stroke takes on the processor, for people to read:
 /// `cargo test -p strandlight-tests --test viewer -- --ignored --nocapture`.
 #[test]

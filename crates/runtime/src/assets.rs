@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 use strandlight_formats::{
-    CameraSection, Domain, Groom, HairSection, LightSet, LightsSection, Mode, Scene, SrbfLight,
-    TableFile, TableReader,
+    Attribute, CameraSection, Domain, Groom, HairSection, LightSet, LightsSection, Mode, Scene,
+    SrbfLight, TableFile, TableReader,
 };
 use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
 use strandlight_scattering::color::{sigma_a_from_melanin, sigma_a_from_reflectance};
@@ -48,6 +48,37 @@ pub struct Assets {
     pub lights: Arc<LightSet>,
     /// Tables of the modes that were asked for.
     pub tables: Arc<SceneTables>,
+    /// The groom's own fibre diameters; `None` where its file has none.
+    pub diameters: Option<Diameters>,
+}
+
+/// Fibre diameters of a groom, cm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Diameters {
+    /// The thinnest.
+    pub min: f32,
+    /// Mean of all values of the file.
+    pub mean: f32,
+    /// The thickest.
+    pub max: f32,
+}
+
+impl Diameters {
+    /// Those that `groom` has, and is drawn with unless the scene has a diameter.
+    pub fn of(groom: &Groom) -> Option<Diameters> {
+        let data = &diameters(groom)?.data;
+        let sum: f64 = data.iter().map(|&x| f64::from(x)).sum();
+        Some(Diameters {
+            min: data.iter().copied().reduce(f32::min)?,
+            mean: (sum / data.len() as f64) as f32,
+            max: data.iter().copied().reduce(f32::max)?,
+        })
+    }
+}
+
+/// The attribute of `groom` that gives its diameters.
+fn diameters(groom: &Groom) -> Option<&Attribute> {
+    groom.attribute("diameter").filter(|a| a.components == 1)
 }
 
 /// Which modes may be drawn.
@@ -74,6 +105,7 @@ impl Assets {
             .lights(&scene.lights_path())
             .map_err(|error| named("lights.file", &error))?;
         let assets = Assets {
+            diameters: Diameters::of(&groom),
             groom: Arc::new(groom),
             lights: Arc::new(lights),
             tables: Arc::new(tables(scene, files, modes)?),
@@ -92,6 +124,7 @@ impl Assets {
         if after.groom_path() != before.groom_path() {
             let groom = files.groom(&after.groom_path());
             let groom = groom.map_err(|error| SceneError::File(format!("groom.file: {error}")))?;
+            assets.diameters = Diameters::of(&groom);
             assets.groom = Arc::new(groom);
         }
         if after.lights_path() != before.lights_path() {
@@ -127,7 +160,7 @@ impl Assets {
         let fallback = hair.diameter_cm.unwrap_or(HairSection::DEFAULT_DIAMETER_CM) as f32;
         let attribute = match hair.diameter_cm {
             Some(_) => None,
-            None => groom.attribute("diameter").filter(|a| a.components == 1),
+            None => diameters(groom),
         };
         let diameter = |strand: usize, point: usize| match attribute {
             Some(a) => {

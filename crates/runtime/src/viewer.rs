@@ -9,6 +9,7 @@ use std::time::Duration;
 use serde_json::{Map, Value};
 use strandlight_formats::Scene;
 
+use crate::Camera;
 use crate::assets::{camera, densities, hair_params, modes};
 use crate::edit::check_round;
 use crate::error::{RenderError, SceneError};
@@ -20,7 +21,7 @@ use crate::proxy::Proxy;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::render::{check_frame, whole_passes};
 use crate::scene::PreparedScene;
-use crate::session::{Change, Saved, Session};
+use crate::session::{Change, Saved, Session, section_of};
 
 /// A scene that is open, and drawn.
 pub struct Viewer {
@@ -29,6 +30,8 @@ pub struct Viewer {
     live: Live,
     /// Size of the window, in place of the scene's.
     window: Option<[u32; 2]>,
+    /// Where somebody looks from, in place of the scene's camera.
+    view: Option<Camera>,
     /// Seconds since the start of the motion.
     time: f64,
     motion: Option<Motion>,
@@ -60,6 +63,7 @@ impl Viewer {
             context: context.clone(),
             session,
             window: None,
+            view: None,
             time: 0.0,
             changes: Change::everything(),
             picker: None,
@@ -110,6 +114,52 @@ impl Viewer {
         self.release()?;
         let change = self.session.set(values)?;
         self.show_edit(change)
+    }
+
+    /// Looks from elsewhere. That is no edit: the scene keeps its camera until
+    /// [`Viewer::save_view`], and looks from there again whenever that is changed.
+    ///
+    /// # Errors
+    /// A camera that no scene could have; nothing is changed then.
+    pub fn set_view(&mut self, view: Camera) -> Result<(), RenderError> {
+        let mut scene = self.session.scene().clone();
+        scene.camera = Some(section_of(&view));
+        let valid = scene.validate();
+        valid.map_err(|error| SceneError::File(error.to_string()))?;
+        self.view = Some(view);
+        self.live.set_camera(view);
+        Ok(())
+    }
+
+    /// Looks from the scene's camera again.
+    pub fn reset_view(&mut self) {
+        self.view = None;
+        let camera = self.scene_camera();
+        self.live.set_camera(camera);
+    }
+
+    /// Is the picture seen from elsewhere than the scene has it?
+    pub fn is_view_moved(&self) -> bool {
+        self.view.is_some() && self.live.scene().camera != self.scene_camera()
+    }
+
+    /// Makes the view the scene's camera: an edit.
+    ///
+    /// # Errors
+    /// As [`Viewer::edit`].
+    pub fn save_view(&mut self) -> Result<Change, RenderError> {
+        let section = section_of(&self.live.scene().camera);
+        self.commit();
+        let change = self.edit("Save view", |scene| scene.camera = Some(section))?;
+        self.commit();
+        self.view = None;
+        Ok(change)
+    }
+
+    fn scene_camera(&self) -> Camera {
+        let strands = &self.live.scene().strands;
+        let section = self.session.scene().camera.as_ref();
+        camera(section, strands.centre, strands.radius)
     }
 
     /// See [`Session::commit`].
@@ -229,6 +279,11 @@ impl Viewer {
         self.window.unwrap_or(self.session.scene().render.size)
     }
 
+    /// See [`Session::keep_mine`].
+    pub fn keep_mine(&mut self) {
+        self.session.keep_mine();
+    }
+
     /// See [`Session::save`]. A stroke that is being made ends first.
     ///
     /// # Errors
@@ -248,13 +303,15 @@ impl Viewer {
     }
 
     /// Reads all files again: see [`Session::reload`]. A stroke that is being made ends first, and
-    /// can be brought back by undoing.
+    /// can be brought back by undoing. The view stays unless the scene has another camera now.
     ///
     /// # Errors
     /// As there, or what cannot be drawn; the document stays as it was then.
     pub fn reload(&mut self) -> Result<Change, RenderError> {
         self.release()?;
-        let change = self.session.reload()?;
+        let camera = self.session.scene().camera.clone();
+        let mut change = self.session.reload()?;
+        change.camera = camera != self.session.scene().camera;
         self.show_edit(change)
     }
 
@@ -366,6 +423,9 @@ impl Viewer {
         if change.geometry || change.diameter || change.motion {
             self.picker = None;
         }
+        if change.camera {
+            self.view = None;
+        }
         let has_motion = self.motion.is_some();
         if change.geometry
             || change.tables
@@ -425,6 +485,9 @@ impl Viewer {
         self.picker = None;
         self.live = live_of(&self.context, &self.session)?;
         self.motion = Motion::new(self.session.scene(), self.session.files());
+        if let Some(view) = self.view {
+            self.live.set_camera(view);
+        }
         self.move_hair()?;
         if let Some(size) = self.window {
             self.live.set_size(size)?;

@@ -386,7 +386,9 @@ impl Towards {
 
 /// A camera as a scene file has it.
 pub fn section_of(camera: &crate::camera::Camera) -> CameraSection {
-    let vector = |v: glam::Vec3| v.to_array().map(f64::from);
+    // Through the shortest decimal of the f32, so that files read well.
+    let plain = |x: f32| x.to_string().parse().unwrap_or(f64::from(x));
+    let vector = |v: glam::Vec3| v.to_array().map(plain);
     CameraSection {
         position: vector(camera.eye),
         target: vector(camera.target),

@@ -65,6 +65,78 @@ impl Session {
         self.on_disk.written.iter().any(changed)
     }
 
+    /// A file that [`Session::save`] would replace although somebody else has written it since it
+    /// was read or saved.
+    pub fn conflict(&self) -> Option<&Path> {
+        let groom = match self.is_repainted() {
+            true => Some(self.groom_to_write(&self.path)),
+            false => None,
+        };
+        let is_to_write = |path: &Path| path == self.path || groom.as_deref() == Some(path);
+        let mut written = self.on_disk.written.iter();
+        let found = written.find(|(path, time)| {
+            let now = self.files.modified(path);
+            is_to_write(path) && now.is_some() && now != *time
+        });
+        found.map(|(path, _)| path.as_path())
+    }
+
+    /// What others have written is not wanted: saving replaces it.
+    pub fn keep_mine(&mut self) {
+        for (path, time) in &mut self.on_disk.written {
+            *time = self.files.modified(path);
+        }
+    }
+
+    /// Would [`Session::save_as`] replace a file that is not the document's own scene?
+    pub fn replaces_other(&self, path: &Path) -> bool {
+        self.files.exists(path) && !is_same(path, &self.path)
+    }
+
+    /// `path` as the scene names it: relative, so that scene and files can be moved together.
+    pub fn path_in_scene(&self, path: &Path) -> PathBuf {
+        match path.strip_prefix(&self.scene.folder) {
+            Ok(below) => below.to_owned(),
+            Err(_) => path_from(&self.scene.folder, path, Path::new("")),
+        }
+    }
+
+    /// Was the groom painted since it was read or written?
+    fn is_repainted(&self) -> bool {
+        self.held.paint_state != self.on_disk.paint_state
+    }
+
+    /// Could [`Session::save_as`] write to `path`?
+    ///
+    /// # Errors
+    /// A folder, no folder to write in, or a file that the scene is made of.
+    pub fn check_target(&self, path: &Path) -> Result<(), SceneError> {
+        self.check_no_source(path)?;
+        self.files.check_writable(path).map_err(told)
+    }
+
+    /// A scene is not written over a file that it is made of.
+    fn check_no_source(&self, path: &Path) -> Result<(), SceneError> {
+        let scene = &self.scene;
+        let named = [
+            ("groom", Some(scene.groom_path())),
+            ("light set", Some(scene.lights_path())),
+            ("tables", scene.tables_path()),
+        ];
+        let frames = scene.frame_paths().into_iter();
+        let frames = frames.map(|frame| ("groom of a frame", Some(frame)));
+        for (what, file) in named.into_iter().chain(frames) {
+            if file.is_some_and(|file| is_same(&file, path)) {
+                return Err(SceneError::File(format!(
+                    "{}: is the {what} of this scene; choose another name, such as {}",
+                    path.display(),
+                    path.with_extension("toml").display()
+                )));
+            }
+        }
+        Ok(())
+    }
+
     /// Writes the document to the files it was read from. Painted hair goes to a groom file that
     /// an earlier save has made, or else to a new one: see [`Session::save_as`].
     ///
@@ -96,13 +168,12 @@ impl Session {
     }
 
     fn save_to(&mut self, path: &Path, groom: Option<&Path>) -> Result<Saved, SceneError> {
-        self.files.check_writable(path).map_err(told)?;
+        self.check_target(path)?;
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
         let mut scene = self.scene.clone();
         move_to(&mut scene, &folder);
         let mut saved = Saved::default();
-        let is_painted = self.held.paint_state != self.on_disk.paint_state;
-        if is_painted || groom.is_some() {
+        if self.is_repainted() || groom.is_some() {
             let to = groom.map_or_else(|| self.groom_to_write(path), Path::to_owned);
             // Asked before anything is written, so that not one of two files is.
             scene.groom.file = match to.strip_prefix(&folder) {
@@ -229,6 +300,11 @@ fn path_from(folder: &Path, target: &Path, given: &Path) -> PathBuf {
         .map(|_| Component::ParentDir);
     let down = target.components().skip(shared);
     up.chain(down).collect()
+}
+
+/// Do both paths lead to the same file?
+fn is_same(a: &Path, b: &Path) -> bool {
+    a == b || whole(a).is_some_and(|whole_a| Some(whole_a) == whole(b))
 }
 
 /// The path from the root, links resolved as far as there are files; `None` where there is no such

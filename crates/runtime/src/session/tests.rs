@@ -335,6 +335,37 @@ fn another_groom_comes_and_goes_with_its_step() {
 }
 
 #[test]
+fn the_diameters_of_the_groom_are_known() {
+    use crate::assets::Diameters;
+    use strandlight_formats::{Attribute, Domain};
+
+    let files = files();
+    let mut session = session();
+    assert_eq!(session.assets().diameters, None, "the file has none");
+    let path = Path::new("/s/taller.groom");
+    let mut taller = files.groom(path).expect("readable");
+    taller.attributes.push(Attribute {
+        name: "diameter".to_owned(),
+        domain: Domain::Point,
+        components: 1,
+        data: vec![0.04, 0.01, 0.04, 0.03],
+    });
+    let bytes = taller.to_bytes().expect("valid");
+    session.files().write(path, &bytes).expect("written");
+    edit(&mut session, "groom", |s| {
+        s.groom.file = "taller.groom".into()
+    });
+    let own = Diameters {
+        min: 0.01,
+        mean: 0.03,
+        max: 0.04,
+    };
+    assert_eq!(session.assets().diameters, Some(own));
+    session.undo();
+    assert_eq!(session.assets().diameters, None);
+}
+
+#[test]
 fn saving_and_reopening_gives_the_same_document() {
     let mut session = session();
     edit(&mut session, "all", |s| {
@@ -407,6 +438,53 @@ fn a_scene_saved_elsewhere_names_the_same_files() {
     session.undo();
     session.undo();
     assert_eq!(session.scene().hair.eta, 1.55);
+}
+
+#[test]
+fn what_others_wrote_is_known_before_it_is_replaced() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    let scene = SCENE.replace("../b", "b");
+    std::fs::write(at("a.toml"), &scene).expect("written");
+    std::fs::write(at("other.toml"), &scene).expect("written");
+    std::fs::write(at("a.groom"), groom(1.0)).expect("written");
+    std::fs::write(at("b.lights"), lights()).expect("written");
+    let mut session = Session::open(&at("a.toml")).expect("readable");
+    edit(&mut session, "eta", |s| s.hair.eta = 1.7);
+    // Another scene is another's; the own one, by whatever way, and a new name are not.
+    assert!(session.replaces_other(&at("other.toml")));
+    assert!(!session.replaces_other(&at("new.toml")));
+    assert!(!session.replaces_other(&at("a.toml")));
+    assert!(!session.replaces_other(&folder.path().join(".").join("a.toml")));
+    // A scene is never written over what it is made of.
+    for (name, needle) in [("a.groom", "groom"), ("b.lights", "light set")] {
+        let before = std::fs::read(at(name)).expect("read");
+        let error = session.save_as(&at(name)).expect_err(name).to_string();
+        assert!(error.contains(name) && error.contains(needle), "{error}");
+        assert_eq!(std::fs::read(at(name)).expect("read"), before);
+    }
+    // Files beside or below the scene are named from there.
+    assert_eq!(session.path_in_scene(&at("c.groom")), Path::new("c.groom"));
+    let above = folder.path().with_file_name("c.groom");
+    assert_eq!(session.path_in_scene(&above), Path::new("../c.groom"));
+
+    let touch = |name: &str, seconds: u64| {
+        let file = std::fs::File::options().write(true).open(at(name));
+        let later = std::time::SystemTime::now() + std::time::Duration::from_secs(seconds);
+        file.expect("opened").set_modified(later).expect("set");
+    };
+    assert_eq!(session.conflict(), None);
+    touch("b.lights", 5);
+    assert!(session.is_changed_on_disk());
+    assert_eq!(session.conflict(), None, "saving does not write the lights");
+    touch("a.toml", 5);
+    assert_eq!(session.conflict(), Some(&*at("a.toml")));
+    session.keep_mine();
+    assert_eq!(session.conflict(), None);
+    touch("a.toml", 9);
+    assert!(session.conflict().is_some(), "written once more");
+    session.save().expect("written");
+    assert_eq!(session.conflict(), None);
 }
 
 fn dyed(points: std::ops::Range<u32>, before: &Paint) -> Stroke {
