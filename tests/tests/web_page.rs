@@ -80,9 +80,10 @@ fn a_page_shows_the_scene_and_follows_the_mouse() {
         "{difference} levels from the native picture"
     );
 
-    // Orbiting by the mouse shows other hair; undo brings back what was.
+    // Orbiting by the mouse shows other hair; undo of the saved view brings back what was.
     let centre = [(x + width / 2) as f64, (y + height / 2) as f64];
     browser.drag(centre, [centre[0] + 120.0, centre[1] + 40.0]);
+    browser.key('v');
     browser.wait_for(&is_done(false));
     let turned = look(&mut browser, "web-turned").part(extent);
     let difference = turned.difference(&of_page);

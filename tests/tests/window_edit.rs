@@ -5,38 +5,191 @@ mod window_common;
 use window_common::{Desktop, SAME, SmallScene, View};
 
 #[test]
-fn the_camera_follows_the_mouse_and_undo_brings_it_back() {
+fn looking_around_is_no_edit_until_the_view_is_saved() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let mut view = View::open(&desktop, &scene.path, &[]);
     let start = view.picture();
     assert!(start.contrast() > 10.0, "the picture shows nothing");
     let middle = view.middle("View");
 
-    let before = view.count("edit");
-    view.after("edit", |view| view.drag(1, middle, [60, 20]));
-    assert!(view.count("edit") > before);
+    view.after("view", |view| view.drag(1, middle, [60, 20]));
     let orbited = view.picture();
     orbited.assert_different(&start);
-    // One step for the whole drag.
-    view.after("undo", |view| view.key("ctrl+z"));
-    view.picture().assert_same(&start);
-    assert!(!view.title().contains('*'), "{}", view.title());
-    view.after("redo", |view| view.key("ctrl+y"));
-    view.picture().assert_same(&orbited);
-
-    view.after("edit", |view| view.drag(2, middle, [50, -30]));
+    view.after("view", |view| view.drag(2, middle, [50, -30]));
     let panned = view.picture();
     panned.assert_different(&orbited);
-    view.after("edit", |view| {
+    view.after("view", |view| {
         view.move_to(middle);
         view.tool("xdotool", &["click", "4"]);
     });
     let near = view.picture();
     near.assert_different(&panned);
-    view.after("edit", |view| view.key("f"));
+    view.after("view", |view| view.key("f"));
     view.picture().assert_different(&near);
-    view.after("edit", |view| view.key("Home"));
+    assert!(!view.title().contains('*'), "{}", view.title());
+    assert_eq!([view.count("edit"), view.count("undo")], [0, 0]);
+
+    // Undo takes edits back and leaves the view.
+    view.after("edit", |view| view.type_number("Absorption red", "6"));
+    view.after("view", |view| view.drag(1, middle, [-50, 10]));
+    view.after("undo", |view| view.key("ctrl+z"));
+    let turned = view.picture();
+    turned.assert_different(&start);
+    assert!(!view.title().contains('*'), "{}", view.title());
+    view.after("view", |view| view.key("Home"));
     view.picture().assert_same(&start);
+
+    // Saving the scene keeps its camera, saving the view changes it.
+    view.after("view", |view| view.drag(1, middle, [60, 20]));
+    view.after("edit", |view| view.type_number("Index eta", "1.6"));
+    let before = view.count("saved");
+    view.key("ctrl+s");
+    view.wait_for_next("saved", before);
+    assert_eq!(scene.read().camera, None);
+    let kept = view.picture();
+    view.after("edit", |view| view.key("v"));
+    assert!(view.title().contains('*'), "{}", view.title());
+    let before = view.count("saved");
+    view.key("ctrl+s");
+    view.wait_for_next("saved", before);
+    assert!(scene.read().camera.is_some());
+    view.after("view", |view| view.drag(1, middle, [-80, 0]));
+    view.close();
+    View::open(&desktop, &scene.path, &[])
+        .picture()
+        .assert_same(&kept);
+}
+
+#[test]
+fn the_groom_keeps_its_own_widths_until_they_are_overridden() {
+    use strandlight_formats::{Attribute, Domain, Groom};
+
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let path = scene.read().groom_path();
+    let mut groom = Groom::read(&path).expect("a groom");
+    groom
+        .attributes
+        .retain(|attribute| attribute.name != "diameter");
+    groom.attributes.push(Attribute {
+        name: "diameter".to_owned(),
+        domain: Domain::Groom,
+        components: 1,
+        data: vec![0.0401],
+    });
+    groom.write(&path).expect("written");
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    let start = view.picture();
+    assert!(!view.has_place("Diameter slider"), "nothing to nudge");
+    // Overriding begins with what is drawn.
+    view.after("edit", |view| view.click(view.middle("Diameter override")));
+    view.picture().assert_same(&start);
+    let slider = view.middle("Diameter slider");
+    view.after("edit", |view| view.drag(1, slider, [-20, 0]));
+    assert!(view.picture().difference(&start) > 2.0 * SAME);
+    view.after("edit", |view| view.type_number("Diameter", "80"));
+    let thin = view.picture();
+    thin.assert_different(&start);
+    view.key("ctrl+s");
+    view.wait_for_next("saved", 0);
+    assert_eq!(scene.read().hair.diameter_cm, Some(0.008));
+    // Reset gives the groom's own back, and the key is gone.
+    view.after("edit", |view| {
+        let [_, top, right, bottom] = view.place("Diameter number");
+        view.click([right + 16, (top + bottom) / 2]);
+    });
+    view.picture().assert_same(&start);
+    view.key("ctrl+s");
+    view.wait_for_next("saved", 1);
+    assert_eq!(scene.read().hair.diameter_cm, None);
+}
+
+#[test]
+fn another_scene_is_replaced_only_after_a_question() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let other = scene.folder.path().join("other.toml");
+    std::fs::write(&other, SmallScene::text("eta = 1.4")).expect("it can be written");
+    let theirs = std::fs::read(&other).expect("it is there");
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    view.after("edit", |view| view.type_number("Index eta", "1.8"));
+    view.asked("save as", |view| view.key("ctrl+shift+s"));
+    view.asked("replace", |view| view.type_path(&other));
+    assert_eq!(std::fs::read(&other).expect("it is there"), theirs);
+    // Cancel goes back to the path that was typed: entering it asks the same again.
+    view.click(view.middle("Cancel button"));
+    view.asked("replace", |view| view.key("Return"));
+    assert_eq!(std::fs::read(&other).expect("it is there"), theirs);
+    view.click(view.middle("Replace button"));
+    view.wait_for_next("saved", 0);
+    let saved = strandlight_formats::Scene::read(&other).expect("a scene");
+    assert_eq!(saved.hair.eta, 1.8);
+
+    // What cannot be written keeps the path too, and says why.
+    view.asked("save as", |view| view.key("ctrl+shift+s"));
+    let nowhere = scene.folder.path().join("no-folder").join("a.toml");
+    view.asked("save as", |view| view.type_path(&nowhere));
+    view.asked("save as", |view| view.key("Return"));
+    let events = view.events();
+    let errors: Vec<_> = events.iter().filter(|e| e["event"] == "error").collect();
+    assert_eq!(errors.len(), 2, "{errors:?}");
+    assert!(errors[1]["message"].to_string().contains("no-folder"));
+    // Nor is a scene written over its own groom.
+    let groom = scene.folder.path().join("small.groom");
+    let hair = std::fs::read(&groom).expect("it is there");
+    view.asked("save as", |view| view.type_path(&groom));
+    assert_eq!(std::fs::read(&groom).expect("it is there"), hair);
+    view.key("Escape");
+    // The own scene is saved by one key.
+    view.after("edit", |view| view.type_number("Index eta", "1.7"));
+    let questions = view.count("question");
+    view.key("ctrl+s");
+    view.wait_for_next("saved", 1);
+    assert_eq!(view.count("question"), questions);
+}
+
+#[test]
+fn what_comes_in_one_slow_frame_is_not_lost() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    let start = view.without_mouse();
+    let [left, top, right, bottom] = view.place("View");
+    let [x, y] = [(left + right) / 2, (top + bottom) / 2];
+    let swipe = |view: &View, to: [[i32; 2]; 2]| {
+        view.move_to([x, y]);
+        view.in_one_frame(|view| {
+            view.tool("xdotool", &["mousedown", "1"]);
+            for place in to {
+                view.move_to(place);
+            }
+            view.tool("xdotool", &["mouseup", "1"]);
+        });
+    };
+    view.after("view", |view| swipe(view, [[x + 40, y], [x + 80, y + 20]]));
+    view.without_mouse().assert_different(&start);
+    view.after("view", |view| view.key("Home"));
+    // A stroke goes through every place: there and back again, it would else end where it began.
+    view.key("b");
+    view.move_to([x, y]);
+    view.after("stroke", |view| swipe(view, [[x - 90, y], [x, y]]));
+    let painted = view.without_mouse();
+    assert!(
+        painted.difference(&start) > 1.2 * SAME,
+        "{}",
+        painted.difference(&start)
+    );
+    view.key("b");
+    for eta in ["1.6", "1.7", "1.8"] {
+        view.after("edit", |view| view.type_number("Index eta", eta));
+    }
+    // Every key press counts, in order.
+    view.after("undo", |view| {
+        view.in_one_frame(|view| {
+            for key in ["ctrl+z", "ctrl+z", "ctrl+s", "ctrl+z"] {
+                view.tool("xdotool", &["key", key]);
+            }
+        });
+    });
+    assert_eq!([view.count("undo"), view.count("saved")], [3, 1]);
+    assert_eq!(scene.read().hair.eta, 1.6);
 }
 
 #[test]

@@ -4,7 +4,7 @@ mod window_common;
 
 use std::time::Duration;
 
-use strandlight_tests::{assert_refused, strandview};
+use strandlight_tests::{assert_done, assert_refused, strandlight, strandview};
 use window_common::{Desktop, SmallScene, View};
 
 #[test]
@@ -59,6 +59,123 @@ fn a_scene_that_changes_on_disk_is_shown_and_a_broken_one_is_not() {
     assert_eq!(view.count("reloaded"), mine);
     view.after("reloaded", |view| view.key("ctrl+r"));
     view.picture().assert_same(&start);
+}
+
+#[test]
+fn a_finished_picture_is_left_alone() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    let start = view.without_mouse();
+    view.settle();
+    view.assert_at_rest("opened");
+    // After an edit, with the mouse and a brush over the hair.
+    view.after("edit", |view| view.type_number("Absorption red", "6"));
+    view.key("b");
+    view.move_to(view.middle("View"));
+    view.assert_at_rest("painting");
+    view.key("b");
+    view.window("windowunmap");
+    view.assert_at_rest("unmapped");
+    // A scene that changes meanwhile is refined to the end by itself, seen or not.
+    view.window("windowmap");
+    view.window("windowfocus");
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.without_mouse().assert_same(&start);
+    let long = SmallScene::text("").replace("samples = 8", "samples = 64");
+    view.after("reloaded", |_| {
+        std::fs::write(&scene.path, long).expect("it can be written");
+    });
+    assert!(view.title().ends_with("64/64"), "{}", view.title());
+    view.move_to([2, 2]);
+    view.assert_at_rest("refined");
+}
+
+#[test]
+fn unsaved_edits_and_changes_on_disk_are_both_kept_until_somebody_decides() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    view.after("edit", |view| view.type_number("Index eta", "1.9"));
+    let theirs = SmallScene::text("eta = 1.45");
+    std::fs::write(&scene.path, &theirs).expect("it can be written");
+    let on_disk = || std::fs::read_to_string(&scene.path).expect("it is there");
+    // Saving at the end does not write over what nobody has looked at.
+    view.asked("unsaved", |view| view.key("ctrl+q"));
+    view.asked("overwrite", |view| {
+        view.click(view.middle("Save and close button"));
+    });
+    assert_eq!(on_disk(), theirs);
+    view.answer("Cancel");
+    assert!(view.is_running());
+    assert_eq!((view.count("saved"), on_disk()), (0, theirs));
+    view.asked("overwrite", |view| view.key("ctrl+s"));
+    view.click(view.middle("Overwrite button"));
+    view.wait_for_next("saved", 0);
+    assert_eq!(scene.read().hair.eta, 1.9);
+    // Once decided, it is not asked again.
+    view.after("edit", |view| view.type_number("Index eta", "1.8"));
+    std::fs::write(&scene.path, SmallScene::text("")).expect("it can be written");
+    view.wait_for("the notice", |events| {
+        let places = events.iter().rev().find(|line| line["event"] == "places");
+        places.is_some_and(|places| !places["places"]["Keep mine button"].is_null())
+    });
+    view.click(view.middle("Keep mine button"));
+    let questions = view.count("question");
+    view.key("ctrl+s");
+    view.wait_for_next("saved", 1);
+    assert_eq!(view.count("question"), questions);
+    assert_eq!(scene.read().hair.eta, 1.8);
+    view.close();
+}
+
+#[test]
+fn dropped_files_are_opened_swapped_or_refused_by_name() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let at = |name: &str| scene.folder.path().join(name);
+    let dark = SmallScene::text("sigma_a = [6.0, 6.0, 6.0]");
+    std::fs::write(at("dark.toml"), dark).expect("it can be written");
+    std::fs::write(at("broken.toml"), "version = 1\n[groom\n").expect("it can be written");
+    std::fs::write(at("notes.txt"), "hair").expect("it can be written");
+    let mut groom = strandlight();
+    groom.args(["groom", "generate", "--style", "bob", "--strands", "200"]);
+    groom.args(["--points-per-strand", "6", "-o"]);
+    assert_done(groom.arg(at("bob.groom")));
+
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    let start = view.without_mouse();
+    for (name, needle) in [("notes.txt", "notes.txt"), ("broken.toml", "broken.toml")] {
+        let errors = view.count("error");
+        view.drop_files(&[&at(name)]);
+        view.wait_for_next("error", errors);
+        let events = view.events();
+        let error = events.iter().rev().find(|line| line["event"] == "error");
+        let message = error.map(|line| line["message"].to_string());
+        assert!(
+            message.is_some_and(|text| text.contains(needle)),
+            "{error:?}"
+        );
+    }
+    assert!(view.title().contains("small.toml"), "{}", view.title());
+
+    // Another groom under the same look is an edit.
+    view.after("edit", |view| view.drop_files(&[&at("bob.groom")]));
+    let bob = view.without_mouse();
+    bob.assert_different(&start);
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.without_mouse().assert_same(&start);
+    view.after("redo", |view| view.key("ctrl+y"));
+
+    // Another scene is opened, not before it is clear what becomes of the edits here.
+    view.asked("unsaved", |view| view.drop_files(&[&at("dark.toml")]));
+    view.answer("Cancel");
+    view.without_mouse().assert_same(&bob);
+    view.asked("unsaved", |view| view.drop_files(&[&at("dark.toml")]));
+    view.after("opened", |view| view.answer("Don't save"));
+    assert!(view.title().contains("dark.toml - "), "{}", view.title());
+    let dark = view.without_mouse();
+    dark.assert_different(&bob);
+    view.after("opened", |view| view.drop_files(&[&scene.path]));
+    view.without_mouse().assert_same(&start);
+    assert_eq!(scene.read().groom.file.to_str(), Some("small.groom"));
 }
 
 #[test]

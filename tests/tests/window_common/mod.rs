@@ -4,6 +4,8 @@
 //! These tests fail where a tool is missing: `tests/run` installs them.
 #![allow(dead_code, reason = "each test file uses some of it")]
 
+mod drop;
+
 use std::fmt::Write;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -17,8 +19,8 @@ use strandlight_tests::{assert_done, project_root, strandlight, strandview};
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Events of the log after which a new picture is made.
-const CHANGES: [&str; 7] = [
-    "stroke", "edit", "undo", "redo", "reloaded", "resized", "lost",
+const CHANGES: [&str; 9] = [
+    "stroke", "edit", "view", "undo", "redo", "reloaded", "opened", "resized", "lost",
 ];
 
 /// Pictures of the same scene differ by no more: root mean square, 0..=255.
@@ -265,6 +267,13 @@ impl<'a> View<'a> {
         }
     }
 
+    /// Is the control on screen?
+    pub fn has_place(&self, name: &str) -> bool {
+        let events = self.events();
+        let places = events.iter().rev().find(|line| line["event"] == "places");
+        places.is_some_and(|places| !places["places"][name].is_null())
+    }
+
     /// The middle of a control.
     pub fn middle(&self, name: &str) -> [i32; 2] {
         let [left, top, right, bottom] = self.place(name);
@@ -292,11 +301,12 @@ impl<'a> View<'a> {
         self.tool("xdotool", &["mousedown", &button]);
         pause();
         for step in 1..=4 {
-            let edits = self.count("edit");
+            let moves = |view: &Self| view.count("edit") + view.count("view");
+            let before = moves(self);
             self.move_to([from[0] + by[0] * step / 4, from[1] + by[1] * step / 4]);
             // The first few pixels may be no drag yet, and strokes are no edits until they end.
             let start = Instant::now();
-            while self.count("edit") == edits && start.elapsed() < Duration::from_millis(700) {
+            while moves(self) == before && start.elapsed() < Duration::from_millis(700) {
                 pause();
             }
         }
@@ -336,6 +346,105 @@ impl<'a> View<'a> {
             assert!(start.elapsed() < PATIENCE, "{name} looks as before");
             pause();
         }
+    }
+
+    /// Does something of which the window hears all at once, as it does after a slow frame.
+    pub fn in_one_frame(&self, act: impl FnOnce(&Self)) {
+        let pid = self.child.id().to_string();
+        self.tool("kill", &["-STOP", &pid]);
+        act(self);
+        self.tool("kill", &["-CONT", &pid]);
+    }
+
+    /// Seconds of processor time that the program has used.
+    pub fn processor_seconds(&self) -> f64 {
+        let path = format!("/proc/{}/stat", self.child.id());
+        let stat = std::fs::read_to_string(path).expect("it runs");
+        // After the name, which may hold blanks: the 12th and 13th field.
+        let rest = stat.rsplit(')').next().unwrap_or_default();
+        let ticks = rest.split_whitespace().skip(11).take(2);
+        let ticks: u64 = ticks
+            .map(|field| field.parse::<u64>().expect("ticks"))
+            .sum();
+        // USER_HZ is 100 on every Linux.
+        ticks as f64 / 100.0
+    }
+
+    /// Asserts that the window makes no frame and uses no processor while nobody does anything.
+    pub fn assert_at_rest(&self, what: &str) {
+        // The last frames that were asked for may take a while on a busy machine.
+        let start = Instant::now();
+        let mut frames = usize::MAX;
+        while frames != self.count("drawn") {
+            assert!(start.elapsed() < PATIENCE, "{what}: it never rests");
+            frames = self.count("drawn");
+            std::thread::sleep(Duration::from_secs(3));
+        }
+        let before = (self.count("drawn"), self.processor_seconds());
+        std::thread::sleep(Duration::from_secs(5));
+        let frames = self.count("drawn") - before.0;
+        let seconds = self.processor_seconds() - before.1;
+        println!("{what}: {frames} frames, {seconds:.2} s of the processor in 5 s");
+        assert_eq!(frames, 0, "{what}: frames that nobody asked for");
+        // A spinning window takes seconds; looking at the scene's files once a second nothing.
+        assert!(seconds < 0.25, "{what}: {seconds} s of the processor");
+    }
+
+    /// Drags files over the window and drops them there.
+    pub fn drop_files(&self, files: &[&Path]) {
+        let window = self.window.parse().expect("X's number");
+        drop::files(&self.desktop.display, window, files);
+    }
+
+    /// Waits until the log has `event` more often than `before`.
+    pub fn wait_for_next(&mut self, event: &str, before: usize) {
+        self.wait_for(event, |events| {
+            events.iter().filter(|line| line["event"] == event).count() > before
+        });
+    }
+
+    /// Does something after which the window asks `question`, and waits until it is drawn.
+    pub fn asked(&mut self, question: &str, act: impl FnOnce(&mut Self)) {
+        let before = self.count("question");
+        act(self);
+        self.wait_for_next("question", before);
+        let events = self.events();
+        let at = events.iter().rposition(|line| line["event"] == "question");
+        assert_eq!(events[at.expect("there")]["name"], question);
+        // The frame that asked may not show it yet.
+        self.wait_for("the question on screen", |events| {
+            let rest = events.iter().rev();
+            let since = rest.take_while(|line| line["event"] != "question");
+            since.filter(|line| line["event"] == "drawn").count() >= 2
+        });
+        pause();
+    }
+
+    /// Clicks a button of a question and waits until the question is gone.
+    pub fn answer(&mut self, button: &str) {
+        let place = format!("{button} button");
+        self.click(self.middle(&place));
+        self.wait_for("the end of the question", |events| {
+            let at = events.iter().rposition(|line| line["event"] == "places");
+            let rest = at.map_or(&[][..], |at| &events[at..]);
+            let is_gone = |line: &Value| line["places"][&place].is_null();
+            rest.first().is_some_and(is_gone) && rest.iter().any(|line| line["event"] == "drawn")
+        });
+    }
+
+    /// Types a path over the one in the field, and enters it.
+    pub fn type_path(&self, path: &Path) {
+        self.key("ctrl+a");
+        self.tool(
+            "xdotool",
+            &["type", "--delay", "20", &path.to_string_lossy()],
+        );
+        pause();
+        self.key("Return");
+    }
+
+    pub fn window(&self, verb: &str) {
+        self.tool("xdotool", &[verb, "--sync", &self.window]);
     }
 
     pub fn resize(&self, width: u32, height: u32) {

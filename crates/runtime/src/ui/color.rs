@@ -50,7 +50,7 @@ impl<'a> ColorField<'a> {
             swatch(ui, self.name, rgb, changes);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let to = self.default.map(|x| x.to_string()).join(", ");
-                if reset(ui, *rgb != self.default, &to) {
+                if reset(ui, (*rgb != self.default).then_some(&to)) {
                     *rgb = self.default;
                     changes.note(self.name);
                 }

@@ -1,18 +1,23 @@
 //! What the window does when it is asked: edits, strokes, steps back, files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use web_time::Instant;
 
+use super::document::Document;
+use super::dropped::{Dropped, kind_of};
 use super::keys::Command;
-use super::layout::Asked;
+use super::layout::{Asked, UiState};
 use super::panel::motion::end_of;
 use super::pick;
-use super::view::{self, Seen};
+use super::questions::{Answer, Question, Then, name_of};
+use super::view::Seen;
 use super::workspace::Workspace;
 use crate::Camera;
 use crate::paint::Picker;
+use crate::session::Session;
+use crate::viewer::Viewer;
 
 impl Workspace {
     /// Does what a frame asked for. Answers whether somebody is moving something.
@@ -31,27 +36,26 @@ impl Workspace {
         if asked.changes.is_complete {
             self.viewer.commit();
         }
+        let is_moved = asked.view.is_some();
+        if let Some(view) = asked.view {
+            self.look(view);
+        }
         for command in asked.commands {
             self.run(command);
         }
-        if let Some(path) = asked.save_to {
-            self.save(Some(&path));
+        if let Some(answer) = asked.answer {
+            self.answer(answer);
         }
         if let Some(place) = asked.seen.clicked.filter(|_| self.state.lights.is_picking) {
             self.pick(place);
         }
-        self.paint(asked.seen);
+        self.paint(&asked.seen);
         self.move_clock();
         if let Some(place) = asked.seen.clicked_twice {
             self.look_at(place);
         }
-        match asked.close {
-            Some(true) => self.is_open = !self.save(None),
-            Some(false) => self.is_open = false,
-            None => {}
-        }
         self.resize_picture(asked.seen.size);
-        is_changed || asked.seen.is_dragged
+        is_changed || is_moved || asked.seen.is_dragged
     }
 
     /// Tells the log where controls are, when that is not where they were.
@@ -77,8 +81,11 @@ impl Workspace {
     pub(super) fn run(&mut self, command: Command) {
         match command {
             Command::Undo | Command::Redo => self.step(command == Command::Undo),
-            Command::Save => drop(self.save(None)),
-            Command::SaveAs => self.state.save_as = Some(self.document.path_text()),
+            Command::Save => self.save(Then::Stay),
+            Command::SaveAs => self.ask(Question::SaveAs {
+                path: self.document.path_text(),
+                failure: None,
+            }),
             Command::Reload => self.reload(),
             Command::Screenshot => self.screenshot(),
             Command::Paint => self.state.paint.is_on = !self.state.paint.is_on,
@@ -100,8 +107,34 @@ impl Workspace {
                 }
             }
             Command::Close => self.close(),
-            // Edits of the scene, done with those of the panel.
-            Command::Frame | Command::Home => {}
+            Command::Home => {
+                self.viewer.reset_view();
+                self.changed("view", json!({}));
+            }
+            Command::SaveView => self.save_view(),
+            // A view, as the mouse gives others.
+            Command::Frame => {}
+        }
+        self.is_outdated = true;
+    }
+
+    /// Looks from elsewhere.
+    pub(super) fn look(&mut self, view: Camera) {
+        match self.viewer.set_view(view) {
+            Ok(()) => self.changed("view", json!({})),
+            Err(error) => self.fail(&error.to_string()),
+        }
+    }
+
+    /// Makes the view the scene's camera.
+    pub(super) fn save_view(&mut self) {
+        match self.viewer.save_view() {
+            Ok(change) if change.is_empty() => self.say("This is the scene's camera already"),
+            Ok(_) => {
+                self.say("The view is the scene's camera now");
+                self.changed("edit", json!({ "label": "Save view" }));
+            }
+            Err(error) => self.fail(&error.to_string()),
         }
     }
 
@@ -149,33 +182,28 @@ impl Workspace {
             target,
             ..camera
         };
-        let section = view::section_of(&moved);
-        self.viewer.commit();
-        if let Err(error) = self
-            .viewer
-            .edit("Look at", |scene| scene.camera = Some(section))
-        {
-            self.fail(&error.to_string());
-        }
-        self.viewer.commit();
+        self.look(moved);
     }
 
     /// Moves the brush. A stroke lasts as long as the button is down.
-    pub(super) fn paint(&mut self, seen: Seen) {
+    pub(super) fn paint(&mut self, seen: &Seen) {
         let state = &mut self.state.paint;
-        state.radius_px = None;
-
+        let circle = state.radius_px.take();
         if !state.is_on && !self.is_stroking {
             return;
         }
         let brush = state.brush(self.viewer.session().scene());
-        let painted = match (seen.brush, self.is_stroking) {
-            (Some(place), false) => {
+        let drag = |viewer: &mut Viewer, path: &[[f32; 2]]| {
+            let mut places = path.iter();
+            places.try_for_each(|&place| viewer.drag(place))
+        };
+        let painted = match (&seen.brush, self.is_stroking) {
+            (Some(path), false) => {
                 self.is_stroking = true;
                 let pressed = self.viewer.press(brush);
-                pressed.and_then(|()| self.viewer.drag(place))
+                pressed.and_then(|()| drag(&mut self.viewer, path))
             }
-            (Some(place), true) => self.viewer.drag(place),
+            (Some(path), true) => drag(&mut self.viewer, path),
             (None, true) => {
                 self.is_stroking = false;
                 self.end_stroke();
@@ -191,6 +219,8 @@ impl Workspace {
             let radius = Picker::radius_px(&camera, seen.size, hit, brush.radius_cm);
             self.state.paint.radius_px = Some(radius);
         }
+        // The circle around the mouse was drawn before it was known.
+        self.is_outdated |= self.state.paint.radius_px != circle;
     }
 
     /// Ends the stroke that is being made, if one is: it can be undone and saved from then on.
@@ -254,39 +284,177 @@ impl Workspace {
     }
 
     pub(super) fn close(&mut self) {
+        self.before_losing(Then::Close);
+    }
+
+    /// Goes on with `then`, by which changes would be lost: asks first where there are any.
+    fn before_losing(&mut self, then: Then) {
         self.end_stroke();
         if self.viewer.session().is_modified() {
-            self.state.is_closing = true;
-            self.window.request_redraw();
+            self.ask(Question::Unsaved { then });
         } else {
-            self.is_open = false;
+            self.go_on(then);
         }
     }
 
-    /// Saves to `path`, or where the scene is from. Answers whether that worked.
-    pub(super) fn save(&mut self, path: Option<&str>) -> bool {
-        let saved = match path {
-            Some(path) => self.viewer.save_as(Path::new(path)),
-            None => self.viewer.save(),
-        };
-        let saved = saved.map_err(|error| error.to_string());
-        // What was saved in a page's memory is the reader's to keep.
-        #[cfg(target_arch = "wasm32")]
-        let saved =
-            saved.and_then(|saved| crate::web::offer(self.viewer.session().files(), &saved));
-        match saved {
-            Ok(_) => {
-                self.document.saved(&self.viewer);
-                self.say(&format!("Saved {}", self.document.path_text()));
-                self.log
-                    .write("saved", json!({ "path": self.document.path_text() }));
-                true
+    fn go_on(&mut self, then: Then) {
+        match then {
+            Then::Stay => {}
+            Then::Close => self.is_open = false,
+            Then::Open(path) => self.open(&path),
+        }
+    }
+
+    pub(super) fn ask(&mut self, question: Question) {
+        self.log
+            .write("question", json!({ "name": question.name() }));
+        self.state.question = Some(question);
+        self.is_outdated = true;
+        self.window.request_redraw();
+    }
+
+    pub(super) fn answer(&mut self, answer: Answer) {
+        match answer {
+            Answer::SaveAs(path) => self.save_as(path, false),
+            Answer::Replace(path) => self.save_as(path, true),
+            Answer::Overwrite(then) => {
+                self.viewer.keep_mine();
+                self.state.is_stale = false;
+                self.save(then);
             }
-            Err(error) => {
-                self.fail(&error);
-                false
+            Answer::Save(then) => self.save(then),
+            Answer::Discard(then) => self.go_on(then),
+            Answer::KeepMine => {
+                self.viewer.keep_mine();
+                self.state.is_stale = false;
             }
         }
+        self.is_outdated = true;
+    }
+
+    /// Saves where the scene is from and goes on with `then`; asks first where somebody else has
+    /// written that file.
+    pub(super) fn save(&mut self, then: Then) {
+        self.end_stroke();
+        if let Some(file) = self.viewer.session().conflict() {
+            let file = file.to_owned();
+            return self.ask(Question::Overwrite { file, then });
+        }
+        match self.write(None) {
+            Ok(()) => self.go_on(then),
+            Err(error) => self.fail(&error),
+        }
+    }
+
+    /// Saves to the path that was typed; asks before it replaces another file there.
+    fn save_as(&mut self, path: String, is_agreed: bool) {
+        let session = self.viewer.session();
+        let typed = Path::new(&path);
+        let is_replacing = session.replaces_other(typed);
+        if !is_replacing && session.files().exists(typed) {
+            return self.save(Then::Stay);
+        }
+        // What cannot be written is not asked about.
+        let can_be_written = session
+            .check_target(typed)
+            .map_err(|error| error.to_string());
+        if can_be_written.is_ok() && is_replacing && !is_agreed {
+            return self.ask(Question::Replace { path });
+        }
+        if let Err(error) = can_be_written.and_then(|()| self.write(Some(typed))) {
+            self.log.write("error", json!({ "message": error }));
+            let failure = Some(error);
+            self.ask(Question::SaveAs { path, failure });
+        }
+    }
+
+    fn write(&mut self, path: Option<&Path>) -> Result<(), String> {
+        let saved = match path {
+            Some(path) => self.viewer.save_as(path),
+            None => self.viewer.save(),
+        };
+        let saved = saved.map_err(|error| error.to_string())?;
+        // What was saved in a page's memory is the reader's to keep.
+        #[cfg(target_arch = "wasm32")]
+        crate::web::offer(self.viewer.session().files(), &saved)?;
+        #[cfg(not(target_arch = "wasm32"))]
+        let _ = saved;
+        self.document.saved(&self.viewer);
+        self.say(&format!("Saved {}", self.document.path_text()));
+        self.log
+            .write("saved", json!({ "path": self.document.path_text() }));
+        Ok(())
+    }
+
+    /// Takes a file that was dropped on the window.
+    pub(super) fn take_file(&mut self, path: &Path) {
+        self.end_stroke();
+        match kind_of(path) {
+            Ok(Dropped::Scene) => self.before_losing(Then::Open(path.to_owned())),
+            Ok(kind) => self.swap(kind, path),
+            Err(error) => self.fail(&error),
+        }
+        self.window.request_redraw();
+    }
+
+    /// Puts another groom or light set into the scene.
+    fn swap(&mut self, kind: Dropped, path: &Path) {
+        let file: PathBuf = self.viewer.session().path_in_scene(path);
+        let what = match kind {
+            Dropped::Lights => "Light set",
+            _ => "Groom",
+        };
+        let name = name_of(path);
+        let label = format!("{what} {name}");
+        self.viewer.commit();
+        let changed = self.viewer.edit(&label, |scene| match kind {
+            Dropped::Lights if scene.lights.file != file => {
+                let lights = &mut scene.lights;
+                lights.file = file;
+                // These name lights of the old set by number.
+                (lights.muted, lights.solo, lights.adjust) = Default::default();
+            }
+            Dropped::Lights => {}
+            _ => scene.groom.file = file,
+        });
+        self.viewer.commit();
+        match changed {
+            Ok(change) if change.is_empty() => {
+                self.say(&format!("{name} is in the scene already"));
+            }
+            Ok(_) => {
+                self.state.lights.forget();
+                self.say(&label);
+                self.document.saved(&self.viewer);
+                self.changed("edit", json!({ "label": label }));
+            }
+            Err(error) => self.fail(&error.to_string()),
+        }
+    }
+
+    /// Opens another scene in place of this one, which stays if that fails.
+    fn open(&mut self, path: &Path) {
+        let opened = Session::open(path).map_err(|error| error.to_string());
+        let opened = opened.and_then(|session| {
+            Viewer::new(&self.screen.context, session).map_err(|error| error.to_string())
+        });
+        match opened {
+            Ok(viewer) => {
+                self.viewer = viewer;
+                self.document = Document::new(&self.viewer);
+                self.state = UiState {
+                    paint: std::mem::take(&mut self.state.paint),
+                    is_help_open: self.state.is_help_open,
+                    ..UiState::default()
+                };
+                self.progress = crate::live::Progress::default();
+                self.is_stuck = false;
+                self.say(&format!("Opened {}", path.display()));
+                self.changed("opened", json!({ "path": path.display().to_string() }));
+            }
+            Err(error) => self.fail(&error),
+        }
+        self.window.request_redraw();
     }
 
     pub(super) fn on_files(&mut self) {
@@ -304,7 +472,6 @@ impl Workspace {
         match self.viewer.reload() {
             Ok(_) => {
                 self.document.saved(&self.viewer);
-                self.state.home = self.viewer.session().scene().camera.clone();
                 self.say("Reloaded");
                 self.changed("reloaded", json!({}));
             }
@@ -332,11 +499,13 @@ impl Workspace {
     pub(super) fn say(&mut self, message: &str) {
         message.clone_into(&mut self.state.message);
         self.state.error = None;
+        self.is_outdated = true;
     }
 
     pub(super) fn fail(&mut self, message: &str) {
         if self.state.error.as_deref() != Some(message) {
             self.log.write("error", json!({ "message": message }));
+            self.is_outdated = true;
         }
         self.state.error = Some(message.to_owned());
     }

@@ -110,11 +110,67 @@ impl<'a> Field<'a> {
     /// Shows the row; answers whether `value` changed.
     pub fn show(self, ui: &mut Ui, value: &mut f64, changes: &mut Changes) -> bool {
         let before = *value;
+        let reset_to = (*value != self.default).then(|| self.text(self.default));
+        if self.controls(ui, value, reset_to.as_deref(), changes) {
+            *value = self.default;
+        }
+        *value != before
+    }
+
+    /// Shows the row of a value that the scene may leave to a file, which has `own` then. Without
+    /// a value of the scene that is read only, and a button overrides it with the default; reset
+    /// takes the scene's value away again.
+    pub fn show_override(
+        self,
+        ui: &mut Ui,
+        value: &mut Option<f64>,
+        own: &str,
+        changes: &mut Changes,
+    ) {
+        if let Some(number) = value {
+            if self.controls(ui, number, Some(own), changes) {
+                *value = None;
+            }
+            return;
+        }
+        row(ui, |ui| {
+            let help = format!("{} Override draws all of it with one value.", self.help);
+            let name = fixed(ui, 0.5 * NAME, |ui| ui.label(self.name));
+            name.on_hover_text(help);
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.allocate_space(egui::vec2(RESET, ROW));
+                let button = ui.add_sized([NUMBER, ROW - 2.0], egui::Button::new("Override"));
+                changes.place(format!("{} override", self.name), &button);
+                let text = format!(
+                    "One value for all hair, to begin with {}",
+                    self.text(self.default)
+                );
+                if button.on_hover_text(text).clicked() {
+                    *value = Some(self.default);
+                    changes.note(self.name);
+                }
+                let own =
+                    ui.add(egui::Label::new(RichText::new(own).color(theme::WEAK)).truncate());
+                changes.place(format!("{} own", self.name), &own);
+            });
+        });
+    }
+
+    /// The row with a reset button where there is something to `reset_to`; answers whether that was
+    /// clicked.
+    fn controls(
+        &self,
+        ui: &mut Ui,
+        value: &mut f64,
+        reset_to: Option<&str>,
+        changes: &mut Changes,
+    ) -> bool {
+        let mut is_reset = false;
         row(ui, |ui| {
             self.name(ui);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if reset(ui, *value != self.default, &self.text(self.default)) {
-                    *value = self.default;
+                is_reset = reset(ui, reset_to);
+                if is_reset {
                     changes.note(self.name);
                 }
                 let response = number(ui, NUMBER, value, |number| {
@@ -142,7 +198,7 @@ impl<'a> Field<'a> {
                 changes.place(format!("{} slider", self.name), &response);
             });
         });
-        *value != before
+        is_reset
     }
 
     fn name(&self, ui: &mut Ui) {
@@ -197,12 +253,12 @@ pub fn named<R>(ui: &mut Ui, name: &str, help: &str, controls: impl FnOnce(&mut 
     })
 }
 
-/// The reset button at the end of a row; a space where there is nothing to reset.
-pub fn reset(ui: &mut Ui, is_changed: bool, to: &str) -> bool {
-    if !is_changed {
+/// The reset button at the end of a row; a space where there is nothing to reset `to`.
+pub fn reset(ui: &mut Ui, to: Option<&str>) -> bool {
+    let Some(to) = to else {
         ui.allocate_space(egui::vec2(RESET, ROW));
         return false;
-    }
+    };
     let (rect, response) = ui.allocate_exact_size(egui::vec2(RESET, ROW), egui::Sense::click());
     let color = match response.hovered() {
         true => Color32::WHITE,

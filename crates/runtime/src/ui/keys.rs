@@ -1,6 +1,6 @@
 //! What the keys and the mouse do; the help panel shows the same table.
 
-use egui::{Key, KeyboardShortcut, Modifiers};
+use egui::{Event, Key, Modifiers};
 
 /// What a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,8 +17,10 @@ pub enum Command {
     Reload,
     /// Brings all hair into the picture.
     Frame,
-    /// Looks from where the scene was opened.
+    /// Looks from the scene's camera again.
     Home,
+    /// Makes the view the scene's camera.
+    SaveView,
     /// Writes the picture as a PNG.
     Screenshot,
     /// Switches between painting and orbiting.
@@ -38,7 +40,7 @@ pub enum Command {
 }
 
 /// Keys and what they do.
-pub const KEYS: [(Modifiers, Key, Command, &str); 18] = {
+pub const KEYS: [(Modifiers, Key, Command, &str); 19] = {
     const NONE: Modifiers = Modifiers::NONE;
     const CTRL: Modifiers = Modifiers::COMMAND;
     const BOTH: Modifiers = Modifiers {
@@ -55,7 +57,13 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 18] = {
         (CTRL, Key::R, Command::Reload, "Reload from disk"),
         (CTRL, Key::Q, Command::Close, "Close the window"),
         (NONE, Key::F, Command::Frame, "Frame all hair"),
-        (NONE, Key::Home, Command::Home, "Camera as opened"),
+        (NONE, Key::Home, Command::Home, "Back to the scene's camera"),
+        (
+            NONE,
+            Key::V,
+            Command::SaveView,
+            "Save view: make it the scene's camera",
+        ),
         (NONE, Key::P, Command::Screenshot, "Save a picture (PNG)"),
         (NONE, Key::B, Command::Paint, "Paint, or orbit again"),
         (
@@ -84,29 +92,99 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 18] = {
 };
 
 /// What the mouse does over the picture.
-pub const MOUSE: [(&str, &str); 6] = [
+pub const MOUSE: [(&str, &str); 7] = [
     ("Drag", "Orbit about the target; paint while painting"),
     ("Ctrl + drag", "Orbit while painting"),
     ("Middle drag, or Shift + drag", "Pan"),
     ("Wheel, or right drag", "Dolly in and out"),
     ("Double click", "Look at the strand there"),
     ("Pick, then click", "Name the light that shines there"),
+    ("Drop a file", "Open a scene; swap the groom or the lights"),
 ];
 
-/// Takes the keys pressed in this frame that are commands. A field that is being typed in keeps
-/// its keys.
+/// Takes the keys pressed in this frame that are commands, all of them and in their order: a slow
+/// frame may have several. A field that is being typed in keeps its keys.
 pub fn pressed(ctx: &egui::Context) -> Vec<Command> {
     let is_typing = ctx.text_edit_focused();
+    let mut commands = Vec::new();
     ctx.input_mut(|input| {
-        KEYS.into_iter()
-            .filter(|(modifiers, ..)| !(is_typing && *modifiers == Modifiers::NONE))
-            .filter(|(_, key, ..)| !(is_typing && matches!(key, Key::Z | Key::Y)))
-            // Whatever is on top takes that itself; see `layout`.
-            .filter(|(_, key, ..)| *key != Key::Escape)
-            .filter(|(modifiers, key, ..)| {
-                input.consume_shortcut(&KeyboardShortcut::new(*modifiers, *key))
-            })
-            .map(|(_, _, command, _)| command)
-            .collect()
-    })
+        input
+            .events
+            .retain(|event| match command_of(event, is_typing) {
+                Some(command) => {
+                    commands.push(command);
+                    false
+                }
+                None => true,
+            });
+    });
+    commands
+}
+
+fn command_of(event: &Event, is_typing: bool) -> Option<Command> {
+    let Event::Key {
+        key,
+        pressed: true,
+        modifiers,
+        ..
+    } = event
+    else {
+        return None;
+    };
+    let is_free = |wanted: &Modifiers| {
+        !is_typing || (*wanted != Modifiers::NONE && !matches!(key, Key::Z | Key::Y))
+    };
+    KEYS.into_iter()
+        // Whatever is on top takes that itself; see `layout`.
+        .filter(|(_, of, ..)| of == key && *of != Key::Escape)
+        .find(|(wanted, ..)| modifiers.matches_logically(*wanted) && is_free(wanted))
+        .map(|(_, _, command, _)| command)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_of_one_frame_are_all_taken_in_the_order_they_were_pressed() {
+        let press = |key, modifiers| Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers,
+        };
+        let ctrl = Modifiers::COMMAND | Modifiers::CTRL;
+        let events = vec![
+            press(Key::Z, ctrl),
+            press(Key::Z, ctrl),
+            press(Key::S, ctrl),
+            press(Key::Z, ctrl | Modifiers::SHIFT),
+            press(Key::B, Modifiers::NONE),
+            press(Key::A, ctrl),
+        ];
+        let ctx = egui::Context::default();
+        let input = egui::RawInput {
+            events,
+            ..egui::RawInput::default()
+        };
+        let mut commands = Vec::new();
+        let mut left = 0;
+        let output = ctx.run_ui(input, |ui| {
+            commands = pressed(ui.ctx());
+            left = ui.input(|input| input.events.len());
+        });
+        output.drop_without_applying_deltas();
+        assert_eq!(
+            commands,
+            [
+                Command::Undo,
+                Command::Undo,
+                Command::Save,
+                Command::Redo,
+                Command::Paint
+            ]
+        );
+        assert_eq!(left, 1, "what is no command stays");
+    }
 }

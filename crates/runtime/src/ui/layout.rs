@@ -1,8 +1,8 @@
 //! The window's parts: bar, picture, panel, status and questions. Reads the viewer, answers what
 //! was asked for; nothing is changed here but what the interface itself remembers.
 
-use egui::{Align, Button, Key, Layout, Modal, Panel, RichText, Ui};
-use strandlight_formats::{CameraSection, Scene};
+use egui::{Align, Button, Key, Layout, Panel, RichText, Ui};
+use strandlight_formats::Scene;
 
 use super::field::Changes;
 use super::keys::{self, Command};
@@ -10,8 +10,10 @@ use super::panel::lights::LightsState;
 use super::panel::motion::MotionState;
 use super::panel::paint::PaintState;
 use super::panel::{self, section, statistics::FrameTimes};
+use super::questions::{self, Answer, Question};
 use super::view::{self, Bounds, Seen};
 use super::{help, orbit, theme};
+use crate::Camera;
 use crate::live::Progress;
 use crate::viewer::Viewer;
 
@@ -26,16 +28,12 @@ pub struct UiState {
     pub motion: MotionState,
     /// The list of keys is shown.
     pub is_help_open: bool,
-    /// The path being typed for "save as".
-    pub save_as: Option<String>,
+    /// What the window waits to be answered.
+    pub question: Option<Question>,
     /// A field was being typed in when the last frame ended.
     pub is_typing: bool,
-    /// Closing was asked for with changes that are not saved.
-    pub is_closing: bool,
     /// Files of the scene changed on disk while there are changes here.
     pub is_stale: bool,
-    /// The camera of the scene as it was opened.
-    pub home: Option<CameraSection>,
     /// The last thing that was done, for the status line.
     pub message: String,
     /// What failed, until it is dismissed or the next success.
@@ -67,10 +65,10 @@ pub struct Asked {
     pub changes: Changes,
     /// Keys and buttons.
     pub commands: Vec<Command>,
-    /// Save to this path.
-    pub save_to: Option<String>,
-    /// Close the window; `true`: save first.
-    pub close: Option<bool>,
+    /// Look from here.
+    pub view: Option<Camera>,
+    /// What was answered to a question.
+    pub answer: Option<Answer>,
     /// The picture under the mouse.
     pub seen: Seen,
 }
@@ -81,11 +79,11 @@ pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
         scene: shown.viewer.session().scene().clone(),
         changes: Changes::default(),
         commands: Vec::new(),
-        save_to: None,
-        close: None,
+        view: None,
+        answer: None,
         seen: Seen::default(),
     };
-    let is_asking = state.save_as.is_some() || state.is_closing;
+    let is_asking = state.question.is_some();
     if !is_asking {
         asked.commands = keys::pressed(ui.ctx());
     }
@@ -125,10 +123,12 @@ pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
                     sections(ui, shown, state, &mut asked);
                 });
         });
-    let Asked { scene, changes, .. } = &mut asked;
+    let Asked { changes, view, .. } = &mut asked;
     // A click that picks a light paints nothing.
     let is_brush = state.paint.is_on && !state.lights.is_picking;
-    let (seen, response) = view::show(ui, shown.texture, scene, shown.bounds, is_brush, changes);
+    let camera = shown.viewer.prepared().camera;
+    let (seen, response) = view::show(ui, shown.texture, &camera, shown.bounds, is_brush);
+    *view = seen.camera.or(*view);
     changes.place("View", &response);
     if state.lights.is_picking {
         response.on_hover_cursor(egui::CursorIcon::Crosshair);
@@ -145,19 +145,31 @@ pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
     }
     asked.seen = seen;
     help::show(ui.ctx(), &mut state.is_help_open);
-    questions(ui, shown, state, &mut asked);
+    let answer = questions::show(ui, &mut state.question, shown.name, &mut asked.changes);
+    asked.answer = answer.or(asked.answer.take());
     if !is_escape_taken && ui.input(|input| input.key_pressed(Key::Escape)) {
         asked.commands.push(Command::Escape);
     }
     state.is_typing = ui.ctx().text_edit_focused();
-    camera_commands(shown, state, &mut asked);
+    if asked.commands.contains(&Command::Frame) {
+        let [width, height] = asked.seen.size.map(|side| side.max(1) as f32);
+        let Bounds { centre, radius } = shown.bounds;
+        asked.view = Some(orbit::frame(&camera, centre, radius, width / height));
+    }
     asked
 }
 
 fn sections(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState, asked: &mut Asked) {
-    let Asked { scene, changes, .. } = asked;
+    let Asked {
+        scene,
+        changes,
+        commands,
+        view,
+        ..
+    } = asked;
     section(ui, "Hair", true, changes, |ui, changes| {
-        panel::hair::show(ui, scene, changes);
+        let own = shown.viewer.session().assets().diameters;
+        panel::hair::show(ui, scene, own, changes);
     });
     section(ui, "Paint", false, changes, |ui, changes| {
         panel::paint::show(ui, &mut state.paint, changes);
@@ -177,7 +189,9 @@ fn sections(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState, asked: &mut Ask
         panel::motion::proxies(ui, scene, groom, shown.bounds, changes);
     });
     section(ui, "Camera", false, changes, |ui, changes| {
-        panel::camera::show(ui, scene, shown.bounds, changes);
+        let camera = &shown.viewer.prepared().camera;
+        let is_moved = shown.viewer.is_view_moved();
+        *view = panel::camera::show(ui, camera, is_moved, shown.bounds, changes, commands);
     });
     section(ui, "Statistics", false, changes, |ui, _| {
         let report = shown.viewer.report();
@@ -229,7 +243,7 @@ fn bar(ui: &mut Ui, shown: &Shown<'_>, asked: &mut Asked) {
             button(ui, "Help", true, "Keys and mouse: H", Command::Help);
             let help = "Save the picture as a PNG beside the scene: P";
             button(ui, "Picture", true, help, Command::Screenshot);
-            button(ui, "Home", true, "Camera as opened: Home", Command::Home);
+            button(ui, "Home", true, "The scene's camera: Home", Command::Home);
             button(
                 ui,
                 "Frame",
@@ -285,80 +299,18 @@ fn notices(ui: &mut Ui, state: &mut UiState, asked: &mut Asked) {
     }
     if state.is_stale {
         ui.horizontal_wrapped(|ui| {
-            let text = "The scene's files changed on disk, and there are changes here.";
+            let text = "The scene's files changed on disk, and there are unsaved changes here.";
             ui.label(RichText::new(text).color(theme::WARNING));
-            if ui.button("Reload and lose mine").clicked() {
+            let reload = ui.button("Reload, discard mine");
+            asked.changes.place("Reload button", &reload);
+            if reload.clicked() {
                 asked.commands.push(Command::Reload);
             }
-            if ui.button("Keep mine").clicked() {
-                state.is_stale = false;
+            let keep = ui.button("Keep mine");
+            asked.changes.place("Keep mine button", &keep);
+            if keep.clicked() {
+                asked.answer = Some(Answer::KeepMine);
             }
         });
-    }
-}
-
-fn questions(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState, asked: &mut Asked) {
-    if let Some(mut path) = state.save_as.take() {
-        let mut is_open = true;
-        let modal = Modal::new(egui::Id::unique("save as")).show(ui.ctx(), |ui| {
-            ui.set_width(440.0);
-            ui.label(RichText::new("Save the scene as").strong());
-            let field = egui::TextEdit::singleline(&mut path).desired_width(f32::INFINITY);
-            let field = ui.add(field);
-            field.request_focus();
-            ui.add_space(6.0);
-            ui.horizontal(|ui| {
-                let is_entered = ui.input(|input| input.key_pressed(Key::Enter));
-                if ui.button("Save").clicked() || is_entered {
-                    asked.save_to = Some(path.clone());
-                    is_open = false;
-                }
-                is_open &= !ui.button("Cancel").clicked();
-            });
-        });
-        if is_open && !modal.should_close() {
-            state.save_as = Some(path);
-        } else {
-            // Or the next key would still be typed.
-            ui.memory_mut(egui::Memory::stop_text_input);
-        }
-    }
-    if state.is_closing {
-        let modal = Modal::new(egui::Id::unique("closing")).show(ui.ctx(), |ui| {
-            let text = format!("Save the changes to {} before closing?", shown.name);
-            ui.label(RichText::new(text).strong());
-            ui.add_space(8.0);
-            ui.horizontal(|ui| {
-                if ui.button("Save and close").clicked() {
-                    asked.close = Some(true);
-                }
-                if ui.button("Close without saving").clicked() {
-                    asked.close = Some(false);
-                }
-                if ui.button("Cancel").clicked() {
-                    state.is_closing = false;
-                }
-            });
-        });
-        if modal.should_close() {
-            state.is_closing = false;
-        }
-    }
-}
-
-/// Frame and Home are edits of the scene like any other.
-fn camera_commands(shown: &Shown<'_>, state: &UiState, asked: &mut Asked) {
-    let Asked { scene, changes, .. } = asked;
-    if asked.commands.contains(&Command::Frame) {
-        let [width, height] = asked.seen.size.map(|side| side.max(1) as f32);
-        let camera = view::camera_of(scene, shown.bounds);
-        let Bounds { centre, radius } = shown.bounds;
-        let framed = orbit::frame(&camera, centre, radius, width / height);
-        view::set_camera(scene, &framed, "Frame all", changes);
-        changes.is_complete = true;
-    }
-    if asked.commands.contains(&Command::Home) && scene.camera != state.home {
-        scene.camera = state.home.clone();
-        changes.note("Home");
     }
 }

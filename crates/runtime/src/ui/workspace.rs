@@ -10,6 +10,7 @@ use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
 use super::document::Document;
+use super::input::split;
 use super::layout::{self, Shown, UiState};
 use super::log::EventLog;
 use super::panel::statistics::FrameTimes;
@@ -61,6 +62,8 @@ pub struct Workspace {
     /// egui's next frame, where it asked for one.
     pub(super) wake: Option<Instant>,
     pub(super) is_open: bool,
+    /// Something else is to be shown than the frame that is being made has.
+    pub(super) is_outdated: bool,
     /// Frames in a row in which something had no size yet.
     n_rough: u32,
 }
@@ -85,10 +88,6 @@ impl Workspace {
             None,
             Some(screen.max_texture_side() as usize),
         );
-        let state = UiState {
-            home: viewer.session().scene().camera.clone(),
-            ..UiState::default()
-        };
         window.request_redraw();
         Workspace {
             window,
@@ -98,7 +97,7 @@ impl Workspace {
             screen,
             viewer,
             document,
-            state,
+            state: UiState::default(),
             log,
             progress: Progress::default(),
             times: FrameTimes::default(),
@@ -115,6 +114,7 @@ impl Workspace {
             loses_device: false,
             wake: None,
             is_open: true,
+            is_outdated: false,
             n_rough: 0,
         }
     }
@@ -139,18 +139,22 @@ impl Workspace {
     /// # Errors
     /// A device that cannot be had again.
     pub fn on_event(&mut self, event: &WindowEvent) -> Result<(), GpuError> {
+        // egui-winit takes a frame for a reason to make another one, and so on for ever.
+        if *event == WindowEvent::RedrawRequested {
+            return self.redraw();
+        }
         let response = self.input.on_window_event(&self.window, event);
         if response.repaint {
             self.window.request_redraw();
         }
         match event {
-            WindowEvent::RedrawRequested => return self.redraw(),
             WindowEvent::Resized(size) => {
                 self.screen.resize(*size);
                 self.changed("resized", json!({ "size": [size.width, size.height] }));
                 self.window.request_redraw();
             }
             WindowEvent::CloseRequested => self.close(),
+            WindowEvent::DroppedFile(path) => self.take_file(path),
             WindowEvent::Occluded(false) => self.window.request_redraw(),
             _ => {}
         }
@@ -190,7 +194,36 @@ impl Workspace {
             Err(error) => self.fail(&error.to_string()),
             Ok(()) => {}
         }
-        let raw = self.input.take_egui_input(&self.window);
+        let progress = self.progress;
+        let mut is_busy = false;
+        let mut output: Option<egui::FullOutput> = None;
+        for raw in split(self.input.take_egui_input(&self.window)) {
+            let (next, is_moving) = self.lay_out(raw);
+            is_busy |= is_moving;
+            match &mut output {
+                Some(output) => output.append(next),
+                None => output = Some(next),
+            }
+        }
+        let Some(mut output) = output else {
+            return Ok(());
+        };
+        self.advance(is_busy);
+        // The display may have been made anew in another size.
+        self.screen.picture(self.viewer.display());
+        let painted = self.screen.paint(
+            &self.egui,
+            std::mem::take(&mut output.shapes),
+            output.pixels_per_point,
+            &mut output.textures_delta,
+        );
+        self.after(painted, progress, &output);
+        Ok(())
+    }
+
+    /// Lays the window out after the input `raw` and does what was asked for. Answers what to
+    /// paint, and whether somebody is moving something.
+    fn lay_out(&mut self, raw: egui::RawInput) -> (egui::FullOutput, bool) {
         let texture = self.screen.picture(self.viewer.display());
         let strands = &self.viewer.live().scene().strands;
         let shown = Shown {
@@ -204,7 +237,6 @@ impl Workspace {
             times: self.times,
             name: self.document.name(),
         };
-        let progress = self.progress;
         let mut asked = None;
         let state = &mut self.state;
         let mut output = self.egui.run_ui(raw, |ui| {
@@ -222,17 +254,7 @@ impl Workspace {
             }
             None => false,
         };
-        self.advance(is_busy);
-        // The display may have been made anew in another size.
-        self.screen.picture(self.viewer.display());
-        let painted = self.screen.paint(
-            &self.egui,
-            std::mem::take(&mut output.shapes),
-            output.pixels_per_point,
-            &mut output.textures_delta,
-        );
-        self.after(painted, progress, &output);
-        Ok(())
+        (output, is_busy)
     }
 
     fn advance(&mut self, is_busy: bool) {
@@ -261,17 +283,20 @@ impl Workspace {
             self.times.frame_ms += 0.2 * (frame - self.times.frame_ms);
         }
         if painted == Painted::Presented {
+            self.log.write("drawn", json!({}));
             self.note_picture();
         }
         self.set_title();
         let delay = (output.viewport_output.get(&egui::ViewportId::ROOT))
             .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
         let is_working = !self.progress.is_done && !self.is_stuck;
+        let is_outdated = std::mem::take(&mut self.is_outdated);
         let is_next = match painted {
             Painted::Again => true,
             Painted::Presented => {
                 let is_rough = (1..MOST_ROUGH).contains(&self.n_rough);
-                delay.is_zero() || is_working || is_rough || self.progress != shown
+                let is_new = is_outdated || self.progress != shown;
+                delay.is_zero() || is_working || is_rough || is_new
             }
             Painted::Hidden => false,
         };

@@ -1,41 +1,71 @@
 //! The view in numbers.
 
 use egui::Ui;
-use strandlight_formats::Scene;
 
 use crate::Camera;
-use crate::ui::field::{Changes, Field};
+use crate::ui::field::{Changes, Field, row};
+use crate::ui::keys::Command;
 use crate::ui::orbit;
-use crate::ui::view::{Bounds, camera_of, section_of};
+use crate::ui::view::Bounds;
 
-/// Angle of view and place of the eye.
-pub fn show(ui: &mut Ui, scene: &mut Scene, bounds: Bounds, changes: &mut Changes) {
-    let camera = camera_of(scene, bounds);
-    let mut section = section_of(&camera);
-    let mut is_changed = false;
+/// Angle of view and distance of `camera`, which is not that of the scene if it `is_moved`. Answers
+/// where it is moved to. Looking around is no edit of the scene; saving the view is.
+pub fn show(
+    ui: &mut Ui,
+    camera: &Camera,
+    is_moved: bool,
+    bounds: Bounds,
+    changes: &mut Changes,
+    commands: &mut Vec<Command>,
+) -> Option<Camera> {
+    row(ui, |ui| {
+        for (name, command, help) in [
+            (
+                "Save view",
+                Command::SaveView,
+                "Makes this view the scene's camera: V. Until then the scene keeps its own, also \
+                 when it is saved.",
+            ),
+            (
+                "Scene's camera",
+                Command::Home,
+                "Looks from the scene's camera again: Home",
+            ),
+        ] {
+            let button = ui.add_enabled(is_moved, egui::Button::new(name));
+            changes.place(format!("{name} button"), &button);
+            let button = button.on_disabled_hover_text("This is the scene's camera.");
+            if button.on_hover_text(help).clicked() {
+                commands.push(command);
+            }
+        }
+    });
+    let mut of_view = Changes::default();
+    let mut moved = *camera;
     let default = f64::from(crate::camera::DEFAULT_FOV_Y).to_degrees().round();
-    is_changed |= Field::new("Field of view", 1.0..=170.0, default)
+    let mut fov_deg = (f64::from(camera.fov_y).to_degrees() * 1e4).round() / 1e4;
+    if Field::new("Field of view", 1.0..=170.0, default)
         .unit("°")
         .slider(5.0..=90.0)
         .decimals(1)
         .help("Vertical angle of view. Small is a long lens from afar.")
-        .show(ui, &mut section.fov_deg, changes);
+        .show(ui, &mut fov_deg, &mut of_view)
+    {
+        moved.fov_y = fov_deg.to_radians() as f32;
+    }
     let distance = f64::from(camera.eye.distance(camera.target));
     let mut wanted = (distance * 100.0).round() / 100.0;
-    let framed = orbit::frame(&camera, bounds.centre, bounds.radius, 1.5);
+    let framed = orbit::frame(camera, bounds.centre, bounds.radius, 1.5);
     let default = f64::from(framed.eye.distance(framed.target));
-    let moved = Field::new("Distance", 0.01..=1e5, (default * 100.0).round() / 100.0)
+    if Field::new("Distance", 0.01..=1e5, (default * 100.0).round() / 100.0)
         .unit(" cm")
         .slider(0.1 * default..=5.0 * default)
         .logarithmic()
         .help("From the eye to the point that it turns about.")
-        .show(ui, &mut wanted, changes);
-    if moved {
-        let camera: Camera = orbit::dolly(&camera, (wanted / distance) as f32, bounds.radius);
-        section.position = section_of(&camera).position;
-        is_changed = true;
+        .show(ui, &mut wanted, &mut of_view)
+    {
+        moved.eye = orbit::dolly(camera, (wanted / distance) as f32, bounds.radius).eye;
     }
-    if is_changed {
-        scene.camera = Some(section);
-    }
+    changes.places.append(&mut of_view.places);
+    (moved != *camera).then_some(moved)
 }

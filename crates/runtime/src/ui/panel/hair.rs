@@ -5,9 +5,9 @@ use strandlight_formats::{HairSection, Melanin, Mode, PerModeDeg, Scene, preset_
 use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
 use strandlight_scattering::color::{reflectance_from_sigma_a, sigma_a_from_melanin};
 
-use crate::assets::hair_params;
+use crate::assets::{Diameters, hair_params};
 use crate::ui::color::swatch;
-use crate::ui::field::{Changes, Field, named};
+use crate::ui::field::{Changes, Field, named, rounded};
 
 /// The ways to give the colour, as [`HairSection::COLOR_KEYS`] has them.
 const COLORS: [(&str, &str); 3] = [
@@ -26,8 +26,8 @@ const COLORS: [(&str, &str); 3] = [
     ),
 ];
 
-/// Preset, colour, shape of the fibre and the lobes of the modes.
-pub fn show(ui: &mut Ui, scene: &mut Scene, changes: &mut Changes) {
+/// Preset, colour, shape of the fibre and the lobes of the modes. `own` are the groom's diameters.
+pub fn show(ui: &mut Ui, scene: &mut Scene, own: Option<Diameters>, changes: &mut Changes) {
     let hair = &mut scene.hair;
     preset(ui, hair, changes);
     // What a value is reset to: that of the preset, or that of every scene.
@@ -36,7 +36,7 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, changes: &mut Changes) {
         .unwrap_or_default();
     color(ui, hair, &plain, changes);
     ui.separator();
-    fibre(ui, hair, &plain, changes);
+    fibre(ui, hair, &plain, own, changes);
     ui.separator();
     lobes(ui, hair, &plain, changes);
 }
@@ -164,7 +164,43 @@ fn nearest_melanin(sigma_a: [f64; 3]) -> Melanin {
     }
 }
 
-fn fibre(ui: &mut Ui, hair: &mut HairSection, plain: &HairSection, changes: &mut Changes) {
+/// Thickness: the groom's own unless the scene has one for all fibres.
+fn diameter(ui: &mut Ui, hair: &mut HairSection, own: Option<Diameters>, changes: &mut Changes) {
+    let micrometres = |cm: f64| rounded(cm * 1e4, 1);
+    let (text, mean, max) = match own {
+        Some(own) => {
+            let [min, mean, max] = [own.min, own.mean, own.max].map(|cm| micrometres(cm.into()));
+            let text = match min == max {
+                true => format!("{max} µm (groom)"),
+                false => format!("{min}..{max} µm (groom)"),
+            };
+            (text, mean, max)
+        }
+        None => {
+            let default = micrometres(HairSection::DEFAULT_DIAMETER_CM);
+            (format!("{default} µm (default)"), default, default)
+        }
+    };
+    let before = hair.diameter_cm.map(micrometres);
+    let mut value = before;
+    Field::new("Diameter", 0.1..=1e5, mean.clamp(0.1, 1e5))
+        .unit(" µm")
+        .slider(20.0..=f64::max(200.0, (2.0 * max).min(1e5)))
+        .decimals(1)
+        .help("Thickness of a fibre. Human hair has 50 to 100 micrometres.")
+        .show_override(ui, &mut value, &text, changes);
+    if value != before {
+        hair.diameter_cm = value.map(|micrometres| rounded(micrometres * 1e-4, 8));
+    }
+}
+
+fn fibre(
+    ui: &mut Ui,
+    hair: &mut HairSection,
+    plain: &HairSection,
+    own: Option<Diameters>,
+    changes: &mut Changes,
+) {
     Field::new("Index eta", 1.0001..=3.0, plain.eta)
         .slider(1.2..=2.0)
         .decimals(3)
@@ -184,25 +220,7 @@ fn fibre(ui: &mut Ui, hair: &mut HairSection, plain: &HairSection, changes: &mut
     Field::new("Eccentricity", 0.5..=2.0, plain.eccentricity)
         .help("Cross section: 1 is round, otherwise elliptic, which brightens or dims the glints.")
         .show(ui, &mut hair.eccentricity, changes);
-    let default = plain
-        .diameter_cm
-        .unwrap_or(HairSection::DEFAULT_DIAMETER_CM);
-    let mut micrometres = hair.diameter_cm.unwrap_or(default) * 1e4;
-    let is_own = hair.diameter_cm.is_some();
-    let field = Field::new("Diameter", 0.1..=1e5, default * 1e4)
-        .unit(" µm")
-        .slider(20.0..=200.0)
-        .decimals(1)
-        .help(
-            "Thickness of a fibre. Human hair has 50 to 100 micrometres. Without a value of the \
-             scene, the groom's own thickness is drawn.",
-        );
-    if field.show(ui, &mut micrometres, changes) {
-        let centimetres = micrometres * 1e-4;
-        // Reset leaves the thickness to the groom again.
-        let is_default = centimetres == default && is_own;
-        hair.diameter_cm = (!is_default).then_some(centimetres);
-    }
+    diameter(ui, hair, own, changes);
     for (name, value, default, help) in [
         (
             "Density forward",

@@ -24,6 +24,13 @@ pub struct LightsState {
     pub reveal: bool,
 }
 
+impl LightsState {
+    /// Forgets what was said of lights that are no longer there.
+    pub fn forget(&mut self) {
+        *self = LightsState::default();
+    }
+}
+
 /// Rotation, strength and tint of all, the list, and the selected light. `lights` are those of the
 /// light set's file.
 pub fn show(
