@@ -260,7 +260,7 @@ fn closing_with_changes_asks_first() {
 fn escape_leaves_things_as_they_were() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let before = std::fs::read(&scene.path).expect("it is there");
-    let view = View::open(&desktop, &scene.path, &[]);
+    let mut view = View::open(&desktop, &scene.path, &[]);
     let start = view.picture();
     // A number that is being typed.
     let place = "Index eta number";
@@ -272,11 +272,10 @@ fn escape_leaves_things_as_they_were() {
     view.key("Escape");
     // The name to save as: twice, or the first would not have been closed.
     for _ in 0..2 {
-        view.key("ctrl+shift+s");
-        std::thread::sleep(std::time::Duration::from_millis(300));
+        view.asked("save as", |view| view.key("ctrl+shift+s"));
         view.without_mouse().assert_different(&start);
         view.key("Escape");
-        std::thread::sleep(std::time::Duration::from_millis(300));
+        view.wait_until_gone("Path");
         view.without_mouse().assert_same(&start);
     }
     assert_eq!([view.count("edit"), view.count("saved")], [0, 0]);

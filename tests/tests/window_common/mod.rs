@@ -424,10 +424,15 @@ impl<'a> View<'a> {
     pub fn answer(&mut self, button: &str) {
         let place = format!("{button} button");
         self.click(self.middle(&place));
-        self.wait_for("the end of the question", |events| {
+        self.wait_until_gone(&place);
+    }
+
+    /// Waits until a control is no longer on screen.
+    pub fn wait_until_gone(&mut self, place: &str) {
+        self.wait_for("the end of a question", |events| {
             let at = events.iter().rposition(|line| line["event"] == "places");
             let rest = at.map_or(&[][..], |at| &events[at..]);
-            let is_gone = |line: &Value| line["places"][&place].is_null();
+            let is_gone = |line: &Value| line["places"][place].is_null();
             rest.first().is_some_and(is_gone) && rest.iter().any(|line| line["event"] == "drawn")
         });
     }
@@ -470,8 +475,18 @@ impl<'a> View<'a> {
 
     /// The picture once the mouse, and what is drawn around it, is elsewhere.
     pub fn without_mouse(&self) -> Shot {
+        let before = self.count("drawn");
+        // Two places: the mouse may be at one of them already.
+        self.move_to([3, 3]);
         self.move_to([2, 2]);
-        std::thread::sleep(Duration::from_millis(400));
+        let start = Instant::now();
+        let mut frames = before;
+        // A frame without the mouse, and the one after it in which everything has its place.
+        while frames < before + 2 || frames != self.count("drawn") {
+            assert!(start.elapsed() < PATIENCE, "the window does not rest");
+            frames = self.count("drawn");
+            std::thread::sleep(Duration::from_millis(400));
+        }
         self.picture()
     }
 
