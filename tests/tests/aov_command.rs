@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use strandlight_bake::compare::Layer;
-use strandlight_formats::{Background, Mode, Scene};
+use strandlight_bake::cpu;
+use strandlight_formats::{Background, LightSet, Mode, Scene};
+use strandlight_runtime::{PreparedScene, Session};
 use strandlight_tests::scenes::{curtain, light, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
@@ -52,6 +54,78 @@ fn relative(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     let norm: f64 = b.iter().flatten().map(|&b| square(b)).sum();
     assert!(norm > 0.0, "nothing to compare with");
     (difference / norm).sqrt()
+}
+
+/// A light that is off keeps its place: in the prepared scene however it was prepared, in the names
+/// of layers, and for the viewer. The picture is that of a set without it.
+#[test]
+fn lights_have_the_numbers_of_the_set_though_some_are_off() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let set = LightSet::read(&at.join("a.lights")).expect("a light set");
+    let mut scene = Scene::read(&at.join("a.toml")).expect("a scene");
+    scene.render.background = Background::Color([0.0; 3]);
+    let bits = |rgb: [f32; 3]| rgb.map(f32::to_bits);
+    for (name, muted, solo, on) in [
+        ("muted", vec![0, 3], vec![], &[1, 2, 4][..]),
+        ("solo", vec![], vec![1, 4], &[1, 4]),
+        ("both", vec![4], vec![3, 4], &[3]),
+    ] {
+        (scene.lights.muted, scene.lights.solo) = (muted, solo);
+        let file = format!("{name}.toml");
+        write_scene(at, &file, &scene);
+        let loaded = PreparedScene::load_at(&Scene::read(&at.join(&file)).expect("valid"), 0.0);
+        let loaded = loaded.expect("all files");
+        assert_eq!(loaded.lights.len(), set.lights.len());
+        for (ix, (light, of_set)) in loaded.lights.iter().zip(&set.lights).enumerate() {
+            assert_eq!(light.lambda, of_set.lambda, "{name}: {ix}");
+            let shines = light.rgb.iter().any(|&x| x > 0.0);
+            assert_eq!(shines, on.contains(&ix), "{name}: {ix}");
+        }
+        let session = Session::open(&at.join(&file)).expect("a scene");
+        let prepared = session.prepared().expect("all files");
+        assert_eq!(prepared.lights, loaded.lights, "{name}");
+        assert_eq!(session.assets().light_colors(&session.scene().lights), {
+            loaded
+                .lights
+                .iter()
+                .map(|light| light.rgb)
+                .collect::<Vec<_>>()
+        });
+
+        let mut command = strandlight();
+        command
+            .current_dir(at)
+            .args(["render", &file, "--backend", "cpu"]);
+        assert_done(command.args(["-o", "layers.exr", "--aov", "lights"]));
+        for ix in 0..set.lights.len() {
+            let layer = Layer::read(&at.join("layers.exr"), Some(&format!("light.{ix:03}")));
+            assert_eq!(layer.is_ok(), on.contains(&ix), "{name}: {ix}");
+        }
+
+        let without = LightSet {
+            lights: on.iter().map(|&ix| set.lights[ix]).collect(),
+            ..set.clone()
+        };
+        without.write(&at.join("without.lights")).expect("written");
+        let mut other = Scene::new("a.groom", "without.lights");
+        (other.hair, other.render) = (scene.hair.clone(), scene.render.clone());
+        write_scene(at, "without.toml", &other);
+        let picture = |file: &str| {
+            let scene = Scene::read(&at.join(file)).expect("valid");
+            let scene = PreparedScene::load(&scene).expect("all files");
+            let picture = cpu::render(&scene, &scene.camera, [40, 30], 16);
+            picture.expect("valid").0.rgba
+        };
+        let (found, expected) = (picture(&file), picture("without.toml"));
+        assert!(
+            expected
+                .iter()
+                .any(|pixel| bits([pixel[0], pixel[1], pixel[2]]) != [0; 3])
+        );
+        assert!(found == expected, "{name}: black lights change the picture");
+    }
 }
 
 #[test]

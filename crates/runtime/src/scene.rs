@@ -23,14 +23,16 @@ use crate::stats::Stats;
 use crate::strands::Strands;
 use crate::tables::ShadingTables;
 use crate::tone::ToneMap;
-use crate::volume::{Grid, solid_angle, sweep_directions};
+use crate::volume::{Grid, largest, power, sweep_directions};
+use strandlight_scattering::spherical_gaussian::solid_angle;
 
 /// Everything a frame needs. Both backends draw from this, so they see the same numbers.
 #[derive(Clone, Debug)]
 pub struct PreparedScene {
     /// The hair, world space, cm.
     pub strands: Strands,
-    /// Lights, turned and scaled as the scene says; black ones left out.
+    /// All lights of the set in its order, turned and scaled as the scene says; those that are off
+    /// are black. So an index is the light's number in the set, as in files, layers and the viewer.
     pub lights: Vec<SrbfLight>,
     /// The hair's parameters, the modes to draw, and the textures made of them.
     pub hair: HairTextures,
@@ -135,16 +137,13 @@ impl PreparedScene {
             .map_err(|error| SceneError::File(error.to_string()))?;
         let assets = Assets::read(scene, &Files::Disk, ModesToRead::OfScene)?;
         let mut prepared = PreparedScene::new(scene, &assets)?;
-        let is_lit = |light: &SrbfLight| light.rgb.iter().any(|&x| x > 0.0);
-        prepared.lights.retain(is_lit);
         if let Some(mut motion) = Motion::new(scene, &Files::Disk) {
             prepared.strands = motion.strands_at(&prepared.strands, seconds)?;
         }
         Ok(prepared)
     }
 
-    /// Prepares `scene` from the files it names. All lights of the set are there in its order,
-    /// those that are off as black ones.
+    /// Prepares `scene` from the files it names.
     ///
     /// # Errors
     /// What cannot be drawn, by name.
@@ -349,10 +348,10 @@ impl PreparedScene {
                     direction: light.direction,
                     lambda: light.lambda,
                     rgb: light.rgb,
-                    power: power(light),
+                    power: largest(power(light)),
                     first_sweep,
                     n_sweeps: sweeps.len() as u32 - first_sweep,
-                    solid_angle: solid_angle(light.lambda),
+                    solid_angle: solid_angle(light.lambda.into()) as f32,
                     slot,
                     through: through_weight(light.lambda),
                     record: (ix % LIGHT_BATCH) as u32,
@@ -403,25 +402,22 @@ impl PreparedScene {
 
     /// Power below which a light, weakened by hair, is not shaded.
     pub fn min_power(&self) -> f32 {
-        let total: f32 = self.measured_lights().iter().map(power).sum();
+        let lights = self.measured_lights();
+        let total: f32 = lights.iter().map(|light| largest(power(light))).sum();
         (total * self.negligible_share).min(f32::MAX)
     }
 
     /// A power of two that brings radiance in this scene near 1: half-float targets keep three
     /// digits from 2^-14 to 2^16 around it.
     pub fn radiance_scale(&self) -> f32 {
-        let total: f32 = self.lights.iter().map(power).sum();
+        let lights = self.lights.iter();
+        let total: f32 = lights.map(|light| largest(power(light))).sum();
         if !(total > 0.0 && total.is_finite()) {
             return 1.0;
         }
         // A fibre sends on some 3 % of all power into each steradian.
         (-(0.03 * total).log2()).round().clamp(-100.0, 100.0).exp2()
     }
-}
-
-/// Largest channel times solid angle.
-fn power(light: &SrbfLight) -> f32 {
-    light.rgb.iter().copied().fold(0.0, f32::max) * solid_angle(light.lambda)
 }
 
 /// Refuses the first light with a value outside its range.

@@ -15,7 +15,7 @@ use glam::Vec3;
 use strandlight_formats::SrbfLight;
 
 use crate::strands::Strands;
-use crate::volume::{shifted_lobe_directions, solid_angle};
+use crate::volume::{self, shifted_lobe_directions};
 
 /// Texels along a map's side. Texels are wider than fibres, which cover as many texels as they
 /// should in the mean; four times as many change the error by nothing.
@@ -135,7 +135,7 @@ impl ShadowPlan {
     pub fn new(lights: &[SrbfLight], strands: &Strands, budget: u32) -> ShadowPlan {
         let power: Vec<f32> = lights
             .iter()
-            .map(|light| light.rgb.iter().copied().fold(0.0, f32::max) * solid_angle(light.lambda))
+            .map(|light| volume::largest(volume::power(light)))
             .collect();
         let total: f32 = power.iter().sum();
         let mut order: Vec<usize> = (0..lights.len())

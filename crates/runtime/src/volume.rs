@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use strandlight_formats::SrbfLight;
+use strandlight_scattering::spherical_gaussian::solid_angle;
 
 use crate::strands::Strands;
 
@@ -133,10 +134,16 @@ pub fn shifted_lobe_directions(light: &SrbfLight, k: u32, shift: f64) -> Vec<[f3
         .collect()
 }
 
-/// Solid angle of an SRBF light, `pi lambda^2 (1 - e^(-4 / lambda^2))`, sr.
-pub fn solid_angle(lambda: f32) -> f32 {
-    let l2 = lambda * lambda;
-    std::f32::consts::PI * l2 * -(-4.0 / l2).exp_m1()
+/// Power of a light per channel: amplitude times solid angle. Who needs one number of it says
+/// which: [`largest`], the mean, the sum.
+pub fn power(light: &SrbfLight) -> [f64; 3] {
+    let solid_angle = solid_angle(f64::from(light.lambda));
+    light.rgb.map(|x| f64::from(x) * solid_angle)
+}
+
+/// The largest channel of [`power`]: what bounds the light that arrives in any channel.
+pub fn largest(power: [f64; 3]) -> f32 {
+    power.into_iter().fold(0.0, f64::max) as f32
 }
 
 #[cfg(test)]
@@ -166,8 +173,15 @@ mod tests {
     }
 
     #[test]
-    fn solid_angle_of_narrow_and_wide_lights() {
-        assert!((solid_angle(0.01) / (std::f32::consts::PI * 1e-4) - 1.0).abs() < 1e-5);
-        assert!((solid_angle(100.0) / (4.0 * std::f32::consts::PI) - 1.0).abs() < 1e-3);
+    fn power_is_amplitude_times_solid_angle() {
+        let light = SrbfLight {
+            direction: [0.0, 1.0, 0.0],
+            lambda: 0.01,
+            rgb: [1.0, 0.0, 4.0],
+        };
+        let power = power(&light);
+        assert!((power[0] / (std::f64::consts::PI * 1e-4) - 1.0).abs() < 1e-5);
+        assert_eq!([power[1], power[2]], [0.0, 4.0 * power[0]]);
+        assert_eq!(largest(power), power[2] as f32);
     }
 }

@@ -63,7 +63,6 @@ impl Field {
 /// not compile.
 ///
 /// ```
-/// # fn main() {}
 /// #[repr(C)]
 /// struct Grade {
 ///     scale: f32,

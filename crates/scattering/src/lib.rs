@@ -38,6 +38,7 @@ pub mod lobes;
 pub mod quadrature;
 pub mod reflectance;
 pub mod special;
+pub mod spherical_gaussian;
 pub mod table_layout;
 
 pub use hair::{HairParams, Lobe, ParamError, PerLobe};

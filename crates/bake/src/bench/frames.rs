@@ -12,6 +12,7 @@ use strandlight_formats::{SrbfLight, WindSection};
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::motion::{Wind, wind};
 use strandlight_runtime::paint::{Brush, Paint, PaintedPoint, Picker, Stroke, Stroking};
+use strandlight_runtime::volume;
 use strandlight_runtime::{Camera, Live, PreparedScene, RenderError};
 
 /// The cost of one kind of frame.
@@ -187,7 +188,7 @@ fn lights(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, Render
     let n_all = scene.lights.len();
     let n_few = 10.min(n_all);
     let mut few = scene.clone();
-    let power = |light: &SrbfLight| light.lambda.powi(2) * light.rgb.iter().sum::<f32>();
+    let power = |light: &SrbfLight| volume::power(light).iter().sum::<f64>();
     few.lights.sort_by(|a, b| power(b).total_cmp(&power(a)));
     few.lights.truncate(n_few);
     let edit = |live: &mut Live, base: &Base, there: bool| {

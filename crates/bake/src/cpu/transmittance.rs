@@ -30,8 +30,8 @@ impl Shadows {
     }
 }
 
-/// Packed records, `[light][voxel]`: means over each light's directions in `sweeps`. `volume` is
-/// what [`super::voxelise`] answers.
+/// Packed records, `[light][voxel]`: means over each light's directions in `sweeps`; zeros for black
+/// lights, which nobody asks about. `volume` is what [`super::voxelise`] answers.
 pub fn transmittance(
     grid: &Grid,
     volume: &[[f32; 8]],
@@ -54,6 +54,7 @@ pub fn transmittance_beside(
     result
         .par_chunks_mut(n_voxels)
         .zip(lights)
+        .filter(|(_, light)| light.power > 0.0)
         .for_each(|(out, light)| {
             let first = light.first_sweep as usize;
             let directions = &sweeps[first..first + light.n_sweeps as usize];

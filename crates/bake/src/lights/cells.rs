@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 use strandlight_formats::{LightSet, SrbfLight};
+pub(super) use strandlight_scattering::spherical_gaussian::solid_angle as srbf_solid_angle;
 
 use super::map::{LatLong, Map};
 use super::sphere::{Vec3, combine, dot, normalize, tangents};
@@ -23,12 +24,6 @@ pub(super) struct Cell {
     pub direction: Vec3,
     /// Radiance times solid angle.
     pub energy: [f64; 3],
-}
-
-/// Integral of `exp(2 (cos gamma - 1) / lambda^2)` over the sphere.
-pub(super) fn srbf_solid_angle(lambda: f64) -> f64 {
-    let sharpness = 2.0 / (lambda * lambda);
-    2.0 * PI * -(-2.0 * sharpness).exp_m1() / sharpness
 }
 
 /// The map in cells of at least 1.4 degrees, each with its exact energy, at the centroid of its

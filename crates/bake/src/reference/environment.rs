@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::Vec3;
 use strandlight_formats::SrbfLight;
+use strandlight_runtime::volume::power;
 
 use crate::lights::{LatLong, Map};
 use crate::random::SplitMix64;
@@ -107,13 +108,9 @@ pub struct LightSampler {
 impl LightSampler {
     /// The light set `lights`.
     pub fn new(lights: &[SrbfLight]) -> Self {
-        let power = |light: &SrbfLight| {
-            let square = f64::from(light.lambda).powi(2);
-            // Int G = pi lambda^2 (1 - e^(-4 / lambda^2))
-            mean(light.rgb) * -PI * square * (-4.0 / square).exp_m1()
-        };
+        let mean_power = |light: &SrbfLight| power(light).iter().sum::<f64>() / 3.0;
         LightSampler {
-            powers: Cumulative::new(lights.iter().map(power)),
+            powers: Cumulative::new(lights.iter().map(mean_power)),
             lights: lights.to_vec(),
         }
     }

@@ -10,7 +10,7 @@ use strandlight_formats::{Groom, LightSet, Scene, SrbfLight};
 use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::view_uniform;
 use strandlight_runtime::strands::Strands;
-use strandlight_runtime::volume::solid_angle;
+use strandlight_runtime::volume;
 use strandlight_scattering::dual_scattering::{Average, AverageTable, Backscatter};
 use strandlight_scattering::exact::{
     Bcsdf, Forward, Light, View, direct_local, global, local, single,
@@ -105,8 +105,8 @@ fn directional_lights_have_the_power_of_the_set() {
     assert_eq!(lights.len(), 1536);
     for c in 0..3 {
         let power: f64 = lights.iter().map(|light| light.power[c]).sum();
-        let expected: f32 = set.iter().map(|l| l.rgb[c] * solid_angle(l.lambda)).sum();
-        let error = power / f64::from(expected) - 1.0;
+        let expected: f64 = set.iter().map(|light| volume::power(light)[c]).sum();
+        let error = power / expected - 1.0;
         assert!(error.abs() < 0.005, "{c}: {power} {expected}");
     }
     // Each has the same share of it, in the mean of the channels.
@@ -172,9 +172,8 @@ fn a_lone_fibre_sends_what_quadrature_says() {
         assert_near(found.single, expected, 0.01);
         assert_eq!(found.global, [0.0; 3]);
         let sent_back = direct_local(source, eye, |theta| backscatter(&averages, theta));
-        let solid_angle = f64::from(solid_angle(set.lambda));
-        let expected =
-            std::array::from_fn(|c| 0.5 * sent_back[c] * solid_angle * f64::from(set.rgb[c]));
+        let power = volume::power(&set);
+        let expected = std::array::from_fn(|c| 0.5 * sent_back[c] * power[c]);
         assert_near(found.local, expected, 0.02);
     }
 }
@@ -231,7 +230,7 @@ fn behind_other_fibres_dual_scattering_is_that_of_quadrature() {
                 phi: phi_d,
                 sigma_f: f64::from(2.0 * beta_f_2[c]).sqrt(),
             };
-            let power = f64::from(set.rgb[c] * solid_angle(set.lambda) * a_f[c] * a_f[c]);
+            let power = volume::power(&set)[c] * f64::from(a_f[c] * a_f[c]);
             for lobe in Lobe::ALL {
                 let sent = global(lobe, forward, eye, &hair, Fresnel::Dielectric)[c];
                 expected[c] += 0.7 * power * sent;

@@ -16,6 +16,7 @@ use super::single::{Light, View};
 use crate::circular_gaussian::{circular_gaussian, sharpness, unit_gaussian, wrap};
 use crate::dual_scattering::Backscatter;
 use crate::quadrature::GaussLegendre;
+use crate::spherical_gaussian::solid_angle;
 
 /// `Int psi_f(omega_i) S_back cos(theta_i) d omega_i` (Xu 2011 Eq 29) per channel:
 ///
@@ -49,7 +50,7 @@ pub fn direct_local(
     mut back: impl FnMut(f64) -> Backscatter,
 ) -> [f64; 3] {
     let kappa = sharpness(light.lambda);
-    let solid_angle = 2.0 * PI / kappa * -(-2.0 * kappa).exp_m1();
+    let solid_angle = solid_angle(light.lambda);
     let window = (
         (light.theta - REACH * light.lambda).max(-FRAC_PI_2),
         (light.theta + REACH * light.lambda).min(FRAC_PI_2),

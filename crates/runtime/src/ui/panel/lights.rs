@@ -7,6 +7,7 @@ use crate::tone;
 use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, row};
 use crate::ui::theme;
+use crate::volume;
 
 /// Largest factor on a channel that a scene takes.
 const MOST_TINT: f64 = 1e3;
@@ -179,9 +180,9 @@ fn order(lights: &[SrbfLight]) -> Vec<u32> {
     order
 }
 
-/// Amplitude times the square of its width, to which power is nearly proportional.
+/// Power in all channels.
 fn power(light: &SrbfLight) -> f32 {
-    light.rgb.iter().sum::<f32>() * light.lambda.min(1.5).powi(2)
+    volume::power(light).iter().sum::<f64>() as f32
 }
 
 /// Azimuth and elevation in degrees, turned as the scene says.
