@@ -52,6 +52,22 @@ fn worst_difference(gpu: &[[f32; 4]], cpu: &[[f32; 4]]) -> f64 {
     worst / largest
 }
 
+/// What Mesa's lavapipe is held to, whose exponential and trigonometric functions are nearly exact;
+/// 6.4e-7 at most was measured.
+const USUAL: f64 = 2e-6;
+/// For directions in a fibre's frame and local scattering; 2.1e-6 and 1.5e-6 were measured.
+const WIDER: f64 = 6e-6;
+
+/// What an adapter is held to: lavapipe to `on_lavapipe`, others to `on_gpus`. WGSL promises 3 + 2 |x|
+/// units in the last place of exp(x), and 2^-11 of a sine.
+fn held(on_lavapipe: f64, on_gpus: f64) -> f64 {
+    if probe().context().is_software() {
+        on_lavapipe
+    } else {
+        on_gpus
+    }
+}
+
 /// Answers of both.
 fn both(queries: &[Query]) -> [Vec<[f32; 4]>; 2] {
     let optics = if queries.iter().any(Query::needs_optics) {
@@ -64,15 +80,15 @@ fn both(queries: &[Query]) -> [Vec<[f32; 4]>; 2] {
     [probe().evaluate(queries, optics).unwrap(), cpu.collect()]
 }
 
-/// Runs `queries` on both and asserts the tolerance.
-fn compare(name: &str, queries: &[Query], tolerance: f64) {
+/// Runs `queries` on both and asserts the tolerances, see [`held`].
+fn compare(name: &str, queries: &[Query], on_lavapipe: f64, on_gpus: f64) {
     let [gpu, cpu] = both(queries);
     let worst = worst_difference(&gpu, &cpu);
     println!(
         "{name}: {} points, worst {worst:.2e} of the largest value",
         queries.len()
     );
-    assert!(worst < tolerance, "{name}: {worst}");
+    assert!(worst < held(on_lavapipe, on_gpus), "{name}: {worst}");
 }
 
 /// Largest difference of any component in units of `1e-3 |cpu| + 1e-6 lambda^2`: single scattering
@@ -90,13 +106,14 @@ fn worst_pointwise(lambdas: &[f32], gpu: &[[f32; 4]], cpu: &[[f32; 4]]) -> f64 {
     worst
 }
 
-/// Runs `queries` of single scattering on both and asserts that [`worst_pointwise`] is below 1.
-fn compare_pointwise(name: &str, queries: &[Query]) {
+/// Runs `queries` of single scattering on both and asserts that [`worst_pointwise`] is below
+/// `on_lavapipe`, or 1 on other adapters.
+fn compare_pointwise(name: &str, queries: &[Query], on_lavapipe: f64) {
     let [gpu, cpu] = both(queries);
     let lambdas: Vec<f32> = queries.iter().map(|query| query.x).collect();
     let worst = worst_pointwise(&lambdas, &gpu, &cpu);
     println!("{name}: worst {worst:.2e} of 1e-3 |cpu| + 1e-6 lambda^2");
-    assert!(worst < 1.0, "{name}: {worst}");
+    assert!(worst < held(on_lavapipe, 1.0), "{name}: {worst}");
 }
 
 fn hair(random: &mut SplitMix64) -> HairParams {
@@ -163,7 +180,7 @@ fn special_functions_agree() {
             ..Query::new(Function::Special)
         })
         .collect();
-    compare("special", &queries, 1e-5);
+    compare("special", &queries, USUAL, 1e-5);
     let queries: Vec<_> = (0..N)
         .map(|_| Query {
             x: random.log_uniform(0.01, 2e6) as f32,
@@ -172,7 +189,7 @@ fn special_functions_agree() {
             ..Query::new(Function::CircularGaussian)
         })
         .collect();
-    compare("circular Gaussian", &queries, 1e-5);
+    compare("circular Gaussian", &queries, USUAL, 1e-5);
     let queries: Vec<_> = (0..N)
         .map(|_| Query {
             x: random.uniform(1.0001, 3.0) as f32,
@@ -180,7 +197,7 @@ fn special_functions_agree() {
             ..Query::new(Function::Fresnel)
         })
         .collect();
-    compare("Fresnel", &queries, 1e-5);
+    compare("Fresnel", &queries, USUAL, 1e-5);
     let queries: Vec<_> = (0..N)
         .map(|_| Query {
             x: random.uniform(-1.0, 1.0) as f32,
@@ -189,7 +206,7 @@ fn special_functions_agree() {
             ..Query::new(Function::Frame)
         })
         .collect();
-    compare("frame", &queries, 1e-5);
+    compare("frame", &queries, WIDER, 1e-5);
 }
 
 #[test]
@@ -202,7 +219,7 @@ fn tables_agree() {
             Query::table_c(k, lambda_p, random.uniform(-PI, PI) as f32)
         })
         .collect();
-    compare("table C", &queries, 1e-5);
+    compare("table C", &queries, USUAL, 1e-5);
     let queries: Vec<_> = (0..N)
         .map(|_| {
             let mode = 1 + random.next_u64() as u32 % 2;
@@ -210,7 +227,7 @@ fn tables_agree() {
             Query::table_h(mode, eta, random.uniform(-FRAC_PI_2, FRAC_PI_2) as f32)
         })
         .collect();
-    compare("table H", &queries, 1e-4);
+    compare("table H", &queries, USUAL, 1e-4);
 }
 
 #[test]
@@ -235,7 +252,7 @@ fn outer_integrals_agree() {
         let [gpu, cpu] = both(&queries).map(only);
         let worst = worst_difference(&gpu, &cpu);
         println!("outer node, component {component}: worst {worst:.2e}");
-        assert!(worst < 1e-4, "{worst}");
+        assert!(worst < held(USUAL, 1e-4), "{worst}");
     }
 }
 
@@ -257,11 +274,11 @@ fn inner_integrals_agree() {
                 query(ix, fibre)
             })
             .collect();
-        compare(name, &queries, 1e-4);
+        compare(name, &queries, USUAL, 1e-4);
         let queries: Vec<_> = (0..N_ASIDE)
             .map(|_| query(0, fibre(&mut fibres)).by_paper())
             .collect();
-        compare(&format!("{name} of the paper"), &queries, 1e-4);
+        compare(&format!("{name} of the paper"), &queries, USUAL, 1e-4);
     }
 }
 
@@ -286,7 +303,7 @@ fn lobes_of_painted_fibres_agree() {
         for part in 0..4 {
             let worst = worst_difference(&parts(&gpu, part), &parts(&cpu, part));
             println!("painted {}, part {part}: {worst:.2e}", table.lobe.name());
-            assert!(worst < 1e-4, "{worst}");
+            assert!(worst < held(USUAL, 1e-4), "{worst}");
         }
     }
 }
@@ -349,7 +366,10 @@ fn painted_points_agree() {
         }
         println!("{kinds:?}: {worst:?}");
         assert!(
-            n > 0 && worst.iter().all(|&worst| worst < 1e-3),
+            n > 0
+                && worst
+                    .iter()
+                    .all(|&worst| f64::from(worst) < held(USUAL, 1e-3)),
             "{worst:?}"
         );
     }
@@ -371,14 +391,21 @@ fn single_scattering_agrees() {
                 query(ix, fibre)
             })
             .collect();
-        compare(&format!("single scattering, mode {mode}"), &queries, 1e-4);
-        compare_pointwise(&format!("single scattering, mode {mode}"), &queries);
+        compare(
+            &format!("single scattering, mode {mode}"),
+            &queries,
+            USUAL,
+            1e-4,
+        );
+        // 4.1e-3 was measured.
+        compare_pointwise(&format!("single scattering, mode {mode}"), &queries, 0.02);
         let queries: Vec<_> = (0..N_ASIDE)
             .map(|_| query(0, fibre(&mut fibres)).by_paper())
             .collect();
         let name = format!("single scattering of the paper, mode {mode}");
-        compare(&name, &queries, 1e-4);
-        compare_pointwise(&name, &queries);
+        compare(&name, &queries, USUAL, 1e-4);
+        // 8.5e-2 was measured.
+        compare_pointwise(&name, &queries, 0.3);
     }
 }
 
@@ -394,7 +421,7 @@ fn half_circles_agree() {
             ..Query::new(Function::HalfCircle)
         })
         .collect();
-    compare("half circle and mean cosine", &queries, 1e-5);
+    compare("half circle and mean cosine", &queries, USUAL, 1e-5);
 }
 
 #[test]
@@ -409,7 +436,7 @@ fn averages_agree() {
                 query.with_optics(ix)
             })
             .collect();
-        compare(average.name(), &queries, 1e-5);
+        compare(average.name(), &queries, USUAL, 1e-5);
     }
 }
 
@@ -425,7 +452,7 @@ fn multiple_scattering_agrees() {
                 Query::global(mode, light, sigma(&mut random), view, fibre).with_optics(ix)
             })
             .collect();
-        compare(&format!("global, mode {mode}"), &queries, 1e-4);
+        compare(&format!("global, mode {mode}"), &queries, USUAL, 1e-4);
     }
     for (name, query) in [
         ("local", Query::local as fn(_, _, _, _) -> _),
@@ -438,7 +465,7 @@ fn multiple_scattering_agrees() {
                 query(light, sigma(&mut random), view, fibre).with_optics(ix)
             })
             .collect();
-        compare(name, &queries, 1e-4);
+        compare(name, &queries, WIDER, 1e-4);
     }
 }
 
@@ -462,11 +489,11 @@ fn corners_are_finite_on_the_gpu() {
 fn the_comparator_sees_a_difference() {
     let cpu = [[1.0, 2.0, 3.0, 4.0]];
     assert!(worst_difference(&cpu, &cpu) == 0.0);
-    assert!(worst_difference(&[[1.0, 2.0, 3.001, 4.0]], &cpu) > 1e-4);
+    assert!(worst_difference(&[[1.0, 2.0, 3.00004, 4.0]], &cpu) > WIDER);
     // A narrow light beside a wide one: 10 % wrong, seen only point by point.
-    let (lambdas, cpu) = ([1.0, 0.01], [[1.0; 4], [1e-4; 4]]);
-    let gpu = [[1.0; 4], [1.1e-4; 4]];
-    assert!(worst_difference(&gpu, &cpu) < 1e-4);
+    let (lambdas, cpu) = ([1.0, 0.01], [[1.0; 4], [1e-5; 4]]);
+    let gpu = [[1.0; 4], [1.1e-5; 4]];
+    assert!(worst_difference(&gpu, &cpu) < USUAL);
     assert!(worst_pointwise(&lambdas, &gpu, &cpu) > 10.0);
     assert!(worst_pointwise(&lambdas, &cpu, &cpu) == 0.0);
 }
