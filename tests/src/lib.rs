@@ -11,16 +11,6 @@ pub fn project_root() -> &'static Path {
         .unwrap_or(Path::new("."))
 }
 
-/// A file of the optional sample data beside the project, or `None` (with a line saying so).
-pub fn sample_data(relative: &str) -> Option<PathBuf> {
-    let path = project_root().join("../shared/data").join(relative);
-    if path.exists() {
-        return Some(path);
-    }
-    println!("sample data {relative} is not here: that part of the test is left out");
-    None
-}
-
 /// A command that runs `strandlight`, built in the profile of this test.
 pub fn strandlight() -> Command {
     Command::new(binary("strandlight"))
@@ -118,4 +108,5 @@ pub mod corners;
 pub mod optics;
 pub mod oracle;
 pub mod random;
+pub mod samples;
 pub mod scenes;

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use serde_json::Value;
 use strandlight_formats::{Axis, LightSet, Spacing, SrbfLight, Table, TableFile};
-use strandlight_tests::{assert_refused, sample_data, strandlight};
+use strandlight_tests::samples::{hair_file, real_file};
+use strandlight_tests::{assert_refused, strandlight};
 
 /// Runs `strandlight ARGS` in `folder`, which must do it, and answers its stdout.
 fn done(folder: &Path, args: &[&str]) -> String {
@@ -410,21 +411,24 @@ fn files_of_other_kinds_are_called_by_their_names() {
 }
 
 #[test]
-fn genuine_sample_comes_back() {
-    let Some(path) = sample_data("hair/cyuksel_straight.hair") else {
-        return;
-    };
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
-    let input = path.to_str().expect("UTF-8");
-    done(at, &["groom", "import", input, "-o", "a.groom"]);
-    let info = json(at, "a.groom");
-    assert_eq!(
-        (&info["strands"], &info["points"]),
-        (&10_000.into(), &160_000.into())
-    );
-    done(at, &["export", "a.groom", "-o", "b.hair"]);
-    assert!(fs::read(at.join("b.hair")).expect("written") == fs::read(path).expect("readable"));
+fn hair_of_others_comes_back() {
+    let mut files = vec![(hair_file(300, 16), 300, 4800)];
+    if let Some(path) = real_file("hair/cyuksel_straight.hair") {
+        files.push((fs::read(path).expect("readable"), 10_000, 160_000));
+    }
+    for (file, strands, points) in files {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        fs::write(at.join("a.hair"), &file).expect("written");
+        done(at, &["groom", "import", "a.hair", "-o", "a.groom"]);
+        let info = json(at, "a.groom");
+        assert_eq!(
+            (&info["strands"], &info["points"]),
+            (&strands.into(), &points.into())
+        );
+        done(at, &["export", "a.groom", "-o", "b.hair"]);
+        assert!(fs::read(at.join("b.hair")).expect("written") == file);
+    }
 }
 
 #[test]

@@ -1,10 +1,13 @@
 //! `strandlight lights`: what it writes, what it says, and that it always says the same.
 
 use std::fs;
+use std::path::Path;
 
+use exr::prelude::{Blocks, Compression};
 use strandlight_bake::lights::{Map, evaluate};
 use strandlight_formats::LightSet;
-use strandlight_tests::{project_root, sample_data, strandlight};
+use strandlight_tests::samples::{exr_map, real_file};
+use strandlight_tests::{project_root, strandlight};
 
 #[test]
 fn writes_lights_report_and_preview() {
@@ -52,28 +55,82 @@ fn writes_lights_report_and_preview() {
     assert_eq!(set.info.report, Some(again));
 }
 
+/// Places in an OpenEXR file that `exr_map` made in blocks of 16 lines: the byte that names the
+/// compression, and the start of the first of two blocks (line, bytes of data, data).
+fn places(bytes: &[u8]) -> (usize, usize) {
+    let name = b"compression\0compression\0";
+    let found = bytes.windows(name.len()).position(|it| it == name);
+    // Four bytes of the value's size.
+    let compression = found.expect("a compression") + name.len() + 4;
+    let block = (16..bytes.len()).find(|&at| {
+        let offset = bytes[at - 16..at - 8].try_into().expect("eight bytes");
+        u64::from_le_bytes(offset) == at as u64
+    });
+    (
+        compression,
+        block.expect("a table of offsets before the first block"),
+    )
+}
+
 #[test]
 fn bad_maps_are_refused() {
-    for (name, needle) in [
+    let good = exr_map(Compression::ZIP16, Blocks::ScanLines);
+    let (compression, block) = places(&good);
+    let changed = |change: &dyn Fn(&mut Vec<u8>)| {
+        let mut bytes = good.clone();
+        change(&mut bytes);
+        bytes
+    };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut maps = Vec::new();
+    for (name, bytes) in [
+        ("magic.exr", changed(&|bytes| bytes[0] = 0)),
         (
-            "env/bad/comp_invalid_unknown.exr",
-            "comp_invalid_unknown.exr",
+            "compression.exr",
+            changed(&|bytes| bytes[compression] = 200),
+        ),
+        // What was packed by ZIP is no PIZ.
+        ("other.exr", changed(&|bytes| bytes[compression] = 4)),
+        (
+            "packed.exr",
+            changed(&|bytes| bytes[block + 8..block + 24].fill(0xff)),
         ),
         (
-            "env/bad/comp_short_decode_piz.exr",
-            "comp_short_decode_piz.exr",
+            "negative.exr",
+            changed(&|bytes| bytes[block + 4..block + 8].fill(0xff)),
         ),
+        ("huge.exr", changed(&|bytes| bytes[block + 7] = 0x7f)),
+        ("line.exr", changed(&|bytes| bytes[block + 1] = 0x10)),
+        ("cut.exr", changed(&|bytes| bytes.truncate(block + 100))),
+        ("header.exr", changed(&|bytes| bytes.truncate(compression))),
+        ("empty.exr", Vec::new()),
     ] {
-        let Some(path) = sample_data(name) else {
-            continue;
-        };
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let mut command = strandlight();
-        command
-            .current_dir(folder.path())
-            .args(["lights".as_ref(), path.as_os_str()])
-            .args(["-o", "out.lights"]);
-        strandlight_tests::assert_refused(&mut command, &[needle]);
-        assert!(!folder.path().join("out.lights").exists());
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).expect("writable");
+        maps.push(path);
     }
+    let real = ["comp_invalid_unknown.exr", "comp_short_decode_piz.exr"];
+    maps.extend(
+        real.iter()
+            .filter_map(|name| real_file(&format!("env/bad/{name}"))),
+    );
+    assert!(maps.len() >= 10);
+    let run = |map: &Path| {
+        let mut command = strandlight();
+        command.current_dir(folder.path()).arg("lights").arg(map);
+        command.args(["-o", "out.lights", "--count", "1"]);
+        command
+    };
+    for map in maps {
+        let name = map
+            .file_name()
+            .and_then(|name| name.to_str())
+            .expect("a name");
+        strandlight_tests::assert_refused(&mut run(&map), &[name]);
+        assert!(!folder.path().join("out.lights").exists(), "{name}");
+    }
+    // The same file without damage is taken.
+    let map = folder.path().join("good.exr");
+    fs::write(&map, &good).expect("writable");
+    strandlight_tests::assert_done(&mut run(&map));
 }
