@@ -5,17 +5,18 @@ use std::time::Instant;
 
 use serde_json::{Map as Object, Value, json};
 use strandlight_bake::lights::{
-    Fit, FitOptions, MAX_LIGHTS, Map, STEPS, evaluate, fit, preview_png,
+    Fit, FitOptions, MAX_LIGHTS, Map, MapSelection, STEPS, evaluate, fit, preview_png,
 };
 use strandlight_bake::progress::{Progress, timed};
 use strandlight_formats::{FitReport, Kind, LightSet, LightSetInfo};
 
-use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, print_line, write_output};
 
 /// Fits spherical Gaussian lights to an HDR map
 ///
 /// The map is linear radiance on the latitude-longitude layout of OpenEXR, twice as wide as
-/// high, +Y up: OpenEXR (any compression, scan lines or tiles, mip maps) or Radiance .hdr.
+/// high, +Y up: OpenEXR (any compression, scan lines or tiles, mip maps) or Radiance .hdr. The
+/// sphere is the display window of an OpenEXR file; what its data window leaves out is black.
 #[derive(clap::Args)]
 pub struct Args {
     /// OpenEXR or Radiance .hdr map
@@ -32,9 +33,19 @@ pub struct Args {
     /// Layout of the map
     #[arg(long, value_enum, default_value_t = Layout::Latlong)]
     layout: Layout,
+    /// Part of an OpenEXR file, by name or by index from 0 [default: the first with colour]
+    #[arg(long, value_name = "NAME|INDEX")]
+    part: Option<String>,
+    /// Layer of an OpenEXR file, the name before .R, .G, .B or .Y of its channels; "" for the
+    /// plain ones [default: the plain channels, else the first layer with colour]
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
     /// Writes figures of the fit as JSON
     #[arg(long, value_name = "R.json")]
     report: Option<PathBuf>,
+    /// Measures no errors: the light set records none, --json shows null
+    #[arg(long, conflicts_with = "report")]
+    no_report: bool,
     /// Writes map, light set, difference and lights as a picture
     #[arg(long, value_name = "P.png")]
     preview: Option<PathBuf>,
@@ -57,9 +68,11 @@ fn parse_count(text: &str) -> Result<usize, String> {
     }
 }
 
+/// Steps beside those of the fit: reading, the report, the files.
+const OTHER_STEPS: u64 = 3;
+
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let start = Instant::now();
     // The one layout there is; the match makes a new one stop here.
     let Layout::Latlong = args.layout;
     let outputs = [
@@ -84,27 +97,88 @@ pub fn run(args: &Args) -> Outcome {
         ));
     }
 
-    let (map, read_seconds) = timed(|| Map::read(&args.map));
+    let progress = Progress::new("fitting lights", STEPS + OTHER_STEPS);
+    let baked = bake(args, &progress);
+    progress.finish();
+    let baked = baked?;
+    if args.json {
+        return print_line(format_args!("{:#}", baked.document));
+    }
+    let wrote = |path: &Path| format!("wrote {}", path.display());
+    if let Some(path) = &args.preview {
+        print_line(wrote(path))?;
+    }
+    if let Some(path) = &args.report {
+        print_line(wrote(path))?;
+    }
+    let (major, minor) = Kind::Lights.version();
+    let how_many = match baked.set.lights.len() {
+        found if found == args.count => format!("{found} lights"),
+        found => format!("{found} of {} lights, more would not help", args.count),
+    };
+    let figures = match baked.set.info.report {
+        Some(report) => {
+            let worst_energy = report
+                .energy_ratio
+                .iter()
+                .fold(0.0f64, |worst, ratio| worst.max((ratio - 1.0).abs()));
+            format!(
+                "fibre error {:.2} %, irradiance error {:.2} %, energy off by at most {:.3} %",
+                100.0 * report.fibre_error,
+                100.0 * report.irradiance_error,
+                100.0 * worst_energy,
+            )
+        }
+        None => "errors not measured".to_owned(),
+    };
+    print_line(format_args!(
+        "{}: light set, format {major}.{minor}, {how_many} ({} compact), {} bytes, {figures}, \
+         {:.2} s",
+        wrote(&args.output),
+        baked.compact_lights,
+        baked.bytes,
+        baked.seconds,
+    ))
+}
+
+/// What was made, for the last lines.
+struct Baked {
+    set: LightSet,
+    /// Length of its file.
+    bytes: usize,
+    compact_lights: usize,
+    document: Value,
+    seconds: f64,
+}
+
+/// All the work, up to the last file that is written.
+fn bake(args: &Args, progress: &Progress) -> Result<Baked, Failure> {
+    let start = Instant::now();
+    let selection = MapSelection {
+        part: args.part.clone(),
+        layer: args.layer.clone(),
+    };
+    let (map, read_seconds) = timed(|| Map::read_selected(&args.map, &selection));
     let map = map.map_err(Failure::input)?;
+    progress.advance(1);
     let options = FitOptions {
         count: args.count,
         seed: args.seed,
     };
-    let progress = Progress::new("fitting lights", STEPS);
-    let fitted = fit(&map, options, &progress);
-    progress.finish();
-    let fitted = fitted.map_err(|error| Failure::file(&args.map, error))?;
-    let faults = map.faults();
-    if !faults.is_clean() {
-        note!(
-            "{}: clamped pixels: {} NaN, {} infinite, {} negative",
-            args.map.display(),
-            faults.nan,
-            faults.infinite,
-            faults.negative
-        );
+    let fitted = fit(&map, options, progress).map_err(|error| Failure::file(&args.map, error))?;
+    for line in remarks(&map) {
+        progress.say(&format!("{}: {line}", args.map.display()));
     }
-    let (report, report_seconds) = timed(|| evaluate(&fitted.lights, &map));
+    let mut stages: Vec<(&str, f64)> = vec![("read", read_seconds)];
+    stages.extend(&fitted.seconds);
+    let report = if args.no_report {
+        None
+    } else {
+        let (report, seconds) = timed(|| evaluate(&fitted.lights, &map));
+        stages.push(("report", seconds));
+        Some(report)
+    };
+    progress.advance(1);
 
     let set = LightSet {
         lights: fitted.lights.lights.clone(),
@@ -115,16 +189,14 @@ pub fn run(args: &Args) -> Outcome {
         .map_err(|error| Failure::file(&args.output, error))?;
     let preview = match &args.preview {
         Some(path) => {
-            let bytes = preview_png(&set, &map).map_err(|error| Failure::file(path, error))?;
-            Some((path, bytes))
+            let (bytes, seconds) = timed(|| preview_png(&set, &map));
+            stages.push(("preview", seconds));
+            Some((path, bytes.map_err(|error| Failure::file(path, error))?))
         }
         None => None,
     };
     let seconds = start.elapsed().as_secs_f64();
-    let mut stages: Vec<(&str, f64)> = vec![("read", read_seconds)];
-    stages.extend(&fitted.seconds);
-    stages.push(("report", report_seconds));
-    let document = document(&set, &map, &fitted, &report, seconds, &stages);
+    let document = document(&set, &map, &fitted, seconds, &stages);
 
     write_output(&args.output, &bytes)?;
     if let Some(path) = &args.report {
@@ -133,37 +205,30 @@ pub fn run(args: &Args) -> Outcome {
     if let Some((path, bytes)) = preview {
         write_output(path, &bytes)?;
     }
-    if args.json {
-        print_line(format_args!("{document:#}"))
-    } else {
-        let wrote = |path: &Path| format!("wrote {}", path.display());
-        if let Some(path) = &args.preview {
-            print_line(wrote(path))?;
-        }
-        if let Some(path) = &args.report {
-            print_line(wrote(path))?;
-        }
-        let (major, minor) = Kind::Lights.version();
-        let worst_energy = report
-            .energy_ratio
-            .iter()
-            .fold(0.0f64, |worst, ratio| worst.max((ratio - 1.0).abs()));
-        let how_many = match set.lights.len() {
-            found if found == args.count => format!("{found} lights"),
-            found => format!("{found} of {} lights, more would not help", args.count),
-        };
-        print_line(format_args!(
-            "{}: light set, format {major}.{minor}, {} ({} compact), {} bytes, fibre error \
-             {:.2} %, irradiance error {:.2} %, energy off by at most {:.3} %, {seconds:.2} s",
-            wrote(&args.output),
-            how_many,
-            fitted.suns,
-            bytes.len(),
-            100.0 * report.fibre_error,
-            100.0 * report.irradiance_error,
-            100.0 * worst_energy,
-        ))
-    }
+    progress.advance(1);
+    Ok(Baked {
+        set,
+        bytes: bytes.len(),
+        compact_lights: fitted.suns,
+        document,
+        seconds,
+    })
+}
+
+/// What one should know of a map that is not exactly what its file seems to hold.
+fn remarks(map: &Map) -> Vec<String> {
+    let source = map.source();
+    let faults = map.faults();
+    let image = source.image.as_ref().map(|image| {
+        let choices = &image.choices;
+        format!("reads {image} of {choices}; --part and --layer choose")
+    });
+    let clamped = (!faults.is_clean()).then(|| format!("clamped pixels: {faults}"));
+    image
+        .into_iter()
+        .chain(source.windows.map(|windows| windows.to_string()))
+        .chain(clamped)
+        .collect()
 }
 
 /// What the file records about its making: nothing that changes from run to run.
@@ -171,33 +236,32 @@ pub(super) fn info(
     options: FitOptions,
     map: &Map,
     fitted: &Fit,
-    report: FitReport,
+    report: Option<FitReport>,
 ) -> LightSetInfo {
+    let mut parameters = vec![("layout".to_owned(), "latlong".to_owned())];
+    parameters.extend(map.parameters());
+    parameters.push(("compact_lights".to_owned(), fitted.suns.to_string()));
     LightSetInfo {
         map_hash: map.source().hash.clone(),
         // At most 32768: fits.
         map_size: [map.width() as u32, map.height() as u32],
         requested_count: options.count as u32,
         seed: options.seed,
-        parameters: vec![
-            ("layout".to_owned(), "latlong".to_owned()),
-            ("map_format".to_owned(), map.source().format.clone()),
-            ("compact_lights".to_owned(), fitted.suns.to_string()),
-        ],
-        report: Some(report),
+        parameters,
+        report,
         ..LightSetInfo::default()
     }
 }
 
-/// The report as JSON.
+/// The report as JSON; without the figures of the fit they are null.
 fn document(
     set: &LightSet,
     map: &Map,
     fitted: &Fit,
-    report: &FitReport,
     seconds: f64,
     stages: &[(&str, f64)],
 ) -> Value {
+    let report = set.info.report;
     let stages: Object<String, Value> = stages
         .iter()
         .map(|(name, seconds)| ((*name).to_owned(), json!(seconds)))
@@ -210,16 +274,18 @@ fn document(
         "seed": set.info.seed,
         "seconds": seconds,
         "stage_seconds": stages,
-        "rel_l2": report.rel_l2,
-        "energy_ratio": report.energy_ratio,
-        "irradiance_error": report.irradiance_error,
-        "fibre_error": report.fibre_error,
+        "rel_l2": report.map(|report| report.rel_l2),
+        "energy_ratio": report.map(|report| report.energy_ratio),
+        "irradiance_error": report.map(|report| report.irradiance_error),
+        "fibre_error": report.map(|report| report.fibre_error),
         "energy_scale": fitted.energy_scale,
         "map": {
             "format": map.source().format,
             "hash": map.source().hash,
             "width": map.width(),
             "height": map.height(),
+            "image": map.source().image,
+            "windows": map.source().windows,
             "clamped_pixels": map.faults(),
         },
         "tool_version": set.info.tool_version,

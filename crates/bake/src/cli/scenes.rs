@@ -172,7 +172,7 @@ fn light_set(scene: &PaperScene, map: &Map) -> Result<LightSet, Failure> {
     let fitted = fitted.map_err(|error| Failure::Input(format!("{}: {error}", scene.name)))?;
     let report = evaluate(&fitted.lights, map);
     Ok(LightSet {
-        info: info(options, map, &fitted, report),
+        info: info(options, map, &fitted, Some(report)),
         lights: fitted.lights.lights,
     })
 }

@@ -5,12 +5,13 @@
 mod groom;
 mod lights;
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use strandlight_bake::lights::Map;
+use strandlight_bake::lights::{Map, MapError, MapSelection};
 use strandlight_bake::tables::{Check, verify_tables};
 use strandlight_formats::{Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile};
 
@@ -188,8 +189,20 @@ impl Verdict {
 /// The map, with its path and the limit of `--max-error`.
 struct Reference<'a> {
     path: &'a Path,
+    /// The image that is read unless a set names another.
     map: Map,
     max_error: f64,
+}
+
+impl Reference<'_> {
+    /// The image of the file that a set with these parameters was fitted to.
+    fn image(&self, parameters: &[(String, String)]) -> Result<Cow<'_, Map>, MapError> {
+        let selection = MapSelection::recorded(parameters);
+        if selection == MapSelection::default() {
+            return Ok(Cow::Borrowed(&self.map));
+        }
+        Map::read_selected(self.path, &selection).map(Cow::Owned)
+    }
 }
 
 /// Runs the command.

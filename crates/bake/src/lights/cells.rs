@@ -15,7 +15,7 @@ pub(super) const COLUMNS: usize = 256;
 
 /// Lights narrower than this are summed over a disc of their own: a grid of 256 x 128 resolves a
 /// Gaussian of bandwidth lambda = 0.06 (standard deviation 1.7 cells) to 3e-5.
-const NARROW: f64 = 0.06;
+pub(super) const NARROW: f64 = 0.06;
 
 /// A point of light.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@ use strandlight_formats::{LightSet, SrbfLight};
 
 use super::cells::{COLUMNS, srbf_solid_angle};
 use super::harmonics::Harmonics;
-use super::map::{Map, MapError, PixelFaults};
+use super::map::{Map, MapError};
 use super::projection::{Lobe, State, Target, energy_row, refine};
 use super::response::Response;
 use super::search::{Candidates, add_greedily, add_in_batches, grow, relocate};
@@ -103,9 +103,9 @@ pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, M
     let ((filter, coarse, fine), time) = timed(|| {
         let response = Response::default();
         let filter = Filter::new(&NARROWING.map(|factor| response.narrowed(factor)));
-        let mut harmonics = Harmonics::analyse(map, &rest);
+        let mut harmonics = Harmonics::analyse(&rest);
         harmonics.filter(&filter.factors);
-        let energy = map.grid().energy(&rest);
+        let energy = rest.energy();
         let coarse = target(&harmonics, energy, COARSE_POINTS, unit);
         let fine = target(&harmonics, energy, FINE_POINTS, unit);
         (filter, coarse, fine)
@@ -247,18 +247,16 @@ fn assemble(
 
 /// Why a map without light has none.
 fn no_light(map: &Map) -> String {
-    let PixelFaults {
-        nan,
-        infinite,
-        negative,
-    } = map.faults();
-    if map.faults().is_clean() {
+    let faults = map.faults();
+    if faults.is_clean() {
         return "the map has no light: it is black everywhere".to_owned();
     }
     format!(
-        "the map has no light: of {} pixels {nan} are NaN, {infinite} infinite, {negative} \
-         negative, the rest black",
-        map.width() * map.height()
+        "the map has no light: of {} pixels {} are NaN, {} infinite, {} negative, the rest black",
+        map.width() * map.height(),
+        faults.nan,
+        faults.infinite,
+        faults.negative
     )
 }
 
@@ -373,11 +371,32 @@ mod tests {
             })
         };
         let one = run(1);
+        assert_eq!(one, run(2));
         assert_eq!(one, run(3));
         // And the seed does matter, so that equal bytes mean something.
         let options = FitOptions { count: 16, seed: 1 };
         let other = fit(&map, options, &Progress::silent()).unwrap();
         assert_ne!(one.0, other.lights.to_bytes().unwrap());
+    }
+
+    #[test]
+    fn an_infinite_pixel_does_not_outshine_a_dim_map() {
+        let sound = map_of(128, sky);
+        let mut pixels = sound.pixels().to_vec();
+        pixels[20 * 128 + 33] = [f32::INFINITY; 3];
+        let map = Map::new(128, 64, pixels).unwrap();
+        assert_eq!(map.faults().infinite, 1);
+        for (energy, sound) in map.energy().into_iter().zip(sound.energy()) {
+            assert!((energy / sound - 1.0).abs() < 1e-3, "{energy} {sound}");
+        }
+        let fitted = fit_in_silence(&map, 12);
+        assert_eq!(fitted.suns, 0);
+        let report = evaluate(&fitted.lights, &sound);
+        assert!(report.fibre_error < 0.01, "{report:?}");
+        // The brightest light is no brighter than the sky.
+        for light in &fitted.lights.lights {
+            assert!(light.rgb.iter().all(|a| *a < 2.0), "{light:?}");
+        }
     }
 
     #[test]

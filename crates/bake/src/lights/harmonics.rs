@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::map::Map;
 use super::spectrum::DEGREES;
 use super::sphere::Vec3;
+use super::sun::Rest;
 
 /// Pairs (l, m) with 0 <= m <= l < DEGREES.
 const PAIRS: usize = DEGREES * (DEGREES + 1) / 2;
@@ -53,8 +53,8 @@ pub(super) struct Harmonics {
 }
 
 impl Harmonics {
-    /// Analyses `pixels` on the grid of `map`.
-    pub fn analyse(map: &Map, pixels: &[[f32; 3]]) -> Harmonics {
+    /// Analyses a map, less what was taken out of it.
+    pub fn analyse(map: &Rest) -> Harmonics {
         let grid = map.grid();
         let block = (grid.width / COLUMNS).max(1);
         let columns = grid.width.div_ceil(block);
@@ -80,8 +80,7 @@ impl Harmonics {
                 let (first, last) = (row * block, ((row + 1) * block).min(grid.height));
                 for j in first..last {
                     let solid_angle = grid.solid_angle(j);
-                    let line = &pixels[j * grid.width..(j + 1) * grid.width];
-                    for (i, pixel) in line.iter().enumerate() {
+                    for (i, pixel) in map.row(j).iter().enumerate() {
                         for (sum, x) in energy.iter_mut().zip(pixel) {
                             sum[i / block] += solid_angle * f64::from(*x);
                         }
@@ -173,6 +172,7 @@ impl Harmonics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lights::Map;
     use crate::lights::cells::map_cells_of;
     use crate::lights::response::Response;
     use crate::lights::spectrum::Filter;
@@ -202,9 +202,9 @@ mod tests {
             let pixels: Vec<[f32; 3]> = (0..width * height)
                 .map(|_| [0; 3].map(|_| random.uniform().powi(20) as f32))
                 .collect();
-            let map = Map::new(width, height, pixels.clone()).unwrap();
+            let map = Map::new(width, height, pixels).unwrap();
             let filter = Filter::new(&[Response::default()]);
-            let mut harmonics = Harmonics::analyse(&map, &pixels);
+            let mut harmonics = Harmonics::analyse(&Rest::new(&map));
             harmonics.filter(&filter.factors);
             let profile = filter.point_profile();
             let cells = map_cells_of(&map, 1);

@@ -4,16 +4,17 @@ use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
 use strandlight_formats::{FileKind, content_hash};
 
+use super::faults::{PixelFaults, replace_negative, replace_non_finite};
+use super::primaries::{Matrix, convert};
+use super::source::{MapSelection, MapSource};
 use super::{exr_map, radiance_map};
 
 /// Largest width of a map in pixels; its height is at most half of it. 32768 x 16384 RGB floats
 /// are 6 GiB: more than any published map, and a bound on what a lying header can ask for.
 pub const MAX_WIDTH: usize = 32768;
-
-/// Largest half-float: what an infinite sample becomes when no finite sample is larger.
-const HALF_MAX: f32 = 65504.0;
 
 /// Why a map could not be read or used.
 #[derive(Debug, thiserror::Error)]
@@ -39,26 +40,6 @@ pub enum MapError {
     Unusable(String),
 }
 
-/// Pixels whose samples had to be replaced.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct PixelFaults {
-    /// Pixels with a NaN sample; the sample becomes 0.
-    pub nan: u64,
-    /// Pixels with an infinite sample; plus infinity becomes the largest finite sample of the map
-    /// or 65504, whichever is larger, minus infinity becomes 0.
-    pub infinite: u64,
-    /// Pixels with a finite negative sample (ringing of lossy compression, colours outside
-    /// Rec.709); the sample becomes 0.
-    pub negative: u64,
-}
-
-impl PixelFaults {
-    /// Whether nothing had to be replaced.
-    pub fn is_clean(&self) -> bool {
-        *self == PixelFaults::default()
-    }
-}
-
 /// An environment map: linear Rec.709 radiance, latitude-longitude layout, row 0 on top.
 ///
 /// Pixel (column i, row j) of W x H lies at latitude `pi (0.5 - (j + 0.5) / H)` and longitude
@@ -73,22 +54,13 @@ pub struct Map {
     source: MapSource,
 }
 
-/// Where a map came from.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct MapSource {
-    /// [`strandlight_formats::content_hash`] of the file's bytes; of the pixels for a map that was
-    /// made in memory.
-    pub hash: String,
-    /// Format and layout in words, e.g. `OpenEXR, tiles, ZIP, half`.
-    pub format: String,
-}
-
 impl Map {
     /// Makes a map from `pixels` (row by row, top row first), clamping and counting what is not
-    /// a finite non-negative number.
+    /// a finite non-negative number (see [`PixelFaults`]).
     ///
     /// # Errors
-    /// [`MapError::Unusable`] if the size is not 2:1, too large, or not the number of pixels.
+    /// [`MapError::Unusable`] if the size is not 2:1, too large, or not the number of pixels, or if
+    /// more than 0.1 % of the pixels (and more than 4) are NaN or infinite.
     pub fn new(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Map, MapError> {
         check_size(width, height).map_err(MapError::Unusable)?;
         if pixels.len() != width * height {
@@ -102,32 +74,52 @@ impl Map {
         let source = MapSource {
             hash,
             format: "memory".to_owned(),
+            ..MapSource::default()
         };
-        Ok(Map::from_decoded(width, height, pixels, source))
+        Map::from_decoded(width, height, pixels, None, source).map_err(MapError::Unusable)
     }
 
-    /// As [`Map::new`] for a size that was checked before the pixels were decoded.
+    /// As [`Map::new`] for a size that was checked before the pixels were decoded; `to_rec_709`
+    /// converts their colours.
     pub(super) fn from_decoded(
         width: usize,
         height: usize,
         mut pixels: Vec<[f32; 3]>,
+        to_rec_709: Option<Matrix>,
         source: MapSource,
-    ) -> Map {
-        let faults = clamp_samples(&mut pixels);
-        Map {
+    ) -> Result<Map, String> {
+        // Before the colours are converted: that would spread infinities over the channels, and
+        // make NaN of their differences.
+        let mut faults = replace_non_finite(&mut pixels)?;
+        if let Some(matrix) = to_rec_709 {
+            pixels.par_iter_mut().for_each(|pixel| {
+                *pixel = convert(&matrix, *pixel).map(|x| x.clamp(f32::MIN, f32::MAX));
+            });
+        }
+        faults.negative = replace_negative(&mut pixels);
+        Ok(Map {
             width,
             height,
             pixels,
             faults,
             source,
-        }
+        })
     }
 
     /// Reads an OpenEXR or Radiance file; the format is told from its first bytes, not its name.
+    /// Of an OpenEXR file with several images the one that [`MapSelection::default`] chooses.
     ///
     /// # Errors
     /// [`MapError`] naming the file and what is wrong with it.
     pub fn read(path: &Path) -> Result<Map, MapError> {
+        Map::read_selected(path, &MapSelection::default())
+    }
+
+    /// As [`Map::read`], of a file with several images the one that `selection` names.
+    ///
+    /// # Errors
+    /// [`MapError`] naming the file and what is wrong with it, or which images it has.
+    pub fn read_selected(path: &Path, selection: &MapSelection) -> Result<Map, MapError> {
         let io = |source| MapError::Io {
             path: path.to_owned(),
             source,
@@ -143,7 +135,7 @@ impl Map {
             )));
         }
         let bytes = std::fs::read(path).map_err(io)?;
-        Map::decode(&bytes).map_err(|what| MapError::Invalid {
+        Map::decode_selected(&bytes, selection).map_err(|what| MapError::Invalid {
             path: path.to_owned(),
             what,
         })
@@ -154,10 +146,21 @@ impl Map {
     /// # Errors
     /// What is wrong, in one line.
     pub fn decode(bytes: &[u8]) -> Result<Map, String> {
+        Map::decode_selected(bytes, &MapSelection::default())
+    }
+
+    /// As [`Map::decode`], of a file with several images the one that `selection` names.
+    ///
+    /// # Errors
+    /// What is wrong, in one line.
+    pub fn decode_selected(bytes: &[u8], selection: &MapSelection) -> Result<Map, String> {
         let hash = content_hash(bytes);
         if bytes.starts_with(&exr_map::MAGIC) {
-            exr_map::decode(bytes, hash)
+            exr_map::decode(bytes, hash, selection)
         } else if bytes.starts_with(radiance_map::MAGIC) {
+            if *selection != MapSelection::default() {
+                return Err("a Radiance file has no parts and layers to choose from".to_owned());
+            }
             radiance_map::decode(bytes, hash)
         } else if bytes.is_empty() {
             Err("the file is empty".to_owned())
@@ -183,6 +186,11 @@ impl Map {
     /// Radiance, `width * height` pixels, top row first.
     pub fn pixels(&self) -> &[[f32; 3]] {
         &self.pixels
+    }
+
+    /// The pixels of row `j`.
+    pub(super) fn row(&self, j: usize) -> &[[f32; 3]] {
+        &self.pixels[j * self.width..(j + 1) * self.width]
     }
 
     /// The map with each pixel cut into equal parts until it is at least `width` pixels wide, so
@@ -225,9 +233,26 @@ impl Map {
         }
     }
 
+    /// What a light set that was fitted to this map records of it, beside hash and size: the
+    /// format and, where there is something to say, image, windows and replaced pixels.
+    pub fn parameters(&self) -> Vec<(String, String)> {
+        let mut parameters = vec![("map_format".to_owned(), self.source.format.clone())];
+        if let Some(image) = &self.source.image {
+            parameters.extend(image.parameters());
+        }
+        if let Some(windows) = self.source.windows {
+            parameters.push(("map_data_window".to_owned(), windows.data.to_string()));
+            parameters.push(("map_display_window".to_owned(), windows.display.to_string()));
+        }
+        if !self.faults.is_clean() {
+            parameters.push(("map_clamped_pixels".to_owned(), self.faults.to_string()));
+        }
+        parameters
+    }
+
     /// Integral of radiance over the sphere, per channel.
     pub fn energy(&self) -> [f64; 3] {
-        self.grid().energy(&self.pixels)
+        self.grid().energy(self.pixels.chunks_exact(self.width))
     }
 }
 
@@ -259,10 +284,10 @@ impl LatLong {
         ]
     }
 
-    /// Integral over the sphere of `width * height` pixels, top row first.
-    pub fn energy(self, pixels: &[[f32; 3]]) -> [f64; 3] {
+    /// Integral over the sphere of the pixels of `rows`, top row first.
+    pub(super) fn energy<'a>(self, rows: impl Iterator<Item = &'a [[f32; 3]]>) -> [f64; 3] {
         let mut total = [0.0; 3];
-        for (j, row) in pixels.chunks_exact(self.width).enumerate() {
+        for (j, row) in rows.enumerate() {
             let mut sum = [0.0; 3];
             for pixel in row {
                 for (sum, x) in sum.iter_mut().zip(pixel) {
@@ -303,34 +328,6 @@ pub(super) fn check_size(width: usize, height: usize) -> Result<(), String> {
     }
 }
 
-/// Replaces what is not a finite non-negative number and counts the pixels concerned.
-fn clamp_samples(pixels: &mut [[f32; 3]]) -> PixelFaults {
-    let mut faults = PixelFaults::default();
-    if pixels
-        .iter()
-        .flatten()
-        .all(|x| (0.0..f32::INFINITY).contains(x))
-    {
-        return faults;
-    }
-    let largest = pixels
-        .iter()
-        .flatten()
-        .copied()
-        .filter(|x| x.is_finite())
-        .fold(HALF_MAX, f32::max);
-    for pixel in pixels {
-        faults.nan += u64::from(pixel.iter().any(|x| x.is_nan()));
-        faults.infinite += u64::from(pixel.iter().any(|x| x.is_infinite()));
-        faults.negative += u64::from(pixel.iter().any(|&x| x < 0.0 && x.is_finite()));
-        for x in pixel {
-            // `max` answers 0 for NaN as well.
-            *x = x.max(0.0).min(largest);
-        }
-    }
-    faults
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -365,25 +362,6 @@ mod tests {
                 .sum();
             assert!((sum / (4.0 * PI) - 1.0).abs() < 1e-12, "{height}: {sum}");
         }
-    }
-
-    #[test]
-    fn bad_samples_are_counted_and_clamped() {
-        let mut pixels = vec![[1.0, 2.0, 3.0]; 8];
-        pixels[0] = [f32::NAN, -1.0, 5.0];
-        pixels[1] = [f32::INFINITY, 1e6, f32::NEG_INFINITY];
-        pixels[2] = [-0.5, 0.0, -0.5];
-        let map = Map::new(4, 2, pixels).unwrap();
-        let expected = PixelFaults {
-            nan: 1,
-            infinite: 1,
-            negative: 2,
-        };
-        assert_eq!(map.faults(), expected);
-        assert_eq!(map.pixels()[0], [0.0, 0.0, 5.0]);
-        assert_eq!(map.pixels()[1], [1e6, 1e6, 0.0]);
-        assert_eq!(map.pixels()[2], [0.0, 0.0, 0.0]);
-        assert_eq!(map.pixels()[3], [1.0, 2.0, 3.0]);
     }
 
     #[test]

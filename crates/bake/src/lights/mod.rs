@@ -21,7 +21,9 @@
 
 mod cells;
 mod columns;
+mod exr_images;
 pub(crate) mod exr_map;
+mod faults;
 mod fit;
 mod harmonics;
 mod linear;
@@ -34,13 +36,16 @@ mod radiance_map;
 mod report;
 mod response;
 mod search;
+mod source;
 mod spectrum;
 mod sphere;
 mod sun;
 
 pub use cells::radiance;
+pub use faults::PixelFaults;
 pub use fit::{Fit, FitOptions, MAX_LIGHTS, STEPS, fit};
-pub use map::{LatLong, Map, MapError, MapSource, PixelFaults};
+pub use map::{LatLong, Map, MapError};
 pub use preview::preview_png;
 pub(crate) use quiet::quietly;
 pub use report::evaluate;
+pub use source::{MapImage, MapSelection, MapSource, MapWindows, Window};

@@ -17,7 +17,8 @@ pub(super) const REC_709: Primaries = Primaries {
     white: [0.3127, 0.3290],
 };
 
-type Matrix = [[f64; 3]; 3];
+/// Three rows, applied to a column of red, green and blue.
+pub(super) type Matrix = [[f64; 3]; 3];
 
 /// Bradford cone response (Lam 1985).
 const BRADFORD: Matrix = [

@@ -5,9 +5,10 @@ use std::io::Cursor;
 use image::ImageDecoder;
 use image::codecs::hdr::HdrDecoder;
 
-use super::map::{Map, MapSource, check_size};
-use super::primaries::{Primaries, convert};
+use super::map::{Map, check_size};
+use super::primaries::{Matrix, Primaries};
 use super::quiet::quietly;
+use super::source::MapSource;
 
 /// First bytes: `#?RADIANCE` or `#?RGBE`.
 pub(super) const MAGIC: &[u8] = b"#?";
@@ -64,16 +65,12 @@ fn decode_unguarded(bytes: &[u8], hash: String) -> Result<Map, String> {
             }
         }
     }
-    if let Some(matrix) = matrix {
-        for pixel in &mut pixels {
-            *pixel = convert(&matrix, *pixel);
-        }
-    }
     let source = MapSource {
         hash,
         format: "Radiance RGBE".to_owned(),
+        ..MapSource::default()
     };
-    Ok(Map::from_decoded(width, height, pixels, source))
+    Map::from_decoded(width, height, pixels, matrix, source)
 }
 
 /// What the stored values are multiplied with to be radiance.
@@ -91,7 +88,7 @@ fn gain(exposure: Option<f32>, correction: Option<(f32, f32, f32)>) -> Result<[f
 }
 
 /// The conversion that `PRIMARIES=rx ry gx gy bx by wx wy` asks for.
-fn primaries(text: &str) -> Result<Option<[[f64; 3]; 3]>, String> {
+fn primaries(text: &str) -> Result<Option<Matrix>, String> {
     let values: Option<Vec<f64>> = text
         .split_whitespace()
         .map(|word| word.parse().ok())

@@ -262,6 +262,7 @@ mod tests {
     use crate::lights::cells::{light_cells, map_cells, map_cells_of};
     use crate::lights::harmonics::Harmonics;
     use crate::lights::spectrum::{DEGREES, Filter};
+    use crate::lights::sun::Rest;
     use strandlight_formats::{LightSet, SrbfLight};
 
     fn light(direction: Vec3, lambda: f32, rgb: [f32; 3]) -> LightSet {
@@ -361,7 +362,7 @@ mod tests {
                 })
             })
             .collect();
-        let map = Map::new(width, height, pixels.clone()).unwrap();
+        let map = Map::new(width, height, pixels).unwrap();
         let response = Response::default();
         let tables = AzimuthTables::new(&response);
         let cells = map_cells_of(&map, 1);
@@ -380,7 +381,7 @@ mod tests {
             .collect::<Vec<_>>()
             .iter()
             .fold([0.0; 2], |sum, x| [sum[0] + x[0], sum[1] + x[1]]);
-        let mut harmonics = Harmonics::analyse(&map, &pixels);
+        let mut harmonics = Harmonics::analyse(&Rest::new(&map));
         harmonics.filter(&Filter::new(&[response]).factors);
         let power = harmonics.power();
         let expected = power[1..DEGREES].iter().sum::<f64>() / power[0];

@@ -1,9 +1,12 @@
 //! Compact sources - the sun, bare lamps - taken out of the map as narrow lights before the fit.
 
+use std::collections::BTreeMap;
 use std::f64::consts::LN_2;
 
+use rayon::prelude::*;
+
 use super::cells::srbf_solid_angle;
-use super::map::Map;
+use super::map::{LatLong, Map};
 use super::sphere::{Vec3, combine, dot, normalize};
 
 /// Most sources that are taken out.
@@ -29,19 +32,90 @@ pub(super) struct Source {
     pub energy: [f64; 3],
 }
 
+/// A map without its compact sources. Only rows that differ from the map's are copied: maps can
+/// take gigabytes.
+pub(super) struct Rest<'a> {
+    map: &'a Map,
+    cut: BTreeMap<usize, Vec<[f32; 3]>>,
+}
+
+impl<'a> Rest<'a> {
+    /// The whole map.
+    pub fn new(map: &'a Map) -> Self {
+        Rest {
+            map,
+            cut: BTreeMap::new(),
+        }
+    }
+
+    pub fn grid(&self) -> LatLong {
+        self.map.grid()
+    }
+
+    /// The pixels of row `j`.
+    pub fn row(&self, j: usize) -> &[[f32; 3]] {
+        match self.cut.get(&j) {
+            Some(row) => row,
+            None => self.map.row(j),
+        }
+    }
+
+    /// Integral over the sphere.
+    pub fn energy(&self) -> [f64; 3] {
+        let grid = self.grid();
+        grid.energy((0..grid.height).map(|j| self.row(j)))
+    }
+
+    fn pixel(&self, ix: usize) -> [f32; 3] {
+        let width = self.map.width();
+        self.row(ix / width)[ix % width]
+    }
+
+    /// Cuts pixel `ix` down to `background`.
+    fn cut_down(&mut self, ix: usize, background: [f64; 3]) {
+        let (i, j) = (ix % self.map.width(), ix / self.map.width());
+        let map = self.map;
+        let row = self.cut.entry(j).or_insert_with(|| map.row(j).to_vec());
+        for (x, background) in row[i].iter_mut().zip(background) {
+            *x = x.min(background as f32);
+        }
+    }
+
+    /// Index and value of the first pixel with the largest sum of channels.
+    fn peak(&self) -> (usize, f64) {
+        let grid = self.grid();
+        let sum = |p: &[f32; 3]| f64::from(p[0]) + f64::from(p[1]) + f64::from(p[2]);
+        let first_largest = |best: (usize, f64), (ix, value): (usize, f64)| {
+            if value > best.1 { (ix, value) } else { best }
+        };
+        let of_rows: Vec<(usize, f64)> = (0..grid.height)
+            .into_par_iter()
+            .map(|j| {
+                let values = self.row(j).iter().map(sum).enumerate();
+                values.fold((0, -1.0), first_largest)
+            })
+            .collect();
+        of_rows
+            .into_iter()
+            .enumerate()
+            .map(|(j, (i, value))| (j * grid.width + i, value))
+            .fold((0, -1.0), first_largest)
+    }
+}
+
 /// Finds the compact sources of a map, brightest pixel first, and cuts each down to its
-/// background in `pixels`, which are returned.
-pub(super) fn extract(map: &Map, limit: usize) -> (Vec<Source>, Vec<[f32; 3]>) {
-    let mut pixels = map.pixels().to_vec();
+/// background in the rest.
+pub(super) fn extract(map: &Map, limit: usize) -> (Vec<Source>, Rest<'_>) {
+    let mut rest = Rest::new(map);
     let mut sources = Vec::new();
     let total: f64 = map.energy().iter().sum();
     for _ in 0..MAX_SOURCES.min(limit) {
-        match extract_one(map, &mut pixels, total) {
+        match extract_one(&mut rest, total) {
             Some(source) => sources.push(source),
             None => break,
         }
     }
-    (sources, pixels)
+    (sources, rest)
 }
 
 /// A pixel near a source.
@@ -52,14 +126,9 @@ struct Near {
     angle: f64,
 }
 
-fn extract_one(map: &Map, pixels: &mut [[f32; 3]], total: f64) -> Option<Source> {
-    let grid = map.grid();
-    let sum = |p: &[f32; 3]| f64::from(p[0]) + f64::from(p[1]) + f64::from(p[2]);
-    // The first of the brightest pixels.
-    let (peak_ix, peak) = pixels.iter().enumerate().fold((0, -1.0), |best, (ix, p)| {
-        let value = sum(p);
-        if value > best.1 { (ix, value) } else { best }
-    });
+fn extract_one(rest: &mut Rest, total: f64) -> Option<Source> {
+    let grid = rest.grid();
+    let (peak_ix, peak) = rest.peak();
     if peak <= 0.0 {
         return None;
     }
@@ -69,15 +138,15 @@ fn extract_one(map: &Map, pixels: &mut [[f32; 3]], total: f64) -> Option<Source>
     // At least two pixels to each side; on coarse maps that is more than MAX_RADIUS.
     let reach = MAX_RADIUS.max(2.5 * pixel);
 
-    let mut near = neighbours(map, centre, 2.0 * reach + pixel);
+    let mut near = neighbours(grid, centre, 2.0 * reach + pixel);
     for _ in 0..3 {
         for p in &mut near {
             p.angle = angle(p.direction, centre);
         }
-        let background = ring_mean(&near, pixels, reach, 2.0 * reach);
+        let background = ring_mean(&near, rest, reach, 2.0 * reach);
         let mut moment = [0.0; 3];
         for p in near.iter().filter(|p| p.angle <= reach) {
-            let weight = above(pixels[p.ix], background).iter().sum::<f64>() * p.solid_angle;
+            let weight = above(rest.pixel(p.ix), background).iter().sum::<f64>() * p.solid_angle;
             moment = combine(moment, 1.0, p.direction, weight, [0.0; 3], 0.0);
         }
         if dot(moment, moment) > 0.0 {
@@ -88,13 +157,13 @@ fn extract_one(map: &Map, pixels: &mut [[f32; 3]], total: f64) -> Option<Source>
         p.angle = angle(p.direction, centre);
     }
     near.sort_by(|a, b| a.angle.total_cmp(&b.angle).then(a.ix.cmp(&b.ix)));
-    let background = ring_mean(&near, pixels, reach, 2.0 * reach);
+    let background = ring_mean(&near, rest, reach, 2.0 * reach);
 
     // Curve of growth.
     let mut energy = [0.0; 3];
     let mut growth = Vec::new();
     for p in near.iter().take_while(|p| p.angle <= reach) {
-        let above = above(pixels[p.ix], background);
+        let above = above(rest.pixel(p.ix), background);
         for c in 0..3 {
             energy[c] += above[c] * p.solid_angle;
         }
@@ -117,10 +186,7 @@ fn extract_one(map: &Map, pixels: &mut [[f32; 3]], total: f64) -> Option<Source>
     // Energy within gamma of a narrow SRBF: 1 - exp(-gamma^2 / lambda^2).
     let lambda = (half / LN_2.sqrt()).max(MIN_LAMBDA);
     for p in near.iter().take_while(|p| p.angle <= reach) {
-        for c in 0..3 {
-            let value = &mut pixels[p.ix][c];
-            *value = value.min(background[c] as f32);
-        }
+        rest.cut_down(p.ix, background);
     }
     Some(Source {
         direction: centre,
@@ -145,8 +211,7 @@ fn angle(a: Vec3, b: Vec3) -> f64 {
 }
 
 /// The pixels within `radius` of a direction.
-fn neighbours(map: &Map, centre: Vec3, radius: f64) -> Vec<Near> {
-    let grid = map.grid();
+fn neighbours(grid: LatLong, centre: Vec3, radius: f64) -> Vec<Near> {
     let pixel = std::f64::consts::PI / grid.height as f64;
     let row = grid.position(centre)[1];
     let rows = radius / pixel + 1.0;
@@ -172,13 +237,13 @@ fn neighbours(map: &Map, centre: Vec3, radius: f64) -> Vec<Near> {
 }
 
 /// Mean radiance between two angles.
-fn ring_mean(near: &[Near], pixels: &[[f32; 3]], from: f64, to: f64) -> [f64; 3] {
+fn ring_mean(near: &[Near], rest: &Rest, from: f64, to: f64) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let mut area = 0.0;
     for p in near.iter().filter(|p| p.angle > from && p.angle <= to) {
         area += p.solid_angle;
-        for c in 0..3 {
-            sum[c] += f64::from(pixels[p.ix][c]) * p.solid_angle;
+        for (sum, x) in sum.iter_mut().zip(rest.pixel(p.ix)) {
+            *sum += f64::from(x) * p.solid_angle;
         }
     }
     if area > 0.0 {

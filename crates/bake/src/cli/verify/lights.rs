@@ -68,8 +68,14 @@ pub fn malformed_hash(hash: &str) -> Option<String> {
 
 /// Measures the fit again. What the file says of itself decides nothing: it must be true.
 fn against_map(set: &LightSet, reference: &Reference<'_>) -> Vec<Line> {
-    let map = &reference.map;
-    let report = evaluate(set, map);
+    let map = match reference.image(&set.info.parameters) {
+        Ok(map) => map,
+        Err(error) => {
+            let name = "recorded image of the map";
+            return vec![Line::held(name, 1, Some(error.to_string()))];
+        }
+    };
+    let report = evaluate(set, &map);
     let energy_off = report.energy_ratio.map(|ratio| (ratio - 1.0).abs());
     let note = if report.fibre_error > reference.max_error {
         " (--max-error; a set of few lights needs more)"
