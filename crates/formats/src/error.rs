@@ -19,6 +19,18 @@ impl fmt::Display for FileName {
     }
 }
 
+/// Where in a text file something is, ready to be printed before what is wrong there:
+/// `path:line:column: `, `line L, column C: ` for a text in memory, or as much of it as is known.
+fn place(file: &FileName, line: Option<usize>, column: Option<usize>) -> String {
+    match (&file.0, line, column) {
+        (Some(path), Some(line), Some(column)) => format!("{}:{line}:{column}: ", path.display()),
+        (Some(path), Some(line), None) => format!("{}:{line}: ", path.display()),
+        (None, Some(line), Some(column)) => format!("line {line}, column {column}: "),
+        (None, Some(line), None) => format!("line {line}: "),
+        (_, None, _) => file.to_string(),
+    }
+}
+
 /// Why a file cannot be read or written. Every variant names the file where there is one.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -65,7 +77,7 @@ pub enum Error {
         offset: u64,
     },
     /// A text file that does not parse, or names a key nobody knows.
-    #[error("{file}line {line}, column {column}: {what}")]
+    #[error("{}{what}", place(file, Some(*line), Some(*column)))]
     Syntax {
         /// The file.
         file: FileName,
@@ -77,10 +89,12 @@ pub enum Error {
         what: String,
     },
     /// A value outside its range.
-    #[error("{file}{key} is {value}, must be {range}")]
+    #[error("{}{key} is {value}, must be {range}", place(file, *line, None))]
     Value {
         /// The file.
         file: FileName,
+        /// Line of a text file, from 1, where the key stands.
+        line: Option<usize>,
         /// Field or key, e.g. `hair.eta` or `lights[3].lambda`.
         key: String,
         /// The offending value.
@@ -111,6 +125,7 @@ impl Error {
     ) -> Self {
         Error::Value {
             file: FileName::default(),
+            line: None,
             key: key.into(),
             value: value.to_string(),
             range: range.into(),
@@ -124,6 +139,15 @@ impl Error {
             expected,
             found: found.describe(),
         }
+    }
+
+    /// The same error; of a value, at the line that `line_of` knows of its key.
+    #[must_use]
+    pub(crate) fn at_line(mut self, line_of: impl FnOnce(&str) -> Option<usize>) -> Self {
+        if let Error::Value { line, key, .. } = &mut self {
+            *line = line.or_else(|| line_of(key));
+        }
+        self
     }
 
     /// The same error, about the file at `path`.

@@ -50,7 +50,46 @@ pub fn content_hash(bytes: &[u8]) -> String {
     format!("{:016x}", xxhash_rust::xxh3::xxh3_64(bytes))
 }
 
+/// [`content_hash`] of the bytes of a regular file, however long it is.
+///
+/// # Errors
+/// `Io`; the path is named.
+pub fn file_hash(path: &Path) -> Result<String> {
+    let hash = || -> Result<String> {
+        let (mut file, _) = open_file(path)?;
+        let mut hasher = xxhash_rust::xxh3::Xxh3::new();
+        let mut buffer = vec![0; 1 << 18];
+        loop {
+            match file.read(&mut buffer)? {
+                0 => return Ok(format!("{:016x}", hasher.digest())),
+                n => hasher.update(&buffer[..n]),
+            }
+        }
+    };
+    hash().map_err(|error| error.in_file(path))
+}
+
 /// Name and version of this program, as recorded in files.
 pub fn tool_version() -> String {
     concat!("strandlight ", env!("CARGO_PKG_VERSION")).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_has_the_hash_of_its_bytes() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a");
+        for length in [0, 100, 1 << 18, (1 << 19) + 7] {
+            let bytes: Vec<u8> = (0..length)
+                .map(|ix: u32| (ix.wrapping_mul(ix) >> 3) as u8)
+                .collect();
+            fs::write(&path, &bytes).expect("written");
+            assert_eq!(file_hash(&path).expect("read"), content_hash(&bytes));
+        }
+        let error = file_hash(&folder.path().join("none")).expect_err("not there");
+        assert!(error.to_string().contains("none"), "{error}");
+    }
 }

@@ -26,9 +26,11 @@ mod scene_file;
 mod scene_hair;
 mod scene_lights;
 mod scene_motion;
+mod scene_place;
 mod scene_proxy;
 mod scene_text;
 mod sniff;
+mod suggest;
 mod table_file;
 mod tables;
 mod validate;
@@ -43,7 +45,7 @@ pub use groom_diameter::{DiameterRange, DiameterSource};
 pub use groom_file::GroomHeader;
 pub use groom_scale::{Guess, Guesses, LengthUnit};
 pub use hair::{HairFile, HairImport, ThicknessFaults};
-pub use input::{content_hash, open_file, read_file, tool_version};
+pub use input::{content_hash, file_hash, open_file, read_file, tool_version};
 pub use light_set::{FitReport, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
 pub use paint::{
     DYE, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
@@ -58,6 +60,7 @@ pub use scene_lights::{LightAdjust, LightsSection};
 pub use scene_motion::{MotionSection, WindSection};
 pub use scene_proxy::{MAX_PROXIES, ProxySection};
 pub use sniff::{FileKind, SNIFF_BYTES};
+pub use suggest::{did_you_mean, nearest};
 pub use table_file::TableReader;
 pub use tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo};
 pub use write::{check_writable, write_file};

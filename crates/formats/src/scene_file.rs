@@ -11,8 +11,10 @@ use crate::preset::overlaid;
 use crate::scene::{Background, CameraSection, GroomSection, RenderSection, Scene};
 use crate::scene_hair::HairSection;
 use crate::scene_lights::LightsSection;
+use crate::scene_place::{key_at, line_of};
 use crate::scene_proxy;
 use crate::sniff::{FileKind, SNIFF_BYTES};
+use crate::suggest::did_you_mean;
 use crate::validate::in_range;
 
 impl Scene {
@@ -71,9 +73,13 @@ impl Scene {
     /// Parses and checks the text of a scene file.
     ///
     /// # Errors
-    /// `Syntax`, `Value` or `UnsupportedVersion`.
+    /// `Syntax`, `Value` or `UnsupportedVersion`, with the line in `text`.
     pub fn from_toml(text: &str) -> Result<Self> {
         check_version(text)?;
+        Scene::of_text(text).map_err(|error| error.at_line(|key| line_of(text, key)))
+    }
+
+    fn of_text(text: &str) -> Result<Self> {
         let mut scene: Scene = toml::from_str(text).map_err(|error| syntax_error(text, &error))?;
         if let Some(name) = &scene.hair.preset {
             // Read once more as a plain table: which keys were written, and which left out?
@@ -260,6 +266,12 @@ fn syntax_error(text: &str, error: &toml::de::Error) -> Error {
         .iter()
         .rposition(|&byte| byte == b'\n')
         .map_or(0, |at| at + 1);
+    let message = error.message().replace('\n', " ");
+    let hint = did_you_mean(&message).map_or(String::new(), |hint| format!("; {hint}"));
+    let what = match key_at(text, start) {
+        Some(key) => format!("{key}: {message}{hint}"),
+        None => message + &hint,
+    };
     Error::Syntax {
         file: FileName::default(),
         line: before.iter().filter(|&&byte| byte == b'\n').count() + 1,
@@ -267,6 +279,6 @@ fn syntax_error(text: &str, error: &toml::de::Error) -> Error {
             .chars()
             .count()
             + 1,
-        what: error.message().replace('\n', " "),
+        what,
     }
 }

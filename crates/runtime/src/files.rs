@@ -10,8 +10,8 @@ use std::time::SystemTime;
 
 use strandlight_formats::container::{Container, Kind};
 use strandlight_formats::{
-    Error, FileName, Groom, GroomHeader, LightSet, Scene, TableReader, check_writable, open_file,
-    read_file, write_file,
+    Error, FileName, Groom, GroomHeader, LightSet, Scene, TableReader, check_writable,
+    content_hash, file_hash, open_file, read_file, write_file,
 };
 
 use crate::error::SceneError;
@@ -64,6 +64,7 @@ impl Files {
                 if bytes.len() as u64 > limit {
                     return Err(Error::Value {
                         file: FileName(Some(path.to_owned())),
+                        line: None,
                         key: "file length".to_owned(),
                         value: format!("{} bytes", bytes.len()),
                         range: format!("at most {limit}"),
@@ -71,6 +72,17 @@ impl Files {
                 }
                 Ok(bytes.to_vec())
             }
+        }
+    }
+
+    /// The content hash of a file: see [`strandlight_formats::content_hash`].
+    ///
+    /// # Errors
+    /// `Io`, naming the path.
+    pub fn hash(&self, path: &Path) -> Result<String, Error> {
+        match self {
+            Files::Disk => file_hash(path),
+            Files::Memory(_) => Ok(content_hash(&self.bytes(path)?)),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Setting one value of a scene by the name that it has in the file.
 
 use serde_json::{Map, Value};
-use strandlight_formats::{HairSection, Scene};
+use strandlight_formats::{HairSection, Scene, did_you_mean};
 
 use crate::error::SceneError;
 
@@ -14,7 +14,11 @@ use crate::error::SceneError;
 /// # Errors
 /// No such key, a value of another kind, or one outside its range: the text names the key.
 pub fn with_key(scene: &Scene, key: &str, value: &Value) -> Result<Scene, SceneError> {
-    let failed = |what: &dyn std::fmt::Display| SceneError::File(format!("{key}: {what}"));
+    let failed = |what: &dyn std::fmt::Display| {
+        let what = what.to_string();
+        let hint = did_you_mean(&what).map_or(String::new(), |hint| format!("; {hint}"));
+        SceneError::File(format!("{key}: {what}{hint}"))
+    };
     let mut changed = match (key, value) {
         ("hair.preset", Value::String(name)) => {
             let hair = scene.hair.with_preset(name);
@@ -158,6 +162,7 @@ mod tests {
             ("hair.eta", json!(9.0), "hair.eta is 9"),
             ("hair.eta", json!("thick"), "hair.eta: invalid type"),
             ("hair.colour", json!(1.0), "hair.colour: unknown field"),
+            ("hair.etta", json!(1.0), "did you mean eta?"),
             ("hair.eta.x", json!(1.0), "hair.eta.x: no such key"),
             ("hair.sigma_a.3", json!(1.0), "the list has 3 entries"),
             ("hair.preset", json!("purple"), "purple"),
