@@ -240,16 +240,17 @@ fn scenes() {
     write(at, "broken.toml", "version = = 1");
     write(at, "binary.toml", [0xff, 0xfe, 0x00, 0x01]);
     for (scene, needle) in [
-        ("unknown.toml", "colour"),
-        ("nested.toml", "etta"),
-        ("missing.toml", "a.groom"),
+        ("unknown.toml", "unknown.toml:2:1: colour"),
+        ("nested.toml", "nested.toml:7:1: hair.etta"),
+        ("nested.toml", "did you mean eta?"),
+        ("missing.toml", "missing.toml: groom.file: a.groom: "),
         ("version.toml", "99"),
-        ("range.toml", "eta"),
-        ("nan.toml", "sigma_a"),
-        ("broken.toml", "broken.toml"),
+        ("range.toml", "range.toml:7: hair.eta is -1"),
+        ("nan.toml", "nan.toml:7: hair.sigma_a"),
+        ("broken.toml", "broken.toml:1:"),
         ("binary.toml", "binary.toml"),
         ("nowhere.toml", "nowhere.toml"),
-        ("nameless.toml", "lights.file"),
+        ("nameless.toml", "nameless.toml:5: lights.file"),
     ] {
         refuses(at, &["render", scene], "out.png", &[needle]);
         let mut command = strandview();

@@ -73,6 +73,90 @@ fn every_method_writes_layers_and_can_be_gone_on_with() {
     }
 }
 
+/// Seeds, pixels and samples decide all: parts make the file that one run makes, byte by byte.
+#[test]
+fn samples_are_added_to_a_file_or_start_one() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    scene_in(folder);
+    for method in ["path", "ray-shoot", "directional"] {
+        let run = |threads: &str, args: &str| {
+            let args = format!("a.toml --method {method} --lights 16 {args}");
+            let mut command = reference(folder, &args);
+            assert_done(command.env("RAYON_NUM_THREADS", threads));
+        };
+        run("1", "--output whole.exr --spp 16");
+        // A farm need not know which of its jobs comes first.
+        run("3", "-o parts.exr --spp 8 --resume");
+        run("1", "-o eight.exr --spp 8");
+        let read = |name: &str| fs::read(folder.join(name)).expect("written");
+        assert!(read("parts.exr") == read("eight.exr"), "{method}");
+        run("2", "-o parts.exr --spp 8 --resume");
+        assert!(read("parts.exr") == read("whole.exr"), "{method}");
+        assert!(read("parts.exr") != read("eight.exr"), "{method}");
+        fs::remove_file(folder.join("parts.exr")).expect("there");
+    }
+}
+
+#[test]
+fn what_differs_from_the_picture_to_resume_is_named() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    scene_in(folder);
+    let mut map = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n".to_vec();
+    map.extend([128, 128, 128, 129].repeat(8 * 16));
+    fs::write(folder.join("sky.hdr"), map).expect("written");
+    let scene = Scene::read(&folder.join("a.toml")).expect("valid");
+    let changed = |name: &str, change: &dyn Fn(&mut Scene)| {
+        let mut scene = scene.clone();
+        change(&mut scene);
+        write_scene(folder, name, &scene);
+    };
+    let mut groom = Groom::read(&folder.join("a.groom")).expect("written");
+    groom.points[0][0] += 0.1;
+    groom.write(&folder.join("b.groom")).expect("written");
+    let mut lights = LightSet::read(&folder.join("a.lights")).expect("written");
+    lights.lights[0].rgb[0] *= 2.0;
+    lights.write(&folder.join("b.lights")).expect("written");
+    changed("groom.toml", &|scene| scene.groom.file = "b.groom".into());
+    changed("lights.toml", &|scene| {
+        scene.lights.file = "b.lights".into()
+    });
+    changed("hair.toml", &|scene| scene.hair.eta = 1.6);
+    let common = "--method directional --spp 1 --lights 8 -o a.exr";
+    assert_done(&mut reference(folder, &format!("a.toml {common}")));
+    let before = fs::read(folder.join("a.exr")).expect("written");
+    for (args, what) in [
+        (format!("groom.toml {common}"), "its groom is"),
+        (format!("lights.toml {common}"), "its light set is"),
+        (format!("hair.toml {common}"), "its scene is"),
+        (
+            format!("a.toml {common} --map sky.hdr"),
+            "its map is none, not",
+        ),
+        (
+            "a.toml --method directional --spp 1 --lights 9 -o a.exr".to_owned(),
+            "its options are 8, not 9",
+        ),
+        (
+            "a.toml --method path --spp 1 -o a.exr".to_owned(),
+            "its method is directional, not path",
+        ),
+        (format!("a.toml {common} --seed 3"), "its seed is 0, not 3"),
+    ] {
+        let needles = ["a.exr", "cannot be resumed", what];
+        assert_refused(
+            &mut reference(folder, &format!("{args} --resume")),
+            &needles,
+        );
+    }
+    let mut command = strandlight();
+    let other_size = format!("reference a.toml {common} --resume --size 25x16");
+    command.current_dir(folder).args(other_size.split(' '));
+    assert_refused(&mut command, &["its size is 24x16, not 25x16"]);
+    assert_eq!(fs::read(folder.join("a.exr")).expect("still there"), before);
+}
+
 fn exr_rgba(path: &Path) -> Vec<[f32; 4]> {
     let image = exr::prelude::read_first_rgba_layer_from_file(
         path,
@@ -297,7 +381,6 @@ fn what_cannot_be_used_is_refused_and_nothing_written() {
     refused("b.toml --method path -o a.exr", &["b.toml"]);
     refused("a.toml --method path -o none/a.exr", &["none/a.exr"]);
     refused("a.toml --method path -o a.exr --map a.groom", &["a.groom"]);
-    refused("a.toml --method path -o a.exr --resume", &["a.exr"]);
     let mut scene = Scene::read(&folder.join("a.toml")).expect("valid");
     scene.hair.eccentricity = 0.8;
     write_scene(folder, "elliptic.toml", &scene);

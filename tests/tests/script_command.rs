@@ -284,7 +284,7 @@ fn bad_scripts_are_refused_in_one_line() {
     for (args, needles) in [
         (
             &["a.toml", "--script", "kind.json", "--out", "o"][..],
-            &["kind.json", "step 1", "colour"][..],
+            &["kind.json", "step 1: colour: unknown key"][..],
         ),
         (
             &["a.toml", "--script", "key.json", "--out", "o"],
@@ -318,6 +318,14 @@ fn bad_scripts_are_refused_in_one_line() {
         (
             &["a.toml", "--frame", "a.png", "--set", "hair.colour=1"],
             &["hair.colour"],
+        ),
+        (
+            &["a.toml", "--frame", "a.png", "--set", "hair.etta=1"],
+            &["hair.etta", "did you mean eta?"],
+        ),
+        (
+            &["a.toml", "--frame", "a.png", "--log", "l.json"],
+            &["--log", "--frame"],
         ),
         (
             &["a.toml", "--frame", "a.png", "--set", "lights.solo=[3]"],

@@ -11,19 +11,15 @@
 //! set, or `light.NAME` for groups and `light.rest`; `background` what is seen between the
 //! strands; and `coverage.Y`.
 
-use std::io::Cursor;
-
-use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer as ExrLayer, LayerAttributes,
-    SmallVec, WritableImage,
-};
 use strandlight_formats::{Background, Scattering};
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::live::Live;
-use strandlight_runtime::{Picture, PreparedScene, RenderError, SceneError, memory};
+use strandlight_runtime::provenance::Provenance;
+use strandlight_runtime::{Picture, PreparedScene, RenderError, SceneError, Stats, memory};
 use strandlight_scattering::{HairParams, Lobe};
 
 use crate::cpu;
+use crate::exr_file::{encode, floats};
 
 /// Most bytes of all layers.
 pub const MAX_BYTES: u64 = 2 << 30;
@@ -177,6 +173,9 @@ pub trait Painter {
     /// # Errors
     /// Whatever the device refuses.
     fn paint(&mut self, spec: &Spec, background: Background) -> Result<Picture, RenderError>;
+
+    /// What the last picture took, in lines of text.
+    fn stats(&self) -> String;
 }
 
 /// On a device, where shadows are found once for all layers.
@@ -223,6 +222,10 @@ impl Painter for OnGpu {
         live.set_grade(exposure, tone_map, background);
         live.finish(self.samples)
     }
+
+    fn stats(&self) -> String {
+        self.live.report().to_string()
+    }
 }
 
 /// Without a device.
@@ -230,6 +233,7 @@ pub struct OnCpu {
     scene: PreparedScene,
     size: [u32; 2],
     samples: u32,
+    stats: Stats,
 }
 
 impl OnCpu {
@@ -239,6 +243,7 @@ impl OnCpu {
             scene: measured(scene),
             size,
             samples,
+            stats: Stats::default(),
         }
     }
 }
@@ -256,8 +261,13 @@ impl Painter for OnCpu {
         for (light, rgb) in scene.lights.iter_mut().zip(masked(&colors, spec)) {
             light.rgb = rgb;
         }
-        let (picture, _) = cpu::render(&scene, &scene.camera, self.size, self.samples)?;
+        let (picture, stats) = cpu::render(&scene, &scene.camera, self.size, self.samples)?;
+        self.stats = stats;
         Ok(picture)
+    }
+
+    fn stats(&self) -> String {
+        self.stats.to_string()
     }
 }
 
@@ -290,6 +300,8 @@ pub struct Layers {
     pub coverage: Vec<f32>,
     /// Name and radiance of each layer, the channels one after the other.
     pub layers: Vec<(String, [Vec<f32>; 3])>,
+    /// What each picture took: its name and lines of text, in the order that they were drawn.
+    pub stats: Vec<(String, String)>,
 }
 
 impl Layers {
@@ -313,9 +325,14 @@ impl Layers {
             lights: None,
         };
         let beauty = painter.paint(&whole, scene.background)?;
+        let mut stats = vec![("picture".to_owned(), painter.stats())];
         let hair = match scene.background {
             Background::None => beauty.clone(),
-            _ => painter.paint(&whole, Background::None)?,
+            _ => {
+                let hair = painter.paint(&whole, Background::None)?;
+                stats.push((whole.name.clone(), painter.stats()));
+                hair
+            }
         };
         let coverage = hair.rgba.iter().map(|rgba| rgba[3]).collect();
         let mut layers = vec![(whole.name, planes(&hair))];
@@ -329,24 +346,24 @@ impl Layers {
         for (ix, spec) in specs.iter().enumerate() {
             observe((ix + 1) as f64 / (specs.len() + 1) as f64);
             let picture = painter.paint(spec, Background::None)?;
+            stats.push((spec.name.clone(), painter.stats()));
             layers.push((spec.name.clone(), planes(&picture)));
         }
         Ok(Layers {
             beauty,
             coverage,
             layers,
+            stats,
         })
     }
 
-    /// The file's bytes.
+    /// The file's bytes; its header says what the layers were made from.
     ///
     /// # Errors
     /// What the encoder says.
-    pub fn encode(self) -> exr::error::Result<Vec<u8>> {
-        let mut channels: Vec<AnyChannel<FlatSamples>> = Vec::new();
-        let mut push = |name: String, values: Vec<f32>| {
-            channels.push(AnyChannel::new(&*name, FlatSamples::F32(values)));
-        };
+    pub fn encode(self, provenance: &Provenance) -> exr::error::Result<Vec<u8>> {
+        let mut channels = Vec::new();
+        let mut push = |name: String, values: Vec<f32>| channels.push(floats(name, values));
         for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
             let values = self.beauty.rgba.iter().map(|rgba| rgba[c]);
             push(name.to_owned(), values.collect());
@@ -358,15 +375,7 @@ impl Layers {
             }
         }
         let size = (self.beauty.width as usize, self.beauty.height as usize);
-        let layer = ExrLayer::new(
-            size,
-            LayerAttributes::default(),
-            Encoding::SMALL_LOSSLESS,
-            AnyChannels::sort(SmallVec::from_vec(channels)),
-        );
-        let mut bytes = Cursor::new(Vec::new());
-        Image::from_layer(layer).write().to_buffered(&mut bytes)?;
-        Ok(bytes.into_inner())
+        encode(size, channels, provenance.entries())
     }
 }
 

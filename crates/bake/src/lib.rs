@@ -4,6 +4,7 @@ pub mod aov;
 pub mod bench;
 pub mod compare;
 pub mod cpu;
+pub mod exr_file;
 pub mod grooms;
 pub mod lights;
 pub mod maps;

@@ -5,11 +5,8 @@
 //! [`Map`](crate::lights::Map): linear Rec.709 radiance in units of the map.
 
 use std::f64::consts::PI;
-use std::io::Cursor;
 
-use exr::prelude::{
-    Compression, Encoding, Image, Layer, LayerAttributes, SpecificChannels, WritableImage, f16,
-};
+use exr::prelude::{Compression, Encoding, Layer, LayerAttributes, SpecificChannels, f16};
 
 /// One of the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,13 +50,13 @@ impl Sky {
     /// What the encoder says.
     pub fn exr_file(self, height: usize) -> exr::error::Result<Vec<u8>> {
         let (width, height) = (2 * height, height);
-        let at = |x: f64, y: f64| {
+        let at = move |x: f64, y: f64| {
             let latitude = PI * (0.5 - y / height as f64);
             let longitude = PI - 2.0 * PI * x / width as f64;
             direction(longitude, latitude)
         };
         let disc_scale = self.disc_scale(width, height, &at);
-        let channels = SpecificChannels::rgb(|position: exr::math::Vec2<usize>| {
+        let channels = SpecificChannels::rgb(move |position: exr::math::Vec2<usize>| {
             let (x, y) = (position.x() as f64, position.y() as f64);
             let mut rgb = self.radiance(at(x + 0.5, y + 0.5));
             let share = disc_scale * disc_share(x, y, &at);
@@ -79,12 +76,7 @@ impl Sky {
             encoding,
             channels,
         );
-        let mut file = Cursor::new(Vec::new());
-        Image::from_layer(layer)
-            .write()
-            .non_parallel()
-            .to_buffered(&mut file)?;
-        Ok(file.into_inner())
+        crate::exr_file::encode_layer(layer)
     }
 
     /// Factor on the sampled disc that makes its solid angle the exact one.

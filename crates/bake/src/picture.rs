@@ -1,24 +1,26 @@
 //! Linear pictures as OpenEXR files.
 
-use std::io::Cursor;
-
-use exr::prelude::{Image, SpecificChannels, WritableImage};
 use strandlight_runtime::Picture;
+use strandlight_runtime::provenance::Provenance;
+
+use crate::exr_file;
 
 /// An OpenEXR file: float RGBA, scan lines, alpha multiplied in, linear Rec.709.
 ///
 /// # Errors
 /// What the encoder says.
 pub fn exr_file(picture: &Picture) -> exr::error::Result<Vec<u8>> {
-    let width = picture.width as usize;
-    let channels = SpecificChannels::rgba(|at: exr::math::Vec2<usize>| {
-        let [r, g, b, a] = picture.rgba[at.y() * width + at.x()];
-        (r, g, b, a)
-    });
-    let size = (width, picture.height as usize);
-    let mut file = Cursor::new(Vec::new());
-    Image::from_channels(size, channels)
-        .write()
-        .to_buffered(&mut file)?;
-    Ok(file.into_inner())
+    exr_file_of(picture, &Provenance::default())
+}
+
+/// [`exr_file`] with what the picture was made from in its header.
+///
+/// # Errors
+/// What the encoder says.
+pub fn exr_file_of(picture: &Picture, provenance: &Provenance) -> exr::error::Result<Vec<u8>> {
+    let plane = |c: usize| picture.rgba.iter().map(|rgba| rgba[c]).collect();
+    let channels = ["R", "G", "B", "A"].into_iter().enumerate();
+    let channels = channels.map(|(c, name)| exr_file::floats(name, plane(c)));
+    let size = (picture.width as usize, picture.height as usize);
+    exr_file::encode(size, channels.collect(), provenance.entries())
 }

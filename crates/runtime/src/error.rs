@@ -37,6 +37,14 @@ pub enum SceneError {
     },
 }
 
+impl SceneError {
+    /// The same error, about a file or a value of the scene file at `path`.
+    #[must_use]
+    pub fn in_scene(self, path: &std::path::Path) -> SceneError {
+        SceneError::File(format!("{}: {self}", path.display()))
+    }
+}
+
 /// A picture that cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {

@@ -152,6 +152,11 @@ pub enum Demand {
 }
 
 impl Context {
+    /// What draws, as pictures and statistics name it: `gpu: adapter (backend)`.
+    pub fn name(&self) -> String {
+        format!("gpu: {} ({})", self.adapter_name, self.backend)
+    }
+
     /// Opens the fastest adapter of this machine; a software rasteriser is good enough.
     ///
     /// Limits are WebGPU's defaults, or what the adapter has where that is less and enough, except

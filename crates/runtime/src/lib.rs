@@ -22,6 +22,7 @@ pub mod picture;
 // A page opens no device of its own accord and waits for none.
 #[cfg(not(target_arch = "wasm32"))]
 pub mod probe;
+pub mod provenance;
 pub mod proxy;
 pub mod render;
 pub mod sampling;

@@ -1,6 +1,7 @@
 //! Linear pictures and their 8-bit form.
 
 use crate::error::RenderError;
+use crate::provenance::Provenance;
 use crate::tone::{self, ToneMap};
 
 /// A linear picture.
@@ -37,6 +38,19 @@ impl Picture {
     /// # Errors
     /// What the encoder says.
     pub fn to_png(&self, exposure: f32, tone_map: ToneMap) -> Result<Vec<u8>, RenderError> {
+        self.to_png_of(exposure, tone_map, &Provenance::default())
+    }
+
+    /// [`Picture::to_png`] with what the picture was made from as `tEXt` chunks.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn to_png_of(
+        &self,
+        exposure: f32,
+        tone_map: ToneMap,
+        provenance: &Provenance,
+    ) -> Result<Vec<u8>, RenderError> {
         let pixels = self.to_srgb8(exposure, tone_map);
         let opaque = pixels.iter().all(|pixel| pixel[3] == 255);
         let bytes: Vec<u8> = if opaque {
@@ -54,6 +68,11 @@ impl Picture {
         });
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        for (name, value) in provenance.entries() {
+            encoder
+                .add_text_chunk(name.clone(), value.clone())
+                .map_err(failed)?;
+        }
         let mut writer = encoder.write_header().map_err(failed)?;
         writer.write_image_data(&bytes).map_err(failed)?;
         writer.finish().map_err(failed)?;

@@ -137,13 +137,28 @@ impl PreparedScene {
             .map_err(|error| SceneError::File(error.to_string()))?;
         let assets = Assets::read(scene, &Files::Disk, ModesToRead::OfScene)?;
         let mut prepared = PreparedScene::new(scene, &assets)?;
-        if let Some(mut motion) = Motion::new(scene, &Files::Disk) {
-            prepared.strands = motion.strands_at(&prepared.strands, seconds)?;
-        }
+        prepared.move_hair(scene, &Files::Disk, seconds)?;
         Ok(prepared)
     }
 
-    /// Prepares `scene` from the files it names.
+    /// Moves the hair of `scene`, which [`PreparedScene::new`] has at rest, to where it is at a
+    /// time in seconds.
+    ///
+    /// # Errors
+    /// A frame of the motion that cannot be read.
+    pub fn move_hair(
+        &mut self,
+        scene: &Scene,
+        files: &Files,
+        seconds: f64,
+    ) -> Result<(), SceneError> {
+        if let Some(mut motion) = Motion::new(scene, files) {
+            self.strands = motion.strands_at(&self.strands, seconds)?;
+        }
+        Ok(())
+    }
+
+    /// Prepares `scene` from the files it names, its hair at rest.
     ///
     /// # Errors
     /// What cannot be drawn, by name.

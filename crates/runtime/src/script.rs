@@ -23,13 +23,12 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
-use strandlight_formats::CameraSection;
+use strandlight_formats::{CameraSection, did_you_mean, nearest};
 
 use crate::error::{RenderError, SceneError};
-use crate::motion::Motion;
-use crate::paint::{BrushStroke, Picker};
+use crate::paint::{Brush, BrushStroke, Picker, StrokePath};
 use crate::render::{check_frame, whole_passes};
 use crate::scene::PreparedScene;
 use crate::session::{Change, Session};
@@ -77,8 +76,7 @@ pub struct Script {
 }
 
 /// A step as it stands in the file: one of the first six.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Default)]
 struct Entry {
     set: Option<Map<String, Value>>,
     stroke: Option<BrushStroke>,
@@ -88,6 +86,83 @@ struct Entry {
     frame: Option<String>,
     samples: Option<u32>,
     size: Option<[u32; 2]>,
+}
+
+impl Entry {
+    const KEYS: [&str; 8] = [
+        "set", "stroke", "time", "undo", "redo", "frame", "samples", "size",
+    ];
+
+    /// Key by key, so that each complaint names its key.
+    fn of_json(entry: Value) -> Result<Entry, String> {
+        let Value::Object(keys) = entry else {
+            return Err("must be an object like {\"undo\": 1}".to_owned());
+        };
+        let mut step = Entry::default();
+        for (key, value) in keys {
+            let at = &*key;
+            match at {
+                "set" => step.set = Some(typed(at, value)?),
+                "stroke" => step.stroke = Some(stroke(value)?),
+                "time" => step.time = Some(typed(at, value)?),
+                "undo" => step.undo = Some(typed(at, value)?),
+                "redo" => step.redo = Some(typed(at, value)?),
+                "frame" => step.frame = Some(typed(at, value)?),
+                "samples" => step.samples = Some(typed(at, value)?),
+                "size" => step.size = Some(typed(at, value)?),
+                _ => return Err(unknown("", at, &Entry::KEYS)),
+            }
+        }
+        Ok(step)
+    }
+}
+
+/// `value` as what belongs to `key`.
+fn typed<T: DeserializeOwned>(key: &str, value: Value) -> Result<T, String> {
+    serde_json::from_value(value).map_err(|error| {
+        let message = error.to_string();
+        let hint = did_you_mean(&message).map_or(String::new(), |hint| format!("; {hint}"));
+        format!("{key}: {message}{hint}")
+    })
+}
+
+/// `keys` do not have `key` among them.
+fn unknown(of: &str, key: &str, keys: &[&str]) -> String {
+    let hint = nearest(key, keys.iter().copied());
+    let hint = hint.map_or(String::new(), |name| format!("; did you mean {name}?"));
+    format!(
+        "{of}{key}: unknown key, must be one of {}{hint}",
+        keys.join(", ")
+    )
+}
+
+/// A stroke, whose complaints name the key of the brush.
+fn stroke(value: Value) -> Result<BrushStroke, String> {
+    let Value::Object(keys) = &value else {
+        return typed("stroke", value);
+    };
+    for (key, value) in keys {
+        match (&**key, value) {
+            ("brush", Value::Object(brush)) => {
+                // Each of its keys may stand alone.
+                for (name, value) in brush {
+                    let alone = Map::from_iter([(name.clone(), value.clone())]);
+                    typed::<Brush>(&format!("stroke.brush.{name}"), Value::Object(alone))?;
+                }
+            }
+            ("brush", _) => {
+                typed::<Brush>("stroke.brush", value.clone())?;
+            }
+            ("path", path) => {
+                if serde_json::from_value::<StrokePath>(path.clone()).is_err() {
+                    let points = "a list of points [x_px, y_px], or [x, y, z] in cm";
+                    return Err(format!("stroke.path: must be {points}"));
+                }
+            }
+            _ => return Err(unknown("stroke.", key, &["brush", "path"])),
+        }
+    }
+    typed("stroke", value)
 }
 
 impl Script {
@@ -272,9 +347,7 @@ impl Offline {
     /// What cannot be drawn, by name.
     pub fn prepared(&self) -> Result<PreparedScene, SceneError> {
         let mut prepared = self.session.prepared()?;
-        if let Some(mut motion) = Motion::new(self.session.scene(), self.session.files()) {
-            prepared.strands = motion.strands_at(&prepared.strands, self.time)?;
-        }
+        prepared.move_hair(self.session.scene(), self.session.files(), self.time)?;
         Ok(prepared)
     }
 
@@ -320,7 +393,7 @@ impl Document for Offline {
 }
 
 fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
-    let entry: Entry = serde_json::from_value(entry).map_err(|error| error.to_string())?;
+    let entry = Entry::of_json(entry)?;
     let is_frame = entry.frame.is_some();
     let mut steps: Vec<Step> = [
         entry.set.map(Step::Set),
@@ -427,7 +500,30 @@ mod tests {
                 "step 1: must be one of",
             ),
             (r#"[{"undo": -1}]"#, "step 0"),
-            (r#"[{"colour": 1}]"#, "colour"),
+            (r#"[{"colour": 1}]"#, "step 0: colour: unknown key"),
+            (r#"[{"fame": "a"}]"#, "step 0: fame: unknown key"),
+            (r#"[{"fame": "a"}]"#, "did you mean frame?"),
+            (r#"[{"undo": "x"}]"#, "step 0: undo: invalid type"),
+            (r#"[{"set": 3}]"#, "step 0: set: invalid type"),
+            (r#"[{"undo": 1}, 3]"#, "step 1: must be an object"),
+            (r#"[{"stroke": 3}]"#, "step 0: stroke: invalid type"),
+            (
+                r#"[{"stroke": {"brush": {}}}]"#,
+                "stroke: missing field `path`",
+            ),
+            (
+                r#"[{"stroke": {"brush": {"strength": "x"}, "path": []}}]"#,
+                "step 0: stroke.brush.strength: invalid type",
+            ),
+            (
+                r#"[{"stroke": {"brush": {"strenght": 1}, "path": []}}]"#,
+                "did you mean strength?",
+            ),
+            (
+                r#"[{"stroke": {"path": [[1]]}}]"#,
+                "stroke.path: must be a list",
+            ),
+            (r#"[{"stroke": {"pth": []}}]"#, "stroke.pth: unknown key"),
             (r#"[{"undo": 1, "samples": 4}]"#, "belong to a frame"),
             (r#"[{"frame": "../a"}]"#, "no path"),
             (r#"[{"frame": ".hidden"}]"#, "no path"),

@@ -99,38 +99,25 @@ impl Stats {
             .collect();
     }
 
+    /// Milliseconds of all stages.
+    pub fn milliseconds(&self) -> f64 {
+        total(self.stages.iter().map(|stage| stage.milliseconds))
+    }
+
     /// One line: where, how much, how long.
     pub fn summary(&self) -> String {
-        let total: f64 = self.stages.iter().map(|stage| stage.milliseconds).sum();
         format!(
             "rendered on {}: {} points, {} lights, {} scattering, {:.1} s",
             self.backend,
             self.points,
             self.lights,
             self.scattering,
-            1e-3 * total
+            1e-3 * self.milliseconds()
         )
     }
 
-    /// Runs `work` as stage `name`; it answers its value and the bytes it wrote.
-    pub fn stage<T, E>(
-        &mut self,
-        name: &'static str,
-        work: impl FnOnce(&mut Self) -> Result<(T, u64), E>,
-    ) -> Result<T, E> {
-        let start = Instant::now();
-        let (value, bytes) = work(self)?;
-        self.stages.push(Stage {
-            name,
-            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
-            bytes,
-        });
-        Ok(value)
-    }
-}
-
-impl fmt::Display for Stats {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// Writes what was drawn and what was left out, a line each.
+    pub(crate) fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "rendered on {}", self.backend)?;
         write!(
             f,
@@ -166,6 +153,29 @@ impl fmt::Display for Stats {
         for skipped in &self.skipped {
             writeln!(f, "  skipped: {skipped}")?;
         }
+        Ok(())
+    }
+
+    /// Runs `work` as stage `name`; it answers its value and the bytes it wrote.
+    pub fn stage<T, E>(
+        &mut self,
+        name: &'static str,
+        work: impl FnOnce(&mut Self) -> Result<(T, u64), E>,
+    ) -> Result<T, E> {
+        let start = Instant::now();
+        let (value, bytes) = work(self)?;
+        self.stages.push(Stage {
+            name,
+            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
+            bytes,
+        });
+        Ok(value)
+    }
+}
+
+impl fmt::Display for Stats {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write_counts(f)?;
         writeln!(f, "  pass                  time     memory")?;
         for stage in &self.stages {
             writeln!(
@@ -176,11 +186,17 @@ impl fmt::Display for Stats {
                 stage.bytes as f64 / 1e6
             )?;
         }
-        let total: f64 = self.stages.iter().map(|stage| stage.milliseconds).sum();
         write!(
             f,
             "  {:<14}{:>10.1} ms, {} passes of 4 samples",
-            "total", total, self.passes
+            "total",
+            self.milliseconds(),
+            self.passes
         )
     }
+}
+
+/// A sum that is 0 where there is nothing to add; that of `Iterator::sum` is -0 then.
+pub(crate) fn total(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |sum, value| sum + value)
 }

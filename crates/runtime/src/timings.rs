@@ -1,4 +1,5 @@
-//! What frames of a script cost, as JSON.
+//! What frames of a script cost, as JSON. Times differ from run to run: they have a file of their own,
+//! so that all others are the same whenever they are made.
 
 use serde_json::{Value, json};
 
@@ -23,6 +24,8 @@ pub struct Made {
     pub size: [u32; 2],
     /// Samples a pixel.
     pub samples: u32,
+    /// Seconds since the start of the scene's motion.
+    pub time: f64,
     /// Until the picture was in memory.
     pub milliseconds: f64,
     /// What had to be made again since the frame before.
@@ -38,6 +41,7 @@ impl Timings {
             "file": made.file,
             "size": made.size,
             "samples": made.samples,
+            "time": made.time,
             "milliseconds": made.milliseconds,
             "changed": made.changed.names(),
             "report": made.report,

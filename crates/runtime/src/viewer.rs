@@ -41,6 +41,9 @@ pub struct Viewer {
     picker: Option<Picker>,
     /// The stroke that is being made.
     stroking: Option<Stroking>,
+    /// What the last whole picture took.
+    #[cfg(not(target_arch = "wasm32"))]
+    frame_report: LiveReport,
 }
 
 impl Viewer {
@@ -68,6 +71,8 @@ impl Viewer {
             changes: Change::everything(),
             picker: None,
             stroking: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            frame_report: LiveReport::default(),
         };
         viewer.move_hair()?;
         Ok(viewer)
@@ -394,8 +399,16 @@ impl Viewer {
         check_frame(size, samples)?;
         self.live.set_size(size)?;
         let picture = self.live.finish(samples);
+        // Going back to the scene's size starts another report.
+        self.frame_report = self.live.report().clone();
         self.live.set_size(self.size())?;
         picture
+    }
+
+    /// What [`Viewer::frame`] did last.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn frame_report(&self) -> &LiveReport {
+        &self.frame_report
     }
 
     /// What has changed since this was last asked.

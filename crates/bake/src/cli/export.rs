@@ -1,12 +1,12 @@
 //! `strandlight export`.
 
-mod exr_file;
 mod npy;
 mod tables;
 
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use strandlight_bake::exr_file;
 use strandlight_bake::lights::{LatLong, radiance};
 use strandlight_formats::{FileKind, Groom, Kind, LightSet, PAINT_ATTRIBUTES, TableFile};
 
@@ -159,9 +159,10 @@ fn reconstruct(set: &LightSet, width: usize, height: usize) -> Result<Vec<u8>, S
         .collect();
     let channel = |c: usize| pixels.iter().map(|pixel| pixel[c]).collect();
     let channels = vec![
-        ("R".to_owned(), channel(0)),
-        ("G".to_owned(), channel(1)),
-        ("B".to_owned(), channel(2)),
+        exr_file::floats("R", channel(0)),
+        exr_file::floats("G", channel(1)),
+        exr_file::floats("B", channel(2)),
     ];
-    exr_file::encode(width, height, channels)
+    exr_file::encode((width, height), channels, &[])
+        .map_err(|error| format!("cannot be encoded: {error}"))
 }

@@ -15,7 +15,9 @@ use strandlight_bake::reference::{
 };
 use strandlight_formats::{Scene, content_hash};
 use strandlight_runtime::PreparedScene;
+use strandlight_runtime::files::Files;
 use strandlight_runtime::paint::{PaintKinds, PaintedPoint};
+use strandlight_runtime::provenance::Recorder;
 use strandlight_runtime::render::check_frame;
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PaintTexel;
@@ -24,7 +26,7 @@ use strandlight_scattering::dual_scattering::{
 };
 use strandlight_scattering::exact::{Bcsdf, PaintedBcsdf};
 
-use super::{Failure, Outcome, check_outputs, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
 
 /// Renders ground truth for a scene, slowly, on the CPU
 ///
@@ -40,7 +42,7 @@ pub struct Args {
     #[arg(long, value_enum)]
     method: MethodName,
     /// OpenEXR file to write
-    #[arg(short, value_name = "OUT.exr")]
+    #[arg(short, long, value_name = "OUT.exr")]
     output: PathBuf,
     /// Samples a pixel; with --resume, how many to add
     #[arg(long, value_name = "N", default_value_t = 64,
@@ -72,7 +74,8 @@ pub struct Args {
     /// (the exact one loses some 6 % of the light at each event, and gains near grazing)
     #[arg(long)]
     energy_safe: bool,
-    /// Adds samples to OUT.exr, a picture of the same inputs and seed
+    /// Add samples to OUT.exr, a picture of the same inputs and seed, if it is there already:
+    /// the result is that of all samples at once
     #[arg(long)]
     resume: bool,
     /// Print a JSON document about the picture instead of text
@@ -125,7 +128,8 @@ pub fn run(args: &Args) -> Outcome {
     let scene = Scene::read(&args.scene).map_err(Failure::input)?;
     let size = args.size.unwrap_or(scene.render.size);
     check_frame(size, 4).map_err(|error| Failure::file(&args.scene, error))?;
-    let prepared = PreparedScene::load_at(&scene, args.time).map_err(Failure::input)?;
+    let prepared = PreparedScene::load_at(&scene, args.time)
+        .map_err(|error| Failure::input(error.in_scene(&args.scene)))?;
     let kinds = prepared.paint().map(PaintKinds::of);
     if args.energy_safe && kinds.is_some_and(|kinds| kinds.widths || kinds.shifts) {
         return Err(Failure::file(&args.scene, ENERGY_SAFE));
@@ -146,16 +150,25 @@ pub fn run(args: &Args) -> Outcome {
         Method::RayShoot => format!("{n_lights} {densities:?}"),
     };
     let inputs = hash_of(&prepared, &format!("{options} {from_map}"));
-    let mut file = if args.resume {
-        resumed(args, method, &inputs, size)?
-    } else {
-        ReferenceFile {
-            method,
-            inputs,
-            seed: args.seed,
-            film: Film::new(size),
-        }
+    let mut drawn = scene.clone();
+    drawn.render.size = size;
+    let provenance = Recorder::new(&Files::Disk).record(&drawn, args.time);
+    let mut provenance = provenance
+        .map_err(|error| Failure::input(error.in_scene(&args.scene)))?
+        .with("options", &options);
+    if let Some(hash) = from_map.split(' ').next().filter(|hash| !hash.is_empty()) {
+        provenance = provenance.with("map", hash);
+    }
+    let mut file = ReferenceFile {
+        method,
+        inputs,
+        seed: args.seed,
+        provenance,
+        film: Film::new(size),
     };
+    if args.resume {
+        resume(args, &mut file)?;
+    }
 
     let hair = &prepared.hair;
     let failed = |error| Failure::file(&args.scene, error);
@@ -337,25 +350,22 @@ fn hash_of(scene: &PreparedScene, rest: &str) -> String {
     content_hash(text.as_bytes())
 }
 
-/// The picture to go on with.
-fn resumed(
-    args: &Args,
-    method: Method,
-    inputs: &str,
-    size: [u32; 2],
-) -> Result<ReferenceFile, Failure> {
+/// Takes the samples that the output has already, if it is there.
+fn resume(args: &Args, file: &mut ReferenceFile) -> Outcome {
     let path = &args.output;
-    let bytes = std::fs::read(path)
-        .map_err(|error| Failure::file(path, format!("cannot be gone on with: {error}")))?;
-    let file = ReferenceFile::decode(&bytes, method, inputs, size)
-        .map_err(|error| Failure::file(path, error))?;
-    if file.seed != args.seed {
-        let text = format!("a picture of seed {}, not {}", file.seed, args.seed);
-        return Err(Failure::file(path, text));
-    }
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            note!("{}: no such file to resume; starting it", path.display());
+            return Ok(());
+        }
+        Err(error) => return Err(Failure::file(path, format!("cannot be read: {error}"))),
+    };
+    let resumed = file.resume(&bytes);
+    resumed.map_err(|error| Failure::file(path, format!("cannot be resumed: {error}")))?;
     if args.spp > MAX_SAMPLES - file.film.n_samples() {
         let text = format!("more than {MAX_SAMPLES} samples in all");
         return Err(Failure::file(path, text));
     }
-    Ok(file)
+    Ok(())
 }

@@ -9,15 +9,19 @@ use clap::ValueEnum;
 use serde_json::{Map, Value, json};
 use strandlight_bake::aov::Group;
 use strandlight_bake::cpu;
-use strandlight_bake::picture::exr_file;
+use strandlight_bake::picture::exr_file_of;
 use strandlight_bake::progress::Progress;
 use strandlight_bake::transmittance::Method;
 use strandlight_formats::{Scattering, Scene};
+use strandlight_runtime::files::Files;
 use strandlight_runtime::gpu::Context;
+use strandlight_runtime::provenance::{Provenance, Recorder};
 use strandlight_runtime::render::{check_frame, whole_passes};
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
-use strandlight_runtime::{Picture, PreparedScene, RenderError, Renderer, Session, Stats};
+use strandlight_runtime::{
+    Picture, PreparedScene, RenderError, Renderer, SceneError, Session, Stats,
+};
 
 use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
 
@@ -31,9 +35,10 @@ pub struct Args {
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
     /// Picture to write: .png or .exr; or folder
-    #[arg(short, value_name = "FILE|DIR")]
+    #[arg(short, long, value_name = "FILE|DIR")]
     output: PathBuf,
-    /// A key of the scene file and its value, such as hair.eta=1.6 or render.background=none
+    /// A key of the scene file and its value, such as hair.eta=1.6 or render.background=none; the
+    /// flags below stand over it
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_key)]
     set: Vec<(String, Value)>,
     /// Renders the frames of a list of edits and views (JSON), OpenEXR unless named .png
@@ -47,7 +52,7 @@ pub struct Args {
     #[arg(long, value_enum, value_delimiter = ',')]
     aov: Vec<layers::Aov>,
     /// Lights that share a layer of --aov lights, as NAME=0,3; may be given again
-    #[arg(long, value_name = "NAME=LIGHTS", requires = "aov", value_parser = layers::parse_group)]
+    #[arg(long, value_name = "NAME=LIGHTS", value_parser = layers::parse_group)]
     light_group: Vec<Group>,
     /// Width and height in pixels, each 1..=8192 [default: the scene's, 720x480]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -70,7 +75,7 @@ pub struct Args {
     /// Seconds since the start of the scene's motion, 0..=1000000
     #[arg(long, value_name = "SECONDS", value_parser = parse_time, default_value_t = 0.0)]
     time: f64,
-    /// Say what ran and what was skipped, with bytes and milliseconds of each pass
+    /// Say what ran and what was skipped, with bytes and milliseconds of each pass, of each picture
     #[arg(long)]
     stats: bool,
     /// Print a JSON document about the picture instead of text
@@ -122,12 +127,8 @@ fn parse_scattering(text: &str) -> Result<Scattering, String> {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let is_many = args.script.is_some() || args.turntable.is_some();
-    if args.transmittance != Method::Sweep && (is_many || !args.aov.is_empty()) {
-        let text = "--transmittance is for single pictures; leave it out with --script, --turntable and --aov";
-        return Err(Failure::input(text));
-    }
-    if is_many {
+    args.check()?;
+    if args.script.is_some() || args.turntable.is_some() {
         return frames::run(args);
     }
     let format = format_of(&args.output)?;
@@ -148,6 +149,7 @@ pub fn run(args: &Args) -> Outcome {
     let mut scene = scene;
     scene.render.shadow_maps = args.shadow_maps.unwrap_or(scene.render.shadow_maps);
     scene.render.scattering = args.scattering.unwrap_or(scene.render.scattering);
+    (scene.render.size, scene.render.samples) = (size, samples);
     if !args.aov.is_empty() {
         if !matches!(format, Format::Exr) {
             return Err(Failure::file(
@@ -157,8 +159,15 @@ pub fn run(args: &Args) -> Outcome {
         }
         return layers::run(args, &scene, size, samples);
     }
-    let prepared = PreparedScene::load_at(&scene, args.time).map_err(Failure::input)?;
+    let in_scene = |error: SceneError| Failure::input(error.in_scene(&args.scene));
+    let prepared = PreparedScene::load_at(&scene, args.time).map_err(in_scene)?;
+    let provenance = Recorder::new(&Files::Disk).record(&scene, args.time);
+    let provenance = provenance.map_err(in_scene)?;
     let (picture, stats) = draw(&prepared, size, samples, args.backend, args.transmittance)?;
+    let mut provenance = provenance.drawn(samples, &stats.backend);
+    if args.transmittance != Method::Sweep {
+        provenance = provenance.with("transmittance", args.transmittance.name());
+    }
     if args.stats {
         note!("{stats}");
     } else {
@@ -166,13 +175,17 @@ pub fn run(args: &Args) -> Outcome {
     }
     let bytes = match format {
         Format::Png => picture
-            .to_png(prepared.exposure, prepared.tone_map)
+            .to_png_of(prepared.exposure, prepared.tone_map, &provenance)
             .map_err(Failure::input)?,
-        Format::Exr => exr_file(&picture).map_err(|error| Failure::file(&args.output, error))?,
+        Format::Exr => exr_file_of(&picture, &provenance)
+            .map_err(|error| Failure::file(&args.output, error))?,
     };
     write_output(&args.output, &bytes)?;
     if args.json {
-        print_line(report(&args.output, &picture, samples, &stats))
+        let mut report = report(&args.output, &picture, samples, &stats);
+        report["time"] = json!(args.time);
+        report["inputs"] = inputs(&provenance);
+        print_line(report)
     } else {
         print_line(format_args!(
             "{}: {}x{}, {samples} samples, {} bytes",
@@ -185,6 +198,49 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 impl Args {
+    /// Refuses flags that cannot go together and that the parser knows nothing of: none is ignored.
+    fn check(&self) -> Outcome {
+        let refused = |text: String| Err(Failure::Input(text));
+        let of_pictures = [
+            ("--light-group", !self.light_group.is_empty()),
+            ("--script", self.script.is_some()),
+            ("--turntable", self.turntable.is_some()),
+            ("--aov", !self.aov.is_empty()),
+        ];
+        let mut of_pictures = of_pictures.into_iter().filter(|(_, is_given)| *is_given);
+        let of_pictures = of_pictures.next().map(|(flag, _)| flag);
+        let method = self.transmittance;
+        if method != Method::Sweep {
+            let name = method.name();
+            if let Some(flag) = of_pictures {
+                return refused(format!(
+                    "--transmittance {name} is for single pictures; leave it out with {flag}"
+                ));
+            }
+            if self.shadow_maps.is_some() {
+                return refused(format!(
+                    "--shadow-maps is for --transmittance sweep; --transmittance {name} has none"
+                ));
+            }
+            if self.backend == Backend::Gpu {
+                return refused(format!(
+                    "--transmittance {name} runs on the CPU only; use --backend cpu, not --backend gpu"
+                ));
+            }
+        }
+        if !self.light_group.is_empty() && !self.aov.contains(&layers::Aov::Lights) {
+            let many = [
+                ("--script", self.script.is_some()),
+                ("--turntable", self.turntable.is_some()),
+            ];
+            let many = many.into_iter().find(|(_, is_given)| *is_given);
+            let without = many.map(|(flag, _)| format!("; leave it out with {flag}"));
+            let without = without.unwrap_or_default();
+            return refused(format!("--light-group needs --aov lights{without}"));
+        }
+        Ok(())
+    }
+
     /// What the command line says as keys of the scene.
     fn keys(&self) -> Map<String, Value> {
         let mut keys: Map<String, Value> = self.set.iter().cloned().collect();
@@ -233,13 +289,8 @@ fn draw(
         cpu::render_observed(scene, &scene.camera, size, samples, method, observer)
             .map_err(Failure::input)
     };
-    let backend = match (method, backend) {
-        (Method::Sweep, backend) => backend,
-        (method, Backend::Gpu) => {
-            let name = method.name();
-            let text = format!("--transmittance {name} runs on the CPU only; use --backend cpu");
-            return Err(Failure::input(text));
-        }
+    let backend = match method {
+        Method::Sweep => backend,
         _ => Backend::Cpu,
     };
     let result = match backend {
@@ -252,6 +303,13 @@ fn draw(
     };
     progress.finish();
     result
+}
+
+/// What a picture was made from, for `--json`.
+fn inputs(provenance: &Provenance) -> Value {
+    let entries = provenance.entries().iter();
+    let entries = entries.map(|(name, value)| (name.clone(), json!(value)));
+    Value::Object(entries.collect())
 }
 
 fn report(path: &Path, picture: &Picture, samples: u32, stats: &Stats) -> serde_json::Value {

@@ -24,7 +24,7 @@ mod world;
 pub use directional::Directional;
 pub use environment::Environment;
 pub use fibres::{Averages, AveragesAt, Fibres, Painted};
-pub use file::{FileError, ReferenceFile};
+pub use file::{FileError, MAP, OPTIONS, ReferenceFile};
 pub use film::{CameraRay, Film, MAX_SAMPLES};
 pub use frame::Frame;
 pub use path::{Estimator, MAX_EVENTS, PathTracer, ROULETTE_FROM, Traced};

@@ -1,8 +1,10 @@
 //! What [`Live`](super::Live) did.
 
+use std::fmt;
+
 use crate::edit::EditReport;
 use crate::gpu::Counts;
-use crate::stats::Stats;
+use crate::stats::{Stats, total};
 
 /// One kind of work since the last edit.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,6 +51,11 @@ impl LiveReport {
         self.stage(name).map_or(0, |stage| stage.runs)
     }
 
+    /// Milliseconds of all stages.
+    pub fn milliseconds(&self) -> f64 {
+        total(self.stages.iter().map(|stage| stage.milliseconds))
+    }
+
     fn stage_mut(&mut self, name: &'static str) -> &mut StageReport {
         let known = self.stages.iter().position(|stage| stage.name == name);
         let ix = known.unwrap_or(self.stages.len());
@@ -78,5 +85,48 @@ impl LiveReport {
         stage.measured_milliseconds += milliseconds;
         let mean = stage.measured_milliseconds / f64::from(stage.measured);
         stage.gpu_milliseconds = Some(mean * f64::from(stage.runs.max(stage.measured)));
+    }
+}
+
+impl fmt::Display for LiveReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.stats.write_counts(f)?;
+        writeln!(f, "  pass                  time     runs")?;
+        for stage in &self.stages {
+            writeln!(
+                f,
+                "  {:<14}{:>10.1} ms {:>8}",
+                stage.name, stage.milliseconds, stage.runs
+            )?;
+        }
+        write!(
+            f,
+            "  {:<14}{:>10.1} ms, {:.1} MB on the device",
+            "total",
+            self.milliseconds(),
+            self.device_bytes as f64 / 1e6
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_total_is_that_of_the_stages_and_never_below_zero() {
+        let mut report = LiveReport::default();
+        let text = report.to_string();
+        assert!(text.contains(" 0.0 ms") && !text.contains('-'), "{text}");
+        assert!(!Stats::default().to_string().contains('-'));
+        report.ran("shade");
+        report.took("shade", 0.25);
+        report.ran("draw");
+        report.took("draw", 1.0);
+        let text = report.to_string();
+        assert!(
+            text.contains("250.0 ms") && text.contains("1250.0 ms"),
+            "{text}"
+        );
     }
 }

@@ -6,6 +6,8 @@
 mod sequence;
 pub mod wind;
 
+use std::path::Path;
+
 use strandlight_formats::{Scene, WindSection};
 
 use crate::error::SceneError;
@@ -32,6 +34,14 @@ impl Motion {
             Some(wind) => Motion::Wind(wind.clone()),
             None => Motion::Sequence(Sequence::new(scene, files)),
         })
+    }
+
+    /// The files of the sequence that the hair is made of at a time in seconds.
+    pub fn files_at(&self, seconds: f64) -> Vec<&Path> {
+        match self {
+            Motion::Wind(_) => Vec::new(),
+            Motion::Sequence(sequence) => sequence.files_at(seconds).to_vec(),
+        }
     }
 
     /// The strands of the scene's groom in the space that they move in.

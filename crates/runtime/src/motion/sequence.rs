@@ -1,6 +1,6 @@
 //! An animation cache: one groom a frame, read when it is needed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use strandlight_formats::{MotionSection, Scene};
 
@@ -40,10 +40,7 @@ impl Sequence {
     /// # Errors
     /// A frame that cannot be read or has other strands, by name.
     pub fn points_at(&mut self, rest: &Strands, seconds: f64) -> Result<Vec<[f32; 4]>, SceneError> {
-        let last = self.frames.len().saturating_sub(1);
-        let at = (seconds * self.fps).clamp(0.0, last as f64);
-        let (first, fraction) = (at.floor() as usize, at.fract() as f32);
-        let wanted = [first, (first + 1).min(last)];
+        let (wanted, fraction) = self.around(seconds);
         self.kept.retain(|(frame, _)| wanted.contains(frame));
         for frame in wanted {
             self.read(frame, rest)?;
@@ -61,6 +58,20 @@ impl Sequence {
         };
         let between: Vec<[f32; 3]> = a.iter().zip(b).map(mix).collect();
         rest.resampled(&between)
+    }
+
+    /// The files of the frames around a time in seconds.
+    pub fn files_at(&self, seconds: f64) -> [&Path; 2] {
+        let (wanted, _) = self.around(seconds);
+        wanted.map(|frame| &*self.frames[frame])
+    }
+
+    /// The frames around a time in seconds, and how far on from the first to the second it is.
+    fn around(&self, seconds: f64) -> ([usize; 2], f32) {
+        let last = self.frames.len().saturating_sub(1);
+        let at = (seconds * self.fps).clamp(0.0, last as f64);
+        let first = at.floor() as usize;
+        ([first, (first + 1).min(last)], at.fract() as f32)
     }
 
     /// Has a frame in memory.

@@ -86,8 +86,9 @@ impl Session {
     /// As there.
     pub fn open_in(path: &Path, files: Files) -> Result<Session, SceneError> {
         let scene = files.scene(path).map_err(told)?;
-        let assets = Assets::read(&scene, &files, ModesToRead::All)?;
-        check_size(&scene)?;
+        let in_scene = |error: SceneError| error.in_scene(path);
+        let assets = Assets::read(&scene, &files, ModesToRead::All).map_err(in_scene)?;
+        check_size(&scene).map_err(in_scene)?;
         Ok(Session {
             on_disk: OnDisk::new(path, &scene, 0, &files),
             path: path.to_owned(),

@@ -55,6 +55,11 @@ impl Session {
         self.scene != self.on_disk.scene || self.held.paint_state != self.on_disk.paint_state
     }
 
+    /// Is the paint other than the groom's file has it?
+    pub fn is_repainted(&self) -> bool {
+        self.held.paint_state != self.on_disk.paint_state
+    }
+
     /// Has a file of the document been written by somebody else since it was read or saved?
     pub fn is_changed_on_disk(&self) -> bool {
         let changed = |(path, time): &(PathBuf, Option<SystemTime>)| {
@@ -248,8 +253,9 @@ impl Session {
     pub fn reload(&mut self) -> Result<Change, SceneError> {
         let scene = self.files.scene(&self.path).map_err(told)?;
         let scene = self.with_values(scene, &self.overlay)?;
-        let assets = Assets::read(&scene, &self.files, ModesToRead::All)?;
-        check_size(&scene)?;
+        let in_scene = |error: SceneError| error.in_scene(&self.path);
+        let assets = Assets::read(&scene, &self.files, ModesToRead::All).map_err(in_scene)?;
+        check_size(&scene).map_err(in_scene)?;
         let state = self.next_paint_state();
         let after = Held::new(assets, state)?;
         self.on_disk = OnDisk::new(&self.path, &scene, state, &self.files);

@@ -8,7 +8,8 @@ use strandlight_scattering::circular_gaussian::circular_gaussian_integral;
 use strandlight_scattering::table_layout::{C_AXIS_NAMES, C_CHANNELS, C_FROM_B};
 
 use super::super::Failure;
-use super::{Output, exr_file, npy};
+use super::{Output, npy};
+use strandlight_bake::exr_file;
 
 /// One `.npy` of shape [channel, axis 0, axis 1, ...] for each table, and one vector for each of
 /// its axes.
@@ -53,9 +54,10 @@ pub fn to_exr(file: &TableFile, path_of: &dyn Fn(&str) -> PathBuf) -> Result<Vec
             "OpenEXR, {width} x {height} float32: {}",
             channels.join(", ")
         );
-        let named = channels.into_iter().zip(planes).collect();
-        let bytes =
-            exr_file::encode(width, height, named).map_err(|error| Failure::file(&path, error))?;
+        let named = channels.into_iter().zip(planes);
+        let named = named.map(|(name, plane)| exr_file::floats(name, plane));
+        let bytes = exr_file::encode((width, height), named.collect(), &[])
+            .map_err(|error| Failure::file(&path, format!("cannot be encoded: {error}")))?;
         outputs.push(Output { path, what, bytes });
     }
     Ok(outputs)

@@ -1,12 +1,14 @@
 //! `strandlight render --script` and `--turntable`: many frames of one scene.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use strandlight_bake::cpu;
-use strandlight_bake::picture::exr_file;
+use strandlight_bake::picture::exr_file_of;
 use strandlight_runtime::files::Files;
 use strandlight_runtime::gpu::Context;
+use strandlight_runtime::provenance::Recorder;
 use strandlight_runtime::render::whole_passes;
 use strandlight_runtime::script::{self, Frame, Offline, Script};
 use strandlight_runtime::timings::{self, Made, Timings};
@@ -35,11 +37,15 @@ pub fn run(args: &Args) -> Outcome {
         .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
     let out = Out {
         folder,
+        with_stats: args.stats,
+        recorder: Recorder::new(session.files()),
         made: Timings::default(),
     };
     let on_gpu = |session: Session| -> Result<Viewer, RenderError> {
         let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
-        Viewer::new(&context, session)
+        let mut viewer = Viewer::new(&context, session)?;
+        viewer.set_time(args.time)?;
+        Ok(viewer)
     };
     let opened = || 1e3 * start.elapsed().as_secs_f64();
     let viewer = match args.backend {
@@ -51,15 +57,14 @@ pub fn run(args: &Args) -> Outcome {
     };
     let (made, backend, opened) = match viewer {
         Some(viewer) => {
-            let (context, opened) = (viewer.context(), opened());
-            let name = format!("gpu: {} ({})", context.adapter_name, context.backend);
+            let (name, opened) = (viewer.context().name(), opened());
             (with_viewer(viewer, &script, out)?, name, opened)
         }
-        None => (
-            without(Offline::new(session), &script, out)?,
-            "cpu".to_owned(),
-            opened(),
-        ),
+        None => {
+            let mut document = Offline::new(session);
+            document.time = args.time;
+            (without(document, &script, out)?, "cpu".to_owned(), opened())
+        }
     };
     let document = made.document(&args.scene.display().to_string(), &backend, opened);
     let path = folder.join("timings.json");
@@ -109,21 +114,42 @@ impl From<RenderError> for Stopped {
 /// Where frames go.
 struct Out<'a> {
     folder: &'a Path,
+    with_stats: bool,
+    recorder: Recorder,
     made: Timings,
+}
+
+/// A picture, and what it is of.
+struct Drawn<'a> {
+    picture: &'a Picture,
+    grade: (f32, ToneMap),
+    session: &'a Session,
+    backend: &'a str,
+    /// What it took.
+    stats: &'a dyn Display,
 }
 
 impl Out<'_> {
     /// Writes one frame; `made` knows what it cost.
-    fn write(
-        &mut self,
-        picture: &Picture,
-        (exposure, tone_map): (f32, ToneMap),
-        made: Made,
-    ) -> Result<(), Failure> {
+    fn write(&mut self, drawn: &Drawn, made: Made) -> Result<(), Failure> {
         let path = self.folder.join(&made.file);
+        let Drawn { picture, .. } = drawn;
+        let provenance = self.recorder.record_frame(
+            drawn.session,
+            made.time,
+            made.size,
+            made.samples,
+            drawn.backend,
+        );
+        let provenance = provenance.map_err(Failure::input)?;
+        let (exposure, tone_map) = drawn.grade;
         let bytes = match format_of(&path)? {
-            Format::Png => picture.to_png(exposure, tone_map).map_err(Failure::input)?,
-            Format::Exr => exr_file(picture).map_err(|error| Failure::file(&path, error))?,
+            Format::Png => picture
+                .to_png_of(exposure, tone_map, &provenance)
+                .map_err(Failure::input)?,
+            Format::Exr => {
+                exr_file_of(picture, &provenance).map_err(|error| Failure::file(&path, error))?
+            }
         };
         write_output(&path, &bytes)?;
         note!(
@@ -133,6 +159,9 @@ impl Out<'_> {
             picture.height,
             made.samples
         );
+        if self.with_stats {
+            note!("{}", drawn.stats);
+        }
         self.made.push(made);
         Ok(())
     }
@@ -150,12 +179,19 @@ fn with_viewer(mut viewer: Viewer, script: &Script, mut out: Out) -> Result<Timi
             file: file_of(frame).display().to_string(),
             size,
             samples,
+            time: viewer.time(),
             milliseconds: 1e3 * start.elapsed().as_secs_f64(),
             changed: viewer.take_changes(),
-            report: timings::of_live(viewer.report()),
+            report: timings::of_live(viewer.frame_report()),
         };
-        let grade = (viewer.prepared().exposure, viewer.prepared().tone_map);
-        out.write(&picture, grade, made).map_err(Stopped)
+        let drawn = Drawn {
+            picture: &picture,
+            grade: (viewer.prepared().exposure, viewer.prepared().tone_map),
+            session: viewer.session(),
+            backend: &viewer.context().name(),
+            stats: viewer.frame_report(),
+        };
+        out.write(&drawn, made).map_err(Stopped)
     });
     done.map_err(|Stopped(failure)| failure)?;
     Ok(out.made)
@@ -173,12 +209,19 @@ fn without(mut document: Offline, script: &Script, mut out: Out) -> Result<Timin
             file: file_of(frame).display().to_string(),
             size,
             samples,
+            time: document.time,
             milliseconds: 1e3 * start.elapsed().as_secs_f64(),
             changed: std::mem::take(&mut document.changes),
             report: timings::of_stats(&stats),
         };
-        let grade = (scene.exposure, scene.tone_map);
-        out.write(&picture, grade, made).map_err(Stopped)
+        let drawn = Drawn {
+            picture: &picture,
+            grade: (scene.exposure, scene.tone_map),
+            session: &document.session,
+            backend: "cpu",
+            stats: &stats,
+        };
+        out.write(&drawn, made).map_err(Stopped)
     });
     done.map_err(|Stopped(failure)| failure)?;
     Ok(out.made)

@@ -8,9 +8,10 @@ use strandlight_formats::Scene;
 use strandlight_runtime::assets::{Assets, ModesToRead};
 use strandlight_runtime::files::Files;
 use strandlight_runtime::gpu::Context;
-use strandlight_runtime::{PreparedScene, RenderError};
+use strandlight_runtime::provenance::Recorder;
+use strandlight_runtime::{PreparedScene, RenderError, SceneError};
 
-use super::{Args, Backend, Failure, Outcome, note, print_line, write_output};
+use super::{Args, Backend, Failure, Outcome, inputs, note, print_line, write_output};
 
 /// What layers are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -42,8 +43,15 @@ pub fn parse_group(text: &str) -> Result<Group, String> {
 
 /// Renders `scene` and its layers to the output.
 pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome {
-    let assets = Assets::read(scene, &Files::Disk, ModesToRead::OfScene).map_err(Failure::input)?;
-    let prepared = PreparedScene::new(scene, &assets).map_err(Failure::input)?;
+    let prepare = || {
+        let files = Files::Disk;
+        let assets = Assets::read(scene, &files, ModesToRead::OfScene)?;
+        let mut prepared = PreparedScene::new(scene, &assets)?;
+        prepared.move_hair(scene, &files, args.time)?;
+        Ok((prepared, Recorder::new(&files).record(scene, args.time)?))
+    };
+    let (prepared, provenance) =
+        prepare().map_err(|error: SceneError| Failure::input(error.in_scene(&args.scene)))?;
     let splits: Vec<Split> = args
         .aov
         .iter()
@@ -61,10 +69,18 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
     let layers = Layers::draw(&mut *painter, &prepared, &specs, size, &observe);
     progress.finish();
     let layers = layers.map_err(Failure::input)?;
-    note!("rendered on {backend}");
+    match args.stats {
+        true => {
+            for (name, stats) in &layers.stats {
+                note!("{name}: {stats}");
+            }
+        }
+        false => note!("rendered on {backend}"),
+    }
+    let provenance = provenance.drawn(samples, &backend);
     let names: Vec<String> = layers.layers.iter().map(|(name, _)| name.clone()).collect();
     let bytes = layers
-        .encode()
+        .encode(&provenance)
         .map_err(|error| Failure::file(&args.output, error))?;
     write_output(&args.output, &bytes)?;
     if args.json {
@@ -73,7 +89,9 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
             "size": size,
             "samples": samples,
             "backend": backend,
+            "time": args.time,
             "layers": names,
+            "inputs": inputs(&provenance),
         }));
     }
     print_line(format_args!(
@@ -95,7 +113,7 @@ fn painter(
 ) -> Result<(Box<dyn Painter>, String), Failure> {
     let on_gpu = || -> Result<(Box<dyn Painter>, String), RenderError> {
         let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
-        let name = format!("gpu: {} ({})", context.adapter_name, context.backend);
+        let name = context.name();
         let painter = OnGpu::new(&context, scene, size, samples)?;
         Ok((Box::new(painter), name))
     };

@@ -54,7 +54,8 @@ pub struct Args {
     pub loses_device: bool,
     /// Seconds since the start of the scene's motion.
     pub time: f64,
-    /// Keys of the scene and their values; `--size` and `--samples` are among them.
+    /// Keys of the scene and their values; those of `--size` and `--samples`, which take precedence,
+    /// are among them.
     pub set: Map<String, Value>,
 }
 
@@ -66,6 +67,7 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
     let mut args = Args::default();
     let mut scene = None;
     let mut job = None;
+    let mut flags = Map::new();
     while let Some(word) = words.next() {
         let text = word.to_string_lossy().into_owned();
         let mut value = || {
@@ -78,7 +80,9 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
                 .ok_or(format!("{text}: the value is not UTF-8"))
         };
         let mut ask = |asked: Job| match job.replace(asked) {
-            Some(_) => Err(format!("one of --frame, --turntable and --script; {USAGE}")),
+            Some(_) => Err(format!(
+                "only one of --frame, --turntable and --script; {USAGE}"
+            )),
             None => Ok(()),
         };
         match text.as_str() {
@@ -97,13 +101,12 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
             }
             "--size" => {
                 let size = parse_size(&value()?)?;
-                args.set
-                    .insert("render.size".to_owned(), size.to_vec().into());
+                flags.insert("render.size".to_owned(), size.to_vec().into());
             }
             "--time" => args.time = seconds(&text, &value()?)?,
             "--samples" => {
                 let samples = number(&text, &value()?, 65_536)?;
-                args.set.insert("render.samples".to_owned(), samples.into());
+                flags.insert("render.samples".to_owned(), samples.into());
             }
             _ if text.starts_with('-') => return Err(format!("unknown option {text}; {USAGE}")),
             _ if scene.is_none() => scene = Some(PathBuf::from(&word)),
@@ -112,10 +115,30 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
     }
     args.scene = scene.ok_or(USAGE)?;
     args.job = job.unwrap_or_default();
+    args.set.extend(flags);
+    let job = match args.job {
+        Job::Window => None,
+        Job::Frame(_) => Some("--frame"),
+        Job::Turntable(_) => Some("--turntable"),
+        Job::Script(_) => Some("--script"),
+    };
+    let of_window = [
+        ("--log", args.log.is_some()),
+        ("--lose-device", args.loses_device),
+    ];
+    let of_window = of_window.into_iter().find(|(_, is_given)| *is_given);
+    if let (Some(job), Some((flag, _))) = (job, of_window) {
+        return Err(format!("{flag} is for the window; leave it out with {job}"));
+    }
     let is_many = matches!(args.job, Job::Turntable(_) | Job::Script(_));
     match (is_many, &args.out) {
         (true, None) => Err(format!("the frames need a folder: --out DIR; {USAGE}")),
-        (false, Some(_)) => Err(format!("--out is for --turntable and --script; {USAGE}")),
+        (false, Some(_)) => {
+            let without = job.map_or(String::new(), |job| format!(", not for {job}"));
+            Err(format!(
+                "--out is for --turntable and --script{without}; {USAGE}"
+            ))
+        }
         _ => Ok(args),
     }
 }
@@ -163,6 +186,13 @@ mod tests {
         assert_eq!(args.job, Job::Turntable(8));
         assert_eq!(args.set["hair.eta"], json!(1.6));
         assert_eq!(args.set["render.size"], json!([20, 10]));
+        // A flag of its own stands over the key, wherever it is.
+        for line in [
+            "a.toml --samples 8 --set render.samples=4",
+            "a.toml --set render.samples=4 --samples 8",
+        ] {
+            assert_eq!(parsed(line).unwrap().set["render.samples"], json!(8));
+        }
         assert_eq!(parsed("a.toml").unwrap().job, Job::Window);
         assert_eq!(
             parsed("--set render.background=none a.toml")
@@ -173,10 +203,69 @@ mod tests {
         );
     }
 
+    /// Each pair of flags is taken as it stands, or refused by a line that names both.
+    #[test]
+    fn every_pair_of_flags_is_taken_or_refused_by_name() {
+        const FLAGS: [(&str, &str); 9] = [
+            ("--frame", "a.png"),
+            ("--turntable", "2"),
+            ("--script", "s.json"),
+            ("--out", "d"),
+            ("--set", "hair.eta=1.6"),
+            ("--size", "20x10"),
+            ("--time", "1.5"),
+            ("--samples", "8"),
+            ("--log", "l.json"),
+        ];
+        // What USAGE and HELP say of flags is all of these.
+        let words = HELP
+            .split_whitespace()
+            .filter(|word| word.starts_with("--"));
+        let mut told: Vec<&str> = words.collect();
+        let mut known = FLAGS.map(|(flag, _)| flag).to_vec();
+        (told.sort_unstable(), known.sort_unstable());
+        assert_eq!(told, known);
+        let shows = |args: &Args, flag: &str| match flag {
+            "--frame" => args.job == Job::Frame("a.png".into()),
+            "--turntable" => args.job == Job::Turntable(2),
+            "--script" => args.job == Job::Script("s.json".into()),
+            "--out" => args.out == Some("d".into()),
+            "--set" => args.set["hair.eta"] == 1.6,
+            "--size" => args.set["render.size"] == json!([20, 10]),
+            "--time" => args.time == 1.5,
+            "--samples" => args.set["render.samples"] == 8,
+            "--log" => args.log == Some("l.json".into()),
+            _ => false,
+        };
+        let (mut n_taken, mut n_refused) = (0, 0);
+        for (ix, (a, of_a)) in FLAGS.into_iter().enumerate() {
+            for (b, of_b) in FLAGS[ix + 1..].iter().copied() {
+                let many = |flag| ["--turntable", "--script"].contains(&flag);
+                let needs_out = (many(a) || many(b)) && a != "--out" && b != "--out";
+                let out = if needs_out { " --out d" } else { "" };
+                match parsed(&format!("a.toml {a} {of_a} {b} {of_b}{out}")) {
+                    Ok(args) => {
+                        assert!(shows(&args, a) && shows(&args, b), "{a} {b}: {args:?}");
+                        n_taken += 1;
+                    }
+                    Err(error) => {
+                        let error = error.replace(USAGE, "");
+                        // `--out` alone has no job that it could go with.
+                        let needs_job = a == "--out" || b == "--out";
+                        assert!(error.contains(a) || needs_job, "{a} {b}: {error}");
+                        assert!(error.contains(b) || needs_job, "{a} {b}: {error}");
+                        n_refused += 1;
+                    }
+                }
+            }
+        }
+        assert_eq!((n_taken, n_refused), (24, 12));
+    }
+
     #[test]
     fn faults_are_told() {
         for (line, needle) in [
-            ("a.toml --frame a.png --turntable 3", "one of --frame"),
+            ("a.toml --frame a.png --turntable 3", "only one of --frame"),
             ("a.toml --turntable 3", "--out"),
             ("a.toml --frame a.png --out d", "--out is for"),
             ("a.toml --turntable 0 --out d", "--turntable 0"),

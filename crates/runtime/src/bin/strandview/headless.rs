@@ -5,9 +5,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use strandlight_runtime::gpu::Context;
+use strandlight_runtime::provenance::{Provenance, Recorder};
 use strandlight_runtime::script::{self, Frame, Script};
 use strandlight_runtime::timings::{self, Made, Timings};
-use strandlight_runtime::{Picture, RenderError, Session, Viewer, files};
+use strandlight_runtime::{Picture, RenderError, SceneError, Session, Viewer, files};
 use web_time::Instant;
 
 use crate::args::{Args, Job};
@@ -48,13 +49,15 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
         .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
     // What is wrong with the scene is said before a device is opened.
     let session = open(args)?;
+    let mut recorder = Recorder::new(session.files());
     let mut viewer = Viewer::new(&Context::new()?, session)?;
     viewer.set_time(args.time)?;
     let scene = viewer.session().scene();
     let (size, samples) = (scene.render.size, scene.render.samples);
     let picture = viewer.frame(size, samples)?;
-    let _ = writeln!(std::io::stderr(), "{}", viewer.report().stats);
-    write(path, &png(&viewer, &picture)?)?;
+    let _ = writeln!(std::io::stderr(), "{}", viewer.frame_report());
+    let provenance = provenance(&mut recorder, &viewer, size, samples)?;
+    write(path, &png(&viewer, &picture, &provenance)?)?;
     say(path, &picture, samples);
     Ok(())
 }
@@ -73,6 +76,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     let mut viewer = Viewer::new(&Context::new()?, session)?;
     viewer.set_time(args.time)?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
+    let mut recorder = Recorder::new(viewer.session().files());
     let mut made = Timings::default();
     script.run(&mut viewer, |viewer, frame| -> Answer<()> {
         let start = Instant::now();
@@ -83,25 +87,37 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         let milliseconds = 1e3 * start.elapsed().as_secs_f64();
         let file = file_of(frame)?;
         let path = out.join(&file);
-        write(&path, &png(viewer, &picture)?)?;
+        let provenance = provenance(&mut recorder, viewer, size, samples)?;
+        write(&path, &png(viewer, &picture, &provenance)?)?;
         say(&path, &picture, samples);
         made.push(Made {
             file: file.display().to_string(),
             size,
             samples,
+            time: viewer.time(),
             milliseconds,
             changed: viewer.take_changes(),
-            report: timings::of_live(viewer.report()),
+            report: timings::of_live(viewer.frame_report()),
         });
         Ok(())
     })?;
-    let context = viewer.context();
-    let backend = format!("gpu: {} ({})", context.adapter_name, context.backend);
+    let backend = viewer.context().name();
     let document = made.document(&args.scene.display().to_string(), &backend, opened);
     let text = serde_json::to_string_pretty(&document)? + "\n";
     write(&times, text.as_bytes())?;
     println!("{}: {} frames", times.display(), made.n_frames());
     Ok(())
+}
+
+/// What the frame of `viewer` is made from.
+fn provenance(
+    recorder: &mut Recorder,
+    viewer: &Viewer,
+    size: [u32; 2],
+    samples: u32,
+) -> Result<Provenance, SceneError> {
+    let backend = viewer.context().name();
+    recorder.record_frame(viewer.session(), viewer.time(), size, samples, &backend)
 }
 
 /// File that a frame is written to.
@@ -124,9 +140,13 @@ fn has_extension(path: &Path, wanted: &str) -> bool {
         .is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
-fn png(viewer: &Viewer, picture: &Picture) -> Result<Vec<u8>, RenderError> {
-    let render = &viewer.session().scene().render;
-    picture.to_png(render.exposure as f32, viewer.prepared().tone_map)
+fn png(
+    viewer: &Viewer,
+    picture: &Picture,
+    provenance: &Provenance,
+) -> Result<Vec<u8>, RenderError> {
+    let exposure = viewer.session().scene().render.exposure as f32;
+    picture.to_png_of(exposure, viewer.prepared().tone_map, provenance)
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
