@@ -12,6 +12,9 @@ struct View {
     size: vec2u,
     radiance_scale: f32,
     n_points: u32,
+    // The part of the picture that is drawn: its upper left pixel, and its width and height.
+    origin: vec2u,
+    extent: vec2u,
 }
 
 // A point on the screen: x to the right and y downwards in pixels from the upper left corner,

@@ -20,17 +20,17 @@ struct Backdrop {
 
 @compute @workgroup_size(8, 8)
 fn composite(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= view.size.x || id.y >= view.size.y {
+    if id.x >= view.extent.x || id.y >= view.extent.y {
         return;
     }
-    let index = id.x + view.size.x * id.y;
+    let index = id.x + view.extent.x * id.y;
     let mean = sums[index] / f32(backdrop.n_samples);
     var rgb = mean.rgb / view.radiance_scale;
     var alpha = mean.a;
     if backdrop.kind != 0u {
         var behind = backdrop.color;
         if backdrop.kind == 2u {
-            let omega = ray_direction(view, vec2f(id.xy) + 0.5);
+            let omega = ray_direction(view, vec2f(view.origin + id.xy) + 0.5);
             behind = vec3f(0.0);
             // Nothing is seen of it behind closed hair.
             let n_lights = select(backdrop.n_lights, 0u, alpha >= 1.0);

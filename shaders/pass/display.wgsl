@@ -18,10 +18,10 @@ struct Grade {
 
 @compute @workgroup_size(8, 8)
 fn show(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= view.size.x || id.y >= view.size.y {
+    if id.x >= view.extent.x || id.y >= view.extent.y {
         return;
     }
-    let pixel = picture[id.x + view.size.x * id.y];
+    let pixel = picture[id.x + view.extent.x * id.y];
     // A pixel without coverage has no colour.
     let factor = select(0.0, grade.scale / max(pixel.a, 1e-30), pixel.a > 0.0);
     let alpha = clamp(pixel.a, 0.0, 1.0);

@@ -7,7 +7,8 @@ struct Pass {
     // 1/256 px
     jitter: vec2i,
     pass_ix: u32,
-    pad: u32,
+    // Samples of the pass that count, the first ones.
+    n_samples: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -78,7 +79,7 @@ struct Covered {
 
 @fragment
 fn cover_proxy(in: Corner) -> Covered {
-    let pixel = floor(in.position.xy);
+    let pixel = floor(in.position.xy) + vec2f(view.origin);
     var met = Met(0u, 0.0, vec3f(0.0));
     met = meet(met, in.proxy, pixel + vec2f(96.0, 32.0) / 256.0, 1u);
     met = meet(met, in.proxy, pixel + vec2f(224.0, 96.0) / 256.0, 2u);

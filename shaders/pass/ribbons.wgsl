@@ -23,12 +23,13 @@ const MAX_JITTER: i32 = 64;
 // Six a segment of the chunk. Vertex 2 p is the left edge of point p, 2 p + 1 the right one.
 @group(0) @binding(6) var<storage, read_write> corners: array<u32>;
 
-// Whether the box around both ends touches the picture in some pass.
+// Whether the box around both ends touches the part of the picture that is drawn, in some pass.
 fn in_picture(a: vec4i, b: vec4i) -> bool {
     let low = min(min(a.xy, a.zw), min(b.xy, b.zw));
     let high = max(max(a.xy, a.zw), max(b.xy, b.zw));
-    let reach = 128 * vec2i(view.size) + MAX_JITTER;
-    return all(low <= reach) && all(high >= -reach);
+    let start = 256 * vec2i(view.origin) - 128 * vec2i(view.size);
+    let end = start + 256 * vec2i(view.extent);
+    return all(low <= end + MAX_JITTER) && all(high >= start - MAX_JITTER);
 }
 
 @compute @workgroup_size(256)

@@ -112,7 +112,11 @@ fn cast_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
         for (var row = max(i32(ceil(y - half_width - 0.5)), 0); row < top; row++) {
             let cell = select(column + side * row, row + side * column, steep);
             let height = height_units(a.z + rise.y * along);
-            atomicMax(&map[cell], (height << NAME_BITS) | name);
+            let value = (height << NAME_BITS) | name;
+            // Looking is cheaper than changing, and most of what is drawn is hidden.
+            if atomicLoad(&map[cell]) < value {
+                atomicMax(&map[cell], value);
+            }
         }
     }
 }

@@ -8,7 +8,8 @@ struct Pass {
     // 1/256 px
     jitter: vec2i,
     pass_ix: u32,
-    pad: u32,
+    // Samples of the pass that count, the first ones.
+    n_samples: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -20,8 +21,8 @@ struct Pass {
 @group(0) @binding(4) var<storage, read> spines: array<vec4f>;
 @group(0) @binding(5) var<storage, read> radiance: array<vec4f>;
 
-// The viewport's side is a power of two, mostly 8192 px, with the picture in its middle: ribbons that
-// cross the border of the picture need no clipping. See viewport_side in
+// The viewport's side is a power of two, mostly 8192 px, with what is drawn of the picture in its
+// middle: ribbons that cross the border need no clipping. See viewport_side in
 // crates/runtime/src/render/draw.rs.
 override CLIP_PER_UNIT: f32 = 0.00000095367431640625;
 
@@ -48,7 +49,9 @@ fn ribbon(@builtin(vertex_index) vertex: u32) -> Corner {
     out.here = vec4f(radiance[point].rgb, bitcast<f32>(ends.y));
     out.next = vec4f(radiance[min(point + 1u, view.n_points - 1u)].rgb, bitcast<f32>(ends.z));
     out.segment = ends.w;
-    let at = vec2f(edges[vertex] + current.jitter) * CLIP_PER_UNIT;
+    // From the middle of the picture to that of the part that is drawn.
+    let moved = 256 * vec2i(view.origin) + 128 * vec2i(view.extent) - 128 * vec2i(view.size);
+    let at = vec2f(edges[vertex] + current.jitter - moved) * CLIP_PER_UNIT;
     out.position = vec4f(at.x, -at.y, bitcast<f32>(ends.x), 1.0);
     return out;
 }
@@ -61,7 +64,7 @@ struct Covered {
 @fragment
 fn cover(in: Corner) -> Covered {
     // How far along the segment the middle of this pixel is.
-    let pixel = floor(in.position.xy);
+    let pixel = floor(in.position.xy) + vec2f(view.origin);
     let t = clamp(dot(pixel + 0.5 - in.spine.xy, in.spine.zw), 0.0, 1.0);
     let value = mix(in.here, in.next, t);
     let key = coverage_key(in.segment, u32(pixel.x), u32(pixel.y));

@@ -52,7 +52,7 @@ fn every_backend_and_format_writes_the_picture() {
             let text = String::from_utf8_lossy(&output.stdout);
             let line = text.lines().last().unwrap_or_default();
             assert!(
-                line.contains(&out) && line.contains("60x40, 8 samples"),
+                line.contains(&out) && line.contains("60x40, 5 samples"),
                 "{text}"
             );
             let bytes = fs::read(folder.path().join(&out)).expect("written");
@@ -79,11 +79,13 @@ fn every_backend_and_format_writes_the_picture() {
             "--size",
             "60x40",
             "--samples",
-            "8",
+            "5",
         ])
         .output()
         .expect("runs");
     assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("60x40, 5 samples"), "{text}");
     assert_eq!(png("v.png"), png("gpu.png"));
 }
 
@@ -487,6 +489,55 @@ fn a_frame_without_a_window_tells_what_it_took() {
 }
 
 #[test]
+fn stills_are_larger_than_what_a_device_draws_at_once() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    scene_in(folder.path());
+    let size = ["--size", "4096x2160", "--samples", "1"];
+    let seen = |name: &str| {
+        let bytes = fs::read(folder.path().join(name)).expect("written");
+        let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info();
+        let mut reader = reader.expect("a PNG");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("of a size")];
+        let frame = reader.next_frame(&mut pixels).expect("whole");
+        assert_eq!([frame.width, frame.height], [4096, 2160]);
+        pixels
+    };
+    for backend in ["gpu", "cpu"] {
+        let args = ["render", "a.toml", "-o", &format!("{backend}.png")];
+        assert_done(
+            strandlight()
+                .current_dir(folder.path())
+                .args(args)
+                .args(size)
+                .args(["--backend", backend]),
+        );
+    }
+    assert_done(
+        strandview()
+            .current_dir(folder.path())
+            .args(["a.toml", "--frame", "v.png"])
+            .args(size),
+    );
+    let [gpu, cpu, view] = ["gpu.png", "cpu.png", "v.png"].map(seen);
+    let n_off = |a: &[u8], b: &[u8]| {
+        assert_eq!(a.len(), b.len());
+        a.iter().zip(b).filter(|(a, b)| a.abs_diff(**b) > 2).count()
+    };
+    assert!(cpu.iter().any(|&level| level > 100));
+    // A sample here and there where strands are equally deep.
+    assert!(
+        n_off(&gpu, &cpu) < cpu.len() / 10_000,
+        "{}",
+        n_off(&gpu, &cpu)
+    );
+    assert!(
+        n_off(&view, &gpu) < cpu.len() / 10_000,
+        "{}",
+        n_off(&view, &gpu)
+    );
+}
+
+#[test]
 fn json_is_one_document() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     scene_in(folder.path());
@@ -500,13 +551,14 @@ fn json_is_one_document() {
             "--size",
             "20x10",
             "--samples",
-            "4",
+            "1",
         ])
         .args(["--backend", "cpu", "--json"])
         .output()
         .expect("runs");
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(report["size"], serde_json::json!([20, 10]));
+    assert_eq!(report["samples"], 1);
     assert_eq!(report["lights"], 2);
     assert!(
         report["stages"]
@@ -581,8 +633,8 @@ fn bad_usage_is_refused_in_one_line_with_nothing_written() {
             &["100000x100000"],
         ),
         (
-            &["a.toml", "-o", "a.png", "--size", "8192x8192"],
-            &["8192x8192"],
+            &["a.toml", "-o", "a.png", "--size", "16384x16384"],
+            &["16384x16384"],
         ),
         (&["a.toml", "-o", "a.png", "--size", "twelve"], &["twelve"]),
         (&["a.toml", "-o", "a.png", "--samples", "0"], &["0"]),

@@ -181,6 +181,7 @@ pub trait Painter {
 /// On a device, where shadows are found once for all layers.
 pub struct OnGpu {
     live: Live,
+    size: [u32; 2],
     hair: HairParams,
     colors: Vec<[f32; 3]>,
     samples: u32,
@@ -201,9 +202,11 @@ impl OnGpu {
         let colors = scene.lights.iter().map(|light| light.rgb).collect();
         let hair = *scene.hair.hair();
         let mut live = Live::new(context, scene)?;
-        live.set_size(size)?;
+        // Where a picture is drawn at once its layers share what it is drawn into.
+        live.set_size(live.fitting(size))?;
         Ok(OnGpu {
             live,
+            size,
             hair,
             colors,
             samples,
@@ -220,7 +223,7 @@ impl Painter for OnGpu {
         live.set_light_colors(&masked(&self.colors, spec))?;
         let (exposure, tone_map) = (live.scene().exposure, live.scene().tone_map);
         live.set_grade(exposure, tone_map, background);
-        live.finish(self.samples)
+        live.still(self.size, self.samples)
     }
 
     fn stats(&self) -> String {

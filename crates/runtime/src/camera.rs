@@ -76,6 +76,10 @@ pub struct ViewUniform {
     pub radiance_scale: f32,
     /// Strand points, for the passes that run over them.
     pub n_points: u32,
+    /// Upper left pixel of the part of the picture that is drawn.
+    pub origin: [u32; 2],
+    /// Width and height of that part.
+    pub extent: [u32; 2],
 }
 
 strandlight_scattering::mirrors! {
@@ -110,7 +114,19 @@ pub fn view_uniform(
         size,
         radiance_scale,
         n_points: strands.points.len() as u32,
+        origin: [0, 0],
+        extent: size,
     }
+}
+
+/// x to the right and y downwards in pixels, and the depth along the line of sight in cm.
+pub fn screen_position(view: &ViewUniform, position: Vec3) -> [f32; 3] {
+    let from_eye = position - Vec3::from(view.eye);
+    let depth = from_eye.dot(Vec3::from(view.forward));
+    let scale = view.focal_px / depth.max(view.near);
+    let x = 0.5 * view.size[0] as f32 + scale * from_eye.dot(Vec3::from(view.right));
+    let y = 0.5 * view.size[1] as f32 - scale * from_eye.dot(Vec3::from(view.up));
+    [x, y, depth]
 }
 
 #[cfg(test)]

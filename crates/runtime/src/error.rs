@@ -50,7 +50,8 @@ impl SceneError {
 pub enum RenderError {
     /// A side is zero or too long, or there are too many pixels.
     #[error(
-        "size {width}x{height}: each side must be 1..=8192 and the picture at most {} pixels",
+        "size {width}x{height}: each side must be 1..={} and the picture at most {} pixels",
+        crate::render::MAX_SIDE,
         crate::render::MAX_PIXELS
     )]
     Size {
@@ -59,14 +60,25 @@ pub enum RenderError {
         /// Height asked for.
         height: u32,
     },
-    /// Samples a pixel not a multiple of four in range.
-    #[error(
-        "{samples} samples: must be a multiple of 4 in 4..={}",
-        crate::render::MAX_SAMPLES
-    )]
+    /// Samples a pixel out of range.
+    #[error("{samples} samples: must be in 1..={}", crate::render::MAX_SAMPLES)]
     Samples {
         /// Samples asked for.
         samples: u32,
+    },
+    /// A picture that is drawn at once, as those of windows and ground truth are, is too large for
+    /// that.
+    #[error(
+        "size {width}x{height}: each side must be 1..={} and the picture at most {} pixels here; \
+         rendered pictures may be larger",
+        crate::render::MAX_TARGET_SIDE,
+        crate::render::MAX_TARGET_PIXELS
+    )]
+    TargetSize {
+        /// Width asked for.
+        width: u32,
+        /// Height asked for.
+        height: u32,
     },
     /// Not one colour for each light.
     #[error("{colors} colours for {lights} lights")]

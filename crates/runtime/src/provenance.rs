@@ -24,7 +24,6 @@ use crate::error::SceneError;
 use crate::files::Files;
 use crate::motion::Motion;
 use crate::paint::PaintedPoint;
-use crate::render::whole_passes;
 use crate::session::Session;
 
 /// Hash of the effective scene.
@@ -152,7 +151,7 @@ impl Recorder {
     ) -> Result<Provenance, SceneError> {
         let mut scene = session.scene().clone();
         scene.render.size = size;
-        scene.render.samples = whole_passes(samples);
+        scene.render.samples = samples;
         let mut provenance = self.record(&scene, seconds)?;
         if let (true, Some(paint)) = (session.is_repainted(), session.paint()) {
             let texels: Vec<PaintTexel> = paint.points.iter().map(PaintedPoint::texel).collect();

@@ -4,6 +4,9 @@
 /// Vulkan, Metal and Direct3D share.
 pub const SAMPLE_POSITIONS: [[i32; 2]; 4] = [[96, 32], [224, 96], [32, 160], [160, 224]];
 
+/// Samples of one pass; the last one of a picture may count fewer of its own, the first ones.
+pub const PASS_SAMPLES: u32 = SAMPLE_POSITIONS.len() as u32;
+
 /// Shift of the picture in a pass, in 1/256 px, within half the spacing of the samples: passes
 /// fill the squares between the four samples evenly (the R2 low-discrepancy sequence).
 pub fn pass_jitter(pass: u32) -> [i32; 2] {

@@ -29,7 +29,7 @@ use strandlight_formats::{CameraSection, did_you_mean, nearest};
 
 use crate::error::{RenderError, SceneError};
 use crate::paint::{Brush, BrushStroke, Picker, StrokePath};
-use crate::render::{check_frame, whole_passes};
+use crate::render::check_frame;
 use crate::scene::PreparedScene;
 use crate::session::{Change, Session};
 use crate::viewer::Viewer;
@@ -430,7 +430,7 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
                 return Err(format!("samples is {samples}, must be in 1..={most}"));
             }
             let size = frame.size.unwrap_or([1, 1]);
-            check_frame(size, whole_passes(samples)).map_err(|error| error.to_string())?;
+            check_frame(size, samples).map_err(|error| error.to_string())?;
         }
         Step::Time(seconds) if !(0.0..=1e6).contains(seconds) => {
             return Err(format!("time is {seconds}, must be in 0..=1000000"));

@@ -25,6 +25,15 @@ pub const SHADOW_SIDE: u32 = 1024;
 /// of hair 30 cm wide a texel is as wide as a fibre.
 pub const FINE_SIDE: u32 = 4096;
 
+/// How many strands one above the other the texels of a map are drawn for at most, in the mean:
+/// five times as many as a full head of hair has. Where there would be more the strands are wide
+/// for the groom, and maps of fewer texels tell as much: see [`map_side`].
+pub const MAX_DEPTH_COMPLEXITY: f32 = 64.0;
+
+/// Texels along a side below which strands that are wide for the groom do not bring a map, unless
+/// there are so many of them that the work would not be bounded: as fine as the shadow volume.
+const COARSE_SIDE: f32 = 64.0;
+
 /// Lights narrower than this get [`FINE_SIDE`].
 const FINE_LAMBDA: f32 = 0.05;
 
@@ -190,14 +199,11 @@ impl ShadowPlan {
 /// `k` maps of one light.
 fn views_of(light: &SrbfLight, k: u32, shift: f64, slot: u32, any: &ShadowView) -> Vec<ShadowView> {
     let directions = shifted_lobe_directions(light, k, shift);
+    let is_fine = light.lambda < FINE_LAMBDA && any.side == SHADOW_SIDE;
     let view = |(n, &direction): (u32, &[f32; 3])| {
         let first = if n == 0 { FIRST_OF_SLOT } else { 0 };
         let last = if n + 1 == k { LAST_OF_SLOT } else { 0 };
-        let side = if light.lambda < FINE_LAMBDA {
-            FINE_SIDE
-        } else {
-            SHADOW_SIDE
-        };
+        let side = if is_fine { FINE_SIDE } else { any.side };
         ShadowView {
             side,
             texels_per_cm: any.texels_per_cm * side as f32 / any.side as f32,
@@ -211,6 +217,32 @@ fn views_of(light: &SrbfLight, k: u32, shift: f64, slot: u32, any: &ShadowView) 
     (0..k).zip(&directions).map(view).collect()
 }
 
+/// Texels along the side of a map of `strands`: [`SHADOW_SIDE`], or fewer, so that drawing it
+/// costs no more than [`MAX_DEPTH_COMPLEXITY`] times [`SHADOW_SIDE`]^2 texels and one for each texel
+/// of a strand's length, however wide the strands are.
+///
+/// The strands' area over the map's is how often a texel is drawn; it does not depend on the number
+/// of texels. Up to [`MAX_DEPTH_COMPLEXITY`] every map has all of its texels, beyond it none is a fine one.
+fn map_side(strands: &Strands, reach: f32) -> u32 {
+    // Whatever is wider than the map is cut off at its border.
+    let widest = 2.0 * std::f32::consts::SQRT_2 * reach;
+    let area_of = |&first: &u32| {
+        let [a, b] = [0, 1].map(|next| &strands.points[first as usize + next]);
+        let length = Vec3::from_slice(a).distance(Vec3::from_slice(b));
+        f64::from(length * (a[3] + b[3]).min(widest))
+    };
+    let area: f64 = strands.segments.iter().map(area_of).sum();
+    let complexity = (area / f64::from(2.0 * reach).powi(2)) as f32;
+    if complexity <= MAX_DEPTH_COMPLEXITY {
+        return SHADOW_SIDE;
+    }
+    // In proportion, since wider strands also need fewer texels to be told apart; but within the
+    // bound in any case.
+    let over = MAX_DEPTH_COMPLEXITY / complexity;
+    let wanted = (over * SHADOW_SIDE as f32).max(COARSE_SIDE);
+    wanted.min(over.sqrt() * SHADOW_SIDE as f32).max(1.0) as u32
+}
+
 /// The unblocked share of `slot` at `point` in the answers for `n_points` points.
 pub fn unblocked_share(answers: &[u32], n_points: usize, slot: u32, point: usize) -> f32 {
     let word = answers[(slot / SLOTS_PER_WORD) as usize * n_points + point];
@@ -222,15 +254,16 @@ impl ShadowView {
     pub fn towards(direction: [f32; 3], strands: &Strands) -> ShadowView {
         // Refined curves swing out a little beyond the groom's points.
         let reach = 1.1 * strands.radius + 1e-3;
+        let side = map_side(strands, reach);
         let view = ShadowView {
             right: [0.0; 3],
-            texels_per_cm: 0.5 * SHADOW_SIDE as f32 / reach,
+            texels_per_cm: 0.5 * side as f32 / reach,
             up: [0.0; 3],
             reach,
             towards: [0.0; 3],
             weight: 1.0,
             centre: strands.centre.to_array(),
-            side: SHADOW_SIDE,
+            side,
             slot: 0,
             ends: FIRST_OF_SLOT | LAST_OF_SLOT,
             n_segments: strands.segments.len() as u32,

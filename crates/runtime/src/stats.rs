@@ -68,6 +68,13 @@ pub struct Stats {
     pub skipped: Vec<String>,
     /// Passes of four samples.
     pub passes: u32,
+    /// Submissions that drew these; on a GPU.
+    pub draws: u32,
+    /// Pixels of strands that all passes looked at, those that something else hides included; on
+    /// the CPU, which counts them.
+    pub pixels_visited: u64,
+    /// Texels of strands drawn into all shadow maps; on the CPU.
+    pub texels_visited: u64,
 }
 
 impl Stats {
@@ -188,7 +195,7 @@ impl fmt::Display for Stats {
         }
         write!(
             f,
-            "  {:<14}{:>10.1} ms, {} passes of 4 samples",
+            "  {:<14}{:>10.1} ms, {} passes of at most 4 samples",
             "total",
             self.milliseconds(),
             self.passes

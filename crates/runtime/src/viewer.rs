@@ -19,7 +19,6 @@ use crate::motion::{Motion, Wind};
 use crate::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
 use crate::proxy::Proxy;
 #[cfg(not(target_arch = "wasm32"))]
-use crate::render::{check_frame, whole_passes};
 use crate::scene::PreparedScene;
 use crate::session::{Change, Saved, Session, section_of};
 
@@ -43,7 +42,6 @@ pub struct Viewer {
     stroking: Option<Stroking>,
     /// What the last whole picture took.
     #[cfg(not(target_arch = "wasm32"))]
-    frame_report: LiveReport,
 }
 
 impl Viewer {
@@ -72,7 +70,6 @@ impl Viewer {
             picker: None,
             stroking: None,
             #[cfg(not(target_arch = "wasm32"))]
-            frame_report: LiveReport::default(),
         };
         viewer.move_hair()?;
         Ok(viewer)
@@ -392,23 +389,16 @@ impl Viewer {
     /// One whole picture, linear, of `size` and `samples` a pixel, whatever the window has.
     ///
     /// # Errors
-    /// As [`Live::finish`].
+    /// As [`Live::still`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn frame(&mut self, size: [u32; 2], samples: u32) -> Result<crate::Picture, RenderError> {
-        let samples = whole_passes(samples);
-        check_frame(size, samples)?;
-        self.live.set_size(size)?;
-        let picture = self.live.finish(samples);
-        // Going back to the scene's size starts another report.
-        self.frame_report = self.live.report().clone();
-        self.live.set_size(self.size())?;
-        picture
+        self.live.still(size, samples)
     }
 
     /// What [`Viewer::frame`] did last.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn frame_report(&self) -> &LiveReport {
-        &self.frame_report
+        self.live.still_report()
     }
 
     /// What has changed since this was last asked.
@@ -481,7 +471,7 @@ impl Viewer {
             live.set_camera(camera);
         }
         if change.size && self.window.is_none() {
-            live.set_size(scene.render.size)?;
+            live.set_size(live.fitting(scene.render.size))?;
         }
         if change.samples {
             live.set_samples(scene.render.samples);

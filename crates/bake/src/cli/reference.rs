@@ -18,7 +18,7 @@ use strandlight_runtime::PreparedScene;
 use strandlight_runtime::files::Files;
 use strandlight_runtime::paint::{PaintKinds, PaintedPoint};
 use strandlight_runtime::provenance::Recorder;
-use strandlight_runtime::render::check_frame;
+use strandlight_runtime::render::check_target;
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PaintTexel;
 use strandlight_scattering::dual_scattering::{
@@ -127,7 +127,7 @@ pub fn run(args: &Args) -> Outcome {
     check_outputs(&inputs, &[&args.output])?;
     let scene = Scene::read(&args.scene).map_err(Failure::input)?;
     let size = args.size.unwrap_or(scene.render.size);
-    check_frame(size, 4).map_err(|error| Failure::file(&args.scene, error))?;
+    check_target(size).map_err(|error| Failure::file(&args.scene, error))?;
     let prepared = PreparedScene::load_at(&scene, args.time)
         .map_err(|error| Failure::input(error.in_scene(&args.scene)))?;
     let kinds = prepared.paint().map(PaintKinds::of);

@@ -16,7 +16,7 @@ use strandlight_formats::{Scattering, Scene};
 use strandlight_runtime::files::Files;
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::provenance::{Provenance, Recorder};
-use strandlight_runtime::render::{check_frame, whole_passes};
+use strandlight_runtime::render::check_frame;
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
 use strandlight_runtime::{
@@ -54,10 +54,11 @@ pub struct Args {
     /// Lights that share a layer of --aov lights, as NAME=0,3; may be given again
     #[arg(long, value_name = "NAME=LIGHTS", value_parser = layers::parse_group)]
     light_group: Vec<Group>,
-    /// Width and height in pixels, each 1..=8192 [default: the scene's, 720x480]
+    /// Width and height in pixels, each 1..=16384 and together at most 134217728 pixels
+    /// [default: the scene's, 720x480]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// Samples a pixel, 1..=65536, rounded up to a multiple of 4 [default: the scene's, 64]
+    /// Samples a pixel, 1..=65536 [default: the scene's, 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: Option<u32>,
     /// Where to render; auto takes the GPU if there is one
@@ -104,7 +105,7 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
         .split_once(['x', 'X'])
         .and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
     let size = parsed.ok_or("a size is two numbers like 720x480")?;
-    check_frame(size, 4).map_err(|error| error.to_string())?;
+    check_frame(size, 1).map_err(|error| error.to_string())?;
     Ok(size)
 }
 
@@ -144,7 +145,7 @@ pub fn run(args: &Args) -> Outcome {
     };
     super::groom::note_doubts(&scene);
     let size = args.size.unwrap_or(scene.render.size);
-    let samples = whole_passes(args.samples.unwrap_or(scene.render.samples));
+    let samples = args.samples.unwrap_or(scene.render.samples);
     check_frame(size, samples).map_err(|error| Failure::file(&args.scene, error))?;
     let mut scene = scene;
     scene.render.shadow_maps = args.shadow_maps.unwrap_or(scene.render.shadow_maps);

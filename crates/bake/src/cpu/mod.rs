@@ -20,6 +20,7 @@ pub use voxelise::voxelise;
 
 use strandlight_runtime::camera::{Camera, ViewUniform, view_uniform};
 use strandlight_runtime::render::{LIGHT_BATCH, check_frame};
+use strandlight_runtime::sampling::PASS_SAMPLES;
 use strandlight_runtime::shadow_maps::ShadowPlan;
 use strandlight_runtime::stats::{LIGHTING_SHARE, Observer, Stage};
 use strandlight_runtime::volume::Grid;
@@ -56,7 +57,7 @@ pub fn render_observed(
     check_frame(size, samples)?;
     let threads = rayon::current_num_threads();
     let mut stats = scene.counts(format!("cpu: {threads} threads"));
-    stats.passes = samples / 4;
+    stats.passes = samples.div_ceil(PASS_SAMPLES);
     let strands = &scene.strands;
     let grid = Grid::around(strands);
     let volume = stats.stage("voxelise", |_| {
@@ -75,19 +76,14 @@ pub fn render_observed(
         &mut stats,
         observer,
     )?;
-    let mut picture = stats.stage("draw", |_| {
+    let mut picture = stats.stage("draw", |stats| {
         let projected = project::project(&view, strands);
-        let sums = raster::draw(
-            &view,
-            strands,
-            &projected,
-            &radiance,
-            &proxies,
-            samples / 4,
-            observer,
+        let drawn = raster::draw(
+            &view, strands, &projected, &radiance, &proxies, samples, observer,
         );
-        let bytes = 24 * projected.len() as u64 + 16 * sums.len() as u64;
-        Ok::<_, RenderError>((sums, bytes))
+        stats.pixels_visited = drawn.visited;
+        let bytes = 24 * projected.len() as u64 + 16 * drawn.sums.len() as u64;
+        Ok::<_, RenderError>((drawn.sums, bytes))
     })?;
     stats.stage("composite", |_| {
         composite::composite(scene, &view, samples, &mut picture);
@@ -110,7 +106,7 @@ pub fn point_radiance(
     camera: &Camera,
     size: [u32; 2],
 ) -> Result<Vec<[f32; 4]>, RenderError> {
-    check_frame(size, 4)?;
+    check_frame(size, 1)?;
     let grid = Grid::around(&scene.strands);
     let volume = voxelise(&scene.strands, &grid);
     let scale = scene.radiance_scale();
@@ -159,7 +155,8 @@ fn light(
     let (answers, shadow_s) = timed(|| {
         let mut answers = vec![0; plan.n_words(scene.strands.points.len())];
         for views in [&plan.views, &plan.through(view.forward)] {
-            shadow_map::draw_maps(&scene.strands, views, records.list(), &mut answers);
+            stats.texels_visited +=
+                shadow_map::draw_maps(&scene.strands, views, records.list(), &mut answers);
         }
         answers
     });

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use strandlight_runtime::camera::ViewUniform;
+use strandlight_runtime::camera::{ViewUniform, screen_position};
 use strandlight_runtime::strands::Strands;
 
 /// A point of a strand on the screen.
@@ -21,16 +21,6 @@ const MIN_WIDTH_PX: f32 = 1.0;
 
 /// Largest screen coordinate in 1/256 px; f32 holds it exactly.
 const MAX_SCREEN: f32 = 8_388_608.0;
-
-/// x to the right and y downwards in pixels, and the depth along the line of sight in cm.
-pub(super) fn screen_position(view: &ViewUniform, position: Vec3) -> [f32; 3] {
-    let from_eye = position - Vec3::from(view.eye);
-    let depth = from_eye.dot(Vec3::from(view.forward));
-    let scale = view.focal_px / depth.max(view.near);
-    let x = 0.5 * view.size[0] as f32 + scale * from_eye.dot(Vec3::from(view.right));
-    let y = 0.5 * view.size[1] as f32 - scale * from_eye.dot(Vec3::from(view.up));
-    [x, y, depth]
-}
 
 /// Projects every point.
 pub(super) fn project(view: &ViewUniform, strands: &Strands) -> Vec<Projected> {

@@ -58,6 +58,15 @@ impl Proxies {
         }
     }
 
+    /// No proxies.
+    #[cfg(test)]
+    pub fn none() -> Self {
+        Proxies {
+            records: bytemuck::Zeroable::zeroed(),
+            light_maps: Vec::new(),
+        }
+    }
+
     /// Is there none?
     pub fn is_empty(&self) -> bool {
         self.records.n == 0

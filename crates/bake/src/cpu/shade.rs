@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_runtime::PreparedScene;
-use strandlight_runtime::camera::ViewUniform;
+use strandlight_runtime::camera::{ViewUniform, screen_position};
 use strandlight_runtime::scene::LightRecord;
 use strandlight_runtime::shadow_maps::{NO_SLOT, THROUGH_SLOT, unblocked_share};
 use strandlight_runtime::volume::{Grid, SELF_LIFT};
@@ -15,7 +15,6 @@ use strandlight_scattering::closed_form::{
     unpack_paint, unpack_record,
 };
 
-use super::project::screen_position;
 use super::transmittance::{Shadows, mix, mix_all};
 use super::voxelise::{grid_position, voxel_index};
 

@@ -24,24 +24,27 @@ pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
     answers
 }
 
-/// Draws maps and writes their slots of the answers, with `proxies` that block light.
+/// Draws maps and writes their slots of the answers, with `proxies` that block light. Answers how
+/// many texels were drawn, those of every strand counted.
 pub(super) fn draw_maps(
     strands: &Strands,
     views: &[ShadowView],
     proxies: &[ProxyRecord],
     answers: &mut [u32],
-) {
+) -> u64 {
+    let mut n_texels = 0;
     let n_points = strands.points.len();
     let mut map: Vec<AtomicU32> = Vec::new();
     let mut sums = vec![0.0; n_points];
     for view in views {
         map.clear();
         map.resize_with((view.side * view.side) as usize, AtomicU32::default);
-        strands
+        n_texels += strands
             .segments
             .par_iter()
             .with_min_len(1024)
-            .for_each(|&first| cast_shadows(view, strands, first, &map));
+            .map(|&first| cast_shadows(view, strands, first, &map))
+            .sum::<u64>();
         let row = (view.slot / SLOTS_PER_WORD) as usize * n_points;
         answers[row..row + n_points]
             .par_iter_mut()
@@ -66,6 +69,7 @@ pub(super) fn draw_maps(
                 }
             });
     }
+    n_texels
 }
 
 /// x and y in texels from the corner, z the height in cm.
@@ -85,8 +89,9 @@ fn name_of(point: u32) -> u32 {
     point & ((1 << NAME_BITS) - 1)
 }
 
-/// Draws the segment that starts at point `first`; the order of segments does not matter.
-fn cast_shadows(view: &ShadowView, strands: &Strands, first: u32, map: &[AtomicU32]) {
+/// Draws the segment that starts at point `first`; the order of segments does not matter. Answers
+/// its number of texels.
+fn cast_shadows(view: &ShadowView, strands: &Strands, first: u32, map: &[AtomicU32]) -> u64 {
     let (from, to) = (
         &strands.points[first as usize],
         &strands.points[first as usize + 1],
@@ -101,7 +106,7 @@ fn cast_shadows(view: &ShadowView, strands: &Strands, first: u32, map: &[AtomicU
     }
     let run = b.x - a.x;
     if run < 1e-6 {
-        return;
+        return 0;
     }
     let rise = (b.yz() - a.yz()) / run;
     let radius = 0.5 * (from[3] + to[3]) * view.texels_per_cm;
@@ -109,20 +114,29 @@ fn cast_shadows(view: &ShadowView, strands: &Strands, first: u32, map: &[AtomicU
     let side = view.side as i32;
     let name = name_of(first);
     let last = ((b.x - 0.5).ceil() as i32).min(side);
+    let mut n_texels = 0;
     for column in ((a.x - 0.5).ceil() as i32).max(0)..last {
         let along = column as f32 + 0.5 - a.x;
         let y = a.y + rise.x * along;
         let top = ((y + half_width - 0.5).ceil() as i32).min(side);
-        for row in ((y - half_width - 0.5).ceil() as i32).max(0)..top {
+        let bottom = ((y - half_width - 0.5).ceil() as i32).max(0);
+        n_texels += u64::from(top.saturating_sub(bottom).max(0) as u32);
+        for row in bottom..top {
             let cell = if steep {
                 row + side * column
             } else {
                 column + side * row
             };
             let height = height_units(view, a.z + rise.y * along);
-            map[cell as usize].fetch_max(height << NAME_BITS | name, Ordering::Relaxed);
+            let cell = &map[cell as usize];
+            let value = height << NAME_BITS | name;
+            // Looking is cheaper than changing, and most of what is drawn is hidden.
+            if cell.load(Ordering::Relaxed) < value {
+                cell.fetch_max(value, Ordering::Relaxed);
+            }
         }
     }
+    n_texels
 }
 
 /// What this map adds to the unblocked share of a point.

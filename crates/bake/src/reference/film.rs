@@ -51,7 +51,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// A film without samples, `size` as [`strandlight_runtime::render::check_frame`] allows.
+    /// A film without samples, `size` as [`strandlight_runtime::render::check_target`] allows.
     pub fn new(size: [u32; 2]) -> Self {
         Film {
             size,

@@ -38,28 +38,27 @@ mod pace;
 mod report;
 mod set;
 mod shading;
-mod work;
-
 #[cfg(not(target_arch = "wasm32"))]
-use std::time::Duration;
+mod still;
+mod work;
 
 use crate::camera::{ViewUniform, view_uniform};
 use crate::error::RenderError;
 use crate::gpu::{Context, Counts};
 use crate::motion::Wind;
-#[cfg(not(target_arch = "wasm32"))]
-use crate::render::check_frame;
 use crate::render::clock::Clock;
 use crate::render::deform::Deform;
 use crate::render::draw::{Draw, Ribbons};
 use crate::render::lighting::Lighting;
 use crate::render::mail::Mail;
 use crate::render::noise::Noise;
+use crate::render::parts::{self, Spread, Tile};
 use crate::render::resources::{StrandBuffers, failed};
 use crate::render::screen::{Screen, Show};
 use crate::render::target::Target;
 use crate::render::volume::Volume;
-use crate::render::whole_passes;
+use crate::render::{MAX_SAMPLES, PartLimits};
+use crate::sampling::PASS_SAMPLES;
 use crate::scene::PreparedScene;
 use cycle::{Cycle, Dirt};
 use pace::Pacer;
@@ -94,6 +93,10 @@ pub struct Live {
     ribbons: Ribbons,
     show: Show,
     size: [u32; 2],
+    /// The part of the picture that is drawn, unless it is all of it.
+    tile: Option<Tile>,
+    parts: PartLimits,
+    spread: Spread,
     target: Option<Target>,
     screen: Screen,
     /// Of another size, not drawn yet.
@@ -117,15 +120,21 @@ pub struct Live {
     clock: Clock,
     pacer: Pacer,
     report: LiveReport,
+    /// What it was when the last still was finished.
+    still_report: LiveReport,
     /// What was made on the device before the last edit.
     counts: Counts,
 }
 
 /// What there is of the picture.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Drawn {
     /// The ribbons are those of the view.
     is_projected: bool,
+    /// Rows where the bands of a pass end.
+    band_ends: Vec<u32>,
+    /// Bands of the pass under way that there are.
+    bands: usize,
     passes: u32,
     /// Passes in the picture on the screen, if it is of this view, light and grade.
     shown: u32,
@@ -153,6 +162,8 @@ impl Live {
         bytes: u64,
     ) -> Result<Live, RenderError> {
         let limits = context.device.limits();
+        // The size of stills; none is on the device before it is asked for.
+        scene.size = parts::fitting(scene.size, &limits);
         if scene
             .device_bytes(scene.size)
             .check(&limits, bytes)
@@ -181,6 +192,9 @@ impl Live {
             ribbons,
             show: Show::new(context)?,
             size: [0, 0],
+            tile: None,
+            parts: PartLimits::default(),
+            spread: Spread::of(&scene.strands),
             target: None,
             screen: Screen::new(context, [1, 1]),
             next_screen: None,
@@ -198,6 +212,7 @@ impl Live {
             clock: Clock::new(context),
             pacer: Pacer::new(!cfg!(target_arch = "wasm32")),
             report,
+            still_report: LiveReport::default(),
             counts: before,
             lighting,
             draw,
@@ -226,8 +241,8 @@ impl Live {
     pub fn progress(&self) -> Progress {
         let is_shaded =
             self.front_scale.is_some() && self.cycle.is_none() && self.wanted.is_clean();
-        let of_samples = whole_passes(self.scene.samples);
-        let samples = 4 * self.picture.shown;
+        let of_samples = self.of_samples();
+        let samples = self.samples_of(self.picture.shown);
         Progress {
             samples,
             of_samples,
@@ -257,50 +272,32 @@ impl Live {
         &self.report
     }
 
-    /// Draws `samples` a pixel to the end and reads the picture back: linear, as
-    /// [`Renderer::render`](crate::Renderer::render) answers it.
-    ///
-    /// # Errors
-    /// As [`check_frame`], and as [`Live::advance`].
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn finish(&mut self, samples: u32) -> Result<crate::Picture, RenderError> {
-        check_frame(self.size, samples)?;
-        let before = self.scene.samples;
-        self.set_samples(samples);
-        // Nobody sees it.
-        self.has_first_look = false;
-        while !self.advance(Duration::from_secs(1))?.is_done {}
-        let Some(target) = &self.target else {
-            return Err(RenderError::Size {
-                width: self.size[0],
-                height: self.size[1],
-            });
-        };
-        let rgba = crate::render::resources::read_back(&self.context, "picture", target.picture())?;
-        self.set_samples(before);
-        let [width, height] = self.size;
-        Ok(crate::Picture {
-            width,
-            height,
-            rgba,
-        })
-    }
-
     /// The view that is drawn, with the radiance that is shown.
     fn drawn_view(&self) -> ViewUniform {
         let scale = self.front_scale.unwrap_or(1.0);
-        view_uniform(
-            &self.scene.camera,
-            &self.scene.strands,
-            self.scene.size,
-            scale,
-        )
+        let scene = &self.scene;
+        let view = view_uniform(&scene.camera, &scene.strands, scene.size, scale);
+        match &self.tile {
+            Some(tile) => tile.of(&view),
+            None => view,
+        }
     }
 
     fn restart_samples(&mut self) {
         self.noise.restart();
+        self.picture.bands = 0;
         self.picture.passes = 0;
         self.picture.shown = 0;
+    }
+
+    /// Samples a pixel that the picture gets at rest.
+    fn of_samples(&self) -> u32 {
+        self.scene.samples.clamp(1, MAX_SAMPLES)
+    }
+
+    /// Samples a pixel of so many passes of the picture.
+    fn samples_of(&self, passes: u32) -> u32 {
+        (PASS_SAMPLES * passes).min(self.of_samples())
     }
 
     fn submitted(&mut self, stage: &'static str, units: f64) -> Result<(), RenderError> {

@@ -9,9 +9,10 @@ use crate::error::RenderError;
 use crate::motion::Wind;
 use crate::paint::Paint;
 use crate::proxy::Proxy;
+use crate::render::check_target;
+use crate::render::parts::{Spread, fitting};
 use crate::render::screen::Screen;
-use crate::render::target::Target;
-use crate::render::{check_frame, whole_passes};
+use crate::render::target::{PassSamples, Target};
 use crate::scene::check_lights;
 use crate::tone::ToneMap;
 use strandlight_formats::{Background, Scattering, SrbfLight};
@@ -33,7 +34,7 @@ impl Live {
     /// Width and height of the picture; a side of zero: nothing is drawn.
     ///
     /// # Errors
-    /// As [`check_frame`], sides of zero excepted; what is too large for the device. Nothing is
+    /// As [`check_target`], sides of zero excepted; what is too large for the device. Nothing is
     /// changed then.
     pub fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         if size == self.size {
@@ -43,7 +44,7 @@ impl Live {
         if size.contains(&0) {
             self.target = None;
         } else {
-            check_frame(size, 4)?;
+            check_target(size)?;
             self.check_device(size)?;
             let (context, draw, ribbons) = (&self.context, &self.draw, &self.ribbons);
             // One at a time on the device.
@@ -58,6 +59,12 @@ impl Live {
         self.size = size;
         self.picture = Drawn::default();
         Ok(())
+    }
+
+    /// The size for [`Live::set_size`] that shows pictures of `size`: that itself, or the largest of
+    /// the same shape, about.
+    pub fn fitting(&self, size: [u32; 2]) -> [u32; 2] {
+        fitting(size, &self.context.device.limits())
     }
 
     /// Refuses pictures that the device is too small for.
@@ -182,6 +189,7 @@ impl Live {
     /// As [`Strands::moved`](crate::strands::Strands::moved); nothing is changed then.
     pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
         self.scene.strands = self.scene.strands.moved(points)?;
+        self.spread = Spread::of(&self.scene.strands);
         (self.wind, self.deform) = (None, None);
         self.edited();
         self.wanted.points = true;
@@ -227,11 +235,17 @@ impl Live {
         }
     }
 
-    /// Samples a pixel that the picture gets at rest, rounded up to whole passes of four.
+    /// Samples a pixel that the picture gets at rest.
     pub fn set_samples(&mut self, samples: u32) {
         if samples != self.scene.samples {
+            let of_samples = self.of_samples();
+            let before = self.samples_of(self.picture.passes);
             self.scene.samples = samples;
-            if self.picture.passes > whole_passes(samples) / 4 {
+            // Samples that the last pass left out are not added later, nor are any taken back.
+            let is_other = before != self.samples_of(self.picture.passes);
+            let counts = |of_samples: u32| PassSamples::of(self.picture.passes, of_samples).n;
+            let is_under_way = self.picture.bands > 0;
+            if is_other || is_under_way && counts(of_samples) != counts(self.of_samples()) {
                 self.restart_samples();
             }
         }

@@ -3,11 +3,14 @@
 use std::time::Duration;
 
 use super::cycle::Dirt;
-use super::{Live, Progress, pace};
+use super::{Drawn, Live, Progress, pace};
 use crate::error::RenderError;
+use crate::render::clock::Stamp;
 use crate::render::noise::Noise;
+use crate::render::parts;
 use crate::render::resources::failed;
-use crate::render::whole_passes;
+use crate::render::target::{PassSamples, band};
+use crate::sampling::PASS_SAMPLES;
 
 /// Passes of a draft: more are not drawn while points are being lit.
 const DRAFT_PASSES: u32 = 4;
@@ -84,7 +87,7 @@ impl Live {
             };
             // While points are being lit, a draft: one pass in a turn.
             let may_draw = match is_resting {
-                true => passes < whole_passes(self.scene.samples) / 4,
+                true => passes < self.of_samples().div_ceil(PASS_SAMPLES),
                 false => passes == 0 || is_draft && passes == drafts && passes < most,
             };
             if may_draw {
@@ -127,6 +130,8 @@ impl Live {
                 let stamp = self.clock.stamp("project");
                 self.ribbons.project(&self.context, &self.draw, stamp);
                 self.picture.is_projected = true;
+                self.picture.band_ends =
+                    parts::bands(&view, &self.scene.strands, &self.spread, &self.parts);
                 self.restart_samples();
                 self.submitted("project", 1.0)
             }
@@ -134,17 +139,36 @@ impl Live {
                 let Some(target) = &self.target else {
                     return Ok(());
                 };
-                let stamp = self.clock.stamp("draw");
-                let (context, draw, ribbons) = (&self.context, &self.draw, &self.ribbons);
-                if self.picture.passes == 0 {
+                let samples = self.of_samples();
+                let Drawn {
+                    band_ends,
+                    bands,
+                    passes,
+                    ..
+                } = &mut self.picture;
+                // Bands are not measured one by one.
+                let stamp = match band_ends.len() {
+                    ..=1 => self.clock.stamp("draw"),
+                    _ => Stamp::default(),
+                };
+                let (context, drawn) = (&self.context, (&self.draw, &self.ribbons));
+                if *passes == 0 && *bands == 0 {
                     target.clear(context);
                 }
-                let pass_ix = self.picture.passes;
-                target.pass(context, draw, ribbons, self.front, pass_ix, stamp);
-                self.picture.passes += 1;
+                let of_pass = PassSamples::of(*passes, samples);
+                let band = band(band_ends, *bands);
+                target.pass(context, drawn, self.front, of_pass, &band, stamp);
+                *bands += 1;
+                if *bands < band_ends.len() {
+                    return self.submitted("draw", 1.0);
+                }
+                *bands = 0;
+                *passes += 1;
+                let passes = *passes;
                 self.submitted("draw", 1.0)?;
-                let passes = self.picture.passes;
-                if let Some(target) = self.target.as_ref().filter(|_| Noise::is_due(passes)) {
+                let is_whole = PASS_SAMPLES * passes <= samples;
+                let is_due = is_whole && Noise::is_due(passes);
+                if let Some(target) = self.target.as_ref().filter(|_| is_due) {
                     let stamp = self.clock.stamp("noise");
                     self.noise.look(&self.context, target, passes, stamp);
                     self.submitted("noise", 1.0)?;
@@ -152,16 +176,20 @@ impl Live {
                 Ok(())
             }
             Work::Show => {
+                let samples = self.samples_of(self.picture.passes);
                 let Some(target) = &mut self.target else {
                     return Ok(());
                 };
                 let (context, draw, ribbons) = (&self.context, &self.draw, &self.ribbons);
-                let background = (&self.scene.background, 4 * self.picture.passes);
+                let background = (&self.scene.background, samples);
                 let lit = self.lighting.lit();
                 let stamp = self.clock.stamp("composite");
                 target.composite(context, draw, ribbons, background, lit, stamp);
                 self.submitted("composite", 1.0)?;
-                let Some(target) = &self.target else {
+                let passes = self.picture.passes;
+                let Some(target) = self.target.as_ref().filter(|_| self.tile.is_none()) else {
+                    // Tiles are not shown.
+                    self.picture.shown = passes;
                     return Ok(());
                 };
                 let (context, ribbons) = (&self.context, &self.ribbons);

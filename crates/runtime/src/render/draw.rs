@@ -12,12 +12,12 @@ use crate::gpu::{Context, Tally};
 use crate::sampling::pass_jitter;
 
 pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Side of the viewport in pixels, with the picture in its middle: a power of two, so that corners
+/// Side of the viewport in pixels, with what is drawn in its middle: a power of two, so that corners
 /// come out the same whatever it is. Software devices slow down wherever a triangle is clipped; a
 /// device with smaller textures gets a smaller one.
 fn viewport_side(context: &Context) -> f32 {
     let most = context.device.limits().max_texture_dimension_2d;
-    f32::from(1_u16 << most.clamp(1, super::MAX_SIDE).ilog2())
+    f32::from(1_u16 << most.clamp(1, super::MAX_TARGET_SIDE).ilog2())
 }
 
 /// Segments whose corners share an index buffer: 96 MiB, below the 128 MiB every adapter binds.
@@ -31,7 +31,7 @@ pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 struct Pass {
     jitter: [i32; 2],
     pass_ix: u32,
-    pad: u32,
+    n_samples: u32,
 }
 
 /// Mirrored by `Chunk` in `shaders/pass/ribbons.wgsl`.
@@ -173,6 +173,11 @@ impl Ribbons {
         context.queue.write_buffer(&self.view, 0, bytes);
     }
 
+    /// What the passes read of themselves.
+    pub(super) fn current(&self) -> &wgpu::Buffer {
+        &self.pass
+    }
+
     /// The view as the passes read it.
     pub fn view(&self) -> &wgpu::Buffer {
         &self.view
@@ -191,12 +196,12 @@ impl Ribbons {
         });
     }
 
-    /// Chooses the samples of the next pass.
-    pub(super) fn set_pass(&self, context: &Context, pass_ix: u32) {
+    /// Chooses the samples of the next pass, of which the first `n_samples` count.
+    pub(super) fn set_pass(&self, context: &Context, pass_ix: u32, n_samples: u32) {
         let pass = Pass {
             jitter: pass_jitter(pass_ix),
             pass_ix,
-            pad: 0,
+            n_samples,
         };
         let bytes = bytemuck::bytes_of(&pass);
         context.queue.write_buffer(&self.pass, 0, bytes);

@@ -14,6 +14,7 @@ pub(crate) mod lighting;
 pub(crate) mod mail;
 pub(crate) mod noise;
 pub(crate) mod painted;
+pub(crate) mod parts;
 mod proxies;
 pub(crate) mod resources;
 mod scattering;
@@ -24,6 +25,8 @@ pub(crate) mod target;
 pub(crate) mod volume;
 
 pub use footprint::{DeviceBytes, DevicePart};
+#[doc(hidden)]
+pub use parts::PartLimits;
 
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -37,6 +40,7 @@ use crate::error::{RenderError, SceneError};
 use crate::gpu::Context;
 use crate::paint::Paint;
 use crate::picture::Picture;
+use crate::sampling::PASS_SAMPLES;
 use crate::scene::{PreparedScene, check_lights};
 use crate::shadow_maps::ShadowPlan;
 use crate::stats::{LIGHTING_SHARE, Observer, Stage, Stats};
@@ -46,11 +50,19 @@ use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scattering::layout::Layout;
 
-/// Most pixels of a picture: 16 bytes each fill the 128 MiB that every adapter binds.
-pub const MAX_PIXELS: u32 = 8 << 20;
+/// Most pixels of a picture: at 16 bytes each, 2 GiB in memory. Files and 8-bit pictures made of it
+/// take about as much again.
+pub const MAX_PIXELS: u32 = 128 << 20;
 
-/// Longest side of a picture, as every adapter renders it.
-pub const MAX_SIDE: u32 = 8192;
+/// Longest side of a picture.
+pub const MAX_SIDE: u32 = 16_384;
+
+/// Most pixels that are drawn at once: 16 bytes each fill the 128 MiB that every adapter binds.
+/// Windows are no larger; larger pictures are drawn in tiles.
+pub const MAX_TARGET_PIXELS: u32 = 8 << 20;
+
+/// Longest side of what is drawn at once, as every adapter renders it.
+pub const MAX_TARGET_SIDE: u32 = 8192;
 
 /// Most samples a pixel.
 pub const MAX_SAMPLES: u32 = 65_536;
@@ -71,24 +83,32 @@ pub(crate) fn layouts() -> Vec<Layout> {
     .concat()
 }
 
-/// The smallest number of samples that makes whole passes of four, for at least `samples`.
-pub fn whole_passes(samples: u32) -> u32 {
-    samples.clamp(1, MAX_SAMPLES).next_multiple_of(4)
-}
-
 /// Refuses pictures that cannot be made.
 ///
 /// # Errors
-/// A side of zero or beyond [`MAX_SIDE`], more than [`MAX_PIXELS`], or samples that are not a
-/// multiple of four in 4..=[`MAX_SAMPLES`].
+/// A side of zero or beyond [`MAX_SIDE`], more than [`MAX_PIXELS`], or samples that are not in
+/// 1..=[`MAX_SAMPLES`].
 pub fn check_frame(size: [u32; 2], samples: u32) -> Result<(), RenderError> {
     let [width, height] = size;
     let sides = (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height);
     if !sides || width * height > MAX_PIXELS {
         return Err(RenderError::Size { width, height });
     }
-    if !samples.is_multiple_of(4) || !(4..=MAX_SAMPLES).contains(&samples) {
+    if !(1..=MAX_SAMPLES).contains(&samples) {
         return Err(RenderError::Samples { samples });
+    }
+    Ok(())
+}
+
+/// Refuses pictures that are not drawn at once: those of windows, and of ground truth.
+///
+/// # Errors
+/// A side of zero or beyond [`MAX_TARGET_SIDE`], or more than [`MAX_TARGET_PIXELS`].
+pub fn check_target([width, height]: [u32; 2]) -> Result<(), RenderError> {
+    let sides = 1..=MAX_TARGET_SIDE;
+    let is_long = !sides.contains(&width) || !sides.contains(&height);
+    if is_long || width * height > MAX_TARGET_PIXELS {
+        return Err(RenderError::TargetSize { width, height });
     }
     Ok(())
 }
@@ -134,6 +154,8 @@ pub struct Renderer<'a> {
     prepared: Stats,
     /// Milliseconds of finding the shadows of the lights, maps and sweeps.
     shadows_ms: [f64; 2],
+    spread: parts::Spread,
+    parts: PartLimits,
 }
 
 impl<'a> Renderer<'a> {
@@ -173,6 +195,8 @@ impl<'a> Renderer<'a> {
                 ribbons,
                 prepared: stats,
                 shadows_ms: [0.0; 2],
+                spread: parts::Spread::of(&scene.strands),
+                parts: PartLimits::default(),
             };
             renderer.find_shadows()?;
             Ok(renderer)
@@ -244,6 +268,7 @@ impl<'a> Renderer<'a> {
     /// [`Strands::moved`]: crate::strands::Strands::moved
     pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
         self.scene.to_mut().strands = self.scene.strands.moved(points)?;
+        self.spread = parts::Spread::of(&self.scene.strands);
         resources::guarded(self.context, || {
             let (context, scene, strands) = (self.context, &self.scene, &self.strands);
             strands.update(context, &scene.strands);
@@ -255,6 +280,12 @@ impl<'a> Renderer<'a> {
         })?;
         self.count();
         Ok(())
+    }
+
+    /// Draws in parts no larger than `limits`.
+    #[doc(hidden)]
+    pub fn set_parts(&mut self, limits: PartLimits) {
+        self.parts = limits;
     }
 
     /// Draws the scene as `camera` sees it.
@@ -284,7 +315,7 @@ impl<'a> Renderer<'a> {
         check_frame(size, samples)?;
         resources::guarded(self.context, || {
             let mut stats = self.prepared.clone();
-            stats.passes = samples / 4;
+            stats.passes = samples.div_ceil(PASS_SAMPLES);
             let view = view_uniform(
                 camera,
                 &self.scene.strands,
@@ -371,7 +402,8 @@ impl<'a> Renderer<'a> {
         Ok(())
     }
 
-    /// Draws the lit strands and reads the picture back.
+    /// Draws the lit strands, tile by tile where the device draws no larger ones, and reads the
+    /// picture back.
     fn draw(
         &self,
         view: &ViewUniform,
@@ -382,27 +414,66 @@ impl<'a> Renderer<'a> {
         let (context, draw, ribbons) = (self.context, &self.draw, &self.ribbons);
         let lighting = self.lighting.borrow();
         let lit = lighting.lit();
-        let mut target = stats.stage("draw", |_| {
-            let target = target::Target::new(context, draw, ribbons, view.size, lit.0);
-            ribbons.set_view(context, view);
+        let [width, height] = view.size;
+        let tiles = parts::tiles(view.size, &context.device.limits(), &self.parts);
+        let mut rgba = Vec::new();
+        if tiles.len() > 1 {
+            rgba.resize(width as usize * height as usize, [0.0; 4]);
+        }
+        let mut kept: Option<target::Target> = None;
+        let (mut draw_ms, mut composite_ms, mut bytes) = (0.0, 0.0, [0, 0]);
+        for (ix, tile) in tiles.iter().enumerate() {
+            let start = Instant::now();
+            let view = tile.of(view);
+            let mut target = match kept.take() {
+                Some(target) if target.size() == tile.extent => target,
+                other => {
+                    // One at a time on the device.
+                    drop(other);
+                    target::Target::new(context, draw, ribbons, tile.extent, lit.0)
+                }
+            };
+            target.clear(context);
+            ribbons.set_view(context, &view);
             ribbons.project(context, draw, Default::default());
-            for pass_ix in 0..samples / 4 {
-                target.pass(context, draw, ribbons, 0, pass_ix, Default::default());
-                // One pass at a time: a software device takes a second for some of them.
-                context.wait("draw").map_err(resources::failed)?;
-                let done = f64::from(4 * (pass_ix + 1)) / f64::from(samples);
+            let ends = parts::bands(&view, &self.scene.strands, &self.spread, &self.parts);
+            for pass_ix in 0..stats.passes {
+                let of_pass = target::PassSamples::of(pass_ix, samples);
+                for ix in 0..ends.len() {
+                    let band = target::band(&ends, ix);
+                    let drawn = (draw, ribbons);
+                    target.pass(context, drawn, 0, of_pass, &band, Default::default());
+                    // One at a time: a software device takes a second for some of them.
+                    context.wait("draw").map_err(resources::failed)?;
+                    stats.draws += 1;
+                }
+                let done = f64::from(pass_ix + 1) / f64::from(stats.passes);
+                let done = (ix as f64 + done) / tiles.len() as f64;
                 observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * done);
             }
-            let bytes = target.bytes() + ribbons.bytes();
-            Ok::<_, RenderError>((target, bytes))
-        })?;
-        let rgba = stats.stage("composite", |_| {
+            draw_ms += 1e3 * start.elapsed().as_secs_f64();
+            let start = Instant::now();
             let background = (&self.scene.background, samples);
             target.composite(context, draw, ribbons, background, lit, Default::default());
-            let rgba = resources::read_back(context, "picture", target.picture())?;
-            Ok::<_, RenderError>((rgba, target.picture().size()))
-        })?;
-        let [width, height] = view.size;
+            let pixels = resources::read_back(context, "picture", target.picture())?;
+            match tiles.len() {
+                1 => rgba = pixels,
+                _ => tile.place(&pixels, width, &mut rgba),
+            }
+            composite_ms += 1e3 * start.elapsed().as_secs_f64();
+            bytes = [target.bytes() + ribbons.bytes(), target.picture().size()];
+            kept = Some(target);
+        }
+        for (name, milliseconds, bytes) in [
+            ("draw", draw_ms, bytes[0]),
+            ("composite", composite_ms, bytes[1]),
+        ] {
+            stats.stages.push(Stage {
+                name,
+                milliseconds,
+                bytes,
+            });
+        }
         Ok(Picture {
             width,
             height,
@@ -442,7 +513,7 @@ impl<'a> Renderer<'a> {
         camera: &Camera,
         size: [u32; 2],
     ) -> Result<Vec<[f32; 4]>, RenderError> {
-        check_frame(size, 4)?;
+        check_frame(size, 1)?;
         resources::guarded(self.context, || {
             let scale = self.scene.radiance_scale();
             let view = view_uniform(camera, &self.scene.strands, size, scale);

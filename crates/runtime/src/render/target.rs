@@ -1,9 +1,11 @@
-//! Pictures of one size: samples, their sums, and the linear picture made of these.
+//! Pictures of one size, or tiles of larger ones: samples, their sums, and the linear picture made
+//! of these.
 
 use super::clock::Stamp;
 use super::draw::{COLOR, DEPTH, Draw, Ribbons};
 use super::resources::{bind, compute_pass, step, storage, submit, uniform};
 use crate::gpu::Context;
+use crate::sampling::PASS_SAMPLES;
 use strandlight_formats::Background;
 
 /// Mirrored by `Backdrop` in `shaders/pass/composite.wgsl`.
@@ -19,6 +21,31 @@ struct Backdrop {
 
 strandlight_scattering::mirrors! {
     Backdrop as "Backdrop" in "pass/composite" { color, kind, n_lights, n_samples, pad }
+}
+
+/// Rows of a target that a submission draws.
+pub(crate) type Band = std::ops::Range<u32>;
+
+/// The rows of bands that end at `ends`.
+pub(crate) fn band(ends: &[u32], ix: usize) -> Band {
+    let start = ix.checked_sub(1).and_then(|before| ends.get(before));
+    start.copied().unwrap_or(0)..ends.get(ix).copied().unwrap_or(u32::MAX)
+}
+
+/// Which pass it is, and how many of its samples count.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PassSamples {
+    pub pass_ix: u32,
+    pub n: u32,
+}
+
+impl PassSamples {
+    /// Those of a picture of `samples` a pixel.
+    pub fn of(pass_ix: u32, samples: u32) -> PassSamples {
+        let n = samples.saturating_sub(PASS_SAMPLES * pass_ix);
+        let n = n.min(PASS_SAMPLES);
+        PassSamples { pass_ix, n }
+    }
 }
 
 /// What pictures of one size are drawn into.
@@ -60,6 +87,7 @@ impl Target {
                 (0, ribbons.view().as_entire_binding()),
                 (1, wgpu::BindingResource::TextureView(&color)),
                 (2, sums.as_entire_binding()),
+                (3, ribbons.current().as_entire_binding()),
             ],
         );
         let buffers = [ribbons.view(), &backdrop, lights, &sums, &picture];
@@ -81,20 +109,24 @@ impl Target {
         submit(context, |encoder| encoder.clear_buffer(&self.sums, 0, None));
     }
 
-    /// Draws four samples a pixel of the strands as `ribbons` has them, lit by the radiance buffer
-    /// `radiance`, and adds them to the sums.
+    /// Draws a band of four samples a pixel of the strands as `ribbons` has them, lit by the radiance
+    /// buffer `radiance`; the last band adds those that count to the sums. `stamp` is for passes of
+    /// one band.
     pub fn pass(
         &self,
         context: &Context,
-        draw: &Draw,
-        ribbons: &Ribbons,
+        (draw, ribbons): (&Draw, &Ribbons),
         radiance: usize,
-        pass_ix: u32,
+        samples: PassSamples,
+        band: &Band,
         stamp: Stamp,
     ) {
-        ribbons.set_pass(context, pass_ix);
+        ribbons.set_pass(context, samples.pass_ix, samples.n);
         submit(context, |encoder| {
-            self.rasterise(encoder, draw, ribbons, radiance, stamp.first());
+            self.rasterise(encoder, (draw, ribbons), radiance, band, stamp.first());
+            if band.end < self.size[1] {
+                return;
+            }
             let mut pass = compute_pass(encoder, stamp.last());
             let groups = self.size.map(|n| n.div_ceil(8));
             step(&mut pass, &draw.accumulate, &self.accumulate, groups);
@@ -104,11 +136,15 @@ impl Target {
     fn rasterise(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        draw: &Draw,
-        ribbons: &Ribbons,
+        (draw, ribbons): (&Draw, &Ribbons),
         radiance: usize,
+        band: &Band,
         stamp: Stamp,
     ) {
+        let load = match band.start {
+            0 => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            _ => wgpu::LoadOp::Load,
+        };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("strands"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -116,7 +152,7 @@ impl Target {
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    load,
                     store: wgpu::StoreOp::Store,
                 },
             })],
@@ -131,6 +167,8 @@ impl Target {
             timestamp_writes: stamp.of_render(),
             ..Default::default()
         });
+        let n_rows = band.end.min(self.size[1]) - band.start;
+        pass.set_scissor_rect(0, band.start, self.size[0], n_rows);
         ribbons.draw(&mut pass, draw, self.size, radiance);
     }
 

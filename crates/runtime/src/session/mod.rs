@@ -27,7 +27,7 @@ use crate::assets::{Assets, ModesToRead};
 use crate::error::SceneError;
 use crate::files::Files;
 use crate::paint::{Paint, Stroke};
-use crate::render::{check_frame, whole_passes};
+use crate::render::check_frame;
 use crate::scene::PreparedScene;
 use history::{History, Step};
 use save::OnDisk;
@@ -400,8 +400,7 @@ pub fn section_of(camera: &crate::camera::Camera) -> CameraSection {
 }
 
 fn check_size(scene: &Scene) -> Result<(), SceneError> {
-    let samples = whole_passes(scene.render.samples);
-    check_frame(scene.render.size, samples)
+    check_frame(scene.render.size, 1)
         .map_err(|error| SceneError::File(format!("render.size: {error}")))
 }
 

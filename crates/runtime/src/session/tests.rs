@@ -297,7 +297,7 @@ fn refused_edits_change_nothing() {
         ("lights.file", json!("a.groom"), "a.groom"),
         ("tables", json!({"file": "a.groom"}), "a.groom"),
         ("lights.muted", json!([2]), "lights.muted"),
-        ("render.size", json!([8192, 8192]), "render.size"),
+        ("render.size", json!([16_384, 16_384]), "render.size"),
     ] {
         let values: Map<String, Value> = [(key.to_owned(), value)].into_iter().collect();
         let error = session.set(&values).expect_err(key).to_string();

@@ -9,7 +9,6 @@ use strandlight_bake::picture::exr_file_of;
 use strandlight_runtime::files::Files;
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::provenance::Recorder;
-use strandlight_runtime::render::whole_passes;
 use strandlight_runtime::script::{self, Frame, Offline, Script};
 use strandlight_runtime::timings::{self, Made, Timings};
 use strandlight_runtime::tone::ToneMap;
@@ -173,7 +172,7 @@ fn with_viewer(mut viewer: Viewer, script: &Script, mut out: Out) -> Result<Timi
         let start = Instant::now();
         let render = &viewer.session().scene().render;
         let size = frame.size.unwrap_or(render.size);
-        let samples = whole_passes(frame.samples.unwrap_or(render.samples));
+        let samples = frame.samples.unwrap_or(render.samples);
         let picture = viewer.frame(size, samples)?;
         let made = Made {
             file: file_of(frame).display().to_string(),
@@ -203,7 +202,7 @@ fn without(mut document: Offline, script: &Script, mut out: Out) -> Result<Timin
         let start = Instant::now();
         let scene = document.prepared().map_err(RenderError::from)?;
         let size = frame.size.unwrap_or(scene.size);
-        let samples = whole_passes(frame.samples.unwrap_or(scene.samples));
+        let samples = frame.samples.unwrap_or(scene.samples);
         let (picture, stats) = cpu::render(&scene, &scene.camera, size, samples)?;
         let made = Made {
             file: file_of(frame).display().to_string(),

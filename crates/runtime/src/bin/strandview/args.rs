@@ -19,7 +19,8 @@ pub const HELP: &str = "
   --script EDITS.json    renders the frames of a list of edits and views
   --out DIR              folder for the frames and timings.json, made if it is not there
   --set KEY=VALUE        a key of the scene file, such as hair.eta=1.6 or render.background=none
-  --size WxH             width and height in pixels, of the window or else of the picture
+  --size WxH             width and height in pixels, of the window or else of the picture, whose
+                         sides are 1..=16384 and whose pixels are at most 134217728
                          [default: 1280x720 points, or the scene's]
   --time SECONDS         the hair is where its motion has it then, 0..=1000000 [default: 0]
   --samples N            samples a pixel, 1..=65536 [default: the scene's]
@@ -166,7 +167,7 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
         .split_once(['x', 'X'])
         .and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]))
         .ok_or(format!("--size {text}: a size is two numbers like 720x480"))?;
-    check_frame(size, 4).map_err(|error| error.to_string())?;
+    check_frame(size, 1).map_err(|error| error.to_string())?;
     Ok(size)
 }
 

@@ -155,7 +155,6 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
 }
 
 fn say(path: &Path, picture: &Picture, samples: u32) {
-    let samples = strandlight_runtime::render::whole_passes(samples);
     println!(
         "{}: {}x{}, {samples} samples",
         path.display(),
