@@ -96,7 +96,7 @@ pub struct CameraSection {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RenderSection {
-    /// Width and height in pixels, 1..=8192 each.
+    /// Width and height in pixels, 1..=16384 each.
     pub size: [u32; 2],
     /// Samples per pixel, 1..=65536.
     pub samples: u32,

@@ -204,7 +204,7 @@ impl CameraSection {
 impl RenderSection {
     fn validate(&self) -> Result<()> {
         for value in self.size {
-            in_range("render.size", f64::from(value), 1.0, 8192.0)?;
+            in_range("render.size", f64::from(value), 1.0, 16384.0)?;
         }
         in_range("render.samples", f64::from(self.samples), 1.0, 65536.0)?;
         let shadow_maps = f64::from(self.shadow_maps);

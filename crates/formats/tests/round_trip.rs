@@ -224,7 +224,7 @@ mod random {
             diameter_cm in prop::option::of(1e-5f64..10.0),
             modes in prop::sample::subsequence(vec![Mode::R, Mode::Tt, Mode::Trt], 1..=3),
             camera in prop::option::of(prop::array::uniform3(1f64..1e6)),
-            size in prop::array::uniform2(1u32..=8192),
+            size in prop::array::uniform2(1u32..=16_384),
             samples in 1u32..=65536,
             background in prop_oneof![
                 Just(Background::Lights), Just(Background::None),
@@ -356,7 +356,7 @@ fn scene_errors_name_key_value_and_range() {
         ),
         ("[hair]\nmodes = ['TRRT']", ["line 7", "TRRT", "`TRT`"]),
         ("[render]\nbackground = 'sky'", ["line 7", "sky", "lights"]),
-        ("[render]\nsize = [0, 1]", ["render.size", "0", "1..=8192"]),
+        ("[render]\nsize = [0, 1]", ["render.size", "0", "1..=16384"]),
         ("[render]\nsamples = -1", ["line 7", "-1", "u32"]),
         (
             "[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 1]",
