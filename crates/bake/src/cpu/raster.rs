@@ -676,7 +676,7 @@ mod tests {
                 for sides in [[TILE, LEAST_TILE], [9, 5], [1, 1], [4096, 1]] {
                     let [parts, whole] = drawn(&strands, &camera, size, sides);
                     let covered = whole.sums.iter().filter(|sum| sum[3] > 0.0).count();
-                    assert!(covered > 1000, "{covered}");
+                    assert!(covered > 300, "{covered}");
                     assert_eq!(parts.sums, whole.sums, "{diameter} {sides:?}");
                 }
             }
@@ -690,6 +690,6 @@ mod tests {
         let [parts, whole] = drawn(&strands, &camera, [64, 64], [TILE, LEAST_TILE]);
         assert!(parts.sums == whole.sums && parts.sums.iter().all(|sum| sum[3] == 10.0));
         println!("{} pixels visited of {}", parts.visited, whole.visited);
-        assert!(10 * parts.visited < whole.visited);
+        assert!(4 * parts.visited < whole.visited);
     }
 }
