@@ -37,7 +37,11 @@ pub fn apply(ctx: &egui::Context) {
     ctx.set_fonts(fonts());
     ctx.set_theme(egui::Theme::Dark);
     // A second pass would apply clicks twice.
-    ctx.options_mut(|options| options.max_passes = std::num::NonZeroUsize::MIN);
+    ctx.options_mut(|options| {
+        options.max_passes = std::num::NonZeroUsize::MIN;
+        // By the time of frames a quick click takes long where frames are slow.
+        options.input_options.max_click_duration = f64::INFINITY;
+    });
     ctx.style_mut_of(egui::Theme::Dark, |style| {
         style.text_styles = [
             (TextStyle::Heading, FontId::proportional(14.5)),
@@ -84,4 +88,47 @@ pub fn apply(ctx: &egui::Context) {
             widget.expansion = 0.0;
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::{Event, Modifiers, PointerButton, RawInput, Rect, Sense, pos2, vec2};
+
+    use super::*;
+
+    #[test]
+    fn a_click_over_slow_frames_is_a_click() {
+        let ctx = egui::Context::default();
+        apply(&ctx);
+        let pos = pos2(20.0, 20.0);
+        let button = |pressed| Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        let frame = |time: f64, event: Event| {
+            let input = RawInput {
+                time: Some(time),
+                screen_rect: Some(Rect::from_min_size(pos2(0.0, 0.0), vec2(100.0, 100.0))),
+                events: vec![event],
+                ..RawInput::default()
+            };
+            let mut is_clicked = false;
+            let output = ctx.run_ui(input, |ui| {
+                let rect = Rect::from_min_size(pos2(5.0, 5.0), vec2(50.0, 50.0));
+                is_clicked = ui.allocate_rect(rect, Sense::click_and_drag()).clicked();
+            });
+            output.drop_without_applying_deltas();
+            is_clicked
+        };
+        for time in 0..3 {
+            frame(f64::from(time), Event::PointerMoved(pos));
+        }
+        assert!(!frame(3.0, button(true)));
+        assert!(
+            frame(6.0, button(false)),
+            "the next frame took three seconds"
+        );
+    }
 }
