@@ -85,6 +85,7 @@ pub struct ViewUniform {
 strandlight_scattering::mirrors! {
     ViewUniform as "View" in "lib/view" {
         eye, focal_px, right, near, up, far, forward, margin_px, size, radiance_scale, n_points,
+        origin, extent,
     }
 }
 

@@ -40,8 +40,6 @@ pub struct Viewer {
     picker: Option<Picker>,
     /// The stroke that is being made.
     stroking: Option<Stroking>,
-    /// What the last whole picture took.
-    #[cfg(not(target_arch = "wasm32"))]
 }
 
 impl Viewer {
@@ -69,7 +67,6 @@ impl Viewer {
             changes: Change::everything(),
             picker: None,
             stroking: None,
-            #[cfg(not(target_arch = "wasm32"))]
         };
         viewer.move_hair()?;
         Ok(viewer)

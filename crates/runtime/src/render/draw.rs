@@ -43,7 +43,7 @@ struct Chunk {
 }
 
 strandlight_scattering::mirrors! {
-    Pass as "Pass" in "pass/strands" { jitter, pass_ix, pad }
+    Pass as "Pass" in "pass/strands" { jitter, pass_ix, n_samples }
     Chunk as "Chunk" in "pass/ribbons" { first_segment, n_segments }
 }
 

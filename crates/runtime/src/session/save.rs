@@ -106,11 +106,6 @@ impl Session {
         }
     }
 
-    /// Was the groom painted since it was read or written?
-    fn is_repainted(&self) -> bool {
-        self.held.paint_state != self.on_disk.paint_state
-    }
-
     /// Could [`Session::save_as`] write to `path`?
     ///
     /// # Errors
