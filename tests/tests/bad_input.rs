@@ -109,7 +109,12 @@ fn outputs_that_would_hurt_something() {
     refuses(at, &picture, "x.lights", &["x.jpg", ".png"]);
     fs::create_dir(at.join("folder")).expect("a folder");
     refuses(at, &["tables"], "folder", &["folder", "directory"]);
-    refuses(at, &["tables"], "/dev/null", &["/dev/null", "regular"]);
+    refuses(
+        at,
+        &["tables"],
+        "no/such/x",
+        &["no/such/x", "no such folder"],
+    );
     assert_eq!(fs::read(at.join("good.exr")).expect("still there"), good);
 }
 

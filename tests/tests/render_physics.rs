@@ -7,9 +7,10 @@ use render_common::{Random, context, light, relative_rmse, scene, textures, wig_
 use strandlight_bake::cpu;
 use strandlight_formats::SrbfLight;
 use strandlight_runtime::strands::Strands;
-use strandlight_runtime::volume::{Grid, solid_angle};
+use strandlight_runtime::volume::Grid;
 use strandlight_runtime::{Camera, PreparedScene, Renderer};
 use strandlight_scattering::closed_form::unpack_record;
+use strandlight_scattering::spherical_gaussian::solid_angle;
 use strandlight_scattering::{HairParams, PerLobe};
 
 /// Strands of two points each.
@@ -162,7 +163,7 @@ fn a_strand_of_any_width_covers_its_own_area() {
 /// Radiance (1, 0.5, 0.25) from everywhere, as 200 lights on a Fibonacci sphere.
 fn uniform_sky() -> Vec<SrbfLight> {
     let (n, lambda) = (200, 0.4_f32);
-    let each = 4.0 * std::f32::consts::PI / (n as f32 * solid_angle(lambda));
+    let each = 4.0 * std::f32::consts::PI / (n as f32 * solid_angle(f64::from(lambda)) as f32);
     (0..n)
         .map(|ix| {
             let z = 1.0 - (2 * ix + 1) as f32 / n as f32;

@@ -1,15 +1,15 @@
 //! `strandlight`: bakes light sets, tables and grooms, verifies and renders them.
 //!
-//! Exit codes: 0 done; 1 a check failed; 2 bad usage or bad input.
+//! Exit codes: 0 done; 1 a check failed; 2 bad usage or bad input; 130, 143 interrupted.
 
 mod cli;
 
 use std::ffi::OsString;
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
+use strandlight_bake::progress;
 
 /// Bakes light sets, tables and grooms for rendering hair under environment lighting.
 #[derive(Parser)]
@@ -17,6 +17,13 @@ use clap::{Parser, Subcommand};
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Say nothing on stderr but why the command failed
+    #[arg(long, global = true)]
+    quiet: bool,
+    /// Threads to work on, 1 to 1024; files are the same for any number [default: one a core]
+    #[arg(long, global = true, value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
 }
 
 #[derive(Subcommand)]
@@ -38,29 +45,61 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let command = match Cli::try_parse() {
-        Ok(cli) => cli.command,
+    #[cfg(unix)]
+    remove_temporary_files_when_interrupted();
+    // Asked of the words themselves, so that a line that cannot be parsed is answered as well.
+    let mut options = std::env::args_os().take_while(|word| word != "--");
+    if options.any(|word| word == "--json") {
+        cli::want_json();
+    }
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
         // A bare `strandlight` gets the whole help.
         Err(error)
             if error.use_stderr()
                 && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand =>
         {
-            let failure = cli::usage(&error);
-            return ended_by(&failure);
+            return ended_by(&cli::usage(&error));
         }
         // Help and version are answers, not errors.
         Err(answer) => answer.exit(),
     };
-    match dispatch(&command) {
+    if cli.quiet {
+        progress::be_quiet();
+    }
+    if let Some(threads) = cli.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+        if let Err(error) = pool.build_global() {
+            let text = format!("--threads {threads}: they cannot be started: {error}");
+            return ended_by(&cli::Failure::Input(text));
+        }
+    }
+    match dispatch(&cli.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => ended_by(&failure),
     }
 }
 
-/// Says why on stderr. The exit code tells it too, so a closed or full stderr is no error.
 fn ended_by(failure: &cli::Failure) -> ExitCode {
-    let _ = writeln!(std::io::stderr(), "strandlight: {failure}");
-    failure.exit_code()
+    cli::print_failure(failure);
+    ExitCode::from(failure.exit_code())
+}
+
+/// Ends the process at SIGINT and SIGTERM with nothing half written left behind, with the exit code
+/// that a shell gives to those signals. Where no handler can be installed, they end it as ever.
+#[cfg(unix)]
+fn remove_temporary_files_when_interrupted() {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else {
+        return;
+    };
+    std::thread::spawn(move || {
+        if let Some(signal) = signals.forever().next() {
+            strandlight_formats::remove_temporary_files();
+            // At once: graphics drivers do not take it well when the process exits under them.
+            signal_hook::low_level::exit(128 + signal);
+        }
+    });
 }
 
 fn dispatch(command: &Command) -> cli::Outcome {

@@ -2,9 +2,22 @@
 
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
+
+static IS_QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From now on nothing is said on stderr by the way.
+pub fn be_quiet() {
+    IS_QUIET.store(true, Ordering::Relaxed);
+}
+
+/// Is nothing to be said on stderr but errors?
+pub fn is_quiet() -> bool {
+    IS_QUIET.load(Ordering::Relaxed)
+}
 
 /// Reports progress of one piece of work; share it freely between threads.
 pub struct Progress {
@@ -32,8 +45,11 @@ impl Progress {
     }
 
     /// A bar called `label` over `total` steps if stderr is a terminal; otherwise one line for
-    /// each quarter done of work that takes longer than a second.
+    /// each quarter done of work that takes longer than a second; nothing after [`be_quiet`].
     pub fn new(label: &str, total: u64) -> Self {
+        if is_quiet() {
+            return Progress::silent();
+        }
         if std::io::stderr().is_terminal() {
             let style = ProgressStyle::with_template("{msg:20} [{bar:40}] {pos}/{len} {elapsed}")
                 .unwrap_or_else(|_| ProgressStyle::default_bar())

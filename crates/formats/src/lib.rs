@@ -45,7 +45,10 @@ pub use groom_diameter::{DiameterRange, DiameterSource};
 pub use groom_file::GroomHeader;
 pub use groom_scale::{Guess, Guesses, LengthUnit};
 pub use hair::{HairFile, HairImport, ThicknessFaults};
-pub use input::{content_hash, file_hash, open_file, read_file, tool_version};
+pub use input::{
+    Input, content_hash, file_hash, open_file, read_file, read_file_of_kind, read_start,
+    tool_version,
+};
 pub use light_set::{FitReport, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
 pub use paint::{
     DYE, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
@@ -63,4 +66,6 @@ pub use sniff::{FileKind, SNIFF_BYTES};
 pub use suggest::{did_you_mean, nearest};
 pub use table_file::TableReader;
 pub use tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo};
-pub use write::{check_writable, write_file};
+pub use write::{
+    OutputTarget, check_folder, check_writable, output_target, remove_temporary_files, write_file,
+};

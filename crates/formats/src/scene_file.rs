@@ -1,12 +1,11 @@
 //! Reading, checking and writing scene files.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
 use crate::error::{Error, FileName, Result};
-use crate::input::{open_file, read_file};
+use crate::input::{STANDARD_STREAM, folder_of, read_file, read_start};
 use crate::preset::overlaid;
 use crate::scene::{Background, CameraSection, GroomSection, RenderSection, Scene};
 use crate::scene_hair::HairSection;
@@ -64,7 +63,7 @@ impl Scene {
                 Error::invalid("not a scene: not UTF-8 text", error.valid_up_to() as u64)
             })?;
             let mut scene = Scene::from_toml(text)?;
-            scene.folder = path.parent().map(Path::to_owned).unwrap_or_default();
+            scene.folder = folder_of(path);
             Ok(scene)
         };
         decode().map_err(|error: Error| error.in_file(path))
@@ -103,8 +102,11 @@ impl Scene {
         toml::to_string(self).map_err(|error| Error::value("scene", error, "expressible in TOML"))
     }
 
-    /// `file` as seen from the scene file's folder.
+    /// `file` as seen from the scene file's folder; here `-` is a name like any other.
     pub fn resolve(&self, file: &Path) -> PathBuf {
+        if file == Path::new(STANDARD_STREAM) {
+            return self.folder.join(".").join(file);
+        }
         self.folder.join(file)
     }
 
@@ -230,13 +232,8 @@ fn check_start(start: &[u8]) -> Result<()> {
 
 /// [`check_start`] of the file at `path`.
 fn known_start(path: &Path) -> Result<()> {
-    let read = || {
-        let mut start = Vec::new();
-        let (file, _) = open_file(path)?;
-        file.take(SNIFF_BYTES as u64).read_to_end(&mut start)?;
-        check_start(&start)
-    };
-    read().map_err(|error| error.in_file(path))
+    let start = read_start(path, SNIFF_BYTES as u64)?;
+    check_start(&start).map_err(|error| error.in_file(path))
 }
 
 /// Refuses a later version before its unknown keys are complained about.

@@ -5,7 +5,6 @@
 //! | `META` | record: Fresnel term, tool version, parameters, and the header of each table |
 //! | `DATA i` | texels of table i, f32, in the order of the axes, `[rows][columns][channels]` |
 
-use std::fs::File;
 use std::io::{Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
@@ -13,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::container::{Container, ContainerWriter, Kind, encode_record};
 use crate::error::{Error, Result};
+use crate::input::Input;
 use crate::tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo, validate_file};
 use crate::write::write_file;
 
@@ -200,7 +200,7 @@ impl TableFile {
     ///
     /// # Errors
     /// Any of [`Error`], naming the path.
-    pub fn open(path: &Path) -> Result<TableReader<File>> {
+    pub fn open(path: &Path) -> Result<TableReader<Input>> {
         let mut reader = Container::open(path, Kind::Tables)
             .and_then(TableReader::new)
             .map_err(|error| error.in_file(path))?;

@@ -1,54 +1,406 @@
-//! Writing files whole or not at all.
+//! Writing files whole or not at all, and streams as they are.
 
-use std::fs;
-use std::io;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The file that writing to `path` makes or replaces: `path` itself, or what it links to. Worth
-/// asking before long work.
-///
-/// # Errors
-/// When [`write_file`] could not write there: no such folder, a directory, or something that is
-/// not a regular file and must not be replaced by one.
-pub fn check_writable(path: &Path) -> io::Result<PathBuf> {
-    let refused = |kind, what| Err(io::Error::new(kind, what));
-    let Some(name) = path.file_name() else {
-        return refused(io::ErrorKind::InvalidInput, "the path names no file");
-    };
-    // A link that leads to a file stays a link.
-    if let Ok(target) = path.canonicalize() {
-        if target.is_dir() {
-            return refused(io::ErrorKind::IsADirectory, "is a directory");
-        }
-        if !target.is_file() {
-            return refused(io::ErrorKind::InvalidInput, "is not a regular file");
-        }
-        return Ok(target);
-    }
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    match folder.canonicalize() {
-        Ok(folder) if folder.is_dir() => Ok(folder.join(name)),
-        _ => refused(io::ErrorKind::NotFound, "no such folder"),
+use crate::input::STANDARD_STREAM;
+
+/// Where an output goes.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum OutputTarget {
+    /// A regular file, made or replaced by a temporary one beside it. Links are followed.
+    File(PathBuf),
+    /// A pipe, a device such as `/dev/null`, or an open descriptor: written through.
+    Stream(PathBuf),
+    /// Standard output, by the name `-`, `/dev/stdout` or another of its names.
+    Stdout,
+}
+
+impl OutputTarget {
+    /// Whether the bytes go to something that keeps its place, whatever its name ends in.
+    pub fn is_stream(&self) -> bool {
+        !matches!(self, OutputTarget::File(_))
     }
 }
 
-/// Writes `bytes` to `path` through a temporary name in the same folder, so that `path` holds
-/// either what it held before or all of `bytes`.
+fn refused<T>(kind: io::ErrorKind, what: &str) -> io::Result<T> {
+    Err(io::Error::new(kind, what))
+}
+
+/// What writing to `path` writes to. Nothing is opened.
+///
+/// # Errors
+/// When [`write_file`] could not write there: no such folder, a directory, a loop of links, a
+/// socket or a disk.
+pub fn output_target(path: &Path) -> io::Result<OutputTarget> {
+    if path == Path::new(STANDARD_STREAM) {
+        return Ok(OutputTarget::Stdout);
+    }
+    if path.as_os_str().as_encoded_bytes().ends_with(b"/") && !path.is_dir() {
+        return refused(io::ErrorKind::InvalidInput, "names a folder, not a file");
+    }
+    let (folder, path) = end_of_links(path)?;
+    if holds_descriptors(&folder) {
+        if is_own_stdout(&path) {
+            return Ok(OutputTarget::Stdout);
+        }
+        fs::metadata(&path)?;
+        return Ok(OutputTarget::Stream(path));
+    }
+    match path.symlink_metadata() {
+        Ok(metadata) if metadata.is_dir() => refused(io::ErrorKind::IsADirectory, "is a directory"),
+        Ok(metadata) if metadata.is_file() => Ok(OutputTarget::File(path)),
+        Ok(metadata) if takes_streams(metadata.file_type()) => Ok(OutputTarget::Stream(path)),
+        Ok(_) => refused(
+            io::ErrorKind::InvalidInput,
+            "is neither a regular file nor a pipe or character device",
+        ),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(OutputTarget::File(path)),
+        Err(error) => Err(error),
+    }
+}
+
+/// Longest chain of links that is followed, as on Linux.
+const MAX_LINKS: usize = 40;
+
+/// The folder and the path that `path` leads to in the end, whether or not something is there.
+fn end_of_links(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
+    let mut path = path.to_owned();
+    for _ in 0..=MAX_LINKS {
+        let Some(name) = path.file_name() else {
+            return match path.is_dir() {
+                true => refused(io::ErrorKind::IsADirectory, "is a directory"),
+                false => refused(io::ErrorKind::InvalidInput, "the path names no file"),
+            };
+        };
+        let folder = match path.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        let folder = folder.canonicalize().map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => io::Error::new(error.kind(), "no such folder"),
+            _ => error,
+        })?;
+        let here = folder.join(name);
+        // The links in there lead to what need not have a name.
+        if holds_descriptors(&folder) {
+            return Ok((folder, here));
+        }
+        match here.read_link() {
+            Ok(target) => path = folder.join(target),
+            Err(_) => return Ok((folder, here)),
+        }
+    }
+    refused(io::ErrorKind::InvalidInput, "a link that leads in a circle")
+}
+
+/// Is `folder`, without links, one whose entries are open descriptors of a process?
+fn holds_descriptors(folder: &Path) -> bool {
+    folder == Path::new("/dev/fd") || (folder.starts_with("/proc") && folder.ends_with("fd"))
+}
+
+/// Is `path` this process's descriptor 1?
+fn is_own_stdout(path: &Path) -> bool {
+    ["/proc/self/fd", "/proc/thread-self/fd", "/dev/fd"]
+        .iter()
+        .any(|folder| fs::canonicalize(folder).is_ok_and(|folder| folder.join("1") == path))
+}
+
+#[cfg(unix)]
+fn takes_streams(kind: fs::FileType) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    kind.is_fifo() || kind.is_char_device()
+}
+
+#[cfg(not(unix))]
+fn takes_streams(_: fs::FileType) -> bool {
+    false
+}
+
+/// Where an output goes, after a try: a temporary file beside it is made and removed. Worth
+/// asking before long work.
+///
+/// # Errors
+/// As [`output_target`]; a folder that takes no files.
+pub fn check_writable(path: &Path) -> io::Result<OutputTarget> {
+    let target = output_target(path)?;
+    if let OutputTarget::File(file) = &target {
+        Temporary::beside(file, &LIVE)?;
+    }
+    Ok(target)
+}
+
+/// Tries whether files can be made in `folder`: a temporary one is made and removed.
+///
+/// # Errors
+/// What making a file answers.
+pub fn check_folder(folder: &Path) -> io::Result<()> {
+    Temporary::beside(&folder.join("output"), &LIVE).map(drop)
+}
+
+/// Writes `bytes` to `path`. A file is written through a temporary one in the same folder, so that
+/// it holds either what it held before or all of `bytes`, and keeps its permissions; a stream is
+/// written through.
 ///
 /// # Errors
 /// See [`check_writable`]; whatever creating, writing or renaming answers. The temporary file is
 /// removed.
 pub fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let target = check_writable(path)?;
-    let mut temporary = target.file_name().unwrap_or_default().to_os_string();
-    temporary.push(format!(".{}.tmp", std::process::id()));
-    let temporary = target.with_file_name(temporary);
-    let result = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, &target));
-    if result.is_err() {
-        let _ = fs::remove_file(&temporary);
+    match output_target(path)? {
+        OutputTarget::Stdout => {
+            let mut stdout = io::stdout().lock();
+            stdout.write_all(bytes)?;
+            stdout.flush()
+        }
+        // Whatever was written to a descriptor before stays.
+        OutputTarget::Stream(path) => OpenOptions::new().append(true).open(path)?.write_all(bytes),
+        OutputTarget::File(path) => {
+            let mut temporary = Temporary::beside(&path, &LIVE)?;
+            if let Ok(metadata) = fs::metadata(&path) {
+                temporary.file.set_permissions(metadata.permissions())?;
+            }
+            temporary.file.write_all(bytes)?;
+            temporary.replace(&path)
+        }
     }
-    result
+}
+
+/// For who handles an interrupt: removes every file that is half written, and lets no other be
+/// begun, because the process is about to end.
+pub fn remove_temporary_files() {
+    LIVE.close();
+}
+
+/// The temporary files that are there.
+struct Registry(Mutex<Live>);
+
+struct Live {
+    paths: Vec<PathBuf>,
+    is_closed: bool,
+}
+
+static LIVE: Registry = Registry::new();
+
+impl Registry {
+    const fn new() -> Self {
+        Registry(Mutex::new(Live {
+            paths: Vec::new(),
+            is_closed: false,
+        }))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Live> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn close(&self) {
+        let mut live = self.lock();
+        live.is_closed = true;
+        for path in live.paths.drain(..) {
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+/// A file that becomes an output, or else goes when this does.
+struct Temporary<'a> {
+    path: PathBuf,
+    file: File,
+    registry: &'a Registry,
+}
+
+/// Most names tried; others may be taken by what a killed process left behind.
+const MAX_NAMES: usize = 1000;
+
+impl<'a> Temporary<'a> {
+    /// An empty file in the folder of `path`, under a name that no one else has.
+    fn beside(path: &Path, registry: &'a Registry) -> io::Result<Self> {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        let process = std::process::id();
+        let mut live = registry.lock();
+        if live.is_closed {
+            return refused(io::ErrorKind::Interrupted, "the program was interrupted");
+        }
+        let mut error = None;
+        for _ in 0..MAX_NAMES {
+            let number = NEXT.fetch_add(1, Ordering::Relaxed);
+            // Short, whatever the output is called: names have a greatest length.
+            let path = path.with_file_name(format!(".strandlight-{process}-{number}.tmp"));
+            match OpenOptions::new().write(true).create_new(true).open(&path) {
+                Ok(file) => {
+                    live.paths.push(path.clone());
+                    return Ok(Temporary {
+                        path,
+                        file,
+                        registry,
+                    });
+                }
+                Err(taken) if taken.kind() == io::ErrorKind::AlreadyExists => error = Some(taken),
+                Err(other) => {
+                    error = Some(other);
+                    break;
+                }
+            }
+        }
+        let error = error.unwrap_or_else(|| io::ErrorKind::AlreadyExists.into());
+        let folder = path.parent().unwrap_or(path).display();
+        let what = format!("the folder {folder} takes no new file: {error}");
+        Err(io::Error::new(error.kind(), what))
+    }
+
+    /// Becomes the file at `path`.
+    fn replace(self, path: &Path) -> io::Result<()> {
+        fs::rename(&self.path, path)
+    }
+}
+
+impl Drop for Temporary<'_> {
+    fn drop(&mut self) {
+        let mut live = self.registry.lock();
+        live.paths.retain(|path| *path != self.path);
+        // Not there any more once it has become the output.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names_in(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).expect("a folder");
+        let name = |entry: io::Result<fs::DirEntry>| entry.expect("readable").file_name();
+        let mut names: Vec<_> = entries
+            .map(|entry| name(entry).to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn temporary_files_do_not_outlive_their_makers_or_an_interrupt() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        let registry = Registry::new();
+        let out = at.join("out");
+        let one = Temporary::beside(&out, &registry).expect("made");
+        let two = Temporary::beside(&out, &registry).expect("made under another name");
+        assert_eq!(names_in(at).len(), 2);
+        drop(one);
+        assert_eq!(names_in(at).len(), 1);
+        registry.close();
+        assert!(names_in(at).is_empty());
+        let late = Temporary::beside(&out, &registry).map(|_| ());
+        assert_eq!(
+            late.expect_err("too late").kind(),
+            io::ErrorKind::Interrupted
+        );
+        drop(two);
+        assert!(names_in(at).is_empty());
+    }
+
+    #[test]
+    fn names_left_behind_are_passed_over() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        let registry = Registry::new();
+        let first = Temporary::beside(&at.join("out"), &registry).expect("made");
+        let name = first.path.file_name().and_then(|name| name.to_str());
+        let number = name.and_then(|name| name.split(['-', '.']).nth_back(1)?.parse::<u64>().ok());
+        let number = number.expect("the name ends in a number");
+        for next in 1..20 {
+            let name = format!(".strandlight-{}-{}.tmp", std::process::id(), number + next);
+            fs::write(at.join(name), "stale").expect("written");
+        }
+        let other = Temporary::beside(&at.join("out"), &registry).expect("made");
+        assert_eq!(fs::read(&other.path).expect("there"), b"");
+        drop(other);
+        drop(first);
+        assert_eq!(names_in(at).len(), 19);
+    }
+
+    #[test]
+    fn outputs_with_the_longest_name_are_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("n".repeat(255));
+        check_writable(&path).expect("writable");
+        write_file(&path, b"x").expect("written");
+        assert_eq!(fs::read(&path).expect("there"), b"x");
+        assert_eq!(names_in(folder.path()).len(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_links_and_permissions_stay() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        fs::create_dir(at.join("sub")).expect("a folder");
+        symlink("sub/b", at.join("a")).expect("a link");
+        symlink("../c", at.join("sub/b")).expect("a link");
+        assert_eq!(
+            output_target(&at.join("a")).expect("dangling"),
+            output_target(&at.join("c")).expect("not there yet")
+        );
+        write_file(&at.join("a"), b"1").expect("written");
+        assert_eq!(fs::read(at.join("c")).expect("the end of the links"), b"1");
+        fs::set_permissions(at.join("c"), fs::Permissions::from_mode(0o640)).expect("set");
+        write_file(&at.join("a"), b"2").expect("written");
+        assert_eq!(fs::read(at.join("c")).expect("the end of the links"), b"2");
+        for link in ["a", "sub/b"] {
+            assert!(
+                at.join(link)
+                    .symlink_metadata()
+                    .expect("there")
+                    .is_symlink()
+            );
+        }
+        let mode = fs::metadata(at.join("c"))
+            .expect("there")
+            .permissions()
+            .mode();
+        assert_eq!(mode & 0o777, 0o640);
+
+        symlink("y", at.join("x")).expect("a link");
+        symlink("x", at.join("y")).expect("a link");
+        symlink("nowhere/z", at.join("z")).expect("a link");
+        symlink("sub/..", at.join("up")).expect("a link");
+        let before = names_in(at);
+        for (name, needle) in [
+            ("x", "circle"),
+            ("z", "no such folder"),
+            ("sub", "is a directory"),
+            ("up", "is a directory"),
+            ("new/", "names a folder"),
+        ] {
+            let error = write_file(&at.join(name), b"3")
+                .expect_err(name)
+                .to_string();
+            assert!(error.contains(needle), "{name}: {error}");
+        }
+        assert_eq!(names_in(at), before);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn streams_are_written_through_and_folders_tried() {
+        for path in ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"] {
+            let target = output_target(Path::new(path)).expect(path);
+            assert_eq!(target, OutputTarget::Stdout, "{path}");
+        }
+        let null = Path::new("/dev/null");
+        assert!(check_writable(null).expect("a device").is_stream());
+        write_file(null, b"x").expect("swallowed");
+        let full = write_file(Path::new("/dev/full"), b"x").expect_err("full");
+        assert_eq!(full.kind(), io::ErrorKind::StorageFull);
+        let error = check_writable(Path::new("/proc/out.lights")).expect_err("no disk");
+        let error = error.to_string();
+        assert!(
+            error.contains("the folder /proc takes no new file"),
+            "{error}"
+        );
+    }
 }

@@ -2,7 +2,6 @@
 //! them. Nothing else in this crate opens a file.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{Cursor, Read, Seek};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -110,7 +109,7 @@ impl Files {
     pub fn check_writable(&self, path: &Path) -> Result<(), Error> {
         match self {
             Files::Disk => check_writable(path)
-                .map(|_| ())
+                .map(drop)
                 .map_err(|error| Error::from(error).in_file(path)),
             Files::Memory(_) => Ok(()),
         }
@@ -178,7 +177,7 @@ impl Files {
     fn container(&self, path: &Path, kind: Kind) -> Result<Container<Box<dyn Source>>, Error> {
         let (source, length): (Box<dyn Source>, u64) = match self {
             Files::Disk => {
-                let (file, length): (File, u64) = open_file(path)?;
+                let (file, length) = open_file(path)?;
                 (Box::new(file), length)
             }
             Files::Memory(_) => {

@@ -7,10 +7,7 @@ mod plots;
 mod single;
 mod transmittance;
 
-use std::fs;
-use std::path::Path;
-
-use super::{Failure, Outcome};
+use super::Outcome;
 
 /// Measures error and run time
 #[derive(clap::Args)]
@@ -39,11 +36,4 @@ pub fn run(args: &Args) -> Outcome {
         What::Transmittance(args) => transmittance::run(args),
         What::Plots(args) => plots::run(args),
     }
-}
-
-/// The folder, made if it is not there.
-fn folder(path: &Path) -> Result<&Path, Failure> {
-    fs::create_dir_all(path)
-        .map_err(|error| Failure::file(path, format!("cannot be made: {error}")))?;
-    Ok(path)
 }

@@ -10,7 +10,7 @@ use strandlight_bake::compare::{
 };
 use strandlight_runtime::tone::filmic;
 
-use super::{Failure, Outcome, check_outputs, print_line, write_output};
+use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 
 /// Compares picture A with the reference B
 ///
@@ -90,10 +90,7 @@ pub fn run(args: &Args) -> Outcome {
         .collect();
     check_outputs(&[&args.a, &args.b], &outputs)?;
     for output in &outputs {
-        let is_png = |name: &std::ffi::OsStr| name.eq_ignore_ascii_case("png");
-        if !output.extension().is_some_and(is_png) {
-            return Err(Failure::file(output, "the name must end in .png"));
-        }
+        check_extension(output, "png")?;
     }
     let layer_b = match args.layer_b.as_deref() {
         Some("-") => None,

@@ -2,13 +2,13 @@
 //!
 //! Each step is the very command line that it prints, so the demo shows how to go on alone.
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use strandlight_bake::progress::timed;
 
-use super::{Failure, Outcome, note, print_line, write_output};
+use super::{Outcome, check_outputs, note, output_folder, print_line, write_output};
 
 /// Bakes and renders the bundled sample
 ///
@@ -68,8 +68,14 @@ const STEPS: [Step; 5] = [
 /// Runs the command; `run_line` runs another command line of this program.
 pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
     let folder = &args.out;
-    fs::create_dir_all(folder)
-        .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
+    output_folder(folder)?;
+    check_outputs(
+        &[],
+        &outputs(folder)
+            .iter()
+            .map(PathBuf::as_path)
+            .collect::<Vec<_>>(),
+    )?;
     write_output(&folder.join("studio.exr"), MAP)?;
     for (name, bytes) in EDITED {
         let path = folder.join(name);
@@ -109,6 +115,15 @@ pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
          or paint the hair by a list of strokes:\n\
          $ strandlight render {shown}/scene.toml --script {shown}/painted.json -o {shown}/painted"
     ))
+}
+
+/// All files that the demo writes: its samples and what its steps name.
+fn outputs(folder: &Path) -> Vec<PathBuf> {
+    let named = STEPS.iter().flat_map(|step| step.line.split_whitespace());
+    let named = named.filter_map(|word| word.strip_prefix('@'));
+    let edited = EDITED.iter().map(|(name, _)| *name);
+    let names: BTreeSet<&str> = named.chain(edited).collect();
+    names.into_iter().map(|name| folder.join(name)).collect()
 }
 
 /// The words of `line`, with `@NAME` as a file in `folder`.

@@ -11,7 +11,7 @@ use strandlight_bake::lights::{LatLong, radiance};
 use strandlight_formats::{FileKind, Groom, Kind, LightSet, PAINT_ATTRIBUTES, TableFile};
 
 use super::inspect::{Content, lights};
-use super::{Failure, Outcome, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, is_stream, print_line, write_output};
 
 /// Writes a file of ours in another program's format
 ///
@@ -23,9 +23,10 @@ use super::{Failure, Outcome, print_line, write_output};
 /// imported with --unit cm comes back as it was, byte for byte.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The .tables, .lights or .groom file
+    /// The .tables, .lights or .groom file, - for standard input
     file: PathBuf,
-    /// The file to write; its extension says the format
+    /// The file to write; its extension says the format. Standard output (-) takes a light set as
+    /// JSON, a groom as .hair
     #[arg(short, long)]
     output: PathBuf,
     /// Width of the picture made from a light set, 2 to 8192 pixels; its height is half of that
@@ -45,6 +46,10 @@ struct Output {
 pub fn run(args: &Args) -> Outcome {
     let (input, output) = (&*args.file, &*args.output);
     let extension = output.extension().and_then(|extension| extension.to_str());
+    let is_plain = extension.is_none() && is_stream(output);
+    if !output.is_dir() {
+        check_outputs(&[input], &[output])?;
+    }
     let outputs = match Content::of(input)? {
         Content::Kind(Kind::Tables) => {
             let file = TableFile::read(input).map_err(Failure::input)?;
@@ -64,7 +69,7 @@ pub fn run(args: &Args) -> Outcome {
             }
         }
         Content::Kind(Kind::Lights) => match extension {
-            Some("json") => {
+            _ if is_plain || extension == Some("json") => {
                 let info = lights(input)?;
                 let mut bytes = serde_json::to_vec_pretty(&info).map_err(Failure::input)?;
                 bytes.push(b'\n');
@@ -82,7 +87,7 @@ pub fn run(args: &Args) -> Outcome {
             _ => return Err(unknown(output, "a light set", ".json or .exr")),
         },
         Content::Kind(Kind::Groom) => match extension {
-            Some("hair") => {
+            _ if is_plain || extension == Some("hair") => {
                 let groom = Groom::read(input).map_err(Failure::input)?;
                 let bytes = groom
                     .to_hair()
@@ -112,6 +117,8 @@ pub fn run(args: &Args) -> Outcome {
             return Err(Failure::file(input, what));
         }
     };
+    let paths: Vec<&Path> = outputs.iter().map(|output| &*output.path).collect();
+    check_outputs(&[input], &paths)?;
     for output in &outputs {
         write_output(&output.path, &output.bytes)?;
     }

@@ -31,9 +31,9 @@ enum Command {
 /// With --unit cm the file can be had back byte for byte with `strandlight export`.
 #[derive(clap::Args)]
 struct ImportArgs {
-    /// The .hair file
+    /// The .hair file, - for standard input
     input: PathBuf,
-    /// The .groom file to write
+    /// The .groom file to write, - for standard output
     #[arg(short, long)]
     output: PathBuf,
     /// Unit of the file: mm, cm, in, ft, m, a number of centimetres, or auto: guessed from the
@@ -76,7 +76,7 @@ struct GenerateArgs {
     /// Equal seeds give equal files
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// The .groom file to write
+    /// The .groom file to write, - for standard output
     #[arg(short, long)]
     output: PathBuf,
 }

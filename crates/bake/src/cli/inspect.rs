@@ -1,20 +1,19 @@
 //! `strandlight inspect`.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::{Serialize, Serializer};
 use strandlight_formats::{
     Axis, Container, FileKind, FitReport, Groom, Guesses, HairFile, HairImport, Kind, LightSet,
-    SNIFF_BYTES, Scene, SrbfLight, TableFile,
+    SNIFF_BYTES, Scene, SrbfLight, TableFile, read_start,
 };
 
-use super::{Failure, Outcome, note, print_line};
+use super::{Failure, Outcome, is_stream, note, print_line};
 
 /// Says what is in a file: .tables, .lights, .groom, .hair, or a scene
 #[derive(clap::Args)]
 pub struct Args {
-    /// The file
+    /// The file, - for standard input
     file: PathBuf,
     /// Print one JSON document on stdout
     #[arg(long)]
@@ -75,19 +74,7 @@ pub enum Content {
 impl Content {
     /// Looks at the file's start.
     pub fn of(path: &Path) -> Result<Content, Failure> {
-        let metadata = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?;
-        if !metadata.is_file() {
-            let what = if metadata.is_dir() {
-                "is a directory"
-            } else {
-                "not a regular file"
-            };
-            return Err(Failure::file(path, what));
-        }
-        let mut start = Vec::new();
-        std::fs::File::open(path)
-            .and_then(|file| file.take(SNIFF_BYTES as u64).read_to_end(&mut start))
-            .map_err(|error| Failure::file(path, error))?;
+        let start = read_start(path, SNIFF_BYTES as u64).map_err(Failure::input)?;
         let is_toml = path
             .extension()
             .is_some_and(|extension| extension == "toml");
@@ -95,8 +82,8 @@ impl Content {
             FileKind::Ours(kind) => Ok(Content::Kind(kind)),
             FileKind::Hair => Ok(Content::Hair),
             FileKind::Scene => Ok(Content::Scene),
-            // Why it is no scene is said by the reader.
-            _ if is_toml => Ok(Content::Scene),
+            // Why it is no scene is said by the reader. A pipe need not have a name that tells.
+            kind if is_toml || (kind == FileKind::Text && is_stream(path)) => Ok(Content::Scene),
             other => {
                 let what = "neither tables, a light set, a groom, a .hair file nor a scene (.toml)";
                 let what = format!("{what}: {}", other.describe());

@@ -10,7 +10,7 @@ use strandlight_bake::lights::{
 use strandlight_bake::progress::{Progress, timed};
 use strandlight_formats::{FitReport, Kind, LightSet, LightSetInfo};
 
-use super::{Failure, Outcome, check_outputs, print_line, write_output};
+use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 
 /// Fits spherical Gaussian lights to an HDR map
 ///
@@ -19,9 +19,9 @@ use super::{Failure, Outcome, check_outputs, print_line, write_output};
 /// sphere is the display window of an OpenEXR file; what its data window leaves out is black.
 #[derive(clap::Args)]
 pub struct Args {
-    /// OpenEXR or Radiance .hdr map
+    /// OpenEXR or Radiance .hdr map, - for standard input
     map: PathBuf,
-    /// Light set to write
+    /// Light set to write, - for standard output
     #[arg(short, long, value_name = "F.lights")]
     output: PathBuf,
     /// Number of lights, 1 to 1024
@@ -86,15 +86,8 @@ pub fn run(args: &Args) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     check_outputs(&[&args.map], &outputs)?;
-    if let Some(preview) = &args.preview
-        && !preview
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
-    {
-        return Err(Failure::file(
-            preview,
-            "the name of a preview must end in .png",
-        ));
+    if let Some(preview) = &args.preview {
+        check_extension(preview, "png")?;
     }
 
     let progress = Progress::new("fitting lights", STEPS + OTHER_STEPS);

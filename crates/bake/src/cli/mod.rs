@@ -7,6 +7,7 @@ pub mod export;
 pub mod groom;
 pub mod inspect;
 pub mod lights;
+mod output;
 pub mod probe;
 pub mod reference;
 pub mod render;
@@ -16,15 +17,22 @@ pub mod tables;
 pub mod verify;
 
 use std::fmt;
-use std::io::{self, Write};
 use std::path::Path;
-use std::process::ExitCode;
 
-/// Says a line on stderr; where nobody can hear it, the work goes on.
+use clap::error::{ContextKind, ContextValue};
+
+pub use output::{
+    check_extension, check_outputs, is_stream, output_folder, print_failure, print_line, want_json,
+    write_output,
+};
+
+/// Says a line on stderr, unless `--quiet`; where nobody can hear it, the work goes on.
 macro_rules! note {
     ($($text:tt)*) => {{
         use std::io::Write;
-        let _ = writeln!(std::io::stderr(), $($text)*);
+        if !strandlight_bake::progress::is_quiet() {
+            let _ = writeln!(std::io::stderr(), $($text)*);
+        }
     }};
 }
 use note;
@@ -50,10 +58,18 @@ impl Failure {
     }
 
     /// The process exit code that stands for this failure.
-    pub fn exit_code(&self) -> ExitCode {
+    pub fn exit_code(&self) -> u8 {
         match self {
-            Failure::Check(_) => ExitCode::from(1),
-            Failure::Input(_) => ExitCode::from(2),
+            Failure::Check(_) => 1,
+            Failure::Input(_) => 2,
+        }
+    }
+
+    /// Its kind in JSON.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Failure::Check(_) => "check",
+            Failure::Input(_) => "input",
         }
     }
 }
@@ -79,43 +95,31 @@ pub fn usage(error: &clap::Error) -> Failure {
     let rendered = error.render().to_string();
     let text = rendered.strip_prefix("error: ").unwrap_or(&rendered);
     let first = text.split("\n\n").next().unwrap_or(text);
-    Failure::Input(format!("{} (see --help)", first.replace('\n', " ")))
+    let first: Vec<&str> = first.lines().map(str::trim).collect();
+    let meant = match suggestions(error).join(" or ") {
+        names if names.is_empty() => String::new(),
+        names => format!("; did you mean {names}?"),
+    };
+    Failure::Input(format!("{}{meant} (see --help)", first.join(" ")))
+}
+
+/// What clap thinks was meant.
+fn suggestions(error: &clap::Error) -> Vec<String> {
+    let kinds = [
+        ContextKind::SuggestedSubcommand,
+        ContextKind::SuggestedArg,
+        ContextKind::SuggestedValue,
+    ];
+    let suggested = kinds.iter().filter_map(|&kind| error.get(kind));
+    let names = suggested.flat_map(|value| match value {
+        ContextValue::String(name) => vec![name.clone()],
+        ContextValue::Strings(names) => names.clone(),
+        _ => Vec::new(),
+    });
+    // An option may come with its value's name: --count <COUNT>.
+    let name = |text: String| text.split(' ').next().unwrap_or_default().to_owned();
+    names.map(name).collect()
 }
 
 /// What every command answers.
 pub type Outcome = Result<(), Failure>;
-
-/// Prints a line of the result on stdout; a closed pipe is no error.
-pub fn print_line(line: impl fmt::Display) -> Outcome {
-    match writeln!(io::stdout().lock(), "{line}") {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::input(error)),
-        _ => Ok(()),
-    }
-}
-
-/// Refuses, before any work is done, outputs that cannot be written, that are one file, or that
-/// are an input.
-pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
-    let mut targets = Vec::with_capacity(outputs.len());
-    for path in outputs {
-        let target = strandlight_formats::check_writable(path)
-            .map_err(|error| Failure::file(path, format!("cannot be written: {error}")))?;
-        if inputs
-            .iter()
-            .any(|input| input.canonicalize().is_ok_and(|input| input == target))
-        {
-            return Err(Failure::file(path, "is an input; name another output"));
-        }
-        if targets.contains(&target) {
-            return Err(Failure::file(path, "is named for two outputs"));
-        }
-        targets.push(target);
-    }
-    Ok(())
-}
-
-/// Writes a file whole or not at all.
-pub fn write_output(path: &Path, bytes: &[u8]) -> Outcome {
-    strandlight_formats::write_file(path, bytes)
-        .map_err(|error| Failure::file(path, format!("cannot be written: {error}")))
-}

@@ -26,7 +26,9 @@ use strandlight_scattering::dual_scattering::{
 };
 use strandlight_scattering::exact::{Bcsdf, PaintedBcsdf};
 
-use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
+use super::{
+    Failure, Outcome, check_extension, check_outputs, is_stream, note, print_line, write_output,
+};
 
 /// Renders ground truth for a scene, slowly, on the CPU
 ///
@@ -41,7 +43,7 @@ pub struct Args {
     /// How to render
     #[arg(long, value_enum)]
     method: MethodName,
-    /// OpenEXR file to write
+    /// OpenEXR file to write, - for standard output
     #[arg(short, long, value_name = "OUT.exr")]
     output: PathBuf,
     /// Samples a pixel; with --resume, how many to add
@@ -119,7 +121,11 @@ const ENERGY_SAFE: &str = "--energy-safe: the groom is painted with widths or sh
 pub fn run(args: &Args) -> Outcome {
     let start = Instant::now();
     let method = args.method.method();
-    check_name(&args.output)?;
+    check_extension(&args.output, "exr")?;
+    if args.resume && is_stream(&args.output) {
+        let text = "--resume goes on with a file; name one that ends in .exr";
+        return Err(Failure::file(&args.output, text));
+    }
     let inputs: Vec<&Path> = std::iter::once(&args.scene)
         .chain(args.map.as_ref())
         .map(PathBuf::as_path)
@@ -288,14 +294,6 @@ fn painted_averages(scene: &PreparedScene, method: Method) -> PaintedAverageTabl
         _ => [2, 1, 1],
     };
     PaintedAverageTable::new(scene.hair.hair(), scene.hair.fresnel(), size)
-}
-
-/// The name must promise what is written.
-fn check_name(path: &Path) -> Outcome {
-    match path.extension() {
-        Some(extension) if extension.eq_ignore_ascii_case("exr") => Ok(()),
-        _ => Err(Failure::file(path, "the name must end in .exr")),
-    }
 }
 
 /// The light, and what decides it if it is taken from a map.

@@ -23,7 +23,9 @@ use strandlight_runtime::{
     Picture, PreparedScene, RenderError, Renderer, SceneError, Session, Stats,
 };
 
-use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
+use super::{
+    Failure, Outcome, check_outputs, is_stream, note, output_folder, print_line, write_output,
+};
 
 /// Renders a scene
 ///
@@ -31,10 +33,10 @@ use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
 /// or --turntable the output is a folder, which also gets timings.json.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Scene file (TOML)
+    /// Scene file (TOML), - for standard input
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Picture to write: .png or .exr; or folder
+    /// Picture to write: .png or .exr, - for PNG on standard output; or folder
     #[arg(short, long, value_name = "FILE|DIR")]
     output: PathBuf,
     /// A key of the scene file and its value, such as hair.eta=1.6 or render.background=none; the
@@ -261,12 +263,13 @@ impl Args {
     }
 }
 
-/// The kind that the name promises.
+/// The kind that the name promises; a stream need not promise any.
 fn format_of(path: &Path) -> Result<Format, Failure> {
     let extension = path.extension().and_then(|extension| extension.to_str());
     let format = match extension.map(str::to_ascii_lowercase).as_deref() {
         Some("png") => Format::Png,
         Some("exr") => Format::Exr,
+        _ if is_stream(path) => Format::Png,
         _ => return Err(Failure::file(path, "the name must end in .png or .exr")),
     };
     Ok(format)

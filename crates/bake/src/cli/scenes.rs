@@ -1,6 +1,5 @@
 //! `strandlight scenes`: the paper's scenes from generated hair and maps.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
@@ -12,7 +11,7 @@ use strandlight_bake::scenes::{PaperScene, SCENES};
 use strandlight_formats::LightSet;
 
 use super::lights::info;
-use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, note, output_folder, print_line, write_output};
 
 /// Height of the generated maps in pixels.
 const MAP_HEIGHT: usize = 256;
@@ -66,14 +65,23 @@ pub fn run(args: &Args) -> Outcome {
     let own = args.map.as_deref().map(Map::read).transpose();
     let own = own.map_err(Failure::input)?;
     let folder = &args.output;
-    fs::create_dir_all(folder)
-        .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
+    output_folder(folder)?;
+    let skies: Vec<Sky> = Sky::ALL
+        .into_iter()
+        .filter(|&sky| own.is_none() && scenes.iter().any(|scene| scene.sky == sky))
+        .collect();
+    let outputs: Vec<PathBuf> = skies
+        .iter()
+        .map(|&sky| map_path(sky, folder))
+        .chain(scenes.iter().flat_map(|scene| scene_paths(scene, folder)))
+        .collect();
+    let outputs: Vec<&Path> = outputs.iter().map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = args.map.as_deref().into_iter().collect();
+    check_outputs(&inputs, &outputs)?;
 
     let mut maps = Vec::new();
-    for sky in Sky::ALL {
-        if own.is_none() && scenes.iter().any(|scene| scene.sky == sky) {
-            maps.push((sky, write_map(sky, folder)?));
-        }
+    for sky in skies {
+        maps.push((sky, write_map(sky, folder)?));
     }
     let mut documents = Vec::new();
     for scene in scenes {
@@ -106,10 +114,19 @@ pub fn run(args: &Args) -> Outcome {
     Ok(())
 }
 
+/// File of a generated map.
+fn map_path(sky: Sky, folder: &Path) -> PathBuf {
+    folder.join(sky.name()).with_extension("exr")
+}
+
+/// The three files of a scene: itself, its groom and its lights.
+fn scene_paths(scene: &PaperScene, folder: &Path) -> [PathBuf; 3] {
+    ["toml", "groom", "lights"].map(|extension| folder.join(scene.name).with_extension(extension))
+}
+
 /// Writes a generated map and reads it as any other.
 fn write_map(sky: Sky, folder: &Path) -> Result<Map, Failure> {
-    let path = folder.join(sky.name()).with_extension("exr");
-    check_outputs(&[], &[&path])?;
+    let path = map_path(sky, folder);
     let bytes = sky
         .exr_file(MAP_HEIGHT)
         .map_err(|error| Failure::file(&path, error))?;
@@ -119,10 +136,7 @@ fn write_map(sky: Sky, folder: &Path) -> Result<Map, Failure> {
 
 /// Writes the three files of a scene; answers what `--json` says of it.
 fn write_scene(scene: &PaperScene, map: &Map, args: &Args) -> Result<Value, Failure> {
-    let [toml, groom_path, lights_path] = ["toml", "groom", "lights"]
-        .map(|extension| args.output.join(scene.name).with_extension(extension));
-    let inputs: Vec<&Path> = args.map.as_deref().into_iter().collect();
-    check_outputs(&inputs, &[&toml, &groom_path, &lights_path])?;
+    let [toml, groom_path, lights_path] = scene_paths(scene, &args.output);
     let (written, seconds) = timed(|| {
         let spec = scene.groom(args.scale);
         let progress = Progress::new(scene.name, u64::from(spec.strands));
@@ -149,7 +163,7 @@ fn write_scene(scene: &PaperScene, map: &Map, args: &Args) -> Result<Value, Fail
         "lights_file": lights_path.display().to_string(),
         "map": match &args.map {
             Some(map) => map.display().to_string(),
-            None => args.output.join(scene.sky.name()).with_extension("exr").display().to_string(),
+            None => map_path(scene.sky, &args.output).display().to_string(),
         },
         "strands": strands,
         "points": points,

@@ -18,7 +18,7 @@ use super::{Failure, Outcome, check_outputs, print_line, write_output};
 /// dielectric ones. The errors of the lobes are recorded in the file and printed.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The .tables file to write
+    /// The .tables file to write, - for standard output
     #[arg(short, long)]
     output: PathBuf,
     /// Fresnel term of the lobes and of the H tables

@@ -6,14 +6,14 @@ mod groom;
 mod lights;
 
 use std::borrow::Cow;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use strandlight_bake::lights::{Map, MapError, MapSelection};
 use strandlight_bake::tables::{Check, verify_tables};
-use strandlight_formats::{Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile};
+use strandlight_formats::{
+    Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile, read_start,
+};
 
 use super::{Failure, Outcome, note, print_line};
 
@@ -286,14 +286,7 @@ fn verify(path: &Path, reference: Option<&Reference<'_>>) -> Verdict {
 
 /// The kind that the first bytes announce.
 fn kind_of(path: &Path) -> Result<Kind, Refused> {
-    let mut start = Vec::new();
-    // A pipe or a device may never answer.
-    if std::fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir()) {
-        return Err(Refused::unreadable(path, "not a regular file"));
-    }
-    File::open(path)
-        .and_then(|file| file.take(SNIFF_BYTES as u64).read_to_end(&mut start))
-        .map_err(|error| Refused::unreadable(path, error))?;
+    let start = read_start(path, SNIFF_BYTES as u64)?;
     match FileKind::of(&start) {
         FileKind::Ours(kind) => Ok(kind),
         other => {

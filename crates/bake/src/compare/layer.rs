@@ -6,6 +6,7 @@ use std::path::Path;
 use exr::block::UncompressedBlock;
 use exr::block::reader::ChunksReader;
 use exr::meta::header::Header;
+use strandlight_formats::{FileKind, read_file_of_kind};
 
 use super::CompareError;
 use crate::lights::exr_map::{MAGIC, bad, read_samples};
@@ -17,6 +18,8 @@ pub const MAX_SIDE: usize = 16_384;
 pub const MAX_PIXELS: usize = 8 << 20;
 /// Longest file that is read.
 const MAX_FILE_BYTES: u64 = 2 << 30;
+/// First bytes of a PNG.
+const PNG_MAGIC: &[u8] = b"\x89PNG";
 /// Most channels of a part: a block holds all of them while it is decoded.
 const MAX_CHANNELS: usize = 256;
 /// The layer that holds the variance of each pixel's mean.
@@ -68,13 +71,12 @@ impl Layer {
     /// # Errors
     /// What is wrong with the file, in one line.
     pub fn read(path: &Path, name: Option<&str>) -> Result<Layer, CompareError> {
-        let file = |what: String| CompareError::File {
+        let is_picture = |kind| matches!(kind, FileKind::Map(_) | FileKind::Picture(_));
+        let bytes = read_file_of_kind(path, MAX_FILE_BYTES, is_picture)?;
+        Layer::decode(&bytes, name).map_err(|what| CompareError::File {
             path: path.to_owned(),
             what,
-        };
-        let bytes = strandlight_formats::read_file(path, MAX_FILE_BYTES)
-            .map_err(|error| file(error.to_string()))?;
-        Layer::decode(&bytes, name).map_err(file)
+        })
     }
 
     /// [`Layer::read`] from the bytes of a file.
@@ -84,7 +86,7 @@ impl Layer {
     pub fn decode(bytes: &[u8], name: Option<&str>) -> Result<Layer, String> {
         let layer = if bytes.starts_with(&MAGIC) {
             quietly(|| decode_exr(bytes, name))?
-        } else if bytes.starts_with(b"\x89PNG") {
+        } else if bytes.starts_with(PNG_MAGIC) {
             if let Some(name) = name {
                 return Err(format!("a PNG has no layer {name}"));
             }

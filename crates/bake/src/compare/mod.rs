@@ -30,7 +30,10 @@ use std::path::PathBuf;
 /// Why two pictures could not be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
-    /// A file that could not be read, or is no picture.
+    /// A file that could not be read.
+    #[error(transparent)]
+    Read(#[from] strandlight_formats::Error),
+    /// A file that is no picture.
     #[error("{}: {what}", path.display())]
     File {
         /// The file.

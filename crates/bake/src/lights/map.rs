@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use strandlight_formats::{FileKind, content_hash};
+use strandlight_formats::{Error, FileKind, content_hash, read_file_of_kind};
 
 use super::faults::{PixelFaults, replace_negative, replace_non_finite};
 use super::primaries::{Matrix, convert};
@@ -15,6 +15,9 @@ use super::{exr_map, radiance_map};
 /// Largest width of a map in pixels; its height is at most half of it. 32768 x 16384 RGB floats
 /// are 6 GiB: more than any published map, and a bound on what a lying header can ask for.
 pub const MAX_WIDTH: usize = 32768;
+
+/// Longest file that is read: the largest map with eight float channels, uncompressed.
+const MAX_FILE_BYTES: u64 = 16 << 30;
 
 /// Why a map could not be read or used.
 #[derive(Debug, thiserror::Error)]
@@ -106,8 +109,9 @@ impl Map {
         })
     }
 
-    /// Reads an OpenEXR or Radiance file; the format is told from its first bytes, not its name.
-    /// Of an OpenEXR file with several images the one that [`MapSelection::default`] chooses.
+    /// Reads an OpenEXR or Radiance file, or standard input as `-`; the format is told from its first
+    /// bytes, not its name. Of an OpenEXR file with several images the one that
+    /// [`MapSelection::default`] chooses.
     ///
     /// # Errors
     /// [`MapError`] naming the file and what is wrong with it.
@@ -124,21 +128,20 @@ impl Map {
             path: path.to_owned(),
             source,
         };
-        if path.is_dir() {
-            return Err(io(std::io::ErrorKind::IsADirectory.into()));
-        }
-        // A pipe or a device may never end.
-        if !path.metadata().map_err(io)?.is_file() {
-            return Err(io(std::io::Error::new(
-                std::io::ErrorKind::InvalidInput,
-                "not a regular file",
-            )));
-        }
-        let bytes = std::fs::read(path).map_err(io)?;
-        Map::decode_selected(&bytes, selection).map_err(|what| MapError::Invalid {
+        let invalid = |what| MapError::Invalid {
             path: path.to_owned(),
             what,
-        })
+        };
+        let is_map = |kind| matches!(kind, FileKind::Map(_));
+        let bytes =
+            read_file_of_kind(path, MAX_FILE_BYTES, is_map).map_err(|error| match error {
+                Error::Io { source, .. } => io(source),
+                Error::Value {
+                    key, value, range, ..
+                } => invalid(format!("{key} is {value}, must be {range}")),
+                other => invalid(other.to_string()),
+            })?;
+        Map::decode_selected(&bytes, selection).map_err(invalid)
     }
 
     /// Decodes the bytes of an OpenEXR or Radiance file.

@@ -1,6 +1,5 @@
 //! Reading containers: the directory at once, sections when asked for.
 
-use std::fs::File;
 use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
@@ -9,7 +8,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::{ENTRY_BYTES, HEADER_BYTES, Kind, MAGIC, MAX_SECTIONS, align, decode_record};
 use crate::error::{Error, FileName, Result};
-use crate::input::open_file;
+use crate::input::{Input, open_file};
 use crate::sniff::{FileKind, SNIFF_BYTES};
 
 /// One entry of the directory.
@@ -59,8 +58,8 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
     u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
 }
 
-impl Container<File> {
-    /// Opens the file at `path`, which must be of `kind`.
+impl Container<Input> {
+    /// Opens the file or pipe at `path`, which must be of `kind`.
     ///
     /// # Errors
     /// See [`Container::new`]; the path is named.

@@ -9,7 +9,7 @@ use crate::groom::{
     Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, SinglePoint, UpAxis,
 };
 use crate::groom_scale::Guesses;
-use crate::input::{content_hash, read_file, tool_version};
+use crate::input::{content_hash, read_file_of_kind, tool_version};
 use crate::sniff::FileKind;
 use crate::validate::{finite, in_range};
 
@@ -47,7 +47,7 @@ impl HairFile {
     /// # Errors
     /// `Io`, or `Value` where it is too long; the path is named.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = read_file(path, MAX_FILE_BYTES)?;
+        let bytes = read_file_of_kind(path, MAX_FILE_BYTES, |kind| kind == FileKind::Hair)?;
         let path = path.to_owned();
         Ok(HairFile { path, bytes })
     }

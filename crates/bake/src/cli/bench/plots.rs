@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::json;
 use strandlight_bake::bench::figures;
 
-use crate::cli::{Failure, Outcome, check_outputs, print_line, write_output};
+use crate::cli::{Failure, Outcome, check_outputs, output_folder, print_line, write_output};
 
 /// Plots of what the schemes put in place of the exact model
 ///
@@ -23,7 +23,8 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let folder = super::folder(&args.output)?;
+    let folder = &args.output;
+    output_folder(folder)?;
     let figures = figures().map_err(Failure::input)?;
     let paths: Vec<[PathBuf; 2]> = figures
         .iter()

@@ -7,7 +7,7 @@ use strandlight_bake::bench::{Cost, Frontier, FrontierError, Method, Options, SU
 use strandlight_bake::progress::{Progress, timed};
 use strandlight_runtime::gpu::GpuError;
 
-use crate::cli::{Failure, Outcome, check_outputs, note, print_line, write_output};
+use crate::cli::{Failure, Outcome, check_outputs, note, output_folder, print_line, write_output};
 
 /// Single scattering of one light: error against the exact model, and time, of every method
 ///
@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Outcome {
 
 /// Makes the folder and checks that the files can be written there.
 fn output_paths(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let folder = super::folder(folder)?;
+    output_folder(folder)?;
     let paths = FILES.map(|name| folder.join(name));
     let [csv, json, svg] = &paths;
     check_outputs(&[], &[csv, json, svg])?;

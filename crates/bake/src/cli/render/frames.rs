@@ -14,7 +14,10 @@ use strandlight_runtime::timings::{self, Made, Timings};
 use strandlight_runtime::tone::ToneMap;
 use strandlight_runtime::{Picture, RenderError, Session, Viewer};
 
-use super::{Args, Backend, Failure, Format, Outcome, format_of, note, print_line, write_output};
+use super::{
+    Args, Backend, Failure, Format, Outcome, check_outputs, format_of, note, output_folder,
+    print_line, write_output,
+};
 
 /// Renders the frames that the command line asks for into the folder that is the output.
 pub fn run(args: &Args) -> Outcome {
@@ -32,8 +35,20 @@ pub fn run(args: &Args) -> Outcome {
     }
     script.check(&session).map_err(Failure::input)?;
     let folder = &args.output;
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
+    output_folder(folder)?;
+    let times = folder.join("timings.json");
+    let mut outputs: Vec<PathBuf> = script
+        .frames()
+        .map(|frame| folder.join(file_of(frame)))
+        .collect();
+    outputs.push(times.clone());
+    let outputs: Vec<&Path> = outputs.iter().map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = [Some(&args.scene), args.script.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    check_outputs(&inputs, &outputs)?;
     let out = Out {
         folder,
         with_stats: args.stats,
@@ -66,7 +81,7 @@ pub fn run(args: &Args) -> Outcome {
         }
     };
     let document = made.document(&args.scene.display().to_string(), &backend, opened);
-    let path = folder.join("timings.json");
+    let path = times;
     let text = serde_json::to_string_pretty(&document).map_err(Failure::input)? + "\n";
     write_output(&path, text.as_bytes())?;
     if args.json {

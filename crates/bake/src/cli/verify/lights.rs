@@ -1,9 +1,8 @@
 //! Checks of light sets.
 
-use std::f64::consts::PI;
-
 use strandlight_bake::lights::evaluate;
 use strandlight_formats::{FitReport, LightSet, SrbfLight};
+use strandlight_scattering::spherical_gaussian::solid_angle;
 
 use super::{Line, Reference};
 
@@ -39,9 +38,7 @@ fn wrong_count(set: &LightSet) -> Option<String> {
 /// Energy of a light over the sphere, all channels.
 fn energy(light: &SrbfLight) -> f64 {
     let rgb: f64 = light.rgb.iter().map(|&x| f64::from(x)).sum();
-    // Int exp(2 (cos t - 1) / lambda^2) over the sphere.
-    let lambda_2 = f64::from(light.lambda).powi(2);
-    rgb * PI * lambda_2 * (1.0 - (-4.0 / lambda_2).exp())
+    rgb * solid_angle(f64::from(light.lambda))
 }
 
 fn misplaced(set: &LightSet) -> Option<String> {

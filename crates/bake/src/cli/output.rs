@@ -1,0 +1,144 @@
+//! What a command puts on standard output and standard error, and into files.
+//!
+//! Standard output holds one thing: results in words, or one JSON document (`--json`), or the bytes
+//! of an output named `-`. Which one is a property of the whole command line, so it is kept here,
+//! and no command has to ask.
+
+use std::collections::HashSet;
+use std::fmt;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde_json::json;
+use strandlight_formats::{OutputTarget, check_folder, output_target, write_file};
+
+use super::{Failure, Outcome, note};
+
+/// `--json` is on the command line.
+static WANTS_JSON: AtomicBool = AtomicBool::new(false);
+/// An output goes to standard output, so results in words do not.
+static HOLDS_FILE: AtomicBool = AtomicBool::new(false);
+/// Something was printed on standard output: with `--json`, the document.
+static HAS_PRINTED: AtomicBool = AtomicBool::new(false);
+
+/// Says that standard output is to hold one JSON document.
+pub fn want_json() {
+    WANTS_JSON.store(true, Ordering::Relaxed);
+}
+
+/// Prints a line of the result on stdout, or on stderr if stdout holds an output; a closed pipe is
+/// no error.
+pub fn print_line(line: impl fmt::Display) -> Outcome {
+    if HOLDS_FILE.load(Ordering::Relaxed) {
+        note!("{line}");
+        return Ok(());
+    }
+    HAS_PRINTED.store(true, Ordering::Relaxed);
+    match writeln!(io::stdout().lock(), "{line}") {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::Input(format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Says on stderr why the command failed, and with `--json` on stdout as well, unless the command
+/// has printed its document. The exit code tells it too, so a closed or full stream is no error.
+pub fn print_failure(failure: &Failure) {
+    let _ = writeln!(io::stderr(), "strandlight: {failure}");
+    if WANTS_JSON.load(Ordering::Relaxed) && !HAS_PRINTED.load(Ordering::Relaxed) {
+        let document = json!({ "error": {
+            "message": failure.to_string(),
+            "kind": failure.kind(),
+            "exit_code": failure.exit_code(),
+        }});
+        let _ = writeln!(io::stdout().lock(), "{document}");
+    }
+}
+
+/// Whether `path` is a pipe, a device or standard output, whose name need not end in a format.
+pub fn is_stream(path: &Path) -> bool {
+    output_target(path).is_ok_and(|target| target.is_stream())
+}
+
+/// Refuses a name that promises another format than `extension`. A stream promises none.
+pub fn check_extension(path: &Path, extension: &str) -> Outcome {
+    match path.extension() {
+        Some(found) if found.eq_ignore_ascii_case(extension) => Ok(()),
+        _ if is_stream(path) => Ok(()),
+        _ => {
+            let what = format!("the name must end in .{extension}");
+            Err(Failure::file(path, what))
+        }
+    }
+}
+
+/// Refuses, before any work is done, outputs that cannot be written, that are one file, or that
+/// are an input.
+pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
+    let mut targets = HashSet::with_capacity(outputs.len());
+    let mut folders = HashSet::new();
+    let inputs: Vec<_> = inputs.iter().filter_map(|path| place_of(path)).collect();
+    for path in outputs {
+        let cannot = |error| Failure::file(path, format!("cannot be written: {error}"));
+        let target = output_target(path).map_err(cannot)?;
+        let refused = |what: &str| Err(Failure::file(path, what));
+        match &target {
+            OutputTarget::File(file) | OutputTarget::Stream(file) if inputs.contains(file) => {
+                return refused("is an input; name another output");
+            }
+            // What a device takes is gone, so it may be named twice.
+            OutputTarget::Stream(file) if file.starts_with("/dev") => {}
+            _ if targets.contains(&target) => return refused("is named for two outputs"),
+            OutputTarget::Stdout if WANTS_JSON.load(Ordering::Relaxed) => {
+                return refused("is standard output, where --json prints; name a file");
+            }
+            OutputTarget::Stdout => HOLDS_FILE.store(true, Ordering::Relaxed),
+            OutputTarget::File(file) => {
+                let folder = file.parent().unwrap_or(file).to_owned();
+                if !folders.contains(&folder) {
+                    check_folder(&folder).map_err(cannot)?;
+                    folders.insert(folder);
+                }
+            }
+            OutputTarget::Stream(_) => {}
+        }
+        targets.insert(target);
+    }
+    Ok(())
+}
+
+/// Where an input lies, without links.
+fn place_of(input: &Path) -> Option<PathBuf> {
+    let path = match input == Path::new("-") {
+        true => Path::new("/dev/stdin"),
+        false => input,
+    };
+    path.canonicalize().ok()
+}
+
+/// A folder for outputs, made if it is not there.
+pub fn output_folder(folder: &Path) -> Outcome {
+    let refused = |what: &str| Err(Failure::file(folder, what));
+    if folder == Path::new("-") {
+        return refused("is standard output, and several files are written; name a folder");
+    }
+    if !folder.is_dir()
+        && folder
+            .symlink_metadata()
+            .is_ok_and(|data| !data.is_symlink())
+    {
+        return refused("is not a folder, and several files are written; name a folder");
+    }
+    fs::create_dir_all(folder)
+        .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
+    check_folder(folder).map_err(|error| Failure::file(folder, error))
+}
+
+/// Writes a file whole or not at all, or bytes to a stream.
+pub fn write_output(path: &Path, bytes: &[u8]) -> Outcome {
+    write_file(path, bytes)
+        .map_err(|error| Failure::file(path, format!("cannot be written: {error}")))
+}
