@@ -1,9 +1,10 @@
 //! The command line.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
+use strandlight_formats::nearest;
 use strandlight_runtime::render::check_frame;
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
@@ -14,7 +15,7 @@ pub const USAGE: &str = "usage: strandview SCENE.toml [--set KEY=VALUE]... [--si
 
 /// What `--help` says after the usage.
 pub const HELP: &str = "
-  --frame OUT.png        renders one frame without a window
+  --frame OUT.png        renders one frame without a window; - is standard output
   --turntable N          renders N frames of a full turn about +Y, 0000.png and so on
   --script EDITS.json    renders the frames of a list of edits and views
   --out DIR              folder for the frames and timings.json, made if it is not there
@@ -24,7 +25,22 @@ pub const HELP: &str = "
                          [default: 1280x720 points, or the scene's]
   --time SECONDS         the hair is where its motion has it then, 0..=1000000 [default: 0]
   --samples N            samples a pixel, 1..=65536 [default: the scene's]
+  --quiet                says nothing on stderr but why it failed
   --log EVENTS.json      writes what happens in the window, a JSON object a line";
+
+/// All options, for who mistypes one.
+const OPTIONS: [&str; 10] = [
+    "--frame",
+    "--turntable",
+    "--script",
+    "--out",
+    "--set",
+    "--size",
+    "--time",
+    "--samples",
+    "--quiet",
+    "--log",
+];
 
 /// What is to be done with the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,6 +65,8 @@ pub struct Args {
     pub job: Job,
     /// Folder for frames.
     pub out: Option<PathBuf>,
+    /// Whether statistics stay unsaid.
+    pub quiet: bool,
     /// File for the events of the window.
     pub log: Option<PathBuf>,
     /// For tests of the window: its device is lost after the first picture.
@@ -95,6 +113,7 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
             "--script" => ask(Job::Script(value()?.into()))?,
             "--out" => args.out = Some(value()?.into()),
             "--log" => args.log = Some(value()?.into()),
+            "--quiet" => args.quiet = true,
             "--lose-device" => args.loses_device = true,
             "--set" => {
                 let (key, value) = key_and_value(&value()?)?;
@@ -109,7 +128,13 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
                 let samples = number(&text, &value()?, 65_536)?;
                 flags.insert("render.samples".to_owned(), samples.into());
             }
-            _ if text.starts_with('-') => return Err(format!("unknown option {text}; {USAGE}")),
+            _ if text.starts_with('-') => {
+                let meant = match nearest(text.split('=').next().unwrap_or(&text), OPTIONS) {
+                    Some(option) => format!("; did you mean {option}?"),
+                    None => String::new(),
+                };
+                return Err(format!("unknown option {text}{meant}; {USAGE}"));
+            }
             _ if scene.is_none() => scene = Some(PathBuf::from(&word)),
             _ => return Err(format!("unexpected argument {text}; {USAGE}")),
         }
@@ -134,6 +159,9 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
     let is_many = matches!(args.job, Job::Turntable(_) | Job::Script(_));
     match (is_many, &args.out) {
         (true, None) => Err(format!("the frames need a folder: --out DIR; {USAGE}")),
+        (true, Some(out)) if out == Path::new("-") => Err(format!(
+            "--out -: the frames need a folder, not standard output; {USAGE}"
+        )),
         (false, Some(_)) => {
             let without = job.map_or(String::new(), |job| format!(", not for {job}"));
             Err(format!(
@@ -178,7 +206,7 @@ mod tests {
     use super::*;
 
     fn parsed(line: &str) -> Result<Args, String> {
-        parse(line.split(' ').map(OsString::from))
+        parse(line.split_whitespace().map(OsString::from))
     }
 
     #[test]
@@ -207,7 +235,7 @@ mod tests {
     /// Each pair of flags is taken as it stands, or refused by a line that names both.
     #[test]
     fn every_pair_of_flags_is_taken_or_refused_by_name() {
-        const FLAGS: [(&str, &str); 9] = [
+        const FLAGS: [(&str, &str); 10] = [
             ("--frame", "a.png"),
             ("--turntable", "2"),
             ("--script", "s.json"),
@@ -217,6 +245,7 @@ mod tests {
             ("--time", "1.5"),
             ("--samples", "8"),
             ("--log", "l.json"),
+            ("--quiet", ""),
         ];
         // What USAGE and HELP say of flags is all of these.
         let words = HELP
@@ -236,6 +265,7 @@ mod tests {
             "--time" => args.time == 1.5,
             "--samples" => args.set["render.samples"] == 8,
             "--log" => args.log == Some("l.json".into()),
+            "--quiet" => args.quiet,
             _ => false,
         };
         let (mut n_taken, mut n_refused) = (0, 0);
@@ -260,7 +290,30 @@ mod tests {
                 }
             }
         }
-        assert_eq!((n_taken, n_refused), (24, 12));
+        assert_eq!((n_taken, n_refused), (32, 13));
+    }
+
+    #[test]
+    fn a_mistyped_option_is_recognised() {
+        for (line, meant) in [
+            ("a.toml --sapmles 3", "did you mean --samples?"),
+            ("a.toml --size=10x10", "did you mean --size?"),
+            ("a.toml -set a=b", "did you mean --set?"),
+        ] {
+            let error = parsed(line).unwrap_err();
+            assert!(error.contains(meant), "{line}: {error}");
+        }
+        assert!(
+            !parsed("a.toml --loudly")
+                .unwrap_err()
+                .contains("did you mean")
+        );
+        let documented = HELP
+            .lines()
+            .filter_map(|line| line.trim().split(' ').next());
+        let documented: Vec<&str> = documented.filter(|word| word.starts_with("--")).collect();
+        assert!(documented.iter().all(|option| OPTIONS.contains(option)));
+        assert_eq!(documented.len(), OPTIONS.len());
     }
 
     #[test]
@@ -269,6 +322,7 @@ mod tests {
             ("a.toml --frame a.png --turntable 3", "only one of --frame"),
             ("a.toml --turntable 3", "--out"),
             ("a.toml --frame a.png --out d", "--out is for"),
+            ("a.toml --turntable 3 --out -", "need a folder"),
             ("a.toml --turntable 0 --out d", "--turntable 0"),
             ("a.toml --set eta", "KEY=VALUE"),
             ("a.toml --size 0x3", "0x3"),

@@ -1,9 +1,11 @@
 //! Frames without a window, by the same viewer that the window drives.
 
+use std::collections::BTreeSet;
 use std::error::Error;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use strandlight_formats::{OutputTarget, check_writable, output_target, write_file};
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::provenance::{Provenance, Recorder};
 use strandlight_runtime::script::{self, Frame, Script};
@@ -42,11 +44,18 @@ fn open(args: &Args) -> Answer<Session> {
 }
 
 fn one(args: &Args, path: &Path) -> Answer<()> {
-    if !has_extension(path, "png") {
-        return Err(format!("{}: the name must end in .png", path.display()).into());
+    let named = |what: String| format!("{}: {what}", path.display());
+    let target = check_writable(path);
+    let is_stream = target.as_ref().is_ok_and(OutputTarget::is_stream);
+    if !is_stream && !has_extension(path, "png") {
+        return Err(named("the name must end in .png".to_owned()).into());
     }
-    strandlight_formats::check_writable(path)
-        .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
+    let target = target.map_err(|error| named(format!("cannot be written: {error}")))?;
+    if let (OutputTarget::File(file), Ok(scene)) = (&target, args.scene.canonicalize())
+        && *file == scene
+    {
+        return Err(named("is the scene; name another output".to_owned()).into());
+    }
     // What is wrong with the scene is said before a device is opened.
     let session = open(args)?;
     let mut recorder = Recorder::new(session.files());
@@ -55,24 +64,35 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     let scene = viewer.session().scene();
     let (size, samples) = (scene.render.size, scene.render.samples);
     let picture = viewer.frame(size, samples)?;
-    let _ = writeln!(std::io::stderr(), "{}", viewer.frame_report());
+    if !args.quiet {
+        let _ = writeln!(std::io::stderr(), "{}", viewer.frame_report());
+    }
     let provenance = provenance(&mut recorder, &viewer, size, samples)?;
     write(path, &png(&viewer, &picture, &provenance)?)?;
-    say(path, &picture, samples);
-    Ok(())
+    match target {
+        // It holds the picture.
+        OutputTarget::Stdout => Ok(()),
+        _ => say(line_about(path, &picture, samples)),
+    }
 }
 
 fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()> {
     let start = Instant::now();
+    let mut files = BTreeSet::new();
     for frame in script.frames() {
-        file_of(frame)?;
+        let file = file_of(frame)?;
+        if !files.insert(file.clone()) {
+            return Err(format!("frame {}: a second {}", frame.name, file.display()).into());
+        }
     }
     script.check(&session)?;
     let cannot = |error| format!("{}: cannot be made: {error}", out.display());
     std::fs::create_dir_all(out).map_err(cannot)?;
     let times = out.join("timings.json");
-    strandlight_formats::check_writable(&times)
-        .map_err(|error| format!("{}: cannot be written: {error}", times.display()))?;
+    for path in files.iter().map(|file| out.join(file)) {
+        output_target(&path).map_err(|error| cannot_write(&path, &error))?;
+    }
+    check_writable(&times).map_err(|error| cannot_write(&times, &error))?;
     let mut viewer = Viewer::new(&Context::new()?, session)?;
     viewer.set_time(args.time)?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
@@ -89,7 +109,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         let path = out.join(&file);
         let provenance = provenance(&mut recorder, viewer, size, samples)?;
         write(&path, &png(viewer, &picture, &provenance)?)?;
-        say(&path, &picture, samples);
+        say(line_about(&path, &picture, samples))?;
         made.push(Made {
             file: file.display().to_string(),
             size,
@@ -105,8 +125,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     let document = made.document(&args.scene.display().to_string(), &backend, opened);
     let text = serde_json::to_string_pretty(&document)? + "\n";
     write(&times, text.as_bytes())?;
-    println!("{}: {} frames", times.display(), made.n_frames());
-    Ok(())
+    say(format!("{}: {} frames", times.display(), made.n_frames()))
 }
 
 /// What the frame of `viewer` is made from.
@@ -150,15 +169,24 @@ fn png(
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
-    strandlight_formats::write_file(path, bytes)
-        .map_err(|error| format!("{}: cannot be written: {error}", path.display()))
+    write_file(path, bytes).map_err(|error| cannot_write(path, &error))
 }
 
-fn say(path: &Path, picture: &Picture, samples: u32) {
-    println!(
-        "{}: {}x{}, {samples} samples",
-        path.display(),
-        picture.width,
-        picture.height
-    );
+fn cannot_write(path: &Path, error: &io::Error) -> String {
+    format!("{}: cannot be written: {error}", path.display())
+}
+
+fn line_about(path: &Path, picture: &Picture, samples: u32) -> String {
+    let (width, height) = (picture.width, picture.height);
+    format!("{}: {width}x{height}, {samples} samples", path.display())
+}
+
+/// Prints a line of the result; a closed pipe is no error.
+fn say(line: String) -> Answer<()> {
+    match writeln!(io::stdout(), "{line}") {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(format!("standard output: {error}").into())
+        }
+        _ => Ok(()),
+    }
 }

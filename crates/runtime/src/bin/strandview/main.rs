@@ -16,11 +16,15 @@ fn main() -> ExitCode {
     let first = words.peek().and_then(|word| word.to_str());
     match first {
         Some("--help" | "-h") => {
-            println!("{USAGE}\n{HELP}");
+            let _ = writeln!(std::io::stdout(), "{USAGE}\n{HELP}");
             return ExitCode::SUCCESS;
         }
         Some("--version" | "-V") => {
-            println!("strandview {}", env!("CARGO_PKG_VERSION"));
+            let _ = writeln!(
+                std::io::stdout(),
+                "strandview {}",
+                env!("CARGO_PKG_VERSION")
+            );
             return ExitCode::SUCCESS;
         }
         _ => {}

@@ -8,7 +8,7 @@ use crate::args::Args;
 /// Always.
 #[cfg(not(feature = "ui"))]
 pub fn run(args: &Args) -> Result<(), String> {
-    let _ = (&args.log, args.loses_device, args.time);
+    let _ = (&args.log, args.loses_device, args.time, args.quiet);
     Err("this build has no window; render one frame with --frame OUT.png".into())
 }
 
