@@ -14,7 +14,9 @@ fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let number =
         |ix: usize, default: u32| args.get(ix).and_then(|x| x.parse().ok()).unwrap_or(default);
-    let style = args.first().and_then(|name| Style::from_name(name));
+    let style = args
+        .first()
+        .and_then(|name| Style::ALL.into_iter().find(|style| style.name() == name));
     let spec = GrowSpec {
         style: style.unwrap_or(Style::Wavy),
         strands: number(1, 10_000),
