@@ -121,7 +121,7 @@ fn bad_usage_is_refused_before_work() {
     std::fs::write(&file, "x").unwrap();
     assert_refused(
         strandlight().args(["bench", "single", "-o"]).arg(&file),
-        &["cannot be made"],
+        &["is not a folder"],
     );
     std::fs::create_dir(folder.path().join("single.svg")).unwrap();
     assert_refused(

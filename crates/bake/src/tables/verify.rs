@@ -462,7 +462,7 @@ mod tests {
             for check in &report.checks {
                 println!("{} {}: {:?}", check.table, check.name, check.worst);
             }
-            assert_eq!(report.checks.len(), 16);
+            assert_eq!(report.checks.len(), 25);
             assert!(report.passed());
         }
     }

@@ -390,7 +390,7 @@ mod tests {
             (r#"{"q":"average","name":"a_f"}"#, "theta_d"),
             (
                 &format!(r#"{{"q":"average","name":"a_F","theta_d":0,"hair":{HAIR}}}"#),
-                "not one of a_f, a_b",
+                "must be one of a_f, a_b",
             ),
             (
                 &format!(r#"{{"q":"average","name":"a_f","theta_d":1.6,"hair":{HAIR}}}"#),

@@ -24,7 +24,6 @@ pub fn run(args: &Args) -> Outcome {
     let start = Instant::now();
     let mut session = Session::open(&args.scene).map_err(Failure::input)?;
     session.set(&args.keys()).map_err(Failure::input)?;
-    super::super::groom::note_doubts(session.scene());
     let script = match (&args.script, args.turntable) {
         (Some(path), _) => read(path)?,
         (None, Some(n)) => Script::turntable(&session.camera(), n),
@@ -49,6 +48,7 @@ pub fn run(args: &Args) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     check_outputs(&inputs, &outputs)?;
+    super::super::groom::note_doubts(session.scene());
     let out = Out {
         folder,
         with_stats: args.stats,
