@@ -122,7 +122,7 @@ mod tests {
         let places: Vec<usize> = ["a", "groom", "lights", "scene", "time", "version", "zebra"]
             .into_iter()
             .map(|name| {
-                let header = format!("\0our/{name}\0string\0");
+                let header = format!("our/{name}\0string\0");
                 let found = first
                     .windows(header.len())
                     .position(|w| w == header.as_bytes());
