@@ -18,7 +18,6 @@ use crate::live::{Live, LiveReport, Progress};
 use crate::motion::{Motion, Wind};
 use crate::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
 use crate::proxy::Proxy;
-#[cfg(not(target_arch = "wasm32"))]
 use crate::scene::PreparedScene;
 use crate::session::{Change, Saved, Session, section_of};
 

@@ -121,6 +121,7 @@ pub struct Live {
     pacer: Pacer,
     report: LiveReport,
     /// What it was when the last still was finished.
+    #[cfg(not(target_arch = "wasm32"))]
     still_report: LiveReport,
     /// What was made on the device before the last edit.
     counts: Counts,
@@ -212,6 +213,7 @@ impl Live {
             clock: Clock::new(context),
             pacer: Pacer::new(!cfg!(target_arch = "wasm32")),
             report,
+            #[cfg(not(target_arch = "wasm32"))]
             still_report: LiveReport::default(),
             counts: before,
             lighting,

@@ -51,6 +51,8 @@ enum Scheme {
 const MAX_FIBRES: usize = 512;
 
 type Answers = Vec<Result<Value, String>>;
+/// Answers, each under the place of its request.
+type PlacedAnswers = Vec<(usize, Result<Value, String>)>;
 
 /// What is left to do for a request.
 enum Work<'a> {
@@ -137,10 +139,7 @@ impl Evaluator {
     }
 
     /// What the shading functions answer to requests, each under the place that came with it.
-    fn shade(
-        &self,
-        requests: &[(usize, &Request)],
-    ) -> Result<Vec<(usize, Result<Value, String>)>, Failure> {
+    fn shade(&self, requests: &[(usize, &Request)]) -> Result<PlacedAnswers, Failure> {
         let fibres = self.fibres(requests.iter().map(|(_, request)| *request));
         let mut answers = Vec::with_capacity(requests.len());
         // What the functions are asked, and in the same order by whom.

@@ -253,7 +253,8 @@ mod tests {
             .filter(|word| word.starts_with("--"));
         let mut told: Vec<&str> = words.collect();
         let mut known = FLAGS.map(|(flag, _)| flag).to_vec();
-        (told.sort_unstable(), known.sort_unstable());
+        told.sort_unstable();
+        known.sort_unstable();
         assert_eq!(told, known);
         let shows = |args: &Args, flag: &str| match flag {
             "--frame" => args.job == Job::Frame("a.png".into()),
