@@ -13,7 +13,7 @@ pub fn exr_file(picture: &Picture) -> exr::error::Result<Vec<u8>> {
     exr_file_of(picture, &Provenance::default())
 }
 
-/// [`exr_file`] with what the picture was made from in its header.
+/// [`exr_file()`] with what the picture was made from in its header.
 ///
 /// # Errors
 /// What the encoder says.

@@ -27,7 +27,7 @@ pub const FINE_SIDE: u32 = 4096;
 
 /// How many strands one above the other the texels of a map are drawn for at most, in the mean:
 /// five times as many as a full head of hair has. Where there would be more the strands are wide
-/// for the groom, and maps of fewer texels tell as much: see [`map_side`].
+/// for the groom, and maps of fewer texels tell as much: see `map_side`.
 pub const MAX_DEPTH_COMPLEXITY: f32 = 64.0;
 
 /// Texels along a side below which strands that are wide for the groom do not bring a map, unless
