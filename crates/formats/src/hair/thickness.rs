@@ -62,16 +62,16 @@ pub struct ThicknessFaults {
     pub n_values: usize,
     /// Values below zero.
     pub negative: usize,
-    /// Values above [`MAX_DIAMETER_CM`] centimetres.
+    /// Values above `MAX_DIAMETER_CM` centimetres.
     pub too_thick: usize,
-    /// Values of zero, and others below [`MIN_DIAMETER_CM`] centimetres.
+    /// Values of zero, and others below `MIN_DIAMETER_CM` centimetres.
     pub too_thin: usize,
     /// The first of the negative and thick ones, or else of the thin ones: where, and its value
     /// in the file's unit.
     pub first: Option<(String, f32)>,
     /// The whole thickness is left out and strands have the default diameter: some value is
     /// negative or too thick, or all are too thin. Otherwise thin places are drawn
-    /// [`MIN_DIAMETER_CM`] thick.
+    /// `MIN_DIAMETER_CM` thick.
     pub is_left_out: bool,
 }
 
