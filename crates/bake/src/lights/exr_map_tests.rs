@@ -498,7 +498,7 @@ fn absurd_tiles_are_refused_at_once() {
                 Err(error) => assert!(!error.contains('\n'), "{error}"),
                 // Said to have mip maps that are not there: the largest level is, whole.
                 Ok(map) => {
-                    assert!(size == [16, 16] && mode == 1, "{size:?} {mode}");
+                    assert!(size == [16, 16] && mode < 3, "{size:?} {mode}");
                     assert_eq!(map.pixels(), whole.pixels());
                 }
             }

@@ -80,7 +80,10 @@ impl LiveReport {
 
     /// Adds the time of a run by the device's clock.
     pub(super) fn measured(&mut self, name: &'static str, milliseconds: f64) {
-        let stage = self.stage_mut(name);
+        // Time stamps come late: of a stage that has not run they belong to the report before.
+        let Some(stage) = self.stages.iter_mut().find(|stage| stage.name == name) else {
+            return;
+        };
         stage.measured += 1;
         stage.measured_milliseconds += milliseconds;
         let mean = stage.measured_milliseconds / f64::from(stage.measured);
