@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use strandlight_runtime::probe::{Function, Scheme};
-use strandlight_runtime::shaders::{MODULES, resolve_with};
-use strandlight_runtime::stats::TERM_NAMES;
+use strandlight_render::probe::{Function, Scheme};
+use strandlight_scene::stats::TERM_NAMES;
+use strandlight_shaders::{MODULES, resolve_with};
 use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
@@ -285,7 +285,7 @@ fn every_constant_has_the_value_of_its_twin() {
 #[test]
 fn no_pass_is_moved_further_than_the_shaders_leave_room_for() {
     let bound = shader_constants("pass/ribbons")["MAX_JITTER"][0];
-    let moves = (0..10_000).flat_map(strandlight_runtime::sampling::pass_jitter);
+    let moves = (0..10_000).flat_map(strandlight_scene::sampling::pass_jitter);
     let most = moves.map(|by| f64::from(by.abs())).fold(0.0, f64::max);
     assert!(most <= bound && most > 0.9 * bound, "{most} {bound}");
 }
