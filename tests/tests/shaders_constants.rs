@@ -11,19 +11,19 @@ use strandlight_tests::project_root;
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
 const TWIN_FILES: [(&str, &str); 13] = [
-    ("lib/grid", "crates/runtime/src/volume.rs"),
-    ("lib/light", "crates/runtime/src/shadow_maps.rs"),
+    ("lib/grid", "crates/scene/src/volume.rs"),
+    ("lib/light", "crates/scene/src/shadow_maps.rs"),
     ("lib/paint", "crates/scattering/src/hair.rs"),
-    ("lib/proxy", "crates/runtime/src/proxy.rs"),
-    ("lib/tone", "crates/runtime/src/tone.rs"),
-    ("lib/wind", "crates/runtime/src/motion/wind.rs"),
-    ("pass/first_look", "crates/runtime/src/render/first_look.rs"),
-    ("pass/project", "crates/bake/src/cpu/project.rs"),
-    ("pass/proxies", "crates/bake/src/cpu/proxies.rs"),
-    ("pass/proxy_light", "crates/bake/src/cpu/proxies.rs"),
-    ("pass/shade", "crates/runtime/src/render/painted.rs"),
-    ("pass/shadow_map", "crates/bake/src/cpu/shadow_map.rs"),
-    ("pass/transmittance", "crates/bake/src/cpu/transmittance.rs"),
+    ("lib/proxy", "crates/scene/src/proxy.rs"),
+    ("lib/tone", "crates/scene/src/tone.rs"),
+    ("lib/wind", "crates/scene/src/motion/wind.rs"),
+    ("pass/first_look", "crates/render/src/passes/first_look.rs"),
+    ("pass/project", "crates/cpu/src/project.rs"),
+    ("pass/proxies", "crates/cpu/src/proxies.rs"),
+    ("pass/proxy_light", "crates/cpu/src/proxies.rs"),
+    ("pass/shade", "crates/render/src/passes/painted.rs"),
+    ("pass/shadow_map", "crates/cpu/src/shadow_map.rs"),
+    ("pass/transmittance", "crates/cpu/src/transmittance.rs"),
 ];
 
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
