@@ -1,7 +1,6 @@
 //! Hair that moves: wind on the CPU and on the GPU, and sequences of grooms.
 
-#[path = "render_common/mod.rs"]
-mod common;
+use strandlight_tests::render_common as common;
 
 use std::time::Duration;
 

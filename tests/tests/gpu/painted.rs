@@ -1,7 +1,7 @@
 //! Painted hair: against unpainted hair of the same colour, GPU against CPU, edits that touch only
 //! what depends on them.
 
-mod render_common;
+use strandlight_tests::render_common;
 
 use render_common::{context, keep, lights, picture_rmse, wig_scene};
 use strandlight_bake::cpu;

@@ -1,6 +1,6 @@
 //! The GPU's picture against the CPU's: whole, and stage by stage.
 
-mod render_common;
+use strandlight_tests::render_common;
 
 use glam::Vec3;
 use render_common::{Random, context, keep, picture_rmse, relative_rmse, wig_scene};

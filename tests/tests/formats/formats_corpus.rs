@@ -1,7 +1,6 @@
 //! The fuzzers' corpus, replayed through the fuzzers' checks.
 
-#[path = "../../fuzz/checks.rs"]
-mod checks;
+use crate::checks;
 
 use std::fs;
 

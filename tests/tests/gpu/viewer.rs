@@ -1,6 +1,6 @@
 //! A document and its picture together, without a window.
 
-mod render_common;
+use strandlight_tests::render_common;
 
 use std::path::Path;
 
@@ -134,7 +134,7 @@ fn looking_around_is_no_edit() {
 }
 
 /// Milliseconds that a stroke takes on the processor, for people to read:
-/// `cargo test -p strandlight-tests --test viewer -- --ignored --nocapture`.
+/// `cargo test -p strandlight-tests --test gpu viewer -- --ignored --nocapture`.
 #[test]
 #[ignore = "measures, and asserts nothing that could fail on another machine"]
 fn a_stroke_over_10_000_strands_is_timed() {

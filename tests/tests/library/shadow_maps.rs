@@ -1,6 +1,6 @@
 //! Shadow maps that resolve fibres: against rays, and the GPU's against the CPU's.
 
-mod render_common;
+use strandlight_tests::render_common;
 
 use glam::Vec3;
 use render_common::{Random, context, light, relative_rmse, wig};

@@ -1,7 +1,7 @@
 //! The renderer as a state machine: its finished picture is the renderer's, after every edit that
 //! of a fresh one, and an edit touches what it must and nothing else.
 
-mod render_common;
+use strandlight_tests::render_common;
 
 use std::time::Duration;
 

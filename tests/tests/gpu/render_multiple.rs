@@ -1,6 +1,6 @@
 //! Multiple scattering in pictures: the sum of its terms, on both backends, and what is skipped.
 
-mod render_common;
+use strandlight_tests::render_common;
 
 use render_common::{context, keep, picture_rmse, relative_rmse, textures, wig_scene};
 use strandlight_bake::cpu;

@@ -1,5 +1,4 @@
 //! Grooms and lights made by code, and comparisons, for the tests of rendering.
-#![allow(dead_code, reason = "each test file uses some of it")]
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -27,10 +26,12 @@ pub fn context() -> Context {
 }
 
 /// Numbers in 0..1 from a seed (splitmix64).
+#[derive(Clone, Debug)]
 pub struct Random(pub u64);
 
 impl Random {
-    pub fn next(&mut self) -> f32 {
+    /// In [0, 1).
+    pub fn uniform(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -38,10 +39,12 @@ impl Random {
         ((z ^ (z >> 31)) >> 40) as f32 / (1 << 24) as f32
     }
 
+    /// In [`low`, `high`).
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
-        low + (high - low) * self.next()
+        low + (high - low) * self.uniform()
     }
 
+    /// A unit vector, evenly over the sphere.
     pub fn direction(&mut self) -> Vec3 {
         let z = self.between(-1.0, 1.0);
         let angle = self.between(0.0, std::f32::consts::TAU);
@@ -80,6 +83,7 @@ pub fn wig(n_strands: usize, n_points: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
     (points, offsets)
 }
 
+/// A light; `direction` need not be a unit vector.
 pub fn light(direction: [f32; 3], lambda: f32, rgb: [f32; 3]) -> SrbfLight {
     SrbfLight {
         direction: Vec3::from(direction).normalize().to_array(),
@@ -219,6 +223,7 @@ pub fn scene(strands: Strands, lights: Vec<SrbfLight>, hair: &HairParams) -> Pre
     scene
 }
 
+/// The scene of a [`wig`] of `n_strands` strands under [`lights`].
 pub fn wig_scene(n_strands: usize) -> PreparedScene {
     let (points, offsets) = wig(n_strands, 24);
     let strands = Strands::new(&points, &offsets, |_, _| 0.03, true).expect("a valid groom");

@@ -1,7 +1,6 @@
 //! Proxies: what they take of light and view, what they send back, and the GPU against the CPU.
 
-#[path = "render_common/mod.rs"]
-mod common;
+use strandlight_tests::render_common as common;
 
 use glam::{Quat, Vec3};
 use strandlight_bake::cpu;

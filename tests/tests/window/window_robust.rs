@@ -1,6 +1,6 @@
 //! What happens to a window while it is open, and where none can be opened.
 
-mod window_common;
+use crate::window_common;
 
 use std::time::Duration;
 

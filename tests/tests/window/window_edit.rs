@@ -1,6 +1,6 @@
 //! Edits in a real window: mouse, keys, panel, undo, saving.
 
-mod window_common;
+use crate::window_common;
 
 use window_common::{Desktop, SAME, SmallScene, View};
 

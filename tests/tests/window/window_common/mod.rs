@@ -2,7 +2,6 @@
 //! ImageMagick's `import`. `--log` tells when something is done and where the controls are.
 //!
 //! These tests fail where a tool is missing: `tests/run` installs them.
-#![allow(dead_code, reason = "each test file uses some of it")]
 
 mod drop;
 

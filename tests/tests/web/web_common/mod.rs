@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 use strandlight_formats::{Background, CameraSection, Groom, LightSet, Scene};
 use strandlight_tests::project_root;
 
-use crate::render_common::{lights, wig};
+use strandlight_tests::render_common::{lights, wig};
 
 /// The scene of the page.
 pub const SCENE: &str = "small.toml";

@@ -1,7 +1,7 @@
 //! The viewer in a web page: `web/build` makes it, Chromium shows it, drawing with SwiftShader.
 
-mod render_common;
-mod web_common;
+use crate::web_common;
+use strandlight_tests::render_common;
 
 use std::path::Path;
 

@@ -4,7 +4,7 @@
 //! pictures renews them, and its commit says why and by how much:
 //!
 //! ```text
-//! STRANDLIGHT_BLESS=1 cargo test -p strandlight-tests --test golden_pictures
+//! STRANDLIGHT_BLESS=1 cargo test -p strandlight-tests --test library golden_pictures
 //! ```
 //!
 //! A missing picture is a failure. A picture that is off is left with its signed difference in

@@ -1,8 +1,6 @@
 //! Damaged files of every kind: answered with an error, never a panic, a hang or a wrong value.
 
-#[path = "../../fuzz/checks.rs"]
-#[allow(dead_code, reason = "the corpus test uses the others")]
-mod checks;
+use crate::checks;
 
 use std::io::{Cursor, Read, Seek, SeekFrom};
 

@@ -2,7 +2,7 @@
 //!
 //! `tests/golden/v1.*` were written by version 1 of each format and are never written again.
 //! When a format gets a new version, add files for it:
-//! `cargo test -p strandlight-tests --test formats_golden -- --ignored` writes what is missing,
+//! `cargo test -p strandlight-tests --test formats formats_golden -- --ignored` writes what is missing,
 //! of golden files and of the fuzzers' corpus, and leaves the rest alone.
 
 use std::fs;

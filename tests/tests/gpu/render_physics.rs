@@ -1,6 +1,6 @@
 //! What the renderer must get right whatever the backend: shadows, coverage, energy.
 
-mod render_common;
+use strandlight_tests::render_common;
 
 use glam::Vec3;
 use render_common::{Random, context, light, relative_rmse, scene, textures, wig_scene};
@@ -25,7 +25,7 @@ fn cloud(n: usize) -> Vec<[Vec3; 2]> {
     let mut random = Random(3);
     (0..n)
         .map(|_| {
-            let middle = Vec3::new(random.next(), random.next(), random.next()) * 10.0;
+            let middle = Vec3::new(random.uniform(), random.uniform(), random.uniform()) * 10.0;
             let half = 0.5 * random.direction();
             [middle - half, middle + half]
         })
