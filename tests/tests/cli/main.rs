@@ -12,6 +12,8 @@ mod pipeline;
 mod probe_cli;
 mod reference_command;
 mod render_command;
+mod render_files;
+mod render_flags;
 mod scenes_command;
 mod script_command;
 mod stress_command;
