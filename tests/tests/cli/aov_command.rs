@@ -129,7 +129,7 @@ fn lights_have_the_numbers_of_the_set_though_some_are_off() {
 }
 
 #[test]
-fn layers_add_up_to_the_picture() {
+fn gpu_layers_add_up_to_the_picture() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);

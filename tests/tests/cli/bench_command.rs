@@ -41,7 +41,7 @@ fn errors_are_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn a_run_is_written_as_table_document_and_plot() {
+fn gpu_a_run_is_written_as_table_document_and_plot() {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("new/run");
     let text = assert_done(
@@ -190,7 +190,7 @@ fn plots_show_the_lobes() {
 
 /// What is timed on the adapter is what is timed on the CPU.
 #[test]
-fn both_sides_compute_the_same() {
+fn gpu_both_sides_compute_the_same() {
     let tables = MethodTables::new().unwrap();
     let scene = Scene::new(Set::Wide, 5, [2, 7, 130]);
     let gpu = GpuBench::new().expect("this test needs a Vulkan driver");
@@ -231,7 +231,7 @@ fn both_sides_compute_the_same() {
 }
 
 #[test]
-fn frames_are_measured_side_by_side() {
+fn gpu_frames_are_measured_side_by_side() {
     let folder = tempfile::tempdir().unwrap();
     let groom = curtain(30, 5, 0.1, 0.0);
     let scene = write_small_scene(folder.path(), &groom, key_and_sky(), |_| ());

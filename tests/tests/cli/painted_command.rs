@@ -45,7 +45,7 @@ fn relative(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
 }
 
 #[test]
-fn the_bundled_strokes_paint_alike_on_both_backends() {
+fn gpu_the_bundled_strokes_paint_alike_on_both_backends() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     sample_in(at);

@@ -63,7 +63,7 @@ fn assert_shows_hair(picture: &Picture) {
 }
 
 #[test]
-fn the_demo_bakes_verifies_and_renders() {
+fn gpu_the_demo_bakes_verifies_and_renders() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let said = assert_done(
         strandlight()

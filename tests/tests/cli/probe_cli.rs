@@ -164,7 +164,7 @@ fn ask_one_by_one(command: &mut Command, lines: &[String]) -> Vec<Value> {
 
 /// Whatever stands beside a line in a batch, its answer is its own.
 #[test]
-fn answers_belong_to_their_lines() {
+fn gpu_answers_belong_to_their_lines() {
     let lines = mixed_lines();
     let mut random = SplitMix64(11);
     // The exact model takes its time over these: 11 of 12 are asked something else.
@@ -369,7 +369,7 @@ fn bundled_tables_are_the_default() {
 
 /// Averages by each method: published values, and the equation that many events solve.
 #[test]
-fn averages_are_those_of_the_model() {
+fn gpu_averages_are_those_of_the_model() {
     // Trapezoid sums for sigma_a 0.1 and 0.3, without the blur of TRT; a_f and a_b to 2e-4.
     let hair = r#"{"eta":1.55,"sigma_a":[0.1,0.3,0.3],"shift":{"r":-0.07,"tt":0.035,"trt":0.105},
         "width":{"r":0.15,"tt":0.075,"trt":0.30},"caustic_width":0.01}"#
@@ -441,7 +441,7 @@ fn averages_are_those_of_the_model() {
 
 /// Global and local multiple scattering: all methods near the exact one, and each mode its part.
 #[test]
-fn multiple_scattering_by_every_method() {
+fn gpu_multiple_scattering_by_every_method() {
     let hair = r#"{"eta":1.55,"sigma_a":[0.1,0.3,0.6],"shift":{"r":-0.1,"tt":0.05,"trt":0.15},
         "width":{"r":0.18,"tt":0.09,"trt":0.36},"caustic_width":0.1}"#
         .replace('\n', " ");
@@ -508,7 +508,7 @@ fn key_paths(path: &str, value: &Value, open: &[&str], paths: &mut BTreeSet<Stri
 
 /// docs/json.md names every key that the commands print, in the section of the document.
 #[test]
-fn every_key_that_is_printed_is_documented() {
+fn gpu_every_key_that_is_printed_is_documented() {
     let page = std::fs::read_to_string(project_root().join("docs/json.md")).unwrap();
     let section = |name: &str| -> String {
         let (_, rest) = page

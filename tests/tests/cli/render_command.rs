@@ -18,7 +18,7 @@ pub fn scene_in(folder: &Path) {
 }
 
 #[test]
-fn every_backend_and_format_writes_the_picture() {
+fn gpu_every_backend_and_format_writes_the_picture() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     scene_in(folder.path());
     for backend in ["auto", "gpu", "cpu"] {
@@ -82,7 +82,7 @@ fn every_backend_and_format_writes_the_picture() {
 }
 
 #[test]
-fn a_frame_without_a_window_tells_what_it_took() {
+fn gpu_a_frame_without_a_window_tells_what_it_took() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     scene_in(folder.path());
     let output = strandview()
@@ -107,7 +107,7 @@ fn a_frame_without_a_window_tells_what_it_took() {
 }
 
 #[test]
-fn stills_are_larger_than_what_a_device_draws_at_once() {
+fn gpu_stills_are_larger_than_what_a_device_draws_at_once() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     scene_in(folder.path());
     let size = ["--size", "4096x2160", "--samples", "1"];
@@ -282,7 +282,7 @@ fn bad_usage_is_refused_in_one_line_with_nothing_written() {
 }
 
 #[test]
-fn a_mode_is_drawn_from_its_own_table_alone() {
+fn gpu_a_mode_is_drawn_from_its_own_table_alone() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);

@@ -113,7 +113,7 @@ fn pictures_say_what_they_were_made_from_and_no_path() {
 /// Every kind of file, from separate processes. Only `timings.json` and reports, which hold times,
 /// differ.
 #[test]
-fn files_are_the_same_on_any_number_of_threads() {
+fn gpu_files_are_the_same_on_any_number_of_threads() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);

@@ -186,7 +186,7 @@ fn every_pair_of_flags_is_honoured_or_refused_by_name() {
 }
 
 #[test]
-fn layers_and_frames_are_of_the_hair_at_the_time() {
+fn gpu_layers_and_frames_are_of_the_hair_at_the_time() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     moving_scene_in(at);

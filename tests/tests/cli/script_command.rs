@@ -76,7 +76,7 @@ fn mean(path: &Path) -> ([f64; 3], [u32; 2]) {
 }
 
 #[test]
-fn a_script_edits_undoes_and_draws() {
+fn gpu_a_script_edits_undoes_and_draws() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);
@@ -133,7 +133,7 @@ fn a_script_edits_undoes_and_draws() {
 
 /// `strandlight render` makes the same frames, as OpenEXR or PNG, with and without a GPU.
 #[test]
-fn a_farm_makes_the_frames_of_the_window() {
+fn gpu_a_farm_makes_the_frames_of_the_window() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);
@@ -202,7 +202,7 @@ fn a_farm_makes_the_frames_of_the_window() {
 }
 
 #[test]
-fn turntables_and_keys() {
+fn gpu_turntables_and_keys() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);

@@ -39,7 +39,7 @@ fn first(value: &Value) -> f64 {
 }
 
 #[test]
-fn the_report_is_stable_and_its_worst_cases_can_be_asked_again() {
+fn gpu_the_report_is_stable_and_its_worst_cases_can_be_asked_again() {
     let (report, code) = stress(&["--n", "200", "--seed", "3"], "1");
     let (again, _) = stress(&["--n", "200", "--seed", "3"], "3");
     assert_eq!(report, again, "the number of threads matters");

@@ -249,7 +249,7 @@ fn no_state_depends_on_the_edits_before() {
 }
 
 #[test]
-fn the_gpu_has_what_is_in_memory() {
+fn gpu_holds_what_is_in_memory() {
     let context = Context::new().expect("an adapter");
     let mut random = SplitMix64(11);
     let (mut hair, mut modes) = (HairParams::default(), Lobe::ALL.to_vec());

@@ -109,7 +109,7 @@ fn hair_stays_in_the_space_that_was_measured() {
 }
 
 #[test]
-fn the_gpu_bends_and_lights_the_hair_as_the_cpu_says() {
+fn gpu_bends_and_lights_the_hair_as_the_cpu_says() {
     let context = context();
     let mut scene = in_wind();
     let rest = scene.strands.clone();

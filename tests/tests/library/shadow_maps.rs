@@ -132,7 +132,7 @@ fn shares_are_those_of_rays() {
 }
 
 #[test]
-fn both_backends_answer_alike() {
+fn gpu_both_backends_answer_alike() {
     let context = context();
     let strands = wig_strands(600, 0.012);
     let lights = [
