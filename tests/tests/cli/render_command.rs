@@ -324,7 +324,7 @@ fn gpu_a_mode_is_drawn_from_its_own_table_alone() {
                         .args(["--backend", backend]),
                 );
                 // The files differ by the hashes of their inputs.
-                let layer = strandlight_bake::compare::Layer::read(&at.join(out), None);
+                let layer = strandlight_reference::compare::Layer::read(&at.join(out), None);
                 layer.expect("readable").rgb
             };
             assert!(

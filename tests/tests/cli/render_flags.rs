@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde_json::Value;
 use strandlight_formats::{CameraSection, MotionSection, Scattering, Scene, WindSection};
-use strandlight_runtime::files::Files;
-use strandlight_runtime::provenance::Recorder;
+use strandlight_scene::files::Files;
+use strandlight_scene::provenance::Recorder;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, strandlight};
 
@@ -196,7 +196,7 @@ fn gpu_layers_and_frames_are_of_the_hair_at_the_time() {
     )
     .expect("written");
     let pixels = |file: &str| {
-        let layer = strandlight_bake::compare::Layer::read(&at.join(file), None);
+        let layer = strandlight_reference::compare::Layer::read(&at.join(file), None);
         layer.expect("readable").rgb
     };
     for backend in ["cpu", "gpu"] {

@@ -1,14 +1,12 @@
 //! A document and its picture together, without a window.
 
-use strandlight_tests::render_common;
-
 use std::path::Path;
 
-use render_common::{context, lights, wig};
 use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
-use strandlight_runtime::files::Files;
-use strandlight_runtime::paint::{Brush, Paint};
 use strandlight_runtime::{Session, Viewer};
+use strandlight_scene::files::Files;
+use strandlight_scene::paint::{Brush, Paint};
+use strandlight_tests::render_common::{context, lights, wig};
 
 const SIZE: [u32; 2] = [120, 80];
 

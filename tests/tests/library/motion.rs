@@ -1,17 +1,15 @@
 //! Hair that moves: wind on the CPU and on the GPU, and sequences of grooms.
 
-use strandlight_tests::render_common as common;
-
 use std::time::Duration;
 
 use glam::Vec3;
 use strandlight_formats::{Groom, Scene, WindSection};
-use strandlight_runtime::live::Live;
-use strandlight_runtime::motion::{Motion, Wind, wind};
-use strandlight_runtime::strands::Strands;
-use strandlight_runtime::{PreparedScene, Renderer, files::Files};
-
-use common::{context, picture_rmse, wig, wig_scene};
+use strandlight_render::Renderer;
+use strandlight_render::live::Live;
+use strandlight_scene::motion::{Motion, Wind, wind};
+use strandlight_scene::strands::Strands;
+use strandlight_scene::{PreparedScene, files::Files};
+use strandlight_tests::render_common::{context, picture_rmse, wig, wig_scene};
 
 fn breeze() -> WindSection {
     WindSection {

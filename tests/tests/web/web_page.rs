@@ -1,16 +1,16 @@
 //! The viewer in a web page: `web/build` makes it, Chromium shows it, drawing with SwiftShader.
 
-use crate::web_common;
-use strandlight_tests::render_common;
-
 use std::path::Path;
 
 use strandlight_formats::{Groom, Scene};
-use strandlight_runtime::{PreparedScene, Renderer};
-use web_common::browser::{Browser, WITH_WEBGPU, WITHOUT_WEBGPU};
-use web_common::picture::Pixels;
-use web_common::server::serve;
-use web_common::{SAMPLES, SCENE, build, page};
+use strandlight_render::Renderer;
+use strandlight_scene::PreparedScene;
+use strandlight_tests::render_common;
+
+use crate::web_common::browser::{Browser, WITH_WEBGPU, WITHOUT_WEBGPU};
+use crate::web_common::picture::Pixels;
+use crate::web_common::server::serve;
+use crate::web_common::{SAMPLES, SCENE, build, page};
 
 const SIZE: [u32; 2] = [760, 400];
 

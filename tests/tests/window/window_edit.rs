@@ -1,8 +1,6 @@
 //! Edits in a real window: mouse, keys, panel, undo, saving.
 
-use crate::window_common;
-
-use window_common::{Desktop, SAME, SmallScene, View};
+use crate::window_common::{Desktop, SAME, SmallScene, View};
 
 #[test]
 fn looking_around_is_no_edit_until_the_view_is_saved() {

@@ -1,11 +1,9 @@
 //! What happens to a window while it is open, and where none can be opened.
 
-use crate::window_common;
-
 use std::time::Duration;
 
+use crate::window_common::{Desktop, SmallScene, View};
 use strandlight_tests::{assert_done, assert_refused, strandlight, strandview};
-use window_common::{Desktop, SmallScene, View};
 
 #[test]
 fn a_window_can_be_made_tiny_and_large_again() {
