@@ -31,7 +31,7 @@
 //! number of the pass alone: translucent strands come out in any order right in the mean, with a
 //! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A step
 //! of 0.05 degrees of an orbit, strands far below a pixel wide, makes 9 to 14 % of the noise anew, one of
-//! 0.5 degrees 24 to 41 % (`tests/tests/live.rs`).
+//! 0.5 degrees 24 to 41 % (`tests/tests/gpu/live.rs`).
 
 mod pace;
 mod report;
