@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::optics::Optics;
 use strandlight_runtime::tables::BUNDLED;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use strandlight_bake::compare::Layer;
 use strandlight_bake::cpu;
-use strandlight_formats::{Background, LightSet, Mode, Scene};
+use strandlight_formats::{Background, BakedFile, LightSet, Mode, Scene};
 use strandlight_runtime::{PreparedScene, Session};
 use strandlight_tests::scenes::{curtain, light, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};

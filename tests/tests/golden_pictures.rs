@@ -18,7 +18,7 @@ use strandlight_bake::cpu;
 use strandlight_bake::grooms::{GrowSpec, Style, generate};
 use strandlight_bake::picture::exr_file;
 use strandlight_bake::progress::Progress;
-use strandlight_formats::{LightSet, Scene, SrbfLight};
+use strandlight_formats::{BakedFile, LightSet, Scene, SrbfLight};
 use strandlight_runtime::{Picture, PreparedScene};
 use strandlight_tests::project_root;
 

@@ -6,7 +6,9 @@ use std::process::Stdio;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use strandlight_formats::{Background, LightSet, LightSetInfo, Scene, SrbfLight, TableFile};
+use strandlight_formats::{
+    Background, BakedFile, LightSet, LightSetInfo, Scene, SrbfLight, TableFile,
+};
 use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::{Camera, DEFAULT_FOV_Y};
 use strandlight_runtime::edit::{HairTextures, LobeTables};

@@ -6,7 +6,7 @@ mod common;
 use std::time::Duration;
 
 use glam::Vec3;
-use strandlight_formats::{Groom, Scene, WindSection};
+use strandlight_formats::{BakedFile, Groom, Scene, WindSection};
 use strandlight_runtime::live::Live;
 use strandlight_runtime::motion::{Motion, Wind, wind};
 use strandlight_runtime::strands::Strands;

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
 use serde_json::Value;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_runtime::tables::BUNDLED;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::random::SplitMix64;

@@ -6,7 +6,8 @@ use std::path::Path;
 use serde_json::Value;
 use strandlight_bake::lights::Map;
 use strandlight_formats::{
-    Background, CameraSection, Groom, LightSet, MotionSection, ProxySection, Scene, SrbfLight,
+    Background, BakedFile, CameraSection, Groom, LightSet, MotionSection, ProxySection, Scene,
+    SrbfLight,
 };
 use strandlight_runtime::paint::{Paint, PaintedPoint};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_scene, write_small_scene};

@@ -5,7 +5,7 @@ mod render_common;
 use glam::Vec3;
 use render_common::{Random, context, keep, picture_rmse, relative_rmse, wig_scene};
 use strandlight_bake::cpu;
-use strandlight_formats::{Background, Groom, HairImport};
+use strandlight_formats::{Background, ImportOptions, SourceFile};
 use strandlight_runtime::gpu::Context;
 use strandlight_runtime::render::PartLimits;
 use strandlight_runtime::shadow_maps::{MAX_DEPTH_COMPLEXITY, SHADOW_SIDE};
@@ -131,7 +131,8 @@ fn pictures_of_imported_grooms_agree() {
         grooms.push(("real", std::fs::read(path).expect("readable")));
     }
     for (name, file) in grooms {
-        let groom = Groom::from_hair(&file, HairImport::default()).unwrap();
+        let file = SourceFile::from_bytes(file).unwrap();
+        let groom = file.import(&ImportOptions::default()).unwrap().groom;
         let strands = Strands::new(&groom.points, &groom.strand_offsets, |_, _| 0.07, true);
         let strands = strands.unwrap();
         let scene = render_common::scene(strands, render_common::lights(), &HairParams::default());

@@ -7,8 +7,8 @@ use std::path::Path;
 use exr::meta::attribute::AttributeValue;
 use serde_json::Value;
 use strandlight_formats::{
-    CameraSection, Mode, MotionSection, Scattering, Scene, TableFile, TablesSection, WindSection,
-    content_hash,
+    BakedFile, CameraSection, Mode, MotionSection, Scattering, Scene, TableFile, TablesSection,
+    WindSection, content_hash,
 };
 use strandlight_runtime::files::Files;
 use strandlight_runtime::provenance::Recorder;

@@ -5,7 +5,7 @@ mod render_common;
 use std::path::Path;
 
 use render_common::{context, lights, wig};
-use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
+use strandlight_formats::{BakedFile, CameraSection, Groom, LightSet, Scene};
 use strandlight_runtime::files::Files;
 use strandlight_runtime::paint::{Brush, Paint};
 use strandlight_runtime::{Session, Viewer};

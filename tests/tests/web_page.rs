@@ -5,7 +5,7 @@ mod web_common;
 
 use std::path::Path;
 
-use strandlight_formats::{Groom, Scene};
+use strandlight_formats::{BakedFile, Groom, Scene};
 use strandlight_runtime::{PreparedScene, Renderer};
 use web_common::browser::{Browser, WITH_WEBGPU, WITHOUT_WEBGPU};
 use web_common::picture::Pixels;

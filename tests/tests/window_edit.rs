@@ -2,6 +2,7 @@
 
 mod window_common;
 
+use strandlight_formats::BakedFile;
 use window_common::{Desktop, SAME, SmallScene, View};
 
 #[test]

@@ -25,7 +25,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use strandlight_bake::bench::{Configuration, Set};
 use strandlight_bake::random::SplitMix64;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::tables::{BUNDLED, ShadingTables};
 use strandlight_scattering::closed_form::{

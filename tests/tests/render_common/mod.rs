@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::Vec3;
-use strandlight_formats::{Axis, Background, Scattering, Spacing, SrbfLight, Table, TableFile};
+use strandlight_formats::{
+    Axis, Background, BakedFile, Scattering, Spacing, SrbfLight, Table, TableFile,
+};
 use strandlight_runtime::camera::DEFAULT_FOV_Y;
 use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::gpu::Context;

@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::Scheme;
 use strandlight_runtime::tables::{BUNDLED, ShadingTables, TablesError, lobe_table};

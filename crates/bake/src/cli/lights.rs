@@ -8,7 +8,7 @@ use strandlight_bake::lights::{
     Fit, FitOptions, MAX_LIGHTS, Map, MapSelection, STEPS, evaluate, fit, preview_png,
 };
 use strandlight_bake::progress::{Progress, timed};
-use strandlight_formats::{FitReport, Kind, LightSet, LightSetInfo};
+use strandlight_formats::{BakedFile, FitReport, Kind, LightSet, LightSetInfo};
 
 use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 

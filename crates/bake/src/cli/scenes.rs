@@ -8,7 +8,7 @@ use strandlight_bake::lights::{FitOptions, Map, STEPS, evaluate, fit};
 use strandlight_bake::maps::Sky;
 use strandlight_bake::progress::{Progress, timed};
 use strandlight_bake::scenes::{PaperScene, SCENES};
-use strandlight_formats::LightSet;
+use strandlight_formats::{BakedFile, LightSet};
 
 use super::lights::info;
 use super::{Failure, Outcome, check_outputs, note, output_folder, print_line, write_output};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use strandlight_bake::stress::{Options, Report, Subject, run as run_stress};
 use strandlight_bake::tables::fresnel_of;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_runtime::edit::LobeTables;
 use strandlight_runtime::probe::{GpuProbe, Scheme};
 use strandlight_runtime::tables::{ShadingTables, lobe_table};

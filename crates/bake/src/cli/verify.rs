@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use strandlight_bake::lights::{Map, MapError, MapSelection};
 use strandlight_bake::tables::{Check, verify_tables};
 use strandlight_formats::{
-    Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile, read_start,
+    BakedFile, Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile, read_start,
 };
 
 use super::{Failure, Outcome, note, print_line};
@@ -120,7 +120,7 @@ impl From<Error> for Refused {
             Error::Io { .. } | Error::NotThisKind { .. } | Error::UnsupportedVersion { .. } => {
                 "unreadable"
             }
-            Error::Invalid { .. } | Error::Syntax { .. } | Error::Value { .. } => "damaged",
+            _ => "damaged",
         };
         Refused {
             kind,
@@ -273,6 +273,7 @@ fn verify(path: &Path, reference: Option<&Reference<'_>>) -> Verdict {
                         groom::checks(&groom)
                     })
                     .map_err(Refused::from),
+                _ => Err(Refused::unreadable(path, "no checks are known of it")),
             };
             (Some(kind), found)
         }

@@ -6,7 +6,7 @@ mod painted;
 mod proxies;
 
 use glam::Vec3;
-use strandlight_formats::{Groom, LightSet, Scene, SrbfLight};
+use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight};
 use strandlight_runtime::PreparedScene;
 use strandlight_runtime::camera::view_uniform;
 use strandlight_runtime::provenance::Provenance;

@@ -276,6 +276,7 @@ fn verify_energies(lobes: &LobeTable, seed: u64) -> Check {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use strandlight_formats::BakedFile;
     use strandlight_runtime::tables::BUNDLED;
 
     fn failed(damage: impl FnOnce(&mut TableFile)) -> Vec<(&'static str, String)> {

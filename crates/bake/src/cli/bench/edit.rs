@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde_json::json;
 use strandlight_bake::bench::edit::{BUDGET_MICROSECONDS, EditCost, edit_costs};
 use strandlight_bake::tables::fresnel_of;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_runtime::edit::LobeTables;
 use strandlight_runtime::tables::BUNDLED;
 use strandlight_scattering::{HairParams, Lobe};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde_json::Value;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_runtime::edit::{HairTextures, LobeTables};
 use strandlight_runtime::optics::Optics;
 use strandlight_runtime::probe::{GpuProbe, MODE_ALL, Query, evaluate};
