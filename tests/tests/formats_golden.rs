@@ -366,7 +366,10 @@ fn write_missing_files() {
         let folder = corpus.join(kind);
         write_if_missing(&folder.join(format!("good_{version}")), bytes);
         write_if_missing(&folder.join("cut"), &bytes[..bytes.len() * 2 / 3]);
-        write_if_missing(&folder.join("header_only"), &bytes[..128.min(bytes.len() / 2)]);
+        write_if_missing(
+            &folder.join("header_only"),
+            &bytes[..128.min(bytes.len() / 2)],
+        );
         let mut counts = bytes.clone();
         let count_at = match *kind {
             "hair" => 4,

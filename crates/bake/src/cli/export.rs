@@ -6,12 +6,13 @@ mod tables;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use strandlight_bake::exr_file;
-use strandlight_bake::lights::{LatLong, radiance};
+use strandlight_bake::lights::radiance;
 use strandlight_formats::{
     BakedFile, ExportOptions, FileKind, GROOM_FORMATS, Groom, GroomFormat, Kind, LightSet,
     TableFile, groom_format, groom_format_for,
 };
+use strandlight_images::LatLong;
+use strandlight_images::exr_file;
 
 use super::inspect::{Content, lights};
 use super::{Failure, Outcome, check_outputs, is_stream, note, print_line, write_output};
