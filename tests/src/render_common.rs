@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::{Axis, Background, Scattering, Spacing, SrbfLight, Table, TableFile};
+use strandlight_formats::{
+    Axis, Background, BakedFile, Scattering, Spacing, SrbfLight, Table, TableFile,
+};
 use strandlight_render::gpu::Context;
 use strandlight_scattering::axis;
 use strandlight_scattering::fresnel::Fresnel;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use strandlight_cpu as cpu;
-use strandlight_formats::{Background, LightSet, Mode, Scene};
+use strandlight_formats::{Background, BakedFile, LightSet, Mode, Scene};
 use strandlight_reference::compare::Layer;
 use strandlight_runtime::Session;
 use strandlight_scene::PreparedScene;

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use strandlight_formats::BakedFile;
 use strandlight_formats::{Mode, Scene, TableFile, TablesSection};
 use strandlight_scattering::Lobe;
 use strandlight_scattering::lobes::table_names;

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use strandlight_cpu as cpu;
-use strandlight_formats::{Background, Groom, HairImport};
+use strandlight_formats::{Background, ImportOptions, SourceFile};
 use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_render::passes::PartLimits;
@@ -132,7 +132,8 @@ fn pictures_of_imported_grooms_agree() {
         grooms.push(("real", std::fs::read(path).expect("readable")));
     }
     for (name, file) in grooms {
-        let groom = Groom::from_hair(&file, HairImport::default()).unwrap();
+        let file = SourceFile::from_bytes(file).unwrap();
+        let groom = file.import(&ImportOptions::default()).unwrap().groom;
         let strands = Strands::new(&groom.points, &groom.strand_offsets, |_, _| 0.07, true);
         let strands = strands.unwrap();
         let scene = render_common::scene(strands, render_common::lights(), &HairParams::default());

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use glam::Vec3;
-use strandlight_formats::{Groom, Scene, WindSection};
+use strandlight_formats::{BakedFile, Groom, Scene, WindSection};
 use strandlight_render::ProgressiveRenderer;
 use strandlight_scene::motion::{Motion, Wind, wind};
 use strandlight_scene::strands::Strands;

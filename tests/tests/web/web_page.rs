@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use strandlight_formats::{Groom, Scene};
+use strandlight_formats::{BakedFile, Groom, Scene};
 use strandlight_render::ProgressiveRenderer;
 use strandlight_scene::PreparedScene;
 use strandlight_tests::render_common;
