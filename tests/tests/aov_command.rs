@@ -4,7 +4,7 @@ use std::path::Path;
 
 use strandlight_bake::compare::Layer;
 use strandlight_bake::cpu;
-use strandlight_formats::{Background, LightSet, Mode, Scene};
+use strandlight_formats::{Background, LightSet, Lobe, Scene};
 use strandlight_runtime::{PreparedScene, Session};
 use strandlight_tests::scenes::{curtain, light, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
@@ -195,7 +195,7 @@ fn groups_of_lights_and_fewer_modes() {
     let at = folder.path();
     scene_in(at);
     let mut scene = Scene::read(&at.join("a.toml")).expect("valid");
-    scene.hair.modes = vec![Mode::R, Mode::Trt];
+    scene.hair.modes = vec![Lobe::R, Lobe::Trt];
     scene.render.background = Background::None;
     scene.render.scattering = strandlight_formats::Scattering::Single;
     write_scene(at, "b.toml", &scene);

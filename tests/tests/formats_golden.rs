@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use strandlight_formats::{
     Attribute, Axis, Background, CameraSection, Domain, FitReport, Groom, GroomSection,
     GroomSource, HairImport, HairOriginal, HairSection, LightSet, LightSetInfo, LightsSection,
-    Mode, PerModeDeg, RenderSection, Scattering, Scene, SinglePoint, Spacing, SrbfLight, Table,
+    Lobe, PerLobe, RenderSection, Scattering, Scene, SinglePoint, Spacing, SrbfLight, Table,
     TableFile, TableInfo, TablesSection, ToneMap, UpAxis,
 };
 use strandlight_tests::project_root;
@@ -182,7 +182,7 @@ fn tables() -> TableFile {
 }
 
 fn scene() -> Scene {
-    let per_mode = |r, tt, trt| PerModeDeg { r, tt, trt };
+    let per_mode = |r, tt, trt| PerLobe { r, tt, trt };
     Scene {
         version: 1,
         groom: GroomSection {
@@ -208,7 +208,7 @@ fn scene() -> Scene {
             caustic_width_deg: 10.0,
             eccentricity: 0.9,
             diameter_cm: Some(0.006),
-            modes: vec![Mode::Trt, Mode::R],
+            modes: vec![Lobe::Trt, Lobe::R],
             density_forward: None,
             density_back: None,
         },

@@ -7,7 +7,7 @@ use std::path::Path;
 use exr::meta::attribute::AttributeValue;
 use serde_json::Value;
 use strandlight_formats::{
-    CameraSection, Mode, MotionSection, Scattering, Scene, TableFile, TablesSection, WindSection,
+    CameraSection, MotionSection, Scattering, Scene, TableFile, TablesSection, WindSection,
     content_hash,
 };
 use strandlight_runtime::files::Files;
@@ -677,9 +677,9 @@ fn a_mode_is_drawn_from_its_own_table_alone() {
     scene_in(at);
     let bundled = project_root().join("data/default.tables");
     for (mode, names) in [
-        (Mode::R, &["C"][..]),
-        (Mode::Tt, &table_names(Lobe::Tt)),
-        (Mode::Trt, &table_names(Lobe::Trt)),
+        (Lobe::R, &["C"][..]),
+        (Lobe::Tt, &table_names(Lobe::Tt)),
+        (Lobe::Trt, &table_names(Lobe::Trt)),
     ] {
         let mut tables = TableFile::read(&bundled).expect("part of the project");
         tables.tables.retain(|found| names.contains(&&*found.name));

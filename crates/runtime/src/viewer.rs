@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 use strandlight_formats::Scene;
 
 use crate::Camera;
-use crate::assets::{camera, densities, hair_params, modes};
+use crate::assets::{camera, densities};
 use crate::edit::check_round;
 use crate::error::{RenderError, SceneError};
 use crate::gpu::Context;
@@ -207,7 +207,7 @@ impl Viewer {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
         self.release()?;
-        check_round(&hair_params(&self.session.scene().hair))
+        check_round(&self.session.scene().hair.params())
             .map_err(|error| SceneError::File(error.to_string()))?;
         self.stroking = Some(Stroking::new(brush).map_err(told)?);
         Ok(())
@@ -256,7 +256,7 @@ impl Viewer {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
         self.release()?;
-        check_round(&hair_params(&self.session.scene().hair))
+        check_round(&self.session.scene().hair.params())
             .map_err(|error| SceneError::File(error.to_string()))?;
         let size = self.size();
         let scene = self.live.scene();
@@ -437,7 +437,7 @@ impl Viewer {
         let scene = self.session.scene();
         let (assets, live) = (self.session.assets(), &mut self.live);
         if change.hair || change.modes {
-            live.set_hair(&hair_params(&scene.hair), &modes(&scene.hair))
+            live.set_hair(&scene.hair.params(), &scene.hair.modes)
                 .map_err(|error| SceneError::File(error.to_string()))?;
         }
         if change.scattering {
