@@ -12,8 +12,8 @@ use strandlight_scattering::lobes::{
     SHARE_AXIS_NAMES, SHARE_CHANNELS, alpha_from_cos_theta_d, fit_shapes, fit_shares, table_names,
 };
 
-use crate::progress::Progress;
-use crate::random::SplitMix64;
+use strandlight_scattering::random::SplitMix64;
+use strandlight_scene::progress::Progress;
 
 /// Steps of progress that [`bake_lobes`] makes.
 pub(super) const N_LOBE_STEPS: u64 = 4 * LOBE_ETA.count as u64;

@@ -3,11 +3,11 @@
 use egui::Ui;
 use strandlight_formats::params::CAMERA;
 
-use crate::Camera;
 use crate::ui::field::{Changes, Field, row};
 use crate::ui::keys::Command;
 use crate::ui::orbit;
 use crate::ui::view::Bounds;
+use strandlight_scene::Camera;
 
 /// Angle of view and distance of `camera`, which is not that of the scene if it `is_moved`. Answers
 /// where it is moved to. Looking around is no edit of the scene; saving the view is.
@@ -43,7 +43,9 @@ pub fn show(
     });
     let mut of_view = Changes::default();
     let mut moved = *camera;
-    let default = f64::from(crate::camera::DEFAULT_FOV_Y).to_degrees().round();
+    let default = f64::from(strandlight_scene::camera::DEFAULT_FOV_Y)
+        .to_degrees()
+        .round();
     let mut fov_deg = (f64::from(camera.fov_y).to_degrees() * 1e4).round() / 1e4;
     let fov = CAMERA.param("fov_deg").map(|param| &param.spec);
     if let Some((fov, numbers)) = fov.and_then(|fov| Some((fov, fov.numbers()?)))

@@ -5,10 +5,10 @@ use strandlight_formats::params::{Group, HAIR, Kind, Param, Word};
 use strandlight_formats::{HairSection, Lobe, Melanin, Scene, preset_names};
 use strandlight_scattering::color::{reflectance_from_sigma_a, sigma_a_from_melanin};
 
-use crate::assets::Diameters;
 use crate::ui::color::swatch;
 use crate::ui::field::{Changes, Field, named, rounded};
 use crate::ui::param::{Rows, help};
+use strandlight_scene::assets::Diameters;
 
 /// The ways to give the colour, as [`HairSection::COLOR_KEYS`] has them.
 const COLORS: [(&str, &str); 3] = [

@@ -4,11 +4,11 @@ use egui::{Color32, RichText, Sense, Ui};
 use strandlight_formats::params::{ADJUST, LIGHTS};
 use strandlight_formats::{LightAdjust, Scene, SrbfLight};
 
-use crate::tone;
 use crate::ui::field::{Changes, row};
 use crate::ui::param::Rows;
 use crate::ui::theme;
-use crate::volume;
+use strandlight_scene::tone;
+use strandlight_scene::volume;
 
 /// What the panel remembers of the lights between frames.
 #[derive(Debug, Default)]
