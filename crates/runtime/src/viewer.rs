@@ -13,7 +13,7 @@ use crate::session::{Change, Saved, Session, section_of};
 use strandlight_render::gpu::Context;
 use strandlight_render::progressive::{Progress, ProgressiveRenderer, RenderReport};
 use strandlight_scene::Camera;
-use strandlight_scene::assets::{camera, densities, hair_params, modes};
+use strandlight_scene::assets::{camera, densities};
 use strandlight_scene::edit::check_round;
 use strandlight_scene::motion::{Motion, Wind};
 use strandlight_scene::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
@@ -207,7 +207,7 @@ impl Viewer {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
         self.release()?;
-        check_round(&hair_params(&self.session.scene().hair))
+        check_round(&self.session.scene().hair.params())
             .map_err(|error| SceneError::File(error.to_string()))?;
         self.stroking = Some(Stroking::new(brush).map_err(told)?);
         Ok(())
@@ -256,7 +256,7 @@ impl Viewer {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
         self.release()?;
-        check_round(&hair_params(&self.session.scene().hair))
+        check_round(&self.session.scene().hair.params())
             .map_err(|error| SceneError::File(error.to_string()))?;
         let size = self.size();
         let scene = self.live.scene();
@@ -441,7 +441,7 @@ impl Viewer {
         let scene = self.session.scene();
         let (assets, live) = (self.session.assets(), &mut self.live);
         if change.hair || change.modes {
-            live.set_hair(&hair_params(&scene.hair), &modes(&scene.hair))
+            live.set_hair(&scene.hair.params(), &scene.hair.modes)
                 .map_err(|error| SceneError::File(error.to_string()))?;
         }
         if change.scattering {

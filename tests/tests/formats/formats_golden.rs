@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use strandlight_formats::{
     Attribute, Axis, Background, BakedFile, CameraSection, Domain, ExportOptions, FitReport, Groom,
     GroomSection, GroomSource, HairSection, ImportOptions, LightKind, LightSet, LightSetInfo,
-    LightsSection, Mode, Original, PerModeDeg, RenderSection, Scattering, Scene, SourceFile,
-    Spacing, SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis, groom_format,
+    LightsSection, Lobe, Original, PerLobe, RenderSection, Scattering, Scene, SourceFile, Spacing,
+    SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis, groom_format,
 };
 use strandlight_tests::project_root;
 
@@ -195,7 +195,7 @@ fn tables() -> TableFile {
 }
 
 fn scene() -> Scene {
-    let per_mode = |r, tt, trt| PerModeDeg { r, tt, trt };
+    let per_mode = |r, tt, trt| PerLobe { r, tt, trt };
     Scene {
         version: 1,
         groom: GroomSection {
@@ -221,7 +221,7 @@ fn scene() -> Scene {
             caustic_width_deg: 10.0,
             eccentricity: 0.9,
             diameter_cm: Some(0.006),
-            modes: vec![Mode::Trt, Mode::R],
+            modes: vec![Lobe::Trt, Lobe::R],
             density_forward: None,
             density_back: None,
         },
