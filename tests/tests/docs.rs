@@ -21,6 +21,11 @@ fn book() -> PathBuf {
     project_root().join("docs/book/src")
 }
 
+/// The page of the book called `name`.
+fn page(name: &str) -> PathBuf {
+    book().join(format!("{name}.md"))
+}
+
 /// Markdown files below `folder`.
 fn markdown_files(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("the folder can be read") {
@@ -162,13 +167,13 @@ fn every_link_and_anchor_leads_somewhere() {
 #[test]
 fn broken_links_are_found() {
     let page = project_root().join("README.md");
-    let text = "# A `b`\n[a](nowhere.md) [b](LICENSE-MIT) `[c](code.md)` [d](#a-b) [e](#a-c)\n\
-                ```sh\n[f](fenced.md)\n```\n[g](https://example.org/x.md) ![h](docs/no.png)\n";
+    let text = "# A `b`\n[a](nowhere) [b](LICENSE-MIT) `[c](code)` [d](#a-b) [e](#a-c)\n\
+                ```sh\n[f](fenced)\n```\n[g](https://example.org/x) ![h](docs/no.png)\n";
     let (broken, n_checked) = broken_links(&page, text);
     assert_eq!(n_checked, 5);
     assert_eq!(broken.len(), 4, "{broken:#?}");
-    let inside = book().join("introduction.md");
-    let (broken, _) = broken_links(&inside, "[a](../../../README.md)");
+    let inside = page("introduction");
+    let (broken, _) = broken_links(&inside, "[a](../../../LICENSE-MIT)");
     assert_eq!(broken.len(), 1, "{broken:#?}");
     let twice = anchors("# Run it!\n## Run it!\n");
     assert_eq!(
@@ -179,7 +184,7 @@ fn broken_links_are_found() {
 
 #[test]
 fn the_summary_lists_every_page_once() {
-    let summary = read(&book().join("SUMMARY.md"));
+    let summary = read(&page("SUMMARY"));
     let mut listed = links(&summary);
     listed.sort();
     let mut files = Vec::new();
@@ -188,7 +193,9 @@ fn the_summary_lists_every_page_once() {
         let name = path.strip_prefix(book()).expect("below the book");
         name.to_string_lossy().replace('\\', "/")
     });
-    let mut pages: Vec<String> = names.filter(|name| name != "SUMMARY.md").collect();
+    let mut pages: Vec<String> = names
+        .filter(|name| name != concat!("SUMMARY", ".md"))
+        .collect();
     pages.sort();
     assert_eq!(listed, pages);
     for page in files {
@@ -484,7 +491,7 @@ fn check_generated(page: &Path, generated: &str) {
 #[test]
 fn the_command_reference_is_that_of_the_program() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let generated = folder.path().join("commands.md");
+    let generated = folder.path().join("commands");
     let mut command = strandlight();
     assert_done(command.args(["man", "--markdown", "-o"]).arg(&generated));
     let generated = read(&generated);
@@ -494,7 +501,7 @@ fn the_command_reference_is_that_of_the_program() {
     ] {
         assert!(generated.contains(heading), "{heading}");
     }
-    check_generated(&book().join("reference/commands.md"), &generated);
+    check_generated(&page("reference/commands"), &generated);
 }
 
 /// Every command has a man page, and every option of its help is in it.
@@ -502,16 +509,16 @@ fn the_command_reference_is_that_of_the_program() {
 fn man_pages_and_completions_know_every_option() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     assert_done(strandlight().args(["man", "-o"]).arg(folder.path()));
-    let page = |name: &str| read(&folder.path().join(name)).replace("\\-", "-");
+    let man_page = |name: &str| read(&folder.path().join(name)).replace("\\-", "-");
     let help = assert_done(strandlight().args(["groom", "import", "--help"]));
-    let import = page("strandlight-groom-import.1");
+    let import = man_page("strandlight-groom-import.1");
     let mut n_checked = 0;
     for option in options(&help) {
         assert!(import.contains(option), "{option}");
         n_checked += 1;
     }
     assert!(n_checked > 5, "{n_checked}");
-    assert!(page("strandlight.1").contains("strandlight-render(1)"));
+    assert!(man_page("strandlight.1").contains("strandlight-render(1)"));
     assert!(!folder.path().join("strandlight-help.1").exists());
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = assert_done(strandlight().args(["completions", shell]));
@@ -522,7 +529,7 @@ fn man_pages_and_completions_know_every_option() {
 #[test]
 fn the_reference_of_strandview_is_its_help() {
     let help = assert_done(strandview().arg("--help"));
-    let page = read(&book().join("reference/strandview.md"));
+    let page = read(&page("reference/strandview"));
     let in_help: BTreeSet<&str> = options(&help).into_iter().collect();
     let rows = page.lines().filter(|line| line.starts_with("| `--"));
     let cells = rows.filter_map(|row| row.split(" | ").next());
@@ -595,7 +602,7 @@ fn every_scene_key_is_in_the_reference() {
         let scene = Scene::read(&file).expect("a scene");
         key_paths("", &serde_json::to_value(&scene).expect("JSON"), &mut paths);
     }
-    let page = read(&book().join("reference/scene.md"));
+    let page = read(&page("reference/scene"));
     let mut missing = Vec::new();
     for path in &paths {
         // A table of one value for each mode is one key.
@@ -613,7 +620,7 @@ fn every_scene_key_is_in_the_reference() {
 
 #[test]
 fn every_key_of_a_brush_is_in_the_reference() {
-    let page = read(&book().join("reference/scripts.md"));
+    let page = read(&page("reference/scripts"));
     let mut paths = BTreeSet::new();
     let brush = serde_json::to_value(Brush::default()).expect("JSON");
     key_paths("", &brush, &mut paths);
@@ -629,7 +636,7 @@ fn every_key_of_a_brush_is_in_the_reference() {
 /// The annotated dump of a light set is the golden file, byte by byte.
 #[test]
 fn the_example_of_the_file_format_is_the_golden_file() {
-    let page = read(&book().join("reference/files.md"));
+    let page = read(&page("reference/files"));
     let (_, dump) = page
         .split_once("```text\n   0  93")
         .expect("the dump starts with the magic");
