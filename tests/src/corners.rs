@@ -2,7 +2,7 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use strandlight_runtime::probe::{MODE_ALL, Query};
+use strandlight_render::probe::{MODE_ALL, Query};
 use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 

@@ -2,18 +2,18 @@
 
 use std::sync::{Arc, OnceLock};
 
+use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::TableFile;
-use strandlight_runtime::edit::{HairTextures, LobeTables};
-use strandlight_runtime::optics::Optics;
-use strandlight_runtime::tables::BUNDLED;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::optics::Optics;
 
 /// The bundled lobes of TT and TRT.
 pub fn lobes() -> Arc<LobeTables> {
     static LOBES: OnceLock<Arc<LobeTables>> = OnceLock::new();
     let lobes = LOBES.get_or_init(|| {
-        let file = TableFile::from_bytes(BUNDLED).expect("the bundled tables are readable");
+        let file = TableFile::from_bytes(DEFAULT_TABLES).expect("the bundled tables are readable");
         Arc::new(LobeTables::from_file(&file, &Lobe::ALL).expect("they hold lobes"))
     });
     Arc::clone(lobes)

@@ -1,3 +1,3 @@
 //! Seeded random numbers for tests.
 
-pub use strandlight_bake::random::SplitMix64;
+pub use strandlight_scattering::random::SplitMix64;

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use strandlight_bake::compare::Layer;
-use strandlight_bake::cpu;
+use strandlight_cpu as cpu;
 use strandlight_formats::{Background, LightSet, Mode, Scene};
-use strandlight_runtime::{PreparedScene, Session};
+use strandlight_reference::compare::Layer;
+use strandlight_runtime::Session;
+use strandlight_scene::PreparedScene;
 use strandlight_tests::scenes::{curtain, light, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 

@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use serde_json::Value;
-use strandlight_bake::bench::{Method, MethodTables, Prepared, Scene, Set};
-use strandlight_runtime::probe::GpuBench;
+use strandlight_bake::tables::bake_c_and_h;
+use strandlight_lab::bench::{Method, MethodTables, Prepared, Scene, Set};
+use strandlight_render::probe::GpuBench;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::progress::Progress;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
@@ -191,7 +193,7 @@ fn plots_show_the_lobes() {
 /// What is timed on the adapter is what is timed on the CPU.
 #[test]
 fn both_sides_compute_the_same() {
-    let tables = MethodTables::new().unwrap();
+    let tables = MethodTables::new(&bake_c_and_h(Fresnel::Schlick, &Progress::silent())).unwrap();
     let scene = Scene::new(Set::Wide, 5, [2, 7, 130]);
     let gpu = GpuBench::new().expect("this test needs a Vulkan driver");
     let mut n_checked = 0;

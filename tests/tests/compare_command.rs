@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
-use strandlight_bake::picture::exr_file;
-use strandlight_runtime::Picture;
+use strandlight_images::picture::exr_file;
+use strandlight_scene::Picture;
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
 /// A disc of hair on nothing, `gain` times as bright in red.
@@ -44,7 +44,7 @@ fn pictures_in(folder: &Path) {
         }
         fs::write(folder.join(name), exr_file(&picture).expect("an EXR")).expect("written");
         let png = picture
-            .to_png(0.0, strandlight_runtime::tone::ToneMap::None)
+            .to_png(0.0, strandlight_scene::tone::ToneMap::None)
             .expect("a PNG");
         fs::write(folder.join(name).with_extension("png"), png).expect("written");
     }

@@ -10,7 +10,7 @@ use std::process::Command;
 
 use serde_json::Value;
 use strandlight_formats::Scene;
-use strandlight_runtime::paint::Brush;
+use strandlight_scene::paint::Brush;
 use strandlight_tests::{assert_done, project_root, strandlight, strandview};
 
 /// Largest README, bytes.
@@ -166,10 +166,10 @@ fn every_link_and_anchor_leads_somewhere() {
 
 #[test]
 fn broken_links_are_found() {
-    let page = project_root().join("README.md");
+    let readme = project_root().join("README.md");
     let text = "# A `b`\n[a](nowhere) [b](LICENSE-MIT) `[c](code)` [d](#a-b) [e](#a-c)\n\
                 ```sh\n[f](fenced)\n```\n[g](https://example.org/x) ![h](docs/no.png)\n";
-    let (broken, n_checked) = broken_links(&page, text);
+    let (broken, n_checked) = broken_links(&readme, text);
     assert_eq!(n_checked, 5);
     assert_eq!(broken.len(), 4, "{broken:#?}");
     let inside = page("introduction");

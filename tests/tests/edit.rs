@@ -3,17 +3,17 @@
 
 use std::sync::{Arc, OnceLock};
 
-use strandlight_runtime::edit::{
-    EditError, EditReport, HairTextures, LobeTables, Outcome, Parameter, Part, RULES,
-};
-use strandlight_runtime::gpu::Context;
-use strandlight_runtime::optics::GpuOptics;
+use strandlight_render::gpu::Context;
+use strandlight_render::gpu_optics::GpuOptics;
 use strandlight_scattering::axis::{Axis, Spacing};
 use strandlight_scattering::closed_form::{pack_averages, sample_averages};
 use strandlight_scattering::dual_scattering::{Average, AverageTable, N_INCLINATIONS};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{LobeAxes, LobeTable};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scene::edit::{
+    EditError, EditReport, HairTextures, LobeTables, Outcome, Parameter, Part, RULES,
+};
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::strandlight;
 

@@ -459,7 +459,7 @@ fn light_set_as_json_and_picture() {
         assert_eq!(document["lights"], expected);
     }
     done(at, &["export", "a.lights", "-o", "a.exr", "--width", "64"]);
-    let map = strandlight_bake::lights::Map::read(&at.join("a.exr")).expect("a map");
+    let map = strandlight_images::Map::read(&at.join("a.exr")).expect("a map");
     assert_eq!((map.width(), map.height()), (64, 32));
     // Pixel (32, 16) looks along +Z but for half a pixel in both angles.
     let angle = 0.5 * std::f64::consts::PI / 32.0;

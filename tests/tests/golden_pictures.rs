@@ -13,13 +13,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use strandlight_bake::compare::{Comparison, Layer, compare, signed_png};
-use strandlight_bake::cpu;
 use strandlight_bake::grooms::{GrowSpec, Style, generate};
-use strandlight_bake::picture::exr_file;
-use strandlight_bake::progress::Progress;
+use strandlight_cpu as cpu;
 use strandlight_formats::{LightSet, Scene, SrbfLight};
-use strandlight_runtime::{Picture, PreparedScene};
+use strandlight_images::picture::exr_file;
+use strandlight_reference::compare::{Comparison, Layer, compare, signed_png};
+use strandlight_scene::progress::Progress;
+use strandlight_scene::{Picture, PreparedScene};
 use strandlight_tests::project_root;
 
 /// Largest accepted relative RMSE over the hair. The pictures do not depend on threads, and

@@ -6,16 +6,17 @@ use std::process::Stdio;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
+use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{Background, LightSet, LightSetInfo, Scene, SrbfLight, TableFile};
-use strandlight_runtime::PreparedScene;
-use strandlight_runtime::camera::{Camera, DEFAULT_FOV_Y};
-use strandlight_runtime::edit::{HairTextures, LobeTables};
-use strandlight_runtime::strands::Strands;
-use strandlight_runtime::tables::{BUNDLED, ShadingTables};
 use strandlight_scattering::closed_form::Fibre;
 use strandlight_scattering::exact::{Light, View};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, ParamError};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::camera::{Camera, DEFAULT_FOV_Y};
+use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::strands::Strands;
+use strandlight_scene::tables::ShadingTables;
 use strandlight_tests::strandlight;
 
 /// NaN, both infinities, and the next numbers outside `min..=max`.
@@ -253,7 +254,7 @@ fn scenes_in_memory() {
         "{message}"
     );
 
-    let tables = ShadingTables::from_file(&TableFile::from_bytes(BUNDLED).unwrap()).unwrap();
+    let tables = ShadingTables::from_file(&TableFile::from_bytes(DEFAULT_TABLES).unwrap()).unwrap();
     let none = Arc::new(LobeTables::default());
     let hair = HairParams::default();
     let hair = HairTextures::new(none, Fresnel::Dielectric, &hair, &[Lobe::R], 4).unwrap();

@@ -8,8 +8,9 @@ use std::time::Instant;
 
 use exr::prelude::*;
 use serde_json::{Value, json};
-use strandlight_bake::lights::{Map, evaluate};
+use strandlight_bake::lights::evaluate;
 use strandlight_formats::LightSet;
+use strandlight_images::Map;
 use strandlight_tests::samples::{exr_map, real_file};
 use strandlight_tests::{assert_refused, project_root, strandlight};
 

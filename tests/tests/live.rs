@@ -8,12 +8,14 @@ use std::time::Duration;
 use glam::{Quat, Vec3};
 use render_common::{context, keep, picture_rmse, wig_scene};
 use strandlight_formats::{Background, Scattering};
-use strandlight_runtime::gpu::{Context, Counts};
-use strandlight_runtime::live::LiveReport;
-use strandlight_runtime::proxy::Proxy;
-use strandlight_runtime::tone::ToneMap;
-use strandlight_runtime::{Camera, Live, Picture, PreparedScene, RenderError, Renderer};
+use strandlight_render::gpu::{Context, Counts};
+use strandlight_render::live::LiveReport;
+use strandlight_render::passes::DeviceBytes;
+use strandlight_render::{Live, Renderer};
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::proxy::Proxy;
+use strandlight_scene::tone::ToneMap;
+use strandlight_scene::{Camera, Picture, PreparedScene, RenderError};
 
 /// A row of the display's texels is 512 bytes, as copies want it.
 const SIZE: [u32; 2] = [128, 96];
@@ -467,7 +469,7 @@ fn the_least_limits_do_and_what_does_not_fit_is_named() {
     let picture = live.finish(SAMPLES).unwrap();
     assert!(picture_rmse(&picture, &expected) < 1e-6);
     // What was said beforehand is what was made, textures of the hair and small things apart.
-    let said = scene.device_bytes(SIZE).total() as f64;
+    let said = DeviceBytes::new(&scene, SIZE).total() as f64;
     let made = least.counts().since(before).bytes as f64;
     println!("said {said:.3e}, made {made:.3e}");
     assert!((made / said - 1.0).abs() < 0.05, "{said} {made}");
@@ -478,8 +480,8 @@ fn the_least_limits_do_and_what_does_not_fit_is_named() {
     many.lights = (0..20).flat_map(|_| scene.lights.iter().copied()).collect();
     let mut small = many.clone();
     small.record_budget = 0;
-    let budget = small.device_bytes(SIZE).total();
-    assert!(many.device_bytes(SIZE).total() > budget);
+    let budget = DeviceBytes::new(&small, SIZE).total();
+    assert!(DeviceBytes::new(&many, SIZE).total() > budget);
     let live = Live::with_budget(&least, many.clone(), budget).unwrap();
     assert!(live.report().device_bytes as f64 <= 1.02 * budget as f64);
     let before = least.counts();

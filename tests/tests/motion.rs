@@ -7,10 +7,11 @@ use std::time::Duration;
 
 use glam::Vec3;
 use strandlight_formats::{Groom, Scene, WindSection};
-use strandlight_runtime::live::Live;
-use strandlight_runtime::motion::{Motion, Wind, wind};
-use strandlight_runtime::strands::Strands;
-use strandlight_runtime::{PreparedScene, Renderer, files::Files};
+use strandlight_render::Renderer;
+use strandlight_render::live::Live;
+use strandlight_scene::motion::{Motion, Wind, wind};
+use strandlight_scene::strands::Strands;
+use strandlight_scene::{PreparedScene, files::Files};
 
 use common::{context, picture_rmse, wig, wig_scene};
 

@@ -2,8 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use strandlight_runtime::edit::HairTextures;
-use strandlight_runtime::tables::{BUNDLED, ShadingTables};
+use strandlight_data::DEFAULT_TABLES;
 use strandlight_scattering::closed_form::{
     DirectionInFrame, direct_local_scattering, global_scattering_mode, half_circle,
     local_scattering, mean_cosine,
@@ -13,6 +12,8 @@ use strandlight_scattering::exact::FibreSection;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::quadrature::GaussLegendre;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scene::edit::HairTextures;
+use strandlight_scene::tables::ShadingTables;
 use strandlight_tests::optics::multiple_textures;
 use strandlight_tests::random::SplitMix64;
 
@@ -209,7 +210,7 @@ fn mean_cosines_are_those_of_quadrature() {
 #[test]
 fn global_scattering_is_that_of_quadrature() {
     let mut random = SplitMix64(31);
-    let file = strandlight_formats::TableFile::from_bytes(BUNDLED).unwrap();
+    let file = strandlight_formats::TableFile::from_bytes(DEFAULT_TABLES).unwrap();
     let tables = ShadingTables::from_file(&file).unwrap();
     let mut errors: [Rmse; 4] = Default::default();
     for _ in 0..40 {

@@ -10,8 +10,8 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 use serde_json::Value;
+use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{LightSet, TableFile};
-use strandlight_runtime::tables::BUNDLED;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight, strandview};
 
@@ -23,7 +23,7 @@ fn samples() -> tempfile::TempDir {
         scene.hair.diameter_cm = Some(0.2);
         scene.render.shadow_maps = 0;
     });
-    let tables = TableFile::from_bytes(BUNDLED).expect("the bundled tables");
+    let tables = TableFile::from_bytes(DEFAULT_TABLES).expect("the bundled tables");
     tables.write(&at.join("a.tables")).expect("written");
     done(at, "export a.groom -o a.hair");
     done(at, "export a.lights -o a.exr --width 64");

@@ -4,13 +4,14 @@
 mod render_common;
 
 use render_common::{context, keep, lights, picture_rmse, wig_scene};
-use strandlight_bake::cpu;
+use strandlight_cpu as cpu;
 use strandlight_formats::Scattering;
-use strandlight_runtime::edit::{EditError, Outcome, Part};
-use strandlight_runtime::gpu::Counts;
-use strandlight_runtime::paint::{Brush, Dab, Paint, PaintedPoint, Picker, Stroking};
-use strandlight_runtime::{Live, Picture, PreparedScene, Renderer};
+use strandlight_render::gpu::Counts;
+use strandlight_render::{Live, Renderer};
 use strandlight_scattering::HairParams;
+use strandlight_scene::edit::{EditError, Outcome, Part};
+use strandlight_scene::paint::{Brush, Dab, Paint, PaintedPoint, Picker, Stroking};
+use strandlight_scene::{Picture, PreparedScene};
 
 const SIZE: [u32; 2] = [120, 90];
 

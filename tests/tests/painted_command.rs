@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use strandlight_bake::compare::Layer;
 use strandlight_formats::Scene;
+use strandlight_reference::compare::Layer;
 use strandlight_tests::scenes::write_scene;
 use strandlight_tests::{assert_done, project_root, strandlight};
 

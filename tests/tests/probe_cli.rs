@@ -6,8 +6,8 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
 use serde_json::Value;
+use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::TableFile;
-use strandlight_runtime::tables::BUNDLED;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{oracle, project_root, strandlight};
@@ -47,7 +47,7 @@ fn probe(method: &str) -> Command {
     let file = FILE.get_or_init(|| {
         let file = tempfile::NamedTempFile::new().unwrap();
         let mut tables = oracle::tables(false);
-        let bundled = TableFile::from_bytes(BUNDLED).unwrap().tables;
+        let bundled = TableFile::from_bytes(DEFAULT_TABLES).unwrap().tables;
         let lobes = bundled
             .into_iter()
             .filter(|table| table.name.starts_with("lobes"));

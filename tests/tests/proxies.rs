@@ -4,15 +4,16 @@
 mod common;
 
 use glam::{Quat, Vec3};
-use strandlight_bake::cpu;
+use strandlight_cpu as cpu;
 use strandlight_formats::{Scattering, SrbfLight};
-use strandlight_runtime::camera::Camera;
-use strandlight_runtime::gpu::Context;
-use strandlight_runtime::proxy::Proxy;
-use strandlight_runtime::strands::Strands;
-use strandlight_runtime::{Picture, PreparedScene, Renderer};
+use strandlight_render::Renderer;
+use strandlight_render::gpu::Context;
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::irradiance;
+use strandlight_scene::camera::Camera;
+use strandlight_scene::proxy::Proxy;
+use strandlight_scene::strands::Strands;
+use strandlight_scene::{Picture, PreparedScene};
 
 use common::{keep, picture_rmse, scene, wig_scene};
 

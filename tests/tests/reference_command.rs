@@ -4,11 +4,11 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
-use strandlight_bake::lights::Map;
 use strandlight_formats::{
     Background, CameraSection, Groom, LightSet, MotionSection, ProxySection, Scene, SrbfLight,
 };
-use strandlight_runtime::paint::{Paint, PaintedPoint};
+use strandlight_images::Map;
+use strandlight_scene::paint::{Paint, PaintedPoint};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 

@@ -4,16 +4,17 @@ mod render_common;
 
 use glam::Vec3;
 use render_common::{Random, context, keep, picture_rmse, relative_rmse, wig_scene};
-use strandlight_bake::cpu;
+use strandlight_cpu as cpu;
 use strandlight_formats::{Background, Groom, HairImport};
-use strandlight_runtime::gpu::Context;
-use strandlight_runtime::render::PartLimits;
-use strandlight_runtime::shadow_maps::{MAX_DEPTH_COMPLEXITY, SHADOW_SIDE};
-use strandlight_runtime::strands::Strands;
-use strandlight_runtime::volume::Grid;
-use strandlight_runtime::{Camera, Live, Picture, PreparedScene, Renderer, Stats};
+use strandlight_render::gpu::Context;
+use strandlight_render::passes::PartLimits;
+use strandlight_render::{Live, Renderer};
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::unpack_record;
+use strandlight_scene::shadow_maps::{MAX_DEPTH_COMPLEXITY, SHADOW_SIDE};
+use strandlight_scene::strands::Strands;
+use strandlight_scene::volume::Grid;
+use strandlight_scene::{Camera, Picture, PreparedScene, Stats};
 use strandlight_tests::samples::{hair_file, real_file};
 
 const SIZE: [u32; 2] = [120, 90];

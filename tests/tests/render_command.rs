@@ -10,10 +10,10 @@ use strandlight_formats::{
     CameraSection, Mode, MotionSection, Scattering, Scene, TableFile, TablesSection, WindSection,
     content_hash,
 };
-use strandlight_runtime::files::Files;
-use strandlight_runtime::provenance::Recorder;
 use strandlight_scattering::Lobe;
 use strandlight_scattering::lobes::table_names;
+use strandlight_scene::files::Files;
+use strandlight_scene::provenance::Recorder;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, project_root, strandlight, strandview};
 
@@ -427,7 +427,7 @@ fn layers_and_frames_are_of_the_hair_at_the_time() {
     )
     .expect("written");
     let pixels = |file: &str| {
-        let layer = strandlight_bake::compare::Layer::read(&at.join(file), None);
+        let layer = strandlight_reference::compare::Layer::read(&at.join(file), None);
         layer.expect("readable").rgb
     };
     for backend in ["cpu", "gpu"] {
@@ -713,7 +713,7 @@ fn a_mode_is_drawn_from_its_own_table_alone() {
                         .args(["--backend", backend]),
                 );
                 // The files differ by the hashes of their inputs.
-                let layer = strandlight_bake::compare::Layer::read(&at.join(out), None);
+                let layer = strandlight_reference::compare::Layer::read(&at.join(out), None);
                 layer.expect("readable").rgb
             };
             assert!(

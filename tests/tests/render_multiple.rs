@@ -3,10 +3,11 @@
 mod render_common;
 
 use render_common::{context, keep, picture_rmse, relative_rmse, textures, wig_scene};
-use strandlight_bake::cpu;
+use strandlight_cpu as cpu;
 use strandlight_formats::Scattering;
-use strandlight_runtime::{PreparedScene, Renderer};
+use strandlight_render::Renderer;
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::PreparedScene;
 
 const SIZE: [u32; 2] = [60, 45];
 

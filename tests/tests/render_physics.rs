@@ -4,14 +4,15 @@ mod render_common;
 
 use glam::Vec3;
 use render_common::{Random, context, light, relative_rmse, scene, textures, wig_scene};
-use strandlight_bake::cpu;
+use strandlight_cpu as cpu;
 use strandlight_formats::SrbfLight;
-use strandlight_runtime::strands::Strands;
-use strandlight_runtime::volume::Grid;
-use strandlight_runtime::{Camera, PreparedScene, Renderer};
+use strandlight_render::Renderer;
 use strandlight_scattering::closed_form::unpack_record;
 use strandlight_scattering::spherical_gaussian::solid_angle;
 use strandlight_scattering::{HairParams, PerLobe};
+use strandlight_scene::strands::Strands;
+use strandlight_scene::volume::Grid;
+use strandlight_scene::{Camera, PreparedScene};
 
 /// Strands of two points each.
 fn straight(segments: &[[Vec3; 2]], diameter: f32) -> Strands {

@@ -3,27 +3,27 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use strandlight_runtime::probe::{Function, Scheme};
-use strandlight_runtime::shaders::{MODULES, resolve_with};
-use strandlight_runtime::stats::TERM_NAMES;
+use strandlight_render::probe::{Function, Scheme};
+use strandlight_scene::stats::TERM_NAMES;
+use strandlight_shaders::{MODULES, resolve_with};
 use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
 const TWIN_FILES: [(&str, &str); 13] = [
-    ("lib/grid", "crates/runtime/src/volume.rs"),
-    ("lib/light", "crates/runtime/src/shadow_maps.rs"),
+    ("lib/grid", "crates/scene/src/volume.rs"),
+    ("lib/light", "crates/scene/src/shadow_maps.rs"),
     ("lib/paint", "crates/scattering/src/hair.rs"),
-    ("lib/proxy", "crates/runtime/src/proxy.rs"),
-    ("lib/tone", "crates/runtime/src/tone.rs"),
-    ("lib/wind", "crates/runtime/src/motion/wind.rs"),
-    ("pass/first_look", "crates/runtime/src/render/first_look.rs"),
-    ("pass/project", "crates/bake/src/cpu/project.rs"),
-    ("pass/proxies", "crates/bake/src/cpu/proxies.rs"),
-    ("pass/proxy_light", "crates/bake/src/cpu/proxies.rs"),
-    ("pass/shade", "crates/runtime/src/render/painted.rs"),
-    ("pass/shadow_map", "crates/bake/src/cpu/shadow_map.rs"),
-    ("pass/transmittance", "crates/bake/src/cpu/transmittance.rs"),
+    ("lib/proxy", "crates/scene/src/proxy.rs"),
+    ("lib/tone", "crates/scene/src/tone.rs"),
+    ("lib/wind", "crates/scene/src/motion/wind.rs"),
+    ("pass/first_look", "crates/render/src/passes/first_look.rs"),
+    ("pass/project", "crates/cpu/src/project.rs"),
+    ("pass/proxies", "crates/cpu/src/proxies.rs"),
+    ("pass/proxy_light", "crates/cpu/src/proxies.rs"),
+    ("pass/shade", "crates/render/src/passes/painted.rs"),
+    ("pass/shadow_map", "crates/cpu/src/shadow_map.rs"),
+    ("pass/transmittance", "crates/cpu/src/transmittance.rs"),
 ];
 
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
@@ -285,7 +285,7 @@ fn every_constant_has_the_value_of_its_twin() {
 #[test]
 fn no_pass_is_moved_further_than_the_shaders_leave_room_for() {
     let bound = shader_constants("pass/ribbons")["MAX_JITTER"][0];
-    let moves = (0..10_000).flat_map(strandlight_runtime::sampling::pass_jitter);
+    let moves = (0..10_000).flat_map(strandlight_scene::sampling::pass_jitter);
     let most = moves.map(|by| f64::from(by.abs())).fold(0.0, f64::max);
     assert!(most <= bound && most > 0.9 * bound, "{most} {bound}");
 }

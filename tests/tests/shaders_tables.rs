@@ -1,8 +1,8 @@
 //! Tables of a file as shading takes them: found by name, refused when they mean something else.
 
 use strandlight_formats::TableFile;
-use strandlight_runtime::tables::{ShadingTables, TablesError};
 use strandlight_scattering::Lobe;
+use strandlight_scene::tables::{ShadingTables, TablesError};
 use strandlight_tests::oracle;
 
 fn edited(

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Handle, TypeInner};
-use strandlight_runtime::shaders::{MODULES, resolve_with};
 use strandlight_scattering::layout::{Field, Layout};
+use strandlight_shaders::{MODULES, resolve_with};
 
 /// Probes ask for a fibre's averages by themselves and are never compiled for painted hair.
 const OF_FIBRES: [&str; 2] = ["pass/probe", "pass/bench"];
@@ -147,7 +147,7 @@ fn library_modules_bind_nothing() {
 fn mirrors() -> Vec<Layout> {
     let [scattering, runtime] = [
         strandlight_scattering::layout::layouts(),
-        strandlight_runtime::shaders::layouts(),
+        strandlight_render::layouts(),
     ];
     assert!(scattering.len() >= 10 && runtime.len() >= 15);
     [scattering, runtime].concat()

@@ -4,11 +4,11 @@ mod render_common;
 
 use glam::Vec3;
 use render_common::{Random, context, light, relative_rmse, wig};
-use strandlight_bake::cpu;
-use strandlight_bake::rays::{Rays, Start};
-use strandlight_runtime::render;
-use strandlight_runtime::shadow_maps::{NO_SLOT, ShadowPlan, unblocked_share};
-use strandlight_runtime::strands::Strands;
+use strandlight_cpu as cpu;
+use strandlight_reference::rays::{Rays, Start};
+use strandlight_render::passes;
+use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, unblocked_share};
+use strandlight_scene::strands::Strands;
 
 fn strands_of(strands: &[Vec<Vec3>], diameter: f32) -> Strands {
     let mut offsets = vec![0];
@@ -144,7 +144,7 @@ fn both_backends_answer_alike() {
     assert_eq!(plan.n_slots, 1 + 3);
     assert!(plan.views.len() > 10);
     let on_cpu = cpu::shadow_maps(&strands, &plan);
-    let on_gpu = render::shadow_maps(&context, &strands, &plan).unwrap();
+    let on_gpu = passes::shadow_maps(&context, &strands, &plan).unwrap();
     let n_points = strands.points.len();
     let shares = |answers: &[u32]| -> Vec<f32> {
         let slots = (0..plan.n_slots).flat_map(|slot| (0..n_points).map(move |p| (slot, p)));

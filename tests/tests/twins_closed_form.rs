@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-use strandlight_runtime::tables::ShadingTables;
 use strandlight_scattering::closed_form::paper::{
     azimuthal_r, azimuthal_trt, azimuthal_tt, single_scattering, single_scattering_mode,
 };
@@ -11,6 +10,7 @@ use strandlight_scattering::closed_form::{
     DirectionInFrame, Fibre, LightInFrame, inclination, lag_between, table_cell,
 };
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scene::tables::ShadingTables;
 use strandlight_tests::optics::optics;
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{corners, oracle};
@@ -257,7 +257,7 @@ fn corners_are_finite() {
     let mut n_checked = 0;
     for query in corners::queries() {
         for query in [query, query.by_paper()] {
-            let answer = strandlight_runtime::probe::evaluate(&query, &view, &optics);
+            let answer = strandlight_render::probe::evaluate(&query, &view, &optics);
             for value in answer {
                 assert!(value.is_finite() && value >= 0.0, "{query:?} {answer:?}");
             }

@@ -4,20 +4,20 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::{Arc, OnceLock};
 
-use strandlight_runtime::edit::{HairTextures, LobeTables};
-use strandlight_runtime::optics::Optics;
-use strandlight_runtime::paint::PaintKinds;
-use strandlight_runtime::probe::{
+use strandlight_render::probe::{
     Function, GpuProbe, MODE_ALL, PaintQuestion, Query, SAMPLED_AVERAGES, evaluate,
     gpu_paint_answers, gpu_painted_lobes, paint_answer, painted_lobes,
 };
-use strandlight_runtime::tables::ShadingTables;
 use strandlight_scattering::closed_form::{
     DirectionInFrame, Fibre, GAUSS_HERMITE, PointPaint, pack_paint,
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{DEFAULT_PAINTED_TEXELS, slice_painted};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::optics::Optics;
+use strandlight_scene::paint::PaintKinds;
+use strandlight_scene::tables::ShadingTables;
 use strandlight_tests::optics::{lobes, multiple_textures};
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{corners, oracle};

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use render_common::{context, lights, wig};
 use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
-use strandlight_runtime::files::Files;
-use strandlight_runtime::paint::{Brush, Paint};
 use strandlight_runtime::{Session, Viewer};
+use strandlight_scene::files::Files;
+use strandlight_scene::paint::{Brush, Paint};
 
 const SIZE: [u32; 2] = [120, 80];
 

@@ -6,7 +6,8 @@ mod web_common;
 use std::path::Path;
 
 use strandlight_formats::{Groom, Scene};
-use strandlight_runtime::{PreparedScene, Renderer};
+use strandlight_render::Renderer;
+use strandlight_scene::PreparedScene;
 use web_common::browser::{Browser, WITH_WEBGPU, WITHOUT_WEBGPU};
 use web_common::picture::Pixels;
 use web_common::server::serve;

@@ -5,8 +5,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use strandlight_bake::lights::{FitOptions, Map, evaluate, fit};
-use strandlight_bake::progress::Progress;
+use strandlight_bake::lights::{FitOptions, evaluate, fit};
+use strandlight_images::Map;
+use strandlight_scene::progress::Progress;
 
 fn main() {
     let mut options = FitOptions::default();

@@ -23,18 +23,19 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use strandlight_bake::bench::{Configuration, Set};
-use strandlight_bake::random::SplitMix64;
+use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::TableFile;
-use strandlight_runtime::edit::{HairTextures, LobeTables};
-use strandlight_runtime::tables::{BUNDLED, ShadingTables};
+use strandlight_lab::bench::{Configuration, Set};
 use strandlight_scattering::closed_form::{
     direct_local_scattering, global_scattering, local_scattering, pack_averages, single_scattering,
 };
 use strandlight_scattering::dual_scattering::{Average, AverageTable, Backscatter};
 use strandlight_scattering::exact::{Forward, direct_local, local};
 use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::tables::ShadingTables;
 
 const FRESNEL: Fresnel = Fresnel::Dielectric;
 
@@ -71,7 +72,7 @@ struct Bundled {
 
 impl Bundled {
     fn new() -> Result<Bundled, Failed> {
-        let file = TableFile::from_bytes(BUNDLED)?;
+        let file = TableFile::from_bytes(DEFAULT_TABLES)?;
         Ok(Bundled {
             tables: ShadingTables::from_file(&file)?,
             lobes: Arc::new(LobeTables::from_file(&file, &Lobe::ALL)?),

@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use glam::Vec3;
 use strandlight_bake::grooms::{GrowSpec, Style, generate};
-use strandlight_bake::progress::Progress;
-use strandlight_bake::random::SplitMix64;
-use strandlight_bake::rays::{Rays, Start};
-use strandlight_runtime::Camera;
-use strandlight_runtime::strands::Strands;
+use strandlight_reference::rays::{Rays, Start};
+use strandlight_scattering::random::SplitMix64;
+use strandlight_scene::Camera;
+use strandlight_scene::progress::Progress;
+use strandlight_scene::strands::Strands;
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();

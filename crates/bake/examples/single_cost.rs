@@ -14,7 +14,10 @@
 use std::hint::black_box;
 use std::process::ExitCode;
 
-use strandlight_bake::bench::{Method, MethodTables, Prepared, Scene, Set};
+use strandlight_bake::tables::bake_c_and_h;
+use strandlight_lab::bench::{Method, MethodTables, Prepared, Scene, Set};
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scene::progress::Progress;
 
 fn main() -> ExitCode {
     match run() {
@@ -36,7 +39,10 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
         .into_iter()
         .find(|method| method.family() == family && method.setting() == *setting)
         .ok_or_else(|| format!("there is no method '{family} {setting}'"))?;
-    let prepared = Prepared::new(method, &MethodTables::new()?);
+    let prepared = Prepared::new(
+        method,
+        &MethodTables::new(&bake_c_and_h(Fresnel::Schlick, &Progress::silent()))?,
+    );
     let scene = Scene::new(Set::Accuracy, 0, [8, 16, 16]);
     let fibres = scene
         .hair

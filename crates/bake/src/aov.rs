@@ -12,14 +12,14 @@
 //! strands; and `coverage.Y`.
 
 use strandlight_formats::{Background, Scattering};
-use strandlight_runtime::gpu::Context;
-use strandlight_runtime::live::Live;
-use strandlight_runtime::provenance::Provenance;
-use strandlight_runtime::{Picture, PreparedScene, RenderError, SceneError, Stats, memory};
+use strandlight_render::gpu::Context;
+use strandlight_render::live::Live;
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::provenance::Provenance;
+use strandlight_scene::{Picture, PreparedScene, RenderError, SceneError, Stats, memory};
 
-use crate::cpu;
-use crate::exr_file::{encode, floats};
+use strandlight_cpu as cpu;
+use strandlight_images::exr_file::{encode, floats};
 
 /// Most bytes of all layers.
 pub const MAX_BYTES: u64 = 2 << 30;

@@ -9,7 +9,6 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
-use strandlight_bake::progress;
 
 /// Bakes light sets, tables and grooms for rendering hair under environment lighting.
 #[derive(Parser)]
@@ -67,7 +66,7 @@ fn main() -> ExitCode {
         Err(answer) => answer.exit(),
     };
     if cli.quiet {
-        progress::be_quiet();
+        cli::progress::be_quiet();
     }
     if let Some(threads) = cli.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());

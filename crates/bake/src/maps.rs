@@ -2,7 +2,7 @@
 //!
 //! Three lightings that are hard in different ways: a bare sun ([`Sky::Sun`]), lamps with edges
 //! ([`Sky::Studio`]), no edges at all ([`Sky::Soft`]). Layout and units are those of
-//! [`Map`](crate::lights::Map): linear Rec.709 radiance in units of the map.
+//! [`Map`](strandlight_images::Map): linear Rec.709 radiance in units of the map.
 
 use std::f64::consts::PI;
 
@@ -76,7 +76,7 @@ impl Sky {
             encoding,
             channels,
         );
-        crate::exr_file::encode_layer(layer)
+        strandlight_images::exr_file::encode_layer(layer)
     }
 
     /// Factor on the sampled disc that makes its solid angle the exact one.
@@ -251,7 +251,7 @@ fn studio(omega: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lights::Map;
+    use strandlight_images::Map;
 
     #[test]
     fn maps_are_readable_and_clean() {
@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn the_samples_map_is_the_studio() {
-        let sample = include_bytes!("../../../data/sample/studio.exr");
+        let sample = strandlight_data::SAMPLE_MAP;
         let sample = Map::decode(sample).expect("part of the project");
         let drawn = Sky::Studio.exr_file(128).expect("an OpenEXR file");
         let drawn = Map::decode(&drawn).expect("a map");

@@ -4,100 +4,11 @@
 //! and what neither says has its default. The files note where each number was published and how
 //! its unit and convention were converted.
 
+use strandlight_data::PRESETS;
 use toml::Table;
 
 use crate::error::{Error, Result};
 use crate::scene_hair::HairSection;
-
-/// Name and text of every preset, in the order of their names.
-const PRESETS: &[(&str, &str)] = &[
-    ("auburn", include_str!("../../../data/presets/auburn.toml")),
-    ("black", include_str!("../../../data/presets/black.toml")),
-    ("blond", include_str!("../../../data/presets/blond.toml")),
-    ("brown", include_str!("../../../data/presets/brown.toml")),
-    ("red", include_str!("../../../data/presets/red.toml")),
-    ("white", include_str!("../../../data/presets/white.toml")),
-    (
-        "xu-fig10-a",
-        include_str!("../../../data/presets/xu-fig10-a.toml"),
-    ),
-    (
-        "xu-fig10-b",
-        include_str!("../../../data/presets/xu-fig10-b.toml"),
-    ),
-    (
-        "xu-fig10-c",
-        include_str!("../../../data/presets/xu-fig10-c.toml"),
-    ),
-    (
-        "xu-fig10-d",
-        include_str!("../../../data/presets/xu-fig10-d.toml"),
-    ),
-    (
-        "xu-fig10-e",
-        include_str!("../../../data/presets/xu-fig10-e.toml"),
-    ),
-    (
-        "xu-fig7-a",
-        include_str!("../../../data/presets/xu-fig7-a.toml"),
-    ),
-    (
-        "xu-fig7-b",
-        include_str!("../../../data/presets/xu-fig7-b.toml"),
-    ),
-    (
-        "xu-fig7-c",
-        include_str!("../../../data/presets/xu-fig7-c.toml"),
-    ),
-    (
-        "xu-fig8-a",
-        include_str!("../../../data/presets/xu-fig8-a.toml"),
-    ),
-    (
-        "xu-fig8-b",
-        include_str!("../../../data/presets/xu-fig8-b.toml"),
-    ),
-    (
-        "xu-fig9-a",
-        include_str!("../../../data/presets/xu-fig9-a.toml"),
-    ),
-    (
-        "xu-fig9-b",
-        include_str!("../../../data/presets/xu-fig9-b.toml"),
-    ),
-    (
-        "xu-fig9-c",
-        include_str!("../../../data/presets/xu-fig9-c.toml"),
-    ),
-    (
-        "zinke-fig8-blond",
-        include_str!("../../../data/presets/zinke-fig8-blond.toml"),
-    ),
-    (
-        "zinke-fig8-brown",
-        include_str!("../../../data/presets/zinke-fig8-brown.toml"),
-    ),
-    (
-        "zinke-fig8-light-blond",
-        include_str!("../../../data/presets/zinke-fig8-light-blond.toml"),
-    ),
-    (
-        "zinke-fig8-red",
-        include_str!("../../../data/presets/zinke-fig8-red.toml"),
-    ),
-    (
-        "zinke-fig9-medium",
-        include_str!("../../../data/presets/zinke-fig9-medium.toml"),
-    ),
-    (
-        "zinke-fig9-narrow",
-        include_str!("../../../data/presets/zinke-fig9-narrow.toml"),
-    ),
-    (
-        "zinke-fig9-wide",
-        include_str!("../../../data/presets/zinke-fig9-wide.toml"),
-    ),
-];
 
 /// The names of all presets, sorted.
 pub fn preset_names() -> impl Iterator<Item = &'static str> {

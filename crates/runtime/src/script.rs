@@ -27,12 +27,12 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use strandlight_formats::{CameraSection, did_you_mean, nearest};
 
-use crate::error::{RenderError, SceneError};
-use crate::paint::{Brush, BrushStroke, Picker, StrokePath};
-use crate::render::check_frame;
-use crate::scene::PreparedScene;
 use crate::session::{Change, Session};
 use crate::viewer::Viewer;
+use strandlight_scene::budget::check_frame;
+use strandlight_scene::paint::{Brush, BrushStroke, Picker, StrokePath};
+use strandlight_scene::scene::PreparedScene;
+use strandlight_scene::{RenderError, SceneError};
 
 /// Longest script.
 pub const MAX_BYTES: u64 = 64 << 20;
@@ -425,8 +425,8 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
                 return Err(format!("there is a frame {} already", frame.name));
             }
             let samples = frame.samples.unwrap_or(4);
-            if samples == 0 || samples > crate::render::MAX_SAMPLES {
-                let most = crate::render::MAX_SAMPLES;
+            if samples == 0 || samples > strandlight_scene::budget::MAX_SAMPLES {
+                let most = strandlight_scene::budget::MAX_SAMPLES;
                 return Err(format!("samples is {samples}, must be in 1..={most}"));
             }
             let size = frame.size.unwrap_or([1, 1]);

@@ -3,11 +3,11 @@
 
 use serde_json::{Value, json};
 
-use crate::edit::PartReport;
-use crate::live::{LiveReport, StageReport};
-use crate::memory;
 use crate::session::Change;
-use crate::stats::{Stage, Stats};
+use strandlight_render::live::{LiveReport, StageReport};
+use strandlight_scene::edit::PartReport;
+use strandlight_scene::memory;
+use strandlight_scene::stats::{Stage, Stats};
 
 /// Times of a list of frames.
 #[derive(Clone, Debug, Default)]

@@ -9,17 +9,17 @@ use std::time::Duration;
 use serde_json::{Map, Value};
 use strandlight_formats::Scene;
 
-use crate::Camera;
-use crate::assets::{camera, densities, hair_params, modes};
-use crate::edit::check_round;
-use crate::error::{RenderError, SceneError};
-use crate::gpu::Context;
-use crate::live::{Live, LiveReport, Progress};
-use crate::motion::{Motion, Wind};
-use crate::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
-use crate::proxy::Proxy;
-use crate::scene::PreparedScene;
 use crate::session::{Change, Saved, Session, section_of};
+use strandlight_render::gpu::Context;
+use strandlight_render::live::{Live, LiveReport, Progress};
+use strandlight_scene::Camera;
+use strandlight_scene::assets::{camera, densities, hair_params, modes};
+use strandlight_scene::edit::check_round;
+use strandlight_scene::motion::{Motion, Wind};
+use strandlight_scene::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
+use strandlight_scene::proxy::Proxy;
+use strandlight_scene::scene::PreparedScene;
+use strandlight_scene::{RenderError, SceneError};
 
 /// A scene that is open, and drawn.
 pub struct Viewer {
@@ -387,7 +387,11 @@ impl Viewer {
     /// # Errors
     /// As [`Live::still`].
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn frame(&mut self, size: [u32; 2], samples: u32) -> Result<crate::Picture, RenderError> {
+    pub fn frame(
+        &mut self,
+        size: [u32; 2],
+        samples: u32,
+    ) -> Result<strandlight_scene::Picture, RenderError> {
         self.live.still(size, samples)
     }
 

@@ -12,11 +12,11 @@ use wasm_bindgen_futures::JsFuture;
 use web_sys::{Blob, BlobPropertyBag, HtmlAnchorElement, HtmlCanvasElement, Response, Url};
 use web_time::Instant;
 
-use crate::files::Files;
 use crate::session::{Saved, Session};
-use crate::tables::DEFAULT_FILE;
 use crate::ui::{self, EventLog, Launch};
 use crate::viewer::Viewer;
+use strandlight_scene::files::Files;
+use strandlight_scene::tables::DEFAULT_FILE;
 
 thread_local! {
     /// Shows a sentence in place of the canvas, or nothing for an empty one.

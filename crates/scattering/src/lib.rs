@@ -36,6 +36,7 @@ mod hair;
 pub mod layout;
 pub mod lobes;
 pub mod quadrature;
+pub mod random;
 pub mod reflectance;
 pub mod special;
 pub mod spherical_gaussian;

@@ -5,14 +5,9 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::Vec3;
+use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{Axis, Background, Scattering, Spacing, SrbfLight, Table, TableFile};
-use strandlight_runtime::camera::DEFAULT_FOV_Y;
-use strandlight_runtime::edit::{HairTextures, LobeTables};
-use strandlight_runtime::gpu::Context;
-use strandlight_runtime::strands::Strands;
-use strandlight_runtime::tables::{BUNDLED, ShadingTables};
-use strandlight_runtime::tone::ToneMap;
-use strandlight_runtime::{Camera, Picture, PreparedScene};
+use strandlight_render::gpu::Context;
 use strandlight_scattering::axis;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::table_layout::{
@@ -20,6 +15,12 @@ use strandlight_scattering::table_layout::{
     H_ROWS,
 };
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::camera::DEFAULT_FOV_Y;
+use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::strands::Strands;
+use strandlight_scene::tables::ShadingTables;
+use strandlight_scene::tone::ToneMap;
+use strandlight_scene::{Camera, Picture, PreparedScene};
 
 /// The device; GPU tests fail without one.
 pub fn context() -> Context {
@@ -201,7 +202,7 @@ fn h_moments(eta: f64, ratio: f64, trt: bool) -> [f32; 4] {
 
 /// The hair's textures, from the bundled lobes.
 pub fn textures(hair: &HairParams, modes: &[Lobe]) -> HairTextures {
-    let file = TableFile::from_bytes(BUNDLED).expect("part of the project");
+    let file = TableFile::from_bytes(DEFAULT_TABLES).expect("part of the project");
     let lobes = Arc::new(LobeTables::from_file(&file, modes).expect("all lobes"));
     HairTextures::new(lobes, Fresnel::Dielectric, hair, modes, 4).expect("valid parameters")
 }

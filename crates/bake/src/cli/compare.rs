@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use serde_json::{Value, json};
-use strandlight_bake::compare::{
+use strandlight_reference::compare::{
     Comparison, FlipMap, Layer, PIXELS_PER_DEGREE, Region, compare, flip_png, heat_scale,
     signed_png,
 };
-use strandlight_runtime::tone::filmic;
+use strandlight_scene::tone::filmic;
 
 use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 

@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use strandlight_bake::progress::timed;
+use strandlight_data::{SAMPLE_MAP, SAMPLE_SCENE, SAMPLE_SCRIPT};
+use strandlight_scene::progress::timed;
 
 use super::{Outcome, check_outputs, note, output_folder, print_line, write_output};
 
@@ -21,18 +22,10 @@ pub struct Args {
     out: PathBuf,
 }
 
-const MAP: &[u8] = include_bytes!("../../../../data/sample/studio.exr");
-
 /// What people edit stays as it is when the demo runs again.
-const EDITED: [(&str, &[u8]); 2] = [
-    (
-        "scene.toml",
-        include_bytes!("../../../../data/sample/scene.toml"),
-    ),
-    (
-        "painted.json",
-        include_bytes!("../../../../data/sample/painted.json"),
-    ),
+const EDITED: [(&str, &str); 2] = [
+    ("scene.toml", SAMPLE_SCENE),
+    ("painted.json", SAMPLE_SCRIPT),
 ];
 
 /// One step: what it is for, and its command line with file names inside the demo's folder
@@ -76,13 +69,13 @@ pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
             .map(PathBuf::as_path)
             .collect::<Vec<_>>(),
     )?;
-    write_output(&folder.join("studio.exr"), MAP)?;
-    for (name, bytes) in EDITED {
+    write_output(&folder.join("studio.exr"), SAMPLE_MAP)?;
+    for (name, text) in EDITED {
         let path = folder.join(name);
         if path.exists() {
             note!("{} is there already and stays as it is", path.display());
         } else {
-            write_output(&path, bytes)?;
+            write_output(&path, text.as_bytes())?;
         }
     }
 

@@ -6,9 +6,10 @@ mod tables;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use strandlight_bake::exr_file;
-use strandlight_bake::lights::{LatLong, radiance};
+use strandlight_bake::lights::radiance;
 use strandlight_formats::{FileKind, Groom, Kind, LightSet, PAINT_ATTRIBUTES, TableFile};
+use strandlight_images::LatLong;
+use strandlight_images::exr_file;
 
 use super::inspect::{Content, lights};
 use super::{Failure, Outcome, check_outputs, is_stream, print_line, write_output};

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::{Subcommand, ValueEnum};
 use strandlight_bake::grooms::{GrowSpec, Style, generate};
-use strandlight_bake::progress::Progress;
 use strandlight_formats::{
     DiameterRange, DiameterSource, Groom, Guess, Guesses, HairFile, HairImport, Kind, LengthUnit,
     Scene, UpAxis,
 };
-use strandlight_runtime::files::Files;
+use strandlight_scene::files::Files;
 
 use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
+use crate::cli::progress::progress;
 
 /// Imports or generates hair
 #[derive(clap::Args)]
@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> Outcome {
                 points_per_strand: args.points_per_strand,
                 seed: args.seed,
             };
-            let progress = Progress::new("groom", u64::from(args.strands));
+            let progress = progress("groom", u64::from(args.strands));
             let groom = generate(&spec, &progress).map_err(Failure::input)?;
             write_groom(&groom, &args.output)
         }

@@ -2,15 +2,16 @@
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use strandlight_scene::progress::Progress;
 
 use serde_json::{Map as Object, Value, json};
-use strandlight_bake::lights::{
-    Fit, FitOptions, MAX_LIGHTS, Map, MapSelection, STEPS, evaluate, fit, preview_png,
-};
-use strandlight_bake::progress::{Progress, timed};
+use strandlight_bake::lights::{Fit, FitOptions, MAX_LIGHTS, STEPS, evaluate, fit, preview_png};
 use strandlight_formats::{FitReport, Kind, LightSet, LightSetInfo};
+use strandlight_images::{Map, MapSelection};
+use strandlight_scene::progress::timed;
 
 use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
+use crate::cli::progress::progress;
 
 /// Fits spherical Gaussian lights to an HDR map
 ///
@@ -90,7 +91,7 @@ pub fn run(args: &Args) -> Outcome {
         check_extension(preview, "png")?;
     }
 
-    let progress = Progress::new("fitting lights", STEPS + OTHER_STEPS);
+    let progress = progress("fitting lights", STEPS + OTHER_STEPS);
     let baked = bake(args, &progress);
     progress.finish();
     let baked = baked?;

@@ -11,6 +11,7 @@ pub mod lights;
 pub mod man;
 mod output;
 pub mod probe;
+pub mod progress;
 pub mod reference;
 pub mod render;
 pub mod scenes;
@@ -21,7 +22,9 @@ pub mod verify;
 use std::fmt;
 use std::path::Path;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::error::{ContextKind, ContextValue};
+use strandlight_lab::transmittance::Method;
 
 pub use output::{
     check_extension, check_outputs, is_stream, output_folder, print_failure, print_line, want_json,
@@ -32,12 +35,23 @@ pub use output::{
 macro_rules! note {
     ($($text:tt)*) => {{
         use std::io::Write;
-        if !strandlight_bake::progress::is_quiet() {
+        if !crate::cli::progress::is_quiet() {
             let _ = writeln!(std::io::stderr(), $($text)*);
         }
     }};
 }
 use note;
+
+/// Parses `--transmittance METHOD`.
+fn transmittance_method() -> impl clap::builder::TypedValueParser<Value = Method> {
+    let names = Method::ALL.map(Method::name);
+    PossibleValuesParser::new(names).map(|name| {
+        let mut methods = Method::ALL.into_iter();
+        methods
+            .find(|method| method.name() == name)
+            .unwrap_or_default()
+    })
+}
 
 /// Why a command did not do what was asked; printed as one line on stderr.
 #[derive(Debug)]

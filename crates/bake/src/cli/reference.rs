@@ -5,30 +5,30 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use serde_json::json;
-use strandlight_bake::lights::Map;
-use strandlight_bake::progress::Progress;
-use strandlight_bake::rays::Rays;
-use strandlight_bake::reference::environment::{LightSampler, MapSampler};
-use strandlight_bake::reference::{
+use strandlight_formats::{Scene, content_hash};
+use strandlight_images::Map;
+use strandlight_reference::environment::{LightSampler, MapSampler};
+use strandlight_reference::rays::Rays;
+use strandlight_reference::{
     Averages, Densities, Directional, Environment, Fibres, Film, Integrator, MAX_SAMPLES, Method,
     Painted, PathTracer, RayShoot, ReferenceFile,
 };
-use strandlight_formats::{Scene, content_hash};
-use strandlight_runtime::PreparedScene;
-use strandlight_runtime::files::Files;
-use strandlight_runtime::paint::{PaintKinds, PaintedPoint};
-use strandlight_runtime::provenance::Recorder;
-use strandlight_runtime::render::check_target;
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PaintTexel;
 use strandlight_scattering::dual_scattering::{
     AverageTable, DEFAULT_AVERAGE_LAYERS, DEFAULT_SCALES, PaintedAverageTable,
 };
 use strandlight_scattering::exact::{Bcsdf, PaintedBcsdf};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::budget::check_target;
+use strandlight_scene::files::Files;
+use strandlight_scene::paint::{PaintKinds, PaintedPoint};
+use strandlight_scene::provenance::Recorder;
 
 use super::{
     Failure, Outcome, check_extension, check_outputs, is_stream, note, print_line, write_output,
 };
+use crate::cli::progress::progress;
 
 /// Renders ground truth for a scene, slowly, on the CPU
 ///
@@ -231,7 +231,7 @@ pub fn run(args: &Args) -> Outcome {
         }),
     };
     const STEPS: u64 = 1000;
-    let progress = Progress::new(method.name(), STEPS);
+    let progress = progress(method.name(), STEPS);
     let observer = |done: f64| progress.reach((done * STEPS as f64) as u64);
     file.film
         .expose(&prepared, &*integrator, args.spp, args.seed, &observer);

@@ -8,24 +8,27 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use serde_json::{Map, Value, json};
 use strandlight_bake::aov::Group;
-use strandlight_bake::cpu;
-use strandlight_bake::picture::exr_file_of;
-use strandlight_bake::progress::Progress;
-use strandlight_bake::transmittance::Method;
+use strandlight_cpu as cpu;
+use strandlight_cpu::ShadowSource;
 use strandlight_formats::{Scattering, Scene};
-use strandlight_runtime::files::Files;
-use strandlight_runtime::gpu::Context;
-use strandlight_runtime::provenance::{Provenance, Recorder};
-use strandlight_runtime::render::check_frame;
+use strandlight_images::picture::exr_file_of;
+use strandlight_lab::transmittance::{Method, point_shadows};
+use strandlight_render::Renderer;
+use strandlight_render::gpu::Context;
+use strandlight_runtime::Session;
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
-use strandlight_runtime::{
-    Picture, PreparedScene, RenderError, Renderer, SceneError, Session, Stats,
-};
+use strandlight_scene::budget::check_frame;
+use strandlight_scene::files::Files;
+use strandlight_scene::provenance::{Provenance, Recorder};
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::{Picture, PreparedScene, RenderError, SceneError, Stats};
 
 use super::{
-    Failure, Outcome, check_outputs, is_stream, note, output_folder, print_line, write_output,
+    Failure, Outcome, check_outputs, is_stream, note, output_folder, print_line,
+    transmittance_method, write_output,
 };
+use crate::cli::progress::progress;
 
 /// Renders a scene
 ///
@@ -73,7 +76,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=4096))]
     shadow_maps: Option<u32>,
     /// How the transmittance of lights is found; all but sweep are baselines on the CPU
-    #[arg(long, value_enum, default_value_t = Method::Sweep)]
+    #[arg(long, value_name = "METHOD", default_value = Method::Sweep.name(), value_parser = transmittance_method())]
     transmittance: Method,
     /// Seconds since the start of the scene's motion, 0..=1000000
     #[arg(long, value_name = "SECONDS", value_parser = parse_time, default_value_t = 0.0)]
@@ -283,14 +286,20 @@ fn draw(
     method: Method,
 ) -> Result<(Picture, Stats), Failure> {
     const STEPS: u64 = 1000;
-    let progress = Progress::new("rendering", STEPS);
+    let progress = progress("rendering", STEPS);
     let observer = &|done: f64| progress.reach((done * STEPS as f64) as u64);
     let on_gpu = || {
         let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
         Renderer::new(&context, scene)?.render_observed(&scene.camera, size, samples, observer)
     };
     let on_cpu = || {
-        cpu::render_observed(scene, &scene.camera, size, samples, method, observer)
+        let find =
+            |scene: &PreparedScene, lights: &[LightRecord]| point_shadows(method, scene, lights);
+        let shadows = match method {
+            Method::Sweep => ShadowSource::Sweep,
+            _ => ShadowSource::Points(&find),
+        };
+        cpu::render_observed(scene, &scene.camera, size, samples, shadows, observer)
             .map_err(Failure::input)
     };
     let backend = match method {

@@ -4,14 +4,16 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use strandlight_bake::grooms::generate;
-use strandlight_bake::lights::{FitOptions, Map, STEPS, evaluate, fit};
+use strandlight_bake::lights::{FitOptions, STEPS, evaluate, fit};
 use strandlight_bake::maps::Sky;
-use strandlight_bake::progress::{Progress, timed};
 use strandlight_bake::scenes::{PaperScene, SCENES};
 use strandlight_formats::LightSet;
+use strandlight_images::Map;
+use strandlight_scene::progress::timed;
 
 use super::lights::info;
 use super::{Failure, Outcome, check_outputs, note, output_folder, print_line, write_output};
+use crate::cli::progress::progress;
 
 /// Height of the generated maps in pixels.
 const MAP_HEIGHT: usize = 256;
@@ -139,7 +141,7 @@ fn write_scene(scene: &PaperScene, map: &Map, args: &Args) -> Result<Value, Fail
     let [toml, groom_path, lights_path] = scene_paths(scene, &args.output);
     let (written, seconds) = timed(|| {
         let spec = scene.groom(args.scale);
-        let progress = Progress::new(scene.name, u64::from(spec.strands));
+        let progress = progress(scene.name, u64::from(spec.strands));
         let groom = generate(&spec, &progress).map_err(Failure::input)?;
         let bytes = groom
             .to_bytes()
@@ -180,7 +182,7 @@ fn light_set(scene: &PaperScene, map: &Map) -> Result<LightSet, Failure> {
         count: scene.lights,
         seed: 0,
     };
-    let progress = Progress::new("fitting lights", STEPS);
+    let progress = progress("fitting lights", STEPS);
     let fitted = fit(map, options, &progress);
     progress.finish();
     let fitted = fitted.map_err(|error| Failure::Input(format!("{}: {error}", scene.name)))?;

@@ -2,15 +2,16 @@
 
 use std::path::PathBuf;
 
-use strandlight_bake::stress::{Options, Report, Subject, run as run_stress};
 use strandlight_bake::tables::fresnel_of;
 use strandlight_formats::TableFile;
-use strandlight_runtime::edit::LobeTables;
-use strandlight_runtime::probe::{GpuProbe, Scheme};
-use strandlight_runtime::tables::{ShadingTables, lobe_table};
+use strandlight_lab::stress::{Options, Report, Subject, run as run_stress};
+use strandlight_render::probe::{GpuProbe, Scheme};
 use strandlight_scattering::Lobe;
+use strandlight_scene::edit::LobeTables;
+use strandlight_scene::tables::{ShadingTables, lobe_table};
 
 use super::probe::{default_tables, parse_query};
+use super::progress::progress;
 use super::{Failure, Outcome, note, print_line};
 
 /// Stresses single and multiple scattering at corners and random extremes, against f64
@@ -88,9 +89,8 @@ pub fn run(args: &Args) -> Outcome {
     let options = Options {
         n: args.n as usize,
         seed: args.seed,
-        is_verbose: true,
     };
-    let report = run_stress(&subject, options, &parse_query).map_err(Failure::input)?;
+    let report = run_stress(&subject, options, &parse_query, &progress).map_err(Failure::input)?;
     if args.json {
         print_line(report.to_json())?;
     } else {

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use serde_json::json;
-use strandlight_bake::progress::{Progress, timed};
 use strandlight_bake::tables::{Float16Cost, N_STEPS, bake_tables, float16_cost, lean};
 use strandlight_formats::{Kind, TableFile};
+use strandlight_scene::progress::timed;
 
 use super::{Failure, Outcome, check_outputs, print_line, write_output};
+use crate::cli::progress::progress;
 
 /// Bakes the tables that the renderer looks up
 ///
@@ -50,7 +51,7 @@ impl From<FresnelArg> for strandlight_scattering::fresnel::Fresnel {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     check_outputs(&[], &[&args.output])?;
-    let progress = Progress::new("tables", N_STEPS);
+    let progress = progress("tables", N_STEPS);
     let (file, seconds) = timed(|| bake_tables(args.fresnel.into(), &progress));
     progress.finish();
     let cost = float16_cost(&file).map_err(Failure::input)?;

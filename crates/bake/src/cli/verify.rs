@@ -9,11 +9,11 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use strandlight_bake::lights::{Map, MapError, MapSelection};
 use strandlight_bake::tables::{Check, verify_tables};
 use strandlight_formats::{
     Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile, read_start,
 };
+use strandlight_images::{Map, MapError, MapSelection};
 
 use super::{Failure, Outcome, note, print_line};
 

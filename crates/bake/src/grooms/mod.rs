@@ -18,7 +18,7 @@ pub use scalp::HEAD_RADII;
 use rayon::prelude::*;
 use strandlight_formats::{Attribute, Domain, Groom, GroomSource, HairSection, tool_version};
 
-use crate::progress::Progress;
+use strandlight_scene::progress::Progress;
 
 /// How the hair is worn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use strandlight_formats::{LightSet, SrbfLight};
 pub(super) use strandlight_scattering::spherical_gaussian::solid_angle as srbf_solid_angle;
 
-use super::map::{LatLong, Map};
 use super::sphere::{Vec3, combine, dot, normalize, tangents};
+use strandlight_images::{LatLong, Map};
 
 /// Columns of the grid on which sums are made: 1.4 degrees, a tenth of the narrowest lobe of the
 /// fibre response. Divides the usual map widths.

@@ -5,14 +5,14 @@ use strandlight_formats::{LightSet, SrbfLight};
 
 use super::cells::{COLUMNS, srbf_solid_angle};
 use super::harmonics::Harmonics;
-use super::map::{Map, MapError};
 use super::projection::{Lobe, State, Target, energy_row, refine};
 use super::response::Response;
 use super::search::{Candidates, add_greedily, add_in_batches, grow, relocate};
 use super::spectrum::Filter;
 use super::sphere::fibonacci;
 use super::sun::{Source, amplitude, extract};
-use crate::progress::{Progress, timed};
+use strandlight_images::{Map, MapError};
+use strandlight_scene::progress::{Progress, timed};
 
 /// Most lights of a set.
 pub const MAX_LIGHTS: usize = 1024;
@@ -277,7 +277,7 @@ mod tests {
     /// A map of `width` x half of it, from a function of direction.
     fn map_of(width: usize, radiance: impl Fn(Vec3) -> [f64; 3]) -> Map {
         let height = width / 2;
-        let grid = crate::lights::LatLong { width, height };
+        let grid = strandlight_images::LatLong { width, height };
         let pixels = (0..width * height)
             .map(|ix| {
                 let (i, j) = (ix % width, ix / width);

@@ -172,11 +172,11 @@ impl Harmonics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lights::Map;
     use crate::lights::cells::map_cells_of;
     use crate::lights::response::Response;
     use crate::lights::spectrum::Filter;
     use crate::lights::sphere::{Random, dot, fibonacci};
+    use strandlight_images::Map;
 
     #[test]
     fn harmonics_add_up_to_legendre() {

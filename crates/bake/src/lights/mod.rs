@@ -8,44 +8,32 @@
 //! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at.
 //!
 //! ```
-//! use strandlight_bake::lights::{FitOptions, Map, evaluate, fit};
-//! use strandlight_bake::progress::Progress;
+//! use crate::lights::{FitOptions, Map, evaluate, fit};
+//! use crate::progress::Progress;
 //!
 //! let pixels = (0..64 * 32).map(|ix| [1.0, 1.0, 1.0 + (ix / 64) as f32]).collect();
 //! let map = Map::new(64, 32, pixels)?;
 //! let options = FitOptions { count: 8, seed: 0 };
 //! let fitted = fit(&map, options, &Progress::silent())?;
 //! assert!(evaluate(&fitted.lights, &map).fibre_error < 0.01);
-//! # Ok::<(), strandlight_bake::lights::MapError>(())
+//! # Ok::<(), crate::lights::MapError>(())
 //! ```
 
 mod cells;
 mod columns;
-mod exr_images;
-pub(crate) mod exr_map;
-mod faults;
 mod fit;
 mod harmonics;
 mod linear;
-mod map;
 mod preview;
-mod primaries;
 mod projection;
-mod quiet;
-mod radiance_map;
 mod report;
 mod response;
 mod search;
-mod source;
 mod spectrum;
 mod sphere;
 mod sun;
 
 pub use cells::radiance;
-pub use faults::PixelFaults;
 pub use fit::{Fit, FitOptions, MAX_LIGHTS, STEPS, fit};
-pub use map::{LatLong, Map, MapError};
 pub use preview::preview_png;
-pub(crate) use quiet::quietly;
 pub use report::evaluate;
-pub use source::{MapImage, MapSelection, MapSource, MapWindows, Window};

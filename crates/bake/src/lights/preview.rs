@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use strandlight_formats::{LightSet, SrbfLight};
 
 use super::cells::radiance;
-use super::map::{LatLong, Map};
 use super::sphere::dot;
+use strandlight_images::{LatLong, Map};
 
 /// Pixels across one of the four pictures.
 const WIDTH: usize = 640;

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use strandlight_formats::{FitReport, LightSet, SrbfLight};
 
 use super::cells::{COLUMNS, Cell, NARROW, light_cells, map_cells, radiance};
-use super::map::{LatLong, Map};
 use super::response::{fibre_error, relative_rms};
 use super::sphere::{dot, fibonacci, normalize};
+use strandlight_images::{LatLong, Map};
 
 /// Normals of the irradiance error.
 const NORMALS: usize = 256;
@@ -321,7 +321,7 @@ mod tests {
     #[ignore = "takes minutes; measures the figure that `evaluate` documents"]
     fn interpolation_on_sample_maps() {
         use crate::lights::{FitOptions, fit};
-        use crate::progress::Progress;
+        use strandlight_scene::progress::Progress;
         let folder =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/env");
         let Ok(files) = std::fs::read_dir(folder) else {

@@ -258,12 +258,12 @@ pub(super) fn relative_rms(sums: &[[f64; 2]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lights::Map;
     use crate::lights::cells::{light_cells, map_cells, map_cells_of};
     use crate::lights::harmonics::Harmonics;
     use crate::lights::spectrum::{DEGREES, Filter};
     use crate::lights::sun::Rest;
     use strandlight_formats::{LightSet, SrbfLight};
+    use strandlight_images::Map;
 
     fn light(direction: Vec3, lambda: f32, rgb: [f32; 3]) -> LightSet {
         let lights = vec![SrbfLight {

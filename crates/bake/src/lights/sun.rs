@@ -6,8 +6,8 @@ use std::f64::consts::LN_2;
 use rayon::prelude::*;
 
 use super::cells::srbf_solid_angle;
-use super::map::{LatLong, Map};
 use super::sphere::{Vec3, combine, dot, normalize};
+use strandlight_images::{LatLong, Map};
 
 /// Most sources that are taken out.
 const MAX_SOURCES: usize = 4;

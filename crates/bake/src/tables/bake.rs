@@ -15,7 +15,7 @@ use strandlight_scattering::table_layout::{
 
 use super::layout::{axis_names, file_axis, scattering_axis};
 use super::lobes::{N_LOBE_STEPS, REPORT_RANGE, bake_lobes, file_tables, lobe_errors, parameters};
-use crate::progress::Progress;
+use strandlight_scene::progress::Progress;
 
 /// Nodes of the moments' rule: 1e-14 on the grid of the default axes.
 const MOMENT_NODES: usize = 40;

@@ -111,9 +111,9 @@ fn percentiles(mut values: Vec<f64>) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::Progress;
     use crate::tables::bake_c_and_h;
     use strandlight_scattering::fresnel::Fresnel;
+    use strandlight_scene::progress::Progress;
 
     #[test]
     fn shares_survive_half_precision_and_powers_do_not() {

@@ -31,7 +31,7 @@ pub enum TableError {
     Fresnel(String),
     /// The renderer cannot read the tables.
     #[error(transparent)]
-    Shading(#[from] strandlight_runtime::tables::TablesError),
+    Shading(#[from] strandlight_scene::tables::TablesError),
 }
 
 /// The Fresnel term that a file's H tables hold.

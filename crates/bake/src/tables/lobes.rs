@@ -13,8 +13,8 @@ use strandlight_scattering::lobes::{
 };
 
 use super::layout::file_axis;
-use crate::progress::Progress;
-use crate::random::SplitMix64;
+use strandlight_scattering::random::SplitMix64;
+use strandlight_scene::progress::Progress;
 
 /// Steps of progress that [`bake_lobes`] makes.
 pub(super) const N_LOBE_STEPS: u64 = 4 * LOBE_ETA.count as u64;

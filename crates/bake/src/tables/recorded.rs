@@ -2,9 +2,9 @@
 //! checks can be edited, or left over from other data.
 
 use strandlight_formats::{Table, TableFile};
-use strandlight_runtime::tables::lobe_table;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::table_names;
+use strandlight_scene::tables::lobe_table;
 
 use super::bake::measure_again;
 use super::layout::TableError;

@@ -13,7 +13,6 @@
 use rayon::prelude::*;
 
 use strandlight_formats::{Table, TableFile};
-use strandlight_runtime::tables::ShadingTables;
 use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::{c_closed_form, shares_tanh_sinh};
 use strandlight_scattering::circular_gaussian::circular_gaussian_integral;
@@ -25,6 +24,7 @@ use strandlight_scattering::table_layout::{
     C_CHANNELS as SHARES, C_FROM_B, h_column, theta_d_from_h_column,
 };
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::tables::ShadingTables;
 
 use super::bake::H_THETA_D_MAX;
 use super::layout::{TableError, find_table, fresnel_of, scattering_axis};
@@ -451,8 +451,8 @@ fn verify_h(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::Progress;
     use crate::tables::{bake_c_and_h, bake_tables};
+    use strandlight_scene::progress::Progress;
 
     #[test]
     fn baked_tables_pass() {

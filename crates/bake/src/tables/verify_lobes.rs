@@ -3,7 +3,6 @@
 
 use rayon::prelude::*;
 use strandlight_formats::TableFile;
-use strandlight_runtime::tables::lobe_table;
 use strandlight_scattering::closed_form::{Lag, azimuthal_trt, azimuthal_tt, sample_lobes};
 use strandlight_scattering::exact::{azimuthal, energy};
 use strandlight_scattering::fresnel::Fresnel;
@@ -14,11 +13,12 @@ use strandlight_scattering::lobes::{
 };
 use strandlight_scattering::quadrature::GaussLegendre;
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::tables::lobe_table;
 
 use super::layout::TableError;
 use super::lobes::{Configuration, MODES, REPORT_WIDTHS};
 use super::verify::{Check, Worst};
-use crate::random::SplitMix64;
+use strandlight_scattering::random::SplitMix64;
 
 /// Shares differ by the quadrature of the moments alone: 256 nodes when baking.
 const CHECK_NODES: usize = 400;
@@ -276,10 +276,10 @@ fn verify_energies(lobes: &LobeTable, seed: u64) -> Check {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use strandlight_runtime::tables::BUNDLED;
+    use strandlight_data::DEFAULT_TABLES;
 
     fn failed(damage: impl FnOnce(&mut TableFile)) -> Vec<(&'static str, String)> {
-        let mut file = TableFile::from_bytes(BUNDLED).unwrap();
+        let mut file = TableFile::from_bytes(DEFAULT_TABLES).unwrap();
         damage(&mut file);
         verify_lobes(&file, 0)
             .unwrap()

@@ -7,7 +7,7 @@ use strandlight_formats::{
 };
 use strandlight_scattering::HairParams;
 
-use crate::assets::{densities, hair_params, modes};
+use strandlight_scene::assets::{densities, hair_params, modes};
 
 /// What an edit, an undo or a redo has changed. Every field says what depends on it; nothing is
 /// set that does not have to be made again.
@@ -21,7 +21,7 @@ pub struct Change {
     pub samples: bool,
     /// Exposure, tone map or background: composing the picture alone.
     pub grade: bool,
-    /// Optical parameters of the fibres: textures, see [`crate::edit::RULES`].
+    /// Optical parameters of the fibres: textures, see [`strandlight_scene::edit::RULES`].
     pub hair: bool,
     /// The modes that are drawn.
     pub modes: bool,

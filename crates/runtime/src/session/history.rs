@@ -6,7 +6,7 @@ use std::sync::Arc;
 use strandlight_formats::Scene;
 
 use super::Held;
-use crate::paint::Stroke;
+use strandlight_scene::paint::Stroke;
 
 /// Most steps that are remembered.
 pub const MAX_STEPS: usize = 500;

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 use strandlight_formats::{HairSection, Scene, did_you_mean};
 
-use crate::error::SceneError;
+use strandlight_scene::SceneError;
 
 /// `scene` with `value` at `key`, a path like `hair.eta`, `lights.adjust.0.tint` or
 /// `camera.position.1`. `null` takes a key away: it has its default then.

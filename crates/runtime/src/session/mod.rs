@@ -23,14 +23,14 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
 
-use crate::assets::{Assets, ModesToRead};
-use crate::error::SceneError;
-use crate::files::Files;
-use crate::paint::{Paint, Stroke};
-use crate::render::check_frame;
-use crate::scene::PreparedScene;
 use history::{History, Step};
 use save::OnDisk;
+use strandlight_scene::SceneError;
+use strandlight_scene::assets::{Assets, ModesToRead};
+use strandlight_scene::budget::check_frame;
+use strandlight_scene::files::Files;
+use strandlight_scene::paint::{Paint, Stroke};
+use strandlight_scene::scene::PreparedScene;
 
 /// What is read from files and shared by the steps of the history.
 #[derive(Clone, Debug)]
@@ -130,6 +130,11 @@ impl Session {
     /// The paint of the groom's points; `None` where nothing was ever painted.
     pub fn paint(&self) -> Option<&Paint> {
         self.held.paint.as_deref()
+    }
+
+    /// The paint, where strokes changed that of the groom's file.
+    pub fn own_paint(&self) -> Option<&Paint> {
+        self.paint().filter(|_| self.is_repainted())
     }
 
     /// The paint, to be changed by a stroke that [`Session::stroke`] is told of in the end.
@@ -386,7 +391,7 @@ impl Towards {
 }
 
 /// A camera as a scene file has it.
-pub fn section_of(camera: &crate::camera::Camera) -> CameraSection {
+pub fn section_of(camera: &strandlight_scene::camera::Camera) -> CameraSection {
     // Through the shortest decimal of the f32, so that files read well.
     let plain = |x: f32| x.to_string().parse().unwrap_or(f64::from(x));
     let vector = |v: glam::Vec3| v.to_array().map(plain);

@@ -7,9 +7,9 @@ use strandlight_formats::{Groom, Scene};
 
 use super::history::Step;
 use super::{Change, Held, Session, check_size, told};
-use crate::assets::{Assets, ModesToRead};
-use crate::error::SceneError;
-use crate::files::Files;
+use strandlight_scene::SceneError;
+use strandlight_scene::assets::{Assets, ModesToRead};
+use strandlight_scene::files::Files;
 
 /// Parameter of a groom that a save has made: such a file may be replaced by the next save.
 const SAVED_BY: (&str, &str) = ("saved_by", "strandview");

@@ -7,8 +7,8 @@ use strandlight_formats::{
 };
 
 use super::*;
-use crate::paint::PaintedPoint;
-use crate::tables::BUNDLED;
+use strandlight_data::DEFAULT_TABLES;
+use strandlight_scene::paint::PaintedPoint;
 
 fn groom(height: f32) -> Vec<u8> {
     let groom = Groom {
@@ -48,7 +48,7 @@ fn files() -> Files {
         ("/s/a.groom", groom(1.0)),
         ("/s/taller.groom", groom(2.0)),
         ("/b.lights", lights()),
-        ("/s/other.tables", BUNDLED.to_vec()),
+        ("/s/other.tables", DEFAULT_TABLES.to_vec()),
     ])
 }
 
@@ -216,7 +216,7 @@ fn changes_name_what_depends_on_them_and_no_more() {
     // A colour told in another way, and one that is another.
     let sigma_a = session.scene().hair.sigma_a;
     let change = session.edit("color", |scene| {
-        let caustic = crate::assets::hair_params(&scene.hair).caustic_width;
+        let caustic = strandlight_scene::assets::hair_params(&scene.hair).caustic_width;
         let color = strandlight_scattering::color::reflectance_from_sigma_a(sigma_a, caustic);
         scene.hair.reflectance = Some(color.map(|c| (c * 1e4).round() / 1e4));
     });
@@ -336,8 +336,8 @@ fn another_groom_comes_and_goes_with_its_step() {
 
 #[test]
 fn the_diameters_of_the_groom_are_known() {
-    use crate::assets::Diameters;
     use strandlight_formats::{Attribute, Domain};
+    use strandlight_scene::assets::Diameters;
 
     let files = files();
     let mut session = session();

@@ -12,7 +12,7 @@ use super::document::Document;
 use super::screen::Screen;
 use super::workspace::Workspace;
 use super::{Failure, Launch};
-use crate::gpu::GpuError;
+use strandlight_render::gpu::GpuError;
 
 /// Sent to the event loop when a device has come, which in a browser takes a while.
 pub struct Opened(pub Result<Screen, GpuError>);

@@ -14,10 +14,10 @@ use super::pick;
 use super::questions::{Answer, Question, Then, name_of};
 use super::view::Seen;
 use super::workspace::Workspace;
-use crate::Camera;
-use crate::paint::Picker;
 use crate::session::Session;
 use crate::viewer::Viewer;
+use strandlight_scene::Camera;
+use strandlight_scene::paint::Picker;
 
 impl Workspace {
     /// Does what a frame asked for. Answers whether somebody is moving something.
@@ -447,7 +447,7 @@ impl Workspace {
                     is_help_open: self.state.is_help_open,
                     ..UiState::default()
                 };
-                self.progress = crate::live::Progress::default();
+                self.progress = strandlight_render::live::Progress::default();
                 self.is_stuck = false;
                 self.say(&format!("Opened {}", path.display()));
                 self.changed("opened", json!({ "path": path.display().to_string() }));

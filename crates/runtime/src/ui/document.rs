@@ -7,9 +7,9 @@ mod native {
 
     use web_time::Instant;
 
-    use crate::gpu::Context;
     use crate::ui::snapshot;
     use crate::viewer::Viewer;
+    use strandlight_render::gpu::Context;
 
     /// How often the files are looked at.
     const POLL: Duration = Duration::from_secs(1);
@@ -122,9 +122,9 @@ mod web {
 
     use web_time::Instant;
 
-    use crate::gpu::Context;
     use crate::ui::snapshot;
     use crate::viewer::Viewer;
+    use strandlight_render::gpu::Context;
 
     /// A scene that came with a page.
     pub struct Document {

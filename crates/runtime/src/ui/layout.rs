@@ -13,9 +13,9 @@ use super::panel::{self, section, statistics::FrameTimes};
 use super::questions::{self, Answer, Question};
 use super::view::{self, Bounds, Seen};
 use super::{help, orbit, theme};
-use crate::Camera;
-use crate::live::Progress;
 use crate::viewer::Viewer;
+use strandlight_render::live::Progress;
+use strandlight_scene::Camera;
 
 /// What the interface remembers between frames.
 #[derive(Debug, Default)]

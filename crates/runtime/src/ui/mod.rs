@@ -26,8 +26,8 @@ mod theme;
 mod view;
 mod workspace;
 
-use crate::gpu::{Context, GpuError};
 use crate::viewer::Viewer;
+use strandlight_render::gpu::{Context, GpuError};
 
 pub use log::EventLog;
 

@@ -5,7 +5,7 @@
 
 use glam::{Quat, Vec3};
 
-use crate::Camera;
+use strandlight_scene::Camera;
 
 /// Nearest and farthest that the eye comes to its target, in radii of the hair.
 const DISTANCES: [f32; 2] = [1e-3, 200.0];

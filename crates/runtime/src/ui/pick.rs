@@ -4,8 +4,8 @@ use glam::Vec3;
 use strandlight_formats::SrbfLight;
 use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame, single_scattering};
 
-use crate::scene::PreparedScene;
-use crate::strands::Strands;
+use strandlight_scene::scene::PreparedScene;
+use strandlight_scene::strands::Strands;
 
 /// Hair in the way of a light is counted in a tube of this share of the hair's radius.
 const TUBE: f32 = 0.03;
@@ -94,15 +94,16 @@ mod tests {
     use strandlight_scattering::{HairParams, Lobe};
 
     use super::*;
-    use crate::Camera;
-    use crate::edit::{HairTextures, LobeTables};
-    use crate::tables::{BUNDLED, ShadingTables};
+    use strandlight_data::DEFAULT_TABLES;
+    use strandlight_scene::Camera;
+    use strandlight_scene::edit::{HairTextures, LobeTables};
+    use strandlight_scene::tables::ShadingTables;
 
     /// One upright strand before the eye on +Z.
     fn scene(modes: &[Lobe]) -> PreparedScene {
         let points = [[0.0, -1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let strands = Strands::new(&points, &[0, 3], |_, _| 0.01, false).expect("a strand");
-        let mut reader = TableReader::from_static(BUNDLED).expect("bundled tables");
+        let mut reader = TableReader::from_static(DEFAULT_TABLES).expect("bundled tables");
         let tables = vec![reader.read_table("C").expect("it is there")];
         let file = TableFile {
             tables,

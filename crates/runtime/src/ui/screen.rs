@@ -7,7 +7,7 @@ use wgpu::CurrentSurfaceTexture as Current;
 use winit::dpi::PhysicalSize;
 use winit::window::Window;
 
-use crate::gpu::{Context, GpuError};
+use strandlight_render::gpu::{Context, GpuError};
 
 /// A device, the window's surface on it, and egui's renderer.
 pub struct Screen {

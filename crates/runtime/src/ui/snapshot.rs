@@ -1,6 +1,6 @@
 //! The picture as it is on screen, as a PNG.
 
-use crate::gpu::Context;
+use strandlight_render::gpu::Context;
 
 /// Bytes of a row of a copy are a multiple of this.
 const ROW: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;

@@ -4,7 +4,7 @@ use egui::{Event, PointerButton, Rect, Sense, Ui};
 use glam::Vec3;
 
 use super::{orbit, theme};
-use crate::Camera;
+use strandlight_scene::Camera;
 
 /// The sphere around the hair, cm.
 #[derive(Clone, Copy, Debug)]

@@ -17,10 +17,10 @@ use super::panel::statistics::FrameTimes;
 use super::screen::{Painted, Screen};
 use super::theme;
 use super::view::Bounds;
-use crate::RenderError;
-use crate::gpu::GpuError;
-use crate::live::Progress;
 use crate::viewer::Viewer;
+use strandlight_render::gpu::GpuError;
+use strandlight_render::live::Progress;
+use strandlight_scene::RenderError;
 
 /// Work on the picture in a frame while somebody moves something, and while nobody does.
 const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis(40)];
@@ -174,7 +174,7 @@ impl Workspace {
         }
         if now.duration_since(self.last_look) > Duration::from_secs(1) {
             self.last_look = now;
-            self.times.peak_bytes = crate::memory::peak_bytes();
+            self.times.peak_bytes = strandlight_scene::memory::peak_bytes();
         }
         let next = [self.wake, self.document.next_poll()];
         next.into_iter().flatten().min()
@@ -182,7 +182,7 @@ impl Workspace {
 
     /// Writes the last line of the log.
     pub fn closed(&mut self) {
-        let peak = crate::memory::peak_bytes();
+        let peak = strandlight_scene::memory::peak_bytes();
         self.log.write("closed", json!({ "peak_bytes": peak }));
     }
 

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde_json::json;
-use strandlight_bake::bench::edit::{BUDGET_MICROSECONDS, EditCost, edit_costs};
 use strandlight_bake::tables::fresnel_of;
+use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::TableFile;
-use strandlight_runtime::edit::LobeTables;
-use strandlight_runtime::tables::BUNDLED;
+use strandlight_lab::bench::edit::{BUDGET_MICROSECONDS, EditCost, edit_costs};
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::edit::LobeTables;
 
 use crate::cli::{Failure, Outcome, print_line};
 
@@ -36,7 +36,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Outcome {
     let file = match &args.tables {
         Some(path) => TableFile::read(path).map_err(Failure::input)?,
-        None => TableFile::from_bytes(BUNDLED).map_err(Failure::input)?,
+        None => TableFile::from_bytes(DEFAULT_TABLES).map_err(Failure::input)?,
     };
     let fresnel = fresnel_of(&file).map_err(Failure::input)?;
     let lobes = LobeTables::from_file(&file, &Lobe::ALL).map_err(Failure::input)?;

@@ -1,13 +1,13 @@
 //! `strandlight bench frames`.
 
+use crate::cli::progress::progress;
 use std::path::PathBuf;
 
 use serde_json::json;
-use strandlight_bake::bench::frames::{FrameCost, Told, frame_costs, n_frames};
-use strandlight_bake::progress::Progress;
 use strandlight_formats::Scene;
-use strandlight_runtime::PreparedScene;
-use strandlight_runtime::gpu::Context;
+use strandlight_lab::bench::frames::{FrameCost, Told, frame_costs, n_frames};
+use strandlight_render::gpu::Context;
+use strandlight_scene::PreparedScene;
 
 use crate::cli::render::parse_size;
 use crate::cli::{Failure, Outcome, print_line};
@@ -40,7 +40,7 @@ pub fn run(args: &Args) -> Outcome {
         PreparedScene::load(&scene).map_err(|error| Failure::input(error.in_scene(&args.scene)))?;
     prepared.size = args.size.unwrap_or(prepared.size);
     let context = Context::new().map_err(Failure::input)?;
-    let progress = Progress::new("frames", n_frames(args.repetitions));
+    let progress = progress("frames", n_frames(args.repetitions));
     let observer = |told: Told| match told {
         Told::Frame => progress.advance(1),
         Told::Group {

@@ -1,7 +1,8 @@
 //! `strandlight bench multiple`.
 
-use strandlight_bake::bench::{INTEGRAL_NAMES, Method, MultipleOptions, Set, run_multiple};
-use strandlight_bake::progress::{Progress, timed};
+use crate::cli::progress::progress;
+use strandlight_lab::bench::{INTEGRAL_NAMES, Method, MultipleOptions, Set, run_multiple};
+use strandlight_scene::progress::timed;
 
 use crate::cli::{Failure, Outcome, print_line};
 
@@ -36,7 +37,8 @@ pub fn run(args: &Args) -> Outcome {
         seed: args.seed,
         repetitions: args.repetitions as usize,
     };
-    let (multiple, seconds) = timed(|| run_multiple(options, Progress::new));
+    let tables = super::method_tables()?;
+    let (multiple, seconds) = timed(|| run_multiple(options, &tables, progress));
     let multiple = multiple.map_err(Failure::input)?;
     if args.json {
         return print_line(multiple.to_json());

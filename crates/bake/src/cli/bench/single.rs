@@ -1,11 +1,12 @@
 //! `strandlight bench single`.
 
+use crate::cli::progress::progress;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use strandlight_bake::bench::{Cost, Frontier, FrontierError, Method, Options, SUM_NAMES, Set};
-use strandlight_bake::progress::{Progress, timed};
-use strandlight_runtime::gpu::GpuError;
+use strandlight_lab::bench::{Cost, Frontier, FrontierError, Method, Options, SUM_NAMES, Set};
+use strandlight_render::gpu::GpuError;
+use strandlight_scene::progress::timed;
 
 use crate::cli::{Failure, Outcome, check_outputs, note, output_folder, print_line, write_output};
 
@@ -110,7 +111,8 @@ fn measure(args: &Args) -> Result<Frontier, Failure> {
         repetitions: args.repetitions as usize,
         adapter: args.adapter != AdapterArg::No,
     };
-    let result = strandlight_bake::bench::run(options, Progress::new);
+    let tables = super::method_tables()?;
+    let result = strandlight_lab::bench::run(options, &tables, progress);
     let absent = matches!(
         result,
         Err(FrontierError::Gpu(
@@ -125,7 +127,7 @@ fn measure(args: &Args) -> Result<Frontier, Failure> {
         adapter: false,
         ..options
     };
-    strandlight_bake::bench::run(options, Progress::new).map_err(Failure::input)
+    strandlight_lab::bench::run(options, &tables, progress).map_err(Failure::input)
 }
 
 fn print_table(frontier: &Frontier) -> Outcome {

@@ -1,14 +1,14 @@
 //! `strandlight bench transmittance`.
 
+use crate::cli::progress::progress;
 use std::path::PathBuf;
 
-use strandlight_bake::bench::{CLASS_NAMES, ShareErrors, TransmittanceOptions, run_transmittance};
-use strandlight_bake::progress::Progress;
-use strandlight_bake::transmittance::Method;
 use strandlight_formats::Scene;
-use strandlight_runtime::PreparedScene;
+use strandlight_lab::bench::{CLASS_NAMES, ShareErrors, TransmittanceOptions, run_transmittance};
+use strandlight_lab::transmittance::Method;
+use strandlight_scene::PreparedScene;
 
-use crate::cli::{Failure, Outcome, print_line};
+use crate::cli::{Failure, Outcome, print_line, transmittance_method};
 
 /// What hair leaves of each light: error against ray shooting, and time, of every method
 ///
@@ -28,7 +28,8 @@ pub struct Args {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Methods beside the sweep
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = Method::ALL.into_iter().filter(|&method| method != Method::Sweep))]
+    #[arg(long, value_delimiter = ',', value_parser = transmittance_method(),
+        default_values = Method::ALL.into_iter().filter(|&method| method != Method::Sweep).map(Method::name))]
     methods: Vec<Method>,
     /// Voxels along the longest side of the sweep's grid, beside the renderer's, 8 to 256
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(8..=256))]
@@ -54,7 +55,7 @@ pub fn run(args: &Args) -> Outcome {
         sides: args.sides.clone(),
         directions: args.directions.clone(),
     };
-    let found = run_transmittance(&scene, &options, Progress::new);
+    let found = run_transmittance(&scene, &options, progress);
     if args.json {
         return print_line(found.to_json());
     }

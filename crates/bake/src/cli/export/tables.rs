@@ -9,7 +9,7 @@ use strandlight_scattering::table_layout::{C_AXIS_NAMES, C_CHANNELS, C_FROM_B};
 
 use super::super::Failure;
 use super::{Output, npy};
-use strandlight_bake::exr_file;
+use strandlight_images::exr_file;
 
 /// One `.npy` of shape [channel, axis 0, axis 1, ...] for each table, and one vector for each of
 /// its axes.

@@ -5,11 +5,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde_json::Value;
+use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::TableFile;
-use strandlight_runtime::edit::{HairTextures, LobeTables};
-use strandlight_runtime::optics::Optics;
-use strandlight_runtime::probe::{GpuProbe, MODE_ALL, Query, evaluate};
-use strandlight_runtime::tables::{BUNDLED, ShadingTables};
+use strandlight_render::probe::{GpuProbe, MODE_ALL, Query, evaluate};
 use strandlight_scattering::closed_form::paper::{
     PublishedAverages, global_scattering, global_scattering_mode, local_scattering,
 };
@@ -17,6 +15,9 @@ use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fi
 use strandlight_scattering::dual_scattering::{AverageTable, event_separated, published};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::optics::Optics;
+use strandlight_scene::tables::ShadingTables;
 
 use super::per_fibre::{PerFibre, bits};
 use super::reference::Reference;
@@ -438,5 +439,5 @@ fn shape(request: &Request, value: [f32; 4]) -> Answer {
 
 /// The bundled tables.
 pub fn default_tables() -> Result<TableFile, Failure> {
-    TableFile::from_bytes(BUNDLED).map_err(Failure::input)
+    TableFile::from_bytes(DEFAULT_TABLES).map_err(Failure::input)
 }

@@ -4,15 +4,16 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use strandlight_bake::cpu;
-use strandlight_bake::picture::exr_file_of;
-use strandlight_runtime::files::Files;
-use strandlight_runtime::gpu::Context;
-use strandlight_runtime::provenance::Recorder;
+use strandlight_cpu as cpu;
+use strandlight_images::picture::exr_file_of;
+use strandlight_render::gpu::Context;
 use strandlight_runtime::script::{self, Frame, Offline, Script};
 use strandlight_runtime::timings::{self, Made, Timings};
-use strandlight_runtime::tone::ToneMap;
-use strandlight_runtime::{Picture, RenderError, Session, Viewer};
+use strandlight_runtime::{Session, Viewer};
+use strandlight_scene::files::Files;
+use strandlight_scene::provenance::Recorder;
+use strandlight_scene::tone::ToneMap;
+use strandlight_scene::{Picture, RenderError};
 
 use super::{
     Args, Backend, Failure, Format, Outcome, check_outputs, format_of, note, output_folder,
@@ -149,7 +150,8 @@ impl Out<'_> {
         let path = self.folder.join(&made.file);
         let Drawn { picture, .. } = drawn;
         let provenance = self.recorder.record_frame(
-            drawn.session,
+            drawn.session.scene(),
+            drawn.session.own_paint(),
             made.time,
             made.size,
             made.samples,

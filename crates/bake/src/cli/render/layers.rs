@@ -3,15 +3,15 @@
 use clap::ValueEnum;
 use serde_json::json;
 use strandlight_bake::aov::{Group, Layers, OnCpu, OnGpu, Painter, Split, specs};
-use strandlight_bake::progress::Progress;
 use strandlight_formats::Scene;
-use strandlight_runtime::assets::{Assets, ModesToRead};
-use strandlight_runtime::files::Files;
-use strandlight_runtime::gpu::Context;
-use strandlight_runtime::provenance::Recorder;
-use strandlight_runtime::{PreparedScene, RenderError, SceneError};
+use strandlight_render::gpu::Context;
+use strandlight_scene::assets::{Assets, ModesToRead};
+use strandlight_scene::files::Files;
+use strandlight_scene::provenance::Recorder;
+use strandlight_scene::{PreparedScene, RenderError, SceneError};
 
 use super::{Args, Backend, Failure, Outcome, inputs, note, print_line, write_output};
+use crate::cli::progress::progress;
 
 /// What layers are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -64,7 +64,7 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
     let specs = specs(&prepared, &splits, &args.light_group).map_err(Failure::input)?;
     let (mut painter, backend) = painter(args, &prepared, size, samples)?;
     const STEPS: u64 = 1000;
-    let progress = Progress::new("rendering layers", STEPS);
+    let progress = progress("rendering layers", STEPS);
     let observe = |done: f64| progress.reach((done * STEPS as f64) as u64);
     let layers = Layers::draw(&mut *painter, &prepared, &specs, size, &observe);
     progress.finish();

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 use strandlight_formats::nearest;
-use strandlight_runtime::render::check_frame;
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
+use strandlight_scene::budget::check_frame;
 
 /// Told by `--help` and beside every complaint about the command line.
 pub const USAGE: &str = "usage: strandview SCENE.toml [--set KEY=VALUE]... [--size WxH] [--samples N], opens a \

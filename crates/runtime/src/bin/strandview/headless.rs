@@ -6,11 +6,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use strandlight_formats::{OutputTarget, check_writable, output_target, write_file};
-use strandlight_runtime::gpu::Context;
-use strandlight_runtime::provenance::{Provenance, Recorder};
+use strandlight_render::gpu::Context;
 use strandlight_runtime::script::{self, Frame, Script};
 use strandlight_runtime::timings::{self, Made, Timings};
-use strandlight_runtime::{Picture, RenderError, SceneError, Session, Viewer, files};
+use strandlight_runtime::{Session, Viewer};
+use strandlight_scene::provenance::{Provenance, Recorder};
+use strandlight_scene::{Picture, RenderError, SceneError, files};
 use web_time::Instant;
 
 use crate::args::{Args, Job};
@@ -136,7 +137,16 @@ fn provenance(
     samples: u32,
 ) -> Result<Provenance, SceneError> {
     let backend = viewer.context().name();
-    recorder.record_frame(viewer.session(), viewer.time(), size, samples, &backend)
+    let session = viewer.session();
+    let paint = session.own_paint();
+    recorder.record_frame(
+        session.scene(),
+        paint,
+        viewer.time(),
+        size,
+        samples,
+        &backend,
+    )
 }
 
 /// File that a frame is written to.

@@ -2,11 +2,11 @@
 
 use egui::Ui;
 
-use crate::Camera;
 use crate::ui::field::{Changes, Field, row};
 use crate::ui::keys::Command;
 use crate::ui::orbit;
 use crate::ui::view::Bounds;
+use strandlight_scene::Camera;
 
 /// Angle of view and distance of `camera`, which is not that of the scene if it `is_moved`. Answers
 /// where it is moved to. Looking around is no edit of the scene; saving the view is.
@@ -42,7 +42,9 @@ pub fn show(
     });
     let mut of_view = Changes::default();
     let mut moved = *camera;
-    let default = f64::from(crate::camera::DEFAULT_FOV_Y).to_degrees().round();
+    let default = f64::from(strandlight_scene::camera::DEFAULT_FOV_Y)
+        .to_degrees()
+        .round();
     let mut fov_deg = (f64::from(camera.fov_y).to_degrees() * 1e4).round() / 1e4;
     if Field::new("Field of view", 1.0..=170.0, default)
         .unit("°")

@@ -5,9 +5,9 @@ use strandlight_formats::{HairSection, Melanin, Mode, PerModeDeg, Scene, preset_
 use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
 use strandlight_scattering::color::{reflectance_from_sigma_a, sigma_a_from_melanin};
 
-use crate::assets::{Diameters, hair_params};
 use crate::ui::color::swatch;
 use crate::ui::field::{Changes, Field, named, rounded};
+use strandlight_scene::assets::{Diameters, hair_params};
 
 /// The ways to give the colour, as [`HairSection::COLOR_KEYS`] has them.
 const COLORS: [(&str, &str); 3] = [

@@ -3,11 +3,11 @@
 use egui::{Color32, RichText, Sense, Ui};
 use strandlight_formats::{Scene, SrbfLight};
 
-use crate::tone;
 use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, row};
 use crate::ui::theme;
-use crate::volume;
+use strandlight_scene::tone;
+use strandlight_scene::volume;
 
 /// Largest factor on a channel that a scene takes.
 const MOST_TINT: f64 = 1e3;

@@ -4,10 +4,10 @@ use egui::Ui;
 use strandlight_formats::{MAX_SCALE, MIN_SCALE, Scene};
 use strandlight_scattering::color::sigma_a_from_reflectance;
 
-use crate::assets::hair_params;
-use crate::paint::{Brush, BrushMask, Dab};
 use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, named, row};
+use strandlight_scene::assets::hair_params;
+use strandlight_scene::paint::{Brush, BrushMask, Dab};
 
 /// What the brush puts on hair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,10 +2,10 @@
 
 use egui::{Grid, RichText, Ui};
 
-use crate::edit::Outcome;
-use crate::gpu::Context;
-use crate::live::{LiveReport, Progress};
 use crate::ui::theme;
+use strandlight_render::gpu::Context;
+use strandlight_render::live::{LiveReport, Progress};
+use strandlight_scene::edit::Outcome;
 
 /// What the window knows of its own frames.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,0 +1,216 @@
+//! The renderer on the CPU: the same stages and closed forms as the GPU's passes in `shaders/`.
+//!
+//! Every file is the twin of the pass of the same name and follows its arithmetic, so that the
+//! two pictures differ by rounding. Work is shared out with rayon; nothing depends on how.
+
+mod composite;
+mod project;
+mod proxies;
+mod raster;
+mod shade;
+mod shadow_map;
+mod transmittance;
+mod voxelise;
+
+pub use shade::record_at_point;
+pub use shadow_map::shadow_maps;
+pub use transmittance::{Shadows, transmittance, transmittance_beside};
+pub use voxelise::voxelise;
+
+use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scene::budget::{LIGHT_BATCH, check_frame};
+use strandlight_scene::camera::{Camera, ViewUniform, view_uniform};
+use strandlight_scene::sampling::PASS_SAMPLES;
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::shadow_maps::ShadowPlan;
+use strandlight_scene::stats::{LIGHTING_SHARE, Observer, Stage};
+use strandlight_scene::volume::Grid;
+use strandlight_scene::{Picture, PreparedScene, RenderError, SceneError, Stats};
+
+use strandlight_scene::progress::timed;
+
+/// Finds the packed records of some lights at every point of a scene, `[light][point]`.
+pub type PointShadows<'a> = dyn Fn(&PreparedScene, &[LightRecord]) -> Vec<PackedRecord> + Sync + 'a;
+
+/// How the transmittance of lights is found.
+#[derive(Clone, Copy)]
+pub enum ShadowSource<'a> {
+    /// Sweeps through a voxel volume, and shadow maps: as on the GPU.
+    Sweep,
+    /// Another way, at every point by itself; no shadow maps.
+    Points(&'a PointShadows<'a>),
+}
+
+/// Draws `scene` as `camera` sees it, without a GPU.
+///
+/// # Errors
+/// A size or number of samples out of range.
+pub fn render(
+    scene: &PreparedScene,
+    camera: &Camera,
+    size: [u32; 2],
+    samples: u32,
+) -> Result<(Picture, Stats), RenderError> {
+    render_observed(scene, camera, size, samples, ShadowSource::Sweep, &|_| ())
+}
+
+/// [`render`] with transmittance from `shadows`; `observer` hears of the progress.
+///
+/// # Errors
+/// As [`render`]; proxies, which only [`ShadowSource::Sweep`] knows.
+pub fn render_observed(
+    scene: &PreparedScene,
+    camera: &Camera,
+    size: [u32; 2],
+    samples: u32,
+    shadows: ShadowSource,
+    observer: Observer,
+) -> Result<(Picture, Stats), RenderError> {
+    check_frame(size, samples)?;
+    let threads = rayon::current_num_threads();
+    let mut stats = scene.counts(format!("cpu: {threads} threads"));
+    stats.passes = samples.div_ceil(PASS_SAMPLES);
+    let strands = &scene.strands;
+    let grid = Grid::around(strands);
+    let volume = stats.stage("voxelise", |_| {
+        let volume = voxelise(strands, &grid);
+        let bytes = 32 * volume.len() as u64;
+        Ok::<_, RenderError>((volume, bytes))
+    })?;
+    let view = view_uniform(camera, strands, size, scene.radiance_scale());
+    let mut proxies = proxies::Proxies::new(scene);
+    let radiance = light(
+        scene,
+        (&grid, &volume),
+        &view,
+        shadows,
+        &mut proxies,
+        &mut stats,
+        observer,
+    )?;
+    let mut picture = stats.stage("draw", |stats| {
+        let projected = project::project(&view, strands);
+        let drawn = raster::draw(
+            &view, strands, &projected, &radiance, &proxies, samples, observer,
+        );
+        stats.pixels_visited = drawn.visited;
+        let bytes = 24 * projected.len() as u64 + 16 * drawn.sums.len() as u64;
+        Ok::<_, RenderError>((drawn.sums, bytes))
+    })?;
+    stats.stage("composite", |_| {
+        composite::composite(scene, &view, samples, &mut picture);
+        Ok::<_, RenderError>(((), 16 * picture.len() as u64))
+    })?;
+    let picture = Picture {
+        width: size[0],
+        height: size[1],
+        rgba: picture,
+    };
+    Ok((picture, stats))
+}
+
+/// Radiance of every point towards the camera: rgb, and zero. Points outside the view are black.
+///
+/// # Errors
+/// As [`render`].
+pub fn point_radiance(
+    scene: &PreparedScene,
+    camera: &Camera,
+    size: [u32; 2],
+) -> Result<Vec<[f32; 4]>, RenderError> {
+    check_frame(size, 1)?;
+    let grid = Grid::around(&scene.strands);
+    let volume = voxelise(&scene.strands, &grid);
+    let scale = scene.radiance_scale();
+    let view = view_uniform(camera, &scene.strands, size, scale);
+    let stats = &mut Stats::default();
+    let mut radiance = light(
+        scene,
+        (&grid, &volume),
+        &view,
+        ShadowSource::Sweep,
+        &mut proxies::Proxies::new(scene),
+        stats,
+        &|_| (),
+    )?;
+    for value in radiance.iter_mut().flatten() {
+        *value /= scale;
+    }
+    Ok(radiance)
+}
+
+/// Transmittance and shading, in batches of lights.
+fn light(
+    scene: &PreparedScene,
+    (grid, volume): (&Grid, &[[f32; 8]]),
+    view: &ViewUniform,
+    shadows: ShadowSource,
+    proxies: &mut proxies::Proxies,
+    stats: &mut Stats,
+    observer: Observer,
+) -> Result<Vec<[f32; 4]>, RenderError> {
+    let records = scene.proxy_records();
+    if records.n > 0 && matches!(shadows, ShadowSource::Points(_)) {
+        let error = "[[proxy]] requires transmittance by sweeps";
+        return Err(SceneError::File(error.to_owned()).into());
+    }
+    let (lights, sweeps) = scene.light_records();
+    let mut radiance = vec![[0.0; 4]; scene.strands.points.len()];
+    let (mut sweep_s, mut shade_s, mut bytes) = (0.0, 0.0, 0);
+    let mut counts = shade::Counts::default();
+    let mut done = 0;
+    // Baselines find transmittance by themselves.
+    let plan = match shadows {
+        ShadowSource::Sweep => scene.shadow_plan(),
+        ShadowSource::Points(_) => ShadowPlan::default(),
+    };
+    let (answers, shadow_s) = timed(|| {
+        let mut answers = vec![0; plan.n_words(scene.strands.points.len())];
+        for views in [&plan.views, &plan.through(view.forward)] {
+            stats.texels_visited +=
+                shadow_map::draw_maps(&scene.strands, views, records.list(), &mut answers);
+        }
+        answers
+    });
+    stats.stages.push(Stage {
+        name: "shadow maps",
+        milliseconds: 1e3 * shadow_s,
+        bytes: 4 * answers.len() as u64,
+    });
+    for batch in lights.chunks(LIGHT_BATCH) {
+        let (found, seconds) = timed(|| match shadows {
+            ShadowSource::Sweep => {
+                let blocking = records.list();
+                let packed = transmittance_beside(grid, volume, batch, &sweeps, blocking);
+                Shadows::Volume(packed)
+            }
+            ShadowSource::Points(find) => Shadows::Points(find(scene, batch)),
+        });
+        sweep_s += seconds;
+        bytes = bytes.max(found.bytes());
+        let (batch_counts, seconds) =
+            timed(|| shade::shade(scene, view, grid, batch, &found, &answers, &mut radiance));
+        shade_s += seconds;
+        if let Shadows::Volume(packed) = &found {
+            proxies.light(view, grid, batch, &sweeps, packed);
+        }
+        done += batch.len();
+        observer(LIGHTING_SHARE * done as f64 / lights.len() as f64);
+        // Each batch of lights counts the same points.
+        counts.points_skipped = 0;
+        counts = counts.and(batch_counts);
+    }
+    stats.stages.push(Stage {
+        name: "transmittance",
+        milliseconds: 1e3 * sweep_s,
+        bytes,
+    });
+    stats.stages.push(Stage {
+        name: "shade",
+        milliseconds: 1e3 * shade_s,
+        bytes: 16 * radiance.len() as u64,
+    });
+    stats.points_skipped = counts.points_skipped;
+    stats.set_terms(&counts.terms);
+    Ok(radiance)
+}

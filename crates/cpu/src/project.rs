@@ -1,0 +1,70 @@
+//! Edges of the ribbons on the screen. Twin of `shaders/pass/project.wgsl`.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use strandlight_scene::camera::{ViewUniform, screen_position};
+use strandlight_scene::strands::Strands;
+
+/// A point of a strand on the screen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Projected {
+    /// Left edge x, y, right edge x, y in 1/256 px.
+    pub edges: [i32; 4],
+    /// 0..1 between the near and far planes.
+    pub depth: f32,
+    /// Coverage of the ribbon; below zero: not drawn.
+    pub coverage: f32,
+}
+
+/// Strands are drawn at least this wide (px); thinner ones cover part of it.
+const MIN_WIDTH_PX: f32 = 1.0;
+
+/// Largest screen coordinate in 1/256 px; f32 holds it exactly.
+const MAX_SCREEN: f32 = 8_388_608.0;
+
+/// Projects every point.
+pub(super) fn project(view: &ViewUniform, strands: &Strands) -> Vec<Projected> {
+    strands
+        .points
+        .par_iter()
+        .zip(&strands.tangents)
+        .map(|(point, tangent)| project_point(view, point, tangent))
+        .collect()
+}
+
+fn project_point(view: &ViewUniform, point: &[f32; 4], tangent: &[f32; 4]) -> Projected {
+    let [x, y, depth] = screen_position(view, Vec3::new(point[0], point[1], point[2]));
+    if depth < view.near {
+        return Projected {
+            coverage: -1.0,
+            ..Projected::default()
+        };
+    }
+    // The tangent's image, up to a positive factor: d/ds of (x, y) / depth.
+    let tangent = Vec3::new(tangent[0], tangent[1], tangent[2]);
+    let away = tangent.dot(Vec3::from(view.forward));
+    let dx = view.focal_px * tangent.dot(Vec3::from(view.right))
+        - (x - 0.5 * view.size[0] as f32) * away;
+    let dy =
+        -view.focal_px * tangent.dot(Vec3::from(view.up)) - (y - 0.5 * view.size[1] as f32) * away;
+    let size = (dx * dx + dy * dy).sqrt();
+    // A strand seen end on has no sideways direction; any will do.
+    let mut across = [1.0, 0.0];
+    if size > 1e-6 * view.focal_px {
+        across = [-dy / size, dx / size];
+    }
+    let width = 2.0 * point[3] * view.focal_px / depth;
+    let drawn = width.max(MIN_WIDTH_PX);
+    let half = 0.5 * drawn;
+    let snap = |x: f32| (x * 256.0).round_ties_even().clamp(-MAX_SCREEN, MAX_SCREEN) as i32;
+    Projected {
+        edges: [
+            snap(x + half * across[0]),
+            snap(y + half * across[1]),
+            snap(x - half * across[0]),
+            snap(y - half * across[1]),
+        ],
+        depth: (depth - view.near) / (view.far - view.near),
+        coverage: width / drawn,
+    }
+}

@@ -1,0 +1,248 @@
+//! Scattering of all lights at every point. Twin of `shaders/pass/shade.wgsl`.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use strandlight_scattering::closed_form::{
+    DirectionInFrame, LightInFrame, PackedRecord, SampleAverages, SampleLobes, Shading,
+    ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, direct_local_scattering, forward_light,
+    forward_table, global_scattering, local_scattering, painted_averages, painted_fibre,
+    painted_shading, sample_forward, sample_painted_forward, shadowed_single_scattering,
+    unpack_paint, unpack_record,
+};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::camera::{ViewUniform, screen_position};
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::shadow_maps::{NO_SLOT, THROUGH_SLOT, unblocked_share};
+use strandlight_scene::volume::{Grid, SELF_LIFT};
+
+use super::transmittance::{Shadows, mix, mix_all};
+use super::voxelise::{grid_position, voxel_index};
+
+/// What one batch of lights came to.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Counts {
+    pub points_skipped: u64,
+    /// Products evaluated and skipped, by term of [`strandlight_scene::stats::TERM_NAMES`].
+    pub terms: [[u64; 2]; 4],
+}
+
+impl Counts {
+    /// Of both.
+    pub fn and(self, other: Counts) -> Counts {
+        Counts {
+            points_skipped: self.points_skipped + other.points_skipped,
+            terms: [0, 1, 2, 3]
+                .map(|term| [0, 1].map(|ix| self.terms[term][ix] + other.terms[term][ix])),
+        }
+    }
+}
+
+/// Adds the lights of a batch to `radiance` (rgb, 0), times the view's radiance scale.
+/// `shadows` are those of the batch, `answers` those of the shadow maps.
+pub(super) fn shade(
+    scene: &PreparedScene,
+    view: &ViewUniform,
+    grid: &Grid,
+    lights: &[LightRecord],
+    shadows: &Shadows,
+    answers: &[u32],
+    radiance: &mut [[f32; 4]],
+) -> Counts {
+    let strands = &scene.strands;
+    let (n_points, n_voxels) = (strands.points.len(), grid.n_voxels());
+    let has_maps = matches!(shadows, Shadows::Volume(_)) && !answers.is_empty();
+    let optics = scene.hair.optics();
+    let shading = optics.shading(scene.tables.view());
+    let forward = forward_table(scene.hair.averages());
+    let hair = optics.painted_hair();
+    let views = optics.painted_views(&hair, scene.tables.view());
+    let terms = Terms {
+        bits: scene.terms(),
+        min_power: scene.min_power(),
+        densities: scene.densities,
+        most_local: scene.most_local(&scene.hair),
+    };
+    radiance
+        .par_iter_mut()
+        .enumerate()
+        .map(|(point, radiance)| {
+            let [x, y, z, _] = strands.points[point];
+            let position = Vec3::new(x, y, z);
+            if !in_view(view, screen_position(view, position)) {
+                return Counts {
+                    points_skipped: 1,
+                    ..Counts::default()
+                };
+            }
+            let u = Vec3::from_slice(&strands.tangents[point]);
+            let v = Vec3::from_slice(&strands.normals[point]);
+            let w = u.cross(v);
+            let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
+            let eye = DirectionInFrame::from_vector(in_frame(Vec3::from(view.eye) - position));
+            let lift = SELF_LIFT * grid.h;
+            let paint = scene
+                .paint()
+                .map(|paint| unpack_paint(&paint[point].texel()));
+            let painted_fibre = paint.map(|paint| painted_fibre(&hair.fibre, &paint));
+            let painted = paint.as_ref().zip(painted_fibre.as_ref());
+            let painted = painted.map(|(paint, fibre)| {
+                let shading = painted_shading(&views, fibre);
+                (shading, painted_averages(&views, fibre, paint))
+            });
+            let mut sum = [0.0; 3];
+            let mut evaluated = [0; 4];
+            for (ix, light) in lights.iter().enumerate() {
+                let record = match shadows {
+                    Shadows::Volume(records) => {
+                        let lifted = position + Vec3::from(light.direction) * lift;
+                        let g = grid_position(grid, lifted);
+                        record_at(grid, &records[ix * n_voxels..], g)
+                    }
+                    Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
+                };
+                let share_of = |slot| unblocked_share(answers, n_points, slot, point);
+                let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
+                if has_maps && light.slot != NO_SLOT {
+                    unblocked = share_of(light.slot);
+                    unblocked_tt = mix(unblocked, share_of(THROUGH_SLOT), light.through);
+                }
+                let direction = in_frame(Vec3::from(light.direction));
+                let source = LightInFrame::from_vector(direction, light.lambda);
+                let arriving = (&record, unblocked, unblocked_tt);
+                let (sum, evaluated) = (&mut sum, &mut evaluated);
+                match &painted {
+                    Some((shading, averages)) => {
+                        let forward = |sin_theta| {
+                            sample_painted_forward(&averages.view, &averages.row, sin_theta)
+                        };
+                        let fibre = (shading, averages, forward);
+                        terms.add(light, &source, &eye, arriving, fibre, sum, evaluated);
+                    }
+                    None => {
+                        let forward = |sin_theta| sample_forward(&forward, sin_theta);
+                        let fibre = (&shading, scene.hair.averages(), forward);
+                        terms.add(light, &source, &eye, arriving, fibre, sum, evaluated);
+                    }
+                }
+            }
+            for channel in 0..3 {
+                radiance[channel] += sum[channel] * view.radiance_scale;
+            }
+            let drawn = [TERM_SINGLE, TERM_LOCAL, TERM_GLOBAL, TERM_LOCAL];
+            Counts {
+                points_skipped: 0,
+                terms: [0, 1, 2, 3].map(|ix| match terms.bits & drawn[ix] {
+                    0 => [0, 0],
+                    _ => [evaluated[ix], lights.len() as u64 - evaluated[ix]],
+                }),
+            }
+        })
+        .reduce(Counts::default, Counts::and)
+}
+
+/// The terms that are drawn.
+struct Terms {
+    bits: u32,
+    min_power: f32,
+    densities: [f32; 2],
+    most_local: f32,
+}
+
+impl Terms {
+    /// Adds what `eye` sees of one light: scattered by a fibre, of which there are what single and
+    /// global scattering read, averages, and a_f and beta_f^2 by the sine of the inclination.
+    #[allow(clippy::too_many_arguments, reason = "two of them are sums")]
+    fn add<A: SampleAverages + ?Sized>(
+        &self,
+        light: &LightRecord,
+        source: &LightInFrame,
+        eye: &DirectionInFrame,
+        (record, unblocked, unblocked_tt): (&ShadowRecord, f32, f32),
+        (shading, averages, forward): (
+            &Shading<impl SampleLobes>,
+            &A,
+            impl Fn(f32) -> ([f32; 3], [f32; 3]),
+        ),
+        sum: &mut [f32; 3],
+        evaluated: &mut [u64; 4],
+    ) {
+        let mut add = |factor: [f32; 3], scattered: [f32; 3], term: usize| {
+            for channel in 0..3 {
+                sum[channel] += factor[channel] * light.rgb[channel] * scattered[channel];
+            }
+            evaluated[term] += 1;
+        };
+        let [density_forward, density_back] = self.densities;
+        let direct_power = unblocked.max(unblocked_tt) * light.power;
+        if self.bits & TERM_SINGLE != 0 && direct_power >= self.min_power {
+            let shares = [unblocked, unblocked_tt, unblocked];
+            let scattered = shadowed_single_scattering(source, eye, shading, shares);
+            add([1.0; 3], scattered, 0);
+        }
+        if self.bits & TERM_LOCAL != 0 && direct_power * self.most_local >= self.min_power {
+            let scattered = direct_local_scattering(source, eye, averages);
+            let factor = density_back * unblocked * light.solid_angle;
+            add([factor; 3], scattered, 1);
+        }
+        if self.bits & (TERM_LOCAL | TERM_GLOBAL) == 0 {
+            return;
+        }
+        let (a_f, beta_f_2) = forward(record.sin_theta);
+        let arriving = forward_light(record, unblocked, a_f, beta_f_2, light.rgb, light.lambda);
+        let gained = arriving.gained.map(|gained| density_forward * gained);
+        let power = gained[0].max(gained[1]).max(gained[2]) * light.power;
+        let factor = gained.map(|gained| light.solid_angle * gained);
+        let (towards, sigma_f) = (&source.direction, arriving.sigma_f);
+        if self.bits & TERM_GLOBAL != 0 && power >= self.min_power {
+            add(factor, global_scattering(towards, eye, sigma_f, shading), 2);
+        }
+        if self.bits & TERM_LOCAL != 0 && power * self.most_local >= self.min_power {
+            let scattered = local_scattering(towards, eye, sigma_f, averages);
+            add(factor.map(|factor| density_back * factor), scattered, 3);
+        }
+    }
+}
+
+/// Whether a point at this place of the screen can touch the picture.
+fn in_view(view: &ViewUniform, [x, y, depth]: [f32; 3]) -> bool {
+    let inside = |at: f32, size: u32| at > -view.margin_px && at < size as f32 + view.margin_px;
+    depth >= view.near && inside(x, view.size[0]) && inside(y, view.size[1])
+}
+
+/// The record at a point (x, y, z, radius) of one light in direction `towards`, from that light's
+/// packed records `[voxel]`.
+pub fn record_at_point(
+    grid: &Grid,
+    records: &[PackedRecord],
+    point: &[f32; 4],
+    towards: [f32; 3],
+) -> ShadowRecord {
+    let lifted = Vec3::from_slice(point) + Vec3::from(towards) * (SELF_LIFT * grid.h);
+    record_at(grid, records, grid_position(grid, lifted))
+}
+
+/// Trilinear look-up in the records of one light.
+fn record_at(grid: &Grid, records: &[PackedRecord], g: Vec3) -> ShadowRecord {
+    let base = g.as_uvec3();
+    let f = g - base.as_vec3();
+    let corner = voxel_index(grid, base.to_array());
+    let row = grid.dims[0] as usize;
+    let above = corner + row * grid.dims[1] as usize;
+    let numbers = |at: usize| {
+        let ShadowRecord {
+            shares: [a, b, c],
+            sin_theta,
+        } = unpack_record(&records[at]);
+        [a, b, c, sin_theta]
+    };
+    let along_x = |at: usize| mix_all(numbers(at), numbers(at + 1), f.x);
+    let [a, b, c, sin_theta] = mix_all(
+        mix_all(along_x(corner), along_x(corner + row), f.y),
+        mix_all(along_x(above), along_x(above + row), f.y),
+        f.z,
+    );
+    ShadowRecord {
+        shares: [a, b, c],
+        sin_theta,
+    }
+}

@@ -1,0 +1,180 @@
+//! Shadow maps that resolve fibres. Twin of `shaders/pass/shadow_map.wgsl`.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::{Vec3, Vec3Swizzles};
+use rayon::prelude::*;
+use strandlight_scene::proxy::{ProxyRecord, is_blocked};
+use strandlight_scene::shadow_maps::{
+    FIRST_OF_SLOT, LAST_OF_SLOT, SLOTS_PER_WORD, ShadowPlan, ShadowView,
+};
+use strandlight_scene::strands::Strands;
+
+const NAME_BITS: u32 = 12;
+const HEIGHT_UNITS: f32 = 1_048_575.0;
+const OWN_POINTS: u32 = 3;
+const CLEAR_RADII: f32 = 0.5;
+const N_PLACES: u32 = 8;
+
+/// Unblocked share of the lights with maps at every point, `[slot / 4][point]`, eight bits a slot:
+/// [`strandlight_scene::shadow_maps::unblocked_share`] reads it.
+pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
+    let mut answers = vec![0; plan.n_words(strands.points.len())];
+    draw_maps(strands, &plan.views, &[], &mut answers);
+    answers
+}
+
+/// Draws maps and writes their slots of the answers, with `proxies` that block light. Answers how
+/// many texels were drawn, those of every strand counted.
+pub(super) fn draw_maps(
+    strands: &Strands,
+    views: &[ShadowView],
+    proxies: &[ProxyRecord],
+    answers: &mut [u32],
+) -> u64 {
+    let mut n_texels = 0;
+    let n_points = strands.points.len();
+    let mut map: Vec<AtomicU32> = Vec::new();
+    let mut sums = vec![0.0; n_points];
+    for view in views {
+        map.clear();
+        map.resize_with((view.side * view.side) as usize, AtomicU32::default);
+        n_texels += strands
+            .segments
+            .par_iter()
+            .with_min_len(1024)
+            .map(|&first| cast_shadows(view, strands, first, &map))
+            .sum::<u64>();
+        let row = (view.slot / SLOTS_PER_WORD) as usize * n_points;
+        answers[row..row + n_points]
+            .par_iter_mut()
+            .zip(&mut sums)
+            .enumerate()
+            .with_min_len(1024)
+            .for_each(|(point, (answer, sum))| {
+                let mut lit = receive_shadows(view, strands, point, &map);
+                let position = Vec3::from_slice(&strands.points[point]);
+                if is_blocked(proxies, position, Vec3::from(view.towards)) {
+                    lit = 0.0;
+                }
+                *sum = if view.ends & FIRST_OF_SLOT == 0 {
+                    *sum + lit
+                } else {
+                    lit
+                };
+                if view.ends & LAST_OF_SLOT != 0 {
+                    let shift = 8 * (view.slot % SLOTS_PER_WORD);
+                    let bits = ((sum.min(1.0) * 255.0 + 0.5) as u32) << shift;
+                    *answer = *answer & !(255 << shift) | bits;
+                }
+            });
+    }
+    n_texels
+}
+
+/// x and y in texels from the corner, z the height in cm.
+fn map_position(view: &ShadowView, point: &[f32; 4]) -> Vec3 {
+    let d = Vec3::new(point[0], point[1], point[2]) - Vec3::from(view.centre);
+    let middle = 0.5 * view.side as f32;
+    let x = d.dot(Vec3::from(view.right)) * view.texels_per_cm + middle;
+    let y = d.dot(Vec3::from(view.up)) * view.texels_per_cm + middle;
+    Vec3::new(x, y, d.dot(Vec3::from(view.towards)))
+}
+
+fn height_units(view: &ShadowView, height: f32) -> u32 {
+    ((0.5 * height / view.reach + 0.5).clamp(0.0, 1.0) * HEIGHT_UNITS) as u32
+}
+
+fn name_of(point: u32) -> u32 {
+    point & ((1 << NAME_BITS) - 1)
+}
+
+/// Draws the segment that starts at point `first`; the order of segments does not matter. Answers
+/// its number of texels.
+fn cast_shadows(view: &ShadowView, strands: &Strands, first: u32, map: &[AtomicU32]) -> u64 {
+    let (from, to) = (
+        &strands.points[first as usize],
+        &strands.points[first as usize + 1],
+    );
+    let (mut a, mut b) = (map_position(view, from), map_position(view, to));
+    let steep = (b.y - a.y).abs() > (b.x - a.x).abs();
+    if steep {
+        (a, b) = (a.yxz(), b.yxz());
+    }
+    if a.x > b.x {
+        std::mem::swap(&mut a, &mut b);
+    }
+    let run = b.x - a.x;
+    if run < 1e-6 {
+        return 0;
+    }
+    let rise = (b.yz() - a.yz()) / run;
+    let radius = 0.5 * (from[3] + to[3]) * view.texels_per_cm;
+    let half_width = radius * (1.0 + rise.x * rise.x).sqrt();
+    let side = view.side as i32;
+    let name = name_of(first);
+    let last = ((b.x - 0.5).ceil() as i32).min(side);
+    let mut n_texels = 0;
+    for column in ((a.x - 0.5).ceil() as i32).max(0)..last {
+        let along = column as f32 + 0.5 - a.x;
+        let y = a.y + rise.x * along;
+        let top = ((y + half_width - 0.5).ceil() as i32).min(side);
+        let bottom = ((y - half_width - 0.5).ceil() as i32).max(0);
+        n_texels += u64::from(top.saturating_sub(bottom).max(0) as u32);
+        for row in bottom..top {
+            let cell = if steep {
+                row + side * column
+            } else {
+                column + side * row
+            };
+            let height = height_units(view, a.z + rise.y * along);
+            let cell = &map[cell as usize];
+            let value = height << NAME_BITS | name;
+            // Looking is cheaper than changing, and most of what is drawn is hidden.
+            if cell.load(Ordering::Relaxed) < value {
+                cell.fetch_max(value, Ordering::Relaxed);
+            }
+        }
+    }
+    n_texels
+}
+
+/// What this map adds to the unblocked share of a point.
+fn receive_shadows(
+    view: &ShadowView,
+    strands: &Strands,
+    point_ix: usize,
+    map: &[AtomicU32],
+) -> f32 {
+    let point = &strands.points[point_ix];
+    let (before, after) = (strands.tangents[point_ix][3], strands.normals[point_ix][3]);
+    let middle = map_position(view, point);
+    let mut from_before = middle;
+    if before > 0.0 {
+        from_before = map_position(view, &strands.points[point_ix - 1]);
+    }
+    let mut to_after = middle;
+    if after > 0.0 {
+        to_after = map_position(view, &strands.points[point_ix + 1]);
+    }
+    let mut lit = 0;
+    for ix in 0..N_PLACES {
+        let place = (ix as f32 + view.offset) / N_PLACES as f32 * (before + after) - before;
+        let (mut end, mut share) = (to_after, 0.5 * place / after.max(1e-20));
+        if place < 0.0 {
+            (end, share) = (from_before, -0.5 * place / before);
+        }
+        let at = middle + (end - middle) * share;
+        let last = view.side as i32 - 1;
+        let [x, y] = [at.x, at.y].map(|x| (x.floor() as i32).clamp(0, last));
+        let highest = map[(x + view.side as i32 * y) as usize].load(Ordering::Relaxed);
+        let is_above = highest >> NAME_BITS > height_units(view, at.z + CLEAR_RADII * point[3]);
+        let apart = name_of(
+            highest
+                .wrapping_sub(point_ix as u32)
+                .wrapping_add(OWN_POINTS),
+        );
+        lit += u32::from(!is_above || apart <= 2 * OWN_POINTS);
+    }
+    view.weight * lit as f32 / N_PLACES as f32
+}

@@ -1,0 +1,124 @@
+//! Splatting the strands into the shadow volume. Twin of `shaders/pass/voxelise.wgsl`.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use strandlight_scene::strands::Strands;
+use strandlight_scene::volume::{CHANNELS, Grid};
+
+/// Segments splatted into one grid of sums before grids are added; few grids exist at a time.
+const MIN_CHUNK: usize = 1 << 14;
+
+/// Area density and orientation of every voxel, x fastest: A, Qxx, Qyy, Qzz, Qxy, Qxz, Qyz, 0
+/// in 1/cm. A is the sum of length times diameter over h^3, Q the same weighted by u u^T.
+///
+/// Sums are 64-bit fixed point, so their order does not matter.
+pub fn voxelise(strands: &Strands, grid: &Grid) -> Vec<[f32; 8]> {
+    let n_sums = grid.n_voxels() * CHANNELS as usize;
+    let chunk = strands
+        .segments
+        .len()
+        .div_ceil(rayon::current_num_threads())
+        .max(MIN_CHUNK);
+    let sums = strands
+        .segments
+        .par_chunks(chunk)
+        .map(|segments| {
+            let mut sums = vec![0_i64; n_sums];
+            for &segment in segments {
+                let first = segment as usize;
+                splat(
+                    grid,
+                    &mut sums,
+                    &strands.points[first],
+                    &strands.points[first + 1],
+                );
+            }
+            sums
+        })
+        .reduce(
+            || vec![0; n_sums],
+            |mut a, b| {
+                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+                a
+            },
+        );
+    sums.chunks_exact(CHANNELS as usize)
+        .map(|sums| {
+            let mut voxel = [0.0; 8];
+            for (density, &sum) in voxel.iter_mut().zip(sums) {
+                *density = density_of(sum, grid);
+            }
+            voxel
+        })
+        .collect()
+}
+
+/// Adds one segment in pieces of at most a third of a voxel.
+fn splat(grid: &Grid, sums: &mut [i64], a: &[f32; 4], b: &[f32; 4]) {
+    let (start, radius_a) = (Vec3::new(a[0], a[1], a[2]), a[3]);
+    let along = Vec3::new(b[0], b[1], b[2]) - start;
+    let length = along.length();
+    if length <= 0.0 {
+        return;
+    }
+    let u = along / length;
+    let pieces = ((3.0 * length / grid.h).ceil() as u32).clamp(1, 1024);
+    let quanta = (radius_a + b[3]) * length / pieces as f32 * grid.quanta_per_area;
+    for piece in 0..pieces {
+        let g = grid_position(grid, start + along * ((piece as f32 + 0.5) / pieces as f32));
+        let base = g.as_uvec3();
+        let f = g - base.as_vec3();
+        for corner in 0..8_u32 {
+            let offset = [corner & 1, (corner >> 1) & 1, corner >> 2];
+            let weight = |axis: usize| {
+                if offset[axis] == 1 {
+                    f[axis]
+                } else {
+                    1.0 - f[axis]
+                }
+            };
+            let value = quanta * (weight(0) * weight(1) * weight(2));
+            let voxel = voxel_index(
+                grid,
+                [base.x + offset[0], base.y + offset[1], base.z + offset[2]],
+            );
+            let cell = CHANNELS as usize * voxel;
+            let shares = [
+                value,
+                value * (u.x * u.x),
+                value * (u.y * u.y),
+                value * (u.z * u.z),
+                value * (u.x * u.y),
+                value * (u.x * u.z),
+                value * (u.y * u.z),
+            ];
+            for (sum, share) in sums[cell..cell + 7].iter_mut().zip(shares) {
+                // The shader rounds half to even.
+                *sum += i64::from(share.round_ties_even() as i32);
+            }
+        }
+    }
+}
+
+/// A sum as the shader converts it: the two words of its magnitude one by one.
+fn density_of(sum: i64, grid: &Grid) -> f32 {
+    let magnitude = sum.unsigned_abs();
+    let value = (magnitude >> 32) as f32 * 4_294_967_296.0 + (magnitude as u32) as f32;
+    value * grid.density_per_quantum * if sum < 0 { -1.0 } else { 1.0 }
+}
+
+/// Position in voxels from the centre of voxel (0, 0, 0), kept where eight neighbours exist.
+pub(super) fn grid_position(grid: &Grid, position: Vec3) -> Vec3 {
+    let g = (position - Vec3::from(grid.origin)) / grid.h - 0.5;
+    let high = Vec3::new(
+        grid.dims[0] as f32,
+        grid.dims[1] as f32,
+        grid.dims[2] as f32,
+    ) - 1.001;
+    g.clamp(Vec3::ZERO, high)
+}
+
+/// Index of a voxel; x varies fastest.
+pub(super) fn voxel_index(grid: &Grid, [x, y, z]: [u32; 3]) -> usize {
+    (x + grid.dims[0] * (y + grid.dims[1] * z)) as usize
+}

@@ -1,0 +1,46 @@
+//! Running a third party's decoder so that a panic inside it becomes an error.
+
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::Once;
+
+static INSTALL: Once = Once::new();
+
+thread_local! {
+    /// How many calls of [`quietly`] this thread is in.
+    static DEPTH: Cell<u32> = const { Cell::new(0) };
+}
+
+/// Runs `work` on this thread; a panic in it is an error of one line and prints nothing.
+///
+/// Image decoders meet hostile files with arithmetic checks and `expect`s of their own. A panic
+/// there says that the file is bad, not that we are, so it is answered like any other bad file.
+/// Nothing that `work` borrows mutably is used after a panic. The first call wraps the process's
+/// panic hook in one that stays silent inside `quietly` and is itself everywhere else.
+pub fn quietly<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    INSTALL.call_once(|| {
+        let hook = take_hook();
+        set_hook(Box::new(move |info| {
+            if DEPTH.get() == 0 {
+                hook(info);
+            }
+        }));
+    });
+    DEPTH.set(DEPTH.get() + 1);
+    let outcome = catch_unwind(AssertUnwindSafe(work));
+    DEPTH.set(DEPTH.get() - 1);
+    outcome.unwrap_or_else(|_| Err("the file is damaged: its decoder gave up".to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_an_error() {
+        let outcome: Result<(), String> = quietly(|| panic!("decoder bug"));
+        assert!(outcome.unwrap_err().contains("damaged"));
+        assert_eq!(quietly(|| Ok(3)), Ok(3));
+        assert_eq!(DEPTH.get(), 0);
+    }
+}

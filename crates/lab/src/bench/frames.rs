@@ -1,0 +1,445 @@
+//! What frames cost after an edit, beside one another on the same device.
+//!
+//! A frame goes from the edit to a picture of four samples a pixel that is lit as it should be.
+//! Frames that are compared take turns, so that both see the same machine.
+
+use std::slice::from_ref;
+use std::time::{Duration, Instant};
+
+use glam::{Quat, Vec3};
+use serde_json::{Value, json};
+use strandlight_formats::{SrbfLight, WindSection};
+use strandlight_render::Live;
+use strandlight_render::gpu::Context;
+use strandlight_scene::motion::{Wind, wind};
+use strandlight_scene::paint::{Brush, Paint, PaintedPoint, Picker, Stroke, Stroking};
+use strandlight_scene::volume;
+use strandlight_scene::{Camera, PreparedScene, RenderError};
+
+/// The cost of one kind of frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameCost {
+    /// What it is compared with: frames of the same group.
+    pub group: &'static str,
+    /// What is drawn or edited.
+    pub name: String,
+    /// Median milliseconds.
+    pub milliseconds: f64,
+    /// The same over those of the group's first frame.
+    pub ratio: f64,
+    /// Median milliseconds of each stage that ran.
+    pub stages: Vec<(&'static str, f64)>,
+}
+
+impl FrameCost {
+    /// As JSON.
+    pub fn to_json(&self) -> Value {
+        let stage = |(name, milliseconds): &(&str, f64)| json!({ "name": name, "milliseconds": milliseconds });
+        json!({
+            "group": self.group,
+            "name": self.name,
+            "milliseconds": self.milliseconds,
+            "ratio": self.ratio,
+            "stages": self.stages.iter().map(stage).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// One kind of frame: a renderer, and an edit that makes it draw; told whether to edit there or
+/// back.
+struct Kind {
+    name: String,
+    live: usize,
+    samples: u32,
+    edit: Box<Edit>,
+}
+
+type Edit = dyn Fn(&mut Live, &Base, bool) -> Result<(), RenderError>;
+
+/// Milliseconds of a frame, and of its stages.
+type Run = (f64, Vec<(&'static str, f64)>);
+
+/// What edits start from.
+struct Base {
+    scene: PreparedScene,
+    points: Vec<[f32; 4]>,
+}
+
+/// How far the work is.
+#[derive(Clone, Copy, Debug)]
+pub enum Told<'a> {
+    /// Another frame is drawn; there are [`n_frames`] in all, fewer of hair that cannot be painted.
+    Frame,
+    /// A group is done.
+    Group {
+        /// Its frames.
+        costs: &'a [FrameCost],
+        /// Seconds that it took,
+        seconds: f64,
+        /// of which its renderers took so many until their first picture.
+        starting: f64,
+    },
+}
+
+/// Whom the work tells.
+type Observer<'a> = &'a dyn Fn(Told);
+
+/// Kinds of frames in all groups.
+const N_KINDS: u64 = 8 + 2 + 3 + 3 + 3 + 4 + 2;
+
+/// Frames that [`frame_costs`] draws with so many repetitions.
+pub fn n_frames(repetitions: u32) -> u64 {
+    2 * N_KINDS * (u64::from(repetitions) + 1)
+}
+
+/// Edits against a frame that makes everything anew; 10 lights against all of them; shadow maps and
+/// samples step by step; painted hair and a stroke against hair that is not; wind against hair that
+/// is moved otherwise. Medians of two frames a repetition; `observer` is told of each frame and group.
+///
+/// # Errors
+/// Whatever the device refuses.
+pub fn frame_costs(
+    context: &Context,
+    scene: &PreparedScene,
+    repetitions: u32,
+    observer: &dyn Fn(Told),
+) -> Result<Vec<FrameCost>, RenderError> {
+    let bench = Bench {
+        context,
+        repetitions,
+        observer,
+    };
+    let mut costs = edits(&bench, scene)?;
+    costs.extend(lights(&bench, scene)?);
+    costs.extend(shadow_maps(&bench, scene)?);
+    costs.extend(samples(&bench, scene)?);
+    costs.extend(paint(&bench, scene)?);
+    costs.extend(motion(&bench, scene)?);
+    Ok(costs)
+}
+
+/// How groups are measured.
+struct Bench<'a> {
+    context: &'a Context,
+    repetitions: u32,
+    observer: Observer<'a>,
+}
+
+fn kind(
+    name: &str,
+    edit: impl Fn(&mut Live, &Base, bool) -> Result<(), RenderError> + 'static,
+) -> Kind {
+    Kind {
+        name: name.to_owned(),
+        live: 0,
+        samples: 4,
+        edit: Box::new(edit),
+    }
+}
+
+fn edits(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
+    let everything = |live: &mut Live, base: &Base, there: bool| {
+        let shift = if there { 0.01 } else { 0.0 };
+        let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
+        let points: Vec<_> = base.points.iter().map(shifted).collect();
+        live.set_points(&points)?;
+        live.set_lights(turned_lights(&base.scene.lights, there))
+    };
+    let kinds = [
+        kind("everything", everything),
+        kind("lights turned", |live, base, there| {
+            live.set_lights(turned_lights(&base.scene.lights, there))
+        }),
+        kind("view", |live, base, there| {
+            live.set_camera(turned_camera(&base.scene.camera, there));
+            Ok(())
+        }),
+        kind("index of refraction", |live, base, there| {
+            let mut hair = *base.scene.hair.hair();
+            hair.eta += if there { 0.02 } else { 0.0 };
+            set_hair(live, &hair)
+        }),
+        kind("colour of the hair", |live, base, there| {
+            let mut hair = *base.scene.hair.hair();
+            hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
+            set_hair(live, &hair)
+        }),
+        kind("widths", |live, base, there| {
+            let mut hair = *base.scene.hair.hair();
+            hair.width = hair.width.map(|x| if there { 1.05 * x } else { x });
+            set_hair(live, &hair)
+        }),
+        kind("colour of the lights", |live, base, there| {
+            let factor = if there { 0.9 } else { 1.0 };
+            let lights = base.scene.lights.iter();
+            let rgb: Vec<_> = lights.map(|light| light.rgb.map(|x| x * factor)).collect();
+            live.set_light_colors(&rgb)
+        }),
+        kind("grade", |live, base, there| {
+            let scene = &base.scene;
+            let exposure = scene.exposure + if there { 0.5 } else { 0.0 };
+            live.set_grade(exposure, scene.tone_map, scene.background);
+            Ok(())
+        }),
+    ];
+    measure(bench, "edit", from_ref(scene), &kinds)
+}
+
+fn lights(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
+    let n_all = scene.lights.len();
+    let n_few = 10.min(n_all);
+    let mut few = scene.clone();
+    let power = |light: &SrbfLight| volume::power(light).iter().sum::<f64>();
+    few.lights.sort_by(|a, b| power(b).total_cmp(&power(a)));
+    few.lights.truncate(n_few);
+    let edit = |live: &mut Live, base: &Base, there: bool| {
+        let mut hair = *base.scene.hair.hair();
+        hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
+        set_hair(live, &hair)
+    };
+    let of = |n: usize, live: usize| Kind {
+        live,
+        ..kind(&format!("{n} lights, colour of the hair"), edit)
+    };
+    let kinds = [of(n_few, 0), of(n_all, 1)];
+    let scenes = [few, scene.clone()];
+    measure(bench, "lights", &scenes, &kinds)
+}
+
+fn shadow_maps(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
+    let (mut scenes, mut kinds) = (Vec::new(), Vec::new());
+    for n in [96, 24, 0] {
+        let mut of_budget = scene.clone();
+        of_budget.shadow_maps = n;
+        kinds.push(Kind {
+            live: scenes.len(),
+            ..kind(&format!("{n} maps, lights turned"), |live, base, there| {
+                live.set_lights(turned_lights(&base.scene.lights, there))
+            })
+        });
+        kinds.push(Kind {
+            live: scenes.len(),
+            ..kind(&format!("{n} maps, view"), |live, base, there| {
+                live.set_camera(turned_camera(&base.scene.camera, there));
+                Ok(())
+            })
+        });
+        scenes.push(of_budget);
+    }
+    // Each kind of edit beside its own.
+    kinds.sort_by_key(|kind| kind.name.ends_with("view"));
+    let views = kinds.split_off(3);
+    let mut costs = measure(bench, "shadow maps", &scenes, &kinds)?;
+    let towards_the_eye = measure(bench, "shadow maps towards the eye", &scenes, &views)?;
+    costs.extend(towards_the_eye);
+    Ok(costs)
+}
+
+fn samples(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
+    let kinds = [4, 16, 64].map(|samples| Kind {
+        samples,
+        ..kind(
+            &format!("{samples} samples, colour of the hair"),
+            |live, base, there| {
+                let mut hair = *base.scene.hair.hair();
+                hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
+                set_hair(live, &hair)
+            },
+        )
+    });
+    measure(bench, "samples", from_ref(scene), &kinds)
+}
+
+/// The same hair without paint, all of it dyed, and with other widths and shifts as well; nothing
+/// for hair that cannot be painted.
+fn paint(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
+    let dyed = PaintedPoint {
+        sigma_a: [0.3, 0.1, 0.6],
+        weight: 0.5,
+        ..PaintedPoint::NONE
+    };
+    let reshaped = PaintedPoint {
+        width_scale: 1.2,
+        shift_scale: 0.8,
+        ..dyed
+    };
+    let mut bare = scene.clone();
+    bare.set_paint(None)?;
+    let mut scenes = vec![bare];
+    for point in [dyed, reshaped] {
+        let mut painted = scene.clone();
+        let points = vec![point; scene.strands.n_groom_points()];
+        if painted.set_paint(Some(&Paint { points })).is_err() {
+            return Ok(Vec::new());
+        }
+        scenes.push(painted);
+    }
+    let edit = |live: &mut Live, base: &Base, there: bool| {
+        let mut hair = *base.scene.hair.hair();
+        hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
+        set_hair(live, &hair)
+    };
+    let names = ["not painted", "dyed", "dyed, widths and shifts"];
+    let of = |(live, name): (usize, &&str)| Kind {
+        live,
+        ..kind(&format!("{name}, colour of the hair"), edit)
+    };
+    let mut kinds: Vec<Kind> = names.iter().enumerate().map(of).collect();
+    let whole = Paint {
+        points: vec![dyed; scene.strands.n_groom_points()],
+    };
+    let stroke = stroke(scene, &whole);
+    kinds.push(Kind {
+        live: 1,
+        ..kind("dyed, a stroke", move |live, _, there| {
+            let mut paint = whole.clone();
+            let range = stroke.range().unwrap_or(0..0);
+            if there {
+                paint.apply(&stroke);
+            }
+            live.set_paint(&paint, range)
+        })
+    });
+    measure(bench, "paint", &scenes, &kinds)
+}
+
+/// Hair bent by wind on the device against hair whose points come from elsewhere.
+fn motion(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
+    let mut scene = scene.clone();
+    scene.strands = wind::with_room(&WindSection::default(), scene.strands);
+    let kinds = [
+        kind("points moved", |live, base, there| {
+            let shift = if there { 0.01 } else { 0.0 };
+            let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
+            let points: Vec<_> = base.points.iter().map(shifted).collect();
+            live.set_wind(None);
+            live.set_points(&points)
+        }),
+        kind("wind", |live, base, there| {
+            let seconds = if there { 1.0 } else { 1.1 };
+            let wind = Wind::at(&WindSection::default(), &base.scene.strands, seconds);
+            live.set_wind(Some(wind));
+            Ok(())
+        }),
+    ];
+    measure(bench, "motion", from_ref(&scene), &kinds)
+}
+
+/// A stroke of the usual brush over `before` where the hair comes nearest to the camera.
+fn stroke(scene: &PreparedScene, before: &Paint) -> Stroke {
+    let eye = scene.camera.eye;
+    let positions = scene.strands.points.iter().map(|p| Vec3::from_slice(p));
+    let nearest = positions.min_by(|a, b| a.distance(eye).total_cmp(&b.distance(eye)));
+    let (Some(nearest), Ok(mut stroking)) = (nearest, Stroking::new(Brush::default())) else {
+        return Stroke::default();
+    };
+    let mut after = before.clone();
+    stroking.dab(&Picker::new(&scene.strands), &mut after, nearest);
+    stroking.finish(&after)
+}
+
+fn set_hair(live: &mut Live, hair: &strandlight_scattering::HairParams) -> Result<(), RenderError> {
+    let modes = live.scene().hair.modes().to_vec();
+    match live.set_hair(hair, &modes) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(RenderError::Gpu(error.to_string())),
+    }
+}
+
+fn turned_lights(lights: &[SrbfLight], there: bool) -> Vec<SrbfLight> {
+    let turn = Quat::from_rotation_y(if there { 0.02 } else { 0.0 });
+    let turned = |light: &SrbfLight| SrbfLight {
+        direction: (turn * Vec3::from(light.direction)).normalize().to_array(),
+        ..*light
+    };
+    lights.iter().map(turned).collect()
+}
+
+fn turned_camera(camera: &Camera, there: bool) -> Camera {
+    let turn = Quat::from_rotation_y(if there { 0.02 } else { 0.0 });
+    Camera {
+        eye: camera.target + turn * (camera.eye - camera.target),
+        ..*camera
+    }
+}
+
+/// Draws frames of all `kinds` in turn; the first round is not counted.
+fn measure(
+    bench: &Bench,
+    group: &'static str,
+    scenes: &[PreparedScene],
+    kinds: &[Kind],
+) -> Result<Vec<FrameCost>, RenderError> {
+    let start = Instant::now();
+    let mut lives = Vec::with_capacity(scenes.len());
+    for scene in scenes {
+        let mut scene = scene.clone();
+        scene.samples = 4;
+        let mut live = Live::new(bench.context, scene.clone())?;
+        to_the_end(&mut live)?;
+        let points = scene.strands.points.clone();
+        lives.push((live, Base { scene, points }));
+    }
+    let starting = start.elapsed().as_secs_f64();
+    let mut runs: Vec<Vec<Run>> = vec![Vec::new(); kinds.len()];
+    for round in 0..=bench.repetitions {
+        for (kind, runs) in kinds.iter().zip(&mut runs) {
+            let (live, base) = &mut lives[kind.live];
+            live.set_samples(kind.samples);
+            to_the_end(live)?;
+            let mut turn = |there| -> Result<(), RenderError> {
+                let start = Instant::now();
+                (kind.edit)(live, base, there)?;
+                to_the_end(live)?;
+                let milliseconds = 1e3 * start.elapsed().as_secs_f64();
+                let stages = live.report().stages.iter();
+                let stages = stages.map(|stage| (stage.name, stage.milliseconds));
+                if round > 0 {
+                    runs.push((milliseconds, stages.collect()));
+                }
+                (bench.observer)(Told::Frame);
+                Ok(())
+            };
+            turn(true)?;
+            turn(false)?;
+        }
+    }
+    let first = median(runs[0].iter().map(|run| run.0));
+    let cost = |(kind, runs): (&Kind, &Vec<Run>)| {
+        let milliseconds = median(runs.iter().map(|run| run.0));
+        let stages = runs.first().map_or(Vec::new(), |(_, stages)| {
+            let of = |name| {
+                let stages = runs.iter().flat_map(|(_, stages)| stages);
+                median(stages.filter(|stage| stage.0 == name).map(|stage| stage.1))
+            };
+            stages.iter().map(|&(name, _)| (name, of(name))).collect()
+        });
+        FrameCost {
+            group,
+            name: kind.name.clone(),
+            milliseconds,
+            ratio: milliseconds / first,
+            stages,
+        }
+    };
+    let costs: Vec<FrameCost> = kinds.iter().zip(&runs).map(cost).collect();
+    (bench.observer)(Told::Group {
+        costs: &costs,
+        seconds: start.elapsed().as_secs_f64(),
+        starting,
+    });
+    Ok(costs)
+}
+
+/// Until the picture is finished.
+fn to_the_end(live: &mut Live) -> Result<(), RenderError> {
+    while !live.advance(Duration::from_secs(3600))?.is_done {}
+    Ok(())
+}
+
+/// The middle value, the upper one of two; 0 of none.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}

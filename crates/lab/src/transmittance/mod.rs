@@ -1,0 +1,210 @@
+//! Ways to find what hair leaves of a light, behind one interface, to be measured side by side.
+//!
+//! [`Method::Sweep`] is what the renderer does. The others are baselines on the CPU; they answer
+//! at the points where the renderer looks its records up. [`Finder`] holds what does not depend
+//! on the light, [`OfLight`] what one light needs; every answer is a [`ShadowRecord`], shares
+//! `E exp(-p tau)` at three exponents p, so all are shaded and measured alike.
+
+mod convolution;
+mod deep_opacity;
+mod forward_map;
+mod light_map;
+mod ray;
+
+use rayon::prelude::*;
+use strandlight_scattering::closed_form::{P_1, P_2, PackedRecord, ShadowRecord, pack_record};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::strands::Strands;
+use strandlight_scene::volume::{Grid, lobe_directions};
+
+use convolution::ConvolutionMap;
+use deep_opacity::DeepOpacityMap;
+use forward_map::ForwardMap;
+pub use ray::{Transmitted, ray_record, ray_shares};
+use strandlight_cpu as cpu;
+use strandlight_reference::rays::Rays;
+
+/// How the transmittance of lights is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Shares swept through a voxel volume, as on the GPU.
+    #[default]
+    Sweep,
+    /// Rays from every point along directions of the light's lobe.
+    Ray,
+    /// Zinke's forward scattering maps: rays from the light's centre, averaged in voxels.
+    ForwardMap,
+    /// Deep opacity maps from the light's centre (Yuksel and Keyser 2008).
+    DeepOpacity,
+    /// Ren's convolution optical depth map with summed-area tables.
+    Codm,
+}
+
+impl Method {
+    /// All of them.
+    pub const ALL: [Method; 5] = [
+        Method::Sweep,
+        Method::Ray,
+        Method::ForwardMap,
+        Method::DeepOpacity,
+        Method::Codm,
+    ];
+
+    /// Name on command lines and in reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Method::Sweep => "sweep",
+            Method::Ray => "ray",
+            Method::ForwardMap => "forward-map",
+            Method::DeepOpacity => "deep-opacity",
+            Method::Codm => "codm",
+        }
+    }
+}
+
+/// Rays of a lobe that [`Method::Ray`] shoots from each point.
+const N_RAYS: u32 = 32;
+
+/// Packed records of `lights` at every point of `scene`, `[light][point]`, by `method`.
+///
+/// `lights` are some of [`PreparedScene::light_records`]' answer.
+pub fn point_shadows(
+    method: Method,
+    scene: &PreparedScene,
+    lights: &[LightRecord],
+) -> Vec<PackedRecord> {
+    let (_, sweeps) = scene.light_records();
+    let finder = Finder::new(method, &scene.strands);
+    let n_points = scene.strands.points.len();
+    let mut result = vec![[0; 2]; n_points * lights.len()];
+    result
+        .par_chunks_mut(n_points)
+        .zip(lights)
+        .for_each(|(out, light)| {
+            let of_light = finder.of_light(light, directions_of(light, &sweeps));
+            out.par_iter_mut().enumerate().for_each(|(point, out)| {
+                *out = pack_record(&of_light.record(point as u32));
+            });
+        });
+    result
+}
+
+/// Directions of the light in the list of all sweeps.
+pub fn directions_of<'a>(light: &LightRecord, sweeps: &'a [[f32; 4]]) -> &'a [[f32; 4]] {
+    let first = light.first_sweep as usize;
+    &sweeps[first..first + light.n_sweeps as usize]
+}
+
+/// What a method makes of the strands before it knows the lights.
+pub struct Finder<'a> {
+    method: Method,
+    strands: &'a Strands,
+    grid: Grid,
+    volume: Vec<[f32; 8]>,
+    rays: Option<Rays>,
+}
+
+/// What a method makes of one light.
+pub enum OfLight<'a> {
+    /// Records of the sweep's voxels.
+    Sweep(&'a Finder<'a>, Vec<PackedRecord>, [f32; 3]),
+    /// Directions inside the lobe.
+    Ray(&'a Finder<'a>, &'a Rays, Vec<[f32; 3]>),
+    /// Zinke's voxels.
+    ForwardMap(&'a Finder<'a>, ForwardMap),
+    /// Layers that begin with the hair.
+    DeepOpacity(&'a Finder<'a>, DeepOpacityMap),
+    /// Layers with summed-area tables.
+    Codm(&'a Finder<'a>, ConvolutionMap),
+}
+
+impl<'a> Finder<'a> {
+    /// `method` on the renderer's grid.
+    pub fn new(method: Method, strands: &'a Strands) -> Finder<'a> {
+        Finder::on_grid(method, strands, Grid::around(strands))
+    }
+
+    /// `method` on another grid, where it has one.
+    pub fn on_grid(method: Method, strands: &'a Strands, grid: Grid) -> Finder<'a> {
+        let needs_rays = matches!(method, Method::Ray | Method::ForwardMap);
+        Finder {
+            method,
+            strands,
+            grid,
+            volume: match method {
+                Method::Sweep => cpu::voxelise(strands, &grid),
+                _ => Vec::new(),
+            },
+            rays: needs_rays.then(|| Rays::new(strands)),
+        }
+    }
+
+    /// Prepares one light; `directions` (the fourth float is not read) are those of the sweep.
+    pub fn of_light(&'a self, light: &LightRecord, directions: &[[f32; 4]]) -> OfLight<'a> {
+        match (self.method, &self.rays) {
+            (Method::Ray, Some(rays)) => OfLight::Ray(self, rays, lobe_of(light, N_RAYS)),
+            (Method::ForwardMap, Some(rays)) => {
+                let map = ForwardMap::new(self.strands, rays, &self.grid, light.direction);
+                OfLight::ForwardMap(self, map)
+            }
+            (Method::DeepOpacity, _) => {
+                OfLight::DeepOpacity(self, DeepOpacityMap::new(self.strands, light.direction))
+            }
+            (Method::Codm, _) => {
+                let map = ConvolutionMap::new(self.strands, light.direction, light.lambda);
+                OfLight::Codm(self, map)
+            }
+            _ => {
+                let light = LightRecord {
+                    first_sweep: 0,
+                    n_sweeps: directions.len() as u32,
+                    ..*light
+                };
+                let records = cpu::transmittance(&self.grid, &self.volume, &[light], directions);
+                OfLight::Sweep(self, records, light.direction)
+            }
+        }
+    }
+}
+
+impl OfLight<'_> {
+    /// The record at point `point` of the strands.
+    pub fn record(&self, point: u32) -> ShadowRecord {
+        let place = |finder: &Finder| finder.strands.points[point as usize];
+        match self {
+            OfLight::Sweep(finder, records, towards) => {
+                cpu::record_at_point(&finder.grid, records, &place(finder), *towards)
+            }
+            OfLight::Ray(finder, rays, directions) => {
+                ray_record(rays, finder.strands, point, directions)
+            }
+            OfLight::ForwardMap(finder, map) => map.record(&finder.grid, place(finder)),
+            OfLight::DeepOpacity(finder, map) => map.record(place(finder)),
+            OfLight::Codm(finder, map) => map.record(place(finder)),
+        }
+    }
+}
+
+/// `n` directions inside the light's lobe, each for the same share of its radiance.
+pub fn lobe_of(light: &LightRecord, n: u32) -> Vec<[f32; 3]> {
+    let lobe = strandlight_formats::SrbfLight {
+        direction: light.direction,
+        lambda: light.lambda,
+        rgb: light.rgb,
+    };
+    lobe_directions(&lobe, n)
+}
+
+/// The record of one optical depth `[tau, integral of sin^2 theta dtau]`.
+fn record_of_depth([depth, sin_2]: [f64; 2]) -> ShadowRecord {
+    let share = |p: f32| (-f64::from(p) * depth).exp() as f32;
+    let sin_2 = if depth > 1e-12 { sin_2 / depth } else { 0.0 };
+    ShadowRecord {
+        shares: [share(1.0), share(P_1), share(P_2)],
+        sin_theta: sin_2.clamp(0.0, 1.0).sqrt() as f32,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,346 @@
+//! The light from outside, for tracing paths: its radiance, and directions drawn by it.
+
+use std::f64::consts::PI;
+
+use glam::Vec3;
+use strandlight_formats::SrbfLight;
+use strandlight_scene::volume::power;
+
+use strandlight_images::{LatLong, Map};
+use strandlight_scattering::random::SplitMix64;
+
+/// Light from infinitely far.
+pub enum Environment {
+    /// A sum of spherical Gaussians.
+    Lights(LightSampler),
+    /// A map, constant over each pixel.
+    Map(MapSampler),
+}
+
+/// A direction drawn from an [`Environment`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emitted {
+    /// Unit vector towards the light.
+    pub direction: Vec3,
+    /// Radiance from there.
+    pub radiance: [f32; 3],
+    /// Density of the draw per solid angle, the one [`Environment::radiance`] gives.
+    pub pdf: f32,
+}
+
+impl Environment {
+    /// Radiance from the unit vector `omega`, and the density with which [`Environment::sample`]
+    /// draws it: proportional to the mean of the channels, 0 where there is no light at all.
+    pub fn radiance(&self, omega: Vec3) -> ([f32; 3], f32) {
+        match self {
+            Environment::Lights(lights) => lights.radiance(omega),
+            Environment::Map(map) => map.radiance(omega),
+        }
+    }
+
+    /// Draws a direction by radiance; `None` if there is no light.
+    pub fn sample(&self, random: &mut SplitMix64) -> Option<Emitted> {
+        self.at(std::array::from_fn(|_| random.uniform(0.0, 1.0)))
+    }
+
+    /// [`Environment::sample`] in stratum `ix` of the lights or pixels, each of which is `share` of
+    /// the whole.
+    pub fn sample_stratum(&self, ix: u32, share: f64, random: &mut SplitMix64) -> Option<Emitted> {
+        let mut u: [f64; 3] = std::array::from_fn(|_| random.uniform(0.0, 1.0));
+        u[0] = (f64::from(ix) + u[0]) * share;
+        self.at(u)
+    }
+
+    /// [`Environment::sample`] by inverse transform of the numbers `u` in 0..1: the light or
+    /// pixel, then two for the place in it.
+    pub fn at(&self, u: [f64; 3]) -> Option<Emitted> {
+        let direction = match self {
+            Environment::Lights(lights) => lights.direction_at(u)?,
+            Environment::Map(map) => map.direction_at(u)?,
+        };
+        let (radiance, pdf) = self.radiance(direction);
+        Some(Emitted {
+            direction,
+            radiance,
+            pdf,
+        })
+    }
+}
+
+fn mean(rgb: [f32; 3]) -> f64 {
+    rgb.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0
+}
+
+/// Running sums of `weights`, from which items are drawn in proportion; black ones never.
+struct Cumulative(Vec<f64>);
+
+impl Cumulative {
+    fn new(weights: impl Iterator<Item = f64>) -> Self {
+        let mut sum = 0.0;
+        Cumulative(
+            weights
+                .map(|weight| {
+                    sum += weight;
+                    sum
+                })
+                .collect(),
+        )
+    }
+
+    fn total(&self) -> f64 {
+        self.0.last().copied().unwrap_or(0.0)
+    }
+
+    /// The first item whose running sum exceeds `u` (0..1) of the total.
+    fn pick(&self, u: f64) -> usize {
+        let target = u * self.total();
+        let found = self.0.partition_point(|&sum| sum <= target);
+        found.min(self.0.len().saturating_sub(1))
+    }
+}
+
+/// Lights, drawn by power, and directions from their von Mises-Fisher lobes.
+pub struct LightSampler {
+    lights: Vec<SrbfLight>,
+    powers: Cumulative,
+}
+
+impl LightSampler {
+    /// The light set `lights`.
+    pub fn new(lights: &[SrbfLight]) -> Self {
+        let mean_power = |light: &SrbfLight| power(light).iter().sum::<f64>() / 3.0;
+        LightSampler {
+            powers: Cumulative::new(lights.iter().map(mean_power)),
+            lights: lights.to_vec(),
+        }
+    }
+
+    fn radiance(&self, omega: Vec3) -> ([f32; 3], f32) {
+        let mut sum = [0.0f32; 3];
+        for light in &self.lights {
+            // Without the cancellation of omega . omega_j - 1.
+            let off = omega - Vec3::from(light.direction);
+            let x = off.length_squared() / (light.lambda * light.lambda);
+            // Nothing is left of f32 beyond.
+            if x > 80.0 {
+                continue;
+            }
+            let value = (-x).exp();
+            for (sum, amplitude) in sum.iter_mut().zip(light.rgb) {
+                *sum += amplitude * value;
+            }
+        }
+        // sum_j p_j G_j / Omega_j with p_j by power: the mean radiance over all power.
+        let total = self.powers.total();
+        let pdf = if total > 0.0 { mean(sum) / total } else { 0.0 };
+        (sum, pdf as f32)
+    }
+
+    fn direction_at(&self, u: [f64; 3]) -> Option<Vec3> {
+        let total = self.powers.total();
+        if !(total > 0.0 && total.is_finite()) {
+            return None;
+        }
+        let light = &self.lights[self.powers.pick(u[0])];
+        let kappa = 2.0 / f64::from(light.lambda).powi(2);
+        // 1 - cos of the angle to the axis: -ln(1 - u (1 - e^(-2 kappa))) / kappa.
+        let down = (-(u[1] * (-2.0 * kappa).exp_m1()).ln_1p() / kappa).clamp(0.0, 2.0);
+        let sin = (down * (2.0 - down)).sqrt() as f32;
+        let (turn_sin, turn_cos) = (2.0 * PI * u[2]).sin_cos();
+        let axis = Vec3::from(light.direction);
+        let (a, b) = axis.any_orthonormal_pair();
+        let direction =
+            axis * (1.0 - down) as f32 + (a * turn_cos as f32 + b * turn_sin as f32) * sin;
+        Some(direction.normalize())
+    }
+}
+
+/// A map, its pixels drawn by power.
+pub struct MapSampler {
+    pixels: Vec<[f32; 3]>,
+    grid: LatLong,
+    /// Running sums over the pixels of each row, rows one after another.
+    powers: Cumulative,
+    /// Cosine and sine of the map's turn about +Y.
+    turn: (f32, f32),
+}
+
+impl MapSampler {
+    /// `map` turned by `turn` radians about +Y, its radiance times `intensity`.
+    pub fn new(map: &Map, turn: f32, intensity: f32) -> Self {
+        let grid = map.grid();
+        let pixels: Vec<[f32; 3]> = map
+            .pixels()
+            .iter()
+            .map(|pixel| pixel.map(|x| x * intensity))
+            .collect();
+        let power =
+            |(ix, pixel): (usize, &[f32; 3])| mean(*pixel) * grid.solid_angle(ix / grid.width);
+        MapSampler {
+            powers: Cumulative::new(pixels.iter().enumerate().map(power)),
+            pixels,
+            grid,
+            turn: (turn.cos(), turn.sin()),
+        }
+    }
+
+    fn radiance(&self, omega: Vec3) -> ([f32; 3], f32) {
+        let (cos, sin) = self.turn;
+        let unturned = [
+            cos * omega.x - sin * omega.z,
+            omega.y,
+            sin * omega.x + cos * omega.z,
+        ];
+        let [x, y] = self.grid.position(unturned.map(f64::from));
+        let i = (x as usize).min(self.grid.width - 1);
+        let j = (y as usize).min(self.grid.height - 1);
+        let pixel = self.pixels[j * self.grid.width + i];
+        let total = self.powers.total();
+        let pdf = if total > 0.0 {
+            mean(pixel) / total
+        } else {
+            0.0
+        };
+        (pixel, pdf as f32)
+    }
+
+    fn direction_at(&self, u: [f64; 3]) -> Option<Vec3> {
+        let total = self.powers.total();
+        if !(total > 0.0 && total.is_finite()) {
+            return None;
+        }
+        let ix = self.powers.pick(u[0]);
+        let (i, j) = (ix % self.grid.width, ix / self.grid.width);
+        let x = i as f64 + u[1];
+        // Evenly in the sine of the latitude.
+        let sin_at = |y: f64| (PI * (0.5 - y / self.grid.height as f64)).sin();
+        let share = u[2];
+        let sin = sin_at(j as f64) * (1.0 - share) + sin_at(j as f64 + 1.0) * share;
+        let y = (0.5 - sin.clamp(-1.0, 1.0).asin() / PI) * self.grid.height as f64;
+        let [a, b, c] = self.grid.direction(x, y).map(|x| x as f32);
+        let (cos, sin) = self.turn;
+        Some(Vec3::new(cos * a + sin * c, b, cos * c - sin * a).normalize())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lights() -> Environment {
+        let light = |direction: [f32; 3], lambda, rgb| SrbfLight {
+            direction: Vec3::from(direction).normalize().to_array(),
+            lambda,
+            rgb,
+        };
+        Environment::Lights(LightSampler::new(&[
+            light([0.0, 1.0, 0.2], 0.005, [9e4, 8e4, 6e4]),
+            light([1.0, 0.1, -0.3], 0.4, [2.0, 1.0, 0.5]),
+            light([0.0, 1.0, 0.0], 2.0, [0.3, 0.4, 0.7]),
+        ]))
+    }
+
+    fn map() -> (Map, Environment) {
+        let (width, height) = (64, 32);
+        let mut random = SplitMix64(3);
+        let pixels = (0..width * height)
+            .map(|ix| {
+                let scale = if ix == 500 { 1000.0 } else { 1.0 };
+                [0, 1, 2].map(|_| scale * random.uniform(0.0, 1.0) as f32)
+            })
+            .collect();
+        let map = Map::new(width, height, pixels).unwrap();
+        let sampler = MapSampler::new(&map, 0.7, 2.0);
+        (map, Environment::Map(sampler))
+    }
+
+    /// Mean over draws of `f(direction) radiance / pdf`, and its standard error.
+    fn integral(environment: &Environment, f: impl Fn(Vec3) -> f32) -> [(f64, f64); 3] {
+        let mut random = SplitMix64(7);
+        let n = 200_000;
+        let (mut sum, mut squares) = ([0.0f64; 3], [0.0f64; 3]);
+        for _ in 0..n {
+            let drawn = environment.sample(&mut random).unwrap();
+            assert!((drawn.direction.length() - 1.0).abs() < 1e-5 && drawn.pdf > 0.0);
+            for c in 0..3 {
+                let x = f64::from(f(drawn.direction) * drawn.radiance[c] / drawn.pdf);
+                sum[c] += x;
+                squares[c] += x * x;
+            }
+        }
+        std::array::from_fn(|c| {
+            let mean = sum[c] / f64::from(n);
+            let variance = squares[c] / f64::from(n) - mean * mean;
+            (mean, (variance.max(0.0) / f64::from(n)).sqrt())
+        })
+    }
+
+    #[test]
+    fn draws_integrate_the_lights() {
+        let environment = lights();
+        let Environment::Lights(sampler) = &environment else {
+            unreachable!()
+        };
+        for (c, (mean, error)) in integral(&environment, |_| 1.0).into_iter().enumerate() {
+            let expected: f64 = sampler
+                .lights
+                .iter()
+                .map(|light| {
+                    let square = f64::from(light.lambda).powi(2);
+                    f64::from(light.rgb[c]) * PI * square * (1.0 - (-4.0 / square).exp())
+                })
+                .sum();
+            assert!(
+                (mean - expected).abs() < 4.0 * error + 1e-4 * expected,
+                "{c}: {mean} {expected} {error}"
+            );
+        }
+        // Evenly drawn directions see the same density, narrow light left out.
+        let broad = Environment::Lights(LightSampler::new(&sampler.lights[1..]));
+        let mut random = SplitMix64(9);
+        let mass: f64 = (0..200_000)
+            .map(|_| {
+                let z = random.uniform(-1.0, 1.0);
+                let (sin, cos) = random.uniform(0.0, 2.0 * PI).sin_cos();
+                let r = (1.0 - z * z).sqrt();
+                let omega = Vec3::new((r * cos) as f32, (r * sin) as f32, z as f32);
+                f64::from(broad.radiance(omega).1) * 4.0 * PI / 2e5
+            })
+            .sum();
+        assert!((mass - 1.0).abs() < 0.02, "{mass}");
+    }
+
+    #[test]
+    fn draws_integrate_the_map() {
+        let (map, environment) = map();
+        let energy = map.energy();
+        for (c, (mean, error)) in integral(&environment, |_| 1.0).into_iter().enumerate() {
+            let expected = 2.0 * energy[c];
+            // Draws on the edge of a pixel may round into its neighbour.
+            assert!(
+                (mean - expected).abs() < 4.0 * error + 1e-3 * expected,
+                "{c}: {mean} {expected} {error}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_turn_is_that_of_light_sets() {
+        let (map, environment) = map();
+        let turned = glam::Quat::from_rotation_y(0.7);
+        for ix in [3usize, 500, 1200, 2047] {
+            let (i, j) = (ix % 64, ix / 64);
+            let [x, y, z] = map.grid().direction(i as f64 + 0.5, j as f64 + 0.5);
+            let omega = turned * Vec3::new(x as f32, y as f32, z as f32);
+            let expected = map.pixels()[ix].map(|x| 2.0 * x);
+            assert_eq!(environment.radiance(omega).0, expected);
+        }
+    }
+
+    #[test]
+    fn darkness_has_no_direction() {
+        let dark = Environment::Lights(LightSampler::new(&[]));
+        assert_eq!(dark.radiance(Vec3::X), ([0.0; 3], 0.0));
+        assert_eq!(dark.sample(&mut SplitMix64(1)), None);
+    }
+}

@@ -1,0 +1,184 @@
+//! Camera rays, and the sums of what they see.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::Vec3;
+use rayon::prelude::*;
+use strandlight_scene::PreparedScene;
+use strandlight_scene::camera::{ViewUniform, view_uniform};
+
+use super::{Integrator, Layers};
+use crate::rays::Start;
+use strandlight_scattering::random::SplitMix64;
+use strandlight_scene::background::background_at;
+
+/// Most samples of a pixel.
+pub const MAX_SAMPLES: u32 = 1 << 24;
+
+/// A ray from the camera.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraRay {
+    /// The eye, with nothing nearer than the near plane.
+    pub start: Start,
+    /// Unit vector into the scene.
+    pub direction: Vec3,
+    /// A hash of seed and pixel: turns low-discrepancy sequences that every pixel runs through.
+    pub pixel_key: u64,
+    /// Number of the sample in its pixel.
+    pub sample: u32,
+}
+
+/// Sums over a pixel's samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Pixel {
+    pub covered: f64,
+    pub single: [f64; 3],
+    pub global: [f64; 3],
+    pub local: [f64; 3],
+    /// Samples that meet a proxy, and its radiance.
+    pub matte_covered: f64,
+    pub matte: [f64; 3],
+    /// Of the composited total.
+    pub squares: [f64; 3],
+}
+
+/// The camera's picture as sums of samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    pub(super) size: [u32; 2],
+    pub(super) n_samples: u32,
+    pub(super) pixels: Vec<Pixel>,
+}
+
+impl Film {
+    /// A film without samples, `size` as [`strandlight_scene::budget::check_target`] allows.
+    pub fn new(size: [u32; 2]) -> Self {
+        Film {
+            size,
+            n_samples: 0,
+            pixels: vec![Pixel::default(); size[0] as usize * size[1] as usize],
+        }
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Samples of each pixel.
+    pub fn n_samples(&self) -> u32 {
+        self.n_samples
+    }
+
+    /// Adds `n_samples` samples to each pixel of what `scene`'s camera sees. `observer` is told
+    /// the share that is done, by any thread.
+    ///
+    /// Samples lie evenly in the pixel (a box filter): the additive sequence of the plastic
+    /// number, turned for each pixel. Those of two calls are those of one.
+    ///
+    /// # Panics
+    /// If there would be more than [`MAX_SAMPLES`].
+    pub fn expose(
+        &mut self,
+        scene: &PreparedScene,
+        integrator: &dyn Integrator,
+        n_samples: u32,
+        seed: u64,
+        observer: &(dyn Fn(f64) + Sync),
+    ) {
+        assert!(
+            n_samples <= MAX_SAMPLES - self.n_samples,
+            "too many samples"
+        );
+        let view = view_uniform(&scene.camera, &scene.strands, self.size, 1.0);
+        let samples = self.n_samples..self.n_samples + n_samples;
+        let (width, n_pixels) = (self.size[0] as usize, self.pixels.len());
+        // Short runs of pixels: rows through the hair take long, others no time at all.
+        let run = width.min(64);
+        let done = AtomicU64::new(0);
+        self.pixels
+            .par_chunks_mut(run)
+            .enumerate()
+            .for_each(|(chunk, pixels)| {
+                for (ix, pixel) in pixels.iter_mut().enumerate() {
+                    let ix = chunk * run + ix;
+                    let at = [ix % width, ix / width].map(|x| x as f64);
+                    let background = background_at(scene, &view, at.map(|x| x as f32 + 0.5));
+                    let background = background.unwrap_or([0.0; 3]).map(f64::from);
+                    let pixel_key = SplitMix64::of_item(seed, ix as u64).next_u64();
+                    for sample in samples.clone() {
+                        let mut random = SplitMix64::of_item(pixel_key, u64::from(sample));
+                        let ray = camera_ray(&view, at, pixel_key, sample);
+                        pixel.add(&integrator.sample(&ray, &mut random), background);
+                    }
+                }
+                let n = pixels.len() as u64;
+                let done = done.fetch_add(n, Ordering::Relaxed) + n;
+                observer(done as f64 / n_pixels as f64);
+            });
+        self.n_samples += n_samples;
+    }
+}
+
+impl Pixel {
+    /// Sums of the hair alone.
+    pub fn total(&self) -> [f64; 3] {
+        std::array::from_fn(|c| self.single[c] + self.global[c] + self.local[c])
+    }
+
+    pub fn is_finite(&self) -> bool {
+        let sums = [
+            self.single,
+            self.global,
+            self.local,
+            self.matte,
+            self.squares,
+        ];
+        let counts = [self.covered, self.matte_covered];
+        counts.iter().all(|count| count.is_finite())
+            && sums.iter().flatten().all(|sum| sum.is_finite())
+    }
+
+    fn add(&mut self, seen: &Layers, background: [f64; 3]) {
+        self.covered += f64::from(u8::from(seen.is_covered));
+        self.matte_covered += f64::from(u8::from(seen.is_matte));
+        let total = seen.total();
+        for c in 0..3 {
+            self.single[c] += seen.single[c];
+            self.global[c] += seen.global[c];
+            self.local[c] += seen.local[c];
+            self.matte[c] += seen.matte[c];
+            let is_open = !seen.is_covered && !seen.is_matte;
+            let behind = if is_open { background[c] } else { 0.0 };
+            self.squares[c] += (total[c] + seen.matte[c] + behind).powi(2);
+        }
+    }
+}
+
+/// The ray of one sample of the pixel whose upper left corner is `at`.
+fn camera_ray(view: &ViewUniform, at: [f64; 2], pixel_key: u64, sample: u32) -> CameraRay {
+    let [x, y] = in_pixel(pixel_key, sample);
+    let [x, y] = [at[0] + x, at[1] + y];
+    let across = (x - 0.5 * f64::from(view.size[0])) as f32;
+    let upwards = (0.5 * f64::from(view.size[1]) - y) as f32;
+    let forward = Vec3::from(view.forward);
+    let direction =
+        (forward * view.focal_px + Vec3::from(view.right) * across + Vec3::from(view.up) * upwards)
+            .normalize();
+    let mut start = Start::camera(Vec3::from(view.eye));
+    start.t_min = view.near / direction.dot(forward).max(1e-6);
+    CameraRay {
+        start,
+        direction,
+        pixel_key,
+        sample,
+    }
+}
+
+/// Point `sample` in the unit square of a sequence that fills it evenly, turned by `key`.
+fn in_pixel(key: u64, sample: u32) -> [f64; 2] {
+    // 1/g and 1/g^2, g the plastic number (g^3 = g + 1).
+    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+    let mut turn = SplitMix64(key);
+    STEPS.map(|step| (turn.uniform(0.0, 1.0) + f64::from(sample) * step).fract())
+}

@@ -1,0 +1,411 @@
+//! Path tracing of the exact scattering function: unbiased, with any number of events.
+//!
+//! A path walks from the eye. At each crossing the environment is sampled directly and by
+//! scattering, the two combined by the power heuristic (Veach 1997); after [`ROULETTE_FROM`]
+//! events it goes on with a probability that follows what it carries.
+//!
+//! Proxies are further events: light by way of them counts as sent back.
+//!
+//! The exact S loses energy at every event: a white groom does not vanish in a furnace
+//! ([`PathTracer::with_energy_of`] makes it).
+
+use glam::Vec3;
+use strandlight_scattering::exact::{Bcsdf, BcsdfView};
+use strandlight_scene::proxy::ProxyRecord;
+use strandlight_scene::strands::Strands;
+
+use super::film::CameraRay;
+use super::{Environment, Fibres, Frame, Integrator, Layers, Met, Surface, World};
+use crate::rays::{Rays, Start};
+use strandlight_scattering::random::SplitMix64;
+
+/// Events before a path goes on only as often as what it carries.
+pub const ROULETTE_FROM: u32 = 8;
+
+/// Before that, a path that carries less than one over this is thinned too, to the carried share
+/// times this: dark hair would trace seven more events that bring nothing.
+const EARLY_ROULETTE: f64 = 4.0;
+
+/// Events after which a path is given up; white hair needs some hundred.
+pub const MAX_EVENTS: u32 = 4096;
+
+/// How paths find the light. All give the same picture but for noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Estimator {
+    /// Both of the others, by multiple importance sampling.
+    #[default]
+    Both,
+    /// Directions drawn by the light.
+    Light,
+    /// Directions drawn by the fibre.
+    Fibre,
+}
+
+/// What one path brings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Traced {
+    /// Did it meet hair first?
+    pub is_covered: bool,
+    /// Did it meet a proxy first? If it met neither, all else is 0.
+    pub is_matte: bool,
+    /// Radiance of the proxy; that of hair is 0 then.
+    pub matte: [f64; 3],
+    /// Radiance of light that met exactly one fibre and nothing else.
+    pub single: [f64; 3],
+    /// Radiance of light that every fibre but the seen one, at least one, sent forward: into the
+    /// half circle of azimuths behind it, as dual scattering has it.
+    pub forward: [f64; 3],
+    /// Radiance of all light that hair sends.
+    pub total: [f64; 3],
+    /// Scattering events.
+    pub events: u32,
+    /// Was it given up at [`MAX_EVENTS`]?
+    pub is_capped: bool,
+}
+
+/// Traces paths through one groom.
+pub struct PathTracer<'a> {
+    strands: &'a Strands,
+    world: World<'a>,
+    fibres: Fibres<'a>,
+    environment: &'a Environment,
+    estimator: Estimator,
+    /// What S is divided by, at theta_o spread evenly over +-pi/2.
+    albedo: Option<Vec<f64>>,
+}
+
+/// Inclinations of the albedo that S is divided by.
+const N_ALBEDOS: u32 = 2001;
+
+/// Weight of a draw of density `own` beside another way of density `other`.
+fn power_heuristic(own: f64, other: f64) -> f64 {
+    if own.is_infinite() {
+        return 1.0;
+    }
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+impl<'a> PathTracer<'a> {
+    /// Paths among `strands`, which `rays` were made of, whose `fibres` these are.
+    pub fn new(
+        strands: &'a Strands,
+        rays: &'a Rays,
+        fibres: impl Into<Fibres<'a>>,
+        environment: &'a Environment,
+    ) -> Self {
+        PathTracer {
+            strands,
+            world: World { rays, proxies: &[] },
+            fibres: fibres.into(),
+            environment,
+            estimator: Estimator::default(),
+            albedo: None,
+        }
+    }
+
+    /// The same with proxies beside the hair, which scatter light as matte surfaces do, to the hair
+    /// as well.
+    pub fn with_proxies(mut self, proxies: &'a [ProxyRecord]) -> Self {
+        self.world.proxies = proxies;
+        self
+    }
+
+    /// The same with another way of finding the light.
+    pub fn with_estimator(self, estimator: Estimator) -> Self {
+        PathTracer { estimator, ..self }
+    }
+
+    /// The same with S divided by the albedo that `white`, the same fibre without absorption, has
+    /// at theta_o, so that a fibre without absorption returns exactly 1 (the "energy
+    /// safe" model). Not the exact model, and not reciprocal: it shows what the model loses.
+    pub fn with_energy_of(self, white: &Bcsdf) -> Self {
+        let albedo = (0..N_ALBEDOS)
+            .map(|ix| std::f64::consts::PI * (f64::from(ix) / f64::from(N_ALBEDOS - 1) - 0.5))
+            .map(|theta| {
+                let [r, g, b] = white.albedo(theta);
+                // Nothing is scattered along the fibre by lobes that are all shifted beyond it.
+                ((r + g + b) / 3.0).max(1e-6)
+            })
+            .collect();
+        PathTracer {
+            albedo: Some(albedo),
+            ..self
+        }
+    }
+
+    /// One path that leaves the eye at `start` towards the unit vector `direction`. `first` are
+    /// numbers in 0..1 that draw the light of the first event, for those who spread them evenly.
+    pub fn trace(
+        &self,
+        start: &Start,
+        direction: Vec3,
+        first: [f64; 3],
+        random: &mut SplitMix64,
+    ) -> Traced {
+        let mut traced = Traced::default();
+        let mut met = self.world.seen(start, direction);
+        match met {
+            Met::Nothing => return traced,
+            Met::Hair(_) => traced.is_covered = true,
+            Met::Matte(_) => traced.is_matte = true,
+        }
+        let mut direction = direction;
+        let mut carried = [1.0f64; 3];
+        let mut has_turned = false;
+        while traced.events < MAX_EVENTS {
+            traced.events += 1;
+            // Only what lies beyond the seen fibre can turn light back.
+            let is_beyond = traced.events > 1;
+            let Some(place) = self.place(&met, direction) else {
+                return traced;
+            };
+            let start = place.start;
+            if let (Some(albedo), Scatterer::Fibre { omega_o, .. }) = (&self.albedo, &place.by) {
+                let inverse = 1.0 / albedo_at(albedo, *omega_o);
+                carried = carried.map(|x| x * inverse);
+            }
+
+            // Light drawn by itself.
+            if self.estimator != Estimator::Fibre
+                && let Some(emitted) = match traced.events {
+                    1 => self.environment.at(first),
+                    _ => self.environment.sample(random),
+                }
+            {
+                let sent = place.by.sends(emitted.direction);
+                let pdf = f64::from(emitted.pdf);
+                let weight = match self.estimator {
+                    Estimator::Light => 1.0,
+                    _ => power_heuristic(pdf, sent.pdf),
+                };
+                let brought: [f64; 3] = std::array::from_fn(|c| {
+                    let radiance = f64::from(emitted.radiance[c]);
+                    carried[c] * sent.share[c] * radiance * weight / pdf
+                });
+                if brought.iter().any(|&x| x > 0.0)
+                    && !self.world.is_blocked(&start, emitted.direction)
+                {
+                    traced.add(brought, has_turned || (is_beyond && sent.is_turned));
+                }
+            }
+
+            // Light, or what comes next, drawn by scattering.
+            let Some(drawn) = place.by.draw(random) else {
+                return traced;
+            };
+            for (carried, weight) in carried.iter_mut().zip(drawn.weight) {
+                *carried *= weight;
+            }
+            direction = drawn.direction;
+            has_turned |= is_beyond && drawn.is_turned;
+            met = self.world.met(&start, direction);
+            if met == Met::Nothing {
+                let (radiance, pdf) = self.environment.radiance(direction);
+                let weight = match self.estimator {
+                    Estimator::Both => power_heuristic(drawn.pdf, f64::from(pdf)),
+                    Estimator::Light => 0.0,
+                    Estimator::Fibre => 1.0,
+                };
+                if weight > 0.0 {
+                    let brought = |c: usize| carried[c] * weight * f64::from(radiance[c]);
+                    traced.add(std::array::from_fn(brought), has_turned);
+                }
+                return traced;
+            }
+            let mut stays = carried[0].max(carried[1]).max(carried[2]);
+            if traced.events < ROULETTE_FROM {
+                stays *= EARLY_ROULETTE;
+            }
+            if stays < 1.0 {
+                if random.uniform(0.0, 1.0) >= stays {
+                    return traced;
+                }
+                carried = carried.map(|x| x / stays);
+            }
+        }
+        traced.is_capped = true;
+        traced
+    }
+
+    /// What scatters at `met` on a path that comes along `direction`.
+    fn place(&self, met: &Met, direction: Vec3) -> Option<Place<'a>> {
+        match met {
+            Met::Nothing => None,
+            Met::Hair(crossing) => {
+                let frame = Frame::at(self.strands, crossing);
+                let omega_o = frame.to_fibre(-direction);
+                Some(Place {
+                    start: Start::inside(self.strands, crossing.segment, crossing.along),
+                    by: Scatterer::Fibre {
+                        view: self.fibres.view(self.strands, crossing, omega_o),
+                        frame,
+                        omega_o,
+                    },
+                })
+            }
+            Met::Matte(surface) => Some(Place {
+                start: surface.start(),
+                by: Scatterer::Matte(*surface),
+            }),
+        }
+    }
+}
+
+/// Where a path scatters.
+struct Place<'a> {
+    start: Start,
+    by: Scatterer<'a>,
+}
+
+/// What it is scattered by.
+#[allow(clippy::large_enum_variant, reason = "one at a time, on the stack")]
+enum Scatterer<'a> {
+    Fibre {
+        view: BcsdfView<'a>,
+        frame: Frame,
+        omega_o: [f64; 3],
+    },
+    Matte(Surface),
+}
+
+/// What is sent on of light from a direction.
+struct Sent {
+    /// Scattering function times cosine.
+    share: [f64; 3],
+    /// Density with which the direction is drawn.
+    pdf: f64,
+    /// Does it leave to the side that it came from?
+    is_turned: bool,
+}
+
+/// A direction drawn.
+struct Drawn {
+    direction: Vec3,
+    /// Share over density.
+    weight: [f64; 3],
+    pdf: f64,
+    is_turned: bool,
+}
+
+impl Scatterer<'_> {
+    fn sends(&self, towards: Vec3) -> Sent {
+        match self {
+            Scatterer::Fibre {
+                view,
+                frame,
+                omega_o,
+            } => {
+                let omega_i = frame.to_fibre(towards);
+                let scattered = view.evaluate(omega_i);
+                let cos_i = omega_i[1].hypot(omega_i[2]);
+                Sent {
+                    share: scattered.s.map(|s| s * cos_i),
+                    pdf: scattered.pdf,
+                    is_turned: is_turned(*omega_o, omega_i),
+                }
+            }
+            Scatterer::Matte(surface) => {
+                let (share, pdf) = surface.sends(towards);
+                Sent {
+                    share,
+                    pdf,
+                    is_turned: true,
+                }
+            }
+        }
+    }
+
+    /// `None` where nothing is scattered.
+    fn draw(&self, random: &mut SplitMix64) -> Option<Drawn> {
+        match self {
+            Scatterer::Fibre {
+                view,
+                frame,
+                omega_o,
+            } => {
+                let sample = view.sample(&mut || random.uniform(0.0, 1.0))?;
+                Some(Drawn {
+                    direction: frame.to_world(sample.omega_i),
+                    weight: sample.weight,
+                    pdf: sample.pdf,
+                    is_turned: is_turned(*omega_o, sample.omega_i),
+                })
+            }
+            Scatterer::Matte(surface) => {
+                let direction = surface.draw([0, 1].map(|_| random.uniform(0.0, 1.0)));
+                let (_, pdf) = surface.sends(direction);
+                (pdf > 0.0).then_some(Drawn {
+                    direction,
+                    weight: surface.albedo,
+                    pdf,
+                    is_turned: true,
+                })
+            }
+        }
+    }
+}
+
+/// Whether a fibre sends light back into the half circle of azimuths that it came from.
+fn is_turned(omega_o: [f64; 3], omega_i: [f64; 3]) -> bool {
+    omega_o[1] * omega_i[1] + omega_o[2] * omega_i[2] > 0.0
+}
+
+impl Integrator for PathTracer<'_> {
+    /// What only fibres beyond the seen one sent forward is `global`, as in dual scattering, and
+    /// the rest of what met more than one, or a proxy, is `local`.
+    fn sample(&self, ray: &CameraRay, random: &mut SplitMix64) -> Layers {
+        let traced = self.trace(&ray.start, ray.direction, first_light(ray), random);
+        Layers {
+            is_covered: traced.is_covered,
+            is_matte: traced.is_matte,
+            matte: traced.matte,
+            single: traced.single,
+            global: traced.forward,
+            local: std::array::from_fn(|c| traced.total[c] - traced.single[c] - traced.forward[c]),
+        }
+    }
+}
+
+/// Numbers of sample `ray` of its pixel that fill the unit cube evenly: the additive sequence of
+/// 1/g, 1/g^2, 1/g^3, g^4 = g + 1, turned by the pixel's key.
+fn first_light(ray: &CameraRay) -> [f64; 3] {
+    const STEPS: [f64; 3] = [
+        0.819_172_513_396_164_4,
+        0.671_043_606_703_789_2,
+        0.549_700_477_901_970_3,
+    ];
+    // Other numbers than those that turn the places in the pixel.
+    let mut turn = SplitMix64::of_item(ray.pixel_key, u64::MAX);
+    STEPS.map(|step| (turn.uniform(0.0, 1.0) + f64::from(ray.sample) * step).fract())
+}
+
+impl Traced {
+    fn add(&mut self, brought: [f64; 3], has_turned: bool) {
+        for (c, x) in brought.into_iter().enumerate() {
+            if self.is_matte {
+                self.matte[c] += x;
+                continue;
+            }
+            self.total[c] += x;
+            if self.events == 1 {
+                self.single[c] += x;
+            } else if !has_turned {
+                self.forward[c] += x;
+            }
+        }
+    }
+}
+
+/// `albedo` at the inclination of the unit vector `omega` in the fibre's frame.
+fn albedo_at(albedo: &[f64], omega: [f64; 3]) -> f64 {
+    let theta = omega[0].atan2(omega[1].hypot(omega[2]));
+    let x = (theta / std::f64::consts::PI + 0.5) * (albedo.len() - 1) as f64;
+    let ix = (x.max(0.0) as usize).min(albedo.len() - 2);
+    let t = x - ix as f64;
+    albedo[ix] * (1.0 - t) + albedo[ix + 1] * t
+}
+
+#[cfg(test)]
+#[path = "path_tests.rs"]
+mod tests;

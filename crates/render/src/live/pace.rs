@@ -1,0 +1,202 @@
+//! How long work on the device takes, and how much of it fits a budget.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use web_time::Instant;
+
+use crate::gpu::Context;
+use crate::passes::resources::failed;
+use strandlight_scene::RenderError;
+
+/// What a unit of work of a kind never seen before is taken for, seconds a step.
+const UNKNOWN: f64 = 2e-3;
+
+/// Work is submitted in lots of about this many seconds before it is waited for: waiting costs a
+/// fast device more than small steps do.
+const LOT: f64 = 1.5e-3;
+
+/// Most submissions under way where nobody waits for them.
+const MOST_IN_FLIGHT: u32 = 32;
+
+/// A finished lot: its stage, runs, units and seconds.
+pub(super) type Finished = (&'static str, u32, f64, f64);
+
+/// Learns how fast the device is.
+pub(super) struct Pacer {
+    /// Waits for each lot; else the device's answers come when they come.
+    is_waiting: bool,
+    /// Seconds a unit, by stage.
+    rates: Vec<(&'static str, f64)>,
+    lot: Option<Lot>,
+    flight: Arc<Mutex<Flight>>,
+    start: Instant,
+    budget: f64,
+    /// Seconds of work submitted in this turn, by estimate.
+    submitted: f64,
+}
+
+/// Steps of one stage that were submitted and not waited for.
+struct Lot {
+    stage: &'static str,
+    runs: u32,
+    units: f64,
+    seconds: f64,
+    start: Instant,
+}
+
+/// What is under way.
+#[derive(Default)]
+struct Flight {
+    n: u32,
+    seconds: f64,
+    last_done: Option<Instant>,
+    finished: Vec<Finished>,
+}
+
+impl Pacer {
+    /// Waits for the device where that is possible.
+    pub fn new(is_waiting: bool) -> Pacer {
+        Pacer {
+            is_waiting,
+            rates: Vec::new(),
+            lot: None,
+            flight: Arc::default(),
+            start: Instant::now(),
+            budget: 0.0,
+            submitted: 0.0,
+        }
+    }
+
+    /// Starts a turn of `budget`; tells `note` of what was finished since the last one.
+    pub fn begin(&mut self, budget: Duration, note: impl FnMut(Finished)) {
+        self.start = Instant::now();
+        self.budget = budget.as_secs_f64();
+        let mut flight = self.flight.lock().unwrap_or_else(PoisonError::into_inner);
+        self.submitted = flight.seconds;
+        let finished = std::mem::take(&mut flight.finished);
+        drop(flight);
+        for &(stage, _, units, seconds) in &finished {
+            self.learn(stage, units, seconds);
+        }
+        finished.into_iter().for_each(note);
+    }
+
+    /// Is there time for a step of `units`? The first step of a turn always is, unless the device
+    /// is behind.
+    pub fn has_time(&self, stage: &'static str, units: f64, is_first: bool) -> bool {
+        let estimate = self.estimate(stage, units);
+        if self.is_waiting {
+            let lot = self.lot.as_ref().map_or(0.0, |lot| lot.seconds);
+            let spent = self.start.elapsed().as_secs_f64() + lot;
+            return is_first || spent + 0.5 * estimate < self.budget;
+        }
+        let flight = self.flight.lock().unwrap_or_else(PoisonError::into_inner);
+        if is_first {
+            return flight.seconds < self.budget && flight.n < MOST_IN_FLIGHT;
+        }
+        flight.n < MOST_IN_FLIGHT && self.submitted + 0.5 * estimate < self.budget
+    }
+
+    /// Seconds that `units` of a stage take.
+    fn estimate(&self, stage: &'static str, units: f64) -> f64 {
+        self.rate(stage).map_or(UNKNOWN, |rate| rate * units)
+    }
+
+    /// Seconds a unit of a stage takes, once known.
+    pub fn rate(&self, stage: &'static str) -> Option<f64> {
+        let mut rates = self.rates.iter();
+        rates
+            .find(|(name, _)| *name == stage)
+            .map(|(_, rate)| *rate)
+    }
+
+    /// Says that a step was submitted.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn submitted(
+        &mut self,
+        context: &Context,
+        stage: &'static str,
+        units: f64,
+        mut note: impl FnMut(Finished),
+    ) -> Result<(), RenderError> {
+        let estimate = self.estimate(stage, units);
+        self.submitted += estimate;
+        if !self.is_waiting {
+            self.watch(context, stage, units, estimate);
+            return Ok(());
+        }
+        if self.lot.as_ref().is_some_and(|lot| lot.stage != stage) {
+            self.flush(context, &mut note)?;
+        }
+        let lot = self.lot.get_or_insert_with(|| Lot {
+            stage,
+            runs: 0,
+            units: 0.0,
+            seconds: 0.0,
+            start: Instant::now(),
+        });
+        lot.runs += 1;
+        lot.units += units;
+        lot.seconds += estimate;
+        if lot.seconds >= LOT {
+            self.flush(context, note)?;
+        }
+        Ok(())
+    }
+
+    /// Waits for what was submitted, where anybody waits.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn flush(
+        &mut self,
+        context: &Context,
+        mut note: impl FnMut(Finished),
+    ) -> Result<(), RenderError> {
+        let Some(lot) = self.lot.take() else {
+            return Ok(());
+        };
+        context.wait(lot.stage).map_err(failed)?;
+        let seconds = lot.start.elapsed().as_secs_f64();
+        self.learn(lot.stage, lot.units, seconds);
+        note((lot.stage, lot.runs, lot.units, seconds));
+        Ok(())
+    }
+
+    /// Counts a submission that nobody waits for until the device has done it.
+    fn watch(&self, context: &Context, stage: &'static str, units: f64, estimate: f64) {
+        let lock = |flight: &Arc<Mutex<Flight>>, work: &dyn Fn(&mut Flight)| {
+            work(&mut flight.lock().unwrap_or_else(PoisonError::into_inner));
+        };
+        lock(&self.flight, &|flight| {
+            flight.n += 1;
+            flight.seconds += estimate;
+        });
+        let (flight, start) = (Arc::clone(&self.flight), Instant::now());
+        context.queue.on_submitted_work_done(move || {
+            lock(&flight, &|flight| {
+                let now = Instant::now();
+                let since = flight.last_done.map_or(start, |last| last.max(start));
+                let seconds = now.duration_since(since).as_secs_f64();
+                flight.last_done = Some(now);
+                flight.n -= 1;
+                flight.seconds = match flight.n {
+                    0 => 0.0,
+                    _ => (flight.seconds - estimate).max(0.0),
+                };
+                flight.finished.push((stage, 1, units, seconds));
+            });
+        });
+    }
+
+    fn learn(&mut self, stage: &'static str, units: f64, seconds: f64) {
+        let rate = seconds / units.max(1e-9);
+        match self.rates.iter_mut().find(|(name, _)| *name == stage) {
+            Some((_, known)) => *known += 0.3 * (rate - *known),
+            None => self.rates.push((stage, rate)),
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! Projecting the strands and rasterising the ribbons in passes of four samples.
+
+use super::clock::Stamp;
+use super::lighting::Lighting;
+use super::proxies::DrawnProxies;
+use super::resources::{
+    StrandBuffers, bind, compute, compute_pass, labelled, shader, step, storage, submit, uniform,
+};
+use crate::gpu::{Context, Tally};
+use strandlight_scene::RenderError;
+use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::sampling::pass_jitter;
+
+pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+/// Side of the viewport in pixels, with what is drawn in its middle: a power of two, so that corners
+/// come out the same whatever it is. Software devices slow down wherever a triangle is clipped; a
+/// device with smaller textures gets a smaller one.
+fn viewport_side(context: &Context) -> f32 {
+    let most = context.device.limits().max_texture_dimension_2d;
+    f32::from(
+        1_u16
+            << most
+                .clamp(1, strandlight_scene::budget::MAX_TARGET_SIDE)
+                .ilog2(),
+    )
+}
+
+/// Segments whose corners share an index buffer: 96 MiB, below the 128 MiB every adapter binds.
+pub(super) const SEGMENT_CHUNK: u32 = 4 << 20;
+
+pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// Mirrored by `Pass` in `shaders/pass/strands.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Pass {
+    jitter: [i32; 2],
+    pass_ix: u32,
+    n_samples: u32,
+}
+
+/// Mirrored by `Chunk` in `shaders/pass/ribbons.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Chunk {
+    first_segment: u32,
+    n_segments: u32,
+}
+
+strandlight_scattering::mirrors! {
+    Pass as "Pass" in "pass/strands" { jitter, pass_ix, n_samples }
+    Chunk as "Chunk" in "pass/ribbons" { first_segment, n_segments }
+}
+
+/// Pipelines of drawing.
+pub(crate) struct Draw {
+    project: wgpu::ComputePipeline,
+    ribbons: wgpu::ComputePipeline,
+    strands: wgpu::RenderPipeline,
+    viewport: f32,
+    pub(super) accumulate: wgpu::ComputePipeline,
+    pub(super) composite: wgpu::ComputePipeline,
+}
+
+/// The strands on the screen: what `project` and `ribbons` leave for the passes of a view.
+pub(crate) struct Ribbons {
+    view: wgpu::Buffer,
+    pass: wgpu::Buffer,
+    points: [wgpu::Buffer; 3],
+    project: wgpu::BindGroup,
+    chunks: Vec<RibbonChunk>,
+    /// By buffer of radiance.
+    strands: Vec<wgpu::BindGroup>,
+    /// Drawn before the strands, if there are any.
+    proxies: Option<DrawnProxies>,
+    n_points: u32,
+}
+
+/// Segments that share an index buffer.
+struct RibbonChunk {
+    corners: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    n_segments: u32,
+}
+
+impl Ribbons {
+    /// Room for `strands`, which are lit by one of the buffers of `radiance`.
+    pub fn new(
+        context: &Context,
+        draw: &Draw,
+        strands: &StrandBuffers,
+        radiance: &[&wgpu::Buffer],
+    ) -> Ribbons {
+        let n_points = strands.n_points;
+        let view: ViewUniform = bytemuck::Zeroable::zeroed();
+        let view = uniform(context, "view", &view);
+        let pass: Pass = bytemuck::Zeroable::zeroed();
+        let pass = uniform(context, "pass", &pass);
+        let points = ["edges", "depth and coverage", "spines"]
+            .map(|label| storage(context, label, u64::from(n_points) * 16));
+        let [edges, depth_coverage, spines] = &points;
+        let project = bind(
+            context,
+            &draw.project.get_bind_group_layout(0),
+            &[
+                (0, view.as_entire_binding()),
+                (1, strands.points.as_entire_binding()),
+                (2, strands.tangents.as_entire_binding()),
+                (3, edges.as_entire_binding()),
+                (4, depth_coverage.as_entire_binding()),
+            ],
+        );
+        let mut chunks = Vec::new();
+        for first_segment in (0..strands.n_segments).step_by(SEGMENT_CHUNK as usize) {
+            let n_segments = SEGMENT_CHUNK.min(strands.n_segments - first_segment);
+            let chunk = Chunk {
+                first_segment,
+                n_segments,
+            };
+            let chunk = uniform(context, "chunk", &chunk);
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDEX;
+            let corners = labelled(context, "corners", u64::from(n_segments) * 24, usage);
+            let group = bind(
+                context,
+                &draw.ribbons.get_bind_group_layout(0),
+                &[
+                    (0, view.as_entire_binding()),
+                    (1, chunk.as_entire_binding()),
+                    (2, strands.segments.as_entire_binding()),
+                    (3, edges.as_entire_binding()),
+                    (4, depth_coverage.as_entire_binding()),
+                    (5, spines.as_entire_binding()),
+                    (6, corners.as_entire_binding()),
+                ],
+            );
+            chunks.push(RibbonChunk {
+                corners,
+                group,
+                n_segments,
+            });
+        }
+        let of_radiance = |radiance: &&wgpu::Buffer| {
+            bind(
+                context,
+                &draw.strands.get_bind_group_layout(0),
+                &[
+                    (0, view.as_entire_binding()),
+                    (1, pass.as_entire_binding()),
+                    (2, edges.as_entire_binding()),
+                    (3, depth_coverage.as_entire_binding()),
+                    (4, spines.as_entire_binding()),
+                    (5, radiance.as_entire_binding()),
+                ],
+            )
+        };
+        let strands = radiance.iter().map(of_radiance).collect();
+        Ribbons {
+            view,
+            pass,
+            project,
+            chunks,
+            strands,
+            points,
+            proxies: None,
+            n_points,
+        }
+    }
+
+    /// Takes the proxies as `lighting` has them.
+    pub fn set_proxies(&mut self, context: &Context, lighting: &Lighting) {
+        let proxies = lighting.proxies();
+        self.proxies = proxies.map(|proxies| proxies.drawn(context, &self.view, &self.pass));
+    }
+
+    /// Takes another view.
+    pub fn set_view(&self, context: &Context, view: &ViewUniform) {
+        let bytes = bytemuck::bytes_of(view);
+        context.queue.write_buffer(&self.view, 0, bytes);
+    }
+
+    /// What the passes read of themselves.
+    pub(super) fn current(&self) -> &wgpu::Buffer {
+        &self.pass
+    }
+
+    /// The view as the passes read it.
+    pub fn view(&self) -> &wgpu::Buffer {
+        &self.view
+    }
+
+    /// Projects the points and prepares the segments, once for all passes of a view.
+    pub fn project(&self, context: &Context, draw: &Draw, stamp: Stamp) {
+        submit(context, |encoder| {
+            let mut pass = compute_pass(encoder, stamp);
+            let groups = [self.n_points.div_ceil(256), 1];
+            step(&mut pass, &draw.project, &self.project, groups);
+            for chunk in &self.chunks {
+                let groups = [chunk.n_segments.div_ceil(256), 1];
+                step(&mut pass, &draw.ribbons, &chunk.group, groups);
+            }
+        });
+    }
+
+    /// Chooses the samples of the next pass, of which the first `n_samples` count.
+    pub(super) fn set_pass(&self, context: &Context, pass_ix: u32, n_samples: u32) {
+        let pass = Pass {
+            jitter: pass_jitter(pass_ix),
+            pass_ix,
+            n_samples,
+        };
+        let bytes = bytemuck::bytes_of(&pass);
+        context.queue.write_buffer(&self.pass, 0, bytes);
+    }
+
+    /// Draws proxies and strands into a picture of `size`, lit by the radiance buffer `radiance`.
+    pub(super) fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass,
+        draw: &Draw,
+        size: [u32; 2],
+        radiance: usize,
+    ) {
+        if let Some(proxies) = &self.proxies {
+            proxies.draw(pass, size, radiance);
+        }
+        pass.set_pipeline(&draw.strands);
+        pass.set_bind_group(0, &self.strands[radiance], &[]);
+        let [left, top] = size.map(|n| 0.5 * (n as f32 - draw.viewport));
+        pass.set_viewport(left, top, draw.viewport, draw.viewport, 0.0, 1.0);
+        for chunk in &self.chunks {
+            pass.set_index_buffer(chunk.corners.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..6 * chunk.n_segments, 0, 0..1);
+        }
+    }
+
+    pub fn bytes(&self) -> u64 {
+        let points: u64 = self.points.iter().map(wgpu::Buffer::size).sum();
+        let corners = self.chunks.iter().map(|chunk| chunk.corners.size());
+        points + corners.sum::<u64>()
+    }
+}
+
+impl Draw {
+    pub fn new(context: &Context) -> Result<Self, RenderError> {
+        let project = compute(context, &shader(context, "pass/project")?, "project");
+        let ribbons = compute(context, &shader(context, "pass/ribbons")?, "ribbons");
+        let accumulate = compute(context, &shader(context, "pass/accumulate")?, "accumulate");
+        let composite = compute(context, &shader(context, "pass/composite")?, "composite");
+        let module = shader(context, "pass/strands")?;
+        let viewport = viewport_side(context);
+        // Corners are in 1/256 px from the middle.
+        let constants = [("CLIP_PER_UNIT", 1.0 / (128.0 * f64::from(viewport)))];
+        let entries = ["ribbon", "cover"];
+        let strands = covering(context, "strands", &module, entries, &constants);
+        Ok(Draw {
+            project,
+            ribbons,
+            strands,
+            viewport,
+            accumulate,
+            composite,
+        })
+    }
+}
+
+/// A pipeline that covers samples of pictures: entry points of the vertices and the fragments, and
+/// values for the overrides of the first.
+pub(super) fn covering(
+    context: &Context,
+    label: &'static str,
+    module: &wgpu::ShaderModule,
+    [vertices, fragments]: [&'static str; 2],
+    constants: &[(&str, f64)],
+) -> wgpu::RenderPipeline {
+    Tally::add(&context.tally().pipelines);
+    let descriptor = wgpu::RenderPipelineDescriptor {
+        label: Some(label),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(vertices),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants,
+                ..Default::default()
+            },
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: wgpu::MultisampleState {
+            count: 4,
+            ..Default::default()
+        },
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(fragments),
+            compilation_options: Default::default(),
+            targets: &[Some(COLOR.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    };
+    context.device.create_render_pipeline(&descriptor)
+}

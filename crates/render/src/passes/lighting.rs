@@ -1,0 +1,639 @@
+//! Shading of the points in steps, each small enough to be submitted on its own: shadow maps, one
+//! by one; sweeps, direction by direction; points, slice by slice, for a batch of lights.
+//!
+//! What is edited is written into buffers that stay. Bind groups are made when they are first used
+//! and again when one of their buffers had to grow.
+
+use std::ops::Range;
+
+use super::clock::Stamp;
+use super::first_look::{self, Drafted};
+use super::proxies::{self, Proxies};
+use super::resources::{
+    StrandBuffers, bind, buffer_of, compute_pass, compute_with, groups_of_64, module_with, step,
+    storage, submit, uniform, write,
+};
+use super::shadow_map::ShadowMaps;
+use super::shadows::{Batch, Sweep, SweptLights};
+use super::volume::Volume;
+use crate::gpu::Context;
+use strandlight_formats::SrbfLight;
+use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scene::RenderError;
+use strandlight_scene::budget::LIGHT_BATCH;
+use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::edit::{EditReport, HairTextures};
+use strandlight_scene::paint::PaintKinds;
+use strandlight_scene::scene::{LightRecord, PreparedScene};
+use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, ShadowView};
+
+/// Points shaded by one step where nobody asks for fewer: at most some seconds of work on a
+/// software device.
+pub(crate) const POINT_CHUNK: u32 = 1 << 15;
+
+/// Pieces of work that depend on those before them; what each wrote stays.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Step {
+    /// Draws a shadow map.
+    Map(ShadowView),
+    /// Sweeps a batch of lights along a direction of each.
+    Sweep { batch: usize, k: u32 },
+    /// Shades points with a batch of lights.
+    Shade { batch: usize, points: Range<u32> },
+    /// Adds what the proxies send back of a batch of lights.
+    Proxies { batch: usize },
+}
+
+impl Step {
+    /// The stage it counts for.
+    pub fn stage(&self) -> &'static str {
+        match self {
+            Step::Map(_) => "shadow maps",
+            Step::Sweep { .. } => "transmittance",
+            Step::Shade { .. } => "shade",
+            Step::Proxies { .. } => "proxies",
+        }
+    }
+}
+
+/// What a pipeline of shading is compiled for: what is not there is not in its code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Kind {
+    /// Bits of the terms of scattering.
+    terms: u32,
+    /// Bits of the modes.
+    modes: u32,
+    /// What of the hair is painted.
+    paint: Option<PaintKinds>,
+}
+
+impl Kind {
+    fn of(scene: &PreparedScene) -> Kind {
+        Kind {
+            terms: scene.terms(),
+            modes: scene.hair.optics().fibre.modes,
+            paint: scene.hair.paint(),
+        }
+    }
+}
+
+/// A compiled kind, and its bind groups by batch of lights and buffer of radiance.
+struct Shade {
+    kind: Kind,
+    pipeline: wgpu::ComputePipeline,
+    groups: Vec<((usize, usize), wgpu::BindGroup)>,
+}
+
+/// The lights of a batch that are not black, in the list of those.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Lit {
+    first: u32,
+    n: u32,
+}
+
+/// Pipelines and buffers of shading.
+pub(crate) struct Lighting {
+    sweep: Sweep,
+    maps: ShadowMaps,
+    /// The lights whose power shared out the maps: one that is black by now keeps its own.
+    planned: Vec<SrbfLight>,
+    plan: ShadowPlan,
+    /// Where the answers' light through to the eye comes from.
+    through: Option<[f32; 3]>,
+    shades: Vec<Shade>,
+    current: usize,
+    scattering: super::scattering::Scattering,
+    view: wgpu::Buffer,
+    batch: wgpu::Buffer,
+    counters: wgpu::Buffer,
+    radiance: Vec<wgpu::Buffer>,
+    proxies: Option<Proxies>,
+    /// All lights, as the sweeps read them.
+    lights: wgpu::Buffer,
+    directions: wgpu::Buffer,
+    /// Those that are not black.
+    lit: wgpu::Buffer,
+    batches: Vec<Lit>,
+    n_lights: usize,
+    n_lit: u32,
+    /// Directions of the light that has most, by batch.
+    n_directions: Vec<u32>,
+    min_power: f32,
+    densities: [f32; 2],
+    most_local: f32,
+    n_points: u32,
+}
+
+impl Lighting {
+    /// Uploads the lights of `scene` and makes room for what is found out about them. Radiance has
+    /// `n_radiance` buffers.
+    pub fn new(
+        context: &Context,
+        scene: &PreparedScene,
+        volume: &Volume,
+        strands: &StrandBuffers,
+        n_radiance: usize,
+    ) -> Result<Self, RenderError> {
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        let view: ViewUniform = bytemuck::Zeroable::zeroed();
+        let batch: Batch = bytemuck::Zeroable::zeroed();
+        let a_point = u64::from(strands.n_points) * 16;
+        let lights = |label| buffer_of::<LightRecord>(context, label, &[], usage);
+        let mut lighting = Lighting {
+            sweep: Sweep::new(context)?,
+            maps: ShadowMaps::new(context, strands)?,
+            planned: scene.lights.clone(),
+            plan: ShadowPlan::default(),
+            through: None,
+            shades: Vec::new(),
+            current: 0,
+            scattering: super::scattering::Scattering::new(context, scene)?,
+            view: uniform(context, "view", &view),
+            batch: uniform(context, "batch", &batch),
+            counters: storage(context, "counters", 80),
+            radiance: (0..n_radiance)
+                .map(|_| storage(context, "radiance", a_point))
+                .collect(),
+            proxies: Proxies::new(context, scene, n_radiance)?,
+            lights: lights("lights"),
+            directions: buffer_of::<[f32; 4]>(context, "directions", &[], usage),
+            lit: lights("lit lights"),
+            batches: Vec::new(),
+            n_lights: 0,
+            n_lit: 0,
+            n_directions: Vec::new(),
+            min_power: 0.0,
+            densities: scene.densities,
+            most_local: scene.most_local(&scene.hair),
+            n_points: strands.n_points,
+        };
+        lighting.block_light(context)?;
+        lighting.set_lights(context, scene, volume, strands);
+        lighting.set_kind(context, scene)?;
+        Ok(lighting)
+    }
+
+    /// Shares out the shadow maps of the lights to come, [`Lighting::set_lights`], by the power of
+    /// these, which differ from them in nothing else.
+    pub fn plan_for(&mut self, lights: &[SrbfLight]) {
+        self.planned = lights.to_vec();
+    }
+
+    /// Takes the lights of `scene` for those there were; [`Lighting::shadow_steps`] finds their
+    /// shadows.
+    pub fn set_lights(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        volume: &Volume,
+        strands: &StrandBuffers,
+    ) {
+        self.plan_maps(context, scene, strands);
+        let (records, directions) = scene.records_with(&self.plan);
+        self.n_lights = records.len();
+        self.n_directions = records.chunks(LIGHT_BATCH).map(most_directions).collect();
+        write(context, &mut self.directions, &directions);
+        write(context, &mut self.lights, &records);
+        self.write_lit(context, scene, &records);
+        let lights = SweptLights {
+            lights: &self.lights,
+            directions: &self.directions,
+            n_lights: self.n_lights,
+        };
+        self.sweep
+            .fit(context, volume, &lights, scene.record_budget);
+        self.forget_groups();
+    }
+
+    /// Takes other amplitudes of the same lights. Answers whether a light got so bright that it
+    /// needs a shadow map which it has not: the maps are planned anew then, and have to be drawn.
+    pub fn set_colors(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        strands: &StrandBuffers,
+    ) -> bool {
+        let wanted = scene.shadow_plan();
+        let has_all = self
+            .plan
+            .slots
+            .iter()
+            .zip(&wanted.slots)
+            .all(|(&has, &wants)| has != NO_SLOT || wants == NO_SLOT);
+        if !has_all {
+            self.planned.clone_from(&scene.lights);
+            self.plan_maps(context, scene, strands);
+        }
+        let (records, _) = scene.records_with(&self.plan);
+        self.write_lit(context, scene, &records);
+        !has_all
+    }
+
+    /// Takes the proxies of `scene` for those there were. [`Lighting::shadow_steps`] finds the
+    /// shadows.
+    pub fn set_proxies(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        volume: &Volume,
+        strands: &StrandBuffers,
+    ) -> Result<(), RenderError> {
+        let records = scene.proxy_records();
+        if let Some(proxies) = &self.proxies
+            && proxies.write(context, &records)
+        {
+            return Ok(());
+        }
+        self.proxies = Proxies::new(context, scene, self.radiance.len())?;
+        self.block_light(context)?;
+        self.set_lights(context, scene, volume, strands);
+        Ok(())
+    }
+
+    /// Has the shaders of the shadows know of the proxies.
+    fn block_light(&mut self, context: &Context) -> Result<(), RenderError> {
+        let records = self.proxies.as_ref().map(Proxies::records);
+        self.maps.set_proxies(context, records)?;
+        self.sweep.set_proxies(context, records)
+    }
+
+    /// The proxies, if there are any.
+    pub(super) fn proxies(&self) -> Option<&Proxies> {
+        self.proxies.as_ref()
+    }
+
+    /// Takes strands that have moved within `volume`, and plans the maps anew.
+    pub fn set_points(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        volume: &Volume,
+        strands: &StrandBuffers,
+        is_other_volume: bool,
+    ) {
+        if let Some(proxies) = &self.proxies {
+            proxies.write(context, &scene.proxy_records());
+        }
+        self.plan_maps(context, scene, strands);
+        let lights = SweptLights {
+            lights: &self.lights,
+            directions: &self.directions,
+            n_lights: self.n_lights,
+        };
+        let budget = scene.record_budget;
+        if is_other_volume || !self.sweep.has_room(&volume.grid, self.n_lights, budget) {
+            self.sweep.fit(context, volume, &lights, budget);
+            self.forget_groups();
+        }
+    }
+
+    /// Takes the densities of `scene`.
+    pub fn set_densities(&mut self, scene: &PreparedScene) {
+        self.densities = scene.densities;
+        self.most_local = scene.most_local(&scene.hair);
+    }
+
+    /// Writes what an edit of the hair made anew.
+    pub fn set_hair(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        hair: &HairTextures,
+        report: &EditReport,
+    ) {
+        self.most_local = scene.most_local(hair);
+        if self.scattering.update(context, hair, report) {
+            self.forget_groups();
+        }
+    }
+
+    /// Writes the paint of `changed` points; all of it where there was none.
+    pub fn set_paint(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        hair: &HairTextures,
+        changed: Range<usize>,
+    ) {
+        let points = scene.paint();
+        if self.scattering.set_paint(context, points, hair, changed) {
+            self.most_local = scene.most_local(hair);
+            self.forget_groups();
+        }
+    }
+
+    /// Compiles what the terms and modes of `scene` need, unless they were drawn before.
+    pub fn set_kind(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+    ) -> Result<(), RenderError> {
+        let kind = Kind::of(scene);
+        if let Some(ix) = self.shades.iter().position(|shade| shade.kind == kind) {
+            self.current = ix;
+            return Ok(());
+        }
+        let features = kind.paint.map_or(Vec::new(), PaintKinds::features);
+        let module = module_with(context, "pass/shade", &features)?;
+        let constants = [
+            ("TERMS", f64::from(kind.terms)),
+            ("MODES", f64::from(kind.modes)),
+        ];
+        self.shades.push(Shade {
+            kind,
+            pipeline: compute_with(context, &module, "shade", &constants),
+            groups: Vec::new(),
+        });
+        self.current = self.shades.len() - 1;
+        Ok(())
+    }
+
+    /// What finds the shadows of the lights: all but what depends on the view.
+    pub fn shadow_steps(&mut self) -> Vec<Step> {
+        let mut steps = self.map_steps();
+        if self.sweep.is_kept() {
+            let batches = 0..self.n_directions.len();
+            steps.extend(batches.flat_map(|batch| self.sweeps_of(batch)));
+        }
+        steps
+    }
+
+    /// What draws the shadow maps of the lights.
+    pub fn map_steps(&mut self) -> Vec<Step> {
+        self.through = None;
+        self.plan.views.iter().copied().map(Step::Map).collect()
+    }
+
+    /// What finds the share of light through to an eye that looks along `forward`: nothing if the
+    /// last eye did.
+    pub fn through_steps(&mut self, forward: [f32; 3]) -> Vec<Step> {
+        if self.through == Some(forward) {
+            return Vec::new();
+        }
+        self.through = Some(forward);
+        let views = self.plan.through(forward);
+        views.into_iter().map(Step::Map).collect()
+    }
+
+    /// The answers may not have the light through to any eye.
+    pub fn forget_through(&mut self) {
+        self.through = None;
+    }
+
+    /// How much a step is of its stage's work: maps, sweeps of a light, products of points and
+    /// lights.
+    pub fn units(&self, step: &Step) -> f64 {
+        match step {
+            Step::Map(_) => 1.0,
+            Step::Sweep { batch, .. } => {
+                let n = self.n_lights.saturating_sub(batch * LIGHT_BATCH);
+                n.clamp(1, LIGHT_BATCH) as f64
+            }
+            Step::Shade { batch, points } => {
+                f64::from(points.end - points.start) * f64::from(self.batches[*batch].n.max(1))
+            }
+            Step::Proxies { batch } => f64::from(self.batches[*batch].n.max(1)),
+        }
+    }
+
+    /// What lights all points, at most `chunk` at a time, after [`Lighting::begin`].
+    pub fn shade_steps(&self, chunk: u32) -> Vec<Step> {
+        let mut steps = Vec::new();
+        for (batch, lit) in self.batches.iter().enumerate() {
+            if lit.n == 0 && (batch > 0 || self.n_lit > 0) {
+                continue;
+            }
+            if !self.sweep.is_kept() {
+                steps.extend(self.sweeps_of(batch));
+            }
+            let chunks = (0..self.n_points).step_by(chunk.max(64) as usize);
+            steps.extend(chunks.map(|first| Step::Shade {
+                batch,
+                points: first..(first + chunk.max(64)).min(self.n_points),
+            }));
+            if self.proxies.is_some() {
+                steps.push(Step::Proxies { batch });
+            }
+        }
+        steps
+    }
+
+    fn sweeps_of(&self, batch: usize) -> impl Iterator<Item = Step> + use<> {
+        let n = self.n_directions.get(batch).copied().unwrap_or(0);
+        (0..n).map(move |k| Step::Sweep { batch, k })
+    }
+
+    /// Starts the shading for `view`.
+    pub fn begin(&self, context: &Context, view: &ViewUniform) {
+        let bytes = bytemuck::bytes_of(view);
+        context.queue.write_buffer(&self.view, 0, bytes);
+        submit(context, |encoder| {
+            encoder.clear_buffer(&self.counters, 0, None);
+        });
+    }
+
+    /// Fills the radiance buffer `into` with a draft, after [`Lighting::begin`]: a look at the scene
+    /// before there are shadows.
+    pub fn take_first_look(
+        &self,
+        context: &Context,
+        scene: &PreparedScene,
+        strands: &StrandBuffers,
+        into: usize,
+        stamp: Stamp,
+    ) -> Result<(), RenderError> {
+        let drafted = Drafted {
+            view: &self.view,
+            radiance: &self.radiance[into],
+            proxies: self.proxies.as_ref().map(|proxies| (proxies, into)),
+        };
+        first_look::take(context, scene, strands, &drafted, stamp)
+    }
+
+    /// Makes all points black.
+    pub fn clear(&self, context: &Context, into: usize) {
+        submit(context, |encoder| {
+            encoder.clear_buffer(&self.radiance[into], 0, None);
+        });
+    }
+
+    /// Submits a step; shading writes the radiance buffer `into`.
+    pub fn submit(
+        &mut self,
+        context: &Context,
+        strands: &StrandBuffers,
+        volume: &Volume,
+        work: &Step,
+        into: usize,
+        stamp: Stamp,
+    ) {
+        match work {
+            Step::Map(view) => self.maps.draw(context, view, stamp),
+            Step::Sweep { batch, k } => {
+                self.sweep.sweep(context, &volume.grid, *batch, *k, stamp);
+            }
+            Step::Shade { batch, points } => {
+                self.bind(context, strands, volume, *batch);
+                self.write_batch(context, *batch, points.clone());
+                let shade = &self.shades[self.current];
+                let places = &shade.groups;
+                let found = places.iter().find(|(place, _)| *place == (*batch, into));
+                let Some((_, group)) = found else {
+                    return;
+                };
+                let [x, y] = groups_of_64(points.end - points.start);
+                submit(context, |encoder| {
+                    let mut pass = compute_pass(encoder, stamp);
+                    step(&mut pass, &shade.pipeline, group, [x, y]);
+                });
+            }
+            Step::Proxies { batch } => {
+                let Some(proxies) = &self.proxies else {
+                    return;
+                };
+                self.write_batch(context, *batch, 0..0);
+                let light = proxies::Light {
+                    view: &self.view,
+                    batch: &self.batch,
+                    grid: &volume.grid_buffer,
+                    lit: &self.lit,
+                    directions: &self.directions,
+                    records: self.sweep.records(*batch),
+                };
+                proxies.light(context, &light, into, stamp);
+            }
+        }
+    }
+
+    fn write_batch(&self, context: &Context, batch: usize, points: Range<u32>) {
+        let lit = self.batches[batch];
+        let uniform = Batch {
+            first_light: lit.first,
+            n_lights: lit.n,
+            first_point: points.start,
+            end_point: points.end,
+            min_power: self.min_power,
+            density_forward: self.densities[0],
+            density_back: self.densities[1],
+            most_local: self.most_local,
+        };
+        let bytes = bytemuck::bytes_of(&uniform);
+        context.queue.write_buffer(&self.batch, 0, bytes);
+    }
+
+    /// Makes the bind groups of a batch, one for each buffer of radiance, unless they are there.
+    fn bind(&mut self, context: &Context, strands: &StrandBuffers, volume: &Volume, batch: usize) {
+        let shade = &self.shades[self.current];
+        if shade.groups.iter().any(|((of, _), _)| *of == batch) {
+            return;
+        }
+        let layout = shade.pipeline.get_bind_group_layout(0);
+        let groups: Vec<_> = (0..self.radiance.len())
+            .map(|into| {
+                let mut resources = vec![
+                    (0, self.view.as_entire_binding()),
+                    (1, self.batch.as_entire_binding()),
+                    (2, volume.grid_buffer.as_entire_binding()),
+                    (4, strands.points.as_entire_binding()),
+                    (5, strands.tangents.as_entire_binding()),
+                    (6, strands.normals.as_entire_binding()),
+                    (7, self.lit.as_entire_binding()),
+                    (8, self.sweep.records(batch).as_entire_binding()),
+                    (9, self.radiance[into].as_entire_binding()),
+                    (10, self.counters.as_entire_binding()),
+                    (17, self.maps.answers().as_entire_binding()),
+                ];
+                resources.extend(self.scattering.bindings());
+                ((batch, into), bind(context, &layout, &resources))
+            })
+            .collect();
+        self.shades[self.current].groups.extend(groups);
+    }
+
+    /// `[point]` (rgb, 0), times the view's radiance scale.
+    pub fn radiance(&self, ix: usize) -> &wgpu::Buffer {
+        &self.radiance[ix]
+    }
+
+    /// The lights that are not black, and how many.
+    pub fn lit(&self) -> (&wgpu::Buffer, u32) {
+        (&self.lit, self.n_lit)
+    }
+
+    /// As [`strandlight_scene::stats::Stats::set_counters`] reads them.
+    pub fn counters(&self) -> &wgpu::Buffer {
+        &self.counters
+    }
+
+    /// Batches that shading ran over, each of which counted all points.
+    pub fn n_batches(&self) -> u64 {
+        let lit = self.batches.iter().filter(|lit| lit.n > 0);
+        lit.count().max(1) as u64
+    }
+
+    /// Packed records of the first batch, `[light][voxel]`.
+    pub fn first_records(
+        &self,
+        context: &Context,
+        volume: &Volume,
+    ) -> Result<Vec<PackedRecord>, RenderError> {
+        if !self.sweep.is_kept() {
+            for k in 0..self.n_directions.first().copied().unwrap_or(0) {
+                self.sweep
+                    .sweep(context, &volume.grid, 0, k, Stamp::default());
+            }
+        }
+        self.sweep.read_first(context, &volume.grid)
+    }
+
+    /// Bytes by stage of [`Step::stage`].
+    pub fn bytes(&self) -> [(&'static str, u64); 3] {
+        let radiance: u64 = self.radiance.iter().map(wgpu::Buffer::size).sum();
+        let proxies = self.proxies.as_ref().map_or(0, Proxies::bytes);
+        [
+            ("shadow maps", self.maps.bytes()),
+            ("transmittance", self.sweep.bytes()),
+            ("shade", radiance + proxies),
+        ]
+    }
+
+    fn plan_maps(&mut self, context: &Context, scene: &PreparedScene, strands: &StrandBuffers) {
+        self.plan = ShadowPlan::new(&self.planned, &scene.strands, scene.shadow_maps);
+        self.through = None;
+        if self.maps.fit(context, strands, &self.plan) {
+            self.forget_groups();
+        }
+    }
+
+    /// Writes the lights that are not black, batch by batch.
+    fn write_lit(&mut self, context: &Context, scene: &PreparedScene, records: &[LightRecord]) {
+        self.min_power = scene.min_power();
+        let mut lit = Vec::with_capacity(records.len());
+        self.batches.clear();
+        for batch in records.chunks(LIGHT_BATCH) {
+            let first = lit.len() as u32;
+            lit.extend(batch.iter().filter(|light| light.power > 0.0).copied());
+            let n = lit.len() as u32 - first;
+            self.batches.push(Lit { first, n });
+        }
+        if self.batches.is_empty() {
+            // Without lights all points are black.
+            self.batches.push(Lit::default());
+        }
+        self.n_lit = lit.len() as u32;
+        if write(context, &mut self.lit, &lit) {
+            self.forget_groups();
+        }
+    }
+
+    fn forget_groups(&mut self) {
+        for shade in &mut self.shades {
+            shade.groups.clear();
+        }
+    }
+}
+
+/// Directions of the light that has most.
+fn most_directions(lights: &[LightRecord]) -> u32 {
+    lights.iter().map(|light| light.n_sweeps).max().unwrap_or(0)
+}

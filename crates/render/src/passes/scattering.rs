@@ -1,0 +1,96 @@
+//! The fibre's optics on the device.
+
+use std::ops::Range;
+
+use super::painted::Painted;
+use super::resources::uniform;
+use crate::gpu::Context;
+use crate::gpu_optics::GpuOptics;
+use crate::gpu_tables::GpuTables;
+use strandlight_scattering::closed_form::forward_table;
+use strandlight_scene::RenderError;
+use strandlight_scene::edit::{EditReport, HairTextures, Part};
+use strandlight_scene::paint::PaintedPoint;
+use strandlight_scene::scene::PreparedScene;
+
+/// What the terms of scattering read: the hair's textures and the table C.
+pub(super) struct Scattering {
+    optics: GpuOptics,
+    /// What [`forward_table`] answers.
+    forward: wgpu::Buffer,
+    tables: GpuTables,
+    /// In the place of the fibre's optics where hair is painted.
+    painted: Option<Painted>,
+}
+
+impl Scattering {
+    pub fn new(context: &Context, scene: &PreparedScene) -> Result<Self, RenderError> {
+        let optics = GpuOptics::new(context, &[scene.hair.optics()]);
+        Ok(Scattering {
+            optics: optics.map_err(super::resources::failed)?,
+            forward: uniform(context, "forward", &forward_table(scene.hair.averages())),
+            tables: GpuTables::new(context, &scene.tables),
+            painted: scene
+                .paint()
+                .map(|points| Painted::new(context, &scene.hair, points)),
+        })
+    }
+
+    /// Writes the paint of `changed` points. Answers whether a texture is another one.
+    pub fn set_paint(
+        &mut self,
+        context: &Context,
+        points: Option<&[PaintedPoint]>,
+        hair: &HairTextures,
+        changed: Range<usize>,
+    ) -> bool {
+        let Some(points) = points else {
+            return self.painted.take().is_some();
+        };
+        match &mut self.painted {
+            Some(painted) => {
+                painted.set_paint(context, points, changed);
+                false
+            }
+            None => {
+                self.painted = Some(Painted::new(context, hair, points));
+                true
+            }
+        }
+    }
+
+    /// Writes what an edit made anew. Answers whether a texture is another one, which puts bind
+    /// groups out of date.
+    pub fn update(&mut self, context: &Context, hair: &HairTextures, report: &EditReport) -> bool {
+        let written = self.optics.update(context, hair.optics(), report);
+        if report.is_rebuilt(Part::Averages) {
+            let table = forward_table(hair.averages());
+            let bytes = bytemuck::bytes_of(&table);
+            context.queue.write_buffer(&self.forward, 0, bytes);
+        }
+        let painted = self.painted.as_mut();
+        let is_other = painted.is_some_and(|painted| painted.update(context, hair, report));
+        written.is_bound_anew || is_other
+    }
+
+    /// Bindings of the shading pass.
+    pub fn bindings(&self) -> Vec<(u32, wgpu::BindingResource<'_>)> {
+        let view = wgpu::BindingResource::TextureView;
+        let mut bindings = vec![
+            (11, self.tables.axes.as_entire_binding()),
+            (12, view(&self.tables.c)),
+        ];
+        if let Some(painted) = &self.painted {
+            bindings.extend(painted.bindings());
+            return bindings;
+        }
+        bindings.extend([
+            (3, self.optics.shading.as_entire_binding()),
+            (13, view(&self.optics.tt)),
+            (14, view(&self.optics.trt)),
+            (15, view(&self.optics.averages)),
+            (16, self.forward.as_entire_binding()),
+        ]);
+        bindings
+    }
+}

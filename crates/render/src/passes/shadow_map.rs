@@ -1,0 +1,144 @@
+//! Shadow maps on the device: drawn and looked up one after the other, the answers kept.
+
+use super::clock::Stamp;
+use super::proxies;
+use super::resources::{
+    StrandBuffers, bind, compute, compute_pass, groups_of_64, grow, module_with, shader, step,
+    storage, submit, uniform,
+};
+use crate::gpu::Context;
+use strandlight_scene::RenderError;
+use strandlight_scene::shadow_maps::{SHADOW_SIDE, ShadowPlan, ShadowView};
+
+/// Pipelines of the maps, the map at work and the answers of all.
+pub(super) struct ShadowMaps {
+    cast: wgpu::ComputePipeline,
+    receive: wgpu::ComputePipeline,
+    view: wgpu::Buffer,
+    map: wgpu::Buffer,
+    sums: wgpu::Buffer,
+    answers: wgpu::Buffer,
+    /// Records of what blocks light besides strands.
+    proxies: Option<wgpu::Buffer>,
+    groups: Option<[wgpu::BindGroup; 2]>,
+    n_points: u32,
+    n_segments: u32,
+}
+
+impl ShadowMaps {
+    pub fn new(context: &Context, strands: &StrandBuffers) -> Result<Self, RenderError> {
+        let module = shader(context, "pass/shadow_map")?;
+        let view: ShadowView = bytemuck::Zeroable::zeroed();
+        Ok(ShadowMaps {
+            cast: compute(context, &module, "cast_shadows"),
+            receive: compute(context, &module, "receive_shadows"),
+            view: uniform(context, "shadow view", &view),
+            map: storage(context, "shadow map", 0),
+            sums: storage(context, "unblocked sums", 0),
+            answers: storage(context, "unblocked", 0),
+            proxies: None,
+            groups: None,
+            n_points: strands.n_points,
+            n_segments: strands.n_segments,
+        })
+    }
+
+    /// Takes proxies that block light; [`ShadowMaps::fit`] has to follow.
+    pub fn set_proxies(
+        &mut self,
+        context: &Context,
+        records: Option<&wgpu::Buffer>,
+    ) -> Result<(), RenderError> {
+        if records.is_some() != self.proxies.is_some() {
+            let features: &[&str] = if records.is_some() {
+                &[proxies::FEATURE]
+            } else {
+                &[]
+            };
+            let module = module_with(context, "pass/shadow_map", features)?;
+            self.receive = compute(context, &module, "receive_shadows");
+        }
+        self.proxies = records.cloned();
+        self.groups = None;
+        Ok(())
+    }
+
+    /// Makes room for the maps of `plan`. Answers whether the answers are another buffer, which
+    /// puts bind groups out of date.
+    pub fn fit(&mut self, context: &Context, strands: &StrandBuffers, plan: &ShadowPlan) -> bool {
+        if plan.views.is_empty() {
+            return false;
+        }
+        let answers = plan.n_words(self.n_points as usize) as u64 * 4;
+        let is_other = grow(context, &mut self.answers, answers);
+        let through = u64::from(SHADOW_SIDE).pow(2) * 4;
+        let map = plan.views.iter().map(bytes).fold(through, u64::max);
+        let sums = u64::from(self.n_points) * 4;
+        let has_grown =
+            grow(context, &mut self.map, map) | grow(context, &mut self.sums, sums) | is_other;
+        if has_grown || self.groups.is_none() {
+            self.groups = Some(self.bind(context, strands));
+        }
+        is_other
+    }
+
+    fn bind(&self, context: &Context, strands: &StrandBuffers) -> [wgpu::BindGroup; 2] {
+        let cast = bind(
+            context,
+            &self.cast.get_bind_group_layout(0),
+            &[
+                (0, self.view.as_entire_binding()),
+                (1, strands.points.as_entire_binding()),
+                (2, strands.segments.as_entire_binding()),
+                (3, self.map.as_entire_binding()),
+            ],
+        );
+        let mut resources = vec![
+            (0, self.view.as_entire_binding()),
+            (1, strands.points.as_entire_binding()),
+            (3, self.map.as_entire_binding()),
+            (4, strands.tangents.as_entire_binding()),
+            (5, strands.normals.as_entire_binding()),
+            (6, self.sums.as_entire_binding()),
+            (7, self.answers.as_entire_binding()),
+        ];
+        resources.extend(self.proxies.iter().map(|b| (8, b.as_entire_binding())));
+        let layout = self.receive.get_bind_group_layout(0);
+        [cast, bind(context, &layout, &resources)]
+    }
+
+    /// Draws one map of a plan that there is room for, and writes its slot of the answers.
+    pub fn draw(&self, context: &Context, view: &ShadowView, stamp: Stamp) {
+        let Some([cast, receive]) = &self.groups else {
+            return;
+        };
+        context
+            .queue
+            .write_buffer(&self.view, 0, bytemuck::bytes_of(view));
+        submit(context, |encoder| {
+            encoder.clear_buffer(&self.map, 0, Some(bytes(view)));
+            let mut pass = compute_pass(encoder, stamp);
+            step(&mut pass, &self.cast, cast, groups_of_64(self.n_segments));
+            step(
+                &mut pass,
+                &self.receive,
+                receive,
+                groups_of_64(self.n_points),
+            );
+        });
+    }
+
+    /// Unblocked shares, as [`strandlight_scene::shadow_maps::unblocked_share`] reads them.
+    pub fn answers(&self) -> &wgpu::Buffer {
+        &self.answers
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.answers.size() + self.map.size() + self.sums.size()
+    }
+}
+
+/// Bytes of a map.
+fn bytes(view: &ShadowView) -> u64 {
+    u64::from(view.side).pow(2) * 4
+}

@@ -1,0 +1,351 @@
+//! The files of a scene, read and checked, and what each part of a prepared scene is made of:
+//! a part whose sources have not changed need not be made again.
+
+use std::io::{Read, Seek};
+use std::sync::Arc;
+
+use glam::{Quat, Vec3};
+use strandlight_formats::{
+    Attribute, CameraSection, Domain, Groom, HairSection, LightSet, LightsSection, Mode, Scene,
+    SrbfLight, TableFile, TableReader,
+};
+use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
+use strandlight_scattering::color::{sigma_a_from_melanin, sigma_a_from_reflectance};
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::lobes::table_names;
+use strandlight_scattering::{HairParams, Lobe, PerLobe};
+
+use crate::camera::{Camera, DEFAULT_FOV_Y};
+use crate::edit::{HairTextures, LobeTables};
+use crate::error::SceneError;
+use crate::files::Files;
+use crate::strands::Strands;
+use crate::tables::ShadingTables;
+
+/// Segments m of the outer integral, as Xu 2011 published.
+const SEGMENTS: u32 = 4;
+
+/// Brightest amplitude: sums of thousands of such lights stay finite in f32.
+const MAX_AMPLITUDE: f32 = 1e30;
+
+/// What shading reads of a table file.
+#[derive(Debug)]
+pub struct SceneTables {
+    /// Tables of the closed forms: C where R may be drawn.
+    pub shading: ShadingTables,
+    /// Baked lobes of TT and TRT where those may be drawn.
+    pub lobes: Arc<LobeTables>,
+    /// Fresnel term of the tables.
+    pub fresnel: Fresnel,
+}
+
+/// The files that a scene names. Clones share them.
+#[derive(Clone, Debug)]
+pub struct Assets {
+    /// The groom as its file has it.
+    pub groom: Arc<Groom>,
+    /// The light set.
+    pub lights: Arc<LightSet>,
+    /// Tables of the modes that were asked for.
+    pub tables: Arc<SceneTables>,
+    /// The groom's own fibre diameters; `None` where its file has none.
+    pub diameters: Option<Diameters>,
+}
+
+/// Fibre diameters of a groom, cm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Diameters {
+    /// The thinnest.
+    pub min: f32,
+    /// Mean of all values of the file.
+    pub mean: f32,
+    /// The thickest.
+    pub max: f32,
+}
+
+impl Diameters {
+    /// Those that `groom` has, and is drawn with unless the scene has a diameter.
+    pub fn of(groom: &Groom) -> Option<Diameters> {
+        let data = &diameters(groom)?.data;
+        let sum: f64 = data.iter().map(|&x| f64::from(x)).sum();
+        Some(Diameters {
+            min: data.iter().copied().reduce(f32::min)?,
+            mean: (sum / data.len() as f64) as f32,
+            max: data.iter().copied().reduce(f32::max)?,
+        })
+    }
+}
+
+/// The attribute of `groom` that gives its diameters.
+fn diameters(groom: &Groom) -> Option<&Attribute> {
+    groom.attribute("diameter").filter(|a| a.components == 1)
+}
+
+/// Which modes may be drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModesToRead {
+    /// Those of the scene.
+    OfScene,
+    /// All that the tables have, besides those of the scene: modes can be switched on later.
+    All,
+}
+
+impl Assets {
+    /// Reads what `scene` names.
+    ///
+    /// # Errors
+    /// The first file that cannot be read, by name.
+    pub fn read(scene: &Scene, files: &Files, modes: ModesToRead) -> Result<Self, SceneError> {
+        let named =
+            |key: &str, error: &dyn std::fmt::Display| SceneError::File(format!("{key}: {error}"));
+        let groom = files
+            .groom(&scene.groom_path())
+            .map_err(|error| named("groom.file", &error))?;
+        let lights = files
+            .lights(&scene.lights_path())
+            .map_err(|error| named("lights.file", &error))?;
+        let assets = Assets {
+            diameters: Diameters::of(&groom),
+            groom: Arc::new(groom),
+            lights: Arc::new(lights),
+            tables: Arc::new(tables(scene, files, modes)?),
+        };
+        check_lights_named(&scene.lights, &assets.lights)?;
+        Ok(assets)
+    }
+
+    /// These files for `after`, of which those are read that `before` did not name; `self` are
+    /// those of `before`.
+    ///
+    /// # Errors
+    /// As [`Assets::read`].
+    pub fn reread(&self, before: &Scene, after: &Scene, files: &Files) -> Result<Self, SceneError> {
+        let mut assets = self.clone();
+        if after.groom_path() != before.groom_path() {
+            let groom = files.groom(&after.groom_path());
+            let groom = groom.map_err(|error| SceneError::File(format!("groom.file: {error}")))?;
+            assets.diameters = Diameters::of(&groom);
+            assets.groom = Arc::new(groom);
+        }
+        if after.lights_path() != before.lights_path() {
+            let lights = files.lights(&after.lights_path());
+            let lights =
+                lights.map_err(|error| SceneError::File(format!("lights.file: {error}")))?;
+            assets.lights = Arc::new(lights);
+        }
+        if after.tables_path() != before.tables_path() {
+            assets.tables = Arc::new(tables(after, files, ModesToRead::All)?);
+        }
+        check_lights_named(&after.lights, &assets.lights)?;
+        Ok(assets)
+    }
+
+    /// The hair's textures as `section` asks for them, single scattering alone.
+    ///
+    /// # Errors
+    /// A mode without its tables.
+    pub fn textures(&self, section: &HairSection) -> Result<HairTextures, SceneError> {
+        let (hair, modes) = (hair_params(section), modes(section));
+        let SceneTables { lobes, fresnel, .. } = &*self.tables;
+        HairTextures::new(lobes.clone(), *fresnel, &hair, &modes, SEGMENTS)
+            .map_err(|error| SceneError::File(error.to_string()))
+    }
+
+    /// The groom's strands, refined, with the scene's or the groom's fibre diameter.
+    ///
+    /// # Errors
+    /// As [`Strands::new`].
+    pub fn strands(&self, hair: &HairSection) -> Result<Strands, SceneError> {
+        let groom = &*self.groom;
+        let fallback = hair.diameter_cm.unwrap_or(HairSection::DEFAULT_DIAMETER_CM) as f32;
+        let attribute = match hair.diameter_cm {
+            Some(_) => None,
+            None => diameters(groom),
+        };
+        let diameter = |strand: usize, point: usize| match attribute {
+            Some(a) => {
+                let ix = match a.domain {
+                    Domain::Groom => 0,
+                    Domain::Strand => strand,
+                    Domain::Point => point,
+                };
+                a.data.get(ix).copied().unwrap_or(fallback)
+            }
+            None => fallback,
+        };
+        Strands::new(&groom.points, &groom.strand_offsets, diameter, true)
+    }
+
+    /// The view of a scene that says none: all of the groom.
+    pub fn framing(&self) -> Camera {
+        let (low, high) = self.groom.bounds();
+        let centre = 0.5 * (Vec3::from(low) + Vec3::from(high));
+        let distances = self.groom.points.iter();
+        let radius = distances
+            .map(|&point| Vec3::from(point).distance(centre))
+            .fold(0.0, f32::max);
+        Camera::framing(centre, radius, DEFAULT_FOV_Y)
+    }
+
+    /// All lights of the set, turned as `section` says, with the amplitudes of the set.
+    pub fn turned_lights(&self, section: &LightsSection) -> Vec<SrbfLight> {
+        let turn = Quat::from_rotation_y(section.rotate_deg.to_radians() as f32);
+        let turned = |light: &SrbfLight| SrbfLight {
+            direction: (turn * Vec3::from(light.direction)).normalize().to_array(),
+            ..*light
+        };
+        self.lights.lights.iter().map(turned).collect()
+    }
+
+    /// Amplitudes of all lights of the set as `section` changes them; black where they are off.
+    pub fn light_colors(&self, section: &LightsSection) -> Vec<[f32; 3]> {
+        let factors = (0..).map(|ix| section.factor(ix).map(|x| x as f32));
+        let lights = self.lights.lights.iter().zip(factors);
+        lights
+            .map(|(light, factor)| {
+                let colored = |channel| light.rgb[channel] * factor[channel];
+                std::array::from_fn(|channel| f32::min(colored(channel), MAX_AMPLITUDE))
+            })
+            .collect()
+    }
+}
+
+/// Refuses keys that name a light the set does not have.
+fn check_lights_named(section: &LightsSection, set: &LightSet) -> Result<(), SceneError> {
+    match section.largest_light() {
+        Some((key, ix)) if ix as usize >= set.lights.len() => Err(SceneError::File(format!(
+            "{key}: there is no light {ix}; the set has lights 0..={}",
+            set.lights.len() - 1
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Reads the tables that the scene names.
+fn tables(scene: &Scene, files: &Files, wanted: ModesToRead) -> Result<SceneTables, SceneError> {
+    let of_scene = modes(&scene.hair);
+    match scene.tables_path() {
+        Some(path) => {
+            let reader = files
+                .tables(&path)
+                .map_err(|error| SceneError::File(format!("tables.file: {error}")))?;
+            read_tables(reader, &path.display().to_string(), &of_scene, wanted)
+        }
+        // A third of a page's bytes, and many scenes bring their own: a file beside the program.
+        #[cfg(target_arch = "wasm32")]
+        None => files
+            .tables(crate::tables::DEFAULT_FILE.as_ref())
+            .map_err(|error| SceneError::File(error.to_string()))
+            .and_then(|reader| read_tables(reader, "default tables", &of_scene, wanted)),
+        #[cfg(not(target_arch = "wasm32"))]
+        None => TableReader::from_static(strandlight_data::LEAN_TABLES)
+            .map_err(|error| SceneError::File(format!("bundled tables: {error}")))
+            .and_then(|reader| read_tables(reader, "bundled tables", &of_scene, wanted)),
+    }
+}
+
+/// Names of the tables that drawing `mode` reads.
+fn names_of(mode: Lobe) -> Vec<&'static str> {
+    match mode {
+        Lobe::R => vec!["C"],
+        Lobe::Tt | Lobe::Trt => table_names(mode).to_vec(),
+    }
+}
+
+/// Reads the tables that shading with `modes` samples, and no other unless all that are there are
+/// `wanted`; `name` is the file's.
+fn read_tables<R: Read + Seek>(
+    mut reader: TableReader<R>,
+    name: &str,
+    modes: &[Lobe],
+    wanted: ModesToRead,
+) -> Result<SceneTables, SceneError> {
+    let mut file = TableFile {
+        fresnel: reader.fresnel().to_owned(),
+        ..TableFile::default()
+    };
+    let has = |table: &str| reader.headers().iter().any(|header| header.name == table);
+    let is_there = |mode: &Lobe| names_of(*mode).into_iter().all(has);
+    let mut modes = modes.to_vec();
+    if wanted == ModesToRead::All {
+        let more = Lobe::ALL.into_iter().filter(is_there);
+        let more: Vec<Lobe> = more.filter(|mode| !modes.contains(mode)).collect();
+        modes.extend(more);
+    }
+    let failed = |error: &dyn std::fmt::Display| SceneError::File(format!("{name}: {error}"));
+    for table in modes.iter().flat_map(|&mode| names_of(mode)) {
+        if reader.headers().iter().any(|header| header.name == table) {
+            let table = reader.read_table(table);
+            file.tables.push(table.map_err(|error| failed(&error))?);
+        }
+    }
+    // H_TT and H_TRT are for the paper's scheme.
+    let mut of_tables = modes.clone();
+    of_tables.retain(|&mode| mode == Lobe::R);
+    Ok(SceneTables {
+        shading: ShadingTables::for_modes(&file, &of_tables).map_err(|error| failed(&error))?,
+        lobes: Arc::new(LobeTables::from_file(&file, &modes).map_err(|error| failed(&error))?),
+        fresnel: Fresnel::from_name(&file.fresnel)
+            .ok_or_else(|| failed(&format_args!("unknown fresnel {:?}", file.fresnel)))?,
+    })
+}
+
+/// The modes that are drawn, as the model has them.
+pub fn modes(section: &HairSection) -> Vec<Lobe> {
+    let lobe = |mode: &Mode| match mode {
+        Mode::R => Lobe::R,
+        Mode::Tt => Lobe::Tt,
+        Mode::Trt => Lobe::Trt,
+    };
+    section.modes.iter().map(lobe).collect()
+}
+
+/// The scene's degrees and standard deviations as radians and Xu's widths, and its colour as an
+/// absorption.
+pub fn hair_params(section: &HairSection) -> HairParams {
+    let width = |deg: f64| deg.to_radians() * std::f64::consts::SQRT_2;
+    let caustic_width = width(section.caustic_width_deg);
+    let sigma_a = match (section.reflectance, section.melanin) {
+        (Some(reflectance), _) => sigma_a_from_reflectance(reflectance, caustic_width),
+        (None, Some(melanin)) => sigma_a_from_melanin(melanin.eumelanin, melanin.pheomelanin),
+        (None, None) => section.sigma_a,
+    };
+    HairParams {
+        eta: section.eta,
+        sigma_a,
+        shift: PerLobe {
+            r: section.shift_deg.r.to_radians(),
+            tt: section.shift_deg.tt.to_radians(),
+            trt: section.shift_deg.trt.to_radians(),
+        },
+        width: PerLobe {
+            r: width(section.width_deg.r),
+            tt: width(section.width_deg.tt),
+            trt: width(section.width_deg.trt),
+        },
+        caustic_width,
+        eccentricity: section.eccentricity,
+    }
+}
+
+/// d_f and d_b: the scene's, or else the renderer's.
+pub fn densities(section: &HairSection) -> [f32; 2] {
+    let density = |of_scene: Option<f64>, default| of_scene.map_or(default, |d| d as f32);
+    [
+        density(section.density_forward, DENSITY_FORWARD),
+        density(section.density_back, DENSITY_BACK),
+    ]
+}
+
+/// The scene's view, or one that frames all of the hair: a sphere about `centre`, cm.
+pub fn camera(section: Option<&CameraSection>, centre: Vec3, radius: f32) -> Camera {
+    match section {
+        Some(section) => Camera {
+            eye: Vec3::from(section.position.map(|x| x as f32)),
+            target: Vec3::from(section.target.map(|x| x as f32)),
+            up: Vec3::from(section.up.map(|x| x as f32)),
+            fov_y: section.fov_deg.to_radians() as f32,
+        },
+        None => Camera::framing(centre, radius, DEFAULT_FOV_Y),
+    }
+}

@@ -1,0 +1,52 @@
+//! Hair scenes prepared for rendering: what the GPU and the CPU renderer both draw from. No GPU.
+//!
+//! - [`PreparedScene`]: a scene file with everything it names, read and put into world space.
+//! - [`Camera`]: the view.
+//! - [`Picture`]: linear radiance, and its PNG.
+
+pub mod assets;
+pub mod background;
+pub mod budget;
+pub mod camera;
+pub mod edit;
+mod error;
+pub mod files;
+pub mod memory;
+pub mod motion;
+pub mod optics;
+pub mod paint;
+pub mod picture;
+pub mod progress;
+pub mod provenance;
+pub mod proxy;
+pub mod sampling;
+pub mod scene;
+pub mod shadow_maps;
+pub mod stats;
+pub mod strands;
+pub mod tables;
+pub mod tone;
+pub mod volume;
+
+use strandlight_scattering::layout::Layout;
+
+pub use camera::Camera;
+pub use error::{RenderError, SceneError};
+pub use picture::Picture;
+pub use scene::PreparedScene;
+pub use stats::Stats;
+
+/// The layouts of this crate's structs that shaders mirror.
+#[doc(hidden)]
+pub fn layouts() -> Vec<Layout> {
+    let layouts = [
+        camera::LAYOUTS,
+        motion::wind::LAYOUTS,
+        optics::LAYOUTS,
+        proxy::LAYOUTS,
+        scene::LAYOUTS,
+        shadow_maps::LAYOUTS,
+        volume::LAYOUTS,
+    ];
+    layouts.concat()
+}

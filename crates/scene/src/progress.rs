@@ -1,0 +1,72 @@
+//! Progress of long work, reported to whoever started it.
+
+use std::time::Instant;
+
+/// Shows the progress of one piece of work; called from any thread.
+pub trait Display: Send + Sync {
+    /// `steps` more are done.
+    fn advance(&self, steps: u64);
+
+    /// At least the first `steps` are done.
+    fn reach(&self, steps: u64);
+
+    /// A line about the work.
+    fn say(&self, line: &str);
+
+    /// The work is done.
+    fn finish(&self);
+}
+
+/// Reports the progress of one piece of work; share it freely between threads.
+pub struct Progress {
+    display: Option<Box<dyn Display>>,
+}
+
+impl Progress {
+    /// Reports nothing; for tests and library callers.
+    pub const fn silent() -> Self {
+        Progress { display: None }
+    }
+
+    /// Reports to `display`.
+    pub fn new(display: impl Display + 'static) -> Self {
+        Progress {
+            display: Some(Box::new(display)),
+        }
+    }
+
+    /// `steps` more are done.
+    pub fn advance(&self, steps: u64) {
+        if let Some(display) = &self.display {
+            display.advance(steps);
+        }
+    }
+
+    /// At least the first `steps` are done.
+    pub fn reach(&self, steps: u64) {
+        if let Some(display) = &self.display {
+            display.reach(steps);
+        }
+    }
+
+    /// A line about the work.
+    pub fn say(&self, line: &str) {
+        if let Some(display) = &self.display {
+            display.say(line);
+        }
+    }
+
+    /// The work is done.
+    pub fn finish(&self) {
+        if let Some(display) = &self.display {
+            display.finish();
+        }
+    }
+}
+
+/// Runs `work` and returns its value and the seconds it took.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let value = work();
+    (value, start.elapsed().as_secs_f64())
+}

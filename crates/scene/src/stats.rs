@@ -1,0 +1,209 @@
+//! What a frame cost.
+
+use std::fmt;
+use web_time::Instant;
+
+/// Told how much of a frame is done, 0..=1 and growing, now and then, from any thread.
+pub type Observer<'a> = &'a (dyn Fn(f64) + Sync);
+
+/// Part of a frame's progress that lighting is taken for; drawing is the rest.
+pub const LIGHTING_SHARE: f64 = 0.4;
+
+/// One stage of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// Its name: `voxelise`, `transmittance`, `shade`, `draw`, `composite`.
+    pub name: &'static str,
+    /// Wall-clock milliseconds until its results were there.
+    pub milliseconds: f64,
+    /// Bytes of the buffers it wrote.
+    pub bytes: u64,
+}
+
+/// A term of scattering in one frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Term {
+    /// Its name, of [`TERM_NAMES`].
+    pub name: &'static str,
+    /// Products of a point and a light that were evaluated.
+    pub products: u64,
+    /// Products left out because hardly any light takes this way to the point.
+    pub skipped: u64,
+}
+
+/// The terms in the order that passes count them: T M^S, T M^{L,dir}, (T_f - T) M^G and
+/// (T_f - T) M^L.
+pub const TERM_NAMES: [&str; 4] = ["single", "direct local", "global", "local"];
+
+/// Costs and counts of one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stats {
+    /// `gpu` or `cpu`, and which.
+    pub backend: String,
+    /// Stages in order.
+    pub stages: Vec<Stage>,
+    /// Strands drawn.
+    pub strands: usize,
+    /// Strands without extent, left out.
+    pub degenerate_strands: usize,
+    /// Points after refinement.
+    pub points: usize,
+    /// Segments after refinement.
+    pub segments: usize,
+    /// Voxels of the shadow volume.
+    pub voxels: usize,
+    /// Lights of the scene.
+    pub lights: usize,
+    /// Directions swept through the volume for all lights.
+    pub sweeps: usize,
+    /// Shadow maps drawn for all lights.
+    pub shadow_maps: usize,
+    /// Points outside the view, not shaded.
+    pub points_skipped: u64,
+    /// The terms of scattering that were asked for.
+    pub scattering: &'static str,
+    /// The terms that were drawn.
+    pub terms: Vec<Term>,
+    /// What was left out altogether, and why.
+    pub skipped: Vec<String>,
+    /// Passes of four samples.
+    pub passes: u32,
+    /// Submissions that drew these; on a GPU.
+    pub draws: u32,
+    /// Pixels of strands that all passes looked at, those that something else hides included; on
+    /// the CPU, which counts them.
+    pub pixels_visited: u64,
+    /// Texels of strands drawn into all shadow maps; on the CPU.
+    pub texels_visited: u64,
+}
+
+impl Stats {
+    /// Products evaluated, and products left out, of all terms.
+    pub fn products(&self) -> [u64; 2] {
+        let sum = |of: fn(&Term) -> u64| self.terms.iter().map(of).sum();
+        [sum(|term| term.products), sum(|term| term.skipped)]
+    }
+
+    /// Takes what shading counted, of which each of `n_batches` batches of lights counted all
+    /// points: points skipped, then by term of [`TERM_NAMES`] products evaluated and skipped.
+    pub fn set_counters(&mut self, counts: &[u64], n_batches: u64) {
+        self.points_skipped = counts[0] / n_batches.max(1);
+        let terms: &[[u64; 2]] = bytemuck::cast_slice(&counts[1..9]);
+        self.set_terms(terms);
+    }
+
+    /// Takes what a pass counted: by term of [`TERM_NAMES`], evaluated and skipped.
+    pub fn set_terms(&mut self, counts: &[[u64; 2]]) {
+        self.terms = TERM_NAMES
+            .into_iter()
+            .zip(counts)
+            .filter(|(_, counts)| counts.iter().any(|&n| n > 0))
+            .map(|(name, &[products, skipped])| Term {
+                name,
+                products,
+                skipped,
+            })
+            .collect();
+    }
+
+    /// Milliseconds of all stages.
+    pub fn milliseconds(&self) -> f64 {
+        total(self.stages.iter().map(|stage| stage.milliseconds))
+    }
+
+    /// One line: where, how much, how long.
+    pub fn summary(&self) -> String {
+        format!(
+            "rendered on {}: {} points, {} lights, {} scattering, {:.1} s",
+            self.backend,
+            self.points,
+            self.lights,
+            self.scattering,
+            1e-3 * self.milliseconds()
+        )
+    }
+
+    /// Writes what was drawn and what was left out, a line each.
+    pub fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "rendered on {}", self.backend)?;
+        write!(
+            f,
+            "  {} strands, {} points, {} segments",
+            self.strands, self.points, self.segments
+        )?;
+        if self.degenerate_strands > 0 {
+            write!(
+                f,
+                " ({} strands without extent left out)",
+                self.degenerate_strands
+            )?;
+        }
+        writeln!(f)?;
+        writeln!(
+            f,
+            "  {} lights, {} sweeps through {} voxels, {} shadow maps",
+            self.lights, self.sweeps, self.voxels, self.shadow_maps
+        )?;
+        writeln!(
+            f,
+            "  {} scattering, {} points out of view",
+            self.scattering, self.points_skipped
+        )?;
+        writeln!(f, "  term            products   negligible")?;
+        for term in &self.terms {
+            writeln!(
+                f,
+                "  {:<12}{:>12} {:>12}",
+                term.name, term.products, term.skipped
+            )?;
+        }
+        for skipped in &self.skipped {
+            writeln!(f, "  skipped: {skipped}")?;
+        }
+        Ok(())
+    }
+
+    /// Runs `work` as stage `name`; it answers its value and the bytes it wrote.
+    pub fn stage<T, E>(
+        &mut self,
+        name: &'static str,
+        work: impl FnOnce(&mut Self) -> Result<(T, u64), E>,
+    ) -> Result<T, E> {
+        let start = Instant::now();
+        let (value, bytes) = work(self)?;
+        self.stages.push(Stage {
+            name,
+            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
+            bytes,
+        });
+        Ok(value)
+    }
+}
+
+impl fmt::Display for Stats {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write_counts(f)?;
+        writeln!(f, "  pass                  time     memory")?;
+        for stage in &self.stages {
+            writeln!(
+                f,
+                "  {:<14}{:>10.1} ms {:>9.1} MB",
+                stage.name,
+                stage.milliseconds,
+                stage.bytes as f64 / 1e6
+            )?;
+        }
+        write!(
+            f,
+            "  {:<14}{:>10.1} ms, {} passes of at most 4 samples",
+            "total",
+            self.milliseconds(),
+            self.passes
+        )
+    }
+}
+
+/// A sum that is 0 where there is nothing to add; that of `Iterator::sum` is -0 then.
+pub fn total(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |sum, value| sum + value)
+}
