@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::{Axis, Background, Scattering, Spacing, SrbfLight, Table, TableFile};
+use strandlight_formats::{Axis, Background, BakedFile, Scattering, SrbfLight, Table, TableFile};
 use strandlight_render::gpu::Context;
 use strandlight_scattering::axis;
 use strandlight_scattering::fresnel::Fresnel;
@@ -146,7 +146,7 @@ pub fn tables() -> ShadingTables {
             axes: axes
                 .iter()
                 .zip(names)
-                .map(|(axis, name)| file_axis(axis, name))
+                .map(|(axis, name)| Axis::new(name, axis))
                 .collect(),
             channels: channels.iter().map(|&channel| channel.to_owned()).collect(),
             data,
@@ -164,23 +164,6 @@ pub fn tables() -> ShadingTables {
         ..TableFile::default()
     };
     ShadingTables::from_file(&file).expect("complete tables")
-}
-
-fn file_axis(axis: &axis::Axis, name: &str) -> Axis {
-    Axis {
-        name: name.to_owned(),
-        min: axis.min,
-        max: axis.max,
-        count: axis.count,
-        spacing: match axis.spacing {
-            axis::Spacing::Linear => Spacing::Linear,
-            axis::Spacing::Log => Spacing::Log,
-            axis::Spacing::InverseSqrt => Spacing::InverseSqrt,
-            axis::Spacing::RootSquare => Spacing::RootSquare,
-            axis::Spacing::Reciprocal => Spacing::Reciprocal,
-            axis::Spacing::Concave => Spacing::Concave,
-        },
-    }
 }
 
 /// H_0, H_2, H_4, H_6 with the dielectric Fresnel term.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use strandlight_cpu as cpu;
-use strandlight_formats::{Background, LightSet, Mode, Scene};
+use strandlight_formats::{Background, BakedFile, LightSet, Lobe, Scene};
 use strandlight_reference::compare::Layer;
 use strandlight_runtime::Session;
 use strandlight_scene::PreparedScene;
@@ -196,7 +196,7 @@ fn groups_of_lights_and_fewer_modes() {
     let at = folder.path();
     scene_in(at);
     let mut scene = Scene::read(&at.join("a.toml")).expect("valid");
-    scene.hair.modes = vec![Mode::R, Mode::Trt];
+    scene.hair.modes = vec![Lobe::R, Lobe::Trt];
     scene.render.background = Background::None;
     scene.render.scattering = strandlight_formats::Scattering::Single;
     write_scene(at, "b.toml", &scene);

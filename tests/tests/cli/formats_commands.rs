@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
-use strandlight_formats::{Axis, LightSet, Spacing, SrbfLight, Table, TableFile};
+use strandlight_formats::{Axis, BakedFile, LightSet, Spacing, SrbfLight, Table, TableFile};
 use strandlight_tests::samples::{hair_file, real_file};
 use strandlight_tests::{assert_refused, strandlight};
 
@@ -53,7 +53,7 @@ fn hair_in_and_out() {
     fs::write(at.join("a.hair"), small_hair()).expect("written");
     let said = done(at, &["groom", "import", "a.hair", "-o", "a.groom"]);
     assert!(
-        said.contains("a.groom: groom 1.0, 2 strands, 5 points"),
+        said.contains("a.groom: groom 1.1, 2 strands, 5 points"),
         "{said}"
     );
     let info = json(at, "a.groom");
@@ -431,6 +431,92 @@ fn hair_of_others_comes_back() {
     }
 }
 
+/// A second format, without a signature: found by its content, in and out by the same commands.
+#[test]
+fn point_lists_in_and_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let mut bytes = 3u32.to_le_bytes().to_vec();
+    for (n_points, aside) in [(2u32, 0.125f32), (1, 0.0), (3, 0.25)] {
+        bytes.extend(n_points.to_le_bytes());
+        for ix in 0..n_points {
+            for value in [aside, 1.75 - 0.25 * ix as f32, 0.0] {
+                bytes.extend(value.to_le_bytes());
+            }
+        }
+    }
+    fs::write(at.join("a.data"), &bytes).expect("written");
+    let notes = said(at, &["groom", "import", "a.data", "-o", "a.groom"]);
+    assert!(
+        notes.contains("1 strands of fewer than two points are kept"),
+        "{notes}"
+    );
+    let info = json(at, "a.groom");
+    assert_eq!((&info["strands"], &info["points"]), (&2.into(), &5.into()));
+    assert_eq!(info["source_format"], "usc");
+    assert_eq!(info["single_point_strands"], 1);
+    // In metres, y up, as the database has them.
+    assert_eq!(info["source_cm_per_unit"], 100.0);
+    assert_eq!(info["bounds"]["max"], serde_json::json!([25.0, 175.0, 0.0]));
+    assert_eq!(json(at, "a.data")["kind"], "usc");
+    let text = done(at, &["inspect", "a.groom"]);
+    assert!(
+        text.contains("source: usc, 100 cm per unit, y up"),
+        "{text}"
+    );
+
+    // Back by the ending of the name, or by --format whatever it is.
+    done(at, &["export", "a.groom", "-o", "b.data"]);
+    done(
+        at,
+        &["export", "a.groom", "-o", "c.points", "--format", "usc"],
+    );
+    for name in ["b.data", "c.points"] {
+        assert!(fs::read(at.join(name)).expect("written") == bytes, "{name}");
+    }
+    // In the other format.
+    done(at, &["export", "a.groom", "-o", "b.hair"]);
+    done(at, &["groom", "import", "b.hair", "-o", "b.groom"]);
+    assert_eq!(json(at, "b.groom")["bounds"], info["bounds"]);
+    assert_eq!(json(at, "b.groom")["source_format"], "hair");
+
+    let formats = done(at, &["groom", "formats"]);
+    let lines: Vec<&str> = formats.lines().collect();
+    assert!(
+        lines[0].starts_with("hair: .hair, in and out; 1 cm a unit and z up"),
+        "{formats}"
+    );
+    assert!(
+        lines[1].starts_with("usc: .data, in and out; 100 cm a unit and y up"),
+        "{formats}"
+    );
+    for (args, needles) in [
+        (
+            &["export", "a.groom", "-o", "x.abc"][..],
+            &["x.abc", ".hair or .data"][..],
+        ),
+        (
+            &["export", "a.groom", "-o", "x.hair", "--format", "abc"],
+            &["--format", "hair or usc"],
+        ),
+        (
+            &["export", "b.hair", "-o", "x.data"],
+            &["b.hair", "only .tables, .lights and .groom"],
+        ),
+    ] {
+        assert_refused(strandlight().current_dir(at).args(args), needles);
+    }
+    bytes.pop();
+    fs::write(at.join("cut.data"), &bytes).expect("written");
+    let args = ["groom", "import", "cut.data", "-o", "x.groom"];
+    let needles = [
+        "cut.data",
+        "3 points of strand 2 take 36 bytes",
+        "35 left (at byte 52)",
+    ];
+    assert_refused(strandlight().current_dir(at).args(args), &needles);
+}
+
 #[test]
 fn light_set_as_json_and_picture() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -457,6 +543,7 @@ fn light_set_as_json_and_picture() {
             {"direction": [0.0, 1.0, 0.0], "lambda": 0.1, "rgb": [0.1, 0.0, 0.0]},
         ]);
         assert_eq!(document["lights"], expected);
+        assert_eq!(document["light_kind"], "srbf");
     }
     done(at, &["export", "a.lights", "-o", "a.exr", "--width", "64"]);
     let map = strandlight_images::Map::read(&at.join("a.exr")).expect("a map");

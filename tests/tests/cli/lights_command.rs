@@ -9,7 +9,7 @@ use std::time::Instant;
 use exr::prelude::*;
 use serde_json::{Value, json};
 use strandlight_bake::lights::evaluate;
-use strandlight_formats::LightSet;
+use strandlight_formats::{BakedFile, LightSet};
 use strandlight_images::Map;
 use strandlight_tests::samples::{exr_map, real_file};
 use strandlight_tests::{assert_refused, project_root, strandlight};
@@ -31,7 +31,7 @@ fn writes_lights_report_and_preview() {
     };
     let said = run("a.lights", &["--report", "r.json", "--preview", "p.png"]);
     assert!(said.lines().last().is_some_and(|line| {
-        line.contains("a.lights") && line.contains("format 1.0") && line.contains("12 lights")
+        line.contains("a.lights") && line.contains("format 1.1") && line.contains("12 lights")
     }));
     let json = run("b.lights", &["--json"]);
 

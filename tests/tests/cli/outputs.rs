@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::{LightSet, TableFile};
+use strandlight_formats::{BakedFile, LightSet, TableFile};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight, strandview};
 
@@ -98,7 +98,7 @@ fn standard_output_takes_the_file_and_nothing_else() {
         assert!(output.status.success(), "{name}: {output:?}");
         assert!(output.stdout == expected, "{name}: through a pipe");
         let stderr = String::from_utf8_lossy(&output.stderr);
-        assert!(stderr.contains("groom 1.0, 6 strands"), "{name}: {stderr}");
+        assert!(stderr.contains("groom 1.1, 6 strands"), "{name}: {stderr}");
 
         fs::write(at.join("f"), "").expect("written");
         let file = at.join("f").metadata().expect("there").ino();

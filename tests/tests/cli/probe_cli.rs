@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::{oracle, project_root, strandlight};

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use serde_json::Value;
 use strandlight_formats::{
-    Background, CameraSection, Groom, LightSet, MotionSection, ProxySection, Scene, SrbfLight,
+    Background, BakedFile, CameraSection, Groom, LightSet, MotionSection, ProxySection, Scene,
+    SrbfLight,
 };
 use strandlight_images::Map;
 use strandlight_scene::paint::{Paint, PaintedPoint};

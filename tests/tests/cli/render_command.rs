@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use strandlight_formats::{Mode, Scene, TableFile, TablesSection};
-use strandlight_scattering::Lobe;
+use strandlight_formats::BakedFile;
+use strandlight_formats::{Lobe, Scene, TableFile, TablesSection};
 use strandlight_scattering::lobes::table_names;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, project_root, strandlight, strandview};
@@ -288,9 +288,9 @@ fn gpu_a_mode_is_drawn_from_its_own_table_alone() {
     scene_in(at);
     let bundled = project_root().join("data/default.tables");
     for (mode, names) in [
-        (Mode::R, &["C"][..]),
-        (Mode::Tt, &table_names(Lobe::Tt)),
-        (Mode::Trt, &table_names(Lobe::Trt)),
+        (Lobe::R, &["C"][..]),
+        (Lobe::Tt, &table_names(Lobe::Tt)),
+        (Lobe::Trt, &table_names(Lobe::Trt)),
     ] {
         let mut tables = TableFile::read(&bundled).expect("part of the project");
         tables.tables.retain(|found| names.contains(&&*found.name));

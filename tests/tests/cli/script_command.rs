@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
-use strandlight_formats::{Groom, LightSet, Scene, SrbfLight};
+use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight};
 use strandlight_tests::{assert_done, assert_refused, strandlight, strandview};
 
 /// A small scene on disk: two curtains of hair, a light from the left and one from the right.

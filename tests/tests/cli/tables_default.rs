@@ -6,7 +6,7 @@ use std::process::Output;
 
 use serde_json::{Value, json};
 use strandlight_bake::tables::{REPORT_WIDTHS, bake_tables, same_figures};
-use strandlight_formats::{FitReport, Groom, LightSet, TableFile};
+use strandlight_formats::{BakedFile, FitReport, Groom, LightSet, TableFile};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scene::progress::Progress;
 use strandlight_tests::{project_root, strandlight};

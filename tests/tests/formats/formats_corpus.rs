@@ -59,6 +59,11 @@ fn hair() {
     replay("hair", checks::hair);
 }
 
+#[test]
+fn usc() {
+    replay("usc", checks::usc);
+}
+
 /// A poor man's fuzzer over the same checks: every file of the corpus with bytes changed, cut
 /// and doubled at pseudorandom places.
 #[test]
@@ -72,19 +77,19 @@ fn changed_corpus() {
         (state >> 33) as usize % below.max(1)
     };
     type Check = fn(&[u8]) -> bool;
-    let targets: [(&str, Check); 5] = [
-        ("groom", checks::groom),
-        ("lights", checks::lights),
-        ("tables", checks::tables),
-        ("scene", checks::scene),
-        ("hair", checks::hair),
+    let targets: [(&str, &str, Check); 8] = [
+        ("groom", "good_v1", checks::groom),
+        ("groom", "good_v1_1", checks::groom),
+        ("lights", "good_v1", checks::lights),
+        ("lights", "good_v1_1", checks::lights),
+        ("tables", "good_v1", checks::tables),
+        ("scene", "good_v1", checks::scene),
+        ("hair", "good_v1", checks::hair),
+        ("usc", "good_v1", checks::usc),
     ];
     let mut n_checked = 0;
-    for (target, check) in targets {
-        let file = project_root()
-            .join("fuzz/corpus")
-            .join(target)
-            .join("good_v1");
+    for (target, name, check) in targets {
+        let file = project_root().join("fuzz/corpus").join(target).join(name);
         let bytes = fs::read(file).expect("readable");
         for _ in 0..3000 {
             let mut changed = bytes.clone();
@@ -104,5 +109,5 @@ fn changed_corpus() {
             n_checked += 1;
         }
     }
-    assert_eq!(n_checked, 15_000);
+    assert_eq!(n_checked, 24_000);
 }

@@ -5,8 +5,8 @@ use crate::checks;
 use std::io::{Cursor, Read, Seek, SeekFrom};
 
 use strandlight_formats::{
-    Attribute, Axis, Container, Domain, Error, FitReport, Groom, Kind, LightSet, LightSetInfo,
-    Spacing, SrbfLight, Table, TableFile, TableInfo, TableReader,
+    Attribute, Axis, BakedFile, Container, Domain, Error, FitReport, Groom, Kind, LightSet,
+    LightSetInfo, Spacing, SrbfLight, Table, TableFile, TableInfo, TableReader,
 };
 
 fn groom() -> Vec<u8> {
@@ -365,6 +365,26 @@ fn a_wrong_record_is_refused() {
                 .expect_err("must fail")
                 .to_string();
             assert!(message.contains("report."), "{message}");
+        }
+    }
+}
+
+#[test]
+fn an_unknown_kind_of_light_is_refused_by_name() {
+    let bytes = lights();
+    let container = Container::from_bytes(&bytes, Kind::Lights).expect("good");
+    let section = container.find(*b"KIND", 0).expect("it is recorded");
+    let at = section.offset as usize;
+    assert_eq!(bytes[at..at + section.length as usize], *b"srbf");
+    for (name, shown) in [(*b"warp", "warp"), ([0xff, 0, b'a', b'b'], "\\xff\\x00ab")] {
+        let mut other = bytes.clone();
+        other[at..at + 4].copy_from_slice(&name);
+        checks::seal(&mut other);
+        let message = LightSet::from_bytes(&other)
+            .expect_err("must fail")
+            .to_string();
+        for needle in ["kind of the lights is", shown, "srbf"] {
+            assert!(message.contains(needle), "{message}");
         }
     }
 }

@@ -9,10 +9,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use strandlight_formats::{
-    Attribute, Axis, Background, CameraSection, Domain, FitReport, Groom, GroomSection,
-    GroomSource, HairImport, HairOriginal, HairSection, LightSet, LightSetInfo, LightsSection,
-    Mode, PerModeDeg, RenderSection, Scattering, Scene, SinglePoint, Spacing, SrbfLight, Table,
-    TableFile, TableInfo, TablesSection, ToneMap, UpAxis,
+    Attribute, Axis, Background, BakedFile, CameraSection, Domain, ExportOptions, FitReport, Groom,
+    GroomSection, GroomSource, HairSection, ImportOptions, LightKind, LightSet, LightSetInfo,
+    LightsSection, Lobe, Original, PerLobe, RenderSection, Scattering, Scene, SourceFile, Spacing,
+    SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis, groom_format,
 };
 use strandlight_tests::project_root;
 
@@ -52,6 +52,21 @@ fn hair_bytes() -> Vec<u8> {
     bytes
 }
 
+/// Content of `v1.usc`: strands of 2, 1 and 3 points on a grid, so that metres are exact.
+fn usc_bytes() -> Vec<u8> {
+    let mut bytes = 3u32.to_le_bytes().to_vec();
+    let mut ix = 0;
+    for n_points in [2u32, 1, 3] {
+        bytes.extend(n_points.to_le_bytes());
+        for _ in 0..n_points {
+            let place = [0.25 * (ix % 2) as f32, 1.5 + 0.25 * (ix % 3) as f32, 0.25];
+            bytes.extend(place.iter().flat_map(|x| x.to_le_bytes()));
+            ix += 1;
+        }
+    }
+    bytes
+}
+
 fn groom() -> Groom {
     let attribute = |name: &str, domain, components, data: Vec<f32>| Attribute {
         name: name.to_owned(),
@@ -59,8 +74,12 @@ fn groom() -> Groom {
         components,
         data,
     };
-    let mut header = hair_bytes();
-    header.truncate(128);
+    // What is kept of a .hair file: its header, and strands of a single point, here one with index 1.
+    let mut data = hair_bytes();
+    data.truncate(128);
+    data.extend(1u32.to_le_bytes());
+    let single = [1.0f32, 2.0, 3.0, 0.5, 0.25, 0.1, 0.2, 0.3];
+    data.extend(single.iter().flat_map(|value| value.to_le_bytes()));
     Groom {
         points: vec![
             [0.0, 1.5, -2.25],
@@ -86,15 +105,9 @@ fn groom() -> Groom {
             hash: "0123456789abcdef".to_owned(),
             tool_version: "strandlight 0.1.0".to_owned(),
             parameters: pairs(&[("style", "golden"), ("seed", "7")]),
-            hair: Some(HairOriginal {
-                header,
-                single_points: vec![SinglePoint {
-                    strand: 1,
-                    position: [1.0, 2.0, 3.0],
-                    thickness: 0.5,
-                    transparency: 0.25,
-                    color: [0.1, 0.2, 0.3],
-                }],
+            original: Some(Original {
+                format: "hair".to_owned(),
+                data,
             }),
         },
     }
@@ -182,7 +195,7 @@ fn tables() -> TableFile {
 }
 
 fn scene() -> Scene {
-    let per_mode = |r, tt, trt| PerModeDeg { r, tt, trt };
+    let per_mode = |r, tt, trt| PerLobe { r, tt, trt };
     Scene {
         version: 1,
         groom: GroomSection {
@@ -208,7 +221,7 @@ fn scene() -> Scene {
             caustic_width_deg: 10.0,
             eccentricity: 0.9,
             diameter_cm: Some(0.006),
-            modes: vec![Mode::Trt, Mode::R],
+            modes: vec![Lobe::Trt, Lobe::R],
             density_forward: None,
             density_back: None,
         },
@@ -235,18 +248,43 @@ fn scene() -> Scene {
 
 #[test]
 fn version_1_groom() {
-    assert_eq!(Groom::read(&golden("v1.groom")).expect("readable"), groom());
-    // -0.0 equals 0.0, so look at the bits too.
-    let read = Groom::read(&golden("v1.groom")).expect("readable");
-    assert_eq!(read.points[1][2].to_bits(), (-0.0f32).to_bits());
+    for name in ["v1.groom", "v1_1.groom"] {
+        let read = Groom::read(&golden(name)).expect("readable");
+        assert_eq!(read, groom(), "{name}");
+        // -0.0 equals 0.0, so look at the bits too.
+        assert_eq!(read.points[1][2].to_bits(), (-0.0f32).to_bits());
+    }
+}
+
+/// What version 1.0 kept of `.hair` files still brings back the file.
+#[test]
+fn version_1_groom_is_exported_as_it_was_imported() {
+    let exported = |name: &str| {
+        let groom = Groom::read(&golden(name)).expect("readable");
+        assert_eq!(groom.source.n_set_aside(), 1);
+        let format = groom_format("hair").expect("there is one");
+        let export = groom.export(format, &ExportOptions::default());
+        export.expect("writable").bytes
+    };
+    let bytes = exported("v1.groom");
+    // The info string, and the single point as the second of three strands.
+    assert_eq!(bytes[40..51], *b"golden hair");
+    assert_eq!(bytes[128..134], [1, 0, 0, 0, 2, 0]);
+    let single: Vec<u8> = [1.0f32, 2.0, 3.0]
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    assert_eq!(bytes[134 + 24..134 + 36], single);
+    assert!(bytes == exported("v1_1.groom"));
 }
 
 #[test]
 fn version_1_lights() {
-    assert_eq!(
-        LightSet::read(&golden("v1.lights")).expect("readable"),
-        lights()
-    );
+    for name in ["v1.lights", "v1_1.lights"] {
+        let read = LightSet::read(&golden(name)).expect("readable");
+        assert_eq!(read, lights(), "{name}");
+        assert_eq!(read.kind(), LightKind::Srbf);
+    }
 }
 
 #[test]
@@ -271,19 +309,37 @@ fn version_1_scene() {
 fn version_1_hair() {
     let bytes = bytes("v1.hair");
     assert!(bytes == hair_bytes());
-    let groom = Groom::from_hair(&bytes, HairImport::default()).expect("readable");
+    let file = SourceFile::from_bytes(&*bytes).expect("known");
+    let import = file.import(&ImportOptions::default());
+    let groom = import.expect("readable").groom;
     assert_eq!(groom.strand_offsets, [0, 2, 5]);
     // Source point 3, the first after the single one, is (0.5, 1, 1.5), z up.
     assert_eq!(groom.points[2], [0.5, 1.5, -1.0]);
-    assert!(groom.to_hair().expect("writable") == bytes);
+    let export = groom.export(file.format(), &ExportOptions::default());
+    assert!(export.expect("writable").bytes == bytes);
 }
 
-/// As long as version 1 is what is written, it is written as it was: a change of bytes without a
-/// change of version would be noticed here.
 #[test]
-fn version_1_is_still_written_the_same() {
-    assert!(groom().to_bytes().expect("valid") == bytes("v1.groom"));
-    assert!(lights().to_bytes().expect("valid") == bytes("v1.lights"));
+fn version_1_usc() {
+    let bytes = bytes("v1.usc");
+    assert!(bytes == usc_bytes());
+    let file = SourceFile::from_bytes(&*bytes).expect("known");
+    assert_eq!(file.format().info().name, "usc");
+    let import = file.import(&ImportOptions::default());
+    let groom = import.expect("readable").groom;
+    assert_eq!(groom.strand_offsets, [0, 2, 5]);
+    // In metres, y up; the single point is left out.
+    assert_eq!(groom.points[2], [25.0, 150.0, 25.0]);
+    let export = groom.export(file.format(), &ExportOptions::default());
+    assert!(export.expect("writable").bytes == bytes);
+}
+
+/// A version that is what is written is written as it was: a change of bytes without a change of
+/// version would be noticed here.
+#[test]
+fn the_last_version_is_still_written_the_same() {
+    assert!(groom().to_bytes().expect("valid") == bytes("v1_1.groom"));
+    assert!(lights().to_bytes().expect("valid") == bytes("v1_1.lights"));
     assert!(tables().to_bytes().expect("valid") == bytes("v1.tables"));
 }
 
@@ -298,20 +354,29 @@ fn write_if_missing(path: &Path, bytes: &[u8]) {
 #[ignore = "writes golden files and the fuzzers' corpus where missing"]
 fn write_missing_files() {
     let files = [
-        ("groom", groom().to_bytes().expect("valid")),
-        ("lights", lights().to_bytes().expect("valid")),
-        ("tables", tables().to_bytes().expect("valid")),
-        ("hair", hair_bytes()),
+        ("groom", "v1_1", groom().to_bytes().expect("valid")),
+        ("lights", "v1_1", lights().to_bytes().expect("valid")),
+        ("tables", "v1", tables().to_bytes().expect("valid")),
+        ("hair", "v1", hair_bytes()),
+        ("usc", "v1", usc_bytes()),
     ];
     let corpus = project_root().join("fuzz/corpus");
-    for (kind, bytes) in &files {
-        write_if_missing(&golden(&format!("v1.{kind}")), bytes);
+    for (kind, version, bytes) in &files {
+        write_if_missing(&golden(&format!("{version}.{kind}")), bytes);
         let folder = corpus.join(kind);
-        write_if_missing(&folder.join("good_v1"), bytes);
+        write_if_missing(&folder.join(format!("good_{version}")), bytes);
         write_if_missing(&folder.join("cut"), &bytes[..bytes.len() * 2 / 3]);
-        write_if_missing(&folder.join("header_only"), &bytes[..128.min(bytes.len())]);
+        write_if_missing(
+            &folder.join("header_only"),
+            &bytes[..128.min(bytes.len() / 2)],
+        );
         let mut counts = bytes.clone();
-        counts[if *kind == "hair" { 4 } else { 16 }..][..4].fill(0xff);
+        let count_at = match *kind {
+            "hair" => 4,
+            "usc" => 0,
+            _ => 16,
+        };
+        counts[count_at..][..4].fill(0xff);
         write_if_missing(&folder.join("absurd_count"), &counts);
         let mut nan = bytes.clone();
         let at = nan.len() - 8;
@@ -321,6 +386,9 @@ fn write_missing_files() {
         long.push(0);
         write_if_missing(&folder.join("trailing_byte"), &long);
     }
+    let mut points = usc_bytes();
+    points[4..8].copy_from_slice(&[0xff, 0xff, 0xff, 0x7f]);
+    write_if_missing(&corpus.join("usc/absurd_points"), &points);
     let plain = [
         &hair_bytes()[..12],
         &[2, 0, 0, 0],

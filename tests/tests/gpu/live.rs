@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use glam::{Quat, Vec3};
 use strandlight_formats::{Background, Scattering};
+use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::{Context, Counts};
-use strandlight_render::live::LiveReport;
 use strandlight_render::passes::DeviceBytes;
-use strandlight_render::{Live, Renderer};
+use strandlight_render::progressive::RenderReport;
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::tone::ToneMap;
@@ -27,7 +27,7 @@ fn scene() -> PreparedScene {
 }
 
 fn fresh(context: &Context, scene: &PreparedScene) -> Picture {
-    let mut live = Live::new(context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(context, scene.clone()).unwrap();
     live.finish(SAMPLES).unwrap()
 }
 
@@ -40,7 +40,7 @@ fn turned(camera: &Camera, degrees: f32) -> Camera {
 }
 
 /// With what is read without waiting.
-fn report(context: &Context, live: &mut Live) -> LiveReport {
+fn report(context: &Context, live: &mut ProgressiveRenderer) -> RenderReport {
     context.wait("report").unwrap();
     live.advance(Duration::ZERO).unwrap();
     live.report().clone()
@@ -50,9 +50,11 @@ fn report(context: &Context, live: &mut Live) -> LiveReport {
 fn the_finished_picture_is_the_renderers() {
     let context = context();
     let scene = scene();
-    let renderer = Renderer::new(&context, &scene).unwrap();
-    let (expected, stats) = renderer.render(&scene.camera, SIZE, SAMPLES).unwrap();
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (expected, stats) = renderer
+        .render_to_image(&scene.camera, SIZE, SAMPLES)
+        .unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let picture = live.finish(SAMPLES).unwrap();
     let error = picture_rmse(&picture, &expected);
     println!("{error:.2e}");
@@ -73,7 +75,9 @@ fn the_finished_picture_is_the_renderers() {
         assert!(all > 0.0 && measured.count() >= 2, "{:?}", after.stages);
     }
     // A second frame of the same view needs no maps.
-    let (again, _) = renderer.render(&scene.camera, SIZE, SAMPLES).unwrap();
+    let (again, _) = renderer
+        .render_to_image(&scene.camera, SIZE, SAMPLES)
+        .unwrap();
     assert!(picture_rmse(&again, &expected) < 1e-6);
 }
 
@@ -88,7 +92,7 @@ fn the_first_picture_comes_before_any_shadow_and_leaves_no_trace() {
             let albedo = [0.4; 3];
             scene.proxies = vec![Proxy::Ground { height, albedo }];
         }
-        let mut live = Live::new(&context, scene.clone()).unwrap();
+        let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
         // As little as a turn can do.
         let progress = live.advance(Duration::ZERO).unwrap();
         assert_eq!(progress.samples, 4);
@@ -109,7 +113,7 @@ fn the_first_picture_comes_before_any_shadow_and_leaves_no_trace() {
         println!("brightness of the first look: {ratio:.2} of the lit picture's");
         assert!((0.6..1.6).contains(&ratio), "{ratio}");
         // Nothing of it is left.
-        let mut unseen = Live::new(&context, scene.clone()).unwrap();
+        let mut unseen = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
         let expected = unseen.finish(SAMPLES).unwrap();
         assert_eq!(unseen.report().runs("first look"), 0);
         assert_eq!(live.finish(SAMPLES).unwrap(), expected);
@@ -117,7 +121,7 @@ fn the_first_picture_comes_before_any_shadow_and_leaves_no_trace() {
     }
 }
 
-type Edit = fn(&mut Live, &mut PreparedScene);
+type Edit = fn(&mut ProgressiveRenderer, &mut PreparedScene);
 
 /// What the frames after an edit may do: runs of stages that it needs, those that it must not have.
 struct Case {
@@ -251,7 +255,7 @@ const CASES: [Case; 9] = [
 fn every_edit_gives_the_picture_of_a_fresh_start_and_touches_what_it_must() {
     let context = context();
     let mut scene = scene();
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let mut before = live.finish(SAMPLES).unwrap();
     let made = live.report().counts;
     assert!(made.geometry_uploads > 0 && made.pipelines > 5, "{made:?}");
@@ -301,9 +305,9 @@ fn every_edit_gives_the_picture_of_a_fresh_start_and_touches_what_it_must() {
 fn muted_lights_are_not_looked_at_and_keep_their_shadows() {
     let context = context();
     let mut scene = scene();
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let all = live.finish(SAMPLES).unwrap();
-    let products = |report: &LiveReport| report.stats.products().iter().sum::<u64>();
+    let products = |report: &RenderReport| report.stats.products().iter().sum::<u64>();
     let of_all = products(&report(&context, &mut live));
     let n_points = scene.strands.points.len() as u64;
     let skipped = live.report().stats.points_skipped;
@@ -341,7 +345,7 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
     let expected = fresh(&context, &scene);
     // Room for the records of one batch of lights only.
     scene.record_budget = 1;
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let (mut n_turns, mut samples) = (0, Vec::new());
     let progress = loop {
         let progress = live.advance(Duration::ZERO).unwrap();
@@ -382,7 +386,7 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
     }
     assert!(n_covered > 100, "{n_covered}");
 
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     live.set_waiting(false);
     let picture = live.finish(SAMPLES).unwrap();
     assert!(picture_rmse(&picture, &expected) < 1e-6);
@@ -391,7 +395,7 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
 #[test]
 fn a_slider_that_is_dragged_is_followed() {
     let context = context();
-    let mut live = Live::new(&context, scene()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene()).unwrap();
     while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
     let before = live.report().shadings;
     let mut hair = HairParams::default();
@@ -419,7 +423,7 @@ fn a_slider_that_is_dragged_is_followed() {
 #[test]
 fn a_window_without_extent_draws_nothing() {
     let context = context();
-    let mut live = Live::new(&context, scene()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene()).unwrap();
     live.finish(4).unwrap();
     live.set_size([0, 0]).unwrap();
     assert!(live.advance(Duration::ZERO).unwrap().is_done);
@@ -440,7 +444,7 @@ fn a_window_without_extent_draws_nothing() {
 #[test]
 fn a_lost_device_is_an_error_that_says_so() {
     let lost = Context::new().unwrap();
-    let mut live = Live::new(&lost, scene()).unwrap();
+    let mut live = ProgressiveRenderer::new(&lost, scene()).unwrap();
     live.advance(Duration::ZERO).unwrap();
     let copy = live.scene().clone();
     lost.device.destroy();
@@ -452,7 +456,7 @@ fn a_lost_device_is_an_error_that_says_so() {
     );
     // All that is needed is still here.
     let again = context();
-    let mut live = Live::new(&again, copy).unwrap();
+    let mut live = ProgressiveRenderer::new(&again, copy).unwrap();
     assert!(live.finish(4).is_ok());
 }
 
@@ -463,7 +467,7 @@ fn the_least_limits_do_and_what_does_not_fit_is_named() {
     let least = Context::with_least_limits().unwrap();
     assert!(!least.has_timestamps());
     let before = least.counts();
-    let mut live = Live::new(&least, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&least, scene.clone()).unwrap();
     let picture = live.finish(SAMPLES).unwrap();
     assert!(picture_rmse(&picture, &expected) < 1e-6);
     // What was said beforehand is what was made, textures of the hair and small things apart.
@@ -480,10 +484,10 @@ fn the_least_limits_do_and_what_does_not_fit_is_named() {
     small.record_budget = 0;
     let budget = DeviceBytes::new(&small, SIZE).total();
     assert!(DeviceBytes::new(&many, SIZE).total() > budget);
-    let live = Live::with_budget(&least, many.clone(), budget).unwrap();
+    let live = ProgressiveRenderer::with_budget(&least, many.clone(), budget).unwrap();
     assert!(live.report().device_bytes as f64 <= 1.02 * budget as f64);
     let before = least.counts();
-    let refused = Live::with_budget(&least, many, budget / 2).err();
+    let refused = ProgressiveRenderer::with_budget(&least, many, budget / 2).err();
     let text = refused.map(|error| error.to_string()).unwrap_or_default();
     assert!(
         text.contains("records") && text.contains("allowed"),
@@ -507,7 +511,7 @@ fn an_adapter_below_the_usual_limits_draws_the_same_and_says_what_it_cannot() {
     })
     .unwrap();
     assert_eq!(small.device.limits().max_texture_dimension_2d, 2048);
-    let mut live = Live::new(&small, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&small, scene.clone()).unwrap();
     assert_eq!(live.finish(SAMPLES).unwrap(), expected);
     let refused = [live.set_size([2049, 8]), live.set_size([2048, 2048])];
     let told = refused.map(|answer| answer.unwrap_err().to_string());
@@ -532,7 +536,7 @@ fn strands_do_not_crawl_while_orbiting() {
     let context = context();
     let mut scene = scene();
     scene.size = [96, 72];
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let mut frame = |degrees: f32, samples: u32| {
         live.set_camera(turned(&scene.camera, degrees));
         live.finish(samples).unwrap()
@@ -560,7 +564,7 @@ fn the_noise_that_is_left_is_known() {
     let context = context();
     let mut scene = scene();
     scene.size = [96, 72];
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let converged = live.finish(2048).unwrap();
     let rgb = |picture: &Picture| -> Vec<f32> {
         let pixels = picture.rgba.iter();

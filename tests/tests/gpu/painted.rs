@@ -3,8 +3,8 @@
 
 use strandlight_cpu as cpu;
 use strandlight_formats::Scattering;
+use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Counts;
-use strandlight_render::{Live, Renderer};
 use strandlight_scattering::HairParams;
 use strandlight_scene::edit::{EditError, Outcome, Part};
 use strandlight_scene::paint::{Brush, Dab, Paint, PaintedPoint, Picker, Stroking};
@@ -99,8 +99,8 @@ fn backends_agree() {
         let mut scene = wig();
         scene.set_scattering(terms);
         scene.set_paint(Some(&various(&scene))).unwrap();
-        let renderer = Renderer::new(&context, &scene).unwrap();
-        let (gpu, _) = renderer.render(&scene.camera, SIZE, 8).unwrap();
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (gpu, _) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
         let cpu = on_cpu(&scene);
         keep(&format!("painted-{terms:?}-gpu"), &gpu);
         keep(&format!("painted-{terms:?}-cpu"), &cpu);
@@ -115,7 +115,7 @@ fn painting_a_renderer_is_as_starting_with_the_paint() {
     let context = context();
     let bare_scene = wig();
     let mut scene = bare_scene.clone();
-    let mut renderer = Renderer::new(&context, &bare_scene).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, bare_scene.clone()).unwrap();
     let picker = Picker::new(&scene.strands);
     let mut paint = Paint::unpainted(scene.strands.n_groom_points());
     let top = glam::Vec3::new(0.0, 8.5, 2.0);
@@ -135,18 +135,18 @@ fn painting_a_renderer_is_as_starting_with_the_paint() {
         renderer.set_paint(&paint, changed.clone()).unwrap();
         scene.repaint(&paint, changed).unwrap();
     }
-    let (found, _) = renderer.render(&scene.camera, SIZE, 8).unwrap();
+    let (found, _) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
     keep("painted-strokes", &found);
     let mut whole = wig();
     whole.set_paint(Some(&paint)).unwrap();
     assert_eq!(whole.paint(), scene.paint());
     assert_eq!(whole.hair, scene.hair);
-    let fresh = Renderer::new(&context, &whole).unwrap();
-    let (expected, _) = fresh.render(&scene.camera, SIZE, 8).unwrap();
+    let mut fresh = ProgressiveRenderer::new(&context, whole.clone()).unwrap();
+    let (expected, _) = fresh.render_to_image(&scene.camera, SIZE, 8).unwrap();
     assert_eq!(found.rgba, expected.rgba);
-    let (bare, _) = Renderer::new(&context, &wig())
+    let (bare, _) = ProgressiveRenderer::new(&context, wig())
         .unwrap()
-        .render(&scene.camera, SIZE, 8)
+        .render_to_image(&scene.camera, SIZE, 8)
         .unwrap();
     assert!(picture_rmse(&found, &bare) > 0.05);
 }
@@ -156,9 +156,9 @@ fn a_stroke_is_seen_live_and_uploads_little() {
     let context = context();
     let mut scene = wig();
     scene.size = SIZE;
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     live.finish(4).unwrap();
-    let skips_paint = |live: &Live| {
+    let skips_paint = |live: &ProgressiveRenderer| {
         let skipped = &live.report().stats.skipped;
         skipped.iter().any(|what| what.starts_with("paint"))
     };
@@ -186,8 +186,8 @@ fn a_stroke_is_seen_live_and_uploads_little() {
     assert_eq!(of(&counts[2]), of(&counts[0]));
     let found = live.finish(8).unwrap();
     scene.set_paint(Some(&paint)).unwrap();
-    let renderer = Renderer::new(&context, &scene).unwrap();
-    let (expected, _) = renderer.render(&scene.camera, SIZE, 8).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (expected, _) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
     let error = picture_rmse(&found, &expected);
     assert!(error < 1e-5, "{error}");
     // Undone, it is the hair without paint.
@@ -196,8 +196,8 @@ fn a_stroke_is_seen_live_and_uploads_little() {
     live.set_paint(&paint, range).unwrap();
     let undone = live.finish(8).unwrap();
     let bare = wig();
-    let bare = Renderer::new(&context, &bare).unwrap();
-    let (bare, _) = bare.render(&scene.camera, SIZE, 8).unwrap();
+    let mut bare = ProgressiveRenderer::new(&context, bare.clone()).unwrap();
+    let (bare, _) = bare.render_to_image(&scene.camera, SIZE, 8).unwrap();
     assert!(picture_rmse(&undone, &bare) < 0.003);
     assert!(picture_rmse(&found, &bare) > 0.02);
 }

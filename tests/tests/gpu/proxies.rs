@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 use strandlight_cpu as cpu;
 use strandlight_formats::{Scattering, SrbfLight};
-use strandlight_render::Renderer;
+use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::irradiance;
@@ -45,8 +45,11 @@ fn on_cpu(scene: &PreparedScene) -> Picture {
 
 fn on_gpu(scene: &PreparedScene) -> Picture {
     let context = Context::new().expect("an adapter");
-    let renderer = Renderer::new(&context, scene).unwrap();
-    renderer.render(&scene.camera, [96, 72], 16).unwrap().0
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    renderer
+        .render_to_image(&scene.camera, [96, 72], 16)
+        .unwrap()
+        .0
 }
 
 /// Two straight fibres across the x axis, on both sides of the origin.
@@ -81,7 +84,7 @@ fn hair_behind_a_head_is_dark_and_hair_before_it_is_not() {
             albedo: [0.5; 3],
         }];
         let context = Context::new().expect("an adapter");
-        let renderer = Renderer::new(&context, &scene).unwrap();
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
         for radiance in [
             cpu::point_radiance(&scene, &scene.camera, [64, 64]).unwrap(),
             renderer.point_radiance(&scene.camera, [64, 64]).unwrap(),

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 use strandlight_cpu as cpu;
-use strandlight_formats::{Background, Groom, HairImport};
+use strandlight_formats::{Background, ImportOptions, SourceFile};
+use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_render::passes::PartLimits;
-use strandlight_render::{Live, Renderer};
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::unpack_record;
 use strandlight_scene::shadow_maps::{MAX_DEPTH_COMPLEXITY, SHADOW_SIDE};
@@ -43,8 +43,8 @@ fn pictures_agree_for_every_background() {
         ("lights", Background::Lights),
     ] {
         scene.background = background;
-        let renderer = Renderer::new(&context, &scene).unwrap();
-        let (gpu, gpu_stats) = renderer.render(&scene.camera, SIZE, 16).unwrap();
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (gpu, gpu_stats) = renderer.render_to_image(&scene.camera, SIZE, 16).unwrap();
         let (cpu, cpu_stats) = cpu::render(&scene, &scene.camera, SIZE, 16).unwrap();
         keep(&format!("agree-{name}-gpu"), &gpu);
         keep(&format!("agree-{name}-cpu"), &cpu);
@@ -79,7 +79,7 @@ fn every_stage_agrees() {
     let context = context();
     let scene = wig_scene(400);
     let grid = Grid::around(&scene.strands);
-    let renderer = Renderer::new(&context, &scene).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
 
     let volume = cpu::voxelise(&scene.strands, &grid);
     let gpu_volume = renderer.volume().unwrap();
@@ -132,13 +132,14 @@ fn pictures_of_imported_grooms_agree() {
         grooms.push(("real", std::fs::read(path).expect("readable")));
     }
     for (name, file) in grooms {
-        let groom = Groom::from_hair(&file, HairImport::default()).unwrap();
+        let file = SourceFile::from_bytes(file).unwrap();
+        let groom = file.import(&ImportOptions::default()).unwrap().groom;
         let strands = Strands::new(&groom.points, &groom.strand_offsets, |_, _| 0.07, true);
         let strands = strands.unwrap();
         let scene = render_common::scene(strands, render_common::lights(), &HairParams::default());
         let size = [180, 120];
-        let renderer = Renderer::new(&context, &scene).unwrap();
-        let (gpu, _) = renderer.render(&scene.camera, size, 8).unwrap();
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (gpu, _) = renderer.render_to_image(&scene.camera, size, 8).unwrap();
         let (cpu, _) = cpu::render(&scene, &scene.camera, size, 8).unwrap();
         keep(&format!("imported-{name}-gpu"), &gpu);
         let covered = cpu.rgba.iter().filter(|p| p[3] > 0.0).count();
@@ -203,8 +204,8 @@ fn strands_wider_than_the_groom_cost_no_more_than_pixels_and_texels_allow() {
     assert!(stats.pixels_visited >= pixels && stats.pixels_visited < 300 * pixels);
     assert_eq!(n_opaque(&cpu), 60 * 40);
     let context = context();
-    let mut renderer = Renderer::new(&context, &scene).unwrap();
-    let (gpu, whole) = renderer.render(&scene.camera, size, 16).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (gpu, whole) = renderer.render_to_image(&scene.camera, size, 16).unwrap();
     keep("wide-gpu", &gpu);
     keep("wide-cpu", &cpu);
     let error = picture_rmse(&gpu, &cpu);
@@ -215,10 +216,10 @@ fn strands_wider_than_the_groom_cost_no_more_than_pixels_and_texels_allow() {
         tile_side: None,
         drawn: 500_000,
     });
-    let (bands, stats) = renderer.render(&scene.camera, size, 16).unwrap();
+    let (bands, stats) = renderer.render_to_image(&scene.camera, size, 16).unwrap();
     assert!(stats.draws >= 12 && stats.draws <= 20, "{}", stats.draws);
     assert_eq!(bands, gpu);
-    let mut live = Live::new(&context, scene).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene).unwrap();
     live.set_parts(PartLimits {
         tile_side: None,
         drawn: 500_000,
@@ -247,8 +248,8 @@ fn a_close_up_costs_no_more_than_its_pixels_allow() {
     println!("{} visited, {pixels} drawn", stats.pixels_visited);
     assert!(n_opaque(&cpu) > 2000);
     assert!(stats.pixels_visited > 0 && stats.pixels_visited < 20 * pixels);
-    let renderer = Renderer::new(&context(), &scene).map(|renderer| {
-        let (gpu, _) = renderer.render(&scene.camera, SIZE, 16).unwrap();
+    let renderer = ProgressiveRenderer::new(&context(), scene.clone()).map(|mut renderer| {
+        let (gpu, _) = renderer.render_to_image(&scene.camera, SIZE, 16).unwrap();
         keep("close-gpu", &gpu);
         keep("close-cpu", &cpu);
         picture_rmse(&gpu, &cpu)
@@ -262,18 +263,18 @@ fn a_picture_in_tiles_is_the_whole_picture() {
     let context = context();
     let mut scene = wig_scene(400);
     scene.background = Background::Lights;
-    let mut renderer = Renderer::new(&context, &scene).unwrap();
-    let (whole, _) = renderer.render(&scene.camera, SIZE, 16).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (whole, _) = renderer.render_to_image(&scene.camera, SIZE, 16).unwrap();
     let parts = PartLimits {
         tile_side: Some(37),
         ..PartLimits::default()
     };
     renderer.set_parts(parts);
-    let (tiled, stats) = renderer.render(&scene.camera, SIZE, 16).unwrap();
+    let (tiled, stats) = renderer.render_to_image(&scene.camera, SIZE, 16).unwrap();
     assert_eq!(stats.draws, 4 * 4 * 3);
     let differing = tiled.rgba.iter().zip(&whole.rgba).filter(|(a, b)| a != b);
     assert_eq!(differing.count(), 0);
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     live.set_size([64, 48]).unwrap();
     live.set_parts(parts);
     let before = live.report().shadings;
@@ -288,8 +289,10 @@ fn a_picture_in_tiles_is_the_whole_picture() {
     // What is shown is as before.
     let shown = live.finish(16).unwrap();
     assert_eq!([shown.width, shown.height], [64, 48]);
-    let renderer = Renderer::new(&context, &scene).unwrap();
-    let (expected, _) = renderer.render(&scene.camera, [64, 48], 16).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (expected, _) = renderer
+        .render_to_image(&scene.camera, [64, 48], 16)
+        .unwrap();
     assert!(picture_rmse(&shown, &expected) < 1e-6);
 }
 
@@ -297,10 +300,12 @@ fn a_picture_in_tiles_is_the_whole_picture() {
 fn any_number_of_samples_is_drawn_on_both_backends() {
     let context = context();
     let scene = wig_scene(400);
-    let renderer = Renderer::new(&context, &scene).unwrap();
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     for samples in [1, 2, 3, 4, 5, 7, 18] {
-        let (gpu, _) = renderer.render(&scene.camera, SIZE, samples).unwrap();
+        let (gpu, _) = renderer
+            .render_to_image(&scene.camera, SIZE, samples)
+            .unwrap();
         let (cpu, stats) = cpu::render(&scene, &scene.camera, SIZE, samples).unwrap();
         assert_eq!(stats.passes, samples.div_ceil(4));
         let error = picture_rmse(&gpu, &cpu);

@@ -2,7 +2,7 @@
 
 use strandlight_cpu as cpu;
 use strandlight_formats::Scattering;
-use strandlight_render::Renderer;
+use strandlight_render::ProgressiveRenderer;
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::PreparedScene;
 use strandlight_tests::render_common::{
@@ -38,8 +38,8 @@ fn both_backends_draw_every_choice_of_terms() {
     let mut scene = scene_of(150, BLOND);
     for scattering in Scattering::ALL {
         scene.set_scattering(scattering);
-        let renderer = Renderer::new(&context, &scene).unwrap();
-        let (gpu, gpu_stats) = renderer.render(&scene.camera, SIZE, 8).unwrap();
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (gpu, gpu_stats) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
         let (cpu, cpu_stats) = cpu::render(&scene, &scene.camera, SIZE, 8).unwrap();
         keep(&format!("multiple-{}", scattering.name()), &gpu);
         let error = picture_rmse(&gpu, &cpu);
@@ -114,14 +114,15 @@ fn what_is_skipped_is_negligible() {
 fn an_edit_of_multiple_scattering_draws_what_a_new_renderer_draws() {
     let context = context();
     let scene = scene_of(40, BROWN);
-    let mut renderer = Renderer::new(&context, &scene).unwrap();
-    let at = |renderer: &Renderer| renderer.point_radiance(&scene.camera, SIZE).unwrap();
-    let before = at(&renderer);
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let at =
+        |renderer: &mut ProgressiveRenderer| renderer.point_radiance(&scene.camera, SIZE).unwrap();
+    let before = at(&mut renderer);
     let mut hair = *scene.hair.hair();
     hair.sigma_a = BLOND;
-    renderer.edit(&hair).unwrap();
-    let anew = at(&Renderer::new(&context, &scene_of(40, BLOND)).unwrap());
-    assert!(at(&renderer) == anew && anew != before);
+    renderer.set_hair(&hair, scene.hair.modes()).unwrap();
+    let anew = at(&mut ProgressiveRenderer::new(&context, scene_of(40, BLOND).clone()).unwrap());
+    assert!(at(&mut renderer) == anew && anew != before);
 }
 
 #[test]
@@ -129,9 +130,9 @@ fn records_that_are_not_kept_draw_the_same() {
     let context = context();
     let mut scene = scene_of(40, BROWN);
     let at = |scene: &PreparedScene| {
-        let renderer = Renderer::new(&context, scene).unwrap();
-        let (picture, stats) = renderer.render(&scene.camera, SIZE, 8).unwrap();
-        let again = renderer.render(&scene.camera, SIZE, 8).unwrap().0;
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (picture, stats) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
+        let again = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap().0;
         assert!(picture == again);
         let bytes = stats.stages.iter().find(|s| s.name == "transmittance");
         (picture, bytes.unwrap().bytes)

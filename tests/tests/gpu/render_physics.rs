@@ -3,7 +3,7 @@
 use glam::Vec3;
 use strandlight_cpu as cpu;
 use strandlight_formats::SrbfLight;
-use strandlight_render::Renderer;
+use strandlight_render::ProgressiveRenderer;
 use strandlight_scattering::closed_form::unpack_record;
 use strandlight_scattering::spherical_gaussian::solid_angle;
 use strandlight_scattering::{HairParams, PerLobe};
@@ -150,8 +150,8 @@ fn a_strand_of_any_width_covers_its_own_area() {
             );
             mean += ratio / n as f32;
             if ix == 3 {
-                let renderer = Renderer::new(&context, &scene).unwrap();
-                let (gpu, _) = renderer.render(&scene.camera, size, 64).unwrap();
+                let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+                let (gpu, _) = renderer.render_to_image(&scene.camera, size, 64).unwrap();
                 let gpu_area: f32 = gpu.rgba.iter().map(|pixel| pixel[3]).sum();
                 assert!((gpu_area / area - 1.0).abs() < 0.01, "{gpu_area} {area}");
             }
@@ -239,8 +239,10 @@ fn degenerate_grooms_and_views_stay_finite_and_alike() {
         Vec3::new(0.0, 0.0, -3000.0),
     ] {
         scene.camera.eye = eye;
-        let renderer = Renderer::new(&context, &scene).unwrap();
-        let (gpu, _) = renderer.render(&scene.camera, [40, 30], 16).unwrap();
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (gpu, _) = renderer
+            .render_to_image(&scene.camera, [40, 30], 16)
+            .unwrap();
         let (cpu, _) = cpu::render(&scene, &scene.camera, [40, 30], 16).unwrap();
         assert!(cpu.rgba.as_flattened().iter().all(|x| x.is_finite()));
         assert!(gpu.rgba.as_flattened().iter().all(|x| x.is_finite()));
@@ -273,9 +275,11 @@ fn the_cpu_picture_does_not_depend_on_threads() {
 fn an_edit_draws_what_a_new_renderer_draws() {
     let context = context();
     let scene = wig_scene(60);
-    let mut renderer = Renderer::new(&context, &scene).unwrap();
-    let at = |renderer: &Renderer| renderer.point_radiance(&scene.camera, [40, 30]).unwrap();
-    let before = at(&renderer);
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let at = |renderer: &mut ProgressiveRenderer| {
+        renderer.point_radiance(&scene.camera, [40, 30]).unwrap()
+    };
+    let before = at(&mut renderer);
     let mut hair = *scene.hair.hair();
     for edit in [
         |hair: &mut HairParams| hair.sigma_a = [1.0, 0.2, 0.05],
@@ -284,13 +288,13 @@ fn an_edit_draws_what_a_new_renderer_draws() {
         |hair: &mut HairParams| hair.eta = 1.4,
     ] {
         edit(&mut hair);
-        let report = renderer.edit(&hair).unwrap();
+        let report = renderer.set_hair(&hair, scene.hair.modes()).unwrap();
         assert!(report.bytes_to_upload() > 0);
     }
     let mut edited = scene.clone();
     edited.hair = textures(&hair, &strandlight_scattering::Lobe::ALL);
-    let anew = at(&Renderer::new(&context, &edited).unwrap());
-    assert!(at(&renderer) == anew);
+    let anew = at(&mut ProgressiveRenderer::new(&context, edited.clone()).unwrap());
+    assert!(at(&mut renderer) == anew);
     assert!(anew != before);
 }
 
@@ -307,16 +311,18 @@ fn bent(strands: &Strands) -> Vec<[f32; 4]> {
 fn moved_hair_and_other_lights_draw_what_a_new_renderer_draws() {
     let context = context();
     let scene = wig_scene(60);
-    let mut renderer = Renderer::new(&context, &scene).unwrap();
-    let at = |renderer: &Renderer| renderer.point_radiance(&scene.camera, [40, 30]).unwrap();
-    let before = at(&renderer);
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let at = |renderer: &mut ProgressiveRenderer| {
+        renderer.point_radiance(&scene.camera, [40, 30]).unwrap()
+    };
+    let before = at(&mut renderer);
 
     let points = bent(&scene.strands);
     renderer.set_points(&points).unwrap();
     let mut moved = scene.clone();
     moved.strands = scene.strands.moved(&points).unwrap();
-    let drawn = at(&renderer);
-    assert!(drawn == at(&Renderer::new(&context, &moved).unwrap()));
+    let drawn = at(&mut renderer);
+    assert!(drawn == at(&mut ProgressiveRenderer::new(&context, moved.clone()).unwrap()));
     assert!(drawn != before);
 
     // Fewer lights, turned: less to sweep, and nothing left of the others.
@@ -325,26 +331,30 @@ fn moved_hair_and_other_lights_draw_what_a_new_renderer_draws() {
         let [x, y, z] = light.direction;
         light.direction = [-z, y, x];
     }
-    renderer.set_lights(&moved.lights).unwrap();
-    let drawn = at(&renderer);
-    assert!(drawn == at(&Renderer::new(&context, &moved).unwrap()));
+    renderer.set_lights(moved.lights.clone()).unwrap();
+    let drawn = at(&mut renderer);
+    assert!(drawn == at(&mut ProgressiveRenderer::new(&context, moved.clone()).unwrap()));
 
-    renderer.set_lights(&scene.lights).unwrap();
+    renderer.set_lights(scene.lights.clone()).unwrap();
     renderer.set_points(&scene.strands.points).unwrap();
     let there = scene.strands.moved(&scene.strands.points).unwrap();
     assert_eq!(there.tangents, scene.strands.tangents);
     let mut back = scene.clone();
     back.strands = there;
-    assert!(at(&renderer) == at(&Renderer::new(&context, &back).unwrap()));
+    assert!(
+        at(&mut renderer) == at(&mut ProgressiveRenderer::new(&context, back.clone()).unwrap())
+    );
 }
 
 #[test]
 fn points_and_lights_that_cannot_be_drawn_change_nothing() {
     let context = context();
     let scene = wig_scene(10);
-    let mut renderer = Renderer::new(&context, &scene).unwrap();
-    let at = |renderer: &Renderer| renderer.point_radiance(&scene.camera, [20, 15]).unwrap();
-    let before = at(&renderer);
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let at = |renderer: &mut ProgressiveRenderer| {
+        renderer.point_radiance(&scene.camera, [20, 15]).unwrap()
+    };
+    let before = at(&mut renderer);
     let points = &scene.strands.points;
     assert!(renderer.set_points(&points[1..]).is_err());
     for (ix, value) in [(0, f32::NAN), (1, 1e30), (3, 0.0), (3, f32::INFINITY)] {
@@ -354,8 +364,8 @@ fn points_and_lights_that_cannot_be_drawn_change_nothing() {
     }
     let mut lights = scene.lights.clone();
     lights[2].lambda = -1.0;
-    assert!(renderer.set_lights(&lights).is_err());
-    assert!(at(&renderer) == before);
+    assert!(renderer.set_lights(lights.clone()).is_err());
+    assert!(at(&mut renderer) == before);
 }
 
 #[test]
@@ -369,7 +379,7 @@ fn elliptic_fibres_and_single_modes_agree_between_backends() {
     elliptic.hair = textures(&hair, &[strandlight_scattering::Lobe::Trt]);
     let round = cpu::point_radiance(&wig_scene(100), &elliptic.camera, [40, 30]).unwrap();
     let cpu = cpu::point_radiance(&elliptic, &elliptic.camera, [40, 30]).unwrap();
-    let renderer = Renderer::new(&context, &elliptic).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, elliptic.clone()).unwrap();
     let gpu = renderer.point_radiance(&elliptic.camera, [40, 30]).unwrap();
     let error = relative_rmse(gpu.as_flattened(), cpu.as_flattened());
     println!("TRT of elliptic fibres: {error:.2e}");

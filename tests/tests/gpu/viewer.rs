@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
+use strandlight_formats::{BakedFile, CameraSection, Groom, LightSet, Scene};
 use strandlight_runtime::{Session, Viewer};
 use strandlight_scene::files::Files;
 use strandlight_scene::paint::{Brush, Paint};

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use strandlight_bake::grooms::{GrowSpec, Style, generate};
 use strandlight_cpu as cpu;
-use strandlight_formats::{LightSet, Scene, SrbfLight};
+use strandlight_formats::{BakedFile, LightSet, Scene, SrbfLight};
 use strandlight_images::picture::exr_file;
 use strandlight_reference::compare::{Comparison, Layer, compare, signed_png};
 use strandlight_scene::progress::Progress;

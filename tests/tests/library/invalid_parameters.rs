@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::{Background, LightSet, LightSetInfo, Scene, SrbfLight, TableFile};
+use strandlight_formats::{
+    Background, BakedFile, LightSet, LightSetInfo, Scene, SrbfLight, TableFile,
+};
 use strandlight_scattering::closed_form::Fibre;
 use strandlight_scattering::exact::{Light, View};
 use strandlight_scattering::fresnel::Fresnel;

@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use glam::Vec3;
-use strandlight_formats::{Groom, Scene, WindSection};
-use strandlight_render::Renderer;
-use strandlight_render::live::Live;
+use strandlight_formats::{BakedFile, Groom, Scene, WindSection};
+use strandlight_render::ProgressiveRenderer;
 use strandlight_scene::motion::{Motion, Wind, wind};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::{PreparedScene, files::Files};
@@ -113,14 +112,14 @@ fn gpu_bends_and_lights_the_hair_as_the_cpu_says() {
     let rest = scene.strands.clone();
     scene.size = [96, 72];
     scene.samples = 16;
-    let mut live = Live::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     for seconds in [0.4, 2.9] {
         live.set_wind(Some(Wind::at(&breeze(), &rest, seconds)));
         while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
         let moved = live.finish(16).unwrap();
         scene.strands = wind::strands_at(&breeze(), &rest, seconds).unwrap();
-        let fresh = Renderer::new(&context, &scene).unwrap();
-        let (expected, _) = fresh.render(&scene.camera, [96, 72], 16).unwrap();
+        let mut fresh = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (expected, _) = fresh.render_to_image(&scene.camera, [96, 72], 16).unwrap();
         let error = picture_rmse(&moved, &expected);
         println!("at {seconds} s: relative RMSE {error:.2e}");
         assert!(error < 0.01, "{error}");
@@ -130,8 +129,8 @@ fn gpu_bends_and_lights_the_hair_as_the_cpu_says() {
     while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
     let calm = live.finish(16).unwrap();
     scene.strands = rest;
-    let fresh = Renderer::new(&context, &scene).unwrap();
-    let (expected, _) = fresh.render(&scene.camera, [96, 72], 16).unwrap();
+    let mut fresh = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (expected, _) = fresh.render_to_image(&scene.camera, [96, 72], 16).unwrap();
     assert!(picture_rmse(&calm, &expected) < 0.01);
 }
 

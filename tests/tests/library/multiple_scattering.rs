@@ -1,6 +1,7 @@
 //! Global and local multiple scattering in closed form against quadratures written here.
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use strandlight_formats::BakedFile;
 
 use strandlight_data::DEFAULT_TABLES;
 use strandlight_scattering::closed_form::{

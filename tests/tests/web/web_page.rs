@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use strandlight_formats::{Groom, Scene};
-use strandlight_render::Renderer;
+use strandlight_formats::{BakedFile, Groom, Scene};
+use strandlight_render::ProgressiveRenderer;
 use strandlight_scene::PreparedScene;
 use strandlight_tests::render_common;
 
@@ -42,9 +42,9 @@ fn native(folder: &Path, size: [usize; 2]) -> Pixels {
     scene.render.size = size.map(|side| side as u32);
     let prepared = PreparedScene::load(&scene).expect("all files");
     let context = render_common::context();
-    let renderer = Renderer::new(&context, &prepared).expect("a renderer");
+    let mut renderer = ProgressiveRenderer::new(&context, prepared.clone()).expect("a renderer");
     let (picture, _) = renderer
-        .render(&prepared.camera, scene.render.size, SAMPLES)
+        .render_to_image(&prepared.camera, scene.render.size, SAMPLES)
         .expect("a picture");
     let texels = picture.to_srgb8(prepared.exposure, prepared.tone_map);
     Pixels {

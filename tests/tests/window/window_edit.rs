@@ -1,6 +1,7 @@
 //! Edits in a real window: mouse, keys, panel, undo, saving.
 
 use crate::window_common::{Desktop, SAME, SmallScene, View};
+use strandlight_formats::BakedFile;
 
 #[test]
 fn looking_around_is_no_edit_until_the_view_is_saved() {

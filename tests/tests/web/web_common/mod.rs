@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use strandlight_formats::{Background, CameraSection, Groom, LightSet, Scene};
+use strandlight_formats::{Background, BakedFile, CameraSection, Groom, LightSet, Scene};
 use strandlight_tests::project_root;
 
 use strandlight_tests::render_common::{lights, wig};

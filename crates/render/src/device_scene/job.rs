@@ -1,4 +1,4 @@
-//! What has to be made anew, and the steps that are left of it.
+//! What is out of date, and the steps that are left to bring it up to date.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -7,9 +7,9 @@ use crate::passes::lighting::Step;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::edit::EditReport;
 
-/// What was set since the last cycle began.
+/// What was set since the last shading job began.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Dirt {
+pub(crate) struct DirtyFlags {
     /// The hair moved: everything.
     pub points: bool,
     /// Directions or widths of lights: shadow maps, records.
@@ -31,13 +31,13 @@ pub(super) struct Dirt {
     pub view: bool,
 }
 
-impl Dirt {
-    /// Nothing is there yet.
-    pub fn all() -> Dirt {
-        Dirt {
+impl DirtyFlags {
+    /// Those of a scene of which nothing was lit yet.
+    pub fn all() -> DirtyFlags {
+        DirtyFlags {
             shadows: true,
             view: true,
-            ..Dirt::default()
+            ..DirtyFlags::default()
         }
     }
 
@@ -58,7 +58,7 @@ impl Dirt {
             || self.paint.is_some()
     }
 
-    /// Adds what an edit of the hair made anew.
+    /// Adds what an edit of the hair rebuilt.
     pub fn add_hair(&mut self, report: &EditReport) {
         match &mut self.hair {
             Some(before) => before.add(report),
@@ -74,8 +74,8 @@ impl Dirt {
         });
     }
 
-    /// Both.
-    pub fn add(&mut self, other: &Dirt) {
+    /// Adds the flags of `other`.
+    pub fn add(&mut self, other: &DirtyFlags) {
         self.points |= other.points;
         self.lights |= other.lights;
         self.shadows |= other.shadows;
@@ -94,8 +94,8 @@ impl Dirt {
 }
 
 /// A shading of all points under way: for one state of scene and view, whatever is set meanwhile.
-pub(super) struct Cycle {
-    pub dirt: Dirt,
+pub(crate) struct ShadingJob {
+    pub dirty: DirtyFlags,
     pub view: ViewUniform,
     pub steps: VecDeque<Step>,
     pub n_steps: usize,
@@ -103,9 +103,8 @@ pub(super) struct Cycle {
     pub is_second_try: bool,
 }
 
-impl Cycle {
-    /// May it be given up for an edit that came meanwhile? Once, and early: so that a slider that is
-    /// dragged shows something in the end.
+impl ShadingJob {
+    /// May it be given up for a new edit? Once, and early, so that dragging a slider shows something.
     pub fn may_restart(&self) -> bool {
         !self.is_second_try && 2 * self.steps.len() > self.n_steps
     }

@@ -1,4 +1,4 @@
-//! What [`Live`](super::Live) did.
+//! What [`ProgressiveRenderer`](super::ProgressiveRenderer) did.
 
 use std::fmt;
 
@@ -25,7 +25,7 @@ pub struct StageReport {
 
 /// What the device did since the last edit, and what the scene is.
 #[derive(Clone, Debug, Default)]
-pub struct LiveReport {
+pub struct RenderReport {
     /// Work by kind, in the order it first ran; what is not there was not needed.
     pub stages: Vec<StageReport>,
     /// Counts of the scene, and of the products of points and lights.
@@ -40,7 +40,7 @@ pub struct LiveReport {
     pub shadings: u64,
 }
 
-impl LiveReport {
+impl RenderReport {
     /// The stage `name`, if it ran.
     pub fn stage(&self, name: &str) -> Option<&StageReport> {
         self.stages.iter().find(|stage| stage.name == name)
@@ -69,17 +69,17 @@ impl LiveReport {
     }
 
     /// Counts a run that was submitted.
-    pub(super) fn ran(&mut self, name: &'static str) {
+    pub(crate) fn ran(&mut self, name: &'static str) {
         self.stage_mut(name).runs += 1;
     }
 
     /// Adds time until results were there.
-    pub(super) fn took(&mut self, name: &'static str, seconds: f64) {
+    pub(crate) fn took(&mut self, name: &'static str, seconds: f64) {
         self.stage_mut(name).milliseconds += 1e3 * seconds;
     }
 
     /// Adds the time of a run by the device's clock.
-    pub(super) fn measured(&mut self, name: &'static str, milliseconds: f64) {
+    pub(crate) fn measured(&mut self, name: &'static str, milliseconds: f64) {
         // Time stamps come late: of a stage that has not run they belong to the report before.
         let Some(stage) = self.stages.iter_mut().find(|stage| stage.name == name) else {
             return;
@@ -91,7 +91,7 @@ impl LiveReport {
     }
 }
 
-impl fmt::Display for LiveReport {
+impl fmt::Display for RenderReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.stats.write_counts(f)?;
         writeln!(f, "  pass                  time     runs")?;
@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn the_total_is_that_of_the_stages_and_never_below_zero() {
-        let mut report = LiveReport::default();
+        let mut report = RenderReport::default();
         let text = report.to_string();
         assert!(text.contains(" 0.0 ms") && !text.contains('-'), "{text}");
         assert!(!Stats::default().to_string().contains('-'));

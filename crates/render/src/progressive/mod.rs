@@ -1,7 +1,7 @@
 //! The renderer as a state machine, for windows and pages.
 //!
-//! [`Live`] owns a scene and its picture. Setters say what is to be drawn and return at once;
-//! [`Live::advance`] works on it for about as long as it is told, and [`Live::display`] is the last
+//! [`ProgressiveRenderer`] owns a scene and its picture. Setters say what is to be drawn and return at once;
+//! [`ProgressiveRenderer::advance`] works on it for about as long as it is told, and [`ProgressiveRenderer::display`] is the last
 //! good picture meanwhile.
 //!
 //! Work goes in cycles. A cycle takes up all that was set, writes it to the device, and lights the
@@ -33,7 +33,6 @@
 //! of 0.05 degrees of an orbit, strands far below a pixel wide, makes 9 to 14 % of the noise anew, one of
 //! 0.5 degrees 24 to 41 % (`tests/tests/gpu/live.rs`).
 
-mod cycle;
 mod pace;
 mod report;
 mod set;
@@ -42,29 +41,25 @@ mod shading;
 mod still;
 mod work;
 
+use crate::device_scene::DeviceScene;
 use crate::gpu::{Context, Counts};
 use crate::passes::clock::Clock;
-use crate::passes::deform::Deform;
-use crate::passes::draw::{Draw, Ribbons};
-use crate::passes::lighting::Lighting;
+use crate::passes::draw::Draw;
 use crate::passes::mail::Mail;
 use crate::passes::noise::Noise;
 use crate::passes::parts::{self, Spread, Tile};
-use crate::passes::resources::{StrandBuffers, failed};
+use crate::passes::resources::failed;
 use crate::passes::screen::{Screen, Show};
 use crate::passes::target::Target;
-use crate::passes::volume::Volume;
 use crate::passes::{DeviceBytes, PartLimits};
-use cycle::{Cycle, Dirt};
 use pace::Pacer;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::MAX_SAMPLES;
-use strandlight_scene::camera::{ViewUniform, view_uniform};
-use strandlight_scene::motion::Wind;
+use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::sampling::PASS_SAMPLES;
 use strandlight_scene::scene::PreparedScene;
 
-pub use report::{LiveReport, StageReport};
+pub use report::{RenderReport, StageReport};
 
 /// How far the picture has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -84,14 +79,9 @@ pub struct Progress {
 }
 
 /// A scene on a device, drawn bit by bit.
-pub struct Live {
-    context: Context,
-    scene: PreparedScene,
-    strands: StrandBuffers,
-    volume: Volume,
-    lighting: Lighting,
+pub struct ProgressiveRenderer {
+    core: DeviceScene,
     draw: Draw,
-    ribbons: Ribbons,
     show: Show,
     size: [u32; 2],
     /// The part of the picture that is drawn, unless it is all of it.
@@ -105,25 +95,20 @@ pub struct Live {
     noise: Noise,
     /// Counts of products that shading left, and of how many batches.
     counters: (Mail, u64),
-    /// The wind that bends the strands of the scene, and what does.
-    wind: Option<Wind>,
-    deform: Option<Deform>,
-    wanted: Dirt,
-    cycle: Option<Cycle>,
-    /// The buffer of radiance that is shown, and its scale; none before there is a first look.
-    front: usize,
-    front_scale: Option<f32>,
     /// Whether the first picture is to be one without shadows.
-    has_first_look: bool,
-    /// Whether the shadow volume is that of the points.
-    has_volume: bool,
+    has_preview: bool,
     picture: Drawn,
     clock: Clock,
     pacer: Pacer,
-    report: LiveReport,
+    report: RenderReport,
     /// What it was when the last still was finished.
     #[cfg(not(target_arch = "wasm32"))]
-    still_report: LiveReport,
+    still_report: RenderReport,
+    /// Bytes that its drawing and its picture took.
+    #[cfg(not(target_arch = "wasm32"))]
+    still_bytes: [u64; 2],
+    /// The picture is read back when it is finished: nothing is shown before.
+    is_still: bool,
     /// What was made on the device before the last edit.
     counts: Counts,
 }
@@ -142,27 +127,30 @@ struct Drawn {
     shown: u32,
 }
 
-impl Live {
-    /// Puts `scene` on the device; the first picture is made by [`Live::advance`], in the scene's
-    /// size until [`Live::set_size`] says another.
+impl ProgressiveRenderer {
+    /// Puts `scene` on the device; the first picture is made by [`ProgressiveRenderer::advance`], in the scene's
+    /// size until [`ProgressiveRenderer::set_size`] says another.
     ///
     /// # Errors
     /// What does not fit the device's limits, by name, before anything is made; whatever the
     /// device refuses.
-    pub fn new(context: &Context, scene: PreparedScene) -> Result<Live, RenderError> {
-        Live::with_budget(context, scene, u64::MAX)
+    pub fn new(
+        context: &Context,
+        scene: PreparedScene,
+    ) -> Result<ProgressiveRenderer, RenderError> {
+        ProgressiveRenderer::with_budget(context, scene, u64::MAX)
     }
 
-    /// [`Live::new`] with at most `bytes` on the device, about. Where the records of all lights
+    /// [`ProgressiveRenderer::new`] with at most `bytes` on the device, about. Where the records of all lights
     /// take too much, every shading finds them again, batch by batch.
     ///
     /// # Errors
-    /// As [`Live::new`]; a scene that needs more, before anything is made.
+    /// As [`ProgressiveRenderer::new`]; a scene that needs more, before anything is made.
     pub fn with_budget(
         context: &Context,
         mut scene: PreparedScene,
         bytes: u64,
-    ) -> Result<Live, RenderError> {
+    ) -> Result<ProgressiveRenderer, RenderError> {
         let limits = context.device.limits();
         // The size of stills; none is on the device before it is asked for.
         scene.size = parts::fitting(scene.size, &limits);
@@ -175,64 +163,51 @@ impl Live {
         }
         let before = context.counts();
         let backend = format!("gpu: {} ({})", context.adapter_name, context.backend);
-        let report = LiveReport {
+        let report = RenderReport {
             stats: scene.counts(backend),
-            ..LiveReport::default()
+            ..RenderReport::default()
         };
-        let strands = StrandBuffers::new(context, &scene.strands);
-        let volume = Volume::new(context, &scene.strands, &strands)?;
-        let lighting = Lighting::new(context, &scene, &volume, &strands, 2)?;
-        let draw = Draw::new(context)?;
-        let radiance = [0, 1].map(|ix| lighting.radiance(ix));
-        let mut ribbons = Ribbons::new(context, &draw, &strands, &radiance);
-        ribbons.set_proxies(context, &lighting);
-        let mut live = Live {
-            context: context.clone(),
-            strands,
-            volume,
-            ribbons,
+        let core = DeviceScene::new(context, scene)?;
+        let mut draw = Draw::new(context, &core.ribbons, &core.radiance())?;
+        draw.set_proxies(context, &core.ribbons, &core.lighting);
+        let mut renderer = ProgressiveRenderer {
+            draw,
             show: Show::new(context)?,
             size: [0, 0],
             tile: None,
             parts: PartLimits::default(),
-            spread: Spread::of(&scene.strands),
+            spread: Spread::of(&core.scene.strands),
             target: None,
             screen: Screen::new(context, [1, 1]),
             next_screen: None,
             noise: Noise::new(context)?,
             counters: (Mail::new(context, 80), 1),
-            wind: None,
-            deform: None,
-            wanted: Dirt::all(),
-            cycle: None,
-            front: 0,
-            front_scale: None,
-            has_first_look: true,
-            has_volume: false,
+            has_preview: true,
             picture: Drawn::default(),
             clock: Clock::new(context),
             pacer: Pacer::new(!cfg!(target_arch = "wasm32")),
             report,
             #[cfg(not(target_arch = "wasm32"))]
-            still_report: LiveReport::default(),
+            still_report: RenderReport::default(),
+            #[cfg(not(target_arch = "wasm32"))]
+            still_bytes: [0; 2],
+            is_still: false,
             counts: before,
-            lighting,
-            draw,
-            scene,
+            core,
         };
-        live.set_size(live.scene.size)?;
-        live.counts = before;
-        live.report.device_bytes = live.device_bytes();
+        renderer.set_size(renderer.core.scene.size)?;
+        renderer.counts = before;
+        renderer.report.device_bytes = renderer.device_bytes();
         context.check("upload").map_err(failed)?;
-        Ok(live)
+        Ok(renderer)
     }
 
     /// The scene as it was last set.
     pub fn scene(&self) -> &PreparedScene {
-        &self.scene
+        &self.core.scene
     }
 
-    /// Whether [`Live::advance`] waits for what it has submitted, as it does natively unless it is
+    /// Whether [`ProgressiveRenderer::advance`] waits for what it has submitted, as it does natively unless it is
     /// told otherwise, or leaves the device to itself and learns later how long it took, as it has
     /// to in a browser.
     pub fn set_waiting(&mut self, is_waiting: bool) {
@@ -241,8 +216,7 @@ impl Live {
 
     /// How far the picture has come.
     pub fn progress(&self) -> Progress {
-        let is_shaded =
-            self.front_scale.is_some() && self.cycle.is_none() && self.wanted.is_clean();
+        let is_shaded = self.core.is_lit();
         let of_samples = self.of_samples();
         let samples = self.samples_of(self.picture.shown);
         Progress {
@@ -260,25 +234,23 @@ impl Live {
         self.screen.view()
     }
 
-    /// What [`Live::display`] shows, row by row.
+    /// What [`ProgressiveRenderer::display`] shows, row by row.
     ///
     /// # Errors
     /// The device failed.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn read_display(&self) -> Result<Vec<[u8; 4]>, RenderError> {
-        self.screen.read(&self.context)
+        self.screen.read(&self.core.context)
     }
 
     /// What the device did since the last edit.
-    pub fn report(&self) -> &LiveReport {
+    pub fn report(&self) -> &RenderReport {
         &self.report
     }
 
     /// The view that is drawn, with the radiance that is shown.
     fn drawn_view(&self) -> ViewUniform {
-        let scale = self.front_scale.unwrap_or(1.0);
-        let scene = &self.scene;
-        let view = view_uniform(&scene.camera, &scene.strands, scene.size, scale);
+        let view = self.core.view();
         match &self.tile {
             Some(tile) => tile.of(&view),
             None => view,
@@ -294,7 +266,7 @@ impl Live {
 
     /// Samples a pixel that the picture gets at rest.
     fn of_samples(&self) -> u32 {
-        self.scene.samples.clamp(1, MAX_SAMPLES)
+        self.core.scene.samples.clamp(1, MAX_SAMPLES)
     }
 
     /// Samples a pixel of so many passes of the picture.
@@ -306,16 +278,14 @@ impl Live {
         let report = &mut self.report;
         report.ran(stage);
         self.pacer
-            .submitted(&self.context, stage, units, |(name, _, _, seconds)| {
+            .submitted(&self.core.context, stage, units, |(name, _, _, seconds)| {
                 report.took(name, seconds);
             })
     }
 
     fn device_bytes(&self) -> u64 {
         let target = self.target.as_ref().map_or(0, Target::bytes);
-        let lighting = self.lighting.bytes().map(|(_, bytes)| bytes);
         let [width, height] = self.size.map(u64::from);
-        let fixed = self.strands.bytes() + self.volume.bytes() + self.ribbons.bytes();
-        fixed + lighting.iter().sum::<u64>() + target + 4 * width * height
+        self.core.bytes() + target + 4 * width * height
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Drawn, Live};
+use super::{Drawn, ProgressiveRenderer};
 use crate::passes::parts::{Spread, fitting};
 use crate::passes::screen::Screen;
 use crate::passes::target::{PassSamples, Target};
@@ -15,20 +15,16 @@ use strandlight_scene::edit::{EditError, EditReport};
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::Paint;
 use strandlight_scene::proxy::Proxy;
-use strandlight_scene::scene::check_lights;
 use strandlight_scene::tone::ToneMap;
 
-impl Live {
+impl ProgressiveRenderer {
     /// Looks from elsewhere.
     pub fn set_camera(&mut self, camera: Camera) {
-        if self.scene.camera == camera {
-            return;
+        if self.core.set_camera(camera) {
+            self.edited();
+            self.picture = Drawn::default();
+            self.noise.restart();
         }
-        self.scene.camera = camera;
-        self.edited();
-        self.wanted.view = true;
-        self.picture = Drawn::default();
-        self.noise.restart();
     }
 
     /// Width and height of the picture; a side of zero: nothing is drawn.
@@ -46,30 +42,30 @@ impl Live {
         } else {
             check_target(size)?;
             self.check_device(size)?;
-            let (context, draw, ribbons) = (&self.context, &self.draw, &self.ribbons);
+            let (context, draw, ribbons) = (&self.core.context, &self.draw, &self.core.ribbons);
             // One at a time on the device.
             self.target = None;
-            let (lights, _) = self.lighting.lit();
+            let (lights, _) = self.core.lighting.lit();
             self.target = Some(Target::new(context, draw, ribbons, size, lights));
             self.next_screen = Some(Screen::new(context, size));
             self.noise.forget_target();
-            self.scene.size = size;
-            self.wanted.view = true;
+            self.core.set_size(size);
+            self.core.dirty.view = true;
         }
         self.size = size;
         self.picture = Drawn::default();
         Ok(())
     }
 
-    /// The size for [`Live::set_size`] that shows pictures of `size`: that itself, or the largest of
+    /// The size for [`ProgressiveRenderer::set_size`] that shows pictures of `size`: that itself, or the largest of
     /// the same shape, about.
     pub fn fitting(&self, size: [u32; 2]) -> [u32; 2] {
-        fitting(size, &self.context.device.limits())
+        fitting(size, &self.core.context.device.limits())
     }
 
     /// Refuses pictures that the device is too small for.
     fn check_device(&self, [width, height]: [u32; 2]) -> Result<(), RenderError> {
-        let limits = self.context.device.limits();
+        let limits = self.core.context.device.limits();
         let most = limits.max_texture_dimension_2d;
         if width.max(height) > most {
             return Err(RenderError::Gpu(format!(
@@ -92,7 +88,7 @@ impl Live {
 
     /// How radiance becomes a picture on the screen.
     pub fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background) {
-        let scene = &mut self.scene;
+        let scene = &mut self.core.scene;
         let before = (scene.exposure, scene.tone_map, scene.background);
         if before == (exposure, tone_map, background) {
             return;
@@ -108,12 +104,9 @@ impl Live {
     /// The first parameter outside its range, or a mode whose lobes were not loaded; nothing is
     /// changed then.
     pub fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<EditReport, EditError> {
-        let before = self.scene.hair.modes().to_vec();
-        let report = self.scene.hair.edit(hair, modes)?;
+        let report = self.core.set_hair(hair, modes)?;
         if report.rebuilt().next().is_some() {
             self.edited();
-            self.wanted.add_hair(&report);
-            self.wanted.kind |= before != self.scene.hair.modes();
         }
         self.report.edit = Some(report.clone());
         Ok(report)
@@ -121,40 +114,27 @@ impl Live {
 
     /// The terms of scattering that are drawn.
     pub fn set_scattering(&mut self, scattering: Scattering) {
-        if scattering == self.scene.scattering() {
-            return;
+        if self.core.set_scattering(scattering) {
+            self.edited();
         }
-        self.edited();
-        if let Some(report) = self.scene.set_scattering(scattering) {
-            self.wanted.add_hair(&report);
-        }
-        self.wanted.kind = true;
     }
 
     /// d_f and d_b.
     pub fn set_densities(&mut self, densities: [f32; 2]) {
-        if densities == self.scene.densities {
-            return;
+        if self.core.set_densities(densities) {
+            self.edited();
         }
-        self.scene.densities = densities;
-        self.edited();
-        self.wanted.densities = true;
     }
 
     /// Other lights. Their amplitudes share out the shadow maps; where some are to be black for the
-    /// time being, [`Live::set_light_colors`] says so afterwards.
+    /// time being, [`ProgressiveRenderer::set_light_colors`] says so afterwards.
     ///
     /// # Errors
     /// The first light with a value outside its range; nothing is changed then.
     pub fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
-        check_lights(&lights)?;
-        if lights == self.scene.lights {
-            return Ok(());
+        if self.core.set_lights(lights)? {
+            self.edited();
         }
-        self.lighting.plan_for(&lights);
-        self.scene.lights = lights;
-        self.edited();
-        self.wanted.lights = true;
         Ok(())
     }
 
@@ -164,21 +144,8 @@ impl Live {
     /// # Errors
     /// Not one for each light, or one outside its range; nothing is changed then.
     pub fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
-        if rgb.len() != self.scene.lights.len() {
-            return Err(RenderError::Colors {
-                colors: rgb.len(),
-                lights: self.scene.lights.len(),
-            });
-        }
-        let mut lights = self.scene.lights.clone();
-        for (light, &rgb) in lights.iter_mut().zip(rgb) {
-            light.rgb = rgb;
-        }
-        check_lights(&lights)?;
-        if lights != self.scene.lights {
-            self.scene.lights = lights;
+        if self.core.set_light_colors(rgb)? {
             self.edited();
-            self.wanted.colors = true;
         }
         Ok(())
     }
@@ -188,11 +155,9 @@ impl Live {
     /// # Errors
     /// As [`Strands::moved`](strandlight_scene::strands::Strands::moved); nothing is changed then.
     pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-        self.scene.strands = self.scene.strands.moved(points)?;
-        self.spread = Spread::of(&self.scene.strands);
-        (self.wind, self.deform) = (None, None);
+        self.core.set_points(points)?;
+        self.spread = Spread::of(&self.core.scene.strands);
         self.edited();
-        self.wanted.points = true;
         Ok(())
     }
 
@@ -203,44 +168,33 @@ impl Live {
     /// # Errors
     /// As [`PreparedScene::repaint`](strandlight_scene::PreparedScene::repaint); nothing is changed then.
     pub fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
-        let (range, report) = self.scene.repaint(paint, changed)?;
-        if range.is_empty() && report.is_none() {
-            return Ok(());
-        }
-        self.edited();
-        self.wanted.add_paint(range);
-        if let Some(report) = report {
-            self.wanted.add_hair(&report);
-            self.wanted.kind = true;
+        if self.core.set_paint(paint, changed)? {
+            self.edited();
         }
         Ok(())
     }
 
-    /// Bends the strands of the scene in the wind, on the device alone: [`Live::scene`] has them at
+    /// Bends the strands of the scene in the wind, on the device alone: [`ProgressiveRenderer::scene`] has them at
     /// rest, with room to move. Without wind they are at rest.
     pub fn set_wind(&mut self, wind: Option<Wind>) {
-        if wind != self.wind {
-            self.wind = wind;
+        if self.core.set_wind(wind) {
             self.edited();
-            self.wanted.points = true;
         }
     }
 
     /// Other things in the light and in the view.
     pub fn set_proxies(&mut self, proxies: Vec<Proxy>) {
-        if proxies != self.scene.proxies {
-            self.scene.proxies = proxies;
+        if self.core.set_proxies(proxies) {
             self.edited();
-            self.wanted.proxies = true;
         }
     }
 
     /// Samples a pixel that the picture gets at rest.
     pub fn set_samples(&mut self, samples: u32) {
-        if samples != self.scene.samples {
+        if samples != self.core.scene.samples {
             let of_samples = self.of_samples();
             let before = self.samples_of(self.picture.passes);
-            self.scene.samples = samples;
+            self.core.scene.samples = samples;
             // Samples that the last pass left out are not added later, nor are any taken back.
             let is_other = before != self.samples_of(self.picture.passes);
             let counts = |of_samples: u32| PassSamples::of(self.picture.passes, of_samples).n;
@@ -255,6 +209,6 @@ impl Live {
     pub(super) fn edited(&mut self) {
         self.report.stages.clear();
         self.report.edit = None;
-        self.counts = self.context.counts();
+        self.counts = self.core.context.counts();
     }
 }
