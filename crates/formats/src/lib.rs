@@ -61,6 +61,7 @@ mod input;
 mod interchange;
 mod light_set;
 mod paint;
+pub mod params;
 mod preset;
 mod provenance;
 mod scene;
@@ -104,14 +105,17 @@ pub use scene::{
     Background, CameraSection, GroomSection, RenderSection, Scattering, Scene, TablesSection,
     ToneMap,
 };
-pub use scene_hair::{HairSection, Melanin, Mode, PerModeDeg};
+pub use scene_hair::{HairSection, Melanin};
 pub use scene_lights::{LightAdjust, LightsSection};
 pub use scene_motion::{MotionSection, WindSection};
 pub use scene_proxy::{MAX_PROXIES, ProxySection};
 pub use sniff::{FileKind, SNIFF_BYTES};
 pub use suggest::{did_you_mean, nearest};
 pub use table_file::TableReader;
-pub use tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo};
+pub use tables::{Axis, Table, TableFile, TableHeader, TableInfo};
+// They stand in the fields of sections and tables.
+pub use strandlight_scattering::axis::Spacing;
+pub use strandlight_scattering::{Lobe, PerLobe};
 pub use write::{
     OutputTarget, check_folder, check_writable, output_target, remove_temporary_files, write_file,
 };

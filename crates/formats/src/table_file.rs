@@ -9,12 +9,13 @@ use std::io::{Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use strandlight_scattering::axis::Spacing;
 
 use crate::baked_file::BakedFile;
 use crate::container::{Container, ContainerWriter, Kind, encode_record};
 use crate::error::{Error, Result};
 use crate::input::Input;
-use crate::tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo, validate_file};
+use crate::tables::{Axis, Table, TableFile, TableHeader, TableInfo, validate_file};
 
 #[derive(Serialize, Deserialize)]
 struct Meta {

@@ -94,7 +94,7 @@ mod random {
     use proptest::prelude::*;
     use strandlight_formats::{
         Attribute, Axis, Background, BakedFile, CameraSection, Domain, FitReport, Groom,
-        GroomSource, LightSet, LightSetInfo, Mode, MotionSection, Original, ProxySection, Scene,
+        GroomSource, LightSet, LightSetInfo, Lobe, MotionSection, Original, ProxySection, Scene,
         Spacing, SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis,
         WindSection,
     };
@@ -228,7 +228,7 @@ mod random {
             tables in prop::option::of("[a-z]{1,8}\\.tables"),
             numbers in prop::array::uniform8(0f64..1.0),
             diameter_cm in prop::option::of(1e-5f64..10.0),
-            modes in prop::sample::subsequence(vec![Mode::R, Mode::Tt, Mode::Trt], 1..=3),
+            modes in prop::sample::subsequence(vec![Lobe::R, Lobe::Tt, Lobe::Trt], 1..=3),
             camera in prop::option::of(prop::array::uniform3(1f64..1e6)),
             size in prop::array::uniform2(1u32..=16_384),
             samples in 1u32..=65536,
