@@ -189,7 +189,7 @@ impl CameraSection {
 fn check_start(start: &[u8]) -> Result<()> {
     match FileKind::of(start) {
         FileKind::Scene | FileKind::Empty => Ok(()),
-        found if found.is_known() => Err(Error::not_this_kind("scene", found)),
+        found if found.is_known() => Err(Error::not_this_kind("scene", found.describe())),
         _ => Ok(()),
     }
 }

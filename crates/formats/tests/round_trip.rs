@@ -1,7 +1,8 @@
 //! Every kind survives writing and reading.
 
 use strandlight_formats::{
-    Attribute, Axis, Domain, Error, Groom, LightSet, Scene, Spacing, SrbfLight, Table, TableFile,
+    Attribute, Axis, BakedFile, Domain, Error, Groom, LightSet, Scene, Spacing, SrbfLight, Table,
+    TableFile,
 };
 
 fn groom() -> Groom {
@@ -92,9 +93,10 @@ fn one_table_by_name() {
 mod random {
     use proptest::prelude::*;
     use strandlight_formats::{
-        Attribute, Axis, Background, CameraSection, Domain, FitReport, Groom, GroomSource,
-        LightSet, LightSetInfo, Lobe, MotionSection, ProxySection, Scene, Spacing, SrbfLight,
-        Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis, WindSection,
+        Attribute, Axis, Background, BakedFile, CameraSection, Domain, FitReport, Groom,
+        GroomSource, LightSet, LightSetInfo, Lobe, MotionSection, Original, ProxySection, Scene,
+        Spacing, SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis,
+        WindSection,
     };
 
     fn pairs() -> impl Strategy<Value = Vec<(String, String)>> {
@@ -132,6 +134,8 @@ mod random {
             parameters in pairs(),
             cm_per_unit in 1e-6f64..1e6,
             up in prop::sample::select(vec![UpAxis::X, UpAxis::Y, UpAxis::Z]),
+            // A format that nobody knows is kept as it is.
+            original in prop::option::of(("[!-~]{1,64}", prop::collection::vec(any::<u8>(), 0..200))),
         ) -> Groom {
             let mut strand_offsets = vec![0];
             for length in lengths {
@@ -141,7 +145,9 @@ mod random {
             let attributes = named
                 .map(|(ix, attribute)| Attribute { name: format!("a_{ix}"), ..attribute })
                 .collect();
-            let source = GroomSource { cm_per_unit, up, parameters, ..GroomSource::default() };
+            let original = original.map(|(format, data)| Original { format, data });
+            let source =
+                GroomSource { cm_per_unit, up, parameters, original, ..GroomSource::default() };
             Groom { points, strand_offsets, attributes, source }
         }
     }

@@ -1,6 +1,6 @@
 //! A document and its picture: what window, web page and script all drive.
 //!
-//! [`Viewer`] is a [`Session`] and a [`Live`]. Whatever changes the first tells the second what of
+//! [`Viewer`] is a [`Session`] and a [`ProgressiveRenderer`]. Whatever changes the first tells the second what of
 //! it to make anew, and no more.
 
 use std::path::Path;
@@ -11,7 +11,7 @@ use strandlight_formats::Scene;
 
 use crate::session::{Change, Saved, Session, section_of};
 use strandlight_render::gpu::Context;
-use strandlight_render::live::{Live, LiveReport, Progress};
+use strandlight_render::progressive::{Progress, ProgressiveRenderer, RenderReport};
 use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
 use strandlight_scene::edit::check_round;
@@ -25,7 +25,7 @@ use strandlight_scene::{RenderError, SceneError};
 pub struct Viewer {
     context: Context,
     session: Session,
-    live: Live,
+    live: ProgressiveRenderer,
     /// Size of the window, in place of the scene's.
     window: Option<[u32; 2]>,
     /// Where somebody looks from, in place of the scene's camera.
@@ -82,7 +82,7 @@ impl Viewer {
     }
 
     /// The renderer.
-    pub fn live(&self) -> &Live {
+    pub fn live(&self) -> &ProgressiveRenderer {
         &self.live
     }
 
@@ -349,7 +349,7 @@ impl Viewer {
     /// is drawn.
     ///
     /// # Errors
-    /// As [`Live::set_size`].
+    /// As [`ProgressiveRenderer::set_size`].
     pub fn set_window(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         self.window = Some(size);
         self.live.set_size(size)
@@ -364,7 +364,7 @@ impl Viewer {
         self.renew()
     }
 
-    /// See [`Live::advance`].
+    /// See [`ProgressiveRenderer::advance`].
     ///
     /// # Errors
     /// As there.
@@ -372,20 +372,20 @@ impl Viewer {
         self.live.advance(budget)
     }
 
-    /// See [`Live::display`].
+    /// See [`ProgressiveRenderer::display`].
     pub fn display(&self) -> &wgpu::TextureView {
         self.live.display()
     }
 
-    /// See [`Live::report`].
-    pub fn report(&self) -> &LiveReport {
+    /// See [`ProgressiveRenderer::report`].
+    pub fn report(&self) -> &RenderReport {
         self.live.report()
     }
 
     /// One whole picture, linear, of `size` and `samples` a pixel, whatever the window has.
     ///
     /// # Errors
-    /// As [`Live::still`].
+    /// As [`ProgressiveRenderer::still`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn frame(
         &mut self,
@@ -397,7 +397,7 @@ impl Viewer {
 
     /// What [`Viewer::frame`] did last.
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn frame_report(&self) -> &LiveReport {
+    pub fn frame_report(&self) -> &RenderReport {
         self.live.still_report()
     }
 
@@ -501,12 +501,12 @@ impl Viewer {
 
 /// The document on a device. Shadow maps are planned for the lights as the set has them, so that
 /// switching one off and on again, here or in the file, gives the same picture.
-fn live_of(context: &Context, session: &Session) -> Result<Live, RenderError> {
+fn live_of(context: &Context, session: &Session) -> Result<ProgressiveRenderer, RenderError> {
     let mut prepared = session.prepared()?;
     let lights = &session.scene().lights;
     let assets = session.assets();
     prepared.lights = assets.turned_lights(lights);
-    let mut live = Live::new(context, prepared)?;
+    let mut live = ProgressiveRenderer::new(context, prepared)?;
     live.set_light_colors(&assets.light_colors(lights))?;
     Ok(live)
 }

@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 use strandlight_formats::{
-    CameraSection, Groom, LightAdjust, LightSet, Melanin, MotionSection, ProxySection, Scene,
-    SrbfLight, TablesSection, WindSection,
+    BakedFile, CameraSection, Groom, LightAdjust, LightSet, Melanin, MotionSection, ProxySection,
+    Scene, SrbfLight, TablesSection, WindSection,
 };
 
 use super::*;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde_json::Value;
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_render::probe::{GpuProbe, MODE_ALL, Query, evaluate};
 use strandlight_scattering::closed_form::paper::{
     PublishedAverages, global_scattering, global_scattering_mode, local_scattering,
