@@ -2,7 +2,10 @@
 //! ordinary tests. Each answers whether the bytes were a good file, and panics when a promise is
 //! broken.
 
-use strandlight_formats::{Groom, HairImport, LightSet, Scene, TableFile, UpAxis};
+use strandlight_formats::{
+    BakedFile, ExportOptions, GROOM_FORMATS, Groom, ImportOptions, LightSet, Scene, SourceFile,
+    TableFile, UpAxis, groom_format,
+};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// A groom that was read is written and read again as it was.
@@ -13,7 +16,9 @@ pub fn groom(bytes: &[u8]) -> bool {
         };
         let again = groom.to_bytes().expect("what was read can be written");
         assert!(Groom::from_bytes(&again).expect("what was written can be read") == groom);
-        let _ = groom.to_hair();
+        for format in GROOM_FORMATS {
+            let _ = groom.export(format, &ExportOptions::default());
+        }
         true
     })
 }
@@ -61,24 +66,40 @@ pub fn scene(bytes: &[u8]) -> bool {
 /// A `.hair` file that was read in centimetres is written byte for byte, whatever its axes; its
 /// magic in capitals.
 pub fn hair(bytes: &[u8]) -> bool {
+    inverse(bytes, "hair", |again| {
+        again[..4] == *b"HAIR" && again[4..] == bytes[4..]
+    })
+}
+
+/// A `.data` file of strands that was read in centimetres is written byte for byte.
+pub fn usc(bytes: &[u8]) -> bool {
+    inverse(bytes, "usc", |again| again == bytes)
+}
+
+/// What the format called `name` has read in centimetres is written as `is_same` wants it.
+fn inverse(bytes: &[u8], name: &str, is_same: impl Fn(&[u8]) -> bool) -> bool {
+    let format = groom_format(name).expect("it is in the table");
+    // By content too, whatever it is taken for.
+    let found = SourceFile::from_bytes(bytes);
+    let _ = found.map(|file| file.import(&ImportOptions::default()));
     let mut good = false;
     for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
-        let options = HairImport {
-            up,
-            ..HairImport::default()
+        let options = ImportOptions::default().with_unit(1.0).with_up(up);
+        let Ok(import) = format.read(bytes, &options) else {
+            continue;
         };
-        if let Ok(groom) = Groom::from_hair(bytes, options) {
-            let again = groom.to_hair().expect("what was read can be written");
-            assert!(
-                again[..4] == *b"HAIR" && again[4..] == bytes[4..],
-                "import and export are not inverse"
-            );
-            let _ = (
-                groom.doubts(groom.diameter_range()),
-                groom.thickness_faults(),
-            );
-            good = true;
+        let groom = import.groom;
+        if groom.validate().is_err() {
+            continue;
         }
+        let export = groom.export(format, &ExportOptions::default());
+        let again = export.expect("what was read can be written").bytes;
+        assert!(is_same(&again), "import and export are not inverse");
+        let _ = (
+            groom.doubts(groom.diameter_range()),
+            groom.thickness_faults(),
+        );
+        good = true;
     }
     good
 }

@@ -108,5 +108,6 @@ pub mod corners;
 pub mod optics;
 pub mod oracle;
 pub mod random;
+pub mod render_common;
 pub mod samples;
 pub mod scenes;

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::edit::{HairTextures, LobeTables};

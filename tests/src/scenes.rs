@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use strandlight_formats::{Groom, LightSet, Scene, SrbfLight};
+use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight};
 
 /// `n_strands` strands side by side along x, `spacing` cm apart from -2 on; `n_points` points each,
 /// a centimetre below one another from `top` on, wavy in z.

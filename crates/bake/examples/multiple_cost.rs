@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_lab::bench::{Configuration, Set};
 use strandlight_scattering::closed_form::{
     direct_local_scattering, global_scattering, local_scattering, pack_averages, single_scattering,

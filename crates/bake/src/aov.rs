@@ -13,7 +13,7 @@
 
 use strandlight_formats::{Background, Scattering};
 use strandlight_render::gpu::Context;
-use strandlight_render::live::Live;
+use strandlight_render::progressive::ProgressiveRenderer;
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::provenance::Provenance;
 use strandlight_scene::{Picture, PreparedScene, RenderError, SceneError, Stats, memory};
@@ -180,7 +180,7 @@ pub trait Painter {
 
 /// On a device, where shadows are found once for all layers.
 pub struct OnGpu {
-    live: Live,
+    live: ProgressiveRenderer,
     size: [u32; 2],
     hair: HairParams,
     colors: Vec<[f32; 3]>,
@@ -201,7 +201,7 @@ impl OnGpu {
         let scene = measured(scene);
         let colors = scene.lights.iter().map(|light| light.rgb).collect();
         let hair = *scene.hair.hair();
-        let mut live = Live::new(context, scene)?;
+        let mut live = ProgressiveRenderer::new(context, scene)?;
         // Where a picture is drawn at once its layers share what it is drawn into.
         live.set_size(live.fitting(size))?;
         Ok(OnGpu {

@@ -4,8 +4,6 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::sniff::FileKind;
-
 /// The file an error is about; prints as `path: `, or as nothing for bytes in memory.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileName(pub Option<PathBuf>);
@@ -33,6 +31,7 @@ fn place(file: &FileName, line: Option<usize>, column: Option<usize>) -> String 
 
 /// Why a file cannot be read or written. Every variant names the file where there is one.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// The operating system said no: missing, a directory, no permission, disk full.
     #[error("{file}{source}")]
@@ -132,12 +131,12 @@ impl Error {
         }
     }
 
-    /// A file that is `found`, not `expected`.
-    pub(crate) fn not_this_kind(expected: &'static str, found: FileKind) -> Self {
+    /// A file that is not `expected`; `found` says what it is.
+    pub(crate) fn not_this_kind(expected: &'static str, found: String) -> Self {
         Error::NotThisKind {
             file: FileName::default(),
             expected,
-            found: found.describe(),
+            found,
         }
     }
 

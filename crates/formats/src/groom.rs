@@ -3,14 +3,13 @@
 use std::ops::Range;
 
 use crate::error::{Error, Result};
-use crate::hair::check_original;
-use crate::input::tool_version;
-use crate::validate::{finite, in_range};
+use crate::provenance::tool_version;
+use crate::validate::{finite, in_range, short_name};
 
 /// Thinnest and thickest fibre, cm.
-pub const MIN_DIAMETER_CM: f32 = 1e-6;
+pub(crate) const MIN_DIAMETER_CM: f32 = 1e-6;
 /// See [`MIN_DIAMETER_CM`].
-pub const MAX_DIAMETER_CM: f32 = 10.0;
+pub(crate) const MAX_DIAMETER_CM: f32 = 10.0;
 
 /// What an attribute has one value for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -38,7 +37,7 @@ impl Domain {
 ///
 /// Names with a meaning: `diameter` (1 component, cm) is the fibre's thickness for rendering;
 /// `color` (3 components, linear RGB), `transparency` (1) and `thickness` (1, in the *source
-/// file's* unit, for export) come from `.hair` files. Paint is [`dye`](crate::DYE) (4: sigma_a per
+/// file's* unit, for export) come from files of other programs. Paint is [`dye`](crate::DYE) (4: sigma_a per
 /// fibre radius, linear RGB, and its weight), [`width_scale`](crate::WIDTH_SCALE) (1) and
 /// [`shift_scale`](crate::SHIFT_SCALE) (1), for whatever domain; a groom without them is not
 /// painted.
@@ -77,7 +76,7 @@ impl UpAxis {
     }
 
     /// Turns a source position so that +Y is up: a rotation made of swaps and signs, so exact.
-    pub fn to_y_up(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    pub(crate) fn to_y_up(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
         match self {
             UpAxis::X => [-y, x, z],
             UpAxis::Y => [x, y, z],
@@ -86,7 +85,7 @@ impl UpAxis {
     }
 
     /// Inverse of [`UpAxis::to_y_up`].
-    pub fn from_y_up(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    pub(crate) fn from_y_up(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
         match self {
             UpAxis::X => [y, -x, z],
             UpAxis::Y => [x, y, z],
@@ -108,8 +107,21 @@ pub struct GroomSource {
     pub tool_version: String,
     /// What it was told, as name and value, in order.
     pub parameters: Vec<(String, String)>,
-    /// What a `.hair` file holds beyond points and attributes.
-    pub hair: Option<HairOriginal>,
+    /// What the source file's format keeps; `None` when generated.
+    pub original: Option<Original>,
+}
+
+impl GroomSource {
+    /// Does the groom come from a file of another program?
+    pub fn is_imported(&self) -> bool {
+        self.original.is_some()
+    }
+
+    /// What is kept for `format`, if the groom comes from a file of that format.
+    pub(crate) fn original_of(&self, format: &str) -> Option<&[u8]> {
+        let original = self.original.as_ref()?;
+        (original.format == format).then_some(&original.data)
+    }
 }
 
 impl Default for GroomSource {
@@ -120,34 +132,19 @@ impl Default for GroomSource {
             hash: String::new(),
             tool_version: tool_version(),
             parameters: Vec::new(),
-            hair: None,
+            original: None,
         }
     }
 }
 
-/// What is needed to write the `.hair` file again that a groom was imported from.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HairOriginal {
-    /// The 128 bytes of the header, info string included.
-    pub header: Vec<u8>,
-    /// Strands of a single point, which have no direction and cannot be drawn: taken out of the
-    /// groom, put back on export.
-    pub single_points: Vec<SinglePoint>,
-}
-
-/// A strand of one point in a `.hair` file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SinglePoint {
-    /// Index of the strand in the file.
-    pub strand: u32,
-    /// Position in the file's own unit and axes.
-    pub position: [f32; 3],
-    /// Entry of the thickness array; 0 if there is none.
-    pub thickness: f32,
-    /// Entry of the transparency array; 0 if there is none.
-    pub transparency: f32,
-    /// Entry of the colour array; 0 if there is none.
-    pub color: [f32; 3],
+/// What the format that a groom was imported from keeps beyond points and attributes, so that the
+/// file can be written again as it was.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Original {
+    /// Name of the format: see [`FormatInfo::name`](crate::FormatInfo::name).
+    pub format: String,
+    /// Bytes that only the format understands; a `.groom` file keeps those of unknown formats too.
+    pub data: Vec<u8>,
 }
 
 /// Strands as polylines, root to tip, in centimetres, right-handed, +Y up.
@@ -164,7 +161,7 @@ pub struct Groom {
 }
 
 /// Largest coordinate: a kilometre. Keeps squares and sums of f32 far from overflow.
-pub const MAX_COORDINATE_CM: f32 = 1e5;
+pub(crate) const MAX_COORDINATE_CM: f32 = 1e5;
 
 impl Groom {
     /// Number of strands.
@@ -201,7 +198,7 @@ impl Groom {
     }
 
     /// Number of elements of `domain`.
-    pub fn domain_len(&self, domain: Domain) -> usize {
+    pub(crate) fn domain_len(&self, domain: Domain) -> usize {
         match domain {
             Domain::Groom => 1,
             Domain::Strand => self.n_strands(),
@@ -237,8 +234,8 @@ impl Groom {
                 return Err(Error::value("attribute name", &attribute.name, "unique"));
             }
         }
-        if let Some(original) = &self.source.hair {
-            check_original(original, self.n_strands())?;
+        if let Some(original) = &self.source.original {
+            short_name("format of the source", &original.format)?;
         }
         in_range("cm_per_unit", self.source.cm_per_unit, 1e-6, 1e6)
     }
@@ -307,6 +304,6 @@ impl Groom {
                 in_range("attribute diameter (cm)", f64::from(value), min, max)?;
             }
         }
-        crate::paint::check(attribute)
+        crate::paint::check(name, attribute.components, &attribute.data)
     }
 }

@@ -6,18 +6,24 @@
 //! | `OFFS` | `strand_offsets`, u32 |
 //! | `PNTS` | points, 3 f32 each, cm |
 //! | `ATTR i` | data of attribute i, f32 |
-//! | `HAIR` | the 128 bytes of the header; only for grooms from `.hair` files |
-//! | `SNGL` | strands of a single point, 9 words each: strand u32, position, thickness, transparency, colour f32; only with `HAIR` |
+//! | `SRCN` | 1.1: name of the format that the groom was imported from, ASCII; only if it was |
+//! | `SRCD` | 1.1: what that format keeps, see [`Original`]; only with `SRCN` |
+//!
+//! Version 1.0 knew one such format, `hair`, and kept its data in two sections, now joined:
+//!
+//! | section | content |
+//! |---|---|
+//! | `HAIR` | 128 bytes |
+//! | `SNGL` | 36 bytes for each strand of a single point; only with `HAIR` |
 
 use std::io::{Read, Seek};
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::baked_file::BakedFile;
 use crate::container::{Container, ContainerWriter, Kind, encode_record};
 use crate::error::{Error, Result};
-use crate::groom::{Attribute, Domain, Groom, GroomSource, HairOriginal, SinglePoint, UpAxis};
-use crate::write::write_file;
+use crate::groom::{Attribute, Domain, Groom, GroomSource, Original, UpAxis};
 
 #[derive(Serialize, Deserialize)]
 struct Meta {
@@ -42,7 +48,11 @@ const META: [u8; 4] = *b"META";
 const OFFSETS: [u8; 4] = *b"OFFS";
 const POINTS: [u8; 4] = *b"PNTS";
 const ATTRIBUTE: [u8; 4] = *b"ATTR";
+const SOURCE_NAME: [u8; 4] = *b"SRCN";
+const SOURCE_DATA: [u8; 4] = *b"SRCD";
+/// Of version 1.0.
 const HAIR: [u8; 4] = *b"HAIR";
+/// Of version 1.0.
 const SINGLES: [u8; 4] = *b"SNGL";
 
 /// How large a groom is, as its file says before anything of it is read.
@@ -71,48 +81,14 @@ impl GroomHeader {
     }
 }
 
-impl Groom {
-    /// Reads a `.groom` file.
-    ///
-    /// # Errors
-    /// Any of [`Error`], naming the path.
-    pub fn read(path: &Path) -> Result<Self> {
-        Container::open(path, Kind::Groom)
-            .and_then(read_groom)
-            .map_err(|error| error.in_file(path))
-    }
+impl BakedFile for Groom {
+    const KIND: Kind = Kind::Groom;
 
-    /// Reads the groom that an opened container holds.
-    ///
-    /// # Errors
-    /// Any of [`Error`].
-    pub fn from_container<R: Read + Seek>(file: Container<R>) -> Result<Self> {
+    fn from_container<R: Read + Seek>(file: Container<R>) -> Result<Self> {
         read_groom(file)
     }
 
-    /// Decodes a `.groom` file in memory.
-    ///
-    /// # Errors
-    /// Any of [`Error`].
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        read_groom(Container::from_bytes(bytes, Kind::Groom)?)
-    }
-
-    /// Validates and writes, whole or not at all; answers the number of bytes written.
-    ///
-    /// # Errors
-    /// `Value` when the groom breaks a promise, `Io`; the path is named.
-    pub fn write(&self, path: &Path) -> Result<u64> {
-        let bytes = self.to_bytes().map_err(|error| error.in_file(path))?;
-        write_file(path, &bytes).map_err(|error| Error::from(error).in_file(path))?;
-        Ok(bytes.len() as u64)
-    }
-
-    /// The bytes of the file. Equal grooms give equal bytes.
-    ///
-    /// # Errors
-    /// `Value` when the groom breaks a promise.
-    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+    fn to_bytes(&self) -> Result<Vec<u8>> {
         self.validate()?;
         let meta = Meta {
             // Offsets are u32, so both numbers fit.
@@ -140,10 +116,9 @@ impl Groom {
         for (ix, attribute) in (0u32..).zip(&self.attributes) {
             file.section(ATTRIBUTE, ix, bytemuck::cast_slice(&attribute.data));
         }
-        if let Some(hair) = &self.source.hair {
-            file.section(HAIR, 0, &hair.header);
-            let singles: Vec<[u32; 9]> = hair.single_points.iter().map(words).collect();
-            file.section(SINGLES, 0, bytemuck::cast_slice(&singles).to_vec());
+        if let Some(original) = &self.source.original {
+            file.section(SOURCE_NAME, 0, original.format.as_bytes());
+            file.section(SOURCE_DATA, 0, &original.data);
         }
         file.finish()
     }
@@ -170,17 +145,7 @@ fn read_groom<R: Read + Seek>(mut file: Container<R>) -> Result<Groom> {
             data: file.read_array(ATTRIBUTE, ix)?,
         });
     }
-    let hair: Option<HairOriginal> = match file.find(HAIR, 0) {
-        Some(_) => Some(HairOriginal {
-            header: file.read_array(HAIR, 0)?,
-            single_points: file
-                .read_array::<[u32; 9]>(SINGLES, 0)?
-                .iter()
-                .map(from_words)
-                .collect(),
-        }),
-        None => None,
-    };
+    let original = read_original(&mut file)?;
     file.check_unread()?;
     let groom = Groom {
         points,
@@ -192,26 +157,27 @@ fn read_groom<R: Read + Seek>(mut file: Container<R>) -> Result<Groom> {
             hash: meta.hash,
             tool_version: meta.tool_version,
             parameters: meta.parameters,
-            hair,
+            original,
         },
     };
     groom.validate()?;
     Ok(groom)
 }
 
-fn words(single: &SinglePoint) -> [u32; 9] {
-    let ([x, y, z], [r, g, b]) = (single.position, single.color);
-    let [x, y, z, t, o, r, g, b] =
-        [x, y, z, single.thickness, single.transparency, r, g, b].map(f32::to_bits);
-    [single.strand, x, y, z, t, o, r, g, b]
-}
-
-fn from_words(&[strand, x, y, z, t, o, r, g, b]: &[u32; 9]) -> SinglePoint {
-    SinglePoint {
-        strand,
-        position: [x, y, z].map(f32::from_bits),
-        thickness: f32::from_bits(t),
-        transparency: f32::from_bits(o),
-        color: [r, g, b].map(f32::from_bits),
+fn read_original<R: Read + Seek>(file: &mut Container<R>) -> Result<Option<Original>> {
+    if let Some(section) = file.find(SOURCE_NAME, 0) {
+        let format = String::from_utf8(file.read_array(SOURCE_NAME, 0)?);
+        return Ok(Some(Original {
+            format: format
+                .map_err(|_| Error::invalid("name of the format is no text", section.offset))?,
+            data: file.read_array(SOURCE_DATA, 0)?,
+        }));
     }
+    if file.find(HAIR, 0).is_none() {
+        return Ok(None);
+    }
+    let mut data: Vec<u8> = file.read_array(HAIR, 0)?;
+    data.extend(file.read_array::<u8>(SINGLES, 0)?);
+    let format = "hair".to_owned();
+    Ok(Some(Original { format, data }))
 }

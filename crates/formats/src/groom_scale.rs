@@ -116,9 +116,9 @@ impl Groom {
     /// Guesses unit and up axis of the file that the groom was imported from, whatever they were
     /// taken for. Nothing is guessed about grooms that were not imported.
     pub fn guess_source(&self) -> Guesses {
-        match self.source.hair {
-            Some(_) if self.n_strands() >= LEAST_STRANDS => Shape::of(self).guesses(),
-            _ => Guesses::default(),
+        match self.source.is_imported() && self.n_strands() >= LEAST_STRANDS {
+            true => Shape::of(self).guesses(),
+            false => Guesses::default(),
         }
     }
 
@@ -127,7 +127,7 @@ impl Groom {
     pub fn doubts(&self, drawn: DiameterRange) -> Vec<String> {
         let Guesses { unit, up } = self.guess_source();
         let source = &self.source;
-        let is_imported = source.hair.is_some();
+        let is_imported = source.is_imported();
         let size = self.size();
         let thick = drawn.median > THICK * size;
         let odd = is_imported && !(ANY_HAIR_CM.0..=ANY_HAIR_CM.1).contains(&size);
@@ -349,7 +349,8 @@ fn distance(from: [f64; 3], to: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hair::HairImport;
+    use crate::groom_format::ImportOptions;
+    use crate::interchange::SourceFile;
 
     /// A head of hair in centimetres, y up, face to z, as a `.hair` file of that unit and axis:
     /// 400 strands of 8 points on the upper part of an ellipsoid, `length` long, that fall by
@@ -402,16 +403,16 @@ mod tests {
             bytes
         }
 
-        fn import(&self, unit: LengthUnit, up: UpAxis, options: HairImport) -> Groom {
-            Groom::from_hair(&self.file(unit, up), options).expect("a good file")
+        fn import(&self, unit: LengthUnit, up: UpAxis, options: ImportOptions) -> Groom {
+            let file = SourceFile::from_bytes(self.file(unit, up)).expect("a .hair file");
+            file.import(&options).expect("a good file").groom
         }
     }
 
     const AXES: [UpAxis; 3] = [UpAxis::X, UpAxis::Y, UpAxis::Z];
-    const AS_IS: HairImport = HairImport {
-        cm_per_unit: 1.0,
-        up: UpAxis::Z,
-    };
+    fn as_is() -> ImportOptions {
+        ImportOptions::default()
+    }
 
     #[test]
     fn heads_in_any_unit_and_axes_are_recognised() {
@@ -430,7 +431,7 @@ mod tests {
                                     height,
                                     thickness_cm,
                                 };
-                                let found = head.import(unit, up, AS_IS).guess_source();
+                                let found = head.import(unit, up, as_is()).guess_source();
                                 let case = format!(
                                     "{radii:?} {height} {length} {thickness_cm} {unit:?} {up:?}"
                                 );
@@ -453,10 +454,7 @@ mod tests {
         let mut n_checked = 0;
         for unit in LengthUnit::ALL {
             for up in AXES {
-                let options = HairImport {
-                    cm_per_unit: unit.cm(),
-                    up,
-                };
+                let options = as_is().with_unit(unit.cm()).with_up(up);
                 let found = ADULT
                     .import(LengthUnit::Metre, UpAxis::Y, options)
                     .guess_source();
@@ -477,12 +475,12 @@ mod tests {
         };
         for up in AXES {
             let found = crew_cut(0.0)
-                .import(LengthUnit::Inch, up, AS_IS)
+                .import(LengthUnit::Inch, up, as_is())
                 .guess_source();
             assert_eq!(found.unit.map(|guess| guess.value), Some(LengthUnit::Inch));
             assert_eq!(found.up, None);
             let found = crew_cut(170.0)
-                .import(LengthUnit::Inch, up, AS_IS)
+                .import(LengthUnit::Inch, up, as_is())
                 .guess_source();
             assert_eq!(found.up.map(|guess| guess.value), Some(up));
         }
@@ -490,7 +488,7 @@ mod tests {
 
     #[test]
     fn nothing_is_guessed_of_what_is_no_head() {
-        let import = |head: Head| head.import(LengthUnit::Centimetre, UpAxis::Y, AS_IS);
+        let import = |head: Head| head.import(LengthUnit::Centimetre, UpAxis::Y, as_is());
         // Twice as large as a head: between centimetres and inches.
         let double = Head {
             radii: ADULT.radii.map(|radius| 2.0 * radius),
@@ -512,7 +510,7 @@ mod tests {
         assert_eq!(import(fringe).guess_source().unit, None);
         // A groom that was not imported has a known unit.
         let mut own = import(ADULT);
-        own.source.hair = None;
+        own.source.original = None;
         assert_eq!(own.guess_source(), Guesses::default());
         // Too few strands for a scalp.
         let mut few = import(ADULT);
@@ -527,7 +525,7 @@ mod tests {
             let groom = head.import(unit, up, options);
             groom.doubts(groom.diameter_range())
         };
-        let right = HairImport::default();
+        let right = as_is();
         let (cm, metre) = (LengthUnit::Centimetre, LengthUnit::Metre);
         assert_eq!(doubts(&ADULT, cm, UpAxis::Z, right), [""; 0]);
 

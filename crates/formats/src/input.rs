@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::{Error, Result};
+pub(crate) use crate::provenance::tool_version;
 use crate::sniff::{FileKind, SNIFF_BYTES};
 
 /// The name of standard input, and of standard output.
-pub const STANDARD_STREAM: &str = "-";
+pub(crate) const STANDARD_STREAM: &str = "-";
 
 /// Most bytes taken from a pipe: it is kept in memory, where a file would stay on the disk.
 const MAX_PIPE_BYTES: u64 = 1 << 32;
@@ -253,12 +254,7 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// xxh3-64 of `bytes` as 16 hexadecimal digits: how files name what they were made from.
-pub fn content_hash(bytes: &[u8]) -> String {
-    format!("{:016x}", xxhash_rust::xxh3::xxh3_64(bytes))
-}
-
-/// [`content_hash`] of the bytes of a regular file, however long it is.
+/// [`content_hash`](crate::content_hash) of the bytes of a regular file, however long it is.
 ///
 /// # Errors
 /// `Io`; the path is named.
@@ -277,14 +273,10 @@ pub fn file_hash(path: &Path) -> Result<String> {
     hash().map_err(|error| error.in_file(path))
 }
 
-/// Name and version of this program, as recorded in files.
-pub fn tool_version() -> String {
-    concat!("strandlight ", env!("CARGO_PKG_VERSION")).to_owned()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::provenance::content_hash;
 
     #[test]
     fn a_file_has_the_hash_of_its_bytes() {
@@ -314,7 +306,7 @@ mod tests {
         // What is no container is not read on.
         let (_, length) = open_file(Path::new("/dev/zero")).expect("opened");
         assert_eq!(length, SNIFF_BYTES as u64);
-        let is_hair = |kind| kind == FileKind::Hair;
+        let is_hair = |kind| matches!(kind, FileKind::Hair(_));
         let start = read_file_of_kind(Path::new("/dev/zero"), u64::MAX, is_hair);
         assert_eq!(start.expect("the start"), [0; SNIFF_BYTES]);
     }

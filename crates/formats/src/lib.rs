@@ -1,26 +1,69 @@
-//! Strandlight's files: tables, light sets, grooms and scenes.
+//! Strandlight's files: hair, the light that falls on it, and scenes that name both.
 //!
-//! - [`Groom`]: hair curves in centimetres with named attributes.
-//! - [`LightSet`]: an environment as spherical Gaussian lights.
-//! - [`TableFile`]: baked tables that describe their own axes.
-//! - [`Scene`]: a TOML file that names the others.
-
+//! - [`Groom`]: hair curves in centimetres with named attributes, as a `.groom` file. Hair of other
+//!   programs comes in by [`SourceFile`] and goes out by [`Groom::export`], in the formats of
+//!   [`GROOM_FORMATS`].
+//! - [`LightSet`]: an environment as spherical Gaussian lights, as a `.lights` file.
+//! - [`Scene`]: a TOML file that names the others, with camera and parameters.
+//!
+//! (And [`TableFile`]: baked tables that describe their own axes.)
+//!
+//! ```
+//! use strandlight_formats::{
+//!     BakedFile, ExportOptions, Groom, ImportOptions, LightSet, Scene, SourceFile, SrbfLight,
+//!     groom_format,
+//! };
+//!
+//! // One strand of two points as another program wrote it, in metres; `SourceFile::read(path)`
+//! // takes it from a file.
+//! let mut bytes = Vec::new();
+//! bytes.extend(1i32.to_le_bytes());
+//! bytes.extend(2i32.to_le_bytes());
+//! for x in [0.0f32, 1.7, 0.1, 0.0, 1.6, 0.1] {
+//!     bytes.extend(x.to_le_bytes());
+//! }
+//! let file = SourceFile::from_bytes(bytes)?;
+//! assert_eq!(file.format().info().name, "usc");
+//! let groom = file.import(&ImportOptions::default())?.groom;
+//! assert_eq!(groom.points[1], [0.0, 160.0, 10.0]);
+//!
+//! // As a .groom file, and back; as a .hair file.
+//! assert_eq!(Groom::from_bytes(&groom.to_bytes()?)?, groom);
+//! let format = groom_format("hair").expect("it is in the table");
+//! let export = groom.export(format, &ExportOptions::default())?;
+//! assert!(export.bytes.starts_with(b"HAIR") && export.dropped.is_empty());
+//!
+//! // Light from above, and a scene with both.
+//! let light = SrbfLight { direction: [0.0, 1.0, 0.0], lambda: 0.5, rgb: [1.0; 3] };
+//! let set = LightSet { lights: vec![light], ..LightSet::default() };
+//! assert_eq!(LightSet::from_bytes(&set.to_bytes()?)?, set);
+//! let text = Scene::new("head.groom", "sky.lights").to_toml_string()?;
+//! assert!(Scene::from_toml(&text)?.groom_path().ends_with("head.groom"));
+//! # Ok::<(), strandlight_formats::Error>(())
+//! ```
 //!
 //! Every reader answers damaged input with a typed [`Error`] that names the file, in memory
 //! bounded by the length of the file; every writer is deterministic. The layout shared by the
-//! binary kinds is described in [`container`].
+//! binary kinds is described in [`container`]; how to add a format of hair, at [`GroomFormat`].
 
+mod baked_file;
+mod bytes;
 pub mod container;
 mod error;
 mod groom;
 mod groom_diameter;
 mod groom_file;
+mod groom_format;
+mod groom_formats;
 mod groom_scale;
 pub mod hair;
 mod input;
+mod interchange;
 mod light_set;
 mod paint;
+pub mod params;
 mod preset;
+mod provenance;
 mod scene;
 mod scene_file;
 mod scene_hair;
@@ -33,39 +76,46 @@ mod sniff;
 mod suggest;
 mod table_file;
 mod tables;
+pub mod usc;
 mod validate;
 mod write;
 
+pub use baked_file::BakedFile;
 pub use container::{Container, Kind};
 pub use error::{Error, FileName, Result};
-pub use groom::{
-    Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, SinglePoint, UpAxis,
-};
+pub use groom::{Attribute, Domain, Groom, GroomSource, Original, UpAxis};
 pub use groom_diameter::{DiameterRange, DiameterSource};
 pub use groom_file::GroomHeader;
-pub use groom_scale::{Guess, Guesses, LengthUnit};
-pub use hair::{HairFile, HairImport, ThicknessFaults};
-pub use input::{
-    Input, content_hash, file_hash, open_file, read_file, read_file_of_kind, read_start,
-    tool_version,
+pub use groom_format::{
+    AttributeSupport, Capabilities, CurveBasis, Export, ExportOptions, FormatInfo, GroomFormat,
+    Import, ImportOptions, Note, NoteKind, Sniff,
 };
-pub use light_set::{FitReport, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
+pub use groom_formats::{GROOM_FORMATS, groom_format, groom_format_for};
+pub use groom_scale::{Guess, Guesses, LengthUnit};
+pub use hair::ThicknessFaults;
+pub use input::{Input, file_hash, open_file, read_file, read_file_of_kind, read_start};
+pub use interchange::SourceFile;
+pub use light_set::{FitReport, LightKind, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
 pub use paint::{
     DYE, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
 };
 pub use preset::preset_names;
+pub use provenance::{content_hash, tool_version};
 pub use scene::{
     Background, CameraSection, GroomSection, RenderSection, Scattering, Scene, TablesSection,
     ToneMap,
 };
-pub use scene_hair::{HairSection, Melanin, Mode, PerModeDeg};
+pub use scene_hair::{HairSection, Melanin};
 pub use scene_lights::{LightAdjust, LightsSection};
 pub use scene_motion::{MotionSection, WindSection};
 pub use scene_proxy::{MAX_PROXIES, ProxySection};
 pub use sniff::{FileKind, SNIFF_BYTES};
 pub use suggest::{did_you_mean, nearest};
 pub use table_file::TableReader;
-pub use tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo};
+pub use tables::{Axis, Table, TableFile, TableHeader, TableInfo};
+// They stand in the fields of sections and tables.
+pub use strandlight_scattering::axis::Spacing;
+pub use strandlight_scattering::{Lobe, PerLobe};
 pub use write::{
     OutputTarget, check_folder, check_writable, output_target, remove_temporary_files, write_file,
 };

@@ -1,18 +1,66 @@
 //! Environment lighting as spherical radial basis functions.
 //!
-//! The `.lights` file, version 1: section `META`, a record of [`LightSetInfo`]; section `LGHT`,
-//! 8 f32 a light: direction, lambda, rgb, zero (two `vec4f` on the GPU).
+//! The `.lights` file, version 1:
+//!
+//! | section | content |
+//! |---|---|
+//! | `META` | record, [`LightSetInfo`] |
+//! | `KIND` | 1.1: name of the [`LightKind`], ASCII; `srbf` where there is none |
+//! | `LGHT` | of `srbf`: 8 f32 a light: direction, lambda, rgb, zero (two `vec4f` on the GPU) |
+//!
+//! A further kind has a section of its own instead of `LGHT`, so that readers of version 1.0 refuse
+//! its files.
 
 use std::io::{Read, Seek};
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::baked_file::BakedFile;
 use crate::container::{Container, ContainerWriter, Kind, encode_record};
 use crate::error::{Error, Result};
-use crate::input::tool_version;
+use crate::provenance::tool_version;
 use crate::validate::in_range;
-use crate::write::write_file;
+
+/// What the lights of a set are: the function of direction that each contributes.
+///
+/// To add a kind: its variant here, its data in [`LightSet`] (whose `lights` then become an enum
+/// over kinds), its section of the file below, and its shading and shadows in the renderers, which
+/// today take [`SrbfLight`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LightKind {
+    /// Spherical radial basis functions, isotropic Gaussian lobes on the sphere: [`SrbfLight`].
+    #[default]
+    Srbf,
+}
+
+impl LightKind {
+    /// All kinds.
+    pub const ALL: [LightKind; 1] = [LightKind::Srbf];
+
+    /// Name in files and listings: `srbf`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            LightKind::Srbf => "srbf",
+        }
+    }
+
+    /// The kind called `name`.
+    ///
+    /// # Errors
+    /// `Value` naming the kinds that there are.
+    fn from_name(name: &[u8]) -> Result<LightKind> {
+        let found = LightKind::ALL
+            .into_iter()
+            .find(|kind| kind.name().as_bytes() == name);
+        found.ok_or_else(|| {
+            let known = LightKind::ALL.map(LightKind::name).join(", ");
+            let range = format!("one that this program knows ({known})");
+            let name: String = name.escape_ascii().to_string().chars().take(64).collect();
+            Error::value("kind of the lights", name, range)
+        })
+    }
+}
 
 /// One light: `L(omega) = rgb * exp(2 (omega . direction - 1) / lambda^2)` (Xu 2011 Eq 1).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -128,9 +176,15 @@ impl FitReport {
 pub const MAX_LIGHTS: usize = 65_536;
 
 const META: [u8; 4] = *b"META";
+const KIND: [u8; 4] = *b"KIND";
 const LIGHTS: [u8; 4] = *b"LGHT";
 
 impl LightSet {
+    /// What the lights are.
+    pub const fn kind(&self) -> LightKind {
+        LightKind::Srbf
+    }
+
     /// Checks directions (unit within 1e-4), widths, amplitudes, the number of lights, and that
     /// recorded figures are numbers. `strandlight verify` checks the order of the lights too, and
     /// the figures against the map.
@@ -152,48 +206,27 @@ impl LightSet {
             .as_ref()
             .map_or(Ok(()), FitReport::validate)
     }
+}
 
-    /// Reads a `.lights` file.
-    ///
-    /// # Errors
-    /// Any of [`Error`], naming the path.
-    pub fn read(path: &Path) -> Result<Self> {
-        Container::open(path, Kind::Lights)
-            .and_then(read_lights)
-            .map_err(|error| error.in_file(path))
+impl BakedFile for LightSet {
+    const KIND: Kind = Kind::Lights;
+
+    fn from_container<R: Read + Seek>(mut file: Container<R>) -> Result<Self> {
+        let info: LightSetInfo = file.read_record(META)?;
+        let kind = match file.find(KIND, 0) {
+            Some(_) => LightKind::from_name(&file.read_array::<u8>(KIND, 0)?)?,
+            None => LightKind::default(),
+        };
+        let lights = match kind {
+            LightKind::Srbf => read_srbf(&mut file)?,
+        };
+        file.check_unread()?;
+        let set = LightSet { lights, info };
+        set.validate()?;
+        Ok(set)
     }
 
-    /// Reads the light set that an opened container holds.
-    ///
-    /// # Errors
-    /// Any of [`Error`].
-    pub fn from_container<R: Read + Seek>(file: Container<R>) -> Result<Self> {
-        read_lights(file)
-    }
-
-    /// Decodes a `.lights` file in memory.
-    ///
-    /// # Errors
-    /// Any of [`Error`].
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        read_lights(Container::from_bytes(bytes, Kind::Lights)?)
-    }
-
-    /// Validates and writes, whole or not at all; answers the number of bytes written.
-    ///
-    /// # Errors
-    /// `Value` when the set breaks a promise, `Io`; the path is named.
-    pub fn write(&self, path: &Path) -> Result<u64> {
-        let bytes = self.to_bytes().map_err(|error| error.in_file(path))?;
-        write_file(path, &bytes).map_err(|error| Error::from(error).in_file(path))?;
-        Ok(bytes.len() as u64)
-    }
-
-    /// The bytes of the file. Equal sets give equal bytes.
-    ///
-    /// # Errors
-    /// `Value` when the set breaks a promise.
-    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+    fn to_bytes(&self) -> Result<Vec<u8>> {
         self.validate()?;
         let floats: Vec<[f32; 8]> = self
             .lights
@@ -205,30 +238,24 @@ impl LightSet {
             .collect();
         let mut file = ContainerWriter::new(Kind::Lights);
         file.section(META, 0, encode_record(&self.info)?);
+        file.section(KIND, 0, self.kind().name().as_bytes());
         file.section(LIGHTS, 0, bytemuck::cast_slice(&floats));
         file.finish()
     }
 }
 
-fn read_lights<R: Read + Seek>(mut file: Container<R>) -> Result<LightSet> {
-    let info: LightSetInfo = file.read_record(META)?;
+fn read_srbf<R: Read + Seek>(file: &mut Container<R>) -> Result<Vec<SrbfLight>> {
     let floats: Vec<[f32; 8]> = file.read_array(LIGHTS, 0)?;
-    file.check_unread()?;
     if let Some(ix) = floats.iter().position(|light| light[7].to_bits() != 0) {
         return Err(Error::invalid(
             format!("spare float of light {ix} is not zero"),
             file.require(LIGHTS, 0)?.offset + 32 * ix as u64 + 28,
         ));
     }
-    let lights = floats
-        .into_iter()
-        .map(|[x, y, z, lambda, r, g, b, _]| SrbfLight {
-            direction: [x, y, z],
-            lambda,
-            rgb: [r, g, b],
-        })
-        .collect();
-    let set = LightSet { lights, info };
-    set.validate()?;
-    Ok(set)
+    let light = |[x, y, z, lambda, r, g, b, _]: [f32; 8]| SrbfLight {
+        direction: [x, y, z],
+        lambda,
+        rgb: [r, g, b],
+    };
+    Ok(floats.into_iter().map(light).collect())
 }

@@ -1,7 +1,6 @@
 //! Attributes of painted hair: their names, shapes and ranges.
 
 use crate::error::{Error, Result};
-use crate::groom::Attribute;
 
 /// Name of the dye: 4 components, absorption sigma_a (linear RGB, per fibre radius,
 /// 0..=[`MAX_SIGMA_A`]) and weight (0..=1). A fibre has `mix(hair.sigma_a, dye, weight)`.
@@ -23,20 +22,19 @@ pub const MIN_SCALE: f32 = 0.05;
 pub const MAX_SCALE: f32 = 20.0;
 
 /// Checks an attribute if it has the name of one of paint.
-pub(crate) fn check(attribute: &Attribute) -> Result<()> {
-    let name = &attribute.name;
-    let Some((_, components)) = PAINT_ATTRIBUTES.iter().find(|(known, _)| known == name) else {
+pub(crate) fn check(name: &str, components: u32, data: &[f32]) -> Result<()> {
+    let Some((_, expected)) = PAINT_ATTRIBUTES.iter().find(|(known, _)| *known == name) else {
         return Ok(());
     };
-    if attribute.components != *components {
+    if components != *expected {
         return Err(Error::value(
             format!("components of attribute {name}"),
-            attribute.components,
-            components.to_string(),
+            components,
+            expected.to_string(),
         ));
     }
-    for (ix, &value) in attribute.data.iter().enumerate() {
-        let (min, max) = match (name.as_str(), ix % 4) {
+    for (ix, &value) in data.iter().enumerate() {
+        let (min, max) = match (name, ix % 4) {
             (DYE, 3) => (0.0, 1.0),
             (DYE, _) => (0.0, MAX_SIGMA_A),
             _ => (MIN_SCALE, MAX_SCALE),
@@ -56,7 +54,7 @@ pub(crate) fn check(attribute: &Attribute) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::groom::{Domain, Groom};
+    use crate::groom::{Attribute, Domain, Groom};
 
     fn groom(name: &str, components: u32, data: &[f32]) -> Groom {
         Groom {

@@ -76,7 +76,7 @@ pub(crate) fn overlaid(name: &str, own: Table) -> Result<HairSection> {
 mod tests {
     use super::*;
     use crate::scene::Scene;
-    use crate::scene_hair::PerModeDeg;
+    use strandlight_scattering::PerLobe;
 
     fn scene(hair: &str) -> Result<Scene> {
         Scene::of_lines(&format!("[hair]\n{hair}"))
@@ -158,7 +158,7 @@ mod tests {
             ("zinke-fig9-medium", [8.0, 10.0, 15.0]),
             ("zinke-fig9-wide", [16.0, 20.0, 30.0]),
         ] {
-            assert_eq!(hair(name).width_deg, PerModeDeg { r, tt, trt }, "{name}");
+            assert_eq!(hair(name).width_deg, PerLobe { r, tt, trt }, "{name}");
         }
         // w_c is a bandwidth in radians: sqrt(2) standard deviations.
         for (name, eta, w_c) in [

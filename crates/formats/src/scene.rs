@@ -76,7 +76,7 @@ pub struct TablesSection {
     pub file: PathBuf,
 }
 
-/// `[camera]`
+/// `[camera]`; see [`params::CAMERA`](crate::params::CAMERA).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSection {
@@ -87,20 +87,32 @@ pub struct CameraSection {
     /// Direction that is up in the picture; need not be a unit vector.
     #[serde(default = "plus_y")]
     pub up: [f64; 3],
-    /// Vertical field of view, 1..=170.
+    /// Vertical field of view.
     #[serde(default = "default_fov_deg")]
     pub fov_deg: f64,
 }
 
-/// `[render]`
+impl CameraSection {
+    /// The view from `position` to `target`, with the defaults of the rest.
+    pub fn new(position: [f64; 3], target: [f64; 3]) -> Self {
+        CameraSection {
+            position,
+            target,
+            up: plus_y(),
+            fov_deg: default_fov_deg(),
+        }
+    }
+}
+
+/// `[render]`; ranges are those of [`params::RENDER`](crate::params::RENDER).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RenderSection {
-    /// Width and height in pixels, 1..=16384 each.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Samples per pixel, 1..=65536.
+    /// Samples per pixel.
     pub samples: u32,
-    /// Exposure in stops: radiance is multiplied by 2^exposure; -32..=32.
+    /// Exposure in stops: radiance is multiplied by 2^exposure.
     pub exposure: f64,
     /// Curve from linear radiance to the 8-bit picture.
     pub tone_map: ToneMap,
@@ -108,7 +120,7 @@ pub struct RenderSection {
     pub background: Background,
     /// Which terms of scattering are drawn.
     pub scattering: Scattering,
-    /// Shadow maps to draw, about, for all lights, 0..=4096: more for less noise in the shadows.
+    /// Shadow maps to draw, about, for all lights: more for less noise in the shadows.
     pub shadow_maps: u32,
 }
 
@@ -171,6 +183,19 @@ pub enum ToneMap {
     None,
 }
 
+impl ToneMap {
+    /// All choices.
+    pub const ALL: [ToneMap; 2] = [ToneMap::Filmic, ToneMap::None];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            ToneMap::Filmic => "filmic",
+            ToneMap::None => "none",
+        }
+    }
+}
+
 /// What is seen between the strands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Background {
@@ -178,7 +203,7 @@ pub enum Background {
     Lights,
     /// Nothing: black, alpha 0.
     None,
-    /// A plain linear colour, 0..=1e6 each.
+    /// A plain linear colour.
     Color([f32; 3]),
 }
 

@@ -6,15 +6,15 @@ use serde::Deserialize;
 
 use crate::error::{Error, FileName, Result};
 use crate::input::{STANDARD_STREAM, folder_of, read_file, read_start};
+use crate::params;
 use crate::preset::overlaid;
-use crate::scene::{Background, CameraSection, GroomSection, RenderSection, Scene};
+use crate::scene::{CameraSection, GroomSection, RenderSection, Scene};
 use crate::scene_hair::HairSection;
 use crate::scene_lights::LightsSection;
 use crate::scene_place::{key_at, line_of};
 use crate::scene_proxy;
 use crate::sniff::{FileKind, SNIFF_BYTES};
 use crate::suggest::did_you_mean;
-use crate::validate::in_range;
 
 impl Scene {
     /// Newest scene format version.
@@ -145,18 +145,9 @@ impl Scene {
                 Scene::VERSION.to_string(),
             ));
         }
-        let tables = self
-            .tables
-            .as_ref()
-            .map(|tables| ("tables.file", &tables.file));
-        let files = [
-            ("groom.file", &self.groom.file),
-            ("lights.file", &self.lights.file),
-        ];
-        for (key, file) in files.into_iter().chain(tables) {
-            if file.as_os_str().is_empty() {
-                return Err(Error::value(key, "\"\"", "the name of a file"));
-            }
+        params::GROOM.validate(&self.groom)?;
+        if let Some(tables) = &self.tables {
+            params::TABLES.validate(tables)?;
         }
         self.lights.validate()?;
         self.hair.validate()?;
@@ -167,22 +158,13 @@ impl Scene {
         if let Some(motion) = &self.motion {
             motion.validate()?;
         }
-        self.render.validate()
+        params::RENDER.validate(&self.render)
     }
 }
 
 impl CameraSection {
     fn validate(&self) -> Result<()> {
-        for (key, vector) in [
-            ("camera.position", self.position),
-            ("camera.target", self.target),
-            ("camera.up", self.up),
-        ] {
-            for value in vector {
-                in_range(key, value, -1e6, 1e6)?;
-            }
-        }
-        in_range("camera.fov_deg", self.fov_deg, 1.0, 170.0)?;
+        params::CAMERA.validate(self)?;
         let forward: [f64; 3] = std::array::from_fn(|axis| self.target[axis] - self.position[axis]);
         let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let ([fx, fy, fz], [ux, uy, uz]) = (forward, self.up);
@@ -203,29 +185,11 @@ impl CameraSection {
     }
 }
 
-impl RenderSection {
-    fn validate(&self) -> Result<()> {
-        for value in self.size {
-            in_range("render.size", f64::from(value), 1.0, 16384.0)?;
-        }
-        in_range("render.samples", f64::from(self.samples), 1.0, 65536.0)?;
-        let shadow_maps = f64::from(self.shadow_maps);
-        in_range("render.shadow_maps", shadow_maps, 0.0, 4096.0)?;
-        in_range("render.exposure", self.exposure, -32.0, 32.0)?;
-        if let Background::Color(rgb) = self.background {
-            for value in rgb {
-                in_range("render.background", f64::from(value), 0.0, 1e6)?;
-            }
-        }
-        Ok(())
-    }
-}
-
 /// Refuses what is known to be another kind of file. An empty file is a scene without its keys.
 fn check_start(start: &[u8]) -> Result<()> {
     match FileKind::of(start) {
         FileKind::Scene | FileKind::Empty => Ok(()),
-        found if found.is_known() => Err(Error::not_this_kind("scene", found)),
+        found if found.is_known() => Err(Error::not_this_kind("scene", found.describe())),
         _ => Ok(()),
     }
 }

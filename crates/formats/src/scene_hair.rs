@@ -1,86 +1,126 @@
 //! `[hair]` of a scene: the fibres' optics.
+//!
+//! Ranges, units and help of every key are rows of [`params::HAIR`].
 
 use serde::{Deserialize, Serialize};
+use strandlight_scattering::color::{sigma_a_from_melanin, sigma_a_from_reflectance};
+use strandlight_scattering::{HairParams, Lobe, PerLobe};
 
 use crate::error::{Error, Result};
-use crate::validate::in_range;
-
-/// A value in degrees for each mode.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PerModeDeg {
-    /// Of R.
-    pub r: f64,
-    /// Of TT.
-    pub tt: f64,
-    /// Of TRT.
-    pub trt: f64,
-}
-
-/// A scattering mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Mode {
-    /// Surface reflection.
-    #[serde(rename = "R")]
-    R,
-    /// Transmission.
-    #[serde(rename = "TT")]
-    Tt,
-    /// One internal reflection.
-    #[serde(rename = "TRT")]
-    Trt,
-}
+use crate::params;
 
 /// Concentrations of the two pigments of hair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Melanin {
-    /// Of eumelanin, brown to black, 0..=20: 0.3 blond, 1.3 brown, 8 black.
+    /// Of eumelanin, brown to black: 0.3 blond, 1.3 brown, 8 black.
     pub eumelanin: f64,
-    /// Of pheomelanin, yellow to red, 0..=20.
+    /// Of pheomelanin, yellow to red.
     pub pheomelanin: f64,
 }
 
-/// `[hair]`: Marschner's parameters, as his Table 1 gives them.
-///
-/// Widths are *standard deviations* in degrees; Xu's bandwidths, which the code computes with,
-/// are sqrt(2) times that.
-///
-/// The colour is given in one of three ways: `sigma_a`, `reflectance` or `melanin`. A file that
-/// gives two of them is refused.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(try_from = "HairFile", into = "HairFile")]
-pub struct HairSection {
-    /// Name of the preset that the keys left out are taken from; see [`preset_names`].
-    ///
-    /// [`preset_names`]: crate::preset_names
-    pub preset: Option<String>,
-    /// Index of refraction, 1.0001..=3.
-    pub eta: f64,
-    /// Absorption per fibre radius, linear RGB, 0..=50. Without effect, and not in the file, where
-    /// `reflectance` or `melanin` is given.
-    pub sigma_a: [f64; 3],
-    /// Colour of a whole head of such hair, linear RGB, 0..=1, from which the absorption is found.
-    pub reflectance: Option<[f64; 3]>,
+/// Makes [`HairSection`], and [`HairFile`] with its keys as they stand in a file, of one list of
+/// fields. The first three, of which `sigma_a` differs between the two, stand here.
+macro_rules! hair_section {
+    ($($(#[doc = $doc:literal])* $(#[serde($($serde:tt)*)])? $field:ident: $type:ty = $default:expr;)*) => {
+        /// `[hair]`: Marschner's parameters, as his Table 1 gives them.
+        ///
+        /// Widths are *standard deviations* in degrees; Xu's bandwidths, which the code computes
+        /// with, are sqrt(2) times that.
+        ///
+        /// The colour is given in one of three ways: `sigma_a`, `reflectance` or `melanin`. A file
+        /// that gives two of them is refused.
+        #[derive(Clone, Debug, Serialize, Deserialize)]
+        #[serde(try_from = "HairFile", into = "HairFile")]
+        pub struct HairSection {
+            /// Name of the preset that the keys left out are taken from; see [`preset_names`].
+            ///
+            /// [`preset_names`]: crate::preset_names
+            pub preset: Option<String>,
+            /// Index of refraction.
+            pub eta: f64,
+            /// Absorption per fibre radius, linear RGB. Without effect, and not in the file, where
+            /// `reflectance` or `melanin` is given.
+            pub sigma_a: [f64; 3],
+            $($(#[doc = $doc])* pub $field: $type,)*
+        }
+
+        impl Default for HairSection {
+            /// The hair of [`HairParams::default`].
+            fn default() -> Self {
+                let HairParams { eta, sigma_a, .. } = HairParams::default();
+                HairSection { preset: None, eta, sigma_a, $($field: $default,)* }
+            }
+        }
+
+        /// The keys as they stand in a file: those of [`HairSection`], and which of them gives the
+        /// colour.
+        #[derive(PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        struct HairFile {
+            #[serde(skip_serializing_if = "Option::is_none")]
+            preset: Option<String>,
+            eta: f64,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            sigma_a: Option<[f64; 3]>,
+            $($(#[serde($($serde)*)])? $field: $type,)*
+        }
+
+        impl From<HairSection> for HairFile {
+            fn from(hair: HairSection) -> HairFile {
+                let is_other = hair.reflectance.is_some() || hair.melanin.is_some();
+                HairFile {
+                    preset: hair.preset,
+                    eta: hair.eta,
+                    sigma_a: (!is_other).then_some(hair.sigma_a),
+                    $($field: hair.$field,)*
+                }
+            }
+        }
+
+        impl TryFrom<HairFile> for HairSection {
+            type Error = String;
+
+            fn try_from(file: HairFile) -> std::result::Result<HairSection, String> {
+                file.check_color()?;
+                Ok(HairSection {
+                    preset: file.preset,
+                    eta: file.eta,
+                    sigma_a: file.sigma_a.unwrap_or(HairSection::default().sigma_a),
+                    $($field: file.$field,)*
+                })
+            }
+        }
+    };
+}
+
+hair_section! {
+    /// Colour of a whole head of such hair, linear RGB, from which the absorption is found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reflectance: Option<[f64; 3]> = None;
     /// Pigments, from which the absorption is found.
-    pub melanin: Option<Melanin>,
-    /// Longitudinal shift alpha in theta_h, -28..=28.
-    pub shift_deg: PerModeDeg,
-    /// Standard deviation of the longitudinal lobe in theta_h, 0.05..=60.
-    pub width_deg: PerModeDeg,
-    /// Standard deviation of the blur of the TRT caustic, 0.5..=60.
-    pub caustic_width_deg: f64,
-    /// Eccentricity of the cross section, 0.5..=2; 1 is circular.
-    pub eccentricity: f64,
-    /// Thickness of a fibre, 1e-5..=10; if absent, the groom's attribute `diameter`, or else
+    #[serde(skip_serializing_if = "Option::is_none")]
+    melanin: Option<Melanin> = None;
+    /// Longitudinal shift alpha in theta_h.
+    shift_deg: PerLobe<f64> = HairParams::DEFAULT_SHIFT_DEG;
+    /// Standard deviation of the longitudinal lobe in theta_h.
+    width_deg: PerLobe<f64> = HairParams::DEFAULT_WIDTH_DEG;
+    /// Standard deviation of the blur of the TRT caustic.
+    caustic_width_deg: f64 = HairParams::DEFAULT_CAUSTIC_WIDTH_DEG;
+    /// Eccentricity of the cross section; 1 is circular.
+    eccentricity: f64 = HairParams::default().eccentricity;
+    /// Thickness of a fibre; if absent, the groom's attribute `diameter`, or else
     /// [`HairSection::DEFAULT_DIAMETER_CM`].
-    pub diameter_cm: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    diameter_cm: Option<f64> = None;
     /// The modes to draw; at least one, none twice.
-    pub modes: Vec<Mode>,
-    /// d_f, share of blocked light that is scattered on forward, 0..=1; if absent, the renderer's.
-    pub density_forward: Option<f64>,
-    /// d_b, share of the hair behind a fibre that scatters light back, 0..=1; likewise.
-    pub density_back: Option<f64>,
+    modes: Vec<Lobe> = Lobe::ALL.to_vec();
+    /// d_f, share of blocked light that is scattered on forward; if absent, the renderer's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    density_forward: Option<f64> = None;
+    /// d_b, share of the hair behind a fibre that scatters light back; likewise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    density_back: Option<f64> = None;
 }
 
 impl PartialEq for HairSection {
@@ -88,32 +128,6 @@ impl PartialEq for HairSection {
     fn eq(&self, other: &HairSection) -> bool {
         HairFile::from(self.clone()) == HairFile::from(other.clone())
     }
-}
-
-/// The keys as they stand in a file: those of [`HairSection`], and which way the colour is given.
-#[derive(PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-struct HairFile {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    preset: Option<String>,
-    eta: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sigma_a: Option<[f64; 3]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reflectance: Option<[f64; 3]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    melanin: Option<Melanin>,
-    shift_deg: PerModeDeg,
-    width_deg: PerModeDeg,
-    caustic_width_deg: f64,
-    eccentricity: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    diameter_cm: Option<f64>,
-    modes: Vec<Mode>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    density_forward: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    density_back: Option<f64>,
 }
 
 impl Default for HairFile {
@@ -126,35 +140,13 @@ impl Default for HairFile {
     }
 }
 
-impl From<HairSection> for HairFile {
-    fn from(hair: HairSection) -> HairFile {
-        let other = hair.reflectance.is_some() || hair.melanin.is_some();
-        HairFile {
-            preset: hair.preset,
-            eta: hair.eta,
-            sigma_a: (!other).then_some(hair.sigma_a),
-            reflectance: hair.reflectance,
-            melanin: hair.melanin,
-            shift_deg: hair.shift_deg,
-            width_deg: hair.width_deg,
-            caustic_width_deg: hair.caustic_width_deg,
-            eccentricity: hair.eccentricity,
-            diameter_cm: hair.diameter_cm,
-            modes: hair.modes,
-            density_forward: hair.density_forward,
-            density_back: hair.density_back,
-        }
-    }
-}
-
-impl TryFrom<HairFile> for HairSection {
-    type Error = String;
-
-    fn try_from(file: HairFile) -> std::result::Result<HairSection, String> {
+impl HairFile {
+    /// Refuses a colour that is given twice.
+    fn check_color(&self) -> std::result::Result<(), String> {
         let given: Vec<&str> = [
-            file.sigma_a.map(|_| "hair.sigma_a"),
-            file.reflectance.map(|_| "hair.reflectance"),
-            file.melanin.map(|_| "hair.melanin"),
+            self.sigma_a.map(|_| "hair.sigma_a"),
+            self.reflectance.map(|_| "hair.reflectance"),
+            self.melanin.map(|_| "hair.melanin"),
         ]
         .into_iter()
         .flatten()
@@ -163,21 +155,7 @@ impl TryFrom<HairFile> for HairSection {
             let names = given.join(" and ");
             return Err(format!("{names} both give the colour: keep one of them"));
         }
-        Ok(HairSection {
-            preset: file.preset,
-            eta: file.eta,
-            sigma_a: file.sigma_a.unwrap_or(HairSection::default().sigma_a),
-            reflectance: file.reflectance,
-            melanin: file.melanin,
-            shift_deg: file.shift_deg,
-            width_deg: file.width_deg,
-            caustic_width_deg: file.caustic_width_deg,
-            eccentricity: file.eccentricity,
-            diameter_cm: file.diameter_cm,
-            modes: file.modes,
-            density_forward: file.density_forward,
-            density_back: file.density_back,
-        })
+        Ok(())
     }
 }
 
@@ -187,91 +165,28 @@ impl HairSection {
 
     /// The keys that give the colour, each in its own way.
     pub const COLOR_KEYS: [&str; 3] = ["sigma_a", "reflectance", "melanin"];
-}
 
-impl Default for HairSection {
-    /// Brown hair, in the middle of Marschner's Table 1.
-    fn default() -> Self {
-        HairSection {
-            preset: None,
-            eta: 1.55,
-            sigma_a: [0.26, 0.42, 0.83],
-            reflectance: None,
-            melanin: None,
-            shift_deg: PerModeDeg {
-                r: -7.0,
-                tt: 3.5,
-                trt: 10.5,
-            },
-            width_deg: PerModeDeg {
-                r: 7.0,
-                tt: 3.5,
-                trt: 14.0,
-            },
-            caustic_width_deg: 6.0,
-            eccentricity: 1.0,
-            diameter_cm: None,
-            modes: vec![Mode::R, Mode::Tt, Mode::Trt],
-            density_forward: None,
-            density_back: None,
+    /// The model's parameters: degrees and standard deviations as radians and Xu's widths, the
+    /// colour as an absorption.
+    pub fn params(&self) -> HairParams {
+        let mut model = HairParams::default();
+        for param in params::HAIR.params {
+            param.put_in_model(self, &mut model);
         }
+        model.sigma_a = match (self.reflectance, self.melanin) {
+            (Some(rgb), _) => sigma_a_from_reflectance(rgb, model.caustic_width),
+            (None, Some(melanin)) => sigma_a_from_melanin(melanin.eumelanin, melanin.pheomelanin),
+            (None, None) => self.sigma_a,
+        };
+        model
     }
-}
 
-impl HairSection {
     pub(crate) fn validate(&self) -> Result<()> {
-        in_range("hair.eta", self.eta, 1.0001, 3.0)?;
-        for value in self.sigma_a {
-            in_range("hair.sigma_a", value, 0.0, 50.0)?;
-        }
         if let (Some(_), Some(melanin)) = (self.reflectance, self.melanin) {
             let range = "absent where hair.reflectance is given";
             return Err(Error::value("hair.melanin", format!("{melanin:?}"), range));
         }
-        for value in self.reflectance.into_iter().flatten() {
-            in_range("hair.reflectance", value, 0.0, 1.0)?;
-        }
-        if let Some(melanin) = self.melanin {
-            in_range("hair.melanin.eumelanin", melanin.eumelanin, 0.0, 20.0)?;
-            in_range("hair.melanin.pheomelanin", melanin.pheomelanin, 0.0, 20.0)?;
-        }
-        for (mode, value) in [
-            ("r", self.shift_deg.r),
-            ("tt", self.shift_deg.tt),
-            ("trt", self.shift_deg.trt),
-        ] {
-            in_range(format!("hair.shift_deg.{mode}"), value, -28.0, 28.0)?;
-        }
-        for (mode, value) in [
-            ("r", self.width_deg.r),
-            ("tt", self.width_deg.tt),
-            ("trt", self.width_deg.trt),
-        ] {
-            in_range(format!("hair.width_deg.{mode}"), value, 0.05, 60.0)?;
-        }
-        in_range("hair.caustic_width_deg", self.caustic_width_deg, 0.5, 60.0)?;
-        in_range("hair.eccentricity", self.eccentricity, 0.5, 2.0)?;
-        for (key, density) in [
-            ("hair.density_forward", self.density_forward),
-            ("hair.density_back", self.density_back),
-        ] {
-            if let Some(density) = density {
-                in_range(key, density, 0.0, 1.0)?;
-            }
-        }
-        if let Some(diameter) = self.diameter_cm {
-            in_range("hair.diameter_cm", diameter, 1e-5, 10.0)?;
-        }
-        let repeated = (1..self.modes.len()).any(|ix| self.modes[..ix].contains(&self.modes[ix]));
-        if self.modes.is_empty() || repeated {
-            let names = format!("{:?}", self.modes);
-            return Err(Error::value(
-                "hair.modes",
-                names,
-                "some of R, TT, TRT, each once",
-            ));
-        }
-        Ok(())
+        params::HAIR.validate(self)
     }
 }
 

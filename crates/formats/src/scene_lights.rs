@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::light_set::MAX_LIGHTS;
-use crate::validate::in_range;
+use crate::params;
 
-/// `[lights]`
+/// `[lights]`; ranges are those of [`params::LIGHTS`].
 ///
 /// Lights are named by their place in the light set's file, from 0. A light sends out the set's
 /// amplitude times `intensity` and `tint`, and times those of its own entry of `adjust`; nothing
@@ -18,13 +18,13 @@ use crate::validate::in_range;
 pub struct LightsSection {
     /// A `.lights` file.
     pub file: PathBuf,
-    /// Factor on all lights, 0..=1e6.
+    /// Factor on all lights.
     #[serde(default = "one")]
     pub intensity: f64,
-    /// Turns the environment about +Y, counter-clockwise seen from above, -3600..=3600.
+    /// Turns the environment about +Y, counter-clockwise seen from above.
     #[serde(default)]
     pub rotate_deg: f64,
-    /// Factor on each channel of all lights, linear RGB, 0..=1e3.
+    /// Factor on each channel of all lights, linear RGB.
     #[serde(default = "white")]
     pub tint: [f64; 3],
     /// Lights that are switched off, none twice.
@@ -45,12 +45,23 @@ pub struct LightsSection {
 pub struct LightAdjust {
     /// Which light of the set.
     pub light: u32,
-    /// Factor, 0..=1e6.
+    /// Factor.
     #[serde(default = "one")]
     pub intensity: f64,
-    /// Factor on each channel, linear RGB, 0..=1e3.
+    /// Factor on each channel, linear RGB.
     #[serde(default = "white")]
     pub tint: [f64; 3],
+}
+
+impl LightAdjust {
+    /// Light `light` as it is in the set.
+    pub fn new(light: u32) -> Self {
+        LightAdjust {
+            light,
+            intensity: one(),
+            tint: white(),
+        }
+    }
 }
 
 impl LightsSection {
@@ -78,7 +89,9 @@ impl LightsSection {
             return [0.0; 3];
         }
         let own = self.adjust.iter().find(|own| own.light == ix);
-        let (intensity, tint) = own.map_or((1.0, white()), |own| (own.intensity, own.tint));
+        let LightAdjust {
+            intensity, tint, ..
+        } = own.copied().unwrap_or(LightAdjust::new(ix));
         let intensity = intensity * self.intensity;
         std::array::from_fn(|channel| intensity * tint[channel] * self.tint[channel])
     }
@@ -87,11 +100,7 @@ impl LightsSection {
     pub fn adjust_mut(&mut self, ix: u32) -> &mut LightAdjust {
         let found = self.adjust.iter().position(|own| own.light == ix);
         let at = found.unwrap_or_else(|| {
-            self.adjust.push(LightAdjust {
-                light: ix,
-                intensity: 1.0,
-                tint: white(),
-            });
+            self.adjust.push(LightAdjust::new(ix));
             self.adjust.len() - 1
         });
         &mut self.adjust[at]
@@ -112,32 +121,18 @@ impl LightsSection {
     }
 
     pub(crate) fn validate(&self) -> Result<()> {
-        in_range("lights.intensity", self.intensity, 0.0, 1e6)?;
-        in_range("lights.rotate_deg", self.rotate_deg, -3600.0, 3600.0)?;
-        for value in self.tint {
-            in_range("lights.tint", value, 0.0, 1e3)?;
-        }
-        let adjusted: Vec<u32> = self.adjust.iter().map(|own| own.light).collect();
-        for (key, lights) in [
-            ("lights.muted", &self.muted),
-            ("lights.solo", &self.solo),
-            ("lights.adjust", &adjusted),
-        ] {
-            for (at, &ix) in lights.iter().enumerate() {
-                if ix as usize >= MAX_LIGHTS || lights[..at].contains(&ix) {
-                    let range = format!("lights of the set, 0..={}, each once", MAX_LIGHTS - 1);
-                    return Err(Error::value(key, ix, range));
-                }
+        params::LIGHTS.validate(self)?;
+        for (at, own) in self.adjust.iter().enumerate() {
+            let ix = own.light;
+            if ix as usize >= MAX_LIGHTS || self.adjust[..at].iter().any(|it| it.light == ix) {
+                let range = format!("lights of the set, 0..={}, each once", MAX_LIGHTS - 1);
+                return Err(Error::value("lights.adjust", ix, range));
             }
         }
-        for own in &self.adjust {
-            let key = |field| format!("lights.adjust of light {}: {field}", own.light);
-            in_range(key("intensity"), own.intensity, 0.0, 1e6)?;
-            for value in own.tint {
-                in_range(key("tint"), value, 0.0, 1e3)?;
-            }
-        }
-        Ok(())
+        self.adjust.iter().try_for_each(|own| {
+            let name = |key: &str| format!("lights.adjust of light {}: {key}", own.light);
+            params::ADJUST.validate_as(own, name)
+        })
     }
 }
 

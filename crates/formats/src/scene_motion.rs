@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::validate::in_range;
+use crate::params;
 
 /// Most frames of a sequence: an hour at 24 a second, and some.
 pub const MAX_FRAMES: usize = 100_000;
@@ -21,24 +21,24 @@ pub struct MotionSection {
     /// time 0. Between two the hair moves straight; after the last it stays.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub frames: Vec<PathBuf>,
-    /// Frames a second, 1e-3..=1e3; 24 if absent.
+    /// Frames a second; [`MotionSection::DEFAULT_FPS`] if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fps: Option<f64>,
 }
 
-/// Wind.
+/// Wind; ranges are those of [`params::WIND`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct WindSection {
-    /// Mean speed, m/s, 0..=30; hanging hair bends by some 35 degrees at 6.
+    /// Mean speed, m/s; hanging hair bends by some 35 degrees at 6.
     pub speed: f64,
-    /// How much gusts add to and take from it, 0..=1.
+    /// How much gusts add to and take from it.
     pub gust: f64,
-    /// Where it blows to, about +Y from +Z towards +X, -3600..=3600.
+    /// Where it blows to, about +Y from +Z towards +X.
     pub direction_deg: f64,
     /// Another wind for every number.
     pub seed: u32,
-    /// Length from the root at which half of the wind acts, cm, 0.1..=1000: longer for stiffer
+    /// Length from the root at which half of the wind acts, cm: longer for stiffer
     /// hair.
     pub stiffness: f64,
 }
@@ -62,7 +62,7 @@ impl MotionSection {
 
     pub(crate) fn validate(&self) -> Result<()> {
         if let Some(wind) = &self.wind {
-            wind.validate()?;
+            params::WIND.validate(wind)?;
         }
         if self.wind.is_some() != self.frames.is_empty() {
             let found = if self.wind.is_some() {
@@ -72,30 +72,10 @@ impl MotionSection {
             };
             return Err(Error::value("motion", found, "either wind or frames"));
         }
-        if self.frames.len() > MAX_FRAMES {
-            let most = format!("at most {MAX_FRAMES} files");
-            return Err(Error::value("motion.frames", self.frames.len(), most));
+        if self.fps.is_some() && self.frames.is_empty() {
+            return Err(Error::value("motion.fps", "set", "absent without frames"));
         }
-        if self.frames.iter().any(|file| file.as_os_str().is_empty()) {
-            return Err(Error::value("motion.frames", "\"\"", "names of files"));
-        }
-        match self.fps {
-            Some(_) if self.frames.is_empty() => {
-                Err(Error::value("motion.fps", "set", "absent without frames"))
-            }
-            Some(fps) => in_range("motion.fps", fps, 1e-3, 1e3),
-            None => Ok(()),
-        }
-    }
-}
-
-impl WindSection {
-    fn validate(&self) -> Result<()> {
-        in_range("motion.wind.speed", self.speed, 0.0, 30.0)?;
-        in_range("motion.wind.gust", self.gust, 0.0, 1.0)?;
-        let direction = self.direction_deg;
-        in_range("motion.wind.direction_deg", direction, -3600.0, 3600.0)?;
-        in_range("motion.wind.stiffness", self.stiffness, 0.1, 1000.0)
+        params::MOTION.validate(self)
     }
 }
 

@@ -3,68 +3,70 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::validate::in_range;
+use crate::params;
 
 /// Most of them in a scene.
 pub const MAX_PROXIES: usize = 8;
 
-/// One `[[proxy]]`: opaque, matte, and lit by the lights with the hair's shadow on it.
+/// One `[[proxy]]`: opaque, matte, and lit by the lights with the hair's shadow on it. Ranges are
+/// those of [`params::ELLIPSOID`] and [`params::GROUND`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum ProxySection {
     /// A head, about.
     Ellipsoid {
-        /// Its centre, cm, -1e6..=1e6.
+        /// Its centre, cm.
         centre: [f64; 3],
-        /// Half axes along x, y and z, cm, 1e-3..=1e6.
+        /// Half axes along x, y and z, cm.
         radii: [f64; 3],
-        /// Turns it about the x axis through its centre, -180..=180; above 0 its top leans
-        /// towards +Z.
+        /// Turns it about the x axis through its centre; above 0 its top leans towards +Z.
         #[serde(default)]
         tilt_deg: f64,
-        /// Share of light that it sends back, linear RGB, 0..=1.
+        /// Share of light that it sends back, linear RGB.
         #[serde(default = "default_albedo")]
         albedo: [f64; 3],
     },
     /// A plane that goes on for ever, lit from above.
     Ground {
-        /// Its height y, cm, -1e6..=1e6.
+        /// Its height y, cm.
         height: f64,
-        /// Share of light that it sends back, linear RGB, 0..=1.
+        /// Share of light that it sends back, linear RGB.
         #[serde(default = "default_albedo")]
         albedo: [f64; 3],
     },
 }
 
 impl ProxySection {
+    /// A head about `centre`, with the defaults of the rest.
+    pub fn ellipsoid(centre: [f64; 3], radii: [f64; 3]) -> Self {
+        ProxySection::Ellipsoid {
+            centre,
+            radii,
+            tilt_deg: 0.0,
+            albedo: default_albedo(),
+        }
+    }
+
+    /// A ground at `height`, with the defaults of the rest.
+    pub fn ground(height: f64) -> Self {
+        ProxySection::Ground {
+            height,
+            albedo: default_albedo(),
+        }
+    }
+
+    /// The rows of this kind.
+    pub const fn section(&self) -> &'static params::Section<ProxySection> {
+        match self {
+            ProxySection::Ellipsoid { .. } => &params::ELLIPSOID,
+            ProxySection::Ground { .. } => &params::GROUND,
+        }
+    }
+
     /// Checks the values of `[[proxy]]` number `ix`, from 0.
     pub(crate) fn validate(&self, ix: usize) -> Result<()> {
-        let key = |name: &str| format!("proxy[{ix}].{name}");
-        let albedo = match self {
-            ProxySection::Ellipsoid {
-                centre,
-                radii,
-                tilt_deg,
-                albedo,
-            } => {
-                for &value in centre {
-                    in_range(key("centre"), value, -1e6, 1e6)?;
-                }
-                for &value in radii {
-                    in_range(key("radii"), value, 1e-3, 1e6)?;
-                }
-                in_range(key("tilt_deg"), *tilt_deg, -180.0, 180.0)?;
-                albedo
-            }
-            ProxySection::Ground { height, albedo } => {
-                in_range(key("height"), *height, -1e6, 1e6)?;
-                albedo
-            }
-        };
-        for &value in albedo {
-            in_range(key("albedo"), value, 0.0, 1.0)?;
-        }
-        Ok(())
+        let name = |key: &str| format!("proxy[{ix}].{key}");
+        self.section().validate_as(self, name)
     }
 }
 

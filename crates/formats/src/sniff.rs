@@ -3,12 +3,15 @@
 use FileKind::{Foreign, Map, Picture};
 
 use crate::container::{Kind, MAGIC};
+use crate::groom_format::{FormatInfo, Sniff};
+use crate::groom_formats::{extension_list, sniff_groom};
 
 /// How many bytes of a file's start [`FileKind::of`] looks at.
 pub const SNIFF_BYTES: usize = 4096;
 
 /// What a file seems to be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum FileKind {
     /// Nothing in it.
     Empty,
@@ -18,8 +21,8 @@ pub enum FileKind {
     OursUnknown,
     /// A scene: TOML with a section or key of ours.
     Scene,
-    /// Cem Yuksel's `.hair`, its magic in capitals or not.
-    Hair,
+    /// Hair in a format that is imported: see [`GROOM_FORMATS`](crate::GROOM_FORMATS).
+    Hair(&'static FormatInfo),
     /// Curves, meshes or whole scenes of another program.
     Foreign(&'static str),
     /// An OpenEXR or Radiance picture.
@@ -78,12 +81,8 @@ impl FileKind {
         if start.starts_with(&MAGIC) {
             return Kind::of_bytes(start).map_or(FileKind::OursUnknown, FileKind::Ours);
         }
-        if start
-            .get(..4)
-            .is_some_and(|magic| magic.eq_ignore_ascii_case(b"HAIR"))
-            && is_header(start)
-        {
-            return FileKind::Hair;
+        if let Some(format) = sniff_groom(start, Sniff::Sure) {
+            return FileKind::Hair(format.info());
         }
         if let Some((_, kind)) = SIGNATURES
             .iter()
@@ -94,6 +93,20 @@ impl FileKind {
         if let Some(version) = tressfx_version(start) {
             return version;
         }
+        match FileKind::of_unsigned(start) {
+            FileKind::Text | FileKind::Unknown => {
+                let format = sniff_groom(start, Sniff::Likely);
+                format.map_or_else(
+                    || FileKind::of_unsigned(start),
+                    |format| FileKind::Hair(format.info()),
+                )
+            }
+            known => known,
+        }
+    }
+
+    /// What a file without a signature is.
+    fn of_unsigned(start: &[u8]) -> FileKind {
         // The cut may run through a letter of several bytes.
         let text = match std::str::from_utf8(start) {
             Ok(text) => text,
@@ -119,7 +132,7 @@ impl FileKind {
             FileKind::Ours(Kind::Groom) => "a groom",
             FileKind::OursUnknown => "a file of a kind unknown to this program",
             FileKind::Scene => "a scene",
-            FileKind::Hair => "a .hair file",
+            FileKind::Hair(format) => format.title,
             Foreign(name) | Map(name) | Picture(name) => name,
             FileKind::Text => "some other text",
             FileKind::Unknown => "of an unknown format",
@@ -127,24 +140,29 @@ impl FileKind {
     }
 
     /// What can be done with such a file; empty where nothing is known.
-    pub const fn advice(self) -> &'static str {
-        match self {
+    fn advice(self) -> String {
+        let advice = match self {
             FileKind::Ours(Kind::Tables) => "a scene names it as tables.file",
             FileKind::Ours(Kind::Lights) => "a scene names it as lights.file",
             FileKind::Ours(Kind::Groom) => "a scene names it as groom.file",
             FileKind::OursUnknown => "a newer version may read it",
             FileKind::Scene => "`strandlight render` draws it",
-            FileKind::Hair => "`strandlight groom import` makes a groom of it",
-            Foreign(_) => "hair is imported from .hair files only: export its curves as .hair",
+            FileKind::Hair(_) => "`strandlight groom import` makes a groom of it",
+            Foreign(_) => {
+                let list = extension_list(|format| format.can.reads);
+                let what = "hair is imported from";
+                return format!("{what} {list} files only: export its curves as one of these");
+            }
             Map(_) => "`strandlight lights` makes a light set of an environment map",
             Picture(_) => "environment maps are OpenEXR or Radiance .hdr",
             FileKind::Empty | FileKind::Text | FileKind::Unknown => "",
-        }
+        };
+        advice.to_owned()
     }
 
     /// Name and advice: `it is a groom; a scene names it as groom.file`.
     pub fn describe(self) -> String {
-        match (self.name(), self.advice()) {
+        match (self.name(), &*self.advice()) {
             (name, "") => format!("it is {name}"),
             (name, advice) => format!("it is {name}; {advice}"),
         }
@@ -154,11 +172,6 @@ impl FileKind {
     pub const fn is_known(self) -> bool {
         !matches!(self, FileKind::Text | FileKind::Unknown)
     }
-}
-
-/// `hair` may also be the first word of a text: what follows the magic are three small numbers.
-fn is_header(start: &[u8]) -> bool {
-    start.starts_with(b"HAIR") || start[4..].iter().take(12).any(|&byte| byte == 0)
 }
 
 /// TressFX writes text, `version 2.0`, or from 3 on the version as a float and two counts.
@@ -310,7 +323,7 @@ mod tests {
     #[test]
     fn what_can_be_done_is_said() {
         for (start, needle) in [
-            (&b"Ogawa\xff"[..], "export its curves as .hair"),
+            (&b"Ogawa\xff"[..], "imported from .hair or .data files only"),
             (b"HAIR", "groom import"),
             (b"#?RADIANCE", "strandlight lights"),
             (b"\x89PNG\r\n\x1a\n", "OpenEXR or Radiance"),

@@ -9,12 +9,13 @@ use std::io::{Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use strandlight_scattering::axis::Spacing;
 
+use crate::baked_file::BakedFile;
 use crate::container::{Container, ContainerWriter, Kind, encode_record};
 use crate::error::{Error, Result};
 use crate::input::Input;
-use crate::tables::{Axis, Spacing, Table, TableFile, TableHeader, TableInfo, validate_file};
-use crate::write::write_file;
+use crate::tables::{Axis, Table, TableFile, TableHeader, TableInfo, validate_file};
 
 #[derive(Serialize, Deserialize)]
 struct Meta {
@@ -207,40 +208,16 @@ impl TableFile {
         reader.path = Some(path.to_owned());
         Ok(reader)
     }
+}
 
-    /// Reads a `.tables` file, all of it.
-    ///
-    /// # Errors
-    /// Any of [`Error`], naming the path.
-    pub fn read(path: &Path) -> Result<Self> {
-        TableFile::open(path)?
-            .read_all()
-            .map_err(|error| error.in_file(path))
+impl BakedFile for TableFile {
+    const KIND: Kind = Kind::Tables;
+
+    fn from_container<R: Read + Seek>(file: Container<R>) -> Result<Self> {
+        TableReader::new(file)?.read_all()
     }
 
-    /// Decodes a `.tables` file in memory.
-    ///
-    /// # Errors
-    /// Any of [`Error`].
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        TableReader::new(Container::from_bytes(bytes, Kind::Tables)?)?.read_all()
-    }
-
-    /// Validates and writes, whole or not at all; answers the number of bytes written.
-    ///
-    /// # Errors
-    /// `Value` when a table breaks a promise, `Io`; the path is named.
-    pub fn write(&self, path: &Path) -> Result<u64> {
-        let bytes = self.to_bytes().map_err(|error| error.in_file(path))?;
-        write_file(path, &bytes).map_err(|error| Error::from(error).in_file(path))?;
-        Ok(bytes.len() as u64)
-    }
-
-    /// The bytes of the file. Equal tables give equal bytes.
-    ///
-    /// # Errors
-    /// `Value` when a table breaks a promise.
-    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+    fn to_bytes(&self) -> Result<Vec<u8>> {
         self.validate()?;
         let tables = self.tables.iter().map(|table| TableMeta {
             name: table.name.clone(),

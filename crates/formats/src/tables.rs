@@ -1,73 +1,12 @@
 //! Baked tables that describe their own axes.
 
+use strandlight_scattering::axis::{self, Spacing};
+
 use crate::error::{Error, Result};
 use crate::input::tool_version;
 use crate::validate::{finite, in_range, short_name};
 
-/// How texel centres are placed along an axis; `u` runs 0..=1 from the first to the last centre.
-///
-/// Files hold the *name* of the spacing, so variants may be added in any order; a reader that
-/// does not know a name says so.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Spacing {
-    /// `x = min + (max - min) u`.
-    Linear,
-    /// `x = min (max / min)^u`.
-    Log,
-    /// Centres even in `(t + sqrt t) / 2`, `t = 1 / sqrt(1 + x)`; x >= 0.
-    InverseSqrt,
-    /// Centres even in `0.6 sqrt x + 0.4 x^2`; 0 <= x <= 1.
-    RootSquare,
-    /// Centres even in `(r + r^2) / 2`, `r = 1 - 1/x`; x >= 1.
-    Reciprocal,
-    /// Centres even in `1.3 x - 0.3 x^2`; 0 <= x <= 1.
-    Concave,
-}
-
-impl Spacing {
-    /// Every spacing that this program knows.
-    pub const ALL: &[Spacing] = &[
-        Spacing::Linear,
-        Spacing::Log,
-        Spacing::InverseSqrt,
-        Spacing::RootSquare,
-        Spacing::Reciprocal,
-        Spacing::Concave,
-    ];
-
-    /// Name in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Spacing::Linear => "linear",
-            Spacing::Log => "log",
-            Spacing::InverseSqrt => "inverse-sqrt",
-            Spacing::RootSquare => "root-square",
-            Spacing::Reciprocal => "reciprocal",
-            Spacing::Concave => "concave",
-        }
-    }
-
-    /// The spacing called `name`.
-    pub fn from_name(name: &str) -> Option<Spacing> {
-        Spacing::ALL
-            .iter()
-            .copied()
-            .find(|spacing| spacing.name() == name)
-    }
-
-    /// Does an axis from `min` to `max` make sense with this spacing?
-    fn accepts_range(self, min: f64, max: f64) -> bool {
-        match self {
-            Spacing::Linear => true,
-            Spacing::Log => min > 0.0,
-            Spacing::InverseSqrt => min >= 0.0,
-            Spacing::RootSquare | Spacing::Concave => min >= 0.0 && max <= 1.0,
-            Spacing::Reciprocal => min >= 1.0,
-        }
-    }
-}
-
-/// One axis of a table.
+/// One axis of a table: [`axis::Axis`] with a name. Files hold the name of the spacing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     /// Name of the variable, e.g. `lambda_p`, `phi`, `eta`, `theta_d`.
@@ -86,6 +25,27 @@ impl Axis {
     /// The rule of all axes, as recorded in files: `u = i / (count - 1)` at the centre of texel
     /// i, so that the first centre stands at `min` and the last at `max`.
     pub const TEXEL_CENTRES: &str = "centres-at-both-ends";
+
+    /// `axis`, called `name`.
+    pub fn new(name: impl Into<String>, axis: &axis::Axis) -> Axis {
+        Axis {
+            name: name.into(),
+            min: axis.min,
+            max: axis.max,
+            count: axis.count,
+            spacing: axis.spacing,
+        }
+    }
+
+    /// The axis without its name, to sample along.
+    pub const fn unnamed(&self) -> axis::Axis {
+        axis::Axis {
+            min: self.min,
+            max: self.max,
+            count: self.count,
+            spacing: self.spacing,
+        }
+    }
 }
 
 /// A table of float32 texels over one to four axes with up to 16 channels.

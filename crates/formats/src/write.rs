@@ -175,9 +175,9 @@ pub fn remove_temporary_files() {
 }
 
 /// The temporary files that are there.
-struct Registry(Mutex<Live>);
+struct Registry(Mutex<ProgressiveRenderer>);
 
-struct Live {
+struct ProgressiveRenderer {
     paths: Vec<PathBuf>,
     is_closed: bool,
 }
@@ -186,13 +186,13 @@ static LIVE: Registry = Registry::new();
 
 impl Registry {
     const fn new() -> Self {
-        Registry(Mutex::new(Live {
+        Registry(Mutex::new(ProgressiveRenderer {
             paths: Vec::new(),
             is_closed: false,
         }))
     }
 
-    fn lock(&self) -> MutexGuard<'_, Live> {
+    fn lock(&self) -> MutexGuard<'_, ProgressiveRenderer> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -1,8 +1,33 @@
 //! `.hair` files: every combination of flags comes back byte for byte.
 
 use proptest::prelude::*;
-use strandlight_formats::hair::flag;
-use strandlight_formats::{Attribute, Domain, Error, Groom, HairImport, UpAxis};
+use strandlight_formats::{
+    Attribute, BakedFile, Domain, Error, ExportOptions, Groom, ImportOptions, NoteKind, Result,
+    SourceFile, UpAxis, groom_format,
+};
+
+/// Bits of the header's flags.
+mod flag {
+    pub const SEGMENTS: u32 = 1;
+    pub const POINTS: u32 = 2;
+    pub const THICKNESS: u32 = 4;
+    pub const TRANSPARENCY: u32 = 8;
+    pub const COLOR: u32 = 16;
+}
+
+fn from_hair(bytes: &[u8], options: ImportOptions) -> Result<Groom> {
+    let file = SourceFile::from_bytes(bytes)?;
+    assert_eq!(file.format().info().name, "hair");
+    Ok(file.import(&options)?.groom)
+}
+
+fn to_hair(groom: &Groom) -> Vec<u8> {
+    let format = groom_format("hair").unwrap();
+    groom
+        .export(format, &ExportOptions::default())
+        .unwrap()
+        .bytes
+}
 
 /// A `.hair` file with the arrays of `flags`; `lengths` are points a strand. Without a segments
 /// array all lengths must be equal.
@@ -36,10 +61,10 @@ fn hair_file(flags: u32, lengths: &[u16], salt: u32) -> Vec<u8> {
     bytes
 }
 
-fn through_groom_file(bytes: &[u8], options: HairImport) -> Vec<u8> {
-    let groom = Groom::from_hair(bytes, options).unwrap();
+fn through_groom_file(bytes: &[u8], options: ImportOptions) -> Vec<u8> {
+    let groom = from_hair(bytes, options).unwrap();
     let groom = Groom::from_bytes(&groom.to_bytes().unwrap()).unwrap();
-    groom.to_hair().unwrap()
+    to_hair(&groom)
 }
 
 #[test]
@@ -53,10 +78,7 @@ fn every_flag_combination_is_lossless() {
         };
         let bytes = hair_file(flags, lengths, arrays);
         for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
-            let options = HairImport {
-                up,
-                ..HairImport::default()
-            };
+            let options = ImportOptions::default().with_up(up);
             assert!(
                 through_groom_file(&bytes, options) == bytes,
                 "flags {flags} up {up:?}"
@@ -71,7 +93,7 @@ fn every_flag_combination_is_lossless() {
 fn meaning_of_the_arrays() {
     let flags = flag::POINTS | flag::SEGMENTS | flag::COLOR;
     let bytes = hair_file(flags, &[2, 1, 3], 0);
-    let groom = Groom::from_hair(&bytes, HairImport::default()).unwrap();
+    let groom = from_hair(&bytes, ImportOptions::default()).unwrap();
     assert_eq!(groom.strand_offsets, [0, 2, 5]);
     let float = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
     // z up: (x, y, z) becomes (x, z, -y). Points start after three u16.
@@ -95,20 +117,23 @@ fn meaning_of_the_arrays() {
         (diameter.domain, &diameter.data[..]),
         (Domain::Groom, &[0.25][..])
     );
-    let original = groom.source.hair.unwrap();
-    assert_eq!(original.single_points.len(), 1);
-    assert_eq!(original.single_points[0].strand, 1);
+    assert_eq!(groom.source.n_set_aside(), 1);
+    let original = groom.source.original.unwrap();
+    assert_eq!(original.format, "hair");
+    // The header, then the index of the single point.
+    assert_eq!(original.data.len(), 128 + 36);
+    assert_eq!(
+        (&original.data[..128], &original.data[128..132]),
+        (&bytes[..128], &[1, 0, 0, 0][..])
+    );
 }
 
 #[test]
 fn other_units_come_back_within_two_units_in_the_last_place() {
     let bytes = hair_file(flag::POINTS | flag::SEGMENTS, &[5, 9, 2], 7);
-    let options = HairImport {
-        cm_per_unit: 2.54,
-        up: UpAxis::Z,
-    };
-    let groom = Groom::from_hair(&bytes, options).unwrap();
-    let back = groom.to_hair().unwrap();
+    let options = ImportOptions::default().with_unit(2.54);
+    let groom = from_hair(&bytes, options).unwrap();
+    let back = to_hair(&groom);
     let start = 128 + 6;
     assert_eq!(back[..start], bytes[..start]);
     let floats = |bytes: &[u8]| -> Vec<f32> {
@@ -128,7 +153,7 @@ fn other_units_come_back_within_two_units_in_the_last_place() {
 }
 
 fn message(bytes: &[u8]) -> String {
-    Groom::from_hair(bytes, HairImport::default())
+    from_hair(bytes, ImportOptions::default())
         .unwrap_err()
         .to_string()
 }
@@ -141,7 +166,7 @@ fn lies_are_named() {
         bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
         bytes
     };
-    assert!(Groom::from_hair(&good, HairImport::default()).is_ok());
+    assert!(from_hair(&good, ImportOptions::default()).is_ok());
     for (bytes, part) in [
         (with(4, u32::MAX), "promises 8589934590 bytes of segments"),
         (with(8, u32::MAX), "promises 51539607540 bytes of points"),
@@ -150,7 +175,7 @@ fn lies_are_named() {
         (with(12, 63), "flags 0x3f"),
         (with(12, 29), "no points"),
         (with(12, 30), "bytes after"),
-        (with(0, 0), "does not start with HAIR"),
+        (with(0, 0), "not a file of hair: it is of an unknown format"),
         (with(132, f32::NAN.to_bits()), "strand 0, point 0"),
         (with(132 + 36, f32::INFINITY.to_bits()), "strand 1, point 1"),
         (
@@ -199,14 +224,14 @@ fn every_truncation_and_a_trailing_byte_are_refused() {
     let good = hair_file(31, &[2, 1, 3], 3);
     for length in 0..good.len() {
         assert!(
-            Groom::from_hair(&good[..length], HairImport::default()).is_err(),
+            from_hair(&good[..length], ImportOptions::default()).is_err(),
             "{length}"
         );
     }
     let mut long = good;
     long.push(0);
     assert!(matches!(
-        Groom::from_hair(&long, HairImport::default()),
+        from_hair(&long, ImportOptions::default()),
         Err(Error::Invalid { .. })
     ));
 }
@@ -231,7 +256,7 @@ fn hair_of_equal_strands() {
         files.push((bytes, [10_000, 160_000], 86.0));
     }
     for (bytes, counts, extent) in files {
-        let groom = Groom::from_hair(&bytes, HairImport::default()).unwrap();
+        let groom = from_hair(&bytes, ImportOptions::default()).unwrap();
         assert_eq!([groom.n_strands(), groom.points.len()], counts);
         let (min, max) = groom.bounds();
         let found = max[1] - min[1];
@@ -239,7 +264,7 @@ fn hair_of_equal_strands() {
             (found / extent - 1.0).abs() < 0.05,
             "{min:?} {max:?} {extent}"
         );
-        assert!(through_groom_file(&bytes, HairImport::default()) == bytes);
+        assert!(through_groom_file(&bytes, ImportOptions::default()) == bytes);
     }
 }
 
@@ -268,10 +293,10 @@ fn the_diameter_of_a_groom_is_exported_as_thickness() {
     let float = |bytes: &[u8], at: usize| f32::from_bits(word(bytes, at));
 
     // One value for all is the default.
-    let constant = own_groom(Domain::Groom, &[0.0123]).to_hair().unwrap();
+    let constant = to_hair(&own_groom(Domain::Groom, &[0.0123]));
     assert_eq!(word(&constant, 12) & flag::THICKNESS, 0);
     assert_eq!(float(&constant, 20), 0.0123);
-    let back = Groom::from_hair(&constant, HairImport::default()).unwrap();
+    let back = from_hair(&constant, ImportOptions::default()).unwrap();
     assert_eq!(diameter(&back).data, [0.0123]);
 
     // Values of points and of strands are the array.
@@ -283,29 +308,26 @@ fn the_diameter_of_a_groom_is_exported_as_thickness() {
             [0.1, 0.1, 0.2, 0.2, 0.2],
         ),
     ] {
-        let bytes = groom.to_hair().unwrap();
+        let bytes = to_hair(&groom);
         assert_eq!(word(&bytes, 12) & flag::THICKNESS, flag::THICKNESS);
-        let back = Groom::from_hair(&bytes, HairImport::default()).unwrap();
+        let back = from_hair(&bytes, ImportOptions::default()).unwrap();
         assert_eq!(diameter(&back).data, expected);
         assert_eq!(back.points, groom.points);
-        assert!(back.to_hair().unwrap() == bytes);
+        assert!(to_hair(&back) == bytes);
     }
 
     // Without a diameter it is drawn 0.008 cm thick, and so it is written.
     let mut bare = own_groom(Domain::Groom, &[1.0]);
     bare.attributes.clear();
-    assert_eq!(float(&bare.to_hair().unwrap(), 20), 0.008);
+    assert_eq!(float(&to_hair(&bare), 20), 0.008);
 }
 
 #[test]
 fn a_changed_diameter_is_exported_in_the_unit_of_the_file() {
     // Points only, single ones among them; the default thickness is 0.25 inches.
     let bytes = hair_file(flag::POINTS | flag::SEGMENTS, &[2, 1, 3], 5);
-    let inches = HairImport {
-        cm_per_unit: 2.54,
-        up: UpAxis::Z,
-    };
-    let mut groom = Groom::from_hair(&bytes, inches).unwrap();
+    let inches = ImportOptions::default().with_unit(2.54);
+    let mut groom = from_hair(&bytes, inches).unwrap();
     let own = [0.254, 0.508, 0.762, 1.016, 1.27];
     for attribute in &mut groom.attributes {
         if attribute.name == "diameter" {
@@ -313,7 +335,7 @@ fn a_changed_diameter_is_exported_in_the_unit_of_the_file() {
             attribute.data = own.to_vec();
         }
     }
-    let file = groom.to_hair().unwrap();
+    let file = to_hair(&groom);
     let thickness: Vec<f32> = file[file.len() - 24..]
         .chunks(4)
         .map(|four| f32::from_le_bytes(four.try_into().unwrap()))
@@ -322,7 +344,7 @@ fn a_changed_diameter_is_exported_in_the_unit_of_the_file() {
     for (found, expected) in thickness.iter().zip([0.1f32, 0.2, 0.25, 0.3, 0.4, 0.5]) {
         assert!((found - expected).abs() <= 1e-7, "{thickness:?}");
     }
-    let back = Groom::from_hair(&file, inches).unwrap();
+    let back = from_hair(&file, inches).unwrap();
     for (found, expected) in diameter(&back).data.iter().zip(own) {
         assert!((found - expected).abs() <= f32::EPSILON * expected);
     }
@@ -334,7 +356,7 @@ fn magic_in_small_letters_is_read_and_written_in_capitals() {
     for magic in [b"hair", b"Hair"] {
         let mut bytes = good.clone();
         bytes[..4].copy_from_slice(magic);
-        assert!(through_groom_file(&bytes, HairImport::default()) == good);
+        assert!(through_groom_file(&bytes, ImportOptions::default()) == good);
     }
 }
 
@@ -352,11 +374,8 @@ fn with_thickness(thickness: [f32; 5]) -> Vec<u8> {
 #[test]
 fn thickness_that_cannot_be_drawn_is_counted() {
     let import = |bytes: &[u8], cm_per_unit| {
-        let options = HairImport {
-            cm_per_unit,
-            up: UpAxis::Z,
-        };
-        Groom::from_hair(bytes, options).unwrap()
+        let options = ImportOptions::default().with_unit(cm_per_unit);
+        from_hair(bytes, options).unwrap()
     };
     let good = import(&with_thickness([0.1, 0.2, 0.3, 0.2, 1e-6]), 1.0);
     assert_eq!(good.thickness_faults(), None);
@@ -400,6 +419,52 @@ fn thickness_that_cannot_be_drawn_is_counted() {
     );
 }
 
+#[test]
+fn what_was_assumed_and_set_aside_is_noted() {
+    let mut bytes = hair_file(31, &[2, 1, 3], 3);
+    bytes[..4].copy_from_slice(b"hair");
+    let file = SourceFile::from_bytes(bytes).unwrap();
+    let import = file.import(&ImportOptions::default()).unwrap();
+    let kinds: Vec<NoteKind> = import.notes.iter().map(|note| note.kind).collect();
+    assert_eq!(kinds, [NoteKind::Assumed, NoteKind::SetAside]);
+    assert!(import.notes[0].text.contains("small letters"));
+    let aside = "1 strands of a single point are kept for export but not drawn";
+    assert_eq!(import.notes[1].to_string(), aside);
+}
+
+#[test]
+fn a_file_can_be_written_in_another_unit() {
+    // Single points and thickness among them, in inches.
+    let bytes = hair_file(31, &[2, 1, 3], 3);
+    let groom = from_hair(&bytes, ImportOptions::default().with_unit(2.54)).unwrap();
+    let options = ExportOptions::default().with_unit(1.0).with_up(UpAxis::Y);
+    let format = groom_format("hair").unwrap();
+    let file = groom.export(format, &options).unwrap().bytes;
+    let start = 128 + 6;
+    assert_eq!(file[..20], bytes[..20]);
+    let floats = |bytes: &[u8]| -> Vec<f64> {
+        let four = |four: &[u8]| f32::from_le_bytes(four.try_into().unwrap());
+        bytes.chunks(4).map(four).map(f64::from).collect()
+    };
+    let (old, new) = (floats(&bytes[start..]), floats(&file[start..]));
+    let close = |found: f64, expected: f64| {
+        assert!(
+            (found - expected).abs() <= 1e-6 * expected.abs(),
+            "{found} {expected}"
+        );
+    };
+    for point in 0..6 {
+        let [x, y, z] = [0, 1, 2].map(|axis| old[3 * point + axis] * 2.54);
+        for (axis, expected) in [x, z, -y].into_iter().enumerate() {
+            close(new[3 * point + axis], expected);
+        }
+        // Thickness is a length, transparency and colour are not.
+        close(new[18 + point], old[18 + point] * 2.54);
+        assert_eq!(new[24 + point], old[24 + point]);
+    }
+    assert_eq!(new[30..], old[30..]);
+}
+
 proptest! {
     #[test]
     fn random_files_are_lossless(
@@ -409,7 +474,7 @@ proptest! {
     ) {
         prop_assume!(lengths.iter().any(|&n| n > 1));
         let bytes = hair_file(flag::POINTS | flag::SEGMENTS | (arrays << 2), &lengths, salt);
-        prop_assert!(through_groom_file(&bytes, HairImport::default()) == bytes);
+        prop_assert!(through_groom_file(&bytes, ImportOptions::default()) == bytes);
     }
 
     #[test]
@@ -417,7 +482,7 @@ proptest! {
         let mut file = hair_file(flags, &[2, 2], 0);
         let n = file.len().min(bytes.len());
         file[4..n.max(4)].copy_from_slice(&bytes[4.min(n)..n]);
-        let _ = Groom::from_hair(&file, HairImport::default());
-        let _ = Groom::from_hair(&bytes, HairImport::default());
+        let _ = from_hair(&file, ImportOptions::default());
+        let _ = from_hair(&bytes, ImportOptions::default());
     }
 }

@@ -1,7 +1,8 @@
 //! Every kind survives writing and reading.
 
 use strandlight_formats::{
-    Attribute, Axis, Domain, Error, Groom, LightSet, Scene, Spacing, SrbfLight, Table, TableFile,
+    Attribute, Axis, BakedFile, Domain, Error, Groom, LightSet, Scene, Spacing, SrbfLight, Table,
+    TableFile,
 };
 
 fn groom() -> Groom {
@@ -92,9 +93,10 @@ fn one_table_by_name() {
 mod random {
     use proptest::prelude::*;
     use strandlight_formats::{
-        Attribute, Axis, Background, CameraSection, Domain, FitReport, Groom, GroomSource,
-        LightSet, LightSetInfo, Mode, MotionSection, ProxySection, Scene, Spacing, SrbfLight,
-        Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis, WindSection,
+        Attribute, Axis, Background, BakedFile, CameraSection, Domain, FitReport, Groom,
+        GroomSource, LightSet, LightSetInfo, Lobe, MotionSection, Original, ProxySection, Scene,
+        Spacing, SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis,
+        WindSection,
     };
 
     fn pairs() -> impl Strategy<Value = Vec<(String, String)>> {
@@ -132,6 +134,8 @@ mod random {
             parameters in pairs(),
             cm_per_unit in 1e-6f64..1e6,
             up in prop::sample::select(vec![UpAxis::X, UpAxis::Y, UpAxis::Z]),
+            // A format that nobody knows is kept as it is.
+            original in prop::option::of(("[!-~]{1,64}", prop::collection::vec(any::<u8>(), 0..200))),
         ) -> Groom {
             let mut strand_offsets = vec![0];
             for length in lengths {
@@ -141,7 +145,9 @@ mod random {
             let attributes = named
                 .map(|(ix, attribute)| Attribute { name: format!("a_{ix}"), ..attribute })
                 .collect();
-            let source = GroomSource { cm_per_unit, up, parameters, ..GroomSource::default() };
+            let original = original.map(|(format, data)| Original { format, data });
+            let source =
+                GroomSource { cm_per_unit, up, parameters, original, ..GroomSource::default() };
             Groom { points, strand_offsets, attributes, source }
         }
     }
@@ -222,7 +228,7 @@ mod random {
             tables in prop::option::of("[a-z]{1,8}\\.tables"),
             numbers in prop::array::uniform8(0f64..1.0),
             diameter_cm in prop::option::of(1e-5f64..10.0),
-            modes in prop::sample::subsequence(vec![Mode::R, Mode::Tt, Mode::Trt], 1..=3),
+            modes in prop::sample::subsequence(vec![Lobe::R, Lobe::Tt, Lobe::Trt], 1..=3),
             camera in prop::option::of(prop::array::uniform3(1f64..1e6)),
             size in prop::array::uniform2(1u32..=16_384),
             samples in 1u32..=65536,

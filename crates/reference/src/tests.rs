@@ -6,7 +6,7 @@ mod painted;
 mod proxies;
 
 use glam::Vec3;
-use strandlight_formats::{Groom, LightSet, Scene, SrbfLight};
+use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight};
 use strandlight_scattering::dual_scattering::{Average, AverageTable, Backscatter};
 use strandlight_scattering::exact::{
     Bcsdf, Forward, Light, View, direct_local, global, local, single,

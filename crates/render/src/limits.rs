@@ -22,7 +22,7 @@ macro_rules! needs {
 
 /// Most are below WebGPU's defaults. What depends on the scene or the picture is checked where that
 /// is known: buffers by [`DeviceBytes::check`](crate::passes::DeviceBytes::check), sides of pictures
-/// by [`Live::set_size`](crate::Live::set_size).
+/// by [`ProgressiveRenderer::set_size`](crate::ProgressiveRenderer::set_size).
 const NEEDS: [Need; 21] = needs! {
     // Tables of painted fibres, and paint of two million points.
     max_texture_dimension_2d: 2048,

@@ -4,7 +4,7 @@
 use serde_json::{Value, json};
 
 use crate::session::Change;
-use strandlight_render::live::{LiveReport, StageReport};
+use strandlight_render::progressive::{RenderReport, StageReport};
 use strandlight_scene::edit::PartReport;
 use strandlight_scene::memory;
 use strandlight_scene::stats::{Stage, Stats};
@@ -67,7 +67,7 @@ impl Timings {
 }
 
 /// What the live renderer did for a frame.
-pub fn of_live(report: &LiveReport) -> Value {
+pub fn of_live(report: &RenderReport) -> Value {
     let stage = |stage: &StageReport| {
         json!({
             "name": stage.name,

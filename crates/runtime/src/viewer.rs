@@ -1,6 +1,6 @@
 //! A document and its picture: what window, web page and script all drive.
 //!
-//! [`Viewer`] is a [`Session`] and a [`Live`]. Whatever changes the first tells the second what of
+//! [`Viewer`] is a [`Session`] and a [`ProgressiveRenderer`]. Whatever changes the first tells the second what of
 //! it to make anew, and no more.
 
 use std::path::Path;
@@ -11,9 +11,9 @@ use strandlight_formats::Scene;
 
 use crate::session::{Change, Saved, Session, section_of};
 use strandlight_render::gpu::Context;
-use strandlight_render::live::{Live, LiveReport, Progress};
+use strandlight_render::progressive::{Progress, ProgressiveRenderer, RenderReport};
 use strandlight_scene::Camera;
-use strandlight_scene::assets::{camera, densities, hair_params, modes};
+use strandlight_scene::assets::{camera, densities};
 use strandlight_scene::edit::check_round;
 use strandlight_scene::motion::{Motion, Wind};
 use strandlight_scene::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
@@ -25,7 +25,7 @@ use strandlight_scene::{RenderError, SceneError};
 pub struct Viewer {
     context: Context,
     session: Session,
-    live: Live,
+    live: ProgressiveRenderer,
     /// Size of the window, in place of the scene's.
     window: Option<[u32; 2]>,
     /// Where somebody looks from, in place of the scene's camera.
@@ -82,7 +82,7 @@ impl Viewer {
     }
 
     /// The renderer.
-    pub fn live(&self) -> &Live {
+    pub fn live(&self) -> &ProgressiveRenderer {
         &self.live
     }
 
@@ -207,7 +207,7 @@ impl Viewer {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
         self.release()?;
-        check_round(&hair_params(&self.session.scene().hair))
+        check_round(&self.session.scene().hair.params())
             .map_err(|error| SceneError::File(error.to_string()))?;
         self.stroking = Some(Stroking::new(brush).map_err(told)?);
         Ok(())
@@ -256,7 +256,7 @@ impl Viewer {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
         self.release()?;
-        check_round(&hair_params(&self.session.scene().hair))
+        check_round(&self.session.scene().hair.params())
             .map_err(|error| SceneError::File(error.to_string()))?;
         let size = self.size();
         let scene = self.live.scene();
@@ -349,7 +349,7 @@ impl Viewer {
     /// is drawn.
     ///
     /// # Errors
-    /// As [`Live::set_size`].
+    /// As [`ProgressiveRenderer::set_size`].
     pub fn set_window(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         self.window = Some(size);
         self.live.set_size(size)
@@ -364,7 +364,7 @@ impl Viewer {
         self.renew()
     }
 
-    /// See [`Live::advance`].
+    /// See [`ProgressiveRenderer::advance`].
     ///
     /// # Errors
     /// As there.
@@ -372,20 +372,20 @@ impl Viewer {
         self.live.advance(budget)
     }
 
-    /// See [`Live::display`].
+    /// See [`ProgressiveRenderer::display`].
     pub fn display(&self) -> &wgpu::TextureView {
         self.live.display()
     }
 
-    /// See [`Live::report`].
-    pub fn report(&self) -> &LiveReport {
+    /// See [`ProgressiveRenderer::report`].
+    pub fn report(&self) -> &RenderReport {
         self.live.report()
     }
 
     /// One whole picture, linear, of `size` and `samples` a pixel, whatever the window has.
     ///
     /// # Errors
-    /// As [`Live::still`].
+    /// As [`ProgressiveRenderer::still`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn frame(
         &mut self,
@@ -397,7 +397,7 @@ impl Viewer {
 
     /// What [`Viewer::frame`] did last.
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn frame_report(&self) -> &LiveReport {
+    pub fn frame_report(&self) -> &RenderReport {
         self.live.still_report()
     }
 
@@ -441,7 +441,7 @@ impl Viewer {
         let scene = self.session.scene();
         let (assets, live) = (self.session.assets(), &mut self.live);
         if change.hair || change.modes {
-            live.set_hair(&hair_params(&scene.hair), &modes(&scene.hair))
+            live.set_hair(&scene.hair.params(), &scene.hair.modes)
                 .map_err(|error| SceneError::File(error.to_string()))?;
         }
         if change.scattering {
@@ -501,12 +501,12 @@ impl Viewer {
 
 /// The document on a device. Shadow maps are planned for the lights as the set has them, so that
 /// switching one off and on again, here or in the file, gives the same picture.
-fn live_of(context: &Context, session: &Session) -> Result<Live, RenderError> {
+fn live_of(context: &Context, session: &Session) -> Result<ProgressiveRenderer, RenderError> {
     let mut prepared = session.prepared()?;
     let lights = &session.scene().lights;
     let assets = session.assets();
     prepared.lights = assets.turned_lights(lights);
-    let mut live = Live::new(context, prepared)?;
+    let mut live = ProgressiveRenderer::new(context, prepared)?;
     live.set_light_colors(&assets.light_colors(lights))?;
     Ok(live)
 }

@@ -42,6 +42,45 @@ pub struct Axis {
 }
 
 impl Spacing {
+    /// Every spacing.
+    pub const ALL: &[Spacing] = &[
+        Spacing::Linear,
+        Spacing::Log,
+        Spacing::InverseSqrt,
+        Spacing::RootSquare,
+        Spacing::Reciprocal,
+        Spacing::Concave,
+    ];
+
+    /// Name in files, which hold nothing else of it: variants may be added in any order.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Spacing::Linear => "linear",
+            Spacing::Log => "log",
+            Spacing::InverseSqrt => "inverse-sqrt",
+            Spacing::RootSquare => "root-square",
+            Spacing::Reciprocal => "reciprocal",
+            Spacing::Concave => "concave",
+        }
+    }
+
+    /// The spacing called `name`.
+    pub fn from_name(name: &str) -> Option<Spacing> {
+        let mut all = Spacing::ALL.iter().copied();
+        all.find(|spacing| spacing.name() == name)
+    }
+
+    /// Is `w` strictly monotone from `min` to `max`?
+    pub fn accepts_range(self, min: f64, max: f64) -> bool {
+        match self {
+            Spacing::Linear => true,
+            Spacing::Log => min > 0.0,
+            Spacing::InverseSqrt => min >= 0.0,
+            Spacing::RootSquare | Spacing::Concave => min >= 0.0 && max <= 1.0,
+            Spacing::Reciprocal => min >= 1.0,
+        }
+    }
+
     /// The warp `w(x)`.
     pub fn warp(self, x: f64) -> f64 {
         match self {

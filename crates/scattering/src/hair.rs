@@ -2,12 +2,15 @@
 
 /// A scattering mode of Marschner's model; the number of internal path segments is `p`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Lobe {
     /// Surface reflection, p = 0.
     R,
     /// Transmission through the fibre, p = 1.
+    #[cfg_attr(feature = "serde", serde(rename = "TT"))]
     Tt,
     /// One internal reflection, p = 2.
+    #[cfg_attr(feature = "serde", serde(rename = "TRT"))]
     Trt,
 }
 
@@ -37,6 +40,11 @@ impl Lobe {
 
 /// One value per mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct PerLobe<T> {
     /// Value of R.
     pub r: T,
@@ -66,46 +74,165 @@ impl<T: Copy> PerLobe<T> {
     }
 }
 
-/// Parameters of one hair fibre (Xu 2011 Table 1). All angles in radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HairParams {
-    /// Index of refraction, 1.0001..=3.
-    pub eta: f64,
-    /// Absorption per fibre radius, linear RGB, 0..=50.
-    pub sigma_a: [f64; 3],
-    /// Longitudinal shift alpha_t in the half angle theta_h, +-0.5.
-    pub shift: PerLobe<f64>,
-    /// Longitudinal width beta_t in theta_h in Xu's sense, sqrt(2) * standard deviation,
-    /// 0.001..=1.5.
-    pub width: PerLobe<f64>,
-    /// Azimuthal width w_c of the TRT caustic in Xu's sense, 0.01..=1.5.
-    pub caustic_width: f64,
-    /// Eccentricity a of the cross section (Eq 24), 0.5..=2; 1 is circular.
-    pub eccentricity: f64,
+/// One degree in radians.
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Xu's width of a lobe whose standard deviation is one degree.
+const STD_DEV: f64 = std::f64::consts::SQRT_2 * DEGREE;
+
+/// A parameter's numbers as three: one number fills all of them.
+trait Triple: Copy {
+    fn to_triple(self) -> [f64; 3];
+    fn from_triple(triple: [f64; 3]) -> Self;
 }
 
-impl Default for HairParams {
-    /// Brown hair: eta 1.55, widths and shifts in the middle of Marschner's Table 1, a caustic
-    /// of 6 degrees standard deviation.
-    fn default() -> Self {
-        let deg = std::f64::consts::PI / 180.0;
-        let std_dev = std::f64::consts::SQRT_2 * deg;
-        HairParams {
-            eta: 1.55,
-            sigma_a: [0.26, 0.42, 0.83],
-            shift: PerLobe {
-                r: -7.0 * deg,
-                tt: 3.5 * deg,
-                trt: 10.5 * deg,
-            },
-            width: PerLobe {
-                r: 7.0 * std_dev,
-                tt: 3.5 * std_dev,
-                trt: 14.0 * std_dev,
-            },
-            caustic_width: 6.0 * std_dev,
-            eccentricity: 1.0,
+impl Triple for f64 {
+    fn to_triple(self) -> [f64; 3] {
+        [self; 3]
+    }
+
+    fn from_triple([value, ..]: [f64; 3]) -> f64 {
+        value
+    }
+}
+
+impl Triple for [f64; 3] {
+    fn to_triple(self) -> [f64; 3] {
+        self
+    }
+
+    fn from_triple(triple: [f64; 3]) -> [f64; 3] {
+        triple
+    }
+}
+
+impl Triple for PerLobe<f64> {
+    fn to_triple(self) -> [f64; 3] {
+        [self.r, self.tt, self.trt]
+    }
+
+    fn from_triple([r, tt, trt]: [f64; 3]) -> PerLobe<f64> {
+        PerLobe { r, tt, trt }
+    }
+}
+
+/// What the numbers of a [`Parameter`] are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParameterShape {
+    /// One number.
+    Number,
+    /// One for each of red, green and blue.
+    Rgb,
+    /// One for each mode.
+    PerLobe,
+}
+
+/// Makes [`HairParams`] and [`Parameter`] of one row a parameter: its name in [`Parameter`] and
+/// in [`HairParams`], what it has of numbers, their range, and the default.
+macro_rules! hair_params {
+    ($($(#[$doc:meta])* $variant:ident = $field:ident: $shape:ident, $min:expr, $max:expr, $default:expr;)*) => {
+        /// Parameters of one hair fibre (Xu 2011 Table 1). All angles in radians; ranges are
+        /// those of [`Parameter::range`].
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct HairParams {
+            $($(#[$doc])* pub $field: hair_params!(@type $shape),)*
         }
+
+        impl Default for HairParams {
+            /// Brown hair: widths and shifts in the middle of Marschner's Table 1.
+            fn default() -> Self {
+                HairParams { $($field: $default,)* }
+            }
+        }
+
+        /// A field of [`HairParams`].
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Parameter {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Parameter {
+            /// All of them, in the order of their numbers.
+            pub const ALL: [Parameter; [$(stringify!($field)),*].len()] = [$(Parameter::$variant),*];
+
+            /// Name of the field.
+            pub const fn name(self) -> &'static str {
+                match self { $(Parameter::$variant => stringify!($field),)* }
+            }
+
+            /// What its numbers are.
+            pub const fn shape(self) -> ParameterShape {
+                match self { $(Parameter::$variant => hair_params!(@shape $shape),)* }
+            }
+
+            /// Names of its numbers, as in `width.tt` and `sigma_a[0]`.
+            pub const fn numbers(self) -> &'static [&'static str] {
+                match self { $(Parameter::$variant => hair_params!(@numbers $shape $field),)* }
+            }
+
+            /// Smallest and largest value of each of its numbers.
+            pub const fn range(self) -> [f64; 2] {
+                match self { $(Parameter::$variant => [$min, $max],)* }
+            }
+
+            /// Its numbers; a single one fills all three.
+            pub fn get(self, hair: &HairParams) -> [f64; 3] {
+                match self { $(Parameter::$variant => hair.$field.to_triple(),)* }
+            }
+
+            /// Sets its numbers, of which a parameter of a single one takes the first.
+            pub fn set(self, hair: &mut HairParams, values: [f64; 3]) {
+                match self { $(Parameter::$variant => hair.$field = Triple::from_triple(values),)* }
+            }
+        }
+    };
+    (@type number) => { f64 };
+    (@type rgb) => { [f64; 3] };
+    (@type per_lobe) => { PerLobe<f64> };
+    (@shape number) => { ParameterShape::Number };
+    (@shape rgb) => { ParameterShape::Rgb };
+    (@shape per_lobe) => { ParameterShape::PerLobe };
+    (@numbers number $field:ident) => { &[stringify!($field)] };
+    (@numbers rgb $field:ident) => {
+        &[
+            concat!(stringify!($field), "[0]"),
+            concat!(stringify!($field), "[1]"),
+            concat!(stringify!($field), "[2]"),
+        ]
+    };
+    (@numbers per_lobe $field:ident) => {
+        &[
+            concat!(stringify!($field), ".r"),
+            concat!(stringify!($field), ".tt"),
+            concat!(stringify!($field), ".trt"),
+        ]
+    };
+}
+
+hair_params! {
+    /// Index of refraction.
+    Eta = eta: number, 1.0001, 3.0, 1.55;
+    /// Absorption per fibre radius, linear RGB.
+    SigmaA = sigma_a: rgb, 0.0, 50.0, [0.26, 0.42, 0.83];
+    /// Longitudinal shift alpha_t in the half angle theta_h.
+    Shift = shift: per_lobe, -0.5, 0.5, HairParams::DEFAULT_SHIFT_DEG.map(|shift| shift * DEGREE);
+    /// Longitudinal width beta_t in theta_h in Xu's sense, sqrt(2) * standard deviation.
+    Width = width: per_lobe, 0.001, 1.5, HairParams::DEFAULT_WIDTH_DEG.map(|width| width * STD_DEV);
+    /// Azimuthal width w_c of the TRT caustic in Xu's sense.
+    CausticWidth = caustic_width: number, 0.01, 1.5, HairParams::DEFAULT_CAUSTIC_WIDTH_DEG * STD_DEV;
+    /// Eccentricity a of the cross section (Eq 24); 1 is circular.
+    Eccentricity = eccentricity: number, 0.5, 2.0, 1.0;
+}
+
+impl Parameter {
+    /// Does it differ between `a` and `b`, in any bit? -0 and 0 make textures that differ in theirs.
+    pub fn differs(self, a: &HairParams, b: &HairParams) -> bool {
+        self.get(a).map(f64::to_bits) != self.get(b).map(f64::to_bits)
+    }
+
+    /// `value` inside the range.
+    pub fn clamp(self, value: f64) -> f64 {
+        let [min, max] = self.range();
+        value.clamp(min, max)
     }
 }
 
@@ -122,13 +249,6 @@ pub struct ParamError {
     /// Largest accepted value.
     pub max: f64,
 }
-
-/// Range of the widths beta.
-pub(crate) const WIDTH_MIN: f64 = 0.001;
-/// See [`WIDTH_MIN`].
-pub(crate) const WIDTH_MAX: f64 = 1.5;
-/// Largest shift alpha to either side.
-pub(crate) const SHIFT_MAX: f64 = 0.5;
 
 /// `value` must be a number in `min..=max`; NaN is outside every range.
 pub(crate) fn in_range(
@@ -150,6 +270,21 @@ pub(crate) fn in_range(
 }
 
 impl HairParams {
+    /// Shifts of the default hair, degrees.
+    pub const DEFAULT_SHIFT_DEG: PerLobe<f64> = PerLobe {
+        r: -7.0,
+        tt: 3.5,
+        trt: 10.5,
+    };
+    /// Widths of the default hair as standard deviations, degrees.
+    pub const DEFAULT_WIDTH_DEG: PerLobe<f64> = PerLobe {
+        r: 7.0,
+        tt: 3.5,
+        trt: 14.0,
+    };
+    /// Width of the default hair's caustic as a standard deviation, degrees.
+    pub const DEFAULT_CAUSTIC_WIDTH_DEG: f64 = 6.0;
+
     /// `[eta*_1, eta*_2]` of Xu 2011 Eq 24, the indices of an elliptic fibre along its axes, both
     /// eta for a circular one; not clamped: strong eccentricities take them below 1.
     pub fn elliptic_indices(&self) -> [f64; 2] {
@@ -161,51 +296,17 @@ impl HairParams {
     /// The hair with all widths times `width` and all shifts times `shift`, kept in their ranges.
     pub fn scaled(&self, width: f64, shift: f64) -> HairParams {
         HairParams {
-            width: self
-                .width
-                .map(|beta| (beta * width).clamp(WIDTH_MIN, WIDTH_MAX)),
+            width: self.width.map(|beta| Parameter::Width.clamp(beta * width)),
             shift: self
                 .shift
-                .map(|alpha| (alpha * shift).clamp(-SHIFT_MAX, SHIFT_MAX)),
+                .map(|alpha| Parameter::Shift.clamp(alpha * shift)),
             ..*self
         }
     }
 
-    /// Every number of a fibre: its name, smallest and largest accepted value; in the order of
-    /// [`HairParams::to_array`].
-    pub const RANGES: [(&'static str, f64, f64); 12] = [
-        ("eta", 1.0001, 3.0),
-        ("sigma_a[0]", 0.0, 50.0),
-        ("sigma_a[1]", 0.0, 50.0),
-        ("sigma_a[2]", 0.0, 50.0),
-        ("shift.r", -SHIFT_MAX, SHIFT_MAX),
-        ("shift.tt", -SHIFT_MAX, SHIFT_MAX),
-        ("shift.trt", -SHIFT_MAX, SHIFT_MAX),
-        ("width.r", WIDTH_MIN, WIDTH_MAX),
-        ("width.tt", WIDTH_MIN, WIDTH_MAX),
-        ("width.trt", WIDTH_MIN, WIDTH_MAX),
-        ("caustic_width", 0.01, 1.5),
-        ("eccentricity", 0.5, 2.0),
-    ];
-
-    /// All numbers, in the order of [`HairParams::RANGES`].
-    pub fn to_array(&self) -> [f64; 12] {
-        let [r, g, b] = self.sigma_a;
-        let (shift, width) = (self.shift, self.width);
-        [
-            self.eta,
-            r,
-            g,
-            b,
-            shift.r,
-            shift.tt,
-            shift.trt,
-            width.r,
-            width.tt,
-            width.trt,
-            self.caustic_width,
-            self.eccentricity,
-        ]
+    /// The bits of all numbers: hair of the same bits has the same textures.
+    pub fn bits(&self) -> [[u64; 3]; Parameter::ALL.len()] {
+        Parameter::ALL.map(|parameter| parameter.get(self).map(f64::to_bits))
     }
 
     /// Checks every field against its documented range; NaN is outside every range.
@@ -213,9 +314,12 @@ impl HairParams {
     /// # Errors
     /// The first field outside its range, by name and value.
     pub fn validate(&self) -> Result<(), ParamError> {
-        let fields = Self::RANGES.into_iter().zip(self.to_array());
-        for ((field, min, max), value) in fields {
-            in_range(field, value, min, max)?;
+        for parameter in Parameter::ALL {
+            let [min, max] = parameter.range();
+            let values = parameter.get(self);
+            for (field, value) in parameter.numbers().iter().zip(values) {
+                in_range(field, value, min, max)?;
+            }
         }
         Ok(())
     }

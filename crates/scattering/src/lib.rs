@@ -42,4 +42,4 @@ pub mod special;
 pub mod spherical_gaussian;
 pub mod table_layout;
 
-pub use hair::{HairParams, Lobe, ParamError, PerLobe};
+pub use hair::{HairParams, Lobe, ParamError, Parameter, ParameterShape, PerLobe};

@@ -6,14 +6,13 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 use strandlight_formats::{
-    Attribute, CameraSection, Domain, Groom, HairSection, LightSet, LightsSection, Mode, Scene,
+    Attribute, CameraSection, Domain, Groom, HairSection, LightSet, LightsSection, Scene,
     SrbfLight, TableFile, TableReader,
 };
+use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
-use strandlight_scattering::color::{sigma_a_from_melanin, sigma_a_from_reflectance};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::table_names;
-use strandlight_scattering::{HairParams, Lobe, PerLobe};
 
 use crate::camera::{Camera, DEFAULT_FOV_Y};
 use crate::edit::{HairTextures, LobeTables};
@@ -145,7 +144,7 @@ impl Assets {
     /// # Errors
     /// A mode without its tables.
     pub fn textures(&self, section: &HairSection) -> Result<HairTextures, SceneError> {
-        let (hair, modes) = (hair_params(section), modes(section));
+        let (hair, modes) = (section.params(), section.modes.clone());
         let SceneTables { lobes, fresnel, .. } = &*self.tables;
         HairTextures::new(lobes.clone(), *fresnel, &hair, &modes, SEGMENTS)
             .map_err(|error| SceneError::File(error.to_string()))
@@ -223,7 +222,7 @@ fn check_lights_named(section: &LightsSection, set: &LightSet) -> Result<(), Sce
 
 /// Reads the tables that the scene names.
 fn tables(scene: &Scene, files: &Files, wanted: ModesToRead) -> Result<SceneTables, SceneError> {
-    let of_scene = modes(&scene.hair);
+    let of_scene = scene.hair.modes.clone();
     match scene.tables_path() {
         Some(path) => {
             let reader = files
@@ -288,44 +287,6 @@ fn read_tables<R: Read + Seek>(
         fresnel: Fresnel::from_name(&file.fresnel)
             .ok_or_else(|| failed(&format_args!("unknown fresnel {:?}", file.fresnel)))?,
     })
-}
-
-/// The modes that are drawn, as the model has them.
-pub fn modes(section: &HairSection) -> Vec<Lobe> {
-    let lobe = |mode: &Mode| match mode {
-        Mode::R => Lobe::R,
-        Mode::Tt => Lobe::Tt,
-        Mode::Trt => Lobe::Trt,
-    };
-    section.modes.iter().map(lobe).collect()
-}
-
-/// The scene's degrees and standard deviations as radians and Xu's widths, and its colour as an
-/// absorption.
-pub fn hair_params(section: &HairSection) -> HairParams {
-    let width = |deg: f64| deg.to_radians() * std::f64::consts::SQRT_2;
-    let caustic_width = width(section.caustic_width_deg);
-    let sigma_a = match (section.reflectance, section.melanin) {
-        (Some(reflectance), _) => sigma_a_from_reflectance(reflectance, caustic_width),
-        (None, Some(melanin)) => sigma_a_from_melanin(melanin.eumelanin, melanin.pheomelanin),
-        (None, None) => section.sigma_a,
-    };
-    HairParams {
-        eta: section.eta,
-        sigma_a,
-        shift: PerLobe {
-            r: section.shift_deg.r.to_radians(),
-            tt: section.shift_deg.tt.to_radians(),
-            trt: section.shift_deg.trt.to_radians(),
-        },
-        width: PerLobe {
-            r: width(section.width_deg.r),
-            tt: width(section.width_deg.tt),
-            trt: width(section.width_deg.trt),
-        },
-        caustic_width,
-        eccentricity: section.eccentricity,
-    }
 }
 
 /// d_f and d_b: the scene's, or else the renderer's.

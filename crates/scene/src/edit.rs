@@ -10,6 +10,7 @@ use std::sync::Arc;
 use web_time::Instant;
 
 use strandlight_formats::TableFile;
+pub use strandlight_scattering::Parameter;
 use strandlight_scattering::closed_form::{
     AverageTexel, Fibre, LobeDecode, N_AVERAGE_COLUMNS, PaintedAverages, PaintedDecode,
     Reflectance, pack_averages,
@@ -27,63 +28,6 @@ use strandlight_scattering::{HairParams, Lobe, ParamError};
 use crate::optics::{Optics, no_lobes};
 use crate::paint::{PaintKinds, no_painted_averages, no_painted_lobes};
 use crate::tables::{TablesError, lobe_table};
-
-/// A group of [`HairParams`] that is edited together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Parameter {
-    /// Index of refraction.
-    Eta,
-    /// Absorption.
-    SigmaA,
-    /// Longitudinal shifts alpha.
-    Shift,
-    /// Longitudinal widths beta.
-    Width,
-    /// Width w_c of the TRT caustic.
-    CausticWidth,
-    /// Eccentricity of the cross section.
-    Eccentricity,
-}
-
-impl Parameter {
-    /// All of them.
-    pub const ALL: [Parameter; 6] = [
-        Parameter::Eta,
-        Parameter::SigmaA,
-        Parameter::Shift,
-        Parameter::Width,
-        Parameter::CausticWidth,
-        Parameter::Eccentricity,
-    ];
-
-    /// Name of the field of [`HairParams`].
-    pub const fn name(self) -> &'static str {
-        match self {
-            Parameter::Eta => "eta",
-            Parameter::SigmaA => "sigma_a",
-            Parameter::Shift => "shift",
-            Parameter::Width => "width",
-            Parameter::CausticWidth => "caustic_width",
-            Parameter::Eccentricity => "eccentricity",
-        }
-    }
-
-    /// Does it differ between `a` and `b`, in any bit?
-    pub fn differs(self, a: &HairParams, b: &HairParams) -> bool {
-        let bits = |hair: &HairParams| {
-            let values = match self {
-                Parameter::Eta => [hair.eta; 3],
-                Parameter::SigmaA => hair.sigma_a,
-                Parameter::Shift => Lobe::ALL.map(|lobe| hair.shift.get(lobe)),
-                Parameter::Width => Lobe::ALL.map(|lobe| hair.width.get(lobe)),
-                Parameter::CausticWidth => [hair.caustic_width; 3],
-                Parameter::Eccentricity => [hair.eccentricity; 3],
-            };
-            values.map(f64::to_bits)
-        };
-        bits(a) != bits(b)
-    }
-}
 
 /// Something derived from the parameters; `usize::from(trt)` of the arrays in [`HairTextures`] is
 /// 0 for TT.

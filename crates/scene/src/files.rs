@@ -9,7 +9,7 @@ use std::time::SystemTime;
 
 use strandlight_formats::container::{Container, Kind};
 use strandlight_formats::{
-    Error, FileName, Groom, GroomHeader, LightSet, Scene, TableReader, check_writable,
+    BakedFile, Error, FileName, Groom, GroomHeader, LightSet, Scene, TableReader, check_writable,
     content_hash, file_hash, open_file, read_file, write_file,
 };
 

@@ -1,6 +1,6 @@
 //! Baked tables in the form that shading reads, in memory and on the GPU.
 
-use strandlight_formats::{Axis, Spacing, Table, TableFile};
+use strandlight_formats::{Axis, Table, TableFile};
 use strandlight_scattering::Lobe;
 use strandlight_scattering::axis;
 use strandlight_scattering::closed_form::{PackedShares, TableAxes, Tables, pack_shares};
@@ -255,24 +255,7 @@ fn entries<const N: usize>(
         .chunks_exact(n_channels)
         .map(|entry| from.map(|channel| entry[channel]))
         .collect();
-    Ok((table.axes.iter().map(sampled_axis).collect(), entries))
-}
-
-/// The axis as the scattering crate samples it.
-fn sampled_axis(axis: &Axis) -> axis::Axis {
-    axis::Axis {
-        min: axis.min,
-        max: axis.max,
-        count: axis.count,
-        spacing: match axis.spacing {
-            Spacing::Linear => axis::Spacing::Linear,
-            Spacing::Log => axis::Spacing::Log,
-            Spacing::InverseSqrt => axis::Spacing::InverseSqrt,
-            Spacing::RootSquare => axis::Spacing::RootSquare,
-            Spacing::Reciprocal => axis::Spacing::Reciprocal,
-            Spacing::Concave => axis::Spacing::Concave,
-        },
-    }
+    Ok((table.axes.iter().map(Axis::unnamed).collect(), entries))
 }
 
 /// A table that nothing reads: one column, since a texture cannot be empty.

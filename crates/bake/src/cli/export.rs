@@ -7,12 +7,15 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use strandlight_bake::lights::radiance;
-use strandlight_formats::{FileKind, Groom, Kind, LightSet, PAINT_ATTRIBUTES, TableFile};
+use strandlight_formats::{
+    BakedFile, ExportOptions, FileKind, GROOM_FORMATS, Groom, GroomFormat, Kind, LightSet,
+    TableFile, groom_format, groom_format_for,
+};
 use strandlight_images::LatLong;
 use strandlight_images::exr_file;
 
 use super::inspect::{Content, lights};
-use super::{Failure, Outcome, check_outputs, is_stream, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, is_stream, note, print_line, write_output};
 
 /// Writes a file of ours in another program's format
 ///
@@ -20,8 +23,9 @@ use super::{Failure, Outcome, check_outputs, is_stream, print_line, write_output
 /// centres of each axis) or .exr, one file for each table, named OUT_TABLE.npy, or OUT/TABLE.npy
 /// when OUT is a folder; C is written as C_0 to C_6. A table of three axes becomes a picture with
 /// the first two stacked. .lights: to .json, or .exr (the environment
-/// the lights make, latitude-longitude). .groom: to .hair, its diameters as thickness; a groom
-/// imported with --unit cm comes back as it was, byte for byte.
+/// the lights make, latitude-longitude). .groom: to the formats that `strandlight groom formats`
+/// lists, .hair among them (diameters as thickness); a groom goes back to the format it came from
+/// as it was, byte for byte if imported with --unit cm.
 #[derive(clap::Args)]
 pub struct Args {
     /// The .tables, .lights or .groom file, - for standard input
@@ -30,6 +34,9 @@ pub struct Args {
     /// JSON, a groom as .hair
     #[arg(short, long)]
     output: PathBuf,
+    /// Format of a groom, whatever the output's extension [default: by extension]
+    #[arg(long, value_parser = parse_format)]
+    format: Option<&'static dyn GroomFormat>,
     /// Width of the picture made from a light set, 2 to 8192 pixels; its height is half of that
     #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=8192))]
     width: u32,
@@ -51,7 +58,11 @@ pub fn run(args: &Args) -> Outcome {
     if !output.is_dir() {
         check_outputs(&[input], &[output])?;
     }
-    let outputs = match Content::of(input)? {
+    let content = Content::of(input)?;
+    if args.format.is_some() && !matches!(content, Content::Kind(Kind::Groom)) {
+        return Err(Failure::file(input, "--format is for grooms"));
+    }
+    let outputs = match content {
         Content::Kind(Kind::Tables) => {
             let file = TableFile::read(input).map_err(Failure::input)?;
             match extension {
@@ -87,36 +98,33 @@ pub fn run(args: &Args) -> Outcome {
             }
             _ => return Err(unknown(output, "a light set", ".json or .exr")),
         },
-        Content::Kind(Kind::Groom) => match extension {
-            _ if is_plain || extension == Some("hair") => {
-                let groom = Groom::read(input).map_err(Failure::input)?;
-                let bytes = groom
-                    .to_hair()
-                    .map_err(|error| Failure::file(input, error))?;
-                let mut what = format!(
-                    ".hair, {} strands, {} points",
-                    groom.n_strands(),
-                    groom.points.len()
-                );
-                let paint = PAINT_ATTRIBUTES.iter().map(|(name, _)| *name);
-                let lost: Vec<&str> = paint
-                    .filter(|name| groom.attribute(name).is_some())
-                    .collect();
-                if !lost.is_empty() {
-                    what += &format!(", without {}, which it cannot hold", lost.join(", "));
-                }
-                vec![one(output, what, bytes)]
+        Content::Kind(Kind::Groom) => {
+            let by_name = extension.and_then(groom_format_for);
+            let plain = || groom_format(PLAIN_FORMAT).filter(|_| is_plain);
+            let format = args.format.or(by_name).or_else(plain);
+            let format = format.ok_or_else(|| unknown(output, "a groom", &extensions()))?;
+            let groom = Groom::read(input).map_err(Failure::input)?;
+            let export = groom
+                .export(format, &ExportOptions::default())
+                .map_err(|error| Failure::file(input, error))?;
+            let mut what = format!(
+                ".{}, {} strands, {} points",
+                format.info().extensions[0],
+                groom.n_strands(),
+                groom.points.len()
+            );
+            if !export.dropped.is_empty() {
+                let lost = export.dropped.join(", ");
+                what += &format!(", without {lost}, which it cannot hold");
             }
-            _ => return Err(unknown(output, "a groom", ".hair")),
-        },
-        content @ (Content::Hair | Content::Scene) => {
-            let what = match content {
-                Content::Hair => FileKind::Hair.describe(),
-                _ => FileKind::Scene.describe(),
-            };
-            let what = format!("only .tables, .lights and .groom are exported: {what}");
-            return Err(Failure::file(input, what));
+            for line in &export.notes {
+                note!("{line}");
+            }
+            vec![one(output, what, export.bytes)]
         }
+        Content::Kind(_) => return Err(Failure::file(input, "it has no other format")),
+        Content::Hair(format) => return Err(not_ours(input, FileKind::Hair(format))),
+        Content::Scene => return Err(not_ours(input, FileKind::Scene)),
     };
     let paths: Vec<&Path> = outputs.iter().map(|output| &*output.path).collect();
     check_outputs(&[input], &paths)?;
@@ -139,6 +147,39 @@ fn one(path: &Path, what: String, bytes: Vec<u8>) -> Output {
         what,
         bytes,
     }
+}
+
+/// The format of a groom that goes to a stream, whose name says none.
+const PLAIN_FORMAT: &str = "hair";
+
+/// A format by its name, as `--format` takes it.
+fn parse_format(name: &str) -> Result<&'static dyn GroomFormat, String> {
+    let written = || {
+        let infos = GROOM_FORMATS.into_iter().map(GroomFormat::info);
+        infos.filter(|info| info.can.writes)
+    };
+    let found = written().find(|info| info.name == name);
+    found
+        .and_then(|info| groom_format(info.name))
+        .ok_or_else(|| {
+            let names: Vec<&str> = written().map(|info| info.name).collect();
+            format!("must be {}", names.join(" or "))
+        })
+}
+
+/// The endings that grooms are exported to.
+fn extensions() -> String {
+    let infos = GROOM_FORMATS.into_iter().map(GroomFormat::info);
+    let written = infos.filter(|info| info.can.writes);
+    let names: Vec<String> = written
+        .map(|info| format!(".{}", info.extensions[0]))
+        .collect();
+    names.join(" or ")
+}
+
+fn not_ours(input: &Path, found: FileKind) -> Failure {
+    let what = "only .tables, .lights and .groom are exported";
+    Failure::file(input, format!("{what}: {}", found.describe()))
 }
 
 fn unknown(output: &Path, what: &str, accepted: &str) -> Failure {

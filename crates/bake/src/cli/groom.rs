@@ -1,12 +1,13 @@
-//! `strandlight groom import` and `strandlight groom generate`.
+//! `strandlight groom import`, `strandlight groom formats` and `strandlight groom generate`.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Subcommand, ValueEnum};
 use strandlight_bake::grooms::{GrowSpec, Style, generate};
 use strandlight_formats::{
-    DiameterRange, DiameterSource, Groom, Guess, Guesses, HairFile, HairImport, Kind, LengthUnit,
-    Scene, UpAxis,
+    AttributeSupport, BakedFile, CurveBasis, DiameterRange, DiameterSource, FormatInfo,
+    GROOM_FORMATS, Groom, Guess, Guesses, ImportOptions, Kind, LengthUnit, Scene, SourceFile,
+    UpAxis,
 };
 use strandlight_scene::files::Files;
 
@@ -23,27 +24,30 @@ pub struct Args {
 #[derive(Subcommand)]
 enum Command {
     Import(ImportArgs),
+    /// Lists the formats that hair comes in and goes out by
+    Formats,
     Generate(GenerateArgs),
 }
 
-/// Turns a .hair file (Cem Yuksel's format) into a .groom
+/// Turns hair of another program into a .groom; the format is found by the file's content
 ///
-/// With --unit cm the file can be had back byte for byte with `strandlight export`.
+/// With --unit cm the file can be had back byte for byte with `strandlight export`. `strandlight
+/// groom formats` lists the formats.
 #[derive(clap::Args)]
 struct ImportArgs {
-    /// The .hair file, - for standard input
+    /// The file, - for standard input
     input: PathBuf,
     /// The .groom file to write, - for standard output
     #[arg(short, long)]
     output: PathBuf,
     /// Unit of the file: mm, cm, in, ft, m, a number of centimetres, or auto: guessed from the
-    /// size of the head, refused where nothing tells
-    #[arg(long, default_value = "cm", value_parser = parse_unit)]
-    unit: Unit,
-    /// Axis that points up in the file: by the convention of .hair files it is z. auto: guessed
-    /// from where the head is and how its hair hangs, refused where nothing tells
-    #[arg(long, value_enum, default_value_t = Up::Z)]
-    up: Up,
+    /// size of the head, refused where nothing tells [default: that of the format, for .hair cm]
+    #[arg(long, value_parser = parse_unit)]
+    unit: Option<Unit>,
+    /// Axis that points up in the file. auto: guessed from where the head is and how its hair
+    /// hangs, refused where nothing tells [default: that of the format, for .hair z]
+    #[arg(long, value_enum)]
+    up: Option<Up>,
 }
 
 /// Centimetres per unit, or to be guessed.
@@ -105,6 +109,9 @@ fn unit_names() -> String {
 pub fn run(args: &Args) -> Outcome {
     match &args.command {
         Command::Import(args) => import(args),
+        Command::Formats => GROOM_FORMATS
+            .into_iter()
+            .try_for_each(|format| print_line(text_of_format(format.info()))),
         Command::Generate(args) => {
             check_outputs(&[], &[&args.output])?;
             let spec = GrowSpec {
@@ -120,22 +127,50 @@ pub fn run(args: &Args) -> Outcome {
     }
 }
 
+/// A line of `groom formats`.
+fn text_of_format(info: &FormatInfo) -> String {
+    let endings: Vec<String> = info
+        .extensions
+        .iter()
+        .map(|end| format!(".{end}"))
+        .collect();
+    let way = match (info.can.reads, info.can.writes) {
+        (true, true) => "in and out",
+        (true, false) => "in",
+        _ => "out",
+    };
+    let bases: Vec<&str> = info
+        .can
+        .bases
+        .iter()
+        .map(|basis| CurveBasis::name(*basis))
+        .collect();
+    let attributes = match info.can.attributes {
+        AttributeSupport::Only([]) => "no attributes".to_owned(),
+        AttributeSupport::Only(names) => names.join(", "),
+        _ => "any attributes".to_owned(),
+    };
+    let frames = if info.can.frames { ", animation" } else { "" };
+    format!(
+        "{}: {}, {way}; {} cm a unit and {} up unless the file says otherwise; {} curves, \
+         {attributes}{frames}",
+        info.name,
+        endings.join(", "),
+        info.cm_per_unit,
+        info.up.name(),
+        bases.join(", "),
+    )
+}
+
 fn import(args: &ImportArgs) -> Outcome {
     check_outputs(&[&args.input], &[&args.output])?;
-    let file = HairFile::read(&args.input).map_err(Failure::input)?;
+    let file = SourceFile::read(&args.input).map_err(Failure::input)?;
     let options = options(args, &file)?;
-    let groom = file.import(options).map_err(Failure::input)?;
-    if file.has_odd_magic() {
-        note!("the file starts with \"hair\" in small letters; it is read as if with HAIR");
+    let import = file.import(&options).map_err(Failure::input)?;
+    for line in &import.notes {
+        note!("{line}");
     }
-    let singles = groom
-        .source
-        .hair
-        .as_ref()
-        .map_or(0, |hair| hair.single_points.len());
-    if singles > 0 {
-        note!("{singles} strands of a single point are kept for export but not drawn");
-    }
+    let groom = import.groom;
     let doubts = doubts(&groom, groom.diameter_range());
     for line in &doubts {
         note!("{line}");
@@ -148,19 +183,22 @@ fn import(args: &ImportArgs) -> Outcome {
 }
 
 /// What the command line says of unit and axis, guesses put in where it says auto.
-fn options(args: &ImportArgs, file: &HairFile) -> Result<HairImport, Failure> {
+fn options(args: &ImportArgs, file: &SourceFile) -> Result<ImportOptions, Failure> {
     let guesses = match (args.unit, args.up) {
-        (Unit::Auto, _) | (_, Up::Auto) => file.guess_source().map_err(Failure::input)?,
+        (Some(Unit::Auto), _) | (_, Some(Up::Auto)) => {
+            file.guess_source().map_err(Failure::input)?
+        }
         _ => Guesses::default(),
     };
-    let mut said = Vec::new();
-    let cm_per_unit = match (args.unit, guesses.unit) {
-        (Unit::Cm(cm), _) => cm,
-        (Unit::Auto, Some(Guess { value, because })) => {
-            said.push(format!("taken as --unit {}: {because}", value.name()));
-            value.cm()
+    let mut options = ImportOptions::default();
+    options.cm_per_unit = match (args.unit, guesses.unit) {
+        (None, _) => None,
+        (Some(Unit::Cm(cm)), _) => Some(cm),
+        (Some(Unit::Auto), Some(Guess { value, because })) => {
+            note!("taken as --unit {}: {because}", value.name());
+            Some(value.cm())
         }
-        (Unit::Auto, None) => {
+        (Some(Unit::Auto), None) => {
             let what = format!(
                 "--unit auto: it is not like a head of hair in any unit; give {}, or a number \
                  of centimetres",
@@ -169,23 +207,21 @@ fn options(args: &ImportArgs, file: &HairFile) -> Result<HairImport, Failure> {
             return Err(Failure::file(&args.input, what));
         }
     };
-    let up = match (args.up, guesses.up) {
-        (Up::X, _) => UpAxis::X,
-        (Up::Y, _) => UpAxis::Y,
-        (Up::Z, _) => UpAxis::Z,
-        (Up::Auto, Some(Guess { value, because })) => {
-            said.push(format!("taken as --up {}: {because}", value.name()));
-            value
+    options.up = match (args.up, guesses.up) {
+        (None, _) => None,
+        (Some(Up::X), _) => Some(UpAxis::X),
+        (Some(Up::Y), _) => Some(UpAxis::Y),
+        (Some(Up::Z), _) => Some(UpAxis::Z),
+        (Some(Up::Auto), Some(Guess { value, because })) => {
+            note!("taken as --up {}: {because}", value.name());
+            Some(value)
         }
-        (Up::Auto, None) => {
+        (Some(Up::Auto), None) => {
             let what = "--up auto: neither its place nor its hair tells what is up; give x, y or z";
             return Err(Failure::file(&args.input, what));
         }
     };
-    for line in said {
-        note!("{line}");
-    }
-    Ok(HairImport { cm_per_unit, up })
+    Ok(options)
 }
 
 /// What seems wrong with unit, axes and thickness of `groom`, drawn as `drawn` says, in lines.

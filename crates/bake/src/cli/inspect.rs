@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use serde::{Serialize, Serializer};
 use strandlight_formats::{
-    Axis, Container, FileKind, FitReport, Groom, Guesses, HairFile, HairImport, Kind, LightSet,
-    SNIFF_BYTES, Scene, SrbfLight, TableFile, read_start,
+    Axis, BakedFile, Container, FileKind, FitReport, FormatInfo, Groom, Guesses, ImportOptions,
+    Kind, LightSet, Note, NoteKind, SNIFF_BYTES, Scene, SourceFile, SrbfLight, TableFile,
+    read_start,
 };
 
 use super::{Failure, Outcome, is_stream, note, print_line};
 
-/// Says what is in a file: .tables, .lights, .groom, .hair, or a scene
+/// Says what is in a file: .tables, .lights, .groom, a scene, or hair of another program
 #[derive(clap::Args)]
 pub struct Args {
     /// The file, - for standard input
@@ -31,13 +32,21 @@ pub fn run(args: &Args) -> Outcome {
             let groom = Groom::read(path).map_err(Failure::input)?;
             show_groom(&describe_groom(&groom, "groom", version), args)
         }
-        Content::Hair => {
-            let file = HairFile::read(path).map_err(Failure::input)?;
-            let groom = file.import(HairImport::default()).map_err(Failure::input)?;
-            if file.has_odd_magic() {
-                note!("the file starts with \"hair\" in small letters; it is read as if with HAIR");
+        Content::Kind(_) => Err(Failure::file(path, "nothing is known to say of it")),
+        Content::Hair(format) => {
+            let file = SourceFile::read(path).map_err(Failure::input)?;
+            let import = file
+                .import(&ImportOptions::default())
+                .map_err(Failure::input)?;
+            // The others stand in what is printed.
+            let assumed = |note: &&Note| note.kind == NoteKind::Assumed;
+            for line in import.notes.iter().filter(assumed) {
+                note!("{line}");
             }
-            show_groom(&describe_groom(&groom, "hair", String::new()), args)
+            show_groom(
+                &describe_groom(&import.groom, format.name, String::new()),
+                args,
+            )
         }
         Content::Scene => {
             let scene = Scene::read(path).map_err(Failure::input)?;
@@ -65,8 +74,8 @@ fn show_groom(info: &GroomInfo, args: &Args) -> Outcome {
 pub enum Content {
     /// One of our binary kinds.
     Kind(Kind),
-    /// A `.hair` file.
-    Hair,
+    /// Hair of another program.
+    Hair(&'static FormatInfo),
     /// A scene.
     Scene,
 }
@@ -80,12 +89,12 @@ impl Content {
             .is_some_and(|extension| extension == "toml");
         match FileKind::of(&start) {
             FileKind::Ours(kind) => Ok(Content::Kind(kind)),
-            FileKind::Hair => Ok(Content::Hair),
+            FileKind::Hair(format) => Ok(Content::Hair(format)),
             FileKind::Scene => Ok(Content::Scene),
             // Why it is no scene is said by the reader. A pipe need not have a name that tells.
             kind if is_toml || (kind == FileKind::Text && is_stream(path)) => Ok(Content::Scene),
             other => {
-                let what = "neither tables, a light set, a groom, a .hair file nor a scene (.toml)";
+                let what = "neither tables, a light set, hair nor a scene (.toml)";
                 let what = format!("{what}: {}", other.describe());
                 Err(Failure::file(path, what))
             }
@@ -171,10 +180,12 @@ struct GroomInfo {
     guess: GuessInfo,
     /// What seems wrong with them, and with the thickness.
     notes: Vec<String>,
+    /// Name of the format it was imported from; null where it was generated.
+    source_format: Option<String>,
     source_cm_per_unit: f64,
     source_up: &'static str,
     source_hash: String,
-    /// Strands of one point in the `.hair` file, kept for export only.
+    /// Strands of fewer than two points in the source file, kept for export only.
     single_point_strands: usize,
     attributes: Vec<AttributeInfo>,
     #[serde(serialize_with = "as_map")]
@@ -224,13 +235,14 @@ fn describe_groom(groom: &Groom, kind: &'static str, format_version: String) -> 
             up_because: up.map(|guess| guess.because),
         },
         notes: super::groom::doubts(groom, drawn),
+        source_format: source
+            .original
+            .as_ref()
+            .map(|original| original.format.clone()),
         source_cm_per_unit: source.cm_per_unit,
         source_up: source.up.name(),
         source_hash: source.hash.clone(),
-        single_point_strands: source
-            .hair
-            .as_ref()
-            .map_or(0, |hair| hair.single_points.len()),
+        single_point_strands: source.n_set_aside(),
         attributes: groom
             .attributes
             .iter()
@@ -283,7 +295,11 @@ fn text_of_groom(info: &GroomInfo) -> Vec<String> {
         format!("bounds {min:.2?} to {max:.2?} cm"),
         format!("size {:.2} x {:.2} x {:.2} cm", size[0], size[1], size[2]),
         format!(
-            "source: {} cm per unit, {} up, hash {}",
+            "source: {}{} cm per unit, {} up, hash {}",
+            match &info.source_format {
+                Some(format) => format!("{format}, "),
+                None => String::new(),
+            },
             info.source_cm_per_unit,
             info.source_up,
             if info.source_hash.is_empty() {
@@ -331,13 +347,17 @@ pub struct LightsInfo {
     parameters: Vec<(String, String)>,
     tool_version: String,
     report: Option<FitReport>,
+    /// Name of the kind of the lights.
+    light_kind: &'static str,
     lights: Vec<SrbfLight>,
 }
 
 /// Reads the light set at `path`.
 pub fn lights(path: &Path) -> Result<LightsInfo, Failure> {
     let format_version = version(path, Kind::Lights)?;
-    let LightSet { lights, info } = LightSet::read(path).map_err(Failure::input)?;
+    let set = LightSet::read(path).map_err(Failure::input)?;
+    let light_kind = set.kind().name();
+    let LightSet { lights, info } = set;
     Ok(LightsInfo {
         kind: "lights",
         format_version,
@@ -348,6 +368,7 @@ pub fn lights(path: &Path) -> Result<LightsInfo, Failure> {
         parameters: info.parameters,
         tool_version: info.tool_version,
         report: info.report,
+        light_kind,
         lights,
     })
 }
@@ -355,8 +376,9 @@ pub fn lights(path: &Path) -> Result<LightsInfo, Failure> {
 fn text_of_lights(info: &LightsInfo) -> Vec<String> {
     let mut lines = vec![format!("lights {}", info.format_version)];
     lines.push(format!(
-        "{} lights, {} asked for, seed {}",
+        "{} lights ({}), {} asked for, seed {}",
         info.lights.len(),
+        info.light_kind,
         info.requested_count,
         info.seed
     ));

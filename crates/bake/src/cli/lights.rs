@@ -6,7 +6,7 @@ use strandlight_scene::progress::Progress;
 
 use serde_json::{Map as Object, Value, json};
 use strandlight_bake::lights::{Fit, FitOptions, MAX_LIGHTS, STEPS, evaluate, fit, preview_png};
-use strandlight_formats::{FitReport, Kind, LightSet, LightSetInfo};
+use strandlight_formats::{BakedFile, FitReport, Kind, LightSet, LightSetInfo};
 use strandlight_images::{Map, MapSelection};
 use strandlight_scene::progress::timed;
 

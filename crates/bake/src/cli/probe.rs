@@ -14,7 +14,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_scattering::closed_form::paper::MAX_SEGMENTS;
 
 use super::{Failure, Outcome, print_line};

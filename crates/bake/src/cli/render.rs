@@ -13,7 +13,7 @@ use strandlight_cpu::ShadowSource;
 use strandlight_formats::{Scattering, Scene};
 use strandlight_images::picture::exr_file_of;
 use strandlight_lab::transmittance::{Method, point_shadows};
-use strandlight_render::Renderer;
+use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_runtime::Session;
 use strandlight_runtime::script::MAX_FRAMES;
@@ -290,7 +290,12 @@ fn draw(
     let observer = &|done: f64| progress.reach((done * STEPS as f64) as u64);
     let on_gpu = || {
         let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
-        Renderer::new(&context, scene)?.render_observed(&scene.camera, size, samples, observer)
+        ProgressiveRenderer::new(&context, scene.clone())?.render_to_image_observed(
+            &scene.camera,
+            size,
+            samples,
+            observer,
+        )
     };
     let on_cpu = || {
         let find =

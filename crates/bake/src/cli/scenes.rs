@@ -7,7 +7,7 @@ use strandlight_bake::grooms::generate;
 use strandlight_bake::lights::{FitOptions, STEPS, evaluate, fit};
 use strandlight_bake::maps::Sky;
 use strandlight_bake::scenes::{PaperScene, SCENES};
-use strandlight_formats::LightSet;
+use strandlight_formats::{BakedFile, LightSet};
 use strandlight_images::Map;
 use strandlight_scene::progress::timed;
 

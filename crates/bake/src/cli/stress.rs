@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use strandlight_bake::tables::fresnel_of;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_lab::stress::{Options, Report, Subject, run as run_stress};
 use strandlight_render::probe::{GpuProbe, Scheme};
 use strandlight_scattering::Lobe;

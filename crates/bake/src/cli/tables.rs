@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use serde_json::json;
 use strandlight_bake::tables::{Float16Cost, N_STEPS, bake_tables, float16_cost, lean};
-use strandlight_formats::{Kind, TableFile};
+use strandlight_formats::{BakedFile, Kind, TableFile};
 use strandlight_scene::progress::timed;
 
 use super::{Failure, Outcome, check_outputs, print_line, write_output};

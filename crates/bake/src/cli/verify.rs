@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use strandlight_bake::tables::{Check, verify_tables};
 use strandlight_formats::{
-    Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile, read_start,
+    BakedFile, Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile, read_start,
 };
 use strandlight_images::{Map, MapError, MapSelection};
 
@@ -120,7 +120,7 @@ impl From<Error> for Refused {
             Error::Io { .. } | Error::NotThisKind { .. } | Error::UnsupportedVersion { .. } => {
                 "unreadable"
             }
-            Error::Invalid { .. } | Error::Syntax { .. } | Error::Value { .. } => "damaged",
+            _ => "damaged",
         };
         Refused {
             kind,
@@ -273,6 +273,7 @@ fn verify(path: &Path, reference: Option<&Reference<'_>>) -> Verdict {
                         groom::checks(&groom)
                     })
                     .map_err(Refused::from),
+                _ => Err(Refused::unreadable(path, "no checks are known of it")),
             };
             (Some(kind), found)
         }

@@ -263,6 +263,7 @@ fn no_light(map: &Map) -> String {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+    use strandlight_formats::BakedFile;
 
     use super::*;
     use crate::lights::cells::light_cells;

@@ -13,7 +13,7 @@ use strandlight_scattering::table_layout::{
     C_CHANNELS, C_COLUMNS, C_FROM_B, C_ROWS, H_CHANNELS, H_COLUMNS, H_ROWS, theta_d_from_h_column,
 };
 
-use super::layout::{axis_names, file_axis, scattering_axis};
+use super::layout::axis_names;
 use super::lobes::{N_LOBE_STEPS, REPORT_RANGE, bake_lobes, file_tables, lobe_errors, parameters};
 use strandlight_scene::progress::Progress;
 
@@ -290,7 +290,7 @@ fn bake_h(fresnel: Fresnel, progress: &Progress) -> (Table, Table) {
 /// the texels of `tables`, which are laid out as their bake lays them out.
 pub(super) fn measure_again(fresnel: Fresnel, c: &Table, h: &[&Table]) -> Vec<f64> {
     let silent = Progress::silent();
-    let axes_of = |table: &Table| [0, 1].map(|ix| scattering_axis(&table.axes[ix]));
+    let axes_of = |table: &Table| [0, 1].map(|ix| table.axes[ix].unnamed());
     let mut axes = table_axes(fresnel);
     let [rows, columns] = axes_of(c);
     (axes.c_rows, axes.c_columns) = (rows.into(), columns.into());
@@ -316,7 +316,7 @@ pub(super) fn measure_again(fresnel: Fresnel, c: &Table, h: &[&Table]) -> Vec<f6
 fn file_axes(axes: [&Axis; 2], names: [&str; 2]) -> Vec<FileAxis> {
     axes.iter()
         .zip(names)
-        .map(|(axis, name)| file_axis(axis, name))
+        .map(|(axis, name)| FileAxis::new(name, axis))
         .collect()
 }
 

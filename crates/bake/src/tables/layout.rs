@@ -1,7 +1,6 @@
-//! Between the axes of files and the axes of the mathematics.
+//! The tables of a file that the mathematics reads.
 
-use strandlight_formats::{Axis as FileAxis, Spacing as FileSpacing, Table, TableFile};
-use strandlight_scattering::axis::{Axis, Spacing};
+use strandlight_formats::{Table, TableFile};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::table_layout;
 
@@ -40,43 +39,6 @@ pub enum TableError {
 /// [`TableError::Fresnel`].
 pub fn fresnel_of(file: &TableFile) -> Result<Fresnel, TableError> {
     Fresnel::from_name(&file.fresnel).ok_or_else(|| TableError::Fresnel(file.fresnel.clone()))
-}
-
-/// The axis of a file as the mathematics has it.
-pub fn scattering_axis(axis: &FileAxis) -> Axis {
-    let spacing = match axis.spacing {
-        FileSpacing::Linear => Spacing::Linear,
-        FileSpacing::Log => Spacing::Log,
-        FileSpacing::InverseSqrt => Spacing::InverseSqrt,
-        FileSpacing::RootSquare => Spacing::RootSquare,
-        FileSpacing::Reciprocal => Spacing::Reciprocal,
-        FileSpacing::Concave => Spacing::Concave,
-    };
-    Axis {
-        min: axis.min,
-        max: axis.max,
-        count: axis.count,
-        spacing,
-    }
-}
-
-/// `axis` as files have it, called `name`.
-pub(super) fn file_axis(axis: &Axis, name: &str) -> FileAxis {
-    let spacing = match axis.spacing {
-        Spacing::Linear => FileSpacing::Linear,
-        Spacing::Log => FileSpacing::Log,
-        Spacing::InverseSqrt => FileSpacing::InverseSqrt,
-        Spacing::RootSquare => FileSpacing::RootSquare,
-        Spacing::Reciprocal => FileSpacing::Reciprocal,
-        Spacing::Concave => FileSpacing::Concave,
-    };
-    FileAxis {
-        name: name.to_owned(),
-        min: axis.min,
-        max: axis.max,
-        count: axis.count,
-        spacing,
-    }
 }
 
 /// Names of the axes of `C` (`None`) or of an H table.

@@ -1,7 +1,7 @@
 //! Fitting the lobes of TT and TRT, and how well they fit.
 
 use rayon::prelude::*;
-use strandlight_formats::Table;
+use strandlight_formats::{Axis as FileAxis, Table};
 use strandlight_scattering::Lobe;
 use strandlight_scattering::axis::Axis;
 use strandlight_scattering::fresnel::Fresnel;
@@ -12,7 +12,6 @@ use strandlight_scattering::lobes::{
     SHARE_AXIS_NAMES, SHARE_CHANNELS, alpha_from_cos_theta_d, fit_shapes, fit_shares, table_names,
 };
 
-use super::layout::file_axis;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::progress::Progress;
 
@@ -145,7 +144,7 @@ pub(super) fn file_tables(lobes: &LobeTable, error: f64) -> [Table; 2] {
         name: name.to_owned(),
         axes: axes
             .iter()
-            .map(|(axis, name)| file_axis(axis, name))
+            .map(|(axis, name)| FileAxis::new(*name, axis))
             .collect(),
         channels: channels.iter().map(|&name| name.to_owned()).collect(),
         data: data.to_vec(),

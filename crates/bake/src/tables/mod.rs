@@ -17,7 +17,7 @@ mod verify_lobes;
 
 pub use bake::{N_STEPS, bake_c_and_h, bake_tables, lean};
 pub use float16::{Float16Cost, float16_cost};
-pub use layout::{TableError, fresnel_of, scattering_axis};
+pub use layout::{TableError, fresnel_of};
 pub use lobes::{LobeErrors, REPORT_RANGE, REPORT_WIDTHS, lobe_errors};
 pub use recorded::same_figures;
 pub use verify::{Check, TableReport, Worst, verify_tables};

@@ -27,7 +27,7 @@ use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::tables::ShadingTables;
 
 use super::bake::H_THETA_D_MAX;
-use super::layout::{TableError, find_table, fresnel_of, scattering_axis};
+use super::layout::{TableError, find_table, fresnel_of};
 use super::recorded::recorded_errors;
 use super::verify_lobes::verify_lobes;
 
@@ -270,10 +270,7 @@ fn shares(texel: &[f32]) -> [f64; 9] {
 }
 
 fn verify_c(table: &Table, sampled: &Tables<'_>, seed: u64) -> Vec<Check> {
-    let (rows, columns) = (
-        scattering_axis(&table.axes[0]),
-        scattering_axis(&table.axes[1]),
-    );
+    let (rows, columns) = (table.axes[0].unnamed(), table.axes[1].unnamed());
     let n_texels = u64::from(rows.count) * u64::from(columns.count);
     let texel = |ix: u64| &table.data[8 * ix as usize..8 * ix as usize + 8];
     let over_c_0 = |kappa: f64, cos_half_phi: f64| {
@@ -389,10 +386,7 @@ fn verify_h(
     fresnel: Fresnel,
     seed: u64,
 ) -> [Check; 2] {
-    let (rows, columns) = (
-        scattering_axis(&table.axes[0]),
-        scattering_axis(&table.axes[1]),
-    );
+    let (rows, columns) = (table.axes[0].unnamed(), table.axes[1].unnamed());
     let n_texels = u64::from(rows.count) * u64::from(columns.count);
     let dielectric = fresnel == Fresnel::Dielectric;
     let exact = |(eta, column): (f64, f64)| {

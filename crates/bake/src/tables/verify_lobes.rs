@@ -277,6 +277,7 @@ fn verify_energies(lobes: &LobeTable, seed: u64) -> Check {
 mod tests {
     use super::*;
     use strandlight_data::DEFAULT_TABLES;
+    use strandlight_formats::BakedFile;
 
     fn failed(damage: impl FnOnce(&mut TableFile)) -> Vec<(&'static str, String)> {
         let mut file = TableFile::from_bytes(DEFAULT_TABLES).unwrap();

@@ -6,7 +6,8 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::{ENTRY_BYTES, HEADER_BYTES, Kind, MAGIC, MAX_SECTIONS, align, decode_record};
+use super::kind::{ALIGNMENT, ENTRY_BYTES, HEADER_BYTES, Kind, MAGIC, MAX_SECTIONS, align};
+use super::record::decode_record;
 use crate::error::{Error, FileName, Result};
 use crate::input::{Input, open_file};
 use crate::sniff::{FileKind, SNIFF_BYTES};
@@ -189,7 +190,7 @@ impl<R: Read + Seek> Container<R> {
     ///
     /// # Errors
     /// `Invalid` naming the section.
-    pub fn require(&self, tag: [u8; 4], index: u32) -> Result<Section> {
+    pub(crate) fn require(&self, tag: [u8; 4], index: u32) -> Result<Section> {
         self.find(tag, index).ok_or_else(|| {
             Error::invalid(
                 format!("section {} {index} is missing", tag.escape_ascii()),
@@ -202,7 +203,11 @@ impl<R: Read + Seek> Container<R> {
     ///
     /// # Errors
     /// `Invalid` if it is missing, damaged, or no whole number of `T`; `Io`.
-    pub fn read_array<T: bytemuck::Pod>(&mut self, tag: [u8; 4], index: u32) -> Result<Vec<T>> {
+    pub(crate) fn read_array<T: bytemuck::Pod>(
+        &mut self,
+        tag: [u8; 4],
+        index: u32,
+    ) -> Result<Vec<T>> {
         let section = self.require(tag, index)?;
         let item_bytes = size_of::<T>().max(1) as u64;
         if section.length % item_bytes != 0 {
@@ -262,9 +267,9 @@ impl<R: Read + Seek> Container<R> {
         Ok(())
     }
 
-    /// Checks that the fill between sections, less than [`super::ALIGNMENT`] bytes, is zero.
+    /// Checks that the fill between sections, less than [`ALIGNMENT`] bytes, is zero.
     fn check_gap(&mut self, start: u64, end: u64) -> Result<()> {
-        let mut gap = [0u8; super::ALIGNMENT as usize];
+        let mut gap = [0u8; ALIGNMENT as usize];
         let gap = &mut gap[..(end - start) as usize];
         self.source.seek(SeekFrom::Start(start))?;
         self.source.read_exact(gap)?;
@@ -289,7 +294,7 @@ fn wrong_kind<R: Read + Seek>(source: &mut R, start: &[u8], kind: Kind) -> Error
         .seek(SeekFrom::Start(0))
         .and_then(|_| source.take(SNIFF_BYTES as u64).read_to_end(&mut more));
     match read {
-        Ok(_) => Error::not_this_kind(kind.name(), FileKind::of(&more)),
+        Ok(_) => Error::not_this_kind(kind.name(), FileKind::of(&more).describe()),
         Err(error) => error.into(),
     }
 }

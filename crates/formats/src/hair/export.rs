@@ -1,15 +1,16 @@
 //! Writing `.hair` files.
 
 use std::borrow::Cow;
-use std::path::Path;
 
+use super::original::{HairOriginal, SinglePoint};
 use super::thickness::thickness;
-use super::{ATTRIBUTES, HEADER_BYTES, INFO_START, f32_at, flag, u32_at};
+use super::{ATTRIBUTES, HEADER_BYTES, INFO, INFO_START, flag};
+use crate::bytes::{extend_floats, f32_at, u32_at};
 use crate::error::{Error, Result};
-use crate::groom::{Domain, Groom, HairOriginal, SinglePoint, UpAxis};
+use crate::groom::{Domain, Groom};
+use crate::groom_format::{ExportOptions, Placement};
 use crate::scene_hair::HairSection;
-use crate::validate::{finite, in_range};
-use crate::write::write_file;
+use crate::validate::in_range;
 
 /// Header of a groom that does not come from a `.hair` file: the default diameter, opaque, white.
 fn new_header(cm_per_unit: f64) -> Vec<u8> {
@@ -24,143 +25,124 @@ fn new_header(cm_per_unit: f64) -> Vec<u8> {
     header
 }
 
-impl Groom {
-    /// Writes a `.hair` file, whole or not at all; answers the number of bytes written.
-    ///
-    /// # Errors
-    /// See [`Groom::to_hair`]; `Io`; the path is named.
-    pub fn write_hair(&self, path: &Path) -> Result<u64> {
-        let bytes = self.to_hair().map_err(|error| error.in_file(path))?;
-        write_file(path, &bytes).map_err(|error| Error::from(error).in_file(path))?;
-        Ok(bytes.len() as u64)
-    }
-
-    /// The groom as a `.hair` file in its source's unit and axes (z up and centimetres when it
-    /// was not imported). Attributes `diameter` (as thickness), `transparency` and `color` are
-    /// written, as arrays or defaults; others have no place in the format.
-    ///
-    /// # Errors
-    /// `Value` when the groom breaks a promise or does not fit into the format: a strand of more
-    /// than 65536 points among strands of other lengths, or more than 2^32 - 1 points.
-    pub fn to_hair(&self) -> Result<Vec<u8>> {
-        self.validate()?;
-        let original = self.source.hair.as_ref();
-        let mut header = match original {
-            Some(original) => original.header.clone(),
-            None => new_header(self.source.cm_per_unit),
-        };
-        let strands = Strands::new(self, original.map_or(&[], |hair| &hair.single_points));
-        let n_points = strands
-            .segments
-            .iter()
-            .map(|&segments| u64::from(segments) + 1)
-            .sum::<u64>();
-        in_range(
-            "number of points",
-            n_points as f64,
-            1.0,
-            f64::from(u32::MAX),
-        )?;
-        let mut flags = flag::POINTS;
-
-        // Lengths: the default if it holds for all strands, unless the original had an array.
-        let old_flags = u32_at(&header, 12);
-        let first = strands.segments[0];
-        let uniform = strands.segments.iter().all(|&segments| segments == first);
-        let segments = if uniform && old_flags & flag::SEGMENTS == 0 {
-            header[16..20].copy_from_slice(&first.to_le_bytes());
-            Vec::new()
-        } else {
-            flags |= flag::SEGMENTS;
-            let longest = strands.segments.iter().max().copied().unwrap_or(0);
-            in_range("segments of a strand", f64::from(longest), 0.0, 65535.0)?;
-            let narrow = strands.segments.iter().map(|&segments| segments as u16);
-            narrow.flat_map(u16::to_le_bytes).collect()
-        };
-
-        let mut arrays = Vec::new();
-        for (name, flag, components, default_at) in ATTRIBUTES {
-            let attribute = match flag {
-                flag::THICKNESS => thickness(self, self.source.cm_per_unit),
-                _ => self.attribute(name).map(Cow::Borrowed),
-            };
-            let Some(attribute) = attribute else {
-                continue;
-            };
-            if attribute.components as usize != components {
-                let key = format!("components of attribute {name}");
-                return Err(Error::value(
-                    key,
-                    attribute.components,
-                    components.to_string(),
-                ));
-            }
-            if attribute.domain == Domain::Groom {
-                for (ix, value) in attribute.data.iter().enumerate() {
-                    let at = default_at + 4 * ix;
-                    header[at..at + 4].copy_from_slice(&value.to_le_bytes());
-                }
-                continue;
-            }
-            flags |= flag;
-            // Where the file had no such array, its single points had the default.
-            let had_array = old_flags & flag != 0;
-            let defaults: Vec<f32> = (0..components)
-                .map(|ix| f32_at(&header, default_at + 4 * ix))
-                .collect();
-            strands.for_each(|strand| match strand {
-                Strand::Single(_) if !had_array => extend_floats(&mut arrays, &defaults),
-                Strand::Single(point) => {
-                    let [thickness, transparency] = [point.thickness, point.transparency];
-                    let values: &[f32] = match flag {
-                        flag::THICKNESS => &[thickness],
-                        flag::TRANSPARENCY => &[transparency],
-                        _ => &point.color,
-                    };
-                    extend_floats(&mut arrays, values);
-                }
-                Strand::Whole(ix) => {
-                    for point in self.strand(ix) {
-                        let element = if attribute.domain == Domain::Point {
-                            point
-                        } else {
-                            ix
-                        };
-                        let start = element * components;
-                        extend_floats(&mut arrays, &attribute.data[start..start + components]);
-                    }
-                }
-            });
+/// The groom as a `.hair` file. Attributes `diameter` (as thickness), `transparency` and `color` are
+/// written, as arrays or defaults.
+///
+/// # Errors
+/// `Value` when the groom does not fit into the format: a strand of more than 65536 points among
+/// strands of other lengths, or more than 2^32 - 1 points.
+pub(super) fn write(groom: &Groom, options: &ExportOptions) -> Result<Vec<u8>> {
+    let placement = options.placement(groom, &INFO);
+    let original = match groom.source.original_of(INFO.name) {
+        Some(bytes) => {
+            let original = HairOriginal::from_bytes(bytes, groom.n_strands())?;
+            Some(original.moved(Placement::of_source(groom), placement))
         }
+        None => None,
+    };
+    let (mut header, single_points) = match &original {
+        Some(original) => (original.header.clone(), &*original.single_points),
+        None => (new_header(placement.cm_per_unit), &[][..]),
+    };
+    let strands = Strands::new(groom, single_points);
+    let n_points = strands
+        .segments
+        .iter()
+        .map(|&segments| u64::from(segments) + 1)
+        .sum::<u64>();
+    in_range(
+        "number of points",
+        n_points as f64,
+        1.0,
+        f64::from(u32::MAX),
+    )?;
+    let mut flags = flag::POINTS;
 
-        header[4..8].copy_from_slice(&(strands.segments.len() as u32).to_le_bytes());
-        header[8..12].copy_from_slice(&(n_points as u32).to_le_bytes());
-        header[12..16].copy_from_slice(&flags.to_le_bytes());
-        let mut file = header;
-        file.extend_from_slice(&segments);
-        let up = if original.is_some() {
-            self.source.up
-        } else {
-            UpAxis::Z
+    // Lengths: the default if it holds for all strands, unless the original had an array.
+    let old_flags = u32_at(&header, 12);
+    let first = strands.segments[0];
+    let uniform = strands.segments.iter().all(|&segments| segments == first);
+    let segments = if uniform && old_flags & flag::SEGMENTS == 0 {
+        header[16..20].copy_from_slice(&first.to_le_bytes());
+        Vec::new()
+    } else {
+        flags |= flag::SEGMENTS;
+        let longest = strands.segments.iter().max().copied().unwrap_or(0);
+        in_range("segments of a strand", f64::from(longest), 0.0, 65535.0)?;
+        let narrow = strands.segments.iter().map(|&segments| segments as u16);
+        narrow.flat_map(u16::to_le_bytes).collect()
+    };
+
+    let mut arrays = Vec::new();
+    for (name, flag, components, default_at) in ATTRIBUTES {
+        let attribute = match flag {
+            flag::THICKNESS => thickness(groom, placement.cm_per_unit),
+            _ => groom.attribute(name).map(Cow::Borrowed),
         };
-        let scale = self.source.cm_per_unit;
+        let Some(attribute) = attribute else {
+            continue;
+        };
+        if attribute.components as usize != components {
+            let key = format!("components of attribute {name}");
+            return Err(Error::value(
+                key,
+                attribute.components,
+                components.to_string(),
+            ));
+        }
+        if attribute.domain == Domain::Groom {
+            for (ix, value) in attribute.data.iter().enumerate() {
+                let at = default_at + 4 * ix;
+                header[at..at + 4].copy_from_slice(&value.to_le_bytes());
+            }
+            continue;
+        }
+        flags |= flag;
+        // Where the file had no such array, its single points had the default.
+        let had_array = old_flags & flag != 0;
+        let defaults: Vec<f32> = (0..components)
+            .map(|ix| f32_at(&header, default_at + 4 * ix))
+            .collect();
         strands.for_each(|strand| match strand {
-            Strand::Single(point) => extend_floats(&mut file, &point.position),
+            Strand::Single(_) if !had_array => extend_floats(&mut arrays, &defaults),
+            Strand::Single(point) => {
+                let [thickness, transparency] = [point.thickness, point.transparency];
+                let values: &[f32] = match flag {
+                    flag::THICKNESS => &[thickness],
+                    flag::TRANSPARENCY => &[transparency],
+                    _ => &point.color,
+                };
+                extend_floats(&mut arrays, values);
+            }
             Strand::Whole(ix) => {
-                for &point in &self.points[self.strand(ix)] {
-                    let position = up.from_y_up(point);
-                    let position = if scale == 1.0 {
-                        position
+                for point in groom.strand(ix) {
+                    let element = if attribute.domain == Domain::Point {
+                        point
                     } else {
-                        position.map(|x| (f64::from(x) / scale) as f32)
+                        ix
                     };
-                    extend_floats(&mut file, &position);
+                    let start = element * components;
+                    extend_floats(&mut arrays, &attribute.data[start..start + components]);
                 }
             }
         });
-        file.extend_from_slice(&arrays);
-        Ok(file)
     }
+
+    header[4..8].copy_from_slice(&(strands.segments.len() as u32).to_le_bytes());
+    header[8..12].copy_from_slice(&(n_points as u32).to_le_bytes());
+    header[12..16].copy_from_slice(&flags.to_le_bytes());
+    let mut file = header;
+    file.extend_from_slice(&segments);
+    strands.for_each(|strand| match strand {
+        Strand::Single(point) => extend_floats(&mut file, &point.position),
+        Strand::Whole(ix) => {
+            for &point in &groom.points[groom.strand(ix)] {
+                extend_floats(&mut file, &placement.from_groom(point));
+            }
+        }
+    });
+    file.extend_from_slice(&arrays);
+    Ok(file)
 }
 
 /// The strands in the order of the file, single points put back in.
@@ -206,53 +188,4 @@ impl<'a> Strands<'a> {
             }
         }
     }
-}
-
-fn extend_floats(bytes: &mut Vec<u8>, values: &[f32]) {
-    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-}
-
-/// What a damaged or hand-made groom could get wrong about its original.
-pub(crate) fn check_original(original: &HairOriginal, n_strands: usize) -> Result<()> {
-    let header = &original.header;
-    if header.len() != HEADER_BYTES || !header.starts_with(b"HAIR") {
-        return Err(Error::value(
-            "original .hair header",
-            format!("{} bytes", header.len()),
-            format!("{HEADER_BYTES} bytes that start with HAIR"),
-        ));
-    }
-    let singles = &original.single_points;
-    for single in singles {
-        let values = single.position.iter().chain(&single.color);
-        for &value in values.chain([&single.thickness, &single.transparency]) {
-            finite(
-                || format!("single point of strand {}", single.strand),
-                value,
-            )?;
-        }
-    }
-    let rising = singles
-        .windows(2)
-        .all(|pair| pair[0].strand < pair[1].strand);
-    let total = n_strands + singles.len();
-    if !rising
-        || singles
-            .last()
-            .is_some_and(|point| point.strand as usize >= total)
-    {
-        return Err(Error::value(
-            "strand indices of single points",
-            format!(
-                "{:?}",
-                singles
-                    .iter()
-                    .map(|point| point.strand)
-                    .take(8)
-                    .collect::<Vec<_>>()
-            ),
-            "rising and below the number of strands",
-        ));
-    }
-    Ok(())
 }

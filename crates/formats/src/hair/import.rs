@@ -1,83 +1,13 @@
 //! Reading `.hair` files.
 
-use std::path::{Path, PathBuf};
-
+use super::original::{HairOriginal, SinglePoint};
 use super::thickness::diameter;
-use super::{ATTRIBUTES, HEADER_BYTES, f32_at, flag, u32_at};
-use crate::error::{Error, FileName, Result};
-use crate::groom::{
-    Attribute, Domain, Groom, GroomSource, HairOriginal, MAX_COORDINATE_CM, SinglePoint, UpAxis,
-};
-use crate::groom_scale::Guesses;
-use crate::input::{content_hash, read_file_of_kind, tool_version};
-use crate::sniff::FileKind;
-use crate::validate::{finite, in_range};
-
-/// Largest `.hair` file: 4 GiB, about 100 million points with all arrays.
-const MAX_FILE_BYTES: u64 = 1 << 32;
-
-/// How to understand a file's coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HairImport {
-    /// Centimetres per unit, 1e-6..=1e6.
-    pub cm_per_unit: f64,
-    /// Axis that points up; z by the format's convention.
-    pub up: UpAxis,
-}
-
-impl Default for HairImport {
-    fn default() -> Self {
-        HairImport {
-            cm_per_unit: 1.0,
-            up: UpAxis::Z,
-        }
-    }
-}
-
-/// A `.hair` file in memory, to be imported in one way or another.
-#[derive(Clone, Debug)]
-pub struct HairFile {
-    path: PathBuf,
-    bytes: Vec<u8>,
-}
-
-impl HairFile {
-    /// Reads the file at `path`; what it holds is checked by [`HairFile::import`].
-    ///
-    /// # Errors
-    /// `Io`, or `Value` where it is too long; the path is named.
-    pub fn read(path: &Path) -> Result<Self> {
-        let bytes = read_file_of_kind(path, MAX_FILE_BYTES, |kind| kind == FileKind::Hair)?;
-        let path = path.to_owned();
-        Ok(HairFile { path, bytes })
-    }
-
-    /// Makes a groom of it.
-    ///
-    /// # Errors
-    /// As [`Groom::from_hair`], naming the path.
-    pub fn import(&self, options: HairImport) -> Result<Groom> {
-        Groom::from_hair(&self.bytes, options).map_err(|error| error.in_file(&self.path))
-    }
-
-    /// Guesses unit and up axis: see [`Groom::guess_source`].
-    ///
-    /// # Errors
-    /// As [`HairFile::import`].
-    pub fn guess_source(&self) -> Result<Guesses> {
-        // Small enough for the coordinates of a groom, whatever they are in.
-        let small = HairImport {
-            cm_per_unit: 0.01,
-            ..HairImport::default()
-        };
-        Ok(self.import(small)?.guess_source())
-    }
-
-    /// Does it start with `HAIR` in other letters than capitals? It is read all the same.
-    pub fn has_odd_magic(&self) -> bool {
-        !self.bytes.starts_with(b"HAIR")
-    }
-}
+use super::{ATTRIBUTES, HEADER_BYTES, INFO, flag};
+use crate::bytes::{f32_at, point_at, u32_at};
+use crate::error::{Error, Result};
+use crate::groom::{Attribute, Domain, Groom, GroomSource, Original};
+use crate::groom_format::{Import, ImportOptions, Note, NoteKind, Placement};
+use crate::validate::finite;
 
 /// The arrays of a file, checked against its length.
 struct Layout<'a> {
@@ -89,94 +19,91 @@ struct Layout<'a> {
     arrays: [Option<&'a [u8]>; 3],
 }
 
-impl Groom {
-    /// Imports a `.hair` file.
-    ///
-    /// # Errors
-    /// Any of [`Error`], naming the path.
-    pub fn read_hair(path: &Path, options: HairImport) -> Result<Self> {
-        HairFile::read(path)?.import(options)
-    }
-
-    /// Imports a `.hair` file in memory. Memory use is bounded by a small multiple of its length.
-    ///
-    /// # Errors
-    /// `NotThisKind`, `Invalid` when counts, flags and length disagree, `Value` for a number that
-    /// is not finite, naming strand and point, or when no strand has two points.
-    pub fn from_hair(bytes: &[u8], options: HairImport) -> Result<Self> {
-        in_range("unit (cm)", options.cm_per_unit, 1e-6, 1e6)?;
-        let layout = parse_layout(bytes)?;
-        let mut groom = Groom {
-            strand_offsets: vec![0],
-            ..Groom::default()
-        };
-        let mut data: [Vec<f32>; 3] = Default::default();
-        let mut single_points = Vec::new();
-        let mut first = 0usize;
-        for strand in 0..layout.n_strands {
-            let n_points = layout.points_of(strand) as usize;
-            check_points(&layout, strand, first, n_points, options)?;
-            if n_points == 1 {
-                single_points.push(layout.single_point(strand, first));
-            } else {
-                groom.points.extend(
-                    (first..first + n_points)
-                        .map(|ix| to_groom(point_at(layout.points, ix), options)),
-                );
-                for (slot, (array, (_, _, components, _))) in
-                    data.iter_mut().zip(layout.arrays.iter().zip(ATTRIBUTES))
-                {
-                    if let Some(array) = array {
-                        slot.extend(floats(array, first * components, n_points * components));
-                    }
-                }
-                // The number of points is a u32 in the header.
-                groom.strand_offsets.push(groom.points.len() as u32);
-            }
-            first += n_points;
-        }
-        if groom.n_strands() == 0 {
-            return Err(Error::value(
-                "number of strands with two points or more",
-                0,
-                "at least 1",
-            ));
-        }
-        for ((name, _, components, default_at), (array, data)) in
-            ATTRIBUTES.into_iter().zip(layout.arrays.iter().zip(data))
-        {
-            let defaults: Vec<f32> = (0..components)
-                .map(|ix| f32_at(bytes, default_at + 4 * ix))
-                .collect();
-            if array.is_none() {
-                for &value in &defaults {
-                    finite(|| format!("default {name} (byte {default_at})"), value)?;
+/// Decodes a `.hair` file.
+pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
+    let placement = options.placement(&INFO);
+    let layout = parse_layout(bytes, options)?;
+    let mut groom = Groom {
+        strand_offsets: vec![0],
+        ..Groom::default()
+    };
+    let mut data: [Vec<f32>; 3] = Default::default();
+    let mut single_points = Vec::new();
+    let mut first = 0usize;
+    for strand in 0..layout.n_strands {
+        let n_points = layout.points_of(strand) as usize;
+        check_points(&layout, strand, first, n_points, placement)?;
+        if n_points == 1 {
+            single_points.push(layout.single_point(strand, first));
+        } else {
+            groom.points.extend(
+                (first..first + n_points)
+                    .map(|ix| placement.to_groom(point_at(layout.points, 12 * ix))),
+            );
+            for (slot, (array, (_, _, components, _))) in
+                data.iter_mut().zip(layout.arrays.iter().zip(ATTRIBUTES))
+            {
+                if let Some(array) = array {
+                    slot.extend(floats(array, first * components, n_points * components));
                 }
             }
-            groom.attributes.push(Attribute {
-                name: name.to_owned(),
-                domain: array.map_or(Domain::Groom, |_| Domain::Point),
-                components: components as u32,
-                data: array.map_or(defaults, |_| data),
-            });
+            // The number of points is a u32 in the header.
+            groom.strand_offsets.push(groom.points.len() as u32);
         }
-        groom
-            .attributes
-            .extend(diameter(&groom, options.cm_per_unit));
-        groom.source = GroomSource {
-            cm_per_unit: options.cm_per_unit,
-            up: options.up,
-            hash: content_hash(bytes),
-            tool_version: tool_version(),
-            parameters: Vec::new(),
-            hair: Some(HairOriginal {
-                header: [b"HAIR", &bytes[4..HEADER_BYTES]].concat(),
-                single_points,
-            }),
-        };
-        groom.validate()?;
-        Ok(groom)
+        first += n_points;
     }
+    if groom.n_strands() == 0 {
+        return Err(Error::value(
+            "number of strands with two points or more",
+            0,
+            "at least 1",
+        ));
+    }
+    for ((name, _, components, default_at), (array, data)) in
+        ATTRIBUTES.into_iter().zip(layout.arrays.iter().zip(data))
+    {
+        let defaults: Vec<f32> = (0..components)
+            .map(|ix| f32_at(bytes, default_at + 4 * ix))
+            .collect();
+        if array.is_none() {
+            for &value in &defaults {
+                finite(|| format!("default {name} (byte {default_at})"), value)?;
+            }
+        }
+        groom.attributes.push(Attribute {
+            name: name.to_owned(),
+            domain: array.map_or(Domain::Groom, |_| Domain::Point),
+            components: components as u32,
+            data: array.map_or(defaults, |_| data),
+        });
+    }
+    groom
+        .attributes
+        .extend(diameter(&groom, placement.cm_per_unit));
+    let mut notes = Vec::new();
+    if !bytes.starts_with(b"HAIR") {
+        let what = "the file starts with \"hair\" in small letters; it is read as if with HAIR";
+        notes.push(Note::new(NoteKind::Assumed, what));
+    }
+    if !single_points.is_empty() {
+        let n = single_points.len();
+        let what = format!("{n} strands of a single point are kept for export but not drawn");
+        notes.push(Note::new(NoteKind::SetAside, what));
+    }
+    let original = HairOriginal {
+        header: [b"HAIR", &bytes[4..HEADER_BYTES]].concat(),
+        single_points,
+    };
+    groom.source = GroomSource {
+        cm_per_unit: placement.cm_per_unit,
+        up: placement.up,
+        original: Some(Original {
+            format: INFO.name.to_owned(),
+            data: original.to_bytes(),
+        }),
+        ..GroomSource::default()
+    };
+    Ok(Import::new(groom, notes))
 }
 
 impl Layout<'_> {
@@ -199,7 +126,7 @@ impl Layout<'_> {
         };
         SinglePoint {
             strand: strand as u32,
-            position: point_at(self.points, ix),
+            position: point_at(self.points, 12 * ix),
             thickness: value(0, 1, 0),
             transparency: value(1, 1, 0),
             color: [0, 1, 2].map(|component| value(2, 3, component)),
@@ -207,17 +134,10 @@ impl Layout<'_> {
     }
 }
 
-fn parse_layout(bytes: &[u8]) -> Result<Layout<'_>> {
-    match FileKind::of(bytes) {
-        FileKind::Hair => {}
-        FileKind::Unknown | FileKind::Text => {
-            return Err(Error::NotThisKind {
-                file: FileName::default(),
-                expected: ".hair file",
-                found: "it does not start with HAIR".to_owned(),
-            });
-        }
-        found => return Err(Error::not_this_kind(".hair file", found)),
+fn parse_layout<'a>(bytes: &'a [u8], options: &ImportOptions) -> Result<Layout<'a>> {
+    let magic = &bytes[..bytes.len().min(4)];
+    if !magic.eq_ignore_ascii_case(b"HAIR") {
+        return Err(Error::invalid("file does not start with HAIR", 0));
     }
     if bytes.len() < HEADER_BYTES {
         let what = "file ends within its 128-byte header";
@@ -225,6 +145,7 @@ fn parse_layout(bytes: &[u8]) -> Result<Layout<'_>> {
     }
     let n_strands = u64::from(u32_at(bytes, 4));
     let n_points = u64::from(u32_at(bytes, 8));
+    options.check_points(n_points)?;
     let flags = u32_at(bytes, 12);
     if flags & !flag::ALL != 0 {
         let what = format!("flags {flags:#x} have bits that mean nothing");
@@ -298,21 +219,11 @@ fn check_points(
     strand: usize,
     first: usize,
     n_points: usize,
-    options: HairImport,
+    placement: Placement,
 ) -> Result<()> {
     for point in 0..n_points {
-        let position = to_groom(point_at(layout.points, first + point), options);
-        let range = -MAX_COORDINATE_CM..=MAX_COORDINATE_CM;
-        if !position.iter().all(|x| range.contains(x)) {
-            return Err(Error::value(
-                format!("strand {strand}, point {point}"),
-                format!("{:?}", point_at(layout.points, first + point)),
-                format!(
-                    "finite and within +-{MAX_COORDINATE_CM} cm, at {} cm per unit",
-                    options.cm_per_unit
-                ),
-            ));
-        }
+        let position = point_at(layout.points, 12 * (first + point));
+        placement.check(strand, point, position)?;
         for (array, (name, _, components, _)) in layout.arrays.iter().zip(ATTRIBUTES) {
             let Some(array) = array else { continue };
             for value in floats(array, (first + point) * components, components) {
@@ -326,21 +237,6 @@ fn check_points(
     Ok(())
 }
 
-fn point_at(points: &[u8], ix: usize) -> [f32; 3] {
-    [0, 1, 2].map(|axis| f32_at(points, 12 * ix + 4 * axis))
-}
-
 fn floats(bytes: &[u8], first: usize, count: usize) -> impl Iterator<Item = f32> + '_ {
     (first..first + count).map(|ix| f32_at(bytes, 4 * ix))
-}
-
-/// From the file's unit and axes to centimetres, +Y up.
-fn to_groom(position: [f32; 3], options: HairImport) -> [f32; 3] {
-    options.up.to_y_up(position.map(|x| {
-        if options.cm_per_unit == 1.0 {
-            x
-        } else {
-            (f64::from(x) * options.cm_per_unit) as f32
-        }
-    }))
 }

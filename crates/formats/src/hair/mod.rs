@@ -22,11 +22,15 @@
 //!
 //! **Import and export are inverse.** A groom imported with a unit of 1 cm, whatever its up
 //! axis, is exported as the same bytes: header, defaults and info string are kept in the
-//! groom's [`crate::HairOriginal`], arrays as attributes, and turning the axes only swaps and
+//! groom's [`crate::Original`], arrays as attributes, and turning the axes only swaps and
 //! negates. In another unit each coordinate is multiplied in and divided out, rounded to f32
 //! both times, so it may come back changed by one or two units in the last place; all else is
 //! the same. Strands of a single point (no segments) have no direction and cannot be drawn: they
-//! are set aside in the `HairOriginal` and put back on export.
+//! are set aside in the `Original` and put back on export.
+//!
+//! What is kept in the `Original`: the 128 bytes of the header, its magic in capitals, then 36 bytes
+//! for each strand of a single point: its index u32, position, thickness, transparency and colour
+//! f32, in the file's own unit and axes; zero where the file has no such array.
 //!
 //! Thickness is kept in the file's own unit as attribute `thickness`, and in centimetres as
 //! attribute `diameter`, which is what is drawn; what cannot be drawn is counted by
@@ -37,14 +41,71 @@
 
 mod export;
 mod import;
+mod original;
 mod thickness;
 
-pub(crate) use export::check_original;
-pub use import::{HairFile, HairImport};
 pub use thickness::ThicknessFaults;
 
+use crate::error::Result;
+use crate::groom::{Groom, UpAxis};
+use crate::groom_format::{
+    AttributeSupport, Capabilities, CurveBasis, Export, ExportOptions, FormatInfo, GroomFormat,
+    Import, ImportOptions, Sniff,
+};
+
+/// Cem Yuksel's `.hair` files.
+#[derive(Debug)]
+pub(crate) struct HairFormat;
+
+static INFO: FormatInfo = FormatInfo {
+    name: "hair",
+    title: "a .hair file",
+    extensions: &["hair"],
+    cm_per_unit: 1.0,
+    up: UpAxis::Z,
+    can: Capabilities {
+        reads: true,
+        writes: true,
+        attributes: AttributeSupport::Only(&["thickness", "diameter", "transparency", "color"]),
+        bases: &[CurveBasis::Linear],
+        frames: false,
+    },
+};
+
+impl GroomFormat for HairFormat {
+    fn info(&self) -> &'static FormatInfo {
+        &INFO
+    }
+
+    /// `hair` may also be the first word of a text: what follows the magic are three small numbers.
+    fn sniff(&self, start: &[u8]) -> Sniff {
+        match start.split_at_checked(4) {
+            Some((b"HAIR", _)) => Sniff::Sure,
+            Some((magic, rest))
+                if magic.eq_ignore_ascii_case(b"HAIR")
+                    && rest.iter().take(12).any(|&byte| byte == 0) =>
+            {
+                Sniff::Sure
+            }
+            _ => Sniff::No,
+        }
+    }
+
+    fn read(&self, bytes: &[u8], options: &ImportOptions) -> Result<Import> {
+        import::read(bytes, options)
+    }
+
+    fn write(&self, groom: &Groom, options: &ExportOptions) -> Result<Export> {
+        export::write(groom, options).map(Export::new)
+    }
+
+    fn n_set_aside(&self, original: &[u8]) -> usize {
+        original::n_single_points(original)
+    }
+}
+
 /// Bits of the header's flags.
-pub mod flag {
+mod flag {
     /// There is a segments array.
     pub const SEGMENTS: u32 = 1;
     /// There is a points array.
@@ -59,21 +120,15 @@ pub mod flag {
     pub const ALL: u32 = 31;
 }
 
-pub(crate) const HEADER_BYTES: usize = 128;
+const HEADER_BYTES: usize = 128;
+/// Where the default thickness stands.
+const THICKNESS_AT: usize = 20;
 /// Where the info string starts.
-pub(crate) const INFO_START: usize = 40;
+const INFO_START: usize = 40;
 
 /// Names of the attributes, their flag, components, and place of their default in the header.
-pub(crate) const ATTRIBUTES: [(&str, u32, usize, usize); 3] = [
-    ("thickness", flag::THICKNESS, 1, 20),
+const ATTRIBUTES: [(&str, u32, usize, usize); 3] = [
+    ("thickness", flag::THICKNESS, 1, THICKNESS_AT),
     ("transparency", flag::TRANSPARENCY, 1, 24),
     ("color", flag::COLOR, 3, 28),
 ];
-
-pub(crate) fn u32_at(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
-}
-
-pub(crate) fn f32_at(bytes: &[u8], at: usize) -> f32 {
-    f32::from_bits(u32_at(bytes, at))
-}

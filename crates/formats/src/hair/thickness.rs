@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use super::INFO;
 use crate::groom::{Attribute, Domain, Groom, MAX_DIAMETER_CM, MIN_DIAMETER_CM};
 use crate::scene_hair::HairSection;
 
@@ -35,14 +36,22 @@ pub(super) fn diameter(groom: &Groom, cm_per_unit: f64) -> Option<Attribute> {
 /// The thickness to write into a file of `cm_per_unit`: attribute `thickness` as it was imported,
 /// unless the groom is drawn with another `diameter` than the import gave it.
 pub(super) fn thickness(groom: &Groom, cm_per_unit: f64) -> Option<Cow<'_, Attribute>> {
+    let source_unit = groom.source.cm_per_unit;
     let drawn = groom.attribute("diameter").filter(|a| a.components == 1);
     let imported = groom.attribute("thickness");
-    let Some(drawn) = drawn else {
-        return imported.map(Cow::Borrowed);
-    };
-    if imported.is_some() && diameter(groom, cm_per_unit).as_ref() == Some(drawn) {
-        return imported.map(Cow::Borrowed);
+    let is_imported = imported.is_some() && diameter(groom, source_unit).as_ref() == drawn;
+    if is_imported || drawn.is_none() {
+        let imported = imported?;
+        if source_unit == cm_per_unit {
+            return Some(Cow::Borrowed(imported));
+        }
+        let mut scaled = imported.clone();
+        for value in &mut scaled.data {
+            *value = (f64::from(*value) * source_unit / cm_per_unit) as f32;
+        }
+        return Some(Cow::Owned(scaled));
     }
+    let drawn = drawn?;
     let to_unit = |&value: &f32| match cm_per_unit {
         1.0 => value,
         _ => (f64::from(value) / cm_per_unit) as f32,
@@ -80,7 +89,7 @@ impl Groom {
     /// can, or the groom does not come from a `.hair` file.
     pub fn thickness_faults(&self) -> Option<ThicknessFaults> {
         let thickness = self.attribute("thickness").filter(|a| a.components == 1)?;
-        self.source.hair.as_ref()?;
+        self.source.original_of(INFO.name)?;
         let mut faults = ThicknessFaults {
             n_values: thickness.data.len(),
             ..ThicknessFaults::default()

@@ -81,7 +81,7 @@ impl Set {
                     trt: 2.0 * beta,
                 },
                 caustic_width: if wide { caustic_width } else { 0.15 },
-                eccentricity: 1.0,
+                ..HairParams::default()
             },
             light: Light {
                 theta: theta_j,

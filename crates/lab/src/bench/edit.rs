@@ -106,14 +106,14 @@ const SEGMENTS: u32 = 4;
 /// `hair` with another value of `parameter`.
 fn edited(hair: &HairParams, parameter: Parameter) -> HairParams {
     let mut hair = *hair;
-    match parameter {
-        Parameter::Eta => hair.eta = 1.52,
-        Parameter::SigmaA => hair.sigma_a = [0.1, 0.9, 1.7],
-        Parameter::Shift => hair.shift = hair.shift.map(|alpha| 0.9 * alpha),
-        Parameter::Width => hair.width = hair.width.map(|beta| 1.1 * beta),
-        Parameter::CausticWidth => hair.caustic_width *= 1.1,
-        Parameter::Eccentricity => hair.eccentricity = (0.99 * hair.eccentricity).max(0.51),
-    }
+    let values = match parameter {
+        Parameter::Eta => [1.52; 3],
+        Parameter::SigmaA => [0.1, 0.9, 1.7],
+        Parameter::Width | Parameter::CausticWidth => parameter.get(&hair).map(|beta| 1.1 * beta),
+        Parameter::Eccentricity => [(0.99 * hair.eccentricity).max(0.51); 3],
+        _ => parameter.get(&hair).map(|value| 0.9 * value),
+    };
+    parameter.set(&mut hair, values);
     hair
 }
 

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
 use strandlight_formats::{SrbfLight, WindSection};
-use strandlight_render::Live;
+use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_scene::motion::{Wind, wind};
 use strandlight_scene::paint::{Brush, Paint, PaintedPoint, Picker, Stroke, Stroking};
@@ -54,7 +54,7 @@ struct Kind {
     edit: Box<Edit>,
 }
 
-type Edit = dyn Fn(&mut Live, &Base, bool) -> Result<(), RenderError>;
+type Edit = dyn Fn(&mut ProgressiveRenderer, &Base, bool) -> Result<(), RenderError>;
 
 /// Milliseconds of a frame, and of its stages.
 type Run = (f64, Vec<(&'static str, f64)>);
@@ -127,7 +127,7 @@ struct Bench<'a> {
 
 fn kind(
     name: &str,
-    edit: impl Fn(&mut Live, &Base, bool) -> Result<(), RenderError> + 'static,
+    edit: impl Fn(&mut ProgressiveRenderer, &Base, bool) -> Result<(), RenderError> + 'static,
 ) -> Kind {
     Kind {
         name: name.to_owned(),
@@ -138,7 +138,7 @@ fn kind(
 }
 
 fn edits(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
-    let everything = |live: &mut Live, base: &Base, there: bool| {
+    let everything = |live: &mut ProgressiveRenderer, base: &Base, there: bool| {
         let shift = if there { 0.01 } else { 0.0 };
         let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
         let points: Vec<_> = base.points.iter().map(shifted).collect();
@@ -192,7 +192,7 @@ fn lights(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, Render
     let power = |light: &SrbfLight| volume::power(light).iter().sum::<f64>();
     few.lights.sort_by(|a, b| power(b).total_cmp(&power(a)));
     few.lights.truncate(n_few);
-    let edit = |live: &mut Live, base: &Base, there: bool| {
+    let edit = |live: &mut ProgressiveRenderer, base: &Base, there: bool| {
         let mut hair = *base.scene.hair.hair();
         hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
         set_hair(live, &hair)
@@ -274,7 +274,7 @@ fn paint(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderE
         }
         scenes.push(painted);
     }
-    let edit = |live: &mut Live, base: &Base, there: bool| {
+    let edit = |live: &mut ProgressiveRenderer, base: &Base, there: bool| {
         let mut hair = *base.scene.hair.hair();
         hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
         set_hair(live, &hair)
@@ -338,7 +338,10 @@ fn stroke(scene: &PreparedScene, before: &Paint) -> Stroke {
     stroking.finish(&after)
 }
 
-fn set_hair(live: &mut Live, hair: &strandlight_scattering::HairParams) -> Result<(), RenderError> {
+fn set_hair(
+    live: &mut ProgressiveRenderer,
+    hair: &strandlight_scattering::HairParams,
+) -> Result<(), RenderError> {
     let modes = live.scene().hair.modes().to_vec();
     match live.set_hair(hair, &modes) {
         Ok(_) => Ok(()),
@@ -375,7 +378,7 @@ fn measure(
     for scene in scenes {
         let mut scene = scene.clone();
         scene.samples = 4;
-        let mut live = Live::new(bench.context, scene.clone())?;
+        let mut live = ProgressiveRenderer::new(bench.context, scene.clone())?;
         to_the_end(&mut live)?;
         let points = scene.strands.points.clone();
         lives.push((live, Base { scene, points }));
@@ -432,7 +435,7 @@ fn measure(
 }
 
 /// Until the picture is finished.
-fn to_the_end(live: &mut Live) -> Result<(), RenderError> {
+fn to_the_end(live: &mut ProgressiveRenderer) -> Result<(), RenderError> {
     while !live.advance(Duration::from_secs(3600))?.is_done {}
     Ok(())
 }

@@ -3,13 +3,14 @@
 use serde_json::{Value, json};
 use strandlight_render::gpu::GpuError;
 use strandlight_render::probe::GpuBench;
-use strandlight_scattering::{HairParams, ParamError};
+use strandlight_scattering::ParamError;
 
 use super::accuracy::{Errors, Measured, Reference, SUM_NAMES};
 use super::configuration::{Configuration, Set};
 use super::method::{Method, MethodError, MethodTables, Prepared};
 use super::plot::{AxisStyle, Figure, Mark, Panel, Series};
 use super::timing::{Cost, Scene, adapter_costs, cpu_costs};
+use crate::stress::hair_json;
 use strandlight_scene::progress::Progress;
 
 /// What to measure.
@@ -347,8 +348,6 @@ fn points(name: &str) -> Series {
 
 /// The configuration as `strandlight probe` reads it.
 fn query(mode: &str, drawn: &Configuration) -> Value {
-    let hair: &HairParams = &drawn.hair;
-    let per_lobe = |value: &strandlight_scattering::PerLobe<f64>| json!({"r": value.r, "tt": value.tt, "trt": value.trt});
     json!({
         "q": "single",
         "mode": mode,
@@ -358,13 +357,6 @@ fn query(mode: &str, drawn: &Configuration) -> Value {
             "lambda": drawn.light.lambda,
         },
         "view": {"theta": drawn.view.theta, "phi": drawn.view.phi},
-        "hair": {
-            "eta": hair.eta,
-            "sigma_a": hair.sigma_a,
-            "shift": per_lobe(&hair.shift),
-            "width": per_lobe(&hair.width),
-            "caustic_width": hair.caustic_width,
-            "eccentricity": hair.eccentricity,
-        },
+        "hair": hair_json(&drawn.hair),
     })
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_render::probe::Scheme;
 use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::BernsteinRule;

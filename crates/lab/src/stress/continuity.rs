@@ -12,10 +12,10 @@ use std::collections::BinaryHeap;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use serde_json::{Value, json};
-use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scattering::{HairParams, Lobe, Parameter};
 
 use super::Run;
-use super::draw::{self, BETA, CAUSTIC_WIDTH, ETA, LAMBDA, Random, SHIFT, SIGMA_A};
+use super::draw::{self, BETA, CAUSTIC_WIDTH, ECCENTRICITY, LAMBDA, Random, SHIFT, SIGMA_A};
 use super::point::{Group, Point, inclination, single};
 use super::report::{Check, Tally};
 use super::subject::StressError;
@@ -37,9 +37,9 @@ const SCALE_MIN: f64 = 1e-3;
 /// Evaluations a line.
 const BUDGET: usize = 1500;
 
-/// A parameter that can be walked.
+/// What is walked along: a parameter of light or view, or one of the fibre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Parameter {
+enum Walk {
     ThetaJ,
     PhiJ,
     Lambda,
@@ -48,37 +48,20 @@ enum Parameter {
     LambdaP,
     Dphi,
     ThetaD,
-    Eta,
-    SigmaA,
-    Shift,
-    Width,
-    CausticWidth,
-    Eccentricity,
+    Hair(Parameter),
 }
 
-use Parameter::{
-    CausticWidth, Dphi, Eccentricity, Eta, Lambda, LambdaP, PhiJ, PhiO, Shift, SigmaA, ThetaD,
-    ThetaJ, ThetaO, Width,
-};
+use Walk::{Dphi, Hair, Lambda, LambdaP, PhiJ, PhiO, ThetaD, ThetaJ, ThetaO};
 
-const ALL: [Parameter; 14] = [
-    ThetaJ,
-    PhiJ,
-    Lambda,
-    ThetaO,
-    PhiO,
-    LambdaP,
-    Dphi,
-    ThetaD,
-    Eta,
-    SigmaA,
-    Shift,
-    Width,
-    CausticWidth,
-    Eccentricity,
-];
+/// All of them.
+fn all() -> impl Iterator<Item = Walk> {
+    let of_point = [ThetaJ, PhiJ, Lambda, ThetaO, PhiO, LambdaP, Dphi, ThetaD];
+    of_point
+        .into_iter()
+        .chain(Parameter::ALL.into_iter().map(Hair))
+}
 
-impl Parameter {
+impl Walk {
     const fn name(self) -> &'static str {
         match self {
             ThetaJ => "theta_j",
@@ -89,20 +72,15 @@ impl Parameter {
             LambdaP => "lambda_p",
             Dphi => "dphi",
             ThetaD => "theta_d",
-            Eta => "eta",
-            SigmaA => "sigma_a",
-            Shift => "shift",
-            Width => "width",
-            CausticWidth => "caustic_width",
-            Eccentricity => "eccentricity",
+            Hair(parameter) => parameter.name(),
         }
     }
 
     /// Largest jump accepted.
     const fn bound(self) -> f64 {
         match self {
-            ThetaJ | PhiJ | Lambda | ThetaO | PhiO | LambdaP | Dphi | ThetaD => BOUND,
-            Eta | SigmaA | Shift | Width | CausticWidth | Eccentricity => EDIT_BOUND,
+            Hair(_) => EDIT_BOUND,
+            _ => BOUND,
         }
     }
 
@@ -112,10 +90,10 @@ impl Parameter {
         match self {
             ThetaJ | PhiJ | Lambda | ThetaO | PhiO => matches!(point, Point::Single { .. }),
             LambdaP | Dphi | ThetaD => matches!(point, Point::Azimuthal { .. }),
-            CausticWidth | Eccentricity => point.lobe() == Lobe::Trt,
-            SigmaA => point.lobe() != Lobe::R,
-            Shift | Width => matches!(point, Point::Single { .. }),
-            Eta => true,
+            Hair(Parameter::CausticWidth | Parameter::Eccentricity) => point.lobe() == Lobe::Trt,
+            Hair(Parameter::SigmaA) => point.lobe() != Lobe::R,
+            Hair(Parameter::Shift | Parameter::Width) => matches!(point, Point::Single { .. }),
+            Hair(_) => true,
         }
     }
 
@@ -127,32 +105,26 @@ impl Parameter {
             ThetaJ | ThetaO | ThetaD => inclination(linear([-FRAC_PI_2, FRAC_PI_2])),
             PhiJ | PhiO | Dphi => single(linear([-PI, PI])),
             Lambda | LambdaP => single(log(LAMBDA)),
-            Eta => single(linear(ETA)).clamp(ETA[0], ETA[1]),
-            SigmaA => single(SIGMA_A * t * t * t),
-            Shift => single(linear([-SHIFT, SHIFT])),
-            Width => single(log(BETA)),
-            CausticWidth => single(log(CAUSTIC_WIDTH)).clamp(CAUSTIC_WIDTH[0], CAUSTIC_WIDTH[1]),
-            Eccentricity => single(log([0.5, 2.0])),
+            Hair(Parameter::SigmaA) => single(SIGMA_A * t * t * t),
+            Hair(Parameter::Shift) => single(linear([-SHIFT, SHIFT])),
+            Hair(Parameter::Width) => single(log(BETA)),
+            Hair(Parameter::CausticWidth) => {
+                single(log(CAUSTIC_WIDTH)).clamp(CAUSTIC_WIDTH[0], CAUSTIC_WIDTH[1])
+            }
+            Hair(Parameter::Eccentricity) => single(log(ECCENTRICITY)),
+            Hair(parameter) => parameter.clamp(single(linear(parameter.range()))),
         }
     }
 
     /// `base` with the parameter at `value`.
     fn set(self, base: &Group, value: f64) -> Group {
         let mut group = base.clone();
-        let hair = &mut group.hair;
-        let all = PerLobe {
-            r: value,
-            tt: value,
-            trt: value,
-        };
-        match self {
-            Eta => hair.eta = value,
-            SigmaA => hair.sigma_a = [value, 0.5 * value, 0.1 * value],
-            Shift => hair.shift = all,
-            Width => hair.width = all,
-            CausticWidth => hair.caustic_width = value,
-            Eccentricity => hair.eccentricity = value,
-            _ => {}
+        if let Hair(parameter) = self {
+            let shares = match parameter {
+                Parameter::SigmaA => [1.0, 0.5, 0.1],
+                _ => [1.0; 3],
+            };
+            parameter.set(&mut group.hair, shares.map(|share| share * value));
         }
         for point in &mut group.points {
             match point {
@@ -189,7 +161,7 @@ impl Parameter {
 /// Continuity in every parameter, `n` lines each.
 pub fn checks(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
     let mut checks = Vec::new();
-    for (ix, parameter) in ALL.into_iter().enumerate() {
+    for (ix, parameter) in all().enumerate() {
         let name = format!("continuity in {}", parameter.name());
         let [tally] = run.tallies(n, 20 + ix as u64, &name, |random| {
             let mut tally = Tally::new();
@@ -205,7 +177,7 @@ pub fn checks(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
 }
 
 /// Where a line starts from: a few points of each mode that the parameter moves.
-fn base(random: &mut Random, parameter: Parameter) -> Group {
+fn base(random: &mut Random, parameter: Walk) -> Group {
     let hair = draw::hair(random);
     let mut points = Vec::new();
     for lobe in Lobe::ALL {
@@ -285,12 +257,7 @@ impl Ord for Interval {
 }
 
 /// Walks one line and feeds its largest jump into `tally`.
-fn walk(
-    run: &Run,
-    parameter: Parameter,
-    base: &Group,
-    tally: &mut Tally,
-) -> Result<(), StressError> {
+fn walk(run: &Run, parameter: Walk, base: &Group, tally: &mut Tally) -> Result<(), StressError> {
     let prepared = run.subject.prepare(&base.hair)?;
     let evaluate = |value: f64| -> Result<Vec<f64>, StressError> {
         let group = parameter.set(base, value);
@@ -389,7 +356,7 @@ fn initial_intervals<E>(
 }
 
 /// The query at the near end of an interval, and the interval.
-fn inputs(parameter: Parameter, base: &Group, point: usize, between: [f64; 2]) -> Value {
+fn inputs(parameter: Walk, base: &Group, point: usize, between: [f64; 2]) -> Value {
     let group = parameter.set(base, between[0]);
     let hair: &HairParams = &group.hair;
     json!({ "parameter": parameter.name(), "between": between,

@@ -2,14 +2,16 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scattering::{HairParams, Lobe, Parameter, PerLobe};
 
 use strandlight_scattering::random::SplitMix64;
 
 use super::point::{Group, Light, Point, inclination, single};
 
 /// Range of eta.
-pub const ETA: [f64; 2] = [1.0001, 3.0];
+pub const ETA: [f64; 2] = Parameter::Eta.range();
+/// Range of the eccentricity.
+pub const ECCENTRICITY: [f64; 2] = Parameter::Eccentricity.range();
 /// Range of Xu's beta: 0.1 to 40 degrees, the latter taken as a standard deviation.
 pub const BETA: [f64; 2] = [0.1 * PI / 180.0, 0.987];
 /// Range of w_c.
@@ -21,7 +23,7 @@ pub const LAMBDA_P_CONSTANT: f64 = 1000.0;
 /// Largest shift alpha, 15 degrees.
 pub const SHIFT: f64 = 15.0 * PI / 180.0;
 /// Largest sigma_a.
-pub const SIGMA_A: f64 = 50.0;
+pub const SIGMA_A: f64 = Parameter::SigmaA.range()[1];
 /// Points that share a fibre in a random draw.
 pub const POINTS_PER_HAIR: usize = 48;
 
@@ -59,10 +61,10 @@ impl Random {
 /// A fibre anywhere in the ranges, often at their ends.
 pub fn hair(random: &mut Random) -> HairParams {
     let eta = match random.pick(&[0, 1, 2, 3]) {
-        0 => random.pick(&[1.0001, 1.01, 1.2, 1.55, 2.0, 3.0]),
+        0 => random.pick(&[ETA[0], 1.01, 1.2, 1.55, 2.0, ETA[1]]),
         1 => 1.0 + random.log_uniform(1.0001e-4, 2.0),
         2 => random.uniform(1.4, 1.7),
-        _ => random.uniform(1.0001, 3.0),
+        _ => random.uniform(ETA[0], ETA[1]),
     };
     let sigma_a = |random: &mut Random| match random.pick(&[0, 1, 2, 3]) {
         0 => random.pick(&[0.0, 0.0, 5.0, SIGMA_A]),
@@ -82,8 +84,8 @@ pub fn hair(random: &mut Random) -> HairParams {
         random.log_uniform(CAUSTIC_WIDTH[0], CAUSTIC_WIDTH[1])
     };
     let eccentricity = match random.pick(&[0, 1, 2, 3]) {
-        0 => random.pick(&[0.5, 0.8, 1.25, 2.0]),
-        1 => random.log_uniform(0.5, 2.0),
+        0 => random.pick(&[ECCENTRICITY[0], 0.8, 1.25, ECCENTRICITY[1]]),
+        1 => random.log_uniform(ECCENTRICITY[0], ECCENTRICITY[1]),
         _ => 1.0,
     };
     // Rounded, so that f32 and f64 see the same fibre; the ends themselves may round outwards.
@@ -94,6 +96,7 @@ pub fn hair(random: &mut Random) -> HairParams {
         width: per_lobe(|| single(width(random))),
         caustic_width: single(caustic_width).clamp(CAUSTIC_WIDTH[0], CAUSTIC_WIDTH[1]),
         eccentricity: single(eccentricity),
+        ..HairParams::default()
     }
 }
 
@@ -116,7 +119,7 @@ pub fn ordinary_hair(random: &mut Random) -> HairParams {
             trt: single(2.0 * width),
         },
         caustic_width: single(random.uniform(0.05, 0.4)),
-        eccentricity: 1.0,
+        ..HairParams::default()
     }
 }
 
@@ -296,11 +299,11 @@ pub fn extremes(seed: u64, purpose: u64, n: usize) -> Vec<Group> {
 /// width: all-different combinations would be too many to be worth their time.
 pub fn corners() -> Vec<Group> {
     let mut groups = Vec::new();
-    for eta in [1.0001, 1.2, 1.55, 3.0] {
+    for eta in [ETA[0], 1.2, 1.55, ETA[1]] {
         for sigma_a in [[0.0, 0.3, 2.0], [SIGMA_A, 10.0, 5.0]] {
             for (width, shift) in [(BETA[0], -SHIFT), (0.17, 0.0), (BETA[1], SHIFT)] {
                 for caustic_width in [CAUSTIC_WIDTH[0], 0.15, CAUSTIC_WIDTH[1]] {
-                    for eccentricity in [0.5, 1.0, 2.0] {
+                    for eccentricity in [ECCENTRICITY[0], 1.0, ECCENTRICITY[1]] {
                         let hair = HairParams {
                             eta,
                             sigma_a,
@@ -308,6 +311,7 @@ pub fn corners() -> Vec<Group> {
                             width: per_lobe(|| width),
                             caustic_width,
                             eccentricity,
+                            ..HairParams::default()
                         };
                         let points = corner_points(&hair);
                         groups.push(Group { hair, points });

@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 use strandlight_formats::Scene;
+use strandlight_formats::params::{HAIR, Shape};
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, Fibre};
-use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scattering::{HairParams, Lobe, Parameter};
 
 use super::point::{Light, Point, hair_json};
 use super::report::{Check, Tally};
@@ -11,94 +12,33 @@ use super::report::{Check, Tally};
 /// Refuses or accepts a line as `strandlight probe` does.
 pub type ParseQuery<'a> = &'a (dyn Fn(&str) -> Result<(), String> + Sync);
 
-/// What is set: a field, how it is named in messages, values outside its range, its ends.
-struct Field {
-    name: &'static str,
-    set: fn(&mut HairParams, f64),
-    bad: &'static [f64],
-    ends: [f64; 2],
-    /// Key and number in a scene file, where the unit is the same.
-    scene_key: &'static str,
+/// Values that no number takes.
+const NEVER: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+
+/// Finite values outside a range, just beside it and far away.
+fn outside([min, max]: [f64; 2]) -> Vec<f64> {
+    let above_zero = [0.0, 1e-30, -1e-30].into_iter().filter(|x| *x < min);
+    let near = [min.next_down(), max.next_up()];
+    let far = [min - 1.0, min - 1e9, max + 1.0, 1e300];
+    above_zero.chain(near).chain(far).collect()
 }
 
-const NAN: f64 = f64::NAN;
-const INFINITY: f64 = f64::INFINITY;
+/// Every number of a fibre: its name, the parameter it belongs to, its place there.
+fn numbers() -> impl Iterator<Item = (&'static str, Parameter, usize)> {
+    Parameter::ALL.into_iter().flat_map(|parameter| {
+        let names = parameter.numbers().iter().enumerate();
+        names.map(move |(ix, name)| (*name, parameter, ix))
+    })
+}
 
-const FIELDS: [Field; 10] = [
-    Field {
-        name: "eta",
-        set: |hair, x| hair.eta = x,
-        bad: &[1.0, 0.9, 0.0, -1.55, 3.01, 1e300],
-        ends: [1.0001, 3.0],
-        scene_key: "eta",
-    },
-    Field {
-        name: "sigma_a",
-        set: |hair, x| hair.sigma_a[1] = x,
-        bad: &[-1e-9, -1.0, 50.1],
-        ends: [0.0, 50.0],
-        scene_key: "sigma_a",
-    },
-    Field {
-        name: "shift.r",
-        set: |hair, x| hair.shift.r = x,
-        bad: &[-0.6, 0.6],
-        ends: [-0.5, 0.5],
-        scene_key: "shift_deg",
-    },
-    Field {
-        name: "shift.tt",
-        set: |hair, x| hair.shift.tt = x,
-        bad: &[-0.6, 0.6],
-        ends: [-0.5, 0.5],
-        scene_key: "",
-    },
-    Field {
-        name: "shift.trt",
-        set: |hair, x| hair.shift.trt = x,
-        bad: &[-0.6, 0.6],
-        ends: [-0.5, 0.5],
-        scene_key: "",
-    },
-    Field {
-        name: "width.r",
-        set: |hair, x| hair.width.r = x,
-        bad: &[-0.1, 0.0, 1e-30, 1.6],
-        ends: [0.001, 1.5],
-        scene_key: "width_deg",
-    },
-    Field {
-        name: "width.tt",
-        set: |hair, x| hair.width.tt = x,
-        bad: &[-0.1, 0.0, 1e-30, 1.6],
-        ends: [0.001, 1.5],
-        scene_key: "",
-    },
-    Field {
-        name: "width.trt",
-        set: |hair, x| hair.width.trt = x,
-        bad: &[-0.1, 0.0, 1e-30, 1.6],
-        ends: [0.001, 1.5],
-        scene_key: "",
-    },
-    Field {
-        name: "caustic_width",
-        set: |hair, x| hair.caustic_width = x,
-        bad: &[-0.1, 0.0, 1e-30, 1.6],
-        ends: [0.01, 1.5],
-        scene_key: "caustic_width_deg",
-    },
-    Field {
-        name: "eccentricity",
-        set: |hair, x| hair.eccentricity = x,
-        bad: &[-1.0, 0.0, 0.4, 2.1],
-        ends: [0.5, 2.0],
-        scene_key: "eccentricity",
-    },
-];
-
-/// Values that no field takes.
-const NEVER: [f64; 3] = [NAN, INFINITY, -INFINITY];
+/// Hair with one number at `x`.
+fn hair_with(parameter: Parameter, ix: usize, x: f64) -> HairParams {
+    let mut hair = HairParams::default();
+    let mut values = parameter.get(&hair);
+    values[ix] = x;
+    parameter.set(&mut hair, values);
+    hair
+}
 
 /// All of it.
 pub fn checks(parse_query: ParseQuery) -> Vec<Check> {
@@ -123,21 +63,20 @@ const NOTE: &str = "1 where a bad value is accepted or not named, or a good one 
 
 fn api() -> Check {
     let mut tally = Tally::new();
-    for field in &FIELDS {
+    for (name, parameter, ix) in numbers() {
         let mut case = |x: f64, needle: Option<&str>| {
-            let mut hair = HairParams::default();
-            (field.set)(&mut hair, x);
-            let inputs = json!({ "field": field.name, "value": x.to_string() });
+            let hair = hair_with(parameter, ix, x);
+            let inputs = json!({ "field": name, "value": x.to_string() });
             let validated = hair.validate().map_err(|error| error.to_string());
             see(&mut tally, validated, needle, inputs.clone());
             let fibre = Fibre::new(&hair, &Lobe::ALL, DEFAULT_SEGMENTS);
             let fibre = fibre.map(|_| ()).map_err(|error| error.to_string());
             see(&mut tally, fibre, needle, inputs);
         };
-        for &x in field.bad.iter().chain(&NEVER) {
-            case(x, Some(field.name));
+        for x in outside(parameter.range()).into_iter().chain(NEVER) {
+            case(x, Some(name));
         }
-        for x in field.ends {
+        for x in parameter.range() {
             case(x, None);
         }
     }
@@ -154,25 +93,32 @@ fn scenes() -> Check {
         see(&mut tally, answer, needle, json!({ "toml": hair }));
     };
     case(String::new(), None);
-    for field in &FIELDS {
-        let key = field.scene_key;
-        let section = |x: String| match key {
-            "sigma_a" => format!("[hair]\nsigma_a = [0.1, {x}, 0.2]\n"),
-            "shift_deg" | "width_deg" => {
-                format!("[hair]\n{key} = {{ r = {x}, tt = 3.0, trt = 9.0 }}\n")
-            }
-            _ => format!("[hair]\n{key} = {x}\n"),
-        };
-        if key.is_empty() {
+    for param in HAIR.params {
+        let Some(numbers) = param.spec.numbers() else {
             continue;
-        }
-        let is_angle = key.ends_with("_deg");
-        let degrees = |x: f64| if is_angle { x.to_degrees() } else { x };
-        for &x in field.bad {
-            case(section(format!("{:?}", degrees(x))), Some(key));
-        }
-        for word in ["nan", "inf", "-inf"] {
-            case(section(word.to_owned()), Some(key));
+        };
+        let section = |ix: usize, x: String| {
+            let mut values = [(); 3].map(|()| format!("{:?}", 0.5 * (numbers.min + numbers.max)));
+            values[ix] = x;
+            let [a, b, c] = values;
+            let value = match numbers.shape {
+                Shape::PerLobe => format!("{{ r = {a}, tt = {b}, trt = {c} }}"),
+                Shape::Rgb | Shape::Vector => format!("[{a}, {b}, {c}]"),
+                Shape::Number | Shape::Whole | Shape::Size => a,
+            };
+            format!("[hair]\n{} = {value}\n", param.spec.key)
+        };
+        for (ix, suffix) in numbers.shape.suffixes().iter().enumerate() {
+            let key = format!("hair.{}{suffix}", param.spec.key);
+            for x in outside([numbers.min, numbers.max]) {
+                case(section(ix, format!("{x:?}")), Some(&key));
+            }
+            for word in ["nan", "inf", "-inf"] {
+                case(section(ix, word.to_owned()), Some(&key));
+            }
+            for end in [numbers.min, numbers.max] {
+                case(section(ix, format!("{end:?}")), None);
+            }
         }
     }
     tally.check("invalid parameters, scene files", "-", Some(0.0), NOTE)
@@ -196,13 +142,11 @@ fn queries(parse_query: ParseQuery) -> Check {
         see(&mut tally, answer, needle, json!({ "line": query }));
     };
     case(good.to_string(), None);
-    for field in &FIELDS {
-        for &x in field.bad {
-            let mut hair = HairParams::default();
-            (field.set)(&mut hair, x);
+    for (name, parameter, ix) in numbers() {
+        for x in outside(parameter.range()) {
             let mut query = good.clone();
-            query["hair"] = hair_json(&hair);
-            case(query.to_string(), Some(field.name));
+            query["hair"] = hair_json(&hair_with(parameter, ix, x));
+            case(query.to_string(), Some(name));
         }
     }
     for (part, key, values) in [

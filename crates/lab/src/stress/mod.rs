@@ -29,6 +29,7 @@ use strandlight_scene::progress::Progress;
 use values::Evaluated;
 
 pub use invalid::ParseQuery;
+pub(crate) use point::hair_json;
 pub use report::{Check, Report, Status, Worst};
 pub use subject::{StressError, Subject};
 

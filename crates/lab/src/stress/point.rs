@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use serde_json::{Value, json};
-use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scattering::{HairParams, Lobe, Parameter, ParameterShape};
 
 /// One evaluation; every number is a single-precision one, so that all sides get the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,12 +117,14 @@ pub fn sphere_mass(lambda: f64) -> f64 {
 
 /// The fibre as `strandlight probe` reads it.
 pub fn hair_json(hair: &HairParams) -> Value {
-    json!({
-        "eta": hair.eta,
-        "sigma_a": hair.sigma_a,
-        "shift": { "r": hair.shift.r, "tt": hair.shift.tt, "trt": hair.shift.trt },
-        "width": { "r": hair.width.r, "tt": hair.width.tt, "trt": hair.width.trt },
-        "caustic_width": hair.caustic_width,
-        "eccentricity": hair.eccentricity,
-    })
+    let value = |parameter: Parameter| {
+        let [a, b, c] = parameter.get(hair);
+        match parameter.shape() {
+            ParameterShape::Number => json!(a),
+            ParameterShape::Rgb => json!([a, b, c]),
+            ParameterShape::PerLobe => json!({ "r": a, "tt": b, "trt": c }),
+        }
+    };
+    let entries = Parameter::ALL.map(|parameter| (parameter.name().to_owned(), value(parameter)));
+    Value::Object(entries.into_iter().collect())
 }

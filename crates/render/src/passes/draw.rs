@@ -52,11 +52,19 @@ strandlight_scattering::mirrors! {
     Chunk as "Chunk" in "pass/ribbons" { first_segment, n_segments }
 }
 
-/// Pipelines of drawing.
-pub(crate) struct Draw {
+/// Pipelines that find where strands are on the screen.
+pub(crate) struct Projection {
     project: wgpu::ComputePipeline,
     ribbons: wgpu::ComputePipeline,
+}
+
+/// Pipelines that draw strands into pictures of their own, and sum up samples.
+pub(crate) struct Draw {
     strands: wgpu::RenderPipeline,
+    /// By buffer of radiance.
+    groups: Vec<wgpu::BindGroup>,
+    /// Drawn before the strands, if there are any.
+    proxies: Option<DrawnProxies>,
     viewport: f32,
     pub(super) accumulate: wgpu::ComputePipeline,
     pub(super) composite: wgpu::ComputePipeline,
@@ -69,10 +77,6 @@ pub(crate) struct Ribbons {
     points: [wgpu::Buffer; 3],
     project: wgpu::BindGroup,
     chunks: Vec<RibbonChunk>,
-    /// By buffer of radiance.
-    strands: Vec<wgpu::BindGroup>,
-    /// Drawn before the strands, if there are any.
-    proxies: Option<DrawnProxies>,
     n_points: u32,
 }
 
@@ -84,13 +88,8 @@ struct RibbonChunk {
 }
 
 impl Ribbons {
-    /// Room for `strands`, which are lit by one of the buffers of `radiance`.
-    pub fn new(
-        context: &Context,
-        draw: &Draw,
-        strands: &StrandBuffers,
-        radiance: &[&wgpu::Buffer],
-    ) -> Ribbons {
+    /// Room for `strands`.
+    pub fn new(context: &Context, projection: &Projection, strands: &StrandBuffers) -> Ribbons {
         let n_points = strands.n_points;
         let view: ViewUniform = bytemuck::Zeroable::zeroed();
         let view = uniform(context, "view", &view);
@@ -101,7 +100,7 @@ impl Ribbons {
         let [edges, depth_coverage, spines] = &points;
         let project = bind(
             context,
-            &draw.project.get_bind_group_layout(0),
+            &projection.project.get_bind_group_layout(0),
             &[
                 (0, view.as_entire_binding()),
                 (1, strands.points.as_entire_binding()),
@@ -122,7 +121,7 @@ impl Ribbons {
             let corners = labelled(context, "corners", u64::from(n_segments) * 24, usage);
             let group = bind(
                 context,
-                &draw.ribbons.get_bind_group_layout(0),
+                &projection.ribbons.get_bind_group_layout(0),
                 &[
                     (0, view.as_entire_binding()),
                     (1, chunk.as_entire_binding()),
@@ -139,37 +138,38 @@ impl Ribbons {
                 n_segments,
             });
         }
-        let of_radiance = |radiance: &&wgpu::Buffer| {
-            bind(
-                context,
-                &draw.strands.get_bind_group_layout(0),
-                &[
-                    (0, view.as_entire_binding()),
-                    (1, pass.as_entire_binding()),
-                    (2, edges.as_entire_binding()),
-                    (3, depth_coverage.as_entire_binding()),
-                    (4, spines.as_entire_binding()),
-                    (5, radiance.as_entire_binding()),
-                ],
-            )
-        };
-        let strands = radiance.iter().map(of_radiance).collect();
         Ribbons {
             view,
             pass,
             project,
             chunks,
-            strands,
             points,
-            proxies: None,
             n_points,
         }
     }
 
-    /// Takes the proxies as `lighting` has them.
-    pub fn set_proxies(&mut self, context: &Context, lighting: &Lighting) {
-        let proxies = lighting.proxies();
-        self.proxies = proxies.map(|proxies| proxies.drawn(context, &self.view, &self.pass));
+    /// Bindings of a pipeline that draws the strands, one group for each buffer of radiance.
+    pub fn bind_strands(
+        &self,
+        context: &Context,
+        layout: &wgpu::BindGroupLayout,
+        radiance: &[&wgpu::Buffer],
+        further: &[(u32, wgpu::BindingResource)],
+    ) -> Vec<wgpu::BindGroup> {
+        let [edges, depth_coverage, spines] = &self.points;
+        let of_radiance = |radiance: &&wgpu::Buffer| {
+            let mut resources = vec![
+                (0, self.view.as_entire_binding()),
+                (1, self.pass.as_entire_binding()),
+                (2, edges.as_entire_binding()),
+                (3, depth_coverage.as_entire_binding()),
+                (4, spines.as_entire_binding()),
+                (5, radiance.as_entire_binding()),
+            ];
+            resources.extend_from_slice(further);
+            bind(context, layout, &resources)
+        };
+        radiance.iter().map(of_radiance).collect()
     }
 
     /// Takes another view.
@@ -189,14 +189,14 @@ impl Ribbons {
     }
 
     /// Projects the points and prepares the segments, once for all passes of a view.
-    pub fn project(&self, context: &Context, draw: &Draw, stamp: Stamp) {
+    pub fn project(&self, context: &Context, projection: &Projection, stamp: Stamp) {
         submit(context, |encoder| {
             let mut pass = compute_pass(encoder, stamp);
             let groups = [self.n_points.div_ceil(256), 1];
-            step(&mut pass, &draw.project, &self.project, groups);
+            step(&mut pass, &projection.project, &self.project, groups);
             for chunk in &self.chunks {
                 let groups = [chunk.n_segments.div_ceil(256), 1];
-                step(&mut pass, &draw.ribbons, &chunk.group, groups);
+                step(&mut pass, &projection.ribbons, &chunk.group, groups);
             }
         });
     }
@@ -212,21 +212,8 @@ impl Ribbons {
         context.queue.write_buffer(&self.pass, 0, bytes);
     }
 
-    /// Draws proxies and strands into a picture of `size`, lit by the radiance buffer `radiance`.
-    pub(super) fn draw(
-        &self,
-        pass: &mut wgpu::RenderPass,
-        draw: &Draw,
-        size: [u32; 2],
-        radiance: usize,
-    ) {
-        if let Some(proxies) = &self.proxies {
-            proxies.draw(pass, size, radiance);
-        }
-        pass.set_pipeline(&draw.strands);
-        pass.set_bind_group(0, &self.strands[radiance], &[]);
-        let [left, top] = size.map(|n| 0.5 * (n as f32 - draw.viewport));
-        pass.set_viewport(left, top, draw.viewport, draw.viewport, 0.0, 1.0);
+    /// Draws all segments with the pipeline and bindings that `pass` has.
+    pub fn draw_segments(&self, pass: &mut wgpu::RenderPass) {
         for chunk in &self.chunks {
             pass.set_index_buffer(chunk.corners.slice(..), wgpu::IndexFormat::Uint32);
             pass.draw_indexed(0..6 * chunk.n_segments, 0, 0..1);
@@ -240,10 +227,22 @@ impl Ribbons {
     }
 }
 
-impl Draw {
+impl Projection {
     pub fn new(context: &Context) -> Result<Self, RenderError> {
-        let project = compute(context, &shader(context, "pass/project")?, "project");
-        let ribbons = compute(context, &shader(context, "pass/ribbons")?, "ribbons");
+        Ok(Projection {
+            project: compute(context, &shader(context, "pass/project")?, "project"),
+            ribbons: compute(context, &shader(context, "pass/ribbons")?, "ribbons"),
+        })
+    }
+}
+
+impl Draw {
+    /// Draws `ribbons`, lit by one of the buffers of `radiance`.
+    pub fn new(
+        context: &Context,
+        ribbons: &Ribbons,
+        radiance: &[&wgpu::Buffer],
+    ) -> Result<Self, RenderError> {
         let accumulate = compute(context, &shader(context, "pass/accumulate")?, "accumulate");
         let composite = compute(context, &shader(context, "pass/composite")?, "composite");
         let module = shader(context, "pass/strands")?;
@@ -252,14 +251,39 @@ impl Draw {
         let constants = [("CLIP_PER_UNIT", 1.0 / (128.0 * f64::from(viewport)))];
         let entries = ["ribbon", "cover"];
         let strands = covering(context, "strands", &module, entries, &constants);
+        let layout = strands.get_bind_group_layout(0);
         Ok(Draw {
-            project,
-            ribbons,
+            groups: ribbons.bind_strands(context, &layout, radiance, &[]),
             strands,
+            proxies: None,
             viewport,
             accumulate,
             composite,
         })
+    }
+
+    /// Takes the proxies as `lighting` has them.
+    pub fn set_proxies(&mut self, context: &Context, ribbons: &Ribbons, lighting: &Lighting) {
+        let proxies = lighting.proxies();
+        self.proxies = proxies.map(|proxies| proxies.drawn(context, &ribbons.view, &ribbons.pass));
+    }
+
+    /// Draws proxies and strands into a picture of `size`, lit by the radiance buffer `radiance`.
+    pub(super) fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass,
+        ribbons: &Ribbons,
+        size: [u32; 2],
+        radiance: usize,
+    ) {
+        if let Some(proxies) = &self.proxies {
+            proxies.draw(pass, size, radiance);
+        }
+        pass.set_pipeline(&self.strands);
+        pass.set_bind_group(0, &self.groups[radiance], &[]);
+        let [left, top] = size.map(|n| 0.5 * (n as f32 - self.viewport));
+        pass.set_viewport(left, top, self.viewport, self.viewport, 0.0, 1.0);
+        ribbons.draw_segments(pass);
     }
 }
 

@@ -21,7 +21,7 @@ pub struct DevicePart {
     pub largest: u64,
 }
 
-/// What a scene needs on a device, in [`Live`](crate::Live); a
+/// What a scene needs on a device, in [`ProgressiveRenderer`](crate::ProgressiveRenderer); a
 /// [`Renderer`](crate::Renderer) needs one buffer of radiance less and nothing for the screen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceBytes {

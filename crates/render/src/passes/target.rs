@@ -169,7 +169,7 @@ impl Target {
         });
         let n_rows = band.end.min(self.size[1]) - band.start;
         pass.set_scissor_rect(0, band.start, self.size[0], n_rows);
-        ribbons.draw(&mut pass, draw, self.size, radiance);
+        draw.draw(&mut pass, ribbons, self.size, radiance);
     }
 
     /// Turns the sums of `samples` samples into the linear picture, before `background` or the

@@ -5,9 +5,8 @@ use std::ops::Range;
 use strandlight_formats::{
     GroomSection, HairSection, LightsSection, RenderSection, Scene, TablesSection,
 };
-use strandlight_scattering::HairParams;
 
-use strandlight_scene::assets::{densities, hair_params, modes};
+use strandlight_scene::assets::densities;
 
 /// What an edit, an undo or a redo has changed. Every field says what depends on it; nothing is
 /// set that does not have to be made again.
@@ -117,8 +116,8 @@ impl Change {
             density_forward,
             density_back,
         } = after;
-        self.hair = bits(&hair_params(before)) != bits(&hair_params(after));
-        self.modes = modes(before) != modes(after);
+        self.hair = before.params().bits() != after.params().bits();
+        self.modes = before.modes != after.modes;
         self.densities = densities(before) != densities(after);
         self.diameter = before.diameter_cm != *diameter_cm;
         // The same numbers, told in another way.
@@ -244,23 +243,4 @@ impl Change {
 
 fn named(tables: Option<&TablesSection>) -> Option<&std::path::Path> {
     tables.map(|tables| tables.file.as_path())
-}
-
-/// Parameters by their bits: -0 and 0 make textures that differ in theirs.
-fn bits(hair: &HairParams) -> Vec<u64> {
-    let HairParams {
-        eta,
-        sigma_a,
-        shift,
-        width,
-        caustic_width,
-        eccentricity,
-    } = *hair;
-    let per_mode = [shift.r, shift.tt, shift.trt, width.r, width.tt, width.trt];
-    [eta, caustic_width, eccentricity]
-        .into_iter()
-        .chain(sigma_a)
-        .chain(per_mode)
-        .map(f64::to_bits)
-        .collect()
 }

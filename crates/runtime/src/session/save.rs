@@ -3,7 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 use std::time::SystemTime;
 
-use strandlight_formats::{Groom, Scene};
+use strandlight_formats::{BakedFile, Groom, Scene};
 
 use super::history::Step;
 use super::{Change, Held, Session, check_size, told};

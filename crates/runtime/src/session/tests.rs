@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 use strandlight_formats::{
-    CameraSection, Groom, LightAdjust, LightSet, Melanin, MotionSection, ProxySection, Scene,
-    SrbfLight, TablesSection, WindSection,
+    BakedFile, CameraSection, Groom, LightAdjust, LightSet, Melanin, MotionSection, ProxySection,
+    Scene, SrbfLight, TablesSection, WindSection,
 };
 
 use super::*;
@@ -216,7 +216,7 @@ fn changes_name_what_depends_on_them_and_no_more() {
     // A colour told in another way, and one that is another.
     let sigma_a = session.scene().hair.sigma_a;
     let change = session.edit("color", |scene| {
-        let caustic = strandlight_scene::assets::hair_params(&scene.hair).caustic_width;
+        let caustic = scene.hair.params().caustic_width;
         let color = strandlight_scattering::color::reflectance_from_sigma_a(sigma_a, caustic);
         scene.hair.reflectance = Some(color.map(|c| (c * 1e4).round() / 1e4));
     });

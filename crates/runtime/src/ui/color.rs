@@ -17,6 +17,7 @@ pub struct ColorField<'a> {
     most: f64,
     default: [f64; 3],
     help: &'a str,
+    key: &'a str,
 }
 
 impl<'a> ColorField<'a> {
@@ -27,7 +28,13 @@ impl<'a> ColorField<'a> {
             most,
             default,
             help: "",
+            key: "",
         }
+    }
+
+    /// Its key in scene files.
+    pub fn key(self, key: &'a str) -> Self {
+        ColorField { key, ..self }
     }
 
     /// What it is for.
@@ -46,6 +53,9 @@ impl<'a> ColorField<'a> {
                 }
                 let most = self.most;
                 ui.label(format!("Red, green and blue, linear, from 0 to {most}."));
+                if !self.key.is_empty() {
+                    ui.monospace(self.key);
+                }
             });
             swatch(ui, self.name, rgb, changes);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {

@@ -447,7 +447,7 @@ impl Workspace {
                     is_help_open: self.state.is_help_open,
                     ..UiState::default()
                 };
-                self.progress = strandlight_render::live::Progress::default();
+                self.progress = strandlight_render::progressive::Progress::default();
                 self.is_stuck = false;
                 self.say(&format!("Opened {}", path.display()));
                 self.changed("opened", json!({ "path": path.display().to_string() }));

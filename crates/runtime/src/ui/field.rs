@@ -4,6 +4,7 @@
 use std::ops::RangeInclusive;
 
 use egui::{Align, Color32, Layout, Rect, Response, RichText, Shape, Stroke, Ui, Vec2};
+use strandlight_formats::params::Numbers;
 
 use super::theme;
 
@@ -50,34 +51,54 @@ const NUMBER: f32 = 62.0;
 const RESET: f32 = 20.0;
 
 /// One number of the scene.
-pub struct Field<'a> {
-    name: &'a str,
+pub struct Field {
+    name: String,
     range: RangeInclusive<f64>,
-    unit: &'a str,
+    unit: String,
     default: f64,
     decimals: usize,
-    help: &'a str,
+    help: String,
+    key: String,
     is_logarithmic: bool,
     slider: Option<RangeInclusive<f64>>,
 }
 
-impl<'a> Field<'a> {
+impl Field {
     /// A number called `name` in `range`, which is reset to `default`.
-    pub fn new(name: &'a str, range: RangeInclusive<f64>, default: f64) -> Self {
+    pub fn new(name: impl Into<String>, range: RangeInclusive<f64>, default: f64) -> Self {
         Field {
-            name,
+            name: name.into(),
             range,
-            unit: "",
+            unit: String::new(),
             default,
             decimals: 2,
-            help: "",
+            help: String::new(),
+            key: String::new(),
             is_logarithmic: false,
             slider: None,
         }
     }
 
+    /// One of the `numbers` of a parameter of the scene, whose key is `key` in scene files.
+    pub fn of(name: impl Into<String>, key: &str, numbers: &Numbers, default: f64) -> Self {
+        Field {
+            unit: numbers.unit_suffix(),
+            decimals: numbers.decimals,
+            key: key.to_owned(),
+            is_logarithmic: numbers.is_logarithmic,
+            slider: numbers.slider.map(|[low, high]| low..=high),
+            ..Field::new(name, numbers.min..=numbers.max, default)
+        }
+    }
+
+    /// Takes no more than this part of its range.
+    pub fn range(self, range: RangeInclusive<f64>) -> Self {
+        Field { range, ..self }
+    }
+
     /// Its unit, with a leading space where one belongs.
-    pub fn unit(self, unit: &'a str) -> Self {
+    pub fn unit(self, unit: impl Into<String>) -> Self {
+        let unit = unit.into();
         Field { unit, ..self }
     }
 
@@ -87,7 +108,8 @@ impl<'a> Field<'a> {
     }
 
     /// What it is for, to somebody who has not read the papers.
-    pub fn help(self, help: &'a str) -> Self {
+    pub fn help(self, help: impl Into<String>) -> Self {
+        let help = help.into();
         Field { help, ..self }
     }
 
@@ -135,8 +157,11 @@ impl<'a> Field<'a> {
         }
         row(ui, |ui| {
             let help = format!("{} Override draws all of it with one value.", self.help);
-            let name = fixed(ui, 0.5 * NAME, |ui| ui.label(self.name));
-            name.on_hover_text(help);
+            let name = fixed(ui, 0.5 * NAME, |ui| ui.label(&self.name));
+            name.on_hover_ui(|ui| {
+                ui.label(help);
+                self.show_key(ui);
+            });
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.allocate_space(egui::vec2(RESET, ROW));
                 let button = ui.add_sized([NUMBER, ROW - 2.0], egui::Button::new("Override"));
@@ -147,7 +172,7 @@ impl<'a> Field<'a> {
                 );
                 if button.on_hover_text(text).clicked() {
                     *value = Some(self.default);
-                    changes.note(self.name);
+                    changes.note(&self.name);
                 }
                 let own =
                     ui.add(egui::Label::new(RichText::new(own).color(theme::WEAK)).truncate());
@@ -171,16 +196,16 @@ impl<'a> Field<'a> {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 is_reset = reset(ui, reset_to);
                 if is_reset {
-                    changes.note(self.name);
+                    changes.note(&self.name);
                 }
                 let response = number(ui, NUMBER, value, |number| {
                     number
                         .range(self.range.clone())
                         .speed(self.speed())
                         .max_decimals(self.decimals)
-                        .suffix(self.unit)
+                        .suffix(&self.unit)
                 });
-                changes.of(self.name, &response);
+                changes.of(&self.name, &response);
                 changes.place(format!("{} number", self.name), &response);
                 response.on_hover_text("Drag, or click to type");
                 let slider = self.slider.clone().unwrap_or(self.range.clone());
@@ -194,7 +219,7 @@ impl<'a> Field<'a> {
                 if response.changed() {
                     *value = rounded(*value, self.decimals);
                 }
-                changes.of(self.name, &response);
+                changes.of(&self.name, &response);
                 changes.place(format!("{} slider", self.name), &response);
             });
         });
@@ -204,25 +229,33 @@ impl<'a> Field<'a> {
     fn name(&self, ui: &mut Ui) {
         let (low, high) = (self.text(*self.range.start()), self.text(*self.range.end()));
         let response = fixed(ui, NAME, |ui| {
-            let name = ui.label(self.name);
+            let name = ui.label(&self.name);
             let [from, to] = match &self.slider {
                 Some(slider) => [slider.start(), slider.end()]
                     .map(|&end| self.text(rounded(end, self.decimals))),
                 None => [low.clone(), high.clone()],
             };
-            let range = RichText::new(format!("{}..{to}", from.trim_end_matches(self.unit)));
+            let range = RichText::new(format!("{}..{to}", from.trim_end_matches(&self.unit)));
             name | ui.label(range.small().color(theme::WEAK))
         });
         response.on_hover_ui(|ui| {
             if !self.help.is_empty() {
-                ui.label(self.help);
+                ui.label(&self.help);
             }
             let range = format!(
                 "From {low} to {high}; {} unless changed.",
                 self.text(self.default)
             );
             ui.label(RichText::new(range).color(theme::WEAK));
+            self.show_key(ui);
         });
+    }
+
+    /// The key that scene files and `--set` have, where it is a parameter of the scene.
+    fn show_key(&self, ui: &mut Ui) {
+        if !self.key.is_empty() {
+            ui.monospace(&self.key);
+        }
     }
 
     fn text(&self, value: f64) -> String {

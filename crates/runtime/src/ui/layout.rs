@@ -14,7 +14,7 @@ use super::questions::{self, Answer, Question};
 use super::view::{self, Bounds, Seen};
 use super::{help, orbit, theme};
 use crate::viewer::Viewer;
-use strandlight_render::live::Progress;
+use strandlight_render::progressive::Progress;
 use strandlight_scene::Camera;
 
 /// What the interface remembers between frames.

@@ -17,6 +17,7 @@ mod layout;
 mod log;
 mod orbit;
 mod panel;
+mod param;
 mod pick;
 mod questions;
 mod scalp;

@@ -19,7 +19,7 @@ use super::theme;
 use super::view::Bounds;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::GpuError;
-use strandlight_render::live::Progress;
+use strandlight_render::progressive::Progress;
 use strandlight_scene::RenderError;
 
 /// Work on the picture in a frame while somebody moves something, and while nobody does.

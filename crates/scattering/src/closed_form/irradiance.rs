@@ -16,7 +16,7 @@ use super::special::erf_pair;
 ///
 /// Between the two goes a ramp as a Gaussian blurs it, `x (1 + erf(t x)) + e^(-t^2 x^2) / (t sqrt
 /// pi)`, its blur fitted. Against quadrature over all cosines and lambda in 0.02..=8 the error is
-/// at most 1.7e-3 of `upper` (a test of `tests/tests/proxies.rs` measures it).
+/// at most 1.7e-3 of `upper` (a test of `tests/tests/gpu/proxies.rs` measures it).
 pub fn irradiance(cos_normal: f32, lambda: f32) -> f32 {
     let kappa = 2.0 / (lambda * lambda);
     let fall = (-kappa).exp();

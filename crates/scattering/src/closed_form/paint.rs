@@ -9,7 +9,7 @@ use super::painted_lobes::{PaintedDecode, PaintedPointLobes, PaintedView, lobe_l
 use super::single_scattering::Shading;
 use super::tables::Tables;
 use super::transmittance::{from_half_bits, half_bits};
-use crate::hair::{SHIFT_MAX, WIDTH_MAX, WIDTH_MIN};
+use crate::hair::Parameter;
 
 /// A point's paint, unpacked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,8 +91,8 @@ pub fn unpack_paint(texel: &PaintTexel) -> PointPaint {
 /// times their factors, kept in the ranges of [`crate::HairParams`].
 pub fn painted_fibre(fibre: &Fibre, paint: &PointPaint) -> Fibre {
     let mixed = |c: usize| fibre.sigma_a[c] * (1.0 - paint.weight) + paint.dye[c] * paint.weight;
-    let (least, most) = (WIDTH_MIN as f32, WIDTH_MAX as f32);
-    let shift_max = SHIFT_MAX as f32;
+    let [least, most] = Parameter::Width.range().map(|beta| beta as f32);
+    let shift_max = Parameter::Shift.range()[1] as f32;
     Fibre {
         sigma_a: [0, 1, 2].map(mixed),
         alpha: fibre

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde_json::json;
 use strandlight_bake::tables::fresnel_of;
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_lab::bench::edit::{BUDGET_MICROSECONDS, EditCost, edit_costs};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::edit::LobeTables;

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use strandlight_formats::{Axis, Spacing, Table, TableFile};
-use strandlight_scattering::axis;
+use strandlight_formats::{Axis, Table, TableFile};
 use strandlight_scattering::circular_gaussian::circular_gaussian_integral;
 use strandlight_scattering::table_layout::{C_AXIS_NAMES, C_CHANNELS, C_FROM_B};
 
@@ -111,19 +110,6 @@ fn answers(table: &Table) -> (Vec<String>, Vec<Vec<f32>>) {
 
 /// Values at the texel centres of `axis`.
 fn centres(axis: &Axis) -> Vec<f64> {
-    let spacing = match axis.spacing {
-        Spacing::Linear => axis::Spacing::Linear,
-        Spacing::Log => axis::Spacing::Log,
-        Spacing::InverseSqrt => axis::Spacing::InverseSqrt,
-        Spacing::RootSquare => axis::Spacing::RootSquare,
-        Spacing::Reciprocal => axis::Spacing::Reciprocal,
-        Spacing::Concave => axis::Spacing::Concave,
-    };
-    let warped = axis::Axis {
-        min: axis.min,
-        max: axis.max,
-        count: axis.count,
-        spacing,
-    };
-    (0..axis.count).map(|ix| warped.value_at(ix)).collect()
+    let unnamed = axis.unnamed();
+    (0..axis.count).map(|ix| unnamed.value_at(ix)).collect()
 }

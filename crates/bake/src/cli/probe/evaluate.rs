@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde_json::Value;
 use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::TableFile;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_render::probe::{GpuProbe, MODE_ALL, Query, evaluate};
 use strandlight_scattering::closed_form::paper::{
     PublishedAverages, global_scattering, global_scattering_mode, local_scattering,
@@ -19,7 +19,7 @@ use strandlight_scene::edit::{HairTextures, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::tables::ShadingTables;
 
-use super::per_fibre::{PerFibre, bits};
+use super::per_fibre::{Bits, PerFibre};
 use super::reference::Reference;
 use super::request::Request;
 use super::{Answer, Failure, Method};
@@ -252,7 +252,7 @@ impl Evaluator {
         let mut places = HashMap::new();
         let mut hairs: Vec<HairParams> = Vec::new();
         for hair in requests.clone().filter_map(Request::hair) {
-            places.entry(bits(hair)).or_insert_with(|| {
+            places.entry(hair.bits()).or_insert_with(|| {
                 hairs.push(*hair);
                 hairs.len() - 1
             });
@@ -388,7 +388,7 @@ impl Evaluator {
 
 /// The fibres of some requests.
 struct Fibres {
-    places: HashMap<[u64; 12], usize>,
+    places: HashMap<Bits, usize>,
     failures: Vec<Option<String>>,
     optics: Vec<Optics>,
 }
@@ -396,7 +396,7 @@ struct Fibres {
 impl Fibres {
     /// Place and parameters of `hair`, or why it has no optics.
     fn of(&self, hair: &HairParams) -> Result<(u32, Fibre), String> {
-        let place = *self.places.get(&bits(hair)).ok_or("no optics were made")?;
+        let place = *self.places.get(&hair.bits()).ok_or("no optics were made")?;
         match &self.failures[place] {
             Some(failure) => Err(failure.clone()),
             None => Ok((place as u32, self.optics[place].fibre)),

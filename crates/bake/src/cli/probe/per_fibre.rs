@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use strandlight_scattering::HairParams;
+use strandlight_scattering::{HairParams, Parameter};
 
 /// Fibres kept; one more and all are forgotten.
 const MAX_KEPT: usize = 1024;
 
 /// A value of each fibre asked for so far.
-pub struct PerFibre<T>(Mutex<HashMap<[u64; 12], Arc<Slot<T>>>>);
+pub struct PerFibre<T>(Mutex<HashMap<Bits, Arc<Slot<T>>>>);
 
 type Slot<T> = OnceLock<Arc<T>>;
 
@@ -25,19 +25,17 @@ impl<T> PerFibre<T> {
     pub fn of(&self, hair: &HairParams, make: impl FnOnce() -> T) -> Arc<T> {
         let slot = {
             let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            if kept.len() >= MAX_KEPT && !kept.contains_key(&bits(hair)) {
+            if kept.len() >= MAX_KEPT && !kept.contains_key(&hair.bits()) {
                 kept.clear();
             }
-            Arc::clone(kept.entry(bits(hair)).or_default())
+            Arc::clone(kept.entry(hair.bits()).or_default())
         };
         Arc::clone(slot.get_or_init(|| Arc::new(make())))
     }
 }
 
 /// All that tells one fibre from another.
-pub fn bits(hair: &HairParams) -> [u64; 12] {
-    hair.to_array().map(f64::to_bits)
-}
+pub type Bits = [[u64; 3]; Parameter::ALL.len()];
 
 #[cfg(test)]
 mod tests {

@@ -8,7 +8,7 @@ use serde_json::error::Category;
 use strandlight_scattering::dual_scattering::Average;
 use strandlight_scattering::exact::Forward;
 use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scattering::{HairParams, Lobe, Parameter, ParameterShape};
 
 use super::keys::{Keys, shortened};
 use super::unique::Unique;
@@ -263,50 +263,41 @@ fn forward(keys: &Keys<'_>) -> Result<Forward, String> {
     })
 }
 
-/// The keys of a fibre, in the order in which they are named.
-const HAIR: [&str; 6] = [
-    "eta",
-    "sigma_a",
-    "shift",
-    "width",
-    "caustic_width",
-    "eccentricity",
+/// The keys of a fibre that no query leaves out. The others came later; without them they have
+/// their defaults.
+const REQUIRED: [Parameter; 5] = [
+    Parameter::Eta,
+    Parameter::SigmaA,
+    Parameter::Shift,
+    Parameter::Width,
+    Parameter::CausticWidth,
 ];
 
 /// The fibre at `hair`.
 fn hair(keys: &Keys<'_>) -> Result<HairParams, String> {
-    let keys = keys.object("hair", &HAIR)?;
-    let per_lobe = |key: &str| -> Result<PerLobe<f64>, String> {
-        let modes = keys.object(key, &["r", "tt", "trt"])?;
-        let number = |mode: &str| modes.number(mode, range_of(&format!("{key}.{mode}")));
-        Ok(PerLobe {
-            r: number("r")?,
-            tt: number("tt")?,
-            trt: number("trt")?,
-        })
-    };
-    let number = |keys: &Keys<'_>, key: &str| keys.number(key, range_of(key));
-    let hair = HairParams {
-        eta: number(&keys, "eta")?,
-        sigma_a: keys.rgb("sigma_a", range_of("sigma_a[0]"))?,
-        shift: per_lobe("shift")?,
-        width: per_lobe("width")?,
-        caustic_width: number(&keys, "caustic_width")?,
-        eccentricity: keys.optional("eccentricity", number)?.unwrap_or(1.0),
-    };
+    let keys = keys.object("hair", &Parameter::ALL.map(Parameter::name))?;
+    let mut hair = HairParams::default();
+    for parameter in Parameter::ALL {
+        let [low, high] = parameter.range();
+        let read = |keys: &Keys<'_>, name: &str| match parameter.shape() {
+            ParameterShape::Number => Ok([keys.number(name, low..=high)?; 3]),
+            ParameterShape::Rgb => keys.rgb(name, low..=high),
+            ParameterShape::PerLobe => {
+                let modes = keys.object(name, &["r", "tt", "trt"])?;
+                let number = |mode: &str| modes.number(mode, low..=high);
+                Ok([number("r")?, number("tt")?, number("trt")?])
+            }
+        };
+        let values = match REQUIRED.contains(&parameter) {
+            true => Some(read(&keys, parameter.name())?),
+            false => keys.optional(parameter.name(), read)?,
+        };
+        if let Some(values) = values {
+            parameter.set(&mut hair, values);
+        }
+    }
     hair.validate().map_err(|error| format!("hair: {error}"))?;
     Ok(hair)
-}
-
-/// The range of a number of the fibre. One without a range would take anything here and be
-/// refused by [`HairParams::validate`] after.
-fn range_of(field: &str) -> RangeInclusive<f64> {
-    let ranges = HairParams::RANGES.into_iter();
-    ranges
-        .filter(|(name, ..)| *name == field)
-        .map(|(_, low, high)| low..=high)
-        .next()
-        .unwrap_or(f64::NEG_INFINITY..=f64::INFINITY)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The view in numbers.
 
 use egui::Ui;
+use strandlight_formats::params::CAMERA;
 
 use crate::ui::field::{Changes, Field, row};
 use crate::ui::keys::Command;
@@ -46,12 +47,11 @@ pub fn show(
         .to_degrees()
         .round();
     let mut fov_deg = (f64::from(camera.fov_y).to_degrees() * 1e4).round() / 1e4;
-    if Field::new("Field of view", 1.0..=170.0, default)
-        .unit("°")
-        .slider(5.0..=90.0)
-        .decimals(1)
-        .help("Vertical angle of view. Small is a long lens from afar.")
-        .show(ui, &mut fov_deg, &mut of_view)
+    let fov = CAMERA.param("fov_deg").map(|param| &param.spec);
+    if let Some((fov, numbers)) = fov.and_then(|fov| Some((fov, fov.numbers()?)))
+        && Field::of(fov.label, "camera.fov_deg", numbers, default)
+            .help(fov.help)
+            .show(ui, &mut fov_deg, &mut of_view)
     {
         moved.fov_y = fov_deg.to_radians() as f32;
     }

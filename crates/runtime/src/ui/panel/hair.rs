@@ -1,13 +1,14 @@
 //! The fibres' optics.
 
 use egui::Ui;
-use strandlight_formats::{HairSection, Melanin, Mode, PerModeDeg, Scene, preset_names};
-use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
+use strandlight_formats::params::{Group, HAIR, Kind, Param, Word};
+use strandlight_formats::{HairSection, Lobe, Melanin, Scene, preset_names};
 use strandlight_scattering::color::{reflectance_from_sigma_a, sigma_a_from_melanin};
 
 use crate::ui::color::swatch;
 use crate::ui::field::{Changes, Field, named, rounded};
-use strandlight_scene::assets::{Diameters, hair_params};
+use crate::ui::param::{Rows, help};
+use strandlight_scene::assets::Diameters;
 
 /// The ways to give the colour, as [`HairSection::COLOR_KEYS`] has them.
 const COLORS: [(&str, &str); 3] = [
@@ -34,11 +35,23 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, own: Option<Diameters>, changes: &mu
     let plain = (hair.preset.as_deref())
         .and_then(|name| HairSection::preset(name).ok())
         .unwrap_or_default();
-    color(ui, hair, &plain, changes);
-    ui.separator();
-    fibre(ui, hair, &plain, own, changes);
-    ui.separator();
-    lobes(ui, hair, &plain, changes);
+    let mut rows = Rows {
+        section: &HAIR,
+        target: hair,
+        plain: &plain,
+        suffix: "",
+    };
+    color(ui, &mut rows, changes);
+    for group in [Group::Main, Group::Lobes] {
+        ui.separator();
+        for param in HAIR.params.iter().filter(|param| param.spec.group == group) {
+            match (param.spec.key, param.spec.kind) {
+                ("diameter_cm", _) => diameter(ui, &mut rows, param, own, changes),
+                (_, Kind::Choices(words)) => modes(ui, &mut rows, param, words, changes),
+                _ => rows.show(ui, param, changes),
+            }
+        }
+    }
 }
 
 fn preset(ui: &mut Ui, hair: &mut HairSection, changes: &mut Changes) {
@@ -70,60 +83,50 @@ fn preset(ui: &mut Ui, hair: &mut HairSection, changes: &mut Changes) {
     });
 }
 
-fn color(ui: &mut Ui, hair: &mut HairSection, plain: &HairSection, changes: &mut Changes) {
-    let way = match (&hair.reflectance, &hair.melanin) {
+/// Which of [`COLORS`] it is.
+fn way_of(hair: &HairSection) -> usize {
+    match (&hair.reflectance, &hair.melanin) {
         (Some(_), _) => 1,
         (_, Some(_)) => 2,
         _ => 0,
-    };
+    }
+}
+
+fn color(ui: &mut Ui, rows: &mut Rows<HairSection>, changes: &mut Changes) {
+    let way = way_of(rows.target);
     named(ui, "Colour by", COLORS[way].1, |ui| {
         for (ix, (name, help)) in COLORS.into_iter().enumerate() {
             let label = ui.selectable_label(way == ix, name).on_hover_text(help);
             if label.clicked() && way != ix {
-                switch_color(hair, ix);
+                switch_color(rows.target, ix);
                 changes.note(&format!("Colour by {}", name.to_lowercase()));
             }
         }
     });
-    if let Some(rgb) = &mut hair.reflectance {
+    if let Some(rgb) = &mut rows.target.reflectance {
         let help = "Click to choose a colour";
         named(ui, "Colour", help, |ui| swatch(ui, "Colour", rgb, changes));
-        let default = plain.reflectance.unwrap_or([0.5; 3]);
-        for (ix, name) in ["Reflectance red", "Reflectance green", "Reflectance blue"]
-            .into_iter()
-            .enumerate()
-        {
-            let field = Field::new(name, 0.0..=1.0, default[ix]).decimals(4);
-            field.help(COLORS[1].1).show(ui, &mut rgb[ix], changes);
-        }
-    } else if let Some(melanin) = &mut hair.melanin {
-        let default = plain.melanin.unwrap_or_default();
-        Field::new("Eumelanin", 0.0..=20.0, default.eumelanin)
-            .slider(0.0..=8.0)
-            .help("The brown to black pigment: 0.3 blond, 1.3 brown, 8 black.")
-            .show(ui, &mut melanin.eumelanin, changes);
-        Field::new("Pheomelanin", 0.0..=20.0, default.pheomelanin)
-            .slider(0.0..=8.0)
-            .help("The yellow to red pigment: 1 to 2 gives red hair.")
-            .show(ui, &mut melanin.pheomelanin, changes);
-    } else {
-        let default = plain.sigma_a;
-        for (ix, name) in ["Absorption red", "Absorption green", "Absorption blue"]
-            .into_iter()
-            .enumerate()
-        {
-            let field = Field::new(name, 0.0..=50.0, default[ix]).decimals(3);
-            field
-                .slider(0.0..=6.0)
-                .help(COLORS[0].1)
-                .show(ui, &mut hair.sigma_a[ix], changes);
-        }
+    }
+    // To begin with, where the preset gives the colour in another way.
+    let mut plain = rows.plain.clone();
+    plain.reflectance.get_or_insert([0.5; 3]);
+    plain.melanin.get_or_insert_default();
+    let mut rows = Rows {
+        section: rows.section,
+        target: &mut *rows.target,
+        plain: &plain,
+        suffix: "",
+    };
+    let way = HairSection::COLOR_KEYS[way_of(rows.target)];
+    let is_shown = |key: &str| key.split('.').next() == Some(way);
+    for param in HAIR.params.iter().filter(|param| is_shown(param.spec.key)) {
+        rows.numbers(ui, param, |field, _| field, changes);
     }
 }
 
 /// Gives the same colour in another way, as nearly as that can.
 fn switch_color(hair: &mut HairSection, way: usize) {
-    let params = hair_params(hair);
+    let params = hair.params();
     hair.sigma_a = params.sigma_a.map(|x| (x * 1e4).round() / 1e4);
     hair.reflectance = None;
     hair.melanin = None;
@@ -165,7 +168,13 @@ fn nearest_melanin(sigma_a: [f64; 3]) -> Melanin {
 }
 
 /// Thickness: the groom's own unless the scene has one for all fibres.
-fn diameter(ui: &mut Ui, hair: &mut HairSection, own: Option<Diameters>, changes: &mut Changes) {
+fn diameter(
+    ui: &mut Ui,
+    rows: &mut Rows<HairSection>,
+    param: &Param<HairSection>,
+    own: Option<Diameters>,
+    changes: &mut Changes,
+) {
     let micrometres = |cm: f64| rounded(cm * 1e4, 1);
     let (text, mean, max) = match own {
         Some(own) => {
@@ -181,106 +190,50 @@ fn diameter(ui: &mut Ui, hair: &mut HairSection, own: Option<Diameters>, changes
             (format!("{default} µm (default)"), default, default)
         }
     };
-    let before = hair.diameter_cm.map(micrometres);
+    let Some(numbers) = param.spec.numbers() else {
+        return;
+    };
+    let [low, high] = [numbers.min, numbers.max].map(micrometres);
+    let before = rows.target.diameter_cm.map(micrometres);
     let mut value = before;
-    Field::new("Diameter", 0.1..=1e5, mean.clamp(0.1, 1e5))
-        .unit(" µm")
-        .slider(20.0..=f64::max(200.0, (2.0 * max).min(1e5)))
-        .decimals(1)
-        .help("Thickness of a fibre. Human hair has 50 to 100 micrometres.")
-        .show_override(ui, &mut value, &text, changes);
+    Field::of(
+        param.spec.label,
+        &rows.key(param),
+        numbers,
+        mean.clamp(low, high),
+    )
+    .range(low..=high)
+    .unit(" µm")
+    .slider(20.0..=f64::max(200.0, (2.0 * max).min(high)))
+    .decimals(1)
+    .help(param.spec.help)
+    .show_override(ui, &mut value, &text, changes);
     if value != before {
-        hair.diameter_cm = value.map(|micrometres| rounded(micrometres * 1e-4, 8));
+        rows.target.diameter_cm = value.map(|micrometres| rounded(micrometres * 1e-4, 8));
     }
 }
 
-fn fibre(
+/// A box for each mode.
+fn modes(
     ui: &mut Ui,
-    hair: &mut HairSection,
-    plain: &HairSection,
-    own: Option<Diameters>,
+    rows: &mut Rows<HairSection>,
+    param: &Param<HairSection>,
+    words: &[Word],
     changes: &mut Changes,
 ) {
-    Field::new("Index eta", 1.0001..=3.0, plain.eta)
-        .slider(1.2..=2.0)
-        .decimals(3)
-        .help(
-            "Index of refraction. Higher makes the white highlight stronger and moves the \
-             coloured one. Human hair has 1.55.",
-        )
-        .show(ui, &mut hair.eta, changes);
-    Field::new("Caustic width", 0.5..=60.0, plain.caustic_width_deg)
-        .unit("°")
-        .slider(0.5..=30.0)
-        .help(
-            "Blur around the fibre of light that was reflected inside it. Small values give \
-             glints, large ones an even coloured sheen.",
-        )
-        .show(ui, &mut hair.caustic_width_deg, changes);
-    Field::new("Eccentricity", 0.5..=2.0, plain.eccentricity)
-        .help("Cross section: 1 is round, otherwise elliptic, which brightens or dims the glints.")
-        .show(ui, &mut hair.eccentricity, changes);
-    diameter(ui, hair, own, changes);
-    for (name, value, default, help) in [
-        (
-            "Density forward",
-            &mut hair.density_forward,
-            DENSITY_FORWARD,
-            "d_f: share of the light blocked by hair in front that is scattered on. Lower is darker \
-             inside the hair.",
-        ),
-        (
-            "Density back",
-            &mut hair.density_back,
-            DENSITY_BACK,
-            "d_b: share of the hair behind a fibre that sends light back to it. Lower is darker \
-             and less saturated.",
-        ),
-    ] {
-        let default = f64::from(default);
-        let mut shown = value.unwrap_or(default);
-        if Field::new(name, 0.0..=1.0, default)
-            .help(help)
-            .show(ui, &mut shown, changes)
-        {
-            *value = (shown != default).then_some(shown);
-        }
-    }
-}
-
-/// The modes with what each is to the eye.
-const MODES: [(Mode, &str, &str); 3] = [
-    (
-        Mode::R,
-        "R",
-        "Reflected off the surface: the white highlight.",
-    ),
-    (
-        Mode::Tt,
-        "TT",
-        "Through the fibre: the glow of light from behind.",
-    ),
-    (
-        Mode::Trt,
-        "TRT",
-        "In, off the far wall, and out again: the second, coloured highlight and its glints.",
-    ),
-];
-
-fn lobes(ui: &mut Ui, hair: &mut HairSection, plain: &HairSection, changes: &mut Changes) {
-    let help = "Paths of light through a fibre: switch them off to see what each adds.";
-    named(ui, "Modes", help, |ui| {
+    let help = help(param.spec.help, &rows.key(param));
+    let hair = &mut *rows.target;
+    named(ui, param.spec.label, &help, |ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
-        for (mode, name, help) in MODES {
+        for (mode, (_, name, help)) in Lobe::ALL.into_iter().zip(words) {
             let mut is_on = hair.modes.contains(&mode);
             let is_last = is_on && hair.modes.len() == 1;
             let response = ui
-                .add_enabled(!is_last, egui::Checkbox::new(&mut is_on, name))
-                .on_hover_text(help)
+                .add_enabled(!is_last, egui::Checkbox::new(&mut is_on, *name))
+                .on_hover_text(*help)
                 .on_disabled_hover_text("At least one mode is drawn.");
             if response.changed() {
-                let order = [Mode::R, Mode::Tt, Mode::Trt];
-                hair.modes = order
+                hair.modes = Lobe::ALL
                     .into_iter()
                     .filter(|other| {
                         if *other == mode {
@@ -294,57 +247,6 @@ fn lobes(ui: &mut Ui, hair: &mut HairSection, plain: &HairSection, changes: &mut
             }
         }
     });
-    per_mode(
-        ui,
-        "Shift",
-        &mut hair.shift_deg,
-        plain.shift_deg,
-        -28.0..=28.0,
-        changes,
-    );
-    per_mode(
-        ui,
-        "Width",
-        &mut hair.width_deg,
-        plain.width_deg,
-        0.05..=60.0,
-        changes,
-    );
-}
-
-/// A row of three numbers, one for each mode.
-fn per_mode(
-    ui: &mut Ui,
-    name: &str,
-    value: &mut PerModeDeg,
-    plain: PerModeDeg,
-    range: std::ops::RangeInclusive<f64>,
-    changes: &mut Changes,
-) {
-    let help = match name {
-        "Shift" => {
-            "How far the tilted scales of the fibre move the highlight of a mode along the strand, \
-             towards root or tip. Human hair: R -5 to -10 degrees, TT half and TRT one and a half \
-             times that the other way."
-        }
-        _ => {
-            "Roughness along the strand: standard deviation of a mode's highlight. Small is glossy, \
-             large is matt."
-        }
-    };
-    let (low, high) = (*range.start(), *range.end());
-    let slider = if low < 0.0 { -20.0..=20.0 } else { 0.5..=40.0 };
-    for (mode, value, plain) in [
-        ("R", &mut value.r, plain.r),
-        ("TT", &mut value.tt, plain.tt),
-        ("TRT", &mut value.trt, plain.trt),
-    ] {
-        Field::new(&format!("{name} {mode}"), low..=high, plain)
-            .unit("°")
-            .slider(slider.clone())
-            .help(help)
-            .show(ui, value, changes);
-    }
 }
 
 #[cfg(test)]
@@ -358,9 +260,9 @@ mod tests {
                 sigma_a: sigma_a_from_melanin(1.3, 0.4),
                 ..HairSection::default()
             };
-            let before = hair_params(&hair).sigma_a;
+            let before = hair.params().sigma_a;
             switch_color(&mut hair, way);
-            let after = hair_params(&hair).sigma_a;
+            let after = hair.params().sigma_a;
             for (a, b) in before.into_iter().zip(after) {
                 assert!((a / b - 1.0).abs() < 0.02, "{way}: {before:?} {after:?}");
             }

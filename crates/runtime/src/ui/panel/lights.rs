@@ -1,16 +1,14 @@
 //! The environment and its lights.
 
 use egui::{Color32, RichText, Sense, Ui};
-use strandlight_formats::{Scene, SrbfLight};
+use strandlight_formats::params::{ADJUST, LIGHTS};
+use strandlight_formats::{LightAdjust, Scene, SrbfLight};
 
-use crate::ui::color::ColorField;
-use crate::ui::field::{Changes, Field, row};
+use crate::ui::field::{Changes, row};
+use crate::ui::param::Rows;
 use crate::ui::theme;
 use strandlight_scene::tone;
 use strandlight_scene::volume;
-
-/// Largest factor on a channel that a scene takes.
-const MOST_TINT: f64 = 1e3;
 
 /// What the panel remembers of the lights between frames.
 #[derive(Debug, Default)]
@@ -42,19 +40,16 @@ pub fn show(
     changes: &mut Changes,
 ) {
     let section = &mut scene.lights;
-    Field::new("Rotate", -3600.0..=3600.0, 0.0)
-        .unit("°")
-        .slider(-180.0..=180.0)
-        .decimals(1)
-        .help("Turns the environment about the vertical, counter-clockwise seen from above.")
-        .show(ui, &mut section.rotate_deg, changes);
-    Field::new("Intensity", 0.0..=1e6, 1.0)
-        .slider(0.0..=8.0)
-        .help("Strength of all lights.")
-        .show(ui, &mut section.intensity, changes);
-    ColorField::new("Tint", MOST_TINT, [1.0; 3])
-        .help("Factor on the colour of all lights.")
-        .show(ui, &mut section.tint, changes);
+    let plain = (LIGHTS.plain)();
+    let mut rows = Rows {
+        section: &LIGHTS,
+        target: section,
+        plain: &plain,
+        suffix: "",
+    };
+    for param in LIGHTS.params {
+        rows.show(ui, param, changes);
+    }
     row(ui, |ui| {
         let text = if state.is_picking {
             "Click the highlight ..."
@@ -227,22 +222,27 @@ fn toggle(
 fn selected(ui: &mut Ui, scene: &mut Scene, ix: u32, changes: &mut Changes) {
     let section = &mut scene.lights;
     let own = section.adjust.iter().find(|own| own.light == ix);
-    let (mut intensity, mut rgb) = own.map_or((1.0, [1.0; 3]), |own| (own.intensity, own.tint));
-    let before = (intensity, rgb);
+    let plain = LightAdjust::new(ix);
+    let before = own.copied().unwrap_or(plain);
+    let mut changed = before;
     ui.label(RichText::new(format!("Light {ix}")).strong());
-    Field::new(&format!("Intensity of {ix}"), 0.0..=1e6, 1.0)
-        .slider(0.0..=8.0)
-        .help("Strength of this light alone.")
-        .show(ui, &mut intensity, changes);
-    ColorField::new(&format!("Tint of {ix}"), MOST_TINT, [1.0; 3])
-        .help("Factor on the colour of this light alone.")
-        .show(ui, &mut rgb, changes);
-    if (intensity, rgb) != before {
-        let own = section.adjust_mut(ix);
-        own.intensity = intensity;
-        own.tint = rgb;
+    let mut rows = Rows {
+        section: &ADJUST,
+        target: &mut changed,
+        plain: &plain,
+        suffix: &format!(" of {ix}"),
+    };
+    for param in ADJUST
+        .params
+        .iter()
+        .filter(|param| param.spec.key != "light")
+    {
+        rows.show(ui, param, changes);
+    }
+    if changed != before {
+        *section.adjust_mut(ix) = changed;
         section
             .adjust
-            .retain(|own| own.intensity != 1.0 || own.tint != [1.0; 3]);
+            .retain(|own| *own != LightAdjust::new(own.light));
     }
 }

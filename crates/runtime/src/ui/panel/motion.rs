@@ -1,10 +1,11 @@
 //! Hair that moves, and what stands in its light.
 
 use egui::Ui;
+use strandlight_formats::params::{MOTION, WIND};
 use strandlight_formats::{Groom, MAX_PROXIES, MotionSection, ProxySection, Scene, WindSection};
 
-use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, named, row};
+use crate::ui::param::Rows;
 use crate::ui::scalp;
 use crate::ui::view::Bounds;
 
@@ -78,14 +79,15 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, state: &mut MotionState, changes: &m
         .help("Seconds since the start of the motion.")
         .show(ui, &mut state.seconds, &mut of_clock);
     if !motion.frames.is_empty() {
-        let mut fps = motion.fps.unwrap_or(MotionSection::DEFAULT_FPS);
-        if Field::new("Frame rate", 1e-3..=1e3, MotionSection::DEFAULT_FPS)
-            .unit(" /s")
-            .slider(1.0..=60.0)
-            .help("How fast the sequence of grooms goes by.")
-            .show(ui, &mut fps, changes)
-        {
-            motion.fps = (fps != MotionSection::DEFAULT_FPS).then_some(fps);
+        let plain = MotionSection::default();
+        let mut rows = Rows {
+            section: &MOTION,
+            target: motion,
+            plain: &plain,
+            suffix: "",
+        };
+        for param in MOTION.params {
+            rows.show(ui, param, changes);
         }
         ui.label(format!("{} grooms", motion.frames.len()));
     }
@@ -95,33 +97,14 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, state: &mut MotionState, changes: &m
 }
 
 fn blow(ui: &mut Ui, wind: &mut WindSection, changes: &mut Changes) {
-    let plain = WindSection::default();
-    Field::new("Wind speed", 0.0..=30.0, plain.speed)
-        .unit(" m/s")
-        .help("3 is a breeze; hanging hair leans by 45 degrees at about 6.")
-        .show(ui, &mut wind.speed, changes);
-    Field::new("Gusts", 0.0..=1.0, plain.gust)
-        .help("How much the speed comes and goes.")
-        .show(ui, &mut wind.gust, changes);
-    Field::new("Wind towards", -3600.0..=3600.0, plain.direction_deg)
-        .unit("°")
-        .slider(-180.0..=180.0)
-        .decimals(0)
-        .help("Where it blows to: 0 is towards +Z, 90 towards +X.")
-        .show(ui, &mut wind.direction_deg, changes);
-    Field::new("Stiffness", 0.1..=1000.0, plain.stiffness)
-        .unit(" cm")
-        .slider(1.0..=40.0)
-        .help("Length from the root at which half of the wind acts: longer is stiffer hair.")
-        .show(ui, &mut wind.stiffness, changes);
-    let mut seed = f64::from(wind.seed);
-    if Field::new("Seed", 0.0..=f64::from(u32::MAX), 0.0)
-        .slider(0.0..=100.0)
-        .decimals(0)
-        .help("Another wind for every number.")
-        .show(ui, &mut seed, changes)
-    {
-        wind.seed = seed as u32;
+    let mut rows = Rows {
+        section: &WIND,
+        target: wind,
+        plain: &WindSection::default(),
+        suffix: "",
+    };
+    for param in WIND.params {
+        rows.show(ui, param, changes);
     }
 }
 
@@ -137,24 +120,7 @@ pub fn proxies(
     let has_room = scene.proxies.len() < MAX_PROXIES;
     row(ui, |ui| {
         let help = "Something matte that stands in the light and hides hair behind it";
-        for (text, added) in [
-            (
-                "Add head",
-                ProxySection::Ellipsoid {
-                    centre: reach.centre,
-                    radii: [reach.radius; 3],
-                    tilt_deg: 0.0,
-                    albedo: SKIN,
-                },
-            ),
-            (
-                "Add ground",
-                ProxySection::Ground {
-                    height: reach.lowest,
-                    albedo: FLOOR,
-                },
-            ),
-        ] {
+        for (text, added) in [("Add head", reach.head()), ("Add ground", reach.ground())] {
             let button = ui.add_enabled(has_room, egui::Button::new(text));
             if button.on_hover_text(help).clicked() {
                 scene.proxies.push(added);
@@ -194,48 +160,29 @@ fn one(
         ui.strong(format!("{name} {number}"));
         is_removed = ui.button("Remove").clicked();
     });
-    let axes = ["x", "y", "z"].into_iter();
-    match proxy {
-        ProxySection::Ellipsoid {
-            centre,
-            radii,
-            tilt_deg,
-            albedo,
-        } => {
-            for (axis, (value, plain)) in axes.clone().zip(centre.iter_mut().zip(reach.centre)) {
-                let name = format!("Centre {axis} {number}");
-                reach.place(&name, plain).show(ui, value, changes);
+    let plain = match proxy {
+        ProxySection::Ellipsoid { .. } => reach.head(),
+        ProxySection::Ground { .. } => reach.ground(),
+    };
+    let section = proxy.section();
+    let mut rows = Rows {
+        section,
+        target: proxy,
+        plain: &plain,
+        suffix: &format!(" {number}"),
+    };
+    for param in section.params {
+        match (param.spec.key, param.get(&plain)) {
+            // Places and lengths are offered where the hair is.
+            ("centre" | "height", Some(place)) => {
+                let dress = |field, ix| reach.place(field, place.number(ix).unwrap_or_default());
+                rows.numbers(ui, param, dress, changes);
             }
-            for (axis, value) in axes.zip(radii) {
-                let name = format!("Radius {axis} {number}");
-                reach.length(&name).show(ui, value, changes);
-            }
-            Field::new(&format!("Tilt {number}"), -180.0..=180.0, 0.0)
-                .unit("°")
-                .decimals(1)
-                .help("Turns it about the x axis: nods.")
-                .show(ui, tilt_deg, changes);
-            color(ui, number, albedo, SKIN, changes);
-        }
-        ProxySection::Ground { height, albedo } => {
-            let name = format!("Height {number}");
-            reach.place(&name, reach.lowest).show(ui, height, changes);
-            color(ui, number, albedo, FLOOR, changes);
+            ("radii", _) => rows.numbers(ui, param, |field, _| reach.length(field), changes),
+            _ => rows.show(ui, param, changes),
         }
     }
     is_removed
-}
-
-fn color(
-    ui: &mut Ui,
-    number: usize,
-    albedo: &mut [f64; 3],
-    plain: [f64; 3],
-    changes: &mut Changes,
-) {
-    ColorField::new(&format!("Albedo {number}"), 1.0, plain)
-        .help("Share of the light that its surface sends back.")
-        .show(ui, albedo, changes);
 }
 
 /// Colours of a head and of a ground to begin with.
@@ -275,18 +222,36 @@ impl Reach {
         }
     }
 
+    /// A head to begin with.
+    fn head(&self) -> ProxySection {
+        ProxySection::Ellipsoid {
+            centre: self.centre,
+            radii: [self.radius; 3],
+            tilt_deg: 0.0,
+            albedo: SKIN,
+        }
+    }
+
+    /// A ground to begin with.
+    fn ground(&self) -> ProxySection {
+        ProxySection::Ground {
+            height: self.lowest,
+            albedo: FLOOR,
+        }
+    }
+
     /// A coordinate, that of the head or ground which is added being `plain`.
-    fn place<'a>(&self, name: &'a str, plain: f64) -> Field<'a> {
+    fn place(&self, field: Field, plain: f64) -> Field {
         let around = (2.0 * self.of_hair).ceil();
-        Field::new(name, -self.far..=self.far, plain)
-            .unit(" cm")
+        field
+            .range(-self.far..=self.far)
             .slider(plain.round() - around..=plain.round() + around)
     }
 
     /// A half axis.
-    fn length<'a>(&self, name: &'a str) -> Field<'a> {
-        Field::new(name, 0.01..=self.far, self.radius)
-            .unit(" cm")
+    fn length(&self, field: Field) -> Field {
+        field
+            .range(0.01..=self.far)
             .slider(tenth(0.05 * self.of_hair).max(0.1)..=(2.0 * self.of_hair).ceil())
     }
 }

@@ -6,7 +6,6 @@ use strandlight_scattering::color::sigma_a_from_reflectance;
 
 use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, named, row};
-use strandlight_scene::assets::hair_params;
 use strandlight_scene::paint::{Brush, BrushMask, Dab};
 
 /// What the brush puts on hair.
@@ -64,7 +63,7 @@ impl Default for PaintState {
 impl PaintState {
     /// The brush for the hair of `scene`.
     pub fn brush(&self, scene: &Scene) -> Brush {
-        let caustic_width = hair_params(&scene.hair).caustic_width;
+        let caustic_width = scene.hair.params().caustic_width;
         let [from, to, soft] = self.mask.map(|x| x as f32);
         Brush {
             radius_cm: self.radius_cm as f32,

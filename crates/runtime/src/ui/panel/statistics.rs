@@ -4,7 +4,7 @@ use egui::{Grid, RichText, Ui};
 
 use crate::ui::theme;
 use strandlight_render::gpu::Context;
-use strandlight_render::live::{LiveReport, Progress};
+use strandlight_render::progressive::{Progress, RenderReport};
 use strandlight_scene::edit::Outcome;
 
 /// What the window knows of its own frames.
@@ -20,7 +20,7 @@ pub struct FrameTimes {
 pub fn show(
     ui: &mut Ui,
     context: &Context,
-    report: &LiveReport,
+    report: &RenderReport,
     progress: &Progress,
     times: FrameTimes,
 ) {
@@ -83,7 +83,7 @@ pub fn show(
     edit(ui, report);
 }
 
-fn stages(ui: &mut Ui, report: &LiveReport, is_software: bool) {
+fn stages(ui: &mut Ui, report: &RenderReport, is_software: bool) {
     if report.stages.is_empty() {
         return;
     }
@@ -108,7 +108,7 @@ fn stages(ui: &mut Ui, report: &LiveReport, is_software: bool) {
         });
 }
 
-fn terms(ui: &mut Ui, report: &LiveReport) {
+fn terms(ui: &mut Ui, report: &RenderReport) {
     let stats = &report.stats;
     if !stats.terms.is_empty() {
         ui.label(RichText::new("Points times lights").strong());
@@ -139,7 +139,7 @@ fn terms(ui: &mut Ui, report: &LiveReport) {
     }
 }
 
-fn edit(ui: &mut Ui, report: &LiveReport) {
+fn edit(ui: &mut Ui, report: &RenderReport) {
     let counts = report.counts;
     ui.label(RichText::new("Last edit").strong());
     ui.label(format!(

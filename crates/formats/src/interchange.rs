@@ -1,0 +1,122 @@
+//! Hair from and to files of other programs.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::groom::{Groom, GroomSource};
+use crate::groom_format::{Export, ExportOptions, GroomFormat, Import, ImportOptions};
+use crate::groom_formats::groom_format;
+use crate::groom_scale::Guesses;
+use crate::input::read_file_of_kind;
+use crate::provenance::content_hash;
+use crate::sniff::FileKind;
+
+/// Largest file: 4 GiB, some 350 million points.
+const MAX_FILE_BYTES: u64 = 1 << 32;
+
+/// A file of hair that another program wrote, in memory, to be imported in one way or another.
+///
+/// Its format is found by its content: see [`GROOM_FORMATS`](crate::GROOM_FORMATS).
+#[derive(Clone, Debug)]
+pub struct SourceFile {
+    path: Option<PathBuf>,
+    bytes: Vec<u8>,
+    format: &'static dyn GroomFormat,
+}
+
+impl SourceFile {
+    /// Reads the file at `path`; but for its start it is checked by [`SourceFile::import`].
+    ///
+    /// # Errors
+    /// `Io`, `NotThisKind`, or `Value` where it is too long; the path is named.
+    pub fn read(path: &Path) -> Result<Self> {
+        let is_hair = |kind| matches!(kind, FileKind::Hair(_));
+        let bytes = read_file_of_kind(path, MAX_FILE_BYTES, is_hair)?;
+        let mut file = SourceFile::from_bytes(bytes).map_err(|error| error.in_file(path))?;
+        file.path = Some(path.to_owned());
+        Ok(file)
+    }
+
+    /// A file in memory.
+    ///
+    /// # Errors
+    /// `NotThisKind`.
+    pub fn from_bytes(bytes: impl Into<Vec<u8>>) -> Result<Self> {
+        let bytes = bytes.into();
+        let found = FileKind::of(&bytes);
+        let format = match found {
+            FileKind::Hair(info) => groom_format(info.name),
+            _ => None,
+        };
+        let Some(format) = format else {
+            return Err(Error::not_this_kind("file of hair", found.describe()));
+        };
+        Ok(SourceFile {
+            path: None,
+            bytes,
+            format,
+        })
+    }
+
+    /// Its format.
+    pub fn format(&self) -> &'static dyn GroomFormat {
+        self.format
+    }
+
+    /// Makes a groom of it, in memory bounded by a small multiple of its length.
+    ///
+    /// # Errors
+    /// `Invalid` where the file contradicts itself, `Value` for numbers out of range (naming strand
+    /// and point) or where no strand has two points; the path is named.
+    pub fn import(&self, options: &ImportOptions) -> Result<Import> {
+        self.decode(options).map_err(|error| match &self.path {
+            Some(path) => error.in_file(path),
+            None => error,
+        })
+    }
+
+    fn decode(&self, options: &ImportOptions) -> Result<Import> {
+        options.validate()?;
+        let mut import = self.format.read(&self.bytes, options)?;
+        import.groom.source.hash = content_hash(&self.bytes);
+        import.groom.validate()?;
+        Ok(import)
+    }
+
+    /// Guesses unit and up axis: see [`Groom::guess_source`].
+    ///
+    /// # Errors
+    /// As [`SourceFile::import`].
+    pub fn guess_source(&self) -> Result<Guesses> {
+        // Small enough for the coordinates of a groom, whatever they are in.
+        let small = ImportOptions::default().with_unit(0.01);
+        Ok(self.import(&small)?.groom.guess_source())
+    }
+}
+
+impl Groom {
+    /// The groom as a file of `format`. A groom that was imported from that format, in centimetres,
+    /// comes back byte for byte.
+    ///
+    /// # Errors
+    /// `Value` when the groom breaks a promise or does not fit into the format.
+    pub fn export(&self, format: &dyn GroomFormat, options: &ExportOptions) -> Result<Export> {
+        options.validate()?;
+        self.validate()?;
+        let mut export = format.write(self, options)?;
+        let held = format.info().can.attributes;
+        let names = self.attributes.iter().map(|attribute| &attribute.name);
+        let dropped = names.filter(|name| !held.holds(name));
+        export.dropped = dropped.cloned().collect();
+        Ok(export)
+    }
+}
+
+impl GroomSource {
+    /// How many strands of the source file are not in the groom, but kept for export.
+    pub fn n_set_aside(&self) -> usize {
+        self.original.as_ref().map_or(0, |original| {
+            groom_format(&original.format).map_or(0, |format| format.n_set_aside(&original.data))
+        })
+    }
+}

@@ -1,0 +1,156 @@
+//! `[motion]`, `[motion.wind]` and `[[proxy]]`.
+
+use super::{Absent, Kind, Param, Place, Section, Shape, at};
+use crate::scene_motion::{MotionSection, WindSection};
+use crate::scene_proxy::ProxySection;
+
+/// A sequence of grooms.
+pub const MOTION: Section<MotionSection> = Section {
+    name: "motion",
+    heading: "[motion]",
+    kind: None,
+    help: "How the hair moves: through a sequence of grooms, or in the wind of `[motion.wind]`, not \
+           both. Without it, the hair stays.",
+    params: &[
+        Param::new("frames", "Frames", Kind::Files, at!(MotionSection.frames)).help(
+            "`.groom` files, one pose each, with the strands and points of `groom.file`; the first \
+             at time 0. Between two the hair moves straight; after the last it stays.",
+        ),
+        Param::number("fps", "Frame rate", [1e-3, 1e3], at!(MotionSection.fps))
+            .absent(Absent::Number(MotionSection::DEFAULT_FPS))
+            .unit("/s")
+            .slider(1.0, 60.0)
+            .help("How fast the sequence of grooms goes by."),
+    ],
+    plain: MotionSection::default,
+};
+
+/// Wind.
+pub const WIND: Section<WindSection> = Section {
+    name: "motion.wind",
+    heading: "[motion.wind]",
+    kind: None,
+    help: "Wind that bends the groom.",
+    params: &[
+        Param::number("speed", "Wind speed", [0.0, 30.0], at!(WindSection.speed))
+            .unit("m/s")
+            .help("3 is a breeze; hanging hair leans by 45 degrees at about 6."),
+        Param::number("gust", "Gusts", [0.0, 1.0], at!(WindSection.gust))
+            .help("How much the speed comes and goes."),
+        Param::number(
+            "direction_deg",
+            "Wind towards",
+            [-3600.0, 3600.0],
+            at!(WindSection.direction_deg),
+        )
+        .unit("°")
+        .slider(-180.0, 180.0)
+        .decimals(0)
+        .help("Where it blows to: 0 is towards +Z, 90 towards +X."),
+        Param::number(
+            "stiffness",
+            "Stiffness",
+            [0.1, 1000.0],
+            at!(WindSection.stiffness),
+        )
+        .unit("cm")
+        .slider(1.0, 40.0)
+        .help("Length from the root at which half of the wind acts: longer is stiffer hair."),
+        Param::numbers(
+            "seed",
+            "Seed",
+            Shape::Whole,
+            [0.0, u32::MAX as f64],
+            at!(WindSection.seed),
+        )
+        .slider(0.0, 100.0)
+        .help("Another wind for every number."),
+    ],
+    plain: WindSection::default,
+};
+
+/// Range of a coordinate.
+const COORDINATE: [f64; 2] = [-1e6, 1e6];
+/// Range of a share of light.
+const ALBEDO: [f64; 2] = [0.0, 1.0];
+const ALBEDO_HELP: &str = "Share of the light that its surface sends back.";
+
+/// The place of a field of one kind of proxy.
+macro_rules! of {
+    ($kind:ident $field:ident) => {
+        Place {
+            get: |proxy| match proxy {
+                ProxySection::$kind { $field, .. } => Some($field),
+                _ => None,
+            },
+            get_mut: |proxy| match proxy {
+                ProxySection::$kind { $field, .. } => Some($field),
+                _ => None,
+            },
+        }
+    };
+}
+
+/// A head.
+pub const ELLIPSOID: Section<ProxySection> = Section {
+    name: "proxy",
+    heading: "[[proxy]]",
+    kind: Some("ellipsoid"),
+    help: "A head, about: opaque, matte, and lit by the lights with the hair's shadow on it.",
+    params: &[
+        Param::numbers(
+            "centre",
+            "Centre",
+            Shape::Vector,
+            COORDINATE,
+            of!(Ellipsoid centre),
+        )
+        .absent(Absent::Refused)
+        .unit("cm")
+        .help("Its centre."),
+        Param::numbers(
+            "radii",
+            "Radius",
+            Shape::Vector,
+            [1e-3, 1e6],
+            of!(Ellipsoid radii),
+        )
+        .absent(Absent::Refused)
+        .unit("cm")
+        .help("Half axes along x, y and z."),
+        Param::number("tilt_deg", "Tilt", [-180.0, 180.0], of!(Ellipsoid tilt_deg))
+            .unit("°")
+            .decimals(1)
+            .help(
+                "Turns it about the x axis through its centre; above 0 its top leans towards +Z.",
+            ),
+        Param::numbers(
+            "albedo",
+            "Albedo",
+            Shape::Rgb,
+            ALBEDO,
+            of!(Ellipsoid albedo),
+        )
+        .decimals(3)
+        .help(ALBEDO_HELP),
+    ],
+    plain: || ProxySection::ellipsoid([0.0; 3], [1.0; 3]),
+};
+
+/// A ground.
+pub const GROUND: Section<ProxySection> = Section {
+    name: "proxy",
+    heading: "[[proxy]]",
+    kind: Some("ground"),
+    help: "A plane that goes on for ever, lit from above.",
+    params: &[
+        Param::number("height", "Height", COORDINATE, of!(Ground height))
+            .absent(Absent::Refused)
+            .unit("cm")
+            .help("Its height y."),
+        Param::numbers("albedo", "Albedo", Shape::Rgb, ALBEDO, of!(Ground albedo))
+            .decimals(3)
+            .help(ALBEDO_HELP),
+    ],
+    plain: || ProxySection::ground(0.0),
+};

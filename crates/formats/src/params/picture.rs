@@ -1,0 +1,189 @@
+//! `[groom]`, `[tables]`, `[camera]` and `[render]`.
+
+use super::{Absent, Kind, Numbers, Param, Section, Shape, Word, at};
+use crate::scene::{CameraSection, GroomSection, RenderSection, TablesSection};
+
+/// The hair's shape.
+pub const GROOM: Section<GroomSection> = Section {
+    name: "groom",
+    heading: "[groom]",
+    kind: None,
+    help: "The hair's shape.",
+    params: &[
+        Param::new("file", "Groom", Kind::File, at!(GroomSection.file))
+            .absent(Absent::Refused)
+            .help("A `.groom` file."),
+    ],
+    plain: || GroomSection {
+        file: "x.groom".into(),
+    },
+};
+
+/// Baked tables.
+pub const TABLES: Section<TablesSection> = Section {
+    name: "tables",
+    heading: "[tables]",
+    kind: None,
+    help: "Baked tables. Without it, those that are built in.",
+    params: &[
+        Param::new("file", "Tables", Kind::File, at!(TablesSection.file))
+            .absent(Absent::Refused)
+            .help("A `.tables` file."),
+    ],
+    plain: || TablesSection {
+        file: "x.tables".into(),
+    },
+};
+
+/// Range of a coordinate.
+const COORDINATE: [f64; 2] = [-1e6, 1e6];
+
+/// The view.
+pub const CAMERA: Section<CameraSection> = Section {
+    name: "camera",
+    heading: "[camera]",
+    kind: None,
+    help: "The view. Without it, the whole groom seen from +Z.",
+    params: &[
+        Param::numbers(
+            "position",
+            "Position",
+            Shape::Vector,
+            COORDINATE,
+            at!(CameraSection.position),
+        )
+        .absent(Absent::Refused)
+        .unit("cm")
+        .help("Where the eye is."),
+        Param::numbers(
+            "target",
+            "Target",
+            Shape::Vector,
+            COORDINATE,
+            at!(CameraSection.target),
+        )
+        .absent(Absent::Refused)
+        .unit("cm")
+        .help("Point that it looks at, away from `position`."),
+        Param::numbers("up", "Up", Shape::Vector, COORDINATE, at!(CameraSection.up)).help(
+            "Direction that is up in the picture, not along the line of sight; need not be a unit \
+             vector.",
+        ),
+        Param::number(
+            "fov_deg",
+            "Field of view",
+            [1.0, 170.0],
+            at!(CameraSection.fov_deg),
+        )
+        .unit("°")
+        .slider(5.0, 90.0)
+        .decimals(1)
+        .help("Vertical angle of view. Small is a long lens from afar."),
+    ],
+    plain: || CameraSection::new([0.0, 0.0, 1.0], [0.0; 3]),
+};
+
+/// Terms of scattering with what they are to the eye.
+const TERMS: &[Word] = &[
+    ("total", "Total", "All light."),
+    (
+        "single",
+        "Single",
+        "Light that reaches a fibre unblocked and is scattered once: highlights and hard shadows.",
+    ),
+    (
+        "global",
+        "Global",
+        "Light that hair in front scattered on: the soft glow inside blond hair.",
+    ),
+    (
+        "local",
+        "Local",
+        "Light that comes back from the hair around a fibre: saturated colour.",
+    ),
+];
+
+const TONE_MAPS: &[Word] = &[
+    ("filmic", "Filmic", "Highlights roll off as on film."),
+    ("none", "None", "Clipped at white: for measuring."),
+];
+
+const BACKGROUNDS: &[Word] = &[
+    ("lights", "Lights", "The environment that lights the hair."),
+    ("none", "None", "See-through in saved pictures."),
+];
+
+/// The picture.
+pub const RENDER: Section<RenderSection> = Section {
+    name: "render",
+    heading: "[render]",
+    kind: None,
+    help: "The picture.",
+    params: &[
+        Param::numbers(
+            "size",
+            "Size",
+            Shape::Size,
+            [1.0, 16384.0],
+            at!(RenderSection.size),
+        )
+        .unit("pixels")
+        .help("Width and height of the picture."),
+        Param::new(
+            "scattering",
+            "Scattering",
+            Kind::Choice(TERMS),
+            at!(RenderSection.scattering),
+        )
+        .help("Which light is drawn"),
+        Param::number(
+            "exposure",
+            "Exposure",
+            [-32.0, 32.0],
+            at!(RenderSection.exposure),
+        )
+        .unit("stops")
+        .slider(-6.0, 6.0)
+        .help("Brightness of the picture: one stop more doubles it."),
+        Param::new(
+            "tone_map",
+            "Tone map",
+            Kind::Choice(TONE_MAPS),
+            at!(RenderSection.tone_map),
+        )
+        .help("How bright light fits a screen"),
+        Param::new(
+            "background",
+            "Background",
+            Kind::ChoiceOrColor(BACKGROUNDS, Numbers::new(Shape::Rgb, [0.0, 1e6])),
+            at!(RenderSection.background),
+        )
+        .help("What is seen between the strands"),
+        Param::numbers(
+            "samples",
+            "Samples",
+            Shape::Whole,
+            [1.0, 65536.0],
+            at!(RenderSection.samples),
+        )
+        .slider(4.0, 1024.0)
+        .logarithmic()
+        .help(
+            "Samples a pixel of the finished picture. More give smoother strands and take \
+                 longer.",
+        ),
+        Param::numbers(
+            "shadow_maps",
+            "Shadow maps",
+            Shape::Whole,
+            [0.0, 4096.0],
+            at!(RenderSection.shadow_maps),
+        )
+        .slider(0.0, 256.0)
+        .help(
+            "Sharp shadows, shared out among all lights; 0 leaves the soft ones. More cost \
+                 memory and time when the hair or the lights move.",
+        ),
+    ],
+    plain: RenderSection::default,
+};

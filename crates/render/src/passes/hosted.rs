@@ -1,0 +1,109 @@
+//! Strands in a host's render pass: its formats, its samples, its depth.
+
+use super::draw::Ribbons;
+use super::resources::{module_with, uniform};
+use crate::gpu::{Context, Tally};
+use crate::hair_renderer::HairOptions;
+use strandlight_scene::RenderError;
+
+/// Turns on what strands in a host's pass take.
+const FEATURE: &str = "HOSTED";
+
+/// How the host projects; mirrored by `Host` in `shaders/pass/strands.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct Host {
+    /// The host's depth is `depth[0] + depth[1] / d`, where d cm is the depth along the line of
+    /// sight.
+    pub depth: [f32; 2],
+    /// What the projection moves the picture by, in halves of its sides, x to the right and y upwards.
+    pub shift: [f32; 2],
+    /// Upper left corner of the viewport, pixels.
+    pub corner: [f32; 2],
+    /// Factor from the radiance of the points to linear radiance.
+    pub scale: f32,
+    /// Not used.
+    pub pad: f32,
+}
+
+strandlight_scattering::mirrors! {
+    Host as "Host" in "pass/strands" { depth, shift, corner, scale, pad }
+}
+
+/// Draws strands into passes of a host.
+pub(crate) struct Hosted {
+    pipeline: wgpu::RenderPipeline,
+    host: wgpu::Buffer,
+    /// By buffer of radiance.
+    groups: Vec<wgpu::BindGroup>,
+}
+
+impl Hosted {
+    /// Draws `ribbons`, lit by one of the buffers of `radiance`, as `options` say.
+    pub fn new(
+        context: &Context,
+        options: &HairOptions,
+        ribbons: &Ribbons,
+        radiance: &[&wgpu::Buffer],
+    ) -> Result<Hosted, RenderError> {
+        let module = module_with(context, "pass/strands", &[FEATURE])?;
+        Tally::add(&context.tally().pipelines);
+        let compare = match options.reverse_z {
+            true => wgpu::CompareFunction::Greater,
+            false => wgpu::CompareFunction::Less,
+        };
+        let descriptor = wgpu::RenderPipelineDescriptor {
+            label: Some("hair"),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("ribbon"),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: options.depth_format,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(compare),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: wgpu::MultisampleState {
+                count: options.sample_count,
+                ..Default::default()
+            },
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("cover"),
+                compilation_options: Default::default(),
+                targets: &[Some(options.color_format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        };
+        let pipeline = context.device.create_render_pipeline(&descriptor);
+        let host: Host = bytemuck::Zeroable::zeroed();
+        let host = uniform(context, "host", &host);
+        let layout = pipeline.get_bind_group_layout(0);
+        let further = [(6, host.as_entire_binding())];
+        let groups = ribbons.bind_strands(context, &layout, radiance, &further);
+        Ok(Hosted {
+            pipeline,
+            host,
+            groups,
+        })
+    }
+
+    /// Takes another projection.
+    pub fn set_host(&self, context: &Context, host: &Host) {
+        context.write(&self.host, 0, bytemuck::bytes_of(host));
+    }
+
+    /// Draws the strands, lit by the radiance buffer `radiance`, into the viewport of `pass`.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass, ribbons: &Ribbons, radiance: usize) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.groups[radiance], &[]);
+        ribbons.draw_segments(pass);
+    }
+}

@@ -1,0 +1,291 @@
+//! The renderer as a state machine, for windows and pages.
+//!
+//! [`ProgressiveRenderer`] owns a scene and its picture. Setters say what is to be drawn and return at once;
+//! [`ProgressiveRenderer::advance`] works on it for about as long as it is told, and [`ProgressiveRenderer::display`] is the last
+//! good picture meanwhile.
+//!
+//! Work goes in cycles. A cycle takes up all that was set, writes it to the device, and lights the
+//! points in steps into the radiance buffer that is not shown; then the two change places and the
+//! samples of the picture start anew. What is set during a cycle waits for the next one, so that a
+//! slider that is dragged is followed at the pace of whole cycles; a cycle less than half done is
+//! given up for an edit once. The view is the exception: from a new view the strands are drawn at
+//! once, lit as they were when last complete, as a draft. Before the first cycle is done, the draft
+//! is lit by a guess: it is there before any shadow is looked for, and nothing of it remains.
+//!
+//! What depends on what:
+//!
+//! | set | made anew |
+//! |---|---|
+//! | grade | the last two passes |
+//! | paint | shading |
+//! | camera, size | projection; shadow maps towards the eye if it turned; shading |
+//! | hair | what [`RULES`](strandlight_scene::edit::RULES) says; shading |
+//! | amplitudes of lights | the list of lights that are not black; shading |
+//! | lights, proxies | records, shadow maps; shading |
+//! | points | the shadow volume; all of these |
+//!
+//! Nothing is allocated on the device but where something grows, and pipelines are kept by what
+//! they were compiled for.
+//!
+//! Which samples a strand thinner than a pixel covers depends on the strand, the pixel and the
+//! number of the pass alone: translucent strands come out in any order right in the mean, with a
+//! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A step
+//! of 0.05 degrees of an orbit, strands far below a pixel wide, makes 9 to 14 % of the noise anew, one of
+//! 0.5 degrees 24 to 41 % (`tests/tests/gpu/live.rs`).
+
+mod pace;
+mod report;
+mod set;
+mod shading;
+#[cfg(not(target_arch = "wasm32"))]
+mod still;
+mod work;
+
+use crate::device_scene::DeviceScene;
+use crate::gpu::{Context, Counts};
+use crate::passes::clock::Clock;
+use crate::passes::draw::Draw;
+use crate::passes::mail::Mail;
+use crate::passes::noise::Noise;
+use crate::passes::parts::{self, Spread, Tile};
+use crate::passes::resources::failed;
+use crate::passes::screen::{Screen, Show};
+use crate::passes::target::Target;
+use crate::passes::{DeviceBytes, PartLimits};
+use pace::Pacer;
+use strandlight_scene::RenderError;
+use strandlight_scene::budget::MAX_SAMPLES;
+use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::sampling::PASS_SAMPLES;
+use strandlight_scene::scene::PreparedScene;
+
+pub use report::{RenderReport, StageReport};
+
+/// How far the picture has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Samples a pixel in the picture that is shown.
+    pub samples: u32,
+    /// Samples a pixel that it will have.
+    pub of_samples: u32,
+    /// The light of all points is that of the scene and view as they were last set; if not, the
+    /// picture is a draft.
+    pub is_shaded: bool,
+    /// Nothing is left to do.
+    pub is_done: bool,
+    /// Estimate of the noise left in the picture: root mean square of the error over root mean
+    /// square of the radiance. Unknown before there are two passes.
+    pub noise: Option<f32>,
+}
+
+/// A scene on a device, drawn bit by bit.
+pub struct ProgressiveRenderer {
+    core: DeviceScene,
+    draw: Draw,
+    show: Show,
+    size: [u32; 2],
+    /// The part of the picture that is drawn, unless it is all of it.
+    tile: Option<Tile>,
+    parts: PartLimits,
+    spread: Spread,
+    target: Option<Target>,
+    screen: Screen,
+    /// Of another size, not drawn yet.
+    next_screen: Option<Screen>,
+    noise: Noise,
+    /// Counts of products that shading left, and of how many batches.
+    counters: (Mail, u64),
+    /// Whether the first picture is to be one without shadows.
+    has_preview: bool,
+    picture: Drawn,
+    clock: Clock,
+    pacer: Pacer,
+    report: RenderReport,
+    /// What it was when the last still was finished.
+    #[cfg(not(target_arch = "wasm32"))]
+    still_report: RenderReport,
+    /// Bytes that its drawing and its picture took.
+    #[cfg(not(target_arch = "wasm32"))]
+    still_bytes: [u64; 2],
+    /// The picture is read back when it is finished: nothing is shown before.
+    is_still: bool,
+    /// What was made on the device before the last edit.
+    counts: Counts,
+}
+
+/// What there is of the picture.
+#[derive(Clone, Debug, Default)]
+struct Drawn {
+    /// The ribbons are those of the view.
+    is_projected: bool,
+    /// Rows where the bands of a pass end.
+    band_ends: Vec<u32>,
+    /// Bands of the pass under way that there are.
+    bands: usize,
+    passes: u32,
+    /// Passes in the picture on the screen, if it is of this view, light and grade.
+    shown: u32,
+}
+
+impl ProgressiveRenderer {
+    /// Puts `scene` on the device; the first picture is made by [`ProgressiveRenderer::advance`], in the scene's
+    /// size until [`ProgressiveRenderer::set_size`] says another.
+    ///
+    /// # Errors
+    /// What does not fit the device's limits, by name, before anything is made; whatever the
+    /// device refuses.
+    pub fn new(
+        context: &Context,
+        scene: PreparedScene,
+    ) -> Result<ProgressiveRenderer, RenderError> {
+        ProgressiveRenderer::with_budget(context, scene, u64::MAX)
+    }
+
+    /// [`ProgressiveRenderer::new`] with at most `bytes` on the device, about. Where the records of all lights
+    /// take too much, every shading finds them again, batch by batch.
+    ///
+    /// # Errors
+    /// As [`ProgressiveRenderer::new`]; a scene that needs more, before anything is made.
+    pub fn with_budget(
+        context: &Context,
+        mut scene: PreparedScene,
+        bytes: u64,
+    ) -> Result<ProgressiveRenderer, RenderError> {
+        let limits = context.device.limits();
+        // The size of stills; none is on the device before it is asked for.
+        scene.size = parts::fitting(scene.size, &limits);
+        if DeviceBytes::new(&scene, scene.size)
+            .check(&limits, bytes)
+            .is_err()
+        {
+            scene.record_budget = 0;
+            DeviceBytes::new(&scene, scene.size).check(&limits, bytes)?;
+        }
+        let before = context.counts();
+        let backend = format!("gpu: {} ({})", context.adapter_name, context.backend);
+        let report = RenderReport {
+            stats: scene.counts(backend),
+            ..RenderReport::default()
+        };
+        let core = DeviceScene::new(context, scene)?;
+        let mut draw = Draw::new(context, &core.ribbons, &core.radiance())?;
+        draw.set_proxies(context, &core.ribbons, &core.lighting);
+        let mut renderer = ProgressiveRenderer {
+            draw,
+            show: Show::new(context)?,
+            size: [0, 0],
+            tile: None,
+            parts: PartLimits::default(),
+            spread: Spread::of(&core.scene.strands),
+            target: None,
+            screen: Screen::new(context, [1, 1]),
+            next_screen: None,
+            noise: Noise::new(context)?,
+            counters: (Mail::new(context, 80), 1),
+            has_preview: true,
+            picture: Drawn::default(),
+            clock: Clock::new(context),
+            pacer: Pacer::new(!cfg!(target_arch = "wasm32")),
+            report,
+            #[cfg(not(target_arch = "wasm32"))]
+            still_report: RenderReport::default(),
+            #[cfg(not(target_arch = "wasm32"))]
+            still_bytes: [0; 2],
+            is_still: false,
+            counts: before,
+            core,
+        };
+        renderer.set_size(renderer.core.scene.size)?;
+        renderer.counts = before;
+        renderer.report.device_bytes = renderer.device_bytes();
+        context.check("upload").map_err(failed)?;
+        Ok(renderer)
+    }
+
+    /// The scene as it was last set.
+    pub fn scene(&self) -> &PreparedScene {
+        &self.core.scene
+    }
+
+    /// Whether [`ProgressiveRenderer::advance`] waits for what it has submitted, as it does natively unless it is
+    /// told otherwise, or leaves the device to itself and learns later how long it took, as it has
+    /// to in a browser.
+    pub fn set_waiting(&mut self, is_waiting: bool) {
+        self.pacer = Pacer::new(is_waiting && !cfg!(target_arch = "wasm32"));
+    }
+
+    /// How far the picture has come.
+    pub fn progress(&self) -> Progress {
+        let is_shaded = self.core.is_lit();
+        let of_samples = self.of_samples();
+        let samples = self.samples_of(self.picture.shown);
+        Progress {
+            samples,
+            of_samples,
+            is_shaded,
+            is_done: self.target.is_none() || is_shaded && samples == of_samples,
+            noise: self.noise.of(self.picture.shown),
+        }
+    }
+
+    /// The picture on the screen: tone-mapped, encoded in sRGB, multiplied by alpha, `rgba8unorm`.
+    /// Of the size that was set last (and not zero) from the first picture of that size on.
+    pub fn display(&self) -> &wgpu::TextureView {
+        self.screen.view()
+    }
+
+    /// What [`ProgressiveRenderer::display`] shows, row by row.
+    ///
+    /// # Errors
+    /// The device failed.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_display(&self) -> Result<Vec<[u8; 4]>, RenderError> {
+        self.screen.read(&self.core.context)
+    }
+
+    /// What the device did since the last edit.
+    pub fn report(&self) -> &RenderReport {
+        &self.report
+    }
+
+    /// The view that is drawn, with the radiance that is shown.
+    fn drawn_view(&self) -> ViewUniform {
+        let view = self.core.view();
+        match &self.tile {
+            Some(tile) => tile.of(&view),
+            None => view,
+        }
+    }
+
+    fn restart_samples(&mut self) {
+        self.noise.restart();
+        self.picture.bands = 0;
+        self.picture.passes = 0;
+        self.picture.shown = 0;
+    }
+
+    /// Samples a pixel that the picture gets at rest.
+    fn of_samples(&self) -> u32 {
+        self.core.scene.samples.clamp(1, MAX_SAMPLES)
+    }
+
+    /// Samples a pixel of so many passes of the picture.
+    fn samples_of(&self, passes: u32) -> u32 {
+        (PASS_SAMPLES * passes).min(self.of_samples())
+    }
+
+    fn submitted(&mut self, stage: &'static str, units: f64) -> Result<(), RenderError> {
+        let report = &mut self.report;
+        report.ran(stage);
+        self.pacer
+            .submitted(&self.core.context, stage, units, |(name, _, _, seconds)| {
+                report.took(name, seconds);
+            })
+    }
+
+    fn device_bytes(&self) -> u64 {
+        let target = self.target.as_ref().map_or(0, Target::bytes);
+        let [width, height] = self.size.map(u64::from);
+        self.core.bytes() + target + 4 * width * height
+    }
+}

@@ -1,0 +1,135 @@
+//! What [`ProgressiveRenderer`](super::ProgressiveRenderer) did.
+
+use std::fmt;
+
+use crate::gpu::Counts;
+use strandlight_scene::edit::EditReport;
+use strandlight_scene::stats::{Stats, total};
+
+/// One kind of work since the last edit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StageReport {
+    /// Its name: `first look`, `voxelise`, `shadow maps`, `transmittance`, `shade`, `project`,
+    /// `draw`, `display`.
+    pub name: &'static str,
+    /// How often it ran: maps, directions of light, slices of points, passes.
+    pub runs: u32,
+    /// Milliseconds until its results were there.
+    pub milliseconds: f64,
+    /// Milliseconds by the device's time stamps, where it has them: of the runs that were measured,
+    /// as many as there were.
+    pub gpu_milliseconds: Option<f64>,
+    measured: u32,
+    measured_milliseconds: f64,
+}
+
+/// What the device did since the last edit, and what the scene is.
+#[derive(Clone, Debug, Default)]
+pub struct RenderReport {
+    /// Work by kind, in the order it first ran; what is not there was not needed.
+    pub stages: Vec<StageReport>,
+    /// Counts of the scene, and of the products of points and lights.
+    pub stats: Stats,
+    /// Which textures the last edit of the hair made anew.
+    pub edit: Option<EditReport>,
+    /// What was made on the device since the last edit.
+    pub counts: Counts,
+    /// Bytes on the device.
+    pub device_bytes: u64,
+    /// Times that all points were lit, since the start.
+    pub shadings: u64,
+}
+
+impl RenderReport {
+    /// The stage `name`, if it ran.
+    pub fn stage(&self, name: &str) -> Option<&StageReport> {
+        self.stages.iter().find(|stage| stage.name == name)
+    }
+
+    /// Runs of the stage `name`.
+    pub fn runs(&self, name: &str) -> u32 {
+        self.stage(name).map_or(0, |stage| stage.runs)
+    }
+
+    /// Milliseconds of all stages.
+    pub fn milliseconds(&self) -> f64 {
+        total(self.stages.iter().map(|stage| stage.milliseconds))
+    }
+
+    fn stage_mut(&mut self, name: &'static str) -> &mut StageReport {
+        let known = self.stages.iter().position(|stage| stage.name == name);
+        let ix = known.unwrap_or(self.stages.len());
+        if known.is_none() {
+            self.stages.push(StageReport {
+                name,
+                ..StageReport::default()
+            });
+        }
+        &mut self.stages[ix]
+    }
+
+    /// Counts a run that was submitted.
+    pub(crate) fn ran(&mut self, name: &'static str) {
+        self.stage_mut(name).runs += 1;
+    }
+
+    /// Adds time until results were there.
+    pub(crate) fn took(&mut self, name: &'static str, seconds: f64) {
+        self.stage_mut(name).milliseconds += 1e3 * seconds;
+    }
+
+    /// Adds the time of a run by the device's clock.
+    pub(crate) fn measured(&mut self, name: &'static str, milliseconds: f64) {
+        // Time stamps come late: of a stage that has not run they belong to the report before.
+        let Some(stage) = self.stages.iter_mut().find(|stage| stage.name == name) else {
+            return;
+        };
+        stage.measured += 1;
+        stage.measured_milliseconds += milliseconds;
+        let mean = stage.measured_milliseconds / f64::from(stage.measured);
+        stage.gpu_milliseconds = Some(mean * f64::from(stage.runs.max(stage.measured)));
+    }
+}
+
+impl fmt::Display for RenderReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.stats.write_counts(f)?;
+        writeln!(f, "  pass                  time     runs")?;
+        for stage in &self.stages {
+            writeln!(
+                f,
+                "  {:<14}{:>10.1} ms {:>8}",
+                stage.name, stage.milliseconds, stage.runs
+            )?;
+        }
+        write!(
+            f,
+            "  {:<14}{:>10.1} ms, {:.1} MB on the device",
+            "total",
+            self.milliseconds(),
+            self.device_bytes as f64 / 1e6
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_total_is_that_of_the_stages_and_never_below_zero() {
+        let mut report = RenderReport::default();
+        let text = report.to_string();
+        assert!(text.contains(" 0.0 ms") && !text.contains('-'), "{text}");
+        assert!(!Stats::default().to_string().contains('-'));
+        report.ran("shade");
+        report.took("shade", 0.25);
+        report.ran("draw");
+        report.took("draw", 1.0);
+        let text = report.to_string();
+        assert!(
+            text.contains("250.0 ms") && text.contains("1250.0 ms"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,309 @@
+//! Whole pictures, read back: of the size that is shown, or of any other.
+
+use std::time::Duration;
+
+use super::{Drawn, ProgressiveRenderer, RenderReport};
+use crate::passes::PartLimits;
+use crate::passes::parts::{self, Tile};
+use crate::passes::resources::{failed, guarded, read_back};
+use crate::passes::target::Target;
+use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scene::RenderError;
+use strandlight_scene::budget::check_frame;
+use strandlight_scene::camera::Camera;
+use strandlight_scene::picture::Picture;
+use strandlight_scene::sampling::PASS_SAMPLES;
+use strandlight_scene::stats::{LIGHTING_SHARE, Observer, Stage, Stats};
+
+impl ProgressiveRenderer {
+    /// Draws `samples` a pixel to the end and reads the picture back: linear radiance.
+    ///
+    /// # Errors
+    /// As [`check_frame`], and as [`ProgressiveRenderer::advance`].
+    pub fn finish(&mut self, samples: u32) -> Result<Picture, RenderError> {
+        self.finish_observed(samples, &|_| ())
+    }
+
+    fn finish_observed(
+        &mut self,
+        samples: u32,
+        observer: Observer,
+    ) -> Result<Picture, RenderError> {
+        check_frame(self.size, samples)?;
+        let [width, height] = self.size;
+        let rgba = self.finished(samples, observer)?;
+        Ok(Picture {
+            width,
+            height,
+            rgba,
+        })
+    }
+
+    /// The scene as `camera` sees it, a whole picture of `size`; no point outside it is lit. Answers
+    /// what it cost as well.
+    ///
+    /// # Errors
+    /// As [`ProgressiveRenderer::still`].
+    pub fn render_to_image(
+        &mut self,
+        camera: &Camera,
+        size: [u32; 2],
+        samples: u32,
+    ) -> Result<(Picture, Stats), RenderError> {
+        self.render_to_image_observed(camera, size, samples, &|_| ())
+    }
+
+    /// [`ProgressiveRenderer::render_to_image`]; `observer` hears of the progress.
+    ///
+    /// # Errors
+    /// As [`ProgressiveRenderer::still`].
+    pub fn render_to_image_observed(
+        &mut self,
+        camera: &Camera,
+        size: [u32; 2],
+        samples: u32,
+        observer: Observer,
+    ) -> Result<(Picture, Stats), RenderError> {
+        check_frame(size, samples)?;
+        self.core.set_margin(0.0);
+        self.set_camera(*camera);
+        let picture = self.still_observed(size, samples, observer)?;
+        Ok((picture, self.stats(samples)))
+    }
+
+    /// What the last still cost.
+    fn stats(&self, samples: u32) -> Stats {
+        let report = &self.still_report;
+        let lighting = self.core.lighting.bytes();
+        let drawing = self.still_bytes;
+        let bytes = |name: &str| match name {
+            "voxelise" => self.core.volume.bytes(),
+            "draw" => drawing[0],
+            "composite" => drawing[1],
+            _ => lighting
+                .iter()
+                .find(|(stage, _)| *stage == name)
+                .map_or(0, |(_, bytes)| *bytes),
+        };
+        let mut stats = report.stats.clone();
+        stats.passes = samples.div_ceil(PASS_SAMPLES);
+        stats.stages = report
+            .stages
+            .iter()
+            .map(|stage| Stage {
+                name: stage.name,
+                milliseconds: stage.milliseconds,
+                bytes: bytes(stage.name),
+            })
+            .collect();
+        stats
+    }
+
+    /// Radiance of every point towards `camera`: rgb, and zero. Points outside a picture of `size`
+    /// are black.
+    ///
+    /// # Errors
+    /// A size out of range, or whatever the device refuses.
+    pub fn point_radiance(
+        &mut self,
+        camera: &Camera,
+        size: [u32; 2],
+    ) -> Result<Vec<[f32; 4]>, RenderError> {
+        check_frame(size, 1)?;
+        self.core.set_margin(0.0);
+        self.set_camera(*camera);
+        let before = self.core.scene.size;
+        self.core.set_size(size);
+        self.core.dirty.view = true;
+        self.core
+            .lighting
+            .clear(&self.core.context, 1 - self.core.front);
+        let lit = self.light_whole(&|_| ());
+        let scale = self.core.front_scale.unwrap_or(1.0);
+        let radiance = self.core.lighting.radiance(self.core.front);
+        let radiance = lit.and_then(|()| read_back(&self.core.context, "radiance", radiance));
+        self.core.set_size(before);
+        let mut radiance: Vec<[f32; 4]> = radiance?;
+        for value in radiance.iter_mut().flatten() {
+            *value /= scale;
+        }
+        Ok(radiance)
+    }
+
+    /// Lights all points as last set, without drawing.
+    fn light_whole(&mut self, observer: Observer) -> Result<(), RenderError> {
+        self.take_counters();
+        let has_preview = std::mem::replace(&mut self.has_preview, false);
+        while !self.core.is_lit() {
+            match &self.core.job {
+                None => self.begin()?,
+                Some(job) => {
+                    let left = job.steps.len() as f64 / job.n_steps.max(1) as f64;
+                    observer(LIGHTING_SHARE * (1.0 - left));
+                    self.light()?;
+                }
+            }
+        }
+        let report = &mut self.report;
+        self.pacer
+            .flush(&self.core.context, |(name, _, _, seconds)| {
+                report.took(name, seconds);
+            })?;
+        self.has_preview = has_preview;
+        self.core.context.check("lighting").map_err(failed)
+    }
+
+    /// The shadow volume, two entries a voxel: (A, Qxx, Qyy, Qzz), (Qxy, Qxz, Qyz, 0), 1/cm.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    #[doc(hidden)]
+    pub fn volume(&mut self) -> Result<Vec<[f32; 4]>, RenderError> {
+        self.light_whole(&|_| ())?;
+        let volume = &self.core.volume;
+        let mut voxels = read_back(&self.core.context, "volume", volume.buffer())?;
+        voxels.truncate(2 * volume.grid.n_voxels());
+        Ok(voxels)
+    }
+
+    /// Packed records of the first lights, at most
+    /// [`LIGHT_BATCH`](strandlight_scene::budget::LIGHT_BATCH), as `[light][voxel]`.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    #[doc(hidden)]
+    pub fn records(&mut self) -> Result<Vec<PackedRecord>, RenderError> {
+        self.light_whole(&|_| ())?;
+        let core = &self.core;
+        guarded(&core.context, || {
+            core.lighting.first_records(&core.context, &core.volume)
+        })
+    }
+
+    /// A whole picture of any `size`, as [`ProgressiveRenderer::finish`] answers it; tile by tile where the device
+    /// draws none so large at once. What is shown keeps its size.
+    ///
+    /// # Errors
+    /// As [`ProgressiveRenderer::finish`].
+    pub fn still(&mut self, size: [u32; 2], samples: u32) -> Result<Picture, RenderError> {
+        self.still_observed(size, samples, &|_| ())
+    }
+
+    fn still_observed(
+        &mut self,
+        size: [u32; 2],
+        samples: u32,
+        observer: Observer,
+    ) -> Result<Picture, RenderError> {
+        check_frame(size, samples)?;
+        let tiles = parts::tiles(size, &self.core.context.device.limits(), &self.parts);
+        let before = self.size;
+        let picture = match tiles.len() {
+            1 => self
+                .set_size(size)
+                .and_then(|()| self.finish_observed(samples, observer)),
+            _ => self.tiled(size, &tiles, samples, observer),
+        };
+        // Going back to the shown size starts another report.
+        self.still_report = self.report.clone();
+        self.still_bytes = match &self.target {
+            Some(target) => [
+                target.bytes() + self.core.ribbons.bytes(),
+                target.picture().size(),
+            ],
+            None => self.still_bytes,
+        };
+        self.set_size(before)?;
+        picture
+    }
+
+    /// What the last [`ProgressiveRenderer::still`] did.
+    pub fn still_report(&self) -> &RenderReport {
+        &self.still_report
+    }
+
+    /// Draws in parts no larger than `limits`.
+    #[doc(hidden)]
+    pub fn set_parts(&mut self, limits: PartLimits) {
+        self.parts = limits;
+        self.picture = Drawn::default();
+        self.noise.restart();
+    }
+
+    /// A picture of `tiles`; the light on the strands is found once for all of them. Leaves what is
+    /// shown without a size.
+    fn tiled(
+        &mut self,
+        size: [u32; 2],
+        tiles: &[Tile],
+        samples: u32,
+        observer: Observer,
+    ) -> Result<Picture, RenderError> {
+        let [width, height] = size;
+        let mut rgba = vec![[0.0; 4]; width as usize * height as usize];
+        self.set_size([0, 0])?;
+        self.core.scene.size = size;
+        self.core.dirty.view = true;
+        let drawn = tiles.iter().enumerate().try_for_each(|(ix, tile)| {
+            let observer = &|done: f64| {
+                let drawn = (done - LIGHTING_SHARE).max(0.0) / (1.0 - LIGHTING_SHARE);
+                let drawn = (ix as f64 + drawn) / tiles.len() as f64;
+                observer(match ix {
+                    0 if done < LIGHTING_SHARE => done,
+                    _ => LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * drawn,
+                });
+            };
+            let (context, draw, ribbons) = (&self.core.context, &self.draw, &self.core.ribbons);
+            let kept = self.target.take();
+            self.target = kept.filter(|target| target.size() == tile.extent);
+            if self.target.is_none() {
+                let (lights, _) = self.core.lighting.lit();
+                self.target = Some(Target::new(context, draw, ribbons, tile.extent, lights));
+                self.noise.forget_target();
+            }
+            self.tile = Some(*tile);
+            self.picture = Drawn::default();
+            self.noise.restart();
+            tile.place(&self.finished(samples, observer)?, width, &mut rgba);
+            if let Some(target) = &self.target {
+                let bytes = target.bytes() + self.core.ribbons.bytes();
+                self.still_bytes = [bytes, target.picture().size()];
+            }
+            Ok(())
+        });
+        (self.tile, self.target) = (None, None);
+        self.noise.forget_target();
+        drawn.map(|()| Picture {
+            width,
+            height,
+            rgba,
+        })
+    }
+
+    /// The pixels of the target, with `samples` each.
+    fn finished(&mut self, samples: u32, observer: Observer) -> Result<Vec<[f32; 4]>, RenderError> {
+        let before = self.core.scene.samples;
+        self.set_samples(samples);
+        self.has_preview = false;
+        self.is_still = true;
+        let finished = self.finish_target(observer);
+        self.is_still = false;
+        self.set_samples(before);
+        finished
+    }
+
+    fn finish_target(&mut self, observer: Observer) -> Result<Vec<[f32; 4]>, RenderError> {
+        self.light_whole(observer)?;
+        let n_passes = self.of_samples().div_ceil(PASS_SAMPLES);
+        while !self.advance(Duration::from_secs(1))?.is_done {
+            let drawn = f64::from(self.picture.passes) / f64::from(n_passes);
+            observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * drawn);
+        }
+        let [width, height] = self.size;
+        let target = self.target.as_ref();
+        let target = target.ok_or(RenderError::Size { width, height })?;
+        let pixels = read_back(&self.core.context, "picture", target.picture())?;
+        self.take_counters();
+        Ok(pixels)
+    }
+}

@@ -1,0 +1,217 @@
+//! What is done next, and doing it: drawing here, lighting in `shading.rs`.
+
+use std::time::Duration;
+
+use super::{Drawn, Progress, ProgressiveRenderer, pace};
+use crate::device_scene::DirtyFlags;
+use crate::passes::clock::Stamp;
+use crate::passes::noise::Noise;
+use crate::passes::parts;
+use crate::passes::resources::failed;
+use crate::passes::target::{PassSamples, band};
+use strandlight_scene::RenderError;
+use strandlight_scene::sampling::PASS_SAMPLES;
+
+/// Passes of a draft: more are not drawn while points are being lit.
+const DRAFT_PASSES: u32 = 4;
+
+/// The next piece of work.
+enum Work {
+    Project,
+    Pass,
+    Begin,
+    Preview,
+    Light,
+    Show,
+}
+
+impl ProgressiveRenderer {
+    /// Works at most about `budget` on the device, one step at least.
+    ///
+    /// # Errors
+    /// [`RenderError::DeviceLost`], after which a new context and a new `ProgressiveRenderer` are needed, or
+    /// whatever else the device refuses.
+    pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+        // Lets callbacks run; a browser runs them anyway.
+        let _ = self.core.context.device.poll(wgpu::PollType::Poll);
+        self.core.context.check("advance").map_err(failed)?;
+        self.take_counters();
+        self.noise.take();
+        let report = &mut self.report;
+        self.clock.take(|name, ms| report.measured(name, ms));
+        self.pacer.begin(budget, |(name, _, _, seconds)| {
+            report.took(name, seconds);
+        });
+        if self.target.is_some() {
+            let drafts = self.picture.passes;
+            let mut is_first = true;
+            while let Some(work) = self.next(drafts) {
+                if !self.has_time(&work, is_first) {
+                    break;
+                }
+                // Not worth a turn of their own.
+                let is_small = matches!(work, Work::Project | Work::Begin | Work::Preview);
+                is_first = is_small && is_first;
+                self.work(&work)?;
+            }
+            let is_finished = self.samples_of(self.picture.passes) == self.of_samples();
+            if self.picture.shown < self.picture.passes && (is_finished || !self.is_still) {
+                self.work(&Work::Show)?;
+            }
+            let report = &mut self.report;
+            let took = |(name, _, _, seconds): pace::Finished| report.took(name, seconds);
+            self.pacer.flush(&self.core.context, took)?;
+            self.clock.start_reading(&self.core.context);
+        }
+        self.report.counts = self.core.context.counts().since(self.counts);
+        Ok(self.progress())
+    }
+
+    /// Notes the counts of products that the last shading left, once they are there.
+    pub(super) fn take_counters(&mut self) {
+        if let Some(counts) = self.counters.0.take::<u64>() {
+            self.report.stats.set_counters(&counts, self.counters.1);
+        }
+    }
+
+    /// What is to be done next, `drafts` passes having been there when this turn began.
+    fn next(&self, drafts: u32) -> Option<Work> {
+        let passes = self.picture.passes;
+        let is_resting = self.core.job.is_none() && self.core.dirty.is_clean();
+        if self.core.front_scale.is_some() {
+            if !self.picture.is_projected {
+                return Some(Work::Project);
+            }
+            let cycle = self.core.job.as_ref().map(|job| &job.dirty);
+            let moves = |dirt: &DirtyFlags| dirt.view || dirt.points;
+            let is_draft = moves(&self.core.dirty) || cycle.is_some_and(moves);
+            // A first look is not worth more.
+            let most = if self.report.shadings == 0 {
+                1
+            } else {
+                DRAFT_PASSES
+            };
+            // While points are being lit, a draft: one pass in a turn.
+            let may_draw = match is_resting {
+                true => passes < self.of_samples().div_ceil(PASS_SAMPLES),
+                false => passes == 0 || is_draft && passes == drafts && passes < most,
+            };
+            if may_draw {
+                return Some(Work::Pass);
+            }
+        }
+        match &self.core.job {
+            Some(_) if self.core.front_scale.is_none() && self.has_preview => Some(Work::Preview),
+            Some(_) => Some(Work::Light),
+            None if !is_resting => Some(Work::Begin),
+            None => None,
+        }
+    }
+
+    fn has_time(&self, work: &Work, is_first: bool) -> bool {
+        let (stage, units) = match work {
+            Work::Begin | Work::Preview => return true,
+            Work::Project => ("project", 1.0),
+            Work::Pass => ("draw", 1.0),
+            Work::Show => ("display", 1.0),
+            Work::Light => {
+                let next = self.core.job.as_ref().and_then(|job| job.steps.front());
+                let Some(step) = next else {
+                    return true;
+                };
+                (step.stage(), self.core.lighting.units(step))
+            }
+        };
+        self.pacer.has_time(stage, units, is_first)
+    }
+
+    fn work(&mut self, work: &Work) -> Result<(), RenderError> {
+        match work {
+            Work::Begin => self.begin(),
+            Work::Light => self.light(),
+            Work::Preview => self.preview(),
+            Work::Project => {
+                let view = self.drawn_view();
+                self.core.ribbons.set_view(&self.core.context, &view);
+                let stamp = self.clock.stamp("project");
+                self.core
+                    .ribbons
+                    .project(&self.core.context, &self.core.projection, stamp);
+                self.picture.is_projected = true;
+                self.picture.band_ends =
+                    parts::bands(&view, &self.core.scene.strands, &self.spread, &self.parts);
+                self.restart_samples();
+                self.submitted("project", 1.0)
+            }
+            Work::Pass => {
+                let Some(target) = &self.target else {
+                    return Ok(());
+                };
+                let samples = self.of_samples();
+                let Drawn {
+                    band_ends,
+                    bands,
+                    passes,
+                    ..
+                } = &mut self.picture;
+                // Bands are not measured one by one.
+                let stamp = match band_ends.len() {
+                    ..=1 => self.clock.stamp("draw"),
+                    _ => Stamp::default(),
+                };
+                let (context, drawn) = (&self.core.context, (&self.draw, &self.core.ribbons));
+                if *passes == 0 && *bands == 0 {
+                    target.clear(context);
+                }
+                let of_pass = PassSamples::of(*passes, samples);
+                let band = band(band_ends, *bands);
+                target.pass(context, drawn, self.core.front, of_pass, &band, stamp);
+                *bands += 1;
+                if *bands < band_ends.len() {
+                    return self.submitted("draw", 1.0);
+                }
+                *bands = 0;
+                *passes += 1;
+                let passes = *passes;
+                self.submitted("draw", 1.0)?;
+                let is_whole = PASS_SAMPLES * passes <= samples;
+                let is_due = !self.is_still && is_whole && Noise::is_due(passes);
+                if let Some(target) = self.target.as_ref().filter(|_| is_due) {
+                    let stamp = self.clock.stamp("noise");
+                    self.noise.look(&self.core.context, target, passes, stamp);
+                    self.submitted("noise", 1.0)?;
+                }
+                Ok(())
+            }
+            Work::Show => {
+                let samples = self.samples_of(self.picture.passes);
+                let Some(target) = &mut self.target else {
+                    return Ok(());
+                };
+                let (context, draw, ribbons) = (&self.core.context, &self.draw, &self.core.ribbons);
+                let background = (&self.core.scene.background, samples);
+                let lit = self.core.lighting.lit();
+                let stamp = self.clock.stamp("composite");
+                target.composite(context, draw, ribbons, background, lit, stamp);
+                self.submitted("composite", 1.0)?;
+                let passes = self.picture.passes;
+                let Some(target) = self.target.as_ref().filter(|_| self.tile.is_none()) else {
+                    // Tiles are not shown.
+                    self.picture.shown = passes;
+                    return Ok(());
+                };
+                let (context, ribbons) = (&self.core.context, &self.core.ribbons);
+                let stamp = self.clock.stamp("display");
+                let (exposure, tone_map) = (self.core.scene.exposure, self.core.scene.tone_map);
+                if let Some(next) = self.next_screen.take() {
+                    self.screen = next;
+                }
+                let from = (ribbons, target);
+                self.screen
+                    .show(context, &self.show, from, exposure, tone_map, stamp);
+                self.picture.shown = self.picture.passes;
+                self.submitted("display", 1.0)
+            }
+        }
+    }
+}

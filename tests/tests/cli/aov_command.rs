@@ -1,0 +1,288 @@
+//! `strandlight render --aov`: layers that add up to the picture.
+
+use std::path::Path;
+
+use strandlight_cpu as cpu;
+use strandlight_formats::{Background, BakedFile, LightSet, Lobe, Scene};
+use strandlight_reference::compare::Layer;
+use strandlight_runtime::Session;
+use strandlight_scene::PreparedScene;
+use strandlight_tests::scenes::{curtain, light, write_scene, write_small_scene};
+use strandlight_tests::{assert_done, assert_refused, strandlight};
+
+/// A small scene on disk, with a light that is muted and one of hardly any power.
+fn scene_in(folder: &Path) {
+    let mut groom = curtain(80, 5, 0.05, 2.0);
+    for (ix, point) in groom.points.iter_mut().enumerate() {
+        point[2] += 0.05 * (ix / 5 % 7) as f32;
+    }
+    let lights = vec![
+        light([-0.6, 0.0, 0.8], 0.2, [20.0, 8.0, 2.0]),
+        light([0.6, 0.0, 0.8], 0.5, [1.0, 2.0, 4.0]),
+        light([0.0, 1.0, 0.0], 1.2, [0.3, 0.4, 0.5]),
+        light([0.0, 0.0, -1.0], 0.3, [9.0, 9.0, 9.0]),
+        light([0.0, -1.0, 0.0], 0.3, [0.002, 0.002, 0.002]),
+    ];
+    write_small_scene(folder, &groom, lights, |scene| {
+        scene.hair.diameter_cm = Some(0.06);
+        scene.hair.sigma_a = [0.05, 0.1, 0.2];
+        scene.lights.muted = vec![3];
+        scene.render.size = [40, 30];
+        scene.render.samples = 16;
+        scene.render.shadow_maps = 8;
+        scene.render.background = Background::Lights;
+    });
+}
+
+fn layer(path: &Path, name: Option<&str>) -> Vec<[f32; 3]> {
+    match Layer::read(path, name) {
+        Ok(layer) => layer.rgb,
+        Err(error) => panic!("{name:?}: {error}"),
+    }
+}
+
+fn sum(layers: &[Vec<[f32; 3]>]) -> Vec<[f32; 3]> {
+    let n_pixels = layers[0].len();
+    let pixel = |ix: usize| [0, 1, 2].map(|c| layers.iter().map(|layer| layer[ix][c]).sum());
+    (0..n_pixels).map(pixel).collect()
+}
+
+/// Root of the mean squared difference over the root mean square of `b`.
+fn relative(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
+    let square = |x: f32| f64::from(x) * f64::from(x);
+    let pairs = a.iter().flatten().zip(b.iter().flatten());
+    let difference: f64 = pairs.map(|(a, b)| square(a - b)).sum();
+    let norm: f64 = b.iter().flatten().map(|&b| square(b)).sum();
+    assert!(norm > 0.0, "nothing to compare with");
+    (difference / norm).sqrt()
+}
+
+/// A light that is off keeps its place: in the prepared scene however it was prepared, in the names
+/// of layers, and for the viewer. The picture is that of a set without it.
+#[test]
+fn lights_have_the_numbers_of_the_set_though_some_are_off() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let set = LightSet::read(&at.join("a.lights")).expect("a light set");
+    let mut scene = Scene::read(&at.join("a.toml")).expect("a scene");
+    scene.render.background = Background::Color([0.0; 3]);
+    let bits = |rgb: [f32; 3]| rgb.map(f32::to_bits);
+    for (name, muted, solo, on) in [
+        ("muted", vec![0, 3], vec![], &[1, 2, 4][..]),
+        ("solo", vec![], vec![1, 4], &[1, 4]),
+        ("both", vec![4], vec![3, 4], &[3]),
+    ] {
+        (scene.lights.muted, scene.lights.solo) = (muted, solo);
+        let file = format!("{name}.toml");
+        write_scene(at, &file, &scene);
+        let loaded = PreparedScene::load_at(&Scene::read(&at.join(&file)).expect("valid"), 0.0);
+        let loaded = loaded.expect("all files");
+        assert_eq!(loaded.lights.len(), set.lights.len());
+        for (ix, (light, of_set)) in loaded.lights.iter().zip(&set.lights).enumerate() {
+            assert_eq!(light.lambda, of_set.lambda, "{name}: {ix}");
+            let shines = light.rgb.iter().any(|&x| x > 0.0);
+            assert_eq!(shines, on.contains(&ix), "{name}: {ix}");
+        }
+        let session = Session::open(&at.join(&file)).expect("a scene");
+        let prepared = session.prepared().expect("all files");
+        assert_eq!(prepared.lights, loaded.lights, "{name}");
+        assert_eq!(session.assets().light_colors(&session.scene().lights), {
+            loaded
+                .lights
+                .iter()
+                .map(|light| light.rgb)
+                .collect::<Vec<_>>()
+        });
+
+        let mut command = strandlight();
+        command
+            .current_dir(at)
+            .args(["render", &file, "--backend", "cpu"]);
+        assert_done(command.args(["-o", "layers.exr", "--aov", "lights"]));
+        for ix in 0..set.lights.len() {
+            let layer = Layer::read(&at.join("layers.exr"), Some(&format!("light.{ix:03}")));
+            assert_eq!(layer.is_ok(), on.contains(&ix), "{name}: {ix}");
+        }
+
+        let without = LightSet {
+            lights: on.iter().map(|&ix| set.lights[ix]).collect(),
+            ..set.clone()
+        };
+        without.write(&at.join("without.lights")).expect("written");
+        let mut other = Scene::new("a.groom", "without.lights");
+        (other.hair, other.render) = (scene.hair.clone(), scene.render.clone());
+        write_scene(at, "without.toml", &other);
+        let picture = |file: &str| {
+            let scene = Scene::read(&at.join(file)).expect("valid");
+            let scene = PreparedScene::load(&scene).expect("all files");
+            let picture = cpu::render(&scene, &scene.camera, [40, 30], 16);
+            picture.expect("valid").0.rgba
+        };
+        let (found, expected) = (picture(&file), picture("without.toml"));
+        assert!(
+            expected
+                .iter()
+                .any(|pixel| bits([pixel[0], pixel[1], pixel[2]]) != [0; 3])
+        );
+        assert!(found == expected, "{name}: black lights change the picture");
+    }
+}
+
+#[test]
+fn gpu_layers_add_up_to_the_picture() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    for backend in ["gpu", "cpu"] {
+        let file = format!("{backend}.exr");
+        let plain = format!("{backend}-plain.exr");
+        let render = |args: &[&str]| {
+            let mut command = strandlight();
+            command
+                .current_dir(at)
+                .args(["render", "a.toml", "--backend", backend]);
+            assert_done(command.args(args))
+        };
+        let said = render(&["-o", &file, "--aov", "terms,modes,lights"]);
+        assert!(said.contains("15 layers"), "{said}");
+        render(&["-o", &plain]);
+        let read = |name: &str| layer(&at.join(&file), Some(name));
+        let beauty = layer(&at.join(&file), None);
+        let total = read("total");
+        let check = |what: &str, layers: &[&str], whole: &[[f32; 3]]| {
+            let layers: Vec<_> = layers.iter().map(|name| read(name)).collect();
+            let error = relative(&sum(&layers), whole);
+            println!("{backend}: {what}: {error:.1e}");
+            assert!(error < 1e-3, "{backend}: {what}: {error}");
+        };
+        check("background", &["total", "background"], &beauty);
+        check("terms", &["single", "global", "local"], &total);
+        check(
+            "modes of single",
+            &["single.R", "single.TT", "single.TRT"],
+            &read("single"),
+        );
+        check(
+            "modes of global",
+            &["global.R", "global.TT", "global.TRT"],
+            &read("global"),
+        );
+        check(
+            "lights",
+            &["light.000", "light.001", "light.002", "light.004"],
+            &total,
+        );
+        assert!(
+            Layer::read(&at.join(&file), Some("light.003")).is_err(),
+            "muted"
+        );
+        // The picture is the one without layers.
+        let alone = layer(&at.join(&plain), None);
+        let error = relative(&beauty, &alone);
+        println!("{backend}: with and without layers: {error:.1e}");
+        assert!(error < 1e-3, "{error}");
+        // Every layer has something of its own.
+        let modes = [read("single.R"), read("single.TT"), read("single.TRT")];
+        for (ix, mode) in modes.iter().enumerate() {
+            assert!(relative(mode, &modes[(ix + 1) % 3]) > 0.1);
+        }
+    }
+}
+
+#[test]
+fn groups_of_lights_and_fewer_modes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let mut scene = Scene::read(&at.join("a.toml")).expect("valid");
+    scene.hair.modes = vec![Lobe::R, Lobe::Trt];
+    scene.render.background = Background::None;
+    scene.render.scattering = strandlight_formats::Scattering::Single;
+    write_scene(at, "b.toml", &scene);
+    let args = [
+        "render",
+        "b.toml",
+        "-o",
+        "b.exr",
+        "--backend",
+        "cpu",
+        "--json",
+    ];
+    let said = assert_done(strandlight().current_dir(at).args(args).args([
+        "--aov",
+        "modes,lights",
+        "--light-group",
+        "warm=0,3",
+    ]));
+    let report: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    let expected = [
+        "total",
+        "single.R",
+        "single.TRT",
+        "light.warm",
+        "light.rest",
+    ];
+    assert_eq!(report["layers"], serde_json::json!(expected));
+    let read = |name: &str| layer(&at.join("b.exr"), Some(name));
+    let total = read("total");
+    assert!(relative(&sum(&[read("light.warm"), read("light.rest")]), &total) < 1e-3);
+    assert!(relative(&sum(&[read("single.R"), read("single.TRT")]), &total) < 1e-3);
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    for (args, needles) in [
+        (
+            &["-o", "a.png", "--aov", "terms"][..],
+            &["a.png", ".exr"][..],
+        ),
+        (&["-o", "a.exr", "--aov", "colours"], &["colours"]),
+        (&["-o", "a.exr", "--light-group", "a=0"], &["--aov"]),
+        (
+            &["-o", "a.exr", "--aov", "lights", "--light-group", "a=9"],
+            &["group a", "light 9"],
+        ),
+        (
+            &[
+                "-o",
+                "a.exr",
+                "--aov",
+                "lights",
+                "--light-group",
+                "a=0",
+                "--light-group",
+                "b=0",
+            ],
+            &["group b", "light 0", "two groups"],
+        ),
+        (
+            &["-o", "a.exr", "--aov", "lights", "--light-group", "rest=0"],
+            &["rest"],
+        ),
+        (
+            &[
+                "-o",
+                "a.exr",
+                "--aov",
+                "terms,modes,lights",
+                "--size",
+                "8192x1024",
+            ],
+            &["layers", "bytes", "--size"],
+        ),
+    ] {
+        let mut command = strandlight();
+        assert_refused(
+            command
+                .current_dir(at)
+                .args(["render", "a.toml", "--backend", "cpu"])
+                .args(args),
+            needles,
+        );
+        assert!(!at.join("a.exr").exists());
+    }
+}

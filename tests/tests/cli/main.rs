@@ -1,0 +1,21 @@
+//! `strandlight` and `strandview` from the outside.
+
+mod aov_command;
+mod bad_input;
+mod bench_command;
+mod compare_command;
+mod docs;
+mod formats_commands;
+mod lights_command;
+mod outputs;
+mod painted_command;
+mod pipeline;
+mod probe_cli;
+mod reference_command;
+mod render_command;
+mod render_files;
+mod render_flags;
+mod scenes_command;
+mod script_command;
+mod stress_command;
+mod tables_default;

@@ -1,0 +1,240 @@
+//! Flags of `strandlight render` together: each pair is honoured or refused.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use strandlight_formats::{CameraSection, MotionSection, Scattering, Scene, WindSection};
+use strandlight_scene::files::Files;
+use strandlight_scene::provenance::Recorder;
+use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
+use strandlight_tests::{assert_done, strandlight};
+
+use super::render_files::header;
+
+/// A flag of `render` and its value, if it takes one.
+const FLAGS: [(&str, &str); 14] = [
+    ("--set", "hair.eta=1.7"),
+    ("--script", "s.json"),
+    ("--turntable", "2"),
+    ("--aov", "lights"),
+    ("--light-group", "key=0"),
+    ("--size", "20x10"),
+    ("--samples", "8"),
+    ("--backend", "cpu"),
+    ("--scattering", "single"),
+    ("--shadow-maps", "5"),
+    ("--transmittance", "ray"),
+    ("--time", "0.75"),
+    ("--stats", ""),
+    ("--json", ""),
+];
+
+/// A small scene in the wind, with a view of its own.
+fn moving_scene_in(at: &Path) {
+    write_small_scene(at, &curtain(20, 6, 0.2, 0.0), key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.1);
+        scene.render.size = [24, 16];
+        scene.render.samples = 4;
+        scene.render.shadow_maps = 3;
+        scene.camera = Some(CameraSection {
+            position: [0.0, -2.0, 16.0],
+            target: [0.0, -2.0, 0.0],
+            up: [0.0, 1.0, 0.0],
+            fov_deg: 30.0,
+        });
+        scene.motion = Some(MotionSection {
+            wind: Some(WindSection {
+                speed: 20.0,
+                gust: 1.0,
+                stiffness: 1.0,
+                ..WindSection::default()
+            }),
+            ..MotionSection::default()
+        });
+    });
+}
+
+#[test]
+fn every_pair_of_flags_is_honoured_or_refused_by_name() {
+    // The table is complete: a new flag needs a line in it.
+    let help = assert_done(strandlight().args(["render", "--help"]));
+    let told = help.lines().filter_map(|line| {
+        let mut words = line.split_whitespace();
+        let first = words.next().filter(|word| word.starts_with('-'))?;
+        let long = match first.starts_with("--") {
+            true => first,
+            false => words.next()?,
+        };
+        // Lists of values have a dash alone.
+        long.starts_with("--").then(|| long.to_owned())
+    });
+    let of_all_commands = ["--output", "--help", "--version", "--quiet", "--threads"];
+    for flag in told {
+        let is_known = FLAGS.iter().any(|(known, _)| flag == *known);
+        assert!(is_known || of_all_commands.contains(&&*flag), "{flag}");
+    }
+
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    moving_scene_in(at);
+    fs::write(at.join("s.json"), r#"[{"frame": "first"}]"#).expect("written");
+    let plain = Scene::read(&at.join("a.toml")).expect("valid");
+    let mut recorder = Recorder::new(&Files::Disk);
+    let mut n_refused = 0;
+    for (ix, a) in FLAGS.into_iter().enumerate() {
+        for b in FLAGS[ix + 1..].iter().copied() {
+            let pair = [a, b];
+            let has = |flag: &str| pair.iter().any(|(known, _)| *known == flag);
+            let is_many = has("--script") || has("--turntable");
+            let out = if is_many { "frames" } else { "a.exr" };
+            let mut command = strandlight();
+            command
+                .current_dir(at)
+                .args(["render", "a.toml", "-o", out]);
+            for (flag, value) in pair {
+                command.arg(flag);
+                if !value.is_empty() {
+                    command.arg(value);
+                }
+            }
+            if !has("--backend") {
+                command.args(["--backend", "cpu"]);
+            }
+            if !has("--json") {
+                command.arg("--json");
+            }
+            // Groups are of lights alone, and only the flags of other pictures are in their way.
+            let in_the_way = is_many || has("--transmittance") || has("--aov");
+            if has("--light-group") && !in_the_way {
+                command.args(["--aov", "lights"]);
+            }
+            let output = command.output().expect("runs");
+            let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+            let what = format!("{a:?} {b:?}: {stderr}");
+            if output.status.code() == Some(2) {
+                assert!(stderr.lines().count() == 1, "{what}");
+                assert!(stderr.contains(a.0) && stderr.contains(b.0), "{what}");
+                assert!(!at.join(out).exists(), "{what}");
+                n_refused += 1;
+                continue;
+            }
+            assert!(output.status.success(), "{what}");
+            let report: Value = serde_json::from_slice(&output.stdout).expect("one document");
+            // What the picture must be of.
+            let mut scene = plain.clone();
+            let seconds = if has("--time") { 0.75 } else { 0.0 };
+            if has("--set") {
+                scene.hair.eta = 1.7;
+            }
+            if has("--size") {
+                scene.render.size = [20, 10];
+            }
+            if has("--samples") {
+                scene.render.samples = 8;
+            }
+            if has("--scattering") {
+                scene.render.scattering = Scattering::Single;
+            }
+            if has("--shadow-maps") {
+                scene.render.shadow_maps = 5;
+            }
+            let expected = recorder.record(&scene, seconds).expect("readable");
+            let file = match (has("--script"), has("--turntable")) {
+                (true, _) => "frames/first.exr",
+                (_, true) => "frames/0000.exr",
+                _ => "a.exr",
+            };
+            let (texts, channels) = header(&at.join(file));
+            for (name, value) in expected.entries() {
+                assert_eq!(texts.get(name), Some(value), "{name}: {what}");
+            }
+            let samples = scene.render.samples.to_string();
+            assert_eq!(texts["strandlight/samples"], samples, "{what}");
+            assert_eq!(texts["strandlight/backend"], "cpu", "{what}");
+            let of_frame = if is_many {
+                &report["frames"][0]
+            } else {
+                &report
+            };
+            assert_eq!(of_frame["time"], seconds, "{what}");
+            assert_eq!(
+                of_frame["size"],
+                serde_json::json!(scene.render.size),
+                "{what}"
+            );
+            let has_layer = |name: &str| channels.iter().any(|channel| channel == name);
+            assert_eq!(has_layer("light.key.R"), has("--light-group"), "{what}");
+            let is_layered = has("--aov") || has("--light-group");
+            assert_eq!(has_layer("total.R"), is_layered, "{what}");
+            let is_single = has("--aov") && !has("--light-group");
+            assert_eq!(has_layer("light.000.R"), is_single, "{what}");
+            let method = texts.get("strandlight/transmittance").map(String::as_str);
+            assert_eq!(method, has("--transmittance").then_some("ray"), "{what}");
+            assert_eq!(stderr.contains("voxelise"), has("--stats"), "{what}");
+            if has("--turntable") {
+                assert!(at.join("frames/0001.exr").exists(), "{what}");
+            }
+            match is_many {
+                true => fs::remove_dir_all(at.join(out)).expect("there"),
+                false => fs::remove_file(at.join(out)).expect("there"),
+            }
+        }
+    }
+    // Script, turntable and layers; groups with the first two; baselines with these four and maps.
+    assert_eq!(n_refused, 3 + 2 + 5);
+}
+
+#[test]
+fn gpu_layers_and_frames_are_of_the_hair_at_the_time() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    moving_scene_in(at);
+    fs::write(
+        at.join("s.json"),
+        r#"[{"frame": "a"}, {"time": 0}, {"frame": "b"}]"#,
+    )
+    .expect("written");
+    let pixels = |file: &str| {
+        let layer = strandlight_reference::compare::Layer::read(&at.join(file), None);
+        layer.expect("readable").rgb
+    };
+    for backend in ["cpu", "gpu"] {
+        let render = |args: &str| {
+            let mut command = strandlight();
+            command.current_dir(at).args(["render", "a.toml"]);
+            let output = command
+                .args(["--backend", backend])
+                .args(args.split(' '))
+                .output()
+                .expect("runs");
+            assert!(output.status.success(), "{output:?}");
+            String::from_utf8_lossy(&output.stderr).into_owned()
+        };
+        render("-o rest.exr");
+        render("-o moved.exr --time 0.75");
+        render("-o layers.exr --time 0.75 --aov terms");
+        let said = render("-o frames --time 0.75 --script s.json --stats");
+        // One for each frame.
+        assert_eq!(said.matches("shadow maps  ").count(), 2, "{said}");
+        render("-o turn --time 0.75 --turntable 1");
+        let apart = |a: &str, b: &str| {
+            let (a, b) = (pixels(a), pixels(b));
+            let pairs = a.iter().flatten().zip(b.iter().flatten());
+            let sum: f32 = pairs.clone().map(|(a, b)| (a - b).abs()).sum();
+            sum / pairs.map(|(_, b)| b.abs()).sum::<f32>()
+        };
+        let moved = apart("rest.exr", "moved.exr");
+        // 0.025: the breeze blows at rest, too; what differs are its gusts.
+        assert!(moved > 0.01, "{backend}: the wind moves hair: {moved}");
+        for (file, expected) in [
+            ("layers.exr", "moved.exr"),
+            ("frames/a.exr", "moved.exr"),
+            ("frames/b.exr", "rest.exr"),
+            ("turn/0000.exr", "moved.exr"),
+        ] {
+            let error = apart(file, expected);
+            assert!(error < 0.02 * moved, "{backend}: {file}: {error}, {moved}");
+        }
+    }
+}

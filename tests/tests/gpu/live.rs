@@ -1,0 +1,585 @@
+//! The renderer as a state machine: its finished picture is the renderer's, after every edit that
+//! of a fresh one, and an edit touches what it must and nothing else.
+
+use std::time::Duration;
+
+use glam::{Quat, Vec3};
+use strandlight_formats::{Background, Scattering};
+use strandlight_render::ProgressiveRenderer;
+use strandlight_render::gpu::{Context, Counts};
+use strandlight_render::passes::DeviceBytes;
+use strandlight_render::progressive::RenderReport;
+use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::proxy::Proxy;
+use strandlight_scene::tone::ToneMap;
+use strandlight_scene::{Camera, Picture, PreparedScene, RenderError};
+use strandlight_tests::render_common::{self, context, keep, picture_rmse, wig_scene};
+
+/// A row of the display's texels is 512 bytes, as copies want it.
+const SIZE: [u32; 2] = [128, 96];
+const SAMPLES: u32 = 16;
+
+fn scene() -> PreparedScene {
+    let mut scene = wig_scene(300);
+    scene.set_scattering(Scattering::Total);
+    (scene.size, scene.samples) = (SIZE, SAMPLES);
+    scene
+}
+
+fn fresh(context: &Context, scene: &PreparedScene) -> Picture {
+    let mut live = ProgressiveRenderer::new(context, scene.clone()).unwrap();
+    live.finish(SAMPLES).unwrap()
+}
+
+fn turned(camera: &Camera, degrees: f32) -> Camera {
+    let turn = Quat::from_rotation_y(degrees.to_radians());
+    Camera {
+        eye: camera.target + turn * (camera.eye - camera.target),
+        ..*camera
+    }
+}
+
+/// With what is read without waiting.
+fn report(context: &Context, live: &mut ProgressiveRenderer) -> RenderReport {
+    context.wait("report").unwrap();
+    live.advance(Duration::ZERO).unwrap();
+    live.report().clone()
+}
+
+#[test]
+fn the_finished_picture_is_the_renderers() {
+    let context = context();
+    let scene = scene();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (expected, stats) = renderer
+        .render_to_image(&scene.camera, SIZE, SAMPLES)
+        .unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let picture = live.finish(SAMPLES).unwrap();
+    let error = picture_rmse(&picture, &expected);
+    println!("{error:.2e}");
+    assert!(error < 1e-6, "{error}");
+    let after = report(&context, &mut live);
+    assert_eq!(after.stats.terms, stats.terms);
+    for name in ["shadow maps", "transmittance", "shade", "draw", "display"] {
+        let stage = after.stage(name).unwrap();
+        assert!(stage.runs > 0 && stage.milliseconds > 0.0, "{stage:?}");
+    }
+    if context.has_timestamps() {
+        let measured = after
+            .stages
+            .iter()
+            .filter_map(|stage| stage.gpu_milliseconds);
+        let all: f64 = measured.clone().sum();
+        println!("{all} ms by the device's clock");
+        assert!(all > 0.0 && measured.count() >= 2, "{:?}", after.stages);
+    }
+    // A second frame of the same view needs no maps.
+    let (again, _) = renderer
+        .render_to_image(&scene.camera, SIZE, SAMPLES)
+        .unwrap();
+    assert!(picture_rmse(&again, &expected) < 1e-6);
+}
+
+#[test]
+fn the_first_picture_comes_before_any_shadow_and_leaves_no_trace() {
+    let context = context();
+    for has_ground in [false, true] {
+        let mut scene = scene();
+        scene.background = Background::Color([0.0; 3]);
+        if has_ground {
+            let height = scene.strands.centre.y - scene.strands.radius;
+            let albedo = [0.4; 3];
+            scene.proxies = vec![Proxy::Ground { height, albedo }];
+        }
+        let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        // As little as a turn can do.
+        let progress = live.advance(Duration::ZERO).unwrap();
+        assert_eq!(progress.samples, 4);
+        assert!(!progress.is_shaded && !progress.is_done, "{progress:?}");
+        let first = live.report().clone();
+        assert_eq!((first.runs("first look"), first.shadings), (1, 0));
+        for stage in ["voxelise", "shadow maps", "transmittance", "shade"] {
+            assert_eq!(first.runs(stage), 0, "{stage}");
+        }
+        let look = live.read_display().unwrap();
+        while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
+        let after = live.report().clone();
+        assert_eq!((after.runs("first look"), after.runs("voxelise")), (1, 1));
+        let lit = live.read_display().unwrap();
+        // About as bright.
+        let sum = |pixels: &[[u8; 4]]| pixels.iter().map(|p| f64::from(p[1])).sum::<f64>();
+        let ratio = sum(&look) / sum(&lit);
+        println!("brightness of the first look: {ratio:.2} of the lit picture's");
+        assert!((0.6..1.6).contains(&ratio), "{ratio}");
+        // Nothing of it is left.
+        let mut unseen = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let expected = unseen.finish(SAMPLES).unwrap();
+        assert_eq!(unseen.report().runs("first look"), 0);
+        assert_eq!(live.finish(SAMPLES).unwrap(), expected);
+        assert_eq!(after.device_bytes, unseen.report().device_bytes);
+    }
+}
+
+type Edit = fn(&mut ProgressiveRenderer, &mut PreparedScene);
+
+/// What the frames after an edit may do: runs of stages that it needs, those that it must not have.
+struct Case {
+    name: &'static str,
+    edit: Edit,
+    runs: &'static [&'static str],
+    runs_not: &'static [&'static str],
+    /// Nothing is made on the device.
+    is_free: bool,
+}
+
+const CASES: [Case; 9] = [
+    Case {
+        name: "hair",
+        edit: |live, scene| {
+            let hair = HairParams {
+                sigma_a: [0.9, 0.6, 0.2],
+                ..HairParams::default()
+            };
+            live.set_hair(&hair, &Lobe::ALL).unwrap();
+            scene.hair.edit(&hair, &Lobe::ALL).unwrap();
+        },
+        runs: &["shade", "draw", "display"],
+        runs_not: &["voxelise", "shadow maps", "transmittance", "project"],
+        is_free: true,
+    },
+    Case {
+        name: "densities",
+        edit: |live, scene| {
+            live.set_densities([0.3, 0.9]);
+            scene.densities = [0.3, 0.9];
+        },
+        runs: &["shade", "draw"],
+        runs_not: &["voxelise", "shadow maps", "transmittance", "project"],
+        is_free: true,
+    },
+    Case {
+        name: "camera",
+        edit: |live, scene| {
+            scene.camera = turned(&scene.camera, 25.0);
+            live.set_camera(scene.camera);
+        },
+        runs: &["shadow maps", "project", "shade", "draw"],
+        runs_not: &["voxelise", "transmittance"],
+        is_free: true,
+    },
+    Case {
+        name: "grade",
+        edit: |live, scene| {
+            scene.background = Background::Color([0.1, 0.2, 0.3]);
+            (scene.exposure, scene.tone_map) = (0.7, ToneMap::None);
+            live.set_grade(scene.exposure, scene.tone_map, scene.background);
+        },
+        runs: &["composite", "display"],
+        runs_not: &["shade", "draw", "project", "shadow maps"],
+        is_free: true,
+    },
+    Case {
+        name: "light colours",
+        edit: |live, scene| {
+            // The same share of the whole for each, so the same maps.
+            let rgb: Vec<[f32; 3]> = scene
+                .lights
+                .iter()
+                .map(|light| light.rgb.map(|x| 0.3 * x))
+                .collect();
+            live.set_light_colors(&rgb).unwrap();
+            for (light, rgb) in scene.lights.iter_mut().zip(rgb) {
+                light.rgb = rgb;
+            }
+        },
+        runs: &["shade", "draw"],
+        runs_not: &["voxelise", "shadow maps", "transmittance", "project"],
+        is_free: true,
+    },
+    Case {
+        name: "lights",
+        edit: |live, scene| {
+            let turn = Quat::from_rotation_y(0.6);
+            for light in &mut scene.lights {
+                light.direction = (turn * Vec3::from(light.direction)).to_array();
+            }
+            live.set_lights(scene.lights.clone()).unwrap();
+        },
+        runs: &["shadow maps", "transmittance", "shade", "draw"],
+        runs_not: &["voxelise", "project"],
+        is_free: false,
+    },
+    Case {
+        name: "points",
+        edit: |live, scene| {
+            let shear = |&[x, y, z, radius]: &[f32; 4]| [x + 0.2 * y, y, 1.1 * z, radius];
+            let points: Vec<[f32; 4]> = scene.strands.points.iter().map(shear).collect();
+            live.set_points(&points).unwrap();
+            scene.strands = scene.strands.moved(&points).unwrap();
+        },
+        runs: &[
+            "voxelise",
+            "shadow maps",
+            "transmittance",
+            "project",
+            "draw",
+        ],
+        runs_not: &[],
+        is_free: false,
+    },
+    Case {
+        name: "modes",
+        edit: |live, scene| {
+            let hair = *scene.hair.hair();
+            live.set_hair(&hair, &[Lobe::R, Lobe::Trt]).unwrap();
+            scene.hair.edit(&hair, &[Lobe::R, Lobe::Trt]).unwrap();
+        },
+        runs: &["shade", "draw"],
+        runs_not: &["voxelise", "shadow maps", "transmittance", "project"],
+        is_free: false,
+    },
+    Case {
+        name: "scattering",
+        edit: |live, scene| {
+            live.set_scattering(Scattering::Local);
+            scene.set_scattering(Scattering::Local);
+        },
+        runs: &["shade", "draw"],
+        runs_not: &["voxelise", "shadow maps", "transmittance", "project"],
+        is_free: false,
+    },
+];
+
+#[test]
+fn every_edit_gives_the_picture_of_a_fresh_start_and_touches_what_it_must() {
+    let context = context();
+    let mut scene = scene();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let mut before = live.finish(SAMPLES).unwrap();
+    let made = live.report().counts;
+    assert!(made.geometry_uploads > 0 && made.pipelines > 5, "{made:?}");
+    // One after the other, each on top of those before it.
+    for case in CASES {
+        let name = case.name;
+        (case.edit)(&mut live, &mut scene);
+        let after = live.finish(SAMPLES).unwrap();
+        let report = live.report().clone();
+        let expected = fresh(&context, &scene);
+        let (error, changed) = (
+            picture_rmse(&after, &expected),
+            picture_rmse(&after, &before),
+        );
+        println!("{name}: {error:.2e} of {changed:.2e}, {:?}", report.counts);
+        assert!(error < 1e-6 && changed > 0.01, "{name}: {error} {changed}");
+        for stage in case.runs {
+            assert!(report.runs(stage) > 0, "{name}: no {stage}");
+        }
+        for stage in case.runs_not {
+            assert_eq!(report.runs(stage), 0, "{name}: {stage}");
+        }
+        if case.is_free {
+            assert_eq!(report.counts, Counts::default(), "{name}");
+        }
+        let is_geometry = name == "points";
+        assert_eq!(report.counts.geometry_uploads, u64::from(is_geometry));
+        if name == "light colours" {
+            keep("live-after", &after);
+        }
+        // There and back: the pipelines are still there.
+        if name == "modes" {
+            assert_eq!(report.counts.pipelines, 1);
+            let hair = *scene.hair.hair();
+            live.set_hair(&hair, &Lobe::ALL).unwrap();
+            let back = live.finish(SAMPLES).unwrap();
+            assert!(picture_rmse(&back, &before) < 1e-6);
+            assert_eq!(live.report().counts.pipelines, 0);
+            scene.hair.edit(&hair, &Lobe::ALL).unwrap();
+            continue;
+        }
+        before = after;
+    }
+}
+
+#[test]
+fn muted_lights_are_not_looked_at_and_keep_their_shadows() {
+    let context = context();
+    let mut scene = scene();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let all = live.finish(SAMPLES).unwrap();
+    let products = |report: &RenderReport| report.stats.products().iter().sum::<u64>();
+    let of_all = products(&report(&context, &mut live));
+    let n_points = scene.strands.points.len() as u64;
+    let skipped = live.report().stats.points_skipped;
+    assert_eq!(of_all, 4 * 5 * (n_points - skipped));
+    let colors: Vec<[f32; 3]> = scene.lights.iter().map(|light| light.rgb).collect();
+    let mut some = colors.clone();
+    some[0] = [0.0; 3];
+    some[3] = [0.0; 3];
+    live.set_light_colors(&some).unwrap();
+    let muted = live.finish(SAMPLES).unwrap();
+    assert_eq!(live.report().counts, Counts::default());
+    let after = report(&context, &mut live);
+    assert_eq!(5 * products(&after), 3 * of_all);
+    assert_eq!(after.runs("shadow maps") + after.runs("transmittance"), 0);
+    // The others alone, which share out the maps anew: shadows differ a little.
+    scene.lights.remove(3);
+    scene.lights.remove(0);
+    let error = picture_rmse(&muted, &fresh(&context, &scene));
+    println!("muted against absent: {error:.2e}");
+    assert!(error < 0.05 && picture_rmse(&muted, &all) > 0.1, "{error}");
+    // No light at all: black, and no error.
+    live.set_light_colors(&[[0.0; 3]; 5]).unwrap();
+    let dark = live.finish(4).unwrap();
+    assert!(dark.rgba.iter().all(|[r, g, b, _]| r + g + b == 0.0));
+    assert_eq!(products(&report(&context, &mut live)), 0);
+    live.set_light_colors(&colors).unwrap();
+    assert!(picture_rmse(&live.finish(SAMPLES).unwrap(), &all) < 1e-6);
+}
+
+#[test]
+fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
+    let context = context();
+    let mut scene = scene();
+    scene.background = Background::Lights;
+    let expected = fresh(&context, &scene);
+    // Room for the records of one batch of lights only.
+    scene.record_budget = 1;
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (mut n_turns, mut samples) = (0, Vec::new());
+    let progress = loop {
+        let progress = live.advance(Duration::ZERO).unwrap();
+        n_turns += 1;
+        assert!(n_turns < 10_000);
+        // Before there is light, a draft.
+        if progress.is_shaded {
+            samples.push(progress.samples);
+        }
+        assert_eq!(progress.is_done, progress.samples == SAMPLES);
+        if progress.is_done {
+            break progress;
+        }
+    };
+    println!("{n_turns} turns, noise {:?}", progress.noise);
+    assert!(n_turns > 20 && samples.is_sorted());
+    assert!(picture_rmse(&live.finish(SAMPLES).unwrap(), &expected) < 1e-6);
+    let shown = live.read_display().unwrap();
+    let wanted = expected.to_srgb8(scene.exposure, scene.tone_map);
+    assert_eq!(shown.len(), wanted.len());
+    let apart = shown.iter().flatten().zip(wanted.iter().flatten());
+    let apart = apart.map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(apart <= Some(1), "{apart:?}");
+    // Without a background the screen's colours are multiplied by alpha.
+    live.set_grade(-1.0, ToneMap::None, Background::None);
+    let picture = live.finish(SAMPLES).unwrap();
+    let shown = live.read_display().unwrap();
+    let straight = picture.to_srgb8(-1.0, ToneMap::None);
+    let mut n_covered = 0;
+    for (shown, straight) in shown.iter().zip(straight) {
+        let [.., alpha] = straight;
+        n_covered += usize::from(alpha > 0 && alpha < 255);
+        for channel in 0..3 {
+            let wanted = f32::from(straight[channel]) * f32::from(alpha) / 255.0;
+            let apart = (f32::from(shown[channel]) - wanted).abs();
+            assert!(apart <= 2.1 && shown[3] == alpha, "{shown:?} {straight:?}");
+        }
+    }
+    assert!(n_covered > 100, "{n_covered}");
+
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    live.set_waiting(false);
+    let picture = live.finish(SAMPLES).unwrap();
+    assert!(picture_rmse(&picture, &expected) < 1e-6);
+}
+
+#[test]
+fn a_slider_that_is_dragged_is_followed() {
+    let context = context();
+    let mut live = ProgressiveRenderer::new(&context, scene()).unwrap();
+    while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
+    let before = live.report().shadings;
+    let mut hair = HairParams::default();
+    let mut n_turns = 0;
+    // Another value at every turn, which does one small step.
+    while live.report().shadings < before + 5 {
+        hair.sigma_a[0] += 0.01;
+        live.set_hair(&hair, &Lobe::ALL).unwrap();
+        live.advance(Duration::ZERO).unwrap();
+        n_turns += 1;
+        assert!(n_turns < 1000, "never lit");
+    }
+    // A camera that moves shows a draft at every turn.
+    for step in 0..5 {
+        let camera = turned(&live.scene().camera.clone(), 1.0 + step as f32);
+        live.set_camera(camera);
+        let progress = live.advance(Duration::ZERO).unwrap();
+        assert!(progress.samples >= 4 && !progress.is_shaded && !progress.is_done);
+    }
+    let scene = live.scene().clone();
+    let error = picture_rmse(&live.finish(SAMPLES).unwrap(), &fresh(&context, &scene));
+    assert!(error < 1e-6, "{error}");
+}
+
+#[test]
+fn a_window_without_extent_draws_nothing() {
+    let context = context();
+    let mut live = ProgressiveRenderer::new(&context, scene()).unwrap();
+    live.finish(4).unwrap();
+    live.set_size([0, 0]).unwrap();
+    assert!(live.advance(Duration::ZERO).unwrap().is_done);
+    assert!(live.finish(4).is_err());
+    live.set_size([0, 50]).unwrap();
+    live.set_camera(turned(&live.scene().camera.clone(), 5.0));
+    assert!(live.advance(Duration::ZERO).unwrap().is_done);
+    live.set_size([64, 48]).unwrap();
+    let mut scene = scene();
+    scene.size = [64, 48];
+    scene.camera = live.scene().camera;
+    let error = picture_rmse(&live.finish(SAMPLES).unwrap(), &fresh(&context, &scene));
+    assert!(error < 1e-6, "{error}");
+    assert!(live.set_size([9000, 2]).is_err());
+    assert_eq!(live.display().texture().width(), 64);
+}
+
+#[test]
+fn a_lost_device_is_an_error_that_says_so() {
+    let lost = Context::new().unwrap();
+    let mut live = ProgressiveRenderer::new(&lost, scene()).unwrap();
+    live.advance(Duration::ZERO).unwrap();
+    let copy = live.scene().clone();
+    lost.device.destroy();
+    let mut answers = (0..4).map(|_| live.advance(Duration::from_millis(1)));
+    let error = answers.find_map(Result::err);
+    assert!(
+        matches!(error, Some(RenderError::DeviceLost(_))),
+        "{error:?}"
+    );
+    // All that is needed is still here.
+    let again = context();
+    let mut live = ProgressiveRenderer::new(&again, copy).unwrap();
+    assert!(live.finish(4).is_ok());
+}
+
+#[test]
+fn the_least_limits_do_and_what_does_not_fit_is_named() {
+    let scene = scene();
+    let expected = fresh(&context(), &scene);
+    let least = Context::with_least_limits().unwrap();
+    assert!(!least.has_timestamps());
+    let before = least.counts();
+    let mut live = ProgressiveRenderer::new(&least, scene.clone()).unwrap();
+    let picture = live.finish(SAMPLES).unwrap();
+    assert!(picture_rmse(&picture, &expected) < 1e-6);
+    // What was said beforehand is what was made, textures of the hair and small things apart.
+    let said = DeviceBytes::new(&scene, SIZE).total() as f64;
+    let made = least.counts().since(before).bytes as f64;
+    println!("said {said:.3e}, made {made:.3e}");
+    assert!((made / said - 1.0).abs() < 0.05, "{said} {made}");
+    assert!((live.report().device_bytes as f64 / said - 1.0).abs() < 0.05);
+
+    // Records of all lights do not fit, those of a batch do.
+    let mut many = scene.clone();
+    many.lights = (0..20).flat_map(|_| scene.lights.iter().copied()).collect();
+    let mut small = many.clone();
+    small.record_budget = 0;
+    let budget = DeviceBytes::new(&small, SIZE).total();
+    assert!(DeviceBytes::new(&many, SIZE).total() > budget);
+    let live = ProgressiveRenderer::with_budget(&least, many.clone(), budget).unwrap();
+    assert!(live.report().device_bytes as f64 <= 1.02 * budget as f64);
+    let before = least.counts();
+    let refused = ProgressiveRenderer::with_budget(&least, many, budget / 2).err();
+    let text = refused.map(|error| error.to_string()).unwrap_or_default();
+    assert!(
+        text.contains("records") && text.contains("allowed"),
+        "{text}"
+    );
+    assert_eq!(least.counts(), before);
+}
+
+#[test]
+fn an_adapter_below_the_usual_limits_draws_the_same_and_says_what_it_cannot() {
+    let scene = scene();
+    let expected = fresh(&context(), &scene);
+    let small = Context::within(|limits| {
+        limits.max_texture_dimension_2d = 2048;
+        limits.max_bind_groups = 2;
+        limits.max_uniform_buffer_binding_size = 16 << 10;
+        limits.max_storage_buffer_binding_size = 32 << 20;
+        limits.max_buffer_size = 32 << 20;
+        limits.max_color_attachments = 1;
+        limits.max_inter_stage_shader_variables = 8;
+    })
+    .unwrap();
+    assert_eq!(small.device.limits().max_texture_dimension_2d, 2048);
+    let mut live = ProgressiveRenderer::new(&small, scene.clone()).unwrap();
+    assert_eq!(live.finish(SAMPLES).unwrap(), expected);
+    let refused = [live.set_size([2049, 8]), live.set_size([2048, 2048])];
+    let told = refused.map(|answer| answer.unwrap_err().to_string());
+    assert!(told[0].contains("2049x8") && told[0].contains("at most 2048"));
+    assert!(
+        told[1].contains("67108864") && told[1].contains("33554432"),
+        "{told:?}"
+    );
+    let few = Context::within(|limits| limits.max_storage_buffers_per_shader_stage = 7);
+    let told = few.unwrap_err().to_string();
+    assert!(
+        told.contains("max_storage_buffers_per_shader_stage is 7; 8"),
+        "{told}"
+    );
+}
+
+/// Steps of an orbit: how much of the noise is another from frame to frame. What the finished
+/// pictures change is taken off in squares; what is left is compared with that of pictures that
+/// have nothing in common, sqrt(2) times the noise.
+#[test]
+fn strands_do_not_crawl_while_orbiting() {
+    let context = context();
+    let mut scene = scene();
+    scene.size = [96, 72];
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let mut frame = |degrees: f32, samples: u32| {
+        live.set_camera(turned(&scene.camera, degrees));
+        live.finish(samples).unwrap()
+    };
+    let converged = frame(0.0, 512);
+    for (degrees, least, most) in [(0.05, 0.0, 0.2), (0.5, 0.0, 0.5), (20.0, 0.65, 1.2)] {
+        let other = frame(degrees, 512);
+        let truth = picture_rmse(&other, &converged);
+        for samples in [4, 16, 64] {
+            let start = frame(0.0, samples);
+            let change = picture_rmse(&frame(degrees, samples), &start);
+            let noise = picture_rmse(&start, &converged);
+            let anew = (change * change - truth * truth).sqrt() / (2.0_f64.sqrt() * noise);
+            println!(
+                "{degrees} degrees, {samples} samples: noise {noise:.3}, {anew:.3} of it anew; \
+                 change {change:.4}, of finished pictures {truth:.4}"
+            );
+            assert!((least..most).contains(&anew), "{degrees}: {anew}");
+        }
+    }
+}
+
+#[test]
+fn the_noise_that_is_left_is_known() {
+    let context = context();
+    let mut scene = scene();
+    scene.size = [96, 72];
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let converged = live.finish(2048).unwrap();
+    let rgb = |picture: &Picture| -> Vec<f32> {
+        let pixels = picture.rgba.iter();
+        pixels.flat_map(|p| [p[0], p[1], p[2]]).collect()
+    };
+    for samples in [8, 32, 128] {
+        live.set_camera(turned(&scene.camera, samples as f32));
+        live.set_camera(scene.camera);
+        live.set_samples(samples);
+        let picture = live.finish(samples).unwrap();
+        context.wait("noise").unwrap();
+        let found = live.advance(Duration::ZERO).unwrap().noise;
+        let error = render_common::relative_rmse(&rgb(&picture), &rgb(&converged));
+        println!("{samples} samples: {found:?}, error {error:.4}");
+        let ratio = f64::from(found.unwrap()) / error;
+        assert!((0.7..2.5).contains(&ratio), "{samples}: {ratio}");
+    }
+}

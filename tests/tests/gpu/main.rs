@@ -1,0 +1,10 @@
+//! Pictures and functions on the adapter; Mesa's lavapipe will do.
+
+mod live;
+mod painted;
+mod proxies;
+mod render_agreement;
+mod render_multiple;
+mod render_physics;
+mod twins_gpu;
+mod viewer;

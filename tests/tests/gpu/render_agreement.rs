@@ -1,0 +1,326 @@
+//! The GPU's picture against the CPU's: whole, and stage by stage.
+
+use glam::Vec3;
+use strandlight_cpu as cpu;
+use strandlight_formats::{Background, ImportOptions, SourceFile};
+use strandlight_render::ProgressiveRenderer;
+use strandlight_render::gpu::Context;
+use strandlight_render::passes::PartLimits;
+use strandlight_scattering::HairParams;
+use strandlight_scattering::closed_form::unpack_record;
+use strandlight_scene::shadow_maps::{MAX_DEPTH_COMPLEXITY, SHADOW_SIDE};
+use strandlight_scene::strands::Strands;
+use strandlight_scene::volume::Grid;
+use strandlight_scene::{Camera, Picture, PreparedScene, Stats};
+use strandlight_tests::render_common::{
+    self, Random, context, keep, picture_rmse, relative_rmse, wig_scene,
+};
+use strandlight_tests::samples::{hair_file, real_file};
+
+const SIZE: [u32; 2] = [120, 90];
+
+/// Relative RMSE of linear pictures (and alpha) that lavapipe and the CPU stay within; 3.7e-4 at
+/// most was measured.
+const PICTURE_TOLERANCE: f64 = 1.5e-3;
+
+/// What an adapter is held to where lavapipe is held to `measured`, a few times what it does: GPUs
+/// have exponential and trigonometric functions of their own, less exact ones.
+fn held(context: &Context, measured: f64, on_gpus: f64) -> f64 {
+    if context.is_software() {
+        measured
+    } else {
+        on_gpus
+    }
+}
+
+#[test]
+fn pictures_agree_for_every_background() {
+    let context = context();
+    let mut scene = wig_scene(400);
+    for (name, background) in [
+        ("none", Background::None),
+        ("color", Background::Color([0.2, 0.3, 0.1])),
+        ("lights", Background::Lights),
+    ] {
+        scene.background = background;
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (gpu, gpu_stats) = renderer.render_to_image(&scene.camera, SIZE, 16).unwrap();
+        let (cpu, cpu_stats) = cpu::render(&scene, &scene.camera, SIZE, 16).unwrap();
+        keep(&format!("agree-{name}-gpu"), &gpu);
+        keep(&format!("agree-{name}-cpu"), &cpu);
+        let error = picture_rmse(&gpu, &cpu);
+        println!("background {name}: {error:.2e}");
+        let tolerance = held(&context, PICTURE_TOLERANCE, 0.01);
+        assert!(error < tolerance, "background {name}: {error}");
+        let all = |stats: &Stats| stats.products().iter().sum::<u64>();
+        assert_eq!(all(&gpu_stats), all(&cpu_stats));
+        assert!(all(&cpu_stats) > 0);
+        let covered = cpu.rgba.iter().filter(|p| p[3] > 0.0).count();
+        assert!(covered > 1000, "{covered} pixels covered");
+    }
+}
+
+#[test]
+fn the_comparison_notices_a_wrong_picture() {
+    let scene = wig_scene(400);
+    let (picture, _) = cpu::render(&scene, &scene.camera, SIZE, 16).unwrap();
+    let mut brighter = picture.clone();
+    for pixel in &mut brighter.rgba {
+        pixel[1] *= 1.005;
+    }
+    assert!(picture_rmse(&brighter, &picture) > PICTURE_TOLERANCE);
+    let mut shifted = picture.clone();
+    shifted.rgba.rotate_right(1);
+    assert!(picture_rmse(&shifted, &picture) > PICTURE_TOLERANCE);
+}
+
+#[test]
+fn every_stage_agrees() {
+    let context = context();
+    let scene = wig_scene(400);
+    let grid = Grid::around(&scene.strands);
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+
+    let volume = cpu::voxelise(&scene.strands, &grid);
+    let gpu_volume = renderer.volume().unwrap();
+    let flat: Vec<f32> = volume.as_flattened().to_vec();
+    let largest = flat.iter().copied().fold(0.0, f32::max);
+    let worst = gpu_volume
+        .as_flattened()
+        .iter()
+        .zip(&flat)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f32::max);
+    println!("volume: largest {largest}, worst difference {worst:.2e}");
+    assert!(largest > 0.0 && worst <= 1e-5 * largest);
+
+    let (lights, sweeps) = scene.light_records();
+    let records = cpu::transmittance(&grid, &volume, &lights, &sweeps);
+    let gpu_records = renderer.records().unwrap();
+    assert_eq!(records.len(), gpu_records.len());
+    let (mut worst_share, mut worst_sine, mut inclined) = (0.0_f32, 0.0_f32, 0);
+    for (a, b) in records.iter().zip(&gpu_records) {
+        let (a, b) = (unpack_record(a), unpack_record(b));
+        for (a, b) in a.shares.iter().zip(b.shares) {
+            worst_share = worst_share.max((a - b).abs());
+        }
+        // Directions are weighed by the depth in rounded shares: 1 % off at 0.97.
+        if a.shares[2] < 0.97 {
+            worst_sine = worst_sine.max((a.sin_theta - b.sin_theta).abs());
+        }
+        inclined += usize::from(a.sin_theta > 0.5);
+    }
+    println!("records: worst differences {worst_share:.2e} and {worst_sine:.2e}");
+    // Eight half floats are added up, each rounded by 2^-11 of the sum at most; 9.8e-4 and 4.9e-4
+    // were measured.
+    assert!(worst_share < 2e-3 && worst_sine < 2e-3);
+    assert!(inclined > 1000, "{inclined} voxels behind inclined fibres");
+
+    let radiance = cpu::point_radiance(&scene, &scene.camera, SIZE).unwrap();
+    let gpu_radiance = renderer.point_radiance(&scene.camera, SIZE).unwrap();
+    let error = relative_rmse(gpu_radiance.as_flattened(), radiance.as_flattened());
+    println!("shading: {error:.2e}");
+    // 3.7e-6 was measured.
+    assert!(error < held(&context, 2e-5, 1e-3));
+}
+
+#[test]
+fn pictures_of_imported_grooms_agree() {
+    let context = context();
+    let mut grooms = vec![("made here", hair_file(400, 16))];
+    if let Some(path) = real_file("hair/cyuksel_straight.hair") {
+        grooms.push(("real", std::fs::read(path).expect("readable")));
+    }
+    for (name, file) in grooms {
+        let file = SourceFile::from_bytes(file).unwrap();
+        let groom = file.import(&ImportOptions::default()).unwrap().groom;
+        let strands = Strands::new(&groom.points, &groom.strand_offsets, |_, _| 0.07, true);
+        let strands = strands.unwrap();
+        let scene = render_common::scene(strands, render_common::lights(), &HairParams::default());
+        let size = [180, 120];
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (gpu, _) = renderer.render_to_image(&scene.camera, size, 8).unwrap();
+        let (cpu, _) = cpu::render(&scene, &scene.camera, size, 8).unwrap();
+        keep(&format!("imported-{name}-gpu"), &gpu);
+        let covered = cpu.rgba.iter().filter(|p| p[3] > 0.0).count();
+        assert!(covered > 2000, "{name}: {covered} pixels covered");
+        let error = picture_rmse(&gpu, &cpu);
+        let n = scene.strands.segments.len();
+        println!("{name}, {n} segments: {error:.2e}");
+        let tolerance = held(&context, PICTURE_TOLERANCE, 0.01);
+        assert!(error < tolerance, "{name}: {error}");
+    }
+}
+
+/// A ball of hair, `diameter` cm across, of strands as thick as `width` cm.
+fn ball(n_strands: usize, diameter: f32, width: f32) -> PreparedScene {
+    let mut random = Random(3);
+    let (mut points, mut offsets) = (Vec::new(), vec![0]);
+    for _ in 0..n_strands {
+        let out = random.direction();
+        let aside = out.any_orthonormal_vector();
+        for ix in 0..12 {
+            let at = out * (0.25 + 0.02 * ix as f32) + aside * (0.01 * ix as f32);
+            points.push((at * diameter).to_array());
+        }
+        offsets.push(points.len() as u32);
+    }
+    let strands = Strands::new(&points, &offsets, |_, _| width, true).expect("a valid groom");
+    render_common::scene(strands, render_common::lights(), &HairParams::default())
+}
+
+/// Pixels that are covered whole or not at all, as strands wider than a pixel cover them inside.
+fn n_opaque(picture: &Picture) -> usize {
+    picture.rgba.iter().filter(|pixel| pixel[3] == 1.0).count()
+}
+
+/// Strands wider than the head they are on, as of a groom in metres taken for centimetres: with all
+/// texels each map would be drawn 3000 times, and the picture as often in each pass.
+#[test]
+fn strands_wider_than_the_groom_cost_no_more_than_pixels_and_texels_allow() {
+    let scene = ball(3000, 0.3, 1.0);
+    let size = [60, 40];
+    let n_segments = scene.strands.segments.len() as u64;
+    let area: f64 = scene
+        .strands
+        .segments
+        .iter()
+        .map(|&first| {
+            let [a, b] = [0, 1].map(|next| scene.strands.points[first as usize + next]);
+            f64::from(Vec3::from_slice(&a).distance(Vec3::from_slice(&b)))
+        })
+        .sum();
+    assert!(area > 300.0 * 0.3 * 0.3, "{area}");
+    let (cpu, stats) = cpu::render(&scene, &scene.camera, size, 16).unwrap();
+    let maps = stats.shadow_maps as u64 + 4;
+    let of_a_map = MAX_DEPTH_COMPLEXITY as u64 * u64::from(SHADOW_SIDE).pow(2);
+    println!(
+        "{n_segments} segments: {} texels in {maps} maps, {} pixels",
+        stats.texels_visited, stats.pixels_visited
+    );
+    assert!(stats.texels_visited > 0 && stats.texels_visited < maps * of_a_map);
+    // By the thousand for each pixel and pass if everything were drawn.
+    let pixels = u64::from(stats.passes) * 60 * 40;
+    assert!(stats.pixels_visited >= pixels && stats.pixels_visited < 300 * pixels);
+    assert_eq!(n_opaque(&cpu), 60 * 40);
+    let context = context();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (gpu, whole) = renderer.render_to_image(&scene.camera, size, 16).unwrap();
+    keep("wide-gpu", &gpu);
+    keep("wide-cpu", &cpu);
+    let error = picture_rmse(&gpu, &cpu);
+    assert!(error < PICTURE_TOLERANCE, "{error}");
+    assert_eq!(whole.draws, 4);
+    // Submissions of a bounded number of pixels draw the same.
+    renderer.set_parts(PartLimits {
+        tile_side: None,
+        drawn: 500_000,
+    });
+    let (bands, stats) = renderer.render_to_image(&scene.camera, size, 16).unwrap();
+    assert!(stats.draws >= 12 && stats.draws <= 20, "{}", stats.draws);
+    assert_eq!(bands, gpu);
+    let mut live = ProgressiveRenderer::new(&context, scene).unwrap();
+    live.set_parts(PartLimits {
+        tile_side: None,
+        drawn: 500_000,
+    });
+    assert_eq!(live.still(size, 16).unwrap(), gpu);
+}
+
+/// A camera so near to a strand that it fills the view.
+#[test]
+fn a_close_up_costs_no_more_than_its_pixels_allow() {
+    let mut scene = wig_scene(400);
+    let near = scene
+        .strands
+        .points
+        .iter()
+        .map(|point| Vec3::from_slice(point))
+        .max_by(|a, b| a.z.total_cmp(&b.z))
+        .expect("points");
+    scene.camera = Camera {
+        eye: near + Vec3::new(0.0, 0.0, 0.1),
+        target: near,
+        ..scene.camera
+    };
+    let (cpu, stats) = cpu::render(&scene, &scene.camera, SIZE, 16).unwrap();
+    let pixels = u64::from(stats.passes) * 120 * 90;
+    println!("{} visited, {pixels} drawn", stats.pixels_visited);
+    assert!(n_opaque(&cpu) > 2000);
+    assert!(stats.pixels_visited > 0 && stats.pixels_visited < 20 * pixels);
+    let renderer = ProgressiveRenderer::new(&context(), scene.clone()).map(|mut renderer| {
+        let (gpu, _) = renderer.render_to_image(&scene.camera, SIZE, 16).unwrap();
+        keep("close-gpu", &gpu);
+        keep("close-cpu", &cpu);
+        picture_rmse(&gpu, &cpu)
+    });
+    let error = renderer.unwrap();
+    assert!(error < PICTURE_TOLERANCE, "{error}");
+}
+
+#[test]
+fn a_picture_in_tiles_is_the_whole_picture() {
+    let context = context();
+    let mut scene = wig_scene(400);
+    scene.background = Background::Lights;
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (whole, _) = renderer.render_to_image(&scene.camera, SIZE, 16).unwrap();
+    let parts = PartLimits {
+        tile_side: Some(37),
+        ..PartLimits::default()
+    };
+    renderer.set_parts(parts);
+    let (tiled, stats) = renderer.render_to_image(&scene.camera, SIZE, 16).unwrap();
+    assert_eq!(stats.draws, 4 * 4 * 3);
+    let differing = tiled.rgba.iter().zip(&whole.rgba).filter(|(a, b)| a != b);
+    assert_eq!(differing.count(), 0);
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    live.set_size([64, 48]).unwrap();
+    live.set_parts(parts);
+    let before = live.report().shadings;
+    let still = live.still(SIZE, 16).unwrap();
+    assert_eq!(
+        live.report().shadings - before,
+        1,
+        "the light is found once"
+    );
+    assert_eq!(still.rgba.len(), tiled.rgba.len());
+    assert!(picture_rmse(&still, &tiled) < 1e-6);
+    // What is shown is as before.
+    let shown = live.finish(16).unwrap();
+    assert_eq!([shown.width, shown.height], [64, 48]);
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (expected, _) = renderer
+        .render_to_image(&scene.camera, [64, 48], 16)
+        .unwrap();
+    assert!(picture_rmse(&shown, &expected) < 1e-6);
+}
+
+#[test]
+fn any_number_of_samples_is_drawn_on_both_backends() {
+    let context = context();
+    let scene = wig_scene(400);
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    for samples in [1, 2, 3, 4, 5, 7, 18] {
+        let (gpu, _) = renderer
+            .render_to_image(&scene.camera, SIZE, samples)
+            .unwrap();
+        let (cpu, stats) = cpu::render(&scene, &scene.camera, SIZE, samples).unwrap();
+        assert_eq!(stats.passes, samples.div_ceil(4));
+        let error = picture_rmse(&gpu, &cpu);
+        assert!(error < PICTURE_TOLERANCE, "{samples}: {error}");
+        let mut partly = 0;
+        for pixel in &cpu.rgba {
+            let covered = pixel[3] * samples as f32;
+            assert!(
+                (covered - covered.round()).abs() < 1e-4,
+                "{samples}: {covered}"
+            );
+            partly += u32::from(pixel[3] > 0.0 && pixel[3] < 1.0);
+        }
+        assert_eq!(partly > 100, samples > 1, "{samples}: {partly}");
+        // One after the other: samples that were left out are not added to.
+        assert!(picture_rmse(&live.still(SIZE, samples).unwrap(), &gpu) < 1e-6);
+    }
+}

@@ -1,0 +1,362 @@
+//! An edit of the hair makes what it touches, nothing else, and no state depends on the edits
+//! before it.
+
+use std::sync::{Arc, OnceLock};
+
+use strandlight_render::gpu::Context;
+use strandlight_render::gpu_optics::GpuOptics;
+use strandlight_scattering::axis::{Axis, Spacing};
+use strandlight_scattering::closed_form::{pack_averages, sample_averages};
+use strandlight_scattering::dual_scattering::{Average, AverageTable, N_INCLINATIONS};
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::lobes::{LobeAxes, LobeTable};
+use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scene::edit::{
+    EditError, EditReport, HairTextures, LobeTables, Outcome, Parameter, Part, RULES,
+};
+use strandlight_tests::random::SplitMix64;
+use strandlight_tests::strandlight;
+
+/// Lobes on a grid too coarse for pictures.
+fn tables() -> Arc<LobeTables> {
+    static TABLES: OnceLock<Arc<LobeTables>> = OnceLock::new();
+    let fit = |lobe| {
+        let axis = |min, max, count| Axis {
+            min,
+            max,
+            count,
+            spacing: Spacing::Linear,
+        };
+        let axes = LobeAxes {
+            eta: axis(1.2, 2.0, 4),
+            alpha: axis(0.0, 1.5, 8),
+            absorption: axis(0.0, 0.9, 4),
+        };
+        LobeTable::fit(lobe, Fresnel::Dielectric, axes, 1)
+    };
+    let tables = TABLES.get_or_init(|| {
+        Arc::new(LobeTables {
+            tt: Some(fit(Lobe::Tt)),
+            trt: Some(fit(Lobe::Trt)),
+        })
+    });
+    Arc::clone(tables)
+}
+
+fn textures(hair: &HairParams, modes: &[Lobe]) -> HairTextures {
+    HairTextures::new(tables(), Fresnel::Dielectric, hair, modes, 4).unwrap()
+}
+
+/// `hair` with another value of `parameter`.
+fn edited(hair: &HairParams, parameter: Parameter, unit: f64) -> HairParams {
+    let mut hair = *hair;
+    let lobes = |low: f64, high: f64| PerLobe {
+        r: low + (high - low) * unit,
+        tt: high,
+        trt: low,
+    };
+    match parameter {
+        Parameter::Eta => hair.eta = 1.3 + 0.5 * unit,
+        Parameter::SigmaA => hair.sigma_a = [0.1 + unit, 0.3, 2.0 * unit],
+        Parameter::Shift => hair.shift = lobes(-0.1, 0.1),
+        Parameter::Width => hair.width = lobes(0.05, 0.3),
+        Parameter::CausticWidth => hair.caustic_width = 0.05 + 0.3 * unit,
+        Parameter::Eccentricity => hair.eccentricity = 0.8 + 0.4 * unit,
+    }
+    hair
+}
+
+/// The parts that were made anew.
+fn rebuilt(report: &EditReport) -> Vec<Part> {
+    report.rebuilt().map(|report| report.part).collect()
+}
+
+#[test]
+fn an_edit_makes_what_it_touches() {
+    use Part::*;
+    for (parameter, expected) in [
+        (
+            Parameter::Eta,
+            RULES
+                .iter()
+                .map(|rule| rule.part)
+                .filter(|part| !part.is_painted())
+                .collect::<Vec<_>>(),
+        ),
+        (
+            Parameter::SigmaA,
+            vec![
+                Fibre,
+                EnergiesTt,
+                SharesTt,
+                LobesTt,
+                EnergiesTrt,
+                SharesTrt,
+                LobesTrt,
+                Averages,
+            ],
+        ),
+        (Parameter::Shift, vec![Fibre, Averages]),
+        (Parameter::Width, vec![Fibre, Averages]),
+        (
+            Parameter::CausticWidth,
+            vec![Fibre, ShapesTrt, LobesTrt, Averages],
+        ),
+        (
+            Parameter::Eccentricity,
+            vec![
+                Fibre,
+                RowTrt,
+                EnergiesTrt,
+                ShapesTrt,
+                SharesTrt,
+                LobesTrt,
+                Averages,
+            ],
+        ),
+    ] {
+        let hair = HairParams::default();
+        let mut textures = textures(&hair, &Lobe::ALL);
+        textures.enable_multiple(true);
+        let before = textures.optics().clone();
+        let report = textures.apply(&edited(&hair, parameter, 0.7)).unwrap();
+        assert_eq!(rebuilt(&report), expected, "{}", parameter.name());
+        // What is kept is the same, what is made is another.
+        let after = textures.optics();
+        assert_ne!(before.fibre, after.fibre, "{}", parameter.name());
+        for (part, is_same) in [
+            (Reflectance, before.reflectance == after.reflectance),
+            (LobesTt, before.tt == after.tt),
+            (LobesTrt, before.trt == after.trt),
+            (Averages, before.averages == after.averages),
+        ] {
+            assert_eq!(is_same, !expected.contains(&part), "{parameter:?} {part:?}");
+        }
+        // The same again is no edit.
+        let hair = *textures.hair();
+        let report = textures.apply(&hair).unwrap();
+        assert_eq!(rebuilt(&report), []);
+        assert_eq!(report.bytes_to_upload(), 0);
+        assert_eq!(report.microseconds(), 0.0);
+    }
+}
+
+#[test]
+fn only_enabled_modes_have_textures() {
+    let hair = HairParams::default();
+    for (modes, present) in [
+        (&[Lobe::R][..], &[Part::Fibre, Part::Reflectance][..]),
+        (
+            &[Lobe::Tt],
+            &[
+                Part::Fibre,
+                Part::RowTt,
+                Part::EnergiesTt,
+                Part::ShapesTt,
+                Part::SharesTt,
+                Part::LobesTt,
+            ],
+        ),
+        (&[], &[Part::Fibre]),
+    ] {
+        let mut all = textures(&hair, &Lobe::ALL);
+        let report = all.enable(modes).unwrap();
+        for part in &report.parts {
+            let is_present = part.outcome != Outcome::Absent;
+            assert_eq!(is_present, present.contains(&part.part), "{}", part.name);
+            assert!(is_present || part.gpu_bytes == 0);
+        }
+        assert_eq!(rebuilt(&report), [Part::Fibre]);
+        assert!(all == textures(&hair, modes));
+        // Back again: what went is made.
+        all.enable(&Lobe::ALL).unwrap();
+        assert!(all == textures(&hair, &Lobe::ALL));
+    }
+}
+
+#[test]
+fn averages_come_and_go_with_multiple_scattering() {
+    let hair = HairParams::default();
+    let single = textures(&hair, &Lobe::ALL);
+    assert!(!single.is_multiple() && single.averages().is_empty());
+    let mut all = single.clone();
+    let report = all.enable_multiple(true);
+    assert_eq!(rebuilt(&report), [Part::Averages]);
+    assert_eq!(report.bytes_to_upload(), 64 * N_INCLINATIONS);
+    // What shading samples is the table.
+    let table = AverageTable::new(&hair, Fresnel::Dielectric);
+    assert_eq!(all.averages(), pack_averages(&table));
+    for theta in [-1.57f32, -0.4, 0.0, 0.123, 1.2] {
+        let found = sample_averages(all.averages(), theta);
+        for (average, found, scale) in [
+            (Average::AF, found.a_f, 1.0),
+            (Average::BetaF, found.beta_f_2.map(f32::sqrt), 0.1),
+            (Average::Ab, found.attenuation_b, 0.1),
+            (Average::DeltaB, found.shift_b, 0.1),
+            (Average::SigmaB, found.width_b_2.map(f32::sqrt), 1.0),
+        ] {
+            let expected = table.get(average, theta);
+            for (found, expected) in found.iter().zip(expected) {
+                // Squares are interpolated where the table has widths.
+                let error = (found - expected).abs();
+                assert!(error < 1e-3 * scale, "{average:?} {theta} {error}");
+            }
+        }
+    }
+    // Modes do not matter, and the same again is no edit.
+    assert_eq!(rebuilt(&all.enable(&[]).unwrap()), [Part::Fibre]);
+    assert_eq!(rebuilt(&all.enable_multiple(true)), []);
+    all.enable(&Lobe::ALL).unwrap();
+    all.enable_multiple(false);
+    assert!(all == single);
+}
+
+/// Edits of one to three parameters at once, now and then of the modes.
+fn random_edit(random: &mut SplitMix64, hair: &mut HairParams, modes: &mut Vec<Lobe>) {
+    for _ in 0..=(random.uniform(0.0, 2.99) as usize) {
+        let which = random.uniform(0.0, 5.99) as usize;
+        let unit = random.uniform(0.0, 1.0);
+        *hair = edited(hair, Parameter::ALL[which], unit);
+    }
+    if random.uniform(0.0, 1.0) < 0.3 {
+        let bits = random.uniform(0.0, 7.99) as usize;
+        *modes = Lobe::ALL.to_vec();
+        modes.retain(|&mode| bits & (1 << mode as usize) != 0);
+    }
+}
+
+#[test]
+fn no_state_depends_on_the_edits_before() {
+    let mut random = SplitMix64(7);
+    let (mut hair, mut modes) = (HairParams::default(), Lobe::ALL.to_vec());
+    let mut now = textures(&hair, &modes);
+    let mut n_kept = 0;
+    let mut is_multiple = false;
+    for _ in 0..60 {
+        random_edit(&mut random, &mut hair, &mut modes);
+        let report = now.edit(&hair, &modes).unwrap();
+        let kept = report.parts.iter();
+        n_kept += kept.filter(|part| part.outcome == Outcome::Kept).count();
+        if random.uniform(0.0, 1.0) < 0.3 {
+            is_multiple = !is_multiple;
+            now.enable_multiple(is_multiple);
+        }
+        let mut anew = textures(&hair, &modes);
+        anew.enable_multiple(is_multiple);
+        assert!(now == anew);
+    }
+    assert!(n_kept > 60, "nothing was ever kept");
+}
+
+#[test]
+fn gpu_holds_what_is_in_memory() {
+    let context = Context::new().expect("an adapter");
+    let mut random = SplitMix64(11);
+    let (mut hair, mut modes) = (HairParams::default(), Lobe::ALL.to_vec());
+    let mut now = textures(&hair, &modes);
+    let mut gpu = GpuOptics::new(&context, &[now.optics()]).unwrap();
+    let (mut n_written, mut n_whole, mut n_with_averages) = (0, 0, 0);
+    for _ in 0..30 {
+        random_edit(&mut random, &mut hair, &mut modes);
+        let report = now.edit(&hair, &modes).unwrap();
+        let written = gpu.update(&context, now.optics(), &report);
+        assert_eq!(written.bytes, report.bytes_to_upload());
+        n_written += written.bytes;
+        if random.uniform(0.0, 1.0) < 0.3 {
+            let report = now.enable_multiple(!now.is_multiple());
+            let written = gpu.update(&context, now.optics(), &report);
+            assert_eq!(written.bytes, report.bytes_to_upload());
+            n_written += written.bytes;
+        }
+        if now.is_multiple() {
+            assert!(gpu.read_averages(&context).unwrap() == now.averages());
+            n_with_averages += 1;
+        }
+        n_whole += now.optics().gpu_bytes();
+        let uniform = gpu.read_uniform(&context).unwrap();
+        let expected = now.optics().uniform();
+        assert_eq!(uniform.fibre, expected.fibre);
+        for mode in now.modes() {
+            match mode {
+                Lobe::R => assert_eq!(uniform.reflectance, expected.reflectance),
+                Lobe::Tt => assert_eq!(uniform.tt, expected.tt),
+                Lobe::Trt => assert_eq!(uniform.trt, expected.trt),
+            }
+        }
+        for (mode, lobes) in [(Lobe::Tt, &now.optics().tt), (Lobe::Trt, &now.optics().trt)] {
+            if modes.contains(&mode) {
+                assert!(gpu.read_lobes(&context, mode).unwrap() == lobes.texels);
+            }
+        }
+    }
+    println!("{n_written} bytes written where all would be {n_whole}");
+    assert!(n_written < n_whole && n_with_averages > 3);
+}
+
+#[test]
+fn sources_stand_above_what_is_made_of_them() {
+    for (ix, rule) in RULES.iter().enumerate() {
+        for source in rule.sources {
+            assert!(RULES[..ix].iter().any(|above| above.part == *source));
+        }
+        assert_eq!(RULES.iter().filter(|r| r.part == rule.part).count(), 1);
+    }
+}
+
+#[test]
+fn a_refused_edit_changes_nothing() {
+    let hair = HairParams::default();
+    let mut all = textures(&hair, &Lobe::ALL);
+    let before = all.clone();
+    for bad in [
+        HairParams { eta: 0.9, ..hair },
+        HairParams {
+            sigma_a: [0.1, f64::NAN, 0.1],
+            ..hair
+        },
+        HairParams {
+            width: PerLobe {
+                tt: -0.1,
+                ..hair.width
+            },
+            ..hair
+        },
+    ] {
+        assert!(matches!(all.apply(&bad), Err(EditError::Param(_))));
+        assert!(all == before);
+    }
+    let none = Arc::new(LobeTables::default());
+    let r_alone = HairTextures::new(none, Fresnel::Dielectric, &hair, &[Lobe::R], 4);
+    let mut r_alone = r_alone.unwrap();
+    let refused = r_alone.enable(&[Lobe::R, Lobe::Trt]);
+    assert_eq!(refused, Err(EditError::NoLobes(Lobe::Trt)));
+    assert_eq!(r_alone.modes(), [Lobe::R]);
+}
+
+#[test]
+fn the_command_lists_every_parameter() {
+    let output = strandlight()
+        .args(["bench", "edit", "--repetitions", "3", "--json"])
+        .output()
+        .expect("strandlight runs");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let report: serde_json::Value =
+        serde_json::from_slice(&output.stdout).expect("one JSON document");
+    let edits = report["edits"].as_array().expect("a list");
+    let names: Vec<_> = edits.iter().map(|edit| &edit["parameter"]).collect();
+    let all = Parameter::ALL.map(Parameter::name);
+    assert!(names.iter().zip(all).all(|(found, name)| *found == name));
+    for edit in edits {
+        let parts = edit["rebuilt"].as_array().expect("a list");
+        let bytes = parts
+            .iter()
+            .map(|part| part["bytes"].as_u64().expect("a count"));
+        assert_eq!(Some(bytes.sum::<u64>()), edit["bytes"].as_u64());
+        assert!(edit["microseconds"].as_f64() > Some(0.0));
+    }
+    // The widths and shifts of M live in the uniform; averages depend on them.
+    for name in ["shift", "width"] {
+        let of_name = edits.iter().find(|edit| edit["parameter"] == name);
+        assert_eq!(of_name.expect("listed")["bytes"], 64 + 64 * N_INCLINATIONS);
+    }
+}

@@ -1,0 +1,392 @@
+//! Parameters outside their ranges are typed errors that name field and value: at the API, in
+//! files and in queries. Every field with a range, every way to miss it.
+
+use std::io::Write;
+use std::process::Stdio;
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use strandlight_data::DEFAULT_TABLES;
+use strandlight_formats::{
+    Background, BakedFile, LightSet, LightSetInfo, Scene, SrbfLight, TableFile,
+};
+use strandlight_scattering::closed_form::Fibre;
+use strandlight_scattering::exact::{Light, View};
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::{HairParams, Lobe, ParamError};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::camera::{Camera, DEFAULT_FOV_Y};
+use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::strands::Strands;
+use strandlight_scene::tables::ShadingTables;
+use strandlight_tests::strandlight;
+
+/// NaN, both infinities, and the next numbers outside `min..=max`.
+fn misses(min: f64, max: f64) -> [f64; 5] {
+    let nan = f64::NAN;
+    [
+        nan,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        min.next_down(),
+        max.next_up(),
+    ]
+}
+
+type Field<T> = fn(&mut T) -> &mut f64;
+
+/// Field names, places and ranges of [`HairParams`].
+const HAIR: [(&str, Field<HairParams>, f64, f64); 12] = [
+    ("eta", |hair| &mut hair.eta, 1.0001, 3.0),
+    ("sigma_a[0]", |hair| &mut hair.sigma_a[0], 0.0, 50.0),
+    ("sigma_a[1]", |hair| &mut hair.sigma_a[1], 0.0, 50.0),
+    ("sigma_a[2]", |hair| &mut hair.sigma_a[2], 0.0, 50.0),
+    ("shift.r", |hair| &mut hair.shift.r, -0.5, 0.5),
+    ("shift.tt", |hair| &mut hair.shift.tt, -0.5, 0.5),
+    ("shift.trt", |hair| &mut hair.shift.trt, -0.5, 0.5),
+    ("width.r", |hair| &mut hair.width.r, 0.001, 1.5),
+    ("width.tt", |hair| &mut hair.width.tt, 0.001, 1.5),
+    ("width.trt", |hair| &mut hair.width.trt, 0.001, 1.5),
+    ("caustic_width", |hair| &mut hair.caustic_width, 0.01, 1.5),
+    ("eccentricity", |hair| &mut hair.eccentricity, 0.5, 2.0),
+];
+
+fn check_error(error: ParamError, field: &str, value: f64) {
+    assert_eq!(error.field, field);
+    assert_eq!(error.value.to_bits(), value.to_bits());
+    let message = error.to_string();
+    let shown = format!("{value:?}");
+    assert!(
+        message.contains(field) && message.contains(&shown),
+        "{message}"
+    );
+}
+
+#[test]
+fn fibres() {
+    for (field, place, min, max) in HAIR {
+        for good in [min, max] {
+            let mut hair = HairParams::default();
+            *place(&mut hair) = good;
+            assert_eq!(hair.validate(), Ok(()), "{field} {good}");
+            assert!(Fibre::new(&hair, &Lobe::ALL, 4).is_ok());
+        }
+        for bad in misses(min, max) {
+            let mut hair = HairParams::default();
+            *place(&mut hair) = bad;
+            check_error(hair.validate().unwrap_err(), field, bad);
+            check_error(Fibre::new(&hair, &Lobe::ALL, 4).unwrap_err(), field, bad);
+        }
+    }
+}
+
+#[test]
+fn lights_and_views() {
+    const LIGHT: Light = Light {
+        theta: 0.1,
+        phi: 0.2,
+        lambda: 0.3,
+    };
+    const VIEW: View = View {
+        theta: 0.1,
+        phi: 0.2,
+    };
+    const HALF_PI: f64 = std::f64::consts::FRAC_PI_2;
+    assert!(LIGHT.validate().is_ok() && VIEW.validate().is_ok());
+    let fields: [(&str, Field<Light>, f64, f64); 3] = [
+        ("light.theta", |light| &mut light.theta, -HALF_PI, HALF_PI),
+        ("light.phi", |light| &mut light.phi, -1e6, 1e6),
+        ("light.lambda", |light| &mut light.lambda, 0.001, 10.0),
+    ];
+    for (field, place, min, max) in fields {
+        for bad in misses(min, max) {
+            let mut light = LIGHT;
+            *place(&mut light) = bad;
+            check_error(light.validate().unwrap_err(), field, bad);
+        }
+    }
+    let fields: [(&str, Field<View>, f64, f64); 2] = [
+        ("view.theta", |view| &mut view.theta, -HALF_PI, HALF_PI),
+        ("view.phi", |view| &mut view.phi, -1e6, 1e6),
+    ];
+    for (field, place, min, max) in fields {
+        for bad in misses(min, max) {
+            let mut view = VIEW;
+            *place(&mut view) = bad;
+            check_error(view.validate().unwrap_err(), field, bad);
+        }
+    }
+}
+
+#[test]
+fn light_sets() {
+    let good = SrbfLight {
+        direction: [0.0, 0.0, 1.0],
+        lambda: 0.001,
+        rgb: [1.0, 0.0, f32::MAX],
+    };
+    assert!(good.validate().is_ok());
+    let outside = |min: f32, max: f32| {
+        let (below, above) = (min.next_down(), max.next_up());
+        [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, below, above]
+    };
+    let mut n_checked = 0;
+    let mut refuse = |light: SrbfLight, field: &str, value: f32| {
+        let set = LightSet {
+            lights: vec![good, light],
+            info: LightSetInfo::default(),
+        };
+        let errors = [
+            light.validate().unwrap_err().to_string(),
+            set.to_bytes().unwrap_err().to_string(),
+        ];
+        for (message, key) in errors.iter().zip(["light", "lights[1]"]) {
+            let shown = f64::from(value).to_string();
+            let named = message.contains(&format!("{key}{field}"));
+            assert!(named && message.contains(&shown), "{message}");
+        }
+        n_checked += 1;
+    };
+    for bad in outside(0.001, 10.0) {
+        refuse(
+            SrbfLight {
+                lambda: bad,
+                ..good
+            },
+            ".lambda",
+            bad,
+        );
+    }
+    for channel in 0..3 {
+        for bad in &outside(0.0, f32::MAX)[..4] {
+            let mut light = good;
+            light.rgb[channel] = *bad;
+            refuse(light, ".rgb", *bad);
+        }
+    }
+    for bad in [f32::NAN, f32::INFINITY, 2.0] {
+        let mut light = good;
+        light.direction[2] = bad;
+        refuse(light, " length of direction", bad);
+    }
+    assert_eq!(n_checked, 20);
+}
+
+#[test]
+fn scene_files() {
+    let base = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n";
+    let modes = |key: &str, mode: &str, value: &str| {
+        let of = |name| if name == mode { value } else { "1.0" };
+        format!(
+            "[hair]\n{key} = {{ r = {}, tt = {}, trt = {} }}",
+            of("r"),
+            of("tt"),
+            of("trt")
+        )
+    };
+    let channels = |value: &str, ix: usize| {
+        let mut rgb = ["0.1"; 3];
+        rgb[ix] = value;
+        format!("[hair]\nsigma_a = [{}]", rgb.join(", "))
+    };
+    // Key as the message has it, text of the section for a value, range.
+    type Text<'a> = Box<dyn Fn(&str) -> String + 'a>;
+    let mut fields: Vec<(String, Text, f64, f64)> = Vec::new();
+    for (key, min, max) in [
+        ("eta", 1.0001, 3.0),
+        ("caustic_width_deg", 0.5, 60.0),
+        ("eccentricity", 0.5, 2.0),
+        ("diameter_cm", 1e-5, 10.0),
+    ] {
+        let text = move |value: &str| format!("[hair]\n{key} = {value}");
+        fields.push((format!("hair.{key}"), Box::new(text), min, max));
+    }
+    for ix in 0..3 {
+        let text = move |value: &str| channels(value, ix);
+        fields.push(("hair.sigma_a".to_owned(), Box::new(text), 0.0, 50.0));
+    }
+    for (key, min, max) in [("shift_deg", -28.0, 28.0), ("width_deg", 0.05, 60.0)] {
+        for mode in ["r", "tt", "trt"] {
+            let text = move |value: &str| modes(key, mode, value);
+            fields.push((format!("hair.{key}.{mode}"), Box::new(text), min, max));
+        }
+    }
+    let exposure = |value: &str| format!("[render]\nexposure = {value}");
+    fields.push((
+        "render.exposure".to_owned(),
+        Box::new(exposure),
+        -32.0,
+        32.0,
+    ));
+    let fov = |value: &str| {
+        format!("[camera]\nposition = [0.0, 0.0, 9.0]\ntarget = [0.0, 0.0, 0.0]\nfov_deg = {value}")
+    };
+    fields.push(("camera.fov_deg".to_owned(), Box::new(fov), 1.0, 170.0));
+    for (key, text, min, max) in &fields {
+        let inside = format!("{:?}", 0.5 * (min + max));
+        let good = Scene::from_toml(&format!("{base}{}", text(&inside)));
+        assert!(good.is_ok(), "{key} {inside}: {good:?}");
+        for bad in misses(*min, *max) {
+            // TOML writes these as Rust does, but for the case of NaN.
+            let written = format!("{bad:?}").to_lowercase();
+            let error = Scene::from_toml(&format!("{base}{}", text(&written))).unwrap_err();
+            let (message, named) = (error.to_string(), format!("{key} is {bad},"));
+            assert!(message.contains(&named), "{named} {message}");
+        }
+    }
+    assert_eq!(fields.len(), 15);
+    for bad in [f32::NAN, f32::INFINITY, -1e-3, 1.1e6] {
+        let written = format!("{bad:?}").to_lowercase();
+        let text = format!("{base}[render]\nbackground = [0.0, {written}, 0.0]");
+        let message = Scene::from_toml(&text).unwrap_err().to_string();
+        let named = format!("render.background is {},", f64::from(bad));
+        assert!(message.contains(&named), "{named} {message}");
+    }
+}
+
+/// A scene put together in code is held to the same ranges as one from a file.
+#[test]
+fn scenes_in_memory() {
+    let mut scene = Scene::new("no.groom", "no.lights");
+    scene.hair.width_deg.tt = f64::NAN;
+    let error = PreparedScene::load(&scene).unwrap_err();
+    let message = error.to_string();
+    assert!(
+        message.contains("hair.width_deg.tt") && message.contains("NaN"),
+        "{message}"
+    );
+
+    let tables = ShadingTables::from_file(&TableFile::from_bytes(DEFAULT_TABLES).unwrap()).unwrap();
+    let none = Arc::new(LobeTables::default());
+    let hair = HairParams::default();
+    let hair = HairTextures::new(none, Fresnel::Dielectric, &hair, &[Lobe::R], 4).unwrap();
+    let with = |lambda: f32| {
+        let points = [[0.0; 3], [0.0, 1.0, 0.0]];
+        let strands = Strands::new(&points, &[0, 2], |_, _| 0.01, false).unwrap();
+        let camera = Camera::framing(strands.centre, strands.radius, DEFAULT_FOV_Y);
+        let light = SrbfLight {
+            direction: [0.0, 0.0, 1.0],
+            lambda,
+            rgb: [1.0; 3],
+        };
+        let (tables, background) = (tables.clone(), Background::None);
+        PreparedScene::from_parts(
+            strands,
+            vec![light],
+            hair.clone(),
+            tables,
+            camera,
+            background,
+        )
+    };
+    assert!(with(0.3).is_ok());
+    for bad in [f32::NAN, 0.0, -0.5] {
+        let message = with(bad).unwrap_err().to_string();
+        let named = format!("light.lambda is {bad},");
+        assert!(message.contains(&named), "{named} {message}");
+    }
+}
+
+/// Sets the number at `pointer` in `query`.
+fn with(query: &Value, pointer: &str, value: f64) -> String {
+    let mut query = query.clone();
+    *query.pointer_mut(pointer).expect("the key is there") = json!(value);
+    query.to_string()
+}
+
+#[test]
+fn queries() {
+    let hair = json!({
+        "eta": 1.55, "sigma_a": [0.2, 0.3, 0.5], "caustic_width": 0.1, "eccentricity": 1.0,
+        "shift": {"r": -0.1, "tt": 0.05, "trt": 0.15},
+        "width": {"r": 0.18, "tt": 0.09, "trt": 0.36},
+    });
+    let azimuthal = json!({
+        "q": "azimuthal", "mode": "TT", "lambda": 0.2, "dphi": 0.5, "theta_d": 0.1, "hair": hair,
+    });
+    let single = json!({
+        "q": "single", "mode": "all", "light": {"theta": 0.1, "phi": 2.0, "lambda": 0.3},
+        "view": {"theta": 0.0, "phi": 0.4}, "hair": hair,
+    });
+    let half_pi = std::f64::consts::FRAC_PI_2;
+    // Query, place in it, name in the message, range.
+    let mut fields = vec![
+        (&azimuthal, "/lambda".to_owned(), "lambda", 0.001, 1000.0),
+        (&azimuthal, "/dphi".to_owned(), "dphi", -1e6, 1e6),
+        (
+            &azimuthal,
+            "/theta_d".to_owned(),
+            "theta_d",
+            -half_pi,
+            half_pi,
+        ),
+        (
+            &single,
+            "/light/theta".to_owned(),
+            "light.theta",
+            -half_pi,
+            half_pi,
+        ),
+        (&single, "/light/phi".to_owned(), "light.phi", -1e6, 1e6),
+        (
+            &single,
+            "/light/lambda".to_owned(),
+            "light.lambda",
+            0.001,
+            10.0,
+        ),
+        (
+            &single,
+            "/view/theta".to_owned(),
+            "view.theta",
+            -half_pi,
+            half_pi,
+        ),
+        (&single, "/view/phi".to_owned(), "view.phi", -1e6, 1e6),
+    ];
+    for (field, _, min, max) in HAIR {
+        let place = field.replace(['.', '['], "/").replace(']', "");
+        for query in [&azimuthal, &single] {
+            fields.push((query, format!("/hair/{place}"), field, min, max));
+        }
+    }
+    let mut lines = vec![azimuthal.to_string(), single.to_string()];
+    let mut expected = Vec::new();
+    for (query, place, field, min, max) in &fields {
+        let step = 1e-9 * (max - min);
+        for bad in [min - step, max + step, -1e300, 1e300] {
+            lines.push(with(query, place, bad));
+            expected.push((*field, bad));
+        }
+    }
+    let mut child = strandlight()
+        .arg("probe")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let text = lines.join("\n") + "\n";
+    let writer = std::thread::spawn(move || stdin.write_all(text.as_bytes()));
+    let output = child.wait_with_output().unwrap();
+    writer.join().unwrap().unwrap();
+    let answers: Vec<Value> = String::from_utf8(output.stdout)
+        .unwrap()
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(answers.len(), 2 + expected.len());
+    for answer in &answers[..2] {
+        assert!(answer["value"].is_array(), "{answer}");
+    }
+    for (answer, (field, bad)) in answers[2..].iter().zip(expected) {
+        let message = answer["error"].as_str().unwrap_or_default();
+        let value = message
+            .split_once(&format!("{field} is "))
+            .and_then(|(_, rest)| rest.split_once(", outside"))
+            .and_then(|(value, _)| value.parse::<f64>().ok());
+        // The reader of JSON may miss the last digit.
+        let close = value.is_some_and(|value| (value / bad - 1.0).abs() < 1e-12);
+        assert!(close, "{field} {bad}: {answer}");
+    }
+}

@@ -1,0 +1,14 @@
+//! What the libraries compute and what their sources say: no adapter, no display, no commands.
+
+mod architecture;
+mod edit;
+mod golden_pictures;
+mod invalid_parameters;
+mod motion;
+mod multiple_scattering;
+mod shaders_constants;
+mod shaders_names;
+mod shaders_tables;
+mod shaders_valid;
+mod shadow_maps;
+mod twins_closed_form;

@@ -1,0 +1,181 @@
+//! Shadow maps that resolve fibres: against rays, and the GPU's against the CPU's.
+
+use glam::Vec3;
+use strandlight_cpu as cpu;
+use strandlight_reference::rays::{Rays, Start};
+use strandlight_render::passes;
+use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, unblocked_share};
+use strandlight_scene::strands::Strands;
+use strandlight_tests::render_common::{Random, context, light, relative_rmse, wig};
+
+fn strands_of(strands: &[Vec<Vec3>], diameter: f32) -> Strands {
+    let mut offsets = vec![0];
+    let mut points = Vec::new();
+    for strand in strands {
+        points.extend(strand.iter().map(|point| point.to_array()));
+        offsets.push(points.len() as u32);
+    }
+    Strands::new(&points, &offsets, |_, _| diameter, true).expect("a valid groom")
+}
+
+fn wig_strands(n: usize, diameter: f32) -> Strands {
+    let (points, offsets) = wig(n, 24);
+    Strands::new(&points, &offsets, |_, _| diameter, true).expect("a valid groom")
+}
+
+/// Shares of the first light at every point.
+fn first_shares(strands: &Strands, plan: &ShadowPlan) -> Vec<f32> {
+    let answers = cpu::shadow_maps(strands, plan);
+    let n_points = strands.points.len();
+    (0..n_points)
+        .map(|point| unblocked_share(&answers, n_points, 1, point))
+        .collect()
+}
+
+#[test]
+fn a_strand_casts_no_shadow_on_itself() {
+    let straight = (0..20).map(|ix| Vec3::new(0.3 * ix as f32, 0.2 * ix as f32, 0.1));
+    let helix = (0..200).map(|ix| {
+        let turn = 0.12 * ix as f32;
+        Vec3::new(2.0 * turn.cos(), 0.08 * ix as f32, 2.0 * turn.sin())
+    });
+    let arc = (0..40).map(|ix| {
+        let turn = 0.04 * ix as f32;
+        Vec3::new(8.0 * turn.cos(), 8.0 * turn.sin(), 0.0)
+    });
+    let straight = strands_of(&[straight.collect()], 0.008);
+    let arc = strands_of(&[arc.collect()], 0.008);
+    let helix = strands_of(&[helix.collect()], 0.008);
+    let mut random = Random(1);
+    for _ in 0..6 {
+        let direction = random.direction().to_array();
+        let lights = [light(direction, 0.002, [1.0; 3])];
+        for (strands, least) in [(&straight, 1.0), (&arc, 0.995), (&helix, 0.97)] {
+            let plan = ShadowPlan::new(&lights, strands, 1);
+            let unblocked = first_shares(strands, &plan);
+            let mean = unblocked.iter().sum::<f32>() / unblocked.len() as f32;
+            assert!(mean >= least, "{direction:?}: {mean}, not {least}");
+        }
+    }
+}
+
+#[test]
+fn a_comb_lets_its_gaps_through() {
+    // Fibres 0.02 wide every 0.05 over a long one, and the light from above: 3/5 pass.
+    let mut strands: Vec<Vec<Vec3>> = (0..400)
+        .map(|ix| {
+            let x = 0.05 * (ix as f32 - 200.0);
+            vec![Vec3::new(x, 3.0, -2.0), Vec3::new(x, 3.0, 2.0)]
+        })
+        .collect();
+    strands.push(vec![Vec3::new(-9.0, 0.0, 0.0), Vec3::new(9.0, 0.0, 0.0)]);
+    let strands = strands_of(&strands, 0.02);
+    let lights = [light([0.0, 1.0, 0.0], 0.002, [1.0; 3])];
+    let plan = ShadowPlan::new(&lights, &strands, 4);
+    assert_eq!(plan.views.len(), 1);
+    let unblocked = first_shares(&strands, &plan);
+    let [mut low, mut n] = [0.0, 0.0];
+    for (point, share) in strands.points.iter().zip(&unblocked) {
+        if point[1] < 1.0 {
+            low += share;
+            n += 1.0;
+        } else {
+            assert_eq!(*share, 1.0);
+        }
+    }
+    let mean: f32 = low / n;
+    assert!((mean - 0.6).abs() < 0.03, "{mean}");
+}
+
+/// The mean over all points is unbiased, and each point's share is that of rays around it.
+#[test]
+fn shares_are_those_of_rays() {
+    const N_RAYS: u32 = 32;
+    let strands = wig_strands(1500, 0.02);
+    let rays = Rays::new(&strands);
+    let direction = Vec3::new(0.5, 0.6, 0.62).normalize();
+    let lights = [light(direction.to_array(), 0.002, [1.0; 3])];
+    let plan = ShadowPlan::new(&lights, &strands, 1);
+    let found = first_shares(&strands, &plan);
+    let (mut bias, mut square, mut mean, mut n) = (0.0, 0.0, 0.0, 0.0);
+    for (segment, &first) in strands.segments.iter().enumerate() {
+        // The point at the segment's start, where the strand goes on on both sides.
+        let point = first as usize;
+        if strands.tangents[point][3] == 0.0 || segment % 3 != 0 {
+            continue;
+        }
+        let mut open = 0.0;
+        for ix in 0..N_RAYS {
+            let (before, after) = (strands.tangents[point][3], strands.normals[point][3]);
+            let place = (ix as f32 + 0.5) / N_RAYS as f32 * (before + after) - before;
+            let start = if place < 0.0 {
+                Start::inside(&strands, segment as u32 - 1, 1.0 + 0.5 * place / before)
+            } else {
+                Start::inside(&strands, segment as u32, 0.5 * place / after)
+            };
+            open += f32::from(u8::from(!rays.is_blocked(&start, direction))) / N_RAYS as f32;
+        }
+        let error = f64::from(found[point] - open);
+        bias += error;
+        square += error * error;
+        mean += f64::from(open);
+        n += 1.0;
+    }
+    let [bias, square, mean] = [bias, square, mean].map(|sum: f64| sum / n);
+    let rms = square.sqrt();
+    println!("{n} points: mean {mean:.4}, bias {bias:.4}, RMS {rms:.4}");
+    assert!(mean > 0.1 && mean < 0.9, "{mean}");
+    assert!(bias.abs() < 0.005, "{bias}");
+    assert!(rms < 0.2, "{rms}");
+}
+
+#[test]
+fn gpu_both_backends_answer_alike() {
+    let context = context();
+    let strands = wig_strands(600, 0.012);
+    let lights = [
+        light([0.6, 0.7, 0.5], 0.08, [60.0, 55.0, 45.0]),
+        light([-0.7, 0.3, -0.6], 0.25, [8.0, 9.0, 14.0]),
+        light([0.0, 1.0, 0.0], 1.4, [0.25, 0.3, 0.4]),
+    ];
+    let plan = ShadowPlan::new(&lights, &strands, 16);
+    assert_eq!(plan.n_slots, 1 + 3);
+    assert!(plan.views.len() > 10);
+    let on_cpu = cpu::shadow_maps(&strands, &plan);
+    let on_gpu = passes::shadow_maps(&context, &strands, &plan).unwrap();
+    let n_points = strands.points.len();
+    let shares = |answers: &[u32]| -> Vec<f32> {
+        let slots = (0..plan.n_slots).flat_map(|slot| (0..n_points).map(move |p| (slot, p)));
+        slots
+            .map(|(slot, point)| unblocked_share(answers, n_points, slot, point))
+            .collect()
+    };
+    let error = relative_rmse(&shares(&on_gpu), &shares(&on_cpu));
+    println!("relative RMSE {error:.2e}");
+    assert!(error < 2e-3, "{error}");
+}
+
+#[test]
+fn maps_go_to_the_lights_that_carry_most() {
+    let strands = wig_strands(20, 0.012);
+    let lights = [
+        light([1.0, 0.0, 0.0], 0.5, [1.0; 3]),
+        light([0.0, 1.0, 0.0], 0.5, [3.0; 3]),
+        light([0.0, 0.0, 1.0], 0.05, [0.001; 3]),
+        light([0.0, 1.0, 1.0], 0.001, [2e5; 3]),
+    ];
+    let plan = ShadowPlan::new(&lights, &strands, 40);
+    let of = |ix: usize| {
+        let views = plan.views.iter().filter(|view| view.slot == plan.slots[ix]);
+        let weights: Vec<f32> = views.map(|view| view.weight).collect();
+        (weights.len(), weights.iter().sum::<f32>())
+    };
+    let (counts, weights): (Vec<_>, Vec<_>) = [0, 1, 3].map(of).into_iter().unzip();
+    assert!(weights.iter().all(|weight| (weight - 1.0).abs() < 1e-5));
+    // The third is as good as black, the last as good as a point.
+    assert_eq!(plan.slots[2], NO_SLOT);
+    assert!(counts[1] > 2 * counts[0] && counts[2] == 1, "{counts:?}");
+    let none = ShadowPlan::new(&lights, &strands, 0);
+    assert!(none.views.is_empty() && none.slots == [NO_SLOT; 4]);
+    assert!(cpu::shadow_maps(&strands, &none).is_empty());
+}

@@ -1,0 +1,322 @@
+//! The viewer in a web page: `web/build` makes it, Chromium shows it, drawing with SwiftShader.
+
+use std::path::Path;
+
+use strandlight_formats::{BakedFile, Groom, Scene};
+use strandlight_render::ProgressiveRenderer;
+use strandlight_scene::PreparedScene;
+use strandlight_tests::render_common;
+
+use crate::web_common::browser::{Browser, WITH_WEBGPU, WITHOUT_WEBGPU};
+use crate::web_common::picture::Pixels;
+use crate::web_common::server::serve;
+use crate::web_common::{SAMPLES, SCENE, build, page};
+
+const SIZE: [u32; 2] = [760, 400];
+
+/// Is the text that the page has for the canvas, which is the window's title, that of a finished
+/// picture of the scene as it was saved, or not saved?
+fn is_done(is_saved: bool) -> String {
+    let star = if is_saved { "" } else { "*" };
+    let title = format!("strandview - scene.toml{star} - {SAMPLES}/{SAMPLES}");
+    format!("document.querySelector('canvas')?.getAttribute('alt') === {title:?}")
+}
+
+fn keep(name: &str, png: &[u8]) {
+    if let Some(folder) = std::env::var_os("STRANDLIGHT_PICTURES") {
+        let path = Path::new(&folder).join(format!("{name}.png"));
+        std::fs::write(path, png).expect("the folder can be written");
+    }
+}
+
+/// The page as it looks, kept under `name` for people to see.
+fn look(browser: &mut Browser, name: &str) -> Pixels {
+    let png = browser.screenshot();
+    keep(name, &png);
+    Pixels::from_png(&png)
+}
+
+/// What the native renderer draws of the page's scene.
+fn native(folder: &Path, size: [usize; 2]) -> Pixels {
+    let mut scene = Scene::read(&folder.join("scene.toml")).expect("a scene");
+    scene.render.size = size.map(|side| side as u32);
+    let prepared = PreparedScene::load(&scene).expect("all files");
+    let context = render_common::context();
+    let mut renderer = ProgressiveRenderer::new(&context, prepared.clone()).expect("a renderer");
+    let (picture, _) = renderer
+        .render_to_image(&prepared.camera, scene.render.size, SAMPLES)
+        .expect("a picture");
+    let texels = picture.to_srgb8(prepared.exposure, prepared.tone_map);
+    Pixels {
+        width: size[0],
+        height: size[1],
+        rgb: texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
+    }
+}
+
+#[test]
+fn a_page_shows_the_scene_and_follows_the_mouse() {
+    let folder = page();
+    let address = serve(folder);
+    let mut browser = Browser::start(WITH_WEBGPU, SIZE);
+    let saved = tempfile::tempdir().expect("a temporary folder");
+    browser.download_to(saved.path());
+    browser.go(&address);
+    browser.wait_for(&is_done(true));
+    let opened = look(&mut browser, "web-opened");
+
+    // Where the picture is, by the background's colour.
+    let background = native(folder, [8, 8]).rgb[0];
+    let extent = opened.extent(background).expect("a picture in the page");
+    let [x, y, width, height] = extent;
+    assert!(width > 300 && height > 250, "the picture is {extent:?}");
+    let of_page = opened.part(extent);
+    assert!(of_page.share_unlike(background) > 0.1, "no hair");
+    let of_native = native(folder, [width, height]);
+    let difference = of_page.difference(&of_native);
+    println!("page against native: {difference:.3} levels, {extent:?}");
+    assert!(
+        difference < 1.0,
+        "{difference} levels from the native picture"
+    );
+
+    // Orbiting by the mouse shows other hair; undo of the saved view brings back what was.
+    let centre = [(x + width / 2) as f64, (y + height / 2) as f64];
+    browser.drag(centre, [centre[0] + 120.0, centre[1] + 40.0]);
+    browser.key('v');
+    browser.wait_for(&is_done(false));
+    let turned = look(&mut browser, "web-turned").part(extent);
+    let difference = turned.difference(&of_page);
+    println!("turned against opened: {difference:.3} levels");
+    assert!(difference > 4.0, "the view did not turn: {difference}");
+    browser.control('s');
+    let file = saved.path().join("scene.toml");
+    browser.wait_until("a saved scene", |_| file.exists());
+    browser.wait_for(&is_done(true));
+    let before = Scene::read(&folder.join("scene.toml")).expect("a scene");
+    let after = Scene::read(&file).expect("the page offers its scene as a file");
+    assert_ne!(before.camera, after.camera);
+    assert_eq!((before.groom, before.hair), (after.groom, after.hair));
+    browser.control('z');
+    browser.wait_for(&is_done(false));
+    let undone = look(&mut browser, "web-undone").part(extent);
+    let difference = undone.difference(&of_page);
+    assert!(difference < 0.5, "undone: {difference} levels");
+
+    // Another size of the page, another picture.
+    browser.resize([620, 340]);
+    let mut smaller = undone;
+    browser.wait_until("a smaller picture", |browser| {
+        smaller = Pixels::from_png(&browser.screenshot());
+        let found = smaller.extent(background);
+        found.is_some_and(|[.., of_width, of_height]| of_width < width && of_height < height)
+    });
+    browser.wait_for(&is_done(false));
+    look(&mut browser, "web-smaller");
+    assert_eq!(browser.console, Vec::<String>::new());
+}
+
+/// Keeps what the viewer tells, and the devices that it opens.
+const WATCH: &str = "
+    globalThis.strandview_log = [];
+    globalThis.devices = [];
+    const request = GPUAdapter.prototype.requestDevice;
+    GPUAdapter.prototype.requestDevice = async function (...options) {
+        const device = await request.apply(this, options);
+        devices.push(device);
+        return device;
+    };";
+
+/// Left, top, right and bottom of a control in the page.
+fn place(browser: &mut Browser, name: &str) -> [f64; 4] {
+    let places = "JSON.parse(strandview_log.findLast(line => line.includes('\"places\"'))).places";
+    let place = browser.evaluate(&format!("{places}[{name:?}]"));
+    let corner = |ix: usize| place[ix].as_f64();
+    match [corner(0), corner(1), corner(2), corner(3)] {
+        [Some(left), Some(top), Some(right), Some(bottom)] => [left, top, right, bottom],
+        _ => panic!("no control {name:?}"),
+    }
+}
+
+/// Does something that the viewer tells of as `event`, and waits for the finished picture.
+fn after(browser: &mut Browser, event: &str, is_saved: bool, act: impl FnOnce(&mut Browser)) {
+    let count = |browser: &mut Browser| {
+        let line = format!("'\"event\":\"{event}\"'");
+        let lines = format!("strandview_log.filter(line => line.includes({line})).length");
+        browser.evaluate(&lines).as_u64().unwrap_or(0)
+    };
+    let before = count(browser);
+    act(browser);
+    browser.wait_until(event, |browser| count(browser) > before);
+    browser.wait_for(&is_done(is_saved));
+}
+
+#[test]
+fn a_page_edits_paints_keeps_and_carries_on() {
+    let folder = page();
+    let address = serve(folder);
+    let mut browser = Browser::start(WITH_WEBGPU, [760, 480]);
+    let saved = tempfile::tempdir().expect("a temporary folder");
+    browser.download_to(saved.path());
+    browser.before_pages(WATCH);
+    browser.go(&address);
+    browser.wait_for(&is_done(true));
+    let [left, top, right, bottom] = place(&mut browser, "View");
+    let extent = [left, top, right - left, bottom - top].map(|x| x as usize);
+    let picture = |browser: &mut Browser, name| look(browser, name).part(extent);
+    let opened = picture(&mut browser, "web-before");
+
+    // A slider.
+    let [x0, y0, x1, y1] = place(&mut browser, "Index eta slider");
+    let middle = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
+    let end = [x1 - 2.0, middle[1]];
+    after(&mut browser, "edit", false, |browser| {
+        browser.drag(middle, end);
+    });
+    let edited = picture(&mut browser, "web-slid");
+    let difference = edited.difference(&opened);
+    println!("slid against opened: {difference:.3} levels");
+    assert!(difference > 0.5, "the slider did nothing: {difference}");
+    // The page is not left with changes unless its reader wants that.
+    assert!(browser.reload(false), "changes would have been lost");
+    after(&mut browser, "undo", true, |browser| browser.control('z'));
+    let undone = picture(&mut browser, "web-slid-back").difference(&opened);
+    println!("undone: {undone:.3} levels");
+    assert!(undone < 0.05, "undone: {undone} levels");
+
+    // A stroke, saved with the groom.
+    browser.key('b');
+    let y = top + 0.4 * (bottom - top);
+    let across = [
+        [left + 0.3 * (right - left), y],
+        [left + 0.7 * (right - left), y],
+    ];
+    after(&mut browser, "stroke", false, |browser| {
+        browser.drag(across[0], across[1]);
+    });
+    browser.mouse_away();
+    let painted = picture(&mut browser, "web-painted");
+    let difference = painted.difference(&opened);
+    println!("painted against opened: {difference:.3} levels");
+    // A band across strands that are few and thin.
+    assert!(difference > 0.1, "nothing was painted: {difference}");
+    after(&mut browser, "saved", true, |browser| browser.control('s'));
+    let file = saved.path().join("scene-painted.groom");
+    let scene = saved.path().join("scene.toml");
+    browser.wait_until("a saved groom", |_| file.exists() && scene.exists());
+    browser.wait_until("whole", |_| Groom::read(&file).is_ok());
+    let groom = Groom::read(&file).expect("a groom");
+    assert!(groom.attribute("dye").is_some());
+    let scene = Scene::read(&scene).expect("a scene");
+    assert_eq!(scene.groom.file, Path::new("scene-painted.groom"));
+
+    // The picture as a file.
+    after(&mut browser, "picture", true, |browser| browser.key('p'));
+    let file = saved.path().join("scene-001.png");
+    browser.wait_until("a picture", |_| file.exists());
+    let kept = Pixels::from_png(&std::fs::read(&file).expect("readable"));
+    let difference = kept.difference(&painted);
+    println!("saved picture: {difference:.3} levels");
+    assert!(
+        difference < 0.05,
+        "the saved picture is off by {difference}"
+    );
+
+    // A device that is gone is opened again, with the paint.
+    after(&mut browser, "lost", true, |browser| {
+        browser.evaluate("devices.at(-1).destroy(), 0");
+        browser.mouse_away();
+    });
+    browser.wait_for("devices.length > 1");
+    browser.wait_for(&is_done(true));
+    let again = picture(&mut browser, "web-lost").difference(&painted);
+    println!("after a lost device: {again:.3} levels");
+    assert!(again < 0.05, "{again} levels");
+    // Saved as it is, it is left without a question.
+    assert!(!browser.reload(false));
+    browser.wait_for("globalThis.devices?.length === 1");
+}
+
+#[test]
+fn without_webgpu_the_page_says_so_in_a_sentence() {
+    let mut browser = Browser::start(WITHOUT_WEBGPU, SIZE);
+    browser.go(&serve(page()));
+    browser.wait_for("document.body.innerText.includes('WebGPU')");
+    let text = browser.evaluate("document.body.innerText");
+    let text = text.as_str().unwrap_or_default().trim().to_owned();
+    look(&mut browser, "web-without");
+    assert!(
+        text.starts_with("This page draws with WebGPU, which this browser does not offer"),
+        "{text}"
+    );
+    assert!(
+        !text.contains('\n') && text.matches(". ").count() == 0,
+        "{text}"
+    );
+}
+
+#[test]
+fn what_cannot_be_opened_is_said_in_the_page() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for file in std::fs::read_dir(page()).expect("the page") {
+        let path = file.expect("a file").path();
+        let name = path.file_name().expect("a name").to_owned();
+        if name != "five.lights" {
+            std::fs::copy(&path, folder.path().join(name)).expect("copied");
+        }
+    }
+    let address = serve(folder.path());
+    let mut browser = Browser::start(WITH_WEBGPU, SIZE);
+    for (bytes, needle) in [
+        (
+            None,
+            "five.lights: cannot be fetched: the server answers 404",
+        ),
+        (Some("not lights"), "five.lights"),
+    ] {
+        if let Some(bytes) = bytes {
+            std::fs::write(folder.path().join("five.lights"), bytes).expect("written");
+        }
+        browser.go(&address);
+        browser.wait_for(&format!("document.body.innerText.includes({needle:?})"));
+        let text = browser.evaluate("document.body.innerText");
+        assert!(
+            text.as_str()
+                .is_some_and(|text| text.starts_with("strandview: ")),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn the_folder_holds_a_page_and_is_nobody_elses() {
+    let page = page();
+    let mut names: Vec<String> = std::fs::read_dir(page)
+        .expect("the page")
+        .map(|file| {
+            file.expect("a file")
+                .file_name()
+                .to_string_lossy()
+                .into_owned()
+        })
+        .collect();
+    names.sort();
+    let wanted = [
+        "a wig.groom",
+        "default.tables",
+        "five.lights",
+        "index.html",
+        "scene.toml",
+        "strandview.js",
+        "strandview_bg.wasm",
+    ];
+    assert_eq!(names, wanted);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("letter.txt"), "mine").expect("written");
+    let scene = page.with_file_name("scene").join(SCENE);
+    let refused = build(&scene, folder.path()).expect_err("not its own");
+    assert!(refused.contains("was not made by web/build"), "{refused}");
+    let refused = build(Path::new("nowhere.toml"), folder.path()).expect_err("no scene");
+    assert!(refused.contains("nowhere.toml: no such file"), "{refused}");
+    assert_eq!(std::fs::read_dir(folder.path()).expect("there").count(), 1);
+}

@@ -1,0 +1,5 @@
+//! The window of `strandview`, on a display of its own.
+
+mod window_common;
+mod window_edit;
+mod window_robust;
