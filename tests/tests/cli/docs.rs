@@ -1,7 +1,7 @@
 //! What the README, the book and the pages beside them promise: links lead somewhere, command blocks
 //! run, generated pages are up to date, and every key and option is documented.
 //!
-//! `STRANDLIGHT_UPDATE_DOCS=1 cargo test -p strandlight-tests --test cli docs` rewrites generated pages.
+//! `STRANDLIGHT_UPDATE_DOCS=1 cargo test -p strandlight-tests --test cli docs::` rewrites generated pages.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -483,7 +483,7 @@ fn check_generated(page: &Path, generated: &str) {
     }
     assert!(
         read(page) == generated,
-        "{} is out of date: STRANDLIGHT_UPDATE_DOCS=1 cargo test -p strandlight-tests --test cli docs",
+        "{} is out of date: STRANDLIGHT_UPDATE_DOCS=1 cargo test -p strandlight-tests --test cli docs::",
         page.display()
     );
 }
