@@ -444,7 +444,7 @@ fn programs() -> tempfile::TempDir {
 /// Each page's blocks in order, in a folder of the page's own.
 #[cfg(unix)]
 #[test]
-fn the_commands_of_every_page_run() {
+fn gpu_the_commands_of_every_page_run() {
     let programs = programs();
     let path = std::env::var("PATH").unwrap_or_default();
     let path = format!("{}:{path}", programs.path().display());
@@ -538,7 +538,7 @@ fn the_reference_of_strandview_is_its_help() {
     assert_eq!(in_page, in_help);
 }
 
-/// Names of the keys of `value`, as paths with `N` for places in lists of tables.
+/// Names of the keys of `value`, as paths without the places in lists of tables.
 fn key_paths(path: &str, value: &Value, found: &mut BTreeSet<String>) {
     match value {
         Value::Object(table) => {
@@ -552,7 +552,7 @@ fn key_paths(path: &str, value: &Value, found: &mut BTreeSet<String>) {
         }
         Value::Array(items) if items.iter().any(Value::is_object) => {
             let each = items.iter().filter(|item| item.is_object());
-            each.for_each(|item| key_paths(&format!("{path}.N"), item, found));
+            each.for_each(|item| key_paths(path, item, found));
         }
         _ => {
             found.insert(path.to_owned());
@@ -592,11 +592,12 @@ fn every_scene_key_is_in_the_reference() {
         fps = 25
         frames = ["b.groom"]
         "#;
-    let windy =
-        "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n[motion.wind]\nspeed = 1\n";
+    let files = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n";
+    let windy = format!("{files}[motion.wind]\nspeed = 1\n[hair.melanin]\neumelanin = 1\n");
+    let matched = format!("{files}[hair]\nreflectance = [0.1, 0.1, 0.1]\n");
     let mut paths = BTreeSet::new();
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for text in [text, windy] {
+    for text in [text, &windy, &matched] {
         let file = folder.path().join("scene.toml");
         fs::write(&file, text).expect("written");
         let scene = Scene::read(&file).expect("a scene");
@@ -656,7 +657,7 @@ fn the_example_of_the_file_format_is_the_golden_file() {
         let byte = |word: &str| u8::from_str_radix(word, 16).expect("a byte");
         bytes.extend(words.by_ref().map(byte));
     }
-    let golden = fs::read(project_root().join("tests/golden/v1.lights")).expect("it is there");
+    let golden = fs::read(project_root().join("tests/golden/v1_1.lights")).expect("it is there");
     assert_eq!(bytes, golden);
 }
 

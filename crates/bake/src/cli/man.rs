@@ -58,7 +58,7 @@ fn markdown(program: &clap::Command) -> String {
     let mut page = String::from(
         "# Commands\n\n\
          <!-- Generated from the command-line parser: strandlight man --markdown -o FILE.\n\
-         \x20    To update: STRANDLIGHT_UPDATE_DOCS=1 cargo test -p strandlight-tests --test docs -->\n\n\
+         \x20    To update: STRANDLIGHT_UPDATE_DOCS=1 cargo test -p strandlight-tests --test cli docs:: -->\n\n\
          Every command takes `--help` (this page is that text), and the [options of all \
          commands](#options-of-all-commands).\n",
     );
