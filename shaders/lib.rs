@@ -19,6 +19,7 @@
 
 /// Why a module could not be put together.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ShaderError {
     /// The module is not among [`MODULES`].
     #[error("shader module '{module}', asked for by '{importer}', does not exist")]

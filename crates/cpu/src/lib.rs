@@ -2,6 +2,32 @@
 //!
 //! Every file is the twin of the pass of the same name and follows its arithmetic, so that the
 //! two pictures differ by rounding. Work is shared out with rayon; nothing depends on how.
+//!
+//! ```
+//! use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight};
+//! use strandlight_scene::PreparedScene;
+//!
+//! // Files: one strand of 10 cm, and light from above.
+//! let folder = std::env::temp_dir().join(format!("strandlight-cpu-{}", std::process::id()));
+//! std::fs::create_dir_all(&folder)?;
+//! let groom = Groom {
+//!     points: vec![[0.0, 0.0, 0.0], [0.0, 10.0, 0.0]],
+//!     strand_offsets: vec![0, 2],
+//!     ..Groom::default()
+//! };
+//! groom.write(&folder.join("strand.groom"))?;
+//! let light = SrbfLight { direction: [0.0, 1.0, 0.0], lambda: 0.5, rgb: [1.0; 3] };
+//! let lights = LightSet { lights: vec![light], ..LightSet::default() };
+//! lights.write(&folder.join("sky.lights"))?;
+//!
+//! let mut scene = Scene::new("strand.groom", "sky.lights");
+//! scene.folder = folder.clone();
+//! let scene = PreparedScene::load(&scene)?;
+//! let (picture, _) = strandlight_cpu::render(&scene, &scene.camera, [16, 16], 4)?;
+//! assert_eq!((picture.width, picture.height), (16, 16));
+//! std::fs::remove_dir_all(folder)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod composite;
 mod project;

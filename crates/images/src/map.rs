@@ -21,6 +21,7 @@ const MAX_FILE_BYTES: u64 = 16 << 30;
 
 /// Why a map could not be read or used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum MapError {
     /// The file could not be opened or read.
     #[error("{}: {source}", path.display())]

@@ -3,6 +3,14 @@
 //! - [`bench`]: costs and errors of the closed forms, of shadows, edits and frames.
 //! - [`stress`]: single and multiple scattering at corners and random extremes against f64.
 //! - [`transmittance`]: earlier ways to find what hair leaves of a light, as baselines.
+//!
+//! ```
+//! use strandlight_lab::bench::plot::{Figure, Panel};
+//!
+//! let panel = Panel { title: "TT".to_owned(), ..Panel::default() };
+//! let figure = Figure { title: "Error".to_owned(), panels: vec![panel], columns: 1, ..Figure::default() };
+//! assert!(figure.to_svg().starts_with("<svg"));
+//! ```
 
 pub mod bench;
 pub mod stress;

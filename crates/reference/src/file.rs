@@ -42,6 +42,7 @@ pub struct ReferenceFile {
 
 /// Why a file cannot be gone on with.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FileError {
     /// Not an OpenEXR file that can be read.
     #[error("not a readable OpenEXR file: {0}")]

@@ -8,6 +8,15 @@
 //! All of them draw the fibres as ribbons that face the ray ([`crate::rays`]), at their true
 //! width, lit as seen from the axis. Geometry is f32, light f64. Every random number is a hash of
 //! seed, pixel and sample, so neither threads nor runs matter.
+//!
+//! ```
+//! use strandlight_reference::compare::{Layer, compare};
+//!
+//! let grey = |value: f32| Layer::new(2, 1, vec![[value; 3]; 2], vec![1.0; 2]);
+//! let result = compare(&grey(1.1), &grey(1.0))?;
+//! assert!((result.hair.relative_rmse - 0.1).abs() < 1e-6);
+//! # Ok::<(), strandlight_reference::compare::CompareError>(())
+//! ```
 
 pub mod compare;
 mod directional;

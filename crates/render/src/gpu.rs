@@ -8,6 +8,7 @@ use crate::limits;
 
 /// Why no device could be had, or why it failed later.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuError {
     /// No driver, or no adapter the driver offers.
     #[error("no GPU adapter was found ({0})")]

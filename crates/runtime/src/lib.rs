@@ -3,6 +3,15 @@
 //! - [`Session`]: a document, its edits, undo and saving.
 //! - [`Viewer`]: a session and a renderer that follows it.
 //! - [`script`]: the same without a window.
+//!
+//! ```
+//! use strandlight_runtime::script::Script;
+//!
+//! let script = Script::from_json(r#"[{"set": {"hair.eta": 1.6}}, {"frame": "a", "samples": 8}]"#)?;
+//! let names: Vec<&str> = script.frames().map(|frame| frame.name.as_str()).collect();
+//! assert_eq!(names, ["a"]);
+//! # Ok::<(), strandlight_scene::SceneError>(())
+//! ```
 
 pub mod script;
 pub mod session;

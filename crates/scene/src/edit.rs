@@ -250,6 +250,7 @@ impl LobeTables {
 
 /// Why textures cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum EditError {
     /// A hair parameter is outside its range.
     #[error(transparent)]

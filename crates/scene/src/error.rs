@@ -2,6 +2,7 @@
 
 /// A scene that cannot be prepared for rendering.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A file of the scene, or a value in it, cannot be used; the text names it.
     #[error("{0}")]
@@ -47,6 +48,7 @@ impl SceneError {
 
 /// A picture that cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RenderError {
     /// A side is zero or too long, or there are too many pixels.
     #[error(

@@ -3,6 +3,17 @@
 //! - [`PreparedScene`]: a scene file with everything it names, read and put into world space.
 //! - [`Camera`]: the view.
 //! - [`Picture`]: linear radiance, and its PNG.
+//!
+//! ```
+//! use strandlight_scene::{Camera, glam::Vec3};
+//!
+//! // Frames a sphere of 15 cm about a head, with a field of view of 0.6 rad.
+//! let head = Vec3::new(0.0, 160.0, 0.0);
+//! let camera = Camera::framing(head, 15.0, 0.6);
+//! let (right, up, forward) = camera.axes();
+//! assert!((head - camera.eye).normalize().dot(forward) > 0.999);
+//! assert!(right.dot(up).abs() < 1e-5);
+//! ```
 
 pub mod assets;
 pub mod background;
@@ -32,6 +43,8 @@ use strandlight_scattering::layout::Layout;
 
 pub use camera::Camera;
 pub use error::{RenderError, SceneError};
+/// The version whose types appear in signatures.
+pub use glam;
 pub use picture::Picture;
 pub use scene::PreparedScene;
 pub use stats::Stats;

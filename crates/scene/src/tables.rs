@@ -15,6 +15,7 @@ use strandlight_scattering::table_layout::{
 
 /// Why a `.tables` file cannot be used for shading.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TablesError {
     /// A table is not in the file.
     #[error("table '{0}' is missing")]

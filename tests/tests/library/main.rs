@@ -6,6 +6,8 @@ mod golden_pictures;
 mod invalid_parameters;
 mod motion;
 mod multiple_scattering;
+mod packages;
+mod public_api;
 mod shaders_constants;
 mod shaders_names;
 mod shaders_tables;

@@ -21,7 +21,8 @@ use strandlight_formats::{Attribute, Domain, Groom, GroomSource, HairSection, to
 use strandlight_scene::progress::Progress;
 
 /// How the hair is worn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Style {
     /// Long, parted in the middle, straight.
     Straight,
@@ -82,6 +83,7 @@ pub const FULL_HEAD: u32 = 100_000;
 
 /// A size that cannot be grown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GrowError {
     /// A count outside its range.
     #[error("{field} is {value}, outside {min}..={max}")]

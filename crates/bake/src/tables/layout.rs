@@ -6,6 +6,7 @@ use strandlight_scattering::table_layout;
 
 /// Why a table cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TableError {
     /// A table is not in the file.
     #[error("there is no table {name}")]

@@ -16,6 +16,7 @@ const COLOURS: [&str; 4] = [EXACT, "paper", "runtime", "quadrature"];
 
 /// Why there are no curves.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CurvesError {
     /// A method cannot be prepared.
     #[error(transparent)]

@@ -30,6 +30,7 @@ pub struct Options {
 
 /// Why there is no measurement.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FrontierError {
     /// A method cannot be prepared.
     #[error(transparent)]

@@ -26,6 +26,7 @@ use super::brute_force::BruteForce;
 
 /// Why methods cannot be prepared.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum MethodError {
     /// The tables that the program carries cannot be read.
     #[error(transparent)]

@@ -17,6 +17,7 @@ use super::point::{Group, Point};
 
 /// Why a run could not go on; a failed check is not among these.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StressError {
     /// The harness drew a fibre that the API refuses: its ranges and the API's differ.
     #[error("a drawn fibre is refused: {0}")]

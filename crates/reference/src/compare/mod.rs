@@ -7,12 +7,12 @@
 //! - [`signed_png`]: the signed difference to look at.
 //!
 //! ```
-//! use strandlight_bake::compare::{Layer, compare};
+//! use strandlight_reference::compare::{Layer, compare};
 //!
 //! let grey = |value: f32| Layer::new(2, 1, vec![[value; 3]; 2], vec![1.0; 2]);
 //! let result = compare(&grey(1.1), &grey(1.0))?;
 //! assert!((result.hair.relative_rmse - 0.1).abs() < 1e-6);
-//! # Ok::<(), strandlight_bake::compare::CompareError>(())
+//! # Ok::<(), strandlight_reference::compare::CompareError>(())
 //! ```
 
 mod flip;
@@ -29,6 +29,7 @@ use std::path::PathBuf;
 
 /// Why two pictures could not be compared.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CompareError {
     /// A file that could not be read.
     #[error(transparent)]

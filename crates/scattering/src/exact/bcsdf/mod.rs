@@ -37,6 +37,7 @@ use truncated::{Truncated, sample_circular};
 
 /// Why there is no [`Bcsdf`] of a fibre.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BcsdfError {
     /// A parameter outside its range.
     #[error(transparent)]
