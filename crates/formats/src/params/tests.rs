@@ -235,7 +235,8 @@ fn words_and_lists_are_checked() {
 fn the_reference_of_the_book_is_this() {
     const PAGE: &str = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../docs/book/src/reference/scene.md"
+        "/../../",
+        "docs/book/src/reference/scene.md"
     );
     const MARKS: [&str; 2] = ["<!-- params:begin -->", "<!-- params:end -->"];
     let page = std::fs::read_to_string(PAGE).expect("part of the project");
