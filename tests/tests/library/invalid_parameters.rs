@@ -7,13 +7,14 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 use strandlight_data::DEFAULT_TABLES;
+use strandlight_formats::params::{Absent, Kind, ParamSpec, SECTIONS, SectionSpec, Shape};
 use strandlight_formats::{
     Background, BakedFile, LightSet, LightSetInfo, Scene, SrbfLight, TableFile,
 };
 use strandlight_scattering::closed_form::Fibre;
 use strandlight_scattering::exact::{Light, View};
 use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::{HairParams, Lobe, ParamError};
+use strandlight_scattering::{HairParams, Lobe, ParamError, Parameter, ParameterShape};
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::{Camera, DEFAULT_FOV_Y};
 use strandlight_scene::edit::{HairTextures, LobeTables};
@@ -35,21 +36,22 @@ fn misses(min: f64, max: f64) -> [f64; 5] {
 
 type Field<T> = fn(&mut T) -> &mut f64;
 
-/// Field names, places and ranges of [`HairParams`].
-const HAIR: [(&str, Field<HairParams>, f64, f64); 12] = [
-    ("eta", |hair| &mut hair.eta, 1.0001, 3.0),
-    ("sigma_a[0]", |hair| &mut hair.sigma_a[0], 0.0, 50.0),
-    ("sigma_a[1]", |hair| &mut hair.sigma_a[1], 0.0, 50.0),
-    ("sigma_a[2]", |hair| &mut hair.sigma_a[2], 0.0, 50.0),
-    ("shift.r", |hair| &mut hair.shift.r, -0.5, 0.5),
-    ("shift.tt", |hair| &mut hair.shift.tt, -0.5, 0.5),
-    ("shift.trt", |hair| &mut hair.shift.trt, -0.5, 0.5),
-    ("width.r", |hair| &mut hair.width.r, 0.001, 1.5),
-    ("width.tt", |hair| &mut hair.width.tt, 0.001, 1.5),
-    ("width.trt", |hair| &mut hair.width.trt, 0.001, 1.5),
-    ("caustic_width", |hair| &mut hair.caustic_width, 0.01, 1.5),
-    ("eccentricity", |hair| &mut hair.eccentricity, 0.5, 2.0),
-];
+/// Every number of a fibre: its name, the parameter it belongs to, its place there.
+fn numbers() -> impl Iterator<Item = (&'static str, Parameter, usize)> {
+    Parameter::ALL.into_iter().flat_map(|parameter| {
+        let names = parameter.numbers().iter().enumerate();
+        names.map(move |(ix, name)| (*name, parameter, ix))
+    })
+}
+
+/// Hair with one number at `value`.
+fn hair_with(parameter: Parameter, ix: usize, value: f64) -> HairParams {
+    let mut hair = HairParams::default();
+    let mut values = parameter.get(&hair);
+    values[ix] = value;
+    parameter.set(&mut hair, values);
+    hair
+}
 
 fn check_error(error: ParamError, field: &str, value: f64) {
     assert_eq!(error.field, field);
@@ -64,20 +66,22 @@ fn check_error(error: ParamError, field: &str, value: f64) {
 
 #[test]
 fn fibres() {
-    for (field, place, min, max) in HAIR {
+    let mut n_checked = 0;
+    for (field, parameter, ix) in numbers() {
+        let [min, max] = parameter.range();
         for good in [min, max] {
-            let mut hair = HairParams::default();
-            *place(&mut hair) = good;
+            let hair = hair_with(parameter, ix, good);
             assert_eq!(hair.validate(), Ok(()), "{field} {good}");
             assert!(Fibre::new(&hair, &Lobe::ALL, 4).is_ok());
         }
         for bad in misses(min, max) {
-            let mut hair = HairParams::default();
-            *place(&mut hair) = bad;
+            let hair = hair_with(parameter, ix, bad);
             check_error(hair.validate().unwrap_err(), field, bad);
             check_error(Fibre::new(&hair, &Lobe::ALL, 4).unwrap_err(), field, bad);
         }
+        n_checked += 1;
     }
+    assert!(n_checked >= 12, "{n_checked}");
 }
 
 #[test]
@@ -172,69 +176,110 @@ fn light_sets() {
     assert_eq!(n_checked, 20);
 }
 
+/// The section of a file that sets number `ix` of `spec` to `value`, and what else it needs.
+fn section_text(section: &dyn SectionSpec, spec: &ParamSpec, ix: usize, value: &str) -> String {
+    let text = |spec: &ParamSpec, at: Option<(usize, &str)>| {
+        let Some(numbers) = spec.numbers() else {
+            return format!("{} = \"x\"\n", spec.key);
+        };
+        // Somewhere inside, and not the same for any two.
+        let inside = |ix: usize| match numbers.shape {
+            Shape::Whole | Shape::Size => format!("{}", numbers.min.max(1.0)),
+            _ => format!(
+                "{:?}",
+                numbers.min + (0.3 + 0.1 * ix as f64) * (numbers.max - numbers.min)
+            ),
+        };
+        let [a, b, c] = [0, 1, 2].map(|ix| match at {
+            Some((changed, value)) if changed == ix => value.to_owned(),
+            _ => inside(ix),
+        });
+        let value = match numbers.shape {
+            Shape::Number | Shape::Whole => a,
+            Shape::Size => format!("[{a}, {b}]"),
+            Shape::Rgb | Shape::Vector => format!("[{a}, {b}, {c}]"),
+            Shape::PerLobe => format!("{{ r = {a}, tt = {b}, trt = {c} }}"),
+        };
+        format!("{} = {value}\n", spec.key)
+    };
+    let kind = section
+        .kind()
+        .map_or(String::new(), |kind| format!("kind = \"{kind}\"\n"));
+    let others: String = section
+        .specs()
+        .into_iter()
+        .filter(|(other, _)| other.absent == Absent::Refused && other.key != spec.key)
+        .map(|(other, _)| text(other, None))
+        .collect();
+    // A frame rate is that of frames.
+    let frames = match spec.key {
+        "fps" => "frames = [\"x\"]\n",
+        _ => "",
+    };
+    let heading = section.heading();
+    format!(
+        "{heading}\n{kind}{frames}{others}{}",
+        text(spec, Some((ix, value)))
+    )
+}
+
+/// Every number of every section.
 #[test]
 fn scene_files() {
+    let mut n_checked = 0;
+    for section in SECTIONS {
+        // The section of lights has to be there once.
+        let lights = match section.name() {
+            "lights" => "",
+            _ => "[lights]\nfile = 'b'\n",
+        };
+        for (spec, _) in section.specs() {
+            let Kind::Numbers(numbers) = spec.kind else {
+                continue;
+            };
+            // Whole numbers have no NaN and no fractions in TOML.
+            let is_whole = matches!(numbers.shape, Shape::Whole | Shape::Size);
+            let read = |ix: usize, value: &str| {
+                let text = section_text(section, spec, ix, value);
+                let text = format!("version = 1\n[groom]\nfile = 'a'\n{lights}{text}");
+                Scene::from_toml(&text).map_err(|error| format!("{error}\n{text}"))
+            };
+            for (ix, suffix) in numbers.shape.suffixes().iter().enumerate() {
+                let named = format!("{}{suffix} is ", spec.key);
+                let (min, max) = (numbers.min, numbers.max);
+                for good in [min, max] {
+                    let written = if is_whole {
+                        format!("{good}")
+                    } else {
+                        format!("{good:?}")
+                    };
+                    // Only the line of sight can still be at fault.
+                    if let Err(error) = read(ix, &written) {
+                        assert!(error.contains("camera."), "{error}");
+                    }
+                }
+                let bad: Vec<String> = if is_whole {
+                    vec![format!("{}", min - 1.0), format!("{}", max + 1.0)]
+                } else {
+                    // TOML writes these as Rust does, but for the case of NaN.
+                    let bad = misses(min, max);
+                    bad.iter()
+                        .map(|bad| format!("{bad:?}").to_lowercase())
+                        .collect()
+                };
+                for bad in bad {
+                    let error = read(ix, &bad).unwrap_err();
+                    // What does not fit into a u32 is told by the reader of the text.
+                    let is_named = error.to_lowercase().contains(&format!("{named}{bad},"))
+                        || error.contains(spec.key) && (is_whole || error.contains(&named));
+                    assert!(is_named, "{named}{bad}: {error}");
+                    n_checked += 1;
+                }
+            }
+        }
+    }
+    assert!(n_checked > 200, "{n_checked}");
     let base = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n";
-    let modes = |key: &str, mode: &str, value: &str| {
-        let of = |name| if name == mode { value } else { "1.0" };
-        format!(
-            "[hair]\n{key} = {{ r = {}, tt = {}, trt = {} }}",
-            of("r"),
-            of("tt"),
-            of("trt")
-        )
-    };
-    let channels = |value: &str, ix: usize| {
-        let mut rgb = ["0.1"; 3];
-        rgb[ix] = value;
-        format!("[hair]\nsigma_a = [{}]", rgb.join(", "))
-    };
-    // Key as the message has it, text of the section for a value, range.
-    type Text<'a> = Box<dyn Fn(&str) -> String + 'a>;
-    let mut fields: Vec<(String, Text, f64, f64)> = Vec::new();
-    for (key, min, max) in [
-        ("eta", 1.0001, 3.0),
-        ("caustic_width_deg", 0.5, 60.0),
-        ("eccentricity", 0.5, 2.0),
-        ("diameter_cm", 1e-5, 10.0),
-    ] {
-        let text = move |value: &str| format!("[hair]\n{key} = {value}");
-        fields.push((format!("hair.{key}"), Box::new(text), min, max));
-    }
-    for ix in 0..3 {
-        let text = move |value: &str| channels(value, ix);
-        fields.push(("hair.sigma_a".to_owned(), Box::new(text), 0.0, 50.0));
-    }
-    for (key, min, max) in [("shift_deg", -28.0, 28.0), ("width_deg", 0.05, 60.0)] {
-        for mode in ["r", "tt", "trt"] {
-            let text = move |value: &str| modes(key, mode, value);
-            fields.push((format!("hair.{key}.{mode}"), Box::new(text), min, max));
-        }
-    }
-    let exposure = |value: &str| format!("[render]\nexposure = {value}");
-    fields.push((
-        "render.exposure".to_owned(),
-        Box::new(exposure),
-        -32.0,
-        32.0,
-    ));
-    let fov = |value: &str| {
-        format!("[camera]\nposition = [0.0, 0.0, 9.0]\ntarget = [0.0, 0.0, 0.0]\nfov_deg = {value}")
-    };
-    fields.push(("camera.fov_deg".to_owned(), Box::new(fov), 1.0, 170.0));
-    for (key, text, min, max) in &fields {
-        let inside = format!("{:?}", 0.5 * (min + max));
-        let good = Scene::from_toml(&format!("{base}{}", text(&inside)));
-        assert!(good.is_ok(), "{key} {inside}: {good:?}");
-        for bad in misses(*min, *max) {
-            // TOML writes these as Rust does, but for the case of NaN.
-            let written = format!("{bad:?}").to_lowercase();
-            let error = Scene::from_toml(&format!("{base}{}", text(&written))).unwrap_err();
-            let (message, named) = (error.to_string(), format!("{key} is {bad},"));
-            assert!(message.contains(&named), "{named} {message}");
-        }
-    }
-    assert_eq!(fields.len(), 15);
     for bad in [f32::NAN, f32::INFINITY, -1e-3, 1.1e6] {
         let written = format!("{bad:?}").to_lowercase();
         let text = format!("{base}[render]\nbackground = [0.0, {written}, 0.0]");
@@ -296,11 +341,15 @@ fn with(query: &Value, pointer: &str, value: f64) -> String {
 
 #[test]
 fn queries() {
-    let hair = json!({
-        "eta": 1.55, "sigma_a": [0.2, 0.3, 0.5], "caustic_width": 0.1, "eccentricity": 1.0,
-        "shift": {"r": -0.1, "tt": 0.05, "trt": 0.15},
-        "width": {"r": 0.18, "tt": 0.09, "trt": 0.36},
-    });
+    let mut hair = json!({});
+    for parameter in Parameter::ALL {
+        let [a, b, c] = parameter.get(&HairParams::default());
+        hair[parameter.name()] = match parameter.shape() {
+            ParameterShape::Number => json!(a),
+            ParameterShape::Rgb => json!([a, b, c]),
+            ParameterShape::PerLobe => json!({"r": a, "tt": b, "trt": c}),
+        };
+    }
     let azimuthal = json!({
         "q": "azimuthal", "mode": "TT", "lambda": 0.2, "dphi": 0.5, "theta_d": 0.1, "hair": hair,
     });
@@ -344,7 +393,8 @@ fn queries() {
         ),
         (&single, "/view/phi".to_owned(), "view.phi", -1e6, 1e6),
     ];
-    for (field, _, min, max) in HAIR {
+    for (field, parameter, _) in numbers() {
+        let [min, max] = parameter.range();
         let place = field.replace(['.', '['], "/").replace(']', "");
         for query in [&azimuthal, &single] {
             fields.push((query, format!("/hair/{place}"), field, min, max));
