@@ -1,4 +1,4 @@
-// The shadow volume's grid. Twin: Grid in crates/runtime/src/volume.rs.
+// The shadow volume's grid. Twin: Grid in crates/scene/src/volume.rs.
 
 struct Grid {
     origin: vec3f,

@@ -1,4 +1,4 @@
-// A light of the scene. Twin: LightRecord in crates/runtime/src/scene.rs.
+// A light of the scene. Twin: LightRecord in crates/scene/src/scene.rs.
 
 struct Light {
     direction: vec3f,
@@ -20,7 +20,7 @@ struct Light {
     pad_1: u32,
 }
 
-// Twin in crates/runtime/src/shadow_maps.rs.
+// Twin in crates/scene/src/shadow_maps.rs.
 const NO_SLOT: u32 = 0xffffffffu;
 
 // Lights and points that a dispatch works on. Twin: Batch in

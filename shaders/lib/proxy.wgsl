@@ -1,4 +1,4 @@
-// Opaque, matte things beside the hair: ellipsoids, and a ground. Twin: crates/runtime/src/proxy.rs.
+// Opaque, matte things beside the hair: ellipsoids, and a ground. Twin: crates/scene/src/proxy.rs.
 
 struct Proxy {
     // Rows of the map from world space to where the ellipsoid is the unit sphere, the shift in w.

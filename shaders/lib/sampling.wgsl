@@ -1,4 +1,4 @@
-// Which samples of a pixel a thin strand covers. Twin: crates/runtime/src/sampling.rs.
+// Which samples of a pixel a thin strand covers. Twin: crates/scene/src/sampling.rs.
 
 fn hash_u32(value: u32) -> u32 {
     var x = value;

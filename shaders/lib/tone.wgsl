@@ -1,4 +1,4 @@
-// From linear radiance to what a screen shows. Twin: crates/runtime/src/tone.rs, which explains
+// From linear radiance to what a screen shows. Twin: crates/scene/src/tone.rs, which explains
 // the curve.
 
 const TONE_NONE: u32 = 0u;

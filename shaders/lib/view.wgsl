@@ -1,4 +1,4 @@
-// The view. Twin: ViewUniform in crates/runtime/src/camera.rs.
+// The view. Twin: ViewUniform in crates/scene/src/camera.rs.
 
 struct View {
     eye: vec3f,

@@ -1,4 +1,4 @@
-// Wind that bends strands. Twin: crates/runtime/src/motion/wind.rs.
+// Wind that bends strands. Twin: crates/scene/src/motion/wind.rs.
 // #import lib/sampling
 
 // Noise that travels with the wind.

@@ -1,5 +1,5 @@
 // Turns sums of samples into means and puts the background behind them.
-// Twin: crates/bake/src/cpu/composite.rs.
+// Twin: crates/cpu/src/composite.rs.
 // #import lib/view
 // #import lib/light
 

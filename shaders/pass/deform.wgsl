@@ -1,6 +1,6 @@
 // Bends the strands in the wind: one thread walks a strand from its root, which stays. Writes
-// points and frames. Twin: crates/runtime/src/motion/wind.rs for the points, `push_points` in
-// crates/runtime/src/strands.rs for the frames.
+// points and frames. Twin: crates/scene/src/motion/wind.rs for the points, `push_points` in
+// crates/scene/src/strands.rs for the frames.
 // #import lib/wind
 
 @group(0) @binding(0) var<uniform> wind: Wind;

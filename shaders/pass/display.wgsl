@@ -1,5 +1,5 @@
 // From the linear picture to the screen's: exposure, tone map, sRGB, multiplied by alpha, dithered.
-// Twin: Picture::to_srgb8 in crates/runtime/src/picture.rs, whose alpha is straight.
+// Twin: Picture::to_srgb8 in crates/scene/src/picture.rs, whose alpha is straight.
 // #import lib/view
 // #import lib/tone
 

@@ -1,5 +1,5 @@
 // Where the ribbon's two edges are on the screen at every point, snapped to 1/256 pixel so that
-// every rasteriser sees the same numbers. Twin: crates/bake/src/cpu/project.rs.
+// every rasteriser sees the same numbers. Twin: crates/cpu/src/project.rs.
 // #import lib/view
 
 @group(0) @binding(0) var<uniform> view: View;

@@ -1,5 +1,5 @@
 // Draws the proxies before the strands of a pass: one triangle over the picture for each; the
-// samples whose rays meet the proxy are covered. Twin: crates/bake/src/cpu/proxies.rs.
+// samples whose rays meet the proxy are covered. Twin: crates/cpu/src/proxies.rs.
 // #import lib/view
 // #import lib/proxy
 

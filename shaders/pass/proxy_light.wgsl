@@ -1,7 +1,7 @@
 // Light that the proxies send back, at the texels of their light maps: matte, so the same in all
 // directions. Each light's irradiance over the surface's own horizon is a closed form; how much of it
 // is left is found along the directions of its sweeps: none behind another proxy, else what the
-// light's records say where the ray enters the shadow volume. Twin: crates/bake/src/cpu/proxies.rs.
+// light's records say where the ray enters the shadow volume. Twin: crates/cpu/src/proxies.rs.
 // #import lib/view
 // #import lib/grid
 // #import lib/light

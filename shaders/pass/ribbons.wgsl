@@ -1,6 +1,6 @@
 // What all passes of a frame need of each segment: which corners its two triangles join, the line
 // along its middle, and its coverage. Segments that no pass can see get triangles without area.
-// Twin: Ribbon in crates/bake/src/cpu/raster.rs.
+// Twin: Ribbon in crates/cpu/src/raster.rs.
 // #import lib/view
 
 struct Chunk {

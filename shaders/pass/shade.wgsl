@@ -1,6 +1,6 @@
 // Radiance of every point towards the eye: for each light of the batch the sum of terms that
 // crates/scattering/src/closed_form/multiple_scattering.rs explains, or some of them.
-// Twin: crates/bake/src/cpu/shade.rs.
+// Twin: crates/cpu/src/shade.rs.
 // #import lib/view
 // #import lib/grid
 // #import lib/light

@@ -1,7 +1,7 @@
 // Shadow maps that resolve fibres. `cast_shadows` draws every segment, a ribbon facing the light,
 // into the map: height and name of the highest segment over the middle of each texel.
 // `receive_shadows` asks at some places along the strand around each point whether another strand
-// stands above. Twin: crates/bake/src/cpu/shadow_map.rs.
+// stands above. Twin: crates/cpu/src/shadow_map.rs.
 // #if PROXIES
 // #import lib/proxy
 // #endif

@@ -1,6 +1,6 @@
 // Draws every segment as a ribbon of two triangles facing the camera; a ribbon thinner than a
 // pixel takes a share of the samples, chosen so that every order of layers comes out right.
-// Twin: crates/bake/src/cpu/raster.rs.
+// Twin: crates/cpu/src/raster.rs.
 // #import lib/view
 // #import lib/sampling
 
@@ -21,9 +21,26 @@ struct Pass {
 @group(0) @binding(4) var<storage, read> spines: array<vec4f>;
 @group(0) @binding(5) var<storage, read> radiance: array<vec4f>;
 
+// #if HOSTED
+// How the host of the pass projects.
+struct Host {
+    // Depth is depth.x + depth.y / d, where d cm is the depth along the line of sight.
+    depth: vec2f,
+    // What the projection moves the picture by, in halves of its sides, y upwards.
+    shift: vec2f,
+    // Upper left corner of the viewport, px.
+    corner: vec2f,
+    // From the radiance of the points to linear radiance.
+    scale: f32,
+    pad: f32,
+}
+
+@group(0) @binding(6) var<uniform> host: Host;
+// #endif
+
 // The viewport's side is a power of two, mostly 8192 px, with what is drawn of the picture in its
 // middle: ribbons that cross the border need no clipping. See viewport_side in
-// crates/runtime/src/render/draw.rs.
+// crates/render/src/passes/draw.rs.
 override CLIP_PER_UNIT: f32 = 0.00000095367431640625;
 
 struct Corner {
@@ -49,10 +66,16 @@ fn ribbon(@builtin(vertex_index) vertex: u32) -> Corner {
     out.here = vec4f(radiance[point].rgb, bitcast<f32>(ends.y));
     out.next = vec4f(radiance[min(point + 1u, view.n_points - 1u)].rgb, bitcast<f32>(ends.z));
     out.segment = ends.w;
+// #if HOSTED
+    let ndc = vec2f(edges[vertex]) / (128.0 * vec2f(view.size)) * vec2f(1.0, -1.0);
+    let depth = mix(view.near, view.far, bitcast<f32>(ends.x));
+    out.position = vec4f(ndc + host.shift, host.depth.x + host.depth.y / depth, 1.0);
+// #else
     // From the middle of the picture to that of the part that is drawn.
     let moved = 256 * vec2i(view.origin) + 128 * vec2i(view.extent) - 128 * vec2i(view.size);
     let at = vec2f(edges[vertex] + current.jitter - moved) * CLIP_PER_UNIT;
     out.position = vec4f(at.x, -at.y, bitcast<f32>(ends.x), 1.0);
+// #endif
     return out;
 }
 
@@ -64,12 +87,22 @@ struct Covered {
 @fragment
 fn cover(in: Corner) -> Covered {
     // How far along the segment the middle of this pixel is.
+// #if HOSTED
+    let pixel = floor(in.position.xy - host.corner);
+    let moved = 0.5 * host.shift * vec2f(view.size) * vec2f(1.0, -1.0);
+// #else
     let pixel = floor(in.position.xy) + vec2f(view.origin);
-    let t = clamp(dot(pixel + 0.5 - in.spine.xy, in.spine.zw), 0.0, 1.0);
+    let moved = vec2f(0.0);
+// #endif
+    let t = clamp(dot(pixel + 0.5 - moved - in.spine.xy, in.spine.zw), 0.0, 1.0);
     let value = mix(in.here, in.next, t);
     let key = coverage_key(in.segment, u32(pixel.x), u32(pixel.y));
     var out: Covered;
+// #if HOSTED
+    out.color = vec4f(value.rgb * host.scale, 1.0);
+// #else
     out.color = vec4f(value.rgb, 1.0);
+// #endif
     out.mask = coverage_mask(value.a, current.pass_ix, key);
     return out;
 }

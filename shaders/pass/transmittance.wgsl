@@ -2,7 +2,7 @@
 // A dispatch takes one step: for every light of the batch, one slice along its k-th direction.
 // Slices are marched from the light's side, carrying shares and not optical depth from slice to
 // slice: interpolating shares is unbiased, and its diffusion acts as a free filter.
-// Twin: crates/bake/src/cpu/transmittance.rs.
+// Twin: crates/cpu/src/transmittance.rs.
 // #import lib/grid
 // #import lib/light
 // #import lib/transmittance

@@ -1,7 +1,7 @@
 // Splats the strands into the shadow volume: area density A = sum of length * diameter / h^3 and
 // its orientation tensor Q = sum of length * diameter * u u^T / h^3, with trilinear weights.
 // Sums are 64-bit fixed point in two words, so their order does not matter.
-// Twin: crates/bake/src/cpu/voxelise.rs.
+// Twin: crates/cpu/src/voxelise.rs.
 // #import lib/grid
 
 @group(0) @binding(0) var<uniform> grid: Grid;

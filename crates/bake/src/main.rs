@@ -8,7 +8,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// Bakes light sets, tables and grooms for rendering hair under environment lighting.
 #[derive(Parser)]
@@ -41,6 +41,8 @@ enum Command {
     Stress(cli::stress::Args),
     Compare(cli::compare::Args),
     Scenes(cli::scenes::Args),
+    Completions(cli::completions::Args),
+    Man(cli::man::Args),
 }
 
 fn main() -> ExitCode {
@@ -117,6 +119,8 @@ fn dispatch(command: &Command) -> cli::Outcome {
         Command::Stress(args) => cli::stress::run(args),
         Command::Compare(args) => cli::compare::run(args),
         Command::Scenes(args) => cli::scenes::run(args),
+        Command::Completions(args) => cli::completions::run(args, Cli::command()),
+        Command::Man(args) => cli::man::run(args, Cli::command()),
     }
 }
 

@@ -76,7 +76,7 @@ impl UpAxis {
     }
 
     /// Turns a source position so that +Y is up: a rotation made of swaps and signs, so exact.
-    pub(crate) fn to_y_up(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    pub(crate) fn file_to_y_up(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
         match self {
             UpAxis::X => [-y, x, z],
             UpAxis::Y => [x, y, z],
@@ -84,8 +84,8 @@ impl UpAxis {
         }
     }
 
-    /// Inverse of [`UpAxis::to_y_up`].
-    pub(crate) fn from_y_up(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    /// Inverse of [`UpAxis::file_to_y_up`].
+    pub(crate) fn y_up_to_file(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
         match self {
             UpAxis::X => [y, -x, z],
             UpAxis::Y => [x, y, z],

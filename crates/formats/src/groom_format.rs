@@ -241,15 +241,16 @@ impl Placement {
 
     /// From the file's unit and axes to centimetres, +Y up; not checked.
     pub fn to_groom(self, position: [f32; 3]) -> [f32; 3] {
-        self.up.to_y_up(position.map(|x| match self.cm_per_unit {
-            1.0 => x,
-            cm => (f64::from(x) * cm) as f32,
-        }))
+        self.up
+            .file_to_y_up(position.map(|x| match self.cm_per_unit {
+                1.0 => x,
+                cm => (f64::from(x) * cm) as f32,
+            }))
     }
 
     /// The inverse; of a unit of 1 cm without rounding.
-    pub fn from_groom(self, point: [f32; 3]) -> [f32; 3] {
-        self.up.from_y_up(point).map(|x| match self.cm_per_unit {
+    pub fn to_file(self, point: [f32; 3]) -> [f32; 3] {
+        self.up.y_up_to_file(point).map(|x| match self.cm_per_unit {
             1.0 => x,
             cm => (f64::from(x) / cm) as f32,
         })

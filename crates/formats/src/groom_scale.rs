@@ -200,7 +200,7 @@ impl Shape {
     fn of(groom: &Groom) -> Shape {
         let source = &groom.source;
         let scale = 1.0 / source.cm_per_unit;
-        let file = |point: [f32; 3]| source.up.from_y_up(point).map(|x| f64::from(x) * scale);
+        let file = |point: [f32; 3]| source.up.y_up_to_file(point).map(|x| f64::from(x) * scale);
         let n = groom.n_strands() as f64;
         let mut roots: [Vec<f64>; 3] = Default::default();
         let mut hang = [0.0; 3];
@@ -391,7 +391,7 @@ mod tests {
                 point[1] += self.height;
                 let step = self.length / f64::from(POINTS - 1);
                 for at in 0..POINTS {
-                    let in_file = up.from_y_up(point.map(|x| (x / unit.cm()) as f32));
+                    let in_file = up.y_up_to_file(point.map(|x| (x / unit.cm()) as f32));
                     bytes.extend(in_file.iter().flat_map(|x| x.to_le_bytes()));
                     let fall = (f64::from(at) * step / 6.0).min(1.0);
                     for axis in 0..3 {

@@ -277,7 +277,7 @@ fn write(groom: &Groom, options: &ExportOptions) -> Result<Vec<u8>> {
             if let Some(point) = short.point {
                 let moved = match source == placement {
                     true => point,
-                    false => placement.from_groom(source.to_groom(point)),
+                    false => placement.to_file(source.to_groom(point)),
                 };
                 extend_floats(&mut file, &moved);
             }
@@ -287,7 +287,7 @@ fn write(groom: &Groom, options: &ExportOptions) -> Result<Vec<u8>> {
             in_range(key, points.len() as f64, 0.0, largest)?;
             file.extend((points.len() as u32).to_le_bytes());
             for &point in points {
-                extend_floats(&mut file, &placement.from_groom(point));
+                extend_floats(&mut file, &placement.to_file(point));
             }
         }
     }

@@ -59,12 +59,11 @@ fn strands_are_read_in_metres_with_y_up_unless_said_otherwise() {
     );
     assert_eq!(groom.source.hash.len(), 16);
     let first = floats(&bytes[8..20]);
-    for axis in 0..3 {
-        assert_eq!(
-            groom.points[0][axis],
-            (100.0 * f64::from(first[axis])) as f32
-        );
-    }
+    let in_cm: Vec<f32> = first
+        .iter()
+        .map(|&x| (100.0 * f64::from(x)) as f32)
+        .collect();
+    assert_eq!(groom.points[0][..], in_cm);
     assert_eq!(groom.source.n_set_aside(), 2);
     assert_eq!(import.notes.len(), 1);
     assert_eq!(import.notes[0].kind, NoteKind::SetAside);

@@ -19,6 +19,7 @@ mod map;
 pub mod picture;
 mod primaries;
 mod quiet;
+mod radiance_file;
 mod radiance_map;
 mod source;
 

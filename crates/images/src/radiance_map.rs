@@ -1,13 +1,8 @@
-//! Radiance .hdr maps (RGBE, flat or run-length encoded), through the `image` crate.
-
-use std::io::Cursor;
-
-use image::ImageDecoder;
-use image::codecs::hdr::HdrDecoder;
+//! Radiance .hdr maps (RGBE, flat or run-length encoded).
 
 use crate::map::{Map, check_size};
 use crate::primaries::{Matrix, Primaries};
-use crate::quiet::quietly;
+use crate::radiance_file;
 use crate::source::MapSource;
 
 /// First bytes: `#?RADIANCE` or `#?RGBE`.
@@ -22,23 +17,9 @@ pub(super) const MAGIC: &[u8] = b"#?";
 /// # Errors
 /// What is wrong, in one line.
 pub(super) fn decode(bytes: &[u8], hash: String) -> Result<Map, String> {
-    quietly(|| decode_unguarded(bytes, hash))
-}
-
-fn decode_unguarded(bytes: &[u8], hash: String) -> Result<Map, String> {
-    let bad = |error: image::ImageError| format!("not a readable Radiance file: {error}");
-    // Strict about headers that do not parse; `#?RGBE` is only known to the lenient mode.
-    let strict = bytes.starts_with(b"#?RADIANCE");
-    let decoder = HdrDecoder::with_strictness(Cursor::new(bytes), strict).map_err(bad)?;
-    let metadata = decoder.metadata();
-    let attribute = |name: &str| {
-        metadata
-            .custom_attributes
-            .iter()
-            .find(|(key, _)| key.eq_ignore_ascii_case(name))
-            .map(|(_, value)| value.trim())
-    };
-    let (width, height) = (metadata.width as usize, metadata.height as usize);
+    let bad = |error: String| format!("not a readable Radiance file: {error}");
+    let (header, rest) = radiance_file::header(bytes).map_err(bad)?;
+    let (width, height) = (header.width, header.height);
     check_size(width, height)?;
     // A run of the usual scheme holds at most 127 pixels in 2 bytes for each of 4 channels, so 16
     // pixels need a byte. A file far below that is not worth the allocation.
@@ -48,16 +29,13 @@ fn decode_unguarded(bytes: &[u8], hash: String) -> Result<Map, String> {
             bytes.len()
         ));
     }
-    let gain = gain(metadata.exposure, metadata.color_correction)?;
-    let matrix = match attribute("PRIMARIES") {
+    let gain = gain(header.exposure, header.correction)?;
+    let matrix = match &header.primaries {
         Some(text) => primaries(text)?,
         None => None,
     };
 
-    let mut pixels = vec![[0.0f32; 3]; width * height];
-    decoder
-        .read_image(bytemuck::cast_slice_mut(&mut pixels))
-        .map_err(bad)?;
+    let mut pixels = radiance_file::pixels(rest, width, height).map_err(bad)?;
     if gain != [1.0; 3] {
         for pixel in &mut pixels {
             for c in 0..3 {
@@ -74,9 +52,8 @@ fn decode_unguarded(bytes: &[u8], hash: String) -> Result<Map, String> {
 }
 
 /// What the stored values are multiplied with to be radiance.
-fn gain(exposure: Option<f32>, correction: Option<(f32, f32, f32)>) -> Result<[f32; 3], String> {
-    let exposure = exposure.unwrap_or(1.0);
-    let (r, g, b) = correction.unwrap_or((1.0, 1.0, 1.0));
+fn gain(exposure: f32, correction: [f32; 3]) -> Result<[f32; 3], String> {
+    let [r, g, b] = correction;
     let gain = [r, g, b].map(|c| 1.0 / (c * exposure));
     if gain.iter().all(|g| g.is_finite() && *g > 0.0) {
         Ok(gain)

@@ -47,8 +47,8 @@ pub enum GpuError {
 /// An opened device and its queue. Clones share both.
 #[derive(Clone, Debug)]
 pub struct Context {
-    /// The adapter the device was opened on.
-    pub adapter: wgpu::Adapter,
+    /// The adapter the device was opened on; none if a host opened it.
+    pub adapter: Option<wgpu::Adapter>,
     /// The device.
     pub device: wgpu::Device,
     /// Its only queue.
@@ -59,7 +59,28 @@ pub struct Context {
     pub backend: String,
     faults: Arc<Mutex<Faults>>,
     tally: Arc<Tally>,
+    recorder: Arc<Mutex<Recorder>>,
 }
+
+/// Where commands go while a host's encoder is recorded.
+#[derive(Default)]
+struct Recorder {
+    /// The host's encoder; none: commands are submitted at once.
+    encoder: Option<wgpu::CommandEncoder>,
+    /// Carries what is written between commands of that encoder.
+    belt: Option<wgpu::util::StagingBelt>,
+}
+
+impl std::fmt::Debug for Recorder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Recorder")
+            .field("is_recording", &self.encoder.is_some())
+            .finish()
+    }
+}
+
+/// Bytes of a chunk of staging memory: the uniforms of many steps.
+const BELT_CHUNK: u64 = 64 << 10;
 
 /// What a device said of itself outside any error scope.
 #[derive(Debug, Default)]
@@ -77,6 +98,7 @@ pub(crate) struct Tally {
     pub bind_groups: AtomicU64,
     pub geometry_uploads: AtomicU64,
     pub bytes: AtomicU64,
+    pub submissions: AtomicU64,
 }
 
 impl Tally {
@@ -106,6 +128,7 @@ impl Tally {
             bind_groups: of(&self.bind_groups),
             geometry_uploads: of(&self.geometry_uploads),
             bytes: of(&self.bytes),
+            submissions: of(&self.submissions),
         }
     }
 }
@@ -125,6 +148,8 @@ pub struct Counts {
     pub geometry_uploads: u64,
     /// Bytes of all buffers and textures, those that are gone by now included.
     pub bytes: u64,
+    /// Submissions to the queue.
+    pub submissions: u64,
 }
 
 impl Counts {
@@ -137,6 +162,7 @@ impl Counts {
             bind_groups: self.bind_groups - before.bind_groups,
             geometry_uploads: self.geometry_uploads - before.geometry_uploads,
             bytes: self.bytes - before.bytes,
+            submissions: self.submissions - before.submissions,
         }
     }
 }
@@ -314,14 +340,88 @@ impl Context {
                 .get_or_insert_with(|| format!("{reason:?} {message}").trim().to_owned());
         });
         Ok(Context {
-            adapter,
+            adapter: Some(adapter),
             device,
             queue,
             adapter_name: info.name,
             backend: info.backend.to_string(),
             faults,
             tally: Arc::default(),
+            recorder: Arc::default(),
         })
+    }
+
+    /// The device and queue of a host. No callback is set on them.
+    pub(crate) fn of_host(device: &wgpu::Device, queue: &wgpu::Queue) -> Context {
+        let info = device.adapter_info();
+        Context {
+            adapter: None,
+            device: device.clone(),
+            queue: queue.clone(),
+            adapter_name: info.name,
+            backend: info.backend.to_string(),
+            faults: Arc::default(),
+            tally: Arc::default(),
+            recorder: Arc::default(),
+        }
+    }
+
+    /// Has all commands of `work` recorded into `encoder` and nothing submitted. Clones of this
+    /// context record there as well meanwhile.
+    pub(crate) fn record<T>(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        work: impl FnOnce() -> T,
+    ) -> T {
+        // Stands in for the host's encoder, which moves into the recorder and back.
+        let stand_in = self.device.create_command_encoder(&Default::default());
+        self.recorder().encoder = Some(std::mem::replace(encoder, stand_in));
+        let result = work();
+        let mut recorder = self.recorder();
+        if let Some(recorded) = recorder.encoder.take() {
+            *encoder = recorded;
+        }
+        if let Some(belt) = &mut recorder.belt {
+            belt.finish_and_recall_on_submit(encoder);
+        }
+        result
+    }
+
+    /// Records commands and submits them, unless a host's encoder takes them.
+    pub(crate) fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+        let mut recorder = self.recorder();
+        if let Some(encoder) = &mut recorder.encoder {
+            record(encoder);
+            return;
+        }
+        drop(recorder);
+        Tally::add(&self.tally.submissions);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        record(&mut encoder);
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// Writes `bytes` (a multiple of 4) into `buffer`: after the commands before and before those to
+    /// come, recorded or submitted.
+    pub(crate) fn write(&self, buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]) {
+        let mut recorder = self.recorder();
+        let Recorder { encoder, belt } = &mut *recorder;
+        let size = wgpu::BufferSize::new(bytes.len() as u64);
+        match (encoder, size) {
+            (Some(encoder), Some(size)) => {
+                let belt = belt.get_or_insert_with(|| {
+                    wgpu::util::StagingBelt::new(self.device.clone(), BELT_CHUNK)
+                });
+                belt.write_buffer(encoder, buffer, offset, size)
+                    .copy_from_slice(bytes);
+            }
+            (None, Some(_)) => self.queue.write_buffer(buffer, offset, bytes),
+            (_, None) => {}
+        }
+    }
+
+    fn recorder(&self) -> std::sync::MutexGuard<'_, Recorder> {
+        self.recorder.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Does the device measure the time of passes?
@@ -334,7 +434,7 @@ impl Context {
     /// Is it a program that draws on the processor, with no GPU behind it? Its time stamps then say
     /// little.
     pub fn is_software(&self) -> bool {
-        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+        self.device.adapter_info().device_type == wgpu::DeviceType::Cpu
     }
 
     /// The first error of the device that no error scope caught, since the last call; the device's

@@ -77,7 +77,7 @@ impl GpuOptics {
                 | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
-        context.queue.write_buffer(&shading, 0, contents);
+        context.write(&shading, 0, contents);
         Ok(GpuOptics {
             shading,
             tt: upload_lobes(context, "lobes TT", &tt),
@@ -121,8 +121,7 @@ impl GpuOptics {
                 // These stay in memory.
                 _ => continue,
             };
-            let queue = &context.queue;
-            queue.write_buffer(&self.shading, offset as u64, bytes);
+            context.write(&self.shading, offset as u64, bytes);
             written.bytes += bytes.len();
         }
         written

@@ -52,12 +52,13 @@ impl Default for HairOptions {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HairView {
     /// From the world of the scene (right-handed, +Y up, cm) to the camera, which looks along -Z: a
-    /// rotation, a translation and a uniform scale. A host in metres whose hair hangs at `model`
-    /// gives `view * model * Mat4::from_scale(Vec3::splat(0.01))`; the lights turn with the hair.
-    pub view_from_scene: Mat4,
+    /// rotation, a translation and a uniform scale, by columns. A host in metres whose hair hangs at
+    /// `model` gives `view * model * Mat4::from_scale(Vec3::splat(0.01))`; the lights turn with the
+    /// hair.
+    pub view_from_scene: [[f32; 4]; 4],
     /// From the camera to clip space, as wgpu has it: perspective, depth 0 to 1, in either direction
-    /// and with or without a far plane; off-centre if need be.
-    pub clip_from_view: Mat4,
+    /// and with or without a far plane; off-centre if need be. By columns.
+    pub clip_from_view: [[f32; 4]; 4],
     /// Upper left corner of the viewport that the host sets, pixels.
     pub origin: [u32; 2],
     /// Width and height of the viewport, pixels.
@@ -188,6 +189,12 @@ impl HairRenderer {
         self.loaded
             .as_ref()
             .is_some_and(|loaded| loaded.core.is_lit())
+    }
+
+    /// What was made on the device; submissions stay 0.
+    #[doc(hidden)]
+    pub fn counts(&self) -> crate::gpu::Counts {
+        self.context.counts()
     }
 
     /// Edits the hair's parameters and modes; recomputes only the tables that depend on what
@@ -328,7 +335,10 @@ impl Loaded {
         };
         while left > 0 && !self.core.is_lit() {
             if self.core.job.is_none() {
-                if self.core.begin(Default::default(), false, POINT_CHUNK, log)? {
+                if self
+                    .core
+                    .begin(Default::default(), false, POINT_CHUNK, log)?
+                {
                     self.projected = None;
                 }
                 if self.core.front_scale.is_none() && budget != PrepareBudget::Complete {
@@ -350,9 +360,12 @@ impl Loaded {
         let uniform = core.view();
         core.ribbons.set_view(&core.context, &uniform);
         core.ribbons.set_frame(&core.context, view.frame);
-        let is_same = self
-            .projected
-            .is_some_and(|(before, _)| HairView { frame: view.frame, ..before } == *view);
+        let is_same = self.projected.is_some_and(|(before, _)| {
+            HairView {
+                frame: view.frame,
+                ..before
+            } == *view
+        });
         if !is_same {
             core.ribbons
                 .project(&core.context, &core.projection, Default::default());
@@ -382,11 +395,13 @@ impl HostCamera {
         if view.size.contains(&0) {
             return Err(ViewError::Empty);
         }
-        let matrix = view.view_from_scene;
+        let matrix = Mat4::from_cols_array_2d(&view.view_from_scene);
         let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate());
         let scale = axes[0].length();
         let is_affine = matrix.row(3) == glam::Vec4::W && matrix.is_finite();
-        let is_similar = axes.iter().all(|axis| (axis.length() / scale - 1.0).abs() < 1e-3)
+        let is_similar = axes
+            .iter()
+            .all(|axis| (axis.length() / scale - 1.0).abs() < 1e-3)
             && axes[0].dot(axes[1]).abs() < 1e-3 * scale * scale
             && axes[0].cross(axes[1]).dot(axes[2]) > 0.0;
         if !is_affine || !is_similar || scale <= 0.0 {
@@ -395,7 +410,7 @@ impl HostCamera {
         let inverse = matrix.inverse();
         let eye = inverse.transform_point3(Vec3::ZERO);
         let direction = |v: Vec3| inverse.transform_vector3(v).normalize();
-        let clip = view.clip_from_view;
+        let clip = Mat4::from_cols_array_2d(&view.clip_from_view);
         let [m00, m11] = [clip.x_axis.x, clip.y_axis.y];
         let [width, height] = view.size.map(|n| n as f32);
         let others = [
@@ -437,22 +452,26 @@ impl HostCamera {
 /// # Errors
 /// The first limit that is too low for hair.
 pub fn required_limits(offered: &wgpu::Limits) -> Result<wgpu::Limits, GpuError> {
-    limits::to_ask_for(offered, crate::gpu::Demand::Least).map_err(|reason| {
-        GpuError::Unsuitable {
-            adapter: "of the host".to_owned(),
-            reason,
-        }
+    limits::to_ask_for(offered, crate::gpu::Demand::Least).map_err(|reason| GpuError::Unsuitable {
+        adapter: "of the host".to_owned(),
+        reason,
     })
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::camera::rh::proj::directx::{
+        orthographic, perspective, perspective_infinite_reverse,
+    };
+    use glam::camera::rh::view::look_at_mat4;
+
     use super::*;
 
     fn view() -> HairView {
         HairView {
-            view_from_scene: Mat4::look_at_rh(Vec3::new(3.0, 4.0, 50.0), Vec3::ZERO, Vec3::Y),
-            clip_from_view: Mat4::perspective_rh(0.6, 1.5, 0.1, 500.0),
+            view_from_scene: look_at_mat4(Vec3::new(3.0, 4.0, 50.0), Vec3::ZERO, Vec3::Y)
+                .to_cols_array_2d(),
+            clip_from_view: perspective(0.6, 1.5, 0.1, 500.0).to_cols_array_2d(),
             origin: [0, 0],
             size: [300, 200],
             frame: 0,
@@ -463,16 +482,18 @@ mod tests {
     fn cameras_and_depths_are_those_of_the_matrices() {
         let point = Vec3::new(1.0, -2.0, 3.0);
         for projection in [
-            Mat4::perspective_rh(0.6, 1.5, 0.1, 500.0),
-            Mat4::perspective_infinite_reverse_rh(0.6, 1.5, 0.1),
+            perspective(0.6, 1.5, 0.1, 500.0),
+            perspective_infinite_reverse(0.6, 1.5, 0.1),
         ] {
             for unit in [1.0, 0.01] {
+                let matrix = Mat4::from_cols_array_2d(&view().view_from_scene);
+                let matrix = Mat4::from_scale(Vec3::splat(unit)) * matrix;
                 let view = HairView {
-                    clip_from_view: projection,
-                    view_from_scene: Mat4::from_scale(Vec3::splat(unit)) * view().view_from_scene,
+                    clip_from_view: projection.to_cols_array_2d(),
+                    view_from_scene: matrix.to_cols_array_2d(),
                     ..view()
                 };
-                let clip = projection * view.view_from_scene * point.extend(1.0);
+                let clip = projection * matrix * point.extend(1.0);
                 let camera = HostCamera::new(&view).unwrap();
                 let (_, _, forward) = camera.camera.axes();
                 let depth = (point - camera.camera.eye).dot(forward);
@@ -487,7 +508,10 @@ mod tests {
     fn views_that_cannot_be_drawn_are_refused() {
         let refused = |view: &HairView| HostCamera::new(view).err();
         assert_eq!(refused(&view()), None);
-        let empty = HairView { size: [0, 5], ..view() };
+        let empty = HairView {
+            size: [0, 5],
+            ..view()
+        };
         assert_eq!(refused(&empty), Some(ViewError::Empty));
         for matrix in [
             Mat4::from_scale(Vec3::new(1.0, 2.0, 1.0)),
@@ -495,15 +519,21 @@ mod tests {
             Mat4::ZERO,
             Mat4::from_scale(Vec3::splat(f32::NAN)),
         ] {
-            let view = HairView { view_from_scene: matrix, ..view() };
+            let view = HairView {
+                view_from_scene: matrix.to_cols_array_2d(),
+                ..view()
+            };
             assert_eq!(refused(&view), Some(ViewError::View), "{matrix}");
         }
         for matrix in [
-            Mat4::orthographic_rh(-1.0, 1.0, -1.0, 1.0, 0.1, 10.0),
-            Mat4::perspective_rh(0.6, 1.0, 0.1, 500.0),
+            orthographic(-1.0, 1.0, -1.0, 1.0, 0.1, 10.0),
+            perspective(0.6, 1.0, 0.1, 500.0),
             Mat4::ZERO,
         ] {
-            let view = HairView { clip_from_view: matrix, ..view() };
+            let view = HairView {
+                clip_from_view: matrix.to_cols_array_2d(),
+                ..view()
+            };
             assert_eq!(refused(&view), Some(ViewError::Projection), "{matrix}");
         }
     }

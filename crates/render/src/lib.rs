@@ -1,13 +1,46 @@
 //! Renders prepared hair scenes with wgpu.
 //!
-//! - [`gpu::Context`]: a device.
-//! - [`Renderer`]: holds a prepared scene on a device and draws it.
-//! - [`ProgressiveRenderer`]: the same bit by bit, for windows and pages.
+//! - [`HairRenderer`] draws hair in the render pass of another program, on its device and against its
+//!   depth.
+//! - [`ProgressiveRenderer`] draws pictures of its own: step by step for windows and pages, or whole
+//!   with [`ProgressiveRenderer::render_to_image`].
+//! - [`gpu::Context`] opens a device for the latter.
+//!
+//! ```no_run
+//! use strandlight_formats::Scene;
+//! use strandlight_render::{ProgressiveRenderer, gpu::Context};
+//! use strandlight_scene::PreparedScene;
+//!
+//! let scene = PreparedScene::load(&Scene::read("scene.toml")?)?;
+//! let (camera, size) = (scene.camera, scene.size);
+//! let mut renderer = ProgressiveRenderer::new(&Context::new()?, scene)?;
+//! let (picture, _) = renderer.render_to_image(&camera, size, 64)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! In a host's frame:
+//!
+//! ```no_run
+//! use strandlight_render::{HairOptions, HairRenderer, HairView, PrepareBudget, wgpu};
+//! # fn frame(device: &wgpu::Device, queue: &wgpu::Queue, scene: strandlight_scene::PreparedScene,
+//! #     view: HairView, color: wgpu::RenderPassDescriptor) -> Result<(), Box<dyn std::error::Error>> {
+//! let mut hair = HairRenderer::new(device, queue, HairOptions::default())?;
+//! hair.set_scene(scene)?;
+//! let mut encoder = device.create_command_encoder(&Default::default());
+//! hair.prepare(&mut encoder, &view, PrepareBudget::Complete)?;
+//! let mut pass = encoder.begin_render_pass(&color);
+//! hair.draw(&mut pass);
+//! drop(pass);
+//! queue.submit([encoder.finish()]);
+//! # Ok(())
+//! # }
+//! ```
 
 mod device_scene;
 pub mod gpu;
 pub mod gpu_optics;
 pub mod gpu_tables;
+mod hair_renderer;
 mod limits;
 pub mod passes;
 pub mod progressive;
@@ -17,7 +50,12 @@ pub mod probe;
 
 use strandlight_scattering::layout::Layout;
 
+pub use hair_renderer::{
+    HairError, HairOptions, HairRenderer, HairView, PrepareBudget, ViewError, required_limits,
+};
 pub use progressive::ProgressiveRenderer;
+// Its types stand in signatures.
+pub use wgpu;
 
 /// The layouts of the structs that shaders mirror, of this crate and of the prepared scene. A struct
 /// that a shader binds and that is missing here fails a test.

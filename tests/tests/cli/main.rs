@@ -4,6 +4,7 @@ mod aov_command;
 mod bad_input;
 mod bench_command;
 mod compare_command;
+mod docs;
 mod formats_commands;
 mod lights_command;
 mod outputs;

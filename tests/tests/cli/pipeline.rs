@@ -104,7 +104,7 @@ fn gpu_the_demo_bakes_verifies_and_renders() {
 }
 
 #[test]
-fn files_of_others_become_a_picture() {
+fn slow_files_of_others_become_a_picture() {
     let map = exr_map(Compression::PIZ, Blocks::Tiles(exr::prelude::Vec2(16, 16)));
     assert_become_a_picture(&map, &hair_file(800, 16));
     let real = [

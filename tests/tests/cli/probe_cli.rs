@@ -506,14 +506,15 @@ fn key_paths(path: &str, value: &Value, open: &[&str], paths: &mut BTreeSet<Stri
     }
 }
 
-/// docs/json.md names every key that the commands print, in the section of the document.
+/// The JSON reference names every key that the commands print, in the section of the document.
 #[test]
 fn gpu_every_key_that_is_printed_is_documented() {
-    let page = std::fs::read_to_string(project_root().join("docs/json.md")).unwrap();
+    let page =
+        std::fs::read_to_string(project_root().join("docs/book/src/reference/json.md")).unwrap();
     let section = |name: &str| -> String {
         let (_, rest) = page
             .split_once(&format!("## `{name}`"))
-            .unwrap_or_else(|| panic!("docs/json.md has no section {name}"));
+            .unwrap_or_else(|| panic!("the JSON reference has no section {name}"));
         rest.split("\n## ").next().unwrap_or_default().to_owned()
     };
     let folder = tempfile::tempdir().unwrap();
@@ -601,7 +602,7 @@ fn gpu_every_key_that_is_printed_is_documented() {
         }
     }
     assert!(n_keys > 150, "{n_keys}");
-    assert!(missing.is_empty(), "docs/json.md lacks {missing:#?}");
+    assert!(missing.is_empty(), "the JSON reference lacks {missing:#?}");
 
     // The protocol: every kind of query and each of its keys, and the two answers.
     let section = section("probe");

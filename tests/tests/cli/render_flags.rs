@@ -56,7 +56,7 @@ fn moving_scene_in(at: &Path) {
 }
 
 #[test]
-fn every_pair_of_flags_is_honoured_or_refused_by_name() {
+fn slow_every_pair_of_flags_is_honoured_or_refused_by_name() {
     // The table is complete: a new flag needs a line in it.
     let help = assert_done(strandlight().args(["render", "--help"]));
     let told = help.lines().filter_map(|line| {

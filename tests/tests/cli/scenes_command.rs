@@ -6,7 +6,7 @@ use serde_json::Value;
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
 #[test]
-fn a_scene_is_written_and_renders() {
+fn slow_a_scene_is_written_and_renders() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     let run = |out: &str| {

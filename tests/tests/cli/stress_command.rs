@@ -88,7 +88,7 @@ fn gpu_the_report_is_stable_and_its_worst_cases_can_be_asked_again() {
 
 /// Every check compares something, however small the run.
 #[test]
-fn small_runs_pass() {
+fn slow_small_runs_pass() {
     for (n, seed) in [("1", "0"), ("2", "1"), ("10", "0")] {
         let (report, code) = stress(&["--n", n, "--seed", seed, "--no-gpu"], "2");
         let checks = report["checks"].as_array().unwrap();

@@ -65,7 +65,7 @@ fn bundled_tables_are_what_the_baker_makes() {
 
 /// Figures that a file records of its own errors, edited in a file that is whole otherwise.
 #[test]
-fn edited_figures_of_tables_are_noticed() {
+fn slow_edited_figures_of_tables_are_noticed() {
     let path = project_root().join("data/default.tables");
     let bundled = TableFile::read(&path).expect("part of the project");
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -144,7 +144,7 @@ fn judged(args: &[&dyn AsRef<OsStr>]) -> (Option<i32>, Value, Vec<String>) {
 
 /// A set is judged by limits of its judge, never by what it says of itself.
 #[test]
-fn light_sets_are_judged_by_absolute_limits_and_their_figures_must_be_true() {
+fn slow_light_sets_are_judged_by_absolute_limits_and_their_figures_must_be_true() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     let map = sample_map();
@@ -317,7 +317,7 @@ fn the_tables_of_the_viewer_are_the_default_ones_without_the_papers() {
 }
 
 #[test]
-fn baked_tables_verify_and_damaged_ones_do_not() {
+fn slow_baked_tables_verify_and_damaged_ones_do_not() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("schlick.tables");
     let output = strandlight()

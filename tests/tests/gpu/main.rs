@@ -1,5 +1,6 @@
 //! Pictures and functions on the adapter; Mesa's lavapipe will do.
 
+mod embed;
 mod live;
 mod painted;
 mod proxies;

@@ -117,7 +117,7 @@ fn held(picture: &Picture, golden: &Layer) -> (bool, Comparison) {
 }
 
 #[test]
-fn pictures_are_the_golden_ones() {
+fn slow_pictures_are_the_golden_ones() {
     let bless = std::env::var_os("STRANDLIGHT_BLESS").is_some();
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut faults = Vec::new();

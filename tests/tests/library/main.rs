@@ -11,4 +11,5 @@ mod shaders_names;
 mod shaders_tables;
 mod shaders_valid;
 mod shadow_maps;
+mod toolchain;
 mod twins_closed_form;

@@ -2,11 +2,13 @@
 
 pub mod bench;
 pub mod compare;
+pub mod completions;
 pub mod demo;
 pub mod export;
 pub mod groom;
 pub mod inspect;
 pub mod lights;
+pub mod man;
 mod output;
 pub mod probe;
 pub mod progress;

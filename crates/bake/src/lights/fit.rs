@@ -426,7 +426,7 @@ mod tests {
     }
 
     #[test]
-    fn many_lights_and_odd_maps() {
+    fn slow_many_lights_and_odd_maps() {
         let noise = map_of(64, |d| {
             [1.0 + (40.0 * d[0]).sin() * (31.0 * d[1]).cos(), 0.3, 0.1]
         });

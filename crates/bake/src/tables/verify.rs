@@ -449,7 +449,7 @@ mod tests {
     use strandlight_scene::progress::Progress;
 
     #[test]
-    fn baked_tables_pass() {
+    fn slow_baked_tables_pass() {
         for fresnel in Fresnel::ALL {
             let file = bake_tables(fresnel, &Progress::silent());
             let report = verify_tables(&file, 0).unwrap();

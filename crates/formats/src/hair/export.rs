@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
+use super::layout::{ATTRIBUTES, HEADER_BYTES, INFO, INFO_START, flag};
 use super::original::{HairOriginal, SinglePoint};
 use super::thickness::thickness;
-use super::{ATTRIBUTES, HEADER_BYTES, INFO, INFO_START, flag};
 use crate::bytes::{extend_floats, f32_at, u32_at};
 use crate::error::{Error, Result};
 use crate::groom::{Domain, Groom};
@@ -137,7 +137,7 @@ pub(super) fn write(groom: &Groom, options: &ExportOptions) -> Result<Vec<u8>> {
         Strand::Single(point) => extend_floats(&mut file, &point.position),
         Strand::Whole(ix) => {
             for &point in &groom.points[groom.strand(ix)] {
-                extend_floats(&mut file, &placement.from_groom(point));
+                extend_floats(&mut file, &placement.to_file(point));
             }
         }
     });

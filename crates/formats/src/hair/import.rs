@@ -1,8 +1,8 @@
 //! Reading `.hair` files.
 
+use super::layout::{ATTRIBUTES, HEADER_BYTES, INFO, flag};
 use super::original::{HairOriginal, SinglePoint};
 use super::thickness::diameter;
-use super::{ATTRIBUTES, HEADER_BYTES, INFO, flag};
 use crate::bytes::{f32_at, point_at, u32_at};
 use crate::error::{Error, Result};
 use crate::groom::{Attribute, Domain, Groom, GroomSource, Original};

@@ -7,7 +7,7 @@
 //! | 0..4 | `HAIR`; capitals or not when read, capitals when written |
 //! | 4..8 | number of strands, u32 |
 //! | 8..12 | number of points of all strands, u32 |
-//! | 12..16 | flags, u32, see [`flag`] |
+//! | 12..16 | flags, u32, see below |
 //! | 16..20 | default number of segments a strand, u32 |
 //! | 20..24, 24..28, 28..40 | default thickness, transparency, colour, f32 |
 //! | 40..128 | info string |
@@ -41,36 +41,23 @@
 
 mod export;
 mod import;
+mod layout;
 mod original;
 mod thickness;
 
 pub use thickness::ThicknessFaults;
 
+use layout::INFO;
+
 use crate::error::Result;
-use crate::groom::{Groom, UpAxis};
+use crate::groom::Groom;
 use crate::groom_format::{
-    AttributeSupport, Capabilities, CurveBasis, Export, ExportOptions, FormatInfo, GroomFormat,
-    Import, ImportOptions, Sniff,
+    Export, ExportOptions, FormatInfo, GroomFormat, Import, ImportOptions, Sniff,
 };
 
 /// Cem Yuksel's `.hair` files.
 #[derive(Debug)]
 pub(crate) struct HairFormat;
-
-static INFO: FormatInfo = FormatInfo {
-    name: "hair",
-    title: "a .hair file",
-    extensions: &["hair"],
-    cm_per_unit: 1.0,
-    up: UpAxis::Z,
-    can: Capabilities {
-        reads: true,
-        writes: true,
-        attributes: AttributeSupport::Only(&["thickness", "diameter", "transparency", "color"]),
-        bases: &[CurveBasis::Linear],
-        frames: false,
-    },
-};
 
 impl GroomFormat for HairFormat {
     fn info(&self) -> &'static FormatInfo {
@@ -103,32 +90,3 @@ impl GroomFormat for HairFormat {
         original::n_single_points(original)
     }
 }
-
-/// Bits of the header's flags.
-mod flag {
-    /// There is a segments array.
-    pub const SEGMENTS: u32 = 1;
-    /// There is a points array.
-    pub const POINTS: u32 = 2;
-    /// There is a thickness array.
-    pub const THICKNESS: u32 = 4;
-    /// There is a transparency array.
-    pub const TRANSPARENCY: u32 = 8;
-    /// There is a colour array.
-    pub const COLOR: u32 = 16;
-    /// All that have a meaning; the others must be zero.
-    pub const ALL: u32 = 31;
-}
-
-const HEADER_BYTES: usize = 128;
-/// Where the default thickness stands.
-const THICKNESS_AT: usize = 20;
-/// Where the info string starts.
-const INFO_START: usize = 40;
-
-/// Names of the attributes, their flag, components, and place of their default in the header.
-const ATTRIBUTES: [(&str, u32, usize, usize); 3] = [
-    ("thickness", flag::THICKNESS, 1, THICKNESS_AT),
-    ("transparency", flag::TRANSPARENCY, 1, 24),
-    ("color", flag::COLOR, 3, 28),
-];

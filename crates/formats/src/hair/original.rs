@@ -1,6 +1,6 @@
 //! What is needed to write the `.hair` file again that a groom was imported from.
 
-use super::{HEADER_BYTES, THICKNESS_AT};
+use super::layout::{HEADER_BYTES, THICKNESS_AT};
 use crate::bytes::{f32_at, point_at, u32_at};
 use crate::error::{Error, Result};
 use crate::groom_format::Placement;
@@ -81,7 +81,7 @@ impl HairOriginal {
         let thickness = scale(f32_at(&self.header, THICKNESS_AT));
         self.header[THICKNESS_AT..THICKNESS_AT + 4].copy_from_slice(&thickness.to_le_bytes());
         for point in &mut self.single_points {
-            point.position = to.from_groom(from.to_groom(point.position));
+            point.position = to.to_file(from.to_groom(point.position));
             point.thickness = scale(point.thickness);
         }
         self

@@ -340,7 +340,7 @@ mod tests {
     use strandlight_scattering::fresnel::Fresnel;
 
     #[test]
-    fn errors_are_within_their_bounds() {
+    fn slow_errors_are_within_their_bounds() {
         let options = MultipleOptions {
             set: Set::Accuracy,
             n: 150,

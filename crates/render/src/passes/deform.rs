@@ -53,7 +53,7 @@ impl Deform {
     /// Moves the strands to where they are in `wind`.
     pub fn run(&self, context: &Context, wind: &Wind, stamp: Stamp) {
         let bytes = bytemuck::bytes_of(wind);
-        context.queue.write_buffer(&self.wind, 0, bytes);
+        context.write(&self.wind, 0, bytes);
         submit(context, |encoder| {
             let mut pass = compute_pass(encoder, stamp);
             let groups = groups_of_64(wind.n_strands);

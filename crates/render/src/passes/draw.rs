@@ -9,7 +9,7 @@ use super::resources::{
 use crate::gpu::{Context, Tally};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
-use strandlight_scene::sampling::pass_jitter;
+use strandlight_scene::sampling::{PASS_SAMPLES, pass_jitter};
 
 pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Side of the viewport in pixels, with what is drawn in its middle: a power of two, so that corners
@@ -175,7 +175,7 @@ impl Ribbons {
     /// Takes another view.
     pub fn set_view(&self, context: &Context, view: &ViewUniform) {
         let bytes = bytemuck::bytes_of(view);
-        context.queue.write_buffer(&self.view, 0, bytes);
+        context.write(&self.view, 0, bytes);
     }
 
     /// What the passes read of themselves.
@@ -209,7 +209,17 @@ impl Ribbons {
             n_samples,
         };
         let bytes = bytemuck::bytes_of(&pass);
-        context.queue.write_buffer(&self.pass, 0, bytes);
+        context.write(&self.pass, 0, bytes);
+    }
+
+    /// Chooses the samples of frame `frame` of a host, which moves the picture itself.
+    pub fn set_frame(&self, context: &Context, frame: u32) {
+        let pass = Pass {
+            jitter: [0, 0],
+            pass_ix: frame,
+            n_samples: PASS_SAMPLES,
+        };
+        context.write(&self.pass, 0, bytemuck::bytes_of(&pass));
     }
 
     /// Draws all segments with the pipeline and bindings that `pass` has.

@@ -426,7 +426,7 @@ impl Lighting {
     /// Starts the shading for `view`.
     pub fn begin(&self, context: &Context, view: &ViewUniform) {
         let bytes = bytemuck::bytes_of(view);
-        context.queue.write_buffer(&self.view, 0, bytes);
+        context.write(&self.view, 0, bytes);
         submit(context, |encoder| {
             encoder.clear_buffer(&self.counters, 0, None);
         });
@@ -518,7 +518,7 @@ impl Lighting {
             most_local: self.most_local,
         };
         let bytes = bytemuck::bytes_of(&uniform);
-        context.queue.write_buffer(&self.batch, 0, bytes);
+        context.write(&self.batch, 0, bytes);
     }
 
     /// Makes the bind groups of a batch, one for each buffer of radiance, unless they are there.

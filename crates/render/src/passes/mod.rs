@@ -10,6 +10,7 @@ pub(crate) mod deform;
 pub(crate) mod draw;
 mod first_look;
 mod footprint;
+pub(crate) mod hosted;
 pub(crate) mod lighting;
 pub(crate) mod mail;
 pub(crate) mod noise;
@@ -39,6 +40,7 @@ pub(crate) fn layouts() -> Vec<Layout> {
     [
         draw::LAYOUTS,
         first_look::LAYOUTS,
+        hosted::LAYOUTS,
         noise::LAYOUTS,
         screen::LAYOUTS,
         shadows::LAYOUTS,

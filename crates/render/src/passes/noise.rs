@@ -94,9 +94,7 @@ impl Noise {
             n_pixels,
             stride: STRIDE,
         };
-        context
-            .queue
-            .write_buffer(&self.halves, 0, bytemuck::bytes_of(&halves));
+        context.write(&self.halves, 0, bytemuck::bytes_of(&halves));
         let group = self.group.get_or_insert_with(|| {
             let resources = [&self.halves, target.sums(), &self.earlier, &self.squares];
             let resources = [0, 1, 2, 3].map(|ix| (ix as u32, resources[ix].as_entire_binding()));

@@ -124,7 +124,7 @@ impl Painted {
         // Some hundred bytes, of which an edit changes most.
         let uniform = optics.painted_hair();
         let bytes = bytemuck::bytes_of(&uniform);
-        context.queue.write_buffer(&self.hair, 0, bytes);
+        context.write(&self.hair, 0, bytes);
         is_other
     }
 

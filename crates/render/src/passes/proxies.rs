@@ -82,7 +82,7 @@ impl Proxies {
     pub fn write(&self, context: &Context, records: &ProxyRecords) -> bool {
         if records.n == self.n {
             let bytes = bytemuck::bytes_of(records);
-            context.queue.write_buffer(&self.records, 0, bytes);
+            context.write(&self.records, 0, bytes);
         }
         records.n == self.n
     }

@@ -101,9 +101,7 @@ pub(crate) fn write<T: bytemuck::Pod>(
     contents: &[T],
 ) -> bool {
     let has_grown = grow(context, buffer, size_of_val(contents) as u64);
-    context
-        .queue
-        .write_buffer(buffer, 0, bytemuck::cast_slice(contents));
+    context.write(buffer, 0, bytemuck::cast_slice(contents));
     has_grown
 }
 
@@ -138,9 +136,7 @@ pub(crate) fn read_back<T: bytemuck::Pod>(
 
 /// Records and submits commands.
 pub(crate) fn submit(context: &Context, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
-    let mut encoder = context.device.create_command_encoder(&Default::default());
-    record(&mut encoder);
-    context.queue.submit([encoder.finish()]);
+    context.submit(record);
 }
 
 /// The shader module `name` with all it imports.
@@ -297,7 +293,7 @@ impl StrandBuffers {
             (&self.normals, &strands.normals),
         ] {
             let contents = bytemuck::cast_slice(contents);
-            context.queue.write_buffer(buffer, 0, contents);
+            context.write(buffer, 0, contents);
         }
     }
 

@@ -66,7 +66,7 @@ impl Scattering {
         if report.is_rebuilt(Part::Averages) {
             let table = forward_table(hair.averages());
             let bytes = bytemuck::bytes_of(&table);
-            context.queue.write_buffer(&self.forward, 0, bytes);
+            context.write(&self.forward, 0, bytes);
         }
         let painted = self.painted.as_mut();
         let is_other = painted.is_some_and(|painted| painted.update(context, hair, report));

@@ -112,7 +112,7 @@ impl Screen {
             pad: [0; 2],
         };
         let bytes = bytemuck::bytes_of(&grade);
-        context.queue.write_buffer(&show.grade, 0, bytes);
+        context.write(&show.grade, 0, bytes);
         let group = self.group.get_or_insert_with(|| {
             bind(
                 context,

@@ -112,9 +112,7 @@ impl ShadowMaps {
         let Some([cast, receive]) = &self.groups else {
             return;
         };
-        context
-            .queue
-            .write_buffer(&self.view, 0, bytemuck::bytes_of(view));
+        context.write(&self.view, 0, bytemuck::bytes_of(view));
         submit(context, |encoder| {
             encoder.clear_buffer(&self.map, 0, Some(bytes(view)));
             let mut pass = compute_pass(encoder, stamp);

@@ -196,7 +196,7 @@ impl Target {
             pad: [0; 2],
         };
         let bytes = bytemuck::bytes_of(&backdrop);
-        context.queue.write_buffer(&self.backdrop, 0, bytes);
+        context.write(&self.backdrop, 0, bytes);
         if self.lights != *lights {
             let buffers = [
                 ribbons.view(),

@@ -59,7 +59,7 @@ impl Volume {
     pub fn fit(&mut self, context: &Context, strands: &Strands, buffers: &StrandBuffers) -> bool {
         self.grid = Grid::around(strands);
         let bytes = bytemuck::bytes_of(&self.grid);
-        context.queue.write_buffer(&self.grid_buffer, 0, bytes);
+        context.write(&self.grid_buffer, 0, bytes);
         let [sums, volume] = sizes(&self.grid);
         // Hair that moves a little grows a little: not a new buffer for every frame.
         if self.buffer.size() >= volume {

@@ -56,10 +56,12 @@ impl Screen {
             adapter: context.adapter_name.clone(),
             reason: reason.to_owned(),
         };
+        let adapter = context.adapter.as_ref();
+        let adapter = adapter.ok_or_else(|| unsuitable("it was not opened here"))?;
         let config = surface
-            .get_default_config(&context.adapter, 1, 1)
+            .get_default_config(adapter, 1, 1)
             .ok_or_else(|| unsuitable("it cannot present to this window"))?;
-        let formats = surface.get_capabilities(&context.adapter).formats;
+        let formats = surface.get_capabilities(adapter).formats;
         let format = egui_wgpu::preferred_framebuffer_format(&formats)
             .map_err(|error| unsuitable(&error.to_string()))?;
         let config = wgpu::SurfaceConfiguration {
