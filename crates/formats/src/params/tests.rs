@@ -99,17 +99,16 @@ fn the_rows_are_all_the_keys_of_a_scene() {
         ProxySection::ellipsoid([0.0; 3], [1.0; 3]),
     ];
     scene.render.background = Background::Color([0.5; 3]);
-    let other = |value: &mut f64| *value *= 0.5;
-    HAIR.params.iter().for_each(|param| {
+    for param in HAIR.params {
         // What is left out at its default is written otherwise.
-        if let (Absent::Number(plain), None) = (param.spec.absent, param.get(&scene.hair)) {
-            let mut value = plain;
-            other(&mut value);
-            param
-                .set(&mut scene.hair, Some(Value::Number(value)))
-                .expect("in range");
+        let (Some(numbers), true) = (param.spec.numbers(), param.spec.group != Group::Color) else {
+            continue;
+        };
+        if numbers.shape == Shape::Number {
+            let value = Value::Number(0.5 * (numbers.min + numbers.max));
+            param.set(&mut scene.hair, Some(value)).expect("in range");
         }
-    });
+    }
     let mut keys = vec![];
     let colors: [fn(&mut HairSection); 3] = [
         |hair| hair.preset = Some("brown".to_owned()),
@@ -131,7 +130,6 @@ fn the_rows_are_all_the_keys_of_a_scene() {
             ..MotionSection::default()
         },
     ];
-    scene.hair.diameter_cm = Some(0.01);
     for (color, motion) in colors.into_iter().zip(motions) {
         color(&mut scene.hair);
         scene.motion = Some(motion);
