@@ -111,8 +111,8 @@ fn ground_truth_follows() {
     let mut mean = [0.0; 3];
     for _ in 0..n {
         if let Some(sample) = all.view(view).sample(&mut uniform) {
-            for c in 0..3 {
-                mean[c] += sample.weight[c] / f64::from(n);
+            for (mean, weight) in mean.iter_mut().zip(sample.weight) {
+                *mean += weight / f64::from(n);
             }
         }
     }
