@@ -24,7 +24,7 @@ type Panel<T> = Vec<[T; 3]>;
 ///
 /// # Errors
 /// What the PNG encoder says.
-pub fn preview_png(set: &LightSet, map: &Map) -> Result<Vec<u8>, String> {
+pub fn preview_png(set: &LightSet, map: &Map) -> Result<Vec<u8>, png::EncodingError> {
     let grid = LatLong {
         width: WIDTH,
         height: WIDTH / 2,
@@ -169,7 +169,7 @@ fn discs(set: &LightSet, map: &Panel<f64>, exposure: f64, grid: LatLong) -> Pane
     panel
 }
 
-fn encode(panels: &[Panel<u8>; 4], grid: LatLong) -> Result<Vec<u8>, String> {
+fn encode(panels: &[Panel<u8>; 4], grid: LatLong) -> Result<Vec<u8>, png::EncodingError> {
     let (width, height) = (2 * grid.width + GAP, 2 * grid.height + GAP);
     let mut pixels = vec![0u8; width * height * 3];
     for (k, panel) in panels.iter().enumerate() {
@@ -184,10 +184,8 @@ fn encode(panels: &[Panel<u8>; 4], grid: LatLong) -> Result<Vec<u8>, String> {
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
-    writer
-        .write_image_data(&pixels)
-        .map_err(|e| e.to_string())?;
-    writer.finish().map_err(|e| e.to_string())?;
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&pixels)?;
+    writer.finish()?;
     Ok(bytes)
 }

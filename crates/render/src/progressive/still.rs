@@ -65,6 +65,7 @@ impl ProgressiveRenderer {
         observer: Observer,
     ) -> Result<(Picture, Stats), RenderError> {
         check_frame(size, samples)?;
+        self.edited();
         self.core.set_margin(0.0);
         self.set_camera(*camera);
         let picture = self.still_observed(size, samples, observer)?;
@@ -87,6 +88,7 @@ impl ProgressiveRenderer {
         };
         let mut stats = report.stats.clone();
         stats.passes = samples.div_ceil(PASS_SAMPLES);
+        stats.draws = report.runs("draw");
         stats.stages = report
             .stages
             .iter()
@@ -198,12 +200,14 @@ impl ProgressiveRenderer {
         check_frame(size, samples)?;
         let tiles = parts::tiles(size, &self.core.context.device.limits(), &self.parts);
         let before = self.size;
+        self.is_still = true;
         let picture = match tiles.len() {
             1 => self
                 .set_size(size)
                 .and_then(|()| self.finish_observed(samples, observer)),
             _ => self.tiled(size, &tiles, samples, observer),
         };
+        self.is_still = false;
         // Going back to the shown size starts another report.
         self.still_report = self.report.clone();
         self.still_bytes = match &self.target {
@@ -285,9 +289,7 @@ impl ProgressiveRenderer {
         let before = self.core.scene.samples;
         self.set_samples(samples);
         self.has_preview = false;
-        self.is_still = true;
         let finished = self.finish_target(observer);
-        self.is_still = false;
         self.set_samples(before);
         finished
     }
