@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::{Drawn, ProgressiveRenderer, RenderReport};
+use crate::invalidation::Inputs;
 use crate::passes::PartLimits;
 use crate::passes::parts::{self, Tile};
 use crate::passes::resources::{failed, guarded, read_back};
@@ -116,7 +117,7 @@ impl ProgressiveRenderer {
         self.set_camera(*camera);
         let before = self.core.scene.size;
         self.core.set_size(size);
-        self.core.dirty.view = true;
+        self.core.dirty.inputs |= Inputs::VIEW;
         self.core
             .lighting
             .clear(&self.core.context, 1 - self.core.front);
@@ -247,7 +248,7 @@ impl ProgressiveRenderer {
         let mut rgba = vec![[0.0; 4]; width as usize * height as usize];
         self.set_size([0, 0])?;
         self.core.scene.size = size;
-        self.core.dirty.view = true;
+        self.core.dirty.inputs |= Inputs::VIEW;
         let drawn = tiles.iter().enumerate().try_for_each(|(ix, tile)| {
             let observer = &|done: f64| {
                 let drawn = (done - LIGHTING_SHARE).max(0.0) / (1.0 - LIGHTING_SHARE);
