@@ -11,12 +11,12 @@ use strandlight_formats::{
 
 use super::{Failure, Outcome, is_stream, note, print_line};
 
-/// Says what is in a file: .tables, .lights, .groom, a scene, or hair of another program
+/// Summarize a file: .tables, .lights, .groom, a scene, or hair of another program
 #[derive(clap::Args)]
 pub struct Args {
-    /// The file, - for standard input
+    /// File to inspect, - for standard input
     file: PathBuf,
-    /// Print one JSON document on stdout
+    /// Print one JSON document
     #[arg(long)]
     json: bool,
 }

@@ -14,26 +14,27 @@ use super::probe::{default_tables, parse_query};
 use super::progress::progress;
 use super::{Failure, Outcome, note, print_line};
 
-/// Stresses single and multiple scattering at corners and random extremes, against f64
+/// Stress-test single and multiple scattering at corner cases and random extremes, against f64
 ///
-/// The renderer's functions in f32 on the CPU and as WGSL on the adapter: finite values, twins,
-/// energy, white furnace, symmetries, continuity, rounding, refusal of invalid parameters. Names
-/// the worst case of each check with all its inputs. Exit code 1 when a check fails.
+/// Checks the renderer's functions in f32 on the CPU and as WGSL on the GPU: finite values,
+/// agreement of CPU and GPU, energy, white furnace, symmetries, continuity, rounding, rejection of
+/// invalid parameters. Prints the worst case of each check with all its inputs. Exits with 1 when a
+/// check fails.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Random points a function; checks that cost more take a share of it
+    /// Samples per function (expensive checks use fewer)
     #[arg(long, default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     n: u32,
-    /// The scheme under stress
+    /// Scattering scheme to test
     #[arg(long, value_enum, default_value_t = Method::Runtime)]
     method: Method,
-    /// Seed of every draw
+    /// Random seed
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Baked tables [default: the bundled ones]
     #[arg(long, value_name = "F.tables")]
     tables: Option<PathBuf>,
-    /// Leave out the adapter
+    /// Skip GPU checks
     #[arg(long)]
     no_gpu: bool,
     /// Print one JSON document
