@@ -253,7 +253,10 @@ fn paint_is_drawn_by_every_method() {
     // Pictures of other paint are not gone on with.
     dyed(folder, 1.0);
     assert_refused(
-        &mut reference(folder, "a.toml --method path --samples 1 --resume -o path.exr"),
+        &mut reference(
+            folder,
+            "a.toml --method path --samples 1 --resume -o path.exr",
+        ),
         &["path.exr", "inputs"],
     );
     // What fibres lose depends on their widths alone.

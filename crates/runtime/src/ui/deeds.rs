@@ -129,9 +129,11 @@ impl Workspace {
     /// Makes the view the scene's camera.
     pub(super) fn save_view(&mut self) {
         match self.viewer.save_view() {
-            Ok(change) if change.is_empty() => self.say("This is the scene's camera already"),
+            Ok(change) if change.is_empty() => {
+                self.say("The view already matches the scene's camera")
+            }
             Ok(_) => {
-                self.say("The view is the scene's camera now");
+                self.say("Saved the view as the scene's camera");
                 self.changed("edit", json!({ "label": "Save view" }));
             }
             Err(error) => self.fail(&error.to_string()),
@@ -162,7 +164,7 @@ impl Workspace {
                 state.selected = Some(found.light as u32);
                 state.reveal = true;
                 format!(
-                    "Light {} adds most there: about {:.0} % of the light scattered once.",
+                    "Light {} contributes most there: about {:.0} % of single scattering.",
                     found.light,
                     100.0 * found.share
                 )
@@ -420,7 +422,7 @@ impl Workspace {
         self.viewer.commit();
         match changed {
             Ok(change) if change.is_empty() => {
-                self.say(&format!("{name} is in the scene already"));
+                self.say(&format!("The scene already uses {name}"));
             }
             Ok(_) => {
                 self.state.lights.forget();

@@ -241,16 +241,10 @@ fn bar(ui: &mut Ui, shown: &Shown<'_>, asked: &mut Asked) {
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             button(ui, "Help", true, "Keys and mouse: H", Command::Help);
-            let help = "Save the picture as a PNG beside the scene: P";
+            let help = "Save the picture as a PNG next to the scene: P";
             button(ui, "Picture", true, help, Command::Screenshot);
             button(ui, "Home", true, "The scene's camera: Home", Command::Home);
-            button(
-                ui,
-                "Frame",
-                true,
-                "All hair into the picture: F",
-                Command::Frame,
-            );
+            button(ui, "Frame", true, "Frame all hair: F", Command::Frame);
         });
     });
 }
@@ -299,15 +293,15 @@ fn notices(ui: &mut Ui, state: &mut UiState, asked: &mut Asked) {
     }
     if state.is_stale {
         ui.horizontal_wrapped(|ui| {
-            let text = "The scene's files changed on disk, and there are unsaved changes here.";
+            let text = "The scene's files changed on disk. You have unsaved changes.";
             ui.label(RichText::new(text).color(theme::WARNING));
-            let reload = ui.button("Reload, discard mine");
+            let reload = ui.button("Discard my changes and reload");
             asked.changes.place("Reload button", &reload);
             if reload.clicked() {
                 asked.commands.push(Command::Reload);
             }
-            let keep = ui.button("Keep mine");
-            asked.changes.place("Keep mine button", &keep);
+            let keep = ui.button("Keep my changes");
+            asked.changes.place("Keep my changes button", &keep);
             if keep.clicked() {
                 asked.answer = Some(Answer::KeepMine);
             }
