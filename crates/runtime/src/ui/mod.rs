@@ -6,7 +6,7 @@
 
 mod app;
 mod color;
-mod deeds;
+mod commands;
 mod document;
 mod dropped;
 mod field;
