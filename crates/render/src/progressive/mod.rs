@@ -35,9 +35,9 @@ use crate::device_scene::DeviceScene;
 use crate::gpu::{Context, Counts};
 use crate::passes::clock::Clock;
 use crate::passes::draw::Draw;
-use crate::passes::mail::Mail;
 use crate::passes::noise::Noise;
 use crate::passes::parts::{self, Spread, Tile};
+use crate::passes::readback::Readback;
 use crate::passes::resources::failed;
 use crate::passes::screen::{Screen, Show};
 use crate::passes::target::Target;
@@ -84,7 +84,7 @@ pub struct ProgressiveRenderer {
     next_screen: Option<Screen>,
     noise: Noise,
     /// Counts of products that shading left, and of how many batches.
-    counters: (Mail, u64),
+    counters: (Readback, u64),
     /// Whether the first picture is to be one without shadows.
     has_preview: bool,
     picture: Drawn,
@@ -171,7 +171,7 @@ impl ProgressiveRenderer {
             screen: Screen::new(context, [1, 1]),
             next_screen: None,
             noise: Noise::new(context)?,
-            counters: (Mail::new(context, 80), 1),
+            counters: (Readback::new(context, 80), 1),
             has_preview: true,
             picture: Drawn::default(),
             clock: Clock::new(context),
