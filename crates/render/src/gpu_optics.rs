@@ -360,7 +360,7 @@ fn upload(
         height,
         depth_or_array_layers: 1,
     };
-    context.tally().add_texture(texels.len() as u64);
+    context.resource_counters().add_texture(texels.len() as u64);
     let texture = context.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size,

@@ -193,7 +193,7 @@ impl HairRenderer {
 
     /// What was made on the device; submissions stay 0.
     #[doc(hidden)]
-    pub fn counts(&self) -> crate::gpu::Counts {
+    pub fn counts(&self) -> crate::gpu::ResourceCounts {
         self.context.counts()
     }
 

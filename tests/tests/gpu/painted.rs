@@ -4,7 +4,7 @@
 use strandlight_cpu as cpu;
 use strandlight_formats::Scattering;
 use strandlight_render::ProgressiveRenderer;
-use strandlight_render::gpu::Counts;
+use strandlight_render::gpu::ResourceCounts;
 use strandlight_scattering::HairParams;
 use strandlight_scene::edit::{EditError, Outcome, Part};
 use strandlight_scene::paint::{Brush, Dab, Paint, PaintedPoint, Picker, Stroking};
@@ -181,7 +181,7 @@ fn a_stroke_is_seen_live_and_uploads_little() {
     }
     assert!(!skips_paint(&live), "{:?}", live.report().stats.skipped);
     // After the first dab: neither pipelines nor textures nor geometry.
-    let of = |counts: &Counts| (counts.pipelines, counts.textures, counts.geometry_uploads);
+    let of = |counts: &ResourceCounts| (counts.pipelines, counts.textures, counts.geometry_uploads);
     assert_eq!(of(&counts[1]), of(&counts[0]));
     assert_eq!(of(&counts[2]), of(&counts[0]));
     let found = live.finish(8).unwrap();

@@ -6,7 +6,7 @@ use super::proxies::DrawnProxies;
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, labelled, shader, step, storage, submit, uniform,
 };
-use crate::gpu::{Context, Tally};
+use crate::gpu::{Context, ResourceCounters};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::sampling::{PASS_SAMPLES, pass_jitter};
@@ -306,7 +306,7 @@ pub(super) fn covering(
     [vertices, fragments]: [&'static str; 2],
     constants: &[(&str, f64)],
 ) -> wgpu::RenderPipeline {
-    Tally::add(&context.tally().pipelines);
+    ResourceCounters::add(&context.resource_counters().pipelines);
     let descriptor = wgpu::RenderPipelineDescriptor {
         label: Some(label),
         layout: None,

@@ -2,7 +2,7 @@
 
 use super::draw::Ribbons;
 use super::resources::{module_with, uniform};
-use crate::gpu::{Context, Tally};
+use crate::gpu::{Context, ResourceCounters};
 use crate::hair_renderer::HairOptions;
 use strandlight_scene::RenderError;
 
@@ -47,7 +47,7 @@ impl Hosted {
         radiance: &[&wgpu::Buffer],
     ) -> Result<Hosted, RenderError> {
         let module = module_with(context, "pass/strands", &[FEATURE])?;
-        Tally::add(&context.tally().pipelines);
+        ResourceCounters::add(&context.resource_counters().pipelines);
         let compare = match options.reverse_z {
             true => wgpu::CompareFunction::Greater,
             false => wgpu::CompareFunction::Less,

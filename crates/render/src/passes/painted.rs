@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::resources::uniform;
-use crate::gpu::{Context, Tally};
+use crate::gpu::{Context, ResourceCounters};
 use strandlight_scattering::closed_form::{N_AVERAGE_COLUMNS, PaintTexel};
 use strandlight_scattering::dual_scattering::PaintedAverageTable;
 use strandlight_scattering::lobes::PaintedTexture;
@@ -183,7 +183,7 @@ fn texture(
     format: wgpu::TextureFormat,
     [width, height]: [u32; 2],
 ) -> wgpu::Texture {
-    Tally::add(&context.tally().textures);
+    ResourceCounters::add(&context.resource_counters().textures);
     context.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d {

@@ -9,7 +9,7 @@ use super::resources::{
     bind, buffer_of, compute_pass, grow, module_with, read_back, storage, submit, uniform,
 };
 use super::volume::Volume;
-use crate::gpu::{Context, Tally};
+use crate::gpu::{Context, ResourceCounters};
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::LIGHT_BATCH;
@@ -279,7 +279,7 @@ fn compiled(
         bind_group_layouts: &[Some(&layout)],
         ..Default::default()
     });
-    Tally::add(&context.tally().pipelines);
+    ResourceCounters::add(&context.resource_counters().pipelines);
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some("sweep"),
         layout: Some(&pipeline_layout),

@@ -32,7 +32,7 @@ mod still;
 mod work;
 
 use crate::device_scene::DeviceScene;
-use crate::gpu::{Context, Counts};
+use crate::gpu::{Context, ResourceCounts};
 use crate::passes::clock::Clock;
 use crate::passes::draw::Draw;
 use crate::passes::noise::Noise;
@@ -83,7 +83,7 @@ pub struct ProgressiveRenderer {
     /// Of another size, not drawn yet.
     next_screen: Option<Screen>,
     noise: Noise,
-    /// Counts of products that shading left, and of how many batches.
+    /// ResourceCounts of products that shading left, and of how many batches.
     counters: (Readback, u64),
     /// Whether the first picture is to be one without shadows.
     has_preview: bool,
@@ -100,7 +100,7 @@ pub struct ProgressiveRenderer {
     /// The picture is read back when it is finished: nothing is shown before.
     is_still: bool,
     /// What was made on the device before the last edit.
-    counts: Counts,
+    counts: ResourceCounts,
 }
 
 /// What there is of the picture.
