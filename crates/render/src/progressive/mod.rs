@@ -39,7 +39,7 @@ use crate::passes::noise::Noise;
 use crate::passes::parts::{self, Spread, Tile};
 use crate::passes::readback::Readback;
 use crate::passes::resources::failed;
-use crate::passes::screen::{Screen, Show};
+use crate::passes::screen::{DisplayPipeline, Screen};
 use crate::passes::target::Target;
 use crate::passes::{DeviceBytes, PartLimits};
 use pace::Pacer;
@@ -72,7 +72,7 @@ pub struct Progress {
 pub struct ProgressiveRenderer {
     core: DeviceScene,
     draw: Draw,
-    show: Show,
+    show: DisplayPipeline,
     size: [u32; 2],
     /// The part of the picture that is drawn, unless it is all of it.
     tile: Option<Tile>,
@@ -162,7 +162,7 @@ impl ProgressiveRenderer {
         draw.set_proxies(context, &core.ribbons, &core.lighting);
         let mut renderer = ProgressiveRenderer {
             draw,
-            show: Show::new(context)?,
+            show: DisplayPipeline::new(context)?,
             size: [0, 0],
             tile: None,
             parts: PartLimits::default(),
