@@ -43,7 +43,7 @@
 @group(0) @binding(15) var averages: texture_2d<f32>;
 
 // Unblocked shares by shadow maps, [slot / 4][point], eight bits a slot.
-@group(0) @binding(17) var<storage, read> answers: array<u32>;
+@group(0) @binding(17) var<storage, read> visibility: array<u32>;
 
 // The terms that are drawn; the others are not part of the pipeline.
 override TERMS: u32 = 7u;
@@ -70,8 +70,8 @@ fn count(counter: u32, n: u32) {
 
 // Of a slot at a point; slot 0 is the light that comes through to the eye.
 fn unblocked_share(slot: u32, point_ix: u32) -> f32 {
-    let at = min(slot / 4u * view.n_points + point_ix, arrayLength(&answers) - 1u);
-    return f32((answers[at] >> (8u * (slot % 4u))) & 255u) / 255.0;
+    let at = min(slot / 4u * view.n_points + point_ix, arrayLength(&visibility) - 1u);
+    return f32((visibility[at] >> (8u * (slot % 4u))) & 255u) / 255.0;
 }
 
 fn record_numbers(at: u32) -> vec4f {

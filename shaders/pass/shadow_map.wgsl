@@ -37,7 +37,7 @@ struct ShadowView {
 // [point], of the slot at work
 @group(0) @binding(6) var<storage, read_write> sums: array<f32>;
 // [slot / 4][point], eight bits a slot
-@group(0) @binding(7) var<storage, read_write> answers: array<u32>;
+@group(0) @binding(7) var<storage, read_write> visibility: array<u32>;
 
 // #if PROXIES
 @group(0) @binding(8) var<uniform> proxies: Proxies;
@@ -173,6 +173,6 @@ fn receive_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
         let word = view.slot / 4u * view.n_points + point_ix;
         let shift = 8u * (view.slot % 4u);
         let bits = u32(min(sum, 1.0) * 255.0 + 0.5) << shift;
-        answers[word] = (answers[word] & ~(255u << shift)) | bits;
+        visibility[word] = (visibility[word] & ~(255u << shift)) | bits;
     }
 }

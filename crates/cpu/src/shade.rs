@@ -38,19 +38,19 @@ impl Counts {
 }
 
 /// Adds the lights of a batch to `radiance` (rgb, 0), times the view's radiance scale.
-/// `shadows` are those of the batch, `answers` those of the shadow maps.
+/// `shadows` are those of the batch, `visibility` that of the shadow maps.
 pub(super) fn shade(
     scene: &PreparedScene,
     view: &ViewUniform,
     grid: &Grid,
     lights: &[LightRecord],
     shadows: &Shadows,
-    answers: &[u32],
+    visibility: &[u32],
     radiance: &mut [[f32; 4]],
 ) -> Counts {
     let strands = &scene.strands;
     let (n_points, n_voxels) = (strands.points.len(), grid.n_voxels());
-    let has_maps = matches!(shadows, Shadows::Volume(_)) && !answers.is_empty();
+    let has_maps = matches!(shadows, Shadows::Volume(_)) && !visibility.is_empty();
     let optics = scene.hair.optics();
     let shading = optics.shading(scene.tables.view());
     let forward = forward_table(scene.hair.averages());
@@ -100,7 +100,7 @@ pub(super) fn shade(
                     }
                     Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
                 };
-                let share_of = |slot| unblocked_share(answers, n_points, slot, point);
+                let share_of = |slot| unblocked_share(visibility, n_points, slot, point);
                 let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
                 if has_maps && light.slot != NO_SLOT {
                     unblocked = share_of(light.slot);

@@ -19,18 +19,18 @@ const N_PLACES: u32 = 8;
 /// Unblocked share of the lights with maps at every point, `[slot / 4][point]`, eight bits a slot:
 /// [`strandlight_scene::shadow_maps::unblocked_share`] reads it.
 pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
-    let mut answers = vec![0; plan.n_words(strands.points.len())];
-    draw_maps(strands, &plan.views, &[], &mut answers);
-    answers
+    let mut visibility = vec![0; plan.n_words(strands.points.len())];
+    draw_maps(strands, &plan.views, &[], &mut visibility);
+    visibility
 }
 
-/// Draws maps and writes their slots of the answers, with `proxies` that block light. Answers how
+/// Draws maps and writes their rows of the visibility buffer, with `proxies` that block light. Returns how
 /// many texels were drawn, those of every strand counted.
 pub(super) fn draw_maps(
     strands: &Strands,
     views: &[ShadowView],
     proxies: &[ProxyRecord],
-    answers: &mut [u32],
+    visibility: &mut [u32],
 ) -> u64 {
     let mut n_texels = 0;
     let n_points = strands.points.len();
@@ -46,7 +46,7 @@ pub(super) fn draw_maps(
             .map(|&first| cast_shadows(view, strands, first, &map))
             .sum::<u64>();
         let row = (view.slot / SLOTS_PER_WORD) as usize * n_points;
-        answers[row..row + n_points]
+        visibility[row..row + n_points]
             .par_iter_mut()
             .zip(&mut sums)
             .enumerate()

@@ -50,10 +50,10 @@ const LEAST_SHARE: f32 = 0.002;
 /// directions see the same shadows.
 const LAMBDA_PER_MAP: f32 = 0.006;
 
-/// Largest buffer of answers, as every adapter binds it.
+/// Largest visibility buffer that every adapter binds.
 const MAX_BYTES: usize = 128 << 20;
 
-/// Row of the answers for the light that comes through to the eye.
+/// Row of the visibility buffer for line-of-sight shadows.
 ///
 /// A wide light and its unblocked share as the mean over its lobe say too much of TT, which takes
 /// its light from a narrow lobe about the line of sight: there the hair behind the strand stands,
@@ -76,7 +76,7 @@ pub fn through_weight(lambda: f32) -> f32 {
 /// Marks lights without maps.
 pub const NO_SLOT: u32 = u32::MAX;
 
-/// Lights whose shares fill a word of the answers, eight bits each.
+/// Lights whose shares fill a word of the visibility buffer, eight bits each.
 pub const SLOTS_PER_WORD: u32 = 4;
 
 /// One map; mirrored by `ShadowView` in `shaders/pass/shadow_map.wgsl`.
@@ -99,7 +99,7 @@ pub struct ShadowView {
     pub centre: [f32; 3],
     /// Texels along a side.
     pub side: u32,
-    /// Row of the answers that this direction adds to.
+    /// Row of the visibility buffer that this direction adds to.
     pub slot: u32,
     /// Bit 0: the first of its slot; bit 1: the last.
     pub ends: u32,
@@ -130,7 +130,7 @@ pub const LAST_OF_SLOT: u32 = 2;
 pub struct ShadowPlan {
     /// The maps, those of a light one after the other.
     pub views: Vec<ShadowView>,
-    /// By light: its row of the answers, or [`NO_SLOT`].
+    /// By light: its row of the visibility buffer, or [`NO_SLOT`].
     pub slots: Vec<u32>,
     /// Number of rows, that of [`THROUGH_SLOT`] included; 0 where no light has maps.
     pub n_slots: u32,
@@ -190,7 +190,7 @@ impl ShadowPlan {
         views_of(&lobe, *k, 0.5, THROUGH_SLOT, any)
     }
 
-    /// Words of the answers, `[slot / 4][point]`, eight bits a slot from the lowest up.
+    /// Words of the visibility buffer, `[slot / 4][point]`, eight bits a slot from the lowest up.
     pub fn n_words(&self, n_points: usize) -> usize {
         self.n_slots.div_ceil(SLOTS_PER_WORD) as usize * n_points
     }
@@ -243,9 +243,9 @@ fn map_side(strands: &Strands, reach: f32) -> u32 {
     wanted.min(over.sqrt() * SHADOW_SIDE as f32).max(1.0) as u32
 }
 
-/// The unblocked share of `slot` at `point` in the answers for `n_points` points.
-pub fn unblocked_share(answers: &[u32], n_points: usize, slot: u32, point: usize) -> f32 {
-    let word = answers[(slot / SLOTS_PER_WORD) as usize * n_points + point];
+/// The unblocked share of `slot` at `point` in the visibility buffer of `n_points` points.
+pub fn unblocked_share(visibility: &[u32], n_points: usize, slot: u32, point: usize) -> f32 {
+    let word = visibility[(slot / SLOTS_PER_WORD) as usize * n_points + point];
     ((word >> (8 * (slot % SLOTS_PER_WORD))) & 255) as f32 / 255.0
 }
 

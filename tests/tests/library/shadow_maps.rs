@@ -25,10 +25,10 @@ fn wig_strands(n: usize, diameter: f32) -> Strands {
 
 /// Shares of the first light at every point.
 fn first_shares(strands: &Strands, plan: &ShadowPlan) -> Vec<f32> {
-    let answers = cpu::shadow_maps(strands, plan);
+    let visibility = cpu::shadow_maps(strands, plan);
     let n_points = strands.points.len();
     (0..n_points)
-        .map(|point| unblocked_share(&answers, n_points, 1, point))
+        .map(|point| unblocked_share(&visibility, n_points, 1, point))
         .collect()
 }
 
@@ -144,10 +144,10 @@ fn gpu_both_backends_answer_alike() {
     let on_cpu = cpu::shadow_maps(&strands, &plan);
     let on_gpu = passes::shadow_maps(&context, &strands, &plan).unwrap();
     let n_points = strands.points.len();
-    let shares = |answers: &[u32]| -> Vec<f32> {
+    let shares = |visibility: &[u32]| -> Vec<f32> {
         let slots = (0..plan.n_slots).flat_map(|slot| (0..n_points).map(move |p| (slot, p)));
         slots
-            .map(|(slot, point)| unblocked_share(answers, n_points, slot, point))
+            .map(|(slot, point)| unblocked_share(visibility, n_points, slot, point))
             .collect()
     };
     let error = relative_rmse(&shares(&on_gpu), &shares(&on_cpu));

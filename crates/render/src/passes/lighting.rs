@@ -98,7 +98,7 @@ pub(crate) struct Lighting {
     /// The lights whose power shared out the maps: one that is black by now keeps its own.
     planned: Vec<SrbfLight>,
     plan: ShadowPlan,
-    /// Where the answers' light through to the eye comes from.
+    /// Direction of the line-of-sight shadows in the visibility buffer.
     through: Option<[f32; 3]>,
     shades: Vec<Shade>,
     current: usize,
@@ -375,7 +375,7 @@ impl Lighting {
         views.into_iter().map(Step::Map).collect()
     }
 
-    /// The answers may not have the light through to any eye.
+    /// Discards the line-of-sight shadows.
     pub fn forget_through(&mut self) {
         self.through = None;
     }
@@ -541,7 +541,7 @@ impl Lighting {
                     (8, self.sweep.records(batch).as_entire_binding()),
                     (9, self.radiance[into].as_entire_binding()),
                     (10, self.counters.as_entire_binding()),
-                    (17, self.maps.answers().as_entire_binding()),
+                    (17, self.maps.visibility().as_entire_binding()),
                 ];
                 resources.extend(self.scattering.bindings());
                 ((batch, into), bind(context, &layout, &resources))

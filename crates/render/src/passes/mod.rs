@@ -49,7 +49,7 @@ pub(crate) fn layouts() -> Vec<Layout> {
     .concat()
 }
 
-/// The answers of the shadow maps of `plan` for `strands`, as
+/// The visibility from the shadow maps of `plan` for `strands`, as
 /// [`strandlight_scene::shadow_maps::unblocked_share`] reads them.
 ///
 /// # Errors
@@ -67,9 +67,9 @@ pub fn shadow_maps(
             maps.draw(context, view, Default::default());
             context.wait("shadow map").map_err(resources::failed)?;
         }
-        let mut answers = resources::read_back(context, "unblocked", maps.answers())?;
+        let mut visibility = resources::read_back(context, "unblocked", maps.visibility())?;
         // Buffers are never empty.
-        answers.truncate(plan.n_words(strands.points.len()));
-        Ok(answers)
+        visibility.truncate(plan.n_words(strands.points.len()));
+        Ok(visibility)
     })
 }
