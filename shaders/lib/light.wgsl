@@ -36,7 +36,7 @@ struct Batch {
     density_forward: f32,
     density_back: f32,
     // d_b times the largest A_b: what local scattering makes of power at most.
-    most_local: f32,
+    max_local: f32,
 }
 
 // L(omega) of one light (Xu 2011 Eq 1), in the form without cancellation.

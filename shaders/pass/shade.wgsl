@@ -177,7 +177,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             sum += light.rgb * scattered;
             evaluated.x++;
         }
-        if (TERMS & TERM_LOCAL) != 0u && direct_power * batch.most_local >= batch.min_power {
+        if (TERMS & TERM_LOCAL) != 0u && direct_power * batch.max_local >= batch.min_power {
             let scattered = direct_local_scattering(source, eye, averages, row);
             let factor = batch.density_back * unblocked * light.solid_angle;
             sum += factor * light.rgb * scattered;
@@ -202,7 +202,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             sum += radiance_in * scattered;
             evaluated.z++;
         }
-        if (TERMS & TERM_LOCAL) != 0u && power * batch.most_local >= batch.min_power {
+        if (TERMS & TERM_LOCAL) != 0u && power * batch.max_local >= batch.min_power {
             let scattered =
                 local_scattering(source.direction, eye, arriving.sigma_f, averages, row);
             sum += batch.density_back * radiance_in * scattered;

@@ -60,7 +60,7 @@ pub(super) fn shade(
         bits: scene.terms(),
         min_power: scene.min_power(),
         densities: scene.densities,
-        most_local: scene.most_local(&scene.hair),
+        max_local: scene.max_local(&scene.hair),
     };
     radiance
         .par_iter_mut()
@@ -145,7 +145,7 @@ struct Terms {
     bits: u32,
     min_power: f32,
     densities: [f32; 2],
-    most_local: f32,
+    max_local: f32,
 }
 
 impl Terms {
@@ -179,7 +179,7 @@ impl Terms {
             let scattered = shadowed_single_scattering(source, eye, shading, shares);
             add([1.0; 3], scattered, 0);
         }
-        if self.bits & TERM_LOCAL != 0 && direct_power * self.most_local >= self.min_power {
+        if self.bits & TERM_LOCAL != 0 && direct_power * self.max_local >= self.min_power {
             let scattered = direct_local_scattering(source, eye, averages);
             let factor = density_back * unblocked * light.solid_angle;
             add([factor; 3], scattered, 1);
@@ -196,7 +196,7 @@ impl Terms {
         if self.bits & TERM_GLOBAL != 0 && power >= self.min_power {
             add(factor, global_scattering(towards, eye, sigma_f, shading), 2);
         }
-        if self.bits & TERM_LOCAL != 0 && power * self.most_local >= self.min_power {
+        if self.bits & TERM_LOCAL != 0 && power * self.max_local >= self.min_power {
             let scattered = local_scattering(towards, eye, sigma_f, averages);
             add(factor.map(|factor| density_back * factor), scattered, 3);
         }

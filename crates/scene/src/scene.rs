@@ -312,7 +312,7 @@ impl PreparedScene {
     }
 
     /// What local scattering makes of power at most: d_b times the largest A_b of `hair`.
-    pub fn most_local(&self, hair: &HairTextures) -> f32 {
+    pub fn max_local(&self, hair: &HairTextures) -> f32 {
         self.densities[1] * hair.largest_local()
     }
 

@@ -120,7 +120,7 @@ pub(crate) struct Lighting {
     n_directions: Vec<u32>,
     min_power: f32,
     densities: [f32; 2],
-    most_local: f32,
+    max_local: f32,
     n_points: u32,
 }
 
@@ -164,7 +164,7 @@ impl Lighting {
             n_directions: Vec::new(),
             min_power: 0.0,
             densities: scene.densities,
-            most_local: scene.most_local(&scene.hair),
+            max_local: scene.max_local(&scene.hair),
             n_points: strands.n_points,
         };
         lighting.block_light(context)?;
@@ -290,7 +290,7 @@ impl Lighting {
     /// Takes the densities of `scene`.
     pub fn set_densities(&mut self, scene: &PreparedScene) {
         self.densities = scene.densities;
-        self.most_local = scene.most_local(&scene.hair);
+        self.max_local = scene.max_local(&scene.hair);
     }
 
     /// Writes what an edit of the hair made anew.
@@ -301,7 +301,7 @@ impl Lighting {
         hair: &HairTextures,
         report: &EditReport,
     ) {
-        self.most_local = scene.most_local(hair);
+        self.max_local = scene.max_local(hair);
         if self.scattering.update(context, hair, report) {
             self.forget_groups();
         }
@@ -317,7 +317,7 @@ impl Lighting {
     ) {
         let points = scene.paint();
         if self.scattering.set_paint(context, points, hair, changed) {
-            self.most_local = scene.most_local(hair);
+            self.max_local = scene.max_local(hair);
             self.forget_groups();
         }
     }
@@ -515,7 +515,7 @@ impl Lighting {
             min_power: self.min_power,
             density_forward: self.densities[0],
             density_back: self.densities[1],
-            most_local: self.most_local,
+            max_local: self.max_local,
         };
         let bytes = bytemuck::bytes_of(&uniform);
         context.write(&self.batch, 0, bytes);

@@ -33,7 +33,7 @@ pub(super) struct Batch {
     pub min_power: f32,
     pub density_forward: f32,
     pub density_back: f32,
-    pub most_local: f32,
+    pub max_local: f32,
 }
 
 /// Which slice of the volume a dispatch sweeps, and along which of its lights' directions; mirrored
@@ -48,7 +48,7 @@ struct Step {
 strandlight_scattering::mirrors! {
     Batch as "Batch" in "lib/light" {
         first_light, n_lights, first_point, end_point, min_power, density_forward, density_back,
-        most_local,
+        max_local,
     }
     Step as "Step" in "pass/transmittance" { k, slice_ix }
 }
