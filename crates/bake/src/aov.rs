@@ -277,7 +277,7 @@ impl Painter for OnCpu {
 /// The scene, whose shadow maps and negligible power stay those of all its lights.
 fn measured(scene: &PreparedScene) -> PreparedScene {
     let mut scene = scene.clone();
-    scene.measure = Some(scene.lights.iter().map(|light| light.rgb).collect());
+    scene.reference_amplitudes = Some(scene.lights.iter().map(|light| light.rgb).collect());
     scene
 }
 

@@ -49,7 +49,7 @@ pub struct PreparedScene {
     /// Amplitudes, one for each light, that shadow maps are shared out by and that negligible power
     /// is a share of; those of `lights` where there are none. Pictures of some lights or terms of
     /// a scene add up to that of all if these stay the same.
-    pub measure: Option<Vec<[f32; 3]>>,
+    pub reference_amplitudes: Option<Vec<[f32; 3]>>,
     scattering: Scattering,
     paint: Option<Vec<PaintedPoint>>,
     /// Tables of the closed forms: C where R is drawn.
@@ -184,7 +184,7 @@ impl PreparedScene {
             negligible_share: NEGLIGIBLE_SHARE,
             shadow_maps: scene.render.shadow_maps,
             record_budget: RECORD_BUDGET,
-            measure: None,
+            reference_amplitudes: None,
             scattering: scene.render.scattering,
             paint: None,
             tables: assets.tables.shading.clone(),
@@ -226,7 +226,7 @@ impl PreparedScene {
             negligible_share: NEGLIGIBLE_SHARE,
             shadow_maps: DEFAULT_SHADOW_MAPS,
             record_budget: RECORD_BUDGET,
-            measure: None,
+            reference_amplitudes: None,
             scattering: Scattering::Total,
             paint: None,
             tables,
@@ -326,9 +326,9 @@ impl PreparedScene {
         ShadowPlan::new(&self.measured_lights(), &self.strands, self.shadow_maps)
     }
 
-    /// The lights with the amplitudes of `measure`.
+    /// The lights with the amplitudes of `reference_amplitudes`.
     fn measured_lights(&self) -> Cow<'_, [SrbfLight]> {
-        match &self.measure {
+        match &self.reference_amplitudes {
             Some(colors) if colors.len() == self.lights.len() => {
                 let lights = self.lights.iter().zip(colors);
                 lights
