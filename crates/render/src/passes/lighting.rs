@@ -96,7 +96,7 @@ pub(crate) struct Lighting {
     sweep: Sweep,
     maps: ShadowMaps,
     /// The lights whose power shared out the maps: one that is black by now keeps its own.
-    planned: Vec<SrbfLight>,
+    planned_lights: Vec<SrbfLight>,
     plan: ShadowPlan,
     /// Direction of the line-of-sight shadows in the visibility buffer.
     through: Option<[f32; 3]>,
@@ -142,7 +142,7 @@ impl Lighting {
         let mut lighting = Lighting {
             sweep: Sweep::new(context)?,
             maps: ShadowMaps::new(context, strands)?,
-            planned: scene.lights.clone(),
+            planned_lights: scene.lights.clone(),
             plan: ShadowPlan::default(),
             through: None,
             shades: Vec::new(),
@@ -176,7 +176,7 @@ impl Lighting {
     /// Shares out the shadow maps of the lights to come, [`Lighting::set_lights`], by the power of
     /// these, which differ from them in nothing else.
     pub fn plan_for(&mut self, lights: &[SrbfLight]) {
-        self.planned = lights.to_vec();
+        self.planned_lights = lights.to_vec();
     }
 
     /// Takes the lights of `scene` for those there were; [`Lighting::shadow_steps`] finds their
@@ -221,7 +221,7 @@ impl Lighting {
             .zip(&wanted.slots)
             .all(|(&has, &wants)| has != NO_SLOT || wants == NO_SLOT);
         if !has_all {
-            self.planned.clone_from(&scene.lights);
+            self.planned_lights.clone_from(&scene.lights);
             self.plan_maps(context, scene, strands);
         }
         let (records, _) = scene.records_with(&self.plan);
@@ -598,7 +598,7 @@ impl Lighting {
     }
 
     fn plan_maps(&mut self, context: &Context, scene: &PreparedScene, strands: &StrandBuffers) {
-        self.plan = ShadowPlan::new(&self.planned, &scene.strands, scene.shadow_maps);
+        self.plan = ShadowPlan::new(&self.planned_lights, &scene.strands, scene.shadow_maps);
         self.through = None;
         if self.maps.fit(context, strands, &self.plan) {
             self.forget_groups();
