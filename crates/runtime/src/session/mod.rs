@@ -34,7 +34,7 @@ use strandlight_scene::scene::PreparedScene;
 
 /// What is read from files and shared by the steps of the history.
 #[derive(Clone, Debug)]
-struct Held {
+struct AssetSnapshot {
     assets: Assets,
     /// Paint of the groom; none until somebody paints, if the groom has none.
     paint: Option<Arc<Paint>>,
@@ -42,11 +42,11 @@ struct Held {
     paint_state: u64,
 }
 
-impl Held {
-    fn new(assets: Assets, paint_state: u64) -> Result<Held, SceneError> {
+impl AssetSnapshot {
+    fn new(assets: Assets, paint_state: u64) -> Result<AssetSnapshot, SceneError> {
         let paint = Paint::from_groom(&assets.groom).map_err(told)?;
         let paint = paint.map(Arc::new);
-        Ok(Held {
+        Ok(AssetSnapshot {
             assets,
             paint,
             paint_state,
@@ -60,7 +60,7 @@ pub struct Session {
     files: Files,
     path: PathBuf,
     scene: Scene,
-    held: Held,
+    snapshot: AssetSnapshot,
     history: History,
     on_disk: OnDisk,
     /// States of the paint so far.
@@ -92,7 +92,7 @@ impl Session {
         Ok(Session {
             on_disk: OnDisk::new(path, &scene, 0, &files),
             path: path.to_owned(),
-            held: Held::new(assets, 0)?,
+            snapshot: AssetSnapshot::new(assets, 0)?,
             n_paint_states: 0,
             written_grooms: BTreeSet::new(),
             overlay: Map::new(),
@@ -119,17 +119,17 @@ impl Session {
 
     /// The files that the scene names.
     pub fn assets(&self) -> &Assets {
-        &self.held.assets
+        &self.snapshot.assets
     }
 
     /// The groom as its file has it.
     pub fn groom(&self) -> &Groom {
-        &self.held.assets.groom
+        &self.snapshot.assets.groom
     }
 
     /// The paint of the groom's points; `None` where nothing was ever painted.
     pub fn paint(&self) -> Option<&Paint> {
-        self.held.paint.as_deref()
+        self.snapshot.paint.as_deref()
     }
 
     /// The paint, where strokes changed that of the groom's file.
@@ -139,14 +139,14 @@ impl Session {
 
     /// The paint, to be changed by a stroke that [`Session::stroke`] is told of in the end.
     pub fn paint_mut(&mut self) -> &mut Paint {
-        let n_points = self.held.assets.groom.points.len();
+        let n_points = self.snapshot.assets.groom.points.len();
         let unpainted = || Arc::new(Paint::unpainted(n_points));
-        Arc::make_mut(self.held.paint.get_or_insert_with(unpainted))
+        Arc::make_mut(self.snapshot.paint.get_or_insert_with(unpainted))
     }
 
     /// The light set as its file has it.
     pub fn light_set(&self) -> &LightSet {
-        &self.held.assets.lights
+        &self.snapshot.assets.lights
     }
 
     /// The document, ready to be rendered: see [`PreparedScene::new`].
@@ -154,7 +154,7 @@ impl Session {
     /// # Errors
     /// What cannot be drawn, by name.
     pub fn prepared(&self) -> Result<PreparedScene, SceneError> {
-        let mut prepared = PreparedScene::new(&self.scene, &self.held.assets)?;
+        let mut prepared = PreparedScene::new(&self.scene, &self.snapshot.assets)?;
         if let Some(paint) = self.paint() {
             prepared.set_paint(Some(paint))?;
         }
@@ -166,7 +166,7 @@ impl Session {
         if let Some(camera) = &self.scene.camera {
             return camera.clone();
         }
-        section_of(&self.held.assets.framing())
+        section_of(&self.snapshot.assets.framing())
     }
 
     /// Changes the scene. Edits of the same `label` in a row are one step to undo, until
@@ -187,17 +187,17 @@ impl Session {
         }
         after.validate().map_err(told)?;
         check_size(&after)?;
-        let assets = &self.held.assets;
+        let assets = &self.snapshot.assets;
         let change = Change::between(&self.scene, &after);
         let assets = assets.reread(&self.scene, &after, &self.files)?;
-        let held = if change.geometry {
-            let after = Held::new(assets, self.next_paint_state())?;
-            let before = std::mem::replace(&mut self.held, after.clone());
+        let snapshot = if change.geometry {
+            let after = AssetSnapshot::new(assets, self.next_paint_state())?;
+            let before = std::mem::replace(&mut self.snapshot, after.clone());
             Some(Box::new([before, after]))
         } else if change.lights || change.tables {
-            let before = std::mem::replace(&mut self.held.assets, assets.clone());
+            let before = std::mem::replace(&mut self.snapshot.assets, assets.clone());
             // The groom is the same, so its paint is not the step's business.
-            Some(Box::new([before, assets].map(|assets| Held {
+            Some(Box::new([before, assets].map(|assets| AssetSnapshot {
                 assets,
                 paint: None,
                 paint_state: 0,
@@ -208,7 +208,7 @@ impl Session {
         let step = Step::Scene {
             before: Box::new(std::mem::replace(&mut self.scene, after.clone())),
             after: Box::new(after),
-            held,
+            snapshot,
         };
         self.history.push(label, step);
         Ok(change)
@@ -221,8 +221,8 @@ impl Session {
             return Change::default();
         };
         self.paint_mut().apply(&stroke);
-        let states = [self.held.paint_state, self.next_paint_state()];
-        self.held.paint_state = states[1];
+        let states = [self.snapshot.paint_state, self.next_paint_state()];
+        self.snapshot.paint_state = states[1];
         let step = Step::Stroke {
             stroke: Arc::new(stroke),
             states,
@@ -267,7 +267,7 @@ impl Session {
             .map(|(key, value)| (key.clone(), value.clone()));
         self.overlay.extend(overlay);
         if !is_modified {
-            let state = self.held.paint_state;
+            let state = self.snapshot.paint_state;
             self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
         }
         Ok(change)
@@ -337,23 +337,24 @@ impl Session {
             Step::Scene {
                 before,
                 after,
-                held,
+                snapshot,
             } => {
                 let scene = towards.pick(*before, *after);
                 let mut change = Change::between(&self.scene, &scene);
                 self.scene = scene;
-                if let Some(held) = held {
-                    let [before, after] = *held;
-                    let held = towards.pick(before, after);
+                if let Some(snapshot) = snapshot {
+                    let [before, after] = *snapshot;
+                    let snapshot = towards.pick(before, after);
                     // Only another groom brings other paint.
-                    let keeps_paint = Arc::ptr_eq(&held.assets.groom, &self.held.assets.groom);
-                    let old = std::mem::replace(&mut self.held, held);
+                    let keeps_paint =
+                        Arc::ptr_eq(&snapshot.assets.groom, &self.snapshot.assets.groom);
+                    let old = std::mem::replace(&mut self.snapshot, snapshot);
                     if keeps_paint {
-                        self.held.paint = old.paint;
-                        self.held.paint_state = old.paint_state;
+                        self.snapshot.paint = old.paint;
+                        self.snapshot.paint_state = old.paint_state;
                     }
                     let old = old.assets;
-                    let new = &self.held.assets;
+                    let new = &self.snapshot.assets;
                     change.geometry |= !Arc::ptr_eq(&old.groom, &new.groom);
                     change.lights |= !Arc::ptr_eq(&old.lights, &new.lights);
                     change.tables |= !Arc::ptr_eq(&old.tables, &new.tables);
@@ -367,7 +368,7 @@ impl Session {
                     Towards::After => paint.apply(&stroke),
                 };
                 let [before, after] = states;
-                self.held.paint_state = towards.pick(before, after);
+                self.snapshot.paint_state = towards.pick(before, after);
                 Change::painted(range.unwrap_or_default())
             }
         }

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use strandlight_formats::{BakedFile, Groom, Scene};
 
 use super::history::Step;
-use super::{Change, Held, Session, check_size, told};
+use super::{AssetSnapshot, Change, Session, check_size, told};
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
@@ -52,12 +52,12 @@ pub struct Saved {
 impl Session {
     /// Is there something that the files do not hold?
     pub fn is_modified(&self) -> bool {
-        self.scene != self.on_disk.scene || self.held.paint_state != self.on_disk.paint_state
+        self.scene != self.on_disk.scene || self.snapshot.paint_state != self.on_disk.paint_state
     }
 
     /// Is the paint other than the groom's file has it?
     pub fn is_repainted(&self) -> bool {
-        self.held.paint_state != self.on_disk.paint_state
+        self.snapshot.paint_state != self.on_disk.paint_state
     }
 
     /// Has a file of the document been written by somebody else since it was read or saved?
@@ -203,7 +203,7 @@ impl Session {
         self.history.close();
         self.scene = scene;
         self.path = path.to_owned();
-        let state = self.held.paint_state;
+        let state = self.snapshot.paint_state;
         self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
         self.overlay.clear();
         Ok(saved)
@@ -212,7 +212,7 @@ impl Session {
     /// Where the painted groom of a scene at `path` goes if nobody says.
     fn groom_to_write(&self, path: &Path) -> PathBuf {
         let ours = |(key, value): &(String, String)| (&**key, &**value) == (SAVED_BY.0, SAVED_BY.1);
-        let parameters = &self.held.assets.groom.source.parameters;
+        let parameters = &self.snapshot.assets.groom.source.parameters;
         let groom = self.scene.groom_path();
         let is_ours = self.written_grooms.contains(&groom) || parameters.iter().any(ours);
         // Another scene gets a groom of its own.
@@ -230,8 +230,8 @@ impl Session {
 
     /// The groom with its paint as attributes.
     pub fn painted_groom(&self) -> Groom {
-        let mut groom = Groom::clone(&self.held.assets.groom);
-        if let Some(paint) = &self.held.paint {
+        let mut groom = Groom::clone(&self.snapshot.assets.groom);
+        if let Some(paint) = &self.snapshot.paint {
             paint.write_to(&mut groom);
         }
         let parameters = &mut groom.source.parameters;
@@ -252,13 +252,13 @@ impl Session {
         let assets = Assets::read(&scene, &self.files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;
         let state = self.next_paint_state();
-        let after = Held::new(assets, state)?;
+        let after = AssetSnapshot::new(assets, state)?;
         self.on_disk = OnDisk::new(&self.path, &scene, state, &self.files);
-        let before = std::mem::replace(&mut self.held, after.clone());
+        let before = std::mem::replace(&mut self.snapshot, after.clone());
         let step = Step::Scene {
             before: Box::new(std::mem::replace(&mut self.scene, scene.clone())),
             after: Box::new(scene),
-            held: Some(Box::new([before, after])),
+            snapshot: Some(Box::new([before, after])),
         };
         self.history.close();
         self.history.push("reload", step);
