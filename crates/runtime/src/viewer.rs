@@ -209,7 +209,7 @@ impl Viewer {
         self.release()?;
         check_round(&self.session.scene().hair.params())
             .map_err(|error| SceneError::File(error.to_string()))?;
-        self.stroking = Some(Stroking::new(brush).map_err(told)?);
+        self.stroking = Some(Stroking::new(brush).map_err(to_render_error)?);
         Ok(())
     }
 
@@ -266,7 +266,7 @@ impl Viewer {
         let paint = self.session.paint_mut();
         let stroke = picker
             .stroke(paint, &scene.camera, size, stroke)
-            .map_err(told)?;
+            .map_err(to_render_error)?;
         let change = self.session.stroke(stroke);
         self.show(&change)?;
         Ok(change)
@@ -511,6 +511,6 @@ fn live_of(context: &Context, session: &Session) -> Result<ProgressiveRenderer, 
     Ok(live)
 }
 
-fn told(error: BrushError) -> RenderError {
+fn to_render_error(error: BrushError) -> RenderError {
     SceneError::File(error.to_string()).into()
 }

@@ -44,7 +44,7 @@ struct AssetSnapshot {
 
 impl AssetSnapshot {
     fn new(assets: Assets, paint_state: u64) -> Result<AssetSnapshot, SceneError> {
-        let paint = Paint::from_groom(&assets.groom).map_err(told)?;
+        let paint = Paint::from_groom(&assets.groom).map_err(to_scene_error)?;
         let paint = paint.map(Arc::new);
         Ok(AssetSnapshot {
             assets,
@@ -85,7 +85,7 @@ impl Session {
     /// # Errors
     /// As there.
     pub fn open_in(path: &Path, files: Files) -> Result<Session, SceneError> {
-        let scene = files.scene(path).map_err(told)?;
+        let scene = files.scene(path).map_err(to_scene_error)?;
         let in_scene = |error: SceneError| error.in_scene(path);
         let assets = Assets::read(&scene, &files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;
@@ -185,7 +185,7 @@ impl Session {
         if after == self.scene {
             return Ok(Change::default());
         }
-        after.validate().map_err(told)?;
+        after.validate().map_err(to_scene_error)?;
         check_size(&after)?;
         let assets = &self.snapshot.assets;
         let change = Change::between(&self.scene, &after);
@@ -410,7 +410,7 @@ fn check_size(scene: &Scene) -> Result<(), SceneError> {
         .map_err(|error| SceneError::File(format!("render.size: {error}")))
 }
 
-fn told(error: strandlight_formats::Error) -> SceneError {
+fn to_scene_error(error: strandlight_formats::Error) -> SceneError {
     SceneError::File(error.to_string())
 }
 

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use strandlight_formats::{BakedFile, Groom, Scene};
 
 use super::history::Step;
-use super::{AssetSnapshot, Change, Session, check_size, told};
+use super::{AssetSnapshot, Change, Session, check_size, to_scene_error};
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
@@ -112,7 +112,7 @@ impl Session {
     /// A folder, no folder to write in, or a file that the scene is made of.
     pub fn check_target(&self, path: &Path) -> Result<(), SceneError> {
         self.check_no_source(path)?;
-        self.files.check_writable(path).map_err(told)
+        self.files.check_writable(path).map_err(to_scene_error)
     }
 
     /// A scene is not written over a file that it is made of.
@@ -180,16 +180,18 @@ impl Session {
                 Ok(below) => below.to_owned(),
                 Err(_) => path_from(&folder, &to, Path::new("")),
             };
-            scene.to_toml_string().map_err(told)?;
-            let bytes = self.painted_groom().to_bytes().map_err(told)?;
-            self.files.write(&to, &bytes).map_err(told)?;
+            scene.to_toml_string().map_err(to_scene_error)?;
+            let bytes = self.painted_groom().to_bytes().map_err(to_scene_error)?;
+            self.files.write(&to, &bytes).map_err(to_scene_error)?;
             self.written_grooms.insert(scene.groom_path());
             saved.files.push(to);
         }
         let old = self.files.read(&self.path, Scene::MAX_BYTES);
         let old = String::from_utf8(old.unwrap_or_default()).unwrap_or_default();
-        let text = scene.to_toml_over(&old).map_err(told)?;
-        self.files.write(path, text.as_bytes()).map_err(told)?;
+        let text = scene.to_toml_over(&old).map_err(to_scene_error)?;
+        self.files
+            .write(path, text.as_bytes())
+            .map_err(to_scene_error)?;
         saved.files.push(path.to_owned());
         // What can be undone moves along, and keeps the groom's new file.
         let old = self.scene.groom_path();
@@ -246,7 +248,7 @@ impl Session {
     /// # Errors
     /// As [`Session::open`]; nothing is changed then.
     pub fn reload(&mut self) -> Result<Change, SceneError> {
-        let scene = self.files.scene(&self.path).map_err(told)?;
+        let scene = self.files.scene(&self.path).map_err(to_scene_error)?;
         let scene = self.with_values(scene, &self.overlay)?;
         let in_scene = |error: SceneError| error.in_scene(&self.path);
         let assets = Assets::read(&scene, &self.files, ModesToRead::All).map_err(in_scene)?;
