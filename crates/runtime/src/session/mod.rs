@@ -295,13 +295,13 @@ impl Session {
     /// Takes the last step back. `None` if there is none.
     pub fn undo(&mut self) -> Option<Change> {
         let step = self.history.undo()?;
-        Some(self.take(step, Towards::Before))
+        Some(self.take(step, Direction::Before))
     }
 
     /// Does again what was undone last. `None` if there is none.
     pub fn redo(&mut self) -> Option<Change> {
         let step = self.history.redo()?;
-        Some(self.take(step, Towards::After))
+        Some(self.take(step, Direction::After))
     }
 
     /// Is there a step to undo?
@@ -327,24 +327,24 @@ impl Session {
     /// Takes the last step back for good: it could not be shown.
     pub(crate) fn abandon(&mut self) -> Option<Change> {
         let step = self.history.undo()?;
-        let change = self.take(step, Towards::Before);
+        let change = self.take(step, Direction::Before);
         self.history.drop_undone();
         Some(change)
     }
 
-    fn take(&mut self, step: Step, towards: Towards) -> Change {
+    fn take(&mut self, step: Step, direction: Direction) -> Change {
         match step {
             Step::Scene {
                 before,
                 after,
                 snapshot,
             } => {
-                let scene = towards.pick(*before, *after);
+                let scene = direction.pick(*before, *after);
                 let mut change = Change::between(&self.scene, &scene);
                 self.scene = scene;
                 if let Some(snapshot) = snapshot {
                     let [before, after] = *snapshot;
-                    let snapshot = towards.pick(before, after);
+                    let snapshot = direction.pick(before, after);
                     // Only another groom brings other paint.
                     let keeps_paint =
                         Arc::ptr_eq(&snapshot.assets.groom, &self.snapshot.assets.groom);
@@ -363,12 +363,12 @@ impl Session {
             }
             Step::Stroke { stroke, states } => {
                 let paint = self.paint_mut();
-                let range = match towards {
-                    Towards::Before => paint.revert(&stroke),
-                    Towards::After => paint.apply(&stroke),
+                let range = match direction {
+                    Direction::Before => paint.revert(&stroke),
+                    Direction::After => paint.apply(&stroke),
                 };
                 let [before, after] = states;
-                self.snapshot.paint_state = towards.pick(before, after);
+                self.snapshot.paint_state = direction.pick(before, after);
                 Change::painted(range.unwrap_or_default())
             }
         }
@@ -377,16 +377,16 @@ impl Session {
 
 /// Which way a step is taken.
 #[derive(Clone, Copy)]
-enum Towards {
+enum Direction {
     Before,
     After,
 }
 
-impl Towards {
+impl Direction {
     fn pick<T>(self, before: T, after: T) -> T {
         match self {
-            Towards::Before => before,
-            Towards::After => after,
+            Direction::Before => before,
+            Direction::After => after,
         }
     }
 }
