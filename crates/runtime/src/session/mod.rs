@@ -67,8 +67,8 @@ pub struct Session {
     n_paint_states: u64,
     /// Grooms that saving has made.
     written_grooms: BTreeSet<PathBuf>,
-    /// Values that stand over those of the file: see [`Session::overlay`].
-    overlay: Map<String, Value>,
+    /// Values that stand over those of the file: see [`Session::apply_cli_overrides`].
+    cli_overrides: Map<String, Value>,
 }
 
 impl Session {
@@ -95,7 +95,7 @@ impl Session {
             snapshot: AssetSnapshot::new(assets, 0)?,
             n_paint_states: 0,
             written_grooms: BTreeSet::new(),
-            overlay: Map::new(),
+            cli_overrides: Map::new(),
             scene,
             files,
             history: History::default(),
@@ -258,14 +258,17 @@ impl Session {
     ///
     /// # Errors
     /// As [`Session::set`]; nothing is changed then.
-    pub fn overlay(&mut self, values: &Map<String, Value>) -> Result<Change, SceneError> {
+    pub fn apply_cli_overrides(
+        &mut self,
+        values: &Map<String, Value>,
+    ) -> Result<Change, SceneError> {
         let is_modified = self.is_modified();
         let change = self.set(values)?;
         self.history = History::default();
-        let overlay = values
+        let cli_overrides = values
             .iter()
             .map(|(key, value)| (key.clone(), value.clone()));
-        self.overlay.extend(overlay);
+        self.cli_overrides.extend(cli_overrides);
         if !is_modified {
             let state = self.snapshot.paint_state;
             self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);

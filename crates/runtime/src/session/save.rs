@@ -207,7 +207,7 @@ impl Session {
         self.path = path.to_owned();
         let state = self.snapshot.paint_state;
         self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
-        self.overlay.clear();
+        self.cli_overrides.clear();
         Ok(saved)
     }
 
@@ -242,14 +242,14 @@ impl Session {
         groom
     }
 
-    /// Reads all files again, with the values of [`Session::overlay`] over them, as one step that can be undone. Edits that were not saved are taken
+    /// Reads all files again, with the values of [`Session::apply_cli_overrides`] over them, as one step that can be undone. Edits that were not saved are taken
     /// back by it.
     ///
     /// # Errors
     /// As [`Session::open`]; nothing is changed then.
     pub fn reload(&mut self) -> Result<Change, SceneError> {
         let scene = self.files.scene(&self.path).map_err(to_scene_error)?;
-        let scene = self.with_values(scene, &self.overlay)?;
+        let scene = self.with_values(scene, &self.cli_overrides)?;
         let in_scene = |error: SceneError| error.in_scene(&self.path);
         let assets = Assets::read(&scene, &self.files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;

@@ -639,10 +639,10 @@ fn values_laid_over_the_file_are_how_the_scene_was_opened() {
         other => panic!("{other}"),
     };
     let over = values(json!({ "render.samples": 64, "camera.fov_deg": 30.0 }));
-    session.overlay(&over).expect("valid");
+    session.apply_cli_overrides(&over).expect("valid");
     assert!(!session.is_modified() && !session.can_undo());
     let wrong = values(json!({ "hair.eta": 9.0 }));
-    assert!(session.overlay(&wrong).is_err());
+    assert!(session.apply_cli_overrides(&wrong).is_err());
     edit(&mut session, "eta", |s| s.hair.eta = 1.7);
     assert!(session.is_modified());
     session.undo();
