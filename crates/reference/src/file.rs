@@ -21,8 +21,8 @@ use strandlight_scene::provenance::{GROOM, LIGHTS, Provenance, SCENE, TABLES, TI
 
 use super::Method;
 use super::film::{Film, MAX_SAMPLES, Pixel};
+use strandlight_images::catch_decoder_panic;
 use strandlight_images::exr_file::{self, Channel, floats};
-use strandlight_images::quietly;
 use strandlight_scene::background::background_at;
 
 /// A reference picture, and what it is of.
@@ -190,7 +190,7 @@ impl ReferenceFile {
     /// # Errors
     /// What is not as in this one, by name.
     pub fn resume(&mut self, bytes: &[u8]) -> Result<(), FileError> {
-        self.film = quietly(|| Ok(decode(bytes, self)))
+        self.film = catch_decoder_panic(|| Ok(decode(bytes, self)))
             .unwrap_or_else(|error| Err(FileError::Damaged(error)))?;
         Ok(())
     }

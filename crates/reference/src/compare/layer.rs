@@ -9,8 +9,8 @@ use exr::meta::header::Header;
 use strandlight_formats::{FileKind, read_file_of_kind};
 
 use super::CompareError;
+use strandlight_images::catch_decoder_panic;
 use strandlight_images::exr_map::{MAGIC, bad, read_samples};
-use strandlight_images::quietly;
 
 /// Largest width and height of a picture.
 pub const MAX_SIDE: usize = 16_384;
@@ -85,7 +85,7 @@ impl Layer {
     /// What is wrong with them, in one line.
     pub fn decode(bytes: &[u8], name: Option<&str>) -> Result<Layer, String> {
         let layer = if bytes.starts_with(&MAGIC) {
-            quietly(|| decode_exr(bytes, name))?
+            catch_decoder_panic(|| decode_exr(bytes, name))?
         } else if bytes.starts_with(PNG_MAGIC) {
             if let Some(name) = name {
                 return Err(format!("a PNG has no layer {name}"));
