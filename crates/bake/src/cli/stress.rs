@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use strandlight_bake::tables::fresnel_of;
 use strandlight_formats::{BakedFile, TableFile};
-use strandlight_lab::stress::{Options, Report, Subject, run as run_stress};
+use strandlight_lab::stress::{Options, Report, Target, run as run_stress};
 use strandlight_render::probe::{GpuProbe, Scheme};
 use strandlight_scattering::Lobe;
 use strandlight_scene::edit::LobeTables;
@@ -86,12 +86,12 @@ pub fn run(args: &Args) -> Outcome {
             trt: Some(lobe_table(&file, Lobe::Trt).map_err(Failure::input)?),
         },
     };
-    let subject = Subject::new(args.method.into(), &tables, lobes.into(), fresnel, probe);
+    let target = Target::new(args.method.into(), &tables, lobes.into(), fresnel, probe);
     let options = Options {
         n: args.n as usize,
         seed: args.seed,
     };
-    let report = run_stress(&subject, options, &parse_query, &progress).map_err(Failure::input)?;
+    let report = run_stress(&target, options, &parse_query, &progress).map_err(Failure::input)?;
     if args.json {
         print_line(report.to_json())?;
     } else {

@@ -18,7 +18,7 @@ use super::Run;
 use super::draw::{self, BETA, CAUSTIC_WIDTH, ECCENTRICITY, LAMBDA, Random, SHIFT, SIGMA_A};
 use super::point::{Group, Point, inclination, single};
 use super::report::{Check, Tally};
-use super::subject::StressError;
+use super::target::StressError;
 
 const STEPS: usize = 96;
 /// Largest jump accepted, relative to the local scale, along parameters of light and view.
@@ -258,13 +258,13 @@ impl Ord for Interval {
 
 /// Walks one line and feeds its largest jump into `tally`.
 fn walk(run: &Run, parameter: Walk, base: &Group, tally: &mut Tally) -> Result<(), StressError> {
-    let prepared = run.subject.prepare(&base.hair)?;
+    let prepared = run.target.prepare(&base.hair)?;
     let evaluate = |value: f64| -> Result<Vec<f64>, StressError> {
         let group = parameter.set(base, value);
         let values = if group.hair == base.hair {
-            run.subject.at(&prepared, &group.points)
+            run.target.at(&prepared, &group.points)
         } else {
-            run.subject.cpu(&group)?
+            run.target.cpu(&group)?
         };
         let scaled = group.points.iter().zip(values).flat_map(|(point, rgb)| {
             let mass = point.light_mass();

@@ -35,7 +35,7 @@ pub struct Prepared {
 }
 
 /// A scheme of single scattering with its tables.
-pub struct Subject<'a> {
+pub struct Target<'a> {
     scheme: Scheme,
     tables: &'a ShadingTables,
     lobes: Arc<LobeTables>,
@@ -43,7 +43,7 @@ pub struct Subject<'a> {
     probe: Option<GpuProbe>,
 }
 
-impl<'a> Subject<'a> {
+impl<'a> Target<'a> {
     /// `scheme` on these tables, which hold the term `fresnel`; `lobes` may be empty for
     /// [`Scheme::Paper`]. `probe` evaluates the same on the adapter.
     pub fn new(
@@ -53,7 +53,7 @@ impl<'a> Subject<'a> {
         fresnel: Fresnel,
         probe: Option<GpuProbe>,
     ) -> Self {
-        Subject {
+        Target {
             scheme,
             tables,
             lobes,
