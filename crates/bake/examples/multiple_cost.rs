@@ -34,7 +34,7 @@ use strandlight_scattering::exact::{Forward, direct_local, local};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::{HairParams, Lobe};
-use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::tables::ShadingTables;
 
 const FRESNEL: Fresnel = Fresnel::Dielectric;
@@ -79,9 +79,9 @@ impl Bundled {
         })
     }
 
-    fn textures(&self, hair: &HairParams) -> Result<HairTextures, Failed> {
+    fn textures(&self, hair: &HairParams) -> Result<HairMaterial, Failed> {
         let lobes = Arc::clone(&self.lobes);
-        let mut textures = HairTextures::new(lobes, FRESNEL, hair, &Lobe::ALL, 4)?;
+        let mut textures = HairMaterial::new(lobes, FRESNEL, hair, &Lobe::ALL, 4)?;
         textures.enable_multiple(true);
         Ok(textures)
     }

@@ -5,7 +5,7 @@ use std::mem::offset_of;
 use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{AverageTexel, LobeDecode};
 use strandlight_scattering::lobes::LobeTexture;
-use strandlight_scene::edit::{EditReport, Part};
+use strandlight_scene::material::{EditReport, Part};
 use strandlight_scene::optics::{Optics, ShadingUniform};
 
 use crate::gpu::{Context, GpuError};

@@ -1,7 +1,7 @@
 //! What each edit recomputes: the inputs of every stage, once.
 //!
 //! Setters mark [`Inputs`]; [`STAGES`] says which stages they make stale. Of the hair's parameters,
-//! [`RULES`](strandlight_scene::edit::RULES) says further which tables are rebuilt before `shade`.
+//! [`RULES`](strandlight_scene::material::RULES) says further which tables are rebuilt before `shade`.
 
 bitflags::bitflags! {
     /// What can be set on a renderer.

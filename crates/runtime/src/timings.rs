@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::session::Change;
 use strandlight_render::progressive::{RenderReport, StageReport};
-use strandlight_scene::edit::PartReport;
+use strandlight_scene::material::PartReport;
 use strandlight_scene::memory;
 use strandlight_scene::stats::{Stage, Stats};
 

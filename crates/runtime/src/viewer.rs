@@ -14,7 +14,7 @@ use strandlight_render::gpu::Context;
 use strandlight_render::progressive::{Progress, ProgressiveRenderer, RenderReport};
 use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
-use strandlight_scene::edit::check_round;
+use strandlight_scene::material::check_round;
 use strandlight_scene::motion::{Motion, Wind};
 use strandlight_scene::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
 use strandlight_scene::proxy::Proxy;

@@ -12,9 +12,9 @@ use strandlight_scattering::closed_form::{
 use crate::assets::{Assets, ModesToRead, camera, densities};
 use crate::budget::LIGHT_BATCH;
 use crate::camera::Camera;
-use crate::edit::{EditReport, HairTextures};
 use crate::error::SceneError;
 use crate::files::Files;
+use crate::material::{EditReport, HairMaterial};
 use crate::motion::{Motion, wind};
 use crate::paint::{Paint, PaintKinds, PaintedPoint};
 use crate::proxy::{Proxy, ProxyRecords};
@@ -35,7 +35,7 @@ pub struct PreparedScene {
     /// are black. So an index is the light's number in the set, as in files, layers and the viewer.
     pub lights: Vec<SrbfLight>,
     /// The hair's parameters, the modes to draw, and the textures made of them.
-    pub hair: HairTextures,
+    pub hair: HairMaterial,
     /// d_f and d_b: shares of the hair in front of and behind a fibre that scatter, 0..=1.
     pub densities: [f32; 2],
     /// Products of a point and a light are left out below this share of all lights' power;
@@ -212,7 +212,7 @@ impl PreparedScene {
     pub fn from_parts(
         strands: Strands,
         lights: Vec<SrbfLight>,
-        hair: HairTextures,
+        hair: HairMaterial,
         tables: ShadingTables,
         camera: Camera,
         background: Background,
@@ -312,7 +312,7 @@ impl PreparedScene {
     }
 
     /// What local scattering makes of power at most: d_b times the largest A_b of `hair`.
-    pub fn max_local(&self, hair: &HairTextures) -> f32 {
+    pub fn max_local(&self, hair: &HairMaterial) -> f32 {
         self.densities[1] * hair.largest_local()
     }
 

@@ -6,7 +6,7 @@ use strandlight_formats::Scattering;
 use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::ResourceCounts;
 use strandlight_scattering::HairParams;
-use strandlight_scene::edit::{EditError, Outcome, Part};
+use strandlight_scene::material::{EditError, Outcome, Part};
 use strandlight_scene::paint::{Brush, Dab, Paint, PaintedPoint, Picker, Stroking};
 use strandlight_scene::{Picture, PreparedScene};
 use strandlight_tests::render_common::{context, keep, lights, picture_rmse, wig_scene};

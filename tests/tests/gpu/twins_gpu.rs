@@ -14,7 +14,7 @@ use strandlight_scattering::closed_form::{
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{DEFAULT_PAINTED_TEXELS, slice_painted};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
-use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::paint::PaintKinds;
 use strandlight_scene::tables::ShadingTables;
@@ -316,7 +316,7 @@ fn lobes_of_painted_fibres_agree() {
 #[test]
 fn painted_points_agree() {
     let mut random = SplitMix64(19);
-    let mut hair = HairTextures::new(
+    let mut hair = HairMaterial::new(
         Arc::new(LobeTables::default()),
         Fresnel::Dielectric,
         &HairParams::default(),

@@ -7,7 +7,7 @@ use strandlight_formats::{BakedFile, TableFile};
 use strandlight_lab::stress::{Options, Report, Target, run as run_stress};
 use strandlight_render::probe::{GpuProbe, Scheme};
 use strandlight_scattering::Lobe;
-use strandlight_scene::edit::LobeTables;
+use strandlight_scene::material::LobeTables;
 use strandlight_scene::tables::{ShadingTables, lobe_table};
 
 use super::probe::{default_tables, parse_query};

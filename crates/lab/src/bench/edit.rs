@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
-use strandlight_scene::edit::{EditError, EditReport, HairTextures, LobeTables, Parameter};
+use strandlight_scene::material::{EditError, EditReport, HairMaterial, LobeTables, Parameter};
 
 /// What an edit may take.
 pub const BUDGET_MICROSECONDS: f64 = 1000.0;
@@ -67,7 +67,7 @@ pub fn edit_costs(
     repetitions: usize,
 ) -> Result<Vec<EditCost>, EditError> {
     let make = |hair: &HairParams| {
-        HairTextures::new(Arc::clone(tables), fresnel, hair, &Lobe::ALL, SEGMENTS).map(
+        HairMaterial::new(Arc::clone(tables), fresnel, hair, &Lobe::ALL, SEGMENTS).map(
             |mut textures| {
                 textures.enable_multiple(true);
                 textures
@@ -89,7 +89,7 @@ pub fn edit_costs(
     let mut runs = Vec::with_capacity(repetitions);
     for _ in 0..repetitions.max(1) {
         // Nothing but the fibre is there before.
-        let mut textures = HairTextures::new(Arc::clone(tables), fresnel, hair, &[], SEGMENTS)?;
+        let mut textures = HairMaterial::new(Arc::clone(tables), fresnel, hair, &[], SEGMENTS)?;
         let start = Instant::now();
         let mut report = textures.enable(&Lobe::ALL)?;
         let averages = textures.enable_multiple(true);

@@ -8,7 +8,7 @@ use strandlight_render::probe::{GpuProbe, Query, Scheme, evaluate};
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fibre};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, ParamError};
-use strandlight_scene::edit::{EditError, HairTextures, LobeTables};
+use strandlight_scene::material::{EditError, HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::tables::ShadingTables;
 
@@ -106,7 +106,7 @@ impl<'a> Target<'a> {
             Scheme::Lobes => {
                 let lobes = Arc::clone(&self.lobes);
                 let (modes, m) = (&Lobe::ALL, DEFAULT_SEGMENTS);
-                let textures = HairTextures::new(lobes, self.fresnel, hair, modes, m)?;
+                let textures = HairMaterial::new(lobes, self.fresnel, hair, modes, m)?;
                 textures.optics().clone()
             }
         };
@@ -160,7 +160,7 @@ impl<'a> Target<'a> {
     fn multiple_optics(&self, hair: &HairParams) -> Result<Optics, StressError> {
         let lobes = Arc::clone(&self.lobes);
         let (modes, m) = (&Lobe::ALL, DEFAULT_SEGMENTS);
-        let mut textures = HairTextures::new(lobes, self.fresnel, hair, modes, m)?;
+        let mut textures = HairMaterial::new(lobes, self.fresnel, hair, modes, m)?;
         textures.enable_multiple(true);
         Ok(textures.optics().clone())
     }

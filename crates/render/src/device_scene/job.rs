@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::invalidation::{Inputs, is_stale};
 use crate::passes::lighting::Step;
 use strandlight_scene::camera::ViewUniform;
-use strandlight_scene::edit::EditReport;
+use strandlight_scene::material::EditReport;
 
 /// What was set since the last shading job began.
 #[derive(Clone, Debug, Default)]

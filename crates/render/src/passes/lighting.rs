@@ -22,7 +22,7 @@ use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::LIGHT_BATCH;
 use strandlight_scene::camera::ViewUniform;
-use strandlight_scene::edit::{EditReport, HairTextures};
+use strandlight_scene::material::{EditReport, HairMaterial};
 use strandlight_scene::paint::PaintKinds;
 use strandlight_scene::scene::{LightRecord, PreparedScene};
 use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, ShadowView};
@@ -298,7 +298,7 @@ impl Lighting {
         &mut self,
         context: &Context,
         scene: &PreparedScene,
-        hair: &HairTextures,
+        hair: &HairMaterial,
         report: &EditReport,
     ) {
         self.max_local = scene.max_local(hair);
@@ -312,7 +312,7 @@ impl Lighting {
         &mut self,
         context: &Context,
         scene: &PreparedScene,
-        hair: &HairTextures,
+        hair: &HairMaterial,
         changed: Range<usize>,
     ) {
         let points = scene.paint();

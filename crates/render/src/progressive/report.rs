@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::gpu::ResourceCounts;
-use strandlight_scene::edit::EditReport;
+use strandlight_scene::material::EditReport;
 use strandlight_scene::stats::{Stats, total};
 
 /// One kind of work since the last edit.

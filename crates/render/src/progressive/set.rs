@@ -12,7 +12,7 @@ use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::check_target;
 use strandlight_scene::camera::Camera;
-use strandlight_scene::edit::{EditError, EditReport};
+use strandlight_scene::material::{EditError, EditReport};
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::Paint;
 use strandlight_scene::proxy::Proxy;

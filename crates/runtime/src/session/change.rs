@@ -20,7 +20,7 @@ pub struct Change {
     pub samples: bool,
     /// Exposure, tone map or background: composing the picture alone.
     pub grade: bool,
-    /// Optical parameters of the fibres: textures, see [`strandlight_scene::edit::RULES`].
+    /// Optical parameters of the fibres: textures, see [`strandlight_scene::material::RULES`].
     pub hair: bool,
     /// The modes that are drawn.
     pub modes: bool,

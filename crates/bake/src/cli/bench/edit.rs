@@ -9,7 +9,7 @@ use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{BakedFile, TableFile};
 use strandlight_lab::bench::edit::{BUDGET_MICROSECONDS, EditCost, edit_costs};
 use strandlight_scattering::{HairParams, Lobe};
-use strandlight_scene::edit::LobeTables;
+use strandlight_scene::material::LobeTables;
 
 use crate::cli::{Failure, Outcome, print_line};
 

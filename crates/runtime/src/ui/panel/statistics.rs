@@ -5,7 +5,7 @@ use egui::{Grid, RichText, Ui};
 use crate::ui::theme;
 use strandlight_render::gpu::Context;
 use strandlight_render::progressive::{Progress, RenderReport};
-use strandlight_scene::edit::Outcome;
+use strandlight_scene::material::Outcome;
 
 /// What the window knows of its own frames.
 #[derive(Clone, Copy, Debug, Default)]

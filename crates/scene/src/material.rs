@@ -1,10 +1,10 @@
 //! What an edit of the hair makes anew: from parameter to texture.
 //!
 //! [`RULES`] lists every part that is derived from [`HairParams`], what it is made of, and the
-//! modes that need it. [`HairTextures::apply`] makes a part when one of its parameters changed or
+//! modes that need it. [`HairMaterial::apply`] makes a part when one of its parameters changed or
 //! one of its sources was made anew, and keeps it otherwise. Parts of modes that are not enabled do
 //! not exist, nor do the averages where multiple scattering is switched off. Whatever the order of edits, the parts are bit for bit those of
-//! [`HairTextures::new`] with the last parameters.
+//! [`HairMaterial::new`] with the last parameters.
 
 use std::sync::Arc;
 use web_time::Instant;
@@ -29,7 +29,7 @@ use crate::optics::{Optics, no_lobes};
 use crate::paint::{PaintKinds, no_painted_averages, no_painted_lobes};
 use crate::tables::{TablesError, lobe_table};
 
-/// Something derived from the parameters; `usize::from(trt)` of the arrays in [`HairTextures`] is
+/// Something derived from the parameters; `usize::from(trt)` of the arrays in [`HairMaterial`] is
 /// 0 for TT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
@@ -264,7 +264,7 @@ pub enum EditError {
 
 /// Everything that shading reads of one fibre, and what it takes to edit it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HairTextures {
+pub struct HairMaterial {
     tables: Arc<LobeTables>,
     fresnel: Fresnel,
     segments: u32,
@@ -282,7 +282,7 @@ pub struct HairTextures {
     optics: Optics,
 }
 
-impl HairTextures {
+impl HairMaterial {
     /// The textures of `hair` for `modes`, for single scattering alone. `segments` is [`Fibre::segments`]; `fresnel` is that of
     /// `tables`.
     ///
@@ -294,9 +294,9 @@ impl HairTextures {
         hair: &HairParams,
         modes: &[Lobe],
         segments: u32,
-    ) -> Result<HairTextures, EditError> {
+    ) -> Result<HairMaterial, EditError> {
         let fibre = Fibre::new(hair, &[], segments)?;
-        let mut textures = HairTextures {
+        let mut textures = HairMaterial {
             tables,
             fresnel,
             segments,
@@ -318,7 +318,7 @@ impl HairTextures {
     /// Changes the parameters and makes what they touch.
     ///
     /// # Errors
-    /// As [`HairTextures::new`]; nothing is changed then.
+    /// As [`HairMaterial::new`]; nothing is changed then.
     pub fn apply(&mut self, hair: &HairParams) -> Result<EditReport, EditError> {
         let modes = self.modes.clone();
         self.edit(hair, &modes)
@@ -371,7 +371,7 @@ impl HairTextures {
         uniform.chain(painted).fold(0.0, |a, &b| f32::max(a, b))
     }
 
-    /// [`HairTextures::apply`] and [`HairTextures::enable`] at once.
+    /// [`HairMaterial::apply`] and [`HairMaterial::enable`] at once.
     ///
     /// # Errors
     /// As those.
