@@ -83,7 +83,7 @@ modules!(
     "pass/composite",
     "pass/deform",
     "pass/display",
-    "pass/first_look",
+    "pass/preview",
     "pass/noise",
     "pass/probe",
     "pass/probe_paint",

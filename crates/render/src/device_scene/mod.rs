@@ -224,7 +224,7 @@ impl DeviceScene {
         self.front_scale = Some(job.view.radiance_scale);
         let stamp = log.clock.stamp("first look");
         self.lighting
-            .take_first_look(&self.context, &self.scene, &self.strands, self.front, stamp)
+            .take_preview(&self.context, &self.scene, &self.strands, self.front, stamp)
     }
 
     /// Runs the next step of the job, or ends it. [`None`] if there is no job.

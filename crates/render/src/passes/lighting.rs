@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::clock::Stamp;
-use super::first_look::{self, Drafted};
+use super::preview::{self, Drafted};
 use super::proxies::{self, Proxies};
 use super::resources::{
     StrandBuffers, bind, buffer_of, compute_pass, compute_with, groups_of_64, module_with, step,
@@ -434,7 +434,7 @@ impl Lighting {
 
     /// Fills the radiance buffer `into` with a draft, after [`Lighting::begin`]: a look at the scene
     /// before there are shadows.
-    pub fn take_first_look(
+    pub fn take_preview(
         &self,
         context: &Context,
         scene: &PreparedScene,
@@ -447,7 +447,7 @@ impl Lighting {
             radiance: &self.radiance[into],
             proxies: self.proxies.as_ref().map(|proxies| (proxies, into)),
         };
-        first_look::take(context, scene, strands, &drafted, stamp)
+        preview::take(context, scene, strands, &drafted, stamp)
     }
 
     /// Makes all points black.

@@ -8,13 +8,13 @@
 pub(crate) mod clock;
 pub(crate) mod deform;
 pub(crate) mod draw;
-mod first_look;
 mod footprint;
 pub(crate) mod hosted;
 pub(crate) mod lighting;
 pub(crate) mod noise;
 pub(crate) mod painted;
 pub(crate) mod parts;
+mod preview;
 mod proxies;
 pub(crate) mod readback;
 pub(crate) mod resources;
@@ -39,7 +39,7 @@ use strandlight_scene::strands::Strands;
 pub(crate) fn layouts() -> Vec<Layout> {
     [
         draw::LAYOUTS,
-        first_look::LAYOUTS,
+        preview::LAYOUTS,
         hosted::LAYOUTS,
         noise::LAYOUTS,
         screen::LAYOUTS,
