@@ -8,9 +8,9 @@
 pub(crate) mod clock;
 pub(crate) mod deform;
 pub(crate) mod draw;
-mod footprint;
 pub(crate) mod hosted;
 pub(crate) mod lighting;
+mod memory_estimate;
 pub(crate) mod noise;
 pub(crate) mod painted;
 pub(crate) mod parts;
@@ -25,7 +25,7 @@ mod shadows;
 pub(crate) mod target;
 pub(crate) mod volume;
 
-pub use footprint::{DeviceBytes, DevicePart};
+pub use memory_estimate::{DeviceBytes, DevicePart};
 #[doc(hidden)]
 pub use parts::PartLimits;
 
