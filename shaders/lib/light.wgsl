@@ -13,7 +13,7 @@ struct Light {
     // Row in the answers of the shadow maps, or NO_SLOT.
     slot: u32,
     // How much of TT's unblocked share is that of the light through to the eye.
-    through: f32,
+    forward_weight: f32,
     // Place among the records of its batch.
     record: u32,
     pad_0: u32,

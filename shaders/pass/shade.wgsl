@@ -166,7 +166,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         var unblocked_tt = unblocked;
         if light.slot != NO_SLOT {
             unblocked = unblocked_share(light.slot, point_ix);
-            unblocked_tt = mix(unblocked, through, light.through);
+            unblocked_tt = mix(unblocked, through, light.forward_weight);
         }
         let direct_power = max(unblocked, unblocked_tt) * light.power;
         let source = light_in_frame(frame * light.direction, light.lambda);

@@ -104,7 +104,7 @@ pub(super) fn shade(
                 let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
                 if has_maps && light.slot != NO_SLOT {
                     unblocked = share_of(light.slot);
-                    unblocked_tt = mix(unblocked, share_of(THROUGH_SLOT), light.through);
+                    unblocked_tt = mix(unblocked, share_of(THROUGH_SLOT), light.forward_weight);
                 }
                 let direction = in_frame(Vec3::from(light.direction));
                 let source = LightInFrame::from_vector(direction, light.lambda);

@@ -92,7 +92,7 @@ pub struct LightRecord {
     /// Its row in the answers of the shadow maps, or [`NO_SLOT`](crate::shadow_maps::NO_SLOT).
     pub slot: u32,
     /// How much of TT's unblocked share is that of the light through to the eye.
-    pub through: f32,
+    pub forward_weight: f32,
     /// Its place among the records of its batch.
     pub record: u32,
     /// Not used.
@@ -101,7 +101,7 @@ pub struct LightRecord {
 
 strandlight_scattering::mirrors! {
     LightRecord as "Light" in "lib/light" {
-        direction, lambda, rgb, power, first_sweep, n_sweeps, solid_angle, slot, through, record,
+        direction, lambda, rgb, power, first_sweep, n_sweeps, solid_angle, slot, forward_weight, record,
         pad,
     }
 }
@@ -368,7 +368,7 @@ impl PreparedScene {
                     n_sweeps: sweeps.len() as u32 - first_sweep,
                     solid_angle: solid_angle(light.lambda.into()) as f32,
                     slot,
-                    through: through_weight(light.lambda),
+                    forward_weight: through_weight(light.lambda),
                     record: (ix % LIGHT_BATCH) as u32,
                     pad: [0; 2],
                 }

@@ -44,7 +44,7 @@ fn light(lambda: f32) -> (LightRecord, Vec<[f32; 4]>) {
         n_sweeps: directions.len() as u32,
         solid_angle: 1.0,
         slot: strandlight_scene::shadow_maps::NO_SLOT,
-        through: 0.0,
+        forward_weight: 0.0,
         record: 0,
         pad: [0; 2],
     };
