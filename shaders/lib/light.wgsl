@@ -11,7 +11,7 @@ struct Light {
     // sr
     solid_angle: f32,
     // Row in the answers of the shadow maps, or NO_SLOT.
-    slot: u32,
+    shadow_index: u32,
     // How much of TT's unblocked share is that of the light through to the eye.
     forward_weight: f32,
     // Place among the records of its batch.

@@ -100,10 +100,11 @@ pub(super) fn shade(
                     }
                     Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
                 };
-                let share_of = |slot| unblocked_share(visibility, n_points, slot, point);
+                let share_of =
+                    |shadow_index| unblocked_share(visibility, n_points, shadow_index, point);
                 let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
-                if has_maps && light.slot != NO_SLOT {
-                    unblocked = share_of(light.slot);
+                if has_maps && light.shadow_index != NO_SLOT {
+                    unblocked = share_of(light.shadow_index);
                     unblocked_tt = mix(unblocked, share_of(THROUGH_SLOT), light.forward_weight);
                 }
                 let direction = in_frame(Vec3::from(light.direction));

@@ -90,7 +90,7 @@ pub struct LightRecord {
     /// Solid angle, sr.
     pub solid_angle: f32,
     /// Its row in the answers of the shadow maps, or [`NO_SLOT`](crate::shadow_maps::NO_SLOT).
-    pub slot: u32,
+    pub shadow_index: u32,
     /// How much of TT's unblocked share is that of the light through to the eye.
     pub forward_weight: f32,
     /// Its place among the records of its batch.
@@ -101,7 +101,7 @@ pub struct LightRecord {
 
 strandlight_scattering::mirrors! {
     LightRecord as "Light" in "lib/light" {
-        direction, lambda, rgb, power, first_sweep, n_sweeps, solid_angle, slot, forward_weight, record,
+        direction, lambda, rgb, power, first_sweep, n_sweeps, solid_angle, shadow_index, forward_weight, record,
         pad,
     }
 }
@@ -352,7 +352,7 @@ impl PreparedScene {
             .iter()
             .zip(&plan.slots)
             .enumerate()
-            .map(|(ix, (light, &slot))| {
+            .map(|(ix, (light, &shadow_index))| {
                 let first_sweep = sweeps.len() as u32;
                 sweeps.extend(
                     sweep_directions(light)
@@ -367,7 +367,7 @@ impl PreparedScene {
                     first_sweep,
                     n_sweeps: sweeps.len() as u32 - first_sweep,
                     solid_angle: solid_angle(light.lambda.into()) as f32,
-                    slot,
+                    shadow_index,
                     forward_weight: through_weight(light.lambda),
                     record: (ix % LIGHT_BATCH) as u32,
                     pad: [0; 2],

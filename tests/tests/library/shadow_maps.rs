@@ -145,9 +145,10 @@ fn gpu_both_backends_answer_alike() {
     let on_gpu = passes::shadow_maps(&context, &strands, &plan).unwrap();
     let n_points = strands.points.len();
     let shares = |visibility: &[u32]| -> Vec<f32> {
-        let slots = (0..plan.n_slots).flat_map(|slot| (0..n_points).map(move |p| (slot, p)));
+        let slots = (0..plan.n_slots)
+            .flat_map(|shadow_index| (0..n_points).map(move |p| (shadow_index, p)));
         slots
-            .map(|(slot, point)| unblocked_share(visibility, n_points, slot, point))
+            .map(|(shadow_index, point)| unblocked_share(visibility, n_points, shadow_index, point))
             .collect()
     };
     let error = relative_rmse(&shares(&on_gpu), &shares(&on_cpu));
@@ -166,7 +167,10 @@ fn maps_go_to_the_lights_that_carry_most() {
     ];
     let plan = ShadowPlan::new(&lights, &strands, 40);
     let of = |ix: usize| {
-        let views = plan.views.iter().filter(|view| view.slot == plan.slots[ix]);
+        let views = plan
+            .views
+            .iter()
+            .filter(|view| view.shadow_index == plan.slots[ix]);
         let weights: Vec<f32> = views.map(|view| view.weight).collect();
         (weights.len(), weights.iter().sum::<f32>())
     };

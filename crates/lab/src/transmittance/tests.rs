@@ -43,7 +43,7 @@ fn light(lambda: f32) -> (LightRecord, Vec<[f32; 4]>) {
         first_sweep: 0,
         n_sweeps: directions.len() as u32,
         solid_angle: 1.0,
-        slot: strandlight_scene::shadow_maps::NO_SLOT,
+        shadow_index: strandlight_scene::shadow_maps::NO_SLOT,
         forward_weight: 0.0,
         record: 0,
         pad: [0; 2],
