@@ -6,7 +6,7 @@ use strandlight_scattering::color::sigma_a_from_reflectance;
 
 use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, named, row};
-use strandlight_scene::paint::{Brush, BrushMask, Dab};
+use strandlight_scene::paint::{Brush, BrushEffect, BrushMask};
 
 /// What the brush puts on hair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,14 +68,14 @@ impl PaintState {
         Brush {
             radius_cm: self.radius_cm as f32,
             strength: self.strength as f32,
-            what: match self.what {
+            effect: match self.what {
                 What::Dye => {
                     let sigma_a = sigma_a_from_reflectance(self.reflectance, caustic_width);
-                    Dab::Dye(sigma_a.map(|x| x as f32))
+                    BrushEffect::Dye(sigma_a.map(|x| x as f32))
                 }
-                What::Width => Dab::WidthScale(self.width_scale as f32),
-                What::Shift => Dab::ShiftScale(self.shift_scale as f32),
-                What::Erase => Dab::Erase,
+                What::Width => BrushEffect::WidthScale(self.width_scale as f32),
+                What::Shift => BrushEffect::ShiftScale(self.shift_scale as f32),
+                What::Erase => BrushEffect::Erase,
             },
             softness: self.softness as f32,
             along_cm: self.along_cm as f32,
