@@ -71,7 +71,7 @@ fn main() -> ExitCode {
     if let Some(threads) = cli.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
         if let Err(error) = pool.build_global() {
-            let text = format!("--threads {threads}: they cannot be started: {error}");
+            let text = format!("--threads {threads}: cannot start the threads: {error}");
             return ended_by(&cli::Failure::Input(text));
         }
     }

@@ -29,7 +29,7 @@ pub fn catch_decoder_panic<T>(work: impl FnOnce() -> Result<T, String>) -> Resul
     DEPTH.set(DEPTH.get() + 1);
     let outcome = catch_unwind(AssertUnwindSafe(work));
     DEPTH.set(DEPTH.get() - 1);
-    outcome.unwrap_or_else(|_| Err("the file is damaged: its decoder gave up".to_owned()))
+    outcome.unwrap_or_else(|_| Err("the file is damaged: the decoder failed".to_owned()))
 }
 
 #[cfg(test)]

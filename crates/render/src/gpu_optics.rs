@@ -86,7 +86,7 @@ impl GpuOptics {
         })
     }
 
-    /// Writes what an edit made anew, and nothing else; `self` holds one fibre as it was before.
+    /// Writes what an edit recomputed, and nothing else; `self` holds one fibre as it was before.
     pub fn update(&mut self, context: &Context, optics: &Optics, report: &EditReport) -> Written {
         let mut written = Written::default();
         let uniform = optics.uniform();

@@ -94,7 +94,7 @@ pub fn of_live(report: &RenderReport) -> Value {
     })
 }
 
-/// What a renderer that makes all anew did for a frame.
+/// What a renderer that recomputes everything did for a frame.
 pub fn of_stats(stats: &Stats) -> Value {
     let stage = |stage: &Stage| {
         json!({

@@ -1,7 +1,7 @@
 //! A document and its picture: what window, web page and script all drive.
 //!
 //! [`Viewer`] is a [`Session`] and a [`ProgressiveRenderer`]. Whatever changes the first tells the second what of
-//! it to make anew, and no more.
+//! it to recompute, and no more.
 
 use std::path::Path;
 use std::time::Duration;
@@ -33,7 +33,7 @@ pub struct Viewer {
     /// Seconds since the start of the motion.
     time: f64,
     motion: Option<Motion>,
-    /// What was made anew since [`Viewer::take_changes`].
+    /// What was recomputed since [`Viewer::take_changes`].
     changes: Change,
     /// Of the hair where it is now; none until it is asked for.
     picker: Option<Picker>,
@@ -483,7 +483,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Makes the renderer anew.
+    /// Recreates the renderer.
     fn renew(&mut self) -> Result<(), RenderError> {
         self.picker = None;
         self.live = live_of(&self.context, &self.session)?;

@@ -1,8 +1,8 @@
-//! What an edit of the hair makes anew: from parameter to texture.
+//! What an edit of the hair recomputes: from parameter to texture.
 //!
 //! [`RULES`] lists every part that is derived from [`HairParams`], what it is made of, and the
 //! modes that need it. [`HairMaterial::apply`] makes a part when one of its parameters changed or
-//! one of its sources was made anew, and keeps it otherwise. Parts of modes that are not enabled do
+//! one of its sources was recomputed, and keeps it otherwise. Parts of modes that are not enabled do
 //! not exist, nor do the averages where multiple scattering is switched off. Whatever the order of edits, the parts are bit for bit those of
 //! [`HairMaterial::new`] with the last parameters.
 
@@ -131,7 +131,7 @@ pub const RULES: [Rule; 16] = {
         rule(SharesTrt,   "shares TRT",   TRT,        &[SigmaA],                    &[RowTrt]),
         rule(LobesTrt,    "lobes TRT",    TRT,        &[Intensity],                 &[ShapesTrt, EnergiesTrt, SharesTrt]),
         rule(Averages,    "averages",     &[],        &Parameter::ALL,              &[]),
-        // Of no absorption: neither its edit nor paint makes them anew.
+        // Of no absorption: neither its edit nor paint recomputes them.
         rule(PaintedTt,       "painted lobes TT",  TT,  &[Eta, Intensity],                             &[]),
         rule(PaintedTrt,      "painted lobes TRT", TRT, &[Eta, CausticWidth, Intensity],               &[]),
         rule(PaintedAverages, "painted averages",  &[], &[Eta, Shift, Width, CausticWidth, Intensity], &[]),
@@ -145,7 +145,7 @@ pub enum Outcome {
     Absent,
     /// It is as it was.
     Kept,
-    /// It was made anew.
+    /// Recomputed by the edit.
     Rebuilt,
 }
 
@@ -183,18 +183,18 @@ pub struct EditReport {
 }
 
 impl EditReport {
-    /// Was `part` made anew?
+    /// Whether `part` was recomputed.
     pub fn is_rebuilt(&self, part: Part) -> bool {
         self.rebuilt().any(|report| report.part == part)
     }
 
-    /// The parts that were made anew.
+    /// The parts that were recomputed.
     pub fn rebuilt(&self) -> impl Iterator<Item = &PartReport> {
         let rebuilt = |report: &&PartReport| report.outcome == Outcome::Rebuilt;
         self.parts.iter().filter(rebuilt)
     }
 
-    /// Adds a later edit: what either made anew was made anew.
+    /// Adds a later edit: what either recomputed was recomputed.
     pub fn add(&mut self, later: &EditReport) {
         let parts = later.parts.iter().map(|part| {
             let mut part = *part;

@@ -248,7 +248,7 @@ impl PreparedScene {
     }
 
     /// Chooses the terms that are drawn. The averages of multiple scattering come or go: then
-    /// what that made anew.
+    /// what that recomputed.
     pub fn set_scattering(&mut self, scattering: Scattering) -> Option<EditReport> {
         self.scattering = scattering;
         let is_multiple = scattering != Scattering::Single;
@@ -286,7 +286,7 @@ impl PreparedScene {
     }
 
     /// Takes the paint of the groom's points in `changed`; of the others `paint` must be as it was.
-    /// Answers which of [`Strands::points`] that touches, and what it made anew if it is paint of a
+    /// Answers which of [`Strands::points`] that touches, and what it recomputed if it is paint of a
     /// kind that was not there before.
     ///
     /// # Errors

@@ -79,7 +79,7 @@ pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
     for (name, text) in EDITED {
         let path = folder.join(name);
         if path.exists() {
-            note!("{} is there already and stays as it is", path.display());
+            note!("keeping existing file {}", path.display());
         } else {
             write_output(&path, text.as_bytes())?;
         }

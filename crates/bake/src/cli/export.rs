@@ -122,7 +122,7 @@ pub fn run(args: &Args) -> Outcome {
             }
             vec![one(output, what, export.bytes)]
         }
-        Content::Kind(_) => return Err(Failure::file(input, "it has no other format")),
+        Content::Kind(_) => return Err(Failure::file(input, "no other format is available")),
         Content::Hair(format) => return Err(not_ours(input, FileKind::Hair(format))),
         Content::Scene => return Err(not_ours(input, FileKind::Scene)),
     };

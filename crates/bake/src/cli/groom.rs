@@ -217,7 +217,7 @@ fn options(args: &ImportArgs, file: &SourceFile) -> Result<ImportOptions, Failur
             Some(value)
         }
         (Some(Up::Auto), None) => {
-            let what = "--up auto: neither its place nor its hair tells what is up; give x, y or z";
+            let what = "--up auto: cannot determine the up axis from the position or the hair; use x, y or z";
             return Err(Failure::file(&args.input, what));
         }
     };

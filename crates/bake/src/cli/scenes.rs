@@ -45,7 +45,7 @@ pub struct Args {
 fn parse_name(text: &str) -> Result<&'static PaperScene, String> {
     PaperScene::from_name(text).ok_or_else(|| {
         let names: Vec<&str> = SCENES.iter().map(|scene| scene.name).collect();
-        format!("there is no scene {text}, only {}", names.join(", "))
+        format!("unknown scene '{text}' (expected {})", names.join(", "))
     })
 }
 

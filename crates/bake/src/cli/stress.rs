@@ -74,7 +74,7 @@ pub fn run(args: &Args) -> Outcome {
         match GpuProbe::new(&tables) {
             Ok(probe) => Some(probe),
             Err(error) => {
-                note!("strandlight: {error}: stressing the CPU only");
+                note!("strandlight: {error}: testing the CPU only");
                 None
             }
         }

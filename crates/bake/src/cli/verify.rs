@@ -274,7 +274,10 @@ fn verify(path: &Path, reference: Option<&Reference<'_>>) -> Verdict {
                         groom::checks(&groom)
                     })
                     .map_err(Refused::from),
-                _ => Err(Refused::unreadable(path, "no checks are known of it")),
+                _ => Err(Refused::unreadable(
+                    path,
+                    "no checks are available for this file",
+                )),
             };
             (Some(kind), found)
         }

@@ -11,7 +11,7 @@ use strandlight_scene::material::{EditError, EditReport, HairMaterial, LobeTable
 /// What an edit may take.
 pub const BUDGET_MICROSECONDS: f64 = 1000.0;
 
-/// One part that an edit makes anew.
+/// One part that an edit recomputes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartCost {
     /// Its name.
@@ -27,7 +27,7 @@ pub struct PartCost {
 pub struct EditCost {
     /// The parameter, or `all` for making everything the first time.
     pub parameter: &'static str,
-    /// Parts that are made anew; the others are kept.
+    /// Parts that are recomputed; the others are kept.
     pub rebuilt: Vec<PartCost>,
     /// Bytes to write on the GPU.
     pub bytes: usize,
@@ -56,7 +56,7 @@ impl EditCost {
 
 /// Edits each parameter of `hair` `repetitions` times to and fro, all modes and multiple scattering
 /// enabled, on this thread;
-/// then makes everything anew as often.
+/// then recomputes everything as often.
 ///
 /// # Errors
 /// Lobes that are not there, hair outside its range.

@@ -92,7 +92,7 @@ pub fn n_frames(repetitions: u32) -> u64 {
     2 * N_KINDS * (u64::from(repetitions) + 1)
 }
 
-/// Edits against a frame that makes everything anew; 10 lights against all of them; shadow maps and
+/// Edits against a frame that recomputes everything; 10 lights against all of them; shadow maps and
 /// samples step by step; painted hair and a stroke against hair that is not; wind against hair that
 /// is moved otherwise. Medians of two frames a repetition; `observer` is told of each frame and group.
 ///

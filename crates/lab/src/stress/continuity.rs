@@ -23,7 +23,7 @@ use super::target::StressError;
 const STEPS: usize = 96;
 /// Largest jump accepted, relative to the local scale, along parameters of light and view.
 const BOUND: f64 = 2e-3;
-/// The same along parameters of the fibre, where every step makes textures of 16 bits anew: places
+/// The same along parameters of the fibre, where every step recomputes 16-bit textures: places
 /// of lobes move in steps of 1e-4 radians, by 4.3 * 1e-4 / w_c of the value in the flank of a lobe
 /// at 1 % of its peak; w_c is at least 0.01.
 const EDIT_BOUND: f64 = 4e-2;

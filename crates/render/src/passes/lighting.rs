@@ -206,7 +206,7 @@ impl Lighting {
     }
 
     /// Takes other amplitudes of the same lights. Answers whether a light got so bright that it
-    /// needs a shadow map which it has not: the maps are planned anew then, and have to be drawn.
+    /// needs a shadow map which it has not: the maps are then replanned, and have to be drawn.
     pub fn set_colors(
         &mut self,
         context: &Context,
@@ -262,7 +262,7 @@ impl Lighting {
         self.proxies.as_ref()
     }
 
-    /// Takes strands that have moved within `volume`, and plans the maps anew.
+    /// Takes strands that have moved within `volume`, and replans the maps.
     pub fn set_points(
         &mut self,
         context: &Context,
@@ -293,7 +293,7 @@ impl Lighting {
         self.max_local = scene.max_local(&scene.hair);
     }
 
-    /// Writes what an edit of the hair made anew.
+    /// Writes what an edit of the hair recomputed.
     pub fn set_hair(
         &mut self,
         context: &Context,

@@ -60,7 +60,7 @@ impl Noise {
         })
     }
 
-    /// The picture starts anew.
+    /// Restarts the picture.
     pub fn restart(&mut self) {
         self.sent = None;
         self.found = None;

@@ -96,7 +96,7 @@ impl Painted {
         bytes + write(&rows, &self.texels)
     }
 
-    /// Writes what an edit of the hair made anew. Answers whether a texture is another one, which
+    /// Writes what an edit of the hair recomputed. Answers whether a texture is another one, which
     /// puts bind groups out of date.
     pub fn update(&mut self, context: &Context, hair: &HairMaterial, report: &EditReport) -> bool {
         let optics = hair.optics();

@@ -59,7 +59,7 @@ impl Scattering {
         }
     }
 
-    /// Writes what an edit made anew. Answers whether a texture is another one, which puts bind
+    /// Writes what an edit recomputed. Answers whether a texture is another one, which puts bind
     /// groups out of date.
     pub fn update(&mut self, context: &Context, hair: &HairMaterial, report: &EditReport) -> bool {
         let written = self.optics.update(context, hair.optics(), report);

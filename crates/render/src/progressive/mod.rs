@@ -6,7 +6,7 @@
 //!
 //! Work goes in cycles. A cycle takes up all that was set, writes it to the device, and lights the
 //! points in steps into the radiance buffer that is not shown; then the two change places and the
-//! samples of the picture start anew. What is set during a cycle waits for the next one, so that a
+//! samples of the picture restart. What is set during a cycle waits for the next one, so that a
 //! slider that is dragged is followed at the pace of whole cycles; a cycle less than half done is
 //! given up for an edit once. The view is the exception: from a new view the strands are drawn at
 //! once, lit as they were when last complete, as a draft. Before the first cycle is done, the draft

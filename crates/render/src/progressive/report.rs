@@ -30,7 +30,7 @@ pub struct RenderReport {
     pub stages: Vec<StageReport>,
     /// ResourceCounts of the scene, and of the products of points and lights.
     pub stats: Stats,
-    /// Which textures the last edit of the hair made anew.
+    /// Which textures the last edit of the hair recomputed.
     pub edit: Option<EditReport>,
     /// What was made on the device since the last edit.
     pub counts: ResourceCounts,

@@ -1,4 +1,4 @@
-//! What differs between two states of a document, in terms of what has to be made anew.
+//! What differs between two states of a document, in terms of what must be recomputed.
 
 use std::ops::Range;
 

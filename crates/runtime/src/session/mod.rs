@@ -1,7 +1,7 @@
 //! The document of a viewer: a scene and its groom, edits of them, undo, saving.
 //!
 //! - [`Session`]: the document. [`Session::edit`] changes keys of the [`Scene`]; whoever shows it
-//!   is told by a [`Change`] what to make anew.
+//!   reads from a [`Change`] what to recompute.
 //! - [`with_key`]: one value by the name it has in the file.
 //!
 //! Nothing here needs a device.

@@ -44,7 +44,7 @@ impl EventLog {
         }
     }
 
-    /// A log that writes to `path`, which is made anew.
+    /// A log that writes to `path`, which is overwritten.
     ///
     /// # Errors
     /// What the system says when the file cannot be made.

@@ -28,7 +28,7 @@ pub enum Painted {
     Presented,
     /// Nothing can be seen now; try when something changes.
     Hidden,
-    /// The surface was made anew; try again.
+    /// The surface was recreated; try again.
     Again,
 }
 

@@ -209,7 +209,7 @@ impl Workspace {
             return Ok(());
         };
         self.advance(is_busy);
-        // The display may have been made anew in another size.
+        // The display may have been recreated in another size.
         self.screen.picture(self.viewer.display());
         let painted = self.screen.paint(
             &self.egui,

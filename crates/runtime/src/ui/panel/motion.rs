@@ -19,7 +19,7 @@ pub struct MotionState {
 }
 
 impl MotionState {
-    /// Starts or stops the clock. A motion that is at its `end` starts anew.
+    /// Starts or stops the clock. A motion that is at its `end` restarts.
     pub fn toggle(&mut self, end: Option<f64>) {
         self.is_playing = !self.is_playing;
         if self.is_playing && end.is_some_and(|end| self.seconds >= end) {
