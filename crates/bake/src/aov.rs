@@ -308,7 +308,7 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// Draws the picture of `scene` and the layers of `specs`; `observe` is told how much is done,
+    /// Draws the picture of `scene` and the layers of `specs`; `observe` receives the progress,
     /// 0..=1.
     ///
     /// # Errors

@@ -105,7 +105,7 @@ pub struct GroomSource {
     pub hash: String,
     /// Program that made the groom.
     pub tool_version: String,
-    /// What it was told, as name and value, in order.
+    /// Its parameters, as name and value, in order.
     pub parameters: Vec<(String, String)>,
     /// What the source file's format keeps; `None` when generated.
     pub original: Option<Original>,

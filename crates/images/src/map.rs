@@ -109,7 +109,7 @@ impl Map {
         })
     }
 
-    /// Reads an OpenEXR or Radiance file, or standard input as `-`; the format is told from its first
+    /// Reads an OpenEXR or Radiance file, or standard input as `-`; the format is detected from its first
     /// bytes, not its name. Of an OpenEXR file with several images the one that
     /// [`MapSelection::default`] chooses.
     ///

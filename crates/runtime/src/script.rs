@@ -219,7 +219,7 @@ impl Script {
     }
 
     /// Does the steps on a copy of `session`, without a device and up to the first stroke, so that
-    /// faults are told before anything is drawn.
+    /// errors are reported before anything is drawn.
     ///
     /// # Errors
     /// As [`Script::run`].

@@ -1,7 +1,7 @@
 //! The renderer as a state machine, for windows and pages.
 //!
 //! [`ProgressiveRenderer`] owns a scene and its picture. Setters say what is to be drawn and return at once;
-//! [`ProgressiveRenderer::advance`] works on it for about as long as it is told, and [`ProgressiveRenderer::display`] is the last
+//! [`ProgressiveRenderer::advance`] works on it for about the given time, and [`ProgressiveRenderer::display`] is the last
 //! good picture meanwhile.
 //!
 //! Work goes in cycles. A cycle takes up all that was set, writes it to the device, and lights the
@@ -20,7 +20,7 @@
 //! Which samples a strand thinner than a pixel covers depends on the strand, the pixel and the
 //! number of the pass alone: translucent strands come out in any order right in the mean, with a
 //! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A step
-//! of 0.05 degrees of an orbit, strands far below a pixel wide, makes 9 to 14 % of the noise anew, one of
+//! of 0.05 degrees of an orbit, strands far below a pixel wide, replaces 9 to 14 % of the noise, one of
 //! 0.5 degrees 24 to 41 % (`tests/tests/gpu/live.rs`).
 
 mod pace;

@@ -46,7 +46,7 @@ pub struct Change {
     pub proxies: bool,
     /// How the hair moves.
     pub motion: bool,
-    /// What only the file holds: the name of a preset, the same number told in another way.
+    /// What only the file holds: the name of a preset, the same number in another notation.
     pub label: bool,
 }
 
@@ -115,7 +115,7 @@ impl Change {
         self.modes = before.modes != after.modes;
         self.densities = densities(before) != densities(after);
         self.diameter = before.diameter_cm != *diameter_cm;
-        // The same numbers, told in another way.
+        // The same numbers, in another notation.
         self.label = before.preset != *preset
             || before.reflectance != *reflectance
             || before.melanin != *melanin

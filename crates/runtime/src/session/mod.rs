@@ -137,7 +137,7 @@ impl Session {
         self.paint().filter(|_| self.is_repainted())
     }
 
-    /// The paint, to be changed by a stroke that [`Session::stroke`] is told of in the end.
+    /// The paint, for a stroke that ends with [`Session::stroke`].
     pub fn paint_mut(&mut self) -> &mut Paint {
         let n_points = self.snapshot.assets.groom.points.len();
         let unpainted = || Arc::new(Paint::unpainted(n_points));

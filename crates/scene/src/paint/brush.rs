@@ -61,7 +61,7 @@ pub struct Brush {
     /// How much a stroke does where the ball's centre went, 0..=1. Going over a point again
     /// within one stroke does no more.
     pub strength: f32,
-    /// What it puts on.
+    /// Effect of the brush; scripts may also call it `what`.
     #[serde(alias = "what")]
     pub effect: BrushEffect,
     /// Share of the radius, from the edge inwards, over which the brush does less and less: 0
