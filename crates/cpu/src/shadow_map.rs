@@ -16,16 +16,16 @@ const OWN_POINTS: u32 = 3;
 const CLEAR_RADII: f32 = 0.5;
 const N_PLACES: u32 = 8;
 
-/// Unblocked share of the lights with maps at every point, `[shadow_index / 4][point]`, eight bits a slot:
-/// [`strandlight_scene::shadow_maps::unblocked_share`] reads it.
+/// Unblocked share of the lights with maps at every point, `[shadow_index / 4][point]`, eight bits
+/// a slot: [`strandlight_scene::shadow_maps::unblocked_share`] reads it.
 pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
     let mut visibility = vec![0; plan.n_words(strands.points.len())];
     draw_maps(strands, &plan.views, &[], &mut visibility);
     visibility
 }
 
-/// Draws maps and writes their rows of the visibility buffer, with `proxies` that block light. Returns how
-/// many texels were drawn, those of every strand counted.
+/// Draws maps and writes their rows of the visibility buffer, with `proxies` that block light.
+/// Returns how many texels were drawn, those of every strand counted.
 pub(super) fn draw_maps(
     strands: &Strands,
     views: &[ShadowView],

@@ -37,9 +37,9 @@ impl Domain {
 ///
 /// Names with a meaning: `diameter` (1 component, cm) is the fibre's thickness for rendering;
 /// `color` (3 components, linear RGB), `transparency` (1) and `thickness` (1, in the *source
-/// file's* unit, for export) come from files of other programs. Paint is [`dye`](crate::DYE) (4: sigma_a per
-/// fibre radius, linear RGB, and its weight), [`width_scale`](crate::WIDTH_SCALE) (1) and
-/// [`shift_scale`](crate::SHIFT_SCALE) (1), for whatever domain; a groom without them is not
+/// file's* unit, for export) come from files of other programs. Paint is [`dye`](crate::DYE) (4:
+/// sigma_a per fibre radius, linear RGB, and its weight), [`width_scale`](crate::WIDTH_SCALE) (1)
+/// and [`shift_scale`](crate::SHIFT_SCALE) (1), for whatever domain; a groom without them is not
 /// painted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {

@@ -186,8 +186,8 @@ impl Context {
     /// Opens the fastest adapter of this machine; a software rasteriser is good enough.
     ///
     /// Limits are WebGPU's defaults, or what the adapter has where that is less and enough, except
-    /// the sizes of buffers and storage bindings, which are what it offers. Time stamps are asked for where there are any, nothing else that
-    /// is optional.
+    /// the sizes of buffers and storage bindings, which are what it offers. Time stamps are asked
+    /// for where there are any, nothing else that is optional.
     ///
     /// # Errors
     /// No adapter, one that cannot do what is needed, or a driver that fails.
@@ -401,8 +401,8 @@ impl Context {
         self.queue.submit([encoder.finish()]);
     }
 
-    /// Writes `bytes` (a multiple of 4) into `buffer`: after the commands before and before those to
-    /// come, recorded or submitted.
+    /// Writes `bytes` (a multiple of 4) into `buffer`: after the commands before and before those
+    /// to come, recorded or submitted.
     pub(crate) fn write(&self, buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]) {
         let mut recorder = self.recorder();
         let Recorder { encoder, belt } = &mut *recorder;

@@ -1,7 +1,7 @@
 //! A document and its picture: what window, web page and script all drive.
 //!
-//! [`Viewer`] is a [`Session`] and a [`ProgressiveRenderer`]. Whatever changes the first tells the second what of
-//! it to recompute, and no more.
+//! [`Viewer`] is a [`Session`] and a [`ProgressiveRenderer`]. Whatever changes the first tells the
+//! second what of it to recompute, and no more.
 
 use std::path::Path;
 use std::time::Duration;

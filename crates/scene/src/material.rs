@@ -2,9 +2,9 @@
 //!
 //! [`RULES`] lists every part that is derived from [`HairParams`], what it is made of, and the
 //! modes that need it. [`HairMaterial::apply`] makes a part when one of its parameters changed or
-//! one of its sources was recomputed, and keeps it otherwise. Parts of modes that are not enabled do
-//! not exist, nor do the averages where multiple scattering is switched off. Whatever the order of edits, the parts are bit for bit those of
-//! [`HairMaterial::new`] with the last parameters.
+//! one of its sources was recomputed, and keeps it otherwise. Parts of modes that are not enabled
+//! do not exist, nor do the averages where multiple scattering is switched off. Whatever the order
+//! of edits, the parts are bit for bit those of [`HairMaterial::new`] with the last parameters.
 
 use std::sync::Arc;
 use web_time::Instant;
@@ -283,8 +283,8 @@ pub struct HairMaterial {
 }
 
 impl HairMaterial {
-    /// The textures of `hair` for `modes`, for single scattering alone. `segments` is [`Fibre::segments`]; `fresnel` is that of
-    /// `tables`.
+    /// The textures of `hair` for `modes`, for single scattering alone. `segments` is
+    /// [`Fibre::segments`]; `fresnel` is that of `tables`.
     ///
     /// # Errors
     /// The first parameter outside its range; a mode without its lobes.

@@ -286,8 +286,8 @@ impl PreparedScene {
     }
 
     /// Takes the paint of the groom's points in `changed`; of the others `paint` must be as it was.
-    /// Answers which of [`Strands::points`] that touches, and what it recomputed if it is paint of a
-    /// kind that was not there before.
+    /// Answers which of [`Strands::points`] that touches, and what it recomputed if it is paint of
+    /// a kind that was not there before.
     ///
     /// # Errors
     /// As [`PreparedScene::set_paint`].
@@ -344,7 +344,8 @@ impl PreparedScene {
         self.records_with(&self.shadow_plan())
     }
 
-    /// [`PreparedScene::light_records`] with the maps of `plan`, which may be that of other colours.
+    /// [`PreparedScene::light_records`] with the maps of `plan`, which may be that of other
+    /// colours.
     pub fn records_with(&self, plan: &ShadowPlan) -> (Vec<LightRecord>, Vec<[f32; 4]>) {
         let mut sweeps = Vec::new();
         let records = self

@@ -190,7 +190,8 @@ impl ShadowPlan {
         views_of(&lobe, *k, 0.5, THROUGH_SLOT, any)
     }
 
-    /// Words of the visibility buffer, `[shadow_index / 4][point]`, eight bits a slot from the lowest up.
+    /// Words of the visibility buffer, `[shadow_index / 4][point]`, eight bits a slot from the
+    /// lowest up.
     pub fn n_words(&self, n_points: usize) -> usize {
         self.n_slots.div_ceil(SLOTS_PER_WORD) as usize * n_points
     }
@@ -224,11 +225,12 @@ fn views_of(
 }
 
 /// Texels along the side of a map of `strands`: [`SHADOW_SIDE`], or fewer, so that drawing it
-/// costs no more than [`MAX_DEPTH_COMPLEXITY`] times [`SHADOW_SIDE`]^2 texels and one for each texel
-/// of a strand's length, however wide the strands are.
+/// costs no more than [`MAX_DEPTH_COMPLEXITY`] times [`SHADOW_SIDE`]^2 texels and one for each
+/// texel of a strand's length, however wide the strands are.
 ///
 /// The strands' area over the map's is how often a texel is drawn; it does not depend on the number
-/// of texels. Up to [`MAX_DEPTH_COMPLEXITY`] every map has all of its texels, beyond it none is a fine one.
+/// of texels. Up to [`MAX_DEPTH_COMPLEXITY`] every map has all of its texels, beyond it none is a
+/// fine one.
 fn map_side(strands: &Strands, reach: f32) -> u32 {
     // Whatever is wider than the map is cut off at its border.
     let widest = 2.0 * std::f32::consts::SQRT_2 * reach;

@@ -58,8 +58,8 @@ const USUAL: f64 = 2e-6;
 /// For directions in a fibre's frame and local scattering; 2.1e-6 and 1.5e-6 were measured.
 const WIDER: f64 = 6e-6;
 
-/// What an adapter is held to: lavapipe to `on_lavapipe`, others to `on_gpus`. WGSL promises 3 + 2 |x|
-/// units in the last place of exp(x), and 2^-11 of a sine.
+/// What an adapter is held to: lavapipe to `on_lavapipe`, others to `on_gpus`. WGSL promises 3 + 2
+/// |x| units in the last place of exp(x), and 2^-11 of a sine.
 fn held(on_lavapipe: f64, on_gpus: f64) -> f64 {
     if probe().context().is_software() {
         on_lavapipe

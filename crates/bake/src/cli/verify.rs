@@ -30,8 +30,8 @@ pub struct Args {
     /// Map that the light sets were fitted to
     #[arg(long)]
     map: Option<PathBuf>,
-    /// Largest accepted fibre error of a light set against its map: a fraction or percentage (0.5%).
-    /// Sets of few lights need more
+    /// Largest accepted fibre error of a light set against its map: a fraction or percentage
+    /// (0.5%). Sets of few lights need more
     #[arg(long, value_name = "E", default_value = "2%", value_parser = parse_error)]
     max_error: f64,
     /// Print one JSON document

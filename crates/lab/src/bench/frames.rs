@@ -45,8 +45,8 @@ impl FrameCost {
     }
 }
 
-/// One kind of frame: a renderer, and an edit that makes it draw; its argument says whether to edit there or
-/// back.
+/// One kind of frame: a renderer, and an edit that makes it draw; its argument says whether to edit
+/// there or back.
 struct Kind {
     name: String,
     live: usize,
@@ -94,7 +94,8 @@ pub fn n_frames(repetitions: u32) -> u64 {
 
 /// Edits against a frame that recomputes everything; 10 lights against all of them; shadow maps and
 /// samples step by step; painted hair and a stroke against hair that is not; wind against hair that
-/// is moved otherwise. Medians of two frames a repetition; `observer` is called after each frame and group.
+/// is moved otherwise. Medians of two frames a repetition; `observer` is called after each frame
+/// and group.
 ///
 /// # Errors
 /// Whatever the device refuses.

@@ -140,8 +140,8 @@ pub fn rounding(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
         .collect())
 }
 
-/// Is theta_d so near +-pi/2 that one unit of it moves cos(theta_d) itself by 1e-4 and more? Energies
-/// go with its square: the exact model moves as much.
+/// Is theta_d so near +-pi/2 that one unit of it moves cos(theta_d) itself by 1e-4 and more?
+/// Energies go with its square: the exact model moves as much.
 fn is_at_pole(point: &Point) -> bool {
     match *point {
         Point::Azimuthal { theta_d, .. } => theta_d.cos() < 1e-3,

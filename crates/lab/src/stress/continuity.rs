@@ -4,8 +4,9 @@
 //! farthest off the mean of its ends is halved, again and again: at a jump that distance stays
 //! half the jump, elsewhere it falls fourfold with the step. A jump is a difference across an
 //! interval of [`FLOOR`] of the line (or between neighbouring f32) above [`BOUND`] (or
-//! [`EDIT_BOUND`]) of the local scale: the largest value within [`NEIGHBOURHOOD`] steps, at least [`SCALE_FLOOR`] of the
-//! line's largest. Values are divided by the light's mass, so that narrow lights count.
+//! [`EDIT_BOUND`]) of the local scale: the largest value within [`NEIGHBOURHOOD`] steps, at least
+//! [`SCALE_FLOOR`] of the line's largest. Values are divided by the light's mass, so that narrow
+//! lights count.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;

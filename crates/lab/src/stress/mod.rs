@@ -1,5 +1,5 @@
-//! Numerical stress of single and multiple scattering: what the renderer evaluates, in f32 on the CPU and as
-//! WGSL on the adapter, against the exact model in f64, at corners and random extremes.
+//! Numerical stress of single and multiple scattering: what the renderer evaluates, in f32 on the
+//! CPU and as WGSL on the adapter, against the exact model in f64, at corners and random extremes.
 //!
 //! - [`Target`]: the scheme under test.
 //! - [`run()`]: all checks; the same seed gives the same [`Report`] on any number of threads.

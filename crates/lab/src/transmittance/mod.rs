@@ -1,9 +1,9 @@
 //! Ways to find what hair leaves of a light, behind one interface, to be measured side by side.
 //!
 //! [`Method::Sweep`] is what the renderer does. The others are baselines on the CPU; they answer
-//! at the points where the renderer looks its records up. [`ShadowBuilder`] holds what does not depend
-//! on the light, [`LightShadows`] what one light needs; every answer is a [`ShadowRecord`], shares
-//! `E exp(-p tau)` at three exponents p, so all are shaded and measured alike.
+//! at the points where the renderer looks its records up. [`ShadowBuilder`] holds what does not
+//! depend on the light, [`LightShadows`] what one light needs; every answer is a [`ShadowRecord`],
+//! shares `E exp(-p tau)` at three exponents p, so all are shaded and measured alike.
 
 mod convolution;
 mod deep_opacity;

@@ -66,7 +66,8 @@ impl Layer {
     /// Reads the layer called `name` of an OpenEXR file (channels `name.R`, `name.G`, `name.B`, or
     /// plain ones in a part of that name), or without a name the plain channels `R`, `G`, `B`; or
     /// a PNG, which has no named layers. `alpha` is the channel `coverage.Y` of a reference, or
-    /// else the layer's `A`, or the plain `A`. The layer `variance` goes with the plain channels and with `total`.
+    /// else the layer's `A`, or the plain `A`. The layer `variance` goes with the plain channels
+    /// and with `total`.
     ///
     /// # Errors
     /// What is wrong with the file, in one line.

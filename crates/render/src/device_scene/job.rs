@@ -99,7 +99,8 @@ pub(crate) struct ShadingJob {
 }
 
 impl ShadingJob {
-    /// May it be given up for a new edit? Once, and early, so that dragging a slider shows something.
+    /// May it be given up for a new edit? Once, and early, so that dragging a slider shows
+    /// something.
     pub fn may_restart(&self) -> bool {
         !self.is_second_try && 2 * self.steps.len() > self.n_steps
     }

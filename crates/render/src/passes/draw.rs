@@ -12,9 +12,9 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::sampling::{PASS_SAMPLES, pass_jitter};
 
 pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Side of the viewport in pixels, with what is drawn in its middle: a power of two, so that corners
-/// come out the same whatever it is. Software devices slow down wherever a triangle is clipped; a
-/// device with smaller textures gets a smaller one.
+/// Side of the viewport in pixels, with what is drawn in its middle: a power of two, so that
+/// corners come out the same whatever it is. Software devices slow down wherever a triangle is
+/// clipped; a device with smaller textures gets a smaller one.
 fn viewport_side(context: &Context) -> f32 {
     let most = context.device.limits().max_texture_dimension_2d;
     f32::from(

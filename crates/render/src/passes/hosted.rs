@@ -16,7 +16,8 @@ pub(crate) struct Host {
     /// The host's depth is `depth[0] + depth[1] / d`, where d cm is the depth along the line of
     /// sight.
     pub depth: [f32; 2],
-    /// What the projection moves the picture by, in halves of its sides, x to the right and y upwards.
+    /// What the projection moves the picture by, in halves of its sides, x to the right and y
+    /// upwards.
     pub shift: [f32; 2],
     /// Upper left corner of the viewport, pixels.
     pub corner: [f32; 2],

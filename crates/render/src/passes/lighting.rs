@@ -432,8 +432,8 @@ impl Lighting {
         });
     }
 
-    /// Fills the radiance buffer `into` with a draft, after [`Lighting::begin`]: a look at the scene
-    /// before there are shadows.
+    /// Fills the radiance buffer `into` with a draft, after [`Lighting::begin`]: a look at the
+    /// scene before there are shadows.
     pub fn take_preview(
         &self,
         context: &Context,

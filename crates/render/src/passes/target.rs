@@ -109,9 +109,9 @@ impl Target {
         submit(context, |encoder| encoder.clear_buffer(&self.sums, 0, None));
     }
 
-    /// Draws a band of four samples a pixel of the strands as `ribbons` has them, lit by the radiance
-    /// buffer `radiance`; the last band adds those that count to the sums. `stamp` is for passes of
-    /// one band.
+    /// Draws a band of four samples a pixel of the strands as `ribbons` has them, lit by the
+    /// radiance buffer `radiance`; the last band adds those that count to the sums. `stamp` is for
+    /// passes of one band.
     pub fn pass(
         &self,
         context: &Context,

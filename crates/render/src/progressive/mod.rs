@@ -1,8 +1,8 @@
 //! The renderer as a state machine, for windows and pages.
 //!
-//! [`ProgressiveRenderer`] owns a scene and its picture. Setters say what is to be drawn and return at once;
-//! [`ProgressiveRenderer::advance`] works on it for about the given time, and [`ProgressiveRenderer::display`] is the last
-//! good picture meanwhile.
+//! [`ProgressiveRenderer`] owns a scene and its picture. Setters say what is to be drawn and return
+//! at once; [`ProgressiveRenderer::advance`] works on it for about the given time, and
+//! [`ProgressiveRenderer::display`] is the last good picture meanwhile.
 //!
 //! Work goes in cycles. A cycle takes up all that was set, writes it to the device, and lights the
 //! points in steps into the radiance buffer that is not shown; then the two change places and the
@@ -19,8 +19,9 @@
 //!
 //! Which samples a strand thinner than a pixel covers depends on the strand, the pixel and the
 //! number of the pass alone: translucent strands come out in any order right in the mean, with a
-//! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A step
-//! of 0.05 degrees of an orbit, strands far below a pixel wide, replaces 9 to 14 % of the noise, one of
+//! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A
+//! step of 0.05 degrees of an orbit, strands far below a pixel wide, replaces 9 to 14 % of the
+//! noise, one of
 //! 0.5 degrees 24 to 41 % (`tests/tests/gpu/live.rs`).
 
 mod pace;
@@ -118,8 +119,8 @@ struct Drawn {
 }
 
 impl ProgressiveRenderer {
-    /// Puts `scene` on the device; the first picture is made by [`ProgressiveRenderer::advance`], in the scene's
-    /// size until [`ProgressiveRenderer::set_size`] says another.
+    /// Puts `scene` on the device; the first picture is made by [`ProgressiveRenderer::advance`],
+    /// in the scene's size until [`ProgressiveRenderer::set_size`] says another.
     ///
     /// # Errors
     /// What does not fit the device's limits, by name, before anything is made; whatever the
@@ -131,8 +132,8 @@ impl ProgressiveRenderer {
         ProgressiveRenderer::with_budget(context, scene, u64::MAX)
     }
 
-    /// [`ProgressiveRenderer::new`] with at most `bytes` on the device, about. Where the records of all lights
-    /// take too much, every shading finds them again, batch by batch.
+    /// [`ProgressiveRenderer::new`] with at most `bytes` on the device, about. Where the records of
+    /// all lights take too much, every shading finds them again, batch by batch.
     ///
     /// # Errors
     /// As [`ProgressiveRenderer::new`]; a scene that needs more, before anything is made.
@@ -197,9 +198,9 @@ impl ProgressiveRenderer {
         &self.core.scene
     }
 
-    /// Whether [`ProgressiveRenderer::advance`] waits for what it has submitted, as it does natively unless it is
-    /// told otherwise, or leaves the device to itself and learns later how long it took, as it has
-    /// to in a browser.
+    /// Whether [`ProgressiveRenderer::advance`] waits for what it has submitted, as it does
+    /// natively unless it is told otherwise, or leaves the device to itself and learns later how
+    /// long it took, as it has to in a browser.
     pub fn set_waiting(&mut self, is_waiting: bool) {
         self.pacer = Pacer::new(is_waiting && !cfg!(target_arch = "wasm32"));
     }

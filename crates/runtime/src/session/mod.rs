@@ -253,8 +253,8 @@ impl Session {
     }
 
     /// Opens the scene with other values than its file has, as a command line does: they are no
-    /// change that must be saved and no step to undo, and stay when the files are read again. Saving
-    /// writes them with the rest; they are the file's then. Forgets all steps.
+    /// change that must be saved and no step to undo, and stay when the files are read again.
+    /// Saving writes them with the rest; they are the file's then. Forgets all steps.
     ///
     /// # Errors
     /// As [`Session::set`]; nothing is changed then.

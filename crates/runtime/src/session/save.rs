@@ -242,8 +242,8 @@ impl Session {
         groom
     }
 
-    /// Reads all files again, with the values of [`Session::apply_cli_overrides`] over them, as one step that can be undone. Edits that were not saved are taken
-    /// back by it.
+    /// Reads all files again, with the values of [`Session::apply_cli_overrides`] over them, as one
+    /// step that can be undone. Edits that were not saved are taken back by it.
     ///
     /// # Errors
     /// As [`Session::open`]; nothing is changed then.

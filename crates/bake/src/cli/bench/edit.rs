@@ -15,7 +15,8 @@ use crate::cli::{Failure, Outcome, print_line};
 
 /// Benchmark hair edits: what each parameter invalidates, bytes to upload, and time
 ///
-/// Prints medians in microseconds on one thread, all three modes enabled; `all` recomputes everything.
+/// Prints medians in microseconds on one thread, all three modes enabled; `all` recomputes
+/// everything.
 #[derive(clap::Args)]
 pub struct Args {
     /// Baked tables [default: the bundled ones]

@@ -6,7 +6,8 @@ use strandlight_scene::progress::timed;
 
 use crate::cli::{Failure, Outcome, print_line};
 
-/// Benchmark global and local multiple scattering of one light: error against the exact model, and time
+/// Benchmark global and local multiple scattering of one light: error against the exact model, and
+/// time
 ///
 /// Relative RMSE over random configurations of light, spread, view and hair; nanoseconds per light
 /// and point on one thread, and their ratio to the paper's scheme.

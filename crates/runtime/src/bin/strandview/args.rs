@@ -74,8 +74,8 @@ pub struct Args {
     pub loses_device: bool,
     /// Seconds since the start of the scene's motion.
     pub time: f64,
-    /// Keys of the scene and their values; those of `--size` and `--samples`, which take precedence,
-    /// are among them.
+    /// Keys of the scene and their values; those of `--size` and `--samples`, which take
+    /// precedence, are among them.
     pub set: Map<String, Value>,
 }
 
