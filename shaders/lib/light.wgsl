@@ -11,9 +11,9 @@ struct Light {
     // sr
     solid_angle: f32,
     // Row in the answers of the shadow maps, or NO_SLOT.
-    slot: u32,
+    shadow_index: u32,
     // How much of TT's unblocked share is that of the light through to the eye.
-    through: f32,
+    forward_weight: f32,
     // Place among the records of its batch.
     record: u32,
     pad_0: u32,
@@ -36,7 +36,7 @@ struct Batch {
     density_forward: f32,
     density_back: f32,
     // d_b times the largest A_b: what local scattering makes of power at most.
-    most_local: f32,
+    max_local: f32,
 }
 
 // L(omega) of one light (Xu 2011 Eq 1), in the form without cancellation.

@@ -42,8 +42,8 @@
 @group(0) @binding(14) var lobes_trt: texture_2d<u32>;
 @group(0) @binding(15) var averages: texture_2d<f32>;
 
-// Unblocked shares by shadow maps, [slot / 4][point], eight bits a slot.
-@group(0) @binding(17) var<storage, read> answers: array<u32>;
+// Unblocked shares by shadow maps, [shadow_index / 4][point], eight bits a slot.
+@group(0) @binding(17) var<storage, read> visibility: array<u32>;
 
 // The terms that are drawn; the others are not part of the pipeline.
 override TERMS: u32 = 7u;
@@ -69,9 +69,9 @@ fn count(counter: u32, n: u32) {
 }
 
 // Of a slot at a point; slot 0 is the light that comes through to the eye.
-fn unblocked_share(slot: u32, point_ix: u32) -> f32 {
-    let at = min(slot / 4u * view.n_points + point_ix, arrayLength(&answers) - 1u);
-    return f32((answers[at] >> (8u * (slot % 4u))) & 255u) / 255.0;
+fn unblocked_share(shadow_index: u32, point_ix: u32) -> f32 {
+    let at = min(shadow_index / 4u * view.n_points + point_ix, arrayLength(&visibility) - 1u);
+    return f32((visibility[at] >> (8u * (shadow_index % 4u))) & 255u) / 255.0;
 }
 
 fn record_numbers(at: u32) -> vec4f {
@@ -164,9 +164,9 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         let record = record_at(light.record * n_voxels, grid_position(grid, position + light.direction * lift));
         var unblocked = record.shares.x;
         var unblocked_tt = unblocked;
-        if light.slot != NO_SLOT {
-            unblocked = unblocked_share(light.slot, point_ix);
-            unblocked_tt = mix(unblocked, through, light.through);
+        if light.shadow_index != NO_SLOT {
+            unblocked = unblocked_share(light.shadow_index, point_ix);
+            unblocked_tt = mix(unblocked, through, light.forward_weight);
         }
         let direct_power = max(unblocked, unblocked_tt) * light.power;
         let source = light_in_frame(frame * light.direction, light.lambda);
@@ -177,7 +177,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             sum += light.rgb * scattered;
             evaluated.x++;
         }
-        if (TERMS & TERM_LOCAL) != 0u && direct_power * batch.most_local >= batch.min_power {
+        if (TERMS & TERM_LOCAL) != 0u && direct_power * batch.max_local >= batch.min_power {
             let scattered = direct_local_scattering(source, eye, averages, row);
             let factor = batch.density_back * unblocked * light.solid_angle;
             sum += factor * light.rgb * scattered;
@@ -202,7 +202,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             sum += radiance_in * scattered;
             evaluated.z++;
         }
-        if (TERMS & TERM_LOCAL) != 0u && power * batch.most_local >= batch.min_power {
+        if (TERMS & TERM_LOCAL) != 0u && power * batch.max_local >= batch.min_power {
             let scattered =
                 local_scattering(source.direction, eye, arriving.sigma_f, averages, row);
             sum += batch.density_back * radiance_in * scattered;

@@ -15,7 +15,7 @@ struct ShadowView {
     weight: f32,
     centre: vec3f,
     side: u32,
-    slot: u32,
+    shadow_index: u32,
     ends: u32,
     n_segments: u32,
     n_points: u32,
@@ -36,8 +36,8 @@ struct ShadowView {
 @group(0) @binding(5) var<storage, read> normals: array<vec4f>;
 // [point], of the slot at work
 @group(0) @binding(6) var<storage, read_write> sums: array<f32>;
-// [slot / 4][point], eight bits a slot
-@group(0) @binding(7) var<storage, read_write> answers: array<u32>;
+// [shadow_index / 4][point], eight bits a slot
+@group(0) @binding(7) var<storage, read_write> visibility: array<u32>;
 
 // #if PROXIES
 @group(0) @binding(8) var<uniform> proxies: Proxies;
@@ -170,9 +170,9 @@ fn receive_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
     }
     sums[point_ix] = sum;
     if (view.ends & 2u) != 0u {
-        let word = view.slot / 4u * view.n_points + point_ix;
-        let shift = 8u * (view.slot % 4u);
+        let word = view.shadow_index / 4u * view.n_points + point_ix;
+        let shift = 8u * (view.shadow_index % 4u);
         let bits = u32(min(sum, 1.0) * 255.0 + 0.5) << shift;
-        answers[word] = (answers[word] & ~(255u << shift)) | bits;
+        visibility[word] = (visibility[word] & ~(255u << shift)) | bits;
     }
 }

@@ -6,7 +6,7 @@ use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{BakedFile, TableFile};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
-use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 
 /// The bundled lobes of TT and TRT.
@@ -20,13 +20,13 @@ pub fn lobes() -> Arc<LobeTables> {
 }
 
 /// The textures of `hair` with all modes.
-pub fn textures(hair: &HairParams) -> HairTextures {
-    HairTextures::new(lobes(), Fresnel::Dielectric, hair, &Lobe::ALL, 4)
+pub fn textures(hair: &HairParams) -> HairMaterial {
+    HairMaterial::new(lobes(), Fresnel::Dielectric, hair, &Lobe::ALL, 4)
         .expect("parameters inside their ranges")
 }
 
 /// The textures of `hair` with all modes and the averages of multiple scattering.
-pub fn multiple_textures(hair: &HairParams) -> HairTextures {
+pub fn multiple_textures(hair: &HairParams) -> HairMaterial {
     let mut textures = textures(hair);
     textures.enable_multiple(true);
     textures

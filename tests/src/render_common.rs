@@ -15,7 +15,7 @@ use strandlight_scattering::table_layout::{
 };
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::camera::DEFAULT_FOV_Y;
-use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::tables::ShadingTables;
 use strandlight_scene::tone::ToneMap;
@@ -188,10 +188,10 @@ fn h_moments(eta: f64, ratio: f64, trt: bool) -> [f32; 4] {
 }
 
 /// The hair's textures, from the bundled lobes.
-pub fn textures(hair: &HairParams, modes: &[Lobe]) -> HairTextures {
+pub fn textures(hair: &HairParams, modes: &[Lobe]) -> HairMaterial {
     let file = TableFile::from_bytes(DEFAULT_TABLES).expect("part of the project");
     let lobes = Arc::new(LobeTables::from_file(&file, modes).expect("all lobes"));
-    HairTextures::new(lobes, Fresnel::Dielectric, hair, modes, 4).expect("valid parameters")
+    HairMaterial::new(lobes, Fresnel::Dielectric, hair, modes, 4).expect("valid parameters")
 }
 
 /// A scene of `strands` with what else it needs, single scattering alone.

@@ -1,5 +1,5 @@
-//! What multiple scattering in closed form costs beside single scattering, and what `bench multiple`
-//! does not measure of its errors.
+//! What multiple scattering in closed form costs beside single scattering, and what
+//! `bench multiple` does not measure of its errors.
 //!
 //! ```sh
 //! cargo run -p strandlight-bake --example multiple_cost -- errors wide 1000
@@ -16,7 +16,8 @@
 //! sums have it, and A_b in the middle: no number of nodes gets below it.
 //!
 //! Costs are of `single`, `global`, `local`, `direct`: each repetition is 8 fibres x 256 lights and
-//! views = 2048 evaluations; the instructions of one are the difference of two counts over 20 x 2048.
+//! views = 2048 evaluations; the instructions of one are the difference of two counts over 20 x
+//! 2048.
 
 use std::hint::black_box;
 use std::process::ExitCode;
@@ -34,7 +35,7 @@ use strandlight_scattering::exact::{Forward, direct_local, local};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::{HairParams, Lobe};
-use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::tables::ShadingTables;
 
 const FRESNEL: Fresnel = Fresnel::Dielectric;
@@ -79,9 +80,9 @@ impl Bundled {
         })
     }
 
-    fn textures(&self, hair: &HairParams) -> Result<HairTextures, Failed> {
+    fn textures(&self, hair: &HairParams) -> Result<HairMaterial, Failed> {
         let lobes = Arc::clone(&self.lobes);
-        let mut textures = HairTextures::new(lobes, FRESNEL, hair, &Lobe::ALL, 4)?;
+        let mut textures = HairMaterial::new(lobes, FRESNEL, hair, &Lobe::ALL, 4)?;
         textures.enable_multiple(true);
         Ok(textures)
     }

@@ -277,7 +277,7 @@ impl Painter for OnCpu {
 /// The scene, whose shadow maps and negligible power stay those of all its lights.
 fn measured(scene: &PreparedScene) -> PreparedScene {
     let mut scene = scene.clone();
-    scene.measure = Some(scene.lights.iter().map(|light| light.rgb).collect());
+    scene.reference_amplitudes = Some(scene.lights.iter().map(|light| light.rgb).collect());
     scene
 }
 
@@ -308,7 +308,7 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// Draws the picture of `scene` and the layers of `specs`; `observe` is told how much is done,
+    /// Draws the picture of `scene` and the layers of `specs`; `observe` receives the progress,
     /// 0..=1.
     ///
     /// # Errors

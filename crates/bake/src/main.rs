@@ -10,16 +10,16 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Bakes light sets, tables and grooms for rendering hair under environment lighting.
+/// Bake light sets, tables and grooms, and render hair under environment lighting
 #[derive(Parser)]
 #[command(name = "strandlight", version, propagate_version = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Say nothing on stderr but why the command failed
+    /// Print nothing on stderr except errors
     #[arg(long, global = true)]
     quiet: bool,
-    /// Threads to work on, 1 to 1024; files are the same for any number [default: one a core]
+    /// Worker threads, 1 to 1024; the output does not depend on it [default: one per core]
     #[arg(long, global = true, value_name = "N",
         value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -71,7 +71,7 @@ fn main() -> ExitCode {
     if let Some(threads) = cli.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
         if let Err(error) = pool.build_global() {
-            let text = format!("--threads {threads}: they cannot be started: {error}");
+            let text = format!("--threads {threads}: cannot start the threads: {error}");
             return ended_by(&cli::Failure::Input(text));
         }
     }

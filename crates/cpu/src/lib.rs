@@ -190,18 +190,18 @@ fn light(
         ShadowSource::Sweep => scene.shadow_plan(),
         ShadowSource::Points(_) => ShadowPlan::default(),
     };
-    let (answers, shadow_s) = timed(|| {
-        let mut answers = vec![0; plan.n_words(scene.strands.points.len())];
+    let (visibility, shadow_s) = timed(|| {
+        let mut visibility = vec![0; plan.n_words(scene.strands.points.len())];
         for views in [&plan.views, &plan.through(view.forward)] {
             stats.texels_visited +=
-                shadow_map::draw_maps(&scene.strands, views, records.list(), &mut answers);
+                shadow_map::draw_maps(&scene.strands, views, records.list(), &mut visibility);
         }
-        answers
+        visibility
     });
     stats.stages.push(Stage {
         name: "shadow maps",
         milliseconds: 1e3 * shadow_s,
-        bytes: 4 * answers.len() as u64,
+        bytes: 4 * visibility.len() as u64,
     });
     for batch in lights.chunks(LIGHT_BATCH) {
         let (found, seconds) = timed(|| match shadows {
@@ -215,7 +215,7 @@ fn light(
         sweep_s += seconds;
         bytes = bytes.max(found.bytes());
         let (batch_counts, seconds) =
-            timed(|| shade::shade(scene, view, grid, batch, &found, &answers, &mut radiance));
+            timed(|| shade::shade(scene, view, grid, batch, &found, &visibility, &mut radiance));
         shade_s += seconds;
         if let Shadows::Volume(packed) = &found {
             proxies.light(view, grid, batch, &sweeps, packed);

@@ -240,8 +240,8 @@ fn count_open(records: &ProxyRecords, directions: &[[f32; 4]], position: Vec3) -
 }
 
 /// Share that hair leaves of a light, by its records around `g`. They hold the mean over all
-/// directions, none coming through proxies, and each voxel has a horizon of its own: voxels count by
-/// the directions that are open there, those without any not at all.
+/// directions, none coming through proxies, and each voxel has a horizon of its own: voxels count
+/// by the directions that are open there, those without any not at all.
 fn share_at(
     grid: &Grid,
     records: &ProxyRecords,

@@ -3,8 +3,8 @@
 //!
 //! The picture is halved until its parts are small and few segments touch each; a part takes these
 //! from front to back, and no more once all its samples are nearer than the next one. So what is
-//! drawn is about what is seen, however wide the ribbons are. Of equally deep samples the segment of
-//! the lower number is seen, whatever comes first: neither the parts nor the order change a bit.
+//! drawn is about what is seen, however wide the ribbons are. Of equally deep samples the segment
+//! of the lower number is seen, whatever comes first: neither the parts nor the order change a bit.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -203,7 +203,8 @@ struct Ribbon {
     /// Depths of the ends.
     nearest: f32,
     farthest: f32,
-    /// Around the ribbon, in order: left and right at the first point, right and left at the second.
+    /// Around the ribbon, in order: left and right at the first point, right and left at the
+    /// second.
     corners: [[i32; 2]; 4],
 }
 
@@ -623,7 +624,8 @@ mod tests {
         Strands::new(&points, &offsets, width, true).expect("valid")
     }
 
-    /// The picture in parts of `sides`, and by drawing every segment over all of it in another order.
+    /// The picture in parts of `sides`, and by drawing every segment over all of it in another
+    /// order.
     fn drawn(strands: &Strands, camera: &Camera, size: [u32; 2], sides: [i32; 2]) -> [Drawn; 2] {
         let view = view_uniform(camera, strands, size, 1.0);
         let projected = project(&view, strands);

@@ -38,19 +38,19 @@ impl Counts {
 }
 
 /// Adds the lights of a batch to `radiance` (rgb, 0), times the view's radiance scale.
-/// `shadows` are those of the batch, `answers` those of the shadow maps.
+/// `shadows` are those of the batch, `visibility` that of the shadow maps.
 pub(super) fn shade(
     scene: &PreparedScene,
     view: &ViewUniform,
     grid: &Grid,
     lights: &[LightRecord],
     shadows: &Shadows,
-    answers: &[u32],
+    visibility: &[u32],
     radiance: &mut [[f32; 4]],
 ) -> Counts {
     let strands = &scene.strands;
     let (n_points, n_voxels) = (strands.points.len(), grid.n_voxels());
-    let has_maps = matches!(shadows, Shadows::Volume(_)) && !answers.is_empty();
+    let has_maps = matches!(shadows, Shadows::Volume(_)) && !visibility.is_empty();
     let optics = scene.hair.optics();
     let shading = optics.shading(scene.tables.view());
     let forward = forward_table(scene.hair.averages());
@@ -60,7 +60,7 @@ pub(super) fn shade(
         bits: scene.terms(),
         min_power: scene.min_power(),
         densities: scene.densities,
-        most_local: scene.most_local(&scene.hair),
+        max_local: scene.max_local(&scene.hair),
     };
     radiance
         .par_iter_mut()
@@ -100,11 +100,12 @@ pub(super) fn shade(
                     }
                     Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
                 };
-                let share_of = |slot| unblocked_share(answers, n_points, slot, point);
+                let share_of =
+                    |shadow_index| unblocked_share(visibility, n_points, shadow_index, point);
                 let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
-                if has_maps && light.slot != NO_SLOT {
-                    unblocked = share_of(light.slot);
-                    unblocked_tt = mix(unblocked, share_of(THROUGH_SLOT), light.through);
+                if has_maps && light.shadow_index != NO_SLOT {
+                    unblocked = share_of(light.shadow_index);
+                    unblocked_tt = mix(unblocked, share_of(THROUGH_SLOT), light.forward_weight);
                 }
                 let direction = in_frame(Vec3::from(light.direction));
                 let source = LightInFrame::from_vector(direction, light.lambda);
@@ -145,7 +146,7 @@ struct Terms {
     bits: u32,
     min_power: f32,
     densities: [f32; 2],
-    most_local: f32,
+    max_local: f32,
 }
 
 impl Terms {
@@ -179,7 +180,7 @@ impl Terms {
             let scattered = shadowed_single_scattering(source, eye, shading, shares);
             add([1.0; 3], scattered, 0);
         }
-        if self.bits & TERM_LOCAL != 0 && direct_power * self.most_local >= self.min_power {
+        if self.bits & TERM_LOCAL != 0 && direct_power * self.max_local >= self.min_power {
             let scattered = direct_local_scattering(source, eye, averages);
             let factor = density_back * unblocked * light.solid_angle;
             add([factor; 3], scattered, 1);
@@ -196,7 +197,7 @@ impl Terms {
         if self.bits & TERM_GLOBAL != 0 && power >= self.min_power {
             add(factor, global_scattering(towards, eye, sigma_f, shading), 2);
         }
-        if self.bits & TERM_LOCAL != 0 && power * self.most_local >= self.min_power {
+        if self.bits & TERM_LOCAL != 0 && power * self.max_local >= self.min_power {
             let scattered = local_scattering(towards, eye, sigma_f, averages);
             add(factor.map(|factor| density_back * factor), scattered, 3);
         }

@@ -16,21 +16,21 @@ const OWN_POINTS: u32 = 3;
 const CLEAR_RADII: f32 = 0.5;
 const N_PLACES: u32 = 8;
 
-/// Unblocked share of the lights with maps at every point, `[slot / 4][point]`, eight bits a slot:
-/// [`strandlight_scene::shadow_maps::unblocked_share`] reads it.
+/// Unblocked share of the lights with maps at every point, `[shadow_index / 4][point]`, eight bits
+/// a slot: [`strandlight_scene::shadow_maps::unblocked_share`] reads it.
 pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
-    let mut answers = vec![0; plan.n_words(strands.points.len())];
-    draw_maps(strands, &plan.views, &[], &mut answers);
-    answers
+    let mut visibility = vec![0; plan.n_words(strands.points.len())];
+    draw_maps(strands, &plan.views, &[], &mut visibility);
+    visibility
 }
 
-/// Draws maps and writes their slots of the answers, with `proxies` that block light. Answers how
-/// many texels were drawn, those of every strand counted.
+/// Draws maps and writes their rows of the visibility buffer, with `proxies` that block light.
+/// Returns how many texels were drawn, those of every strand counted.
 pub(super) fn draw_maps(
     strands: &Strands,
     views: &[ShadowView],
     proxies: &[ProxyRecord],
-    answers: &mut [u32],
+    visibility: &mut [u32],
 ) -> u64 {
     let mut n_texels = 0;
     let n_points = strands.points.len();
@@ -45,8 +45,8 @@ pub(super) fn draw_maps(
             .with_min_len(1024)
             .map(|&first| cast_shadows(view, strands, first, &map))
             .sum::<u64>();
-        let row = (view.slot / SLOTS_PER_WORD) as usize * n_points;
-        answers[row..row + n_points]
+        let row = (view.shadow_index / SLOTS_PER_WORD) as usize * n_points;
+        visibility[row..row + n_points]
             .par_iter_mut()
             .zip(&mut sums)
             .enumerate()
@@ -63,7 +63,7 @@ pub(super) fn draw_maps(
                     lit
                 };
                 if view.ends & LAST_OF_SLOT != 0 {
-                    let shift = 8 * (view.slot % SLOTS_PER_WORD);
+                    let shift = 8 * (view.shadow_index % SLOTS_PER_WORD);
                     let bits = ((sum.min(1.0) * 255.0 + 0.5) as u32) << shift;
                     *answer = *answer & !(255 << shift) | bits;
                 }

@@ -30,8 +30,8 @@ impl Shadows {
     }
 }
 
-/// Packed records, `[light][voxel]`: means over each light's directions in `sweeps`; zeros for black
-/// lights, which nobody asks about. `volume` is what [`super::voxelise`] answers.
+/// Packed records, `[light][voxel]`: means over each light's directions in `sweeps`; zeros for
+/// black lights, which nobody asks about. `volume` is what [`super::voxelise`] answers.
 pub fn transmittance(
     grid: &Grid,
     volume: &[[f32; 8]],

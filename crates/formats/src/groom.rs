@@ -37,9 +37,9 @@ impl Domain {
 ///
 /// Names with a meaning: `diameter` (1 component, cm) is the fibre's thickness for rendering;
 /// `color` (3 components, linear RGB), `transparency` (1) and `thickness` (1, in the *source
-/// file's* unit, for export) come from files of other programs. Paint is [`dye`](crate::DYE) (4: sigma_a per
-/// fibre radius, linear RGB, and its weight), [`width_scale`](crate::WIDTH_SCALE) (1) and
-/// [`shift_scale`](crate::SHIFT_SCALE) (1), for whatever domain; a groom without them is not
+/// file's* unit, for export) come from files of other programs. Paint is [`dye`](crate::DYE) (4:
+/// sigma_a per fibre radius, linear RGB, and its weight), [`width_scale`](crate::WIDTH_SCALE) (1)
+/// and [`shift_scale`](crate::SHIFT_SCALE) (1), for whatever domain; a groom without them is not
 /// painted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
@@ -105,7 +105,7 @@ pub struct GroomSource {
     pub hash: String,
     /// Program that made the groom.
     pub tool_version: String,
-    /// What it was told, as name and value, in order.
+    /// Its parameters, as name and value, in order.
     pub parameters: Vec<(String, String)>,
     /// What the source file's format keeps; `None` when generated.
     pub original: Option<Original>,

@@ -348,8 +348,8 @@ impl Export {
 
 /// A format that hair comes in and goes out by.
 ///
-/// Call [`SourceFile`](crate::SourceFile) and [`Groom::export`] rather than `read` and `write`: they
-/// check options and grooms for all formats, and fill in what is the same for all.
+/// Call [`SourceFile`](crate::SourceFile) and [`Groom::export`] rather than `read` and `write`:
+/// they check options and grooms for all formats, and fill in what is the same for all.
 pub trait GroomFormat: fmt::Debug + Sync {
     /// Name, conventions and capabilities.
     fn info(&self) -> &'static FormatInfo;
@@ -358,8 +358,9 @@ pub trait GroomFormat: fmt::Debug + Sync {
     /// [`SNIFF_BYTES`](crate::SNIFF_BYTES) bytes or all of it?
     fn sniff(&self, start: &[u8]) -> Sniff;
 
-    /// Decodes a whole file, in memory bounded by a small multiple of its length. The groom's source
-    /// has unit, axis and [`Original`](crate::Original); its hash is filled in by the caller.
+    /// Decodes a whole file, in memory bounded by a small multiple of its length. The groom's
+    /// source has unit, axis and [`Original`](crate::Original); its hash is filled in by the
+    /// caller.
     ///
     /// # Errors
     /// `Invalid` where counts and length disagree, `Value` for numbers out of range, naming strand

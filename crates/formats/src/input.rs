@@ -198,8 +198,8 @@ pub fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>> {
     read_file_of_kind(path, limit, |_| true)
 }
 
-/// As [`read_file`], for a reader of the kinds that `is_wanted` names. Of a pipe of another kind only
-/// the start is read, so that the decoder refuses at once what may never end.
+/// As [`read_file`], for a reader of the kinds that `is_wanted` names. Of a pipe of another kind
+/// only the start is read, so that the decoder refuses at once what may never end.
 ///
 /// # Errors
 /// As [`read_file`].

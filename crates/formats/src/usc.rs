@@ -1,5 +1,5 @@
-//! Files of strands as in the hair style database USC-HairSalon (Hu et al. 2015) and its successors,
-//! `.data`.
+//! Files of strands as in the hair style database USC-HairSalon (Hu et al. 2015) and its
+//! successors, `.data`.
 //!
 //! All numbers are little-endian:
 //!
@@ -13,10 +13,10 @@
 //! where nothing grows. Unit and axis are not stated; its heads stand 1.64 up along y, so they are
 //! in metres.
 //!
-//! **Import and export are inverse** with a unit of 1 cm, as for [`crate::hair`]; strands of one point
-//! or none are set aside. What is kept in the groom's [`crate::Original`]: 20 bytes for each of these,
-//! its index u32, number of points u32 (0 or 1), and the point, 3 f32, in the file's own unit and
-//! axes (zero if there is none).
+//! **Import and export are inverse** with a unit of 1 cm, as for [`crate::hair`]; strands of one
+//! point or none are set aside. What is kept in the groom's [`crate::Original`]: 20 bytes for each
+//! of these, its index u32, number of points u32 (0 or 1), and the point, 3 f32, in the file's own
+//! unit and axes (zero if there is none).
 
 use crate::bytes::{extend_floats, point_at, u32_at};
 use crate::error::{Error, Result};

@@ -1,5 +1,5 @@
-//! Writing OpenEXR files: every one of this crate is encoded here, so that equal content gives equal
-//! bytes, whatever the number of threads.
+//! Writing OpenEXR files: every one of this crate is encoded here, so that equal content gives
+//! equal bytes, whatever the number of threads.
 
 use std::io::Cursor;
 
@@ -75,7 +75,8 @@ fn sort_last_attributes(bytes: &mut [u8], n: usize) -> Option<()> {
         let length = bytes.get(from..)?.iter().position(|&byte| byte == 0)?;
         Some(from + length + 1)
     };
-    // After magic number and version: name, type, length and value of each; an empty name ends them.
+    // After magic number and version: name, type, length and value of each; an empty name ends
+    // them.
     let mut attributes = Vec::new();
     let mut at = 8;
     while *bytes.get(at)? != 0 {

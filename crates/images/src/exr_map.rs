@@ -12,10 +12,10 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use rayon::prelude::*;
 
+use crate::decoder_panic::catch_decoder_panic;
 use crate::exr_images::{Rgb, choose};
 use crate::map::{MAX_WIDTH, Map, check_size};
 use crate::primaries::Primaries;
-use crate::quiet::quietly;
 use crate::source::{MapSelection, MapSource, MapWindows, Window};
 
 /// First bytes of every OpenEXR file.
@@ -49,7 +49,7 @@ const SMALL_SPHERE: u64 = 1 << 21;
 /// # Errors
 /// What is wrong, in one line.
 pub(super) fn decode(bytes: &[u8], hash: String, selection: &MapSelection) -> Result<Map, String> {
-    quietly(|| decode_unguarded(bytes, hash, selection))
+    catch_decoder_panic(|| decode_unguarded(bytes, hash, selection))
 }
 
 fn decode_unguarded(bytes: &[u8], hash: String, selection: &MapSelection) -> Result<Map, String> {
@@ -80,7 +80,7 @@ fn decode_unguarded(bytes: &[u8], hash: String, selection: &MapSelection) -> Res
         let blocks: Vec<UncompressedBlock> = batch
             .par_iter()
             .map(|offset| {
-                quietly(|| {
+                catch_decoder_panic(|| {
                     let mut chunk = usize::try_from(*offset)
                         .ok()
                         .and_then(|offset| bytes.get(offset..))

@@ -11,6 +11,7 @@
 //! # Ok::<(), strandlight_images::MapError>(())
 //! ```
 
+mod decoder_panic;
 pub mod exr_file;
 mod exr_images;
 pub mod exr_map;
@@ -18,12 +19,11 @@ mod faults;
 mod map;
 pub mod picture;
 mod primaries;
-mod quiet;
 mod radiance_file;
 mod radiance_map;
 mod source;
 
+pub use decoder_panic::catch_decoder_panic;
 pub use faults::PixelFaults;
 pub use map::{LatLong, Map, MapError};
-pub use quiet::quietly;
 pub use source::{MapImage, MapSelection, MapSource, MapWindows, Window};

@@ -110,8 +110,8 @@ impl Map {
         })
     }
 
-    /// Reads an OpenEXR or Radiance file, or standard input as `-`; the format is told from its first
-    /// bytes, not its name. Of an OpenEXR file with several images the one that
+    /// Reads an OpenEXR or Radiance file, or standard input as `-`; the format is detected from its
+    /// first bytes, not its name. Of an OpenEXR file with several images the one that
     /// [`MapSelection::default`] chooses.
     ///
     /// # Errors

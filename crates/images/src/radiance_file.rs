@@ -165,7 +165,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A channel of a row: counts, each with so many values, or one that is repeated 128 fewer times.
+    /// A channel of a row: counts, each with so many values, or one that is repeated 128 fewer
+    /// times.
     fn channel(&mut self, row: &mut [[u8; 4]], channel: usize) -> Result<(), String> {
         let mut at = 0;
         while at < row.len() {

@@ -3,11 +3,11 @@
 //! Channels, f32: `R, G, B, A` the total over the scene's background, as `strandlight render`
 //! writes it; layers `single`, `global`, `local`, `total` (`single.R`, ...) the hair's radiance
 //! alone, times its coverage; `variance` that of each pixel's mean over the background, estimated
-//! from its samples (low where samples are stratified and few); `coverage.Y`; of scenes with proxies
-//! `proxies`, their radiance, and `proxies.Y`, their coverage. Channels `bits.*`, u32: what f32
-//! leaves out of the sums of samples, so that a picture made in parts is that made at once.
-//! Attributes `strandlight/method`, `strandlight/inputs` (a hash of all that decides the picture but
-//! seed and samples), `strandlight/seed`, `strandlight/samples`, and those of
+//! from its samples (low where samples are stratified and few); `coverage.Y`; of scenes with
+//! proxies `proxies`, their radiance, and `proxies.Y`, their coverage. Channels `bits.*`, u32: what
+//! f32 leaves out of the sums of samples, so that a picture made in parts is that made at once.
+//! Attributes `strandlight/method`, `strandlight/inputs` (a hash of all that decides the picture
+//! but seed and samples), `strandlight/seed`, `strandlight/samples`, and those of
 //! [`strandlight_scene::provenance`]. Files of 0.1.0 have no `bits` and call these
 //! `strandlightMethod` and so on; they are gone on with as well.
 
@@ -21,8 +21,8 @@ use strandlight_scene::provenance::{GROOM, LIGHTS, Provenance, SCENE, TABLES, TI
 
 use super::Method;
 use super::film::{Film, MAX_SAMPLES, Pixel};
+use strandlight_images::catch_decoder_panic;
 use strandlight_images::exr_file::{self, Channel, floats};
-use strandlight_images::quietly;
 use strandlight_scene::background::background_at;
 
 /// A reference picture, and what it is of.
@@ -191,7 +191,7 @@ impl ReferenceFile {
     /// # Errors
     /// What is not as in this one, by name.
     pub fn resume(&mut self, bytes: &[u8]) -> Result<(), FileError> {
-        self.film = quietly(|| Ok(decode(bytes, self)))
+        self.film = catch_decoder_panic(|| Ok(decode(bytes, self)))
             .unwrap_or_else(|error| Err(FileError::Damaged(error)))?;
         Ok(())
     }

@@ -70,7 +70,7 @@ impl Film {
         self.n_samples
     }
 
-    /// Adds `n_samples` samples to each pixel of what `scene`'s camera sees. `observer` is told
+    /// Adds `n_samples` samples to each pixel of what `scene`'s camera sees. `observer` receives
     /// the share that is done, by any thread.
     ///
     /// Samples lie evenly in the pixel (a box filter): the additive sequence of the plastic

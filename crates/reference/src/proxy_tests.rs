@@ -128,8 +128,8 @@ fn a_proxy_blocks_light_and_view_of_hair() {
         );
         assert!(hidden.is_matte && !hidden.is_covered && hidden.single == [0.0; 3]);
     }
-    // A lit head beside the fibre lights it, in paths alone: the sum over a grid of directions, each
-    // with what the head sends where it is met.
+    // A lit head beside the fibre lights it, in paths alone: the sum over a grid of directions,
+    // each with what the head sends where it is met.
     let proxies = ProxyRecords::new(&[ellipsoid(Vec3::new(-3.0, 0.0, 0.0))], &strands);
     let rays = Rays::new(&strands);
     let world = World {

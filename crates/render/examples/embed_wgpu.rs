@@ -1,8 +1,8 @@
 //! Hair in the render pass of another program: `cargo run --release -p strandlight-render --example
 //! embed_wgpu [SCENE.toml] [OUT.png]`.
 //!
-//! The host opens the device, draws two boards, and draws hair in the same pass with the same depth: a
-//! red board stands before the left half of the hair, a blue one cuts through its middle.
+//! The host opens the device, draws two boards, and draws hair in the same pass with the same
+//! depth: a red board stands before the left half of the hair, a blue one cuts through its middle.
 
 mod wig;
 

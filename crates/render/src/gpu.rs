@@ -59,7 +59,7 @@ pub struct Context {
     /// `vulkan`, `metal`, `dx12` or `webgpu`.
     pub backend: String,
     faults: Arc<Mutex<Faults>>,
-    tally: Arc<Tally>,
+    resource_counters: Arc<ResourceCounters>,
     recorder: Arc<Mutex<Recorder>>,
 }
 
@@ -92,7 +92,7 @@ struct Faults {
 
 /// What was made on a device and written to it since it was opened.
 #[derive(Debug, Default)]
-pub(crate) struct Tally {
+pub(crate) struct ResourceCounters {
     pub buffers: AtomicU64,
     pub textures: AtomicU64,
     pub pipelines: AtomicU64,
@@ -102,27 +102,27 @@ pub(crate) struct Tally {
     pub submissions: AtomicU64,
 }
 
-impl Tally {
-    /// Counts one.
+impl ResourceCounters {
+    /// ResourceCounts one.
     pub fn add(counter: &AtomicU64) {
         counter.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Counts a buffer.
+    /// ResourceCounts a buffer.
     pub fn add_buffer(&self, bytes: u64) {
         Self::add(&self.buffers);
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
     }
 
-    /// Counts a texture.
+    /// ResourceCounts a texture.
     pub fn add_texture(&self, bytes: u64) {
         Self::add(&self.textures);
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
     }
 
-    pub fn counts(&self) -> Counts {
+    pub fn counts(&self) -> ResourceCounts {
         let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-        Counts {
+        ResourceCounts {
             buffers: of(&self.buffers),
             textures: of(&self.textures),
             pipelines: of(&self.pipelines),
@@ -136,7 +136,7 @@ impl Tally {
 
 /// How much was made on a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct ResourceCounts {
     /// Buffers.
     pub buffers: u64,
     /// Textures.
@@ -153,10 +153,10 @@ pub struct Counts {
     pub submissions: u64,
 }
 
-impl Counts {
+impl ResourceCounts {
     /// What came on top of `before`.
-    pub fn since(self, before: Counts) -> Counts {
-        Counts {
+    pub fn since(self, before: ResourceCounts) -> ResourceCounts {
+        ResourceCounts {
             buffers: self.buffers - before.buffers,
             textures: self.textures - before.textures,
             pipelines: self.pipelines - before.pipelines,
@@ -187,8 +187,8 @@ impl Context {
     /// Opens the fastest adapter of this machine; a software rasteriser is good enough.
     ///
     /// Limits are WebGPU's defaults, or what the adapter has where that is less and enough, except
-    /// the sizes of buffers and storage bindings, which are what it offers. Time stamps are asked for where there are any, nothing else that
-    /// is optional.
+    /// the sizes of buffers and storage bindings, which are what it offers. Time stamps are asked
+    /// for where there are any, nothing else that is optional.
     ///
     /// # Errors
     /// No adapter, one that cannot do what is needed, or a driver that fails.
@@ -347,7 +347,7 @@ impl Context {
             adapter_name: info.name,
             backend: info.backend.to_string(),
             faults,
-            tally: Arc::default(),
+            resource_counters: Arc::default(),
             recorder: Arc::default(),
         })
     }
@@ -362,7 +362,7 @@ impl Context {
             adapter_name: info.name,
             backend: info.backend.to_string(),
             faults: Arc::default(),
-            tally: Arc::default(),
+            resource_counters: Arc::default(),
             recorder: Arc::default(),
         }
     }
@@ -396,14 +396,14 @@ impl Context {
             return;
         }
         drop(recorder);
-        Tally::add(&self.tally.submissions);
+        ResourceCounters::add(&self.resource_counters.submissions);
         let mut encoder = self.device.create_command_encoder(&Default::default());
         record(&mut encoder);
         self.queue.submit([encoder.finish()]);
     }
 
-    /// Writes `bytes` (a multiple of 4) into `buffer`: after the commands before and before those to
-    /// come, recorded or submitted.
+    /// Writes `bytes` (a multiple of 4) into `buffer`: after the commands before and before those
+    /// to come, recorded or submitted.
     pub(crate) fn write(&self, buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]) {
         let mut recorder = self.recorder();
         let Recorder { encoder, belt } = &mut *recorder;
@@ -457,12 +457,12 @@ impl Context {
     }
 
     /// What was made on the device since it was opened.
-    pub fn counts(&self) -> Counts {
-        self.tally.counts()
+    pub fn counts(&self) -> ResourceCounts {
+        self.resource_counters.counts()
     }
 
-    pub(crate) fn tally(&self) -> &Tally {
-        &self.tally
+    pub(crate) fn resource_counters(&self) -> &ResourceCounters {
+        &self.resource_counters
     }
 
     /// Waits until all submitted work is done, at most a minute.

@@ -5,7 +5,7 @@ use std::mem::offset_of;
 use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{AverageTexel, LobeDecode};
 use strandlight_scattering::lobes::LobeTexture;
-use strandlight_scene::edit::{EditReport, Part};
+use strandlight_scene::material::{EditReport, Part};
 use strandlight_scene::optics::{Optics, ShadingUniform};
 
 use crate::gpu::{Context, GpuError};
@@ -86,7 +86,7 @@ impl GpuOptics {
         })
     }
 
-    /// Writes what an edit made anew, and nothing else; `self` holds one fibre as it was before.
+    /// Writes what an edit recomputed, and nothing else; `self` holds one fibre as it was before.
     pub fn update(&mut self, context: &Context, optics: &Optics, report: &EditReport) -> Written {
         let mut written = Written::default();
         let uniform = optics.uniform();
@@ -360,7 +360,7 @@ fn upload(
         height,
         depth_or_array_layers: 1,
     };
-    context.tally().add_texture(texels.len() as u64);
+    context.resource_counters().add_texture(texels.len() as u64);
     let texture = context.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size,

@@ -14,7 +14,7 @@ use strandlight_formats::{Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::Camera;
-use strandlight_scene::edit::{EditError, EditReport};
+use strandlight_scene::material::{EditError, EditReport};
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::Paint;
 use strandlight_scene::proxy::Proxy;
@@ -52,12 +52,12 @@ impl Default for HairOptions {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HairView {
     /// From the world of the scene (right-handed, +Y up, cm) to the camera, which looks along -Z: a
-    /// rotation, a translation and a uniform scale, by columns. A host in metres whose hair hangs at
-    /// `model` gives `view * model * Mat4::from_scale(Vec3::splat(0.01))`; the lights turn with the
-    /// hair.
+    /// rotation, a translation and a uniform scale, by columns. A host in metres whose hair hangs
+    /// at `model` gives `view * model * Mat4::from_scale(Vec3::splat(0.01))`; the lights turn with
+    /// the hair.
     pub view_from_scene: [[f32; 4]; 4],
-    /// From the camera to clip space, as wgpu has it: perspective, depth 0 to 1, in either direction
-    /// and with or without a far plane; off-centre if need be. By columns.
+    /// From the camera to clip space, as wgpu has it: perspective, depth 0 to 1, in either
+    /// direction and with or without a far plane; off-centre if need be. By columns.
     pub clip_from_view: [[f32; 4]; 4],
     /// Upper left corner of the viewport that the host sets, pixels.
     pub origin: [u32; 2],
@@ -107,8 +107,8 @@ pub enum PrepareBudget {
     /// All of it: the picture is that of the scene and view as set.
     #[default]
     Complete,
-    /// At most so many steps: a shadow map, a direction of a batch of lights, or 32,768 points each.
-    /// Hair keeps the shading of the last complete job meanwhile, and moves with the view.
+    /// At most so many steps: a shadow map, a direction of a batch of lights, or 32,768 points
+    /// each. Hair keeps the shading of the last complete job meanwhile, and moves with the view.
     Steps(u32),
 }
 
@@ -119,8 +119,8 @@ pub enum PrepareBudget {
 /// later with the same encoder, then the host's submission. Proxies of the scene shade the hair and
 /// are not drawn: the host draws its own meshes.
 ///
-/// Besides the commands, setters and `prepare` write to buffers and textures through the queue, which
-/// take effect when the host submits.
+/// Besides the commands, setters and `prepare` write to buffers and textures through the queue,
+/// which take effect when the host submits.
 pub struct HairRenderer {
     context: Context,
     options: HairOptions,
@@ -193,7 +193,7 @@ impl HairRenderer {
 
     /// What was made on the device; submissions stay 0.
     #[doc(hidden)]
-    pub fn counts(&self) -> crate::gpu::Counts {
+    pub fn counts(&self) -> crate::gpu::ResourceCounts {
         self.context.counts()
     }
 
@@ -283,11 +283,12 @@ impl HairRenderer {
     }
 
     /// Records into `encoder` what has to run before [`HairRenderer::draw`]: shadows and shading of
-    /// what changed, at most as `budget` says, and the projection of the strands. Nothing is recorded
-    /// where nothing changed.
+    /// what changed, at most as `budget` says, and the projection of the strands. Nothing is
+    /// recorded where nothing changed.
     ///
     /// # Errors
-    /// A view that hair cannot be drawn in, nothing being changed then; whatever the device refuses.
+    /// A view that hair cannot be drawn in, nothing being changed then; whatever the device
+    /// refuses.
     pub fn prepare(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -303,9 +304,9 @@ impl HairRenderer {
         })
     }
 
-    /// Draws the hair into `pass`, whose attachments are those of [`HairOptions`] and whose viewport
-    /// is that of the last [`HairRenderer::prepare`]. Writes linear radiance and alpha 1 to the
-    /// samples that strands cover; sets pipeline, bind group 0 and index buffer.
+    /// Draws the hair into `pass`, whose attachments are those of [`HairOptions`] and whose
+    /// viewport is that of the last [`HairRenderer::prepare`]. Writes linear radiance and alpha 1
+    /// to the samples that strands cover; sets pipeline, bind group 0 and index buffer.
     pub fn draw(&self, pass: &mut wgpu::RenderPass) {
         if let Some(loaded) = &self.loaded
             && loaded.projected.is_some()

@@ -1,7 +1,8 @@
 //! What each edit recomputes: the inputs of every stage, once.
 //!
 //! Setters mark [`Inputs`]; [`STAGES`] says which stages they make stale. Of the hair's parameters,
-//! [`RULES`](strandlight_scene::edit::RULES) says further which tables are rebuilt before `shade`.
+//! [`RULES`](strandlight_scene::material::RULES) says further which tables are rebuilt before
+//! `shade`.
 
 bitflags::bitflags! {
     /// What can be set on a renderer.
@@ -62,8 +63,8 @@ const fn rule(
 /// All stages in the order they run.
 ///
 /// Two run in part only: another view draws the shadow maps towards the eye, if the line of sight
-/// turned, and another amplitude draws maps only where a light got so bright that it needs one that it
-/// has not; both are left out here.
+/// turned, and another amplitude draws maps only where a light got so bright that it needs one that
+/// it has not; both are left out here.
 pub const STAGES: [StageRule; 8] = [
     rule("voxelise", &[Inputs::POINTS], &[]),
     rule(

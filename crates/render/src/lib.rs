@@ -1,9 +1,9 @@
 //! Renders prepared hair scenes with wgpu.
 //!
-//! - [`HairRenderer`] draws hair in the render pass of another program, on its device and against its
-//!   depth.
-//! - [`ProgressiveRenderer`] draws pictures of its own: step by step for windows and pages, or whole
-//!   with [`ProgressiveRenderer::render_to_image`].
+//! - [`HairRenderer`] draws hair in the render pass of another program, on its device and against
+//!   its depth.
+//! - [`ProgressiveRenderer`] draws pictures of its own: step by step for windows and pages, or
+//!   whole with [`ProgressiveRenderer::render_to_image`].
 //! - [`gpu::Context`] opens a device for the latter.
 //!
 //! ```no_run
@@ -58,8 +58,8 @@ pub use progressive::ProgressiveRenderer;
 // Its types stand in signatures.
 pub use wgpu;
 
-/// The layouts of the structs that shaders mirror, of this crate and of the prepared scene. A struct
-/// that a shader binds and that is missing here fails a test.
+/// The layouts of the structs that shaders mirror, of this crate and of the prepared scene. A
+/// struct that a shader binds and that is missing here fails a test.
 #[doc(hidden)]
 pub fn layouts() -> Vec<Layout> {
     let layouts = [

@@ -21,8 +21,8 @@ macro_rules! needs {
 }
 
 /// Most are below WebGPU's defaults. What depends on the scene or the picture is checked where that
-/// is known: buffers by [`DeviceBytes::check`](crate::passes::DeviceBytes::check), sides of pictures
-/// by [`ProgressiveRenderer::set_size`](crate::ProgressiveRenderer::set_size).
+/// is known: buffers by [`DeviceBytes::check`](crate::passes::DeviceBytes::check), sides of
+/// pictures by [`ProgressiveRenderer::set_size`](crate::ProgressiveRenderer::set_size).
 const NEEDS: [Need; 21] = needs! {
     // Tables of painted fibres, and paint of two million points.
     max_texture_dimension_2d: 2048,
@@ -53,8 +53,8 @@ const NEEDS: [Need; 21] = needs! {
 /// Uniforms with offsets are written at multiples of this.
 const OFFSET_ALIGNMENT: u32 = 256;
 
-/// The limits to ask an adapter for that offers `offered`: WebGPU's defaults where it has them, else
-/// what it has; buffers as large as it has where they are in demand.
+/// The limits to ask an adapter for that offers `offered`: WebGPU's defaults where it has them,
+/// else what it has; buffers as large as it has where they are in demand.
 ///
 /// # Errors
 /// The first limit without which nothing can be drawn: its name, what the adapter has and what is

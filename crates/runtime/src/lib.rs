@@ -1,4 +1,5 @@
-//! The viewer: a document, its edits, and their pictures, in a window, a web page or without either.
+//! The viewer: a document, its edits, and their pictures, in a window, a web page or without
+//! either.
 //!
 //! - [`Session`]: a document, its edits, undo and saving.
 //! - [`Viewer`]: a session and a renderer that follows it.

@@ -4,7 +4,7 @@
 //! ```json
 //! [
 //!   {"set": {"hair.eta": 1.6, "camera.position": [0, 0, 60]}},
-//!   {"stroke": {"brush": {"radius_cm": 2, "what": {"dye": [0.1, 0.9, 2]}},
+//!   {"stroke": {"brush": {"radius_cm": 2, "effect": {"dye": [0.1, 0.9, 2]}},
 //!               "path": [[300, 200], [340, 260]]}},
 //!   {"frame": "first", "samples": 64, "size": [720, 480]},
 //!   {"undo": 1},
@@ -219,7 +219,7 @@ impl Script {
     }
 
     /// Does the steps on a copy of `session`, without a device and up to the first stroke, so that
-    /// faults are told before anything is drawn.
+    /// errors are reported before anything is drawn.
     ///
     /// # Errors
     /// As [`Script::run`].

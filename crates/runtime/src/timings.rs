@@ -1,11 +1,11 @@
-//! What frames of a script cost, as JSON. Times differ from run to run: they have a file of their own,
-//! so that all others are the same whenever they are made.
+//! What frames of a script cost, as JSON. Times differ from run to run: they have a file of their
+//! own, so that all others are the same whenever they are made.
 
 use serde_json::{Value, json};
 
 use crate::session::Change;
 use strandlight_render::progressive::{RenderReport, StageReport};
-use strandlight_scene::edit::PartReport;
+use strandlight_scene::material::PartReport;
 use strandlight_scene::memory;
 use strandlight_scene::stats::{Stage, Stats};
 
@@ -94,7 +94,7 @@ pub fn of_live(report: &RenderReport) -> Value {
     })
 }
 
-/// What a renderer that makes all anew did for a frame.
+/// What a renderer that recomputes everything did for a frame.
 pub fn of_stats(stats: &Stats) -> Value {
     let stage = |stage: &Stage| {
         json!({

@@ -1,7 +1,7 @@
 //! A document and its picture: what window, web page and script all drive.
 //!
-//! [`Viewer`] is a [`Session`] and a [`ProgressiveRenderer`]. Whatever changes the first tells the second what of
-//! it to make anew, and no more.
+//! [`Viewer`] is a [`Session`] and a [`ProgressiveRenderer`]. Whatever changes the first tells the
+//! second what of it to recompute, and no more.
 
 use std::path::Path;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use strandlight_render::gpu::Context;
 use strandlight_render::progressive::{Progress, ProgressiveRenderer, RenderReport};
 use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
-use strandlight_scene::edit::check_round;
+use strandlight_scene::material::check_round;
 use strandlight_scene::motion::{Motion, Wind};
 use strandlight_scene::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
 use strandlight_scene::proxy::Proxy;
@@ -33,7 +33,7 @@ pub struct Viewer {
     /// Seconds since the start of the motion.
     time: f64,
     motion: Option<Motion>,
-    /// What was made anew since [`Viewer::take_changes`].
+    /// What was recomputed since [`Viewer::take_changes`].
     changes: Change,
     /// Of the hair where it is now; none until it is asked for.
     picker: Option<Picker>,
@@ -209,7 +209,7 @@ impl Viewer {
         self.release()?;
         check_round(&self.session.scene().hair.params())
             .map_err(|error| SceneError::File(error.to_string()))?;
-        self.stroking = Some(Stroking::new(brush).map_err(told)?);
+        self.stroking = Some(Stroking::new(brush).map_err(to_render_error)?);
         Ok(())
     }
 
@@ -266,7 +266,7 @@ impl Viewer {
         let paint = self.session.paint_mut();
         let stroke = picker
             .stroke(paint, &scene.camera, size, stroke)
-            .map_err(told)?;
+            .map_err(to_render_error)?;
         let change = self.session.stroke(stroke);
         self.show(&change)?;
         Ok(change)
@@ -483,7 +483,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Makes the renderer anew.
+    /// Recreates the renderer.
     fn renew(&mut self) -> Result<(), RenderError> {
         self.picker = None;
         self.live = live_of(&self.context, &self.session)?;
@@ -511,6 +511,6 @@ fn live_of(context: &Context, session: &Session) -> Result<ProgressiveRenderer, 
     Ok(live)
 }
 
-fn told(error: BrushError) -> RenderError {
+fn to_render_error(error: BrushError) -> RenderError {
     SceneError::File(error.to_string()).into()
 }

@@ -35,7 +35,7 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
     SAY.with_borrow_mut(|of_page| *of_page = Some(say));
     std::panic::set_hook(Box::new(|info| {
         web_sys::console::error_1(&info.to_string().into());
-        self::say(&format!("The viewer failed, which it should not: {info}"));
+        self::say(&format!("Internal error: {info} (please report it)"));
     }));
     let path = PathBuf::from(scene);
     let files = fetched(&path).await.map_err(JsValue::from)?;
@@ -99,17 +99,15 @@ async fn fetch(path: &Path) -> Result<Vec<u8>, String> {
         .split('/')
         .map(|part| js_sys::encode_uri_component(part).into())
         .collect();
-    let window = web_sys::window().ok_or("there is no page")?;
-    let failed = |error: JsValue| format!("{name}: cannot be fetched: {}", words(&error));
+    let window = web_sys::window().ok_or("no browser window")?;
+    let failed = |error: JsValue| format!("cannot fetch {name}: {}", words(&error));
     let response = JsFuture::from(window.fetch_with_str(&address.join("/")))
         .await
         .map_err(failed)?;
     let response: Response = response.dyn_into().map_err(failed)?;
     if !response.ok() {
         let status = response.status();
-        return Err(format!(
-            "{name}: cannot be fetched: the server answers {status}"
-        ));
+        return Err(format!("cannot fetch {name}: HTTP status {status}"));
     }
     let buffer = JsFuture::from(response.array_buffer().map_err(failed)?).await;
     Ok(Uint8Array::new(&buffer.map_err(failed)?).to_vec())
@@ -133,7 +131,7 @@ pub fn offer(files: &Files, saved: &Saved) -> Result<(), String> {
 /// # Errors
 /// In words: what the browser refuses.
 pub fn download(name: &str, bytes: &[u8]) -> Result<(), String> {
-    let refused = |error: JsValue| format!("{name}: cannot be saved: {}", words(&error));
+    let refused = |error: JsValue| format!("cannot save {name}: {}", words(&error));
     let parts = Array::of1(&Uint8Array::from(bytes));
     let kind = BlobPropertyBag::new();
     kind.set_type("application/octet-stream");
@@ -141,7 +139,7 @@ pub fn download(name: &str, bytes: &[u8]) -> Result<(), String> {
     let address = Url::create_object_url_with_blob(&blob).map_err(refused)?;
     let document = web_sys::window()
         .and_then(|window| window.document())
-        .ok_or("there is no page")?;
+        .ok_or("no browser window")?;
     let link: HtmlAnchorElement = document
         .create_element("a")
         .map_err(refused)?

@@ -6,9 +6,9 @@
 //!
 //! takes 24 fibres and 12 inclinations each. An error is the largest difference of a fibre, of its
 //! largest value (shifts of one event: of the largest shift of its modes), where at least 1e-3 of
-//! the largest attenuation is left: the median and the largest of all fibres are printed. In turn: the table at its own inclinations, between them, Xu's separated
-//! Eq 33, Zinke's orders and fits against all orders, and mean and width of S itself against the
-//! averages over modes.
+//! the largest attenuation is left: the median and the largest of all fibres are printed. In turn:
+//! the table at its own inclinations, between them, Xu's separated Eq 33, Zinke's orders and fits
+//! against all orders, and mean and width of S itself against the averages over modes.
 
 use std::f64::consts::PI;
 use std::process::ExitCode;

@@ -226,7 +226,8 @@ hair_params! {
 }
 
 impl Parameter {
-    /// Does it differ between `a` and `b`, in any bit? -0 and 0 make textures that differ in theirs.
+    /// Does it differ between `a` and `b`, in any bit? -0 and 0 make textures that differ in
+    /// theirs.
     pub fn differs(self, a: &HairParams, b: &HairParams) -> bool {
         self.get(a).map(f64::to_bits) != self.get(b).map(f64::to_bits)
     }

@@ -23,7 +23,8 @@
 //! | 3 | 1.6e-3 | 1e-3 | 2.5e-3 | 1.1e-3 |
 //! | 1.1 | 6e-3 | 6e-3 | 8e-3 | 7e-4 |
 //!
-//! Single scattering of 2000 random lights with eight nodes a mode is within 0.003 % of the exact R.
+//! Single scattering of 2000 random lights with eight nodes a mode is within 0.003 % of the exact
+//! R.
 //!
 //! Towards eta = 1 the reflectance becomes a spike of width `sqrt(eta^2 - 1)` at c = 0, which no
 //! polynomial of degree 8 follows: from eta = 1.03 down only the energy is good (0.5 %). Compare a

@@ -36,8 +36,8 @@ fn assert_close(got: f64, expected: f64, tolerance: f64, what: &str) {
 
 #[test]
 fn energies() {
-    // Int N_t dphi = Int A_t(sin g) cos g dg over 0..pi/2 with A_t of Xu 2011 Eq 10, by Gauss-Legendre
-    // quadrature on eight panels. eta 1.55; theta_d, sigma_a, TT.
+    // Int N_t dphi = Int A_t(sin g) cos g dg over 0..pi/2 with A_t of Xu 2011 Eq 10, by
+    // Gauss-Legendre quadrature on eight panels. eta 1.55; theta_d, sigma_a, TT.
     for (theta_d, sigma_a, expected) in [
         (0.0, 0.0, 0.861791056897),
         (0.0, 0.6, 0.282408022453),

@@ -15,9 +15,9 @@ use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::table_names;
 
 use crate::camera::{Camera, DEFAULT_FOV_Y};
-use crate::edit::{HairTextures, LobeTables};
 use crate::error::SceneError;
 use crate::files::Files;
+use crate::material::{HairMaterial, LobeTables};
 use crate::strands::Strands;
 use crate::tables::ShadingTables;
 
@@ -143,10 +143,10 @@ impl Assets {
     ///
     /// # Errors
     /// A mode without its tables.
-    pub fn textures(&self, section: &HairSection) -> Result<HairTextures, SceneError> {
+    pub fn textures(&self, section: &HairSection) -> Result<HairMaterial, SceneError> {
         let (hair, modes) = (section.params(), section.modes.clone());
         let SceneTables { lobes, fresnel, .. } = &*self.tables;
-        HairTextures::new(lobes.clone(), *fresnel, &hair, &modes, SEGMENTS)
+        HairMaterial::new(lobes.clone(), *fresnel, &hair, &modes, SEGMENTS)
             .map_err(|error| SceneError::File(error.to_string()))
     }
 

@@ -32,7 +32,7 @@ pub fn coverage_key(segment: u32, x: u32, y: u32) -> u32 {
 /// Threshold in [0, 1) of sample `index`: the bits of the index reversed, each flipped by a hash
 /// of the bits of lower weight (the permutation of Laine and Karras 2011, with Vegdahl's
 /// constants). The first 2^k samples of a key hold exactly one threshold in each interval of
-/// length 2^-k; which sample holds which is shuffled anew for each key, so that layers that
+/// length 2^-k; which sample holds which is reshuffled for each key, so that layers that
 /// cover half a pixel each do not all take the same half. Twin in WGSL.
 pub fn coverage_threshold(index: u32, key: u32) -> f32 {
     let mut x = index.reverse_bits();

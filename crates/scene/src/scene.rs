@@ -12,9 +12,9 @@ use strandlight_scattering::closed_form::{
 use crate::assets::{Assets, ModesToRead, camera, densities};
 use crate::budget::LIGHT_BATCH;
 use crate::camera::Camera;
-use crate::edit::{EditReport, HairTextures};
 use crate::error::SceneError;
 use crate::files::Files;
+use crate::material::{EditReport, HairMaterial};
 use crate::motion::{Motion, wind};
 use crate::paint::{Paint, PaintKinds, PaintedPoint};
 use crate::proxy::{Proxy, ProxyRecords};
@@ -35,7 +35,7 @@ pub struct PreparedScene {
     /// are black. So an index is the light's number in the set, as in files, layers and the viewer.
     pub lights: Vec<SrbfLight>,
     /// The hair's parameters, the modes to draw, and the textures made of them.
-    pub hair: HairTextures,
+    pub hair: HairMaterial,
     /// d_f and d_b: shares of the hair in front of and behind a fibre that scatter, 0..=1.
     pub densities: [f32; 2],
     /// Products of a point and a light are left out below this share of all lights' power;
@@ -49,7 +49,7 @@ pub struct PreparedScene {
     /// Amplitudes, one for each light, that shadow maps are shared out by and that negligible power
     /// is a share of; those of `lights` where there are none. Pictures of some lights or terms of
     /// a scene add up to that of all if these stay the same.
-    pub measure: Option<Vec<[f32; 3]>>,
+    pub reference_amplitudes: Option<Vec<[f32; 3]>>,
     scattering: Scattering,
     paint: Option<Vec<PaintedPoint>>,
     /// Tables of the closed forms: C where R is drawn.
@@ -90,9 +90,9 @@ pub struct LightRecord {
     /// Solid angle, sr.
     pub solid_angle: f32,
     /// Its row in the answers of the shadow maps, or [`NO_SLOT`](crate::shadow_maps::NO_SLOT).
-    pub slot: u32,
+    pub shadow_index: u32,
     /// How much of TT's unblocked share is that of the light through to the eye.
-    pub through: f32,
+    pub forward_weight: f32,
     /// Its place among the records of its batch.
     pub record: u32,
     /// Not used.
@@ -101,7 +101,7 @@ pub struct LightRecord {
 
 strandlight_scattering::mirrors! {
     LightRecord as "Light" in "lib/light" {
-        direction, lambda, rgb, power, first_sweep, n_sweeps, solid_angle, slot, through, record,
+        direction, lambda, rgb, power, first_sweep, n_sweeps, solid_angle, shadow_index, forward_weight, record,
         pad,
     }
 }
@@ -184,7 +184,7 @@ impl PreparedScene {
             negligible_share: NEGLIGIBLE_SHARE,
             shadow_maps: scene.render.shadow_maps,
             record_budget: RECORD_BUDGET,
-            measure: None,
+            reference_amplitudes: None,
             scattering: scene.render.scattering,
             paint: None,
             tables: assets.tables.shading.clone(),
@@ -212,7 +212,7 @@ impl PreparedScene {
     pub fn from_parts(
         strands: Strands,
         lights: Vec<SrbfLight>,
-        hair: HairTextures,
+        hair: HairMaterial,
         tables: ShadingTables,
         camera: Camera,
         background: Background,
@@ -226,7 +226,7 @@ impl PreparedScene {
             negligible_share: NEGLIGIBLE_SHARE,
             shadow_maps: DEFAULT_SHADOW_MAPS,
             record_budget: RECORD_BUDGET,
-            measure: None,
+            reference_amplitudes: None,
             scattering: Scattering::Total,
             paint: None,
             tables,
@@ -248,7 +248,7 @@ impl PreparedScene {
     }
 
     /// Chooses the terms that are drawn. The averages of multiple scattering come or go: then
-    /// what that made anew.
+    /// what that recomputed.
     pub fn set_scattering(&mut self, scattering: Scattering) -> Option<EditReport> {
         self.scattering = scattering;
         let is_multiple = scattering != Scattering::Single;
@@ -286,8 +286,8 @@ impl PreparedScene {
     }
 
     /// Takes the paint of the groom's points in `changed`; of the others `paint` must be as it was.
-    /// Answers which of [`Strands::points`] that touches, and what it made anew if it is paint of a
-    /// kind that was not there before.
+    /// Answers which of [`Strands::points`] that touches, and what it recomputed if it is paint of
+    /// a kind that was not there before.
     ///
     /// # Errors
     /// As [`PreparedScene::set_paint`].
@@ -312,7 +312,7 @@ impl PreparedScene {
     }
 
     /// What local scattering makes of power at most: d_b times the largest A_b of `hair`.
-    pub fn most_local(&self, hair: &HairTextures) -> f32 {
+    pub fn max_local(&self, hair: &HairMaterial) -> f32 {
         self.densities[1] * hair.largest_local()
     }
 
@@ -326,9 +326,9 @@ impl PreparedScene {
         ShadowPlan::new(&self.measured_lights(), &self.strands, self.shadow_maps)
     }
 
-    /// The lights with the amplitudes of `measure`.
+    /// The lights with the amplitudes of `reference_amplitudes`.
     fn measured_lights(&self) -> Cow<'_, [SrbfLight]> {
-        match &self.measure {
+        match &self.reference_amplitudes {
             Some(colors) if colors.len() == self.lights.len() => {
                 let lights = self.lights.iter().zip(colors);
                 lights
@@ -344,7 +344,8 @@ impl PreparedScene {
         self.records_with(&self.shadow_plan())
     }
 
-    /// [`PreparedScene::light_records`] with the maps of `plan`, which may be that of other colours.
+    /// [`PreparedScene::light_records`] with the maps of `plan`, which may be that of other
+    /// colours.
     pub fn records_with(&self, plan: &ShadowPlan) -> (Vec<LightRecord>, Vec<[f32; 4]>) {
         let mut sweeps = Vec::new();
         let records = self
@@ -352,7 +353,7 @@ impl PreparedScene {
             .iter()
             .zip(&plan.slots)
             .enumerate()
-            .map(|(ix, (light, &slot))| {
+            .map(|(ix, (light, &shadow_index))| {
                 let first_sweep = sweeps.len() as u32;
                 sweeps.extend(
                     sweep_directions(light)
@@ -367,8 +368,8 @@ impl PreparedScene {
                     first_sweep,
                     n_sweeps: sweeps.len() as u32 - first_sweep,
                     solid_angle: solid_angle(light.lambda.into()) as f32,
-                    slot,
-                    through: through_weight(light.lambda),
+                    shadow_index,
+                    forward_weight: through_weight(light.lambda),
                     record: (ix % LIGHT_BATCH) as u32,
                     pad: [0; 2],
                 }

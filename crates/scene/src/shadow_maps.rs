@@ -50,10 +50,10 @@ const LEAST_SHARE: f32 = 0.002;
 /// directions see the same shadows.
 const LAMBDA_PER_MAP: f32 = 0.006;
 
-/// Largest buffer of answers, as every adapter binds it.
+/// Largest visibility buffer that every adapter binds.
 const MAX_BYTES: usize = 128 << 20;
 
-/// Row of the answers for the light that comes through to the eye.
+/// Row of the visibility buffer for line-of-sight shadows.
 ///
 /// A wide light and its unblocked share as the mean over its lobe say too much of TT, which takes
 /// its light from a narrow lobe about the line of sight: there the hair behind the strand stands,
@@ -76,7 +76,7 @@ pub fn through_weight(lambda: f32) -> f32 {
 /// Marks lights without maps.
 pub const NO_SLOT: u32 = u32::MAX;
 
-/// Lights whose shares fill a word of the answers, eight bits each.
+/// Lights whose shares fill a word of the visibility buffer, eight bits each.
 pub const SLOTS_PER_WORD: u32 = 4;
 
 /// One map; mirrored by `ShadowView` in `shaders/pass/shadow_map.wgsl`.
@@ -99,8 +99,8 @@ pub struct ShadowView {
     pub centre: [f32; 3],
     /// Texels along a side.
     pub side: u32,
-    /// Row of the answers that this direction adds to.
-    pub slot: u32,
+    /// Row of the visibility buffer that this direction adds to.
+    pub shadow_index: u32,
     /// Bit 0: the first of its slot; bit 1: the last.
     pub ends: u32,
     /// Segments to cast.
@@ -115,7 +115,7 @@ pub struct ShadowView {
 
 strandlight_scattering::mirrors! {
     ShadowView as "ShadowView" in "pass/shadow_map" {
-        right, texels_per_cm, up, reach, towards, weight, centre, side, slot, ends, n_segments,
+        right, texels_per_cm, up, reach, towards, weight, centre, side, shadow_index, ends, n_segments,
         n_points, offset, pad,
     }
 }
@@ -130,7 +130,7 @@ pub const LAST_OF_SLOT: u32 = 2;
 pub struct ShadowPlan {
     /// The maps, those of a light one after the other.
     pub views: Vec<ShadowView>,
-    /// By light: its row of the answers, or [`NO_SLOT`].
+    /// By light: its row of the visibility buffer, or [`NO_SLOT`].
     pub slots: Vec<u32>,
     /// Number of rows, that of [`THROUGH_SLOT`] included; 0 where no light has maps.
     pub n_slots: u32,
@@ -159,16 +159,16 @@ impl ShadowPlan {
             ..ShadowPlan::default()
         };
         for (n_before, &ix) in order.iter().enumerate() {
-            let slot = 1 + n_before;
+            let shadow_index = 1 + n_before;
             let light = &lights[ix];
             let useful = 1 + (light.lambda / LAMBDA_PER_MAP).min(1e6) as u32;
             let k = (budget as f32 * (power[ix] / total)).round() as u32;
             let k = k.clamp(1, useful);
             // Lights with a map or two look elsewhere each.
-            let shift = (0.5 + 0.618_034 * slot as f64).fract();
+            let shift = (0.5 + 0.618_034 * shadow_index as f64).fract();
             plan.views
-                .extend(views_of(light, k, shift, slot as u32, &any));
-            plan.slots[ix] = slot as u32;
+                .extend(views_of(light, k, shift, shadow_index as u32, &any));
+            plan.slots[ix] = shadow_index as u32;
         }
         if !order.is_empty() {
             plan.n_slots = 1 + order.len() as u32;
@@ -190,14 +190,21 @@ impl ShadowPlan {
         views_of(&lobe, *k, 0.5, THROUGH_SLOT, any)
     }
 
-    /// Words of the answers, `[slot / 4][point]`, eight bits a slot from the lowest up.
+    /// Words of the visibility buffer, `[shadow_index / 4][point]`, eight bits a slot from the
+    /// lowest up.
     pub fn n_words(&self, n_points: usize) -> usize {
         self.n_slots.div_ceil(SLOTS_PER_WORD) as usize * n_points
     }
 }
 
 /// `k` maps of one light.
-fn views_of(light: &SrbfLight, k: u32, shift: f64, slot: u32, any: &ShadowView) -> Vec<ShadowView> {
+fn views_of(
+    light: &SrbfLight,
+    k: u32,
+    shift: f64,
+    shadow_index: u32,
+    any: &ShadowView,
+) -> Vec<ShadowView> {
     let directions = shifted_lobe_directions(light, k, shift);
     let is_fine = light.lambda < FINE_LAMBDA && any.side == SHADOW_SIDE;
     let view = |(n, &direction): (u32, &[f32; 3])| {
@@ -207,7 +214,7 @@ fn views_of(light: &SrbfLight, k: u32, shift: f64, slot: u32, any: &ShadowView) 
         ShadowView {
             side,
             texels_per_cm: any.texels_per_cm * side as f32 / any.side as f32,
-            slot,
+            shadow_index,
             ends: first | last,
             weight: 1.0 / k as f32,
             offset: (n as f32 + 0.5) / k as f32,
@@ -218,11 +225,12 @@ fn views_of(light: &SrbfLight, k: u32, shift: f64, slot: u32, any: &ShadowView) 
 }
 
 /// Texels along the side of a map of `strands`: [`SHADOW_SIDE`], or fewer, so that drawing it
-/// costs no more than [`MAX_DEPTH_COMPLEXITY`] times [`SHADOW_SIDE`]^2 texels and one for each texel
-/// of a strand's length, however wide the strands are.
+/// costs no more than [`MAX_DEPTH_COMPLEXITY`] times [`SHADOW_SIDE`]^2 texels and one for each
+/// texel of a strand's length, however wide the strands are.
 ///
 /// The strands' area over the map's is how often a texel is drawn; it does not depend on the number
-/// of texels. Up to [`MAX_DEPTH_COMPLEXITY`] every map has all of its texels, beyond it none is a fine one.
+/// of texels. Up to [`MAX_DEPTH_COMPLEXITY`] every map has all of its texels, beyond it none is a
+/// fine one.
 fn map_side(strands: &Strands, reach: f32) -> u32 {
     // Whatever is wider than the map is cut off at its border.
     let widest = 2.0 * std::f32::consts::SQRT_2 * reach;
@@ -243,10 +251,15 @@ fn map_side(strands: &Strands, reach: f32) -> u32 {
     wanted.min(over.sqrt() * SHADOW_SIDE as f32).max(1.0) as u32
 }
 
-/// The unblocked share of `slot` at `point` in the answers for `n_points` points.
-pub fn unblocked_share(answers: &[u32], n_points: usize, slot: u32, point: usize) -> f32 {
-    let word = answers[(slot / SLOTS_PER_WORD) as usize * n_points + point];
-    ((word >> (8 * (slot % SLOTS_PER_WORD))) & 255) as f32 / 255.0
+/// The unblocked share of `shadow_index` at `point` in the visibility buffer of `n_points` points.
+pub fn unblocked_share(
+    visibility: &[u32],
+    n_points: usize,
+    shadow_index: u32,
+    point: usize,
+) -> f32 {
+    let word = visibility[(shadow_index / SLOTS_PER_WORD) as usize * n_points + point];
+    ((word >> (8 * (shadow_index % SLOTS_PER_WORD))) & 255) as f32 / 255.0
 }
 
 impl ShadowView {
@@ -264,7 +277,7 @@ impl ShadowView {
             weight: 1.0,
             centre: strands.centre.to_array(),
             side,
-            slot: 0,
+            shadow_index: 0,
             ends: FIRST_OF_SLOT | LAST_OF_SLOT,
             n_segments: strands.segments.len() as u32,
             n_points: strands.points.len() as u32,

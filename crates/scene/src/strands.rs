@@ -222,7 +222,7 @@ impl Strands {
     }
 
     /// The same strands with their points elsewhere: x, y, z and radius in cm, in the order of
-    /// [`Strands::points`]. Frames and bounds are made anew, nothing is refined.
+    /// [`Strands::points`]. Frames and bounds are recomputed, nothing is refined.
     ///
     /// # Errors
     /// Another number of points, or one that is not finite, too far or of no radius.

@@ -17,8 +17,8 @@ pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [f32; 3] {
 }
 
 /// Stephen Hill's fit of the ACES reference rendering and output transforms (BakingLab, 2016),
-/// linear Rec.709 in and out. The factor 1.8 undoes most of the fit's darkening of mid-tones: 0.18 in
-/// is 0.23 out. Highlights desaturate and roll off to 1.
+/// linear Rec.709 in and out. The factor 1.8 undoes most of the fit's darkening of mid-tones: 0.18
+/// in is 0.23 out. Highlights desaturate and roll off to 1.
 pub fn filmic(rgb: [f32; 3]) -> [f32; 3] {
     // sRGB to XYZ, D65 to D60, to AP1, and ACES's red modifier and saturation.
     const IN: [[f32; 3]; 3] = [
@@ -52,8 +52,8 @@ pub fn srgb_from_linear(x: f32) -> f32 {
 
 /// What is added to the levels of a pixel (column, row) before they are rounded, within 63/128 of a
 /// level: slow changes of colour show no bands then, and the mean over 8 x 8 pixels is right to
-/// 1/64 of a level. By Bayer's matrix, so a matter of the place alone; whole levels, black and white
-/// among them, stay as they are.
+/// 1/64 of a level. By Bayer's matrix, so a matter of the place alone; whole levels, black and
+/// white among them, stay as they are.
 pub fn dither(pixel: [u32; 2]) -> f32 {
     let (x, y) = (pixel[0] & 7, (pixel[0] ^ pixel[1]) & 7);
     // Bits of both by turns, the lowest first and highest.

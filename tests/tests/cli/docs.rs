@@ -1,7 +1,8 @@
-//! What the README, the book and the pages beside them promise: links lead somewhere, command blocks
-//! run, generated pages are up to date, and every key and option is documented.
+//! What the README, the book and the pages beside them promise: links lead somewhere, command
+//! blocks run, generated pages are up to date, and every key and option is documented.
 //!
-//! `STRANDLIGHT_UPDATE_DOCS=1 cargo test -p strandlight-tests --test cli docs::` rewrites generated pages.
+//! `STRANDLIGHT_UPDATE_DOCS=1 cargo test -p strandlight-tests --test cli docs::` rewrites generated
+//! pages.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -248,7 +249,8 @@ fn blocks(text: &str) -> Vec<Block> {
     blocks
 }
 
-/// The commands in `text` as words, without redirections, comments and the bodies of here documents.
+/// The commands in `text` as words, without redirections, comments and the bodies of here
+/// documents.
 fn command_lines(text: &str) -> Vec<Vec<String>> {
     let mut commands = Vec::new();
     let joined = text.replace("\\\n", " ").replace("2>&1", "");

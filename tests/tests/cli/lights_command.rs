@@ -140,8 +140,8 @@ fn bad_maps_are_refused() {
     strandlight_tests::assert_done(&mut run(&map));
 }
 
-/// A part: its name, its data window as x, y, width, height, and channels with their radiance, which
-/// grows a little from the top to the bottom.
+/// A part: its name, its data window as x, y, width, height, and channels with their radiance,
+/// which grows a little from the top to the bottom.
 type Part<'a> = (&'a str, [i32; 4], &'a [(&'a str, f32)]);
 
 /// Writes a map of 64 x 32 pixels; the pixel at (x, y) = (20, 10) of the channels is `odd`.

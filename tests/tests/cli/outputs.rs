@@ -131,7 +131,7 @@ fn standard_output_takes_the_file_and_nothing_else() {
     );
     for line in [
         "scenes -o -",
-        "demo --out -",
+        "demo --output -",
         "bench plots -o -",
         "bench single -o -",
         "render a.toml --turntable 2 -o -",
@@ -364,7 +364,7 @@ fn a_folder_that_takes_no_files_is_noticed_first() {
         "scenes -o /proc",
         "bench single -o /proc",
         "bench plots -o /proc",
-        "demo --out /proc",
+        "demo --output /proc",
     ] {
         refused(at, line, &["the folder /proc takes no new file"]);
     }

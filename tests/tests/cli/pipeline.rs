@@ -68,7 +68,7 @@ fn gpu_the_demo_bakes_verifies_and_renders() {
     let said = assert_done(
         strandlight()
             .current_dir(folder.path())
-            .args(["demo", "--out", "d"]),
+            .args(["demo", "--output", "d"]),
     );
     let at = folder.path().join("d");
     for name in [

@@ -43,11 +43,11 @@ fn every_method_writes_layers_and_can_be_gone_on_with() {
             let text = assert_done(&mut reference(folder.path(), &args));
             serde_json::from_str::<Value>(&text).expect("one document")
         };
-        let report = run("-o whole.exr --spp 8");
+        let report = run("-o whole.exr --samples 8");
         assert_eq!(report["spp"], 8);
         assert_eq!(report["method"], method);
         run("-o parts.exr --spp 3");
-        let report = run("-o parts.exr --spp 5 --resume");
+        let report = run("-o parts.exr --samples 5 --resume");
         assert_eq!(report["spp"], 8);
         let read = |name: &str| {
             let bytes = fs::read(folder.path().join(name)).expect("written");
@@ -86,13 +86,13 @@ fn samples_are_added_to_a_file_or_start_one() {
             let mut command = reference(folder, &args);
             assert_done(command.env("RAYON_NUM_THREADS", threads));
         };
-        run("1", "--output whole.exr --spp 16");
+        run("1", "--output whole.exr --samples 16");
         // A farm need not know which of its jobs comes first.
-        run("3", "-o parts.exr --spp 8 --resume");
-        run("1", "-o eight.exr --spp 8");
+        run("3", "-o parts.exr --samples 8 --resume");
+        run("1", "-o eight.exr --samples 8");
         let read = |name: &str| fs::read(folder.join(name)).expect("written");
         assert!(read("parts.exr") == read("eight.exr"), "{method}");
-        run("2", "-o parts.exr --spp 8 --resume");
+        run("2", "-o parts.exr --samples 8 --resume");
         assert!(read("parts.exr") == read("whole.exr"), "{method}");
         assert!(read("parts.exr") != read("eight.exr"), "{method}");
         fs::remove_file(folder.join("parts.exr")).expect("there");
@@ -124,7 +124,7 @@ fn what_differs_from_the_picture_to_resume_is_named() {
         scene.lights.file = "b.lights".into()
     });
     changed("hair.toml", &|scene| scene.hair.eta = 1.6);
-    let common = "--method directional --spp 1 --lights 8 -o a.exr";
+    let common = "--method directional --samples 1 --lights 8 -o a.exr";
     assert_done(&mut reference(folder, &format!("a.toml {common}")));
     let before = fs::read(folder.join("a.exr")).expect("written");
     for (args, what) in [
@@ -136,11 +136,11 @@ fn what_differs_from_the_picture_to_resume_is_named() {
             "its map is none, not",
         ),
         (
-            "a.toml --method directional --spp 1 --lights 9 -o a.exr".to_owned(),
+            "a.toml --method directional --samples 1 --lights 9 -o a.exr".to_owned(),
             "its options are 8, not 9",
         ),
         (
-            "a.toml --method path --spp 1 -o a.exr".to_owned(),
+            "a.toml --method path --samples 1 -o a.exr".to_owned(),
             "its method is directional, not path",
         ),
         (format!("a.toml {common} --seed 3"), "its seed is 0, not 3"),
@@ -193,7 +193,7 @@ fn the_map_lights_as_its_lights_do() {
     let mut scene = Scene::read(&folder.path().join("a.toml")).expect("valid");
     scene.render.background = Background::None;
     write_scene(folder.path(), "b.toml", &scene);
-    let common = "b.toml --method directional --spp 64";
+    let common = "b.toml --method directional --samples 64";
     assert_done(&mut reference(folder.path(), &format!("{common} -o a.exr")));
     assert_done(&mut reference(
         folder.path(),
@@ -237,7 +237,7 @@ fn paint_is_drawn_by_every_method() {
     };
     let ratios = || {
         ["path", "ray-shoot", "directional"].map(|method| {
-            let args = format!("a.toml --method {method} --spp 16 -o {method}.exr");
+            let args = format!("a.toml --method {method} --samples 16 -o {method}.exr");
             assert_done(&mut reference(folder, &args));
             let [red, green, _] = mean(&format!("{method}.exr"));
             red / green
@@ -253,11 +253,14 @@ fn paint_is_drawn_by_every_method() {
     // Pictures of other paint are not gone on with.
     dyed(folder, 1.0);
     assert_refused(
-        &mut reference(folder, "a.toml --method path --spp 1 --resume -o path.exr"),
+        &mut reference(
+            folder,
+            "a.toml --method path --samples 1 --resume -o path.exr",
+        ),
         &["path.exr", "inputs"],
     );
     // What fibres lose depends on their widths alone.
-    let args = "a.toml --method path --spp 1 --energy-safe -o safe.exr";
+    let args = "a.toml --method path --samples 1 --energy-safe -o safe.exr";
     assert_done(&mut reference(folder, args));
     dyed(folder, 1.5);
     assert_refused(&mut reference(folder, args), &["a.toml", "--energy-safe"]);
@@ -279,9 +282,9 @@ fn proxies_are_drawn_by_every_method() {
             let args = format!("b.toml --method {method} {args}");
             assert_done(&mut reference(folder, &args));
         };
-        run("-o whole.exr --spp 8");
-        run("-o parts.exr --spp 3");
-        run("-o parts.exr --spp 5 --resume");
+        run("-o whole.exr --samples 8");
+        run("-o parts.exr --samples 3");
+        run("-o parts.exr --samples 5 --resume");
         let [whole, parts] = ["whole.exr", "parts.exr"].map(|name| exr_rgba(&folder.join(name)));
         for (a, b) in whole.iter().zip(&parts) {
             assert!(
@@ -301,9 +304,9 @@ fn proxies_are_drawn_by_every_method() {
         assert!(has("proxies.R") && has("proxies.Y"));
     }
     // A picture without the ground is another.
-    let args = "a.toml --method path -o whole.exr --spp 1 --resume";
+    let args = "a.toml --method path -o whole.exr --samples 1 --resume";
     assert_refused(&mut reference(folder, args), &["whole.exr", "method"]);
-    let args = "a.toml --method directional -o whole.exr --spp 1 --resume";
+    let args = "a.toml --method directional -o whole.exr --samples 1 --resume";
     assert_refused(&mut reference(folder, args), &["whole.exr", "inputs"]);
 }
 
@@ -334,7 +337,7 @@ fn hair_is_where_it_is_at_the_time() {
     });
     write_scene(folder, "moving.toml", &scene);
     let picture = |args: &str| {
-        let args = format!("{args} --method directional --spp 8 -o a.exr");
+        let args = format!("{args} --method directional --samples 8 -o a.exr");
         assert_done(&mut reference(folder, &args));
         exr_rgba(&folder.join("a.exr"))
     };
@@ -370,7 +373,7 @@ fn what_cannot_be_used_is_refused_and_nothing_written() {
     };
     refused("a.toml --method none -o a.exr", &["method"]);
     refused("a.toml --method path -o a.png", &["a.png", ".exr"]);
-    refused("a.toml --method path -o a.exr --spp 0", &["spp"]);
+    refused("a.toml --method path -o a.exr --samples 0", &["--samples"]);
     refused(
         "a.toml --method directional -o a.exr --lights 0",
         &["lights"],
@@ -391,10 +394,10 @@ fn what_cannot_be_used_is_refused_and_nothing_written() {
     // A picture of something else stays as it is.
     assert_done(&mut reference(
         folder,
-        "a.toml --method directional -o a.exr --spp 1",
+        "a.toml --method directional -o a.exr --samples 1",
     ));
     let before = fs::read(folder.join("a.exr")).expect("written");
-    let common = "--method directional -o a.exr --spp 1 --resume";
+    let common = "--method directional -o a.exr --samples 1 --resume";
     refused(&format!("elliptic.toml {common}"), &["a.exr", "inputs"]);
     refused(&format!("a.toml {common} --seed 1"), &["a.exr", "seed"]);
     refused(&format!("a.toml {common} --lights 7"), &["a.exr", "inputs"]);

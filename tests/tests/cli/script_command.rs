@@ -306,7 +306,7 @@ fn bad_scripts_are_refused_in_one_line() {
             &["a.toml", "--script", "none.json", "--out", "o"],
             &["none.json"],
         ),
-        (&["a.toml", "--script", "key.json"], &["--out DIR"]),
+        (&["a.toml", "--script", "key.json"], &["--output DIR"]),
         (
             &["a.toml", "--turntable", "0", "--out", "o"],
             &["--turntable 0"],

@@ -2,8 +2,8 @@
 //!
 //! `tests/golden/v1.*` were written by version 1 of each format and are never written again.
 //! When a format gets a new version, add files for it:
-//! `cargo test -p strandlight-tests --test formats formats_golden -- --ignored` writes what is missing,
-//! of golden files and of the fuzzers' corpus, and leaves the rest alone.
+//! `cargo test -p strandlight-tests --test formats formats_golden -- --ignored` writes what is
+//! missing, of golden files and of the fuzzers' corpus, and leaves the rest alone.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -74,7 +74,8 @@ fn groom() -> Groom {
         components,
         data,
     };
-    // What is kept of a .hair file: its header, and strands of a single point, here one with index 1.
+    // What is kept of a .hair file: its header, and strands of a single point, here one with index
+    // 1.
     let mut data = hair_bytes();
     data.truncate(128);
     data.extend(1u32.to_le_bytes());

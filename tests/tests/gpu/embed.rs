@@ -218,8 +218,8 @@ fn block_rmse(found: &[[f32; 4]], expected: &[[f32; 4]]) -> f64 {
     (error / expected.iter().map(|b| b * b).sum::<f64>()).sqrt()
 }
 
-/// Hair in a host's pass is the hair of pictures of as many samples, and its mean over frames that of
-/// pictures of many, for any samples and direction of depth; nothing is submitted.
+/// Hair in a host's pass is the hair of pictures of as many samples, and its mean over frames that
+/// of pictures of many, for any samples and direction of depth; nothing is submitted.
 #[test]
 fn hair_in_a_hosts_pass_is_that_of_pictures() {
     let context = context();

@@ -6,7 +6,7 @@ use std::time::Duration;
 use glam::{Quat, Vec3};
 use strandlight_formats::{Background, Scattering};
 use strandlight_render::ProgressiveRenderer;
-use strandlight_render::gpu::{Context, Counts};
+use strandlight_render::gpu::{Context, ResourceCounts};
 use strandlight_render::invalidation::{Inputs, STAGES, StageRule, stale_stages};
 use strandlight_render::passes::DeviceBytes;
 use strandlight_render::progressive::RenderReport;
@@ -265,7 +265,7 @@ fn every_edit_gives_the_picture_of_a_fresh_start_and_touches_what_it_must() {
             assert_eq!(report.runs(stage) > 0, must_run, "{name}: {stage}");
         }
         if case.is_free {
-            assert_eq!(report.counts, Counts::default(), "{name}");
+            assert_eq!(report.counts, ResourceCounts::default(), "{name}");
         }
         let is_geometry = name == "points";
         assert_eq!(report.counts.geometry_uploads, u64::from(is_geometry));
@@ -304,7 +304,7 @@ fn muted_lights_are_not_looked_at_and_keep_their_shadows() {
     some[3] = [0.0; 3];
     live.set_light_colors(&some).unwrap();
     let muted = live.finish(SAMPLES).unwrap();
-    assert_eq!(live.report().counts, Counts::default());
+    assert_eq!(live.report().counts, ResourceCounts::default());
     let after = report(&context, &mut live);
     assert_eq!(5 * products(&after), 3 * of_all);
     assert_eq!(after.runs("shadow maps") + after.runs("transmittance"), 0);

@@ -4,10 +4,10 @@
 use strandlight_cpu as cpu;
 use strandlight_formats::Scattering;
 use strandlight_render::ProgressiveRenderer;
-use strandlight_render::gpu::Counts;
+use strandlight_render::gpu::ResourceCounts;
 use strandlight_scattering::HairParams;
-use strandlight_scene::edit::{EditError, Outcome, Part};
-use strandlight_scene::paint::{Brush, Dab, Paint, PaintedPoint, Picker, Stroking};
+use strandlight_scene::material::{EditError, Outcome, Part};
+use strandlight_scene::paint::{Brush, BrushEffect, Paint, PaintedPoint, Picker, Stroking};
 use strandlight_scene::{Picture, PreparedScene};
 use strandlight_tests::render_common::{context, keep, lights, picture_rmse, wig_scene};
 
@@ -119,15 +119,15 @@ fn painting_a_renderer_is_as_starting_with_the_paint() {
     let picker = Picker::new(&scene.strands);
     let mut paint = Paint::unpainted(scene.strands.n_groom_points());
     let top = glam::Vec3::new(0.0, 8.5, 2.0);
-    for what in [
-        Dab::Dye([0.1, 2.0, 3.0]),
-        Dab::WidthScale(2.0),
-        Dab::Dye([3.0, 0.3, 0.2]),
+    for effect in [
+        BrushEffect::Dye([0.1, 2.0, 3.0]),
+        BrushEffect::WidthScale(2.0),
+        BrushEffect::Dye([3.0, 0.3, 0.2]),
     ] {
         let brush = Brush {
             radius_cm: 4.0,
             along_cm: 12.0,
-            what,
+            effect,
             ..Brush::default()
         };
         let mut stroking = Stroking::new(brush).unwrap();
@@ -181,7 +181,7 @@ fn a_stroke_is_seen_live_and_uploads_little() {
     }
     assert!(!skips_paint(&live), "{:?}", live.report().stats.skipped);
     // After the first dab: neither pipelines nor textures nor geometry.
-    let of = |counts: &Counts| (counts.pipelines, counts.textures, counts.geometry_uploads);
+    let of = |counts: &ResourceCounts| (counts.pipelines, counts.textures, counts.geometry_uploads);
     assert_eq!(of(&counts[1]), of(&counts[0]));
     assert_eq!(of(&counts[2]), of(&counts[0]));
     let found = live.finish(8).unwrap();

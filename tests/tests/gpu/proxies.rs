@@ -171,8 +171,8 @@ fn a_head_hides_the_hair_behind_it_and_the_ground_all_that_is_below() {
     }
 }
 
-/// A head among hair too thin to matter: its light falls off to the edge as in the open, with no steps
-/// of the voxels around it.
+/// A head among hair too thin to matter: its light falls off to the edge as in the open, with no
+/// steps of the voxels around it.
 #[test]
 fn the_edge_of_a_light_on_a_head_is_smooth() {
     let points = [

@@ -14,7 +14,7 @@ use strandlight_scattering::closed_form::{
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{DEFAULT_PAINTED_TEXELS, slice_painted};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
-use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::paint::PaintKinds;
 use strandlight_scene::tables::ShadingTables;
@@ -58,8 +58,8 @@ const USUAL: f64 = 2e-6;
 /// For directions in a fibre's frame and local scattering; 2.1e-6 and 1.5e-6 were measured.
 const WIDER: f64 = 6e-6;
 
-/// What an adapter is held to: lavapipe to `on_lavapipe`, others to `on_gpus`. WGSL promises 3 + 2 |x|
-/// units in the last place of exp(x), and 2^-11 of a sine.
+/// What an adapter is held to: lavapipe to `on_lavapipe`, others to `on_gpus`. WGSL promises 3 + 2
+/// |x| units in the last place of exp(x), and 2^-11 of a sine.
 fn held(on_lavapipe: f64, on_gpus: f64) -> f64 {
     if probe().context().is_software() {
         on_lavapipe
@@ -316,7 +316,7 @@ fn lobes_of_painted_fibres_agree() {
 #[test]
 fn painted_points_agree() {
     let mut random = SplitMix64(19);
-    let mut hair = HairTextures::new(
+    let mut hair = HairMaterial::new(
         Arc::new(LobeTables::default()),
         Fresnel::Dielectric,
         &HairParams::default(),

@@ -14,8 +14,8 @@ use strandlight_scattering::dual_scattering::{Average, AverageTable, N_INCLINATI
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{LobeAxes, LobeTable};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
-use strandlight_scene::edit::{
-    EditError, EditReport, HairTextures, LobeTables, Outcome, Parameter, Part, RULES,
+use strandlight_scene::material::{
+    EditError, EditReport, HairMaterial, LobeTables, Outcome, Parameter, Part, RULES,
 };
 use strandlight_scene::tables::ShadingTables;
 use strandlight_tests::random::SplitMix64;
@@ -47,8 +47,8 @@ fn tables() -> Arc<LobeTables> {
     Arc::clone(tables)
 }
 
-fn textures(hair: &HairParams, modes: &[Lobe]) -> HairTextures {
-    HairTextures::new(tables(), Fresnel::Dielectric, hair, modes, 4).unwrap()
+fn textures(hair: &HairParams, modes: &[Lobe]) -> HairMaterial {
+    HairMaterial::new(tables(), Fresnel::Dielectric, hair, modes, 4).unwrap()
 }
 
 /// `hair` with another value of `parameter`.
@@ -371,7 +371,7 @@ fn a_refused_edit_changes_nothing() {
         assert!(all == before);
     }
     let none = Arc::new(LobeTables::default());
-    let r_alone = HairTextures::new(none, Fresnel::Dielectric, &hair, &[Lobe::R], 4);
+    let r_alone = HairMaterial::new(none, Fresnel::Dielectric, &hair, &[Lobe::R], 4);
     let mut r_alone = r_alone.unwrap();
     let refused = r_alone.enable(&[Lobe::R, Lobe::Trt]);
     assert_eq!(refused, Err(EditError::NoLobes(Lobe::Trt)));

@@ -17,7 +17,7 @@ use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, ParamError, Parameter, ParameterShape};
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::{Camera, DEFAULT_FOV_Y};
-use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::tables::ShadingTables;
 use strandlight_tests::strandlight;
@@ -304,7 +304,7 @@ fn scenes_in_memory() {
     let tables = ShadingTables::from_file(&TableFile::from_bytes(DEFAULT_TABLES).unwrap()).unwrap();
     let none = Arc::new(LobeTables::default());
     let hair = HairParams::default();
-    let hair = HairTextures::new(none, Fresnel::Dielectric, &hair, &[Lobe::R], 4).unwrap();
+    let hair = HairMaterial::new(none, Fresnel::Dielectric, &hair, &[Lobe::R], 4).unwrap();
     let with = |lambda: f32| {
         let points = [[0.0; 3], [0.0, 1.0, 0.0]];
         let strands = Strands::new(&points, &[0, 2], |_, _| 0.01, false).unwrap();

@@ -13,7 +13,7 @@ use strandlight_scattering::exact::FibreSection;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::quadrature::GaussLegendre;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
-use strandlight_scene::edit::HairTextures;
+use strandlight_scene::material::HairMaterial;
 use strandlight_scene::tables::ShadingTables;
 use strandlight_tests::optics::multiple_textures;
 use strandlight_tests::random::SplitMix64;
@@ -216,7 +216,7 @@ fn global_scattering_is_that_of_quadrature() {
     let mut errors: [Rmse; 4] = Default::default();
     for _ in 0..40 {
         let at = configuration(&mut random);
-        let textures: HairTextures = multiple_textures(&at.hair);
+        let textures: HairMaterial = multiple_textures(&at.hair);
         let shading = textures.optics().shading(tables.view());
         let [light, view] = directions(&at);
         let z = exact_mean_cosine(at.theta_j, at.sigma_f);

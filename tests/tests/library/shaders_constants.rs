@@ -17,7 +17,7 @@ const TWIN_FILES: [(&str, &str); 12] = [
     ("lib/proxy", "crates/scene/src/proxy.rs"),
     ("lib/tone", "crates/scene/src/tone.rs"),
     ("lib/wind", "crates/scene/src/motion/wind.rs"),
-    ("pass/first_look", "crates/render/src/passes/first_look.rs"),
+    ("pass/preview", "crates/render/src/passes/preview.rs"),
     ("pass/project", "crates/cpu/src/project.rs"),
     ("pass/proxies", "crates/cpu/src/proxies.rs"),
     ("pass/proxy_light", "crates/cpu/src/proxies.rs"),
@@ -96,7 +96,7 @@ fn values_elsewhere() -> Vec<(&'static str, &'static str, Vec<f64>)> {
 /// Constants that mean nothing to Rust: module, name, why.
 const WGSL_ONLY: [(&str, &str, &str); 3] = [
     (
-        "pass/first_look",
+        "pass/preview",
         "FORWARD",
         "nothing but the draft on the device has it",
     ),

@@ -25,10 +25,10 @@ fn wig_strands(n: usize, diameter: f32) -> Strands {
 
 /// Shares of the first light at every point.
 fn first_shares(strands: &Strands, plan: &ShadowPlan) -> Vec<f32> {
-    let answers = cpu::shadow_maps(strands, plan);
+    let visibility = cpu::shadow_maps(strands, plan);
     let n_points = strands.points.len();
     (0..n_points)
-        .map(|point| unblocked_share(&answers, n_points, 1, point))
+        .map(|point| unblocked_share(&visibility, n_points, 1, point))
         .collect()
 }
 
@@ -144,10 +144,11 @@ fn gpu_both_backends_answer_alike() {
     let on_cpu = cpu::shadow_maps(&strands, &plan);
     let on_gpu = passes::shadow_maps(&context, &strands, &plan).unwrap();
     let n_points = strands.points.len();
-    let shares = |answers: &[u32]| -> Vec<f32> {
-        let slots = (0..plan.n_slots).flat_map(|slot| (0..n_points).map(move |p| (slot, p)));
+    let shares = |visibility: &[u32]| -> Vec<f32> {
+        let slots = (0..plan.n_slots)
+            .flat_map(|shadow_index| (0..n_points).map(move |p| (shadow_index, p)));
         slots
-            .map(|(slot, point)| unblocked_share(answers, n_points, slot, point))
+            .map(|(shadow_index, point)| unblocked_share(visibility, n_points, shadow_index, point))
             .collect()
     };
     let error = relative_rmse(&shares(&on_gpu), &shares(&on_cpu));
@@ -166,7 +167,10 @@ fn maps_go_to_the_lights_that_carry_most() {
     ];
     let plan = ShadowPlan::new(&lights, &strands, 40);
     let of = |ix: usize| {
-        let views = plan.views.iter().filter(|view| view.slot == plan.slots[ix]);
+        let views = plan
+            .views
+            .iter()
+            .filter(|view| view.shadow_index == plan.slots[ix]);
         let weights: Vec<f32> = views.map(|view| view.weight).collect();
         (weights.len(), weights.iter().sum::<f32>())
     };

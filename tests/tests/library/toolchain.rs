@@ -4,7 +4,8 @@ use std::fs;
 
 use strandlight_tests::project_root;
 
-/// The oldest toolchain that builds the workspace. `.ci/run` checks with it when it runs on a newer one.
+/// The oldest toolchain that builds the workspace. `.ci/run` checks with it when it runs on a newer
+/// one.
 const PROMISED: &str = "1.95";
 
 /// The value of `key = "..."` in a manifest.

@@ -268,10 +268,7 @@ fn what_cannot_be_opened_is_said_in_the_page() {
     let address = serve(folder.path());
     let mut browser = Browser::start(WITH_WEBGPU, SIZE);
     for (bytes, needle) in [
-        (
-            None,
-            "five.lights: cannot be fetched: the server answers 404",
-        ),
+        (None, "cannot fetch five.lights: HTTP status 404"),
         (Some("not lights"), "five.lights"),
     ] {
         if let Some(bytes) = bytes {

@@ -114,9 +114,9 @@ fn unsaved_edits_and_changes_on_disk_are_both_kept_until_somebody_decides() {
     std::fs::write(&scene.path, SmallScene::text("")).expect("it can be written");
     view.wait_for("the notice", |events| {
         let places = events.iter().rev().find(|line| line["event"] == "places");
-        places.is_some_and(|places| !places["places"]["Keep mine button"].is_null())
+        places.is_some_and(|places| !places["places"]["Keep my changes button"].is_null())
     });
-    view.click(view.middle("Keep mine button"));
+    view.click(view.middle("Keep my changes button"));
     let questions = view.count("question");
     view.key("ctrl+s");
     view.wait_for_next("saved", 1);

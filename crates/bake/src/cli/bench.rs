@@ -14,7 +14,7 @@ use strandlight_scene::progress::Progress;
 
 use super::{Failure, Outcome};
 
-/// Measures error and run time
+/// Benchmark speed against accuracy
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]

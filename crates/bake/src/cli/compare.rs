@@ -12,48 +12,48 @@ use strandlight_scene::tone::filmic;
 
 use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 
-/// Compares picture A with the reference B
+/// Compare picture A with reference B
 ///
-/// Two OpenEXR pictures (linear, alpha multiplied in) or two PNGs (sRGB, compared in linear
-/// light). "hair" are the pixels where either has alpha above 0; a picture over a background does
-/// not tell, all of it counts as hair if the other does not tell either. relative RMSE is sqrt(mean (a-b)^2 / mean b^2) over pixels and
-/// channels. If B has a layer "variance" (of each pixel's mean) the share of noise is told too.
-/// FLIP (Andersson 2020) is of the tone-mapped pictures at full size, seen from 0.7 m on a
-/// monitor 0.7 m and 3840 pixels wide (67 pixels a degree).
+/// Takes two OpenEXR pictures (linear, premultiplied alpha) or two PNGs (sRGB, compared in linear
+/// light). Hair pixels are those with alpha > 0 in either image; images without alpha are compared
+/// whole. Relative RMSE is sqrt(mean (a-b)^2 / mean b^2) over pixels and channels. If B has a layer
+/// "variance" (of each pixel's mean), the report separates B's own noise. FLIP (Andersson 2020)
+/// compares the tone-mapped pictures at full size, seen from 0.7 m on a monitor 0.7 m and 3840
+/// pixels wide (67 pixels per degree).
 #[derive(clap::Args)]
 pub struct Args {
-    /// Picture to judge: .exr or .png
+    /// Picture to test: .exr or .png
     a: PathBuf,
-    /// The reference
+    /// Reference picture
     b: PathBuf,
     /// Layer of both OpenEXR files [default: the plain channels R, G, B]
     #[arg(long, value_name = "single|global|local|total|...")]
     layer: Option<String>,
-    /// Layer of B, if another than that of A; "-" for the plain channels
+    /// Layer of B if it differs from that of A; "-" for the plain channels
     #[arg(long, value_name = "NAME")]
     layer_b: Option<String>,
-    /// Averages blocks of N x N pixels first (not for FLIP), 1..=1024
+    /// Average blocks of N x N pixels first (not for FLIP), 1..=1024
     #[arg(long = "box", value_name = "N", default_value_t = 1,
         value_parser = clap::value_parser!(u32).range(1..=1024))]
     block: u32,
-    /// Exposure of FLIP's pictures in stops, -32..=32
+    /// Exposure for FLIP in stops, -32..=32
     #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true,
         value_parser = parse_exposure)]
     exposure: f32,
-    /// Curve to the screen for FLIP; PNGs are taken as they are
+    /// Tone curve for FLIP of OpenEXR pictures; PNGs are used unchanged
     #[arg(long, value_enum, default_value_t = Curve::Filmic)]
     tone_map: Curve,
-    /// Writes the signed difference of luminance: red where A is brighter, blue where B is,
-    /// white for none; full colour at half of B's root mean square over the hair
+    /// Write the signed luminance difference: red where A is brighter, blue where B is, white
+    /// where equal; saturates at half of B's root mean square over the hair
     #[arg(long, value_name = "OUT.png")]
     heatmap: Option<PathBuf>,
-    /// Writes FLIP of every pixel: black 0, purple, orange, pale yellow 1
+    /// Write the FLIP error of every pixel: black 0, purple, orange, pale yellow 1
     #[arg(long, value_name = "OUT.png")]
     flip: Option<PathBuf>,
     /// Largest accepted relative RMSE over the hair; above it the exit code is 1
     #[arg(long, value_name = "R", value_parser = parse_tolerance)]
     tolerance: Option<f64>,
-    /// Prints one JSON document
+    /// Print one JSON document
     #[arg(long)]
     json: bool,
 }
@@ -61,9 +61,9 @@ pub struct Args {
 /// From linear radiance to the screen.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum Curve {
-    /// That of the renderer
+    /// The renderer's filmic curve
     Filmic,
-    /// Clipped at 1
+    /// No tone mapping, clipped at 1
     None,
 }
 

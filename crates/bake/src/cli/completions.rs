@@ -6,7 +6,7 @@ use clap_complete::Shell;
 
 use super::{Failure, Outcome};
 
-/// Prints a shell completion script
+/// Print a shell completion script
 ///
 /// Load it from the shell's start-up file, for example `source <(strandlight completions bash)`
 /// in ~/.bashrc, or save it where the shell looks for completions.

@@ -11,15 +11,21 @@ use strandlight_scene::progress::timed;
 
 use super::{Outcome, check_outputs, note, output_folder, print_line, write_output};
 
-/// Bakes and renders the bundled sample
+/// Bake and render the bundled sample
 ///
 /// Bakes the tables, fits lights to a studio map, grows hair, verifies all three and renders
 /// them. Needs nothing but this program.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder for everything the demo writes; made if it is not there
-    #[arg(long, value_name = "DIR", default_value = "demo")]
-    out: PathBuf,
+    /// Folder for the demo's files; created if missing
+    #[arg(
+        short,
+        long,
+        visible_alias = "out",
+        value_name = "DIR",
+        default_value = "demo"
+    )]
+    output: PathBuf,
 }
 
 /// What people edit stays as it is when the demo runs again.
@@ -60,7 +66,7 @@ const STEPS: [Step; 5] = [
 
 /// Runs the command; `run_line` runs another command line of this program.
 pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
-    let folder = &args.out;
+    let folder = &args.output;
     output_folder(folder)?;
     check_outputs(
         &[],
@@ -73,7 +79,7 @@ pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
     for (name, text) in EDITED {
         let path = folder.join(name);
         if path.exists() {
-            note!("{} is there already and stays as it is", path.display());
+            note!("keeping existing file {}", path.display());
         } else {
             write_output(&path, text.as_bytes())?;
         }

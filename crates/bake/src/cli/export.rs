@@ -17,27 +17,27 @@ use strandlight_images::exr_file;
 use super::inspect::{Content, lights};
 use super::{Failure, Outcome, check_outputs, is_stream, note, print_line, write_output};
 
-/// Writes a file of ours in another program's format
+/// Convert a .tables, .lights or .groom file to another format
 ///
 /// .tables: to .npy (float32, [channel, row, column], and a vector with the values at the texel
-/// centres of each axis) or .exr, one file for each table, named OUT_TABLE.npy, or OUT/TABLE.npy
-/// when OUT is a folder; C is written as C_0 to C_6. A table of three axes becomes a picture with
-/// the first two stacked. .lights: to .json, or .exr (the environment
-/// the lights make, latitude-longitude). .groom: to the formats that `strandlight groom formats`
-/// lists, .hair among them (diameters as thickness); a groom goes back to the format it came from
-/// as it was, byte for byte if imported with --unit cm.
+/// centres of each axis) or .exr, one file per table, named OUT_TABLE.npy, or OUT/TABLE.npy when
+/// OUT is a folder; C is written as C_0 to C_6. A table with three axes becomes a picture with the
+/// first two stacked. .lights: to .json, or .exr (the environment map of the lights,
+/// latitude-longitude). .groom: to the formats listed by `strandlight groom formats`, such as .hair
+/// (diameters as thickness); export to the format a groom was imported from restores the file, byte
+/// for byte if imported with --unit cm.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The .tables, .lights or .groom file, - for standard input
+    /// .tables, .lights or .groom file, - for standard input
     file: PathBuf,
-    /// The file to write; its extension says the format. Standard output (-) takes a light set as
-    /// JSON, a groom as .hair
+    /// File to write, in the format of its extension; - for standard output (JSON for a light set,
+    /// .hair for a groom)
     #[arg(short, long)]
     output: PathBuf,
-    /// Format of a groom, whatever the output's extension [default: by extension]
+    /// Output format of a groom [default: by extension]
     #[arg(long, value_parser = parse_format)]
     format: Option<&'static dyn GroomFormat>,
-    /// Width of the picture made from a light set, 2 to 8192 pixels; its height is half of that
+    /// Width of a light set's environment map, 2 to 8192 pixels; its height is half the width
     #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=8192))]
     width: u32,
 }
@@ -122,7 +122,7 @@ pub fn run(args: &Args) -> Outcome {
             }
             vec![one(output, what, export.bytes)]
         }
-        Content::Kind(_) => return Err(Failure::file(input, "it has no other format")),
+        Content::Kind(_) => return Err(Failure::file(input, "no other format is available")),
         Content::Hair(format) => return Err(not_ours(input, FileKind::Hair(format))),
         Content::Scene => return Err(not_ours(input, FileKind::Scene)),
     };

@@ -14,7 +14,7 @@ use strandlight_scene::files::Files;
 use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
 use crate::cli::progress::progress;
 
-/// Imports or generates hair
+/// Import or generate hair
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -24,28 +24,28 @@ pub struct Args {
 #[derive(Subcommand)]
 enum Command {
     Import(ImportArgs),
-    /// Lists the formats that hair comes in and goes out by
+    /// List the supported hair formats
     Formats,
     Generate(GenerateArgs),
 }
 
-/// Turns hair of another program into a .groom; the format is found by the file's content
+/// Convert hair of another program to a .groom; the format is detected from the file's content
 ///
-/// With --unit cm the file can be had back byte for byte with `strandlight export`. `strandlight
-/// groom formats` lists the formats.
+/// With --unit cm, `strandlight export` restores the file byte for byte. `strandlight groom
+/// formats` lists the formats.
 #[derive(clap::Args)]
 struct ImportArgs {
-    /// The file, - for standard input
+    /// Hair file, - for standard input
     input: PathBuf,
-    /// The .groom file to write, - for standard output
+    /// .groom file to write, - for standard output
     #[arg(short, long)]
     output: PathBuf,
-    /// Unit of the file: mm, cm, in, ft, m, a number of centimetres, or auto: guessed from the
-    /// size of the head, refused where nothing tells [default: that of the format, for .hair cm]
+    /// Unit of the file: mm, cm, in, ft, m, a number of centimetres, or auto (estimated from the
+    /// size of the head; an error if ambiguous) [default: the format's, cm for .hair]
     #[arg(long, value_parser = parse_unit)]
     unit: Option<Unit>,
-    /// Axis that points up in the file. auto: guessed from where the head is and how its hair
-    /// hangs, refused where nothing tells [default: that of the format, for .hair z]
+    /// Up axis of the file; auto estimates it from the position of the head and the direction in
+    /// which hair hangs (an error if ambiguous) [default: the format's, z for .hair]
     #[arg(long, value_enum)]
     up: Option<Up>,
 }
@@ -65,22 +65,22 @@ enum Up {
     Auto,
 }
 
-/// Grows hair on a head centred at the origin, facing +Z
+/// Generate hair on a head centred at the origin, facing +Z
 #[derive(clap::Args)]
 struct GenerateArgs {
-    /// The hair style
+    /// Hair style
     #[arg(long, value_enum)]
     style: Style,
     /// Number of strands, 1 to 1000000
     #[arg(long, default_value_t = 10_000)]
     strands: u32,
-    /// Points of each strand, 2 to 4096; 67 million points at most in all
+    /// Points per strand, 2 to 4096; at most 67 million points in total
     #[arg(long, default_value_t = 32)]
     points_per_strand: u32,
-    /// Equal seeds give equal files
+    /// Random seed; the output is deterministic for a given seed
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// The .groom file to write, - for standard output
+    /// .groom file to write, - for standard output
     #[arg(short, long)]
     output: PathBuf,
 }
@@ -217,7 +217,7 @@ fn options(args: &ImportArgs, file: &SourceFile) -> Result<ImportOptions, Failur
             Some(value)
         }
         (Some(Up::Auto), None) => {
-            let what = "--up auto: neither its place nor its hair tells what is up; give x, y or z";
+            let what = "--up auto: cannot determine the up axis from the position or the hair; use x, y or z";
             return Err(Failure::file(&args.input, what));
         }
     };

@@ -11,12 +11,12 @@ use strandlight_formats::{
 
 use super::{Failure, Outcome, is_stream, note, print_line};
 
-/// Says what is in a file: .tables, .lights, .groom, a scene, or hair of another program
+/// Summarize a file: .tables, .lights, .groom, a scene, or hair of another program
 #[derive(clap::Args)]
 pub struct Args {
-    /// The file, - for standard input
+    /// File to inspect, - for standard input
     file: PathBuf,
-    /// Print one JSON document on stdout
+    /// Print one JSON document
     #[arg(long)]
     json: bool,
 }
@@ -32,7 +32,7 @@ pub fn run(args: &Args) -> Outcome {
             let groom = Groom::read(path).map_err(Failure::input)?;
             show_groom(&describe_groom(&groom, "groom", version), args)
         }
-        Content::Kind(_) => Err(Failure::file(path, "nothing is known to say of it")),
+        Content::Kind(_) => Err(Failure::file(path, "no summary is available for this file")),
         Content::Hair(format) => {
             let file = SourceFile::read(path).map_err(Failure::input)?;
             let import = file
@@ -94,7 +94,7 @@ impl Content {
             // Why it is no scene is said by the reader. A pipe need not have a name that tells.
             kind if is_toml || (kind == FileKind::Text && is_stream(path)) => Ok(Content::Scene),
             other => {
-                let what = "neither tables, a light set, hair nor a scene (.toml)";
+                let what = "not a table file, light set, hair file or scene (.toml)";
                 let what = format!("{what}: {}", other.describe());
                 Err(Failure::file(path, what))
             }

@@ -13,11 +13,11 @@ use strandlight_scene::progress::timed;
 use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 use crate::cli::progress::progress;
 
-/// Fits spherical Gaussian lights to an HDR map
+/// Fit spherical Gaussian lights to an HDR map
 ///
-/// The map is linear radiance on the latitude-longitude layout of OpenEXR, twice as wide as
+/// The map holds linear radiance in the latitude-longitude layout of OpenEXR, twice as wide as
 /// high, +Y up: OpenEXR (any compression, scan lines or tiles, mip maps) or Radiance .hdr. The
-/// sphere is the display window of an OpenEXR file; what its data window leaves out is black.
+/// display window of an OpenEXR file covers the sphere; pixels outside its data window are black.
 #[derive(clap::Args)]
 pub struct Args {
     /// OpenEXR or Radiance .hdr map, - for standard input
@@ -28,7 +28,7 @@ pub struct Args {
     /// Number of lights, 1 to 1024
     #[arg(long, default_value_t = 40, value_parser = parse_count)]
     count: usize,
-    /// Turns the start of the search; same seed, same bytes
+    /// Random seed; the output is deterministic for a given seed
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Layout of the map
@@ -41,16 +41,16 @@ pub struct Args {
     /// plain ones [default: the plain channels, else the first layer with colour]
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
-    /// Writes figures of the fit as JSON
+    /// Write the errors of the fit as JSON
     #[arg(long, value_name = "R.json")]
     report: Option<PathBuf>,
-    /// Measures no errors: the light set records none, --json shows null
+    /// Skip measuring errors: the light set records none, --json prints null
     #[arg(long, conflicts_with = "report")]
     no_report: bool,
-    /// Writes map, light set, difference and lights as a picture
+    /// Write map, light set, difference and lights as a picture
     #[arg(long, value_name = "P.png")]
     preview: Option<PathBuf>,
-    /// Prints the report on stdout, and nothing else
+    /// Print one JSON document
     #[arg(long)]
     json: bool,
 }

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use super::{Failure, Outcome, check_outputs, output_folder, print_line, write_output};
 
-/// Writes man pages, one per command
+/// Write man pages, one per command
 ///
-/// Or, with --markdown, one Markdown page: the command reference of the handbook.
+/// With --markdown, writes one Markdown page: the command reference of the handbook.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder for the man pages, created if missing; with --markdown the file, - for standard
+    /// Folder for the man pages, created if missing; with --markdown, file to write, - for standard
     /// output
     #[arg(short, long, value_name = "DIR|FILE")]
     output: PathBuf,

@@ -21,19 +21,19 @@ use super::{Failure, Outcome, print_line};
 use evaluate::Evaluator;
 use request::Request;
 
-/// Evaluates the model at given points
+/// Evaluate the scattering model at given points
 ///
-/// Reads JSON Lines on stdin and answers each with {"value": x} or {"error": "..."}. Angles in
+/// Reads JSON Lines on stdin and prints {"value": x} or {"error": "..."} for each. Angles are in
 /// radians. Queries: table_C, table_H, azimuthal, single, global, local, average.
 #[derive(clap::Args)]
 pub struct Args {
     /// Baked tables [default: the bundled ones]
     #[arg(long, value_name = "F.tables")]
     tables: Option<PathBuf>,
-    /// What evaluates
+    /// Evaluation method
     #[arg(long, value_enum, default_value_t = Method::Runtime)]
     method: Method,
-    /// Segments of the outer integral of method paper, 2 to 64
+    /// Segments of the outer integral for --method paper, 2 to 64
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(2..=i64::from(MAX_SEGMENTS)))]
     segments: u32,
 }

@@ -30,54 +30,54 @@ use super::{
 };
 use crate::cli::progress::progress;
 
-/// Renders ground truth for a scene, slowly, on the CPU
+/// Render ground truth for a scene, slowly, on the CPU
 ///
 /// Writes linear OpenEXR: R, G, B, A over the scene's background as `render` does; layers single,
-/// global, local and total of the hair alone, proxies of what stands beside it; the variance of each
+/// global, local and total of the hair alone; layer proxies of the proxies; the variance of each
 /// pixel's mean.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file (TOML)
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// How to render
+    /// Integrator
     #[arg(long, value_enum)]
     method: MethodName,
     /// OpenEXR file to write, - for standard output
     #[arg(short, long, value_name = "OUT.exr")]
     output: PathBuf,
-    /// Samples a pixel; with --resume, how many to add
-    #[arg(long, value_name = "N", default_value_t = 64,
+    /// Samples per pixel; with --resume, samples to add
+    #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = 64,
           value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
-    spp: u32,
-    /// directional: number of lights [default: 1536]; ray-shoot: directions of the light drawn for
-    /// a camera sample [default: 4]
+    samples: u32,
+    /// directional: number of lights [default: 1536]; ray-shoot: light directions sampled per
+    /// camera sample [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     lights: Option<u32>,
     /// Width and height in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
     size: Option<[u32; 2]>,
-    /// Seconds since the start of the scene's motion, 0..=1000000
+    /// Animation time in seconds, 0..=1000000
     #[arg(long, value_name = "SECONDS", value_parser = super::render::parse_time, default_value_t = 0.0)]
     time: f64,
-    /// Seed of the random numbers
+    /// Random seed
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Light from this OpenEXR or Radiance map itself, turned and scaled as the scene says
+    /// Light the scene with this OpenEXR or Radiance map, rotated and scaled as in the scene
     #[arg(long, value_name = "MAP")]
     map: Option<PathBuf>,
-    /// ray-shoot: share d_f of light that other fibres sent forward, 0 to 1 [default: the scene's]
+    /// ray-shoot: forward scattering density d_f, 0 to 1 [default: the scene's]
     #[arg(long, value_name = "X", value_parser = parse_share)]
     density_forward: Option<f64>,
-    /// ray-shoot: share d_b of light that was sent back, 0 to 1 [default: the scene's]
+    /// ray-shoot: backward scattering density d_b, 0 to 1 [default: the scene's]
     #[arg(long, value_name = "X", value_parser = parse_share)]
     density_back: Option<f64>,
-    /// path: divide the scattering function by what the same fibre without absorption returns
-    /// (the exact one loses some 6 % of the light at each event, and gains near grazing)
+    /// path: normalize the scattering function by the albedo of the same fibre without absorption
+    /// (the exact one loses about 6 % of the energy per event, and gains near grazing)
     #[arg(long)]
     energy_safe: bool,
-    /// Add samples to OUT.exr, a picture of the same inputs and seed, if it is there already:
-    /// the result is that of all samples at once
+    /// Add samples to an existing OUT.exr of the same inputs and seed; the result equals one run
+    /// with all samples
     #[arg(long)]
     resume: bool,
     /// Print a JSON document about the picture instead of text
@@ -234,7 +234,7 @@ pub fn run(args: &Args) -> Outcome {
     let progress = progress(method.name(), STEPS);
     let observer = |done: f64| progress.reach((done * STEPS as f64) as u64);
     file.film
-        .expose(&prepared, &*integrator, args.spp, args.seed, &observer);
+        .expose(&prepared, &*integrator, args.samples, args.seed, &observer);
     progress.finish();
     let bytes = file
         .encode(&prepared)
@@ -361,7 +361,7 @@ fn resume(args: &Args, file: &mut ReferenceFile) -> Outcome {
     };
     let resumed = file.resume(&bytes);
     resumed.map_err(|error| Failure::file(path, format!("cannot be resumed: {error}")))?;
-    if args.spp > MAX_SAMPLES - file.film.n_samples() {
+    if args.samples > MAX_SAMPLES - file.film.n_samples() {
         let text = format!("more than {MAX_SAMPLES} samples in all");
         return Err(Failure::file(path, text));
     }

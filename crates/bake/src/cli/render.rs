@@ -30,58 +30,58 @@ use super::{
 };
 use crate::cli::progress::progress;
 
-/// Renders a scene
+/// Render a scene
 ///
-/// PNG is tone mapped 8-bit sRGB; OpenEXR is linear float with alpha multiplied in. With --script
-/// or --turntable the output is a folder, which also gets timings.json.
+/// PNG is tone-mapped 8-bit sRGB; OpenEXR is linear float, premultiplied alpha. With --script
+/// or --turntable, the output is a folder that also receives timings.json.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file (TOML), - for standard input
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Picture to write: .png or .exr, - for PNG on standard output; or folder
+    /// Picture to write: .png or .exr, - for PNG on standard output; or a folder
     #[arg(short, long, value_name = "FILE|DIR")]
     output: PathBuf,
-    /// A key of the scene file and its value, such as hair.eta=1.6 or render.background=none; the
-    /// flags below stand over it
+    /// Override a key of the scene file, such as hair.eta=1.6 or render.background=none; the flags
+    /// below take precedence; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_key)]
     set: Vec<(String, Value)>,
-    /// Renders the frames of a list of edits and views (JSON), OpenEXR unless named .png
+    /// Render the frames of a list of edits and views (JSON); OpenEXR unless named .png
     #[arg(long, value_name = "EDITS.json", conflicts_with_all = ["turntable", "aov"])]
     script: Option<PathBuf>,
-    /// Renders N frames of a full turn about +Y, 0000.exr and so on
+    /// Render N frames of a full turn about +Y: 0000.exr, 0001.exr, ...
     #[arg(long, value_name = "N", conflicts_with = "aov",
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     turntable: Option<u32>,
-    /// Layers to write beside the picture, which must be .exr: terms, modes, lights
+    /// Layers to add to the picture, which must be .exr: terms, modes, lights
     #[arg(long, value_enum, value_delimiter = ',')]
     aov: Vec<layers::Aov>,
-    /// Lights that share a layer of --aov lights, as NAME=0,3; may be given again
+    /// Group lights into one layer of --aov lights, as NAME=0,3; repeatable
     #[arg(long, value_name = "NAME=LIGHTS", value_parser = layers::parse_group)]
     light_group: Vec<Group>,
     /// Width and height in pixels, each 1..=16384 and together at most 134217728 pixels
     /// [default: the scene's, 720x480]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// Samples a pixel, 1..=65536 [default: the scene's, 64]
+    /// Samples per pixel, 1..=65536 [default: the scene's, 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: Option<u32>,
-    /// Where to render; auto takes the GPU if there is one
+    /// Renderer; auto uses the GPU if available
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     backend: Backend,
-    /// Terms of scattering to draw: single, global, local or total [default: the scene's, total]
+    /// Scattering terms to render: single, global, local or total [default: the scene's, total]
     #[arg(long, value_name = "TERMS", value_parser = parse_scattering)]
     scattering: Option<Scattering>,
-    /// Shadow maps to draw for all lights, about, 0..=4096 [default: the scene's, 96]
+    /// Approximate number of shadow maps for all lights, 0..=4096 [default: the scene's, 96]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=4096))]
     shadow_maps: Option<u32>,
-    /// How the transmittance of lights is found; all but sweep are baselines on the CPU
+    /// Transmittance method; all except sweep are CPU baselines
     #[arg(long, value_name = "METHOD", default_value = Method::Sweep.name(), value_parser = transmittance_method())]
     transmittance: Method,
-    /// Seconds since the start of the scene's motion, 0..=1000000
+    /// Animation time in seconds, 0..=1000000
     #[arg(long, value_name = "SECONDS", value_parser = parse_time, default_value_t = 0.0)]
     time: f64,
-    /// Say what ran and what was skipped, with bytes and milliseconds of each pass, of each picture
+    /// Print which passes ran or were skipped for each picture, with bytes and milliseconds
     #[arg(long)]
     stats: bool,
     /// Print a JSON document about the picture instead of text

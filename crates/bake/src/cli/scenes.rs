@@ -18,26 +18,26 @@ use crate::cli::progress::progress;
 /// Height of the generated maps in pixels.
 const MAP_HEIGHT: usize = 256;
 
-/// Writes the scenes of Xu 2011 at their sizes, and three for accuracy
+/// Generate the scenes of Xu 2011 at their published sizes, and three for accuracy
 ///
 /// animation, straight, natural, bob-cut, dark, ponytail have the fibres, points and lights of
-/// the paper's Table 2; dark-sun, brown-studio, blond-soft are those that accuracy is measured
-/// on. Each becomes NAME.toml, NAME.groom and NAME.lights, ready for `strandlight render`.
+/// the paper's Table 2; dark-sun, brown-studio, blond-soft are the accuracy benchmarks. Writes
+/// NAME.toml, NAME.groom and NAME.lights for each, ready for `strandlight render`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Only these scenes [default: all nine]
+    /// Scenes to generate [default: all nine]
     #[arg(long, value_name = "NAME", num_args = 1.., value_parser = parse_name)]
     only: Vec<&'static PaperScene>,
-    /// Folder for the files; made if it is not there
+    /// Folder for the files; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Environment map of all scenes [default: the generated sun.exr, studio.exr, soft.exr]
     #[arg(long)]
     map: Option<PathBuf>,
-    /// Factor on the number of strands, 0.0001..=1; fewer are grown thicker
+    /// Factor on the number of strands, 0.0001..=1; fewer strands are thicker
     #[arg(long, default_value_t = 1.0, value_parser = parse_scale)]
     scale: f64,
-    /// Prints one JSON document
+    /// Print one JSON document
     #[arg(long)]
     json: bool,
 }
@@ -45,7 +45,7 @@ pub struct Args {
 fn parse_name(text: &str) -> Result<&'static PaperScene, String> {
     PaperScene::from_name(text).ok_or_else(|| {
         let names: Vec<&str> = SCENES.iter().map(|scene| scene.name).collect();
-        format!("there is no scene {text}, only {}", names.join(", "))
+        format!("unknown scene '{text}' (expected {})", names.join(", "))
     })
 }
 

@@ -4,36 +4,37 @@ use std::path::PathBuf;
 
 use strandlight_bake::tables::fresnel_of;
 use strandlight_formats::{BakedFile, TableFile};
-use strandlight_lab::stress::{Options, Report, Subject, run as run_stress};
+use strandlight_lab::stress::{Options, Report, Target, run as run_stress};
 use strandlight_render::probe::{GpuProbe, Scheme};
 use strandlight_scattering::Lobe;
-use strandlight_scene::edit::LobeTables;
+use strandlight_scene::material::LobeTables;
 use strandlight_scene::tables::{ShadingTables, lobe_table};
 
 use super::probe::{default_tables, parse_query};
 use super::progress::progress;
 use super::{Failure, Outcome, note, print_line};
 
-/// Stresses single and multiple scattering at corners and random extremes, against f64
+/// Stress-test single and multiple scattering at corner cases and random extremes, against f64
 ///
-/// The renderer's functions in f32 on the CPU and as WGSL on the adapter: finite values, twins,
-/// energy, white furnace, symmetries, continuity, rounding, refusal of invalid parameters. Names
-/// the worst case of each check with all its inputs. Exit code 1 when a check fails.
+/// Checks the renderer's functions in f32 on the CPU and as WGSL on the GPU: finite values,
+/// agreement of CPU and GPU, energy, white furnace, symmetries, continuity, rounding, rejection of
+/// invalid parameters. Prints the worst case of each check with all its inputs. Exits with 1 when a
+/// check fails.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Random points a function; checks that cost more take a share of it
+    /// Samples per function (expensive checks use fewer)
     #[arg(long, default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     n: u32,
-    /// The scheme under stress
+    /// Scattering scheme to test
     #[arg(long, value_enum, default_value_t = Method::Runtime)]
     method: Method,
-    /// Seed of every draw
+    /// Random seed
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Baked tables [default: the bundled ones]
     #[arg(long, value_name = "F.tables")]
     tables: Option<PathBuf>,
-    /// Leave out the adapter
+    /// Skip GPU checks
     #[arg(long)]
     no_gpu: bool,
     /// Print one JSON document
@@ -73,7 +74,7 @@ pub fn run(args: &Args) -> Outcome {
         match GpuProbe::new(&tables) {
             Ok(probe) => Some(probe),
             Err(error) => {
-                note!("strandlight: {error}: stressing the CPU only");
+                note!("strandlight: {error}: testing the CPU only");
                 None
             }
         }
@@ -85,12 +86,12 @@ pub fn run(args: &Args) -> Outcome {
             trt: Some(lobe_table(&file, Lobe::Trt).map_err(Failure::input)?),
         },
     };
-    let subject = Subject::new(args.method.into(), &tables, lobes.into(), fresnel, probe);
+    let target = Target::new(args.method.into(), &tables, lobes.into(), fresnel, probe);
     let options = Options {
         n: args.n as usize,
         seed: args.seed,
     };
-    let report = run_stress(&subject, options, &parse_query, &progress).map_err(Failure::input)?;
+    let report = run_stress(&target, options, &parse_query, &progress).map_err(Failure::input)?;
     if args.json {
         print_line(report.to_json())?;
     } else {

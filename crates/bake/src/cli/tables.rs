@@ -11,21 +11,21 @@ use strandlight_scene::progress::timed;
 use super::{Failure, Outcome, check_outputs, print_line, write_output};
 use crate::cli::progress::progress;
 
-/// Bakes the tables that the renderer looks up
+/// Bake the renderer's lookup tables
 ///
-/// `C` over light width and azimuth serves the R lobe; `lobes_TT_*` and `lobes_TRT_*` over
-/// refractive index, inclination and absorption the other two; `H_TT` and `H_TRT` the paper's
-/// scheme. They depend on nothing but the Fresnel term; the program carries a copy of the
-/// dielectric ones. The errors of the lobes are recorded in the file and printed.
+/// The R lobe uses `C` over light width and azimuth; the other two use `lobes_TT_*` and
+/// `lobes_TRT_*` over refractive index, inclination and absorption; the paper's scheme uses `H_TT`
+/// and `H_TRT`. They depend only on the Fresnel term; the dielectric tables are bundled with the
+/// program. The errors of the lobes are recorded in the file and printed.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The .tables file to write, - for standard output
+    /// .tables file to write, - for standard output
     #[arg(short, long)]
     output: PathBuf,
     /// Fresnel term of the lobes and of the H tables
     #[arg(long, default_value = "dielectric")]
     fresnel: FresnelArg,
-    /// Leave out `H_TT` and `H_TRT`: enough to draw, three quarters of the size
+    /// Omit `H_TT` and `H_TRT`: sufficient for rendering, three quarters of the size
     #[arg(long)]
     lean: bool,
     /// Print one JSON document

@@ -17,20 +17,21 @@ use strandlight_images::{Map, MapError, MapSelection};
 
 use super::{Failure, Outcome, note, print_line};
 
-/// Checks baked files: tables against other methods, light sets against their map, grooms
+/// Check baked files: tables against other methods, light sets against their map, grooms
 /// against their own invariants
 ///
-/// Every file is judged. Exit code 2 when one cannot be read, else 1 when a check fails.
+/// Checks every file, even after a failure. Exits with 2 when a file cannot be read, else with 1
+/// when a check fails.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Files of any kind
+    /// .tables, .lights and .groom files
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// The map that the light sets were fitted to
+    /// Map that the light sets were fitted to
     #[arg(long)]
     map: Option<PathBuf>,
-    /// Largest fibre error of a light set against its map: a fraction of 1, or per cent (0.5%).
-    /// Sets of few lights need more
+    /// Largest accepted fibre error of a light set against its map: a fraction or percentage
+    /// (0.5%). Sets of few lights need more
     #[arg(long, value_name = "E", default_value = "2%", value_parser = parse_error)]
     max_error: f64,
     /// Print one JSON document
@@ -273,7 +274,10 @@ fn verify(path: &Path, reference: Option<&Reference<'_>>) -> Verdict {
                         groom::checks(&groom)
                     })
                     .map_err(Refused::from),
-                _ => Err(Refused::unreadable(path, "no checks are known of it")),
+                _ => Err(Refused::unreadable(
+                    path,
+                    "no checks are available for this file",
+                )),
             };
             (Some(kind), found)
         }

@@ -41,7 +41,7 @@ struct Habit {
     wander: f32,
     /// Thickness of the layer of hair on the crown, cm.
     volume: f32,
-    /// Part of a strand's direction that is taken from the field anew each cm.
+    /// Part of a strand's direction that is resampled from the field each cm.
     turn: f32,
 }
 

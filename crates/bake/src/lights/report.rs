@@ -29,9 +29,9 @@ const REACH: f64 = 6.0;
 /// - `fibre_error`: relative RMSE of what fibres make of them, defined in the module `response`.
 ///
 /// RMSEs are over the three channels together. Sums over the map are made on cells of at least
-/// 1.4 degrees with exact energy and centroid, which changes the fibre error of the sample maps by at
-/// most 0.03 percent points against summing every pixel. `rel_l2` takes every pixel; for maps of 2048
-/// pixels and more across it interpolates the lights, but for narrow ones, between points 0.35
+/// 1.4 degrees with exact energy and centroid, which changes the fibre error of the sample maps by
+/// at most 0.03 percent points against summing every pixel. `rel_l2` takes every pixel; for maps of
+/// 2048 pixels and more across it interpolates the lights, but for narrow ones, between points 0.35
 /// degrees apart, which changes it by at most 5e-4 of itself on the sample maps (enlarged).
 pub fn evaluate(lights: &LightSet, map: &Map) -> FitReport {
     let map = &*map.subdivided(COLUMNS);

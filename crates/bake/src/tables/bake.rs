@@ -47,7 +47,8 @@ pub fn bake_tables(fresnel: Fresnel, progress: &Progress) -> TableFile {
     file
 }
 
-/// Those of `file` that drawing reads: all but `H_TT` and `H_TRT`, which only the paper's scheme does.
+/// Those of `file` that drawing reads: all but `H_TT` and `H_TRT`, which only the paper's scheme
+/// does.
 pub fn lean(mut file: TableFile) -> TableFile {
     file.tables.retain(|table| !table.name.starts_with("H_"));
     let parameters = &mut file.info.parameters;

@@ -101,8 +101,8 @@ impl TableReport {
 /// Deterministic (`seed` picks the points) and independent of the number of threads. Tolerances:
 /// 1e-6 relative at centres (but 5e-12 of C_0 for C_k and 1e-10 for H where that is more, since
 /// the methods themselves cancel); between, sampled in single precision by the renderer's own
-/// functions, 5e-4 of C_0 for C_k (C_0 itself as the renderer has it), 1e-2 of its peak over phi for
-/// N_R with the dielectric Fresnel term, and 1e-3 absolute for H up to theta_d = 1.5.
+/// functions, 5e-4 of C_0 for C_k (C_0 itself as the renderer has it), 1e-2 of its peak over phi
+/// for N_R with the dielectric Fresnel term, and 1e-3 absolute for H up to theta_d = 1.5.
 ///
 /// What the file records of its own errors is measured again and must agree.
 ///

@@ -25,8 +25,8 @@ fn new_header(cm_per_unit: f64) -> Vec<u8> {
     header
 }
 
-/// The groom as a `.hair` file. Attributes `diameter` (as thickness), `transparency` and `color` are
-/// written, as arrays or defaults.
+/// The groom as a `.hair` file. Attributes `diameter` (as thickness), `transparency` and `color`
+/// are written, as arrays or defaults.
 ///
 /// # Errors
 /// `Value` when the groom does not fit into the format: a strand of more than 65536 points among

@@ -28,9 +28,9 @@
 //! the same. Strands of a single point (no segments) have no direction and cannot be drawn: they
 //! are set aside in the `Original` and put back on export.
 //!
-//! What is kept in the `Original`: the 128 bytes of the header, its magic in capitals, then 36 bytes
-//! for each strand of a single point: its index u32, position, thickness, transparency and colour
-//! f32, in the file's own unit and axes; zero where the file has no such array.
+//! What is kept in the `Original`: the 128 bytes of the header, its magic in capitals, then 36
+//! bytes for each strand of a single point: its index u32, position, thickness, transparency and
+//! colour f32, in the file's own unit and axes; zero where the file has no such array.
 //!
 //! Thickness is kept in the file's own unit as attribute `thickness`, and in centimetres as
 //! attribute `diameter`, which is what is drawn; what cannot be drawn is counted by

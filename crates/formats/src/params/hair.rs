@@ -24,16 +24,16 @@ const PIGMENT_SLIDER: [f64; 2] = [0.0, 8.0];
 
 /// The modes with what each is to the eye.
 const MODES: &[Word] = &[
-    ("R", "R", "Reflected off the surface: the white highlight."),
+    ("R", "R", "Reflected at the surface: the white highlight."),
     (
         "TT",
         "TT",
-        "Through the fibre: the glow of light from behind.",
+        "Transmitted through the fibre: the glow of backlight.",
     ),
     (
         "TRT",
         "TRT",
-        "In, off the far wall, and out again: the second, coloured highlight and its glints.",
+        "Reflected once inside the fibre: the second, coloured highlight and its glints.",
     ),
 ];
 
@@ -41,9 +41,7 @@ const PARAMS: &[Param<HairSection>] = &[
     Param::new("preset", "Preset", Kind::Preset, at!(HairSection.preset))
         .group(Group::Color)
         .absent(Absent::Words("none"))
-        .help(
-            "Measured or published hair. Choosing one replaces colour, index, shifts and widths.",
-        ),
+        .help("Measured or published hair. A preset replaces colour, index, shifts and widths."),
     Param::numbers(
         "sigma_a",
         "Absorption",
@@ -57,7 +55,7 @@ const PARAMS: &[Param<HairSection>] = &[
     .slider(0.0, 6.0)
     .decimals(3)
     .help(
-        "How strongly the fibre swallows red, green and blue light, per fibre radius. More of a \
+        "Absorption coefficient of the fibre for red, green and blue, per fibre radius. More of a \
              channel makes the hair darker in it. This is what the physics uses.",
     ),
     Param::numbers(
@@ -70,19 +68,17 @@ const PARAMS: &[Param<HairSection>] = &[
     .group(Group::Color)
     .absent(Absent::Words("none: `sigma_a` holds"))
     .decimals(4)
-    .help(
-        "The colour that a whole head of such hair should have; the absorption is found from it.",
-    ),
+    .help("Colour of a full head of hair; the absorption is computed from it."),
     Param::number("melanin.eumelanin", "Eumelanin", PIGMENT, EUMELANIN)
         .group(Group::Color)
         .absent(Absent::Words("none: `sigma_a` holds"))
         .slider(PIGMENT_SLIDER[0], PIGMENT_SLIDER[1])
-        .help("The brown to black pigment: 0.3 blond, 1.3 brown, 8 black."),
+        .help("Brown to black pigment: 0.3 blond, 1.3 brown, 8 black."),
     Param::number("melanin.pheomelanin", "Pheomelanin", PIGMENT, PHEOMELANIN)
         .group(Group::Color)
         .absent(Absent::Words("none: `sigma_a` holds"))
         .slider(PIGMENT_SLIDER[0], PIGMENT_SLIDER[1])
-        .help("The yellow to red pigment: 1 to 2 gives red hair."),
+        .help("Yellow to red pigment: 1 to 2 gives red hair."),
     Param::number(
         "eta",
         "Index eta",
@@ -129,7 +125,7 @@ const PARAMS: &[Param<HairSection>] = &[
     .absent(Absent::Words("the groom's `diameter`, or else 0.008"))
     .unit("cm")
     .decimals(5)
-    .help("Thickness of a fibre. Human hair has 50 to 100 micrometres."),
+    .help("Diameter of a fibre. Human hair has 50 to 100 micrometres."),
     Param::number(
         "density_forward",
         "Density forward",
@@ -161,7 +157,7 @@ const PARAMS: &[Param<HairSection>] = &[
         at!(HairSection.modes),
     )
     .group(Group::Lobes)
-    .help("Paths of light through a fibre: switch them off to see what each adds."),
+    .help("Enabled scattering modes, the light paths through a fibre."),
     Param::numbers(
         "shift_deg",
         "Shift",

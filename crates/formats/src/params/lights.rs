@@ -22,7 +22,7 @@ pub const LIGHTS: Section<LightsSection> = Section {
         .unit("°")
         .slider(-180.0, 180.0)
         .decimals(1)
-        .help("Turns the environment about the vertical, counter-clockwise seen from above."),
+        .help("Rotation of the environment about +Y, counter-clockwise seen from above."),
         Param::number(
             "intensity",
             "Intensity",
@@ -30,12 +30,12 @@ pub const LIGHTS: Section<LightsSection> = Section {
             at!(LightsSection.intensity),
         )
         .slider(0.0, 8.0)
-        .help("Strength of all lights."),
+        .help("Intensity factor of all lights."),
         Param::numbers("tint", "Tint", Shape::Rgb, TINT, at!(LightsSection.tint))
             .decimals(3)
-            .help("Factor on the colour of all lights."),
+            .help("Colour factor of all lights."),
         Param::new("muted", "Mute", Kind::Lights, at!(LightsSection.muted))
-            .help("Lights that are switched off."),
+            .help("Disabled lights."),
         Param::new("solo", "Solo", Kind::Lights, at!(LightsSection.solo)).help(
             "If there are any, lights not among them are switched off. A light that is muted as \
              well stays off.",
@@ -59,7 +59,7 @@ pub const ADJUST: Section<LightAdjust> = Section {
             at!(LightAdjust.light),
         )
         .absent(Absent::Refused)
-        .help("Which light of the set."),
+        .help("Index of the light in the set, from 0."),
         Param::number(
             "intensity",
             "Intensity",
@@ -67,10 +67,10 @@ pub const ADJUST: Section<LightAdjust> = Section {
             at!(LightAdjust.intensity),
         )
         .slider(0.0, 8.0)
-        .help("Strength of this light alone."),
+        .help("Intensity factor of this light."),
         Param::numbers("tint", "Tint", Shape::Rgb, TINT, at!(LightAdjust.tint))
             .decimals(3)
-            .help("Factor on the colour of this light alone."),
+            .help("Colour factor of this light."),
     ],
     plain: || LightAdjust::new(0),
 };

@@ -7,8 +7,8 @@
 //!   sections.
 //! - [`reference_markdown`]: the tables of the scene reference.
 //!
-//! Scenes are checked against these rows, the viewer's panel is laid out from them, and the tests of
-//! invalid values walk through them. The ranges of the model itself, in radians, are those of
+//! Scenes are checked against these rows, the viewer's panel is laid out from them, and the tests
+//! of invalid values walk through them. The ranges of the model itself, in radians, are those of
 //! [`Parameter::range`].
 //!
 //! ```

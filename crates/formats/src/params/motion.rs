@@ -20,7 +20,7 @@ pub const MOTION: Section<MotionSection> = Section {
             .absent(Absent::Number(MotionSection::DEFAULT_FPS))
             .unit("/s")
             .slider(1.0, 60.0)
-            .help("How fast the sequence of grooms goes by."),
+            .help("Playback rate of the groom sequence."),
     ],
     plain: MotionSection::default,
 };
@@ -36,17 +36,17 @@ pub const WIND: Section<WindSection> = Section {
             .unit("m/s")
             .help("3 is a breeze; hanging hair leans by 45 degrees at about 6."),
         Param::number("gust", "Gusts", [0.0, 1.0], at!(WindSection.gust))
-            .help("How much the speed comes and goes."),
+            .help("Strength of the variation of the wind speed."),
         Param::number(
             "direction_deg",
-            "Wind towards",
+            "Wind direction",
             [-3600.0, 3600.0],
             at!(WindSection.direction_deg),
         )
         .unit("°")
         .slider(-180.0, 180.0)
         .decimals(0)
-        .help("Where it blows to: 0 is towards +Z, 90 towards +X."),
+        .help("Direction in which the wind blows: 0 is towards +Z, 90 towards +X."),
         Param::number(
             "stiffness",
             "Stiffness",
@@ -55,7 +55,7 @@ pub const WIND: Section<WindSection> = Section {
         )
         .unit("cm")
         .slider(1.0, 40.0)
-        .help("Length from the root at which half of the wind acts: longer is stiffer hair."),
+        .help("Length from the root at which half of the wind acts; longer is stiffer."),
         Param::numbers(
             "seed",
             "Seed",
@@ -64,7 +64,7 @@ pub const WIND: Section<WindSection> = Section {
             at!(WindSection.seed),
         )
         .slider(0.0, 100.0)
-        .help("Another wind for every number."),
+        .help("Random seed of the gusts."),
     ],
     plain: WindSection::default,
 };
@@ -73,7 +73,7 @@ pub const WIND: Section<WindSection> = Section {
 const COORDINATE: [f64; 2] = [-1e6, 1e6];
 /// Range of a share of light.
 const ALBEDO: [f64; 2] = [0.0, 1.0];
-const ALBEDO_HELP: &str = "Share of the light that its surface sends back.";
+const ALBEDO_HELP: &str = "Diffuse albedo of the surface.";
 
 /// The place of a field of one kind of proxy.
 macro_rules! of {
@@ -96,7 +96,7 @@ pub const ELLIPSOID: Section<ProxySection> = Section {
     name: "proxy",
     heading: "[[proxy]]",
     kind: Some("ellipsoid"),
-    help: "A head, about: opaque, matte, and lit by the lights with the hair's shadow on it.",
+    help: "An ellipsoid in place of the head: opaque, matte, lit by the lights and shadowed by the hair.",
     params: &[
         Param::numbers(
             "centre",
@@ -107,7 +107,7 @@ pub const ELLIPSOID: Section<ProxySection> = Section {
         )
         .absent(Absent::Refused)
         .unit("cm")
-        .help("Its centre."),
+        .help("Centre of the ellipsoid."),
         Param::numbers(
             "radii",
             "Radius",
@@ -121,9 +121,7 @@ pub const ELLIPSOID: Section<ProxySection> = Section {
         Param::number("tilt_deg", "Tilt", [-180.0, 180.0], of!(Ellipsoid tilt_deg))
             .unit("°")
             .decimals(1)
-            .help(
-                "Turns it about the x axis through its centre; above 0 its top leans towards +Z.",
-            ),
+            .help("Pitch about the x axis through its centre; above 0 the top leans towards +Z."),
         Param::numbers(
             "albedo",
             "Albedo",
@@ -142,12 +140,12 @@ pub const GROUND: Section<ProxySection> = Section {
     name: "proxy",
     heading: "[[proxy]]",
     kind: Some("ground"),
-    help: "A plane that goes on for ever, lit from above.",
+    help: "An infinite horizontal plane, lit from above.",
     params: &[
         Param::number("height", "Height", COORDINATE, of!(Ground height))
             .absent(Absent::Refused)
             .unit("cm")
-            .help("Its height y."),
+            .help("Height y of the plane."),
         Param::numbers("albedo", "Albedo", Shape::Rgb, ALBEDO, of!(Ground albedo))
             .decimals(3)
             .help(ALBEDO_HELP),

@@ -24,7 +24,7 @@ pub const TABLES: Section<TablesSection> = Section {
     name: "tables",
     heading: "[tables]",
     kind: None,
-    help: "Baked tables. Without it, those that are built in.",
+    help: "Baked tables. Without it, the bundled ones.",
     params: &[
         Param::new("file", "Tables", Kind::File, at!(TablesSection.file))
             .absent(Absent::Refused)
@@ -54,7 +54,7 @@ pub const CAMERA: Section<CameraSection> = Section {
         )
         .absent(Absent::Refused)
         .unit("cm")
-        .help("Where the eye is."),
+        .help("Position of the camera."),
         Param::numbers(
             "target",
             "Target",
@@ -64,7 +64,7 @@ pub const CAMERA: Section<CameraSection> = Section {
         )
         .absent(Absent::Refused)
         .unit("cm")
-        .help("Point that it looks at, away from `position`."),
+        .help("Point that the camera looks at; must differ from `position`."),
         Param::numbers("up", "Up", Shape::Vector, COORDINATE, at!(CameraSection.up)).help(
             "Direction that is up in the picture, not along the line of sight; need not be a unit \
              vector.",
@@ -89,28 +89,32 @@ const TERMS: &[Word] = &[
     (
         "single",
         "Single",
-        "Light that reaches a fibre unblocked and is scattered once: highlights and hard shadows.",
+        "Single scattering of unoccluded light: highlights and hard shadows.",
     ),
     (
         "global",
         "Global",
-        "Light that hair in front scattered on: the soft glow inside blond hair.",
+        "Multiple scattering through the hair in front: the soft glow inside blond hair.",
     ),
     (
         "local",
         "Local",
-        "Light that comes back from the hair around a fibre: saturated colour.",
+        "Multiple scattering from the hair around a fibre: saturated colour.",
     ),
 ];
 
 const TONE_MAPS: &[Word] = &[
-    ("filmic", "Filmic", "Highlights roll off as on film."),
-    ("none", "None", "Clipped at white: for measuring."),
+    ("filmic", "Filmic", "Filmic curve with highlight roll-off."),
+    (
+        "none",
+        "None",
+        "No curve, clipped at white, for measurements.",
+    ),
 ];
 
 const BACKGROUNDS: &[Word] = &[
-    ("lights", "Lights", "The environment that lights the hair."),
-    ("none", "None", "See-through in saved pictures."),
+    ("lights", "Lights", "The environment of the lights."),
+    ("none", "None", "Transparent in saved pictures."),
 ];
 
 /// The picture.
@@ -135,7 +139,7 @@ pub const RENDER: Section<RenderSection> = Section {
             Kind::Choice(TERMS),
             at!(RenderSection.scattering),
         )
-        .help("Which light is drawn"),
+        .help("Scattering terms to render"),
         Param::number(
             "exposure",
             "Exposure",
@@ -144,21 +148,21 @@ pub const RENDER: Section<RenderSection> = Section {
         )
         .unit("stops")
         .slider(-6.0, 6.0)
-        .help("Brightness of the picture: one stop more doubles it."),
+        .help("Exposure: one stop more doubles the brightness."),
         Param::new(
             "tone_map",
             "Tone map",
             Kind::Choice(TONE_MAPS),
             at!(RenderSection.tone_map),
         )
-        .help("How bright light fits a screen"),
+        .help("Tone curve for the display"),
         Param::new(
             "background",
             "Background",
             Kind::ChoiceOrColor(BACKGROUNDS, Numbers::new(Shape::Rgb, [0.0, 1e6])),
             at!(RenderSection.background),
         )
-        .help("What is seen between the strands"),
+        .help("Background behind the hair"),
         Param::numbers(
             "samples",
             "Samples",
@@ -169,7 +173,7 @@ pub const RENDER: Section<RenderSection> = Section {
         .slider(4.0, 1024.0)
         .logarithmic()
         .help(
-            "Samples a pixel of the finished picture. More give smoother strands and take \
+            "Samples per pixel of the finished picture. More give smoother strands and take \
                  longer.",
         ),
         Param::numbers(
@@ -181,7 +185,7 @@ pub const RENDER: Section<RenderSection> = Section {
         )
         .slider(0.0, 256.0)
         .help(
-            "Sharp shadows, shared out among all lights; 0 leaves the soft ones. More cost \
+            "Shadow maps shared by all lights; 0 keeps only the soft shadows. More cost \
                  memory and time when the hair or the lights move.",
         ),
     ],

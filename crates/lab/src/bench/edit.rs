@@ -6,12 +6,12 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
-use strandlight_scene::edit::{EditError, EditReport, HairTextures, LobeTables, Parameter};
+use strandlight_scene::material::{EditError, EditReport, HairMaterial, LobeTables, Parameter};
 
 /// What an edit may take.
 pub const BUDGET_MICROSECONDS: f64 = 1000.0;
 
-/// One part that an edit makes anew.
+/// One part that an edit recomputes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartCost {
     /// Its name.
@@ -27,7 +27,7 @@ pub struct PartCost {
 pub struct EditCost {
     /// The parameter, or `all` for making everything the first time.
     pub parameter: &'static str,
-    /// Parts that are made anew; the others are kept.
+    /// Parts that are recomputed; the others are kept.
     pub rebuilt: Vec<PartCost>,
     /// Bytes to write on the GPU.
     pub bytes: usize,
@@ -56,7 +56,7 @@ impl EditCost {
 
 /// Edits each parameter of `hair` `repetitions` times to and fro, all modes and multiple scattering
 /// enabled, on this thread;
-/// then makes everything anew as often.
+/// then recomputes everything as often.
 ///
 /// # Errors
 /// Lobes that are not there, hair outside its range.
@@ -67,7 +67,7 @@ pub fn edit_costs(
     repetitions: usize,
 ) -> Result<Vec<EditCost>, EditError> {
     let make = |hair: &HairParams| {
-        HairTextures::new(Arc::clone(tables), fresnel, hair, &Lobe::ALL, SEGMENTS).map(
+        HairMaterial::new(Arc::clone(tables), fresnel, hair, &Lobe::ALL, SEGMENTS).map(
             |mut textures| {
                 textures.enable_multiple(true);
                 textures
@@ -89,7 +89,7 @@ pub fn edit_costs(
     let mut runs = Vec::with_capacity(repetitions);
     for _ in 0..repetitions.max(1) {
         // Nothing but the fibre is there before.
-        let mut textures = HairTextures::new(Arc::clone(tables), fresnel, hair, &[], SEGMENTS)?;
+        let mut textures = HairMaterial::new(Arc::clone(tables), fresnel, hair, &[], SEGMENTS)?;
         let start = Instant::now();
         let mut report = textures.enable(&Lobe::ALL)?;
         let averages = textures.enable_multiple(true);

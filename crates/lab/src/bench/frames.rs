@@ -45,8 +45,8 @@ impl FrameCost {
     }
 }
 
-/// One kind of frame: a renderer, and an edit that makes it draw; told whether to edit there or
-/// back.
+/// One kind of frame: a renderer, and an edit that makes it draw; its argument says whether to edit
+/// there or back.
 struct Kind {
     name: String,
     live: usize,
@@ -81,7 +81,7 @@ pub enum Told<'a> {
     },
 }
 
-/// Whom the work tells.
+/// Progress callback.
 type Observer<'a> = &'a dyn Fn(Told);
 
 /// Kinds of frames in all groups.
@@ -92,9 +92,10 @@ pub fn n_frames(repetitions: u32) -> u64 {
     2 * N_KINDS * (u64::from(repetitions) + 1)
 }
 
-/// Edits against a frame that makes everything anew; 10 lights against all of them; shadow maps and
+/// Edits against a frame that recomputes everything; 10 lights against all of them; shadow maps and
 /// samples step by step; painted hair and a stroke against hair that is not; wind against hair that
-/// is moved otherwise. Medians of two frames a repetition; `observer` is told of each frame and group.
+/// is moved otherwise. Medians of two frames a repetition; `observer` is called after each frame
+/// and group.
 ///
 /// # Errors
 /// Whatever the device refuses.

@@ -12,7 +12,9 @@ use strandlight_scene::PreparedScene;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::volume::{GRID_SIDE, Grid};
 
-use crate::transmittance::{Finder, Method, Transmitted, directions_of, lobe_of, ray_shares};
+use crate::transmittance::{
+    Method, ShadowBuilder, Transmitted, directions_of, lobe_of, ray_shares,
+};
 use strandlight_reference::rays::Rays;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::progress::{Progress, timed};
@@ -149,8 +151,8 @@ pub fn run_transmittance(
         .iter()
         .map(|setting| {
             let grid = Grid::with_side(strands, setting.side.unwrap_or(GRID_SIDE));
-            let (finder, geometry_seconds) =
-                timed(|| Finder::on_grid(setting.method, strands, grid));
+            let (builder, geometry_seconds) =
+                timed(|| ShadowBuilder::on_grid(setting.method, strands, grid));
             let found: Vec<(Vec<Transmitted>, [f64; 2])> = lights
                 .par_iter()
                 .map(|light| {
@@ -163,9 +165,10 @@ pub fn run_transmittance(
                         }
                         None => directions_of(light, &sweeps),
                     };
-                    let (of_light, light_seconds) = timed(|| finder.of_light(light, directions));
+                    let (light_shadows, light_seconds) =
+                        timed(|| builder.light_shadows(light, directions));
                     let (shares, seconds) = timed(|| {
-                        let record = |&point: &u32| forward.shares(&of_light.record(point));
+                        let record = |&point: &u32| forward.shares(&light_shadows.record(point));
                         points.iter().map(record).collect()
                     });
                     stage.advance(1);

@@ -8,7 +8,7 @@ use super::draw::{self, Random};
 use super::energy::reference;
 use super::point::{Group, Point};
 use super::report::{Check, Tally};
-use super::subject::StressError;
+use super::target::StressError;
 
 /// Values below this share of the largest of their fibre, mode and function are measured against
 /// that share.
@@ -57,7 +57,7 @@ pub fn against_exact(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
             for (function, tally) in FUNCTIONS.into_iter().zip(&mut tallies) {
                 let points = points(random, &hair, function);
                 let group = Group { hair, points };
-                let values = run.subject.cpu(&group)?;
+                let values = run.target.cpu(&group)?;
                 let exact: Vec<[f64; 3]> = group
                     .points
                     .iter()
@@ -102,7 +102,7 @@ pub fn rounding(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
             let mut all = middles.clone();
             all.extend(middles.iter().flat_map(moved));
             let group = Group { hair, points: all };
-            let values = run.subject.cpu(&group)?;
+            let values = run.target.cpu(&group)?;
             let (before, after) = values.split_at(POINTS);
             for c in 0..3 {
                 let scaled = |ix: usize| f64::from(before[ix][c]) / middles[ix].light_mass();
@@ -140,8 +140,8 @@ pub fn rounding(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
         .collect())
 }
 
-/// Is theta_d so near +-pi/2 that one unit of it moves cos(theta_d) itself by 1e-4 and more? Energies
-/// go with its square: the exact model moves as much.
+/// Is theta_d so near +-pi/2 that one unit of it moves cos(theta_d) itself by 1e-4 and more?
+/// Energies go with its square: the exact model moves as much.
 fn is_at_pole(point: &Point) -> bool {
     match *point {
         Point::Azimuthal { theta_d, .. } => theta_d.cos() < 1e-3,

@@ -4,8 +4,9 @@
 //! farthest off the mean of its ends is halved, again and again: at a jump that distance stays
 //! half the jump, elsewhere it falls fourfold with the step. A jump is a difference across an
 //! interval of [`FLOOR`] of the line (or between neighbouring f32) above [`BOUND`] (or
-//! [`EDIT_BOUND`]) of the local scale: the largest value within [`NEIGHBOURHOOD`] steps, at least [`SCALE_FLOOR`] of the
-//! line's largest. Values are divided by the light's mass, so that narrow lights count.
+//! [`EDIT_BOUND`]) of the local scale: the largest value within [`NEIGHBOURHOOD`] steps, at least
+//! [`SCALE_FLOOR`] of the line's largest. Values are divided by the light's mass, so that narrow
+//! lights count.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -18,12 +19,12 @@ use super::Run;
 use super::draw::{self, BETA, CAUSTIC_WIDTH, ECCENTRICITY, LAMBDA, Random, SHIFT, SIGMA_A};
 use super::point::{Group, Point, inclination, single};
 use super::report::{Check, Tally};
-use super::subject::StressError;
+use super::target::StressError;
 
 const STEPS: usize = 96;
 /// Largest jump accepted, relative to the local scale, along parameters of light and view.
 const BOUND: f64 = 2e-3;
-/// The same along parameters of the fibre, where every step makes textures of 16 bits anew: places
+/// The same along parameters of the fibre, where every step recomputes 16-bit textures: places
 /// of lobes move in steps of 1e-4 radians, by 4.3 * 1e-4 / w_c of the value in the flank of a lobe
 /// at 1 % of its peak; w_c is at least 0.01.
 const EDIT_BOUND: f64 = 4e-2;
@@ -258,13 +259,13 @@ impl Ord for Interval {
 
 /// Walks one line and feeds its largest jump into `tally`.
 fn walk(run: &Run, parameter: Walk, base: &Group, tally: &mut Tally) -> Result<(), StressError> {
-    let prepared = run.subject.prepare(&base.hair)?;
+    let prepared = run.target.prepare(&base.hair)?;
     let evaluate = |value: f64| -> Result<Vec<f64>, StressError> {
         let group = parameter.set(base, value);
         let values = if group.hair == base.hair {
-            run.subject.at(&prepared, &group.points)
+            run.target.at(&prepared, &group.points)
         } else {
-            run.subject.cpu(&group)?
+            run.target.cpu(&group)?
         };
         let scaled = group.points.iter().zip(values).flat_map(|(point, rgb)| {
             let mass = point.light_mass();

@@ -14,7 +14,7 @@ use super::Run;
 use super::draw::{self, Domain, LAMBDA, LAMBDA_P_CONSTANT, Random};
 use super::point::{Group, Light, Point, hair_json, single};
 use super::report::{Check, Tally};
-use super::subject::StressError;
+use super::target::StressError;
 
 /// Bound on the relative error of a mode's energy, and of the furnace.
 const BOUND: f64 = 0.01;
@@ -67,7 +67,7 @@ pub fn under_constant_light(run: &Run, n: usize) -> Result<Vec<Check>, StressErr
             Point::Single { .. } => [0.0; 3],
         };
         let group = Group { hair, points };
-        let values = run.subject.cpu(&group)?;
+        let values = run.target.cpu(&group)?;
         for (point, value) in group.points.iter().zip(values) {
             let expected = exact(point, &hair);
             let tally = &mut tallies[point.lobe().p() as usize];
@@ -82,7 +82,7 @@ pub fn under_constant_light(run: &Run, n: usize) -> Result<Vec<Check>, StressErr
                 hair: elliptic,
                 points,
             };
-            let values = run.subject.cpu(&group)?;
+            let values = run.target.cpu(&group)?;
             for (point, value) in group.points.iter().zip(values) {
                 let expected = exact(point, &elliptic);
                 see(&mut tallies[3], value.map(f64::from), expected, 1.0, || {
@@ -148,7 +148,7 @@ pub fn over_azimuth(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
             })
             .collect();
         let group = Group { hair, points };
-        let values = run.subject.cpu(&group)?;
+        let values = run.target.cpu(&group)?;
         for (&(lobe, lambda_p, theta_d), values) in rings.iter().zip(values.chunks(RING)) {
             let mass = circular_gaussian_integral(sharpness(lambda_p));
             let found = sum(values).map(|x| x * 2.0 * PI / RING as f64 / mass);
@@ -212,7 +212,7 @@ pub fn wide_light(run: &Run, n: usize, domain: Domain) -> Result<Vec<Check>, Str
             })
             .to_vec();
         let group = Group { hair, points };
-        let values = run.subject.cpu(&group)?;
+        let values = run.target.cpu(&group)?;
         for (point, value) in group.points.iter().zip(values) {
             let exact = reference(run, point, &hair);
             let tally = &mut tallies[point.lobe().p() as usize];
@@ -297,8 +297,8 @@ pub fn over_views(
             lambda: domain.lambda(random, 2.0 * RING_LAMBDA),
         };
         let prepared = match nodes {
-            Some(nodes) => run.subject.prepare_with_nodes(&hair, nodes)?,
-            None => run.subject.prepare(&hair)?,
+            Some(nodes) => run.target.prepare_with_nodes(&hair, nodes)?,
+            None => run.target.prepare(&hair)?,
         };
         let incident = incident_energy(light);
         for lobe in Lobe::ALL {
@@ -322,7 +322,7 @@ pub fn over_views(
                     })
                 })
                 .collect();
-            let values = run.subject.at(&prepared, &points);
+            let values = run.target.at(&prepared, &points);
             let (mut found, mut exact) = ([0.0; 3], [0.0; 3]);
             for (&(theta_o, weight), values) in views.iter().zip(values.chunks(RING)) {
                 let here = sum(values);
@@ -446,7 +446,7 @@ pub fn furnace(run: &Run, n: usize, domain: Domain) -> Result<Vec<Check>, Stress
             });
         }
         let group = Group { hair, points };
-        let values = run.subject.cpu(&group)?;
+        let values = run.target.cpu(&group)?;
         let rest = |theta_d: f64| {
             let all = Lobe::ALL.map(|lobe| exact::energy(lobe, theta_d, &hair, run.fresnel)[0]);
             [1.0 - all.iter().sum::<f64>(); 3]

@@ -1,7 +1,7 @@
-//! Numerical stress of single and multiple scattering: what the renderer evaluates, in f32 on the CPU and as
-//! WGSL on the adapter, against the exact model in f64, at corners and random extremes.
+//! Numerical stress of single and multiple scattering: what the renderer evaluates, in f32 on the
+//! CPU and as WGSL on the adapter, against the exact model in f64, at corners and random extremes.
 //!
-//! - [`Subject`]: the scheme under test.
+//! - [`Target`]: the scheme under test.
 //! - [`run()`]: all checks; the same seed gives the same [`Report`] on any number of threads.
 //! - [`Report`]: checks with their worst cases and all inputs of these.
 
@@ -13,8 +13,8 @@ mod invalid;
 mod multiple;
 mod point;
 mod report;
-mod subject;
 mod symmetry;
+mod target;
 mod values;
 
 use std::ops::Range;
@@ -31,7 +31,7 @@ use values::Evaluated;
 pub use invalid::ParseQuery;
 pub(crate) use point::hair_json;
 pub use report::{Check, Report, Status, Worst};
-pub use subject::{StressError, Subject};
+pub use target::{StressError, Target};
 
 /// Why checks of the adapter were not run.
 const NO_ADAPTER: &str = "no adapter";
@@ -47,7 +47,7 @@ pub struct Options {
 
 /// A run under way.
 struct Run<'a> {
-    subject: &'a Subject<'a>,
+    target: &'a Target<'a>,
     fresnel: Fresnel,
     options: Options,
     progress: &'a (dyn Fn(&str, u64) -> Progress + Sync),
@@ -114,19 +114,19 @@ const MORE: u64 = 8;
 /// See [`MORE`].
 const MAX_MORE: u64 = 512;
 
-/// Runs all checks of `subject`.
+/// Runs all checks of `target`.
 ///
 /// # Errors
 /// The adapter failed. Failed checks are in the report.
 pub fn run(
-    subject: &Subject,
+    target: &Target,
     options: Options,
     parse_query: ParseQuery,
     progress: &(dyn Fn(&str, u64) -> Progress + Sync),
 ) -> Result<Report, StressError> {
     let run = Run {
-        subject,
-        fresnel: subject.fresnel(),
+        target,
+        fresnel: target.fresnel(),
         options,
         progress,
     };
@@ -134,7 +134,7 @@ pub fn run(
     let mut checks = Vec::new();
     let evaluate = |label: &str, groups: Vec<point::Group>| {
         let progress = (run.progress)(label, groups.len() as u64);
-        let evaluated = Evaluated::new(subject, groups, &progress);
+        let evaluated = Evaluated::new(target, groups, &progress);
         progress.finish();
         evaluated
     };
@@ -143,7 +143,7 @@ pub fn run(
     checks.extend(extremes.finite("finite, random extremes"));
     checks.extend(extremes.twins());
     drop(extremes);
-    if subject.has_nodes() {
+    if target.has_nodes() {
         checks.extend(multiple::checks(&run, n)?);
     }
     let share = |part: usize| n.div_ceil(part);
@@ -154,7 +154,7 @@ pub fn run(
         checks.extend(energy::over_views(&run, share(500), domain, None)?);
         checks.extend(energy::furnace(&run, share(250), domain)?);
     }
-    if subject.has_nodes() {
+    if target.has_nodes() {
         let nodes = Some(MAX_NODES);
         checks.extend(energy::over_views(
             &run,
@@ -169,8 +169,8 @@ pub fn run(
     checks.extend(accuracy::rounding(&run, share(4))?);
     checks.extend(invalid::checks(parse_query));
     Ok(Report {
-        scheme: subject.scheme(),
-        adapter: subject.adapter().map(str::to_owned),
+        scheme: target.scheme(),
+        adapter: target.adapter().map(str::to_owned),
         n: n as u64,
         seed: options.seed,
         checks,

@@ -11,7 +11,7 @@ use super::Run;
 use super::draw::{LAMBDA, POINTS_PER_HAIR, Random, hair};
 use super::point::{hair_json, inclination, single};
 use super::report::{Check, Tally, finite};
-use super::subject::StressError;
+use super::target::StressError;
 use super::values::apart;
 
 /// Purpose of the draws.
@@ -104,13 +104,13 @@ pub(super) fn checks(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
         let hair = hair(random);
         let points = (0..POINTS_PER_HAIR).map(|_| Point::draw(random));
         let all: Points = (hair, points.collect());
-        let values = run.subject.multiple_cpu(&all)?;
+        let values = run.target.multiple_cpu(&all)?;
         Ok((all, values))
     })?;
     let (groups, cpu): (Vec<Points>, Answers) = drawn.into_iter().unzip();
     let mut gpu: Option<Answers> = None;
     for chunk in groups.chunks(GPU_FIBRES) {
-        if let Some(values) = run.subject.multiple_gpu(chunk)? {
+        if let Some(values) = run.target.multiple_gpu(chunk)? {
             gpu.get_or_insert_with(Vec::new).extend(values);
         }
     }

@@ -1,4 +1,4 @@
-//! What a stress run found: checks, their worst cases, and how they are told.
+//! What a stress run found: checks, their worst cases, and how they are printed.
 
 use serde_json::{Value, json};
 

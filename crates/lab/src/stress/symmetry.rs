@@ -7,7 +7,7 @@ use super::Run;
 use super::draw::{self, Random};
 use super::point::{Group, Light, Point, inclination, single};
 use super::report::{Check, Tally};
-use super::subject::StressError;
+use super::target::StressError;
 
 /// Bound on exact symmetries: rounding of f32 at the narrowest lights.
 const EXACT_BOUND: f64 = 1e-3;
@@ -186,7 +186,7 @@ fn symmetry(
                 }
             }
         }
-        let side = |hair, points| run.subject.cpu(&Group { hair, points });
+        let side = |hair, points| run.target.cpu(&Group { hair, points });
         let here = side(hair, pairs.iter().map(|pair| pair.here).collect())?;
         let there = side(other, pairs.iter().map(|pair| pair.there).collect())?;
         let scaled = |pair: &Pair, ix: usize, value: f32| {

@@ -6,7 +6,7 @@ use strandlight_scattering::Lobe;
 
 use super::point::{Group, Point};
 use super::report::{Check, Tally, finite};
-use super::subject::{StressError, Subject};
+use super::target::{StressError, Target};
 use strandlight_scene::progress::Progress;
 
 /// Groups sent to the adapter at once.
@@ -39,21 +39,21 @@ pub struct Evaluated {
 impl Evaluated {
     /// Evaluates `groups` on both sides.
     pub fn new(
-        subject: &Subject,
+        target: &Target,
         groups: Vec<Group>,
         progress: &Progress,
     ) -> Result<Evaluated, StressError> {
         let cpu = groups
             .par_iter()
             .map(|group| {
-                let values = subject.cpu(group);
+                let values = target.cpu(group);
                 progress.advance(1);
                 values
             })
             .collect::<Result<Answers, _>>()?;
         let mut gpu = None;
         for chunk in groups.chunks(GPU_GROUPS) {
-            if let Some(values) = subject.gpu(chunk)? {
+            if let Some(values) = target.gpu(chunk)? {
                 gpu.get_or_insert_with(Vec::new).extend(values);
             }
         }

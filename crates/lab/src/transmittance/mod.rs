@@ -1,9 +1,9 @@
 //! Ways to find what hair leaves of a light, behind one interface, to be measured side by side.
 //!
 //! [`Method::Sweep`] is what the renderer does. The others are baselines on the CPU; they answer
-//! at the points where the renderer looks its records up. [`Finder`] holds what does not depend
-//! on the light, [`OfLight`] what one light needs; every answer is a [`ShadowRecord`], shares
-//! `E exp(-p tau)` at three exponents p, so all are shaded and measured alike.
+//! at the points where the renderer looks its records up. [`ShadowBuilder`] holds what does not
+//! depend on the light, [`LightShadows`] what one light needs; every answer is a [`ShadowRecord`],
+//! shares `E exp(-p tau)` at three exponents p, so all are shaded and measured alike.
 
 mod convolution;
 mod deep_opacity;
@@ -75,16 +75,16 @@ pub fn point_shadows(
     lights: &[LightRecord],
 ) -> Vec<PackedRecord> {
     let (_, sweeps) = scene.light_records();
-    let finder = Finder::new(method, &scene.strands);
+    let builder = ShadowBuilder::new(method, &scene.strands);
     let n_points = scene.strands.points.len();
     let mut result = vec![[0; 2]; n_points * lights.len()];
     result
         .par_chunks_mut(n_points)
         .zip(lights)
         .for_each(|(out, light)| {
-            let of_light = finder.of_light(light, directions_of(light, &sweeps));
+            let light_shadows = builder.light_shadows(light, directions_of(light, &sweeps));
             out.par_iter_mut().enumerate().for_each(|(point, out)| {
-                *out = pack_record(&of_light.record(point as u32));
+                *out = pack_record(&light_shadows.record(point as u32));
             });
         });
     result
@@ -97,7 +97,7 @@ pub fn directions_of<'a>(light: &LightRecord, sweeps: &'a [[f32; 4]]) -> &'a [[f
 }
 
 /// What a method makes of the strands before it knows the lights.
-pub struct Finder<'a> {
+pub struct ShadowBuilder<'a> {
     method: Method,
     strands: &'a Strands,
     grid: Grid,
@@ -106,29 +106,29 @@ pub struct Finder<'a> {
 }
 
 /// What a method makes of one light.
-pub enum OfLight<'a> {
+pub enum LightShadows<'a> {
     /// Records of the sweep's voxels.
-    Sweep(&'a Finder<'a>, Vec<PackedRecord>, [f32; 3]),
+    Sweep(&'a ShadowBuilder<'a>, Vec<PackedRecord>, [f32; 3]),
     /// Directions inside the lobe.
-    Ray(&'a Finder<'a>, &'a Rays, Vec<[f32; 3]>),
+    Ray(&'a ShadowBuilder<'a>, &'a Rays, Vec<[f32; 3]>),
     /// Zinke's voxels.
-    ForwardMap(&'a Finder<'a>, ForwardMap),
+    ForwardMap(&'a ShadowBuilder<'a>, ForwardMap),
     /// Layers that begin with the hair.
-    DeepOpacity(&'a Finder<'a>, DeepOpacityMap),
+    DeepOpacity(&'a ShadowBuilder<'a>, DeepOpacityMap),
     /// Layers with summed-area tables.
-    Codm(&'a Finder<'a>, ConvolutionMap),
+    Codm(&'a ShadowBuilder<'a>, ConvolutionMap),
 }
 
-impl<'a> Finder<'a> {
+impl<'a> ShadowBuilder<'a> {
     /// `method` on the renderer's grid.
-    pub fn new(method: Method, strands: &'a Strands) -> Finder<'a> {
-        Finder::on_grid(method, strands, Grid::around(strands))
+    pub fn new(method: Method, strands: &'a Strands) -> ShadowBuilder<'a> {
+        ShadowBuilder::on_grid(method, strands, Grid::around(strands))
     }
 
     /// `method` on another grid, where it has one.
-    pub fn on_grid(method: Method, strands: &'a Strands, grid: Grid) -> Finder<'a> {
+    pub fn on_grid(method: Method, strands: &'a Strands, grid: Grid) -> ShadowBuilder<'a> {
         let needs_rays = matches!(method, Method::Ray | Method::ForwardMap);
-        Finder {
+        ShadowBuilder {
             method,
             strands,
             grid,
@@ -141,19 +141,23 @@ impl<'a> Finder<'a> {
     }
 
     /// Prepares one light; `directions` (the fourth float is not read) are those of the sweep.
-    pub fn of_light(&'a self, light: &LightRecord, directions: &[[f32; 4]]) -> OfLight<'a> {
+    pub fn light_shadows(
+        &'a self,
+        light: &LightRecord,
+        directions: &[[f32; 4]],
+    ) -> LightShadows<'a> {
         match (self.method, &self.rays) {
-            (Method::Ray, Some(rays)) => OfLight::Ray(self, rays, lobe_of(light, N_RAYS)),
+            (Method::Ray, Some(rays)) => LightShadows::Ray(self, rays, lobe_of(light, N_RAYS)),
             (Method::ForwardMap, Some(rays)) => {
                 let map = ForwardMap::new(self.strands, rays, &self.grid, light.direction);
-                OfLight::ForwardMap(self, map)
+                LightShadows::ForwardMap(self, map)
             }
             (Method::DeepOpacity, _) => {
-                OfLight::DeepOpacity(self, DeepOpacityMap::new(self.strands, light.direction))
+                LightShadows::DeepOpacity(self, DeepOpacityMap::new(self.strands, light.direction))
             }
             (Method::Codm, _) => {
                 let map = ConvolutionMap::new(self.strands, light.direction, light.lambda);
-                OfLight::Codm(self, map)
+                LightShadows::Codm(self, map)
             }
             _ => {
                 let light = LightRecord {
@@ -162,26 +166,26 @@ impl<'a> Finder<'a> {
                     ..*light
                 };
                 let records = cpu::transmittance(&self.grid, &self.volume, &[light], directions);
-                OfLight::Sweep(self, records, light.direction)
+                LightShadows::Sweep(self, records, light.direction)
             }
         }
     }
 }
 
-impl OfLight<'_> {
+impl LightShadows<'_> {
     /// The record at point `point` of the strands.
     pub fn record(&self, point: u32) -> ShadowRecord {
-        let place = |finder: &Finder| finder.strands.points[point as usize];
+        let place = |builder: &ShadowBuilder| builder.strands.points[point as usize];
         match self {
-            OfLight::Sweep(finder, records, towards) => {
-                cpu::record_at_point(&finder.grid, records, &place(finder), *towards)
+            LightShadows::Sweep(builder, records, towards) => {
+                cpu::record_at_point(&builder.grid, records, &place(builder), *towards)
             }
-            OfLight::Ray(finder, rays, directions) => {
-                ray_record(rays, finder.strands, point, directions)
+            LightShadows::Ray(builder, rays, directions) => {
+                ray_record(rays, builder.strands, point, directions)
             }
-            OfLight::ForwardMap(finder, map) => map.record(&finder.grid, place(finder)),
-            OfLight::DeepOpacity(finder, map) => map.record(place(finder)),
-            OfLight::Codm(finder, map) => map.record(place(finder)),
+            LightShadows::ForwardMap(builder, map) => map.record(&builder.grid, place(builder)),
+            LightShadows::DeepOpacity(builder, map) => map.record(place(builder)),
+            LightShadows::Codm(builder, map) => map.record(place(builder)),
         }
     }
 }

@@ -43,8 +43,8 @@ fn light(lambda: f32) -> (LightRecord, Vec<[f32; 4]>) {
         first_sweep: 0,
         n_sweeps: directions.len() as u32,
         solid_angle: 1.0,
-        slot: strandlight_scene::shadow_maps::NO_SLOT,
-        through: 0.0,
+        shadow_index: strandlight_scene::shadow_maps::NO_SLOT,
+        forward_weight: 0.0,
         record: 0,
         pad: [0; 2],
     };
@@ -57,14 +57,14 @@ fn all_methods_agree_on_a_slab() {
     let strands = slab(1000);
     let (light, directions) = light(0.05);
     for method in Method::ALL {
-        let finder = Finder::new(method, &strands);
-        let of_light = finder.of_light(&light, &directions);
+        let builder = ShadowBuilder::new(method, &strands);
+        let light_shadows = builder.light_shadows(&light, &directions);
         let (mut sum, mut expected, mut n) = ([0.0; 2], [0.0; 2], 0.0);
         for (point, &[x, y, z, _]) in strands.points.iter().enumerate() {
             if Vec3::new(x, y, 0.0).abs().max_element() > 1.2 {
                 continue;
             }
-            let record = of_light.record(point as u32);
+            let record = light_shadows.record(point as u32);
             let depth = 2.0 * (1.0 - f64::from(z)) / 2.0;
             for (k, p) in [1.0, P_1].into_iter().enumerate() {
                 sum[k] += f64::from(record.shares[k]);

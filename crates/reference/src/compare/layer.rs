@@ -9,8 +9,8 @@ use exr::meta::header::Header;
 use strandlight_formats::{FileKind, read_file_of_kind};
 
 use super::CompareError;
+use strandlight_images::catch_decoder_panic;
 use strandlight_images::exr_map::{MAGIC, bad, read_samples};
-use strandlight_images::quietly;
 
 /// Largest width and height of a picture.
 pub const MAX_SIDE: usize = 16_384;
@@ -66,7 +66,8 @@ impl Layer {
     /// Reads the layer called `name` of an OpenEXR file (channels `name.R`, `name.G`, `name.B`, or
     /// plain ones in a part of that name), or without a name the plain channels `R`, `G`, `B`; or
     /// a PNG, which has no named layers. `alpha` is the channel `coverage.Y` of a reference, or
-    /// else the layer's `A`, or the plain `A`. The layer `variance` goes with the plain channels and with `total`.
+    /// else the layer's `A`, or the plain `A`. The layer `variance` goes with the plain channels
+    /// and with `total`.
     ///
     /// # Errors
     /// What is wrong with the file, in one line.
@@ -85,7 +86,7 @@ impl Layer {
     /// What is wrong with them, in one line.
     pub fn decode(bytes: &[u8], name: Option<&str>) -> Result<Layer, String> {
         let layer = if bytes.starts_with(&MAGIC) {
-            quietly(|| decode_exr(bytes, name))?
+            catch_decoder_panic(|| decode_exr(bytes, name))?
         } else if bytes.starts_with(PNG_MAGIC) {
             if let Some(name) = name {
                 return Err(format!("a PNG has no layer {name}"));

@@ -3,7 +3,8 @@
 //! - [`Layer::read`]: one layer of an OpenEXR file, or a PNG, as linear pixels.
 //! - [`compare()`]: a [`Comparison`]: relative RMSE, bias, ratio of colours, the worst pixel, and
 //!   what of it is noise of the reference.
-//! - [`flip()`]: FLIP (Andersson et al. 2020), what a person would see when the two pictures alternate.
+//! - [`flip()`]: FLIP (Andersson et al. 2020), what a person would see when the two pictures
+//!   alternate.
 //! - [`signed_png`]: the signed difference to look at.
 //!
 //! ```

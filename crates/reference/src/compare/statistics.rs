@@ -69,12 +69,12 @@ pub fn compare(a: &Layer, b: &Layer) -> Result<Comparison, CompareError> {
     }
     if a.is_display != b.is_display {
         return mismatch(
-            "one picture is linear (OpenEXR), the other tone mapped (PNG); compare two of a kind"
+            "one picture is linear (OpenEXR), the other tone-mapped (PNG); use two pictures of the same kind"
                 .to_owned(),
         );
     }
     if b.rgb.iter().all(|rgb| *rgb == [0.0; 3]) {
-        return mismatch("the reference is black: nothing can be relative to it".to_owned());
+        return mismatch("the reference is black: relative errors are undefined".to_owned());
     }
     let mask = hair_mask(a, b);
     Ok(Comparison {

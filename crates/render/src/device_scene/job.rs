@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::invalidation::{Inputs, is_stale};
 use crate::passes::lighting::Step;
 use strandlight_scene::camera::ViewUniform;
-use strandlight_scene::edit::EditReport;
+use strandlight_scene::material::EditReport;
 
 /// What was set since the last shading job began.
 #[derive(Clone, Debug, Default)]
@@ -99,7 +99,8 @@ pub(crate) struct ShadingJob {
 }
 
 impl ShadingJob {
-    /// May it be given up for a new edit? Once, and early, so that dragging a slider shows something.
+    /// May it be given up for a new edit? Once, and early, so that dragging a slider shows
+    /// something.
     pub fn may_restart(&self) -> bool {
         !self.is_second_try && 2 * self.steps.len() > self.n_steps
     }

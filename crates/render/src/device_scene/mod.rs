@@ -1,9 +1,9 @@
 //! A prepared scene on a device: strands, shadows and the radiance of every point.
 //!
 //! Setters mark what is out of date in [`DirtyFlags`] and return at once. [`DeviceScene::begin`]
-//! writes what was set to the device and plans a [`ShadingJob`]; [`DeviceScene::step`] runs one of its
-//! steps. A job lights the radiance buffer that is not shown; when it is done, the two change places.
-//! What is set during a job waits for the next one.
+//! writes what was set to the device and plans a [`ShadingJob`]; [`DeviceScene::step`] runs one of
+//! its steps. A job lights the radiance buffer that is not shown; when it is done, the two change
+//! places. What is set during a job waits for the next one.
 
 mod job;
 mod set;
@@ -126,8 +126,8 @@ impl DeviceScene {
     }
 
     /// Takes up what was set since the last job began, and what one that is given up had taken, and
-    /// plans the next job, which shades at most `chunk` points in a step. Answers whether the strands
-    /// moved.
+    /// plans the next job, which shades at most `chunk` points in a step. Answers whether the
+    /// strands moved.
     ///
     /// # Errors
     /// Whatever the device refuses.
@@ -212,8 +212,8 @@ impl DeviceScene {
         Ok(has_moved)
     }
 
-    /// Lights all points of the shown buffer by a guess, so that there is something to see before the
-    /// first job is done.
+    /// Lights all points of the shown buffer by a guess, so that there is something to see before
+    /// the first job is done.
     ///
     /// # Errors
     /// Whatever the device refuses.
@@ -224,7 +224,7 @@ impl DeviceScene {
         self.front_scale = Some(job.view.radiance_scale);
         let stamp = log.clock.stamp("first look");
         self.lighting
-            .take_first_look(&self.context, &self.scene, &self.strands, self.front, stamp)
+            .take_preview(&self.context, &self.scene, &self.strands, self.front, stamp)
     }
 
     /// Runs the next step of the job, or ends it. [`None`] if there is no job.

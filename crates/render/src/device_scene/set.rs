@@ -8,7 +8,7 @@ use strandlight_formats::{Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::Camera;
-use strandlight_scene::edit::{EditError, EditReport};
+use strandlight_scene::material::{EditError, EditReport};
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::Paint;
 use strandlight_scene::proxy::Proxy;
@@ -35,7 +35,7 @@ impl DeviceScene {
     }
 
     /// # Errors
-    /// As [`HairTextures::edit`](strandlight_scene::edit::HairTextures::edit).
+    /// As [`HairMaterial::edit`](strandlight_scene::material::HairMaterial::edit).
     pub fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<EditReport, EditError> {
         let before = self.scene.hair.modes().to_vec();
         let report = self.scene.hair.edit(hair, modes)?;

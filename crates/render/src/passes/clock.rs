@@ -1,6 +1,6 @@
 //! Time stamps of passes, read without waiting for them.
 
-use super::mail::Mail;
+use super::readback::Readback;
 use super::resources::labelled;
 use crate::gpu::Context;
 
@@ -55,7 +55,7 @@ pub(crate) struct Clock {
 struct Device {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    mail: Mail,
+    readback: Readback,
     /// Names of the slices stamped since the last reading, and of those being read.
     names: Vec<&'static str>,
     reading: Vec<&'static str>,
@@ -76,7 +76,7 @@ impl Clock {
             Device {
                 set,
                 resolved: labelled(context, "time stamps", bytes, usage),
-                mail: Mail::new(context, bytes),
+                readback: Readback::new(context, bytes),
                 names: Vec::new(),
                 reading: Vec::new(),
                 milliseconds_per_tick: 1e-6 * f64::from(context.queue.get_timestamp_period()),
@@ -96,7 +96,7 @@ impl Clock {
             return Stamp::default();
         };
         let ix = device.names.len() as u32;
-        if ix >= SLICES || !device.mail.is_idle() {
+        if ix >= SLICES || !device.readback.is_idle() {
             return Stamp::default();
         }
         device.names.push(name);
@@ -112,13 +112,13 @@ impl Clock {
         let Some(device) = &mut self.device else {
             return;
         };
-        if device.names.is_empty() || !device.mail.is_idle() {
+        if device.names.is_empty() || !device.readback.is_idle() {
             return;
         }
         let n = device.names.len() as u32;
         let (set, resolved) = (&device.set, &device.resolved);
         device
-            .mail
+            .readback
             .send(context, resolved, u64::from(n) * 16, |encoder| {
                 encoder.resolve_query_set(set, 0..2 * n, resolved, 0);
             });
@@ -130,7 +130,7 @@ impl Clock {
         let Some(device) = &mut self.device else {
             return;
         };
-        let Some(ticks) = device.mail.take::<[u64; 2]>() else {
+        let Some(ticks) = device.readback.take::<[u64; 2]>() else {
             return;
         };
         for (name, [begin, end]) in device.reading.drain(..).zip(ticks) {

@@ -6,15 +6,15 @@ use super::proxies::DrawnProxies;
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, labelled, shader, step, storage, submit, uniform,
 };
-use crate::gpu::{Context, Tally};
+use crate::gpu::{Context, ResourceCounters};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::sampling::{PASS_SAMPLES, pass_jitter};
 
 pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Side of the viewport in pixels, with what is drawn in its middle: a power of two, so that corners
-/// come out the same whatever it is. Software devices slow down wherever a triangle is clipped; a
-/// device with smaller textures gets a smaller one.
+/// Side of the viewport in pixels, with what is drawn in its middle: a power of two, so that
+/// corners come out the same whatever it is. Software devices slow down wherever a triangle is
+/// clipped; a device with smaller textures gets a smaller one.
 fn viewport_side(context: &Context) -> f32 {
     let most = context.device.limits().max_texture_dimension_2d;
     f32::from(
@@ -306,7 +306,7 @@ pub(super) fn covering(
     [vertices, fragments]: [&'static str; 2],
     constants: &[(&str, f64)],
 ) -> wgpu::RenderPipeline {
-    Tally::add(&context.tally().pipelines);
+    ResourceCounters::add(&context.resource_counters().pipelines);
     let descriptor = wgpu::RenderPipelineDescriptor {
         label: Some(label),
         layout: None,

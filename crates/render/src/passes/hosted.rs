@@ -2,7 +2,7 @@
 
 use super::draw::Ribbons;
 use super::resources::{module_with, uniform};
-use crate::gpu::{Context, Tally};
+use crate::gpu::{Context, ResourceCounters};
 use crate::hair_renderer::HairOptions;
 use strandlight_scene::RenderError;
 
@@ -16,7 +16,8 @@ pub(crate) struct Host {
     /// The host's depth is `depth[0] + depth[1] / d`, where d cm is the depth along the line of
     /// sight.
     pub depth: [f32; 2],
-    /// What the projection moves the picture by, in halves of its sides, x to the right and y upwards.
+    /// What the projection moves the picture by, in halves of its sides, x to the right and y
+    /// upwards.
     pub shift: [f32; 2],
     /// Upper left corner of the viewport, pixels.
     pub corner: [f32; 2],
@@ -47,7 +48,7 @@ impl Hosted {
         radiance: &[&wgpu::Buffer],
     ) -> Result<Hosted, RenderError> {
         let module = module_with(context, "pass/strands", &[FEATURE])?;
-        Tally::add(&context.tally().pipelines);
+        ResourceCounters::add(&context.resource_counters().pipelines);
         let compare = match options.reverse_z {
             true => wgpu::CompareFunction::Greater,
             false => wgpu::CompareFunction::Less,

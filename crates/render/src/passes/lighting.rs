@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::clock::Stamp;
-use super::first_look::{self, Drafted};
+use super::preview::{self, Drafted};
 use super::proxies::{self, Proxies};
 use super::resources::{
     StrandBuffers, bind, buffer_of, compute_pass, compute_with, groups_of_64, module_with, step,
@@ -22,7 +22,7 @@ use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::LIGHT_BATCH;
 use strandlight_scene::camera::ViewUniform;
-use strandlight_scene::edit::{EditReport, HairTextures};
+use strandlight_scene::material::{EditReport, HairMaterial};
 use strandlight_scene::paint::PaintKinds;
 use strandlight_scene::scene::{LightRecord, PreparedScene};
 use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, ShadowView};
@@ -96,9 +96,9 @@ pub(crate) struct Lighting {
     sweep: Sweep,
     maps: ShadowMaps,
     /// The lights whose power shared out the maps: one that is black by now keeps its own.
-    planned: Vec<SrbfLight>,
+    planned_lights: Vec<SrbfLight>,
     plan: ShadowPlan,
-    /// Where the answers' light through to the eye comes from.
+    /// Direction of the line-of-sight shadows in the visibility buffer.
     through: Option<[f32; 3]>,
     shades: Vec<Shade>,
     current: usize,
@@ -120,7 +120,7 @@ pub(crate) struct Lighting {
     n_directions: Vec<u32>,
     min_power: f32,
     densities: [f32; 2],
-    most_local: f32,
+    max_local: f32,
     n_points: u32,
 }
 
@@ -142,7 +142,7 @@ impl Lighting {
         let mut lighting = Lighting {
             sweep: Sweep::new(context)?,
             maps: ShadowMaps::new(context, strands)?,
-            planned: scene.lights.clone(),
+            planned_lights: scene.lights.clone(),
             plan: ShadowPlan::default(),
             through: None,
             shades: Vec::new(),
@@ -164,7 +164,7 @@ impl Lighting {
             n_directions: Vec::new(),
             min_power: 0.0,
             densities: scene.densities,
-            most_local: scene.most_local(&scene.hair),
+            max_local: scene.max_local(&scene.hair),
             n_points: strands.n_points,
         };
         lighting.block_light(context)?;
@@ -176,7 +176,7 @@ impl Lighting {
     /// Shares out the shadow maps of the lights to come, [`Lighting::set_lights`], by the power of
     /// these, which differ from them in nothing else.
     pub fn plan_for(&mut self, lights: &[SrbfLight]) {
-        self.planned = lights.to_vec();
+        self.planned_lights = lights.to_vec();
     }
 
     /// Takes the lights of `scene` for those there were; [`Lighting::shadow_steps`] finds their
@@ -206,7 +206,7 @@ impl Lighting {
     }
 
     /// Takes other amplitudes of the same lights. Answers whether a light got so bright that it
-    /// needs a shadow map which it has not: the maps are planned anew then, and have to be drawn.
+    /// needs a shadow map which it has not: the maps are then replanned, and have to be drawn.
     pub fn set_colors(
         &mut self,
         context: &Context,
@@ -221,7 +221,7 @@ impl Lighting {
             .zip(&wanted.slots)
             .all(|(&has, &wants)| has != NO_SLOT || wants == NO_SLOT);
         if !has_all {
-            self.planned.clone_from(&scene.lights);
+            self.planned_lights.clone_from(&scene.lights);
             self.plan_maps(context, scene, strands);
         }
         let (records, _) = scene.records_with(&self.plan);
@@ -262,7 +262,7 @@ impl Lighting {
         self.proxies.as_ref()
     }
 
-    /// Takes strands that have moved within `volume`, and plans the maps anew.
+    /// Takes strands that have moved within `volume`, and replans the maps.
     pub fn set_points(
         &mut self,
         context: &Context,
@@ -290,18 +290,18 @@ impl Lighting {
     /// Takes the densities of `scene`.
     pub fn set_densities(&mut self, scene: &PreparedScene) {
         self.densities = scene.densities;
-        self.most_local = scene.most_local(&scene.hair);
+        self.max_local = scene.max_local(&scene.hair);
     }
 
-    /// Writes what an edit of the hair made anew.
+    /// Writes what an edit of the hair recomputed.
     pub fn set_hair(
         &mut self,
         context: &Context,
         scene: &PreparedScene,
-        hair: &HairTextures,
+        hair: &HairMaterial,
         report: &EditReport,
     ) {
-        self.most_local = scene.most_local(hair);
+        self.max_local = scene.max_local(hair);
         if self.scattering.update(context, hair, report) {
             self.forget_groups();
         }
@@ -312,12 +312,12 @@ impl Lighting {
         &mut self,
         context: &Context,
         scene: &PreparedScene,
-        hair: &HairTextures,
+        hair: &HairMaterial,
         changed: Range<usize>,
     ) {
         let points = scene.paint();
         if self.scattering.set_paint(context, points, hair, changed) {
-            self.most_local = scene.most_local(hair);
+            self.max_local = scene.max_local(hair);
             self.forget_groups();
         }
     }
@@ -375,7 +375,7 @@ impl Lighting {
         views.into_iter().map(Step::Map).collect()
     }
 
-    /// The answers may not have the light through to any eye.
+    /// Discards the line-of-sight shadows.
     pub fn forget_through(&mut self) {
         self.through = None;
     }
@@ -432,9 +432,9 @@ impl Lighting {
         });
     }
 
-    /// Fills the radiance buffer `into` with a draft, after [`Lighting::begin`]: a look at the scene
-    /// before there are shadows.
-    pub fn take_first_look(
+    /// Fills the radiance buffer `into` with a draft, after [`Lighting::begin`]: a look at the
+    /// scene before there are shadows.
+    pub fn take_preview(
         &self,
         context: &Context,
         scene: &PreparedScene,
@@ -447,7 +447,7 @@ impl Lighting {
             radiance: &self.radiance[into],
             proxies: self.proxies.as_ref().map(|proxies| (proxies, into)),
         };
-        first_look::take(context, scene, strands, &drafted, stamp)
+        preview::take(context, scene, strands, &drafted, stamp)
     }
 
     /// Makes all points black.
@@ -515,7 +515,7 @@ impl Lighting {
             min_power: self.min_power,
             density_forward: self.densities[0],
             density_back: self.densities[1],
-            most_local: self.most_local,
+            max_local: self.max_local,
         };
         let bytes = bytemuck::bytes_of(&uniform);
         context.write(&self.batch, 0, bytes);
@@ -541,7 +541,7 @@ impl Lighting {
                     (8, self.sweep.records(batch).as_entire_binding()),
                     (9, self.radiance[into].as_entire_binding()),
                     (10, self.counters.as_entire_binding()),
-                    (17, self.maps.answers().as_entire_binding()),
+                    (17, self.maps.visibility().as_entire_binding()),
                 ];
                 resources.extend(self.scattering.bindings());
                 ((batch, into), bind(context, &layout, &resources))
@@ -598,7 +598,7 @@ impl Lighting {
     }
 
     fn plan_maps(&mut self, context: &Context, scene: &PreparedScene, strands: &StrandBuffers) {
-        self.plan = ShadowPlan::new(&self.planned, &scene.strands, scene.shadow_maps);
+        self.plan = ShadowPlan::new(&self.planned_lights, &scene.strands, scene.shadow_maps);
         self.through = None;
         if self.maps.fit(context, strands, &self.plan) {
             self.forget_groups();

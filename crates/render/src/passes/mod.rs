@@ -8,15 +8,15 @@
 pub(crate) mod clock;
 pub(crate) mod deform;
 pub(crate) mod draw;
-mod first_look;
-mod footprint;
 pub(crate) mod hosted;
 pub(crate) mod lighting;
-pub(crate) mod mail;
+mod memory_estimate;
 pub(crate) mod noise;
 pub(crate) mod painted;
 pub(crate) mod parts;
+mod preview;
 mod proxies;
+pub(crate) mod readback;
 pub(crate) mod resources;
 mod scattering;
 pub(crate) mod screen;
@@ -25,7 +25,7 @@ mod shadows;
 pub(crate) mod target;
 pub(crate) mod volume;
 
-pub use footprint::{DeviceBytes, DevicePart};
+pub use memory_estimate::{DeviceBytes, DevicePart};
 #[doc(hidden)]
 pub use parts::PartLimits;
 
@@ -39,7 +39,7 @@ use strandlight_scene::strands::Strands;
 pub(crate) fn layouts() -> Vec<Layout> {
     [
         draw::LAYOUTS,
-        first_look::LAYOUTS,
+        preview::LAYOUTS,
         hosted::LAYOUTS,
         noise::LAYOUTS,
         screen::LAYOUTS,
@@ -49,7 +49,7 @@ pub(crate) fn layouts() -> Vec<Layout> {
     .concat()
 }
 
-/// The answers of the shadow maps of `plan` for `strands`, as
+/// The visibility from the shadow maps of `plan` for `strands`, as
 /// [`strandlight_scene::shadow_maps::unblocked_share`] reads them.
 ///
 /// # Errors
@@ -67,9 +67,9 @@ pub fn shadow_maps(
             maps.draw(context, view, Default::default());
             context.wait("shadow map").map_err(resources::failed)?;
         }
-        let mut answers = resources::read_back(context, "unblocked", maps.answers())?;
+        let mut visibility = resources::read_back(context, "unblocked", maps.visibility())?;
         // Buffers are never empty.
-        answers.truncate(plan.n_words(strands.points.len()));
-        Ok(answers)
+        visibility.truncate(plan.n_words(strands.points.len()));
+        Ok(visibility)
     })
 }

@@ -8,7 +8,7 @@
 //! samples where the error is 0.67, 0.27 and 0.133.
 
 use super::clock::Stamp;
-use super::mail::Mail;
+use super::readback::Readback;
 use super::resources::{bind, compute, compute_pass, grow, shader, step, storage, submit, uniform};
 use super::target::Target;
 use crate::gpu::Context;
@@ -38,8 +38,8 @@ pub(crate) struct Noise {
     earlier: wgpu::Buffer,
     squares: wgpu::Buffer,
     group: Option<wgpu::BindGroup>,
-    mail: Mail,
-    /// Passes of the picture that the mail is about; none if it is about another picture.
+    readback: Readback,
+    /// Passes of the picture that the readback is about; none if it is about another picture.
     sent: Option<u32>,
     /// Passes, and the noise there was.
     found: Option<(u32, f32)>,
@@ -54,13 +54,13 @@ impl Noise {
             earlier: storage(context, "earlier", 0),
             squares: storage(context, "squares", 0),
             group: None,
-            mail: Mail::new(context, 16),
+            readback: Readback::new(context, 16),
             sent: None,
             found: None,
         })
     }
 
-    /// The picture starts anew.
+    /// Restarts the picture.
     pub fn restart(&mut self) {
         self.sent = None;
         self.found = None;
@@ -106,14 +106,14 @@ impl Noise {
         });
         self.take();
         // A picture of one pass has no earlier one.
-        if passes > 1 && self.mail.send(context, &self.squares, 8, |_| ()) {
+        if passes > 1 && self.readback.send(context, &self.squares, 8, |_| ()) {
             self.sent = Some(passes);
         }
     }
 
     /// Takes what has arrived.
     pub fn take(&mut self) {
-        let Some(squares) = self.mail.take::<[f32; 2]>() else {
+        let Some(squares) = self.readback.take::<[f32; 2]>() else {
             return;
         };
         let Some(passes) = self.sent.take() else {

@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use super::resources::uniform;
-use crate::gpu::{Context, Tally};
+use crate::gpu::{Context, ResourceCounters};
 use strandlight_scattering::closed_form::{N_AVERAGE_COLUMNS, PaintTexel};
 use strandlight_scattering::dual_scattering::PaintedAverageTable;
 use strandlight_scattering::lobes::PaintedTexture;
-use strandlight_scene::edit::{EditReport, HairTextures, Part};
+use strandlight_scene::material::{EditReport, HairMaterial, Part};
 use strandlight_scene::paint::PaintedPoint;
 
 /// Texels a row of the paint; twin in `shaders/pass/shade.wgsl`. With the 8192 rows that every
@@ -34,7 +34,7 @@ pub(super) struct Painted {
 
 impl Painted {
     /// Uploads the paint of all points, and the tables of `hair`.
-    pub fn new(context: &Context, hair: &HairTextures, points: &[PaintedPoint]) -> Painted {
+    pub fn new(context: &Context, hair: &HairMaterial, points: &[PaintedPoint]) -> Painted {
         let optics = hair.optics();
         let mut texels: Vec<PaintTexel> = points.iter().map(PaintedPoint::texel).collect();
         let rows = texels.len().div_ceil(PAINT_WIDTH).max(1);
@@ -96,9 +96,9 @@ impl Painted {
         bytes + write(&rows, &self.texels)
     }
 
-    /// Writes what an edit of the hair made anew. Answers whether a texture is another one, which
+    /// Writes what an edit of the hair recomputed. Answers whether a texture is another one, which
     /// puts bind groups out of date.
-    pub fn update(&mut self, context: &Context, hair: &HairTextures, report: &EditReport) -> bool {
+    pub fn update(&mut self, context: &Context, hair: &HairMaterial, report: &EditReport) -> bool {
         let optics = hair.optics();
         let mut is_other = false;
         for part in report.rebuilt() {
@@ -183,7 +183,7 @@ fn texture(
     format: wgpu::TextureFormat,
     [width, height]: [u32; 2],
 ) -> wgpu::Texture {
-    Tally::add(&context.tally().textures);
+    ResourceCounters::add(&context.resource_counters().textures);
     context.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d {

@@ -78,7 +78,7 @@ impl Proxies {
         self.n
     }
 
-    /// Writes the same number of proxies anew; `false` if it is another number.
+    /// Writes the same number of proxies again; `false` if it is another number.
     pub fn write(&self, context: &Context, records: &ProxyRecords) -> bool {
         if records.n == self.n {
             let bytes = bytemuck::bytes_of(records);

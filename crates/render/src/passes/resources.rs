@@ -3,7 +3,7 @@
 use wgpu::util::DeviceExt;
 
 use super::clock::Stamp;
-use crate::gpu::{Context, GpuError, Tally};
+use crate::gpu::{Context, GpuError, ResourceCounters};
 use strandlight_scene::RenderError;
 use strandlight_scene::strands::Strands;
 use strandlight_shaders as shaders;
@@ -45,7 +45,9 @@ pub(crate) fn buffer_of<T: bytemuck::Pod>(
 ) -> wgpu::Buffer {
     let zero = [T::zeroed()];
     let contents = if contents.is_empty() { &zero } else { contents };
-    context.tally().add_buffer(size_of_val(contents) as u64);
+    context
+        .resource_counters()
+        .add_buffer(size_of_val(contents) as u64);
     context
         .device
         .create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -62,7 +64,7 @@ pub(crate) fn labelled(
     bytes: u64,
     usage: wgpu::BufferUsages,
 ) -> wgpu::Buffer {
-    context.tally().add_buffer(bytes);
+    context.resource_counters().add_buffer(bytes);
     context.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: bytes.max(16),
@@ -84,7 +86,7 @@ pub(crate) fn grow(context: &Context, buffer: &mut wgpu::Buffer, bytes: u64) -> 
     if buffer.size() >= bytes {
         return false;
     }
-    context.tally().add_buffer(bytes);
+    context.resource_counters().add_buffer(bytes);
     *buffer = context.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: bytes,
@@ -179,7 +181,7 @@ pub(crate) fn compute_with(
     entry: &'static str,
     constants: &[(&str, f64)],
 ) -> wgpu::ComputePipeline {
-    Tally::add(&context.tally().pipelines);
+    ResourceCounters::add(&context.resource_counters().pipelines);
     context
         .device
         .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -208,7 +210,7 @@ pub(crate) fn bind(
             resource: resource.clone(),
         })
         .collect();
-    Tally::add(&context.tally().bind_groups);
+    ResourceCounters::add(&context.resource_counters().bind_groups);
     context
         .device
         .create_bind_group(&wgpu::BindGroupDescriptor {
@@ -273,7 +275,7 @@ pub(crate) struct StrandBuffers {
 impl StrandBuffers {
     pub fn new(context: &Context, strands: &Strands) -> Self {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-        Tally::add(&context.tally().geometry_uploads);
+        ResourceCounters::add(&context.resource_counters().geometry_uploads);
         StrandBuffers {
             points: buffer_of(context, "points", &strands.points, usage),
             tangents: buffer_of(context, "tangents", &strands.tangents, usage),
@@ -286,7 +288,7 @@ impl StrandBuffers {
 
     /// Writes strands that have moved; which segments there are stays.
     pub fn update(&self, context: &Context, strands: &Strands) {
-        Tally::add(&context.tally().geometry_uploads);
+        ResourceCounters::add(&context.resource_counters().geometry_uploads);
         for (buffer, contents) in [
             (&self.points, &strands.points),
             (&self.tangents, &strands.tangents),

@@ -9,7 +9,7 @@ use crate::gpu_optics::GpuOptics;
 use crate::gpu_tables::GpuTables;
 use strandlight_scattering::closed_form::forward_table;
 use strandlight_scene::RenderError;
-use strandlight_scene::edit::{EditReport, HairTextures, Part};
+use strandlight_scene::material::{EditReport, HairMaterial, Part};
 use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::scene::PreparedScene;
 
@@ -41,7 +41,7 @@ impl Scattering {
         &mut self,
         context: &Context,
         points: Option<&[PaintedPoint]>,
-        hair: &HairTextures,
+        hair: &HairMaterial,
         changed: Range<usize>,
     ) -> bool {
         let Some(points) = points else {
@@ -59,9 +59,9 @@ impl Scattering {
         }
     }
 
-    /// Writes what an edit made anew. Answers whether a texture is another one, which puts bind
+    /// Writes what an edit recomputed. Answers whether a texture is another one, which puts bind
     /// groups out of date.
-    pub fn update(&mut self, context: &Context, hair: &HairTextures, report: &EditReport) -> bool {
+    pub fn update(&mut self, context: &Context, hair: &HairMaterial, report: &EditReport) -> bool {
         let written = self.optics.update(context, hair.optics(), report);
         if report.is_rebuilt(Part::Averages) {
             let table = forward_table(hair.averages());

@@ -24,15 +24,15 @@ strandlight_scattering::mirrors! {
 }
 
 /// The pipeline of the last pass.
-pub(crate) struct Show {
+pub(crate) struct DisplayPipeline {
     pipeline: wgpu::ComputePipeline,
     grade: wgpu::Buffer,
 }
 
-impl Show {
-    pub fn new(context: &Context) -> Result<Show, RenderError> {
+impl DisplayPipeline {
+    pub fn new(context: &Context) -> Result<DisplayPipeline, RenderError> {
         let grade: Grade = bytemuck::Zeroable::zeroed();
-        Ok(Show {
+        Ok(DisplayPipeline {
             pipeline: compute(context, &shader(context, "pass/display")?, "show"),
             grade: uniform(context, "grade", &grade),
         })
@@ -97,7 +97,7 @@ impl Screen {
     pub fn show(
         &mut self,
         context: &Context,
-        show: &Show,
+        show: &DisplayPipeline,
         (ribbons, target): (&Ribbons, &Target),
         exposure: f32,
         tone_map: ToneMap,

@@ -1,4 +1,4 @@
-//! Shadow maps on the device: drawn and looked up one after the other, the answers kept.
+//! Shadow maps on the device: drawn and sampled one after another into a visibility buffer.
 
 use super::clock::Stamp;
 use super::proxies;
@@ -10,14 +10,14 @@ use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::shadow_maps::{SHADOW_SIDE, ShadowPlan, ShadowView};
 
-/// Pipelines of the maps, the map at work and the answers of all.
+/// Pipelines of the maps, the current map and the visibility of all.
 pub(super) struct ShadowMaps {
     cast: wgpu::ComputePipeline,
     receive: wgpu::ComputePipeline,
     view: wgpu::Buffer,
     map: wgpu::Buffer,
     sums: wgpu::Buffer,
-    answers: wgpu::Buffer,
+    visibility: wgpu::Buffer,
     /// Records of what blocks light besides strands.
     proxies: Option<wgpu::Buffer>,
     groups: Option<[wgpu::BindGroup; 2]>,
@@ -35,7 +35,7 @@ impl ShadowMaps {
             view: uniform(context, "shadow view", &view),
             map: storage(context, "shadow map", 0),
             sums: storage(context, "unblocked sums", 0),
-            answers: storage(context, "unblocked", 0),
+            visibility: storage(context, "unblocked", 0),
             proxies: None,
             groups: None,
             n_points: strands.n_points,
@@ -63,14 +63,14 @@ impl ShadowMaps {
         Ok(())
     }
 
-    /// Makes room for the maps of `plan`. Answers whether the answers are another buffer, which
+    /// Makes room for the maps of `plan`. Returns whether the visibility buffer was replaced, which
     /// puts bind groups out of date.
     pub fn fit(&mut self, context: &Context, strands: &StrandBuffers, plan: &ShadowPlan) -> bool {
         if plan.views.is_empty() {
             return false;
         }
-        let answers = plan.n_words(self.n_points as usize) as u64 * 4;
-        let is_other = grow(context, &mut self.answers, answers);
+        let visibility = plan.n_words(self.n_points as usize) as u64 * 4;
+        let is_other = grow(context, &mut self.visibility, visibility);
         let through = u64::from(SHADOW_SIDE).pow(2) * 4;
         let map = plan.views.iter().map(bytes).fold(through, u64::max);
         let sums = u64::from(self.n_points) * 4;
@@ -100,14 +100,14 @@ impl ShadowMaps {
             (4, strands.tangents.as_entire_binding()),
             (5, strands.normals.as_entire_binding()),
             (6, self.sums.as_entire_binding()),
-            (7, self.answers.as_entire_binding()),
+            (7, self.visibility.as_entire_binding()),
         ];
         resources.extend(self.proxies.iter().map(|b| (8, b.as_entire_binding())));
         let layout = self.receive.get_bind_group_layout(0);
         [cast, bind(context, &layout, &resources)]
     }
 
-    /// Draws one map of a plan that there is room for, and writes its slot of the answers.
+    /// Draws one map of a plan that there is room for, and writes its row of the visibility buffer.
     pub fn draw(&self, context: &Context, view: &ShadowView, stamp: Stamp) {
         let Some([cast, receive]) = &self.groups else {
             return;
@@ -127,12 +127,12 @@ impl ShadowMaps {
     }
 
     /// Unblocked shares, as [`strandlight_scene::shadow_maps::unblocked_share`] reads them.
-    pub fn answers(&self) -> &wgpu::Buffer {
-        &self.answers
+    pub fn visibility(&self) -> &wgpu::Buffer {
+        &self.visibility
     }
 
     pub fn bytes(&self) -> u64 {
-        self.answers.size() + self.map.size() + self.sums.size()
+        self.visibility.size() + self.map.size() + self.sums.size()
     }
 }
 

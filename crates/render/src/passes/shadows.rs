@@ -9,7 +9,7 @@ use super::resources::{
     bind, buffer_of, compute_pass, grow, module_with, read_back, storage, submit, uniform,
 };
 use super::volume::Volume;
-use crate::gpu::{Context, Tally};
+use crate::gpu::{Context, ResourceCounters};
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::LIGHT_BATCH;
@@ -33,7 +33,7 @@ pub(super) struct Batch {
     pub min_power: f32,
     pub density_forward: f32,
     pub density_back: f32,
-    pub most_local: f32,
+    pub max_local: f32,
 }
 
 /// Which slice of the volume a dispatch sweeps, and along which of its lights' directions; mirrored
@@ -48,7 +48,7 @@ struct Step {
 strandlight_scattering::mirrors! {
     Batch as "Batch" in "lib/light" {
         first_light, n_lights, first_point, end_point, min_power, density_forward, density_back,
-        most_local,
+        max_local,
     }
     Step as "Step" in "pass/transmittance" { k, slice_ix }
 }
@@ -279,7 +279,7 @@ fn compiled(
         bind_group_layouts: &[Some(&layout)],
         ..Default::default()
     });
-    Tally::add(&context.tally().pipelines);
+    ResourceCounters::add(&context.resource_counters().pipelines);
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some("sweep"),
         layout: Some(&pipeline_layout),

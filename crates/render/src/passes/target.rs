@@ -109,9 +109,9 @@ impl Target {
         submit(context, |encoder| encoder.clear_buffer(&self.sums, 0, None));
     }
 
-    /// Draws a band of four samples a pixel of the strands as `ribbons` has them, lit by the radiance
-    /// buffer `radiance`; the last band adds those that count to the sums. `stamp` is for passes of
-    /// one band.
+    /// Draws a band of four samples a pixel of the strands as `ribbons` has them, lit by the
+    /// radiance buffer `radiance`; the last band adds those that count to the sums. `stamp` is for
+    /// passes of one band.
     pub fn pass(
         &self,
         context: &Context,
@@ -253,7 +253,7 @@ pub(crate) fn texture(
 ) -> wgpu::TextureView {
     let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
     let n_texels = u64::from(width) * u64::from(height) * u64::from(sample_count);
-    context.tally().add_texture(n_texels * texel);
+    context.resource_counters().add_texture(n_texels * texel);
     let texture = context.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d {

@@ -13,7 +13,7 @@ use crate::passes::resources::{
     uniform,
 };
 use strandlight_scene::RenderError;
-use strandlight_scene::edit::HairTextures;
+use strandlight_scene::material::HairMaterial;
 use strandlight_scene::paint::PaintKinds;
 
 /// Points a dispatch: 65535 workgroups of 64.
@@ -90,7 +90,7 @@ strandlight_scattering::mirrors! {
 
 /// The Rust functions' absorption, shifts and widths of the fibre of a painted point; A_b,
 /// Delta_b, sigma_b^2; a_f, beta_f^2: three numbers each.
-pub fn paint_answer(hair: &HairTextures, question: &PaintQuestion) -> [f32; 24] {
+pub fn paint_answer(hair: &HairMaterial, question: &PaintQuestion) -> [f32; 24] {
     let optics = hair.optics();
     let common = optics.painted_hair();
     let averages = optics.painted.averages.view();
@@ -119,7 +119,7 @@ pub fn paint_answer(hair: &HairTextures, question: &PaintQuestion) -> [f32; 24] 
 /// Whatever the device refuses.
 pub fn gpu_paint_answers(
     context: &Context,
-    hair: &HairTextures,
+    hair: &HairMaterial,
     questions: &[PaintQuestion],
 ) -> Result<Vec<[f32; 24]>, RenderError> {
     guarded(context, || {

@@ -1,12 +1,12 @@
 //! The renderer as a state machine, for windows and pages.
 //!
-//! [`ProgressiveRenderer`] owns a scene and its picture. Setters say what is to be drawn and return at once;
-//! [`ProgressiveRenderer::advance`] works on it for about as long as it is told, and [`ProgressiveRenderer::display`] is the last
-//! good picture meanwhile.
+//! [`ProgressiveRenderer`] owns a scene and its picture. Setters say what is to be drawn and return
+//! at once; [`ProgressiveRenderer::advance`] works on it for about the given time, and
+//! [`ProgressiveRenderer::display`] is the last good picture meanwhile.
 //!
 //! Work goes in cycles. A cycle takes up all that was set, writes it to the device, and lights the
 //! points in steps into the radiance buffer that is not shown; then the two change places and the
-//! samples of the picture start anew. What is set during a cycle waits for the next one, so that a
+//! samples of the picture restart. What is set during a cycle waits for the next one, so that a
 //! slider that is dragged is followed at the pace of whole cycles; a cycle less than half done is
 //! given up for an edit once. The view is the exception: from a new view the strands are drawn at
 //! once, lit as they were when last complete, as a draft. Before the first cycle is done, the draft
@@ -19,8 +19,9 @@
 //!
 //! Which samples a strand thinner than a pixel covers depends on the strand, the pixel and the
 //! number of the pass alone: translucent strands come out in any order right in the mean, with a
-//! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A step
-//! of 0.05 degrees of an orbit, strands far below a pixel wide, makes 9 to 14 % of the noise anew, one of
+//! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A
+//! step of 0.05 degrees of an orbit, strands far below a pixel wide, replaces 9 to 14 % of the
+//! noise, one of
 //! 0.5 degrees 24 to 41 % (`tests/tests/gpu/live.rs`).
 
 mod pace;
@@ -32,14 +33,14 @@ mod still;
 mod work;
 
 use crate::device_scene::DeviceScene;
-use crate::gpu::{Context, Counts};
+use crate::gpu::{Context, ResourceCounts};
 use crate::passes::clock::Clock;
 use crate::passes::draw::Draw;
-use crate::passes::mail::Mail;
 use crate::passes::noise::Noise;
 use crate::passes::parts::{self, Spread, Tile};
+use crate::passes::readback::Readback;
 use crate::passes::resources::failed;
-use crate::passes::screen::{Screen, Show};
+use crate::passes::screen::{DisplayPipeline, Screen};
 use crate::passes::target::Target;
 use crate::passes::{DeviceBytes, PartLimits};
 use pace::Pacer;
@@ -72,7 +73,7 @@ pub struct Progress {
 pub struct ProgressiveRenderer {
     core: DeviceScene,
     draw: Draw,
-    show: Show,
+    show: DisplayPipeline,
     size: [u32; 2],
     /// The part of the picture that is drawn, unless it is all of it.
     tile: Option<Tile>,
@@ -83,8 +84,8 @@ pub struct ProgressiveRenderer {
     /// Of another size, not drawn yet.
     next_screen: Option<Screen>,
     noise: Noise,
-    /// Counts of products that shading left, and of how many batches.
-    counters: (Mail, u64),
+    /// ResourceCounts of products that shading left, and of how many batches.
+    counters: (Readback, u64),
     /// Whether the first picture is to be one without shadows.
     has_preview: bool,
     picture: Drawn,
@@ -100,7 +101,7 @@ pub struct ProgressiveRenderer {
     /// The picture is read back when it is finished: nothing is shown before.
     is_still: bool,
     /// What was made on the device before the last edit.
-    counts: Counts,
+    counts: ResourceCounts,
 }
 
 /// What there is of the picture.
@@ -118,8 +119,8 @@ struct Drawn {
 }
 
 impl ProgressiveRenderer {
-    /// Puts `scene` on the device; the first picture is made by [`ProgressiveRenderer::advance`], in the scene's
-    /// size until [`ProgressiveRenderer::set_size`] says another.
+    /// Puts `scene` on the device; the first picture is made by [`ProgressiveRenderer::advance`],
+    /// in the scene's size until [`ProgressiveRenderer::set_size`] says another.
     ///
     /// # Errors
     /// What does not fit the device's limits, by name, before anything is made; whatever the
@@ -131,8 +132,8 @@ impl ProgressiveRenderer {
         ProgressiveRenderer::with_budget(context, scene, u64::MAX)
     }
 
-    /// [`ProgressiveRenderer::new`] with at most `bytes` on the device, about. Where the records of all lights
-    /// take too much, every shading finds them again, batch by batch.
+    /// [`ProgressiveRenderer::new`] with at most `bytes` on the device, about. Where the records of
+    /// all lights take too much, every shading finds them again, batch by batch.
     ///
     /// # Errors
     /// As [`ProgressiveRenderer::new`]; a scene that needs more, before anything is made.
@@ -162,7 +163,7 @@ impl ProgressiveRenderer {
         draw.set_proxies(context, &core.ribbons, &core.lighting);
         let mut renderer = ProgressiveRenderer {
             draw,
-            show: Show::new(context)?,
+            show: DisplayPipeline::new(context)?,
             size: [0, 0],
             tile: None,
             parts: PartLimits::default(),
@@ -171,7 +172,7 @@ impl ProgressiveRenderer {
             screen: Screen::new(context, [1, 1]),
             next_screen: None,
             noise: Noise::new(context)?,
-            counters: (Mail::new(context, 80), 1),
+            counters: (Readback::new(context, 80), 1),
             has_preview: true,
             picture: Drawn::default(),
             clock: Clock::new(context),
@@ -197,9 +198,9 @@ impl ProgressiveRenderer {
         &self.core.scene
     }
 
-    /// Whether [`ProgressiveRenderer::advance`] waits for what it has submitted, as it does natively unless it is
-    /// told otherwise, or leaves the device to itself and learns later how long it took, as it has
-    /// to in a browser.
+    /// Whether [`ProgressiveRenderer::advance`] waits for what it has submitted, as it does
+    /// natively unless it is told otherwise, or leaves the device to itself and learns later how
+    /// long it took, as it has to in a browser.
     pub fn set_waiting(&mut self, is_waiting: bool) {
         self.pacer = Pacer::new(is_waiting && !cfg!(target_arch = "wasm32"));
     }

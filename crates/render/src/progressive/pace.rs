@@ -166,7 +166,7 @@ impl Pacer {
         Ok(())
     }
 
-    /// Counts a submission that nobody waits for until the device has done it.
+    /// ResourceCounts a submission that nobody waits for until the device has done it.
     fn watch(&self, context: &Context, stage: &'static str, units: f64, estimate: f64) {
         let lock = |flight: &Arc<Mutex<Flight>>, work: &dyn Fn(&mut Flight)| {
             work(&mut flight.lock().unwrap_or_else(PoisonError::into_inner));

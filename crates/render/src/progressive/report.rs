@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::gpu::Counts;
-use strandlight_scene::edit::EditReport;
+use crate::gpu::ResourceCounts;
+use strandlight_scene::material::EditReport;
 use strandlight_scene::stats::{Stats, total};
 
 /// One kind of work since the last edit.
@@ -28,12 +28,12 @@ pub struct StageReport {
 pub struct RenderReport {
     /// Work by kind, in the order it first ran; what is not there was not needed.
     pub stages: Vec<StageReport>,
-    /// Counts of the scene, and of the products of points and lights.
+    /// ResourceCounts of the scene, and of the products of points and lights.
     pub stats: Stats,
-    /// Which textures the last edit of the hair made anew.
+    /// Which textures the last edit of the hair recomputed.
     pub edit: Option<EditReport>,
     /// What was made on the device since the last edit.
-    pub counts: Counts,
+    pub counts: ResourceCounts,
     /// Bytes on the device.
     pub device_bytes: u64,
     /// Times that all points were lit, since the start.
@@ -68,7 +68,7 @@ impl RenderReport {
         &mut self.stages[ix]
     }
 
-    /// Counts a run that was submitted.
+    /// ResourceCounts a run that was submitted.
     pub(crate) fn ran(&mut self, name: &'static str) {
         self.stage_mut(name).runs += 1;
     }

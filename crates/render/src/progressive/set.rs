@@ -12,7 +12,7 @@ use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::check_target;
 use strandlight_scene::camera::Camera;
-use strandlight_scene::edit::{EditError, EditReport};
+use strandlight_scene::material::{EditError, EditReport};
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::Paint;
 use strandlight_scene::proxy::Proxy;
@@ -58,8 +58,8 @@ impl ProgressiveRenderer {
         Ok(())
     }
 
-    /// The size for [`ProgressiveRenderer::set_size`] that shows pictures of `size`: that itself, or the largest of
-    /// the same shape, about.
+    /// The size for [`ProgressiveRenderer::set_size`] that shows pictures of `size`: that itself,
+    /// or the largest of the same shape, about.
     pub fn fitting(&self, size: [u32; 2]) -> [u32; 2] {
         fitting(size, &self.core.context.device.limits())
     }
@@ -167,7 +167,8 @@ impl ProgressiveRenderer {
     /// paint of all, and the first of widths or shifts, also takes tables and a pipeline.
     ///
     /// # Errors
-    /// As [`PreparedScene::repaint`](strandlight_scene::PreparedScene::repaint); nothing is changed then.
+    /// As [`PreparedScene::repaint`](strandlight_scene::PreparedScene::repaint); nothing is changed
+    /// then.
     pub fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
         if self.core.set_paint(paint, changed)? {
             self.edited();
@@ -175,8 +176,9 @@ impl ProgressiveRenderer {
         Ok(())
     }
 
-    /// Bends the strands of the scene in the wind, on the device alone: [`ProgressiveRenderer::scene`] has them at
-    /// rest, with room to move. Without wind they are at rest.
+    /// Bends the strands of the scene in the wind, on the device alone:
+    /// [`ProgressiveRenderer::scene`] has them at rest, with room to move. Without wind they are at
+    /// rest.
     pub fn set_wind(&mut self, wind: Option<Wind>) {
         if self.core.set_wind(wind) {
             self.edited();

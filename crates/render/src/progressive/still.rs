@@ -40,8 +40,8 @@ impl ProgressiveRenderer {
         })
     }
 
-    /// The scene as `camera` sees it, a whole picture of `size`; no point outside it is lit. Answers
-    /// what it cost as well.
+    /// The scene as `camera` sees it, a whole picture of `size`; no point outside it is lit.
+    /// Answers what it cost as well.
     ///
     /// # Errors
     /// As [`ProgressiveRenderer::still`].
@@ -183,8 +183,8 @@ impl ProgressiveRenderer {
         })
     }
 
-    /// A whole picture of any `size`, as [`ProgressiveRenderer::finish`] answers it; tile by tile where the device
-    /// draws none so large at once. What is shown keeps its size.
+    /// A whole picture of any `size`, as [`ProgressiveRenderer::finish`] answers it; tile by tile
+    /// where the device draws none so large at once. What is shown keeps its size.
     ///
     /// # Errors
     /// As [`ProgressiveRenderer::finish`].

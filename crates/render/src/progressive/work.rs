@@ -30,8 +30,8 @@ impl ProgressiveRenderer {
     /// Works at most about `budget` on the device, one step at least.
     ///
     /// # Errors
-    /// [`RenderError::DeviceLost`], after which a new context and a new `ProgressiveRenderer` are needed, or
-    /// whatever else the device refuses.
+    /// [`RenderError::DeviceLost`], after which a new context and a new `ProgressiveRenderer` are
+    /// needed, or whatever else the device refuses.
     pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
         // Lets callbacks run; a browser runs them anyway.
         let _ = self.core.context.device.poll(wgpu::PollType::Poll);

@@ -1,4 +1,4 @@
-//! What differs between two states of a document, in terms of what has to be made anew.
+//! What differs between two states of a document, in terms of what must be recomputed.
 
 use std::ops::Range;
 
@@ -20,7 +20,7 @@ pub struct Change {
     pub samples: bool,
     /// Exposure, tone map or background: composing the picture alone.
     pub grade: bool,
-    /// Optical parameters of the fibres: textures, see [`strandlight_scene::edit::RULES`].
+    /// Optical parameters of the fibres: textures, see [`strandlight_scene::material::RULES`].
     pub hair: bool,
     /// The modes that are drawn.
     pub modes: bool,
@@ -46,7 +46,7 @@ pub struct Change {
     pub proxies: bool,
     /// How the hair moves.
     pub motion: bool,
-    /// What only the file holds: the name of a preset, the same number told in another way.
+    /// What only the file holds: the name of a preset, the same number in another notation.
     pub label: bool,
 }
 
@@ -115,7 +115,7 @@ impl Change {
         self.modes = before.modes != after.modes;
         self.densities = densities(before) != densities(after);
         self.diameter = before.diameter_cm != *diameter_cm;
-        // The same numbers, told in another way.
+        // The same numbers, in another notation.
         self.label = before.preset != *preset
             || before.reflectance != *reflectance
             || before.melanin != *melanin

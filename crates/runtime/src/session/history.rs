@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use strandlight_formats::Scene;
 
-use super::Held;
+use super::AssetSnapshot;
 use strandlight_scene::paint::Stroke;
 
 /// Most steps that are remembered.
@@ -21,7 +21,7 @@ pub(super) enum Step {
     Scene {
         before: Box<Scene>,
         after: Box<Scene>,
-        held: Option<Box<[Held; 2]>>,
+        snapshot: Option<Box<[AssetSnapshot; 2]>>,
     },
     /// A stroke, and the states of the paint around it.
     Stroke {
@@ -133,27 +133,27 @@ fn joined(first: Step, second: Step) -> Option<Step> {
         (
             Step::Scene {
                 before,
-                held: first,
+                snapshot: first,
                 ..
             },
             Step::Scene {
                 after,
-                held: second,
+                snapshot: second,
                 ..
             },
         ) => {
-            let held = match (first, second) {
+            let snapshot = match (first, second) {
                 (Some(first), Some(second)) => {
                     let ([before, _], [_, after]) = (*first, *second);
                     Some(Box::new([before, after]))
                 }
                 (first, second) => first.or(second),
             };
-            let is_nothing = held.is_none() && before == after;
+            let is_nothing = snapshot.is_none() && before == after;
             (!is_nothing).then_some(Step::Scene {
                 before,
                 after,
-                held,
+                snapshot,
             })
         }
         (_, second) => Some(second),

@@ -1,7 +1,7 @@
 //! The document of a viewer: a scene and its groom, edits of them, undo, saving.
 //!
 //! - [`Session`]: the document. [`Session::edit`] changes keys of the [`Scene`]; whoever shows it
-//!   is told by a [`Change`] what to make anew.
+//!   reads from a [`Change`] what to recompute.
 //! - [`with_key`]: one value by the name it has in the file.
 //!
 //! Nothing here needs a device.
@@ -34,7 +34,7 @@ use strandlight_scene::scene::PreparedScene;
 
 /// What is read from files and shared by the steps of the history.
 #[derive(Clone, Debug)]
-struct Held {
+struct AssetSnapshot {
     assets: Assets,
     /// Paint of the groom; none until somebody paints, if the groom has none.
     paint: Option<Arc<Paint>>,
@@ -42,11 +42,11 @@ struct Held {
     paint_state: u64,
 }
 
-impl Held {
-    fn new(assets: Assets, paint_state: u64) -> Result<Held, SceneError> {
-        let paint = Paint::from_groom(&assets.groom).map_err(told)?;
+impl AssetSnapshot {
+    fn new(assets: Assets, paint_state: u64) -> Result<AssetSnapshot, SceneError> {
+        let paint = Paint::from_groom(&assets.groom).map_err(to_scene_error)?;
         let paint = paint.map(Arc::new);
-        Ok(Held {
+        Ok(AssetSnapshot {
             assets,
             paint,
             paint_state,
@@ -60,15 +60,15 @@ pub struct Session {
     files: Files,
     path: PathBuf,
     scene: Scene,
-    held: Held,
+    snapshot: AssetSnapshot,
     history: History,
     on_disk: OnDisk,
     /// States of the paint so far.
     n_paint_states: u64,
     /// Grooms that saving has made.
     written_grooms: BTreeSet<PathBuf>,
-    /// Values that stand over those of the file: see [`Session::overlay`].
-    overlay: Map<String, Value>,
+    /// Values that stand over those of the file: see [`Session::apply_cli_overrides`].
+    cli_overrides: Map<String, Value>,
 }
 
 impl Session {
@@ -85,17 +85,17 @@ impl Session {
     /// # Errors
     /// As there.
     pub fn open_in(path: &Path, files: Files) -> Result<Session, SceneError> {
-        let scene = files.scene(path).map_err(told)?;
+        let scene = files.scene(path).map_err(to_scene_error)?;
         let in_scene = |error: SceneError| error.in_scene(path);
         let assets = Assets::read(&scene, &files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;
         Ok(Session {
             on_disk: OnDisk::new(path, &scene, 0, &files),
             path: path.to_owned(),
-            held: Held::new(assets, 0)?,
+            snapshot: AssetSnapshot::new(assets, 0)?,
             n_paint_states: 0,
             written_grooms: BTreeSet::new(),
-            overlay: Map::new(),
+            cli_overrides: Map::new(),
             scene,
             files,
             history: History::default(),
@@ -119,17 +119,17 @@ impl Session {
 
     /// The files that the scene names.
     pub fn assets(&self) -> &Assets {
-        &self.held.assets
+        &self.snapshot.assets
     }
 
     /// The groom as its file has it.
     pub fn groom(&self) -> &Groom {
-        &self.held.assets.groom
+        &self.snapshot.assets.groom
     }
 
     /// The paint of the groom's points; `None` where nothing was ever painted.
     pub fn paint(&self) -> Option<&Paint> {
-        self.held.paint.as_deref()
+        self.snapshot.paint.as_deref()
     }
 
     /// The paint, where strokes changed that of the groom's file.
@@ -137,16 +137,16 @@ impl Session {
         self.paint().filter(|_| self.is_repainted())
     }
 
-    /// The paint, to be changed by a stroke that [`Session::stroke`] is told of in the end.
+    /// The paint, for a stroke that ends with [`Session::stroke`].
     pub fn paint_mut(&mut self) -> &mut Paint {
-        let n_points = self.held.assets.groom.points.len();
+        let n_points = self.snapshot.assets.groom.points.len();
         let unpainted = || Arc::new(Paint::unpainted(n_points));
-        Arc::make_mut(self.held.paint.get_or_insert_with(unpainted))
+        Arc::make_mut(self.snapshot.paint.get_or_insert_with(unpainted))
     }
 
     /// The light set as its file has it.
     pub fn light_set(&self) -> &LightSet {
-        &self.held.assets.lights
+        &self.snapshot.assets.lights
     }
 
     /// The document, ready to be rendered: see [`PreparedScene::new`].
@@ -154,7 +154,7 @@ impl Session {
     /// # Errors
     /// What cannot be drawn, by name.
     pub fn prepared(&self) -> Result<PreparedScene, SceneError> {
-        let mut prepared = PreparedScene::new(&self.scene, &self.held.assets)?;
+        let mut prepared = PreparedScene::new(&self.scene, &self.snapshot.assets)?;
         if let Some(paint) = self.paint() {
             prepared.set_paint(Some(paint))?;
         }
@@ -166,7 +166,7 @@ impl Session {
         if let Some(camera) = &self.scene.camera {
             return camera.clone();
         }
-        section_of(&self.held.assets.framing())
+        section_of(&self.snapshot.assets.framing())
     }
 
     /// Changes the scene. Edits of the same `label` in a row are one step to undo, until
@@ -185,19 +185,19 @@ impl Session {
         if after == self.scene {
             return Ok(Change::default());
         }
-        after.validate().map_err(told)?;
+        after.validate().map_err(to_scene_error)?;
         check_size(&after)?;
-        let assets = &self.held.assets;
+        let assets = &self.snapshot.assets;
         let change = Change::between(&self.scene, &after);
         let assets = assets.reread(&self.scene, &after, &self.files)?;
-        let held = if change.geometry {
-            let after = Held::new(assets, self.next_paint_state())?;
-            let before = std::mem::replace(&mut self.held, after.clone());
+        let snapshot = if change.geometry {
+            let after = AssetSnapshot::new(assets, self.next_paint_state())?;
+            let before = std::mem::replace(&mut self.snapshot, after.clone());
             Some(Box::new([before, after]))
         } else if change.lights || change.tables {
-            let before = std::mem::replace(&mut self.held.assets, assets.clone());
+            let before = std::mem::replace(&mut self.snapshot.assets, assets.clone());
             // The groom is the same, so its paint is not the step's business.
-            Some(Box::new([before, assets].map(|assets| Held {
+            Some(Box::new([before, assets].map(|assets| AssetSnapshot {
                 assets,
                 paint: None,
                 paint_state: 0,
@@ -208,7 +208,7 @@ impl Session {
         let step = Step::Scene {
             before: Box::new(std::mem::replace(&mut self.scene, after.clone())),
             after: Box::new(after),
-            held,
+            snapshot,
         };
         self.history.push(label, step);
         Ok(change)
@@ -221,8 +221,8 @@ impl Session {
             return Change::default();
         };
         self.paint_mut().apply(&stroke);
-        let states = [self.held.paint_state, self.next_paint_state()];
-        self.held.paint_state = states[1];
+        let states = [self.snapshot.paint_state, self.next_paint_state()];
+        self.snapshot.paint_state = states[1];
         let step = Step::Stroke {
             stroke: Arc::new(stroke),
             states,
@@ -253,21 +253,24 @@ impl Session {
     }
 
     /// Opens the scene with other values than its file has, as a command line does: they are no
-    /// change that must be saved and no step to undo, and stay when the files are read again. Saving
-    /// writes them with the rest; they are the file's then. Forgets all steps.
+    /// change that must be saved and no step to undo, and stay when the files are read again.
+    /// Saving writes them with the rest; they are the file's then. Forgets all steps.
     ///
     /// # Errors
     /// As [`Session::set`]; nothing is changed then.
-    pub fn overlay(&mut self, values: &Map<String, Value>) -> Result<Change, SceneError> {
+    pub fn apply_cli_overrides(
+        &mut self,
+        values: &Map<String, Value>,
+    ) -> Result<Change, SceneError> {
         let is_modified = self.is_modified();
         let change = self.set(values)?;
         self.history = History::default();
-        let overlay = values
+        let cli_overrides = values
             .iter()
             .map(|(key, value)| (key.clone(), value.clone()));
-        self.overlay.extend(overlay);
+        self.cli_overrides.extend(cli_overrides);
         if !is_modified {
-            let state = self.held.paint_state;
+            let state = self.snapshot.paint_state;
             self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
         }
         Ok(change)
@@ -295,13 +298,13 @@ impl Session {
     /// Takes the last step back. `None` if there is none.
     pub fn undo(&mut self) -> Option<Change> {
         let step = self.history.undo()?;
-        Some(self.take(step, Towards::Before))
+        Some(self.take(step, Direction::Before))
     }
 
     /// Does again what was undone last. `None` if there is none.
     pub fn redo(&mut self) -> Option<Change> {
         let step = self.history.redo()?;
-        Some(self.take(step, Towards::After))
+        Some(self.take(step, Direction::After))
     }
 
     /// Is there a step to undo?
@@ -327,33 +330,34 @@ impl Session {
     /// Takes the last step back for good: it could not be shown.
     pub(crate) fn abandon(&mut self) -> Option<Change> {
         let step = self.history.undo()?;
-        let change = self.take(step, Towards::Before);
+        let change = self.take(step, Direction::Before);
         self.history.drop_undone();
         Some(change)
     }
 
-    fn take(&mut self, step: Step, towards: Towards) -> Change {
+    fn take(&mut self, step: Step, direction: Direction) -> Change {
         match step {
             Step::Scene {
                 before,
                 after,
-                held,
+                snapshot,
             } => {
-                let scene = towards.pick(*before, *after);
+                let scene = direction.pick(*before, *after);
                 let mut change = Change::between(&self.scene, &scene);
                 self.scene = scene;
-                if let Some(held) = held {
-                    let [before, after] = *held;
-                    let held = towards.pick(before, after);
+                if let Some(snapshot) = snapshot {
+                    let [before, after] = *snapshot;
+                    let snapshot = direction.pick(before, after);
                     // Only another groom brings other paint.
-                    let keeps_paint = Arc::ptr_eq(&held.assets.groom, &self.held.assets.groom);
-                    let old = std::mem::replace(&mut self.held, held);
+                    let keeps_paint =
+                        Arc::ptr_eq(&snapshot.assets.groom, &self.snapshot.assets.groom);
+                    let old = std::mem::replace(&mut self.snapshot, snapshot);
                     if keeps_paint {
-                        self.held.paint = old.paint;
-                        self.held.paint_state = old.paint_state;
+                        self.snapshot.paint = old.paint;
+                        self.snapshot.paint_state = old.paint_state;
                     }
                     let old = old.assets;
-                    let new = &self.held.assets;
+                    let new = &self.snapshot.assets;
                     change.geometry |= !Arc::ptr_eq(&old.groom, &new.groom);
                     change.lights |= !Arc::ptr_eq(&old.lights, &new.lights);
                     change.tables |= !Arc::ptr_eq(&old.tables, &new.tables);
@@ -362,12 +366,12 @@ impl Session {
             }
             Step::Stroke { stroke, states } => {
                 let paint = self.paint_mut();
-                let range = match towards {
-                    Towards::Before => paint.revert(&stroke),
-                    Towards::After => paint.apply(&stroke),
+                let range = match direction {
+                    Direction::Before => paint.revert(&stroke),
+                    Direction::After => paint.apply(&stroke),
                 };
                 let [before, after] = states;
-                self.held.paint_state = towards.pick(before, after);
+                self.snapshot.paint_state = direction.pick(before, after);
                 Change::painted(range.unwrap_or_default())
             }
         }
@@ -376,16 +380,16 @@ impl Session {
 
 /// Which way a step is taken.
 #[derive(Clone, Copy)]
-enum Towards {
+enum Direction {
     Before,
     After,
 }
 
-impl Towards {
+impl Direction {
     fn pick<T>(self, before: T, after: T) -> T {
         match self {
-            Towards::Before => before,
-            Towards::After => after,
+            Direction::Before => before,
+            Direction::After => after,
         }
     }
 }
@@ -409,7 +413,7 @@ fn check_size(scene: &Scene) -> Result<(), SceneError> {
         .map_err(|error| SceneError::File(format!("render.size: {error}")))
 }
 
-fn told(error: strandlight_formats::Error) -> SceneError {
+fn to_scene_error(error: strandlight_formats::Error) -> SceneError {
     SceneError::File(error.to_string())
 }
 

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use strandlight_formats::{BakedFile, Groom, Scene};
 
 use super::history::Step;
-use super::{Change, Held, Session, check_size, told};
+use super::{AssetSnapshot, Change, Session, check_size, to_scene_error};
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
@@ -52,12 +52,12 @@ pub struct Saved {
 impl Session {
     /// Is there something that the files do not hold?
     pub fn is_modified(&self) -> bool {
-        self.scene != self.on_disk.scene || self.held.paint_state != self.on_disk.paint_state
+        self.scene != self.on_disk.scene || self.snapshot.paint_state != self.on_disk.paint_state
     }
 
     /// Is the paint other than the groom's file has it?
     pub fn is_repainted(&self) -> bool {
-        self.held.paint_state != self.on_disk.paint_state
+        self.snapshot.paint_state != self.on_disk.paint_state
     }
 
     /// Has a file of the document been written by somebody else since it was read or saved?
@@ -112,7 +112,7 @@ impl Session {
     /// A folder, no folder to write in, or a file that the scene is made of.
     pub fn check_target(&self, path: &Path) -> Result<(), SceneError> {
         self.check_no_source(path)?;
-        self.files.check_writable(path).map_err(told)
+        self.files.check_writable(path).map_err(to_scene_error)
     }
 
     /// A scene is not written over a file that it is made of.
@@ -180,16 +180,18 @@ impl Session {
                 Ok(below) => below.to_owned(),
                 Err(_) => path_from(&folder, &to, Path::new("")),
             };
-            scene.to_toml_string().map_err(told)?;
-            let bytes = self.painted_groom().to_bytes().map_err(told)?;
-            self.files.write(&to, &bytes).map_err(told)?;
+            scene.to_toml_string().map_err(to_scene_error)?;
+            let bytes = self.painted_groom().to_bytes().map_err(to_scene_error)?;
+            self.files.write(&to, &bytes).map_err(to_scene_error)?;
             self.written_grooms.insert(scene.groom_path());
             saved.files.push(to);
         }
         let old = self.files.read(&self.path, Scene::MAX_BYTES);
         let old = String::from_utf8(old.unwrap_or_default()).unwrap_or_default();
-        let text = scene.to_toml_over(&old).map_err(told)?;
-        self.files.write(path, text.as_bytes()).map_err(told)?;
+        let text = scene.to_toml_over(&old).map_err(to_scene_error)?;
+        self.files
+            .write(path, text.as_bytes())
+            .map_err(to_scene_error)?;
         saved.files.push(path.to_owned());
         // What can be undone moves along, and keeps the groom's new file.
         let old = self.scene.groom_path();
@@ -203,16 +205,16 @@ impl Session {
         self.history.close();
         self.scene = scene;
         self.path = path.to_owned();
-        let state = self.held.paint_state;
+        let state = self.snapshot.paint_state;
         self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
-        self.overlay.clear();
+        self.cli_overrides.clear();
         Ok(saved)
     }
 
     /// Where the painted groom of a scene at `path` goes if nobody says.
     fn groom_to_write(&self, path: &Path) -> PathBuf {
         let ours = |(key, value): &(String, String)| (&**key, &**value) == (SAVED_BY.0, SAVED_BY.1);
-        let parameters = &self.held.assets.groom.source.parameters;
+        let parameters = &self.snapshot.assets.groom.source.parameters;
         let groom = self.scene.groom_path();
         let is_ours = self.written_grooms.contains(&groom) || parameters.iter().any(ours);
         // Another scene gets a groom of its own.
@@ -230,8 +232,8 @@ impl Session {
 
     /// The groom with its paint as attributes.
     pub fn painted_groom(&self) -> Groom {
-        let mut groom = Groom::clone(&self.held.assets.groom);
-        if let Some(paint) = &self.held.paint {
+        let mut groom = Groom::clone(&self.snapshot.assets.groom);
+        if let Some(paint) = &self.snapshot.paint {
             paint.write_to(&mut groom);
         }
         let parameters = &mut groom.source.parameters;
@@ -240,25 +242,25 @@ impl Session {
         groom
     }
 
-    /// Reads all files again, with the values of [`Session::overlay`] over them, as one step that can be undone. Edits that were not saved are taken
-    /// back by it.
+    /// Reads all files again, with the values of [`Session::apply_cli_overrides`] over them, as one
+    /// step that can be undone. Edits that were not saved are taken back by it.
     ///
     /// # Errors
     /// As [`Session::open`]; nothing is changed then.
     pub fn reload(&mut self) -> Result<Change, SceneError> {
-        let scene = self.files.scene(&self.path).map_err(told)?;
-        let scene = self.with_values(scene, &self.overlay)?;
+        let scene = self.files.scene(&self.path).map_err(to_scene_error)?;
+        let scene = self.with_values(scene, &self.cli_overrides)?;
         let in_scene = |error: SceneError| error.in_scene(&self.path);
         let assets = Assets::read(&scene, &self.files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;
         let state = self.next_paint_state();
-        let after = Held::new(assets, state)?;
+        let after = AssetSnapshot::new(assets, state)?;
         self.on_disk = OnDisk::new(&self.path, &scene, state, &self.files);
-        let before = std::mem::replace(&mut self.held, after.clone());
+        let before = std::mem::replace(&mut self.snapshot, after.clone());
         let step = Step::Scene {
             before: Box::new(std::mem::replace(&mut self.scene, scene.clone())),
             after: Box::new(scene),
-            held: Some(Box::new([before, after])),
+            snapshot: Some(Box::new([before, after])),
         };
         self.history.close();
         self.history.push("reload", step);

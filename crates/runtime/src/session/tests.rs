@@ -63,7 +63,7 @@ fn edit(session: &mut Session, label: &str, change: impl FnOnce(&mut Scene)) -> 
     session.edit(label, change).expect("valid")
 }
 
-/// Every key of a scene, changed alone, is told by some flag, and undone and done again.
+/// Every key of a scene, changed alone, sets a flag, and can be undone and redone.
 #[test]
 fn every_key_of_a_scene_is_covered() {
     let mut full = session().scene().clone();
@@ -238,7 +238,7 @@ fn changes_name_what_depends_on_them_and_no_more() {
     assert_eq!(names("render.size", json!([20, 10])), "size");
     assert_eq!(names("groom.file", json!("taller.groom")), "geometry");
     assert_eq!(names("tables", json!({"file": "other.tables"})), "tables");
-    // A colour told in another way, and one that is another.
+    // The same colour in another notation, and a different colour.
     let sigma_a = session.scene().hair.sigma_a;
     let change = session.edit("color", |scene| {
         let caustic = scene.hair.params().caustic_width;
@@ -639,10 +639,10 @@ fn values_laid_over_the_file_are_how_the_scene_was_opened() {
         other => panic!("{other}"),
     };
     let over = values(json!({ "render.samples": 64, "camera.fov_deg": 30.0 }));
-    session.overlay(&over).expect("valid");
+    session.apply_cli_overrides(&over).expect("valid");
     assert!(!session.is_modified() && !session.can_undo());
     let wrong = values(json!({ "hair.eta": 9.0 }));
-    assert!(session.overlay(&wrong).is_err());
+    assert!(session.apply_cli_overrides(&wrong).is_err());
     edit(&mut session, "eta", |s| s.hair.eta = 1.7);
     assert!(session.is_modified());
     session.undo();

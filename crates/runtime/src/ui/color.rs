@@ -52,7 +52,7 @@ impl<'a> ColorField<'a> {
                     ui.label(self.help);
                 }
                 let most = self.most;
-                ui.label(format!("Red, green and blue, linear, from 0 to {most}."));
+                ui.label(format!("Linear red, green and blue, 0 to {most}."));
                 if !self.key.is_empty() {
                     ui.monospace(self.key);
                 }

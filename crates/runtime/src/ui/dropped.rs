@@ -25,8 +25,8 @@ pub fn kind_of(path: &Path) -> Result<Dropped, String> {
         "toml" => return Ok(Dropped::Scene),
         "groom" => return Ok(Dropped::Groom),
         "lights" => return Ok(Dropped::Lights),
-        "hair" => "; `strandlight groom import` makes a groom of it",
-        "exr" | "hdr" => "; `strandlight lights` makes a light set of it",
+        "hair" => "; convert it with `strandlight groom import`",
+        "exr" | "hdr" => "; fit a light set to it with `strandlight lights`",
         _ => "",
     };
     Err(format!(

@@ -156,7 +156,7 @@ impl Field {
             return;
         }
         row(ui, |ui| {
-            let help = format!("{} Override draws all of it with one value.", self.help);
+            let help = format!("{} Override applies one value to all hair.", self.help);
             let name = fixed(ui, 0.5 * NAME, |ui| ui.label(&self.name));
             name.on_hover_ui(|ui| {
                 ui.label(help);
@@ -167,7 +167,7 @@ impl Field {
                 let button = ui.add_sized([NUMBER, ROW - 2.0], egui::Button::new("Override"));
                 changes.place(format!("{} override", self.name), &button);
                 let text = format!(
-                    "One value for all hair, to begin with {}",
+                    "One value for all hair, initially {}",
                     self.text(self.default)
                 );
                 if button.on_hover_text(text).clicked() {
@@ -243,7 +243,7 @@ impl Field {
                 ui.label(&self.help);
             }
             let range = format!(
-                "From {low} to {high}; {} unless changed.",
+                "Range {low} to {high}, default {}.",
                 self.text(self.default)
             );
             ui.label(RichText::new(range).color(theme::WEAK));

@@ -6,8 +6,8 @@ use egui::{Event, RawInput};
 const MOST: usize = 64;
 
 /// Cuts the events of `raw` after every press of a button or key, and around every release of a
-/// button. The interface sees the mouse where it is at the end of a piece only: in one piece, a drag
-/// that begins and ends within a slow frame would be nothing at all.
+/// button. The interface sees the mouse where it is at the end of a piece only: in one piece, a
+/// drag that begins and ends within a slow frame would be nothing at all.
 pub fn split(mut raw: RawInput) -> Vec<RawInput> {
     let mut pieces: Vec<Vec<Event>> = vec![Vec::new()];
     for event in std::mem::take(&mut raw.events) {

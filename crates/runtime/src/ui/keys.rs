@@ -57,15 +57,25 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 19] = {
         (CTRL, Key::R, Command::Reload, "Reload from disk"),
         (CTRL, Key::Q, Command::Close, "Close the window"),
         (NONE, Key::F, Command::Frame, "Frame all hair"),
-        (NONE, Key::Home, Command::Home, "Back to the scene's camera"),
+        (
+            NONE,
+            Key::Home,
+            Command::Home,
+            "Return to the scene's camera",
+        ),
         (
             NONE,
             Key::V,
             Command::SaveView,
-            "Save view: make it the scene's camera",
+            "Save the view as the scene's camera",
         ),
         (NONE, Key::P, Command::Screenshot, "Save a picture (PNG)"),
-        (NONE, Key::B, Command::Paint, "Paint, or orbit again"),
+        (
+            NONE,
+            Key::B,
+            Command::Paint,
+            "Switch between painting and orbiting",
+        ),
         (
             NONE,
             Key::CloseBracket,
@@ -86,7 +96,7 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 19] = {
             NONE,
             Key::Escape,
             Command::Escape,
-            "Close what is on top; stop painting",
+            "Close the dialog; stop painting",
         ),
     ]
 };
@@ -97,9 +107,15 @@ pub const MOUSE: [(&str, &str); 7] = [
     ("Ctrl + drag", "Orbit while painting"),
     ("Middle drag, or Shift + drag", "Pan"),
     ("Wheel, or right drag", "Dolly in and out"),
-    ("Double click", "Look at the strand there"),
-    ("Pick, then click", "Name the light that shines there"),
-    ("Drop a file", "Open a scene; swap the groom or the lights"),
+    ("Double click", "Centre the view on that strand"),
+    (
+        "Pick, then click",
+        "Identify the light that contributes most there",
+    ),
+    (
+        "Drop a file",
+        "Open a scene; replace the groom or the lights",
+    ),
 ];
 
 /// Takes the keys pressed in this frame that are commands, all of them and in their order: a slow

@@ -11,7 +11,7 @@ use super::panel::motion::MotionState;
 use super::panel::paint::PaintState;
 use super::panel::{self, section, statistics::FrameTimes};
 use super::questions::{self, Answer, Question};
-use super::view::{self, Bounds, Seen};
+use super::view::{self, Bounds, ViewportInput};
 use super::{help, orbit, theme};
 use crate::viewer::Viewer;
 use strandlight_render::progressive::Progress;
@@ -41,7 +41,7 @@ pub struct UiState {
 }
 
 /// What the interface shows.
-pub struct Shown<'a> {
+pub struct UiInput<'a> {
     /// Scene and picture.
     pub viewer: &'a Viewer,
     /// The picture.
@@ -56,9 +56,9 @@ pub struct Shown<'a> {
     pub name: &'a str,
 }
 
-/// What was asked for in a frame.
+/// Changes and commands that the user requested in a frame.
 #[derive(Debug)]
-pub struct Asked {
+pub struct UiOutput {
     /// The scene with this frame's edits.
     pub scene: Scene,
     /// What they are called.
@@ -70,22 +70,22 @@ pub struct Asked {
     /// What was answered to a question.
     pub answer: Option<Answer>,
     /// The picture under the mouse.
-    pub seen: Seen,
+    pub viewport: ViewportInput,
 }
 
 /// Draws the window.
-pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
-    let mut asked = Asked {
-        scene: shown.viewer.session().scene().clone(),
+pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
+    let mut output = UiOutput {
+        scene: input.viewer.session().scene().clone(),
         changes: Changes::default(),
         commands: Vec::new(),
         view: None,
         answer: None,
-        seen: Seen::default(),
+        viewport: ViewportInput::default(),
     };
     let is_asking = state.question.is_some();
     if !is_asking {
-        asked.commands = keys::pressed(ui.ctx());
+        output.commands = keys::pressed(ui.ctx());
     }
     // Fields and lists that Escape closes are gone once they have been shown.
     let is_escape_taken = is_asking || state.is_typing || egui::Popup::is_any_open(ui.ctx());
@@ -98,17 +98,17 @@ pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
         .exact_size(32.0)
         .resizable(false)
         .frame(frame(8))
-        .show(ui, |ui| bar(ui, shown, &mut asked));
+        .show(ui, |ui| bar(ui, input, &mut output));
     Panel::bottom("status")
         .exact_size(24.0)
         .resizable(false)
         .frame(frame(8))
-        .show(ui, |ui| status(ui, shown, state));
+        .show(ui, |ui| status(ui, input, state));
     if state.error.is_some() || state.is_stale {
         Panel::top("notices")
             .resizable(false)
             .frame(frame(8).fill(egui::Color32::from_gray(44)))
-            .show(ui, |ui| notices(ui, state, &mut asked));
+            .show(ui, |ui| notices(ui, state, &mut output));
     }
     Panel::right("panel")
         .exact_size(theme::PANEL_WIDTH)
@@ -120,20 +120,20 @@ pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
                 .show(ui, |ui| {
                     // Room for the scroll bar, which would lie over the reset buttons.
                     ui.set_max_width(ui.available_width() - 8.0);
-                    sections(ui, shown, state, &mut asked);
+                    sections(ui, input, state, &mut output);
                 });
         });
-    let Asked { changes, view, .. } = &mut asked;
+    let UiOutput { changes, view, .. } = &mut output;
     // A click that picks a light paints nothing.
     let is_brush = state.paint.is_on && !state.lights.is_picking;
-    let camera = shown.viewer.prepared().camera;
-    let (seen, response) = view::show(ui, shown.texture, &camera, shown.bounds, is_brush);
-    *view = seen.camera.or(*view);
+    let camera = input.viewer.prepared().camera;
+    let (viewport, response) = view::show(ui, input.texture, &camera, input.bounds, is_brush);
+    *view = viewport.camera.or(*view);
     changes.place("View", &response);
     if state.lights.is_picking {
         response.on_hover_cursor(egui::CursorIcon::Crosshair);
     } else if let (true, Some(radius), Some(at)) =
-        (state.paint.is_on, state.paint.radius_px, seen.hover)
+        (state.paint.is_on, state.paint.radius_px, viewport.hover)
     {
         let scale = ui.ctx().pixels_per_point();
         let centre = response.rect.min + egui::vec2(at[0], at[1]) / scale;
@@ -143,39 +143,39 @@ pub fn show(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState) -> Asked {
         painter.circle_stroke(centre, radius / scale, stroke(2.5, 20));
         painter.circle_stroke(centre, radius / scale, stroke(1.0, 230));
     }
-    asked.seen = seen;
+    output.viewport = viewport;
     help::show(ui.ctx(), &mut state.is_help_open);
-    let answer = questions::show(ui, &mut state.question, shown.name, &mut asked.changes);
-    asked.answer = answer.or(asked.answer.take());
+    let answer = questions::show(ui, &mut state.question, input.name, &mut output.changes);
+    output.answer = answer.or(output.answer.take());
     if !is_escape_taken && ui.input(|input| input.key_pressed(Key::Escape)) {
-        asked.commands.push(Command::Escape);
+        output.commands.push(Command::Escape);
     }
     state.is_typing = ui.ctx().text_edit_focused();
-    if asked.commands.contains(&Command::Frame) {
-        let [width, height] = asked.seen.size.map(|side| side.max(1) as f32);
-        let Bounds { centre, radius } = shown.bounds;
-        asked.view = Some(orbit::frame(&camera, centre, radius, width / height));
+    if output.commands.contains(&Command::Frame) {
+        let [width, height] = output.viewport.size.map(|side| side.max(1) as f32);
+        let Bounds { centre, radius } = input.bounds;
+        output.view = Some(orbit::frame(&camera, centre, radius, width / height));
     }
-    asked
+    output
 }
 
-fn sections(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState, asked: &mut Asked) {
-    let Asked {
+fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOutput) {
+    let UiOutput {
         scene,
         changes,
         commands,
         view,
         ..
-    } = asked;
+    } = output;
     section(ui, "Hair", true, changes, |ui, changes| {
-        let own = shown.viewer.session().assets().diameters;
+        let own = input.viewer.session().assets().diameters;
         panel::hair::show(ui, scene, own, changes);
     });
     section(ui, "Paint", false, changes, |ui, changes| {
         panel::paint::show(ui, &mut state.paint, changes);
     });
     section(ui, "Lights", false, changes, |ui, changes| {
-        let lights = &shown.viewer.session().light_set().lights;
+        let lights = &input.viewer.session().light_set().lights;
         panel::lights::show(ui, scene, lights, &mut state.lights, changes);
     });
     section(ui, "Picture", false, changes, |ui, changes| {
@@ -185,32 +185,32 @@ fn sections(ui: &mut Ui, shown: &Shown<'_>, state: &mut UiState, asked: &mut Ask
         panel::motion::show(ui, scene, &mut state.motion, changes);
     });
     section(ui, "Head and ground", false, changes, |ui, changes| {
-        let groom = shown.viewer.session().groom();
-        panel::motion::proxies(ui, scene, groom, shown.bounds, changes);
+        let groom = input.viewer.session().groom();
+        panel::motion::proxies(ui, scene, groom, input.bounds, changes);
     });
     section(ui, "Camera", false, changes, |ui, changes| {
-        let camera = &shown.viewer.prepared().camera;
-        let is_moved = shown.viewer.is_view_moved();
-        *view = panel::camera::show(ui, camera, is_moved, shown.bounds, changes, commands);
+        let camera = &input.viewer.prepared().camera;
+        let is_moved = input.viewer.is_view_moved();
+        *view = panel::camera::show(ui, camera, is_moved, input.bounds, changes, commands);
     });
     section(ui, "Statistics", false, changes, |ui, _| {
-        let report = shown.viewer.report();
-        let context = shown.viewer.context();
-        panel::statistics::show(ui, context, report, &shown.progress, shown.times);
+        let report = input.viewer.report();
+        let context = input.viewer.context();
+        panel::statistics::show(ui, context, report, &input.progress, input.times);
     });
 }
 
-fn bar(ui: &mut Ui, shown: &Shown<'_>, asked: &mut Asked) {
-    let session = shown.viewer.session();
+fn bar(ui: &mut Ui, input: &UiInput<'_>, output: &mut UiOutput) {
+    let session = input.viewer.session();
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
         let star = if session.is_modified() { " *" } else { "" };
-        ui.label(RichText::new(format!("{}{star}", shown.name)).strong());
+        ui.label(RichText::new(format!("{}{star}", input.name)).strong());
         ui.add_space(8.0);
         let mut button = |ui: &mut Ui, text: &str, is_enabled, help: &str, command| {
             let button = ui.add_enabled(is_enabled, Button::new(text));
-            asked.changes.place(format!("{text} button"), &button);
+            output.changes.place(format!("{text} button"), &button);
             if button.on_hover_text(help).clicked() {
-                asked.commands.push(command);
+                output.commands.push(command);
             }
         };
         let named = |verb: &str, label: Option<&str>| match label {
@@ -241,22 +241,16 @@ fn bar(ui: &mut Ui, shown: &Shown<'_>, asked: &mut Asked) {
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             button(ui, "Help", true, "Keys and mouse: H", Command::Help);
-            let help = "Save the picture as a PNG beside the scene: P";
+            let help = "Save the picture as a PNG next to the scene: P";
             button(ui, "Picture", true, help, Command::Screenshot);
             button(ui, "Home", true, "The scene's camera: Home", Command::Home);
-            button(
-                ui,
-                "Frame",
-                true,
-                "All hair into the picture: F",
-                Command::Frame,
-            );
+            button(ui, "Frame", true, "Frame all hair: F", Command::Frame);
         });
     });
 }
 
-fn status(ui: &mut Ui, shown: &Shown<'_>, state: &UiState) {
-    let progress = shown.progress;
+fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState) {
+    let progress = input.progress;
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
         let (what, share) = if progress.is_done {
             (format!("{} samples", progress.samples), 1.0)
@@ -281,14 +275,14 @@ fn status(ui: &mut Ui, shown: &Shown<'_>, state: &UiState) {
         ui.label(RichText::new(what).small());
         ui.label(RichText::new(&state.message).small().color(theme::WEAK));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let stats = &shown.viewer.report().stats;
+            let stats = &input.viewer.report().stats;
             let text = format!("{} strands, {} lights", stats.strands, stats.lights);
             ui.label(RichText::new(text).small().color(theme::WEAK));
         });
     });
 }
 
-fn notices(ui: &mut Ui, state: &mut UiState, asked: &mut Asked) {
+fn notices(ui: &mut Ui, state: &mut UiState, output: &mut UiOutput) {
     if let Some(error) = state.error.clone() {
         ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(error).color(theme::ERROR));
@@ -299,17 +293,17 @@ fn notices(ui: &mut Ui, state: &mut UiState, asked: &mut Asked) {
     }
     if state.is_stale {
         ui.horizontal_wrapped(|ui| {
-            let text = "The scene's files changed on disk, and there are unsaved changes here.";
+            let text = "The scene's files changed on disk. You have unsaved changes.";
             ui.label(RichText::new(text).color(theme::WARNING));
-            let reload = ui.button("Reload, discard mine");
-            asked.changes.place("Reload button", &reload);
+            let reload = ui.button("Discard my changes and reload");
+            output.changes.place("Reload button", &reload);
             if reload.clicked() {
-                asked.commands.push(Command::Reload);
+                output.commands.push(Command::Reload);
             }
-            let keep = ui.button("Keep mine");
-            asked.changes.place("Keep mine button", &keep);
+            let keep = ui.button("Keep my changes");
+            output.changes.place("Keep my changes button", &keep);
             if keep.clicked() {
-                asked.answer = Some(Answer::KeepMine);
+                output.answer = Some(Answer::KeepMine);
             }
         });
     }

@@ -2,10 +2,12 @@
 //! array called `strandview_log`.
 //!
 //! Every line has `event` and `ms`, milliseconds since the program started. Events:
-//! `device` (window and device are open, the scene is read next), `first_picture` (the first picture
-//! of hair on screen, a draft), `ready` (the first lit one), `places` (where controls are, pixels,
-//! whenever that changes), `drawn` (a frame of the window is on screen), `frame` (a picture has all its samples), `view` (another view), `question` (its name), `opened` (another scene), `edit`, `stroke`, `undo`, `redo`, `saved`, `reloaded`, `picked` (the
-//! light that makes a highlight), `picture` (a PNG), `resized`, `error`, `lost` (a device), `closed`.
+//! `device` (window and device are open, the scene is read next), `first_picture` (the first
+//! picture of hair on screen, a draft), `ready` (the first lit one), `places` (where controls are,
+//! pixels, whenever that changes), `drawn` (a frame of the window is on screen), `frame` (a picture
+//! has all its samples), `view` (another view), `question` (its name), `opened` (another scene),
+//! `edit`, `stroke`, `undo`, `redo`, `saved`, `reloaded`, `picked` (the light that makes a
+//! highlight), `picture` (a PNG), `resized`, `error`, `lost` (a device), `closed`.
 
 use serde_json::{Value, json};
 use web_time::Instant;
@@ -44,7 +46,7 @@ impl EventLog {
         }
     }
 
-    /// A log that writes to `path`, which is made anew.
+    /// A log that writes to `path`, which is overwritten.
     ///
     /// # Errors
     /// What the system says when the file cannot be made.

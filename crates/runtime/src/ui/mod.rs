@@ -6,7 +6,7 @@
 
 mod app;
 mod color;
-mod deeds;
+mod commands;
 mod document;
 mod dropped;
 mod field;
@@ -56,7 +56,7 @@ pub struct Launch {
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// There is no display to open a window on.
-    #[error("no display to open a window on ({0}); --frame OUT.png renders without one")]
+    #[error("cannot open a window: no display ({0}); use --frame OUT.png to render without one")]
     Display(String),
     /// The display has no window for us.
     #[error("the window could not be opened: {0}")]

@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use strandlight_data::DEFAULT_TABLES;
     use strandlight_scene::Camera;
-    use strandlight_scene::edit::{HairTextures, LobeTables};
+    use strandlight_scene::material::{HairMaterial, LobeTables};
     use strandlight_scene::tables::ShadingTables;
 
     /// One upright strand before the eye on +Z.
@@ -109,7 +109,7 @@ mod tests {
             tables,
             ..TableFile::default()
         };
-        let hair = HairTextures::new(
+        let hair = HairMaterial::new(
             Arc::new(LobeTables::default()),
             Fresnel::Dielectric,
             &HairParams::default(),

@@ -28,7 +28,7 @@ pub enum Painted {
     Presented,
     /// Nothing can be seen now; try when something changes.
     Hidden,
-    /// The surface was made anew; try again.
+    /// The surface was recreated; try again.
     Again,
 }
 
@@ -57,10 +57,11 @@ impl Screen {
             reason: reason.to_owned(),
         };
         let adapter = context.adapter.as_ref();
-        let adapter = adapter.ok_or_else(|| unsuitable("it was not opened here"))?;
+        let adapter =
+            adapter.ok_or_else(|| unsuitable("the adapter was not opened by this program"))?;
         let config = surface
             .get_default_config(adapter, 1, 1)
-            .ok_or_else(|| unsuitable("it cannot present to this window"))?;
+            .ok_or_else(|| unsuitable("the adapter cannot present to this window"))?;
         let formats = surface.get_capabilities(adapter).formats;
         let format = egui_wgpu::preferred_framebuffer_format(&formats)
             .map_err(|error| unsuitable(&error.to_string()))?;

@@ -23,7 +23,7 @@ const WHEEL_SPEED: f32 = 0.0025;
 
 /// What happened to the picture in a frame.
 #[derive(Clone, Debug, Default)]
-pub struct Seen {
+pub struct ViewportInput {
     /// Width and height in pixels that the picture has room for.
     pub size: [u32; 2],
     /// Where it was clicked, pixels from its upper left.
@@ -48,7 +48,7 @@ pub fn show(
     camera: &Camera,
     bounds: Bounds,
     is_brush: bool,
-) -> (Seen, egui::Response) {
+) -> (ViewportInput, egui::Response) {
     let scale = ui.ctx().pixels_per_point();
     let rect = whole_pixels(ui.available_rect_before_wrap(), scale);
     let size = [rect.width(), rect.height()].map(|side| (side * scale).round().max(0.0) as u32);
@@ -63,7 +63,7 @@ pub fn show(
     let at = |is_so: bool| response.interact_pointer_pos().filter(|_| is_so).map(pixel);
     // With Ctrl the mouse is the camera's even then.
     let is_brush = is_brush && !ui.input(|input| input.modifiers.command);
-    let seen = Seen {
+    let viewport = ViewportInput {
         size,
         clicked: at(response.clicked()),
         clicked_twice: at(response.double_clicked() && !is_brush),
@@ -73,7 +73,7 @@ pub fn show(
             .map(|last| brush_path(ui).map(pixel).chain([last]).collect()),
         camera: move_camera(ui, &response, camera, bounds, is_brush),
     };
-    (seen, response)
+    (viewport, response)
 }
 
 fn primary_down(ui: &Ui) -> bool {

@@ -11,7 +11,7 @@ use winit::window::Window;
 
 use super::document::Document;
 use super::input::split;
-use super::layout::{self, Shown, UiState};
+use super::layout::{self, UiInput, UiState};
 use super::log::EventLog;
 use super::panel::statistics::FrameTimes;
 use super::screen::{Painted, Screen};
@@ -209,7 +209,7 @@ impl Workspace {
             return Ok(());
         };
         self.advance(is_busy);
-        // The display may have been made anew in another size.
+        // The display may have been recreated in another size.
         self.screen.picture(self.viewer.display());
         let painted = self.screen.paint(
             &self.egui,
@@ -226,7 +226,7 @@ impl Workspace {
     fn lay_out(&mut self, raw: egui::RawInput) -> (egui::FullOutput, bool) {
         let texture = self.screen.picture(self.viewer.display());
         let strands = &self.viewer.live().scene().strands;
-        let shown = Shown {
+        let shown = UiInput {
             viewer: &self.viewer,
             texture: Some(texture),
             progress: self.progress,
@@ -250,7 +250,7 @@ impl Workspace {
         let is_busy = match asked {
             Some(asked) => {
                 self.note_places(&asked);
-                self.serve(asked)
+                self.handle(asked)
             }
             None => false,
         };

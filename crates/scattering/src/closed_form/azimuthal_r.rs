@@ -37,7 +37,7 @@ crate::mirrors! {
 }
 
 impl Reflectance {
-    /// The coefficients for `fresnel` at `eta`, 1.0001..=3; fitted anew.
+    /// The coefficients for `fresnel` at `eta`, 1.0001..=3; refitted on each call.
     pub fn new(fresnel: Fresnel, eta: f64) -> Reflectance {
         let fit = ReflectanceFit::new(fresnel, eta);
         Reflectance {

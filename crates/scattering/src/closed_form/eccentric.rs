@@ -5,8 +5,8 @@
 //! phi_i = phi_o, and what counts is where light and bump overlap. With the bump as a circular
 //! Gaussian of fixed sharpness the average over their product is closed. Relative RMSE of the
 //! inner integral with exact N_TRT, a in 0.8..1.25, lambda' in 0.1..2: paper 20 %, the index at
-//! phi_i = phi_o (no average) 8.7 %, this 7.5 %; on other draws 6.6 to 9.8 %. The best single index is
-//! about as good.
+//! phi_i = phi_o (no average) 8.7 %, this 7.5 %; on other draws 6.6 to 9.8 %. The best single index
+//! is about as good.
 
 use super::fibre::Fibre;
 use super::frame::Lag;

@@ -95,9 +95,9 @@ pub struct ForwardLight {
 ///
 /// Forward-scattered light of a light of colour `rgb` and width `lambda`; `a_f` and `beta_f_2` are
 /// the averages at the record's inclination, means of +theta and -theta. They are those of the
-/// fibre that is lit, painted or not: the fibres on the way count as such. sigma_bar_f^2 is beta_f^2
-/// times the events it underwent ([`forward_events`]), the mean of the channels by what each
-/// carries.
+/// fibre that is lit, painted or not: the fibres on the way count as such. sigma_bar_f^2 is
+/// beta_f^2 times the events it underwent ([`forward_events`]), the mean of the channels by what
+/// each carries.
 pub fn forward_light(
     record: &ShadowRecord,
     unblocked: f32,

@@ -9,11 +9,11 @@ pub const LAYER_MIDDLE: f32 = 3.0;
 /// How the texels of one mode are placed and decoded, byte for byte the struct `PaintedDecode` of
 /// the shaders (32 bytes).
 ///
-/// Along theta_d as [`super::LobeDecode`] says. Shapes: the first seven of its numbers, one texel of
-/// four words. Amplitudes: `[layer][texel]`, three 16 bit floats, one for each lobe (in the shaders'
-/// texture with those of the next layer), times
-/// `amplitude_scale`, to be multiplied by `u^2 exp(-decay sigma_a)`; layer = `layer_scale sigma_a / (3 + sigma_a)`, clamped
-/// to `last_layer`, interpolated linearly.
+/// Along theta_d as [`super::LobeDecode`] says. Shapes: the first seven of its numbers, one texel
+/// of four words. Amplitudes: `[layer][texel]`, three 16 bit floats, one for each lobe (in the
+/// shaders' texture with those of the next layer), times
+/// `amplitude_scale`, to be multiplied by `u^2 exp(-decay sigma_a)`; layer =
+/// `layer_scale sigma_a / (3 + sigma_a)`, clamped to `last_layer`, interpolated linearly.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct PaintedDecode {

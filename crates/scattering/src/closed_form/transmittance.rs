@@ -16,7 +16,8 @@ pub const P_2: f32 = 0.0625;
 /// Factor of shares in half floats: 1 becomes 2^15, and shares keep three digits down to 2e-9.
 pub const RECORD_SCALE: f32 = 32768.0;
 
-/// Least share that is told from none: the smallest normal half float over [`RECORD_SCALE`].
+/// Smallest share that is distinguished from zero: the smallest normal half float over
+/// [`RECORD_SCALE`].
 pub const LEAST_SHARE: f32 = 2e-9;
 
 /// Shadow of a light at a place.

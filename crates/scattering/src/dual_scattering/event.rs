@@ -121,8 +121,8 @@ pub(super) fn event_of_modes(hair: &HairParams, modes: &[Halves; 3]) -> Event {
 }
 
 /// The averages of `hair` (valid, see [`HairParams::validate`]) at incident inclination `theta` in
-/// +-pi/2, by the full integral: error of the attenuations below 1e-6, for an elliptic fibre 1e-5 (against
-/// twice the nodes). Some 10 ms, of an elliptic fibre 100.
+/// +-pi/2, by the full integral: error of the attenuations below 1e-6, for an elliptic fibre 1e-5
+/// (against twice the nodes). Some 10 ms, of an elliptic fibre 100.
 ///
 /// At +-pi/2 nothing is scattered: the attenuations are below 1e-4, and shifts and widths those of
 /// the limit.

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::quadrature::GaussLegendre;
 
-/// Nearest to grazing that is told apart; everything vanishes there.
+/// Angle nearest to grazing that is resolved; everything vanishes there.
 const EPSILON_MIN: f64 = 1e-5;
 
 /// A node of the integral.

@@ -25,9 +25,10 @@
 //! - TRT is blurred by w_c. For an elliptic fibre its index follows the half angle (Xu Eq 24), and
 //!   the averages are those over all turns of the fibre about its axis.
 //!
-//! [`event()`] has them by quadrature, [`Events`] for many inclinations of one fibre, [`event_separated`] by Xu's Eq 33, [`mixture`] has the mean
-//! and spread of S itself. [`Backscatter`] holds what many events make of them, `A_b`, `Delta_b`
-//! and `sigma_b`. [`AverageTable`] is all that over 128 inclinations, made at an edit.
+//! [`event()`] has them by quadrature, [`Events`] for many inclinations of one fibre,
+//! [`event_separated`] by Xu's Eq 33, [`mixture`] has the mean and spread of S itself.
+//! [`Backscatter`] holds what many events make of them, `A_b`, `Delta_b` and `sigma_b`.
+//! [`AverageTable`] is all that over 128 inclinations, made at an edit.
 
 mod azimuth;
 mod backscatter;

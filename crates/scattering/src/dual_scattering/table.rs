@@ -3,8 +3,8 @@
 //! `q_f` and `q_b` of each mode ([`AzimuthRule`]) on 65 columns over cos(theta_d), then
 //! 128 x 3 integrals over theta_o of 16 nodes each, with q interpolated by cubics.
 //!
-//! Largest errors against [`super::event()`] where at least 1e-3 of the largest attenuation is left,
-//! of the largest value (example `averages`, 24 fibres):
+//! Largest errors against [`super::event()`] where at least 1e-3 of the largest attenuation is
+//! left, of the largest value (example `averages`, 24 fibres):
 //!
 //! | | at the rows | between, by [`AverageTable::sample`] |
 //! |---|---|---|

@@ -50,7 +50,8 @@ impl FibreSection {
     }
 
     /// `A_t(h)` of Xu 2011 Eq 10 at `h = sin gamma`: what a path through `h` keeps, per channel.
-    /// One crossing is `T = exp(-2 sigma_eff sqrt(1 - h^2 / eta_eff^2))`. Times the mode's intensity.
+    /// One crossing is `T = exp(-2 sigma_eff sqrt(1 - h^2 / eta_eff^2))`. Times the mode's
+    /// intensity.
     pub fn attenuation(&self, lobe: Lobe, sin_gamma: f64, cos_gamma: f64) -> [f64; 3] {
         let through = self
             .fresnel

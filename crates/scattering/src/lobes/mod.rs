@@ -24,7 +24,8 @@
 //! - [`fit`]: finds shapes and shares from cosine [`moments`];
 //! - [`LobeTable`]: what is baked, over (eta, alpha, absorption);
 //! - [`slice()`]: a [`LobeTexture`] a mode for one fibre, which [`crate::closed_form`] samples;
-//!   [`slice_painted`]: a [`PaintedTexture`], for fibres of one eta and w_c whose absorption varies.
+//!   [`slice_painted`]: a [`PaintedTexture`], for fibres of one eta and w_c whose absorption
+//!   varies.
 
 pub mod fit;
 pub mod moments;

@@ -90,7 +90,10 @@ impl Sequence {
         let groom = self.files.groom(path).map_err(|error| key(&error))?;
         let is_same = self.offsets.as_ref() == Some(&groom.strand_offsets);
         if !is_same || groom.points.len() != rest.n_groom_points() {
-            let told = format!("{}: other strands than groom.file", path.display());
+            let told = format!(
+                "{}: its strands differ from those of groom.file",
+                path.display()
+            );
             return Err(key(&told));
         }
         self.kept.push((frame, groom.points));

@@ -7,7 +7,7 @@ use super::PaintedPoint;
 /// What a brush puts on hair.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Dab {
+pub enum BrushEffect {
     /// Dye of this absorption per fibre radius, linear RGB, over what is there.
     Dye([f32; 3]),
     /// Widths times this; 1 is the hair's own.
@@ -61,8 +61,9 @@ pub struct Brush {
     /// How much a stroke does where the ball's centre went, 0..=1. Going over a point again
     /// within one stroke does no more.
     pub strength: f32,
-    /// What it puts on.
-    pub what: Dab,
+    /// Effect of the brush; scripts may also call it `what`.
+    #[serde(alias = "what")]
+    pub effect: BrushEffect,
     /// Share of the radius, from the edge inwards, over which the brush does less and less: 0
     /// for a hard edge, 1 for one that falls from the centre on.
     pub softness: f32,
@@ -80,7 +81,7 @@ impl Default for Brush {
         Brush {
             radius_cm: 1.5,
             strength: 1.0,
-            what: Dab::Dye([0.2, 1.4, 3.0]),
+            effect: BrushEffect::Dye([0.2, 1.4, 3.0]),
             softness: 0.5,
             along_cm: 0.0,
             is_symmetric: false,
@@ -112,12 +113,12 @@ impl Brush {
     /// # Errors
     /// The first value outside its range.
     pub fn validate(&self) -> Result<(), BrushError> {
-        let [r, g, b] = match self.what {
-            Dab::Dye(sigma_a) => sigma_a,
+        let [r, g, b] = match self.effect {
+            BrushEffect::Dye(sigma_a) => sigma_a,
             _ => [0.0; 3],
         };
-        let scale = match self.what {
-            Dab::WidthScale(scale) | Dab::ShiftScale(scale) => scale,
+        let scale = match self.effect {
+            BrushEffect::WidthScale(scale) | BrushEffect::ShiftScale(scale) => scale,
             _ => 1.0,
         };
         for (key, value, min, max) in [
@@ -183,8 +184,8 @@ impl Brush {
             }
         };
         let mut painted = *point;
-        match self.what {
-            Dab::Dye(sigma_a) => {
+        match self.effect {
+            BrushEffect::Dye(sigma_a) => {
                 let dye = PaintedPoint {
                     sigma_a,
                     weight: 1.0,
@@ -192,9 +193,13 @@ impl Brush {
                 };
                 painted = point.mix(&dye, a);
             }
-            Dab::WidthScale(scale) => painted.width_scale = towards(point.width_scale, scale),
-            Dab::ShiftScale(scale) => painted.shift_scale = towards(point.shift_scale, scale),
-            Dab::Erase => {
+            BrushEffect::WidthScale(scale) => {
+                painted.width_scale = towards(point.width_scale, scale)
+            }
+            BrushEffect::ShiftScale(scale) => {
+                painted.shift_scale = towards(point.shift_scale, scale)
+            }
+            BrushEffect::Erase => {
                 painted.weight *= 1.0 - a;
                 painted.width_scale = towards(point.width_scale, 1.0);
                 painted.shift_scale = towards(point.shift_scale, 1.0);
@@ -241,10 +246,10 @@ mod tests {
 
     #[test]
     fn strokes_are_read_from_scripts() {
-        let text = r#"{"brush": {"radius_cm": 2, "what": {"dye": [0.1, 0.2, 3]},
+        let text = r#"{"brush": {"radius_cm": 2, "effect": {"dye": [0.1, 0.2, 3]},
             "mask": {"from": 0.5}}, "path": [[10, 20], [30.5, 40]]}"#;
         let stroke: BrushStroke = serde_json::from_str(text).unwrap();
-        assert_eq!(stroke.brush.what, Dab::Dye([0.1, 0.2, 3.0]));
+        assert_eq!(stroke.brush.effect, BrushEffect::Dye([0.1, 0.2, 3.0]));
         assert_eq!((stroke.brush.mask.from, stroke.brush.mask.to), (0.5, 1.0));
         assert_eq!(
             stroke.path,
@@ -254,7 +259,7 @@ mod tests {
         assert_eq!(serde_json::from_str::<BrushStroke>(&again).unwrap(), stroke);
         let text = r#"{"brush": {"what": "erase"}, "path": [[1, 2, 3]]}"#;
         let stroke: BrushStroke = serde_json::from_str(text).unwrap();
-        assert_eq!(stroke.brush.what, Dab::Erase);
+        assert_eq!(stroke.brush.effect, BrushEffect::Erase);
         assert_eq!(stroke.path, StrokePath::World(vec![[1.0, 2.0, 3.0]]));
         let wrong = r#"{"brush": {"radius": 2}, "path": []}"#;
         assert!(serde_json::from_str::<BrushStroke>(wrong).is_err());
@@ -264,7 +269,7 @@ mod tests {
     fn values_outside_their_range_are_named() {
         assert_eq!(Brush::default().validate(), Ok(()));
         let wrong = Brush {
-            what: Dab::WidthScale(0.0),
+            effect: BrushEffect::WidthScale(0.0),
             ..Brush::default()
         };
         assert_eq!(wrong.validate().unwrap_err().key, "scale");
@@ -277,19 +282,22 @@ mod tests {
 
     #[test]
     fn paint_covers_and_comes_off() {
-        let with = |what| Brush {
-            what,
+        let with = |effect| Brush {
+            effect,
             ..Brush::default()
         };
-        let red = with(Dab::Dye([0.0, 3.0, 3.0]));
+        let red = with(BrushEffect::Dye([0.0, 3.0, 3.0]));
         let point = red.applied(&PaintedPoint::NONE, 0.5);
         assert_eq!((point.sigma_a, point.weight), ([0.0, 3.0, 3.0], 0.5));
-        let blue = with(Dab::Dye([3.0, 3.0, 0.0]));
+        let blue = with(BrushEffect::Dye([3.0, 3.0, 0.0]));
         let point = blue.applied(&point, 1.0);
         assert_eq!((point.sigma_a, point.weight), ([3.0, 3.0, 0.0], 1.0));
-        let wide = with(Dab::WidthScale(4.0)).applied(&point, 0.5);
+        let wide = with(BrushEffect::WidthScale(4.0)).applied(&point, 0.5);
         assert!((wide.width_scale - 2.0).abs() < 1e-6);
-        assert_eq!(with(Dab::Erase).applied(&wide, 1.0), PaintedPoint::NONE);
+        assert_eq!(
+            with(BrushEffect::Erase).applied(&wide, 1.0),
+            PaintedPoint::NONE
+        );
         assert_eq!(red.applied(&wide, 0.0), wide);
     }
 

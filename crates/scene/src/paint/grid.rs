@@ -92,8 +92,8 @@ impl PointGrid {
     }
 
     /// Points within `margin` of the cone from `apex` along the unit vector `axis` that is `slope`
-    /// wide at distance 1, and perhaps others near it. Looks at few cells beside these: slab by slab
-    /// across the axis that the cone runs along most.
+    /// wide at distance 1, and perhaps others near it. Looks at few cells beside these: slab by
+    /// slab across the axis that the cone runs along most.
     pub fn in_cone(
         &self,
         [apex, axis]: [Vec3; 2],

@@ -28,7 +28,7 @@ mod point;
 mod stroke;
 mod stroking;
 
-pub use brush::{Brush, BrushError, BrushMask, BrushStroke, Dab, StrokePath};
+pub use brush::{Brush, BrushEffect, BrushError, BrushMask, BrushStroke, StrokePath};
 pub use kinds::PaintKinds;
 pub use optics::PaintedOptics;
 pub(crate) use optics::{no_painted_averages, no_painted_lobes};

@@ -11,7 +11,7 @@ use crate::strands::{Origin, Strands};
 /// A strand is under the cursor if it passes within this many pixels.
 pub const PICK_PX: f32 = 4.0;
 
-/// Finds strands and points of hair as it stands; to be made anew when it moves.
+/// Finds strands and points of hair as it stands; must be rebuilt when it moves.
 #[derive(Clone, Debug)]
 pub struct Picker {
     points: Vec<[f32; 4]>,

@@ -74,8 +74,8 @@ impl PaintedPoint {
         }
     }
 
-    /// The parameters of hair with this paint, for those who look at one fibre at a time: widths and
-    /// shifts are kept in their ranges.
+    /// The parameters of hair with this paint, for those who look at one fibre at a time: widths
+    /// and shifts are kept in their ranges.
     pub fn on(&self, hair: &HairParams) -> HairParams {
         let weight = f64::from(self.weight);
         let mut painted = *hair;

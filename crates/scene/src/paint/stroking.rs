@@ -245,7 +245,7 @@ fn joined(a: Option<Range<usize>>, b: Option<Range<usize>>) -> Option<Range<usiz
 
 #[cfg(test)]
 mod tests {
-    use super::super::{BrushMask, Dab};
+    use super::super::{BrushEffect, BrushMask};
     use super::*;
     use crate::strands::Strands;
 
@@ -380,7 +380,7 @@ mod tests {
                 to: 1.0,
                 soft: 0.0,
             },
-            what: Dab::WidthScale(3.0),
+            effect: BrushEffect::WidthScale(3.0),
             ..Brush::default()
         };
         let (_, paint) = stroke(brush, StrokePath::World(vec![[4.0, -5.0, 0.0]]));

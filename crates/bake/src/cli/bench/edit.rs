@@ -9,22 +9,23 @@ use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{BakedFile, TableFile};
 use strandlight_lab::bench::edit::{BUDGET_MICROSECONDS, EditCost, edit_costs};
 use strandlight_scattering::{HairParams, Lobe};
-use strandlight_scene::edit::LobeTables;
+use strandlight_scene::material::LobeTables;
 
 use crate::cli::{Failure, Outcome, print_line};
 
-/// Edits of the hair: what each parameter makes anew, bytes to upload, and time
+/// Benchmark hair edits: what each parameter invalidates, bytes to upload, and time
 ///
-/// Medians in microseconds on one thread, all three modes enabled; `all` makes everything.
+/// Prints medians in microseconds on one thread, all three modes enabled; `all` recomputes
+/// everything.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Tables; without it the bundled ones
+    /// Baked tables [default: the bundled ones]
     #[arg(long, value_name = "F.tables")]
     tables: Option<PathBuf>,
-    /// Edits of each parameter
+    /// Number of edits per parameter
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     repetitions: u64,
-    /// Eccentricity of the hair that is edited; an elliptic fibre has more to make
+    /// Eccentricity of the edited hair; elliptic fibres cost more
     #[arg(long, default_value_t = 1.0, value_name = "A")]
     eccentricity: f64,
     /// Print one JSON document

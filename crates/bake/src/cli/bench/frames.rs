@@ -12,11 +12,11 @@ use strandlight_scene::PreparedScene;
 use crate::cli::render::parse_size;
 use crate::cli::{Failure, Outcome, print_line};
 
-/// Frames after edits: what each costs beside the others, on the adapter there is
+/// Benchmark the first frame after each kind of edit, on the GPU
 ///
-/// A frame goes from an edit to a picture of 4 samples a pixel with all points lit. Medians in
-/// milliseconds, ratios to the first frame of each group, and the stage that took longest; frames of
-/// a group take turns. What each group took is told on stderr as it is done.
+/// A frame is timed from the edit to a picture of 4 samples per pixel with all points shaded.
+/// Reports medians in milliseconds, ratios to the first frame of each group, and the slowest stage;
+/// the frames of a group are interleaved. Results of each group are printed on stderr as they come.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file (TOML)
@@ -25,7 +25,7 @@ pub struct Args {
     /// Width and height in pixels, each 1..=8192 [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// Rounds, of two frames of each kind; one more is not counted
+    /// Rounds of two frames of each kind, after one warm-up round
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repetitions: u32,
     /// Print one JSON document

@@ -6,7 +6,8 @@ use strandlight_scene::progress::timed;
 
 use crate::cli::{Failure, Outcome, print_line};
 
-/// Global and local multiple scattering of one light: error against the exact model, and time
+/// Benchmark global and local multiple scattering of one light: error against the exact model, and
+/// time
 ///
 /// Relative RMSE over random configurations of light, spread, view and hair; nanoseconds per light
 /// and point on one thread, and their ratio to the paper's scheme.
@@ -15,13 +16,13 @@ pub struct Args {
     /// Random configurations, 1 to 1000000; 10000 take some minutes on two cores
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     n: u64,
-    /// Seed of the configurations
+    /// Random seed
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// What configurations are drawn from
+    /// Distribution of the random configurations
     #[arg(long, value_enum, default_value_t = super::single::SetArg::Accuracy)]
     set: super::single::SetArg,
-    /// Timed passes of each method; 0 measures errors alone
+    /// Timed passes per method; 0 measures errors only
     #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u64).range(0..=1000))]
     repetitions: u64,
     /// Print one JSON document

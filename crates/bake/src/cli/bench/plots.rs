@@ -7,13 +7,13 @@ use strandlight_lab::bench::figures;
 
 use crate::cli::{Failure, Outcome, check_outputs, output_folder, print_line, write_output};
 
-/// Plots of what the schemes put in place of the exact model
+/// Plot the approximations of each scheme against the exact model
 ///
-/// Lobes over azimuth, attenuation and energies, and the outer integrand with its nodes, each as
-/// SVG and as CSV of the curves.
+/// Writes lobes over azimuth, attenuation and energies, and the outer integrand with its nodes,
+/// each as SVG and as CSV.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder for the plots; made if it is not there
+    /// Folder for the plots; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Print one JSON document

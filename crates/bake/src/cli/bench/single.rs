@@ -10,28 +10,28 @@ use strandlight_scene::progress::timed;
 
 use crate::cli::{Failure, Outcome, check_outputs, note, output_folder, print_line, write_output};
 
-/// Single scattering of one light: error against the exact model, and time, of every method
+/// Benchmark single scattering of one light: error against the exact model, and time per method
 ///
 /// Relative RMSE over random configurations of light, view and hair; nanoseconds per light and
 /// point, measured side by side on one thread and on the adapter.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder for single.csv, single.json and single.svg; made if it is not there
+    /// Folder for single.csv, single.json and single.svg; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// Random configurations, 1 to 1000000; 10000 take about a minute on two cores
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     n: u64,
-    /// Seed of the configurations
+    /// Random seed
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// What configurations are drawn from
+    /// Distribution of the random configurations
     #[arg(long, value_enum, default_value_t = SetArg::Accuracy)]
     set: SetArg,
-    /// Timed passes of each method; 0 measures errors alone
+    /// Timed passes per method; 0 measures errors only
     #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u64).range(0..=1000))]
     repetitions: u64,
-    /// Whether to time the shaders on the adapter as well
+    /// Whether to time the shaders on the GPU as well
     #[arg(long, value_enum, default_value_t = AdapterArg::Auto)]
     adapter: AdapterArg,
     /// Print one JSON document

@@ -10,31 +10,31 @@ use strandlight_scene::PreparedScene;
 
 use crate::cli::{Failure, Outcome, print_line, transmittance_method};
 
-/// What hair leaves of each light: error against ray shooting, and time, of every method
+/// Compare every transmittance method with ray-traced shadows: error and time
 ///
-/// At random points of the strands under all lights of a scene: bias and RMS error of the unblocked
-/// share T and of the forward scattered share T_f.
+/// Evaluates random strand points under all lights of a scene. Reports bias and RMS error of the
+/// transmittance T and of the forward-scattered fraction T_f.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The scene
+    /// Scene file (TOML)
     scene: PathBuf,
-    /// Random points, 1 to 1000000
+    /// Number of random points, 1 to 1000000
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     points: u64,
-    /// Rays of each light's lobe that make the truth, 1 to 65536
+    /// Reference rays per light lobe, 1 to 65536
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     rays: u32,
-    /// Seed of the points
+    /// Random seed
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Methods beside the sweep
+    /// Methods to compare besides the sweep
     #[arg(long, value_delimiter = ',', value_parser = transmittance_method(),
         default_values = Method::ALL.into_iter().filter(|&method| method != Method::Sweep).map(Method::name))]
     methods: Vec<Method>,
-    /// Voxels along the longest side of the sweep's grid, beside the renderer's, 8 to 256
+    /// Further sizes of the sweep's grid, in voxels along its longest side, 8 to 256
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(8..=256))]
     sides: Vec<u32>,
-    /// Directions of each light's sweep, beside the renderer's, 1 to 256
+    /// Further numbers of sweep directions per light, 1 to 256
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=256))]
     directions: Vec<u32>,
     /// Print one JSON document

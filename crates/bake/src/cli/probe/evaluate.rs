@@ -15,7 +15,7 @@ use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fi
 use strandlight_scattering::dual_scattering::{AverageTable, event_separated, published};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
-use strandlight_scene::edit::{HairTextures, LobeTables};
+use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::tables::ShadingTables;
 
@@ -293,7 +293,7 @@ impl Evaluator {
                 .map_err(|error| error.to_string()),
             Scheme::Lobes(lobes) => {
                 let lobes = Arc::clone(lobes.as_ref().map_err(String::clone)?);
-                HairTextures::new(lobes, self.fresnel, hair, modes, DEFAULT_SEGMENTS)
+                HairMaterial::new(lobes, self.fresnel, hair, modes, DEFAULT_SEGMENTS)
                     .map(|mut textures| {
                         textures.enable_multiple(is_multiple);
                         textures.optics().clone()

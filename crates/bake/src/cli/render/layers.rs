@@ -20,7 +20,7 @@ pub enum Aov {
     Terms,
     /// single.R, single.TT, single.TRT, global.R, ..., and local
     Modes,
-    /// light.000, ...: each light of the set that is on, or light.NAME for groups
+    /// light.000, ...: each enabled light, or light.NAME for groups
     Lights,
 }
 

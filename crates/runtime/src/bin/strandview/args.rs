@@ -9,31 +9,32 @@ use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
 use strandlight_scene::budget::check_frame;
 
-/// Told by `--help` and beside every complaint about the command line.
+/// The first line of `--help`, appended to every error about the command line.
 pub const USAGE: &str = "usage: strandview SCENE.toml [--set KEY=VALUE]... [--size WxH] [--samples N], opens a \
-                         window, or with --frame OUT.png | --turntable N --out DIR | --script EDITS.json --out DIR";
+                         window; without one: --frame OUT.png | --turntable N --output DIR | --script EDITS.json --output DIR";
 
-/// What `--help` says after the usage.
+/// The rest of `--help`.
 pub const HELP: &str = "
-  --frame OUT.png        renders one frame without a window; - is standard output
-  --turntable N          renders N frames of a full turn about +Y, 0000.png and so on
-  --script EDITS.json    renders the frames of a list of edits and views
-  --out DIR              folder for the frames and timings.json, made if it is not there
-  --set KEY=VALUE        a key of the scene file, such as hair.eta=1.6 or render.background=none
-  --size WxH             width and height in pixels, of the window or else of the picture, whose
-                         sides are 1..=16384 and whose pixels are at most 134217728
-                         [default: 1280x720 points, or the scene's]
-  --time SECONDS         the hair is where its motion has it then, 0..=1000000 [default: 0]
-  --samples N            samples a pixel, 1..=65536 [default: the scene's]
-  --quiet                says nothing on stderr but why it failed
-  --log EVENTS.json      writes what happens in the window, a JSON object a line";
+  --frame OUT.png        Render one frame without a window; - for standard output
+  --turntable N          Render N frames of a full turn about +Y: 0000.png, 0001.png, ...
+  --script EDITS.json    Render the frames of a list of edits and views
+  --output DIR, -o DIR   Folder for the frames and timings.json, created if missing
+  --set KEY=VALUE        Override a key of the scene file, such as hair.eta=1.6 or
+                         render.background=none; repeatable
+  --size WxH             Width and height of the window or picture in pixels, each 1..=16384 and
+                         together at most 134217728 pixels
+                         [default: 1280x720 points for the window, else the scene's]
+  --time SECONDS         Animation time in seconds, 0..=1000000 [default: 0]
+  --samples N            Samples per pixel, 1..=65536 [default: the scene's]
+  --quiet                Print nothing on stderr except errors
+  --log EVENTS.json      Write UI events to EVENTS.json as JSON Lines";
 
-/// All options, for who mistypes one.
+/// All options, for suggestions when one is mistyped.
 const OPTIONS: [&str; 10] = [
     "--frame",
     "--turntable",
     "--script",
-    "--out",
+    "--output",
     "--set",
     "--size",
     "--time",
@@ -64,8 +65,8 @@ pub struct Args {
     /// What is done with it.
     pub job: Job,
     /// Folder for frames.
-    pub out: Option<PathBuf>,
-    /// Whether statistics stay unsaid.
+    pub output: Option<PathBuf>,
+    /// Whether to print nothing except errors.
     pub quiet: bool,
     /// File for the events of the window.
     pub log: Option<PathBuf>,
@@ -73,8 +74,8 @@ pub struct Args {
     pub loses_device: bool,
     /// Seconds since the start of the scene's motion.
     pub time: f64,
-    /// Keys of the scene and their values; those of `--size` and `--samples`, which take precedence,
-    /// are among them.
+    /// Keys of the scene and their values; those of `--size` and `--samples`, which take
+    /// precedence, are among them.
     pub set: Map<String, Value>,
 }
 
@@ -98,20 +99,20 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
                 .map(str::to_owned)
                 .ok_or(format!("{text}: the value is not UTF-8"))
         };
-        let mut ask = |asked: Job| match job.replace(asked) {
+        let mut set_job = |new: Job| match job.replace(new) {
             Some(_) => Err(format!(
                 "only one of --frame, --turntable and --script; {USAGE}"
             )),
             None => Ok(()),
         };
         match text.as_str() {
-            "--frame" => ask(Job::Frame(value()?.into()))?,
+            "--frame" => set_job(Job::Frame(value()?.into()))?,
             "--turntable" => {
                 let n = number(&text, &value()?, MAX_FRAMES)?;
-                ask(Job::Turntable(n))?;
+                set_job(Job::Turntable(n))?;
             }
-            "--script" => ask(Job::Script(value()?.into()))?,
-            "--out" => args.out = Some(value()?.into()),
+            "--script" => set_job(Job::Script(value()?.into()))?,
+            "--output" | "-o" | "--out" => args.output = Some(value()?.into()),
             "--log" => args.log = Some(value()?.into()),
             "--quiet" => args.quiet = true,
             "--lose-device" => args.loses_device = true,
@@ -157,15 +158,15 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
         return Err(format!("{flag} is for the window; leave it out with {job}"));
     }
     let is_many = matches!(args.job, Job::Turntable(_) | Job::Script(_));
-    match (is_many, &args.out) {
-        (true, None) => Err(format!("the frames need a folder: --out DIR; {USAGE}")),
+    match (is_many, &args.output) {
+        (true, None) => Err(format!("the frames need a folder: --output DIR; {USAGE}")),
         (true, Some(out)) if out == Path::new("-") => Err(format!(
-            "--out -: the frames need a folder, not standard output; {USAGE}"
+            "--output -: the frames need a folder, not standard output; {USAGE}"
         )),
         (false, Some(_)) => {
             let without = job.map_or(String::new(), |job| format!(", not for {job}"));
             Err(format!(
-                "--out is for --turntable and --script{without}; {USAGE}"
+                "--output is for --turntable and --script{without}; {USAGE}"
             ))
         }
         _ => Ok(args),
@@ -239,7 +240,7 @@ mod tests {
             ("--frame", "a.png"),
             ("--turntable", "2"),
             ("--script", "s.json"),
-            ("--out", "d"),
+            ("--output", "d"),
             ("--set", "hair.eta=1.6"),
             ("--size", "20x10"),
             ("--time", "1.5"),
@@ -251,16 +252,16 @@ mod tests {
         let words = HELP
             .split_whitespace()
             .filter(|word| word.starts_with("--"));
-        let mut told: Vec<&str> = words.collect();
+        let mut documented: Vec<&str> = words.collect();
         let mut known = FLAGS.map(|(flag, _)| flag).to_vec();
-        told.sort_unstable();
+        documented.sort_unstable();
         known.sort_unstable();
-        assert_eq!(told, known);
+        assert_eq!(documented, known);
         let shows = |args: &Args, flag: &str| match flag {
             "--frame" => args.job == Job::Frame("a.png".into()),
             "--turntable" => args.job == Job::Turntable(2),
             "--script" => args.job == Job::Script("s.json".into()),
-            "--out" => args.out == Some("d".into()),
+            "--output" => args.output == Some("d".into()),
             "--set" => args.set["hair.eta"] == 1.6,
             "--size" => args.set["render.size"] == json!([20, 10]),
             "--time" => args.time == 1.5,
@@ -273,8 +274,8 @@ mod tests {
         for (ix, (a, of_a)) in FLAGS.into_iter().enumerate() {
             for (b, of_b) in FLAGS[ix + 1..].iter().copied() {
                 let many = |flag| ["--turntable", "--script"].contains(&flag);
-                let needs_out = (many(a) || many(b)) && a != "--out" && b != "--out";
-                let out = if needs_out { " --out d" } else { "" };
+                let needs_out = (many(a) || many(b)) && a != "--output" && b != "--output";
+                let out = if needs_out { " --output d" } else { "" };
                 match parsed(&format!("a.toml {a} {of_a} {b} {of_b}{out}")) {
                     Ok(args) => {
                         assert!(shows(&args, a) && shows(&args, b), "{a} {b}: {args:?}");
@@ -282,8 +283,8 @@ mod tests {
                     }
                     Err(error) => {
                         let error = error.replace(USAGE, "");
-                        // `--out` alone has no job that it could go with.
-                        let needs_job = a == "--out" || b == "--out";
+                        // `--output` alone has no job that it could go with.
+                        let needs_job = a == "--output" || b == "--output";
                         assert!(error.contains(a) || needs_job, "{a} {b}: {error}");
                         assert!(error.contains(b) || needs_job, "{a} {b}: {error}");
                         n_refused += 1;
@@ -318,13 +319,13 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_told() {
+    fn errors_name_the_fault() {
         for (line, needle) in [
             ("a.toml --frame a.png --turntable 3", "only one of --frame"),
-            ("a.toml --turntable 3", "--out"),
-            ("a.toml --frame a.png --out d", "--out is for"),
-            ("a.toml --turntable 3 --out -", "need a folder"),
-            ("a.toml --turntable 0 --out d", "--turntable 0"),
+            ("a.toml --turntable 3", "--output"),
+            ("a.toml --frame a.png --output d", "--output is for"),
+            ("a.toml --turntable 3 --output -", "need a folder"),
+            ("a.toml --turntable 0 --output d", "--turntable 0"),
             ("a.toml --set eta", "KEY=VALUE"),
             ("a.toml --size 0x3", "0x3"),
             ("a.toml --frame", "needs a value"),

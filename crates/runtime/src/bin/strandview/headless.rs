@@ -20,7 +20,7 @@ type Answer<T> = Result<T, Box<dyn Error>>;
 
 /// Does a job that is not a window's.
 pub fn run(args: &Args) -> Answer<()> {
-    match (&args.job, &args.out) {
+    match (&args.job, &args.output) {
         (Job::Frame(path), _) => one(args, path),
         (Job::Turntable(n), Some(out)) => {
             let session = open(args)?;

@@ -29,7 +29,9 @@ pub fn run(args: &Args) -> Result<(), String> {
     let size = size.and_then(|size| serde_json::from_value(size).ok());
     // What is wrong with the files is said before a window opens.
     let mut session = Session::open(&args.scene).map_err(|error| error.to_string())?;
-    session.overlay(&set).map_err(|error| error.to_string())?;
+    session
+        .apply_cli_overrides(&set)
+        .map_err(|error| error.to_string())?;
     let log = match &args.log {
         Some(path) => EventLog::to_file(start, path)
             .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?,

@@ -30,12 +30,12 @@ pub fn show(
             (
                 "Scene's camera",
                 Command::Home,
-                "Looks from the scene's camera again: Home",
+                "Return to the scene's camera: Home",
             ),
         ] {
             let button = ui.add_enabled(is_moved, egui::Button::new(name));
             changes.place(format!("{name} button"), &button);
-            let button = button.on_disabled_hover_text("This is the scene's camera.");
+            let button = button.on_disabled_hover_text("The view matches the scene's camera.");
             if button.on_hover_text(help).clicked() {
                 commands.push(command);
             }
@@ -63,7 +63,7 @@ pub fn show(
         .unit(" cm")
         .slider(0.1 * default..=5.0 * default)
         .logarithmic()
-        .help("From the eye to the point that it turns about.")
+        .help("Distance from the camera to the orbit target.")
         .show(ui, &mut wanted, &mut of_view)
     {
         moved.eye = orbit::dolly(camera, (wanted / distance) as f32, bounds.radius).eye;

@@ -19,11 +19,11 @@ const COLORS: [(&str, &str); 3] = [
     ),
     (
         "Reflectance",
-        "The colour that a whole head of such hair should have; the absorption is found from it.",
+        "Colour of a full head of hair; the absorption is computed from it.",
     ),
     (
         "Melanin",
-        "The pigments of natural hair; the absorption is found from them.",
+        "Pigments of natural hair; the absorption is computed from them.",
     ),
 ];
 
@@ -55,8 +55,7 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, own: Option<Diameters>, changes: &mu
 }
 
 fn preset(ui: &mut Ui, hair: &mut HairSection, changes: &mut Changes) {
-    let help =
-        "Measured or published hair. Choosing one replaces colour, index, shifts and widths.";
+    let help = "Measured or published hair. A preset replaces colour, index, shifts and widths.";
     named(ui, "Preset", help, |ui| {
         let current = hair.preset.clone();
         let is_changed = (current.as_deref())
@@ -231,7 +230,7 @@ fn modes(
             let response = ui
                 .add_enabled(!is_last, egui::Checkbox::new(&mut is_on, *name))
                 .on_hover_text(*help)
-                .on_disabled_hover_text("At least one mode is drawn.");
+                .on_disabled_hover_text("At least one mode must be enabled.");
             if response.changed() {
                 hair.modes = Lobe::ALL
                     .into_iter()

@@ -57,7 +57,8 @@ pub fn show(
             "Pick from picture"
         };
         let button = egui::Button::new(text).selected(state.is_picking);
-        let help = "Then click a highlight in the picture: names the light that adds most there.";
+        let help =
+            "Click a highlight in the picture to identify the light that contributes most there.";
         let button = ui.add(button).on_hover_text(help);
         changes.place("Pick button", &button);
         if button.clicked() {

@@ -19,7 +19,7 @@ pub struct MotionState {
 }
 
 impl MotionState {
-    /// Starts or stops the clock. A motion that is at its `end` starts anew.
+    /// Starts or stops the clock. A motion that is at its `end` restarts.
     pub fn toggle(&mut self, end: Option<f64>) {
         self.is_playing = !self.is_playing;
         if self.is_playing && end.is_some_and(|end| self.seconds >= end) {
@@ -40,9 +40,9 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, state: &mut MotionState, changes: &m
     let has_frames = (scene.motion.as_ref()).is_some_and(|motion| !motion.frames.is_empty());
     if !has_frames {
         let mut is_windy = scene.motion.is_some();
-        let help = "Bends the hair; the groom stays as it is.";
+        let help = "Wind bends the hair; the groom file does not change.";
         named(ui, "Wind", help, |ui| {
-            let box_ = ui.checkbox(&mut is_windy, "blows");
+            let box_ = ui.checkbox(&mut is_windy, "Enable wind");
             changes.place("Wind toggle", &box_);
             if box_.changed() {
                 scene.motion = is_windy.then(|| MotionSection {
@@ -65,7 +65,7 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, state: &mut MotionState, changes: &m
         if button.clicked() {
             state.toggle(end);
         }
-        if ui.button("Rewind").on_hover_text("Back to 0 s").clicked() {
+        if ui.button("Rewind").on_hover_text("Return to 0 s").clicked() {
             state.seconds = 0.0;
         }
     });
@@ -76,7 +76,7 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, state: &mut MotionState, changes: &m
     Field::new("Time", range, 0.0)
         .unit(" s")
         .slider(slider)
-        .help("Seconds since the start of the motion.")
+        .help("Animation time in seconds.")
         .show(ui, &mut state.seconds, &mut of_clock);
     if !motion.frames.is_empty() {
         let plain = MotionSection::default();
@@ -119,7 +119,7 @@ pub fn proxies(
     let reach = Reach::of(bounds, scalp::sphere_of(groom));
     let has_room = scene.proxies.len() < MAX_PROXIES;
     row(ui, |ui| {
-        let help = "Something matte that stands in the light and hides hair behind it";
+        let help = "Matte object that shadows and occludes the hair";
         for (text, added) in [("Add head", reach.head()), ("Add ground", reach.ground())] {
             let button = ui.add_enabled(has_room, egui::Button::new(text));
             if button.on_hover_text(help).clicked() {

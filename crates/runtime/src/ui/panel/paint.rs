@@ -6,7 +6,7 @@ use strandlight_scattering::color::sigma_a_from_reflectance;
 
 use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, named, row};
-use strandlight_scene::paint::{Brush, BrushMask, Dab};
+use strandlight_scene::paint::{Brush, BrushEffect, BrushMask};
 
 /// What the brush puts on hair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,14 +68,14 @@ impl PaintState {
         Brush {
             radius_cm: self.radius_cm as f32,
             strength: self.strength as f32,
-            what: match self.what {
+            effect: match self.what {
                 What::Dye => {
                     let sigma_a = sigma_a_from_reflectance(self.reflectance, caustic_width);
-                    Dab::Dye(sigma_a.map(|x| x as f32))
+                    BrushEffect::Dye(sigma_a.map(|x| x as f32))
                 }
-                What::Width => Dab::WidthScale(self.width_scale as f32),
-                What::Shift => Dab::ShiftScale(self.shift_scale as f32),
-                What::Erase => Dab::Erase,
+                What::Width => BrushEffect::WidthScale(self.width_scale as f32),
+                What::Shift => BrushEffect::ShiftScale(self.shift_scale as f32),
+                What::Erase => BrushEffect::Erase,
             },
             softness: self.softness as f32,
             along_cm: self.along_cm as f32,
@@ -111,21 +111,21 @@ pub fn show(ui: &mut Ui, state: &mut PaintState, places: &mut Changes) {
             state.is_on = !state.is_on;
         }
     });
-    let help = "What the brush changes of the strands it touches. It is saved with the groom.";
+    let help = "Effect of the brush on the strands. Paint is saved with the groom.";
     named(ui, "Brush", help, |ui| {
         for (what, name, help) in [
             (What::Dye, "Colour", "Dyes the hair."),
             (
                 What::Width,
                 "Gloss",
-                "Scales the widths of all highlights: below 1 is glossier.",
+                "Scales the widths of all lobes; below 1 is glossier.",
             ),
             (
                 What::Shift,
                 "Shift",
-                "Scales how far the highlights are moved along the strand.",
+                "Scales the shifts of the highlights along the strand.",
             ),
-            (What::Erase, "Erase", "Takes all paint off again."),
+            (What::Erase, "Erase", "Removes all paint."),
         ] {
             let label = ui.selectable_label(state.what == what, name);
             if label.on_hover_text(help).clicked() {
@@ -137,21 +137,21 @@ pub fn show(ui: &mut Ui, state: &mut PaintState, places: &mut Changes) {
     match state.what {
         What::Dye => {
             ColorField::new("Dye", 1.0, DYE)
-                .help("The colour that a whole head of hair dyed so has.")
+                .help("Colour of a full head of hair with this dye.")
                 .show(ui, &mut state.reflectance, &mut changes);
         }
         What::Width => {
             Field::new("Width factor", scale, 1.0)
                 .slider(0.25..=4.0)
                 .logarithmic()
-                .help("1 is the hair's own width.")
+                .help("1 keeps the hair's width.")
                 .show(ui, &mut state.width_scale, &mut changes);
         }
         What::Shift => {
             Field::new("Shift factor", scale, 1.0)
                 .slider(0.25..=4.0)
                 .logarithmic()
-                .help("1 is the hair's own shift.")
+                .help("1 keeps the hair's shift.")
                 .show(ui, &mut state.shift_scale, &mut changes);
         }
         What::Erase => {}
@@ -161,29 +161,29 @@ pub fn show(ui: &mut Ui, state: &mut PaintState, places: &mut Changes) {
         .unit(" cm")
         .slider(0.1..=10.0)
         .logarithmic()
-        .help("Radius of the brush. [ and ] make it smaller and larger.")
+        .help("Brush radius. [ and ] decrease and increase it.")
         .show(ui, &mut state.radius_cm, &mut changes);
     Field::new("Strength", 0.0..=1.0, plain.strength.into())
-        .help("How much one stroke does. Going over a place again in the same stroke does no more.")
+        .help("Effect of one stroke. Passing over a point again in the same stroke adds nothing.")
         .show(ui, &mut state.strength, &mut changes);
     Field::new("Soft edge", 0.0..=1.0, plain.softness.into())
-        .help("Share of the radius over which the brush fades.")
+        .help("Fraction of the radius over which the brush fades.")
         .show(ui, &mut state.softness, &mut changes);
     Field::new("Along strand", 0.0..=100.0, 0.0)
         .unit(" cm")
         .slider(0.0..=20.0)
-        .help("How far beyond the brush the paint runs along each strand, fading.")
+        .help("Distance beyond the brush over which paint fades along each strand.")
         .show(ui, &mut state.along_cm, &mut changes);
-    let help = "Paints the other side of the head too.";
+    let help = "Mirrors strokes to the other side of the head.";
     named(ui, "Symmetric", help, |ui| {
-        ui.checkbox(&mut state.is_symmetric, "left and right alike");
+        ui.checkbox(&mut state.is_symmetric, "Mirror left and right");
     });
     mask(ui, state, &mut changes);
     places.places.append(&mut changes.places);
 }
 
 fn mask(ui: &mut Ui, state: &mut PaintState, changes: &mut Changes) {
-    let help = "The part of each strand that takes paint";
+    let help = "Part of each strand that receives paint";
     named(ui, "Part", help, |ui| {
         for (name, [from, to]) in MASKS {
             let is_chosen = state.mask[..2] == [from, to];
@@ -201,7 +201,7 @@ fn mask(ui: &mut Ui, state: &mut PaintState, changes: &mut Changes) {
         .show(ui, to, changes);
     *to = to.max(*from);
     Field::new("Part fades", 0.0..=1.0, 0.1)
-        .help("Share of the strand over which the paint fades beyond that part.")
+        .help("Fraction of the strand over which paint fades beyond this part.")
         .show(ui, soft, changes);
 }
 

@@ -57,7 +57,7 @@ fn background(
     };
     named(ui, label, help, |ui| {
         let words = words.iter().map(|(_, name, help)| (*name, *help));
-        for (ix, (name, help)) in words.chain([("Colour", "One colour.")]).enumerate() {
+        for (ix, (name, help)) in words.chain([("Colour", "A constant colour.")]).enumerate() {
             let choice = ui.selectable_label(kind == ix, name).on_hover_text(help);
             if choice.clicked() && kind != ix {
                 *background = match ix {
@@ -73,8 +73,7 @@ fn background(
         // Through the shortest decimal of the f32: it is what is shown.
         let mut shown = rgb.map(|x| rounded(f64::from(x), 6));
         let plain = BACKDROP.map(f64::from).map(|x| rounded(x, 3));
-        let field =
-            ColorField::new("Backdrop", numbers.max, plain).help("The colour between the strands.");
+        let field = ColorField::new("Backdrop", numbers.max, plain).help("Background colour.");
         if field.show(ui, &mut shown, changes) {
             *rgb = shown.map(|x| x as f32);
         }

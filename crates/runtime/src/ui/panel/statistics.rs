@@ -5,7 +5,7 @@ use egui::{Grid, RichText, Ui};
 use crate::ui::theme;
 use strandlight_render::gpu::Context;
 use strandlight_render::progressive::{Progress, RenderReport};
-use strandlight_scene::edit::Outcome;
+use strandlight_scene::material::Outcome;
 
 /// What the window knows of its own frames.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,19 +39,19 @@ pub fn show(
         line(
             "Samples",
             format!("{} of {}{noise}", progress.samples, progress.of_samples),
-            "Samples a pixel so far, and the error that is left in the picture, estimated",
+            "Samples per pixel so far, and the estimated remaining noise",
         );
         line(
             "Window",
-            format!("{:.1} ms a frame", times.frame_ms),
-            "Time between frames of the window while it is busy",
+            format!("{:.1} ms per frame", times.frame_ms),
+            "Time between window frames while rendering",
         );
-        line("Device", context.adapter_name.clone(), "What draws");
+        line("Device", context.adapter_name.clone(), "Graphics adapter");
         let kind = match context.is_software() {
-            true => format!("{}, by the processor: no GPU", context.backend),
+            true => format!("{} (software)", context.backend),
             false => context.backend.clone(),
         };
-        line("Driver", kind, "How it is driven");
+        line("Driver", kind, "Graphics API");
         line(
             "Hair",
             format!("{} strands, {} points", stats.strands, stats.points),
@@ -63,18 +63,18 @@ pub fn show(
                 "{}, {} sweeps, {} shadow maps",
                 stats.lights, stats.sweeps, stats.shadow_maps
             ),
-            "Lights that shine, directions swept for their shadows, and sharp shadow maps",
+            "Enabled lights, shadow sweep directions, and shadow maps",
         );
         line(
             "Memory",
             format!("{:.0} MB device", report.device_bytes as f64 / 1e6),
-            "Buffers and textures",
+            "GPU buffers and textures",
         );
         if let Some(peak) = times.peak_bytes {
             line(
                 "Peak",
                 format!("{:.0} MB process", peak as f64 / 1e6),
-                "Most memory the process has had",
+                "Peak memory of the process",
             );
         }
     });
@@ -97,9 +97,9 @@ fn stages(ui: &mut Ui, report: &RenderReport, is_software: bool) {
                 ui.label(format!("{} x", stage.runs));
                 // Time stamps of a processor that draws are no GPU's.
                 match stage.gpu_milliseconds.filter(|_| !is_software) {
-                    Some(ms) => ui.label(format!("{ms:.2} ms on the GPU")),
+                    Some(ms) => ui.label(format!("{ms:.2} ms (GPU)")),
                     None if stage.milliseconds > 0.0 => {
-                        ui.label(format!("{:.1} ms by the clock", stage.milliseconds))
+                        ui.label(format!("{:.1} ms (CPU time)", stage.milliseconds))
                     }
                     None => ui.label(RichText::new("not timed").color(theme::WEAK)),
                 };
@@ -111,7 +111,7 @@ fn stages(ui: &mut Ui, report: &RenderReport, is_software: bool) {
 fn terms(ui: &mut Ui, report: &RenderReport) {
     let stats = &report.stats;
     if !stats.terms.is_empty() {
-        ui.label(RichText::new("Points times lights").strong());
+        ui.label(RichText::new("Point-light pairs").strong());
         Grid::new("terms")
             .num_columns(3)
             .striped(true)
@@ -130,7 +130,7 @@ fn terms(ui: &mut Ui, report: &RenderReport) {
     }
     if stats.points_skipped > 0 {
         ui.label(format!(
-            "{} points out of view, not shaded",
+            "{} points outside the view, not shaded",
             stats.points_skipped
         ));
     }
@@ -143,7 +143,7 @@ fn edit(ui: &mut Ui, report: &RenderReport) {
     let counts = report.counts;
     ui.label(RichText::new("Last edit").strong());
     ui.label(format!(
-        "{} buffers, {} textures, {} pipelines made; geometry written {} times",
+        "Created {} buffers, {} textures, {} pipelines; {} geometry uploads",
         counts.buffers, counts.textures, counts.pipelines, counts.geometry_uploads
     ));
     let Some(edit) = &report.edit else {
@@ -159,10 +159,10 @@ fn edit(ui: &mut Ui, report: &RenderReport) {
                 }
                 ui.label(part.name);
                 if part.outcome == Outcome::Rebuilt {
-                    ui.label("rebuilt");
+                    ui.label("recomputed");
                     ui.label(format!("{:.0} µs, {} B", part.microseconds, part.gpu_bytes));
                 } else {
-                    ui.label(RichText::new("kept").color(theme::WEAK));
+                    ui.label(RichText::new("reused").color(theme::WEAK));
                     ui.label("");
                 }
                 ui.end_row();

@@ -12,8 +12,8 @@ use super::outer_integral::{hat_weight, node_position};
 use super::single_scattering::LN_CULL;
 
 /// `1 / Z` of psi_f, `Z = Int g^u(theta_i; theta_j, sigma_f) cos(theta_i) dtheta_i` over +-pi/2.
-/// Xu has `1 / cos(theta_j)`, with which psi_f has the mass 1.3 at theta_j = 1.3, sigma_f = 1, 3.8 at
-/// theta_j = 1.5, and any at grazing.
+/// Xu has `1 / cos(theta_j)`, with which psi_f has the mass 1.3 at theta_j = 1.3, sigma_f = 1, 3.8
+/// at theta_j = 1.5, and any at grazing.
 pub(super) fn forward_norm(light: &DirectionInFrame, sigma_f: f32) -> f32 {
     1.0 / mean_cosine(light.theta, light.cos_theta, sigma_f)
 }

@@ -9,8 +9,9 @@ use super::table::{BlurredTrt, Rows, columns_at};
 /// [`BlurredTrt`] has them; between layers the logarithm goes linearly.
 ///
 /// A channel of N_TRT is a mean of `exp(-sigma_a l)` over paths, whose logarithm is bent by the
-/// variance of the paths' lengths l alone: within 1e-3 of the peak that the [`BlurredTrt`] of a fibre
-/// has, at any absorption up to 50 (3e-3 where eta is near 1 and lengths run from 0 to 4; tested).
+/// variance of the paths' lengths l alone: within 1e-3 of the peak that the [`BlurredTrt`] of a
+/// fibre has, at any absorption up to 50 (3e-3 where eta is near 1 and lengths run from 0 to 4;
+/// tested).
 #[derive(Clone, Debug)]
 pub(super) struct LayeredTrt {
     rows: Rows,

@@ -288,9 +288,10 @@ impl BcsdfView<'_> {
     /// gives independent numbers in 0..1.
     ///
     /// A lobe by its albedo; theta_i by its M_t, kept with a probability proportional to
-    /// `cos^2 theta_i / cos^2 theta_d` (of painted fibres always); the azimuth by the path through an even h (for R more
-    /// often a grazing one), with a circular Gaussian of width w_c added for TRT. The density is that of all lobes together, so
-    /// `weight * pdf = S cos(theta_i)`, and weights stay near the albedo.
+    /// `cos^2 theta_i / cos^2 theta_d` (of painted fibres always); the azimuth by the path through
+    /// an even h (for R more often a grazing one), with a circular Gaussian of width w_c added for
+    /// TRT. The density is that of all lobes together, so `weight * pdf = S cos(theta_i)`, and
+    /// weights stay near the albedo.
     pub fn sample(&self, uniform: &mut impl FnMut() -> f64) -> Option<Sample> {
         let mut pick = uniform();
         let lobe = Lobe::ALL.into_iter().find(|&lobe| {

@@ -12,9 +12,9 @@ use super::{
 /// Fibres of one eta and w_c whose absorption, widths and shifts differ from point to point, each
 /// of which can be evaluated and sampled as a [`Bcsdf`].
 ///
-/// S is that of a [`Bcsdf`] of the point's own fibre but for TRT's absorption, which is interpolated
-/// (error 1e-3 of its peak). The sampler draws theta_i by M_t alone, so its weights go up to 4 near
-/// grazing.
+/// S is that of a [`Bcsdf`] of the point's own fibre but for TRT's absorption, which is
+/// interpolated (error 1e-3 of its peak). The sampler draws theta_i by M_t alone, so its weights go
+/// up to 4 near grazing.
 #[derive(Clone, Debug)]
 pub struct PaintedBcsdf {
     fresnel: Fresnel,

@@ -65,8 +65,8 @@ fn fibres() -> Vec<HairParams> {
 #[test]
 fn golden_values() {
     // N_TT(pi) and N_TRT(0) at theta_o = -theta_i, the sum over roots of A_t(h) / (2 |dphi/dh|)
-    // (Marschner 2003 Eq 8, Xu 2011 Eq 8 and 10), computed in 40 digits with mpmath, apart from this
-    // code.
+    // (Marschner 2003 Eq 8, Xu 2011 Eq 8 and 10), computed in 40 digits with mpmath, apart from
+    // this code.
     let at = |lobe: Lobe, sigma: f64, theta_d: f64, phi: f64| {
         let hair = HairParams {
             sigma_a: [sigma; 3],
@@ -324,7 +324,8 @@ fn directions_can_be_swapped() {
 
 /// The far-field factor `cos^2 theta_i / cos^2 theta_d` keeps no energy: where the shift turns
 /// light away from grazing a white fibre returns up to 1.05, and within 0.1 of the fibre's own
-/// direction whatever the factor's bound of 4 allows. Over the projected sphere it loses more than it gains.
+/// direction whatever the factor's bound of 4 allows. Over the projected sphere it loses more than
+/// it gains.
 #[test]
 fn albedo_of_a_white_fibre() {
     let white = HairParams {

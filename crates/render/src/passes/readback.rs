@@ -1,4 +1,4 @@
-//! Small answers of the device, read without waiting for them.
+//! Asynchronous readback of small buffers.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -12,18 +12,18 @@ const HERE: u8 = 2;
 const LOST: u8 = 3;
 
 /// Takes one answer at a time from a buffer to memory.
-pub(crate) struct Mail {
+pub(crate) struct Readback {
     staging: wgpu::Buffer,
     state: Arc<AtomicU8>,
     bytes: u64,
 }
 
-impl Mail {
-    /// For answers of at most `most` bytes.
-    pub fn new(context: &Context, most: u64) -> Mail {
+impl Readback {
+    /// For at most `most` bytes.
+    pub fn new(context: &Context, most: u64) -> Readback {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        Mail {
-            staging: labelled(context, "mail", most, usage),
+        Readback {
+            staging: labelled(context, "readback", most, usage),
             state: Arc::default(),
             bytes: 0,
         }

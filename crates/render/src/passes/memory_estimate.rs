@@ -48,7 +48,7 @@ impl DeviceBytes {
         let plan = scene.shadow_plan();
         let map = |side: u32| u64::from(side).pow(2) * 4;
         let maps = plan.views.iter().map(|view| map(view.side));
-        let answers = plan.n_words(n_points as usize) as u64 * 4;
+        let visibility = plan.n_words(n_points as usize) as u64 * 4;
         let map = match plan.views.is_empty() {
             true => 0,
             false => maps.fold(map(SHADOW_SIDE), u64::max),
@@ -79,7 +79,7 @@ impl DeviceBytes {
                 ),
                 part("the shadow volume", &[sums, 32 * n_voxels]),
                 kept,
-                part("shadow maps", &[answers, map, 4 * n_points]),
+                part("shadow maps", &[visibility, map, 4 * n_points]),
                 radiance,
                 ribbons,
                 picture,

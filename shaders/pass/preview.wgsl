@@ -15,7 +15,7 @@ const MOST_LIGHTS: u32 = 16u;
 // How much more light a fibre sends on forward than on the average, as a share.
 const FORWARD: f32 = 0.9;
 
-struct FirstLook {
+struct Preview {
     // The ball.
     centre: vec3f,
     radius: f32,
@@ -32,7 +32,7 @@ struct FirstLook {
     lights: array<Light, MOST_LIGHTS>,
 }
 
-@group(0) @binding(0) var<uniform> look: FirstLook;
+@group(0) @binding(0) var<uniform> look: Preview;
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var<storage, read> points: array<vec4f>;
 @group(0) @binding(3) var<storage, read> tangents: array<vec4f>;

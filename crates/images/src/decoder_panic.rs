@@ -7,7 +7,7 @@ use std::sync::Once;
 static INSTALL: Once = Once::new();
 
 thread_local! {
-    /// How many calls of [`quietly`] this thread is in.
+    /// How many calls of [`catch_decoder_panic`] this thread is in.
     static DEPTH: Cell<u32> = const { Cell::new(0) };
 }
 
@@ -16,8 +16,8 @@ thread_local! {
 /// Image decoders meet hostile files with arithmetic checks and `expect`s of their own. A panic
 /// there says that the file is bad, not that we are, so it is answered like any other bad file.
 /// Nothing that `work` borrows mutably is used after a panic. The first call wraps the process's
-/// panic hook in one that stays silent inside `quietly` and is itself everywhere else.
-pub fn quietly<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+/// panic hook in one that stays silent inside `catch_decoder_panic` and is itself everywhere else.
+pub fn catch_decoder_panic<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     INSTALL.call_once(|| {
         let hook = take_hook();
         set_hook(Box::new(move |info| {
@@ -29,7 +29,7 @@ pub fn quietly<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String>
     DEPTH.set(DEPTH.get() + 1);
     let outcome = catch_unwind(AssertUnwindSafe(work));
     DEPTH.set(DEPTH.get() - 1);
-    outcome.unwrap_or_else(|_| Err("the file is damaged: its decoder gave up".to_owned()))
+    outcome.unwrap_or_else(|_| Err("the file is damaged: the decoder failed".to_owned()))
 }
 
 #[cfg(test)]
@@ -38,9 +38,9 @@ mod tests {
 
     #[test]
     fn a_panic_is_an_error() {
-        let outcome: Result<(), String> = quietly(|| panic!("decoder bug"));
+        let outcome: Result<(), String> = catch_decoder_panic(|| panic!("decoder bug"));
         assert!(outcome.unwrap_err().contains("damaged"));
-        assert_eq!(quietly(|| Ok(3)), Ok(3));
+        assert_eq!(catch_decoder_panic(|| Ok(3)), Ok(3));
         assert_eq!(DEPTH.get(), 0);
     }
 }

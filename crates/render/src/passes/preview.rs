@@ -11,7 +11,7 @@ use strandlight_scene::RenderError;
 use strandlight_scene::proxy::LIGHT_MAP_SIDE;
 use strandlight_scene::scene::{LightRecord, PreparedScene};
 
-/// Lights that count; twin in `shaders/pass/first_look.wgsl`.
+/// Lights that count; twin in `shaders/pass/preview.wgsl`.
 const MOST_LIGHTS: usize = 16;
 
 /// What R mirrors on top of what it does at normal incidence, the mean over a fibre's width.
@@ -20,10 +20,10 @@ const GRAZING: f64 = 0.05;
 /// Way of light through a fibre, radii, the mean over its width about the usual index.
 const MEAN_PATH: f64 = 1.8;
 
-/// Mirrored by `FirstLook` in `shaders/pass/first_look.wgsl`.
+/// Mirrored by `Preview` in `shaders/pass/preview.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct FirstLook {
+struct Preview {
     centre: [f32; 3],
     radius: f32,
     albedo: [f32; 3],
@@ -36,13 +36,13 @@ struct FirstLook {
 }
 
 strandlight_scattering::mirrors! {
-    FirstLook as "FirstLook" in "pass/first_look" {
+    Preview as "Preview" in "pass/preview" {
         centre, radius, albedo, depth, shift, width_2, mirrored, n_lights, lights,
     }
 }
 
-impl FirstLook {
-    fn new(scene: &PreparedScene) -> FirstLook {
+impl Preview {
+    fn new(scene: &PreparedScene) -> Preview {
         let (strands, hair) = (&scene.strands, scene.hair.hair());
         let has = |lobe: Lobe| scene.hair.modes().contains(&lobe);
         let (mut albedo, mut mirrored) = ([0.0; 3], 0.0);
@@ -53,7 +53,7 @@ impl FirstLook {
             mirrored = ((hair.eta - 1.0) / (hair.eta + 1.0)).powi(2) + GRAZING;
         }
         let radius = strands.radius.max(1e-3);
-        let mut look = FirstLook {
+        let mut look = Preview {
             centre: strands.centre.to_array(),
             radius,
             albedo: albedo.map(|x| x as f32),
@@ -113,12 +113,12 @@ pub(super) fn take(
     drafted: &Drafted,
     stamp: Stamp,
 ) -> Result<(), RenderError> {
-    let look = uniform(context, "first look", &FirstLook::new(scene));
+    let look = uniform(context, "first look", &Preview::new(scene));
     let features: &[&str] = match drafted.proxies {
         Some(_) => &[proxies::FEATURE],
         None => &[],
     };
-    let module = module_with(context, "pass/first_look", features)?;
+    let module = module_with(context, "pass/preview", features)?;
     let pipeline = compute(context, &module, "look_at_strands");
     let group = bind(
         context,

@@ -1,10 +1,10 @@
-//! What an edit of the hair makes anew: from parameter to texture.
+//! What an edit of the hair recomputes: from parameter to texture.
 //!
 //! [`RULES`] lists every part that is derived from [`HairParams`], what it is made of, and the
-//! modes that need it. [`HairTextures::apply`] makes a part when one of its parameters changed or
-//! one of its sources was made anew, and keeps it otherwise. Parts of modes that are not enabled do
-//! not exist, nor do the averages where multiple scattering is switched off. Whatever the order of edits, the parts are bit for bit those of
-//! [`HairTextures::new`] with the last parameters.
+//! modes that need it. [`HairMaterial::apply`] makes a part when one of its parameters changed or
+//! one of its sources was recomputed, and keeps it otherwise. Parts of modes that are not enabled
+//! do not exist, nor do the averages where multiple scattering is switched off. Whatever the order
+//! of edits, the parts are bit for bit those of [`HairMaterial::new`] with the last parameters.
 
 use std::sync::Arc;
 use web_time::Instant;
@@ -29,7 +29,7 @@ use crate::optics::{Optics, no_lobes};
 use crate::paint::{PaintKinds, no_painted_averages, no_painted_lobes};
 use crate::tables::{TablesError, lobe_table};
 
-/// Something derived from the parameters; `usize::from(trt)` of the arrays in [`HairTextures`] is
+/// Something derived from the parameters; `usize::from(trt)` of the arrays in [`HairMaterial`] is
 /// 0 for TT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
@@ -131,7 +131,7 @@ pub const RULES: [Rule; 16] = {
         rule(SharesTrt,   "shares TRT",   TRT,        &[SigmaA],                    &[RowTrt]),
         rule(LobesTrt,    "lobes TRT",    TRT,        &[Intensity],                 &[ShapesTrt, EnergiesTrt, SharesTrt]),
         rule(Averages,    "averages",     &[],        &Parameter::ALL,              &[]),
-        // Of no absorption: neither its edit nor paint makes them anew.
+        // Of no absorption: neither its edit nor paint recomputes them.
         rule(PaintedTt,       "painted lobes TT",  TT,  &[Eta, Intensity],                             &[]),
         rule(PaintedTrt,      "painted lobes TRT", TRT, &[Eta, CausticWidth, Intensity],               &[]),
         rule(PaintedAverages, "painted averages",  &[], &[Eta, Shift, Width, CausticWidth, Intensity], &[]),
@@ -145,7 +145,7 @@ pub enum Outcome {
     Absent,
     /// It is as it was.
     Kept,
-    /// It was made anew.
+    /// Recomputed by the edit.
     Rebuilt,
 }
 
@@ -183,18 +183,18 @@ pub struct EditReport {
 }
 
 impl EditReport {
-    /// Was `part` made anew?
+    /// Whether `part` was recomputed.
     pub fn is_rebuilt(&self, part: Part) -> bool {
         self.rebuilt().any(|report| report.part == part)
     }
 
-    /// The parts that were made anew.
+    /// The parts that were recomputed.
     pub fn rebuilt(&self) -> impl Iterator<Item = &PartReport> {
         let rebuilt = |report: &&PartReport| report.outcome == Outcome::Rebuilt;
         self.parts.iter().filter(rebuilt)
     }
 
-    /// Adds a later edit: what either made anew was made anew.
+    /// Adds a later edit: what either recomputed was recomputed.
     pub fn add(&mut self, later: &EditReport) {
         let parts = later.parts.iter().map(|part| {
             let mut part = *part;
@@ -265,7 +265,7 @@ pub enum EditError {
 
 /// Everything that shading reads of one fibre, and what it takes to edit it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HairTextures {
+pub struct HairMaterial {
     tables: Arc<LobeTables>,
     fresnel: Fresnel,
     segments: u32,
@@ -283,9 +283,9 @@ pub struct HairTextures {
     optics: Optics,
 }
 
-impl HairTextures {
-    /// The textures of `hair` for `modes`, for single scattering alone. `segments` is [`Fibre::segments`]; `fresnel` is that of
-    /// `tables`.
+impl HairMaterial {
+    /// The textures of `hair` for `modes`, for single scattering alone. `segments` is
+    /// [`Fibre::segments`]; `fresnel` is that of `tables`.
     ///
     /// # Errors
     /// The first parameter outside its range; a mode without its lobes.
@@ -295,9 +295,9 @@ impl HairTextures {
         hair: &HairParams,
         modes: &[Lobe],
         segments: u32,
-    ) -> Result<HairTextures, EditError> {
+    ) -> Result<HairMaterial, EditError> {
         let fibre = Fibre::new(hair, &[], segments)?;
-        let mut textures = HairTextures {
+        let mut textures = HairMaterial {
             tables,
             fresnel,
             segments,
@@ -319,7 +319,7 @@ impl HairTextures {
     /// Changes the parameters and makes what they touch.
     ///
     /// # Errors
-    /// As [`HairTextures::new`]; nothing is changed then.
+    /// As [`HairMaterial::new`]; nothing is changed then.
     pub fn apply(&mut self, hair: &HairParams) -> Result<EditReport, EditError> {
         let modes = self.modes.clone();
         self.edit(hair, &modes)
@@ -372,7 +372,7 @@ impl HairTextures {
         uniform.chain(painted).fold(0.0, |a, &b| f32::max(a, b))
     }
 
-    /// [`HairTextures::apply`] and [`HairTextures::enable`] at once.
+    /// [`HairMaterial::apply`] and [`HairMaterial::enable`] at once.
     ///
     /// # Errors
     /// As those.

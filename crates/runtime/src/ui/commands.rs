@@ -1,4 +1,4 @@
-//! What the window does when it is asked: edits, strokes, steps back, files.
+//! Command handlers of the window: edits, strokes, undo and redo, files.
 
 use std::path::{Path, PathBuf};
 
@@ -8,11 +8,11 @@ use web_time::Instant;
 use super::document::Document;
 use super::dropped::{Dropped, kind_of};
 use super::keys::Command;
-use super::layout::{Asked, UiState};
+use super::layout::{UiOutput, UiState};
 use super::panel::motion::end_of;
 use super::pick;
 use super::questions::{Answer, Question, Then, name_of};
-use super::view::Seen;
+use super::view::ViewportInput;
 use super::workspace::Workspace;
 use crate::session::Session;
 use crate::viewer::Viewer;
@@ -20,11 +20,11 @@ use strandlight_scene::Camera;
 use strandlight_scene::paint::Picker;
 
 impl Workspace {
-    /// Does what a frame asked for. Answers whether somebody is moving something.
-    pub(super) fn serve(&mut self, asked: Asked) -> bool {
-        let is_changed = asked.scene != *self.viewer.session().scene();
-        if let (true, Some(label)) = (is_changed, &asked.changes.label) {
-            let scene = asked.scene;
+    /// Applies the output of a frame. Returns whether the user is dragging something.
+    pub(super) fn handle(&mut self, output: UiOutput) -> bool {
+        let is_changed = output.scene != *self.viewer.session().scene();
+        if let (true, Some(label)) = (is_changed, &output.changes.label) {
+            let scene = output.scene;
             match self.viewer.edit(label, |of_session| *of_session = scene) {
                 Ok(_) => {
                     self.state.error = None;
@@ -33,33 +33,37 @@ impl Workspace {
                 Err(error) => self.fail(&error.to_string()),
             }
         }
-        if asked.changes.is_complete {
+        if output.changes.is_complete {
             self.viewer.commit();
         }
-        let is_moved = asked.view.is_some();
-        if let Some(view) = asked.view {
+        let is_moved = output.view.is_some();
+        if let Some(view) = output.view {
             self.look(view);
         }
-        for command in asked.commands {
+        for command in output.commands {
             self.run(command);
         }
-        if let Some(answer) = asked.answer {
+        if let Some(answer) = output.answer {
             self.answer(answer);
         }
-        if let Some(place) = asked.seen.clicked.filter(|_| self.state.lights.is_picking) {
+        if let Some(place) = output
+            .viewport
+            .clicked
+            .filter(|_| self.state.lights.is_picking)
+        {
             self.pick(place);
         }
-        self.paint(&asked.seen);
+        self.paint(&output.viewport);
         self.move_clock();
-        if let Some(place) = asked.seen.clicked_twice {
+        if let Some(place) = output.viewport.clicked_twice {
             self.look_at(place);
         }
-        self.resize_picture(asked.seen.size);
-        is_changed || is_moved || asked.seen.is_dragged
+        self.resize_picture(output.viewport.size);
+        is_changed || is_moved || output.viewport.is_dragged
     }
 
     /// Tells the log where controls are, when that is not where they were.
-    pub(super) fn note_places(&mut self, asked: &Asked) {
+    pub(super) fn note_places(&mut self, output: &UiOutput) {
         if !self.log.is_on() {
             return;
         }
@@ -68,7 +72,7 @@ impl Workspace {
             let corners = [rect.left(), rect.top(), rect.right(), rect.bottom()];
             corners.map(|x| (x * scale).round())
         };
-        let places: serde_json::Map<String, Value> = (asked.changes.places.iter())
+        let places: serde_json::Map<String, Value> = (output.changes.places.iter())
             .map(|(name, rect)| (name.clone(), json!(pixels(rect))))
             .collect();
         let places = Value::Object(places);
@@ -129,9 +133,11 @@ impl Workspace {
     /// Makes the view the scene's camera.
     pub(super) fn save_view(&mut self) {
         match self.viewer.save_view() {
-            Ok(change) if change.is_empty() => self.say("This is the scene's camera already"),
+            Ok(change) if change.is_empty() => {
+                self.say("The view already matches the scene's camera")
+            }
             Ok(_) => {
-                self.say("The view is the scene's camera now");
+                self.say("Saved the view as the scene's camera");
                 self.changed("edit", json!({ "label": "Save view" }));
             }
             Err(error) => self.fail(&error.to_string()),
@@ -162,7 +168,7 @@ impl Workspace {
                 state.selected = Some(found.light as u32);
                 state.reveal = true;
                 format!(
-                    "Light {} adds most there: about {:.0} % of the light scattered once.",
+                    "Light {} contributes most there: about {:.0} % of single scattering.",
                     found.light,
                     100.0 * found.share
                 )
@@ -186,7 +192,7 @@ impl Workspace {
     }
 
     /// Moves the brush. A stroke lasts as long as the button is down.
-    pub(super) fn paint(&mut self, seen: &Seen) {
+    pub(super) fn paint(&mut self, viewport: &ViewportInput) {
         let state = &mut self.state.paint;
         let circle = state.radius_px.take();
         if !state.is_on && !self.is_stroking {
@@ -197,7 +203,7 @@ impl Workspace {
             let mut places = path.iter();
             places.try_for_each(|&place| viewer.drag(place))
         };
-        let painted = match (&seen.brush, self.is_stroking) {
+        let painted = match (&viewport.brush, self.is_stroking) {
             (Some(path), false) => {
                 self.is_stroking = true;
                 let pressed = self.viewer.press(brush);
@@ -214,9 +220,9 @@ impl Workspace {
         if let Err(error) = painted {
             self.fail(&error.to_string());
         }
-        if let Some(hit) = seen.hover.and_then(|place| self.viewer.pick(place)) {
+        if let Some(hit) = viewport.hover.and_then(|place| self.viewer.pick(place)) {
             let camera = self.viewer.prepared().camera;
-            let radius = Picker::radius_px(&camera, seen.size, hit, brush.radius_cm);
+            let radius = Picker::radius_px(&camera, viewport.size, hit, brush.radius_cm);
             self.state.paint.radius_px = Some(radius);
         }
         // The circle around the mouse was drawn before it was known.
@@ -420,7 +426,7 @@ impl Workspace {
         self.viewer.commit();
         match changed {
             Ok(change) if change.is_empty() => {
-                self.say(&format!("{name} is in the scene already"));
+                self.say(&format!("The scene already uses {name}"));
             }
             Ok(_) => {
                 self.state.lights.forget();

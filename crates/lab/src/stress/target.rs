@@ -8,7 +8,7 @@ use strandlight_render::probe::{GpuProbe, Query, Scheme, evaluate};
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fibre};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, ParamError};
-use strandlight_scene::edit::{EditError, HairTextures, LobeTables};
+use strandlight_scene::material::{EditError, HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::tables::ShadingTables;
 
@@ -36,7 +36,7 @@ pub struct Prepared {
 }
 
 /// A scheme of single scattering with its tables.
-pub struct Subject<'a> {
+pub struct Target<'a> {
     scheme: Scheme,
     tables: &'a ShadingTables,
     lobes: Arc<LobeTables>,
@@ -44,7 +44,7 @@ pub struct Subject<'a> {
     probe: Option<GpuProbe>,
 }
 
-impl<'a> Subject<'a> {
+impl<'a> Target<'a> {
     /// `scheme` on these tables, which hold the term `fresnel`; `lobes` may be empty for
     /// [`Scheme::Paper`]. `probe` evaluates the same on the adapter.
     pub fn new(
@@ -54,7 +54,7 @@ impl<'a> Subject<'a> {
         fresnel: Fresnel,
         probe: Option<GpuProbe>,
     ) -> Self {
-        Subject {
+        Target {
             scheme,
             tables,
             lobes,
@@ -107,7 +107,7 @@ impl<'a> Subject<'a> {
             Scheme::Lobes => {
                 let lobes = Arc::clone(&self.lobes);
                 let (modes, m) = (&Lobe::ALL, DEFAULT_SEGMENTS);
-                let textures = HairTextures::new(lobes, self.fresnel, hair, modes, m)?;
+                let textures = HairMaterial::new(lobes, self.fresnel, hair, modes, m)?;
                 textures.optics().clone()
             }
         };
@@ -161,7 +161,7 @@ impl<'a> Subject<'a> {
     fn multiple_optics(&self, hair: &HairParams) -> Result<Optics, StressError> {
         let lobes = Arc::clone(&self.lobes);
         let (modes, m) = (&Lobe::ALL, DEFAULT_SEGMENTS);
-        let mut textures = HairTextures::new(lobes, self.fresnel, hair, modes, m)?;
+        let mut textures = HairMaterial::new(lobes, self.fresnel, hair, modes, m)?;
         textures.enable_multiple(true);
         Ok(textures.optics().clone())
     }
