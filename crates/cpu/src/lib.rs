@@ -4,6 +4,7 @@
 //! two pictures differ by rounding. Work is shared out with rayon; nothing depends on how.
 
 mod composite;
+mod data_layers;
 mod project;
 mod proxies;
 mod raster;
@@ -12,6 +13,7 @@ mod shadow_map;
 mod transmittance;
 mod voxelise;
 
+pub use data_layers::{DATA_LAYERS, DataLayer, data_layers};
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;
 pub use transmittance::{Shadows, transmittance, transmittance_beside};
