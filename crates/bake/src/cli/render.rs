@@ -53,8 +53,9 @@ pub struct Args {
     #[arg(long, value_name = "N", conflicts_with = "aov",
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     turntable: Option<u32>,
-    /// Layers to write beside the picture, which must be .exr: terms, modes, lights
-    #[arg(long, value_enum, value_delimiter = ',')]
+    /// Layers to write beside the picture, which must be .exr: parts of the light, and data of what is
+    /// seen
+    #[arg(long, value_parser = layers::aov(), value_delimiter = ',')]
     aov: Vec<layers::Aov>,
     /// Lights that share a layer of --aov lights, as NAME=0,3; may be given again
     #[arg(long, value_name = "NAME=LIGHTS", value_parser = layers::parse_group)]
@@ -234,7 +235,7 @@ impl Args {
                 ));
             }
         }
-        if !self.light_group.is_empty() && !self.aov.contains(&layers::Aov::Lights) {
+        if !self.light_group.is_empty() && !self.aov.iter().any(layers::Aov::is_lights) {
             let many = [
                 ("--script", self.script.is_some()),
                 ("--turntable", self.turntable.is_some()),
