@@ -98,6 +98,29 @@ enum Backend {
     Cpu,
 }
 
+impl Backend {
+    /// Does the work on the GPU or on the CPU; `auto` says why not on the GPU. Every way to render is
+    /// decided here.
+    fn choose<T>(
+        self,
+        on_gpu: impl FnOnce(Context) -> Result<T, RenderError>,
+        on_cpu: impl FnOnce() -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let on_gpu = || {
+            let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+            on_gpu(context)
+        };
+        match self {
+            Backend::Cpu => on_cpu(),
+            Backend::Gpu => on_gpu().map_err(Failure::input),
+            Backend::Auto => on_gpu().or_else(|error| {
+                note!("rendering on the CPU: {error}");
+                on_cpu()
+            }),
+        }
+    }
+}
+
 /// Kind of the picture file.
 #[derive(Clone, Copy)]
 enum Format {
@@ -289,8 +312,7 @@ fn draw(
     const STEPS: u64 = 1000;
     let progress = progress("rendering", STEPS);
     let observer = &|done: f64| progress.reach((done * STEPS as f64) as u64);
-    let on_gpu = || {
-        let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+    let on_gpu = |context: Context| {
         ProgressiveRenderer::new(&context, scene.clone())?.render_to_image_observed(
             &scene.camera,
             size,
@@ -312,14 +334,7 @@ fn draw(
         Method::Sweep => backend,
         _ => Backend::Cpu,
     };
-    let result = match backend {
-        Backend::Cpu => on_cpu(),
-        Backend::Gpu => on_gpu().map_err(Failure::input),
-        Backend::Auto => on_gpu().or_else(|error| {
-            note!("rendering on the CPU: {error}");
-            on_cpu()
-        }),
-    };
+    let result = backend.choose(on_gpu, on_cpu);
     progress.finish();
     result
 }

@@ -11,7 +11,7 @@ use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
 use strandlight_scene::{PreparedScene, RenderError, SceneError};
 
-use super::{Args, Backend, Failure, Outcome, inputs, note, print_line, write_output};
+use super::{Args, Failure, Outcome, inputs, note, print_line, write_output};
 use crate::cli::progress::progress;
 
 /// What layers are wanted.
@@ -153,21 +153,14 @@ fn painter(
     size: [u32; 2],
     samples: u32,
 ) -> Result<(Box<dyn Painter>, String), Failure> {
-    let on_gpu = || -> Result<(Box<dyn Painter>, String), RenderError> {
-        let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+    let on_gpu = |context: Context| -> Result<(Box<dyn Painter>, String), RenderError> {
         let name = context.name();
         let painter = OnGpu::new(&context, scene, size, samples)?;
         Ok((Box::new(painter), name))
     };
-    let on_cpu = || -> (Box<dyn Painter>, String) {
-        (Box::new(OnCpu::new(scene, size, samples)), "cpu".to_owned())
+    let on_cpu = || -> Result<(Box<dyn Painter>, String), Failure> {
+        let painter = OnCpu::new(scene, size, samples);
+        Ok((Box::new(painter), "cpu".to_owned()))
     };
-    match args.backend {
-        Backend::Cpu => Ok(on_cpu()),
-        Backend::Gpu => on_gpu().map_err(Failure::input),
-        Backend::Auto => Ok(on_gpu().unwrap_or_else(|error| {
-            note!("rendering on the CPU: {error}");
-            on_cpu()
-        })),
-    }
+    args.backend.choose(on_gpu, on_cpu)
 }
