@@ -48,7 +48,7 @@ enum Value {
 ///
 /// Pixels without hair are 0 and not infinite: infinity becomes NaN once a compositor multiplies it
 /// by alpha or filters it, and no strand has depth 0.
-pub static DATA_LAYERS: [DataLayer; 6] = [
+pub static DATA_LAYERS: [DataLayer; 7] = [
     DataLayer {
         name: "depth",
         channels: &["depth.Z"],
@@ -92,6 +92,13 @@ pub static DATA_LAYERS: [DataLayer; 6] = [
         background: 0.0,
         value: Value::Of(|seen| seen.position.to_array()),
     },
+    DataLayer {
+        name: "diameter",
+        channels: &["diameter.Y"],
+        help: "diameter of the fibre, cm",
+        background: 0.0,
+        value: Value::Of(|seen| [seen.diameter, 0.0, 0.0]),
+    },
 ];
 
 /// What is seen at the centre of a pixel.
@@ -106,6 +113,8 @@ struct Seen {
     strand_id: u32,
     /// 0 at the root, 1 at the tip.
     root_distance: f32,
+    /// Of the fibre, cm.
+    diameter: f32,
 }
 
 /// The channels of `layers` for `scene` as `camera` sees it: names, and values in rows, top first. Those
@@ -286,6 +295,12 @@ impl Ways<'_> {
             tangent,
             strand_id: strands.ids()[strand],
             root_distance: mix(r_a, r_b, share),
+            diameter: 2.0
+                * mix(
+                    strands.points[ends[0]][3],
+                    strands.points[ends[1]][3],
+                    share,
+                ),
         }
     }
 }
@@ -403,6 +418,7 @@ mod tests {
             let apart = (found["strand_id.Y"][pixel] - expected).abs();
             // As far in angle, in strands.
             assert!(apart.min(n - apart) < 20.0, "{apart}");
+            assert!((found["diameter.Y"][pixel] - 0.02).abs() < 1e-6);
             let expected = (4.0 - hit.y) / 8.0;
             let root_distance = found["root_distance.Y"][pixel];
             assert!(
