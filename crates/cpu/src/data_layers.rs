@@ -309,6 +309,9 @@ impl Ways<'_> {
 mod tests {
     use std::collections::BTreeMap;
 
+    use glam::Quat;
+    use strandlight_scene::proxy::Proxy;
+
     use super::*;
 
     const SIZE: [u32; 2] = [96, 64];
@@ -456,6 +459,44 @@ mod tests {
             before = way;
         }
         assert!(before > 0.95, "{before}");
+    }
+
+    #[test]
+    fn proxies_hide_strands_behind_them_only() {
+        // A curtain at z = 0, fuller than the picture.
+        let ends: Vec<_> = (-100..=100)
+            .map(|ix| (Vec3::new(0.1 * ix as f32, 8.0, 0.0), Vec3::Y * -16.0))
+            .collect();
+        let strands = straight(&ends, 9, 0.15);
+        let view = view_uniform(&camera(Vec3::new(0.0, 0.0, 20.0)), &strands, SIZE, 1.0);
+        let layers: Vec<&DataLayer> = DATA_LAYERS.iter().collect();
+        let hidden = |z: f32| {
+            let proxy = Proxy::Ellipsoid {
+                centre: Vec3::new(0.0, 0.0, z),
+                radii: Vec3::ONE,
+                turn: Quat::IDENTITY,
+                albedo: [0.5; 3],
+            };
+            let proxies = ProxyRecords::new(&[proxy], &strands);
+            let channels = channels(&strands, &proxies, &view, &layers);
+            let found: BTreeMap<_, _> = channels.into_iter().collect();
+            let middle = 32 * SIZE[0] as usize + 48;
+            assert_eq!(found["depth.Z"][middle] == 0.0, z > 0.0, "{z}");
+            let free = found["depth.Z"].iter().filter(|&&depth| depth == 0.0);
+            assert_eq!(
+                free.clone().count(),
+                found["strand_id.Y"]
+                    .iter()
+                    .filter(|&&id| id == -1.0)
+                    .count()
+            );
+            free.count()
+        };
+        // A disc of radius 1 cm 17 cm away, at 158 pixels a unit of tangent.
+        let expected = std::f32::consts::PI * (157.9_f32 / 17.0).powi(2);
+        let count = hidden(3.0) as f32;
+        assert!((count / expected - 1.0).abs() < 0.1, "{count} {expected}");
+        assert_eq!(hidden(-3.0), 0);
     }
 
     #[test]
