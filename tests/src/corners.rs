@@ -29,6 +29,7 @@ pub fn fibres() -> Vec<HairParams> {
                             },
                             caustic_width,
                             eccentricity,
+                            ..HairParams::default()
                         });
                     }
                 }

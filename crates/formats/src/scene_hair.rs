@@ -121,6 +121,20 @@ hair_section! {
     /// d_b, share of the hair behind a fibre that scatters light back; likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     density_back: Option<f64> = None;
+    /// Factor on R; not in the file where it is 1.
+    #[serde(skip_serializing_if = "is_one")]
+    intensity_r: f64 = HairParams::default().intensity.r;
+    /// Factor on TT; likewise.
+    #[serde(skip_serializing_if = "is_one")]
+    intensity_tt: f64 = HairParams::default().intensity.tt;
+    /// Factor on TRT; likewise.
+    #[serde(skip_serializing_if = "is_one")]
+    intensity_trt: f64 = HairParams::default().intensity.trt;
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it")]
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
 }
 
 impl PartialEq for HairSection {

@@ -41,6 +41,7 @@ pub mod gpu;
 pub mod gpu_optics;
 pub mod gpu_tables;
 mod hair_renderer;
+pub mod invalidation;
 mod limits;
 pub mod passes;
 pub mod progressive;

@@ -94,6 +94,7 @@ fn fibre(ix: u32, wild: bool) -> HairParams {
             } else {
                 log(29, 0.5, 2.0)
             },
+            ..HairParams::default()
         };
     }
     let shift = pick(3, -0.14, -0.03);
@@ -112,7 +113,7 @@ fn fibre(ix: u32, wild: bool) -> HairParams {
             trt: 2.0 * width,
         },
         caustic_width: pick(7, 0.05, 0.3),
-        eccentricity: 1.0,
+        ..HairParams::default()
     }
 }
 

@@ -221,6 +221,8 @@ hair_params! {
     CausticWidth = caustic_width: number, 0.01, 1.5, HairParams::DEFAULT_CAUSTIC_WIDTH_DEG * STD_DEV;
     /// Eccentricity a of the cross section (Eq 24); 1 is circular.
     Eccentricity = eccentricity: number, 0.5, 2.0, 1.0;
+    /// Factor on what each mode scatters; 1 is the fibre of the model.
+    Intensity = intensity: per_lobe, 0.0, 1.0, PerLobe { r: 1.0, tt: 1.0, trt: 1.0 };
 }
 
 impl Parameter {

@@ -113,28 +113,28 @@ const fn rule(
 /// From parameter to texture, sources first.
 #[rustfmt::skip]
 pub const RULES: [Rule; 16] = {
-    use Parameter::{CausticWidth, Eccentricity, Eta, Shift, SigmaA, Width};
+    use Parameter::{CausticWidth, Eccentricity, Eta, Intensity, Shift, SigmaA, Width};
     use Part::*;
     const TT: &[Lobe] = &[Lobe::Tt];
     const TRT: &[Lobe] = &[Lobe::Trt];
     [
-        rule(Fibre,       "fibre",       &Lobe::ALL,  &Parameter::ALL, &[]),
-        rule(Reflectance, "reflectance", &[Lobe::R],  &[Eta],          &[]),
+        rule(Fibre,       "fibre",       &Lobe::ALL,  &[Eta, SigmaA, Shift, Width, CausticWidth, Eccentricity], &[]),
+        rule(Reflectance, "reflectance", &[Lobe::R],  &[Eta, Intensity], &[]),
         rule(RowTt,       "row TT",       TT,         &[Eta],                       &[]),
         rule(EnergiesTt,  "energies TT",  TT,         &[Eta, SigmaA],               &[]),
         rule(ShapesTt,    "shapes TT",    TT,         &[],                          &[RowTt]),
         rule(SharesTt,    "shares TT",    TT,         &[SigmaA],                    &[RowTt]),
-        rule(LobesTt,     "lobes TT",     TT,         &[],                          &[ShapesTt, EnergiesTt, SharesTt]),
+        rule(LobesTt,     "lobes TT",     TT,         &[Intensity],                 &[ShapesTt, EnergiesTt, SharesTt]),
         rule(RowTrt,      "row TRT",      TRT,        &[Eta, Eccentricity],         &[]),
         rule(EnergiesTrt, "energies TRT", TRT,        &[Eta, Eccentricity, SigmaA], &[]),
         rule(ShapesTrt,   "shapes TRT",   TRT,        &[CausticWidth],              &[RowTrt]),
         rule(SharesTrt,   "shares TRT",   TRT,        &[SigmaA],                    &[RowTrt]),
-        rule(LobesTrt,    "lobes TRT",    TRT,        &[],                          &[ShapesTrt, EnergiesTrt, SharesTrt]),
+        rule(LobesTrt,    "lobes TRT",    TRT,        &[Intensity],                 &[ShapesTrt, EnergiesTrt, SharesTrt]),
         rule(Averages,    "averages",     &[],        &Parameter::ALL,              &[]),
         // Of no absorption: neither its edit nor paint makes them anew.
-        rule(PaintedTt,       "painted lobes TT",  TT,  &[Eta],                             &[]),
-        rule(PaintedTrt,      "painted lobes TRT", TRT, &[Eta, CausticWidth],               &[]),
-        rule(PaintedAverages, "painted averages",  &[], &[Eta, Shift, Width, CausticWidth], &[]),
+        rule(PaintedTt,       "painted lobes TT",  TT,  &[Eta, Intensity],                             &[]),
+        rule(PaintedTrt,      "painted lobes TRT", TRT, &[Eta, CausticWidth, Intensity],               &[]),
+        rule(PaintedAverages, "painted averages",  &[], &[Eta, Shift, Width, CausticWidth, Intensity], &[]),
     ]
 };
 
@@ -495,7 +495,8 @@ impl HairTextures {
         match part {
             Part::Fibre => self.optics.fibre = fibre,
             Part::Reflectance => {
-                self.optics.reflectance = Reflectance::new(self.fresnel, self.hair.eta);
+                let reflectance = Reflectance::new(self.fresnel, self.hair.eta);
+                self.optics.reflectance = reflectance.scaled(self.hair.intensity.r);
             }
             Part::RowTt => self.rows[0] = self.row(Lobe::Tt),
             Part::RowTrt => self.rows[1] = self.row(Lobe::Trt),
@@ -505,8 +506,8 @@ impl HairTextures {
             Part::ShapesTrt => self.make_shapes(1),
             Part::SharesTt => self.make_shares(0),
             Part::SharesTrt => self.make_shares(1),
-            Part::LobesTt => self.optics.tt = self.lobes(0),
-            Part::LobesTrt => self.optics.trt = self.lobes(1),
+            Part::LobesTt => self.optics.tt = self.lobes(0).scaled(self.hair.intensity.tt),
+            Part::LobesTrt => self.optics.trt = self.lobes(1).scaled(self.hair.intensity.trt),
             Part::Averages => {
                 let table = AverageTable::new(&self.hair, self.fresnel);
                 self.optics.averages = pack_averages(&table);
@@ -531,6 +532,7 @@ impl HairTextures {
         let (eta, caustic_width) = (self.hair.eta, self.hair.caustic_width);
         self.table(mode)
             .map(|table| slice_painted(table, eta, caustic_width, DEFAULT_PAINTED_TEXELS))
+            .map(|texture| texture.scaled(self.hair.intensity.get(mode)))
             .unwrap_or_else(no_painted_lobes)
     }
 

@@ -331,7 +331,7 @@ fn the_reference_is_exact() {
             trt: 0.36,
         },
         caustic_width: 0.1,
-        eccentricity: 1.0,
+        ..HairParams::default()
     };
     let mut random = SplitMix64(21);
     let mut n_checked = 0;

@@ -224,6 +224,7 @@ fn scene() -> Scene {
             modes: vec![Lobe::Trt, Lobe::R],
             density_forward: None,
             density_back: None,
+            ..HairSection::default()
         },
         camera: Some(CameraSection {
             position: [0.0, 10.0, 80.0],

@@ -218,15 +218,17 @@ fn block_rmse(found: &[[f32; 4]], expected: &[[f32; 4]]) -> f64 {
     (error / expected.iter().map(|b| b * b).sum::<f64>()).sqrt()
 }
 
-/// Hair in a host's pass is the hair of pictures, but for the noise of a pass of few samples, for
-/// any samples and direction of depth; nothing is submitted.
+/// Hair in a host's pass is the hair of pictures of as many samples, and its mean over frames that of
+/// pictures of many, for any samples and direction of depth; nothing is submitted.
 #[test]
 fn hair_in_a_hosts_pass_is_that_of_pictures() {
     let context = context();
     let scene = scene();
     let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let (expected, _) = renderer.render_to_image(&scene.camera, SIZE, 64).unwrap();
-    for (samples, reverse_z, limit) in [(4, false, 0.12), (4, true, 0.12), (1, true, 0.2)] {
+    let (first_pass, _) = renderer.render_to_image(&scene.camera, SIZE, 4).unwrap();
+    let noise = block_rmse(&first_pass.rgba, &expected.rgba);
+    for (samples, reverse_z) in [(4, false), (4, true), (1, true)] {
         let options = options(samples, reverse_z);
         let view = view_of(&scene, &options);
         let mut hair = hair(&context, options, &scene);
@@ -241,8 +243,14 @@ fn hair_in_a_hosts_pass_is_that_of_pictures() {
             PrepareBudget::Complete,
         );
         let error = block_rmse(&whole.color, &expected.rgba);
-        println!("{samples} samples, reversed {reverse_z}: {error:.4}");
-        assert!(error < limit, "{samples} {reverse_z}: {error}");
+        let same = block_rmse(&whole.color, &first_pass.rgba);
+        println!("{samples} samples, reversed {reverse_z}: {error:.4} of {noise:.4}, {same:.2e}");
+        // A fourth of the samples: twice the noise.
+        let expected_noise = if samples == 4 { noise } else { 2.0 * noise };
+        assert!(error < 1.2 * expected_noise, "{samples}: {error} {noise}");
+        if samples == 4 {
+            assert!(same < 1e-3, "{reverse_z}: {same}");
+        }
         assert!(hair.is_complete());
         assert_eq!(hair.counts().submissions, 0);
         // Another frame at rest makes nothing; means over frames come closer.
@@ -310,7 +318,7 @@ fn depth_is_the_hosts_both_ways() {
         let [none, half, all] = [centre - radius, centre, centre + radius].map(&mut covered);
         println!("{none} {half} {all} pixels");
         assert_eq!(none, 0);
-        assert!(half > 100 && half <= all && all > 500, "{half} {all}");
+        assert!(half > 100 && all > half + 50, "{half} {all}");
     }
 }
 

@@ -132,6 +132,10 @@ fn records_that_are_not_kept_draw_the_same() {
     let at = |scene: &PreparedScene| {
         let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
         let (picture, stats) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
+        // Another size in between: nothing of the first picture is left.
+        renderer
+            .render_to_image(&scene.camera, [16, 12], 4)
+            .unwrap();
         let again = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap().0;
         assert!(picture == again);
         let bytes = stats.stages.iter().find(|s| s.name == "transmittance");

@@ -136,6 +136,11 @@ fn hair(random: &mut SplitMix64) -> HairParams {
         } else {
             random.uniform(0.8, 1.25)
         },
+        intensity: PerLobe {
+            r: random.uniform(0.0, 1.0),
+            tt: random.uniform(0.0, 1.0),
+            trt: random.uniform(0.0, 1.0),
+        },
     }
 }
 

@@ -3,10 +3,13 @@
 
 use std::sync::{Arc, OnceLock};
 
+use strandlight_data::DEFAULT_TABLES;
+use strandlight_formats::{BakedFile, TableFile};
 use strandlight_render::gpu::Context;
 use strandlight_render::gpu_optics::GpuOptics;
+use strandlight_render::probe::{MODE_ALL, Query, evaluate};
 use strandlight_scattering::axis::{Axis, Spacing};
-use strandlight_scattering::closed_form::{pack_averages, sample_averages};
+use strandlight_scattering::closed_form::{DirectionInFrame, pack_averages, sample_averages};
 use strandlight_scattering::dual_scattering::{Average, AverageTable, N_INCLINATIONS};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{LobeAxes, LobeTable};
@@ -14,6 +17,7 @@ use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_scene::edit::{
     EditError, EditReport, HairTextures, LobeTables, Outcome, Parameter, Part, RULES,
 };
+use strandlight_scene::tables::ShadingTables;
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::strandlight;
 
@@ -62,6 +66,7 @@ fn edited(hair: &HairParams, parameter: Parameter, unit: f64) -> HairParams {
         Parameter::Width => hair.width = lobes(0.05, 0.3),
         Parameter::CausticWidth => hair.caustic_width = 0.05 + 0.3 * unit,
         Parameter::Eccentricity => hair.eccentricity = 0.8 + 0.4 * unit,
+        Parameter::Intensity => hair.intensity = lobes(0.2, 0.9),
     }
     hair
 }
@@ -69,6 +74,42 @@ fn edited(hair: &HairParams, parameter: Parameter, unit: f64) -> HairParams {
 /// The parts that were made anew.
 fn rebuilt(report: &EditReport) -> Vec<Part> {
     report.rebuilt().map(|report| report.part).collect()
+}
+
+/// Factors scale what shading reads mode by mode; those of 0 are modes that are off.
+#[test]
+fn intensities_scale_the_modes() {
+    let file = TableFile::from_bytes(DEFAULT_TABLES).unwrap();
+    let shading = ShadingTables::for_modes(&file, &[Lobe::R]).unwrap();
+    let answer = |hair: &HairParams, modes: &[Lobe], dphi: f32, theta: f32| {
+        let optics = textures(hair, modes).optics().clone();
+        let light = DirectionInFrame::from_angles(0.2, 0.0);
+        let view = DirectionInFrame::from_angles(theta, dphi);
+        let query = Query::single(MODE_ALL, light, 0.5, view, optics.fibre).with_optics(0);
+        evaluate(&query, &shading.view(), &[optics])
+    };
+    let with = |r, tt, trt| HairParams {
+        intensity: PerLobe { r, tt, trt },
+        ..HairParams::default()
+    };
+    let whole = HairParams::default();
+    for (dphi, theta) in [(0.3, -0.4), (1.4, 0.1), (2.9, -0.1)] {
+        let parts = Lobe::ALL.map(|lobe| answer(&whole, &[lobe], dphi, theta));
+        let [off, on] = [
+            answer(&with(0.0, 1.0, 0.0), &Lobe::ALL, dphi, theta),
+            answer(&whole, &[Lobe::Tt], dphi, theta),
+        ];
+        assert_eq!(off, on);
+        let found = answer(&with(0.25, 0.5, 0.75), &Lobe::ALL, dphi, theta);
+        for c in 0..3 {
+            let expected = 0.25 * parts[0][c] + 0.5 * parts[1][c] + 0.75 * parts[2][c];
+            assert!(expected > 0.0);
+            assert!(
+                (found[c] / expected - 1.0).abs() < 1e-5,
+                "{found:?} {expected}"
+            );
+        }
+    }
 }
 
 #[test]
@@ -95,6 +136,10 @@ fn an_edit_makes_what_it_touches() {
                 LobesTrt,
                 Averages,
             ],
+        ),
+        (
+            Parameter::Intensity,
+            vec![Reflectance, LobesTt, LobesTrt, Averages],
         ),
         (Parameter::Shift, vec![Fibre, Averages]),
         (Parameter::Width, vec![Fibre, Averages]),
@@ -123,8 +168,8 @@ fn an_edit_makes_what_it_touches() {
         assert_eq!(rebuilt(&report), expected, "{}", parameter.name());
         // What is kept is the same, what is made is another.
         let after = textures.optics();
-        assert_ne!(before.fibre, after.fibre, "{}", parameter.name());
         for (part, is_same) in [
+            (Fibre, before.fibre == after.fibre),
             (Reflectance, before.reflectance == after.reflectance),
             (LobesTt, before.tt == after.tt),
             (LobesTrt, before.trt == after.trt),

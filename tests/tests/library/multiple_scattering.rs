@@ -136,7 +136,7 @@ fn configuration(random: &mut SplitMix64) -> Configuration {
                 trt: 2.0 * beta,
             },
             caustic_width: random.uniform(0.08, 0.3),
-            eccentricity: 1.0,
+            ..HairParams::default()
         },
         theta_j: random.uniform(-0.99, 0.99).asin(),
         theta_o: random.uniform(-0.99, 0.99).asin(),

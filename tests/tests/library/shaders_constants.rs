@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use strandlight_render::probe::{Function, Scheme};
+use strandlight_scattering::Parameter;
 use strandlight_scene::stats::TERM_NAMES;
 use strandlight_shaders::{MODULES, resolve_with};
 use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
-const TWIN_FILES: [(&str, &str); 13] = [
+const TWIN_FILES: [(&str, &str); 12] = [
     ("lib/grid", "crates/scene/src/volume.rs"),
     ("lib/light", "crates/scene/src/shadow_maps.rs"),
-    ("lib/paint", "crates/scattering/src/hair.rs"),
     ("lib/proxy", "crates/scene/src/proxy.rs"),
     ("lib/tone", "crates/scene/src/tone.rs"),
     ("lib/wind", "crates/scene/src/motion/wind.rs"),
@@ -51,9 +51,14 @@ fn values_elsewhere() -> Vec<(&'static str, &'static str, Vec<f64>)> {
         vec![(1 + 2 * ix.expect("a term")) as f64]
     };
     let function = |function: Function| vec![f64::from(function as u32)];
+    let [width_min, width_max] = Parameter::Width.range();
+    let [_, shift_max] = Parameter::Shift.range();
     vec![
         ("lib/constants", "PI", vec![PI]),
         ("lib/constants", "HALF_PI", vec![FRAC_PI_2]),
+        ("lib/paint", "WIDTH_MIN", vec![width_min]),
+        ("lib/paint", "WIDTH_MAX", vec![width_max]),
+        ("lib/paint", "SHIFT_MAX", vec![shift_max]),
         ("pass/shade", "SINGLE_COUNTER", counter("single")),
         (
             "pass/shade",

@@ -184,7 +184,7 @@ fn configuration(random: &mut SplitMix64) -> (HairParams, (f64, f64, f64), (f64,
             trt: 2.0 * beta,
         },
         caustic_width: random.uniform(0.1, 0.25),
-        eccentricity: 1.0,
+        ..HairParams::default()
     };
     let theta_j = random.uniform(-0.98, 0.98).asin();
     let theta_o = random.uniform(-0.98, 0.98).asin();

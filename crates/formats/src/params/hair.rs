@@ -195,6 +195,18 @@ const PARAMS: &[Param<HairSection>] = &[
         "Roughness along the strand: standard deviation of a mode's highlight. Small is glossy, \
              large is matt.",
     ),
+    Param::number("intensity_r", "Intensity R", Parameter::Intensity.range(), at!(HairSection.intensity_r))
+        .model_at(Parameter::Intensity, 0, Same)
+        .group(Group::Lobes)
+        .help("Factor on R, the white highlight: 1 is physical, less takes light away."),
+    Param::number("intensity_tt", "Intensity TT", Parameter::Intensity.range(), at!(HairSection.intensity_tt))
+        .model_at(Parameter::Intensity, 1, Same)
+        .group(Group::Lobes)
+        .help("Factor on TT, the glow of light from behind: 1 is physical, less takes light away."),
+    Param::number("intensity_trt", "Intensity TRT", Parameter::Intensity.range(), at!(HairSection.intensity_trt))
+        .model_at(Parameter::Intensity, 2, Same)
+        .group(Group::Lobes)
+        .help("Factor on TRT, the coloured highlight and its glints: 1 is physical, less takes light away."),
 ];
 
 const EUMELANIN: Place<HairSection> = Place {

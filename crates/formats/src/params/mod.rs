@@ -504,8 +504,12 @@ impl<S> Param<S> {
         self
     }
 
-    const fn model(mut self, parameter: Parameter, conversion: Conversion) -> Self {
-        self.model = Some((parameter, 0, conversion));
+    const fn model(self, parameter: Parameter, conversion: Conversion) -> Self {
+        self.model_at(parameter, 0, conversion)
+    }
+
+    const fn model_at(mut self, parameter: Parameter, ix: usize, conversion: Conversion) -> Self {
+        self.model = Some((parameter, ix, conversion));
         self
     }
 }

@@ -20,9 +20,14 @@ pub fn reference_markdown() -> String {
             section.heading(),
             section.help()
         );
+        // Tables of an array are numbered.
+        let number = match section.heading().starts_with("[[") {
+            true => ".N",
+            false => "",
+        };
         for (spec, value) in section.specs() {
             let row = [
-                format!("`{}.{}`", section.name(), spec.key),
+                format!("`{}{number}.{}`", section.name(), spec.key),
                 spec.symbol.to_owned(),
                 takes(spec),
                 spec.numbers().map_or("", |numbers| numbers.unit).to_owned(),

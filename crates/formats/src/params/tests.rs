@@ -99,17 +99,16 @@ fn the_rows_are_all_the_keys_of_a_scene() {
         ProxySection::ellipsoid([0.0; 3], [1.0; 3]),
     ];
     scene.render.background = Background::Color([0.5; 3]);
-    let other = |value: &mut f64| *value *= 0.5;
-    HAIR.params.iter().for_each(|param| {
+    for param in HAIR.params {
         // What is left out at its default is written otherwise.
-        if let (Absent::Number(plain), None) = (param.spec.absent, param.get(&scene.hair)) {
-            let mut value = plain;
-            other(&mut value);
-            param
-                .set(&mut scene.hair, Some(Value::Number(value)))
-                .expect("in range");
+        let (Some(numbers), true) = (param.spec.numbers(), param.spec.group != Group::Color) else {
+            continue;
+        };
+        if numbers.shape == Shape::Number {
+            let value = Value::Number(0.5 * (numbers.min + numbers.max));
+            param.set(&mut scene.hair, Some(value)).expect("in range");
         }
-    });
+    }
     let mut keys = vec![];
     let colors: [fn(&mut HairSection); 3] = [
         |hair| hair.preset = Some("brown".to_owned()),
@@ -131,7 +130,6 @@ fn the_rows_are_all_the_keys_of_a_scene() {
             ..MotionSection::default()
         },
     ];
-    scene.hair.diameter_cm = Some(0.01);
     for (color, motion) in colors.into_iter().zip(motions) {
         color(&mut scene.hair);
         scene.motion = Some(motion);
@@ -233,12 +231,13 @@ fn words_and_lists_are_checked() {
 /// The page of the book holds the tables between its two marks, as they are now.
 #[test]
 fn the_reference_of_the_book_is_this() {
-    const PAGE: &str = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../docs/book/src/reference/scene.md"
-    );
+    /// From the folder of this file.
+    const CITED: &str = "../../../../docs/book/src/reference/scene.md";
     const MARKS: [&str; 2] = ["<!-- params:begin -->", "<!-- params:end -->"];
-    let page = std::fs::read_to_string(PAGE).expect("part of the project");
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("src/params")
+        .join(CITED);
+    let page = std::fs::read_to_string(&file).expect("part of the project");
     let (head, rest) = page.split_once(MARKS[0]).expect("the first mark");
     let (_, tail) = rest.split_once(MARKS[1]).expect("the second mark");
     let wanted = format!(
@@ -248,11 +247,11 @@ fn the_reference_of_the_book_is_this() {
         MARKS[1]
     );
     if std::env::var_os("STRANDLIGHT_UPDATE_DOCS").is_some() {
-        std::fs::write(PAGE, &wanted).expect("writable");
+        std::fs::write(&file, &wanted).expect("writable");
         return;
     }
     assert!(
         page == wanted,
-        "{PAGE} is not what the parameters say; STRANDLIGHT_UPDATE_DOCS=1 writes it again"
+        "{CITED} is not what the parameters say; STRANDLIGHT_UPDATE_DOCS=1 writes it again"
     );
 }

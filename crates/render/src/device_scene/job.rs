@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use crate::invalidation::{Inputs, is_stale};
 use crate::passes::lighting::Step;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::edit::EditReport;
@@ -10,56 +11,55 @@ use strandlight_scene::edit::EditReport;
 /// What was set since the last shading job began.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DirtyFlags {
-    /// The hair moved: everything.
-    pub points: bool,
-    /// Directions or widths of lights: shadow maps, records.
-    pub lights: bool,
-    /// Shadow maps and records alone.
-    pub shadows: bool,
-    /// What else stands in the light.
-    pub proxies: bool,
-    /// Amplitudes of lights.
-    pub colors: bool,
-    /// Textures of the hair.
+    /// The inputs that are others.
+    pub inputs: Inputs,
+    /// No shadow was found yet.
+    pub is_new: bool,
+    /// Which tables of the hair were rebuilt.
     pub hair: Option<EditReport>,
-    /// Terms or modes: another pipeline.
-    pub kind: bool,
-    pub densities: bool,
     /// Points whose paint is another.
     pub paint: Option<Range<usize>>,
-    /// The eye: the light through to it.
-    pub view: bool,
 }
 
 impl DirtyFlags {
     /// Those of a scene of which nothing was lit yet.
     pub fn all() -> DirtyFlags {
         DirtyFlags {
-            shadows: true,
-            view: true,
+            inputs: Inputs::VIEW,
+            is_new: true,
             ..DirtyFlags::default()
         }
     }
 
+    /// Marks `input` as another if it is.
+    pub fn mark(&mut self, input: Inputs, is_other: bool) {
+        if is_other {
+            self.inputs |= input;
+        }
+    }
+
+    /// Is one of `inputs` another?
+    pub fn has(&self, inputs: Inputs) -> bool {
+        self.inputs.intersects(inputs)
+    }
+
+    /// Does `stage` of [`STAGES`](crate::invalidation::STAGES) have to run?
+    pub fn is_stale(&self, stage: &str) -> bool {
+        self.is_new || is_stale(stage, self.inputs)
+    }
+
     pub fn is_clean(&self) -> bool {
-        !self.view && !self.is_edited()
+        !self.is_new && self.inputs.is_empty()
     }
 
     /// Is there anything but the view?
     pub fn is_edited(&self) -> bool {
-        self.points
-            || self.lights
-            || self.shadows
-            || self.proxies
-            || self.colors
-            || self.hair.is_some()
-            || self.kind
-            || self.densities
-            || self.paint.is_some()
+        self.is_new || !self.inputs.difference(Inputs::VIEW).is_empty()
     }
 
     /// Adds what an edit of the hair rebuilt.
     pub fn add_hair(&mut self, report: &EditReport) {
+        self.inputs |= Inputs::HAIR;
         match &mut self.hair {
             Some(before) => before.add(report),
             None => self.hair = Some(report.clone()),
@@ -68,6 +68,7 @@ impl DirtyFlags {
 
     /// Adds points that were painted.
     pub fn add_paint(&mut self, range: Range<usize>) {
+        self.inputs |= Inputs::PAINT;
         self.paint = Some(match self.paint.take() {
             Some(before) => before.start.min(range.start)..before.end.max(range.end),
             None => range,
@@ -76,14 +77,8 @@ impl DirtyFlags {
 
     /// Adds the flags of `other`.
     pub fn add(&mut self, other: &DirtyFlags) {
-        self.points |= other.points;
-        self.lights |= other.lights;
-        self.shadows |= other.shadows;
-        self.proxies |= other.proxies;
-        self.colors |= other.colors;
-        self.kind |= other.kind;
-        self.densities |= other.densities;
-        self.view |= other.view;
+        self.inputs |= other.inputs;
+        self.is_new |= other.is_new;
         if let Some(range) = &other.paint {
             self.add_paint(range.clone());
         }

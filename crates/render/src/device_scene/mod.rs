@@ -9,6 +9,7 @@ mod job;
 mod set;
 
 use crate::gpu::Context;
+use crate::invalidation::Inputs;
 use crate::passes::clock::Clock;
 use crate::passes::deform::Deform;
 use crate::passes::draw::{Projection, Ribbons};
@@ -141,7 +142,7 @@ impl DeviceScene {
         dirty.add(&given_up);
         let (context, scene) = (&self.context, &self.scene);
         let mut steps = Vec::new();
-        if dirty.points {
+        if dirty.has(Inputs::POINTS) {
             match &self.wind {
                 Some(wind) => {
                     let deform = match self.deform.take() {
@@ -161,17 +162,19 @@ impl DeviceScene {
             let lighting = &mut self.lighting;
             lighting.set_points(context, scene, &self.volume, &self.strands, is_other);
         }
-        if dirty.lights {
+        if dirty.has(Inputs::LIGHTS) {
             let lighting = &mut self.lighting;
             lighting.set_lights(context, scene, &self.volume, &self.strands);
-        } else if dirty.colors && self.lighting.set_colors(context, scene, &self.strands) {
+        } else if dirty.has(Inputs::LIGHT_COLORS)
+            && self.lighting.set_colors(context, scene, &self.strands)
+        {
             steps.extend(self.lighting.map_steps());
         }
-        if dirty.proxies {
+        if dirty.has(Inputs::PROXIES) {
             let (volume, strands) = (&self.volume, &self.strands);
             self.lighting.set_proxies(context, scene, volume, strands)?;
         }
-        if dirty.points || dirty.lights || dirty.shadows || dirty.proxies {
+        if dirty.is_stale("transmittance") {
             steps = self.lighting.shadow_steps();
         }
         if let Some(range) = &dirty.paint {
@@ -182,10 +185,10 @@ impl DeviceScene {
             let hair = &scene.hair;
             self.lighting.set_hair(context, scene, hair, report);
         }
-        if dirty.densities {
+        if dirty.has(Inputs::DENSITIES) {
             self.lighting.set_densities(scene);
         }
-        if dirty.kind {
+        if dirty.has(Inputs::TERMS) {
             self.lighting.set_kind(context, scene)?;
         }
         let mut view = view_uniform(
@@ -198,7 +201,7 @@ impl DeviceScene {
         self.lighting.begin(context, &view);
         steps.extend(self.lighting.through_steps(view.forward));
         steps.extend(self.lighting.shade_steps(chunk));
-        let has_moved = dirty.points;
+        let has_moved = dirty.has(Inputs::POINTS);
         self.job = Some(ShadingJob {
             dirty,
             view,

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::DeviceScene;
+use crate::invalidation::Inputs;
 use strandlight_formats::{Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::RenderError;
@@ -17,19 +18,19 @@ impl DeviceScene {
     pub fn set_camera(&mut self, camera: Camera) -> bool {
         let is_other = self.scene.camera != camera;
         self.scene.camera = camera;
-        self.dirty.view |= is_other;
+        self.dirty.mark(Inputs::VIEW, is_other);
         is_other
     }
 
     /// Width and height of the picture, neither of them zero.
     pub fn set_size(&mut self, size: [u32; 2]) {
-        self.dirty.view |= self.scene.size != size;
+        self.dirty.mark(Inputs::VIEW, self.scene.size != size);
         self.scene.size = size;
     }
 
     /// Points within this share of the longer side around the picture are lit too.
     pub fn set_margin(&mut self, margin: f32) {
-        self.dirty.view |= self.margin != margin;
+        self.dirty.mark(Inputs::VIEW, self.margin != margin);
         self.margin = margin;
     }
 
@@ -40,7 +41,8 @@ impl DeviceScene {
         let report = self.scene.hair.edit(hair, modes)?;
         if report.rebuilt().next().is_some() {
             self.dirty.add_hair(&report);
-            self.dirty.kind |= before != self.scene.hair.modes();
+            self.dirty
+                .mark(Inputs::TERMS, before != self.scene.hair.modes());
         }
         Ok(report)
     }
@@ -52,14 +54,14 @@ impl DeviceScene {
         if let Some(report) = self.scene.set_scattering(scattering) {
             self.dirty.add_hair(&report);
         }
-        self.dirty.kind = true;
+        self.dirty.inputs |= Inputs::TERMS;
         true
     }
 
     pub fn set_densities(&mut self, densities: [f32; 2]) -> bool {
         let is_other = densities != self.scene.densities;
         self.scene.densities = densities;
-        self.dirty.densities |= is_other;
+        self.dirty.mark(Inputs::DENSITIES, is_other);
         is_other
     }
 
@@ -72,7 +74,7 @@ impl DeviceScene {
         }
         self.lighting.plan_for(&lights);
         self.scene.lights = lights;
-        self.dirty.lights = true;
+        self.dirty.inputs |= Inputs::LIGHTS;
         Ok(true)
     }
 
@@ -92,7 +94,7 @@ impl DeviceScene {
         check_lights(&lights)?;
         let is_other = lights != self.scene.lights;
         self.scene.lights = lights;
-        self.dirty.colors |= is_other;
+        self.dirty.mark(Inputs::LIGHT_COLORS, is_other);
         Ok(is_other)
     }
 
@@ -101,7 +103,7 @@ impl DeviceScene {
     pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
         self.scene.strands = self.scene.strands.moved(points)?;
         (self.wind, self.deform) = (None, None);
-        self.dirty.points = true;
+        self.dirty.inputs |= Inputs::POINTS;
         Ok(())
     }
 
@@ -116,7 +118,7 @@ impl DeviceScene {
         self.dirty.add_paint(range);
         if let Some(report) = report {
             self.dirty.add_hair(&report);
-            self.dirty.kind = true;
+            self.dirty.inputs |= Inputs::TERMS;
         }
         Ok(true)
     }
@@ -124,14 +126,14 @@ impl DeviceScene {
     pub fn set_wind(&mut self, wind: Option<Wind>) -> bool {
         let is_other = wind != self.wind;
         self.wind = wind;
-        self.dirty.points |= is_other;
+        self.dirty.mark(Inputs::POINTS, is_other);
         is_other
     }
 
     pub fn set_proxies(&mut self, proxies: Vec<Proxy>) -> bool {
         let is_other = proxies != self.scene.proxies;
         self.scene.proxies = proxies;
-        self.dirty.proxies |= is_other;
+        self.dirty.mark(Inputs::PROXIES, is_other);
         is_other
     }
 }

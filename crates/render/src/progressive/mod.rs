@@ -12,17 +12,7 @@
 //! once, lit as they were when last complete, as a draft. Before the first cycle is done, the draft
 //! is lit by a guess: it is there before any shadow is looked for, and nothing of it remains.
 //!
-//! What depends on what:
-//!
-//! | set | made anew |
-//! |---|---|
-//! | grade | the last two passes |
-//! | paint | shading |
-//! | camera, size | projection; shadow maps towards the eye if it turned; shading |
-//! | hair | what [`RULES`](strandlight_scene::edit::RULES) says; shading |
-//! | amplitudes of lights | the list of lights that are not black; shading |
-//! | lights, proxies | records, shadow maps; shading |
-//! | points | the shadow volume; all of these |
+//! Which stages an edit makes stale stands in [`STAGES`](crate::invalidation::STAGES).
 //!
 //! Nothing is allocated on the device but where something grows, and pipelines are kept by what
 //! they were compiled for.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::{Drawn, ProgressiveRenderer};
+use crate::invalidation::Inputs;
 use crate::passes::parts::{Spread, fitting};
 use crate::passes::screen::Screen;
 use crate::passes::target::{PassSamples, Target};
@@ -50,7 +51,7 @@ impl ProgressiveRenderer {
             self.next_screen = Some(Screen::new(context, size));
             self.noise.forget_target();
             self.core.set_size(size);
-            self.core.dirty.view = true;
+            self.core.dirty.inputs |= Inputs::VIEW;
         }
         self.size = size;
         self.picture = Drawn::default();

@@ -2,6 +2,7 @@
 
 use super::ProgressiveRenderer;
 use crate::device_scene::{DirtyFlags, Log, Stepped};
+use crate::invalidation::Inputs;
 use crate::passes::lighting::POINT_CHUNK;
 use strandlight_scene::RenderError;
 
@@ -57,7 +58,12 @@ impl ProgressiveRenderer {
         match self.core.step(chunk, log)? {
             None => Ok(()),
             Some(Stepped::Restarted) => {
-                if self.core.job.as_ref().is_some_and(|job| job.dirty.points) {
+                if self
+                    .core
+                    .job
+                    .as_ref()
+                    .is_some_and(|job| job.dirty.has(Inputs::POINTS))
+                {
                     self.picture.is_projected = false;
                 }
                 Ok(())
@@ -65,7 +71,7 @@ impl ProgressiveRenderer {
             Some(Stepped::Ran(stage, units)) => self.submitted(stage, units),
             Some(Stepped::Done(job)) => {
                 let core = &self.core;
-                if job.dirty.proxies {
+                if job.dirty.has(Inputs::PROXIES) {
                     self.draw
                         .set_proxies(&core.context, &core.ribbons, &core.lighting);
                 }

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::{Drawn, ProgressiveRenderer, RenderReport};
+use crate::invalidation::Inputs;
 use crate::passes::PartLimits;
 use crate::passes::parts::{self, Tile};
 use crate::passes::resources::{failed, guarded, read_back};
@@ -65,6 +66,7 @@ impl ProgressiveRenderer {
         observer: Observer,
     ) -> Result<(Picture, Stats), RenderError> {
         check_frame(size, samples)?;
+        self.edited();
         self.core.set_margin(0.0);
         self.set_camera(*camera);
         let picture = self.still_observed(size, samples, observer)?;
@@ -87,6 +89,7 @@ impl ProgressiveRenderer {
         };
         let mut stats = report.stats.clone();
         stats.passes = samples.div_ceil(PASS_SAMPLES);
+        stats.draws = report.runs("draw");
         stats.stages = report
             .stages
             .iter()
@@ -114,7 +117,7 @@ impl ProgressiveRenderer {
         self.set_camera(*camera);
         let before = self.core.scene.size;
         self.core.set_size(size);
-        self.core.dirty.view = true;
+        self.core.dirty.inputs |= Inputs::VIEW;
         self.core
             .lighting
             .clear(&self.core.context, 1 - self.core.front);
@@ -198,12 +201,14 @@ impl ProgressiveRenderer {
         check_frame(size, samples)?;
         let tiles = parts::tiles(size, &self.core.context.device.limits(), &self.parts);
         let before = self.size;
+        self.is_still = true;
         let picture = match tiles.len() {
             1 => self
                 .set_size(size)
                 .and_then(|()| self.finish_observed(samples, observer)),
             _ => self.tiled(size, &tiles, samples, observer),
         };
+        self.is_still = false;
         // Going back to the shown size starts another report.
         self.still_report = self.report.clone();
         self.still_bytes = match &self.target {
@@ -243,7 +248,7 @@ impl ProgressiveRenderer {
         let mut rgba = vec![[0.0; 4]; width as usize * height as usize];
         self.set_size([0, 0])?;
         self.core.scene.size = size;
-        self.core.dirty.view = true;
+        self.core.dirty.inputs |= Inputs::VIEW;
         let drawn = tiles.iter().enumerate().try_for_each(|(ix, tile)| {
             let observer = &|done: f64| {
                 let drawn = (done - LIGHTING_SHARE).max(0.0) / (1.0 - LIGHTING_SHARE);
@@ -285,9 +290,7 @@ impl ProgressiveRenderer {
         let before = self.core.scene.samples;
         self.set_samples(samples);
         self.has_preview = false;
-        self.is_still = true;
         let finished = self.finish_target(observer);
-        self.is_still = false;
         self.set_samples(before);
         finished
     }

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use super::{Drawn, Progress, ProgressiveRenderer, pace};
 use crate::device_scene::DirtyFlags;
+use crate::invalidation::Inputs;
 use crate::passes::clock::Stamp;
 use crate::passes::noise::Noise;
 use crate::passes::parts;
@@ -83,7 +84,7 @@ impl ProgressiveRenderer {
                 return Some(Work::Project);
             }
             let cycle = self.core.job.as_ref().map(|job| &job.dirty);
-            let moves = |dirt: &DirtyFlags| dirt.view || dirt.points;
+            let moves = |dirty: &DirtyFlags| dirty.has(Inputs::VIEW | Inputs::POINTS);
             let is_draft = moves(&self.core.dirty) || cycle.is_some_and(moves);
             // A first look is not worth more.
             let most = if self.report.shadings == 0 {

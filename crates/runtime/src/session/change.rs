@@ -101,20 +101,15 @@ impl Change {
     }
 
     fn add_hair(&mut self, before: &HairSection, after: &HairSection) {
+        // A test sees to it that every row of the section is a change.
         let HairSection {
             preset,
-            eta: _,
-            sigma_a: _,
             reflectance,
             melanin,
-            shift_deg: _,
-            width_deg: _,
-            caustic_width_deg: _,
-            eccentricity: _,
             diameter_cm,
-            modes: _,
             density_forward,
             density_back,
+            ..
         } = after;
         self.hair = before.params().bits() != after.params().bits();
         self.modes = before.modes != after.modes;

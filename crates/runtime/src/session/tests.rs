@@ -190,6 +190,31 @@ fn nudged(value: &Value) -> Value {
     }
 }
 
+/// No key of the hair is forgotten by what is made again.
+#[test]
+fn every_parameter_of_the_hair_is_a_change() {
+    use strandlight_formats::params::{HAIR, Kind, Value};
+    for param in HAIR.params {
+        let before = Scene::new("a", "b");
+        let mut after = before.clone();
+        let key = param.spec.key;
+        let value = match (param.spec.kind, param.get(&after.hair)) {
+            (Kind::Numbers(numbers), Some(value)) => {
+                let middle = 0.5 * (numbers.min + numbers.max);
+                value.with_number(0, middle)
+            }
+            (Kind::Numbers(numbers), None) if numbers.shape.len() == 1 => {
+                Value::Number(0.5 * (numbers.min + numbers.max))
+            }
+            (Kind::Numbers(_), None) => Value::Vector([0.5; 3]),
+            (Kind::Choices(_), _) => Value::Texts(vec!["R".to_owned()]),
+            _ => Value::Text("brown".to_owned()),
+        };
+        param.set(&mut after.hair, Some(value)).expect(key);
+        assert!(!Change::between(&before, &after).is_empty(), "{key}");
+    }
+}
+
 #[test]
 fn changes_name_what_depends_on_them_and_no_more() {
     let mut session = session();

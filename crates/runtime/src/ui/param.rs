@@ -109,7 +109,7 @@ impl<S> Rows<'_, S> {
         named(
             ui,
             param.spec.label,
-            &help(&param.spec.help, &self.key(param)),
+            &help(param.spec.help, &self.key(param)),
             |ui| {
                 for (word, name, help) in words {
                     let is_current = current == Some(Value::Text((*word).to_owned()));

@@ -50,6 +50,15 @@ impl Reflectance {
             padding_2: 0.0,
         }
     }
+
+    /// R times `intensity`.
+    pub fn scaled(self, intensity: f64) -> Reflectance {
+        let scaled = |row: [f32; C_DEGREE]| row.map(|f| intensity as f32 * f);
+        Reflectance {
+            coefficients: self.coefficients.map(scaled),
+            ..self
+        }
+    }
 }
 
 /// N_R against the light: 1/4 C_0 v^2 sum over i of P_i(y) b_i, see [`crate::reflectance`], not

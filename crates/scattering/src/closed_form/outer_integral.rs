@@ -315,7 +315,7 @@ mod tests {
                 trt: 2.0 * beta,
             },
             caustic_width: pick(4, 0.08, 0.3),
-            eccentricity: 1.0,
+            ..HairParams::default()
         };
         let light = Light {
             theta: pick(5, -0.98, 0.98).asin(),

@@ -85,8 +85,7 @@ impl LagBlur {
 /// Quadrature over the offset h, with what of the fibre does not depend on theta_d.
 #[derive(Clone, Debug)]
 pub struct AzimuthRule {
-    eta: f64,
-    sigma_a: [f64; 3],
+    hair: HairParams,
     fresnel: Fresnel,
     blur: LagBlur,
     /// Indices of TRT, one unless the fibre is elliptic; each has the same share.
@@ -107,8 +106,7 @@ impl AzimuthRule {
                 .collect()
         };
         AzimuthRule {
-            eta: hair.eta,
-            sigma_a: hair.sigma_a,
+            hair: *hair,
             fresnel,
             blur: LagBlur::new(hair.caustic_width),
             trt_eta,
@@ -132,12 +130,12 @@ impl AzimuthRule {
     pub(super) fn each(&self, lobe: Lobe, cos_theta_d: f64, mut see: impl FnMut(f64, [f64; 3])) {
         let etas = match lobe {
             Lobe::Trt => &self.trt_eta[..],
-            Lobe::R | Lobe::Tt => std::slice::from_ref(&self.eta),
+            Lobe::R | Lobe::Tt => std::slice::from_ref(&self.hair.eta),
         };
         let share = 1.0 / etas.len() as f64;
         for &eta in etas {
             let theta_d = cos_theta_d.clamp(0.0, 1.0).acos();
-            let section = FibreSection::new(eta, self.sigma_a, theta_d, self.fresnel);
+            let section = FibreSection::of(&self.hair, eta, theta_d, self.fresnel);
             // TRT leaves straight back where gamma = 2 gamma_t.
             let kink = (lobe == Lobe::Trt && section.eta_eff < 2.0)
                 .then(|| 2.0 * (0.5 * section.eta_eff).acos())

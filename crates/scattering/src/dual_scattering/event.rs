@@ -91,6 +91,11 @@ fn per_mode(
 /// So little that no sum feels it, so much that its square is not 0.
 pub(super) const BREATH: f64 = 1e-120;
 
+/// `part` of `sum`; of nothing at all, a third.
+pub(super) fn share_of(part: f64, sum: f64) -> f64 {
+    if sum > 0.0 { part / sum } else { 1.0 / 3.0 }
+}
+
 /// Sums of modes as [`Event`]; `modes` in the order of [`Lobe::ALL`].
 pub(super) fn event_of_modes(hair: &HairParams, modes: &[Halves; 3]) -> Event {
     let full = Lobe::ALL.map(|lobe| full_angle(hair, lobe));
@@ -102,8 +107,9 @@ pub(super) fn event_of_modes(hair: &HairParams, modes: &[Halves; 3]) -> Event {
             moments.attenuation[c] = sum;
             for t in 0..3 {
                 let (shift, width) = full[t];
-                moments.shift[c] += shares[t] / sum * shift;
-                moments.width_2[c] += shares[t] / sum * width * width;
+                let share = share_of(shares[t], sum);
+                moments.shift[c] += share * shift;
+                moments.width_2[c] += share * width * width;
             }
         }
         moments

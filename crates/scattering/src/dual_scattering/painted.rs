@@ -21,6 +21,7 @@ use std::f64::consts::PI;
 
 use super::azimuth::AzimuthRule;
 use super::backscatter::counts;
+use super::event::share_of;
 use super::full_angle;
 use super::longitudinal::outgoing;
 use super::table::{N_COLUMNS, N_INCLINATIONS, N_OFFSETS, N_OUTGOING, N_TURNS, REACH, Taps};
@@ -238,8 +239,9 @@ fn moments(hair: &HairParams, modes: [f64; 3]) -> [f64; 3] {
     let (mut mean, mut width_2) = (0.0, 0.0);
     for (lobe, share) in Lobe::ALL.into_iter().zip(modes) {
         let (shift, width) = full_angle(hair, lobe);
-        mean += share / sum * shift;
-        width_2 += share / sum * width * width;
+        let share = share_of(share, sum);
+        mean += share * shift;
+        width_2 += share * width * width;
     }
     [sum, mean, width_2]
 }

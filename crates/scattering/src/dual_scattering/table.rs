@@ -324,6 +324,7 @@ mod tests {
                             },
                             caustic_width: 0.01,
                             eccentricity: if shift == 0.5 { 2.0 } else { 1.0 },
+                            ..HairParams::default()
                         };
                         let table = AverageTable::new(&hair, FRESNEL);
                         for row in &table.rows {

@@ -39,7 +39,7 @@ pub fn azimuthal(
     if lobe == Lobe::Trt && hair.eccentricity != 1.0 {
         return azimuthal_eccentric(lambda_p, 0.0, dphi, theta_d, hair, fresnel);
     }
-    let section = FibreSection::new(hair.eta, hair.sigma_a, theta_d, fresnel);
+    let section = FibreSection::of(hair, hair.eta, theta_d, fresnel);
     azimuthal_section(
         lobe,
         sharpness(lambda_p),
@@ -163,7 +163,7 @@ pub fn azimuthal_average(
     fresnel: Fresnel,
     weight: impl Fn(f64) -> f64,
 ) -> [f64; 3] {
-    let section = FibreSection::new(hair.eta, hair.sigma_a, theta_d, fresnel);
+    let section = FibreSection::of(hair, hair.eta, theta_d, fresnel);
     let rule = GaussLegendre::new(96);
     let mut total = [0.0; 3];
     for side in [-1.0, 1.0] {

@@ -54,7 +54,7 @@ pub fn azimuthal_eccentric(
         for (x, weight) in rule.on(a, b) {
             let phi_i = phi_j + x;
             let eta = eta_star(hair.eta, hair.eccentricity, 0.5 * (phi_o + phi_i));
-            let section = FibreSection::new(eta, hair.sigma_a, theta_d, fresnel);
+            let section = FibreSection::of(hair, eta, theta_d, fresnel);
             let value = blurred_function(&section, phi_o - phi_i, kappa_c);
             let factor = weight * circular_gaussian(x, kappa);
             for c in 0..3 {

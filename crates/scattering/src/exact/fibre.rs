@@ -1,7 +1,7 @@
 //! A fibre seen at one inclination: effective index and absorption, attenuation of each path.
 
 use crate::fresnel::Fresnel;
-use crate::hair::Lobe;
+use crate::hair::{HairParams, Lobe, PerLobe};
 
 /// Inclinations nearer to pi/2 than this are treated as this near: the lobes vanish there and
 /// the effective index runs to infinity.
@@ -20,6 +20,8 @@ pub struct FibreSection {
     pub sigma_eff: [f64; 3],
     /// Fresnel term.
     pub fresnel: Fresnel,
+    /// Factors on the attenuation of each mode.
+    pub intensity: PerLobe<f64>,
 }
 
 impl FibreSection {
@@ -34,11 +36,21 @@ impl FibreSection {
             eta_eff: inner / cos,
             sigma_eff: sigma_a.map(|sigma| sigma * eta / inner),
             fresnel,
+            intensity: HairParams::default().intensity,
+        }
+    }
+
+    /// The section of `hair` at `theta_d` in +-pi/2, its index being `eta`: `hair.eta`, or that of
+    /// an elliptic fibre at some half angle.
+    pub fn of(hair: &HairParams, eta: f64, theta_d: f64, fresnel: Fresnel) -> Self {
+        FibreSection {
+            intensity: hair.intensity,
+            ..FibreSection::new(eta, hair.sigma_a, theta_d, fresnel)
         }
     }
 
     /// `A_t(h)` of Xu 2011 Eq 10 at `h = sin gamma`: what a path through `h` keeps, per channel.
-    /// One crossing is `T = exp(-2 sigma_eff sqrt(1 - h^2 / eta_eff^2))`.
+    /// One crossing is `T = exp(-2 sigma_eff sqrt(1 - h^2 / eta_eff^2))`. Times the mode's intensity.
     pub fn attenuation(&self, lobe: Lobe, sin_gamma: f64, cos_gamma: f64) -> [f64; 3] {
         let through = self
             .fresnel
@@ -46,7 +58,7 @@ impl FibreSection {
         let reflected = 1.0 - through;
         let sin_t = sin_gamma / self.eta_eff;
         let crossing = -2.0 * (1.0 - sin_t * sin_t).max(0.0).sqrt();
-        match lobe {
+        let kept = match lobe {
             Lobe::R => [reflected; 3],
             Lobe::Tt => self
                 .sigma_eff
@@ -54,7 +66,8 @@ impl FibreSection {
             Lobe::Trt => self
                 .sigma_eff
                 .map(|sigma| through * through * reflected * (2.0 * sigma * crossing).exp()),
-        }
+        };
+        kept.map(|kept| self.intensity.get(lobe) * kept)
     }
 
     /// `phi(p, h) = 2 p gamma_t - 2 gamma_i + p pi` (Xu 2011 Eq 8), not wrapped.

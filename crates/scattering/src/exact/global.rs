@@ -58,7 +58,7 @@ fn azimuthal_blurred(
     if lobe == Lobe::Trt && hair.eccentricity != 1.0 {
         return azimuthal_elliptic(phi_j, phi_o, theta_d, hair, fresnel);
     }
-    let section = FibreSection::new(hair.eta, hair.sigma_a, theta_d, fresnel);
+    let section = FibreSection::of(hair, hair.eta, theta_d, fresnel);
     let dphi = phi_o - phi_j;
     let edges = [dphi - FRAC_PI_2, dphi + FRAC_PI_2];
     let breaks = match lobe {
@@ -90,7 +90,7 @@ fn azimuthal_elliptic(
         let a = phi_j - FRAC_PI_2 + step * f64::from(panel);
         for (phi_i, weight) in rule.on(a, a + step) {
             let eta = eta_star(hair.eta, hair.eccentricity, 0.5 * (phi_o + phi_i));
-            let section = FibreSection::new(eta, hair.sigma_a, theta_d, fresnel);
+            let section = FibreSection::of(hair, eta, theta_d, fresnel);
             let value = blurred_function(&section, phi_o - phi_i, kappa_c);
             for c in 0..3 {
                 total[c] += weight / PI * value[c];

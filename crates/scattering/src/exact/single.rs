@@ -126,7 +126,7 @@ fn single_with(
                 let lambda_p = (2.0 / kappa_p).sqrt();
                 azimuthal_eccentric(lambda_p, light.phi, view.phi, theta_d, hair, fresnel)
             } else {
-                let section = FibreSection::new(hair.eta, hair.sigma_a, theta_d, fresnel);
+                let section = FibreSection::of(hair, hair.eta, theta_d, fresnel);
                 let dphi = view.phi - light.phi;
                 azimuthal_section(lobe, kappa_p, dphi, &section, hair.caustic_width)
             };

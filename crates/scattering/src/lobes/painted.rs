@@ -44,6 +44,16 @@ impl PaintedTexture {
         texels
     }
 
+    /// The lobes times `intensity`, as [`super::LobeTexture::scaled`].
+    pub fn scaled(mut self, intensity: f64) -> PaintedTexture {
+        let factor = intensity as f32;
+        self.decode.amplitude_scale *= factor;
+        for number in self.decoded_amplitudes.as_flattened_mut() {
+            *number *= factor;
+        }
+        self
+    }
+
     /// The texture as the closed form samples it.
     pub fn view(&self) -> PaintedView<'_> {
         PaintedView {

@@ -56,6 +56,20 @@ impl LobeTexture {
         }
     }
 
+    /// The lobes times `intensity`: what is stored stays, the amplitude of 1 is another.
+    pub fn scaled(mut self, intensity: f64) -> LobeTexture {
+        let factor = intensity as f32;
+        self.decode.amplitude_scale *= factor;
+        for number in self
+            .decoded
+            .iter_mut()
+            .flat_map(|texel| &mut texel[N_SHAPE_NUMBERS..])
+        {
+            *number *= factor;
+        }
+        self
+    }
+
     /// Texels a row.
     pub fn width(&self) -> usize {
         self.decode.last as usize + 1

@@ -117,6 +117,9 @@ impl Evaluator {
             .par_iter()
             .map(|request| match request {
                 Err(error) => Work::Answered(Err(error.clone())),
+                Ok(request) if self.is_beyond_paper(request) => Work::Answered(Err(
+                    "hair.intensity: the paper's scheme has none, each must be 1".to_owned(),
+                )),
                 Ok(request) => match self.apart(request) {
                     Some(answer) => Work::Answered(answer.finite()),
                     None => Work::Shade(request),
@@ -137,6 +140,13 @@ impl Evaluator {
                 .unwrap_or_else(|| Err("no value came back".to_owned())),
         });
         Ok(answers.collect())
+    }
+
+    /// Does `request` ask the paper's scheme for what it does not have?
+    fn is_beyond_paper(&self, request: &Request) -> bool {
+        let plain = HairParams::default().intensity;
+        let is_scaled = request.hair().is_some_and(|hair| hair.intensity != plain);
+        is_scaled && matches!(self.scheme, Scheme::Paper(_))
     }
 
     /// What the shading functions answer to requests, each under the place that came with it.

@@ -314,7 +314,7 @@ impl BcsdfView<'_> {
             }
         }
         let hair = &self.hair;
-        let section = FibreSection::new(hair.eta, hair.sigma_a, theta_d, self.fresnel);
+        let section = FibreSection::of(hair, hair.eta, theta_d, self.fresnel);
         let gamma = if lobe == Lobe::R && uniform() < GRAZING_SHARE {
             grazing_angle(uniform)
         } else {
@@ -363,7 +363,7 @@ impl BcsdfView<'_> {
                 _ => {
                     let hair = &self.hair;
                     let section = section.get_or_insert_with(|| {
-                        FibreSection::new(hair.eta, hair.sigma_a, theta_d, self.fresnel)
+                        FibreSection::of(hair, hair.eta, theta_d, self.fresnel)
                     });
                     azimuthal_closed(section, lobe, phi)
                 }

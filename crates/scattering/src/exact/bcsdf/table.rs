@@ -88,7 +88,7 @@ impl BlurredTrt {
         for r in 0..rows.len() {
             sums.fill([0.0; 4]);
             let theta_d = rows.theta_d(r);
-            let section = FibreSection::new(hair.eta, hair.sigma_a, theta_d, fresnel);
+            let section = FibreSection::of(hair, hair.eta, theta_d, fresnel);
             table.add_paths(&section, width, &paths, &mut sums);
             let row = &mut table.texels[r * (n_phi + 2)..(r + 1) * (n_phi + 2)];
             for (texel, sum) in row[1..].iter_mut().zip(&sums) {
