@@ -9,7 +9,8 @@
 //! layers the hair's radiance alone, times its coverage: `total`; `single`, `global`, `local`;
 //! `single.R`, `single.TT`, ..., `global.TRT`; `light.000`, ... by the lights' places in the light
 //! set, or `light.NAME` for groups and `light.rest`; `background` what is seen between the
-//! strands; and `coverage.Y`.
+//! strands; and `coverage.Y`. Data layers, which are not light and do not add up, have the channels
+//! that [`strandlight_cpu::DATA_LAYERS`] names.
 
 use strandlight_formats::{Background, Scattering};
 use strandlight_render::gpu::Context;
@@ -19,6 +20,7 @@ use strandlight_scene::provenance::Provenance;
 use strandlight_scene::{Picture, PreparedScene, RenderError, SceneError, Stats, memory};
 
 use strandlight_cpu as cpu;
+use strandlight_cpu::DataLayer;
 use strandlight_images::exr_file::{encode, floats};
 
 /// Most bytes of all layers.
@@ -303,13 +305,15 @@ pub struct Layers {
     pub coverage: Vec<f32>,
     /// Name and radiance of each layer, the channels one after the other.
     pub layers: Vec<(String, [Vec<f32>; 3])>,
+    /// Channels of data layers, by their whole names.
+    pub data: Vec<(&'static str, Vec<f32>)>,
     /// What each picture took: its name and lines of text, in the order that they were drawn.
     pub stats: Vec<(String, String)>,
 }
 
 impl Layers {
-    /// Draws the picture of `scene` and the layers of `specs`; `observe` receives the progress,
-    /// 0..=1.
+    /// Draws the picture of `scene`, the layers of `specs` and the `data` layers, which are made on the
+    /// CPU whatever draws the light; `observe` receives the progress, 0..=1.
     ///
     /// # Errors
     /// As [`check_memory`]; whatever the painter answers.
@@ -317,10 +321,11 @@ impl Layers {
         painter: &mut dyn Painter,
         scene: &PreparedScene,
         specs: &[Spec],
+        data: &[&DataLayer],
         size: [u32; 2],
         observe: &dyn Fn(f64),
     ) -> Result<Layers, RenderError> {
-        check_memory(specs.len(), size)?;
+        check_memory(specs.len() + data.len(), size)?;
         let whole = Spec {
             name: "total".to_owned(),
             scattering: scene.scattering(),
@@ -356,6 +361,7 @@ impl Layers {
             beauty,
             coverage,
             layers,
+            data: cpu::data_layers(scene, &scene.camera, size, data)?,
             stats,
         })
     }
@@ -372,6 +378,9 @@ impl Layers {
             push(name.to_owned(), values.collect());
         }
         push("coverage.Y".to_owned(), self.coverage);
+        for (name, values) in self.data {
+            push(name.to_owned(), values);
+        }
         for (layer, planes) in self.layers {
             for (name, values) in ["R", "G", "B"].into_iter().zip(planes) {
                 push(format!("{layer}.{name}"), values);

@@ -30,6 +30,7 @@
 //! ```
 
 mod composite;
+mod data_layers;
 mod project;
 mod proxies;
 mod raster;
@@ -38,6 +39,7 @@ mod shadow_map;
 mod transmittance;
 mod voxelise;
 
+pub use data_layers::{DATA_LAYERS, DataLayer, data_layers};
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;
 pub use transmittance::{Shadows, transmittance, transmittance_beside};

@@ -197,8 +197,9 @@ impl Rect {
 }
 
 /// A segment on the screen, without jitter.
-struct Ribbon {
-    segment: u32,
+pub(super) struct Ribbon {
+    /// Its place among the segments.
+    pub segment: u32,
     is_opaque: bool,
     /// Depths of the ends.
     nearest: f32,
@@ -209,7 +210,11 @@ struct Ribbon {
 }
 
 /// The segments that touch the picture, from front to back.
-fn ribbons(view: &ViewUniform, strands: &Strands, projected: &[Projected]) -> Vec<Ribbon> {
+pub(super) fn ribbons(
+    view: &ViewUniform,
+    strands: &Strands,
+    projected: &[Projected],
+) -> Vec<Ribbon> {
     let picture = Rect {
         origin: [0, 0],
         size: view.size.map(|n| n as i32),
@@ -286,6 +291,38 @@ impl Ribbon {
             // A unit covers rounding.
             low <= middle + reach + 1.0 && high >= middle - reach - 1.0
         })
+    }
+
+    /// Calls `at` with each pixel of a picture of `size` whose centre the ribbon covers without
+    /// jitter, some of them twice where it is twisted.
+    pub fn for_each_centre(&self, size: [i32; 2], mut at: impl FnMut([i32; 2])) {
+        let [left_a, right_a, right_b, left_b] = self.corners;
+        for mut corners in [[left_a, right_a, left_b], [left_b, right_a, right_b]] {
+            let [a, b, c] = corners.map(|p| p.map(i64::from));
+            let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            if area == 0 {
+                continue;
+            }
+            // Clockwise, as in `Tile::triangle`.
+            if area < 0 {
+                corners.swap(1, 2);
+            }
+            let [p0, p1, p2] = corners;
+            let edges = [Edge::new(p1, p2), Edge::new(p2, p0), Edge::new(p0, p1)];
+            let bound = |axis: usize| {
+                let low = p0[axis].min(p1[axis]).min(p2[axis]).div_euclid(PX);
+                let high = p0[axis].max(p1[axis]).max(p2[axis]).div_euclid(PX);
+                low.max(0)..=high.min(size[axis] - 1)
+            };
+            for y in bound(1) {
+                for x in row_span(&corners, y, bound(0)) {
+                    let centre = [x * PX + PX / 2, y * PX + PX / 2];
+                    if edges.iter().all(|edge| edge.at(centre) >= edge.bias) {
+                        at([x, y]);
+                    }
+                }
+            }
+        }
     }
 
     /// Do all passes draw it over all of `rect`?

@@ -61,6 +61,8 @@ pub struct Strands {
     pub max_diameter: f32,
     /// By point; shared by all that moved from the same strands.
     origins: Arc<[Origin]>,
+    /// By drawn strand: its index in the groom; shared likewise.
+    ids: Arc<[u32]>,
     /// Points of the groom.
     n_groom_points: usize,
 }
@@ -100,13 +102,14 @@ impl Strands {
             n_groom_points: points.len(),
             ..Strands::default()
         };
-        let mut origins = Vec::new();
+        let (mut origins, mut ids) = (Vec::new(), Vec::new());
         let mut target = 2.0 * radius / PIECES_PER_DIAMETER;
         // Coarser pieces until the points fit; the last try splits nothing.
         for attempt in 0..=8 {
             let pieces = (refine && radius > 0.0 && attempt < 8).then_some(target);
             let limit = pieces.map_or(MAX_POINTS, |_| MAX_REFINED_POINTS);
-            if strands.fill((points, offsets), &diameter, pieces, limit, &mut origins)? {
+            let sources = (&mut origins, &mut ids);
+            if strands.fill((points, offsets), &diameter, pieces, limit, sources)? {
                 break;
             }
             if pieces.is_none() {
@@ -120,12 +123,19 @@ impl Strands {
             return Err(SceneError::EmptyGroom);
         }
         strands.origins = origins.into();
+        strands.ids = ids.into();
         Ok(strands)
     }
 
     /// Where each of [`Strands::points`] comes from in the groom, eight bytes a point.
     pub fn origins(&self) -> &[Origin] {
         &self.origins
+    }
+
+    /// The index in the groom of each drawn strand, in the order of [`Strands::ranges`]; strands
+    /// without extent are missing.
+    pub fn ids(&self) -> &[u32] {
+        &self.ids
     }
 
     /// Points of the groom, those of degenerate strands included.
@@ -248,6 +258,7 @@ impl Strands {
             radius: points.iter().map(distance).fold(0.0, f32::max),
             bounds: (low, high),
             origins: Arc::clone(&self.origins),
+            ids: Arc::clone(&self.ids),
             n_groom_points: self.n_groom_points,
             ..Strands::default()
         };
@@ -274,9 +285,10 @@ impl Strands {
         diameter: &impl Fn(usize, usize) -> f32,
         target: Option<f32>,
         limit: usize,
-        origins: &mut Vec<Origin>,
+        (origins, ids): (&mut Vec<Origin>, &mut Vec<u32>),
     ) -> Result<bool, SceneError> {
         origins.clear();
+        ids.clear();
         for array in [&mut self.points, &mut self.tangents, &mut self.normals] {
             array.clear();
         }
@@ -313,6 +325,7 @@ impl Strands {
                 continue;
             }
             self.push_strand(&knots, &places, target, origins);
+            ids.push(strand as u32);
             if self.points.len() > limit {
                 return Ok(false);
             }
@@ -526,6 +539,7 @@ mod tests {
         for refine in [false, true] {
             let strands = prepare(&points, &[0, 5, 7, 9], refine).unwrap();
             assert_eq!((strands.n_strands, strands.n_degenerate), (2, 1));
+            assert_eq!(strands.ids(), [0, 1]);
             assert!(!strands.segments.is_empty());
             for ((p, t), n) in strands
                 .points

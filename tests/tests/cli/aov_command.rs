@@ -1,14 +1,16 @@
 //! `strandlight render --aov`: layers that add up to the picture.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use strandlight_cpu as cpu;
+use strandlight_cpu::DATA_LAYERS;
 use strandlight_formats::{Background, BakedFile, LightSet, Lobe, Scene};
 use strandlight_reference::compare::Layer;
 use strandlight_runtime::Session;
 use strandlight_scene::PreparedScene;
 use strandlight_tests::scenes::{curtain, light, write_scene, write_small_scene};
-use strandlight_tests::{assert_done, assert_refused, strandlight};
+use strandlight_tests::{assert_done, assert_refused, project_root, strandlight};
 
 /// A small scene on disk, with a light that is muted and one of hardly any power.
 fn scene_in(folder: &Path) {
@@ -230,6 +232,101 @@ fn groups_of_lights_and_fewer_modes() {
     assert!(relative(&sum(&[read("single.R"), read("single.TRT")]), &total) < 1e-3);
 }
 
+/// All channels of a file.
+fn channels(path: &Path) -> BTreeMap<String, Vec<f32>> {
+    let image = exr::prelude::read_first_flat_layer_from_file(path).expect("an OpenEXR file");
+    let list = image.layer_data.channel_data.list.iter();
+    let values = |channel: &exr::prelude::AnyChannel<exr::prelude::FlatSamples>| {
+        channel.sample_data.values_as_f32().collect()
+    };
+    list.map(|channel| (channel.name.to_string(), values(channel)))
+        .collect()
+}
+
+#[test]
+fn gpu_data_layers_are_of_the_strands_beside_the_picture() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let mut scene = Scene::read(&at.join("a.toml")).expect("valid");
+    scene.render.background = Background::None;
+    write_scene(at, "b.toml", &scene);
+    let render = |backend: &str, file: &str, aov: &str| {
+        let args = ["render", "b.toml", "-o", file, "--aov", aov, "--json"];
+        let said = assert_done(
+            strandlight()
+                .current_dir(at)
+                .args(args)
+                .args(["--backend", backend]),
+        );
+        let report: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+        (report["layers"].clone(), channels(&at.join(file)))
+    };
+    let (names, found) = render("cpu", "all.exr", "data,terms");
+    let mut expected = vec!["total", "single", "global", "local"];
+    expected.extend(DATA_LAYERS.iter().map(|layer| layer.name));
+    assert_eq!(names, serde_json::json!(expected));
+    for layer in &DATA_LAYERS {
+        for name in layer.channels {
+            assert!(found.contains_key(*name), "{name}");
+        }
+    }
+    assert!(found.contains_key("R") && found.contains_key("single.R"));
+    // The same whatever draws the light, and whatever else is asked for.
+    let (names, some) = render("gpu", "some.exr", "position,depth,depth");
+    assert_eq!(names, serde_json::json!(["total", "depth", "position"]));
+    assert!(!some.contains_key("tangent.X") && !some.contains_key("strand_id.Y"));
+    for name in ["depth.Z", "P.X", "P.Y", "P.Z"] {
+        assert!(some[name] == found[name], "{name}");
+    }
+
+    assert!(found["coverage.Y"] == found["A"]);
+    let (mut n_hair, mut n_free) = (0, 0);
+    for (pixel, &coverage) in found["coverage.Y"].iter().enumerate() {
+        let of = |name: &str| found[name][pixel];
+        let id = of("strand_id.Y");
+        if coverage > 0.95 {
+            assert!(id >= 0.0, "pixel {pixel}");
+        }
+        if id < 0.0 {
+            n_free += 1;
+            assert_eq!(id, -1.0);
+            assert_eq!([of("depth.Z"), of("tangent.X"), of("P.X")], [0.0; 3]);
+            continue;
+        }
+        n_hair += 1;
+        // Strands are 0.05 cm apart from x = -2 on; a pixel is about 0.2 cm wide.
+        let expected = (of("P.X") + 2.0) / 0.05;
+        assert!((id - expected).abs() < 4.0, "{id} {expected}");
+        assert_eq!(id.fract(), 0.0);
+        assert!((0.0..80.0).contains(&id));
+        // From y = 2 at the root to -2 at the tip, in waves.
+        let along = of("root_distance.Y");
+        let expected = (2.0 - of("P.Y")) / 4.0;
+        assert!((along - expected).abs() < 0.06, "{along} {expected}");
+        let tangent = ["tangent.X", "tangent.Y", "tangent.Z"].map(of);
+        let length: f32 = tangent.iter().map(|x| x * x).sum();
+        assert!((length - 1.0).abs() < 1e-5, "{tangent:?}");
+        assert!(tangent[1] < -0.9, "{tangent:?}");
+    }
+    assert!(n_hair > 200 && n_free > 200, "{n_hair} {n_free}");
+}
+
+#[test]
+fn every_data_layer_is_in_the_reference() {
+    let page = project_root().join("docs/book/src/reference/aov.md");
+    let page = std::fs::read_to_string(page).expect("there");
+    for layer in &DATA_LAYERS {
+        let channels: Vec<String> = layer
+            .channels
+            .iter()
+            .map(|name| format!("`{name}`"))
+            .collect();
+        let row = format!("| {} | `{}` |", channels.join(", "), layer.name);
+        assert!(page.contains(&row), "{row}");
+    }
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -241,6 +338,11 @@ fn what_cannot_be_is_refused() {
             &["a.png", ".exr"][..],
         ),
         (&["-o", "a.exr", "--aov", "colours"], &["colours"]),
+        (
+            &["-o", "a.exr", "--aov", "terms,deph"],
+            &["deph", "did you mean depth?"],
+        ),
+        (&["-o", "a.png", "--aov", "data"], &["a.png", ".exr"]),
         (&["-o", "a.exr", "--light-group", "a=0"], &["--aov"]),
         (
             &["-o", "a.exr", "--aov", "lights", "--light-group", "a=9"],

@@ -53,8 +53,9 @@ pub struct Args {
     #[arg(long, value_name = "N", conflicts_with = "aov",
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     turntable: Option<u32>,
-    /// Layers to add to the picture, which must be .exr: terms, modes, lights
-    #[arg(long, value_enum, value_delimiter = ',')]
+    /// Layers to add to the picture, which must be .exr: parts of the light, and data of what is
+    /// seen
+    #[arg(long, value_parser = layers::aov(), value_delimiter = ',')]
     aov: Vec<layers::Aov>,
     /// Group lights into one layer of --aov lights, as NAME=0,3; repeatable
     #[arg(long, value_name = "NAME=LIGHTS", value_parser = layers::parse_group)]
@@ -95,6 +96,29 @@ enum Backend {
     Auto,
     Gpu,
     Cpu,
+}
+
+impl Backend {
+    /// Does the work on the GPU or on the CPU; `auto` says why not on the GPU. Every way to render is
+    /// decided here.
+    fn choose<T>(
+        self,
+        on_gpu: impl FnOnce(Context) -> Result<T, RenderError>,
+        on_cpu: impl FnOnce() -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let on_gpu = || {
+            let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+            on_gpu(context)
+        };
+        match self {
+            Backend::Cpu => on_cpu(),
+            Backend::Gpu => on_gpu().map_err(Failure::input),
+            Backend::Auto => on_gpu().or_else(|error| {
+                note!("rendering on the CPU: {error}");
+                on_cpu()
+            }),
+        }
+    }
 }
 
 /// Kind of the picture file.
@@ -234,7 +258,7 @@ impl Args {
                 ));
             }
         }
-        if !self.light_group.is_empty() && !self.aov.contains(&layers::Aov::Lights) {
+        if !self.light_group.is_empty() && !self.aov.iter().any(layers::Aov::is_lights) {
             let many = [
                 ("--script", self.script.is_some()),
                 ("--turntable", self.turntable.is_some()),
@@ -288,8 +312,7 @@ fn draw(
     const STEPS: u64 = 1000;
     let progress = progress("rendering", STEPS);
     let observer = &|done: f64| progress.reach((done * STEPS as f64) as u64);
-    let on_gpu = || {
-        let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+    let on_gpu = |context: Context| {
         ProgressiveRenderer::new(&context, scene.clone())?.render_to_image_observed(
             &scene.camera,
             size,
@@ -311,14 +334,7 @@ fn draw(
         Method::Sweep => backend,
         _ => Backend::Cpu,
     };
-    let result = match backend {
-        Backend::Cpu => on_cpu(),
-        Backend::Gpu => on_gpu().map_err(Failure::input),
-        Backend::Auto => on_gpu().or_else(|error| {
-            note!("rendering on the CPU: {error}");
-            on_cpu()
-        }),
-    };
+    let result = backend.choose(on_gpu, on_cpu);
     progress.finish();
     result
 }

@@ -16,8 +16,8 @@ use strandlight_scene::tone::ToneMap;
 use strandlight_scene::{Picture, RenderError};
 
 use super::{
-    Args, Backend, Failure, Format, Outcome, check_outputs, format_of, note, output_folder,
-    print_line, write_output,
+    Args, Failure, Format, Outcome, check_outputs, format_of, note, output_folder, print_line,
+    write_output,
 };
 
 /// Renders the frames that the command line asks for into the folder that is the output.
@@ -56,20 +56,13 @@ pub fn run(args: &Args) -> Outcome {
         recorder: Recorder::new(session.files()),
         made: Timings::default(),
     };
-    let on_gpu = |session: Session| -> Result<Viewer, RenderError> {
-        let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
-        let mut viewer = Viewer::new(&context, session)?;
+    let on_gpu = |context: Context| -> Result<Option<Viewer>, RenderError> {
+        let mut viewer = Viewer::new(&context, session.clone())?;
         viewer.set_time(args.time)?;
-        Ok(viewer)
+        Ok(Some(viewer))
     };
     let opened = || 1e3 * start.elapsed().as_secs_f64();
-    let viewer = match args.backend {
-        Backend::Cpu => None,
-        Backend::Gpu => Some(on_gpu(session.clone()).map_err(Failure::input)?),
-        Backend::Auto => on_gpu(session.clone())
-            .inspect_err(|error| note!("rendering on the CPU: {error}"))
-            .ok(),
-    };
+    let viewer = args.backend.choose(on_gpu, || Ok(None))?;
     let (made, backend, opened) = match viewer {
         Some(viewer) => {
             let (name, opened) = (viewer.context().name(), opened());

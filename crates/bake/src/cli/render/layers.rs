@@ -1,8 +1,9 @@
 //! `strandlight render --aov`: the picture and its layers in one file.
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde_json::json;
 use strandlight_bake::aov::{Group, Layers, OnCpu, OnGpu, Painter, Split, specs};
+use strandlight_cpu::{DATA_LAYERS, DataLayer};
 use strandlight_formats::Scene;
 use strandlight_render::gpu::Context;
 use strandlight_scene::assets::{Assets, ModesToRead};
@@ -10,18 +11,55 @@ use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
 use strandlight_scene::{PreparedScene, RenderError, SceneError};
 
-use super::{Args, Backend, Failure, Outcome, inputs, note, print_line, write_output};
+use super::{Args, Failure, Outcome, inputs, note, print_line, write_output};
 use crate::cli::progress::progress;
 
 /// What layers are wanted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug)]
 pub enum Aov {
-    /// single, global, local
-    Terms,
-    /// single.R, single.TT, single.TRT, global.R, ..., and local
-    Modes,
-    /// light.000, ...: each enabled light, or light.NAME for groups
-    Lights,
+    /// Parts of the light.
+    Split(Split),
+    /// Data, some of [`DATA_LAYERS`].
+    Data(&'static [DataLayer]),
+}
+
+impl Aov {
+    /// Names, help and what they stand for.
+    fn all() -> impl Iterator<Item = (&'static str, &'static str, Aov)> {
+        let of_light = [
+            ("terms", "single, global, local", Split::Terms),
+            (
+                "modes",
+                "single.R, single.TT, single.TRT, global.R, ..., and local",
+                Split::Modes,
+            ),
+            (
+                "lights",
+                "light.000, ...: each enabled light, or light.NAME for groups",
+                Split::Lights,
+            ),
+        ];
+        let of_light = of_light.map(|(name, help, split)| (name, help, Aov::Split(split)));
+        let data = ("data", "all of the following", Aov::Data(&DATA_LAYERS));
+        let one = |layer| Aov::Data(std::slice::from_ref(layer));
+        let by_name = DATA_LAYERS.iter();
+        let by_name = by_name.map(move |layer| (layer.name, layer.help, one(layer)));
+        of_light.into_iter().chain([data]).chain(by_name)
+    }
+
+    /// Is it the layers of lights?
+    pub fn is_lights(&self) -> bool {
+        matches!(self, Aov::Split(Split::Lights))
+    }
+}
+
+/// Parses a value of `--aov`.
+pub fn aov() -> impl TypedValueParser<Value = Aov> {
+    let values = Aov::all().map(|(name, help, _)| PossibleValue::new(name).help(help));
+    PossibleValuesParser::new(values).try_map(|name| {
+        let found = Aov::all().find(|(known, _, _)| *known == name);
+        found.map(|(_, _, aov)| aov).ok_or("unknown")
+    })
 }
 
 /// A group of lights on the command line, like key=0,3.
@@ -52,21 +90,23 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
     };
     let (prepared, provenance) =
         prepare().map_err(|error: SceneError| Failure::input(error.in_scene(&args.scene)))?;
-    let splits: Vec<Split> = args
-        .aov
-        .iter()
-        .map(|aov| match aov {
-            Aov::Terms => Split::Terms,
-            Aov::Modes => Split::Modes,
-            Aov::Lights => Split::Lights,
-        })
-        .collect();
+    let mut splits = Vec::new();
+    let mut data: Vec<&DataLayer> = Vec::new();
+    for aov in &args.aov {
+        match aov {
+            Aov::Split(split) => splits.push(*split),
+            Aov::Data(layers) => data.extend(*layers),
+        }
+    }
+    // Each once, in the order of the table.
+    let is_wanted = |layer: &&DataLayer| data.iter().any(|wanted| wanted.name == layer.name);
+    let data: Vec<&DataLayer> = DATA_LAYERS.iter().filter(is_wanted).collect();
     let specs = specs(&prepared, &splits, &args.light_group).map_err(Failure::input)?;
     let (mut painter, backend) = painter(args, &prepared, size, samples)?;
     const STEPS: u64 = 1000;
     let progress = progress("rendering layers", STEPS);
     let observe = |done: f64| progress.reach((done * STEPS as f64) as u64);
-    let layers = Layers::draw(&mut *painter, &prepared, &specs, size, &observe);
+    let layers = Layers::draw(&mut *painter, &prepared, &specs, &data, size, &observe);
     progress.finish();
     let layers = layers.map_err(Failure::input)?;
     match args.stats {
@@ -78,7 +118,9 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
         false => note!("rendered on {backend}"),
     }
     let provenance = provenance.drawn(samples, &backend);
-    let names: Vec<String> = layers.layers.iter().map(|(name, _)| name.clone()).collect();
+    let of_light = layers.layers.iter().map(|(name, _)| name.clone());
+    let of_data = data.iter().map(|layer| layer.name.to_owned());
+    let names: Vec<String> = of_light.chain(of_data).collect();
     let bytes = layers
         .encode(&provenance)
         .map_err(|error| Failure::file(&args.output, error))?;
@@ -111,21 +153,14 @@ fn painter(
     size: [u32; 2],
     samples: u32,
 ) -> Result<(Box<dyn Painter>, String), Failure> {
-    let on_gpu = || -> Result<(Box<dyn Painter>, String), RenderError> {
-        let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+    let on_gpu = |context: Context| -> Result<(Box<dyn Painter>, String), RenderError> {
         let name = context.name();
         let painter = OnGpu::new(&context, scene, size, samples)?;
         Ok((Box::new(painter), name))
     };
-    let on_cpu = || -> (Box<dyn Painter>, String) {
-        (Box::new(OnCpu::new(scene, size, samples)), "cpu".to_owned())
+    let on_cpu = || -> Result<(Box<dyn Painter>, String), Failure> {
+        let painter = OnCpu::new(scene, size, samples);
+        Ok((Box::new(painter), "cpu".to_owned()))
     };
-    match args.backend {
-        Backend::Cpu => Ok(on_cpu()),
-        Backend::Gpu => on_gpu().map_err(Failure::input),
-        Backend::Auto => Ok(on_gpu().unwrap_or_else(|error| {
-            note!("rendering on the CPU: {error}");
-            on_cpu()
-        })),
-    }
+    args.backend.choose(on_gpu, on_cpu)
 }
