@@ -245,7 +245,10 @@ fn hair_in_a_hosts_pass_is_that_of_pictures() {
         let error = block_rmse(&whole.color, &expected.rgba);
         let same = block_rmse(&whole.color, &first_pass.rgba);
         println!("{samples} samples, reversed {reverse_z}: {error:.4} of {noise:.4}, {same:.2e}");
-        assert!(error < 2.0 * noise, "{samples} {reverse_z}: {error} {noise}");
+        assert!(
+            error < 2.0 * noise,
+            "{samples} {reverse_z}: {error} {noise}"
+        );
         if samples == 4 {
             assert!(same < 1e-3, "{reverse_z}: {same}");
         }
