@@ -132,7 +132,7 @@ hair_section! {
     intensity_trt: f64 = HairParams::default().intensity.trt;
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it")]
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it")]
 fn is_one(value: &f64) -> bool {
     *value == 1.0
 }
