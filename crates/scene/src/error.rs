@@ -30,7 +30,7 @@ pub enum SceneError {
     /// More points than the buffers hold.
     #[error(
         "the groom has {points} points or more; at most {} can be drawn",
-        crate::strands::MAX_POINTS
+        crate::limits::MAX_POINTS
     )]
     TooManyPoints {
         /// Points counted until then.
@@ -53,8 +53,8 @@ pub enum RenderError {
     /// A side is zero or too long, or there are too many pixels.
     #[error(
         "size {width}x{height}: each side must be 1..={} and the picture at most {} pixels",
-        crate::budget::MAX_SIDE,
-        crate::budget::MAX_PIXELS
+        crate::limits::MAX_SIDE,
+        crate::limits::MAX_PIXELS
     )]
     Size {
         /// Width asked for.
@@ -63,7 +63,7 @@ pub enum RenderError {
         height: u32,
     },
     /// Samples a pixel out of range.
-    #[error("{samples} samples: must be in 1..={}", crate::budget::MAX_SAMPLES)]
+    #[error("{samples} samples: must be in 1..={}", crate::limits::MAX_SAMPLES)]
     Samples {
         /// Samples asked for.
         samples: u32,
@@ -73,8 +73,8 @@ pub enum RenderError {
     #[error(
         "size {width}x{height}: each side must be 1..={} and the picture at most {} pixels here; \
          rendered pictures may be larger",
-        crate::budget::MAX_TARGET_SIDE,
-        crate::budget::MAX_TARGET_PIXELS
+        crate::limits::MAX_TARGET_SIDE,
+        crate::limits::MAX_TARGET_PIXELS
     )]
     TargetSize {
         /// Width asked for.

@@ -6,9 +6,7 @@ use glam::Vec3;
 
 use crate::error::SceneError;
 
-/// Most points of a prepared groom: three buffers of 16 bytes a point stay below the 128 MiB that
-/// every adapter binds.
-pub const MAX_POINTS: usize = 8 << 20;
+pub use crate::limits::MAX_POINTS;
 
 /// Points that subdivision may add up to; a denser groom is taken as it is.
 const MAX_REFINED_POINTS: usize = 3 << 20;
