@@ -14,6 +14,8 @@
 //! # Ok::<(), strandlight_scene::SceneError>(())
 //! ```
 
+#[cfg(all(target_arch = "wasm32", feature = "ui"))]
+mod page;
 pub mod script;
 pub mod session;
 pub mod timings;

@@ -382,7 +382,7 @@ impl Workspace {
         let saved = saved.map_err(|error| error.to_string())?;
         // What was saved in a page's memory is the reader's to keep.
         #[cfg(target_arch = "wasm32")]
-        crate::web::offer(self.viewer.session().files(), &saved)?;
+        crate::page::offer(self.viewer.session().files(), &saved)?;
         #[cfg(not(target_arch = "wasm32"))]
         let _ = saved;
         self.document.saved(&self.viewer);
