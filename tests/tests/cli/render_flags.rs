@@ -81,7 +81,7 @@ fn slow_every_pair_of_flags_is_honoured_or_refused_by_name() {
     let at = folder.path();
     moving_scene_in(at);
     fs::write(at.join("s.json"), r#"[{"frame": "first"}]"#).expect("written");
-    let plain = Scene::read(&at.join("a.toml")).expect("valid");
+    let plain = Scene::read(at.join("a.toml")).expect("valid");
     let mut recorder = Recorder::new(&Files::Disk);
     let mut n_refused = 0;
     for (ix, a) in FLAGS.into_iter().enumerate() {
