@@ -110,7 +110,7 @@ fn various(strands: &Strands) -> Paint {
 }
 
 #[test]
-fn the_renderer_draws_painted_hair_as_the_reference_does() {
+fn slow_the_renderer_draws_painted_hair_as_the_reference_does() {
     let size = [72, 48];
     let mut scene = scene();
     scene.camera.eye = scene.strands.centre + 0.5 * (scene.camera.eye - scene.strands.centre);

@@ -118,7 +118,7 @@ fn walk(tracer: &PathTracer, start: &Start, direction: Vec3, random: &mut SplitM
 }
 
 #[test]
-fn a_white_groom_vanishes_in_a_furnace() {
+fn slow_a_white_groom_vanishes_in_a_furnace() {
     let strands = ball();
     let rays = Rays::new(&strands);
     let (bcsdf, environment) = (bcsdf(&white()), furnace());
@@ -245,7 +245,7 @@ fn a_lone_strand_is_the_single_scattering_integral() {
 }
 
 #[test]
-fn all_ways_of_finding_the_light_agree() {
+fn slow_all_ways_of_finding_the_light_agree() {
     let strands = ball();
     let rays = Rays::new(&strands);
     let hair = HairParams {

@@ -108,7 +108,7 @@ fn a_matte_surface_sends_back_its_share_of_the_irradiance() {
 }
 
 #[test]
-fn a_proxy_blocks_light_and_view_of_hair() {
+fn slow_a_proxy_blocks_light_and_view_of_hair() {
     // One fibre at the origin, lit along +X, seen from +Z.
     let strands = fibres(&[[0.0, 0.0, 0.1]]);
     let set = [light([1.0, 0.3, 0.0], 0.05, [2.0; 3])];

@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn any_number_of_threads_gives_the_same_bytes() {
+    fn slow_any_number_of_threads_gives_the_same_bytes() {
         let map = map_of(128, |d| {
             let stripes = 1.0 + (9.0 * d[0]).sin() * (7.0 * d[1] + 2.0 * d[2]).cos();
             [stripes, 0.5 * stripes + 0.2, 0.3 + 0.2 * d[1]]
@@ -460,7 +460,7 @@ mod tests {
     /// Bounds on maps with lamps, edges and suns; and on real ones where the environment variable
     /// STRANDLIGHT_SAMPLES names a folder of them. Beside each bound the error that was measured.
     #[test]
-    fn maps_stay_within_bounds() {
+    fn slow_maps_stay_within_bounds() {
         let mut maps = Vec::new();
         for (sky, bound, suns) in [
             (Sky::Sun, 0.01, 1),

@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn large_maps_give_the_same_figures_on_any_number_of_threads() {
+    fn slow_large_maps_give_the_same_figures_on_any_number_of_threads() {
         let set = lights();
         let map = map_like(&set, 2 * LATTICE_COLUMNS);
         let on = |threads| {

@@ -326,7 +326,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn thread_count_changes_nothing() {
+    fn slow_thread_count_changes_nothing() {
         let bake = |n| {
             rayon::ThreadPoolBuilder::new()
                 .num_threads(n)

@@ -428,7 +428,7 @@ mod tests {
     }
 
     #[test]
-    fn any_damaged_value_is_found() {
+    fn slow_any_damaged_value_is_found() {
         let file = bake_c_and_h(Fresnel::Dielectric, &Progress::silent());
         let c = |value_ix: usize, factor: f32| {
             let mut file = file.clone();

@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn damaged_lobes_are_found() {
+    fn slow_damaged_lobes_are_found() {
         assert_eq!(failed(|_| ()), []);
         let share =
             failed(|file| data(file, "lobes_TRT_shares")[2 * (16 * (128 * 3 + 40) + 5)] += 1e-3);

@@ -63,7 +63,7 @@ fn fibres() -> Vec<HairParams> {
 }
 
 #[test]
-fn golden_values() {
+fn slow_golden_values() {
     // N_TT(pi) and N_TRT(0) at theta_o = -theta_i, the sum over roots of A_t(h) / (2 |dphi/dh|)
     // (Marschner 2003 Eq 8, Xu 2011 Eq 8 and 10), computed in 40 digits with mpmath, apart from
     // this code.
@@ -206,7 +206,7 @@ fn histogram(view: &BcsdfView, n: usize, seed: u64) -> (Vec<f64>, Vec<f64>) {
 }
 
 #[test]
-fn samples_follow_the_density() {
+fn slow_samples_follow_the_density() {
     let mut checked = 0;
     for (ix, hair) in fibres().iter().enumerate() {
         let bcsdf = bcsdf(hair);
@@ -235,7 +235,7 @@ fn the_test_of_the_density_can_fail() {
 }
 
 #[test]
-fn mean_weight_is_the_albedo() {
+fn slow_mean_weight_is_the_albedo() {
     for (ix, hair) in fibres().iter().enumerate() {
         let bcsdf = bcsdf(hair);
         for theta_o in [0.0, 0.7, -1.2, 1.5] {

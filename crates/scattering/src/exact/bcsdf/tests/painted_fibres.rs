@@ -70,7 +70,7 @@ fn samples_follow_their_density() {
 }
 
 #[test]
-fn the_mean_weight_is_the_albedo() {
+fn slow_the_mean_weight_is_the_albedo() {
     let (fibres, painted) = shared();
     for (ix, hair) in fibres.iter().enumerate() {
         let own = bcsdf(hair);
