@@ -38,11 +38,13 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
         self::say(&format!("Internal error: {info} (please report it)"));
     }));
     let path = PathBuf::from(scene);
-    let files = fetched(&path).await.map_err(JsValue::from)?;
+    let files = fetched(&path)
+        .await
+        .map_err(|error| JsValue::from(error.to_string()))?;
     let launch = Launch {
         open: Box::new(move |context| {
-            let session = Session::open_in(&path, files).map_err(|error| error.to_string())?;
-            Viewer::new(context, session).map_err(|error| error.to_string())
+            let session = Session::open_in(&path, files)?;
+            Ok(Viewer::new(context, session)?)
         }),
         size: None,
         seconds: 0.0,
@@ -74,10 +76,46 @@ pub fn note_modified(is_modified: bool) {
     IS_MODIFIED.set(is_modified);
 }
 
+/// What a browser refuses. Its exceptions come as what they say: they cannot leave their thread.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WebError {
+    /// A file that cannot be fetched.
+    #[error("cannot fetch {}: {reason}", path.display())]
+    Fetch {
+        /// Its path, seen from the page.
+        path: PathBuf,
+        /// What the browser says.
+        reason: String,
+    },
+    /// A file that the server does not give.
+    #[error("cannot fetch {}: HTTP status {status}", path.display())]
+    Status {
+        /// Its path, seen from the page.
+        path: PathBuf,
+        /// The server's answer.
+        status: u16,
+    },
+    /// A file that cannot be offered.
+    #[error("cannot save {name}: {reason}")]
+    Save {
+        /// Its name.
+        name: String,
+        /// What the browser says.
+        reason: String,
+    },
+    /// Not in a page.
+    #[error("no browser window")]
+    NoWindow,
+    /// A file that was fetched or saved cannot be read.
+    #[error(transparent)]
+    Format(#[from] strandlight_formats::Error),
+}
+
 /// The scene at `path` and the files that it names.
-async fn fetched(path: &Path) -> Result<Files, String> {
+async fn fetched(path: &Path) -> Result<Files, WebError> {
     let bytes = fetch(path).await?;
-    let scene = Scene::from_bytes(&bytes, path).map_err(|error| error.to_string())?;
+    let scene = Scene::from_bytes(&bytes, path)?;
     let mut files = vec![(path.to_owned(), bytes)];
     let tables = scene.tables_path().unwrap_or_else(|| DEFAULT_FILE.into());
     let mut names = vec![scene.groom_path(), scene.lights_path(), tables];
@@ -92,22 +130,26 @@ async fn fetched(path: &Path) -> Result<Files, String> {
 }
 
 /// The bytes at an address that is a path seen from the page.
-async fn fetch(path: &Path) -> Result<Vec<u8>, String> {
-    let name = path.display();
+async fn fetch(path: &Path) -> Result<Vec<u8>, WebError> {
     let address: Vec<String> = path
         .to_string_lossy()
         .split('/')
         .map(|part| js_sys::encode_uri_component(part).into())
         .collect();
-    let window = web_sys::window().ok_or("no browser window")?;
-    let failed = |error: JsValue| format!("cannot fetch {name}: {}", words(&error));
+    let window = web_sys::window().ok_or(WebError::NoWindow)?;
+    let failed = |error: JsValue| WebError::Fetch {
+        path: path.to_owned(),
+        reason: words(&error),
+    };
     let response = JsFuture::from(window.fetch_with_str(&address.join("/")))
         .await
         .map_err(failed)?;
     let response: Response = response.dyn_into().map_err(failed)?;
     if !response.ok() {
-        let status = response.status();
-        return Err(format!("cannot fetch {name}: HTTP status {status}"));
+        return Err(WebError::Status {
+            path: path.to_owned(),
+            status: response.status(),
+        });
     }
     let buffer = JsFuture::from(response.array_buffer().map_err(failed)?).await;
     Ok(Uint8Array::new(&buffer.map_err(failed)?).to_vec())
@@ -116,10 +158,10 @@ async fn fetch(path: &Path) -> Result<Vec<u8>, String> {
 /// Offers files that were saved in memory to the reader of the page.
 ///
 /// # Errors
-/// In words: what the browser refuses.
-pub fn offer(files: &Files, saved: &Saved) -> Result<(), String> {
+/// What the browser refuses.
+pub fn offer(files: &Files, saved: &Saved) -> Result<(), WebError> {
     for path in &saved.files {
-        let bytes = (files.read(path, u64::MAX)).map_err(|error| error.to_string())?;
+        let bytes = files.read(path, u64::MAX)?;
         let name = path.file_name().unwrap_or_default();
         download(&name.to_string_lossy(), &bytes)?;
     }
@@ -129,9 +171,12 @@ pub fn offer(files: &Files, saved: &Saved) -> Result<(), String> {
 /// Offers `bytes` to the reader of the page as a file to keep.
 ///
 /// # Errors
-/// In words: what the browser refuses.
-pub fn download(name: &str, bytes: &[u8]) -> Result<(), String> {
-    let refused = |error: JsValue| format!("cannot save {name}: {}", words(&error));
+/// What the browser refuses.
+pub fn download(name: &str, bytes: &[u8]) -> Result<(), WebError> {
+    let refused = |error: JsValue| WebError::Save {
+        name: name.to_owned(),
+        reason: words(&error),
+    };
     let parts = Array::of1(&Uint8Array::from(bytes));
     let kind = BlobPropertyBag::new();
     kind.set_type("application/octet-stream");
@@ -139,7 +184,7 @@ pub fn download(name: &str, bytes: &[u8]) -> Result<(), String> {
     let address = Url::create_object_url_with_blob(&blob).map_err(refused)?;
     let document = web_sys::window()
         .and_then(|window| window.document())
-        .ok_or("no browser window")?;
+        .ok_or(WebError::NoWindow)?;
     let link: HtmlAnchorElement = document
         .create_element("a")
         .map_err(refused)?

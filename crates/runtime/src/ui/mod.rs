@@ -27,13 +27,16 @@ mod theme;
 mod view;
 mod workspace;
 
+use winit::error::{EventLoopError, OsError};
+
+use crate::error::SessionError;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::{Context, GpuError};
 
 pub use log::EventLog;
 
 /// Opens the scene of a window on its device.
-pub type Open = Box<dyn FnOnce(&Context) -> Result<Viewer, String>>;
+pub type Open = Box<dyn FnOnce(&Context) -> Result<Viewer, SessionError>>;
 
 /// What a window is opened with.
 pub struct Launch {
@@ -54,19 +57,36 @@ pub struct Launch {
 
 /// Why a window could not be opened, or had to close.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Failure {
     /// There is no display to open a window on.
+    #[error(
+        "cannot open a window: no display ({}); use --frame OUT.png to render without one",
+        reason(.0)
+    )]
+    Display(#[source] EventLoopError),
+    /// The display failed while the window was open.
     #[error("cannot open a window: no display ({0}); use --frame OUT.png to render without one")]
-    Display(String),
+    EventLoop(#[source] EventLoopError),
     /// The display has no window for us.
     #[error("the window could not be opened: {0}")]
-    Window(String),
+    Window(#[from] OsError),
     /// No device that can draw.
     #[error("{0}; `strandlight render SCENE --backend cpu` renders without a GPU")]
-    Gpu(GpuError),
+    Gpu(#[from] GpuError),
     /// The scene cannot be shown.
-    #[error("{0}")]
-    Scene(String),
+    #[error(transparent)]
+    Session(#[from] SessionError),
+}
+
+/// What winit says of `error`, less where in its own source it gave up.
+fn reason(error: &EventLoopError) -> String {
+    let error = error.to_string();
+    let reason = match error.strip_prefix("os error at ") {
+        Some(rest) => rest.split_once(": ").map_or(rest, |(_, reason)| reason),
+        None => &error,
+    };
+    reason.trim_end_matches('.').to_owned()
 }
 
 /// Opens a window and returns when it is closed.
@@ -79,20 +99,10 @@ pub fn run(launch: Launch) -> Result<(), Failure> {
 
     let event_loop = EventLoop::<app::Opened>::with_user_event()
         .build()
-        .map_err(|error| {
-            let error = error.to_string();
-            // winit says first where in its own source it gave up.
-            let reason = match error.strip_prefix("os error at ") {
-                Some(rest) => rest.split_once(": ").map_or(rest, |(_, reason)| reason),
-                None => &error,
-            };
-            Failure::Display(reason.trim_end_matches('.').to_owned())
-        })?;
+        .map_err(Failure::Display)?;
     let display = Some(event_loop.owned_display_handle());
     let mut app = app::App::new(launch, event_loop.create_proxy(), display);
-    event_loop
-        .run_app(&mut app)
-        .map_err(|error| Failure::Display(error.to_string()))?;
+    event_loop.run_app(&mut app).map_err(Failure::EventLoop)?;
     match app.failure {
         Some(failure) => Err(failure),
         None => Ok(()),
@@ -110,7 +120,7 @@ pub fn start(launch: Launch) -> Result<(), Failure> {
 
     let event_loop = EventLoop::<app::Opened>::with_user_event()
         .build()
-        .map_err(|error| Failure::Display(error.to_string()))?;
+        .map_err(Failure::Display)?;
     let app = app::App::new(launch, event_loop.create_proxy(), None);
     event_loop.spawn_app(app);
     Ok(())
