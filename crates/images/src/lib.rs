@@ -17,6 +17,7 @@ mod exr_images;
 pub mod exr_map;
 mod faults;
 mod map;
+mod map_file;
 pub mod picture;
 mod primaries;
 mod radiance_file;

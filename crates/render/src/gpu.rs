@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use crate::limits;
 
+pub use crate::limits::Demand;
+
 /// Why no device could be had, or why it failed later.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -177,16 +179,6 @@ impl ResourceCounts {
             submissions: self.submissions - before.submissions,
         }
     }
-}
-
-/// What a device must be able to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Demand {
-    /// Buffers and storage bindings as large as the adapter offers, and time stamps where it has
-    /// them.
-    Offered,
-    /// WebGPU's default limits and no optional feature: what nearly every adapter has.
-    Least,
 }
 
 impl Context {

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use strandlight_scattering::{Lobe, ParamError};
 
-use crate::budget::{FrameError, MAX_GROOM_BYTES, MAX_POINTS};
+use crate::budget::FrameError;
+use crate::limits::{MAX_GROOM_BYTES, MAX_POINTS};
 use crate::tables::TablesError;
 
 /// A scene that cannot be prepared for rendering.

@@ -13,8 +13,9 @@ use strandlight_formats::{
     content_hash, file_hash, open_file, read_file, write_file,
 };
 
-use crate::budget::{MAX_GROOM_BYTES, MAX_POINTS};
 use crate::error::SceneError;
+pub use crate::limits::MAX_GROOM_BYTES;
+use crate::limits::MAX_POINTS;
 use crate::memory;
 
 /// Bytes that a point of a groom takes while it is prepared, refinement included: the document's,

@@ -21,6 +21,7 @@ pub mod budget;
 pub mod camera;
 mod error;
 pub mod files;
+mod limits;
 pub mod material;
 pub mod memory;
 pub mod motion;

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::budget::MAX_POINTS;
 use crate::error::SceneError;
+
+pub use crate::limits::MAX_POINTS;
 
 /// Points that subdivision may add up to; a denser groom is taken as it is.
 const MAX_REFINED_POINTS: usize = 3 << 20;

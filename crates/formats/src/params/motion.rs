@@ -152,3 +152,13 @@ pub const GROUND: Section<ProxySection> = Section {
     ],
     plain: || ProxySection::ground(0.0),
 };
+
+impl ProxySection {
+    /// The rows of this kind.
+    pub const fn section(&self) -> &'static Section<ProxySection> {
+        match self {
+            ProxySection::Ellipsoid { .. } => &ELLIPSOID,
+            ProxySection::Ground { .. } => &GROUND,
+        }
+    }
+}

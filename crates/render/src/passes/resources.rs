@@ -2,7 +2,7 @@
 
 use wgpu::util::DeviceExt;
 
-use super::clock::Stamp;
+use super::stamp::Stamp;
 use crate::gpu::{Context, GpuError, ResourceCounters, cause_of};
 use strandlight_scene::RenderError;
 use strandlight_scene::strands::Strands;
