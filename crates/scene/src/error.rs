@@ -257,3 +257,52 @@ pub enum RenderError {
     #[error("[[proxy]] requires transmittance by sweeps")]
     ProxiesNeedSweeps,
 }
+
+#[cfg(test)]
+mod tests {
+    use std::error::Error;
+    use std::io;
+
+    use strandlight_formats::Scene;
+
+    use super::*;
+    use crate::assets::{Assets, ModesToRead};
+    use crate::files::Files;
+
+    #[test]
+    fn causes_lead_from_the_key_to_what_the_system_answered() {
+        let scene = Scene::new("not/there.groom", "not/there.lights");
+        let error = Assets::read(&scene, &Files::Disk, ModesToRead::OfScene)
+            .expect_err("no such file")
+            .in_file(Path::new("a.toml"));
+        let SceneError::InFile { path, source } = &error else {
+            panic!("{error:?}");
+        };
+        assert_eq!(path, Path::new("a.toml"));
+        let SceneError::Key { key, source } = &**source else {
+            panic!("{source:?}");
+        };
+        assert_eq!(key, "groom.file");
+        let SceneError::Format(formats) = &**source else {
+            panic!("{source:?}");
+        };
+        assert_eq!(formats.path(), Some(Path::new("not/there.groom")));
+        let causes = std::iter::successors(error.source(), |&error| error.source());
+        let system = causes
+            .last()
+            .and_then(|last| last.downcast_ref::<io::Error>());
+        let system = system.expect("the system's answer");
+        assert_eq!(system.kind(), io::ErrorKind::NotFound);
+        assert_eq!(
+            error.to_string(),
+            format!("a.toml: groom.file: not/there.groom: {system}")
+        );
+    }
+
+    #[test]
+    fn errors_can_leave_their_thread() {
+        fn check<T: Error + Send + Sync + 'static>() {}
+        check::<SceneError>();
+        check::<RenderError>();
+    }
+}
