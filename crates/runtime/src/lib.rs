@@ -15,6 +15,8 @@
 //! ```
 
 mod error;
+#[cfg(all(target_arch = "wasm32", feature = "ui"))]
+mod page;
 pub mod script;
 pub mod session;
 pub mod timings;

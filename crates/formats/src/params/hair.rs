@@ -4,8 +4,9 @@ use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
 use strandlight_scattering::color::{sigma_a_from_melanin, sigma_a_from_reflectance};
 use strandlight_scattering::{HairParams, Parameter};
 
-use super::Conversion::{Degrees, Same, StdDevDegrees};
-use super::{Absent, Group, Kind, Param, Place, Section, Shape, Word, at};
+use super::section::Conversion::{Degrees, Same, StdDevDegrees};
+use super::section::{Param, Place, Section, at};
+use super::spec::{Absent, Group, Kind, Shape, Word};
 use crate::scene_hair::HairSection;
 
 /// The fibres' optics.

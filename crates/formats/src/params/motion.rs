@@ -1,6 +1,7 @@
 //! `[motion]`, `[motion.wind]` and `[[proxy]]`.
 
-use super::{Absent, Kind, Param, Place, Section, Shape, at};
+use super::section::{Param, Place, Section, at};
+use super::spec::{Absent, Kind, Shape};
 use crate::scene_motion::{MotionSection, WindSection};
 use crate::scene_proxy::ProxySection;
 

@@ -6,9 +6,12 @@
 //!
 //! Nothing here needs a device.
 
+mod asset_snapshot;
 mod change;
+mod errors;
 mod history;
 mod keys;
+mod on_disk;
 mod save;
 
 pub use change::Change;
@@ -24,36 +27,15 @@ use serde_json::{Map, Value};
 use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
 
 use crate::error::SessionError;
+use asset_snapshot::AssetSnapshot;
+use errors::check_size;
 use history::{History, Step};
-use save::OnDisk;
+use on_disk::OnDisk;
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
-use strandlight_scene::budget::check_frame;
 use strandlight_scene::files::Files;
 use strandlight_scene::paint::{Paint, Stroke};
 use strandlight_scene::scene::PreparedScene;
-
-/// What is read from files and shared by the steps of the history.
-#[derive(Clone, Debug)]
-struct AssetSnapshot {
-    assets: Assets,
-    /// Paint of the groom; none until somebody paints, if the groom has none.
-    paint: Option<Arc<Paint>>,
-    /// Number of the state that the paint is in: a stroke makes another, undoing it the old one.
-    paint_state: u64,
-}
-
-impl AssetSnapshot {
-    fn new(assets: Assets, paint_state: u64) -> Result<AssetSnapshot, SceneError> {
-        let paint = Paint::from_groom(&assets.groom)?;
-        let paint = paint.map(Arc::new);
-        Ok(AssetSnapshot {
-            assets,
-            paint,
-            paint_state,
-        })
-    }
-}
 
 /// A scene that is open for editing.
 #[derive(Clone, Debug)]
@@ -407,10 +389,6 @@ pub fn section_of(camera: &strandlight_scene::camera::Camera) -> CameraSection {
         // Whole degrees come back as such.
         fov_deg: (f64::from(camera.fov_y).to_degrees() * 1e4).round() / 1e4,
     }
-}
-
-fn check_size(scene: &Scene) -> Result<(), SceneError> {
-    check_frame(scene.render.size, 1).map_err(|error| SceneError::from(error).at_key("render.size"))
 }
 
 #[cfg(test)]

@@ -5,43 +5,17 @@ use std::time::SystemTime;
 
 use strandlight_formats::{BakedFile, Groom, Scene};
 
+use super::asset_snapshot::AssetSnapshot;
+use super::errors::check_size;
 use super::history::Step;
-use super::{AssetSnapshot, Change, Session, check_size};
+use super::on_disk::OnDisk;
+use super::{Change, Session};
 use crate::error::SessionError;
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
-use strandlight_scene::files::Files;
 
 /// Parameter of a groom that a save has made: such a file may be replaced by the next save.
 const SAVED_BY: (&str, &str) = ("saved_by", "strandview");
-
-/// The document as it is on disk.
-#[derive(Clone, Debug)]
-pub(super) struct OnDisk {
-    scene: Scene,
-    paint_state: u64,
-    /// The files and when they were written.
-    written: Vec<(PathBuf, Option<SystemTime>)>,
-}
-
-impl OnDisk {
-    pub fn new(path: &Path, scene: &Scene, paint_state: u64, files: &Files) -> OnDisk {
-        let written = [path.to_owned(), scene.groom_path(), scene.lights_path()]
-            .into_iter()
-            .chain(scene.tables_path())
-            .chain(scene.frame_paths())
-            .map(|path| {
-                let time = files.modified(&path);
-                (path, time)
-            })
-            .collect();
-        OnDisk {
-            scene: scene.clone(),
-            paint_state,
-            written,
-        }
-    }
-}
 
 /// What saving wrote.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

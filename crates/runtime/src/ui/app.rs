@@ -9,9 +9,9 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy, OwnedDispl
 use winit::window::{Window, WindowAttributes, WindowId};
 
 use super::document::Document;
+use super::launch::{Failure, Launch};
 use super::screen::Screen;
 use super::workspace::Workspace;
-use super::{Failure, Launch};
 use strandlight_render::gpu::GpuError;
 
 /// Sent to the event loop when a device has come, which in a browser takes a while.
@@ -115,7 +115,7 @@ impl App {
         }
         self.workspace = Some(workspace);
         #[cfg(target_arch = "wasm32")]
-        crate::web::say("");
+        crate::page::say("");
         Ok(())
     }
 
@@ -124,7 +124,7 @@ impl App {
             workspace.closed();
         }
         #[cfg(target_arch = "wasm32")]
-        crate::web::say(&match &failure {
+        crate::page::say(&match &failure {
             Some(failure) => format!("strandview: {failure}"),
             None => "Closed.".to_owned(),
         });

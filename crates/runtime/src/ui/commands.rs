@@ -26,7 +26,7 @@ enum SaveError {
     Session(#[from] SessionError),
     #[cfg(target_arch = "wasm32")]
     #[error(transparent)]
-    Web(#[from] crate::web::WebError),
+    Web(#[from] crate::page::WebError),
 }
 
 impl Workspace {
@@ -391,7 +391,7 @@ impl Workspace {
         let saved = saved?;
         // What was saved in a page's memory is the reader's to keep.
         #[cfg(target_arch = "wasm32")]
-        crate::web::offer(self.viewer.session().files(), &saved)?;
+        crate::page::offer(self.viewer.session().files(), &saved)?;
         #[cfg(not(target_arch = "wasm32"))]
         let _ = saved;
         self.document.saved(&self.viewer);

@@ -186,7 +186,7 @@ mod web {
             let name = format!("{}-{:03}.png", stem.to_string_lossy(), self.pictures);
             let file = name.clone();
             snapshot::png_later(context, viewer.display(), move |png| {
-                let offered = png.and_then(|png| Ok(crate::web::download(&file, &png)?));
+                let offered = png.and_then(|png| Ok(crate::page::download(&file, &png)?));
                 if let Err(error) = offered {
                     web_sys::console::error_1(&error.to_string().into());
                 }

@@ -1,5 +1,5 @@
 //! The window of `strandview`: winit's events and egui's panels around a
-//! [`Viewer`].
+//! [`Viewer`](crate::Viewer).
 //!
 //! [`run`] opens it. Everything that a control changes is a change of the scene, so that undo, the
 //! scene file and scripts know the same parameters.
@@ -13,6 +13,7 @@ mod field;
 mod help;
 mod input;
 mod keys;
+mod launch;
 mod layout;
 mod log;
 mod orbit;
@@ -27,67 +28,8 @@ mod theme;
 mod view;
 mod workspace;
 
-use winit::error::{EventLoopError, OsError};
-
-use crate::error::SessionError;
-use crate::viewer::Viewer;
-use strandlight_render::gpu::{Context, GpuError};
-
+pub use launch::{Failure, Launch, Open};
 pub use log::EventLog;
-
-/// Opens the scene of a window on its device.
-pub type Open = Box<dyn FnOnce(&Context) -> Result<Viewer, SessionError>>;
-
-/// What a window is opened with.
-pub struct Launch {
-    /// Opens the scene on a device.
-    pub open: Open,
-    /// Width and height of the window in pixels; 1280 x 720 points if nobody says.
-    pub size: Option<[u32; 2]>,
-    /// Seconds since the start of the scene's motion.
-    pub seconds: f64,
-    /// Where events are noted.
-    pub log: EventLog,
-    /// For tests: the device is lost after the first finished picture.
-    pub loses_device: bool,
-    /// What to draw in, all of it.
-    #[cfg(target_arch = "wasm32")]
-    pub canvas: web_sys::HtmlCanvasElement,
-}
-
-/// Why a window could not be opened, or had to close.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum Failure {
-    /// There is no display to open a window on.
-    #[error(
-        "cannot open a window: no display ({}); use --frame OUT.png to render without one",
-        reason(.0)
-    )]
-    Display(#[source] EventLoopError),
-    /// The display failed while the window was open.
-    #[error("cannot open a window: no display ({0}); use --frame OUT.png to render without one")]
-    EventLoop(#[source] EventLoopError),
-    /// The display has no window for us.
-    #[error("the window could not be opened: {0}")]
-    Window(#[from] OsError),
-    /// No device that can draw.
-    #[error("{0}; `strandlight render SCENE --backend cpu` renders without a GPU")]
-    Gpu(#[from] GpuError),
-    /// The scene cannot be shown.
-    #[error(transparent)]
-    Session(#[from] SessionError),
-}
-
-/// What winit says of `error`, less where in its own source it gave up.
-fn reason(error: &EventLoopError) -> String {
-    let error = error.to_string();
-    let reason = match error.strip_prefix("os error at ") {
-        Some(rest) => rest.split_once(": ").map_or(rest, |(_, reason)| reason),
-        None => &error,
-    };
-    reason.trim_end_matches('.').to_owned()
-}
 
 /// Opens a window and returns when it is closed.
 ///

@@ -34,7 +34,7 @@ pub enum SnapshotError {
     /// The browser does not take it.
     #[cfg(target_arch = "wasm32")]
     #[error(transparent)]
-    Web(#[from] crate::web::WebError),
+    Web(#[from] crate::page::WebError),
 }
 
 /// A PNG of `view`, `rgba8unorm` in sRGB and multiplied by alpha.

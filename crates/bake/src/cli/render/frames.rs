@@ -15,9 +15,9 @@ use strandlight_scene::provenance::Recorder;
 use strandlight_scene::tone::ToneMap;
 use strandlight_scene::{Picture, RenderError};
 
-use super::{
-    Args, Failure, Format, Outcome, check_outputs, format_of, note, output_folder, print_line,
-    write_output,
+use super::args::{Args, Format, format_of};
+use crate::cli::{
+    Failure, Outcome, check_outputs, groom, note, output_folder, print_line, write_output,
 };
 
 /// Renders the frames that the command line asks for into the folder that is the output.
@@ -49,7 +49,7 @@ pub fn run(args: &Args) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     check_outputs(&inputs, &outputs)?;
-    super::super::groom::note_doubts(session.scene());
+    groom::note_doubts(session.scene());
     let out = Out {
         folder,
         with_stats: args.stats,
