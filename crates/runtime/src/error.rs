@@ -111,7 +111,7 @@ pub enum ScriptError {
         /// Number of the step, from 0.
         step: usize,
         /// What the document refuses.
-        source: SessionError,
+        source: Box<SessionError>,
     },
     /// The renderer failed.
     #[error("{source}")]
@@ -127,7 +127,10 @@ impl ScriptError {
     pub(crate) fn at(step: usize, error: SessionError) -> ScriptError {
         match error {
             SessionError::Render(source) => ScriptError::Render { step, source },
-            source => ScriptError::Session { step, source },
+            source => ScriptError::Session {
+                step,
+                source: Box::new(source),
+            },
         }
     }
 }

@@ -10,7 +10,8 @@ pub use crate::limits::{
 pub enum FrameError {
     /// A side is zero or too long, or there are too many pixels.
     #[error(
-        "size {width}x{height}: each side must be 1..={MAX_SIDE} and the picture at most {MAX_PIXELS} pixels"
+        "size {width}x{height}: each side must be 1..={MAX_SIDE} and the picture at most \
+         {MAX_PIXELS} pixels"
     )]
     Size {
         /// Width asked for.
