@@ -17,7 +17,9 @@ use strandlight_render::gpu::Context;
 use strandlight_render::progressive::ProgressiveRenderer;
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::provenance::Provenance;
-use strandlight_scene::{Picture, PreparedScene, RenderError, SceneError, Stats, memory};
+use strandlight_scene::{
+    GroupFault, Picture, PreparedScene, RenderError, SceneError, Stats, memory,
+};
 
 use strandlight_cpu as cpu;
 use strandlight_cpu::DataLayer;
@@ -130,11 +132,15 @@ fn lights_by_name(
     let mut taken = vec![false; n_lights];
     let mut named = Vec::new();
     for Group { name, lights } in groups {
-        let refused = |ix, what| SceneError::File(format!("group {name}: light {ix} {what}"));
+        let refused = |light, fault| SceneError::Group {
+            group: name.clone(),
+            light,
+            fault,
+        };
         for &ix in lights {
             match taken.get_mut(ix) {
-                None => return Err(refused(ix, "is not in the light set")),
-                Some(true) => return Err(refused(ix, "is in two groups")),
+                None => return Err(refused(ix, GroupFault::Missing)),
+                Some(true) => return Err(refused(ix, GroupFault::Shared)),
                 Some(taken) => *taken = true,
             }
         }
@@ -220,7 +226,7 @@ impl Painter for OnGpu {
     fn paint(&mut self, spec: &Spec, background: Background) -> Result<Picture, RenderError> {
         let live = &mut self.live;
         live.set_hair(&self.hair, &spec.modes)
-            .map_err(|error| SceneError::File(error.to_string()))?;
+            .map_err(SceneError::from)?;
         live.set_scattering(spec.scattering);
         live.set_light_colors(&masked(&self.colors, spec))?;
         let (exposure, tone_map) = (live.scene().exposure, live.scene().tone_map);
@@ -257,10 +263,7 @@ impl Painter for OnCpu {
     fn paint(&mut self, spec: &Spec, background: Background) -> Result<Picture, RenderError> {
         let mut scene = self.scene.clone();
         scene.background = background;
-        scene
-            .hair
-            .enable(&spec.modes)
-            .map_err(|error| SceneError::File(error.to_string()))?;
+        scene.hair.enable(&spec.modes).map_err(SceneError::from)?;
         scene.set_scattering(spec.scattering);
         let colors: Vec<[f32; 3]> = scene.lights.iter().map(|light| light.rgb).collect();
         for (light, rgb) in scene.lights.iter_mut().zip(masked(&colors, spec)) {

@@ -1,6 +1,7 @@
 //! The page around the viewer: what it shows, knows of the scene, and offers as files.
 
 use std::cell::{Cell, RefCell};
+use std::path::PathBuf;
 
 use js_sys::{Array, Function, Uint8Array};
 use wasm_bindgen::prelude::*;
@@ -42,13 +43,49 @@ pub fn note_modified(is_modified: bool) {
     IS_MODIFIED.set(is_modified);
 }
 
+/// What a browser refuses. Its exceptions come as what they say: they cannot leave their thread.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WebError {
+    /// A file that cannot be fetched.
+    #[error("cannot fetch {}: {reason}", path.display())]
+    Fetch {
+        /// Its path, seen from the page.
+        path: PathBuf,
+        /// What the browser says.
+        reason: String,
+    },
+    /// A file that the server does not give.
+    #[error("cannot fetch {}: HTTP status {status}", path.display())]
+    Status {
+        /// Its path, seen from the page.
+        path: PathBuf,
+        /// The server's answer.
+        status: u16,
+    },
+    /// A file that cannot be offered.
+    #[error("cannot save {name}: {reason}")]
+    Save {
+        /// Its name.
+        name: String,
+        /// What the browser says.
+        reason: String,
+    },
+    /// Not in a page.
+    #[error("no browser window")]
+    NoWindow,
+    /// A file that was fetched or saved cannot be read.
+    #[error(transparent)]
+    Format(#[from] strandlight_formats::Error),
+}
+
 /// Offers files that were saved in memory to the reader of the page.
 ///
 /// # Errors
-/// In words: what the browser refuses.
-pub fn offer(files: &Files, saved: &Saved) -> Result<(), String> {
+/// What the browser refuses.
+pub fn offer(files: &Files, saved: &Saved) -> Result<(), WebError> {
     for path in &saved.files {
-        let bytes = (files.read(path, u64::MAX)).map_err(|error| error.to_string())?;
+        let bytes = files.read(path, u64::MAX)?;
         let name = path.file_name().unwrap_or_default();
         download(&name.to_string_lossy(), &bytes)?;
     }
@@ -58,9 +95,12 @@ pub fn offer(files: &Files, saved: &Saved) -> Result<(), String> {
 /// Offers `bytes` to the reader of the page as a file to keep.
 ///
 /// # Errors
-/// In words: what the browser refuses.
-pub fn download(name: &str, bytes: &[u8]) -> Result<(), String> {
-    let refused = |error: JsValue| format!("cannot save {name}: {}", words(&error));
+/// What the browser refuses.
+pub fn download(name: &str, bytes: &[u8]) -> Result<(), WebError> {
+    let refused = |error: JsValue| WebError::Save {
+        name: name.to_owned(),
+        reason: words(&error),
+    };
     let parts = Array::of1(&Uint8Array::from(bytes));
     let kind = BlobPropertyBag::new();
     kind.set_type("application/octet-stream");
@@ -68,7 +108,7 @@ pub fn download(name: &str, bytes: &[u8]) -> Result<(), String> {
     let address = Url::create_object_url_with_blob(&blob).map_err(refused)?;
     let document = web_sys::window()
         .and_then(|window| window.document())
-        .ok_or("no browser window")?;
+        .ok_or(WebError::NoWindow)?;
     let link: HtmlAnchorElement = document
         .create_element("a")
         .map_err(refused)?

@@ -25,14 +25,15 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
-use strandlight_formats::{CameraSection, did_you_mean, nearest};
+use strandlight_formats::{CameraSection, nearest};
 
+use crate::error::{ScriptError, SessionError, StepError};
 use crate::session::{Change, Session};
 use crate::viewer::Viewer;
+use strandlight_scene::SceneError;
 use strandlight_scene::budget::check_frame;
 use strandlight_scene::paint::{Brush, BrushStroke, Picker, StrokePath};
 use strandlight_scene::scene::PreparedScene;
-use strandlight_scene::{RenderError, SceneError};
 
 /// Longest script.
 pub const MAX_BYTES: u64 = 64 << 20;
@@ -94,9 +95,9 @@ impl Entry {
     ];
 
     /// Key by key, so that each complaint names its key.
-    fn of_json(entry: Value) -> Result<Entry, String> {
+    fn of_json(entry: Value) -> Result<Entry, StepError> {
         let Value::Object(keys) = entry else {
-            return Err("must be an object like {\"undo\": 1}".to_owned());
+            return Err(StepError::NoObject);
         };
         let mut step = Entry::default();
         for (key, value) in keys {
@@ -118,26 +119,24 @@ impl Entry {
 }
 
 /// `value` as what belongs to `key`.
-fn typed<T: DeserializeOwned>(key: &str, value: Value) -> Result<T, String> {
-    serde_json::from_value(value).map_err(|error| {
-        let message = error.to_string();
-        let hint = did_you_mean(&message).map_or(String::new(), |hint| format!("; {hint}"));
-        format!("{key}: {message}{hint}")
+fn typed<T: DeserializeOwned>(key: &str, value: Value) -> Result<T, StepError> {
+    serde_json::from_value(value).map_err(|source| StepError::Value {
+        key: key.to_owned(),
+        source,
     })
 }
 
-/// `keys` do not have `key` among them.
-fn unknown(of: &str, key: &str, keys: &[&str]) -> String {
-    let hint = nearest(key, keys.iter().copied());
-    let hint = hint.map_or(String::new(), |name| format!("; did you mean {name}?"));
-    format!(
-        "{of}{key}: unknown key, must be one of {}{hint}",
-        keys.join(", ")
-    )
+/// `known` does not have `key`, which stands below `of`.
+fn unknown(of: &str, key: &str, known: &'static [&'static str]) -> StepError {
+    StepError::UnknownKey {
+        key: format!("{of}{key}"),
+        known,
+        meant: nearest(key, known.iter().copied()),
+    }
 }
 
 /// A stroke, whose complaints name the key of the brush.
-fn stroke(value: Value) -> Result<BrushStroke, String> {
+fn stroke(value: Value) -> Result<BrushStroke, StepError> {
     let Value::Object(keys) = &value else {
         return typed("stroke", value);
     };
@@ -155,8 +154,7 @@ fn stroke(value: Value) -> Result<BrushStroke, String> {
             }
             ("path", path) => {
                 if serde_json::from_value::<StrokePath>(path.clone()).is_err() {
-                    let points = "a list of points [x_px, y_px], or [x, y, z] in cm";
-                    return Err(format!("stroke.path: must be {points}"));
+                    return Err(StepError::StrokePath);
                 }
             }
             _ => return Err(unknown("stroke.", key, &["brush", "path"])),
@@ -170,18 +168,19 @@ impl Script {
     ///
     /// # Errors
     /// The first step that is not as it should be, by its number.
-    pub fn from_json(text: &str) -> Result<Script, SceneError> {
-        let entries: Vec<Value> = serde_json::from_str(text)
-            .map_err(|error| SceneError::File(format!("not a list of steps: {error}")))?;
+    pub fn from_json(text: &str) -> Result<Script, ScriptError> {
+        let entries: Vec<Value> = serde_json::from_str(text)?;
         let mut names = BTreeSet::new();
         let mut steps = Vec::with_capacity(entries.len());
         for (ix, entry) in entries.into_iter().enumerate() {
-            let step = step(entry, &mut names);
-            steps.push(step.map_err(|what| SceneError::File(format!("step {ix}: {what}")))?);
+            let read = step(entry, &mut names);
+            steps.push(read.map_err(|source| ScriptError::Step { step: ix, source })?);
         }
         if names.len() > MAX_FRAMES as usize {
-            let what = format!("{} frames; at most {MAX_FRAMES}", names.len());
-            return Err(SceneError::File(what));
+            return Err(ScriptError::TooManyFrames {
+                frames: names.len(),
+                most: MAX_FRAMES,
+            });
         }
         Ok(Script { steps })
     }
@@ -223,7 +222,7 @@ impl Script {
     ///
     /// # Errors
     /// As [`Script::run`].
-    pub fn check(&self, session: &Session) -> Result<(), RenderError> {
+    pub fn check(&self, session: &Session) -> Result<(), ScriptError> {
         let is_stroke = |step: &Step| matches!(step, Step::Stroke(_));
         let n_steps = self.steps.iter().position(is_stroke);
         let steps = &self.steps[..n_steps.unwrap_or(self.steps.len())];
@@ -237,7 +236,7 @@ impl Script {
     ///
     /// # Errors
     /// The first step that fails, by its number; what `draw` answers.
-    pub fn run<T: Document, E: From<RenderError>>(
+    pub fn run<T: Document, E: From<ScriptError>>(
         &self,
         target: &mut T,
         mut draw: impl FnMut(&mut T, &Frame) -> Result<(), E>,
@@ -254,7 +253,7 @@ impl Script {
                     Ok(())
                 }
             };
-            done.map_err(|error| in_step(ix, error))?;
+            done.map_err(|error| ScriptError::at(ix, error))?;
         }
         Ok(())
     }
@@ -266,57 +265,53 @@ pub trait Document {
     ///
     /// # Errors
     /// As there.
-    fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError>;
+    fn set(&mut self, values: &Map<String, Value>) -> Result<(), SessionError>;
 
     /// Paints.
     ///
     /// # Errors
     /// The first value of the brush outside its range.
-    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), RenderError>;
+    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), SessionError>;
 
     /// Sets the seconds since the start of the motion.
     ///
     /// # Errors
     /// What cannot be drawn.
-    fn set_time(&mut self, seconds: f64) -> Result<(), RenderError>;
+    fn set_time(&mut self, seconds: f64) -> Result<(), SessionError>;
 
     /// Takes a step back.
     ///
     /// # Errors
     /// If there is none.
-    fn step_back(&mut self) -> Result<(), RenderError>;
+    fn step_back(&mut self) -> Result<(), SessionError>;
 
     /// Does a step again.
     ///
     /// # Errors
     /// If there is none.
-    fn step_again(&mut self) -> Result<(), RenderError>;
-}
-
-fn a_step(change: Option<Change>, what: &str) -> Result<(), RenderError> {
-    let none = || SceneError::File(format!("there is no step to {what}")).into();
-    change.map(|_| ()).ok_or_else(none)
+    fn step_again(&mut self) -> Result<(), SessionError>;
 }
 
 impl Document for Viewer {
-    fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError> {
+    fn set(&mut self, values: &Map<String, Value>) -> Result<(), SessionError> {
         Viewer::set(self, values).map(|_| ())
     }
 
-    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), RenderError> {
-        Viewer::stroke(self, stroke).map(|_| ())
+    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), SessionError> {
+        Viewer::stroke(self, stroke)?;
+        Ok(())
     }
 
-    fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
-        Viewer::set_time(self, seconds)
+    fn set_time(&mut self, seconds: f64) -> Result<(), SessionError> {
+        Ok(Viewer::set_time(self, seconds)?)
     }
 
-    fn step_back(&mut self) -> Result<(), RenderError> {
-        a_step(self.undo()?, "undo")
+    fn step_back(&mut self) -> Result<(), SessionError> {
+        self.undo()?.map(drop).ok_or(SessionError::NothingToUndo)
     }
 
-    fn step_again(&mut self) -> Result<(), RenderError> {
-        a_step(self.redo()?, "redo")
+    fn step_again(&mut self) -> Result<(), SessionError> {
+        self.redo()?.map(drop).ok_or(SessionError::NothingToRedo)
     }
 }
 
@@ -357,42 +352,42 @@ impl Offline {
 }
 
 impl Document for Offline {
-    fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError> {
+    fn set(&mut self, values: &Map<String, Value>) -> Result<(), SessionError> {
         let change = self.session.set(values)?;
         self.note(change);
         Ok(())
     }
 
-    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), RenderError> {
+    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), SessionError> {
         let scene = self.prepared()?;
         let picker = Picker::new(&scene.strands);
         let paint = self.session.paint_mut();
         let stroke = picker.stroke(paint, &scene.camera, scene.size, stroke);
-        let stroke = stroke.map_err(|error| SceneError::File(error.to_string()))?;
+        let stroke = stroke.map_err(SceneError::from)?;
         let change = self.session.stroke(stroke);
         self.note(change);
         Ok(())
     }
 
-    fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
+    fn set_time(&mut self, seconds: f64) -> Result<(), SessionError> {
         self.time = seconds;
         Ok(())
     }
 
-    fn step_back(&mut self) -> Result<(), RenderError> {
+    fn step_back(&mut self) -> Result<(), SessionError> {
         let change = self.session.undo();
         self.note(change.clone().unwrap_or_default());
-        a_step(change, "undo")
+        change.map(drop).ok_or(SessionError::NothingToUndo)
     }
 
-    fn step_again(&mut self) -> Result<(), RenderError> {
+    fn step_again(&mut self) -> Result<(), SessionError> {
         let change = self.session.redo();
         self.note(change.clone().unwrap_or_default());
-        a_step(change, "redo")
+        change.map(drop).ok_or(SessionError::NothingToRedo)
     }
 }
 
-fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
+fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, StepError> {
     let entry = Entry::of_json(entry)?;
     let is_frame = entry.frame.is_some();
     let mut steps: Vec<Step> = [
@@ -413,27 +408,26 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
     .flatten()
     .collect();
     let one = (steps.len() == 1).then(|| steps.pop()).flatten();
-    let one = one.ok_or("must be one of set, stroke, time, undo, redo and frame")?;
+    let one = one.ok_or(StepError::NotOneStep)?;
     if !is_frame && (entry.samples.is_some() || entry.size.is_some()) {
-        return Err("samples and size belong to a frame".to_owned());
+        return Err(StepError::NoFrame);
     }
     match &one {
         Step::Frame(frame) => {
             check_name(&frame.name)?;
             let stem = Path::new(&frame.name).with_extension("");
             if !names.insert(stem.to_string_lossy().to_lowercase()) {
-                return Err(format!("there is a frame {} already", frame.name));
+                return Err(StepError::SecondFrame(frame.name.clone()));
             }
             let samples = frame.samples.unwrap_or(4);
             if samples == 0 || samples > strandlight_scene::budget::MAX_SAMPLES {
-                let most = strandlight_scene::budget::MAX_SAMPLES;
-                return Err(format!("samples is {samples}, must be in 1..={most}"));
+                return Err(StepError::Samples(samples));
             }
             let size = frame.size.unwrap_or([1, 1]);
-            check_frame(size, samples).map_err(|error| error.to_string())?;
+            check_frame(size, samples)?;
         }
         Step::Time(seconds) if !(0.0..=1e6).contains(seconds) => {
-            return Err(format!("time is {seconds}, must be in 0..=1000000"));
+            return Err(StepError::Time(*seconds));
         }
         _ => {}
     }
@@ -441,21 +435,12 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
 }
 
 /// A frame's name is that of a file in the folder of the frames.
-fn check_name(name: &str) -> Result<(), String> {
+fn check_name(name: &str) -> Result<(), StepError> {
     let fine = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if (1..=128).contains(&name.len()) && name.chars().all(fine) && !name.starts_with('.') {
         return Ok(());
     }
-    Err(format!(
-        "frame {name:?}: must be 1 to 128 letters, digits, -, _ and dots, and no path"
-    ))
-}
-
-fn in_step(ix: usize, error: RenderError) -> RenderError {
-    match error {
-        RenderError::Scene(error) => SceneError::File(format!("step {ix}: {error}")).into(),
-        error => error,
-    }
+    Err(StepError::FrameName(name.to_owned()))
 }
 
 /// The camera, turned about +Y through its target by `angle` radians, counter-clockwise seen from

@@ -18,7 +18,7 @@ use crate::viewer::Viewer;
 use strandlight_scene::files::Files;
 use strandlight_scene::tables::DEFAULT_FILE;
 
-pub use crate::page::{download, is_modified, note_modified, offer, say};
+pub use crate::page::{WebError, download, is_modified, note_modified, offer, say};
 
 /// Opens the scene at the address `scene`, seen from the page, in `canvas`. `say` is called with
 /// text to show in place of the canvas, the empty text when there is a picture.
@@ -33,11 +33,13 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
         page::say(&format!("Internal error: {info} (please report it)"));
     }));
     let path = PathBuf::from(scene);
-    let files = fetched(&path).await.map_err(JsValue::from)?;
+    let files = fetched(&path)
+        .await
+        .map_err(|error| JsValue::from(error.to_string()))?;
     let launch = Launch {
         open: Box::new(move |context| {
-            let session = Session::open_in(&path, files).map_err(|error| error.to_string())?;
-            Viewer::new(context, session).map_err(|error| error.to_string())
+            let session = Session::open_in(&path, files)?;
+            Ok(Viewer::new(context, session)?)
         }),
         size: None,
         seconds: 0.0,
@@ -49,9 +51,9 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
 }
 
 /// The scene at `path` and the files that it names.
-async fn fetched(path: &Path) -> Result<Files, String> {
+async fn fetched(path: &Path) -> Result<Files, WebError> {
     let bytes = fetch(path).await?;
-    let scene = Scene::from_bytes(&bytes, path).map_err(|error| error.to_string())?;
+    let scene = Scene::from_bytes(&bytes, path)?;
     let mut files = vec![(path.to_owned(), bytes)];
     let tables = scene.tables_path().unwrap_or_else(|| DEFAULT_FILE.into());
     let mut names = vec![scene.groom_path(), scene.lights_path(), tables];
@@ -66,22 +68,26 @@ async fn fetched(path: &Path) -> Result<Files, String> {
 }
 
 /// The bytes at an address that is a path seen from the page.
-async fn fetch(path: &Path) -> Result<Vec<u8>, String> {
-    let name = path.display();
+async fn fetch(path: &Path) -> Result<Vec<u8>, WebError> {
     let address: Vec<String> = path
         .to_string_lossy()
         .split('/')
         .map(|part| js_sys::encode_uri_component(part).into())
         .collect();
-    let window = web_sys::window().ok_or("no browser window")?;
-    let failed = |error: JsValue| format!("cannot fetch {name}: {}", words(&error));
+    let window = web_sys::window().ok_or(WebError::NoWindow)?;
+    let failed = |error: JsValue| WebError::Fetch {
+        path: path.to_owned(),
+        reason: words(&error),
+    };
     let response = JsFuture::from(window.fetch_with_str(&address.join("/")))
         .await
         .map_err(failed)?;
     let response: Response = response.dyn_into().map_err(failed)?;
     if !response.ok() {
-        let status = response.status();
-        return Err(format!("cannot fetch {name}: HTTP status {status}"));
+        return Err(WebError::Status {
+            path: path.to_owned(),
+            status: response.status(),
+        });
     }
     let buffer = JsFuture::from(response.array_buffer().map_err(failed)?).await;
     Ok(Uint8Array::new(&buffer.map_err(failed)?).to_vec())

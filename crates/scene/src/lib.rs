@@ -43,7 +43,7 @@ pub mod volume;
 use strandlight_scattering::layout::Layout;
 
 pub use camera::Camera;
-pub use error::{RenderError, SceneError};
+pub use error::{GroupFault, RenderError, SceneError};
 /// The version whose types appear in signatures.
 pub use glam;
 pub use picture::Picture;

@@ -23,3 +23,6 @@ pub const LIGHT_BATCH: usize = 64;
 /// Most points of a prepared groom: three buffers of 16 bytes a point stay below the 128 MiB that
 /// every adapter binds.
 pub const MAX_POINTS: usize = 8 << 20;
+
+/// Longest `.groom` file: all points that can be drawn with some 60 floats each.
+pub const MAX_GROOM_BYTES: u64 = 2 << 30;

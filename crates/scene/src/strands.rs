@@ -578,19 +578,24 @@ mod tests {
 
     #[test]
     fn wrong_input_is_named() {
-        assert_eq!(prepare(&[], &[0], true), Err(SceneError::EmptyGroom));
-        let p = [[0.0; 3], [0.0, 1.0, 0.0]];
-        assert_eq!(prepare(&p, &[0, 3], true), Err(SceneError::Offsets));
-        assert_eq!(prepare(&p, &[0, 2, 1, 2], true), Err(SceneError::Offsets));
-        assert_eq!(
-            prepare(&[p[0], p[0]], &[0, 2], true),
+        assert!(matches!(
+            prepare(&[], &[0], true),
             Err(SceneError::EmptyGroom)
-        );
+        ));
+        let p = [[0.0; 3], [0.0, 1.0, 0.0]];
+        assert!(matches!(
+            prepare(&p, &[0, 3], true),
+            Err(SceneError::Offsets)
+        ));
+        assert!(matches!(
+            prepare(&p, &[0, 2, 1, 2], true),
+            Err(SceneError::Offsets)
+        ));
+        let none = prepare(&[p[0], p[0]], &[0, 2], true);
+        assert!(matches!(none, Err(SceneError::EmptyGroom)));
         let nan = [[0.0; 3], [0.0, f32::NAN, 0.0]];
-        assert_eq!(
-            prepare(&nan, &[0, 2], true),
-            Err(SceneError::Point { point: 1 })
-        );
+        let far = prepare(&nan, &[0, 2], true);
+        assert!(matches!(far, Err(SceneError::Point { point: 1 })));
         let zero = Strands::new(&p, &[0, 2], |_, _| 0.0, true);
         assert!(matches!(zero, Err(SceneError::Diameter { strand: 0, .. })));
     }
@@ -703,7 +708,13 @@ mod tests {
             }
         }
         assert!(n_between > points.len());
-        assert_eq!(strands.spread(&numbers[1..], mix), Err(SceneError::Offsets));
-        assert_eq!(strands.resampled(&points[1..]), Err(SceneError::Offsets));
+        assert!(matches!(
+            strands.spread(&numbers[1..], mix),
+            Err(SceneError::Offsets)
+        ));
+        assert!(matches!(
+            strands.resampled(&points[1..]),
+            Err(SceneError::Offsets)
+        ));
     }
 }

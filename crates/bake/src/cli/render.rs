@@ -62,7 +62,7 @@ pub fn run(args: &Args) -> Outcome {
         }
         return layers::run(args, &scene, size, samples);
     }
-    let in_scene = |error: SceneError| Failure::input(error.in_scene(&args.scene));
+    let in_scene = |error: SceneError| Failure::input(error.in_file(&args.scene));
     let prepared = PreparedScene::load_at(&scene, args.time).map_err(in_scene)?;
     let provenance = Recorder::new(&Files::Disk).record(&scene, args.time);
     let provenance = provenance.map_err(in_scene)?;

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::errors::to_scene_error;
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::Assets;
 use strandlight_scene::paint::Paint;
@@ -19,7 +18,7 @@ pub(super) struct AssetSnapshot {
 
 impl AssetSnapshot {
     pub fn new(assets: Assets, paint_state: u64) -> Result<AssetSnapshot, SceneError> {
-        let paint = Paint::from_groom(&assets.groom).map_err(to_scene_error)?;
+        let paint = Paint::from_groom(&assets.groom)?;
         let paint = paint.map(Arc::new);
         Ok(AssetSnapshot {
             assets,

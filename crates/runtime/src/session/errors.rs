@@ -6,11 +6,5 @@ use strandlight_scene::budget::check_frame;
 
 /// Refuses a size that cannot be rendered.
 pub(super) fn check_size(scene: &Scene) -> Result<(), SceneError> {
-    check_frame(scene.render.size, 1)
-        .map_err(|error| SceneError::File(format!("render.size: {error}")))
-}
-
-/// The same error.
-pub(super) fn to_scene_error(error: strandlight_formats::Error) -> SceneError {
-    SceneError::File(error.to_string())
+    check_frame(scene.render.size, 1).map_err(|error| SceneError::from(error).at_key("render.size"))
 }

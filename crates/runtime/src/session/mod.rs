@@ -26,8 +26,9 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
 
+use crate::error::SessionError;
 use asset_snapshot::AssetSnapshot;
-use errors::{check_size, to_scene_error};
+use errors::check_size;
 use history::{History, Step};
 use on_disk::OnDisk;
 use strandlight_scene::SceneError;
@@ -58,7 +59,7 @@ impl Session {
     ///
     /// # Errors
     /// The first file that cannot be read or value that cannot be used, by name.
-    pub fn open(path: &Path) -> Result<Session, SceneError> {
+    pub fn open(path: &Path) -> Result<Session, SessionError> {
         Session::open_in(path, Files::Disk)
     }
 
@@ -66,9 +67,9 @@ impl Session {
     ///
     /// # Errors
     /// As there.
-    pub fn open_in(path: &Path, files: Files) -> Result<Session, SceneError> {
-        let scene = files.scene(path).map_err(to_scene_error)?;
-        let in_scene = |error: SceneError| error.in_scene(path);
+    pub fn open_in(path: &Path, files: Files) -> Result<Session, SessionError> {
+        let scene = files.scene(path)?;
+        let in_scene = |error: SceneError| error.in_file(path);
         let assets = Assets::read(&scene, &files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;
         Ok(Session {
@@ -160,14 +161,14 @@ impl Session {
         &mut self,
         label: &str,
         change: impl FnOnce(&mut Scene),
-    ) -> Result<Change, SceneError> {
+    ) -> Result<Change, SessionError> {
         let mut after = self.scene.clone();
         change(&mut after);
         after.folder.clone_from(&self.scene.folder);
         if after == self.scene {
             return Ok(Change::default());
         }
-        after.validate().map_err(to_scene_error)?;
+        after.validate()?;
         check_size(&after)?;
         let assets = &self.snapshot.assets;
         let change = Change::between(&self.scene, &after);
@@ -225,7 +226,7 @@ impl Session {
     ///
     /// # Errors
     /// As [`with_key`] and [`Session::edit`]; nothing is changed then.
-    pub fn set(&mut self, values: &Map<String, Value>) -> Result<Change, SceneError> {
+    pub fn set(&mut self, values: &Map<String, Value>) -> Result<Change, SessionError> {
         let scene = self.with_values(self.scene.clone(), values)?;
         let keys: Vec<&str> = values.keys().map(String::as_str).collect();
         self.commit();
@@ -243,7 +244,7 @@ impl Session {
     pub fn apply_cli_overrides(
         &mut self,
         values: &Map<String, Value>,
-    ) -> Result<Change, SceneError> {
+    ) -> Result<Change, SessionError> {
         let is_modified = self.is_modified();
         let change = self.set(values)?;
         self.history = History::default();
@@ -262,7 +263,7 @@ impl Session {
         &self,
         mut scene: Scene,
         values: &Map<String, Value>,
-    ) -> Result<Scene, SceneError> {
+    ) -> Result<Scene, SessionError> {
         for (key, value) in values {
             if key.starts_with("camera.") && scene.camera.is_none() {
                 scene.camera = Some(self.camera());

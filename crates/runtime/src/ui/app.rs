@@ -52,7 +52,7 @@ impl App {
         let attributes = self.placed(attributes);
         let window = event_loop
             .create_window(attributes)
-            .map_err(|error| Failure::Window(error.to_string()))?;
+            .map_err(Failure::Window)?;
         let window = Arc::new(window);
         self.window = Some(window.clone());
         self.open_screen(window);
@@ -105,7 +105,7 @@ impl App {
         };
         let adapter = serde_json::json!({ "adapter": screen.context.adapter_name });
         launch.log.write("device", adapter);
-        let viewer = (launch.open)(&screen.context).map_err(Failure::Scene)?;
+        let viewer = (launch.open)(&screen.context)?;
         let document = Document::new(&viewer);
         let display = self.display.clone();
         let mut workspace = Workspace::new(window, display, screen, viewer, document, launch.log);

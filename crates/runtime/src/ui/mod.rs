@@ -41,20 +41,10 @@ pub fn run(launch: Launch) -> Result<(), Failure> {
 
     let event_loop = EventLoop::<app::Opened>::with_user_event()
         .build()
-        .map_err(|error| {
-            let error = error.to_string();
-            // winit says first where in its own source it gave up.
-            let reason = match error.strip_prefix("os error at ") {
-                Some(rest) => rest.split_once(": ").map_or(rest, |(_, reason)| reason),
-                None => &error,
-            };
-            Failure::Display(reason.trim_end_matches('.').to_owned())
-        })?;
+        .map_err(Failure::Display)?;
     let display = Some(event_loop.owned_display_handle());
     let mut app = app::App::new(launch, event_loop.create_proxy(), display);
-    event_loop
-        .run_app(&mut app)
-        .map_err(|error| Failure::Display(error.to_string()))?;
+    event_loop.run_app(&mut app).map_err(Failure::EventLoop)?;
     match app.failure {
         Some(failure) => Err(failure),
         None => Ok(()),
@@ -72,7 +62,7 @@ pub fn start(launch: Launch) -> Result<(), Failure> {
 
     let event_loop = EventLoop::<app::Opened>::with_user_event()
         .build()
-        .map_err(|error| Failure::Display(error.to_string()))?;
+        .map_err(Failure::Display)?;
     let app = app::App::new(launch, event_loop.create_proxy(), None);
     event_loop.spawn_app(app);
     Ok(())

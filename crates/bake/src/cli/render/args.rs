@@ -93,7 +93,7 @@ impl Backend {
         on_cpu: impl FnOnce() -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         let on_gpu = || {
-            let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+            let context = Context::new().map_err(|error| RenderError::Gpu(error.into()))?;
             on_gpu(context)
         };
         match self {

@@ -9,7 +9,7 @@ use strandlight_images::picture::exr_file_of;
 use strandlight_render::gpu::Context;
 use strandlight_runtime::script::{self, Frame, Offline, Script};
 use strandlight_runtime::timings::{self, Made, Timings};
-use strandlight_runtime::{Session, Viewer};
+use strandlight_runtime::{ScriptError, Session, Viewer};
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
 use strandlight_scene::tone::ToneMap;
@@ -112,6 +112,12 @@ fn file_of(frame: &Frame) -> PathBuf {
 
 /// Why a script stopped.
 struct Stopped(Failure);
+
+impl From<ScriptError> for Stopped {
+    fn from(error: ScriptError) -> Self {
+        Stopped(Failure::input(error))
+    }
+}
 
 impl From<RenderError> for Stopped {
     fn from(error: RenderError) -> Self {

@@ -26,7 +26,7 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
         Ok((prepared, Recorder::new(&files).record(scene, args.time)?))
     };
     let (prepared, provenance) =
-        prepare().map_err(|error: SceneError| Failure::input(error.in_scene(&args.scene)))?;
+        prepare().map_err(|error: SceneError| Failure::input(error.in_file(&args.scene)))?;
     let mut splits = Vec::new();
     let mut data: Vec<&DataLayer> = Vec::new();
     for aov in &args.aov {
