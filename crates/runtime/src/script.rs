@@ -30,9 +30,8 @@ use strandlight_formats::{CameraSection, did_you_mean, nearest};
 use crate::session::{Change, Session};
 use crate::viewer::Viewer;
 use strandlight_scene::budget::check_frame;
-use strandlight_scene::paint::{Brush, BrushStroke, Picker, StrokePath};
-use strandlight_scene::scene::PreparedScene;
-use strandlight_scene::{RenderError, SceneError};
+use strandlight_scene::paint::{Brush, BrushStroke, StrokePath};
+use strandlight_scene::{Backend, RenderError, SceneError};
 
 /// Longest script.
 pub const MAX_BYTES: u64 = 64 << 20;
@@ -218,39 +217,44 @@ impl Script {
         })
     }
 
-    /// Does the steps on a copy of `session`, without a device and up to the first stroke, so that
-    /// errors are reported before anything is drawn.
+    /// Does the steps on a copy of `session`, without a renderer and up to the first stroke, so
+    /// that errors are reported before anything is drawn.
     ///
     /// # Errors
     /// As [`Script::run`].
     pub fn check(&self, session: &Session) -> Result<(), RenderError> {
-        let is_stroke = |step: &Step| matches!(step, Step::Stroke(_));
-        let n_steps = self.steps.iter().position(is_stroke);
-        let steps = &self.steps[..n_steps.unwrap_or(self.steps.len())];
-        let script = Script {
-            steps: steps.to_vec(),
-        };
-        script.run(&mut Offline::new(session.clone()), |_, _| Ok(()))
+        let mut session = session.clone();
+        for (ix, step) in self.steps.iter().enumerate() {
+            let done = match step {
+                Step::Set(values) => session.set(values).map(|_| ()).map_err(RenderError::from),
+                Step::Undo(n) => (0..*n).try_for_each(|_| a_step(session.undo(), "undo")),
+                Step::Redo(n) => (0..*n).try_for_each(|_| a_step(session.redo(), "redo")),
+                Step::Stroke(_) => break,
+                Step::Time(_) | Step::Frame(_) => Ok(()),
+            };
+            done.map_err(|error| in_step(ix, error))?;
+        }
+        Ok(())
     }
 
-    /// Does every step on `target`, and `draw` for each frame.
+    /// Does every step on `viewer`, and `draw` for each frame.
     ///
     /// # Errors
     /// The first step that fails, by its number; what `draw` answers.
-    pub fn run<T: Document, E: From<RenderError>>(
+    pub fn run<B: Backend + ?Sized, E: From<RenderError>>(
         &self,
-        target: &mut T,
-        mut draw: impl FnMut(&mut T, &Frame) -> Result<(), E>,
+        viewer: &mut Viewer<B>,
+        mut draw: impl FnMut(&mut Viewer<B>, &Frame) -> Result<(), E>,
     ) -> Result<(), E> {
         for (ix, step) in self.steps.iter().enumerate() {
             let done = match step {
-                Step::Set(values) => target.set(values),
-                Step::Stroke(stroke) => target.stroke(stroke),
-                Step::Time(seconds) => target.set_time(*seconds),
-                Step::Undo(n) => (0..*n).try_for_each(|_| target.step_back()),
-                Step::Redo(n) => (0..*n).try_for_each(|_| target.step_again()),
+                Step::Set(values) => viewer.set(values).map(|_| ()),
+                Step::Stroke(stroke) => viewer.stroke(stroke).map(|_| ()),
+                Step::Time(seconds) => viewer.set_time(*seconds),
+                Step::Undo(n) => (0..*n).try_for_each(|_| a_step(viewer.undo()?, "undo")),
+                Step::Redo(n) => (0..*n).try_for_each(|_| a_step(viewer.redo()?, "redo")),
                 Step::Frame(frame) => {
-                    draw(target, frame)?;
+                    draw(viewer, frame)?;
                     Ok(())
                 }
             };
@@ -260,136 +264,9 @@ impl Script {
     }
 }
 
-/// What a script works on.
-pub trait Document {
-    /// See [`Session::set`].
-    ///
-    /// # Errors
-    /// As there.
-    fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError>;
-
-    /// Paints.
-    ///
-    /// # Errors
-    /// The first value of the brush outside its range.
-    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), RenderError>;
-
-    /// Sets the seconds since the start of the motion.
-    ///
-    /// # Errors
-    /// What cannot be drawn.
-    fn set_time(&mut self, seconds: f64) -> Result<(), RenderError>;
-
-    /// Takes a step back.
-    ///
-    /// # Errors
-    /// If there is none.
-    fn step_back(&mut self) -> Result<(), RenderError>;
-
-    /// Does a step again.
-    ///
-    /// # Errors
-    /// If there is none.
-    fn step_again(&mut self) -> Result<(), RenderError>;
-}
-
 fn a_step(change: Option<Change>, what: &str) -> Result<(), RenderError> {
     let none = || SceneError::File(format!("there is no step to {what}")).into();
     change.map(|_| ()).ok_or_else(none)
-}
-
-impl Document for Viewer {
-    fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError> {
-        Viewer::set(self, values).map(|_| ())
-    }
-
-    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), RenderError> {
-        Viewer::stroke(self, stroke).map(|_| ())
-    }
-
-    fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
-        Viewer::set_time(self, seconds)
-    }
-
-    fn step_back(&mut self) -> Result<(), RenderError> {
-        a_step(self.undo()?, "undo")
-    }
-
-    fn step_again(&mut self) -> Result<(), RenderError> {
-        a_step(self.redo()?, "redo")
-    }
-}
-
-/// A document without a device, and the time.
-#[derive(Clone, Debug)]
-pub struct Offline {
-    /// The document.
-    pub session: Session,
-    /// Seconds since the start of the motion.
-    pub time: f64,
-    /// What has changed since it was last taken away.
-    pub changes: Change,
-}
-
-impl Offline {
-    /// A document that nothing was made of yet.
-    pub fn new(session: Session) -> Offline {
-        Offline {
-            session,
-            time: 0.0,
-            changes: Change::everything(),
-        }
-    }
-
-    /// The document at its time, ready to be rendered.
-    ///
-    /// # Errors
-    /// What cannot be drawn, by name.
-    pub fn prepared(&self) -> Result<PreparedScene, SceneError> {
-        let mut prepared = self.session.prepared()?;
-        prepared.move_hair(self.session.scene(), self.session.files(), self.time)?;
-        Ok(prepared)
-    }
-
-    fn note(&mut self, change: Change) {
-        self.changes = std::mem::take(&mut self.changes).and(change);
-    }
-}
-
-impl Document for Offline {
-    fn set(&mut self, values: &Map<String, Value>) -> Result<(), RenderError> {
-        let change = self.session.set(values)?;
-        self.note(change);
-        Ok(())
-    }
-
-    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), RenderError> {
-        let scene = self.prepared()?;
-        let picker = Picker::new(&scene.strands);
-        let paint = self.session.paint_mut();
-        let stroke = picker.stroke(paint, &scene.camera, scene.size, stroke);
-        let stroke = stroke.map_err(|error| SceneError::File(error.to_string()))?;
-        let change = self.session.stroke(stroke);
-        self.note(change);
-        Ok(())
-    }
-
-    fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
-        self.time = seconds;
-        Ok(())
-    }
-
-    fn step_back(&mut self) -> Result<(), RenderError> {
-        let change = self.session.undo();
-        self.note(change.clone().unwrap_or_default());
-        a_step(change, "undo")
-    }
-
-    fn step_again(&mut self) -> Result<(), RenderError> {
-        let change = self.session.redo();
-        self.note(change.clone().unwrap_or_default());
-        a_step(change, "redo")
-    }
 }
 
 fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {

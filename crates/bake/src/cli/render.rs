@@ -1,34 +1,30 @@
 //! `strandlight render`: a scene file to a picture, its layers, or many pictures.
 
+mod backend;
 mod frames;
 mod layers;
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use serde_json::{Map, Value, json};
 use strandlight_bake::aov::Group;
-use strandlight_cpu as cpu;
-use strandlight_cpu::ShadowSource;
 use strandlight_formats::{Scattering, Scene};
 use strandlight_images::picture::exr_file_of;
-use strandlight_lab::transmittance::{Method, point_shadows};
-use strandlight_render::ProgressiveRenderer;
-use strandlight_render::gpu::Context;
+use strandlight_lab::transmittance::Method;
 use strandlight_runtime::Session;
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
 use strandlight_scene::budget::check_frame;
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::{Provenance, Recorder};
-use strandlight_scene::scene::LightRecord;
-use strandlight_scene::{Picture, PreparedScene, RenderError, SceneError, Stats};
+use strandlight_scene::{Picture, PreparedScene, SceneError, Stats};
 
 use super::{
     Failure, Outcome, check_outputs, is_stream, note, output_folder, print_line,
     transmittance_method, write_output,
 };
 use crate::cli::progress::progress;
+use backend::Choice;
 
 /// Render a scene
 ///
@@ -68,8 +64,8 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: Option<u32>,
     /// Renderer; auto uses the GPU if available
-    #[arg(long, value_enum, default_value_t = Backend::Auto)]
-    backend: Backend,
+    #[arg(long, value_enum, default_value_t = Choice::Auto)]
+    backend: Choice,
     /// Scattering terms to render: single, global, local or total [default: the scene's, total]
     #[arg(long, value_name = "TERMS", value_parser = parse_scattering)]
     scattering: Option<Scattering>,
@@ -88,37 +84,6 @@ pub struct Args {
     /// Print a JSON document about the picture instead of text
     #[arg(long)]
     json: bool,
-}
-
-/// Where to render.
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum Backend {
-    Auto,
-    Gpu,
-    Cpu,
-}
-
-impl Backend {
-    /// Does the work on the GPU or on the CPU; `auto` says why not on the GPU. Every way to render is
-    /// decided here.
-    fn choose<T>(
-        self,
-        on_gpu: impl FnOnce(Context) -> Result<T, RenderError>,
-        on_cpu: impl FnOnce() -> Result<T, Failure>,
-    ) -> Result<T, Failure> {
-        let on_gpu = || {
-            let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
-            on_gpu(context)
-        };
-        match self {
-            Backend::Cpu => on_cpu(),
-            Backend::Gpu => on_gpu().map_err(Failure::input),
-            Backend::Auto => on_gpu().or_else(|error| {
-                note!("rendering on the CPU: {error}");
-                on_cpu()
-            }),
-        }
-    }
 }
 
 /// Kind of the picture file.
@@ -193,7 +158,17 @@ pub fn run(args: &Args) -> Outcome {
     let prepared = PreparedScene::load_at(&scene, args.time).map_err(in_scene)?;
     let provenance = Recorder::new(&Files::Disk).record(&scene, args.time);
     let provenance = provenance.map_err(in_scene)?;
-    let (picture, stats) = draw(&prepared, size, samples, args.backend, args.transmittance)?;
+    const STEPS: u64 = 1000;
+    let progress = progress("rendering", STEPS);
+    let drawn = args.on_backend(|open| {
+        let mut backend = open(prepared.clone())?;
+        backend.shade_view_only();
+        backend.render(size, samples, &|done| {
+            progress.reach((done * STEPS as f64) as u64);
+        })
+    });
+    progress.finish();
+    let (picture, stats) = drawn?;
     let mut provenance = provenance.drawn(samples, &stats.backend);
     if args.transmittance != Method::Sweep {
         provenance = provenance.with("transmittance", args.transmittance.name());
@@ -252,7 +227,7 @@ impl Args {
                     "--shadow-maps is for --transmittance sweep; --transmittance {name} has none"
                 ));
             }
-            if self.backend == Backend::Gpu {
+            if self.backend == Choice::Gpu {
                 return refused(format!(
                     "--transmittance {name} runs on the CPU only; use --backend cpu, not --backend gpu"
                 ));
@@ -300,43 +275,6 @@ fn format_of(path: &Path) -> Result<Format, Failure> {
         _ => return Err(Failure::file(path, "the name must end in .png or .exr")),
     };
     Ok(format)
-}
-
-fn draw(
-    scene: &PreparedScene,
-    size: [u32; 2],
-    samples: u32,
-    backend: Backend,
-    method: Method,
-) -> Result<(Picture, Stats), Failure> {
-    const STEPS: u64 = 1000;
-    let progress = progress("rendering", STEPS);
-    let observer = &|done: f64| progress.reach((done * STEPS as f64) as u64);
-    let on_gpu = |context: Context| {
-        ProgressiveRenderer::new(&context, scene.clone())?.render_to_image_observed(
-            &scene.camera,
-            size,
-            samples,
-            observer,
-        )
-    };
-    let on_cpu = || {
-        let find =
-            |scene: &PreparedScene, lights: &[LightRecord]| point_shadows(method, scene, lights);
-        let shadows = match method {
-            Method::Sweep => ShadowSource::Sweep,
-            _ => ShadowSource::Points(&find),
-        };
-        cpu::render_observed(scene, &scene.camera, size, samples, shadows, observer)
-            .map_err(Failure::input)
-    };
-    let backend = match method {
-        Method::Sweep => backend,
-        _ => Backend::Cpu,
-    };
-    let result = backend.choose(on_gpu, on_cpu);
-    progress.finish();
-    result
 }
 
 /// What a picture was made from, for `--json`.

@@ -81,19 +81,9 @@ impl DeviceScene {
     /// # Errors
     /// Not one for each light, or one outside its range; nothing is changed then.
     pub fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<bool, RenderError> {
-        if rgb.len() != self.scene.lights.len() {
-            return Err(RenderError::Colors {
-                colors: rgb.len(),
-                lights: self.scene.lights.len(),
-            });
-        }
-        let mut lights = self.scene.lights.clone();
-        for (light, &rgb) in lights.iter_mut().zip(rgb) {
-            light.rgb = rgb;
-        }
-        check_lights(&lights)?;
-        let is_other = lights != self.scene.lights;
-        self.scene.lights = lights;
+        let before = self.scene.lights.clone();
+        self.scene.set_light_colors(rgb)?;
+        let is_other = before != self.scene.lights;
         self.dirty.mark(Inputs::LIGHT_COLORS, is_other);
         Ok(is_other)
     }
