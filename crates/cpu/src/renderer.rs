@@ -91,6 +91,16 @@ impl Backend for CpuRenderer {
         Ok(())
     }
 
+    fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
+        let rest = match &self.rest {
+            Some(rest) => Some(rest.with_radii(radii)?),
+            None => None,
+        };
+        self.scene.strands = self.scene.strands.with_radii(radii)?;
+        self.rest = rest;
+        Ok(())
+    }
+
     fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
         let rest = self.rest.as_ref().unwrap_or(&self.scene.strands);
         match wind {

@@ -470,7 +470,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
             live.set_densities(densities(&scene.hair));
         }
         if change.diameter {
-            live.set_points(&assets.strands(&scene.hair)?.points)?;
+            let strands = assets.strands(&scene.hair)?;
+            let radii: Vec<f32> = strands.points.iter().map(|point| point[3]).collect();
+            live.set_radii(&radii)?;
         }
         if let (Some(changed), Some(paint)) = (&change.paint, self.session.paint()) {
             live.set_paint(paint, changed.clone())?;

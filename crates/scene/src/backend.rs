@@ -66,6 +66,12 @@ pub trait Backend {
     /// As [`Strands::moved`](crate::strands::Strands::moved); nothing is changed then.
     fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError>;
 
+    /// Sets the fibre radii in cm, one for each point of the scene's strands.
+    ///
+    /// # Errors
+    /// As [`Strands::with_radii`](crate::strands::Strands::with_radii); nothing is changed then.
+    fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError>;
+
     /// Bends the strands in the wind, or lets them hang without. Answers whether that moved the
     /// strands of [`Backend::scene`], which stay at rest where a device alone bends them.
     ///

@@ -98,6 +98,16 @@ impl DeviceScene {
     }
 
     /// # Errors
+    /// As [`Strands::with_radii`](strandlight_scene::strands::Strands::with_radii); nothing is
+    /// changed then.
+    pub fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
+        self.scene.strands = self.scene.strands.with_radii(radii)?;
+        self.deform = None;
+        self.dirty.inputs |= Inputs::POINTS;
+        Ok(())
+    }
+
+    /// # Errors
     /// As [`PreparedScene::repaint`](strandlight_scene::PreparedScene::repaint); nothing is changed
     /// then.
     pub fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<bool, RenderError> {

@@ -56,6 +56,10 @@ impl Backend for ProgressiveRenderer {
         self.set_points(points)
     }
 
+    fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
+        self.set_radii(radii)
+    }
+
     fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
         self.set_wind(wind);
         Ok(false)
