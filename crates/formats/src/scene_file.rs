@@ -43,7 +43,8 @@ impl Scene {
     ///
     /// # Errors
     /// Any of [`Error`], naming the path, and the key where a value is to blame.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
         let bytes = read_file(path, Scene::MAX_BYTES).map_err(|error| match error {
             // A groom or a map in a scene's place is too long, and that is not what is wrong.
             Error::Value { .. } => known_start(path).err().unwrap_or(error),

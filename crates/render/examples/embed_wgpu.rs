@@ -34,7 +34,7 @@ struct Board { corners: array<vec4f, 4>, color: vec4f }
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let scene = match arguments.next() {
-        Some(path) => PreparedScene::load(&Scene::read(path.as_ref())?)?,
+        Some(path) => PreparedScene::load(&Scene::read(path)?)?,
         None => wig::wig()?,
     };
     let out = arguments.next().unwrap_or("embed_wgpu.png".to_owned());

@@ -67,7 +67,7 @@ fn lights_have_the_numbers_of_the_set_though_some_are_off() {
     let at = folder.path();
     scene_in(at);
     let set = LightSet::read(&at.join("a.lights")).expect("a light set");
-    let mut scene = Scene::read(&at.join("a.toml")).expect("a scene");
+    let mut scene = Scene::read(at.join("a.toml")).expect("a scene");
     scene.render.background = Background::Color([0.0; 3]);
     let bits = |rgb: [f32; 3]| rgb.map(f32::to_bits);
     for (name, muted, solo, on) in [
@@ -78,7 +78,7 @@ fn lights_have_the_numbers_of_the_set_though_some_are_off() {
         (scene.lights.muted, scene.lights.solo) = (muted, solo);
         let file = format!("{name}.toml");
         write_scene(at, &file, &scene);
-        let loaded = PreparedScene::load_at(&Scene::read(&at.join(&file)).expect("valid"), 0.0);
+        let loaded = PreparedScene::load_at(&Scene::read(at.join(&file)).expect("valid"), 0.0);
         let loaded = loaded.expect("all files");
         assert_eq!(loaded.lights.len(), set.lights.len());
         for (ix, (light, of_set)) in loaded.lights.iter().zip(&set.lights).enumerate() {
@@ -116,7 +116,7 @@ fn lights_have_the_numbers_of_the_set_though_some_are_off() {
         (other.hair, other.render) = (scene.hair.clone(), scene.render.clone());
         write_scene(at, "without.toml", &other);
         let picture = |file: &str| {
-            let scene = Scene::read(&at.join(file)).expect("valid");
+            let scene = Scene::read(at.join(file)).expect("valid");
             let scene = PreparedScene::load(&scene).expect("all files");
             let picture = cpu::render(&scene, &scene.camera, [40, 30], 16);
             picture.expect("valid").0.rgba
@@ -197,7 +197,7 @@ fn groups_of_lights_and_fewer_modes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);
-    let mut scene = Scene::read(&at.join("a.toml")).expect("valid");
+    let mut scene = Scene::read(at.join("a.toml")).expect("valid");
     scene.hair.modes = vec![Lobe::R, Lobe::Trt];
     scene.render.background = Background::None;
     scene.render.scattering = strandlight_formats::Scattering::Single;
@@ -248,7 +248,7 @@ fn gpu_data_layers_are_of_the_strands_beside_the_picture() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);
-    let mut scene = Scene::read(&at.join("a.toml")).expect("valid");
+    let mut scene = Scene::read(at.join("a.toml")).expect("valid");
     scene.render.background = Background::None;
     write_scene(at, "b.toml", &scene);
     let render = |backend: &str, file: &str, aov: &str| {

@@ -540,7 +540,7 @@ fn the_reference_of_strandview_is_its_help() {
     assert_eq!(in_page, in_help);
 }
 
-/// Names of the keys of `value`, as paths without the places in lists of tables.
+/// Names of the keys of `value`, as paths with N for the place in a list of tables.
 fn key_paths(path: &str, value: &Value, found: &mut BTreeSet<String>) {
     match value {
         Value::Object(table) => {
@@ -554,7 +554,8 @@ fn key_paths(path: &str, value: &Value, found: &mut BTreeSet<String>) {
         }
         Value::Array(items) if items.iter().any(Value::is_object) => {
             let each = items.iter().filter(|item| item.is_object());
-            each.for_each(|item| key_paths(path, item, found));
+            let path = format!("{path}.N");
+            each.for_each(|item| key_paths(&path, item, found));
         }
         _ => {
             found.insert(path.to_owned());

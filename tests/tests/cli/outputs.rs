@@ -335,7 +335,7 @@ fn inputs_that_never_end_are_refused() {
         &["file length is over 1048576 bytes, must be at most 1048576"],
     );
     bash_refused(at, "$S inspect - < .", &["-: is a directory"]);
-    bash_refused(at, "$S inspect - < /dev/null", &["-: neither tables"]);
+    bash_refused(at, "$S inspect - < /dev/null", &["-: not a table file"]);
     bash_refused(
         at,
         "$S lights - -o x < /dev/null",

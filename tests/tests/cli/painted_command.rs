@@ -20,7 +20,7 @@ fn sample_in(folder: &Path) {
     fs::copy(sample.join("studio.exr"), folder.join("studio.exr")).expect("copied");
     run("lights studio.exr -o studio.lights --count 8");
     run("groom generate --style wavy --strands 200 --points-per-strand 24 -o wavy.groom");
-    let mut scene = Scene::read(&sample.join("scene.toml")).expect("valid");
+    let mut scene = Scene::read(sample.join("scene.toml")).expect("valid");
     scene.tables = None;
     scene.hair.diameter_cm = Some(0.04);
     scene.render.shadow_maps = 8;

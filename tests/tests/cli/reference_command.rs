@@ -107,7 +107,7 @@ fn what_differs_from_the_picture_to_resume_is_named() {
     let mut map = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n".to_vec();
     map.extend([128, 128, 128, 129].repeat(8 * 16));
     fs::write(folder.join("sky.hdr"), map).expect("written");
-    let scene = Scene::read(&folder.join("a.toml")).expect("valid");
+    let scene = Scene::read(folder.join("a.toml")).expect("valid");
     let changed = |name: &str, change: &dyn Fn(&mut Scene)| {
         let mut scene = scene.clone();
         change(&mut scene);
@@ -190,7 +190,7 @@ fn the_map_lights_as_its_lights_do() {
     lights
         .write(&folder.path().join("a.lights"))
         .expect("written");
-    let mut scene = Scene::read(&folder.path().join("a.toml")).expect("valid");
+    let mut scene = Scene::read(folder.path().join("a.toml")).expect("valid");
     scene.render.background = Background::None;
     write_scene(folder.path(), "b.toml", &scene);
     let common = "b.toml --method directional --samples 64";
@@ -271,7 +271,7 @@ fn proxies_are_drawn_by_every_method() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
     scene_in(folder);
-    let mut scene = Scene::read(&folder.join("a.toml")).expect("valid");
+    let mut scene = Scene::read(folder.join("a.toml")).expect("valid");
     scene.proxies = vec![ProxySection::Ground {
         height: -6.0,
         albedo: [0.5; 3],
@@ -320,7 +320,7 @@ fn hair_is_where_it_is_at_the_time() {
         point[0] += 1.0;
     }
     groom.write(&folder.join("b.groom")).expect("written");
-    let mut scene = Scene::read(&folder.join("a.toml")).expect("valid");
+    let mut scene = Scene::read(folder.join("a.toml")).expect("valid");
     scene.camera = Some(CameraSection {
         position: [0.0, -2.5, 20.0],
         target: [0.0, -2.5, 0.0],
@@ -385,7 +385,7 @@ fn what_cannot_be_used_is_refused_and_nothing_written() {
     refused("b.toml --method path -o a.exr", &["b.toml"]);
     refused("a.toml --method path -o none/a.exr", &["none/a.exr"]);
     refused("a.toml --method path -o a.exr --map a.groom", &["a.groom"]);
-    let mut scene = Scene::read(&folder.join("a.toml")).expect("valid");
+    let mut scene = Scene::read(folder.join("a.toml")).expect("valid");
     scene.hair.eccentricity = 0.8;
     write_scene(folder, "elliptic.toml", &scene);
     refused("elliptic.toml --method path -o a.exr", &["eccentricity"]);

@@ -295,7 +295,7 @@ fn gpu_a_mode_is_drawn_from_its_own_table_alone() {
         let mut tables = TableFile::read(&bundled).expect("part of the project");
         tables.tables.retain(|found| names.contains(&&*found.name));
         tables.write(&at.join("one.tables")).expect("written");
-        let mut scene = Scene::read(&at.join("a.toml")).expect("valid");
+        let mut scene = Scene::read(at.join("a.toml")).expect("valid");
         scene.hair.modes = vec![mode];
         let mut write = |name: &str, file: Option<&str>| {
             scene.tables = file.map(|file| TablesSection { file: file.into() });

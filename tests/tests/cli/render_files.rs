@@ -47,7 +47,7 @@ fn pictures_say_what_they_were_made_from_and_no_path() {
     }
     // The same under other names.
     fs::rename(b.join("a.groom"), b.join("other.groom")).expect("renamed");
-    let mut scene = Scene::read(&b.join("a.toml")).expect("valid");
+    let mut scene = Scene::read(b.join("a.toml")).expect("valid");
     scene.groom.file = "other.groom".into();
     fs::write(b.join("b.toml"), scene.to_toml_string().expect("valid")).expect("written");
     let render = |at: &Path, scene: &str, out: &str, more: &[&str]| {

@@ -59,7 +59,9 @@ fn moving_scene_in(at: &Path) {
 fn slow_every_pair_of_flags_is_honoured_or_refused_by_name() {
     // The table is complete: a new flag needs a line in it.
     let help = assert_done(strandlight().args(["render", "--help"]));
-    let told = help.lines().filter_map(|line| {
+    // Options are indented, unlike the lines of the description.
+    let options = help.lines().filter(|line| line.starts_with("  "));
+    let listed = options.filter_map(|line| {
         let mut words = line.split_whitespace();
         let first = words.next().filter(|word| word.starts_with('-'))?;
         let long = match first.starts_with("--") {
@@ -70,7 +72,7 @@ fn slow_every_pair_of_flags_is_honoured_or_refused_by_name() {
         long.starts_with("--").then(|| long.to_owned())
     });
     let of_all_commands = ["--output", "--help", "--version", "--quiet", "--threads"];
-    for flag in told {
+    for flag in listed {
         let is_known = FLAGS.iter().any(|(known, _)| flag == *known);
         assert!(is_known || of_all_commands.contains(&&*flag), "{flag}");
     }
@@ -79,7 +81,7 @@ fn slow_every_pair_of_flags_is_honoured_or_refused_by_name() {
     let at = folder.path();
     moving_scene_in(at);
     fs::write(at.join("s.json"), r#"[{"frame": "first"}]"#).expect("written");
-    let plain = Scene::read(&at.join("a.toml")).expect("valid");
+    let plain = Scene::read(at.join("a.toml")).expect("valid");
     let mut recorder = Recorder::new(&Files::Disk);
     let mut n_refused = 0;
     for (ix, a) in FLAGS.into_iter().enumerate() {

@@ -302,7 +302,7 @@ fn version_1_tables() {
 
 #[test]
 fn version_1_scene() {
-    let read = Scene::read(&golden("v1.toml")).expect("readable");
+    let read = Scene::read(golden("v1.toml")).expect("readable");
     assert_eq!(read, scene());
     assert_eq!(read.groom_path(), golden("v1.groom"));
 }

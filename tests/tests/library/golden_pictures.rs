@@ -81,7 +81,7 @@ fn draw(folder: &Path, preset: &str, style: Style, scattering: &str) -> Picture 
          [render]\nscattering = '{scattering}'\nbackground = 'none'\n"
     );
     fs::write(folder.join("a.toml"), text).expect("written");
-    let scene = Scene::read(&folder.join("a.toml")).expect("valid");
+    let scene = Scene::read(folder.join("a.toml")).expect("valid");
     let scene = PreparedScene::load(&scene).expect("valid");
     let (picture, _) = cpu::render(&scene, &scene.camera, SIZE, SAMPLES).expect("in range");
     picture

@@ -38,7 +38,7 @@ fn look(browser: &mut Browser, name: &str) -> Pixels {
 
 /// What the native renderer draws of the page's scene.
 fn native(folder: &Path, size: [usize; 2]) -> Pixels {
-    let mut scene = Scene::read(&folder.join("scene.toml")).expect("a scene");
+    let mut scene = Scene::read(folder.join("scene.toml")).expect("a scene");
     scene.render.size = size.map(|side| side as u32);
     let prepared = PreparedScene::load(&scene).expect("all files");
     let context = render_common::context();
@@ -93,7 +93,7 @@ fn a_page_shows_the_scene_and_follows_the_mouse() {
     let file = saved.path().join("scene.toml");
     browser.wait_until("a saved scene", |_| file.exists());
     browser.wait_for(&is_done(true));
-    let before = Scene::read(&folder.join("scene.toml")).expect("a scene");
+    let before = Scene::read(folder.join("scene.toml")).expect("a scene");
     let after = Scene::read(&file).expect("the page offers its scene as a file");
     assert_ne!(before.camera, after.camera);
     assert_eq!((before.groom, before.hair), (after.groom, after.hair));

@@ -1,6 +1,6 @@
 //! Environment maps and their fit by spherical Gaussian lights.
 //!
-//! - [`Map`]: a latitude-longitude map, read from OpenEXR or Radiance .hdr.
+//! - [`Map`](strandlight_images::Map): a latitude-longitude map, read from OpenEXR or Radiance .hdr.
 //! - [`fit()`]: a map becomes a [`Fit`]: compact sources (the sun) become narrow lights (`sun`);
 //!   the rest is filtered by the mean response of fibres (`response`, `spectrum`, `harmonics`),
 //!   lobes are placed where most is left to explain (`search`) and refined by variable projection
@@ -8,15 +8,16 @@
 //! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at.
 //!
 //! ```
-//! use crate::lights::{FitOptions, Map, evaluate, fit};
-//! use crate::progress::Progress;
+//! use strandlight_bake::lights::{FitOptions, evaluate, fit};
+//! use strandlight_images::{Map, MapError};
+//! use strandlight_scene::progress::Progress;
 //!
 //! let pixels = (0..64 * 32).map(|ix| [1.0, 1.0, 1.0 + (ix / 64) as f32]).collect();
 //! let map = Map::new(64, 32, pixels)?;
 //! let options = FitOptions { count: 8, seed: 0 };
 //! let fitted = fit(&map, options, &Progress::silent())?;
 //! assert!(evaluate(&fitted.lights, &map).fibre_error < 0.01);
-//! # Ok::<(), crate::lights::MapError>(())
+//! # Ok::<(), MapError>(())
 //! ```
 
 mod cells;

@@ -128,10 +128,12 @@ impl Numbers {
         }
     }
 
-    /// The unit as it stands after a number.
+    /// The unit as it stands after a number: nothing for those that take a phrase, such as "per
+    /// fibre radius".
     pub fn unit_suffix(&self) -> String {
         match self.unit {
             "" | "°" => self.unit.to_owned(),
+            phrase if phrase.contains(' ') => String::new(),
             unit => format!(" {unit}"),
         }
     }

@@ -18,6 +18,7 @@ use super::shadows::{Batch, Sweep, SweptLights};
 use super::volume::Volume;
 use crate::gpu::Context;
 use strandlight_formats::SrbfLight;
+#[cfg(not(target_arch = "wasm32"))]
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::LIGHT_BATCH;
@@ -451,6 +452,7 @@ impl Lighting {
     }
 
     /// Makes all points black.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn clear(&self, context: &Context, into: usize) {
         submit(context, |encoder| {
             encoder.clear_buffer(&self.radiance[into], 0, None);
@@ -572,6 +574,7 @@ impl Lighting {
     }
 
     /// Packed records of the first batch, `[light][voxel]`.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn first_records(
         &self,
         context: &Context,

@@ -22,7 +22,7 @@ pub struct DevicePart {
 }
 
 /// What a scene needs on a device, in [`ProgressiveRenderer`](crate::ProgressiveRenderer); a
-/// [`Renderer`](crate::Renderer) needs one buffer of radiance less and nothing for the screen.
+/// [`ProgressiveRenderer::render_to_image`](crate::ProgressiveRenderer::render_to_image) needs one buffer of radiance less and nothing for the screen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceBytes {
     /// By use.

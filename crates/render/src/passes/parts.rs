@@ -10,6 +10,7 @@ use strandlight_scene::strands::Strands;
 
 /// Longest side of a tile of a picture that is not drawn as a whole, pixels: samples, sums and
 /// picture take 350 MB.
+#[cfg(not(target_arch = "wasm32"))]
 const TILE_SIDE: u32 = 2048;
 
 /// Most pixels of strands that one submission draws, by estimate; a row of [`BLOCK`] pixels at
@@ -56,6 +57,7 @@ impl Tile {
     }
 
     /// Copies the pixels of this tile to where they belong in a picture that is `width` wide.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn place(&self, pixels: &[[f32; 4]], width: u32, picture: &mut [[f32; 4]]) {
         let [columns, _] = self.extent.map(|n| n as usize);
         for (y, row) in pixels.chunks_exact(columns).enumerate() {
@@ -87,6 +89,7 @@ pub(crate) fn fitting(size: [u32; 2], limits: &wgpu::Limits) -> [u32; 2] {
 }
 
 /// The tiles of a picture of `size`, row by row; one if it fits.
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn tiles(size: [u32; 2], limits: &wgpu::Limits, parts: &PartLimits) -> Vec<Tile> {
     let side = match parts.tile_side {
         Some(side) => [side; 2],

@@ -6,7 +6,7 @@
 use super::clock::Stamp;
 use super::proxies;
 use super::resources::{
-    bind, buffer_of, compute_pass, grow, module_with, read_back, storage, submit, uniform,
+    bind, buffer_of, compute_pass, grow, module_with, storage, submit, uniform,
 };
 use super::volume::Volume;
 use crate::gpu::{Context, ResourceCounters};
@@ -227,12 +227,13 @@ impl Sweep {
     }
 
     /// The packed records of the first batch of lights, `[light][voxel]`, as they are.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn read_first(
         &self,
         context: &Context,
         grid: &Grid,
     ) -> Result<Vec<PackedRecord>, RenderError> {
-        let mut packed = read_back(context, "records", self.records(0))?;
+        let mut packed = super::resources::read_back(context, "records", self.records(0))?;
         // Buffers are never empty, and may have been larger.
         packed.truncate(grid.n_voxels() * self.batches[0].n_lights as usize);
         Ok(packed)

@@ -209,7 +209,7 @@ impl Field {
                 changes.place(format!("{} number", self.name), &response);
                 response.on_hover_text("Drag, or click to type");
                 let slider = self.slider.clone().unwrap_or(self.range.clone());
-                ui.spacing_mut().slider_width = ui.available_width() - 4.0;
+                ui.spacing_mut().slider_width = (ui.available_width() - 4.0).max(0.0);
                 let slider = egui::Slider::new(value, slider)
                     .show_value(false)
                     .logarithmic(self.is_logarithmic)
