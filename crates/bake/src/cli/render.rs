@@ -23,7 +23,7 @@ use super::{
     Failure, Outcome, check_outputs, is_stream, note, output_folder, print_line,
     transmittance_method, write_output,
 };
-use crate::cli::progress::progress;
+use crate::cli::progress::{is_quiet, progress};
 use backend::Choice;
 
 /// Render a scene
@@ -232,6 +232,10 @@ impl Args {
                     "--transmittance {name} runs on the CPU only; use --backend cpu, not --backend gpu"
                 ));
             }
+        }
+        if self.stats && is_quiet() {
+            let what = "--stats prints on stderr, which --quiet silences; leave one out";
+            return refused(what.to_owned());
         }
         if !self.light_group.is_empty() && !self.aov.iter().any(layers::Aov::is_lights) {
             let many = [
