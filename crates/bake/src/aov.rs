@@ -16,7 +16,9 @@ use strandlight_formats::{Background, Scattering};
 use strandlight_scattering::Lobe;
 use strandlight_scene::provenance::Provenance;
 use strandlight_scene::stats::FrameStats;
-use strandlight_scene::{Backend, Picture, PreparedScene, RenderError, SceneError, Stats, memory};
+use strandlight_scene::{
+    Backend, GroupFault, Picture, PreparedScene, RenderError, SceneError, Stats, memory,
+};
 
 use strandlight_cpu as cpu;
 use strandlight_cpu::DataLayer;
@@ -129,11 +131,15 @@ fn lights_by_name(
     let mut taken = vec![false; n_lights];
     let mut named = Vec::new();
     for Group { name, lights } in groups {
-        let refused = |ix, what| SceneError::File(format!("group {name}: light {ix} {what}"));
+        let refused = |light, fault| SceneError::Group {
+            group: name.clone(),
+            light,
+            fault,
+        };
         for &ix in lights {
             match taken.get_mut(ix) {
-                None => return Err(refused(ix, "is not in the light set")),
-                Some(true) => return Err(refused(ix, "is in two groups")),
+                None => return Err(refused(ix, GroupFault::Missing)),
+                Some(true) => return Err(refused(ix, GroupFault::Shared)),
                 Some(taken) => *taken = true,
             }
         }

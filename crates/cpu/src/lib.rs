@@ -55,7 +55,7 @@ use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::ShadowPlan;
 use strandlight_scene::stats::{LIGHTING_SHARE, Observer, Stage};
 use strandlight_scene::volume::Grid;
-use strandlight_scene::{Picture, PreparedScene, RenderError, SceneError, Stats};
+use strandlight_scene::{Picture, PreparedScene, RenderError, Stats};
 
 use strandlight_scene::progress::timed;
 
@@ -181,8 +181,7 @@ fn light(
 ) -> Result<Vec<[f32; 4]>, RenderError> {
     let records = scene.proxy_records();
     if records.n > 0 && matches!(shadows, ShadowSource::Points(_)) {
-        let error = "[[proxy]] requires transmittance by sweeps";
-        return Err(SceneError::File(error.to_owned()).into());
+        return Err(RenderError::ProxiesNeedSweeps);
     }
     let (lights, sweeps) = scene.light_records();
     let mut radiance = vec![[0.0; 4]; scene.strands.points.len()];

@@ -63,7 +63,7 @@ impl Backend for CpuRenderer {
         self.scene
             .hair
             .edit(hair, modes)
-            .map_err(|error| SceneError::File(error.to_string()))?;
+            .map_err(SceneError::from)?;
         Ok(())
     }
 

@@ -65,6 +65,7 @@ pub mod params;
 mod preset;
 mod provenance;
 mod scene;
+mod scene_check;
 mod scene_file;
 mod scene_hair;
 mod scene_lights;

@@ -8,11 +8,11 @@ use crate::error::{Error, FileName, Result};
 use crate::input::{STANDARD_STREAM, folder_of, read_file, read_start};
 use crate::params;
 use crate::preset::overlaid;
-use crate::scene::{CameraSection, GroomSection, RenderSection, Scene};
+use crate::scene::{GroomSection, RenderSection, Scene};
+use crate::scene_check;
 use crate::scene_hair::HairSection;
 use crate::scene_lights::LightsSection;
 use crate::scene_place::{key_at, line_of};
-use crate::scene_proxy;
 use crate::sniff::{FileKind, SNIFF_BYTES};
 use crate::suggest::did_you_mean;
 
@@ -155,34 +155,11 @@ impl Scene {
         if let Some(camera) = &self.camera {
             camera.validate()?;
         }
-        scene_proxy::validate(&self.proxies)?;
+        scene_check::proxies(&self.proxies)?;
         if let Some(motion) = &self.motion {
             motion.validate()?;
         }
         params::RENDER.validate(&self.render)
-    }
-}
-
-impl CameraSection {
-    fn validate(&self) -> Result<()> {
-        params::CAMERA.validate(self)?;
-        let forward: [f64; 3] = std::array::from_fn(|axis| self.target[axis] - self.position[axis]);
-        let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let ([fx, fy, fz], [ux, uy, uz]) = (forward, self.up);
-        let cross = [fy * uz - fz * uy, fz * ux - fx * uz, fx * uy - fy * ux];
-        if length(forward) < 1e-6 {
-            let range = "away from camera.position";
-            return Err(Error::value(
-                "camera.target",
-                format!("{:?}", self.target),
-                range,
-            ));
-        }
-        if length(cross) <= 1e-6 * length(forward) * length(self.up) {
-            let range = "not zero and not along the line of sight";
-            return Err(Error::value("camera.up", format!("{:?}", self.up), range));
-        }
-        Ok(())
     }
 }
 

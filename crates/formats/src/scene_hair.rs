@@ -1,13 +1,9 @@
 //! `[hair]` of a scene: the fibres' optics.
 //!
-//! Ranges, units and help of every key are rows of [`params::HAIR`].
+//! Ranges, units and help of every key are rows of [`params::HAIR`](crate::params::HAIR).
 
 use serde::{Deserialize, Serialize};
-use strandlight_scattering::color::{sigma_a_from_melanin, sigma_a_from_reflectance};
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
-
-use crate::error::{Error, Result};
-use crate::params;
 
 /// Concentrations of the two pigments of hair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -179,34 +175,12 @@ impl HairSection {
 
     /// The keys that give the colour, each in its own way.
     pub const COLOR_KEYS: [&str; 3] = ["sigma_a", "reflectance", "melanin"];
-
-    /// The model's parameters: degrees and standard deviations as radians and Xu's widths, the
-    /// colour as an absorption.
-    pub fn params(&self) -> HairParams {
-        let mut model = HairParams::default();
-        for param in params::HAIR.params {
-            param.put_in_model(self, &mut model);
-        }
-        model.sigma_a = match (self.reflectance, self.melanin) {
-            (Some(rgb), _) => sigma_a_from_reflectance(rgb, model.caustic_width),
-            (None, Some(melanin)) => sigma_a_from_melanin(melanin.eumelanin, melanin.pheomelanin),
-            (None, None) => self.sigma_a,
-        };
-        model
-    }
-
-    pub(crate) fn validate(&self) -> Result<()> {
-        if let (Some(_), Some(melanin)) = (self.reflectance, self.melanin) {
-            let range = "absent where hair.reflectance is given";
-            return Err(Error::value("hair.melanin", format!("{melanin:?}"), range));
-        }
-        params::HAIR.validate(self)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Result;
     use crate::scene::Scene;
 
     fn scene(hair: &str) -> Result<Scene> {

@@ -4,11 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
-use crate::light_set::MAX_LIGHTS;
-use crate::params;
-
-/// `[lights]`; ranges are those of [`params::LIGHTS`].
+/// `[lights]`; ranges are those of [`params::LIGHTS`](crate::params::LIGHTS).
 ///
 /// Lights are named by their place in the light set's file, from 0. A light sends out the set's
 /// amplitude times `intensity` and `tint`, and times those of its own entry of `adjust`; nothing
@@ -118,21 +114,6 @@ impl LightsSection {
         .into_iter()
         .flatten()
         .max_by_key(|(_, ix)| *ix)
-    }
-
-    pub(crate) fn validate(&self) -> Result<()> {
-        params::LIGHTS.validate(self)?;
-        for (at, own) in self.adjust.iter().enumerate() {
-            let ix = own.light;
-            if ix as usize >= MAX_LIGHTS || self.adjust[..at].iter().any(|it| it.light == ix) {
-                let range = format!("lights of the set, 0..={}, each once", MAX_LIGHTS - 1);
-                return Err(Error::value("lights.adjust", ix, range));
-            }
-        }
-        self.adjust.iter().try_for_each(|own| {
-            let name = |key: &str| format!("lights.adjust of light {}: {key}", own.light);
-            params::ADJUST.validate_as(own, name)
-        })
     }
 }
 

@@ -4,9 +4,6 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
-use crate::params;
-
 /// Most frames of a sequence: an hour at 24 a second, and some.
 pub const MAX_FRAMES: usize = 100_000;
 
@@ -26,7 +23,7 @@ pub struct MotionSection {
     pub fps: Option<f64>,
 }
 
-/// Wind; ranges are those of [`params::WIND`].
+/// Wind; ranges are those of [`params::WIND`](crate::params::WIND).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct WindSection {
@@ -59,24 +56,6 @@ impl Default for WindSection {
 impl MotionSection {
     /// Frames a second where nobody says otherwise.
     pub const DEFAULT_FPS: f64 = 24.0;
-
-    pub(crate) fn validate(&self) -> Result<()> {
-        if let Some(wind) = &self.wind {
-            params::WIND.validate(wind)?;
-        }
-        if self.wind.is_some() != self.frames.is_empty() {
-            let found = if self.wind.is_some() {
-                "both"
-            } else {
-                "neither"
-            };
-            return Err(Error::value("motion", found, "either wind or frames"));
-        }
-        if self.fps.is_some() && self.frames.is_empty() {
-            return Err(Error::value("motion.fps", "set", "absent without frames"));
-        }
-        params::MOTION.validate(self)
-    }
 }
 
 #[cfg(test)]

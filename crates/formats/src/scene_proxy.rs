@@ -2,14 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
-use crate::params;
-
 /// Most of them in a scene.
 pub const MAX_PROXIES: usize = 8;
 
 /// One `[[proxy]]`: opaque, matte, and lit by the lights with the hair's shadow on it. Ranges are
-/// those of [`params::ELLIPSOID`] and [`params::GROUND`].
+/// those of [`params::ELLIPSOID`](crate::params::ELLIPSOID) and
+/// [`params::GROUND`](crate::params::GROUND).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum ProxySection {
@@ -54,30 +52,6 @@ impl ProxySection {
             albedo: default_albedo(),
         }
     }
-
-    /// The rows of this kind.
-    pub const fn section(&self) -> &'static params::Section<ProxySection> {
-        match self {
-            ProxySection::Ellipsoid { .. } => &params::ELLIPSOID,
-            ProxySection::Ground { .. } => &params::GROUND,
-        }
-    }
-
-    /// Checks the values of `[[proxy]]` number `ix`, from 0.
-    pub(crate) fn validate(&self, ix: usize) -> Result<()> {
-        let name = |key: &str| format!("proxy[{ix}].{key}");
-        self.section().validate_as(self, name)
-    }
-}
-
-/// Checks all of a scene.
-pub(crate) fn validate(proxies: &[ProxySection]) -> Result<()> {
-    if proxies.len() > MAX_PROXIES {
-        let most = format!("at most {MAX_PROXIES}");
-        return Err(Error::value("proxy", proxies.len(), most));
-    }
-    let mut proxies = proxies.iter().enumerate();
-    proxies.try_for_each(|(ix, proxy)| proxy.validate(ix))
 }
 
 /// Between skin and grey card.
@@ -88,7 +62,7 @@ const fn default_albedo() -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Scene;
+    use crate::{Error, Scene};
 
     #[test]
     fn proxies_are_read_and_written_as_they_are() {

@@ -13,6 +13,7 @@ use exr::meta::{BlockDescription, MetaData};
 use rayon::prelude::*;
 
 use crate::decoder_panic::catch_decoder_panic;
+use crate::error::{DecodeError, TRUNCATED};
 use crate::exr_images::{Rgb, choose};
 use crate::map::{MAX_WIDTH, Map, check_size};
 use crate::primaries::Primaries;
@@ -47,24 +48,30 @@ const SMALL_SPHERE: u64 = 1 << 21;
 /// `exr` cannot decode.
 ///
 /// # Errors
-/// What is wrong, in one line.
-pub(super) fn decode(bytes: &[u8], hash: String, selection: &MapSelection) -> Result<Map, String> {
+/// What is wrong.
+pub(super) fn decode(
+    bytes: &[u8],
+    hash: String,
+    selection: &MapSelection,
+) -> Result<Map, DecodeError> {
     catch_decoder_panic(|| decode_unguarded(bytes, hash, selection))
 }
 
-fn decode_unguarded(bytes: &[u8], hash: String, selection: &MapSelection) -> Result<Map, String> {
+fn decode_unguarded(
+    bytes: &[u8],
+    hash: String,
+    selection: &MapSelection,
+) -> Result<Map, DecodeError> {
     // The headers alone: the crate's own reader refuses files with a deep part whatever is read.
     let mut start = Cursor::new(bytes);
-    let meta_data = MetaData::read_from_buffered(&mut start, true).map_err(bad)?;
+    let meta_data = MetaData::read_from_buffered(&mut start, true)?;
     // No larger than the slice, which is in memory.
     let (headers, tables) = bytes.split_at(start.position() as usize);
     check_window_corners(headers)?;
-    let (image, choice) = choose(&meta_data.headers, selection)?;
+    let (image, choice) = choose(&meta_data.headers, selection).map_err(DecodeError::NoImage)?;
     let header = &meta_data.headers[image.part];
     let is_multi_part = meta_data.headers.len() > 1;
-    header
-        .validate(is_multi_part, &mut false, false)
-        .map_err(bad)?;
+    header.validate(is_multi_part, &mut false, false)?;
     let (windows, inside) = check_header(header, bytes.len())?;
     let matrix = match header.shared_attributes.chromaticities {
         Some(chromaticities) => primaries(chromaticities).to_rec_709()?,
@@ -85,24 +92,25 @@ fn decode_unguarded(bytes: &[u8], hash: String, selection: &MapSelection) -> Res
                         .ok()
                         .and_then(|offset| bytes.get(offset..))
                         .ok_or_else(truncated)?;
-                    let chunk = Chunk::read(&mut chunk, &meta_data).map_err(bad)?;
+                    let chunk = Chunk::read(&mut chunk, &meta_data)?;
                     if chunk.layer_index != image.part {
-                        return Err("a block belongs to another part than its table".to_owned());
+                        return Err(damaged("a block belongs to another part than its table"));
                     }
-                    UncompressedBlock::decompress_chunk(chunk, &meta_data, false).map_err(bad)
+                    let block = UncompressedBlock::decompress_chunk(chunk, &meta_data, false)?;
+                    Ok(block)
                 })
             })
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<_, DecodeError>>()?;
         for block in blocks {
             target.insert(&block, &header.channels.list, &image.channels)?;
         }
     }
     let missing = inside.area() - target.filled;
     if missing > 0 {
-        return Err(format!(
+        return Err(damaged(format!(
             "the file is incomplete: {missing} of {} pixels are missing",
             inside.area()
-        ));
+        )));
     }
     let source = MapSource {
         hash,
@@ -124,7 +132,7 @@ fn window(bounds: IntegerBounds) -> Window {
 }
 
 /// Refuses windows whose last pixel comes before their first, which the crate swaps in silence.
-fn check_window_corners(headers: &[u8]) -> Result<(), String> {
+fn check_window_corners(headers: &[u8]) -> Result<(), DecodeError> {
     for name in ["dataWindow", "displayWindow"] {
         let attribute = format!("{name}\0box2i\0\x10\0\0\0");
         let attribute = attribute.as_bytes();
@@ -137,9 +145,9 @@ fn check_window_corners(headers: &[u8]) -> Result<(), String> {
             if let [x0, y0, x1, y1, ..] = corners {
                 let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(|bytes| i32::from_le_bytes(*bytes));
                 if x1 < x0 || y1 < y0 {
-                    return Err(format!(
+                    return Err(damaged(format!(
                         "the {name} ({x0}, {y0}) to ({x1}, {y1}) is empty, it holds no pixel"
-                    ));
+                    )));
                 }
             }
         }
@@ -155,8 +163,12 @@ fn block_bytes(header: &Header) -> usize {
         * header.channels.bytes_per_pixel
 }
 
-fn truncated() -> String {
-    "not a readable OpenEXR file: it is truncated, or refers to bytes that are not there".to_owned()
+fn truncated() -> DecodeError {
+    damaged(TRUNCATED)
+}
+
+fn damaged(what: impl Into<String>) -> DecodeError {
+    DecodeError::Damaged(what.into())
 }
 
 /// Where the blocks of the largest level of `part` begin in the file, those that are `wanted` by
@@ -167,7 +179,7 @@ fn block_offsets(
     part: usize,
     tables: &[u8],
     wanted: impl Fn(IntegerBounds) -> bool,
-) -> Result<Vec<u64>, String> {
+) -> Result<Vec<u64>, DecodeError> {
     let bytes_of = |header: &Header| header.chunk_count.checked_mul(8);
     let before = meta_data.headers[..part]
         .iter()
@@ -184,9 +196,7 @@ fn block_offsets(
         if !tile.location.is_largest_resolution_level() {
             continue;
         }
-        let block = header
-            .get_absolute_block_pixel_coordinates(tile.location)
-            .map_err(bad)?;
+        let block = header.get_absolute_block_pixel_coordinates(tile.location)?;
         if wanted(block) {
             offsets.push(u64::from_le_bytes(*entry));
         }
@@ -233,14 +243,14 @@ impl Target {
         block: &UncompressedBlock,
         channels: &[ChannelDescription],
         rgb: &Rgb,
-    ) -> Result<(), String> {
+    ) -> Result<(), DecodeError> {
         let (corner, size) = (block.index.pixel_position, block.index.pixel_size);
         let (x, y) = (corner.x(), corner.y());
         if block.index.level.x() != 0 || block.index.level.y() != 0 {
-            return Err("a block belongs to another level than its table".to_owned());
+            return Err(damaged("a block belongs to another level than its table"));
         }
         if !self.seen.insert((x, y)) {
-            return Err(format!("the block at ({x}, {y}) is there twice"));
+            return Err(damaged(format!("the block at ({x}, {y}) is there twice")));
         }
         let inside = self.on_sphere(Window {
             position: [x as i64, y as i64],
@@ -262,7 +272,8 @@ impl Target {
                 if line >= inside.size[1] || !rgb.contains(&ix) {
                     continue;
                 }
-                let bytes = block.data.get(from..at).ok_or("a block is too short")?;
+                let bytes = block.data.get(from..at);
+                let bytes = bytes.ok_or_else(|| damaged("a block is too short"))?;
                 read_samples(bytes, channel.sample_type, &mut samples);
                 let start = (top + line) * self.sphere.size[0] + first;
                 let pixels = &mut self.pixels[start..start + inside.size[0]];
@@ -278,70 +289,59 @@ impl Target {
     }
 }
 
-/// What the decoder says, in our words where its own do not help.
-pub fn bad(error: exr::error::Error) -> String {
-    use exr::error::Error;
-    match error {
-        Error::NotSupported(what) => format!("OpenEXR with {what}, which is not supported"),
-        Error::Io(error) => format!("not a readable OpenEXR file: {error}"),
-        Error::Invalid(what) if what.contains("missing bytes") => {
-            "not a readable OpenEXR file: it is truncated, or refers to bytes that are not there"
-                .to_owned()
-        }
-        error => format!("not a readable OpenEXR file: {error}"),
-    }
-}
-
 /// Refuses what is no latitude-longitude map before anything is allocated for it; answers its
 /// windows and the part of the sphere that the file holds.
-fn check_header(header: &Header, file_bytes: usize) -> Result<(MapWindows, Window), String> {
+fn check_header(header: &Header, file_bytes: usize) -> Result<(MapWindows, Window), DecodeError> {
     if header.own_attributes.environment_map == Some(EnvironmentMap::Cube) {
-        return Err(
-            "a cube map (envmap attribute); only latitude-longitude maps are supported".to_owned(),
-        );
+        let what = "a cube map (envmap attribute); only latitude-longitude maps are supported";
+        return Err(DecodeError::Unsupported(what.to_owned()));
     }
     let channels = &header.channels.list;
     if channels.iter().any(|channel| channel.sampling.area() != 1) {
-        return Err("subsampled channels (luminance/chroma) are not supported".to_owned());
+        let what = "subsampled channels (luminance/chroma) are not supported";
+        return Err(DecodeError::Unsupported(what.to_owned()));
     }
     let data = window(header.data_window());
     let display = window(header.shared_attributes.display_window);
     let [width, height] = display.size;
-    check_size(width, height).map_err(|what| {
+    check_size(width, height).map_err(|error| {
         if data == display {
-            what
+            error
         } else {
-            format!("{what}; this is the display window, the data window is {data}")
+            let source = Box::new(error);
+            DecodeError::DisplayWindow { data, source }
         }
     })?;
     let inside = display.intersection(data).ok_or_else(|| {
-        format!("no pixel of the data window, {data}, lies in the display window, {display}")
+        damaged(format!(
+            "no pixel of the data window, {data}, lies in the display window, {display}"
+        ))
     })?;
     if data.size.iter().any(|size| *size > MAX_WIDTH) {
-        return Err(format!(
+        return Err(DecodeError::TooLarge(format!(
             "the data window, {data}, is larger than {MAX_WIDTH} x {MAX_WIDTH}"
-        ));
+        )));
     }
     let most_pixels = MAX_PIXELS_PER_BYTE.saturating_mul(file_bytes as u64);
     if data.area() > most_pixels {
-        return Err(format!(
+        return Err(damaged(format!(
             "the file is truncated: {file_bytes} bytes cannot hold {} x {} pixels",
             data.size[0], data.size[1]
-        ));
+        )));
     }
     let most_pixels = most_pixels.max(SMALL_SPHERE);
     if display.area() > most_pixels {
-        return Err(format!(
+        return Err(DecodeError::TooLarge(format!(
             "the display window, {width} x {height} pixels, is too large for a file of \
              {file_bytes} bytes (at most {most_pixels} pixels); the data window is {data}"
-        ));
+        )));
     }
     let block = block_bytes(header);
     if block > MAX_BLOCK_BYTES {
-        return Err(format!(
+        return Err(DecodeError::TooLarge(format!(
             "a block of {} channels takes {block} bytes, at most {MAX_BLOCK_BYTES}",
             channels.len()
-        ));
+        )));
     }
     let windows = MapWindows {
         data,

@@ -4,6 +4,8 @@ use std::fmt;
 
 use rayon::prelude::*;
 
+use crate::error::DecodeError;
+
 /// One pixel in this many may hold a NaN or an infinity; a map with more of them is damaged.
 const SOUND_PIXELS_PER_FAULT: usize = 1000;
 
@@ -47,8 +49,8 @@ impl fmt::Display for PixelFaults {
 /// Replaces NaN and infinite samples (see [`PixelFaults`]) and counts the pixels concerned.
 ///
 /// # Errors
-/// One line with the counts if there are too many.
-pub(super) fn replace_non_finite(pixels: &mut [[f32; 3]]) -> Result<PixelFaults, String> {
+/// [`DecodeError::NotFinite`] if there are too many.
+pub(super) fn replace_non_finite(pixels: &mut [[f32; 3]]) -> Result<PixelFaults, DecodeError> {
     let mut faults = PixelFaults::default();
     let is_finite = |pixel: &[f32; 3]| pixel.iter().all(|x| x.is_finite());
     if pixels.par_iter().all(is_finite) {
@@ -68,13 +70,13 @@ pub(super) fn replace_non_finite(pixels: &mut [[f32; 3]]) -> Result<PixelFaults,
     }
     let limit = (pixels.len() / SOUND_PIXELS_PER_FAULT).max(TOLERATED_FAULTS);
     if count > limit {
-        return Err(format!(
-            "the map is damaged: of {} pixels {} are NaN and {} infinite; at most {limit} are \
-             replaced (one in {SOUND_PIXELS_PER_FAULT})",
-            pixels.len(),
-            faults.nan,
-            faults.infinite
-        ));
+        return Err(DecodeError::NotFinite {
+            pixels: pixels.len(),
+            nan: faults.nan,
+            infinite: faults.infinite,
+            most: limit,
+            one_in: SOUND_PIXELS_PER_FAULT,
+        });
     }
     if faults.infinite > 0 {
         faults.infinite_as = Some(largest);

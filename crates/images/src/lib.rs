@@ -12,11 +12,13 @@
 //! ```
 
 mod decoder_panic;
+mod error;
 pub mod exr_file;
 mod exr_images;
 pub mod exr_map;
 mod faults;
 mod map;
+mod map_file;
 pub mod picture;
 mod primaries;
 mod radiance_file;
@@ -24,6 +26,7 @@ mod radiance_map;
 mod source;
 
 pub use decoder_panic::catch_decoder_panic;
+pub use error::{DecodeError, DecoderPanic, MapError};
 pub use faults::PixelFaults;
-pub use map::{LatLong, Map, MapError};
+pub use map::{LatLong, Map};
 pub use source::{MapImage, MapSelection, MapSource, MapWindows, Window};

@@ -2,47 +2,18 @@
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
-use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use strandlight_formats::{Error, FileKind, content_hash, read_file_of_kind};
+use strandlight_formats::content_hash;
 
-use super::{exr_map, radiance_map};
+use crate::error::{DecodeError, MapError};
 use crate::faults::{PixelFaults, replace_negative, replace_non_finite};
 use crate::primaries::{Matrix, convert};
-use crate::source::{MapSelection, MapSource};
+use crate::source::MapSource;
 
 /// Largest width of a map in pixels; its height is at most half of it. 32768 x 16384 RGB floats
 /// are 6 GiB: more than any published map, and a bound on what a lying header can ask for.
 pub const MAX_WIDTH: usize = 32768;
-
-/// Longest file that is read: the largest map with eight float channels, uncompressed.
-const MAX_FILE_BYTES: u64 = 16 << 30;
-
-/// Why a map could not be read or used.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum MapError {
-    /// The file could not be opened or read.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// The file is damaged, or uses something that is not supported (named in `what`).
-    #[error("{}: {what}", path.display())]
-    Invalid {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        what: String,
-    },
-    /// The pixels cannot be lit from: no light at all, or values that overflow.
-    #[error("{0}")]
-    Unusable(String),
-}
 
 /// An environment map: linear Rec.709 radiance, latitude-longitude layout, row 0 on top.
 ///
@@ -63,16 +34,18 @@ impl Map {
     /// a finite non-negative number (see [`PixelFaults`]).
     ///
     /// # Errors
-    /// [`MapError::Unusable`] if the size is not 2:1, too large, or not the number of pixels, or if
+    /// [`MapError::Pixels`] if the size is not 2:1, too large, or not the number of pixels, or if
     /// more than 0.1 % of the pixels (and more than 4) are NaN or infinite.
     pub fn new(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Map, MapError> {
-        check_size(width, height).map_err(MapError::Unusable)?;
+        check_size(width, height)?;
         if pixels.len() != width * height {
-            return Err(MapError::Unusable(format!(
-                "a {width} x {height} map needs {} pixels, not {}",
-                width * height,
-                pixels.len()
-            )));
+            let pixels = pixels.len();
+            let error = DecodeError::PixelCount {
+                width,
+                height,
+                pixels,
+            };
+            return Err(error.into());
         }
         let hash = content_hash(bytemuck::cast_slice(&pixels));
         let source = MapSource {
@@ -80,7 +53,7 @@ impl Map {
             format: "memory".to_owned(),
             ..MapSource::default()
         };
-        Map::from_decoded(width, height, pixels, None, source).map_err(MapError::Unusable)
+        Ok(Map::from_decoded(width, height, pixels, None, source)?)
     }
 
     /// As [`Map::new`] for a size that was checked before the pixels were decoded; `to_rec_709`
@@ -91,7 +64,7 @@ impl Map {
         mut pixels: Vec<[f32; 3]>,
         to_rec_709: Option<Matrix>,
         source: MapSource,
-    ) -> Result<Map, String> {
+    ) -> Result<Map, DecodeError> {
         // Before the colours are converted: that would spread infinities over the channels, and
         // make NaN of their differences.
         let mut faults = replace_non_finite(&mut pixels)?;
@@ -108,73 +81,6 @@ impl Map {
             faults,
             source,
         })
-    }
-
-    /// Reads an OpenEXR or Radiance file, or standard input as `-`; the format is detected from its
-    /// first bytes, not its name. Of an OpenEXR file with several images the one that
-    /// [`MapSelection::default`] chooses.
-    ///
-    /// # Errors
-    /// [`MapError`] naming the file and what is wrong with it.
-    pub fn read(path: &Path) -> Result<Map, MapError> {
-        Map::read_selected(path, &MapSelection::default())
-    }
-
-    /// As [`Map::read`], of a file with several images the one that `selection` names.
-    ///
-    /// # Errors
-    /// [`MapError`] naming the file and what is wrong with it, or which images it has.
-    pub fn read_selected(path: &Path, selection: &MapSelection) -> Result<Map, MapError> {
-        let io = |source| MapError::Io {
-            path: path.to_owned(),
-            source,
-        };
-        let invalid = |what| MapError::Invalid {
-            path: path.to_owned(),
-            what,
-        };
-        let is_map = |kind| matches!(kind, FileKind::Map(_));
-        let bytes =
-            read_file_of_kind(path, MAX_FILE_BYTES, is_map).map_err(|error| match error {
-                Error::Io { source, .. } => io(source),
-                Error::Value {
-                    key, value, range, ..
-                } => invalid(format!("{key} is {value}, must be {range}")),
-                other => invalid(other.to_string()),
-            })?;
-        Map::decode_selected(&bytes, selection).map_err(invalid)
-    }
-
-    /// Decodes the bytes of an OpenEXR or Radiance file.
-    ///
-    /// # Errors
-    /// What is wrong, in one line.
-    pub fn decode(bytes: &[u8]) -> Result<Map, String> {
-        Map::decode_selected(bytes, &MapSelection::default())
-    }
-
-    /// As [`Map::decode`], of a file with several images the one that `selection` names.
-    ///
-    /// # Errors
-    /// What is wrong, in one line.
-    pub fn decode_selected(bytes: &[u8], selection: &MapSelection) -> Result<Map, String> {
-        let hash = content_hash(bytes);
-        if bytes.starts_with(&exr_map::MAGIC) {
-            exr_map::decode(bytes, hash, selection)
-        } else if bytes.starts_with(radiance_map::MAGIC) {
-            if *selection != MapSelection::default() {
-                return Err("a Radiance file has no parts and layers to choose from".to_owned());
-            }
-            radiance_map::decode(bytes, hash)
-        } else if bytes.is_empty() {
-            Err("the file is empty".to_owned())
-        } else {
-            let what = "neither OpenEXR nor Radiance .hdr, by its first bytes";
-            Err(match FileKind::of(bytes) {
-                found if found.is_known() => format!("{what}: {}", found.describe()),
-                _ => what.to_owned(),
-            })
-        }
     }
 
     /// Pixels across.
@@ -316,17 +222,15 @@ impl LatLong {
 }
 
 /// Refuses sizes that are no latitude-longitude map, before anything is allocated.
-pub(super) fn check_size(width: usize, height: usize) -> Result<(), String> {
+pub(super) fn check_size(width: usize, height: usize) -> Result<(), DecodeError> {
     if width > MAX_WIDTH || height > MAX_WIDTH / 2 {
-        Err(format!(
-            "{width} x {height} pixels are too many, at most {MAX_WIDTH} x {}",
-            MAX_WIDTH / 2
-        ))
+        Err(DecodeError::TooManyPixels {
+            width,
+            height,
+            max_width: MAX_WIDTH,
+        })
     } else if width != 2 * height || width < 4 {
-        Err(format!(
-            "{width} x {height} pixels are no latitude-longitude map: it must be twice as wide as \
-             high, at least 4 x 2"
-        ))
+        Err(DecodeError::NotLatLong { width, height })
     } else {
         Ok(())
     }

@@ -1,5 +1,7 @@
 //! Colour primaries of a file, converted to Rec.709.
 
+use crate::error::DecodeError;
+
 /// CIE 1931 xy of red, green, blue and white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Primaries {
@@ -33,8 +35,8 @@ impl Primaries {
     /// map stays neutral.
     ///
     /// # Errors
-    /// One line if the primaries span no triangle.
-    pub fn to_rec_709(self) -> Result<Option<Matrix>, String> {
+    /// [`DecodeError::Primaries`] if they span no triangle.
+    pub fn to_rec_709(self) -> Result<Option<Matrix>, DecodeError> {
         let flat = |p: Primaries| [p.red, p.green, p.blue, p.white];
         let same = flat(self)
             .iter()
@@ -44,7 +46,7 @@ impl Primaries {
         if same {
             return Ok(None);
         }
-        let unusable = || format!("the colour primaries {:?} span no colour space", flat(self));
+        let unusable = || DecodeError::Primaries(flat(self));
         let own = self.to_xyz().ok_or_else(unusable)?;
         let from_xyz = REC_709
             .to_xyz()
@@ -135,7 +137,7 @@ mod tests {
 
     #[test]
     fn rec_709_needs_no_conversion() {
-        assert_eq!(REC_709.to_rec_709(), Ok(None));
+        assert!(matches!(REC_709.to_rec_709(), Ok(None)));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Radiance .hdr maps (RGBE, flat or run-length encoded).
 
+use crate::error::DecodeError;
 use crate::map::{Map, check_size};
 use crate::primaries::{Matrix, Primaries};
 use crate::radiance_file;
@@ -15,19 +16,19 @@ pub(super) const MAGIC: &[u8] = b"#?";
 /// (all zeros, which some writers put, means none). Only the orientation `-Y H +X W` is read.
 ///
 /// # Errors
-/// What is wrong, in one line.
-pub(super) fn decode(bytes: &[u8], hash: String) -> Result<Map, String> {
-    let bad = |error: String| format!("not a readable Radiance file: {error}");
+/// What is wrong.
+pub(super) fn decode(bytes: &[u8], hash: String) -> Result<Map, DecodeError> {
+    let bad = DecodeError::Radiance;
     let (header, rest) = radiance_file::header(bytes).map_err(bad)?;
     let (width, height) = (header.width, header.height);
     check_size(width, height)?;
     // A run of the usual scheme holds at most 127 pixels in 2 bytes for each of 4 channels, so 16
     // pixels need a byte. A file far below that is not worth the allocation.
     if bytes.len() < height * 4 + width * height / 64 {
-        return Err(format!(
+        return Err(DecodeError::Damaged(format!(
             "the file is truncated: {} bytes cannot hold {height} rows",
             bytes.len()
-        ));
+        )));
     }
     let gain = gain(header.exposure, header.correction)?;
     let matrix = match &header.primaries {
@@ -52,27 +53,28 @@ pub(super) fn decode(bytes: &[u8], hash: String) -> Result<Map, String> {
 }
 
 /// What the stored values are multiplied with to be radiance.
-fn gain(exposure: f32, correction: [f32; 3]) -> Result<[f32; 3], String> {
+fn gain(exposure: f32, correction: [f32; 3]) -> Result<[f32; 3], DecodeError> {
     let [r, g, b] = correction;
     let gain = [r, g, b].map(|c| 1.0 / (c * exposure));
     if gain.iter().all(|g| g.is_finite() && *g > 0.0) {
         Ok(gain)
     } else {
-        Err(format!(
+        Err(DecodeError::Damaged(format!(
             "EXPOSURE {exposure} with COLORCORR {r} {g} {b} is no scale"
-        ))
+        )))
     }
 }
 
 /// The conversion that `PRIMARIES=rx ry gx gy bx by wx wy` asks for.
-fn primaries(text: &str) -> Result<Option<Matrix>, String> {
+fn primaries(text: &str) -> Result<Option<Matrix>, DecodeError> {
     let values: Option<Vec<f64>> = text
         .split_whitespace()
         .map(|word| word.parse().ok())
         .collect();
     let Some([rx, ry, gx, gy, bx, by, wx, wy]) = values.and_then(|v| <[f64; 8]>::try_from(v).ok())
     else {
-        return Err(format!("PRIMARIES={text} are not eight numbers"));
+        let what = format!("PRIMARIES={text} are not eight numbers");
+        return Err(DecodeError::Damaged(what));
     };
     if [rx, ry, gx, gy, bx, by, wx, wy] == [0.0; 8] {
         return Ok(None);

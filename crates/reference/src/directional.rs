@@ -5,7 +5,7 @@ use glam::Vec3;
 use strandlight_scene::proxy::ProxyRecord;
 use strandlight_scene::strands::Strands;
 
-use super::film::CameraRay;
+use super::integrator::CameraRay;
 use super::{Environment, Fibres, Frame, Integrator, Layers, Met, World};
 use crate::rays::{Rays, Start};
 use strandlight_scattering::random::SplitMix64;

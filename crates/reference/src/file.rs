@@ -21,8 +21,8 @@ use strandlight_scene::provenance::{GROOM, LIGHTS, Provenance, SCENE, TABLES, TI
 
 use super::Method;
 use super::film::{Film, MAX_SAMPLES, Pixel};
-use strandlight_images::catch_decoder_panic;
 use strandlight_images::exr_file::{self, Channel, floats};
+use strandlight_images::{DecoderPanic, catch_decoder_panic};
 use strandlight_scene::background::background_at;
 
 /// A reference picture, and what it is of.
@@ -41,12 +41,18 @@ pub struct ReferenceFile {
 }
 
 /// Why a file cannot be gone on with.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileError {
     /// Not an OpenEXR file that can be read.
     #[error("not a readable OpenEXR file: {0}")]
-    Damaged(String),
+    OpenExr(#[source] exr::error::Error),
+    /// The decoder panicked.
+    #[error("not a readable OpenEXR file: {0}")]
+    Decoder(#[from] DecoderPanic),
+    /// Sums of samples that are NaN or infinite.
+    #[error("not a readable OpenEXR file: values that are not finite")]
+    NotFinite,
     /// Another kind of picture.
     #[error("not a reference picture of this program: no {0}")]
     Missing(String),
@@ -65,7 +71,7 @@ pub enum FileError {
     OtherInputs,
     /// It cannot be written.
     #[error("cannot be encoded: {0}")]
-    Encoder(String),
+    Encoder(#[source] exr::error::Error),
 }
 
 const METHOD: &str = "method";
@@ -171,7 +177,7 @@ impl ReferenceFile {
             .with(SAMPLES, film.n_samples);
         let size = film.size.map(|n| n as usize);
         exr_file::encode((size[0], size[1]), channels, provenance.entries())
-            .map_err(|error| FileError::Encoder(error.to_string()))
+            .map_err(FileError::Encoder)
     }
 
     /// What lies behind each pixel.
@@ -191,8 +197,7 @@ impl ReferenceFile {
     /// # Errors
     /// What is not as in this one, by name.
     pub fn resume(&mut self, bytes: &[u8]) -> Result<(), FileError> {
-        self.film = catch_decoder_panic(|| Ok(decode(bytes, self)))
-            .unwrap_or_else(|error| Err(FileError::Damaged(error)))?;
+        self.film = catch_decoder_panic(|| decode(bytes, self))?;
         Ok(())
     }
 }
@@ -236,9 +241,8 @@ fn decode(bytes: &[u8], wanted: &ReferenceFile) -> Result<Film, FileError> {
         found: found.to_string(),
         expected: expected.to_string(),
     };
-    let damaged = |error: exr::error::Error| FileError::Damaged(error.to_string());
     let missing = |what: &str| FileError::Missing(what.to_owned());
-    let reader = exr::block::read(Cursor::new(bytes), false).map_err(damaged)?;
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(FileError::OpenExr)?;
     let header = reader.headers().first().ok_or_else(|| missing("layer"))?;
     let text = |name: &str| text_of(header, name).ok_or_else(|| missing(name));
     let method = text(METHOD)?;
@@ -274,7 +278,7 @@ fn decode(bytes: &[u8], wanted: &ReferenceFile) -> Result<Film, FileError> {
         .first_valid_layer()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))
-        .map_err(damaged)?;
+        .map_err(FileError::OpenExr)?;
     let mut film = Film::new(size);
     film.n_samples = n_samples;
     let list = image.layer_data.channel_data.list;
@@ -298,7 +302,7 @@ fn decode(bytes: &[u8], wanted: &ReferenceFile) -> Result<Film, FileError> {
         *pixel = with_sums(stored.pixel(ix), exact);
     }
     if film.pixels.iter().any(|pixel| !pixel.is_finite()) {
-        return Err(FileError::Damaged("values that are not finite".to_owned()));
+        return Err(FileError::NotFinite);
     }
     Ok(film)
 }

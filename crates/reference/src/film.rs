@@ -7,26 +7,13 @@ use rayon::prelude::*;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::{ViewUniform, view_uniform};
 
-use super::{Integrator, Layers};
+use super::integrator::{CameraRay, Integrator, Layers};
 use crate::rays::Start;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::background::background_at;
 
 /// Most samples of a pixel.
 pub const MAX_SAMPLES: u32 = 1 << 24;
-
-/// A ray from the camera.
-#[derive(Clone, Copy, Debug)]
-pub struct CameraRay {
-    /// The eye, with nothing nearer than the near plane.
-    pub start: Start,
-    /// Unit vector into the scene.
-    pub direction: Vec3,
-    /// A hash of seed and pixel: turns low-discrepancy sequences that every pixel runs through.
-    pub pixel_key: u64,
-    /// Number of the sample in its pixel.
-    pub sample: u32,
-}
 
 /// Sums over a pixel's samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

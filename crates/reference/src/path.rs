@@ -14,7 +14,7 @@ use strandlight_scattering::exact::{Bcsdf, BcsdfView};
 use strandlight_scene::proxy::ProxyRecord;
 use strandlight_scene::strands::Strands;
 
-use super::film::CameraRay;
+use super::integrator::CameraRay;
 use super::{Environment, Fibres, Frame, Integrator, Layers, Met, Surface, World};
 use crate::rays::{Rays, Start};
 use strandlight_scattering::random::SplitMix64;

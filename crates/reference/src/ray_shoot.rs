@@ -23,8 +23,8 @@ use strandlight_scattering::exact::BcsdfView;
 use strandlight_scene::proxy::{ProxyRecord, is_blocked};
 use strandlight_scene::strands::Strands;
 
-use super::film::CameraRay;
 use super::frame::{Frame, tangent};
+use super::integrator::CameraRay;
 use super::{Averages, AveragesAt, Environment, Fibres, Integrator, Layers, Met, Surface, World};
 use crate::rays::{Rays, Start};
 use strandlight_scattering::random::SplitMix64;

@@ -6,13 +6,15 @@ use std::time::Duration;
 
 use crate::limits;
 
+pub use crate::limits::Demand;
+
 /// Why no device could be had, or why it failed later.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
     /// No driver, or no adapter the driver offers.
     #[error("no GPU adapter was found ({0})")]
-    NoAdapter(String),
+    NoAdapter(#[source] Cause),
     /// The adapter exists but cannot do what every backend here needs.
     #[error("GPU adapter '{adapter}' cannot be used: {reason}")]
     Unsuitable {
@@ -22,12 +24,12 @@ pub enum GpuError {
         reason: String,
     },
     /// Opening the device failed.
-    #[error("GPU adapter '{adapter}' could not be opened: {reason}")]
+    #[error("GPU adapter '{adapter}' could not be opened: {source}")]
     NoDevice {
         /// Name of the adapter.
         adapter: String,
         /// The driver's answer.
-        reason: String,
+        source: wgpu::RequestDeviceError,
     },
     /// The device is gone: reset, unplugged, its driver replaced. Another may be opened.
     #[error("the GPU device was lost: {reason}")]
@@ -36,13 +38,24 @@ pub enum GpuError {
         reason: String,
     },
     /// A command or a read-back failed.
-    #[error("GPU work '{what}' failed: {reason}")]
+    #[error("GPU work '{what}' failed: {source}")]
     Failed {
         /// The work that failed.
         what: &'static str,
         /// The driver's answer.
-        reason: String,
+        source: Cause,
     },
+}
+
+/// What failed below: an error of wgpu or of a shader, or a sentence.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// `error` as a cause. In a page, where it cannot leave its thread, only what it says.
+pub(crate) fn cause_of(error: wgpu::Error) -> Cause {
+    #[cfg(not(target_arch = "wasm32"))]
+    return error.into();
+    #[cfg(target_arch = "wasm32")]
+    return error.to_string().into();
 }
 
 /// An opened device and its queue. Clones share both.
@@ -87,7 +100,7 @@ const BELT_CHUNK: u64 = 64 << 10;
 #[derive(Debug, Default)]
 struct Faults {
     lost: Option<String>,
-    first_error: Option<String>,
+    first_error: Option<Cause>,
 }
 
 /// What was made on a device and written to it since it was opened.
@@ -166,16 +179,6 @@ impl ResourceCounts {
             submissions: self.submissions - before.submissions,
         }
     }
-}
-
-/// What a device must be able to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Demand {
-    /// Buffers and storage bindings as large as the adapter offers, and time stamps where it has
-    /// them.
-    Offered,
-    /// WebGPU's default limits and no optional feature: what nearly every adapter has.
-    Least,
 }
 
 impl Context {
@@ -291,7 +294,7 @@ impl Context {
         let adapter = instance
             .request_adapter(options)
             .await
-            .map_err(|error| GpuError::NoAdapter(error.to_string()))?;
+            .map_err(|error| GpuError::NoAdapter(error.into()))?;
         let info = adapter.get_info();
         let unsuitable = |reason: String| GpuError::Unsuitable {
             adapter: info.name.clone(),
@@ -319,19 +322,18 @@ impl Context {
         if demand == Demand::Offered {
             descriptor.required_features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
         }
-        let (device, queue) =
-            adapter
-                .request_device(&descriptor)
-                .await
-                .map_err(|error| GpuError::NoDevice {
-                    adapter: info.name.clone(),
-                    reason: error.to_string(),
-                })?;
+        let (device, queue) = adapter
+            .request_device(&descriptor)
+            .await
+            .map_err(|source| GpuError::NoDevice {
+                adapter: info.name.clone(),
+                source,
+            })?;
         let faults = Arc::new(Mutex::new(Faults::default()));
         let of_errors = Arc::clone(&faults);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             let mut faults = of_errors.lock().unwrap_or_else(PoisonError::into_inner);
-            faults.first_error.get_or_insert_with(|| error.to_string());
+            faults.first_error.get_or_insert_with(|| cause_of(error));
         }));
         let of_loss = Arc::clone(&faults);
         device.set_device_lost_callback(move |reason, message| {
@@ -451,7 +453,7 @@ impl Context {
             });
         }
         match faults.first_error.take() {
-            Some(reason) => Err(GpuError::Failed { what, reason }),
+            Some(source) => Err(GpuError::Failed { what, source }),
             None => Ok(()),
         }
     }
@@ -474,7 +476,7 @@ impl Context {
             })
             .map_err(|error| GpuError::Failed {
                 what,
-                reason: error.to_string(),
+                source: error.into(),
             })?;
         self.check(what)
     }
@@ -485,7 +487,7 @@ impl Context {
         what: &'static str,
         buffer: &wgpu::Buffer,
     ) -> Result<Vec<u8>, GpuError> {
-        let failed = |reason: String| GpuError::Failed { what, reason };
+        let failed = |source: Cause| GpuError::Failed { what, source };
         let (sender, receiver) = std::sync::mpsc::channel();
         buffer.map_async(wgpu::MapMode::Read, .., move |result| {
             // The receiver lives until the answer has come.
@@ -494,11 +496,11 @@ impl Context {
         self.wait(what)?;
         receiver
             .recv()
-            .map_err(|error| failed(error.to_string()))?
-            .map_err(|error| failed(error.to_string()))?;
+            .map_err(|error| failed(error.into()))?
+            .map_err(|error| failed(error.into()))?;
         let bytes = buffer
             .get_mapped_range(..)
-            .map_err(|error| failed(error.to_string()))?
+            .map_err(|error| failed(error.into()))?
             .to_vec();
         buffer.unmap();
         Ok(bytes)

@@ -37,7 +37,7 @@ impl GpuOptics {
         if !(1..=MAX_OPTICS).contains(&fibres.len()) {
             return Err(GpuError::Failed {
                 what: "optics",
-                reason: format!("{} fibres, not 1..={MAX_OPTICS}", fibres.len()),
+                source: format!("{} fibres, not 1..={MAX_OPTICS}", fibres.len()).into(),
             });
         }
         let lobes = |of: fn(&Optics) -> &LobeTexture| -> Vec<&LobeTexture> {
@@ -64,7 +64,7 @@ impl GpuOptics {
         if let Some(rows) = rows.iter().find(|&&rows| rows > MAX_OPTICS) {
             return Err(GpuError::Failed {
                 what: "optics",
-                reason: format!("{rows} rows of lobes, more than {MAX_OPTICS}"),
+                source: format!("{rows} rows of lobes, more than {MAX_OPTICS}").into(),
             });
         }
         let contents: &[u8] = bytemuck::cast_slice(&uniforms);

@@ -4,11 +4,12 @@ use glam::{Mat4, Vec3};
 
 use crate::device_scene::{DeviceScene, Log, Stepped};
 use crate::gpu::{Context, GpuError};
+use crate::hair_options::HairOptions;
 use crate::limits;
 use crate::passes::clock::Clock;
 use crate::passes::hosted::{Host, Hosted};
 use crate::passes::lighting::POINT_CHUNK;
-use crate::progressive::RenderReport;
+use crate::report::RenderReport;
 use std::ops::Range;
 use strandlight_formats::{Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
@@ -19,34 +20,6 @@ use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::Paint;
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::scene::PreparedScene;
-
-/// What the host's render pass is like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct HairOptions {
-    /// Format of the colour attachment; linear radiance is written, so a float format keeps
-    /// highlights.
-    pub color_format: wgpu::TextureFormat,
-    /// Format of the depth attachment, which hair is tested against and written to.
-    pub depth_format: wgpu::TextureFormat,
-    /// Samples of a pixel in both attachments: 1 or 4. Strands thinner than a pixel cover some of
-    /// them: 4 are smoother.
-    pub sample_count: u32,
-    /// Depth is 1 at the near plane and 0 at the far plane, cleared to 0 and compared by `Greater`;
-    /// else it is 0 at the near plane and compared by `Less`.
-    pub reverse_z: bool,
-}
-
-impl Default for HairOptions {
-    /// `Rgba16Float`, `Depth32Float`, 4 samples, 0 at the near plane.
-    fn default() -> HairOptions {
-        HairOptions {
-            color_format: wgpu::TextureFormat::Rgba16Float,
-            depth_format: wgpu::TextureFormat::Depth32Float,
-            sample_count: 4,
-            reverse_z: false,
-        }
-    }
-}
 
 /// The host's view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -453,7 +426,7 @@ impl HostCamera {
 /// # Errors
 /// The first limit that is too low for hair.
 pub fn required_limits(offered: &wgpu::Limits) -> Result<wgpu::Limits, GpuError> {
-    limits::to_ask_for(offered, crate::gpu::Demand::Least).map_err(|reason| GpuError::Unsuitable {
+    limits::to_ask_for(offered, limits::Demand::Least).map_err(|reason| GpuError::Unsuitable {
         adapter: "of the host".to_owned(),
         reason,
     })

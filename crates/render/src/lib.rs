@@ -40,19 +40,22 @@ mod device_scene;
 pub mod gpu;
 pub mod gpu_optics;
 pub mod gpu_tables;
+mod hair_options;
 mod hair_renderer;
 pub mod invalidation;
 mod limits;
 pub mod passes;
 pub mod progressive;
+mod report;
 // A page opens no device of its own accord and waits for none.
 #[cfg(not(target_arch = "wasm32"))]
 pub mod probe;
 
 use strandlight_scattering::layout::Layout;
 
+pub use hair_options::HairOptions;
 pub use hair_renderer::{
-    HairError, HairOptions, HairRenderer, HairView, PrepareBudget, ViewError, required_limits,
+    HairError, HairRenderer, HairView, PrepareBudget, ViewError, required_limits,
 };
 pub use progressive::ProgressiveRenderer;
 // Its types stand in signatures.

@@ -1,6 +1,14 @@
 //! What an adapter must be able to do, and what is asked of it.
 
-use crate::gpu::Demand;
+/// What a device must be able to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Demand {
+    /// Buffers and storage bindings as large as the adapter offers, and time stamps where it has
+    /// them.
+    Offered,
+    /// WebGPU's default limits and no optional feature: what nearly every adapter has.
+    Least,
+}
 
 /// A limit of adapters: its name in WebGPU, where it is found, and what this program cannot do
 /// without.

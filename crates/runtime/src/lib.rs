@@ -11,9 +11,12 @@
 //! let script = Script::from_json(r#"[{"set": {"hair.eta": 1.6}}, {"frame": "a", "samples": 8}]"#)?;
 //! let names: Vec<&str> = script.frames().map(|frame| frame.name.as_str()).collect();
 //! assert_eq!(names, ["a"]);
-//! # Ok::<(), strandlight_scene::SceneError>(())
+//! # Ok::<(), strandlight_runtime::ScriptError>(())
 //! ```
 
+mod error;
+#[cfg(all(target_arch = "wasm32", feature = "ui"))]
+mod page;
 pub mod script;
 pub mod session;
 pub mod timings;
@@ -23,5 +26,6 @@ pub mod viewer;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
 pub mod web;
 
+pub use error::{KeyError, ScriptError, SessionError, StepError};
 pub use session::Session;
 pub use viewer::Viewer;

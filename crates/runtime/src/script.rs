@@ -25,13 +25,14 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
-use strandlight_formats::{CameraSection, did_you_mean, nearest};
+use strandlight_formats::{CameraSection, nearest};
 
+use crate::error::{ScriptError, SessionError, StepError};
 use crate::session::{Change, Session};
 use crate::viewer::Viewer;
+use strandlight_scene::Backend;
 use strandlight_scene::budget::check_frame;
 use strandlight_scene::paint::{Brush, BrushStroke, StrokePath};
-use strandlight_scene::{Backend, RenderError, SceneError};
 
 /// Longest script.
 pub const MAX_BYTES: u64 = 64 << 20;
@@ -93,9 +94,9 @@ impl Entry {
     ];
 
     /// Key by key, so that each complaint names its key.
-    fn of_json(entry: Value) -> Result<Entry, String> {
+    fn of_json(entry: Value) -> Result<Entry, StepError> {
         let Value::Object(keys) = entry else {
-            return Err("must be an object like {\"undo\": 1}".to_owned());
+            return Err(StepError::NoObject);
         };
         let mut step = Entry::default();
         for (key, value) in keys {
@@ -117,26 +118,24 @@ impl Entry {
 }
 
 /// `value` as what belongs to `key`.
-fn typed<T: DeserializeOwned>(key: &str, value: Value) -> Result<T, String> {
-    serde_json::from_value(value).map_err(|error| {
-        let message = error.to_string();
-        let hint = did_you_mean(&message).map_or(String::new(), |hint| format!("; {hint}"));
-        format!("{key}: {message}{hint}")
+fn typed<T: DeserializeOwned>(key: &str, value: Value) -> Result<T, StepError> {
+    serde_json::from_value(value).map_err(|source| StepError::Value {
+        key: key.to_owned(),
+        source,
     })
 }
 
-/// `keys` do not have `key` among them.
-fn unknown(of: &str, key: &str, keys: &[&str]) -> String {
-    let hint = nearest(key, keys.iter().copied());
-    let hint = hint.map_or(String::new(), |name| format!("; did you mean {name}?"));
-    format!(
-        "{of}{key}: unknown key, must be one of {}{hint}",
-        keys.join(", ")
-    )
+/// `known` does not have `key`, which stands below `of`.
+fn unknown(of: &str, key: &str, known: &'static [&'static str]) -> StepError {
+    StepError::UnknownKey {
+        key: format!("{of}{key}"),
+        known,
+        meant: nearest(key, known.iter().copied()),
+    }
 }
 
 /// A stroke, whose complaints name the key of the brush.
-fn stroke(value: Value) -> Result<BrushStroke, String> {
+fn stroke(value: Value) -> Result<BrushStroke, StepError> {
     let Value::Object(keys) = &value else {
         return typed("stroke", value);
     };
@@ -154,8 +153,7 @@ fn stroke(value: Value) -> Result<BrushStroke, String> {
             }
             ("path", path) => {
                 if serde_json::from_value::<StrokePath>(path.clone()).is_err() {
-                    let points = "a list of points [x_px, y_px], or [x, y, z] in cm";
-                    return Err(format!("stroke.path: must be {points}"));
+                    return Err(StepError::StrokePath);
                 }
             }
             _ => return Err(unknown("stroke.", key, &["brush", "path"])),
@@ -169,18 +167,19 @@ impl Script {
     ///
     /// # Errors
     /// The first step that is not as it should be, by its number.
-    pub fn from_json(text: &str) -> Result<Script, SceneError> {
-        let entries: Vec<Value> = serde_json::from_str(text)
-            .map_err(|error| SceneError::File(format!("not a list of steps: {error}")))?;
+    pub fn from_json(text: &str) -> Result<Script, ScriptError> {
+        let entries: Vec<Value> = serde_json::from_str(text)?;
         let mut names = BTreeSet::new();
         let mut steps = Vec::with_capacity(entries.len());
         for (ix, entry) in entries.into_iter().enumerate() {
-            let step = step(entry, &mut names);
-            steps.push(step.map_err(|what| SceneError::File(format!("step {ix}: {what}")))?);
+            let read = step(entry, &mut names);
+            steps.push(read.map_err(|source| ScriptError::Step { step: ix, source })?);
         }
         if names.len() > MAX_FRAMES as usize {
-            let what = format!("{} frames; at most {MAX_FRAMES}", names.len());
-            return Err(SceneError::File(what));
+            return Err(ScriptError::TooManyFrames {
+                frames: names.len(),
+                most: MAX_FRAMES,
+            });
         }
         Ok(Script { steps })
     }
@@ -222,17 +221,17 @@ impl Script {
     ///
     /// # Errors
     /// As [`Script::run`].
-    pub fn check(&self, session: &Session) -> Result<(), RenderError> {
+    pub fn check(&self, session: &Session) -> Result<(), ScriptError> {
         let mut session = session.clone();
         for (ix, step) in self.steps.iter().enumerate() {
             let done = match step {
-                Step::Set(values) => session.set(values).map(|_| ()).map_err(RenderError::from),
-                Step::Undo(n) => (0..*n).try_for_each(|_| a_step(session.undo(), "undo")),
-                Step::Redo(n) => (0..*n).try_for_each(|_| a_step(session.redo(), "redo")),
+                Step::Set(values) => session.set(values).map(drop),
+                Step::Undo(n) => (0..*n).try_for_each(|_| undone(session.undo())),
+                Step::Redo(n) => (0..*n).try_for_each(|_| redone(session.redo())),
                 Step::Stroke(_) => break,
                 Step::Time(_) | Step::Frame(_) => Ok(()),
             };
-            done.map_err(|error| in_step(ix, error))?;
+            done.map_err(|error| ScriptError::at(ix, error))?;
         }
         Ok(())
     }
@@ -241,35 +240,38 @@ impl Script {
     ///
     /// # Errors
     /// The first step that fails, by its number; what `draw` answers.
-    pub fn run<B: Backend + ?Sized, E: From<RenderError>>(
+    pub fn run<B: Backend + ?Sized, E: From<ScriptError>>(
         &self,
         viewer: &mut Viewer<B>,
         mut draw: impl FnMut(&mut Viewer<B>, &Frame) -> Result<(), E>,
     ) -> Result<(), E> {
         for (ix, step) in self.steps.iter().enumerate() {
             let done = match step {
-                Step::Set(values) => viewer.set(values).map(|_| ()),
-                Step::Stroke(stroke) => viewer.stroke(stroke).map(|_| ()),
-                Step::Time(seconds) => viewer.set_time(*seconds),
-                Step::Undo(n) => (0..*n).try_for_each(|_| a_step(viewer.undo()?, "undo")),
-                Step::Redo(n) => (0..*n).try_for_each(|_| a_step(viewer.redo()?, "redo")),
+                Step::Set(values) => viewer.set(values).map(drop),
+                Step::Stroke(stroke) => viewer.stroke(stroke).map(drop).map_err(Into::into),
+                Step::Time(seconds) => viewer.set_time(*seconds).map_err(Into::into),
+                Step::Undo(n) => (0..*n).try_for_each(|_| undone(viewer.undo()?)),
+                Step::Redo(n) => (0..*n).try_for_each(|_| redone(viewer.redo()?)),
                 Step::Frame(frame) => {
                     draw(viewer, frame)?;
                     Ok(())
                 }
             };
-            done.map_err(|error| in_step(ix, error))?;
+            done.map_err(|error| ScriptError::at(ix, error))?;
         }
         Ok(())
     }
 }
 
-fn a_step(change: Option<Change>, what: &str) -> Result<(), RenderError> {
-    let none = || SceneError::File(format!("there is no step to {what}")).into();
-    change.map(|_| ()).ok_or_else(none)
+fn undone(change: Option<Change>) -> Result<(), SessionError> {
+    change.map(drop).ok_or(SessionError::NothingToUndo)
 }
 
-fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
+fn redone(change: Option<Change>) -> Result<(), SessionError> {
+    change.map(drop).ok_or(SessionError::NothingToRedo)
+}
+
+fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, StepError> {
     let entry = Entry::of_json(entry)?;
     let is_frame = entry.frame.is_some();
     let mut steps: Vec<Step> = [
@@ -290,27 +292,26 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
     .flatten()
     .collect();
     let one = (steps.len() == 1).then(|| steps.pop()).flatten();
-    let one = one.ok_or("must be one of set, stroke, time, undo, redo and frame")?;
+    let one = one.ok_or(StepError::NotOneStep)?;
     if !is_frame && (entry.samples.is_some() || entry.size.is_some()) {
-        return Err("samples and size belong to a frame".to_owned());
+        return Err(StepError::NoFrame);
     }
     match &one {
         Step::Frame(frame) => {
             check_name(&frame.name)?;
             let stem = Path::new(&frame.name).with_extension("");
             if !names.insert(stem.to_string_lossy().to_lowercase()) {
-                return Err(format!("there is a frame {} already", frame.name));
+                return Err(StepError::SecondFrame(frame.name.clone()));
             }
             let samples = frame.samples.unwrap_or(4);
             if samples == 0 || samples > strandlight_scene::budget::MAX_SAMPLES {
-                let most = strandlight_scene::budget::MAX_SAMPLES;
-                return Err(format!("samples is {samples}, must be in 1..={most}"));
+                return Err(StepError::Samples(samples));
             }
             let size = frame.size.unwrap_or([1, 1]);
-            check_frame(size, samples).map_err(|error| error.to_string())?;
+            check_frame(size, samples)?;
         }
         Step::Time(seconds) if !(0.0..=1e6).contains(seconds) => {
-            return Err(format!("time is {seconds}, must be in 0..=1000000"));
+            return Err(StepError::Time(*seconds));
         }
         _ => {}
     }
@@ -318,21 +319,12 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, String> {
 }
 
 /// A frame's name is that of a file in the folder of the frames.
-fn check_name(name: &str) -> Result<(), String> {
+fn check_name(name: &str) -> Result<(), StepError> {
     let fine = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if (1..=128).contains(&name.len()) && name.chars().all(fine) && !name.starts_with('.') {
         return Ok(());
     }
-    Err(format!(
-        "frame {name:?}: must be 1 to 128 letters, digits, -, _ and dots, and no path"
-    ))
-}
-
-fn in_step(ix: usize, error: RenderError) -> RenderError {
-    match error {
-        RenderError::Scene(error) => SceneError::File(format!("step {ix}: {error}")).into(),
-        error => error,
-    }
+    Err(StepError::FrameName(name.to_owned()))
 }
 
 /// The camera, turned about +Y through its target by `angle` radians, counter-clockwise seen from

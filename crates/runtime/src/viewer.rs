@@ -11,6 +11,7 @@ use glam::Vec3;
 use serde_json::{Map, Value};
 use strandlight_formats::Scene;
 
+use crate::error::SessionError;
 use crate::session::{Change, Saved, Session, section_of};
 use strandlight_render::gpu::Context;
 use strandlight_render::progressive::{Progress, ProgressiveRenderer, RenderReport};
@@ -18,7 +19,7 @@ use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
 use strandlight_scene::material::check_round;
 use strandlight_scene::motion::{Motion, Wind};
-use strandlight_scene::paint::{Brush, BrushError, BrushStroke, Picker, Stroking};
+use strandlight_scene::paint::{Brush, BrushStroke, Picker, Stroking};
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::{Backend, RenderError, SceneError};
@@ -49,8 +50,8 @@ impl Viewer {
     ///
     /// # Errors
     /// What cannot be read or drawn, by name; whatever the device refuses.
-    pub fn open(context: &Context, path: &Path) -> Result<Viewer, RenderError> {
-        Viewer::new(context, Session::open(path)?)
+    pub fn open(context: &Context, path: &Path) -> Result<Viewer, SessionError> {
+        Ok(Viewer::new(context, Session::open(path)?)?)
     }
 
     /// Shows a document.
@@ -159,19 +160,19 @@ impl<B: Backend + ?Sized> Viewer<B> {
         &mut self,
         label: &str,
         change: impl FnOnce(&mut Scene),
-    ) -> Result<Change, RenderError> {
+    ) -> Result<Change, SessionError> {
         let change = self.session.edit(label, change)?;
-        self.show_edit(change)
+        Ok(self.show_edit(change)?)
     }
 
     /// See [`Session::set`].
     ///
     /// # Errors
     /// As there, or what cannot be drawn; nothing is changed then.
-    pub fn set(&mut self, values: &Map<String, Value>) -> Result<Change, RenderError> {
+    pub fn set(&mut self, values: &Map<String, Value>) -> Result<Change, SessionError> {
         self.release()?;
         let change = self.session.set(values)?;
-        self.show_edit(change)
+        Ok(self.show_edit(change)?)
     }
 
     /// Looks from elsewhere. That is no edit: the scene keeps its camera until
@@ -182,8 +183,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     pub fn set_view(&mut self, view: Camera) -> Result<(), RenderError> {
         let mut scene = self.session.scene().clone();
         scene.camera = Some(section_of(&view));
-        let valid = scene.validate();
-        valid.map_err(|error| SceneError::File(error.to_string()))?;
+        scene.validate().map_err(SceneError::from)?;
         self.view = Some(view);
         self.live.set_camera(view);
         Ok(())
@@ -205,7 +205,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     ///
     /// # Errors
     /// As [`Viewer::edit`].
-    pub fn save_view(&mut self) -> Result<Change, RenderError> {
+    pub fn save_view(&mut self) -> Result<Change, SessionError> {
         let section = section_of(&self.live.scene().camera);
         self.commit();
         let change = self.edit("Save view", |scene| scene.camera = Some(section))?;
@@ -267,9 +267,8 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
         self.release()?;
-        check_round(&self.session.scene().hair.params())
-            .map_err(|error| SceneError::File(error.to_string()))?;
-        self.stroking = Some(Stroking::new(brush).map_err(to_render_error)?);
+        check_round(&self.session.scene().hair.params()).map_err(SceneError::from)?;
+        self.stroking = Some(Stroking::new(brush).map_err(SceneError::from)?);
         Ok(())
     }
 
@@ -316,8 +315,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
         self.release()?;
-        check_round(&self.session.scene().hair.params())
-            .map_err(|error| SceneError::File(error.to_string()))?;
+        check_round(&self.session.scene().hair.params()).map_err(SceneError::from)?;
         let size = self.size();
         let scene = self.live.scene();
         let picker = self
@@ -326,7 +324,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         let paint = self.session.paint_mut();
         let stroke = picker
             .stroke(paint, &scene.camera, size, stroke)
-            .map_err(to_render_error)?;
+            .map_err(SceneError::from)?;
         let change = self.session.stroke(stroke);
         self.show(&change)?;
         Ok(change)
@@ -346,18 +344,18 @@ impl<B: Backend + ?Sized> Viewer<B> {
     ///
     /// # Errors
     /// As there; whatever the device refuses.
-    pub fn save(&mut self) -> Result<Saved, RenderError> {
+    pub fn save(&mut self) -> Result<Saved, SessionError> {
         self.release()?;
-        Ok(self.session.save()?)
+        self.session.save()
     }
 
     /// See [`Session::save_as`]. A stroke that is being made ends first.
     ///
     /// # Errors
     /// As there; whatever the device refuses.
-    pub fn save_as(&mut self, path: &Path) -> Result<Saved, RenderError> {
+    pub fn save_as(&mut self, path: &Path) -> Result<Saved, SessionError> {
         self.release()?;
-        Ok(self.session.save_as(path)?)
+        self.session.save_as(path)
     }
 
     /// Reads all files again: see [`Session::reload`]. A stroke that is being made ends first, and
@@ -365,12 +363,12 @@ impl<B: Backend + ?Sized> Viewer<B> {
     ///
     /// # Errors
     /// As there, or what cannot be drawn; the document stays as it was then.
-    pub fn reload(&mut self) -> Result<Change, RenderError> {
+    pub fn reload(&mut self) -> Result<Change, SessionError> {
         self.release()?;
         let camera = self.session.scene().camera.clone();
         let mut change = self.session.reload()?;
         change.camera = camera != self.session.scene().camera;
-        self.show_edit(change)
+        Ok(self.show_edit(change)?)
     }
 
     /// Seconds since the start of the motion.
@@ -542,8 +540,4 @@ fn unmuted_scene(session: &Session) -> Result<PreparedScene, SceneError> {
     let mut prepared = session.prepared()?;
     prepared.lights = session.assets().turned_lights(&session.scene().lights);
     Ok(prepared)
-}
-
-fn to_render_error(error: BrushError) -> RenderError {
-    SceneError::File(error.to_string()).into()
 }

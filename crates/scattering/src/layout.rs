@@ -1,8 +1,8 @@
 //! Layouts of the structs that Rust writes and shaders read, so that a test can compare both sides.
 //!
 //! A file with such structs registers them once, beside their definitions, with
-//! [`mirrors!`](crate::mirrors). [`layouts`] lists those of this crate; crates that have structs of
-//! their own list theirs the same way.
+//! [`mirrors!`](crate::mirrors). [`closed_form::layouts`](crate::closed_form::layouts) lists those of
+//! this crate; crates that have structs of their own list theirs the same way.
 
 /// A struct whose memory a struct of a shader mirrors.
 #[derive(Clone, Copy, Debug)]
@@ -95,10 +95,4 @@ macro_rules! mirrors {
             }
         }),+];
     };
-}
-
-/// The layouts of this crate's structs.
-#[doc(hidden)]
-pub fn layouts() -> Vec<Layout> {
-    crate::closed_form::layouts()
 }

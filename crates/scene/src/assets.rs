@@ -19,7 +19,7 @@ use crate::error::SceneError;
 use crate::files::Files;
 use crate::material::{HairMaterial, LobeTables};
 use crate::strands::Strands;
-use crate::tables::ShadingTables;
+use crate::tables::{ShadingTables, TablesError};
 
 /// Segments m of the outer integral, as Xu 2011 published.
 const SEGMENTS: u32 = 4;
@@ -95,14 +95,12 @@ impl Assets {
     /// # Errors
     /// The first file that cannot be read, by name.
     pub fn read(scene: &Scene, files: &Files, modes: ModesToRead) -> Result<Self, SceneError> {
-        let named =
-            |key: &str, error: &dyn std::fmt::Display| SceneError::File(format!("{key}: {error}"));
         let groom = files
             .groom(&scene.groom_path())
-            .map_err(|error| named("groom.file", &error))?;
+            .map_err(|error| error.at_key("groom.file"))?;
         let lights = files
             .lights(&scene.lights_path())
-            .map_err(|error| named("lights.file", &error))?;
+            .map_err(|error| SceneError::from(error).at_key("lights.file"))?;
         let assets = Assets {
             diameters: Diameters::of(&groom),
             groom: Arc::new(groom),
@@ -122,14 +120,13 @@ impl Assets {
         let mut assets = self.clone();
         if after.groom_path() != before.groom_path() {
             let groom = files.groom(&after.groom_path());
-            let groom = groom.map_err(|error| SceneError::File(format!("groom.file: {error}")))?;
+            let groom = groom.map_err(|error| error.at_key("groom.file"))?;
             assets.diameters = Diameters::of(&groom);
             assets.groom = Arc::new(groom);
         }
         if after.lights_path() != before.lights_path() {
             let lights = files.lights(&after.lights_path());
-            let lights =
-                lights.map_err(|error| SceneError::File(format!("lights.file: {error}")))?;
+            let lights = lights.map_err(|error| SceneError::from(error).at_key("lights.file"))?;
             assets.lights = Arc::new(lights);
         }
         if after.tables_path() != before.tables_path() {
@@ -146,8 +143,8 @@ impl Assets {
     pub fn textures(&self, section: &HairSection) -> Result<HairMaterial, SceneError> {
         let (hair, modes) = (section.params(), section.modes.clone());
         let SceneTables { lobes, fresnel, .. } = &*self.tables;
-        HairMaterial::new(lobes.clone(), *fresnel, &hair, &modes, SEGMENTS)
-            .map_err(|error| SceneError::File(error.to_string()))
+        let material = HairMaterial::new(lobes.clone(), *fresnel, &hair, &modes, SEGMENTS)?;
+        Ok(material)
     }
 
     /// The groom's strands, refined, with the scene's or the groom's fibre diameter.
@@ -212,10 +209,11 @@ impl Assets {
 /// Refuses keys that name a light the set does not have.
 fn check_lights_named(section: &LightsSection, set: &LightSet) -> Result<(), SceneError> {
     match section.largest_light() {
-        Some((key, ix)) if ix as usize >= set.lights.len() => Err(SceneError::File(format!(
-            "{key}: there is no light {ix}; the set has lights 0..={}",
-            set.lights.len() - 1
-        ))),
+        Some((key, light)) if light as usize >= set.lights.len() => Err(SceneError::NoLight {
+            key,
+            light,
+            last: set.lights.len() - 1,
+        }),
         _ => Ok(()),
     }
 }
@@ -227,19 +225,30 @@ fn tables(scene: &Scene, files: &Files, wanted: ModesToRead) -> Result<SceneTabl
         Some(path) => {
             let reader = files
                 .tables(&path)
-                .map_err(|error| SceneError::File(format!("tables.file: {error}")))?;
-            read_tables(reader, &path.display().to_string(), &of_scene, wanted)
+                .map_err(|error| SceneError::from(error).at_key("tables.file"))?;
+            read_tables(reader, &of_scene, wanted).map_err(|error| error.in_file(&path))
         }
         // A third of a page's bytes, and many scenes bring their own: a file beside the program.
         #[cfg(target_arch = "wasm32")]
         None => files
             .tables(crate::tables::DEFAULT_FILE.as_ref())
-            .map_err(|error| SceneError::File(error.to_string()))
-            .and_then(|reader| read_tables(reader, "default tables", &of_scene, wanted)),
+            .map_err(SceneError::from)
+            .and_then(|reader| {
+                let read = read_tables(reader, &of_scene, wanted);
+                read.map_err(|error| built_in("default tables", error))
+            }),
         #[cfg(not(target_arch = "wasm32"))]
         None => TableReader::from_static(strandlight_data::LEAN_TABLES)
-            .map_err(|error| SceneError::File(format!("bundled tables: {error}")))
-            .and_then(|reader| read_tables(reader, "bundled tables", &of_scene, wanted)),
+            .map_err(SceneError::from)
+            .and_then(|reader| read_tables(reader, &of_scene, wanted))
+            .map_err(|error| built_in("bundled tables", error)),
+    }
+}
+
+fn built_in(name: &'static str, error: SceneError) -> SceneError {
+    SceneError::BuiltIn {
+        name,
+        source: Box::new(error),
     }
 }
 
@@ -252,10 +261,9 @@ fn names_of(mode: Lobe) -> Vec<&'static str> {
 }
 
 /// Reads the tables that shading with `modes` samples, and no other unless all that are there are
-/// `wanted`; `name` is the file's.
+/// `wanted`.
 fn read_tables<R: Read + Seek>(
     mut reader: TableReader<R>,
-    name: &str,
     modes: &[Lobe],
     wanted: ModesToRead,
 ) -> Result<SceneTables, SceneError> {
@@ -271,21 +279,19 @@ fn read_tables<R: Read + Seek>(
         let more: Vec<Lobe> = more.filter(|mode| !modes.contains(mode)).collect();
         modes.extend(more);
     }
-    let failed = |error: &dyn std::fmt::Display| SceneError::File(format!("{name}: {error}"));
     for table in modes.iter().flat_map(|&mode| names_of(mode)) {
         if reader.headers().iter().any(|header| header.name == table) {
-            let table = reader.read_table(table);
-            file.tables.push(table.map_err(|error| failed(&error))?);
+            file.tables.push(reader.read_table(table)?);
         }
     }
     // H_TT and H_TRT are for the paper's scheme.
     let mut of_tables = modes.clone();
     of_tables.retain(|&mode| mode == Lobe::R);
     Ok(SceneTables {
-        shading: ShadingTables::for_modes(&file, &of_tables).map_err(|error| failed(&error))?,
-        lobes: Arc::new(LobeTables::from_file(&file, &modes).map_err(|error| failed(&error))?),
+        shading: ShadingTables::for_modes(&file, &of_tables)?,
+        lobes: Arc::new(LobeTables::from_file(&file, &modes)?),
         fresnel: Fresnel::from_name(&file.fresnel)
-            .ok_or_else(|| failed(&format_args!("unknown fresnel {:?}", file.fresnel)))?,
+            .ok_or_else(|| TablesError::Fresnel(file.fresnel.clone()))?,
     })
 }
 

@@ -14,11 +14,9 @@ use strandlight_formats::{
 };
 
 use crate::error::SceneError;
+pub use crate::limits::MAX_GROOM_BYTES;
+use crate::limits::MAX_POINTS;
 use crate::memory;
-use crate::strands::MAX_POINTS;
-
-/// Longest `.groom` file: all points that can be drawn with some 60 floats each.
-pub const MAX_GROOM_BYTES: u64 = 2 << 30;
 
 /// Bytes that a point of a groom takes while it is prepared, refinement included: the document's,
 /// the strands' and their copies on the way to the device.
@@ -147,11 +145,11 @@ impl Files {
     /// # Errors
     /// As [`Groom::read`]; too many points or bytes, found out before anything is allocated.
     pub fn groom(&self, path: &Path) -> Result<Groom, SceneError> {
-        let named = |error: Error| SceneError::File(error.in_file(path).to_string());
+        let named = |error: Error| error.in_file(path);
         let mut file = self.container(path, Kind::Groom).map_err(named)?;
         let header = GroomHeader::read(&mut file).map_err(named)?;
-        check_size(path, &header, memory::available_bytes())?;
-        Groom::from_container(file).map_err(named)
+        check_size(&header, memory::available_bytes()).map_err(|error| error.in_file(path))?;
+        Ok(Groom::from_container(file).map_err(named)?)
     }
 
     /// Reads a light set.
@@ -205,29 +203,18 @@ impl Files {
 }
 
 /// Refuses a groom that cannot be drawn, or not in the memory there is.
-fn check_size(path: &Path, header: &GroomHeader, available: Option<u64>) -> Result<(), SceneError> {
+fn check_size(header: &GroomHeader, available: Option<u64>) -> Result<(), SceneError> {
     let n_points = u64::from(header.n_points);
-    let refused = |what: String| Err(SceneError::File(format!("{}: {what}", path.display())));
     if n_points > MAX_POINTS as u64 {
-        return refused(format!(
-            "the groom has {n_points} points; at most {MAX_POINTS} can be drawn"
-        ));
+        return Err(SceneError::GroomPoints { points: n_points });
     }
-    let megabytes = |bytes: u64| bytes.div_ceil(1_000_000);
     if header.bytes > MAX_GROOM_BYTES {
-        return refused(format!(
-            "the groom has {} MB; at most {} MB are read",
-            megabytes(header.bytes),
-            megabytes(MAX_GROOM_BYTES)
-        ));
+        let bytes = header.bytes;
+        return Err(SceneError::GroomBytes { bytes });
     }
     let needed = header.bytes + BYTES_PER_POINT * n_points;
     match available {
-        Some(available) if needed > available => refused(format!(
-            "the groom takes {} MB of memory and {} MB are free",
-            megabytes(needed),
-            megabytes(available)
-        )),
+        Some(available) if needed > available => Err(SceneError::GroomMemory { needed, available }),
         _ => Ok(()),
     }
 }
@@ -281,7 +268,10 @@ mod tests {
             n_points,
             bytes,
         };
-        let check = |header, free| check_size(Path::new("big.groom"), &header, free);
+        let check = |header, free| {
+            let path = Path::new("big.groom");
+            check_size(&header, free).map_err(|error| error.in_file(path))
+        };
         assert!(check(header(1000, 12_000), None).is_ok());
         assert!(check(header(1000, 12_000), Some(172_000)).is_ok());
         for (header, free, needle) in [

@@ -23,6 +23,7 @@ pub mod budget;
 pub mod camera;
 mod error;
 pub mod files;
+mod limits;
 pub mod material;
 pub mod memory;
 pub mod motion;
@@ -45,7 +46,7 @@ use strandlight_scattering::layout::Layout;
 
 pub use backend::Backend;
 pub use camera::Camera;
-pub use error::{RenderError, SceneError};
+pub use error::{GroupFault, RenderError, SceneError};
 /// The version whose types appear in signatures.
 pub use glam;
 pub use picture::Picture;

@@ -23,8 +23,9 @@ use strandlight_scattering::lobes::{
     DEFAULT_LOBE_TEXELS, DEFAULT_PAINTED_TEXELS, Energies, LobePlaces, LobeRows, LobeTable,
     LobeTexture, PackedShapes, PaintedTexture, Shares, slice_painted,
 };
-use strandlight_scattering::{HairParams, Lobe, ParamError};
+use strandlight_scattering::{HairParams, Lobe};
 
+pub use crate::error::EditError;
 use crate::optics::{Optics, no_lobes};
 use crate::paint::{PaintKinds, no_painted_averages, no_painted_lobes};
 use crate::tables::{TablesError, lobe_table};
@@ -246,21 +247,6 @@ impl LobeTables {
             trt: read(Lobe::Trt)?,
         })
     }
-}
-
-/// Why textures cannot be made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum EditError {
-    /// A hair parameter is outside its range.
-    #[error(transparent)]
-    Param(#[from] ParamError),
-    /// A mode is enabled and its lobes were not loaded.
-    #[error("the lobes of {} are not loaded", .0.name())]
-    NoLobes(Lobe),
-    /// The lobes of painted hair are those of round fibres.
-    #[error("painted hair must be round: eccentricity is {0}, not 1")]
-    PaintedEccentric(f64),
 }
 
 /// Everything that shading reads of one fibre, and what it takes to edit it.

@@ -2,7 +2,8 @@
 //! the averages of multiple scattering, in memory and on the GPU.
 
 use strandlight_scattering::closed_form::{
-    AverageTexel, Fibre, LobeDecode, N_LOBE_NUMBERS, Reflectance, Shading, Tables,
+    AverageTexel, Fibre, LobeDecode, N_LOBE_NUMBERS, PaintedHair, PaintedViews, Reflectance,
+    Shading, Tables,
 };
 use strandlight_scattering::lobes::LobeTexture;
 
@@ -69,6 +70,33 @@ impl Optics {
             reflectance: self.reflectance,
             tt: self.tt.decode,
             trt: self.trt.decode,
+        }
+    }
+
+    /// What painted points have in common; the uniform of the shaders.
+    pub fn painted_hair(&self) -> PaintedHair {
+        PaintedHair {
+            fibre: self.fibre,
+            reflectance: self.reflectance,
+            tt: self.painted.tt.decode,
+            trt: self.painted.trt.decode,
+            averages: self.painted.averages.decode,
+        }
+    }
+
+    /// What the closed form reads of painted hair; `hair` is [`Optics::painted_hair`]'s answer,
+    /// `tables` holds C.
+    pub fn painted_views<'a>(
+        &'a self,
+        hair: &'a PaintedHair,
+        tables: Tables<'a>,
+    ) -> PaintedViews<'a> {
+        PaintedViews {
+            hair,
+            tables,
+            tt: self.painted.tt.view(),
+            trt: self.painted.trt.view(),
+            averages: self.painted.averages.view(),
         }
     }
 

@@ -58,7 +58,6 @@ impl Picture {
         } else {
             pixels.iter().flatten().copied().collect()
         };
-        let failed = |error: png::EncodingError| RenderError::Png(error.to_string());
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, self.width, self.height);
         encoder.set_color(if opaque {
@@ -69,13 +68,11 @@ impl Picture {
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         for (name, value) in provenance.entries() {
-            encoder
-                .add_text_chunk(name.clone(), value.clone())
-                .map_err(failed)?;
+            encoder.add_text_chunk(name.clone(), value.clone())?;
         }
-        let mut writer = encoder.write_header().map_err(failed)?;
-        writer.write_image_data(&bytes).map_err(failed)?;
-        writer.finish().map_err(failed)?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&bytes)?;
+        writer.finish()?;
         Ok(file)
     }
 }

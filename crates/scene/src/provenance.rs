@@ -96,15 +96,12 @@ impl Recorder {
     /// # Errors
     /// The first file that cannot be read, by name; a value outside its range.
     pub fn record(&mut self, scene: &Scene, seconds: f64) -> Result<Provenance, SceneError> {
-        let failed = |error: Error| SceneError::File(error.to_string());
-        let groom = self.hash(&scene.groom_path()).map_err(failed)?;
-        let lights = self.hash(&scene.lights_path()).map_err(failed)?;
+        let groom = self.hash(&scene.groom_path())?;
+        let lights = self.hash(&scene.lights_path())?;
         let tables = match scene.tables_path() {
-            Some(path) => self.hash(&path).map_err(failed)?,
+            Some(path) => self.hash(&path)?,
             #[cfg(target_arch = "wasm32")]
-            None => self
-                .hash(crate::tables::DEFAULT_FILE.as_ref())
-                .map_err(failed)?,
+            None => self.hash(crate::tables::DEFAULT_FILE.as_ref())?,
             #[cfg(not(target_arch = "wasm32"))]
             None => content_hash(strandlight_data::LEAN_TABLES),
         };
@@ -119,11 +116,11 @@ impl Recorder {
         if let (Some(motion), Some(section)) = (&motion, &mut nameless.motion) {
             let mut frames = Vec::new();
             for path in motion.files_at(seconds) {
-                frames.push(self.hash(path).map_err(failed)?.into());
+                frames.push(self.hash(path)?.into());
             }
             section.frames = frames;
         }
-        let text = nameless.to_toml_string().map_err(failed)?;
+        let text = nameless.to_toml_string()?;
         let mut provenance = Provenance::default()
             .with("version", tool_version())
             .with("scene", content_hash(text.as_bytes()))

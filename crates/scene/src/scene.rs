@@ -132,9 +132,7 @@ impl PreparedScene {
     /// # Errors
     /// As there; a frame of the motion that cannot be read.
     pub fn load_at(scene: &Scene, seconds: f64) -> Result<Self, SceneError> {
-        scene
-            .validate()
-            .map_err(|error| SceneError::File(error.to_string()))?;
+        scene.validate()?;
         let assets = Assets::read(scene, &Files::Disk, ModesToRead::OfScene)?;
         let mut prepared = PreparedScene::new(scene, &assets)?;
         prepared.move_hair(scene, &Files::Disk, seconds)?;
@@ -198,7 +196,7 @@ impl PreparedScene {
         };
         prepared.set_scattering(scene.render.scattering);
         let paint = Paint::from_groom(&assets.groom);
-        let paint = paint.map_err(|error| SceneError::File(format!("groom.file: {error}")))?;
+        let paint = paint.map_err(|error| SceneError::from(error).at_key("groom.file"))?;
         if let Some(paint) = &paint {
             prepared.set_paint(Some(paint))?;
         }
@@ -299,8 +297,7 @@ impl PreparedScene {
     pub fn set_paint(&mut self, paint: Option<&Paint>) -> Result<EditReport, SceneError> {
         let points = paint.map(|paint| paint.spread(&self.strands)).transpose()?;
         let kinds = points.as_deref().map(PaintKinds::of);
-        let report = self.hair.enable_paint(kinds);
-        let report = report.map_err(|error| SceneError::File(error.to_string()))?;
+        let report = self.hair.enable_paint(kinds)?;
         self.paint = points;
         Ok(report)
     }
@@ -326,8 +323,7 @@ impl PreparedScene {
         if kinds == before {
             return Ok((range, None));
         }
-        let report = self.hair.enable_paint(Some(kinds));
-        let report = report.map_err(|error| SceneError::File(error.to_string()))?;
+        let report = self.hair.enable_paint(Some(kinds))?;
         Ok((range, Some(report)))
     }
 
@@ -461,7 +457,7 @@ pub fn check_lights(lights: &[SrbfLight]) -> Result<(), SceneError> {
     for (ix, light) in lights.iter().enumerate() {
         light
             .validate()
-            .map_err(|error| SceneError::File(format!("lights[{ix}]: {error}")))?;
+            .map_err(|error| SceneError::from(error).at_key(format!("lights[{ix}]")))?;
     }
     Ok(())
 }

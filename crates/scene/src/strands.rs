@@ -6,9 +6,7 @@ use glam::Vec3;
 
 use crate::error::SceneError;
 
-/// Most points of a prepared groom: three buffers of 16 bytes a point stay below the 128 MiB that
-/// every adapter binds.
-pub const MAX_POINTS: usize = 8 << 20;
+pub use crate::limits::MAX_POINTS;
 
 /// Points that subdivision may add up to; a denser groom is taken as it is.
 const MAX_REFINED_POINTS: usize = 3 << 20;
@@ -605,19 +603,24 @@ mod tests {
 
     #[test]
     fn wrong_input_is_named() {
-        assert_eq!(prepare(&[], &[0], true), Err(SceneError::EmptyGroom));
-        let p = [[0.0; 3], [0.0, 1.0, 0.0]];
-        assert_eq!(prepare(&p, &[0, 3], true), Err(SceneError::Offsets));
-        assert_eq!(prepare(&p, &[0, 2, 1, 2], true), Err(SceneError::Offsets));
-        assert_eq!(
-            prepare(&[p[0], p[0]], &[0, 2], true),
+        assert!(matches!(
+            prepare(&[], &[0], true),
             Err(SceneError::EmptyGroom)
-        );
+        ));
+        let p = [[0.0; 3], [0.0, 1.0, 0.0]];
+        assert!(matches!(
+            prepare(&p, &[0, 3], true),
+            Err(SceneError::Offsets)
+        ));
+        assert!(matches!(
+            prepare(&p, &[0, 2, 1, 2], true),
+            Err(SceneError::Offsets)
+        ));
+        let none = prepare(&[p[0], p[0]], &[0, 2], true);
+        assert!(matches!(none, Err(SceneError::EmptyGroom)));
         let nan = [[0.0; 3], [0.0, f32::NAN, 0.0]];
-        assert_eq!(
-            prepare(&nan, &[0, 2], true),
-            Err(SceneError::Point { point: 1 })
-        );
+        let far = prepare(&nan, &[0, 2], true);
+        assert!(matches!(far, Err(SceneError::Point { point: 1 })));
         let zero = Strands::new(&p, &[0, 2], |_, _| 0.0, true);
         assert!(matches!(zero, Err(SceneError::Diameter { strand: 0, .. })));
     }
@@ -730,7 +733,13 @@ mod tests {
             }
         }
         assert!(n_between > points.len());
-        assert_eq!(strands.spread(&numbers[1..], mix), Err(SceneError::Offsets));
-        assert_eq!(strands.resampled(&points[1..]), Err(SceneError::Offsets));
+        assert!(matches!(
+            strands.spread(&numbers[1..], mix),
+            Err(SceneError::Offsets)
+        ));
+        assert!(matches!(
+            strands.resampled(&points[1..]),
+            Err(SceneError::Offsets)
+        ));
     }
 }

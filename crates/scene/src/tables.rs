@@ -64,6 +64,9 @@ pub enum TablesError {
     /// H_TT and H_TRT do not share their axes.
     #[error("tables 'H_TT' and 'H_TRT' have different axes")]
     Different,
+    /// The tables were made for a Fresnel term that is not known.
+    #[error("unknown fresnel {0:?}")]
+    Fresnel(String),
 }
 
 /// Name of the file beside a web page with the tables of scenes that name none.

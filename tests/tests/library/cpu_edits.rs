@@ -26,7 +26,7 @@ fn check(session: &Session, script: Value) {
             steps: vec![step.clone()],
         };
         let done = script.run(&mut viewer, |_, _| {
-            Ok::<(), strandlight_scene::RenderError>(())
+            Ok::<(), strandlight_runtime::ScriptError>(())
         });
         done.expect("a valid step");
         let (found, stats) = viewer.frame(SIZE, 4).expect("a picture");
@@ -46,7 +46,7 @@ fn check(session: &Session, script: Value) {
 }
 
 #[test]
-fn edits_draw_what_a_fresh_scene_draws() {
+fn slow_edits_draw_what_a_fresh_scene_draws() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for has_wind in [false, true] {
         let at = write_small_scene(

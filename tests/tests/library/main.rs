@@ -1,6 +1,7 @@
 //! What the libraries compute and what their sources say: no adapter, no display, no commands.
 
 mod architecture;
+mod circles;
 mod cpu_edits;
 mod edit;
 mod golden_pictures;

@@ -146,7 +146,7 @@ fn library_modules_bind_nothing() {
 /// Every struct in Rust that says that a struct of a shader mirrors it.
 fn mirrors() -> Vec<Layout> {
     let [scattering, runtime] = [
-        strandlight_scattering::layout::layouts(),
+        strandlight_scattering::closed_form::layouts(),
         strandlight_render::layouts(),
     ];
     assert!(scattering.len() >= 10 && runtime.len() >= 15);

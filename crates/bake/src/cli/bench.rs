@@ -2,17 +2,13 @@
 
 mod edit;
 mod frames;
+mod method_tables;
 mod multiple;
 mod plots;
 mod single;
 mod transmittance;
 
-use strandlight_bake::tables::bake_c_and_h;
-use strandlight_lab::bench::MethodTables;
-use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scene::progress::Progress;
-
-use super::{Failure, Outcome};
+use super::Outcome;
 
 /// Benchmark speed against accuracy
 #[derive(clap::Args)]
@@ -29,12 +25,6 @@ enum What {
     Multiple(multiple::Args),
     Transmittance(transmittance::Args),
     Plots(plots::Args),
-}
-
-/// The tables of all methods; those of the paper are baked now, some 0.3 s of two cores.
-fn method_tables() -> Result<MethodTables, Failure> {
-    let schlick = bake_c_and_h(Fresnel::Schlick, &Progress::silent());
-    MethodTables::new(&schlick).map_err(Failure::input)
 }
 
 /// Runs the command.

@@ -1,6 +1,7 @@
 //! `strandlight export`.
 
 mod npy;
+mod output;
 mod tables;
 
 use std::path::{Path, PathBuf};
@@ -16,6 +17,7 @@ use strandlight_images::exr_file;
 
 use super::inspect::{Content, lights};
 use super::{Failure, Outcome, check_outputs, is_stream, note, print_line, write_output};
+use output::Output;
 
 /// Convert a .tables, .lights or .groom file to another format
 ///
@@ -40,14 +42,6 @@ pub struct Args {
     /// Width of a light set's environment map, 2 to 8192 pixels; its height is half the width
     #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=8192))]
     width: u32,
-}
-
-/// A file to be written.
-struct Output {
-    path: PathBuf,
-    /// Format and shape for the closing line.
-    what: String,
-    bytes: Vec<u8>,
 }
 
 /// Runs the command.

@@ -3,6 +3,7 @@
 //! One answer line for each line of stdin, in order. A bad line is answered by an error and
 //! nothing else happens; only a missing file or adapter ends the command.
 
+mod answer;
 mod evaluate;
 mod keys;
 mod per_fibre;
@@ -13,12 +14,12 @@ mod unique;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::PathBuf;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use strandlight_formats::{BakedFile, TableFile};
 use strandlight_scattering::closed_form::paper::MAX_SEGMENTS;
 
 use super::{Failure, Outcome, print_line};
-use evaluate::Evaluator;
+use evaluate::{Evaluator, Method};
 use request::Request;
 
 /// Evaluate the scattering model at given points
@@ -36,19 +37,6 @@ pub struct Args {
     /// Segments of the outer integral for --method paper, 2 to 64
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(2..=i64::from(MAX_SEGMENTS)))]
     segments: u32,
-}
-
-/// Ways to evaluate the model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Method {
-    /// What the renderer computes, on the CPU
-    Runtime,
-    /// The same by the shaders' functions, on the GPU
-    Gpu,
-    /// Double-precision quadrature of the exact model
-    Reference,
-    /// Xu's scheme as published
-    Paper,
 }
 
 pub use evaluate::default_tables;
@@ -129,39 +117,6 @@ fn read_line(reader: &mut impl BufRead) -> io::Result<Option<Line>> {
     Ok(Some(
         String::from_utf8(bytes).map_err(|_| "line is not UTF-8".to_owned()),
     ))
-}
-
-/// The answer to a query: a number, or RGB.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Answer {
-    /// One number.
-    Number(f64),
-    /// Linear RGB, where absorption enters.
-    Rgb([f64; 3]),
-}
-
-impl serde::Serialize for Answer {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Answer::Number(value) => serializer.serialize_f64(*value),
-            Answer::Rgb(rgb) => rgb.serialize(serializer),
-        }
-    }
-}
-
-impl Answer {
-    /// The answer, if JSON can say it.
-    fn finite(self) -> Result<Value, String> {
-        let is_finite = match self {
-            Answer::Number(value) => value.is_finite(),
-            Answer::Rgb(rgb) => rgb.iter().all(|value| value.is_finite()),
-        };
-        if is_finite {
-            Ok(json!(self))
-        } else {
-            Err("the value is not finite".to_owned())
-        }
-    }
 }
 
 #[cfg(test)]

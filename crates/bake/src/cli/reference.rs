@@ -135,7 +135,7 @@ pub fn run(args: &Args) -> Outcome {
     let size = args.size.unwrap_or(scene.render.size);
     check_target(size).map_err(|error| Failure::file(&args.scene, error))?;
     let prepared = PreparedScene::load_at(&scene, args.time)
-        .map_err(|error| Failure::input(error.in_scene(&args.scene)))?;
+        .map_err(|error| Failure::input(error.in_file(&args.scene)))?;
     let kinds = prepared.paint().map(PaintKinds::of);
     if args.energy_safe && kinds.is_some_and(|kinds| kinds.widths || kinds.shifts) {
         return Err(Failure::file(&args.scene, ENERGY_SAFE));
@@ -160,7 +160,7 @@ pub fn run(args: &Args) -> Outcome {
     drawn.render.size = size;
     let provenance = Recorder::new(&Files::Disk).record(&drawn, args.time);
     let mut provenance = provenance
-        .map_err(|error| Failure::input(error.in_scene(&args.scene)))?
+        .map_err(|error| Failure::input(error.in_file(&args.scene)))?
         .with("options", &options);
     if let Some(hash) = from_map.split(' ').next().filter(|hash| !hash.is_empty()) {
         provenance = provenance.with("map", hash);

@@ -91,7 +91,8 @@ pub fn run(args: &Args) -> Outcome {
         n: args.n as usize,
         seed: args.seed,
     };
-    let report = run_stress(&target, options, &parse_query, &progress).map_err(Failure::input)?;
+    let parse = |line: &str| parse_query(line).map_err(Into::into);
+    let report = run_stress(&target, options, &parse, &progress).map_err(Failure::input)?;
     if args.json {
         print_line(report.to_json())?;
     } else {

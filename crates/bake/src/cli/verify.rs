@@ -4,8 +4,9 @@
 
 mod groom;
 mod lights;
+mod line;
+mod reference;
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
@@ -13,9 +14,11 @@ use strandlight_bake::tables::{Check, verify_tables};
 use strandlight_formats::{
     BakedFile, Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile, read_start,
 };
-use strandlight_images::{Map, MapError, MapSelection};
+use strandlight_images::Map;
 
 use super::{Failure, Outcome, note, print_line};
+use line::Line;
+use reference::Reference;
 
 /// Check baked files: tables against other methods, light sets against their map, grooms
 /// against their own invariants
@@ -48,54 +51,6 @@ fn parse_error(text: &str) -> Result<f64, String> {
     match number.parse::<f64>().map(|number| number * unit) {
         Ok(error) if (0.0..=1.0).contains(&error) => Ok(error),
         _ => Err("not a fraction in 0..=1 or per cent in 0%..=100%".to_owned()),
-    }
-}
-
-/// One check of one file, for people and for programs.
-struct Line {
-    passed: bool,
-    text: String,
-    json: Value,
-}
-
-impl Line {
-    /// A check whose error is one number.
-    fn measured(name: &str, error: f64, tolerance: f64, note: &str) -> Line {
-        let passed = error <= tolerance;
-        Line {
-            passed,
-            text: format!("{name}: {error:.2e}, tolerance {tolerance:.2e}{note}"),
-            json: json!({
-                "check": name,
-                "passed": passed,
-                "tolerance": tolerance,
-                "worst": { "error": error },
-            }),
-        }
-    }
-
-    /// A check that holds or does not; `entry` says where it fails.
-    fn held(name: &str, n_values: usize, failed: Option<String>) -> Line {
-        let passed = failed.is_none();
-        let text = match &failed {
-            None => format!("{name}: {n_values} values"),
-            Some(entry) => format!("{name}: {entry}"),
-        };
-        Line {
-            passed,
-            text,
-            json: json!({
-                "check": name,
-                "passed": passed,
-                "values": n_values,
-                "worst": failed.map(|entry| json!({ "entry": entry })),
-            }),
-        }
-    }
-
-    fn print(&self) -> String {
-        let word = if self.passed { "ok" } else { "FAILED" };
-        format!("{word} {}", self.text)
     }
 }
 
@@ -184,25 +139,6 @@ impl Verdict {
             print_line(format!("  {}", line.print()))?;
         }
         Ok(())
-    }
-}
-
-/// The map, with its path and the limit of `--max-error`.
-struct Reference<'a> {
-    path: &'a Path,
-    /// The image that is read unless a set names another.
-    map: Map,
-    max_error: f64,
-}
-
-impl Reference<'_> {
-    /// The image of the file that a set with these parameters was fitted to.
-    fn image(&self, parameters: &[(String, String)]) -> Result<Cow<'_, Map>, MapError> {
-        let selection = MapSelection::recorded(parameters);
-        if selection == MapSelection::default() {
-            return Ok(Cow::Borrowed(&self.map));
-        }
-        Map::read_selected(self.path, &selection).map(Cow::Owned)
     }
 }
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::noise::{Noise, Purpose};
 use super::scalp::{HEAD_RADII, Root, push_out, roots, smooth};
 use super::shape::{Curl, displace, resample};
-use super::{GrowSpec, Style};
+use super::spec::{GrowSpec, Style};
 
 /// Steps a path is marched in before it is resampled.
 const STEPS: usize = 96;

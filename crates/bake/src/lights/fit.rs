@@ -11,7 +11,7 @@ use super::search::{Candidates, add_greedily, add_in_batches, grow, relocate};
 use super::spectrum::Filter;
 use super::sphere::fibonacci;
 use super::sun::{Source, amplitude, extract};
-use strandlight_images::{Map, MapError};
+use strandlight_images::{Map, PixelFaults};
 use strandlight_scene::progress::{Progress, timed};
 
 /// Most lights of a set.
@@ -68,6 +68,26 @@ pub struct Fit {
 /// Steps that [`fit`] reports to its progress.
 pub const STEPS: u64 = 5;
 
+/// Why no lights can be fitted to a map.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// The number of lights is out of range.
+    #[error("the number of lights is {0}, outside 1..={MAX_LIGHTS}")]
+    Count(usize),
+    /// No light at all.
+    #[error("the map has no light: {}", no_light(*pixels, faults))]
+    NoLight {
+        /// Pixels of the map.
+        pixels: usize,
+        /// Those whose samples were replaced.
+        faults: PixelFaults,
+    },
+    /// Amplitudes that are no finite f32.
+    #[error("the map's radiance leaves the range of single precision")]
+    Range,
+}
+
 /// Fits spherical Gaussian lights to a map.
 ///
 /// Compact sources are taken out as narrow lights; the rest is fitted by variable projection
@@ -76,19 +96,19 @@ pub const STEPS: u64 = 5;
 /// map, the options and nothing else.
 ///
 /// # Errors
-/// [`MapError::Unusable`] if the map has no light, values too large, or the count is out of range.
-pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, MapError> {
+/// The map has no light or values too large, or the count is out of range.
+pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, FitError> {
     if !(1..=MAX_LIGHTS).contains(&options.count) {
-        return Err(MapError::Unusable(format!(
-            "the number of lights is {}, outside 1..={MAX_LIGHTS}",
-            options.count
-        )));
+        return Err(FitError::Count(options.count));
     }
     let map = &*map.subdivided(COLUMNS);
     let energy = map.energy();
     let total: f64 = energy.iter().sum();
     if total == 0.0 {
-        return Err(MapError::Unusable(no_light(map)));
+        return Err(FitError::NoLight {
+            pixels: map.width() * map.height(),
+            faults: map.faults(),
+        });
     }
     let mut seconds = Vec::new();
 
@@ -185,7 +205,7 @@ fn assemble(
     sources: &[Source],
     energy: [f64; 3],
     unit: f64,
-) -> Result<(LightSet, [f64; 3]), MapError> {
+) -> Result<(LightSet, [f64; 3]), FitError> {
     let mut all: Vec<(Lobe, [f64; 3])> = state
         .lobes
         .iter()
@@ -234,9 +254,7 @@ fn assemble(
             .flat_map(|light| light.rgb)
             .any(|a| !a.is_finite())
     {
-        return Err(MapError::Unusable(
-            "the map's radiance leaves the range of single precision".to_owned(),
-        ));
+        return Err(FitError::Range);
     }
     let set = LightSet {
         lights,
@@ -246,17 +264,13 @@ fn assemble(
 }
 
 /// Why a map without light has none.
-fn no_light(map: &Map) -> String {
-    let faults = map.faults();
+fn no_light(pixels: usize, faults: &PixelFaults) -> String {
     if faults.is_clean() {
-        return "the map has no light: it is black everywhere".to_owned();
+        return "it is black everywhere".to_owned();
     }
     format!(
-        "the map has no light: of {} pixels {} are NaN, {} infinite, {} negative, the rest black",
-        map.width() * map.height(),
-        faults.nan,
-        faults.infinite,
-        faults.negative
+        "of {pixels} pixels {} are NaN, {} infinite, {} negative, the rest black",
+        faults.nan, faults.infinite, faults.negative
     )
 }
 

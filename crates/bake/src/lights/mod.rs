@@ -17,7 +17,7 @@
 //! let options = FitOptions { count: 8, seed: 0 };
 //! let fitted = fit(&map, options, &Progress::silent())?;
 //! assert!(evaluate(&fitted.lights, &map).fibre_error < 0.01);
-//! # Ok::<(), MapError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod cells;
@@ -35,6 +35,6 @@ mod sphere;
 mod sun;
 
 pub use cells::radiance;
-pub use fit::{Fit, FitOptions, MAX_LIGHTS, STEPS, fit};
+pub use fit::{Fit, FitError, FitOptions, MAX_LIGHTS, STEPS, fit};
 pub use preview::preview_png;
 pub use report::evaluate;

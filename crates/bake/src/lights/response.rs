@@ -259,8 +259,9 @@ pub(super) fn relative_rms(sums: &[[f64; 2]]) -> f64 {
 mod tests {
     use super::*;
     use crate::lights::cells::{light_cells, map_cells, map_cells_of};
+    use crate::lights::harmonics::DEGREES;
     use crate::lights::harmonics::Harmonics;
-    use crate::lights::spectrum::{DEGREES, Filter};
+    use crate::lights::spectrum::Filter;
     use crate::lights::sun::Rest;
     use strandlight_formats::{LightSet, SrbfLight};
     use strandlight_images::Map;

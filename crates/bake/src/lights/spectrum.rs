@@ -16,12 +16,8 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::cells::srbf_solid_angle;
-use super::harmonics::{legendre_table, pair};
+use super::harmonics::{DEGREES, legendre_table, pair};
 use super::response::{MAX_SIN_VIEW, Response};
-
-/// Highest degree kept. Beyond it the power of the narrowest lobe (TT: exp(-(0.12 l)^2) ) is
-/// below 1e-14 of degree 0.
-pub(super) const DEGREES: usize = 49;
 
 /// Gauss-Legendre nodes in sin theta_i; resolves degree 48 times a lobe of 0.12 rad.
 const NODES: usize = 160;

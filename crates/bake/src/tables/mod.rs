@@ -8,6 +8,7 @@
 //! - [`float16_cost`] says what half precision would cost.
 
 mod bake;
+mod check;
 mod float16;
 mod layout;
 mod lobes;
@@ -16,8 +17,9 @@ mod verify;
 mod verify_lobes;
 
 pub use bake::{N_STEPS, bake_c_and_h, bake_tables, lean};
+pub use check::{Check, Worst};
 pub use float16::{Float16Cost, float16_cost};
 pub use layout::{TableError, fresnel_of};
 pub use lobes::{LobeErrors, REPORT_RANGE, REPORT_WIDTHS, lobe_errors};
 pub use recorded::same_figures;
-pub use verify::{Check, TableReport, Worst, verify_tables};
+pub use verify::{TableReport, verify_tables};

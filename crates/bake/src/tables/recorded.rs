@@ -7,9 +7,9 @@ use strandlight_scattering::lobes::table_names;
 use strandlight_scene::tables::lobe_table;
 
 use super::bake::measure_again;
+use super::check::{Check, Worst};
 use super::layout::TableError;
 use super::lobes::{MODES, lobe_errors, parameters};
-use super::verify::{Check, Worst};
 
 /// Relative difference between a recorded error and the same measured again: another system's
 /// libm moves the worst cell by less.

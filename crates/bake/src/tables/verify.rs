@@ -27,6 +27,7 @@ use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::tables::ShadingTables;
 
 use super::bake::H_THETA_D_MAX;
+use super::check::{Check, Worst};
 use super::layout::{TableError, find_table, fresnel_of};
 use super::recorded::recorded_errors;
 use super::verify_lobes::verify_lobes;
@@ -45,41 +46,6 @@ const R_ETAS: [f64; 6] = [1.3, 1.4, 1.5, 1.55, 1.65, 1.8];
 const R_THETA_D_MAX: f64 = 1.55;
 /// Random points between centres, per table.
 const N_BETWEEN: u64 = 8192;
-
-/// The entry of a check with the largest error.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Worst {
-    /// Which value: table, channel, texel or point.
-    pub entry: String,
-    /// What the table says.
-    pub found: f64,
-    /// What it should be.
-    pub expected: f64,
-    /// Error in the unit of the check's tolerance; NaN counts as infinite.
-    pub error: f64,
-}
-
-/// One check over many values.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Check {
-    /// What is checked and in which unit.
-    pub name: &'static str,
-    /// Name of the table.
-    pub table: &'static str,
-    /// Number of values compared.
-    pub n_values: u64,
-    /// Largest error accepted.
-    pub tolerance: f64,
-    /// The worst value.
-    pub worst: Worst,
-}
-
-impl Check {
-    /// Did every value pass?
-    pub fn passed(&self) -> bool {
-        self.n_values > 0 && self.worst.error <= self.tolerance
-    }
-}
 
 /// What [`verify_tables`] found.
 #[derive(Clone, Debug, PartialEq)]

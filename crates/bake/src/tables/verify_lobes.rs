@@ -15,9 +15,9 @@ use strandlight_scattering::quadrature::GaussLegendre;
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::tables::lobe_table;
 
+use super::check::{Check, Worst};
 use super::layout::TableError;
 use super::lobes::{Configuration, MODES, REPORT_WIDTHS};
-use super::verify::{Check, Worst};
 use strandlight_scattering::random::SplitMix64;
 
 /// Shares differ by the quadrature of the moments alone: 256 nodes when baking.

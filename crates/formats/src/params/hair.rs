@@ -1,10 +1,12 @@
 //! `[hair]`, in the order of the panel.
 
-use strandlight_scattering::Parameter;
 use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
+use strandlight_scattering::color::{sigma_a_from_melanin, sigma_a_from_reflectance};
+use strandlight_scattering::{HairParams, Parameter};
 
-use super::Conversion::{Degrees, Same, StdDevDegrees};
-use super::{Absent, Group, Kind, Param, Place, Section, Shape, Word, at};
+use super::section::Conversion::{Degrees, Same, StdDevDegrees};
+use super::section::{Param, Place, Section, at};
+use super::spec::{Absent, Group, Kind, Shape, Word};
 use crate::scene_hair::HairSection;
 
 /// The fibres' optics.
@@ -214,3 +216,20 @@ const PHEOMELANIN: Place<HairSection> = Place {
     get: |hair| Some(&hair.melanin.as_ref()?.pheomelanin),
     get_mut: |hair| Some(&mut hair.melanin.get_or_insert_default().pheomelanin),
 };
+
+impl HairSection {
+    /// The model's parameters: degrees and standard deviations as radians and Xu's widths, the
+    /// colour as an absorption.
+    pub fn params(&self) -> HairParams {
+        let mut model = HairParams::default();
+        for param in HAIR.params {
+            param.put_in_model(self, &mut model);
+        }
+        model.sigma_a = match (self.reflectance, self.melanin) {
+            (Some(rgb), _) => sigma_a_from_reflectance(rgb, model.caustic_width),
+            (None, Some(melanin)) => sigma_a_from_melanin(melanin.eumelanin, melanin.pheomelanin),
+            (None, None) => self.sigma_a,
+        };
+        model
+    }
+}

@@ -1,6 +1,7 @@
 //! `[lights]` and `[[lights.adjust]]`.
 
-use super::{Absent, Kind, Param, Section, Shape, at};
+use super::section::{Param, Section, at};
+use super::spec::{Absent, Kind, Shape};
 use crate::scene_lights::{LightAdjust, LightsSection};
 
 /// The environment.

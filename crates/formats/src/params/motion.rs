@@ -1,6 +1,7 @@
 //! `[motion]`, `[motion.wind]` and `[[proxy]]`.
 
-use super::{Absent, Kind, Param, Place, Section, Shape, at};
+use super::section::{Param, Place, Section, at};
+use super::spec::{Absent, Kind, Shape};
 use crate::scene_motion::{MotionSection, WindSection};
 use crate::scene_proxy::ProxySection;
 
@@ -152,3 +153,13 @@ pub const GROUND: Section<ProxySection> = Section {
     ],
     plain: || ProxySection::ground(0.0),
 };
+
+impl ProxySection {
+    /// The rows of this kind.
+    pub const fn section(&self) -> &'static Section<ProxySection> {
+        match self {
+            ProxySection::Ellipsoid { .. } => &ELLIPSOID,
+            ProxySection::Ground { .. } => &GROUND,
+        }
+    }
+}

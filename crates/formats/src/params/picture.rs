@@ -1,6 +1,7 @@
 //! `[groom]`, `[tables]`, `[camera]` and `[render]`.
 
-use super::{Absent, Kind, Numbers, Param, Section, Shape, Word, at};
+use super::section::{Param, Section, at};
+use super::spec::{Absent, Kind, Numbers, Shape, Word};
 use crate::scene::{CameraSection, GroomSection, RenderSection, TablesSection};
 
 /// The hair's shape.

@@ -1,3 +1,4 @@
+use strandlight_scattering::{HairParams, Parameter};
 use toml::{Table, Value as Toml};
 
 use super::*;

@@ -14,7 +14,7 @@ use strandlight_render::gpu::Context;
 use strandlight_scene::motion::{Wind, wind};
 use strandlight_scene::paint::{Brush, Paint, PaintedPoint, Picker, Stroke, Stroking};
 use strandlight_scene::volume;
-use strandlight_scene::{Camera, PreparedScene, RenderError};
+use strandlight_scene::{Camera, PreparedScene, RenderError, SceneError};
 
 /// The cost of one kind of frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -344,10 +344,8 @@ fn set_hair(
     hair: &strandlight_scattering::HairParams,
 ) -> Result<(), RenderError> {
     let modes = live.scene().hair.modes().to_vec();
-    match live.set_hair(hair, &modes) {
-        Ok(_) => Ok(()),
-        Err(error) => Err(RenderError::Gpu(error.to_string())),
-    }
+    live.set_hair(hair, &modes).map_err(SceneError::from)?;
+    Ok(())
 }
 
 fn turned_lights(lights: &[SrbfLight], there: bool) -> Vec<SrbfLight> {

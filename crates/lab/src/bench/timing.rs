@@ -142,7 +142,7 @@ pub fn adapter_costs(
             .collect::<Result<_, _>>()
             .map_err(|error: ParamError| GpuError::Failed {
                 what: "bench",
-                reason: error.to_string(),
+                source: error.into(),
             })?;
         let workload = bench.workload(method.tables(), &fibres, &scene.lights, &scene.views)?;
         bench.run(scheme, &workload)?;

@@ -3,11 +3,11 @@
 use serde_json::json;
 use strandlight_scattering::{HairParams, Lobe};
 
-use super::Run;
 use super::draw::{self, Random};
 use super::energy::reference;
 use super::point::{Group, Point};
 use super::report::{Check, Tally};
+use super::run::Run;
 use super::target::StressError;
 
 /// Values below this share of the largest of their fibre, mode and function are measured against

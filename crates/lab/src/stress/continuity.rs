@@ -15,10 +15,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use serde_json::{Value, json};
 use strandlight_scattering::{HairParams, Lobe, Parameter};
 
-use super::Run;
 use super::draw::{self, BETA, CAUSTIC_WIDTH, ECCENTRICITY, LAMBDA, Random, SHIFT, SIGMA_A};
 use super::point::{Group, Point, inclination, single};
 use super::report::{Check, Tally};
+use super::run::Run;
 use super::target::StressError;
 
 const STEPS: usize = 96;

@@ -10,10 +10,10 @@ use strandlight_scattering::exact;
 use strandlight_scattering::quadrature::GaussLegendre;
 use strandlight_scattering::{HairParams, Lobe};
 
-use super::Run;
 use super::draw::{self, Domain, LAMBDA, LAMBDA_P_CONSTANT, Random};
 use super::point::{Group, Light, Point, hair_json, single};
 use super::report::{Check, Tally};
+use super::run::Run;
 use super::target::StressError;
 
 /// Bound on the relative error of a mode's energy, and of the furnace.

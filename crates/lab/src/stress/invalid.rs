@@ -1,5 +1,7 @@
 //! Parameters that must be refused, by name, wherever they come in.
 
+use std::error::Error;
+
 use serde_json::{Value, json};
 use strandlight_formats::Scene;
 use strandlight_formats::params::{HAIR, Shape};
@@ -9,8 +11,8 @@ use strandlight_scattering::{HairParams, Lobe, Parameter};
 use super::point::{Light, Point, hair_json};
 use super::report::{Check, Tally};
 
-/// Refuses or accepts a line as `strandlight probe` does.
-pub type ParseQuery<'a> = &'a (dyn Fn(&str) -> Result<(), String> + Sync);
+/// Refuses or accepts a line as `strandlight probe` does; the error is the program's own.
+pub type ParseQuery<'a> = &'a (dyn Fn(&str) -> Result<(), Box<dyn Error + Send + Sync>> + Sync);
 
 /// Values that no number takes.
 const NEVER: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
@@ -46,7 +48,8 @@ pub fn checks(parse_query: ParseQuery) -> Vec<Check> {
 }
 
 /// Feeds one case: refused with a message that has `needle`, or (no needle) accepted.
-fn see(tally: &mut Tally, answer: Result<(), String>, needle: Option<&str>, inputs: Value) {
+fn see<E: ToString>(tally: &mut Tally, answer: Result<(), E>, needle: Option<&str>, inputs: Value) {
+    let answer = answer.map_err(|error| error.to_string());
     let good = match (&answer, needle) {
         (Err(error), Some(needle)) => error.contains(needle),
         (Ok(()), None) => true,
@@ -67,10 +70,10 @@ fn api() -> Check {
         let mut case = |x: f64, needle: Option<&str>| {
             let hair = hair_with(parameter, ix, x);
             let inputs = json!({ "field": name, "value": x.to_string() });
-            let validated = hair.validate().map_err(|error| error.to_string());
+            let validated = hair.validate();
             see(&mut tally, validated, needle, inputs.clone());
             let fibre = Fibre::new(&hair, &Lobe::ALL, DEFAULT_SEGMENTS);
-            let fibre = fibre.map(|_| ()).map_err(|error| error.to_string());
+            let fibre = fibre.map(|_| ());
             see(&mut tally, fibre, needle, inputs);
         };
         for x in outside(parameter.range()).into_iter().chain(NEVER) {

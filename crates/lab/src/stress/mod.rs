@@ -11,108 +11,26 @@ mod draw;
 mod energy;
 mod invalid;
 mod multiple;
+mod multiple_point;
 mod point;
 mod report;
+mod run;
 mod symmetry;
 mod target;
 mod values;
 
-use std::ops::Range;
-
-use rayon::prelude::*;
 use strandlight_scattering::closed_form::MAX_NODES;
-use strandlight_scattering::fresnel::Fresnel;
 
-use draw::{Domain, Random};
-use report::{Tally, merge};
+use draw::Domain;
+use run::Run;
 use strandlight_scene::progress::Progress;
 use values::Evaluated;
 
 pub use invalid::ParseQuery;
 pub(crate) use point::hair_json;
 pub use report::{Check, Report, Status, Worst};
+pub use run::Options;
 pub use target::{StressError, Target};
-
-/// Why checks of the adapter were not run.
-const NO_ADAPTER: &str = "no adapter";
-
-/// What to run.
-#[derive(Clone, Copy, Debug)]
-pub struct Options {
-    /// Random points a function; the checks that cost more take a fixed share of it.
-    pub n: usize,
-    /// Seed of every draw.
-    pub seed: u64,
-}
-
-/// A run under way.
-struct Run<'a> {
-    target: &'a Target<'a>,
-    fresnel: Fresnel,
-    options: Options,
-    progress: &'a (dyn Fn(&str, u64) -> Progress + Sync),
-}
-
-impl Run<'_> {
-    /// `work` of `n` (at least 1) streams of random numbers, in order.
-    fn each<T: Send>(
-        &self,
-        n: usize,
-        purpose: u64,
-        label: &str,
-        work: impl Fn(&mut Random) -> Result<T, StressError> + Sync,
-    ) -> Result<Vec<T>, StressError> {
-        self.streams(0..n.max(1) as u64, purpose, label, work)
-    }
-
-    /// As [`Run::each`], for work that fills tallies: those of all streams, merged place by place.
-    ///
-    /// Not every stream has a value for every tally. Where a small run leaves one empty, more
-    /// streams are drawn, at most [`MAX_MORE`]: a check compares something, however small the run.
-    fn tallies<const N: usize>(
-        &self,
-        n: usize,
-        purpose: u64,
-        label: &str,
-        work: impl Fn(&mut Random) -> Result<[Tally; N], StressError> + Sync,
-    ) -> Result<[Tally; N], StressError> {
-        let mut tallies = merge(self.each(n, purpose, label, &work)?);
-        let mut drawn = n.max(1) as u64;
-        let end = drawn + MAX_MORE;
-        while drawn < end && tallies.iter().any(Tally::is_empty) {
-            let more = self.streams(drawn..drawn + MORE, purpose, label, &work)?;
-            tallies = merge([vec![tallies], more].concat());
-            drawn += MORE;
-        }
-        Ok(tallies)
-    }
-
-    /// `work` of some streams of random numbers, in order.
-    fn streams<T: Send>(
-        &self,
-        streams: Range<u64>,
-        purpose: u64,
-        label: &str,
-        work: impl Fn(&mut Random) -> Result<T, StressError> + Sync,
-    ) -> Result<Vec<T>, StressError> {
-        let progress = (self.progress)(label, streams.end - streams.start);
-        let all = streams
-            .into_par_iter()
-            .map(|stream| {
-                let value = work(&mut Random::new(self.options.seed, purpose, stream));
-                progress.advance(1);
-                value
-            })
-            .collect();
-        progress.finish();
-        all
-    }
-}
-
-/// Streams drawn at a time where a tally is empty, and at most.
-const MORE: u64 = 8;
-/// See [`MORE`].
-const MAX_MORE: u64 = 512;
 
 /// Runs all checks of `target`.
 ///

@@ -1,16 +1,12 @@
 //! Global and local multiple scattering at extremes: finite, non-negative, twins.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use serde_json::json;
+use strandlight_render::probe::Function;
 
-use serde_json::{Value, json};
-use strandlight_render::probe::{Function, MODE_ALL, Query};
-use strandlight_scattering::HairParams;
-use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
-
-use super::Run;
-use super::draw::{LAMBDA, POINTS_PER_HAIR, Random, hair};
-use super::point::{hair_json, inclination, single};
-use super::report::{Check, Tally, finite};
+use super::draw::{POINTS_PER_HAIR, hair};
+use super::multiple_point::{FUNCTIONS, Point, Points, name};
+use super::report::{Check, NO_ADAPTER, Tally, finite};
+use super::run::Run;
 use super::target::StressError;
 use super::values::apart;
 
@@ -20,79 +16,6 @@ const PURPOSE: u64 = 40;
 const GPU_FIBRES: usize = 256;
 /// Bound on the twins, relative to the largest value of a function's batch.
 const TWINS_BOUND: f64 = 1e-4;
-
-/// What is evaluated.
-const FUNCTIONS: [Function; 3] = [Function::Global, Function::Local, Function::DirectLocal];
-
-/// Light and view; the light's width is sigma_f, or its lambda where it is unscattered.
-#[derive(Clone, Copy)]
-pub(super) struct Point {
-    function: Function,
-    light: [f64; 2],
-    width: f64,
-    view: [f64; 2],
-}
-
-/// Points of one fibre.
-pub(super) type Points = (HairParams, Vec<Point>);
-
-impl Point {
-    fn draw(random: &mut Random) -> Point {
-        let mut direction = || {
-            let theta = match random.pick(&[0, 1, 2]) {
-                0 => random.pick(&[-FRAC_PI_2, -1.57, 0.0, 1.57, FRAC_PI_2]),
-                _ => random.uniform(-1.0, 1.0).asin(),
-            };
-            [inclination(theta), single(random.uniform(-PI, PI))]
-        };
-        let (light, mut view) = (direction(), direction());
-        if random.chance(0.2) {
-            // The same azimuth, the opposite one, and the edge of the half circle.
-            view[1] = single(light[1] + random.pick(&[0.0, FRAC_PI_2, PI]));
-        }
-        let width = match random.pick(&[0, 1, 2, 3]) {
-            0 => random.pick(&LAMBDA),
-            _ => random.log_uniform(LAMBDA[0], LAMBDA[1]),
-        };
-        Point {
-            function: random.pick(&FUNCTIONS),
-            light,
-            width: single(width),
-            view,
-        }
-    }
-
-    /// As the probe of the runtime takes it.
-    pub fn query(&self, fibre: Fibre, optics: u32) -> Query {
-        let [light, view] = [self.light, self.view]
-            .map(|[theta, phi]| DirectionInFrame::from_angles(theta as f32, phi as f32));
-        let query = Query::single(MODE_ALL, light, self.width as f32, view, fibre);
-        Query {
-            function: self.function as u32,
-            ..query.with_optics(optics)
-        }
-    }
-
-    fn json(&self, hair: &HairParams) -> Value {
-        let [[theta_j, phi_j], [theta_o, phi_o]] = [self.light, self.view];
-        json!({
-            "q": name(self.function),
-            "mode": "all",
-            "light": { "theta": theta_j, "phi": phi_j },
-            "sigma_f": self.width,
-            "view": { "theta": theta_o, "phi": phi_o },
-            "hair": hair_json(hair),
-        })
-    }
-}
-
-fn name(function: Function) -> &'static str {
-    match function {
-        Function::Global => "global",
-        Function::Local => "local",
-        _ => "direct_local",
-    }
-}
 
 /// Answers by fibre and point.
 type Answers = Vec<Vec<[f32; 3]>>;
@@ -123,7 +46,7 @@ pub(super) fn checks(run: &Run, n: usize) -> Result<Vec<Check>, StressError> {
 fn are_finite(groups: &[Points], answers: Option<&Answers>, backend: &'static str) -> Check {
     let name = "finite, multiple scattering";
     let Some(answers) = answers else {
-        return Check::not_run(name, backend, super::NO_ADAPTER);
+        return Check::not_run(name, backend, NO_ADAPTER);
     };
     let mut tally = Tally::new();
     for ((hair, points), values) in groups.iter().zip(answers) {
@@ -143,7 +66,7 @@ fn are_finite(groups: &[Points], answers: Option<&Answers>, backend: &'static st
 fn twins(groups: &[Points], cpu: &Answers, gpu: Option<&Answers>, function: Function) -> Check {
     let name = format!("twins {}", name(function));
     let Some(gpu) = gpu else {
-        return Check::not_run(&name, "cpu, gpu", super::NO_ADAPTER);
+        return Check::not_run(&name, "cpu, gpu", NO_ADAPTER);
     };
     let answers = || {
         groups

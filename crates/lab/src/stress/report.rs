@@ -2,6 +2,9 @@
 
 use serde_json::{Value, json};
 
+/// Why checks of the adapter were not run.
+pub(super) const NO_ADAPTER: &str = "no adapter";
+
 /// How a check ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {

@@ -3,10 +3,10 @@
 use serde_json::json;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 
-use super::Run;
 use super::draw::{self, Random};
 use super::point::{Group, Light, Point, inclination, single};
 use super::report::{Check, Tally};
+use super::run::Run;
 use super::target::StressError;
 
 /// Bound on exact symmetries: rounding of f32 at the narrowest lights.

@@ -12,7 +12,7 @@ use strandlight_scene::material::{EditError, HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::tables::ShadingTables;
 
-use super::multiple::Points;
+use super::multiple_point::{self, Points};
 use super::point::{Group, Point};
 
 /// Why a run could not go on; a failed check is not among these.
@@ -194,7 +194,7 @@ impl<'a> Target<'a> {
         let queries: Vec<Query> = queries
             .flat_map(|(ix, ((_, points), optics))| {
                 let query =
-                    move |point: &super::multiple::Point| point.query(optics.fibre, ix as u32);
+                    move |point: &multiple_point::Point| point.query(optics.fibre, ix as u32);
                 points.iter().map(query)
             })
             .collect();

@@ -5,7 +5,7 @@ use serde_json::json;
 use strandlight_scattering::Lobe;
 
 use super::point::{Group, Point};
-use super::report::{Check, Tally, finite};
+use super::report::{Check, NO_ADAPTER, Tally, finite};
 use super::target::{StressError, Target};
 use strandlight_scene::progress::Progress;
 
@@ -79,7 +79,7 @@ impl Evaluated {
         };
         let gpu = match &self.gpu {
             Some(answers) => check(answers, "gpu"),
-            None => Check::not_run(name, "gpu", super::NO_ADAPTER),
+            None => Check::not_run(name, "gpu", NO_ADAPTER),
         };
         [check(&self.cpu, "cpu"), gpu]
     }
@@ -91,7 +91,7 @@ impl Evaluated {
             for lobe in Lobe::ALL {
                 let name = format!("twins {function} {}", lobe.name());
                 let Some(gpu) = &self.gpu else {
-                    checks.push(Check::not_run(&name, "cpu, gpu", super::NO_ADAPTER));
+                    checks.push(Check::not_run(&name, "cpu, gpu", NO_ADAPTER));
                     continue;
                 };
                 let wanted = |point: &Point| {

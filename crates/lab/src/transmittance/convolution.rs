@@ -15,7 +15,7 @@ use strandlight_scattering::closed_form::ShadowRecord;
 use strandlight_scene::strands::Strands;
 
 use super::light_map::{LightMap, SIDE, taps};
-use super::record_of_depth;
+use super::optical_depth::record_of_depth;
 
 /// Layers through the map's depth, evenly.
 const N_LAYERS: usize = 32;

@@ -8,7 +8,7 @@ use strandlight_scattering::closed_form::ShadowRecord;
 use strandlight_scene::strands::Strands;
 
 use super::light_map::{LightMap, SIDE, taps};
-use super::record_of_depth;
+use super::optical_depth::record_of_depth;
 
 /// Layers; the last one's optical depth covers all behind it.
 const N_LAYERS: usize = 16;

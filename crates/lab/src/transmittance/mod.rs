@@ -9,10 +9,11 @@ mod convolution;
 mod deep_opacity;
 mod forward_map;
 mod light_map;
+mod optical_depth;
 mod ray;
 
 use rayon::prelude::*;
-use strandlight_scattering::closed_form::{P_1, P_2, PackedRecord, ShadowRecord, pack_record};
+use strandlight_scattering::closed_form::{PackedRecord, ShadowRecord, pack_record};
 use strandlight_scene::PreparedScene;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::strands::Strands;
@@ -198,16 +199,6 @@ pub fn lobe_of(light: &LightRecord, n: u32) -> Vec<[f32; 3]> {
         rgb: light.rgb,
     };
     lobe_directions(&lobe, n)
-}
-
-/// The record of one optical depth `[tau, integral of sin^2 theta dtau]`.
-fn record_of_depth([depth, sin_2]: [f64; 2]) -> ShadowRecord {
-    let share = |p: f32| (-f64::from(p) * depth).exp() as f32;
-    let sin_2 = if depth > 1e-12 { sin_2 / depth } else { 0.0 };
-    ShadowRecord {
-        shares: [share(1.0), share(P_1), share(P_2)],
-        sin_theta: sin_2.clamp(0.0, 1.0).sqrt() as f32,
-    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 use glam::Vec3;
 use strandlight_formats::SrbfLight;
+use strandlight_scattering::closed_form::P_1;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::sweep_directions;

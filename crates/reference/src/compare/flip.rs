@@ -98,8 +98,7 @@ pub fn flip(
         || reference.len() != test.len()
         || !reference.len().is_multiple_of(width)
     {
-        let what = "FLIP needs two pictures of one size".to_owned();
-        return Err(CompareError::Mismatch(what));
+        return Err(CompareError::FlipSizes);
     }
     let [reference, test] = [reference, test].map(|rgb| opponent(rgb, width));
     // Colour pipeline (4.1).
@@ -139,8 +138,7 @@ impl FlipMap {
         let [test, reference] =
             [a, b].map(|layer| layer.rgb.iter().map(|rgb| show(*rgb)).collect::<Vec<_>>());
         if (a.width, a.height) != (b.width, b.height) {
-            let what = "FLIP needs two pictures of one size".to_owned();
-            return Err(CompareError::Mismatch(what));
+            return Err(CompareError::FlipSizes);
         }
         flip(&reference, &test, a.width, PIXELS_PER_DEGREE)
     }

@@ -10,8 +10,7 @@ use super::{CompareError, FlipMap, Layer};
 /// Different sizes, or what the encoder says.
 pub fn signed_png(a: &Layer, b: &Layer, scale: f64) -> Result<Vec<u8>, CompareError> {
     if (a.width, a.height) != (b.width, b.height) {
-        let what = "the pictures have different sizes".to_owned();
-        return Err(CompareError::Mismatch(what));
+        return Err(CompareError::DifferenceSizes);
     }
     let pixels: Vec<[u8; 3]> = a
         .rgb
@@ -85,17 +84,14 @@ fn magma(x: f64) -> [u8; 3] {
 }
 
 fn encode(width: usize, height: usize, pixels: &[[u8; 3]]) -> Result<Vec<u8>, CompareError> {
-    let failed = |error: png::EncodingError| CompareError::Mismatch(error.to_string());
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer
-        .write_image_data(pixels.as_flattened())
-        .map_err(failed)?;
-    writer.finish().map_err(failed)?;
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels.as_flattened())?;
+    writer.finish()?;
     Ok(bytes)
 }
 

@@ -8,9 +8,9 @@ use exr::block::reader::ChunksReader;
 use exr::meta::header::Header;
 use strandlight_formats::{FileKind, read_file_of_kind};
 
-use super::CompareError;
+use super::error::{CompareError, LayerError};
 use strandlight_images::catch_decoder_panic;
-use strandlight_images::exr_map::{MAGIC, bad, read_samples};
+use strandlight_images::exr_map::{MAGIC, read_samples};
 
 /// Largest width and height of a picture.
 pub const MAX_SIDE: usize = 16_384;
@@ -74,26 +74,26 @@ impl Layer {
     pub fn read(path: &Path, name: Option<&str>) -> Result<Layer, CompareError> {
         let is_picture = |kind| matches!(kind, FileKind::Map(_) | FileKind::Picture(_));
         let bytes = read_file_of_kind(path, MAX_FILE_BYTES, is_picture)?;
-        Layer::decode(&bytes, name).map_err(|what| CompareError::File {
+        Layer::decode(&bytes, name).map_err(|source| CompareError::File {
             path: path.to_owned(),
-            what,
+            source,
         })
     }
 
     /// [`Layer::read`] from the bytes of a file.
     ///
     /// # Errors
-    /// What is wrong with them, in one line.
-    pub fn decode(bytes: &[u8], name: Option<&str>) -> Result<Layer, String> {
+    /// What is wrong with them; its text is one line.
+    pub fn decode(bytes: &[u8], name: Option<&str>) -> Result<Layer, LayerError> {
         let layer = if bytes.starts_with(&MAGIC) {
             catch_decoder_panic(|| decode_exr(bytes, name))?
         } else if bytes.starts_with(PNG_MAGIC) {
             if let Some(name) = name {
-                return Err(format!("a PNG has no layer {name}"));
+                return Err(LayerError::PngLayer(name.to_owned()));
             }
             decode_png(bytes)?
         } else {
-            return Err("neither OpenEXR nor PNG".to_owned());
+            return Err(LayerError::NotThisKind);
         };
         layer.check_finite()?;
         Ok(layer)
@@ -144,7 +144,7 @@ impl Layer {
         }
     }
 
-    fn check_finite(&self) -> Result<(), String> {
+    fn check_finite(&self) -> Result<(), LayerError> {
         let variance = self.variance.as_deref().unwrap_or_default();
         let bad_rgb = |values: &[[f32; 3]]| {
             values
@@ -156,23 +156,25 @@ impl Layer {
             .or_else(|| bad_rgb(variance));
         match bad {
             None => Ok(()),
-            Some(ix) => Err(format!(
-                "pixel ({}, {}) is not a finite number",
-                ix % self.width,
-                ix / self.width
-            )),
+            Some(ix) => Err(LayerError::NotFinite {
+                x: ix % self.width,
+                y: ix / self.width,
+            }),
         }
     }
 }
 
-fn check_size(width: usize, height: usize) -> Result<(), String> {
+fn check_size(width: usize, height: usize) -> Result<(), LayerError> {
     let sides = (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height);
     if sides && width * height <= MAX_PIXELS {
         return Ok(());
     }
-    Err(format!(
-        "{width} x {height} pixels; at most {MAX_SIDE} a side and {MAX_PIXELS} in all are compared"
-    ))
+    Err(LayerError::TooLarge {
+        width,
+        height,
+        max_side: MAX_SIDE,
+        max_pixels: MAX_PIXELS,
+    })
 }
 
 /// Where a channel is: part and index in its list.
@@ -232,12 +234,19 @@ impl Names {
     }
 }
 
-fn decode_exr(bytes: &[u8], name: Option<&str>) -> Result<Layer, String> {
-    let reader = exr::block::read(Cursor::new(bytes), false).map_err(bad)?;
+fn damaged(what: impl Into<String>) -> LayerError {
+    LayerError::Damaged(what.into())
+}
+
+fn decode_exr(bytes: &[u8], name: Option<&str>) -> Result<Layer, LayerError> {
+    let reader = exr::block::read(Cursor::new(bytes), false)?;
     let names = Names::of(reader.headers());
-    let rgb = names.rgb(name).ok_or_else(|| match name {
-        Some(name) => format!("no layer {name}; the file has {}", names.layers()),
-        None => format!("no channels R, G, B; the file has {}", names.layers()),
+    let rgb = names.rgb(name).ok_or_else(|| {
+        let found = names.layers();
+        match name.map(str::to_owned) {
+            Some(layer) => LayerError::NoLayer { layer, found },
+            None => LayerError::NoColor { found },
+        }
     })?;
     // A reference over a background is opaque, but tells the coverage of the hair.
     let alpha = names
@@ -254,17 +263,14 @@ fn decode_exr(bytes: &[u8], name: Option<&str>) -> Result<Layer, String> {
 
     let (width, height) = check_parts(reader.headers(), &planes, bytes.len())?;
     let parts: Vec<usize> = planes.iter().map(|place| place.0).collect();
-    let mut chunks = reader
-        .filter_chunks(false, |_, tile, block| {
-            parts.contains(&block.layer) && tile.level_index.x() == 0 && tile.level_index.y() == 0
-        })
-        .map_err(bad)?;
+    let mut chunks = reader.filter_chunks(false, |_, tile, block| {
+        parts.contains(&block.layer) && tile.level_index.x() == 0 && tile.level_index.y() == 0
+    })?;
     let mut values = vec![vec![0.0_f32; width * height]; planes.len()];
     let mut filled = 0;
     while let Some(chunk) = chunks.next() {
         let meta_data = chunks.meta_data();
-        let block = UncompressedBlock::decompress_chunk(chunk.map_err(bad)?, meta_data, false)
-            .map_err(bad)?;
+        let block = UncompressedBlock::decompress_chunk(chunk?, meta_data, false)?;
         let part = block.index.layer;
         let list = &meta_data.headers[part].channels;
         let mut samples = Vec::new();
@@ -278,7 +284,8 @@ fn decode_exr(bytes: &[u8], name: Option<&str>) -> Result<Layer, String> {
             let sample_type = list.list[line.location.channel].sample_type;
             read_samples(line.value, sample_type, &mut samples);
             if x + count > width || y >= height || samples.len() != count {
-                return Err(format!("a block at ({x}, {y}) does not fit the picture"));
+                let what = format!("a block at ({x}, {y}) does not fit the picture");
+                return Err(damaged(what));
             }
             let start = y * width + x;
             for (plane, values) in planes.iter().zip(&mut values) {
@@ -290,7 +297,7 @@ fn decode_exr(bytes: &[u8], name: Option<&str>) -> Result<Layer, String> {
         }
     }
     if filled < width * height * planes.len() {
-        return Err("the file is incomplete: pixels are missing".to_owned());
+        return Err(damaged("the file is incomplete: pixels are missing"));
     }
     let triple = |at: usize| -> Vec<[f32; 3]> {
         (0..width * height)
@@ -316,7 +323,8 @@ fn check_parts(
     headers: &[Header],
     planes: &[Place],
     file_bytes: usize,
-) -> Result<(usize, usize), String> {
+) -> Result<(usize, usize), LayerError> {
+    let unsupported = |what: String| Err(LayerError::Unsupported(what));
     let size_of = |part: usize| {
         let size = headers[part].layer_size;
         (size.width(), size.height())
@@ -325,32 +333,31 @@ fn check_parts(
     check_size(width, height)?;
     // See the maps' reader: deflate shrinks 1032:1 at most.
     if width * height / 2048 > file_bytes {
-        return Err(format!(
+        return Err(damaged(format!(
             "the file is truncated: {file_bytes} bytes cannot hold {width} x {height} pixels"
-        ));
+        )));
     }
     for &(part, _) in planes {
         let header = &headers[part];
         if header.deep {
-            return Err("deep data are not supported".to_owned());
+            return unsupported("deep data are not supported".to_owned());
         }
         if size_of(part) != (width, height) {
-            return Err("its parts have different sizes".to_owned());
+            return Err(damaged("its parts have different sizes"));
         }
         let channels = &header.channels.list;
         if channels.len() > MAX_CHANNELS {
-            return Err(format!("more than {MAX_CHANNELS} channels in a part"));
+            return unsupported(format!("more than {MAX_CHANNELS} channels in a part"));
         }
         if channels.iter().any(|channel| channel.sampling.area() != 1) {
-            return Err("subsampled channels are not supported".to_owned());
+            return unsupported("subsampled channels are not supported".to_owned());
         }
     }
     Ok((width, height))
 }
 
 /// 8- or 16-bit grey or colour, taken as sRGB whatever the file's chunks say.
-fn decode_png(bytes: &[u8]) -> Result<Layer, String> {
-    let bad = |error: png::DecodingError| format!("not a readable PNG: {error}");
+fn decode_png(bytes: &[u8]) -> Result<Layer, LayerError> {
     let mut decoder = png::Decoder::new_with_limits(
         Cursor::new(bytes),
         png::Limits {
@@ -358,16 +365,17 @@ fn decode_png(bytes: &[u8]) -> Result<Layer, String> {
         },
     );
     decoder.set_transformations(png::Transformations::EXPAND);
-    let header = decoder.read_header_info().map_err(bad)?;
+    let header = decoder.read_header_info()?;
     let (width, height) = (header.width as usize, header.height as usize);
     check_size(width, height)?;
     if width * height / 2048 > bytes.len() {
-        return Err("the file is truncated: too few bytes for its size".to_owned());
+        return Err(damaged("the file is truncated: too few bytes for its size"));
     }
-    let mut reader = decoder.read_info().map_err(bad)?;
-    let size = reader.output_buffer_size().ok_or("too large")?;
+    let mut reader = decoder.read_info()?;
+    let size = reader.output_buffer_size();
+    let size = size.ok_or_else(|| damaged("too large"))?;
     let mut data = vec![0; size];
-    let info = reader.next_frame(&mut data).map_err(bad)?;
+    let info = reader.next_frame(&mut data)?;
     let samples: Vec<f32> = if info.bit_depth == png::BitDepth::Sixteen {
         let (words, _) = data.as_chunks::<2>();
         words
@@ -394,7 +402,7 @@ fn decode_png(bytes: &[u8]) -> Result<Layer, String> {
             [y, a] => ([y; 3], a),
             [r, g, b] => ([r, g, b], 1.0),
             [r, g, b, a] => ([r, g, b], a),
-            _ => return Err("a PNG with other than 1 to 4 samples a pixel".to_owned()),
+            _ => return Err(damaged("a PNG with other than 1 to 4 samples a pixel")),
         };
         layer.rgb[ix] = rgb.map(|x| linear_from_srgb(x) * alpha);
         layer.alpha[ix] = alpha;

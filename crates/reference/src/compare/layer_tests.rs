@@ -89,7 +89,9 @@ fn layers_by_name() {
     let single = Layer::decode(&bytes, Some("single")).expect("single");
     assert_values(&single, [4, 5, 6], Some(3));
     assert_eq!(single.variance, None);
-    let error = Layer::decode(&bytes, Some("global")).expect_err("not there");
+    let error = Layer::decode(&bytes, Some("global"))
+        .expect_err("not there")
+        .to_string();
     assert!(
         error.contains("global") && error.contains("single"),
         "{error}"
@@ -132,7 +134,9 @@ fn damaged_files_are_refused() {
     }
     let mut nan = vec![channel("G", 1, false), channel("B", 2, false)];
     nan.push(AnyChannel::new("R", FlatSamples::F32(vec![f32::NAN; 15])));
-    let error = Layer::decode(&file(vec![part(None, nan)]), None).expect_err("not finite");
+    let error = Layer::decode(&file(vec![part(None, nan)]), None)
+        .expect_err("not finite")
+        .to_string();
     assert!(error.contains("(0, 0)"), "{error}");
     let depth = vec![channel("Z", 0, false)];
     assert!(Layer::decode(&file(vec![part(None, depth)]), None).is_err());

@@ -16,34 +16,14 @@
 //! # Ok::<(), strandlight_reference::compare::CompareError>(())
 //! ```
 
+mod error;
 mod flip;
 mod heat;
 mod layer;
 mod statistics;
 
+pub use error::{CompareError, LayerError};
 pub use flip::{FlipMap, PIXELS_PER_DEGREE, flip};
 pub use heat::{flip_png, heat_scale, signed_png};
 pub use layer::{Layer, MAX_PIXELS, MAX_SIDE};
 pub use statistics::{Comparison, Region, Worst, compare};
-
-use std::path::PathBuf;
-
-/// Why two pictures could not be compared.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum CompareError {
-    /// A file that could not be read.
-    #[error(transparent)]
-    Read(#[from] strandlight_formats::Error),
-    /// A file that is no picture.
-    #[error("{}: {what}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        what: String,
-    },
-    /// Pictures that do not go together.
-    #[error("{0}")]
-    Mismatch(String),
-}

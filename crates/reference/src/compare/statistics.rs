@@ -60,21 +60,17 @@ pub struct Worst {
 /// Different sizes; a linear picture and one that is tone mapped already; a black reference,
 /// which nothing can be relative to.
 pub fn compare(a: &Layer, b: &Layer) -> Result<Comparison, CompareError> {
-    let mismatch = |what: String| Err(CompareError::Mismatch(what));
     if (a.width, a.height) != (b.width, b.height) {
-        return mismatch(format!(
-            "the pictures have {}x{} and {}x{} pixels",
-            a.width, a.height, b.width, b.height
-        ));
+        return Err(CompareError::Sizes {
+            a: [a.width, a.height],
+            b: [b.width, b.height],
+        });
     }
     if a.is_display != b.is_display {
-        return mismatch(
-            "one picture is linear (OpenEXR), the other tone-mapped (PNG); use two pictures of the same kind"
-                .to_owned(),
-        );
+        return Err(CompareError::Kinds);
     }
     if b.rgb.iter().all(|rgb| *rgb == [0.0; 3]) {
-        return mismatch("the reference is black: relative errors are undefined".to_owned());
+        return Err(CompareError::BlackReference);
     }
     let mask = hair_mask(a, b);
     Ok(Comparison {

@@ -16,7 +16,7 @@ use crate::passes::draw::{Projection, Ribbons};
 use crate::passes::lighting::Lighting;
 use crate::passes::resources::StrandBuffers;
 use crate::passes::volume::Volume;
-use crate::progressive::RenderReport;
+use crate::report::RenderReport;
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::{ViewUniform, view_uniform};
 use strandlight_scene::motion::Wind;

@@ -1,10 +1,10 @@
 //! Bending the strands in the wind on the device.
 
-use super::clock::Stamp;
 use super::resources::{
     StrandBuffers, bind, buffer_of, compute, compute_pass, groups_of_64, shader, step, submit,
     uniform,
 };
+use super::stamp::Stamp;
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::motion::Wind;

@@ -1,17 +1,17 @@
 //! Projecting the strands and rasterising the ribbons in passes of four samples.
 
-use super::clock::Stamp;
+use super::covering::covering;
 use super::lighting::Lighting;
 use super::proxies::DrawnProxies;
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, labelled, shader, step, storage, submit, uniform,
 };
-use crate::gpu::{Context, ResourceCounters};
+use super::stamp::Stamp;
+use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::sampling::{PASS_SAMPLES, pass_jitter};
 
-pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Side of the viewport in pixels, with what is drawn in its middle: a power of two, so that
 /// corners come out the same whatever it is. Software devices slow down wherever a triangle is
 /// clipped; a device with smaller textures gets a smaller one.
@@ -27,8 +27,6 @@ fn viewport_side(context: &Context) -> f32 {
 
 /// Segments whose corners share an index buffer: 96 MiB, below the 128 MiB every adapter binds.
 pub(super) const SEGMENT_CHUNK: u32 = 4 << 20;
-
-pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// Mirrored by `Pass` in `shaders/pass/strands.wgsl`.
 #[repr(C)]
@@ -295,50 +293,4 @@ impl Draw {
         pass.set_viewport(left, top, self.viewport, self.viewport, 0.0, 1.0);
         ribbons.draw_segments(pass);
     }
-}
-
-/// A pipeline that covers samples of pictures: entry points of the vertices and the fragments, and
-/// values for the overrides of the first.
-pub(super) fn covering(
-    context: &Context,
-    label: &'static str,
-    module: &wgpu::ShaderModule,
-    [vertices, fragments]: [&'static str; 2],
-    constants: &[(&str, f64)],
-) -> wgpu::RenderPipeline {
-    ResourceCounters::add(&context.resource_counters().pipelines);
-    let descriptor = wgpu::RenderPipelineDescriptor {
-        label: Some(label),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some(vertices),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants,
-                ..Default::default()
-            },
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: wgpu::MultisampleState {
-            count: 4,
-            ..Default::default()
-        },
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(fragments),
-            compilation_options: Default::default(),
-            targets: &[Some(COLOR.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    };
-    context.device.create_render_pipeline(&descriptor)
 }

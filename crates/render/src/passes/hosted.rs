@@ -3,7 +3,7 @@
 use super::draw::Ribbons;
 use super::resources::{module_with, uniform};
 use crate::gpu::{Context, ResourceCounters};
-use crate::hair_renderer::HairOptions;
+use crate::hair_options::HairOptions;
 use strandlight_scene::RenderError;
 
 /// Turns on what strands in a host's pass take.

@@ -6,7 +6,6 @@
 
 use std::ops::Range;
 
-use super::clock::Stamp;
 use super::preview::{self, Drafted};
 use super::proxies::{self, Proxies};
 use super::resources::{
@@ -15,6 +14,7 @@ use super::resources::{
 };
 use super::shadow_map::ShadowMaps;
 use super::shadows::{Batch, Sweep, SweptLights};
+use super::stamp::Stamp;
 use super::volume::Volume;
 use crate::gpu::Context;
 use strandlight_formats::SrbfLight;

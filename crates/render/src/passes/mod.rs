@@ -6,6 +6,7 @@
 //! no picture of its own ends before `draw`.
 
 pub(crate) mod clock;
+mod covering;
 pub(crate) mod deform;
 pub(crate) mod draw;
 pub(crate) mod hosted;
@@ -22,6 +23,7 @@ mod scattering;
 pub(crate) mod screen;
 mod shadow_map;
 mod shadows;
+pub(crate) mod stamp;
 pub(crate) mod target;
 pub(crate) mod volume;
 

@@ -7,9 +7,9 @@
 //! the square root. Of a wig of sub-pixel strands this finds 0.53, 0.35 and 0.146 at 8, 32 and 128
 //! samples where the error is 0.67, 0.27 and 0.133.
 
-use super::clock::Stamp;
 use super::readback::Readback;
 use super::resources::{bind, compute, compute_pass, grow, shader, step, storage, submit, uniform};
+use super::stamp::Stamp;
 use super::target::Target;
 use crate::gpu::Context;
 use strandlight_scene::RenderError;

@@ -1,10 +1,10 @@
 //! A draft of the light on everything, before any shadow is there.
 
-use super::clock::Stamp;
 use super::proxies::{self, Proxies};
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, groups_of_64, module_with, step, submit, uniform,
 };
+use super::stamp::Stamp;
 use crate::gpu::Context;
 use strandlight_scattering::Lobe;
 use strandlight_scene::RenderError;

@@ -1,9 +1,9 @@
 //! Proxies on the device: their records, the light that they send back, and drawing them. A scene
 //! without any has none of this.
 
-use super::clock::Stamp;
-use super::draw::covering;
+use super::covering::covering;
 use super::resources::{bind, compute, compute_pass, shader, step, storage, submit, uniform};
+use super::stamp::Stamp;
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::proxy::{LIGHT_MAP_SIDE, ProxyRecords};

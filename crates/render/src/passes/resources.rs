@@ -2,8 +2,8 @@
 
 use wgpu::util::DeviceExt;
 
-use super::clock::Stamp;
-use crate::gpu::{Context, GpuError, ResourceCounters};
+use super::stamp::Stamp;
+use crate::gpu::{Context, GpuError, ResourceCounters, cause_of};
 use strandlight_scene::RenderError;
 use strandlight_scene::strands::Strands;
 use strandlight_shaders as shaders;
@@ -12,7 +12,7 @@ use strandlight_shaders as shaders;
 pub(crate) fn failed(error: GpuError) -> RenderError {
     match error {
         GpuError::Lost { reason } => RenderError::DeviceLost(reason),
-        error => RenderError::Gpu(error.to_string()),
+        error => RenderError::Gpu(error.into()),
     }
 }
 
@@ -31,7 +31,7 @@ pub(crate) fn guarded<T>(
     let memory = pollster::block_on(memory.pop());
     let validation = pollster::block_on(validation.pop());
     match memory.or(validation) {
-        Some(error) => Err(RenderError::Gpu(error.to_string())),
+        Some(error) => Err(RenderError::Gpu(cause_of(error))),
         None => result,
     }
 }
@@ -155,8 +155,8 @@ pub(crate) fn module_with(
     name: &'static str,
     features: &[&str],
 ) -> Result<wgpu::ShaderModule, RenderError> {
-    let source = shaders::resolve_with(name, features)
-        .map_err(|error| RenderError::Gpu(error.to_string()))?;
+    let source =
+        shaders::resolve_with(name, features).map_err(|error| RenderError::Gpu(error.into()))?;
     Ok(context
         .device
         .create_shader_module(wgpu::ShaderModuleDescriptor {

@@ -1,10 +1,10 @@
 //! The picture on the screen: tone-mapped and encoded.
 
-use super::clock::Stamp;
 use super::draw::Ribbons;
 use super::resources::{bind, compute, compute_pass, shader, step, submit, uniform};
 #[cfg(not(target_arch = "wasm32"))]
 use super::resources::{failed, labelled};
+use super::stamp::Stamp;
 use super::target::{Target, texture};
 use crate::gpu::Context;
 use strandlight_scene::RenderError;

@@ -1,11 +1,11 @@
 //! Shadow maps on the device: drawn and sampled one after another into a visibility buffer.
 
-use super::clock::Stamp;
 use super::proxies;
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, groups_of_64, grow, module_with, shader, step,
     storage, submit, uniform,
 };
+use super::stamp::Stamp;
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::shadow_maps::{SHADOW_SIDE, ShadowPlan, ShadowView};

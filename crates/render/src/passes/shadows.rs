@@ -3,11 +3,11 @@
 //! They depend on the points, the fibres' diameter and the lights' directions and widths: another
 //! camera or an edit of the hair leaves them as they are.
 
-use super::clock::Stamp;
 use super::proxies;
 use super::resources::{
     bind, buffer_of, compute_pass, grow, module_with, storage, submit, uniform,
 };
+use super::stamp::Stamp;
 use super::volume::Volume;
 use crate::gpu::{Context, ResourceCounters};
 use strandlight_scattering::closed_form::PackedRecord;

@@ -1,9 +1,10 @@
 //! Pictures of one size, or tiles of larger ones: samples, their sums, and the linear picture made
 //! of these.
 
-use super::clock::Stamp;
-use super::draw::{COLOR, DEPTH, Draw, Ribbons};
+use super::covering::{COLOR, DEPTH};
+use super::draw::{Draw, Ribbons};
 use super::resources::{bind, compute_pass, step, storage, submit, uniform};
+use super::stamp::Stamp;
 use crate::gpu::Context;
 use strandlight_formats::Background;
 use strandlight_scene::sampling::PASS_SAMPLES;

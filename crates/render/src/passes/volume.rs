@@ -1,10 +1,10 @@
 //! The shadow volume on the device.
 
-use super::clock::Stamp;
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, groups_of_64, grow, shader, step, storage, submit,
     uniform,
 };
+use super::stamp::Stamp;
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::strands::Strands;

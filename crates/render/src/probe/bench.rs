@@ -6,7 +6,7 @@ use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame};
 use wgpu::util::DeviceExt;
 
 use super::Scheme;
-use crate::gpu::{Context, GpuError};
+use crate::gpu::{Cause, Context, GpuError, cause_of};
 use crate::gpu_optics::GpuOptics;
 use crate::gpu_tables::GpuTables;
 use strandlight_scene::optics::Optics;
@@ -58,11 +58,11 @@ impl GpuBench {
     pub fn new() -> Result<GpuBench, GpuError> {
         let context = Context::new()?;
         let device = &context.device;
-        let failed = |reason: String| GpuError::Failed {
+        let failed = |source: Cause| GpuError::Failed {
             what: "bench shader",
-            reason,
+            source,
         };
-        let source = shaders::resolve("pass/bench").map_err(|error| failed(error.to_string()))?;
+        let source = shaders::resolve("pass/bench").map_err(|error| failed(error.into()))?;
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("bench"),
@@ -110,7 +110,7 @@ impl GpuBench {
             })
             .collect();
         if let Some(error) = pollster::block_on(scope.pop()) {
-            return Err(failed(error.to_string()));
+            return Err(failed(cause_of(error)));
         }
         Ok(GpuBench {
             context,

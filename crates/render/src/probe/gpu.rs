@@ -1,6 +1,6 @@
 //! The WGSL functions behind a [`Query`].
 
-use crate::gpu::{Context, GpuError};
+use crate::gpu::{Cause, Context, GpuError, cause_of};
 use crate::gpu_optics::GpuOptics;
 use crate::gpu_tables::GpuTables;
 use strandlight_scene::optics::Optics;
@@ -32,11 +32,11 @@ impl GpuProbe {
     /// No usable adapter, or a shader the driver refuses.
     pub fn new(tables: &ShadingTables) -> Result<GpuProbe, GpuError> {
         let context = Context::new()?;
-        let failed = |reason: String| GpuError::Failed {
+        let failed = |source: Cause| GpuError::Failed {
             what: "probe shader",
-            reason,
+            source,
         };
-        let source = shaders::resolve("pass/probe").map_err(|error| failed(error.to_string()))?;
+        let source = shaders::resolve("pass/probe").map_err(|error| failed(error.into()))?;
         let scope = context
             .device
             .push_error_scope(wgpu::ErrorFilter::Validation);
@@ -89,7 +89,7 @@ impl GpuProbe {
                 cache: None,
             });
         if let Some(error) = pollster::block_on(scope.pop()) {
-            return Err(failed(error.to_string()));
+            return Err(failed(cause_of(error)));
         }
         let tables = GpuTables::new(&context, tables);
         Ok(GpuProbe {
@@ -122,7 +122,7 @@ impl GpuProbe {
         if queries.iter().any(is_missing) {
             return Err(GpuError::Failed {
                 what: "probe",
-                reason: "a query names optics that are not there".to_owned(),
+                source: "a query names optics that are not there".into(),
             });
         }
         let none = [Optics::paper(bytemuck::Zeroable::zeroed())];
@@ -210,13 +210,13 @@ impl GpuProbe {
             let (found, expected) = (answers.len(), queries.len());
             return Err(GpuError::Failed {
                 what: "probe",
-                reason: format!("{found} answers came back to {expected} queries"),
+                source: format!("{found} answers came back to {expected} queries").into(),
             });
         }
         if answers.iter().flatten().any(|&value| value == SENTINEL) {
             return Err(GpuError::Failed {
                 what: "probe",
-                reason: "the shader left answers unwritten".to_owned(),
+                source: "the shader left answers unwritten".into(),
             });
         }
         Ok(answers)

@@ -31,8 +31,7 @@ impl Backend for ProgressiveRenderer {
     }
 
     fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
-        self.set_hair(hair, modes)
-            .map_err(|error| SceneError::File(error.to_string()))?;
+        self.set_hair(hair, modes).map_err(SceneError::from)?;
         Ok(())
     }
 

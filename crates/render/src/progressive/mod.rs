@@ -26,7 +26,6 @@
 
 mod backend;
 mod pace;
-mod report;
 mod set;
 mod shading;
 #[cfg(not(target_arch = "wasm32"))]
@@ -51,7 +50,7 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::sampling::PASS_SAMPLES;
 use strandlight_scene::scene::PreparedScene;
 
-pub use report::{RenderReport, StageReport};
+pub use crate::report::{RenderReport, StageReport};
 
 /// How far the picture has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -69,9 +69,11 @@ impl ProgressiveRenderer {
         let limits = self.core.context.device.limits();
         let most = limits.max_texture_dimension_2d;
         if width.max(height) > most {
-            return Err(RenderError::Gpu(format!(
-                "size {width}x{height}: the sides of pictures are at most {most} on this adapter"
-            )));
+            return Err(RenderError::AdapterSize {
+                width,
+                height,
+                most,
+            });
         }
         let limit = limits
             .max_storage_buffer_binding_size

@@ -11,7 +11,7 @@ use crate::passes::target::Target;
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::Backend;
 use strandlight_scene::RenderError;
-use strandlight_scene::budget::check_frame;
+use strandlight_scene::budget::{FrameError, check_frame};
 use strandlight_scene::camera::Camera;
 use strandlight_scene::picture::Picture;
 use strandlight_scene::sampling::PASS_SAMPLES;
@@ -275,7 +275,7 @@ impl ProgressiveRenderer {
         }
         let [width, height] = self.size;
         let target = self.target.as_ref();
-        let target = target.ok_or(RenderError::Size { width, height })?;
+        let target = target.ok_or(FrameError::Size { width, height })?;
         let pixels = read_back(&self.core.context, "picture", target.picture())?;
         self.take_counters();
         Ok(pixels)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use strandlight_formats::Scene;
 
-use super::AssetSnapshot;
+use super::asset_snapshot::AssetSnapshot;
 use strandlight_scene::paint::Stroke;
 
 /// Most steps that are remembered.

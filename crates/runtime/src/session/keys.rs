@@ -1,9 +1,9 @@
 //! Setting one value of a scene by the name that it has in the file.
 
 use serde_json::{Map, Value};
-use strandlight_formats::{HairSection, Scene, did_you_mean};
+use strandlight_formats::{HairSection, Scene};
 
-use strandlight_scene::SceneError;
+use crate::error::{KeyError, SessionError};
 
 /// `scene` with `value` at `key`, a path like `hair.eta`, `lights.adjust.0.tint` or
 /// `camera.position.1`. `null` takes a key away: it has its default then.
@@ -12,24 +12,23 @@ use strandlight_scene::SceneError;
 /// takes the place of the others.
 ///
 /// # Errors
-/// No such key, a value of another kind, or one outside its range: the text names the key.
-pub fn with_key(scene: &Scene, key: &str, value: &Value) -> Result<Scene, SceneError> {
-    let failed = |what: &dyn std::fmt::Display| {
-        let what = what.to_string();
-        let hint = did_you_mean(&what).map_or(String::new(), |hint| format!("; {hint}"));
-        SceneError::File(format!("{key}: {what}{hint}"))
+/// [`SessionError::Key`] for no such key or a value of another kind, [`SessionError::Scene`] for a
+/// value outside its range; the text names the key.
+pub fn with_key(scene: &Scene, key: &str, value: &Value) -> Result<Scene, SessionError> {
+    let at_key = |source: KeyError| SessionError::Key {
+        key: key.to_owned(),
+        source,
     };
     let mut changed = match (key, value) {
         ("hair.preset", Value::String(name)) => {
-            let hair = scene.hair.with_preset(name);
-            let hair = hair.map_err(|error| SceneError::File(error.to_string()))?;
+            let hair = scene.hair.with_preset(name)?;
             Scene {
                 hair,
                 ..scene.clone()
             }
         }
         _ => {
-            let mut root = serde_json::to_value(scene).map_err(|error| failed(&error))?;
+            let mut root = serde_json::to_value(scene).map_err(|error| at_key(error.into()))?;
             if let Some(color) = HairSection::COLOR_KEYS.into_iter().find(|&color| {
                 key.strip_prefix("hair.")
                     .is_some_and(|rest| rest.split('.').next() == Some(color))
@@ -37,13 +36,12 @@ pub fn with_key(scene: &Scene, key: &str, value: &Value) -> Result<Scene, SceneE
                 take_other_colors(&mut root, color);
             }
             let path: Vec<&str> = key.split('.').collect();
-            replace(&mut root, &path, value).map_err(|what| failed(&what))?;
-            serde_json::from_value(root).map_err(|error| failed(&error))?
+            replace(&mut root, &path, value).map_err(at_key)?;
+            serde_json::from_value(root).map_err(|error| at_key(error.into()))?
         }
     };
     changed.folder = scene.folder.clone();
-    let valid = changed.validate();
-    valid.map_err(|error| SceneError::File(error.to_string()))?;
+    changed.validate()?;
     Ok(changed)
 }
 
@@ -55,7 +53,7 @@ fn take_other_colors(root: &mut Value, kept: &str) {
 }
 
 /// Puts `value` at `path` below `at`; tables on the way are made.
-fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), String> {
+fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), KeyError> {
     let Some((&first, rest)) = path.split_first() else {
         *at = value.clone();
         return Ok(());
@@ -72,10 +70,13 @@ fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), String> {
         Value::Array(list) => {
             let length = list.len();
             let ix = first.parse().ok().filter(|&ix: &usize| ix < length);
-            let ix = ix.ok_or_else(|| format!("{first}: the list has {length} entries"))?;
+            let ix = ix.ok_or_else(|| KeyError::Entry {
+                entry: first.to_owned(),
+                length,
+            })?;
             replace(&mut list[ix], rest, value)
         }
-        _ => Err(format!("no such key: {first} stands below a plain value")),
+        _ => Err(KeyError::BelowValue(first.to_owned())),
     }
 }
 

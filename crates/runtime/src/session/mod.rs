@@ -6,9 +6,12 @@
 //!
 //! Nothing here needs a device.
 
+mod asset_snapshot;
 mod change;
+mod errors;
 mod history;
 mod keys;
+mod on_disk;
 mod save;
 
 pub use change::Change;
@@ -23,36 +26,16 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
 
+use crate::error::SessionError;
+use asset_snapshot::AssetSnapshot;
+use errors::check_size;
 use history::{History, Step};
-use save::OnDisk;
+use on_disk::OnDisk;
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
-use strandlight_scene::budget::check_frame;
 use strandlight_scene::files::Files;
 use strandlight_scene::paint::{Paint, Stroke};
 use strandlight_scene::scene::PreparedScene;
-
-/// What is read from files and shared by the steps of the history.
-#[derive(Clone, Debug)]
-struct AssetSnapshot {
-    assets: Assets,
-    /// Paint of the groom; none until somebody paints, if the groom has none.
-    paint: Option<Arc<Paint>>,
-    /// Number of the state that the paint is in: a stroke makes another, undoing it the old one.
-    paint_state: u64,
-}
-
-impl AssetSnapshot {
-    fn new(assets: Assets, paint_state: u64) -> Result<AssetSnapshot, SceneError> {
-        let paint = Paint::from_groom(&assets.groom).map_err(to_scene_error)?;
-        let paint = paint.map(Arc::new);
-        Ok(AssetSnapshot {
-            assets,
-            paint,
-            paint_state,
-        })
-    }
-}
 
 /// A scene that is open for editing.
 #[derive(Clone, Debug)]
@@ -76,7 +59,7 @@ impl Session {
     ///
     /// # Errors
     /// The first file that cannot be read or value that cannot be used, by name.
-    pub fn open(path: &Path) -> Result<Session, SceneError> {
+    pub fn open(path: &Path) -> Result<Session, SessionError> {
         Session::open_in(path, Files::Disk)
     }
 
@@ -84,9 +67,9 @@ impl Session {
     ///
     /// # Errors
     /// As there.
-    pub fn open_in(path: &Path, files: Files) -> Result<Session, SceneError> {
-        let scene = files.scene(path).map_err(to_scene_error)?;
-        let in_scene = |error: SceneError| error.in_scene(path);
+    pub fn open_in(path: &Path, files: Files) -> Result<Session, SessionError> {
+        let scene = files.scene(path)?;
+        let in_scene = |error: SceneError| error.in_file(path);
         let assets = Assets::read(&scene, &files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;
         Ok(Session {
@@ -178,14 +161,14 @@ impl Session {
         &mut self,
         label: &str,
         change: impl FnOnce(&mut Scene),
-    ) -> Result<Change, SceneError> {
+    ) -> Result<Change, SessionError> {
         let mut after = self.scene.clone();
         change(&mut after);
         after.folder.clone_from(&self.scene.folder);
         if after == self.scene {
             return Ok(Change::default());
         }
-        after.validate().map_err(to_scene_error)?;
+        after.validate()?;
         check_size(&after)?;
         let assets = &self.snapshot.assets;
         let change = Change::between(&self.scene, &after);
@@ -243,7 +226,7 @@ impl Session {
     ///
     /// # Errors
     /// As [`with_key`] and [`Session::edit`]; nothing is changed then.
-    pub fn set(&mut self, values: &Map<String, Value>) -> Result<Change, SceneError> {
+    pub fn set(&mut self, values: &Map<String, Value>) -> Result<Change, SessionError> {
         let scene = self.with_values(self.scene.clone(), values)?;
         let keys: Vec<&str> = values.keys().map(String::as_str).collect();
         self.commit();
@@ -261,7 +244,7 @@ impl Session {
     pub fn apply_cli_overrides(
         &mut self,
         values: &Map<String, Value>,
-    ) -> Result<Change, SceneError> {
+    ) -> Result<Change, SessionError> {
         let is_modified = self.is_modified();
         let change = self.set(values)?;
         self.history = History::default();
@@ -280,7 +263,7 @@ impl Session {
         &self,
         mut scene: Scene,
         values: &Map<String, Value>,
-    ) -> Result<Scene, SceneError> {
+    ) -> Result<Scene, SessionError> {
         for (key, value) in values {
             if key.starts_with("camera.") && scene.camera.is_none() {
                 scene.camera = Some(self.camera());
@@ -406,15 +389,6 @@ pub fn section_of(camera: &strandlight_scene::camera::Camera) -> CameraSection {
         // Whole degrees come back as such.
         fov_deg: (f64::from(camera.fov_y).to_degrees() * 1e4).round() / 1e4,
     }
-}
-
-fn check_size(scene: &Scene) -> Result<(), SceneError> {
-    check_frame(scene.render.size, 1)
-        .map_err(|error| SceneError::File(format!("render.size: {error}")))
-}
-
-fn to_scene_error(error: strandlight_formats::Error) -> SceneError {
-    SceneError::File(error.to_string())
 }
 
 #[cfg(test)]

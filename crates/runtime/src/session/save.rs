@@ -5,42 +5,17 @@ use std::time::SystemTime;
 
 use strandlight_formats::{BakedFile, Groom, Scene};
 
+use super::asset_snapshot::AssetSnapshot;
+use super::errors::check_size;
 use super::history::Step;
-use super::{AssetSnapshot, Change, Session, check_size, to_scene_error};
+use super::on_disk::OnDisk;
+use super::{Change, Session};
+use crate::error::SessionError;
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
-use strandlight_scene::files::Files;
 
 /// Parameter of a groom that a save has made: such a file may be replaced by the next save.
 const SAVED_BY: (&str, &str) = ("saved_by", "strandview");
-
-/// The document as it is on disk.
-#[derive(Clone, Debug)]
-pub(super) struct OnDisk {
-    scene: Scene,
-    paint_state: u64,
-    /// The files and when they were written.
-    written: Vec<(PathBuf, Option<SystemTime>)>,
-}
-
-impl OnDisk {
-    pub fn new(path: &Path, scene: &Scene, paint_state: u64, files: &Files) -> OnDisk {
-        let written = [path.to_owned(), scene.groom_path(), scene.lights_path()]
-            .into_iter()
-            .chain(scene.tables_path())
-            .chain(scene.frame_paths())
-            .map(|path| {
-                let time = files.modified(&path);
-                (path, time)
-            })
-            .collect();
-        OnDisk {
-            scene: scene.clone(),
-            paint_state,
-            written,
-        }
-    }
-}
 
 /// What saving wrote.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -110,13 +85,13 @@ impl Session {
     ///
     /// # Errors
     /// A folder, no folder to write in, or a file that the scene is made of.
-    pub fn check_target(&self, path: &Path) -> Result<(), SceneError> {
+    pub fn check_target(&self, path: &Path) -> Result<(), SessionError> {
         self.check_no_source(path)?;
-        self.files.check_writable(path).map_err(to_scene_error)
+        Ok(self.files.check_writable(path)?)
     }
 
     /// A scene is not written over a file that it is made of.
-    fn check_no_source(&self, path: &Path) -> Result<(), SceneError> {
+    fn check_no_source(&self, path: &Path) -> Result<(), SessionError> {
         let scene = &self.scene;
         let named = [
             ("groom", Some(scene.groom_path())),
@@ -127,11 +102,8 @@ impl Session {
         let frames = frames.map(|frame| ("groom of a frame", Some(frame)));
         for (what, file) in named.into_iter().chain(frames) {
             if file.is_some_and(|file| is_same(&file, path)) {
-                return Err(SceneError::File(format!(
-                    "{}: is the {what} of this scene; choose another name, such as {}",
-                    path.display(),
-                    path.with_extension("toml").display()
-                )));
+                let path = path.to_owned();
+                return Err(SessionError::TargetIsSource { path, what });
             }
         }
         Ok(())
@@ -142,7 +114,7 @@ impl Session {
     ///
     /// # Errors
     /// What cannot be written, by name.
-    pub fn save(&mut self) -> Result<Saved, SceneError> {
+    pub fn save(&mut self) -> Result<Saved, SessionError> {
         self.save_to(&self.path.clone(), None)
     }
 
@@ -154,7 +126,7 @@ impl Session {
     ///
     /// # Errors
     /// What cannot be written, by name; a groom that was written before it stays.
-    pub fn save_as(&mut self, path: &Path) -> Result<Saved, SceneError> {
+    pub fn save_as(&mut self, path: &Path) -> Result<Saved, SessionError> {
         self.save_to(path, None)
     }
 
@@ -163,11 +135,11 @@ impl Session {
     ///
     /// # Errors
     /// As there.
-    pub fn save_with_groom(&mut self, path: &Path, groom: &Path) -> Result<Saved, SceneError> {
+    pub fn save_with_groom(&mut self, path: &Path, groom: &Path) -> Result<Saved, SessionError> {
         self.save_to(path, Some(groom))
     }
 
-    fn save_to(&mut self, path: &Path, groom: Option<&Path>) -> Result<Saved, SceneError> {
+    fn save_to(&mut self, path: &Path, groom: Option<&Path>) -> Result<Saved, SessionError> {
         self.check_target(path)?;
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
         let mut scene = self.scene.clone();
@@ -180,18 +152,16 @@ impl Session {
                 Ok(below) => below.to_owned(),
                 Err(_) => path_from(&folder, &to, Path::new("")),
             };
-            scene.to_toml_string().map_err(to_scene_error)?;
-            let bytes = self.painted_groom().to_bytes().map_err(to_scene_error)?;
-            self.files.write(&to, &bytes).map_err(to_scene_error)?;
+            scene.to_toml_string()?;
+            let bytes = self.painted_groom().to_bytes()?;
+            self.files.write(&to, &bytes)?;
             self.written_grooms.insert(scene.groom_path());
             saved.files.push(to);
         }
         let old = self.files.read(&self.path, Scene::MAX_BYTES);
         let old = String::from_utf8(old.unwrap_or_default()).unwrap_or_default();
-        let text = scene.to_toml_over(&old).map_err(to_scene_error)?;
-        self.files
-            .write(path, text.as_bytes())
-            .map_err(to_scene_error)?;
+        let text = scene.to_toml_over(&old)?;
+        self.files.write(path, text.as_bytes())?;
         saved.files.push(path.to_owned());
         // What can be undone moves along, and keeps the groom's new file.
         let old = self.scene.groom_path();
@@ -247,10 +217,10 @@ impl Session {
     ///
     /// # Errors
     /// As [`Session::open`]; nothing is changed then.
-    pub fn reload(&mut self) -> Result<Change, SceneError> {
-        let scene = self.files.scene(&self.path).map_err(to_scene_error)?;
+    pub fn reload(&mut self) -> Result<Change, SessionError> {
+        let scene = self.files.scene(&self.path)?;
         let scene = self.with_values(scene, &self.cli_overrides)?;
-        let in_scene = |error: SceneError| error.in_scene(&self.path);
+        let in_scene = |error: SceneError| error.in_file(&self.path);
         let assets = Assets::read(&scene, &self.files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;
         let state = self.next_paint_state();

@@ -9,9 +9,9 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy, OwnedDispl
 use winit::window::{Window, WindowAttributes, WindowId};
 
 use super::document::Document;
+use super::launch::{Failure, Launch};
 use super::screen::Screen;
 use super::workspace::Workspace;
-use super::{Failure, Launch};
 use strandlight_render::gpu::GpuError;
 
 /// Sent to the event loop when a device has come, which in a browser takes a while.
@@ -52,7 +52,7 @@ impl App {
         let attributes = self.placed(attributes);
         let window = event_loop
             .create_window(attributes)
-            .map_err(|error| Failure::Window(error.to_string()))?;
+            .map_err(Failure::Window)?;
         let window = Arc::new(window);
         self.window = Some(window.clone());
         self.open_screen(window);
@@ -105,7 +105,7 @@ impl App {
         };
         let adapter = serde_json::json!({ "adapter": screen.context.adapter_name });
         launch.log.write("device", adapter);
-        let viewer = (launch.open)(&screen.context).map_err(Failure::Scene)?;
+        let viewer = (launch.open)(&screen.context)?;
         let document = Document::new(&viewer);
         let display = self.display.clone();
         let mut workspace = Workspace::new(window, display, screen, viewer, document, launch.log);
@@ -115,7 +115,7 @@ impl App {
         }
         self.workspace = Some(workspace);
         #[cfg(target_arch = "wasm32")]
-        crate::web::say("");
+        crate::page::say("");
         Ok(())
     }
 
@@ -124,7 +124,7 @@ impl App {
             workspace.closed();
         }
         #[cfg(target_arch = "wasm32")]
-        crate::web::say(&match &failure {
+        crate::page::say(&match &failure {
             Some(failure) => format!("strandview: {failure}"),
             None => "Closed.".to_owned(),
         });

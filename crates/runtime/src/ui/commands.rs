@@ -14,10 +14,20 @@ use super::pick;
 use super::questions::{Answer, Question, Then, name_of};
 use super::view::ViewportInput;
 use super::workspace::Workspace;
-use crate::session::Session;
+use crate::error::SessionError;
 use crate::viewer::Viewer;
 use strandlight_scene::Camera;
 use strandlight_scene::paint::Picker;
+
+/// A document that cannot be saved.
+#[derive(Debug, thiserror::Error)]
+enum SaveError {
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    #[cfg(target_arch = "wasm32")]
+    #[error(transparent)]
+    Web(#[from] crate::page::WebError),
+}
 
 impl Workspace {
     /// Applies the output of a frame. Returns whether the user is dragging something.
@@ -348,7 +358,7 @@ impl Workspace {
         }
         match self.write(None) {
             Ok(()) => self.go_on(then),
-            Err(error) => self.fail(&error),
+            Err(error) => self.fail(&error.to_string()),
         }
     }
 
@@ -361,28 +371,27 @@ impl Workspace {
             return self.save(Then::Stay);
         }
         // What cannot be written is not asked about.
-        let can_be_written = session
-            .check_target(typed)
-            .map_err(|error| error.to_string());
+        let can_be_written = session.check_target(typed).map_err(SaveError::from);
         if can_be_written.is_ok() && is_replacing && !is_agreed {
             return self.ask(Question::Replace { path });
         }
         if let Err(error) = can_be_written.and_then(|()| self.write(Some(typed))) {
+            let error = error.to_string();
             self.log.write("error", json!({ "message": error }));
             let failure = Some(error);
             self.ask(Question::SaveAs { path, failure });
         }
     }
 
-    fn write(&mut self, path: Option<&Path>) -> Result<(), String> {
+    fn write(&mut self, path: Option<&Path>) -> Result<(), SaveError> {
         let saved = match path {
             Some(path) => self.viewer.save_as(path),
             None => self.viewer.save(),
         };
-        let saved = saved.map_err(|error| error.to_string())?;
+        let saved = saved?;
         // What was saved in a page's memory is the reader's to keep.
         #[cfg(target_arch = "wasm32")]
-        crate::web::offer(self.viewer.session().files(), &saved)?;
+        crate::page::offer(self.viewer.session().files(), &saved)?;
         #[cfg(not(target_arch = "wasm32"))]
         let _ = saved;
         self.document.saved(&self.viewer);
@@ -398,7 +407,7 @@ impl Workspace {
         match kind_of(path) {
             Ok(Dropped::Scene) => self.before_losing(Then::Open(path.to_owned())),
             Ok(kind) => self.swap(kind, path),
-            Err(error) => self.fail(&error),
+            Err(error) => self.fail(&error.to_string()),
         }
         self.window.request_redraw();
     }
@@ -440,10 +449,7 @@ impl Workspace {
 
     /// Opens another scene in place of this one, which stays if that fails.
     fn open(&mut self, path: &Path) {
-        let opened = Session::open(path).map_err(|error| error.to_string());
-        let opened = opened.and_then(|session| {
-            Viewer::new(&self.screen.context, session).map_err(|error| error.to_string())
-        });
+        let opened = Viewer::open(&self.screen.context, path);
         match opened {
             Ok(viewer) => {
                 self.viewer = viewer;
@@ -458,7 +464,7 @@ impl Workspace {
                 self.say(&format!("Opened {}", path.display()));
                 self.changed("opened", json!({ "path": path.display().to_string() }));
             }
-            Err(error) => self.fail(&error),
+            Err(error) => self.fail(&error.to_string()),
         }
         self.window.request_redraw();
     }
@@ -492,7 +498,7 @@ impl Workspace {
                 self.say(&format!("Wrote {path}"));
                 self.log.write("picture", json!({ "path": path }));
             }
-            Err(error) => self.fail(&error),
+            Err(error) => self.fail(&error.to_string()),
         }
     }
 

@@ -7,7 +7,7 @@ mod native {
 
     use web_time::Instant;
 
-    use crate::ui::snapshot;
+    use crate::ui::snapshot::{self, SnapshotError};
     use crate::viewer::Viewer;
     use strandlight_render::gpu::Context;
 
@@ -93,7 +93,11 @@ mod native {
         ///
         /// # Errors
         /// The device's or the system's word.
-        pub fn screenshot(&mut self, context: &Context, viewer: &Viewer) -> Result<String, String> {
+        pub fn screenshot(
+            &mut self,
+            context: &Context,
+            viewer: &Viewer,
+        ) -> Result<String, SnapshotError> {
             let png = snapshot::png(context, viewer.display())?;
             let stem = Path::new(&self.name).file_stem().unwrap_or_default();
             let stem = stem.to_string_lossy().into_owned();
@@ -105,9 +109,10 @@ mod native {
                     break path;
                 }
             };
-            strandlight_formats::write_file(&path, &png)
-                .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
-            Ok(path.display().to_string())
+            match strandlight_formats::write_file(&path, &png) {
+                Ok(()) => Ok(path.display().to_string()),
+                Err(source) => Err(SnapshotError::Write { path, source }),
+            }
         }
     }
 
@@ -122,7 +127,7 @@ mod web {
 
     use web_time::Instant;
 
-    use crate::ui::snapshot;
+    use crate::ui::snapshot::{self, SnapshotError};
     use crate::viewer::Viewer;
     use strandlight_render::gpu::Context;
 
@@ -171,15 +176,19 @@ mod web {
         ///
         /// # Errors
         /// None now; a browser that refuses says so in its console.
-        pub fn screenshot(&mut self, context: &Context, viewer: &Viewer) -> Result<String, String> {
+        pub fn screenshot(
+            &mut self,
+            context: &Context,
+            viewer: &Viewer,
+        ) -> Result<String, SnapshotError> {
             self.pictures += 1;
             let stem = Path::new(self.name()).file_stem().unwrap_or_default();
             let name = format!("{}-{:03}.png", stem.to_string_lossy(), self.pictures);
             let file = name.clone();
             snapshot::png_later(context, viewer.display(), move |png| {
-                let offered = png.and_then(|png| crate::web::download(&file, &png));
+                let offered = png.and_then(|png| Ok(crate::page::download(&file, &png)?));
                 if let Err(error) = offered {
-                    web_sys::console::error_1(&error.into());
+                    web_sys::console::error_1(&error.to_string().into());
                 }
             });
             Ok(name)

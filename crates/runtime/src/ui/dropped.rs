@@ -15,11 +15,24 @@ pub enum Dropped {
     Lights,
 }
 
+/// A file that is none of these.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{name}: cannot be dropped here; drop a scene (.toml), groom (.groom) or light set \
+     (.lights){advice}"
+)]
+pub struct CannotDrop {
+    /// Name of the file.
+    pub name: String,
+    /// What to do with such a file.
+    pub advice: &'static str,
+}
+
 /// What the file at `path` is, by its name.
 ///
 /// # Errors
 /// One line that names the file and says what can be dropped.
-pub fn kind_of(path: &Path) -> Result<Dropped, String> {
+pub fn kind_of(path: &Path) -> Result<Dropped, CannotDrop> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     let advice = match extension.to_lowercase().as_str() {
         "toml" => return Ok(Dropped::Scene),
@@ -29,11 +42,10 @@ pub fn kind_of(path: &Path) -> Result<Dropped, String> {
         "exr" | "hdr" => "; fit a light set to it with `strandlight lights`",
         _ => "",
     };
-    Err(format!(
-        "{}: cannot be dropped here; drop a scene (.toml), groom (.groom) or light set \
-         (.lights){advice}",
-        name_of(path)
-    ))
+    Err(CannotDrop {
+        name: name_of(path),
+        advice,
+    })
 }
 
 #[cfg(test)]
@@ -56,7 +68,7 @@ mod tests {
             ("studio.EXR", "strandlight lights"),
             ("", "(.toml)"),
         ] {
-            let error = kind_of(Path::new(name)).unwrap_err();
+            let error = kind_of(Path::new(name)).unwrap_err().to_string();
             assert!(error.contains(needle), "{name}: {error}");
         }
     }

@@ -1,5 +1,5 @@
 //! The window of `strandview`: winit's events and egui's panels around a
-//! [`Viewer`].
+//! [`Viewer`](crate::Viewer).
 //!
 //! [`run`] opens it. Everything that a control changes is a change of the scene, so that undo, the
 //! scene file and scripts know the same parameters.
@@ -13,6 +13,7 @@ mod field;
 mod help;
 mod input;
 mod keys;
+mod launch;
 mod layout;
 mod log;
 mod orbit;
@@ -27,47 +28,8 @@ mod theme;
 mod view;
 mod workspace;
 
-use crate::viewer::Viewer;
-use strandlight_render::gpu::{Context, GpuError};
-
+pub use launch::{Failure, Launch, Open};
 pub use log::EventLog;
-
-/// Opens the scene of a window on its device.
-pub type Open = Box<dyn FnOnce(&Context) -> Result<Viewer, String>>;
-
-/// What a window is opened with.
-pub struct Launch {
-    /// Opens the scene on a device.
-    pub open: Open,
-    /// Width and height of the window in pixels; 1280 x 720 points if nobody says.
-    pub size: Option<[u32; 2]>,
-    /// Seconds since the start of the scene's motion.
-    pub seconds: f64,
-    /// Where events are noted.
-    pub log: EventLog,
-    /// For tests: the device is lost after the first finished picture.
-    pub loses_device: bool,
-    /// What to draw in, all of it.
-    #[cfg(target_arch = "wasm32")]
-    pub canvas: web_sys::HtmlCanvasElement,
-}
-
-/// Why a window could not be opened, or had to close.
-#[derive(Debug, thiserror::Error)]
-pub enum Failure {
-    /// There is no display to open a window on.
-    #[error("cannot open a window: no display ({0}); use --frame OUT.png to render without one")]
-    Display(String),
-    /// The display has no window for us.
-    #[error("the window could not be opened: {0}")]
-    Window(String),
-    /// No device that can draw.
-    #[error("{0}; `strandlight render SCENE --backend cpu` renders without a GPU")]
-    Gpu(GpuError),
-    /// The scene cannot be shown.
-    #[error("{0}")]
-    Scene(String),
-}
 
 /// Opens a window and returns when it is closed.
 ///
@@ -79,20 +41,10 @@ pub fn run(launch: Launch) -> Result<(), Failure> {
 
     let event_loop = EventLoop::<app::Opened>::with_user_event()
         .build()
-        .map_err(|error| {
-            let error = error.to_string();
-            // winit says first where in its own source it gave up.
-            let reason = match error.strip_prefix("os error at ") {
-                Some(rest) => rest.split_once(": ").map_or(rest, |(_, reason)| reason),
-                None => &error,
-            };
-            Failure::Display(reason.trim_end_matches('.').to_owned())
-        })?;
+        .map_err(Failure::Display)?;
     let display = Some(event_loop.owned_display_handle());
     let mut app = app::App::new(launch, event_loop.create_proxy(), display);
-    event_loop
-        .run_app(&mut app)
-        .map_err(|error| Failure::Display(error.to_string()))?;
+    event_loop.run_app(&mut app).map_err(Failure::EventLoop)?;
     match app.failure {
         Some(failure) => Err(failure),
         None => Ok(()),
@@ -110,7 +62,7 @@ pub fn start(launch: Launch) -> Result<(), Failure> {
 
     let event_loop = EventLoop::<app::Opened>::with_user_event()
         .build()
-        .map_err(|error| Failure::Display(error.to_string()))?;
+        .map_err(Failure::Display)?;
     let app = app::App::new(launch, event_loop.create_proxy(), None);
     event_loop.spawn_app(app);
     Ok(())

@@ -50,7 +50,7 @@ impl Screen {
         let instance = wgpu::Instance::new(descriptor);
         let surface = instance
             .create_surface(window.clone())
-            .map_err(|error| GpuError::NoAdapter(error.to_string()))?;
+            .map_err(|error| GpuError::NoAdapter(error.into()))?;
         let context = Context::request(&instance, Some(&surface)).await?;
         let unsuitable = |reason: &str| GpuError::Unsuitable {
             adapter: context.adapter_name.clone(),

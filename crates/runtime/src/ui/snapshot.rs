@@ -1,21 +1,51 @@
 //! The picture as it is on screen, as a PNG.
 
-use strandlight_render::gpu::Context;
+use strandlight_render::gpu::{Context, GpuError};
 
 /// Bytes of a row of a copy are a multiple of this.
 const ROW: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+
+/// A picture that cannot be saved.
+#[derive(Debug, thiserror::Error)]
+pub enum SnapshotError {
+    /// The device does not give it back.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The encoder failed.
+    #[error(transparent)]
+    Png(#[from] png::EncodingError),
+    /// Its file cannot be written.
+    #[cfg(not(target_arch = "wasm32"))]
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What the system answered.
+        source: std::io::Error,
+    },
+    /// The device does not give it back to the page.
+    #[cfg(target_arch = "wasm32")]
+    #[error(transparent)]
+    Buffer(#[from] wgpu::BufferAsyncError),
+    /// Nor does it show its memory.
+    #[cfg(target_arch = "wasm32")]
+    #[error(transparent)]
+    Memory(#[from] wgpu::MapRangeError),
+    /// The browser does not take it.
+    #[cfg(target_arch = "wasm32")]
+    #[error(transparent)]
+    Web(#[from] crate::page::WebError),
+}
 
 /// A PNG of `view`, `rgba8unorm` in sRGB and multiplied by alpha.
 ///
 /// # Errors
 /// What the device or the encoder says.
 #[cfg(not(target_arch = "wasm32"))]
-pub fn png(context: &Context, view: &wgpu::TextureView) -> Result<Vec<u8>, String> {
+pub fn png(context: &Context, view: &wgpu::TextureView) -> Result<Vec<u8>, SnapshotError> {
     let size = view.texture().size();
-    let bytes = context
-        .read_buffer("snapshot", &copy_of(context, view))
-        .map_err(|error| error.to_string())?;
-    of_rows(size, &bytes)
+    let bytes = context.read_buffer("snapshot", &copy_of(context, view))?;
+    Ok(of_rows(size, &bytes)?)
 }
 
 /// As `png`, without waiting: `done` is called when the picture is there.
@@ -23,16 +53,17 @@ pub fn png(context: &Context, view: &wgpu::TextureView) -> Result<Vec<u8>, Strin
 pub fn png_later(
     context: &Context,
     view: &wgpu::TextureView,
-    done: impl FnOnce(Result<Vec<u8>, String>) + 'static,
+    done: impl FnOnce(Result<Vec<u8>, SnapshotError>) + 'static,
 ) {
     let size = view.texture().size();
     let buffer = copy_of(context, view);
     let of_callback = buffer.clone();
     buffer.map_async(wgpu::MapMode::Read, .., move |mapped| {
-        let bytes = mapped
-            .map_err(|error| error.to_string())
-            .and_then(|()| (of_callback.get_mapped_range(..)).map_err(|error| error.to_string()));
-        done(bytes.and_then(|bytes| of_rows(size, &bytes)));
+        let png = mapped.map_err(SnapshotError::from).and_then(|()| {
+            let bytes = of_callback.get_mapped_range(..)?;
+            Ok(of_rows(size, &bytes)?)
+        });
+        done(png);
     });
 }
 
@@ -66,12 +97,12 @@ fn bytes_per_row(size: wgpu::Extent3d) -> u32 {
 }
 
 /// The PNG of texels in rows of [`bytes_per_row`].
-fn of_rows(size: wgpu::Extent3d, bytes: &[u8]) -> Result<Vec<u8>, String> {
+fn of_rows(size: wgpu::Extent3d, bytes: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
     let pixels: Vec<[u8; 4]> = (bytes.chunks_exact(bytes_per_row(size) as usize))
         .flat_map(|row| row[..4 * size.width as usize].as_chunks::<4>().0)
         .map(straight)
         .collect();
-    encode(size.width, size.height, &pixels).map_err(|error| error.to_string())
+    encode(size.width, size.height, &pixels)
 }
 
 /// Colour divided by alpha, as PNG has it.

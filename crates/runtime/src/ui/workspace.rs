@@ -334,7 +334,7 @@ impl Workspace {
     fn set_title(&mut self) {
         let is_modified = self.viewer.session().is_modified();
         #[cfg(target_arch = "wasm32")]
-        crate::web::note_modified(is_modified);
+        crate::page::note_modified(is_modified);
         let title = title(self.document.name(), is_modified, &self.progress);
         if title != self.title {
             self.window.set_title(&title);

@@ -2,8 +2,6 @@
 
 use crate::{HairParams, Lobe, ParamError};
 
-use super::paper::MAX_SEGMENTS;
-
 /// Bit of [`Fibre::modes`] that enables R.
 pub const MODE_R: u32 = 1;
 /// Bit of [`Fibre::modes`] that enables TT.
@@ -43,6 +41,9 @@ crate::mirrors! {
         sigma_a, eta, alpha, caustic_width, beta, segments, eta_mean, eta_swing, modes, nodes,
     }
 }
+
+/// Most segments of the paper's outer integral; more buy nothing and cost time.
+pub const MAX_SEGMENTS: u32 = 64;
 
 /// Segments m of the paper's outer integral, the default of Xu 2011.
 pub const DEFAULT_SEGMENTS: u32 = 4;

@@ -8,7 +8,7 @@
 //! 0.06 %, TT 0.12 %, TRT 0.15 %, all modes 0.11 %. Of an elliptic fibre TRT is 7 to 10 % off,
 //! which no single index mends, all modes 0.3 %.
 
-use super::SQRT_PI;
+use super::constants::SQRT_PI;
 use super::eccentric::eta_star;
 use super::frame::{DirectionInFrame, Lag, inclination, lag_between};
 use super::half_circle::{half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt};

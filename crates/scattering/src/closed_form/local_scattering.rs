@@ -20,8 +20,8 @@
 
 use core::f32::consts::{FRAC_1_PI, PI};
 
-use super::SQRT_PI;
 use super::averages::{LocalAverages, SampleAverages};
+use super::constants::SQRT_PI;
 use super::frame::{DirectionInFrame, LightInFrame, lag_between};
 use super::half_circle::half_circle;
 use super::mean_cosine::mean_cosine;

@@ -1,7 +1,7 @@
 //! The Gaussian part of Eq 11 in theta_i: the light times M_t (Xu 2011 section 4.2.2). Twin:
 //! `shaders/lib/longitudinal.wgsl`.
 
-use super::SQRT_PI;
+use super::constants::SQRT_PI;
 
 /// The product of the light's Gaussian in theta_i and M_t: exp(ln_b) g(theta_i; mean, lambda).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -20,6 +20,7 @@ mod averages;
 mod azimuthal;
 mod azimuthal_r;
 mod circular_gaussian;
+mod constants;
 mod eccentric;
 mod fibre;
 mod frame;
@@ -96,11 +97,9 @@ pub use transmittance::{
 
 use crate::layout::Layout;
 
-/// sqrt(pi).
-pub(crate) const SQRT_PI: f32 = 1.772_453_9;
-
 /// The structs here that shaders mirror.
-pub(crate) fn layouts() -> Vec<Layout> {
+#[doc(hidden)]
+pub fn layouts() -> Vec<Layout> {
     [
         azimuthal_r::LAYOUTS,
         fibre::LAYOUTS,

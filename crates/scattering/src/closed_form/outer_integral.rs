@@ -23,7 +23,7 @@
 
 use core::f32::consts::FRAC_PI_2;
 
-use super::SQRT_PI;
+use super::constants::SQRT_PI;
 
 /// A mode is skipped where light and M_t overlap less than exp(LN_CULL): with a light of
 /// amplitude 1 what is left out is at most 4 exp(LN_CULL), since N_t integrates to at most 1 and

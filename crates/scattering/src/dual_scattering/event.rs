@@ -1,8 +1,7 @@
 //! Averages of one event by quadrature; see [`super`] for the equations.
 
 use super::azimuth::{AzimuthRule, Halves};
-use super::full_angle;
-use super::longitudinal::outgoing;
+use super::longitudinal::{full_angle, outgoing};
 use crate::fresnel::Fresnel;
 use crate::hair::{HairParams, Lobe};
 use crate::quadrature::GaussLegendre;

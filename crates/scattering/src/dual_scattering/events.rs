@@ -4,8 +4,7 @@ use std::f64::consts::PI;
 
 use super::azimuth::{AzimuthRule, Halves};
 use super::event::{BREATH, Event, event_of_modes};
-use super::full_angle;
-use super::longitudinal::outgoing;
+use super::longitudinal::{full_angle, outgoing};
 use crate::fresnel::Fresnel;
 use crate::hair::{HairParams, Lobe};
 use crate::quadrature::GaussLegendre;

@@ -9,6 +9,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::hair::{HairParams, Lobe};
 use crate::quadrature::GaussLegendre;
 
 /// Angle nearest to grazing that is resolved; everything vanishes there.
@@ -64,6 +65,11 @@ pub(super) fn outgoing<'a>(
             }
         })
     })
+}
+
+/// Shift `2 alpha_t` and width `2 beta_t` of a mode in the full angle.
+pub(super) fn full_angle(hair: &HairParams, lobe: Lobe) -> (f64, f64) {
+    (2.0 * hair.shift.get(lobe), 2.0 * hair.width.get(lobe))
 }
 
 #[cfg(test)]

@@ -45,8 +45,6 @@ pub use events::Events;
 pub use painted::{DEFAULT_AVERAGE_LAYERS, DEFAULT_SCALES, PaintedAverageTable};
 pub use table::{AverageTable, N_INCLINATIONS};
 
-use crate::hair::{HairParams, Lobe};
-
 /// An average that [`AverageTable`] holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Average {
@@ -118,9 +116,4 @@ impl Average {
             Average::SigmaB => backscatter.width_2.map(f64::sqrt),
         }
     }
-}
-
-/// Shift `2 alpha_t` and width `2 beta_t` of a mode in the full angle.
-fn full_angle(hair: &HairParams, lobe: Lobe) -> (f64, f64) {
-    (2.0 * hair.shift.get(lobe), 2.0 * hair.width.get(lobe))
 }

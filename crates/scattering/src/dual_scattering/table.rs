@@ -13,11 +13,11 @@
 
 use std::f64::consts::PI;
 
+use super::Average;
 use super::azimuth::{AzimuthRule, Halves};
 use super::backscatter::{Backscatter, all_orders};
 use super::event::{BREATH, Event, event_of_modes};
-use super::longitudinal::outgoing;
-use super::{Average, full_angle};
+use super::longitudinal::{full_angle, outgoing};
 use crate::fresnel::Fresnel;
 use crate::hair::{HairParams, Lobe};
 use crate::quadrature::GaussLegendre;

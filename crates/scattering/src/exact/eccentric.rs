@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::azimuthal::blurred_function;
 use super::fibre::FibreSection;
+use super::panels::blurred_function;
 use crate::circular_gaussian::{circular_gaussian, sharpness};
 use crate::fresnel::Fresnel;
 use crate::hair::HairParams;

@@ -9,11 +9,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::azimuthal::{blurred_function, breakpoints, integrate_between};
 use super::eccentric::eta_star;
 use super::fibre::FibreSection;
 use super::forward::Forward;
 use super::half_circle::HalfCircle;
+use super::panels::{blurred_function, breakpoints, integrate_between};
 use super::roots::roots;
 use super::single::{View, window};
 use crate::circular_gaussian::{sharpness, unit_gaussian};

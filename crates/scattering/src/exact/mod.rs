@@ -20,6 +20,7 @@ mod forward;
 mod global;
 mod half_circle;
 mod local;
+mod panels;
 mod roots;
 mod single;
 

@@ -30,6 +30,7 @@
 pub mod fit;
 pub mod moments;
 mod painted;
+mod shape;
 mod slice;
 mod start;
 mod table;

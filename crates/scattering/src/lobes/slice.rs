@@ -11,7 +11,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::fit::LobeShape;
+use super::shape::LobeShape;
 use super::table::{LobeSection, LobeTable, Stencil, alpha_from_cos_theta_d};
 use crate::circular_gaussian::sharpness;
 use crate::closed_form::{

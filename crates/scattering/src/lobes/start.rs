@@ -3,7 +3,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::fit::LobeShape;
+use super::shape::LobeShape;
 use crate::hair::Lobe;
 
 /// alpha, then lambda_0, lambda_1, mu_1, lambda_2, mu_2 over pi/2 - alpha.

@@ -2,8 +2,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::fit::{ErrorNorm, LobeShape, N_SHAPE, best_shares, fit_path};
+use super::fit::{ErrorNorm, best_shares, fit_path};
 use super::moments::{Section, section_rule};
+use super::shape::{LobeShape, N_SHAPE};
 use crate::axis::{Axis, Spacing};
 use crate::fresnel::Fresnel;
 use crate::hair::Lobe;

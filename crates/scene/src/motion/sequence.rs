@@ -79,22 +79,16 @@ impl Sequence {
         if self.kept.iter().any(|(kept, _)| *kept == frame) {
             return Ok(());
         }
-        let key = |error: &dyn std::fmt::Display| {
-            SceneError::File(format!("motion.frames[{frame}]: {error}"))
-        };
+        let at_key = |error: SceneError| error.at_key(format!("motion.frames[{frame}]"));
         if self.offsets.is_none() {
             let groom = self.files.groom(&self.groom);
-            self.offsets = Some(groom.map_err(|error| key(&error))?.strand_offsets);
+            self.offsets = Some(groom.map_err(at_key)?.strand_offsets);
         }
         let path = &self.frames[frame];
-        let groom = self.files.groom(path).map_err(|error| key(&error))?;
+        let groom = self.files.groom(path).map_err(at_key)?;
         let is_same = self.offsets.as_ref() == Some(&groom.strand_offsets);
         if !is_same || groom.points.len() != rest.n_groom_points() {
-            let told = format!(
-                "{}: its strands differ from those of groom.file",
-                path.display()
-            );
-            return Err(key(&told));
+            return Err(at_key(SceneError::FrameStrands.in_file(path)));
         }
         self.kept.push((frame, groom.points));
         Ok(())

@@ -3,6 +3,7 @@
 use strandlight_formats::{MAX_SCALE, MAX_SIGMA_A, MIN_SCALE};
 
 use super::PaintedPoint;
+pub use crate::error::BrushError;
 
 /// What a brush puts on hair.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -88,20 +89,6 @@ impl Default for Brush {
             mask: BrushMask::default(),
         }
     }
-}
-
-/// Why a brush cannot be used: the name of its value and what it must be.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("brush: {key} = {value} must be in {min}..={max}")]
-pub struct BrushError {
-    /// Name of the value.
-    pub key: &'static str,
-    /// The value.
-    pub value: f32,
-    /// Least value.
-    pub min: f32,
-    /// Largest value.
-    pub max: f32,
 }
 
 /// Largest radius and reach along strands, cm.

@@ -1,12 +1,8 @@
 //! What the shading of painted hair reads besides the paint.
 
-use strandlight_scattering::closed_form::{
-    N_AVERAGE_COLUMNS, PaintedAverages, PaintedHair, PaintedViews, Tables,
-};
+use strandlight_scattering::closed_form::{N_AVERAGE_COLUMNS, PaintedAverages};
 use strandlight_scattering::dual_scattering::PaintedAverageTable;
 use strandlight_scattering::lobes::PaintedTexture;
-
-use crate::optics::Optics;
 
 /// Lobes and averages of painted hair, whatever its colours; those that nobody needs are empty and
 /// must not be sampled.
@@ -63,34 +59,5 @@ pub(crate) fn no_painted_averages() -> PaintedAverageTable {
     PaintedAverageTable {
         decode: PaintedAverages::new([2, 1, 1]),
         texels: vec![[0.0; 4]; 2 * N_AVERAGE_COLUMNS],
-    }
-}
-
-impl Optics {
-    /// What painted points have in common; the uniform of the shaders.
-    pub fn painted_hair(&self) -> PaintedHair {
-        PaintedHair {
-            fibre: self.fibre,
-            reflectance: self.reflectance,
-            tt: self.painted.tt.decode,
-            trt: self.painted.trt.decode,
-            averages: self.painted.averages.decode,
-        }
-    }
-
-    /// What the closed form reads of painted hair; `hair` is [`Optics::painted_hair`]'s answer,
-    /// `tables` holds C.
-    pub fn painted_views<'a>(
-        &'a self,
-        hair: &'a PaintedHair,
-        tables: Tables<'a>,
-    ) -> PaintedViews<'a> {
-        PaintedViews {
-            hair,
-            tables,
-            tt: self.painted.tt.view(),
-            trt: self.painted.trt.view(),
-            averages: self.painted.averages.view(),
-        }
     }
 }

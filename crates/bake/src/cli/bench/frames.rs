@@ -37,7 +37,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Outcome {
     let scene = Scene::read(&args.scene).map_err(Failure::input)?;
     let mut prepared =
-        PreparedScene::load(&scene).map_err(|error| Failure::input(error.in_scene(&args.scene)))?;
+        PreparedScene::load(&scene).map_err(|error| Failure::input(error.in_file(&args.scene)))?;
     prepared.size = args.size.unwrap_or(prepared.size);
     let context = Context::new().map_err(Failure::input)?;
     let progress = progress("frames", n_frames(args.repetitions));

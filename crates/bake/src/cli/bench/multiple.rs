@@ -4,6 +4,7 @@ use crate::cli::progress::progress;
 use strandlight_lab::bench::{INTEGRAL_NAMES, Method, MultipleOptions, Set, run_multiple};
 use strandlight_scene::progress::timed;
 
+use super::method_tables::method_tables;
 use crate::cli::{Failure, Outcome, print_line};
 
 /// Benchmark global and local multiple scattering of one light: error against the exact model, and
@@ -38,7 +39,7 @@ pub fn run(args: &Args) -> Outcome {
         seed: args.seed,
         repetitions: args.repetitions as usize,
     };
-    let tables = super::method_tables()?;
+    let tables = method_tables()?;
     let (multiple, seconds) = timed(|| run_multiple(options, &tables, progress));
     let multiple = multiple.map_err(Failure::input)?;
     if args.json {

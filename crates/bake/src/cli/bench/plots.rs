@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde_json::json;
 use strandlight_lab::bench::figures;
 
+use super::method_tables::method_tables;
 use crate::cli::{Failure, Outcome, check_outputs, output_folder, print_line, write_output};
 
 /// Plot the approximations of each scheme against the exact model
@@ -25,7 +26,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Outcome {
     let folder = &args.output;
     output_folder(folder)?;
-    let figures = figures(&super::method_tables()?).map_err(Failure::input)?;
+    let figures = figures(&method_tables()?).map_err(Failure::input)?;
     let paths: Vec<[PathBuf; 2]> = figures
         .iter()
         .map(|(stem, _)| ["svg", "csv"].map(|kind| folder.join(format!("{stem}.{kind}"))))

@@ -8,6 +8,7 @@ use strandlight_lab::bench::{Cost, Frontier, FrontierError, Method, Options, SUM
 use strandlight_render::gpu::GpuError;
 use strandlight_scene::progress::timed;
 
+use super::method_tables::method_tables;
 use crate::cli::{Failure, Outcome, check_outputs, note, output_folder, print_line, write_output};
 
 /// Benchmark single scattering of one light: error against the exact model, and time per method
@@ -111,7 +112,7 @@ fn measure(args: &Args) -> Result<Frontier, Failure> {
         repetitions: args.repetitions as usize,
         adapter: args.adapter != AdapterArg::No,
     };
-    let tables = super::method_tables()?;
+    let tables = method_tables()?;
     let result = strandlight_lab::bench::run(options, &tables, progress);
     let absent = matches!(
         result,

@@ -46,7 +46,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Outcome {
     let scene = Scene::read(&args.scene).map_err(Failure::input)?;
     let scene =
-        PreparedScene::load(&scene).map_err(|error| Failure::input(error.in_scene(&args.scene)))?;
+        PreparedScene::load(&scene).map_err(|error| Failure::input(error.in_file(&args.scene)))?;
     let options = TransmittanceOptions {
         n_points: args.points as usize,
         n_rays: args.rays,

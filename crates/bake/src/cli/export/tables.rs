@@ -7,7 +7,8 @@ use strandlight_scattering::circular_gaussian::circular_gaussian_integral;
 use strandlight_scattering::table_layout::{C_AXIS_NAMES, C_CHANNELS, C_FROM_B};
 
 use super::super::Failure;
-use super::{Output, npy};
+use super::npy;
+use super::output::Output;
 use strandlight_images::exr_file;
 
 /// One `.npy` of shape [channel, axis 0, axis 1, ...] for each table, and one vector for each of

@@ -19,10 +19,24 @@ use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::tables::ShadingTables;
 
+use super::answer::Answer;
 use super::per_fibre::{Bits, PerFibre};
 use super::reference::Reference;
 use super::request::Request;
-use super::{Answer, Failure, Method};
+use crate::cli::Failure;
+
+/// Ways to evaluate the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Method {
+    /// What the renderer computes, on the CPU
+    Runtime,
+    /// The same by the shaders' functions, on the GPU
+    Gpu,
+    /// Double-precision quadrature of the exact model
+    Reference,
+    /// Xu's scheme as published
+    Paper,
+}
 
 /// A method ready to answer.
 pub struct Evaluator {

@@ -10,7 +10,7 @@ use strandlight_scattering::h_moments::MomentRule;
 use strandlight_scattering::table_layout::h_column;
 use strandlight_scattering::{HairParams, Lobe};
 
-use super::Answer;
+use super::answer::Answer;
 use super::per_fibre::PerFibre;
 use super::request::Request;
 

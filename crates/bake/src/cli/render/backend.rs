@@ -1,21 +1,13 @@
 //! The renderer that `strandlight render` uses.
 
-use clap::ValueEnum;
 use strandlight_cpu::CpuRenderer;
 use strandlight_lab::transmittance::{Method, point_shadows};
 use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_scene::{Backend, PreparedScene, RenderError};
 
-use super::{Args, Failure, note};
-
-/// Where to render.
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub enum Choice {
-    Auto,
-    Gpu,
-    Cpu,
-}
+use super::args::{Args, Choice};
+use crate::cli::{Failure, note};
 
 /// Puts a scene on a renderer.
 pub type Open<'a> = &'a dyn Fn(PreparedScene) -> Result<Box<dyn Backend>, RenderError>;
@@ -29,7 +21,7 @@ impl Args {
         work: impl Fn(Open) -> Result<T, RenderError>,
     ) -> Result<T, Failure> {
         let on_gpu = || {
-            let context = Context::new().map_err(|error| RenderError::Gpu(error.to_string()))?;
+            let context = Context::new().map_err(|error| RenderError::Gpu(error.into()))?;
             work(&|scene| Ok(Box::new(ProgressiveRenderer::new(&context, scene)?)))
         };
         let on_cpu = || work(&|scene| Ok(on_cpu(self.transmittance, scene)));

@@ -6,15 +6,15 @@ use std::time::Instant;
 use strandlight_images::picture::exr_file_of;
 use strandlight_runtime::script::{self, Frame, Script};
 use strandlight_runtime::timings::{Made, Timings};
-use strandlight_runtime::{Session, Viewer};
+use strandlight_runtime::{ScriptError, Session, Viewer};
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
 use strandlight_scene::stats::FrameStats;
 use strandlight_scene::{Backend, Picture, RenderError};
 
-use super::{
-    Args, Failure, Format, Outcome, check_outputs, format_of, note, output_folder, print_line,
-    write_output,
+use super::args::{Args, Format, format_of};
+use crate::cli::{
+    Failure, Outcome, check_outputs, groom, note, output_folder, print_line, write_output,
 };
 
 /// Renders the frames that the command line asks for into the folder that is the output.
@@ -46,7 +46,7 @@ pub fn run(args: &Args) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     check_outputs(&inputs, &outputs)?;
-    super::super::groom::note_doubts(session.scene());
+    groom::note_doubts(session.scene());
     let out = Out {
         folder,
         with_stats: args.stats,
@@ -99,6 +99,12 @@ fn file_of(frame: &Frame) -> PathBuf {
 
 /// Why a script stopped.
 struct Stopped(Failure);
+
+impl From<ScriptError> for Stopped {
+    fn from(error: ScriptError) -> Self {
+        Stopped(Failure::input(error))
+    }
+}
 
 impl From<RenderError> for Stopped {
     fn from(error: RenderError) -> Self {

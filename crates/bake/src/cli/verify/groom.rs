@@ -2,8 +2,8 @@
 
 use strandlight_formats::Groom;
 
-use super::Line;
 use super::lights::malformed_hash;
+use super::line::Line;
 
 /// What the format promises beyond what every reader checks.
 pub fn checks(groom: &Groom) -> Vec<Line> {

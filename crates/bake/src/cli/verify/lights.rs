@@ -4,7 +4,8 @@ use strandlight_bake::lights::evaluate;
 use strandlight_formats::{FitReport, LightSet, SrbfLight};
 use strandlight_scattering::spherical_gaussian::solid_angle;
 
-use super::{Line, Reference};
+use super::line::Line;
+use super::reference::Reference;
 
 /// Largest relative difference of a channel's energy between a light set and its map.
 const ENERGY_TOLERANCE: f64 = 5e-3;

@@ -38,9 +38,7 @@ pub fn run(args: &Args) -> Result<(), String> {
         None => EventLog::silent(start),
     };
     let launch = Launch {
-        open: Box::new(move |context| {
-            Viewer::new(context, session).map_err(|error| error.to_string())
-        }),
+        open: Box::new(move |context| Ok(Viewer::new(context, session)?)),
         size,
         seconds: args.time,
         log,

@@ -3,8 +3,8 @@
 
 use core::f32::consts::PI;
 
-use super::super::SQRT_PI;
 use super::super::circular_gaussian::{c_0, product_integral};
+use super::super::constants::SQRT_PI;
 use super::super::fibre::Fibre;
 use super::super::frame::{Inclination, Lag};
 use super::super::special::{bessel_i0e, bessel_i1e};

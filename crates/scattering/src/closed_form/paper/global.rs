@@ -3,7 +3,7 @@
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
-use super::super::SQRT_PI;
+use super::super::constants::SQRT_PI;
 use super::super::fibre::Fibre;
 use super::super::frame::{DirectionInFrame, Inclination, Lag, inclination, lag_between};
 use super::super::special::erf_pair;

@@ -16,9 +16,10 @@ mod multiple;
 mod outer_integral;
 mod single_scattering;
 
+pub use super::fibre::MAX_SEGMENTS;
 pub use azimuthal::{azimuthal_r, azimuthal_trt, azimuthal_tt, eta_star};
 pub use fresnel::{transmittance_dielectric, transmittance_schlick};
 pub use global::{global_scattering, global_scattering_mode};
 pub use local::{PublishedAverages, local_scattering};
-pub use outer_integral::{MAX_SEGMENTS, hat_weight, node_position};
+pub use outer_integral::{hat_weight, node_position};
 pub use single_scattering::{LN_CULL, single_scattering, single_scattering_mode};

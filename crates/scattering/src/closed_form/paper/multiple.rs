@@ -3,7 +3,7 @@
 
 use core::f32::consts::FRAC_PI_2;
 
-use super::super::SQRT_PI;
+use super::super::constants::SQRT_PI;
 use super::super::frame::DirectionInFrame;
 use super::super::longitudinal::longitudinal;
 use super::super::mean_cosine::mean_cosine;

@@ -1,11 +1,8 @@
 //! The outer integral of Eq 11: a Gaussian times a smooth function, piecewise linear (Xu 2011
 //! section 4.2.2, preprint App B and E). Twin: `shaders/lib/paper/outer_integral.wgsl`.
 
-use super::super::SQRT_PI;
+use super::super::constants::SQRT_PI;
 use super::super::special::ErfPair;
-
-/// Most segments of the piecewise linear rule; more buy nothing and cost time.
-pub const MAX_SEGMENTS: u32 = 64;
 
 /// Weight >= 0 of a node of the piecewise linear rule, per unit of lambda: the integral of
 /// exp(-u^2) times the hat function over [u_0, u, u_1], all in units of lambda from the mean.

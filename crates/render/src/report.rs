@@ -1,4 +1,4 @@
-//! What [`ProgressiveRenderer`](super::ProgressiveRenderer) did.
+//! What [`ProgressiveRenderer`](crate::ProgressiveRenderer) did.
 
 use std::fmt;
 

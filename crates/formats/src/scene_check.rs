@@ -1,0 +1,98 @@
+//! What the sections of a scene must be beyond the range of each value.
+
+use crate::error::{Error, Result};
+use crate::light_set::MAX_LIGHTS;
+use crate::params;
+use crate::scene::CameraSection;
+use crate::scene_hair::HairSection;
+use crate::scene_lights::LightsSection;
+use crate::scene_motion::MotionSection;
+use crate::scene_proxy::{MAX_PROXIES, ProxySection};
+
+impl HairSection {
+    pub(crate) fn validate(&self) -> Result<()> {
+        if let (Some(_), Some(melanin)) = (self.reflectance, self.melanin) {
+            let range = "absent where hair.reflectance is given";
+            return Err(Error::value("hair.melanin", format!("{melanin:?}"), range));
+        }
+        params::HAIR.validate(self)
+    }
+}
+
+impl LightsSection {
+    pub(crate) fn validate(&self) -> Result<()> {
+        params::LIGHTS.validate(self)?;
+        for (at, own) in self.adjust.iter().enumerate() {
+            let ix = own.light;
+            if ix as usize >= MAX_LIGHTS || self.adjust[..at].iter().any(|it| it.light == ix) {
+                let range = format!("lights of the set, 0..={}, each once", MAX_LIGHTS - 1);
+                return Err(Error::value("lights.adjust", ix, range));
+            }
+        }
+        self.adjust.iter().try_for_each(|own| {
+            let name = |key: &str| format!("lights.adjust of light {}: {key}", own.light);
+            params::ADJUST.validate_as(own, name)
+        })
+    }
+}
+
+impl CameraSection {
+    pub(crate) fn validate(&self) -> Result<()> {
+        params::CAMERA.validate(self)?;
+        let forward: [f64; 3] = std::array::from_fn(|axis| self.target[axis] - self.position[axis]);
+        let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let ([fx, fy, fz], [ux, uy, uz]) = (forward, self.up);
+        let cross = [fy * uz - fz * uy, fz * ux - fx * uz, fx * uy - fy * ux];
+        if length(forward) < 1e-6 {
+            let range = "away from camera.position";
+            return Err(Error::value(
+                "camera.target",
+                format!("{:?}", self.target),
+                range,
+            ));
+        }
+        if length(cross) <= 1e-6 * length(forward) * length(self.up) {
+            let range = "not zero and not along the line of sight";
+            return Err(Error::value("camera.up", format!("{:?}", self.up), range));
+        }
+        Ok(())
+    }
+}
+
+impl MotionSection {
+    pub(crate) fn validate(&self) -> Result<()> {
+        if let Some(wind) = &self.wind {
+            params::WIND.validate(wind)?;
+        }
+        if self.wind.is_some() != self.frames.is_empty() {
+            let found = if self.wind.is_some() {
+                "both"
+            } else {
+                "neither"
+            };
+            return Err(Error::value("motion", found, "either wind or frames"));
+        }
+        if self.fps.is_some() && self.frames.is_empty() {
+            return Err(Error::value("motion.fps", "set", "absent without frames"));
+        }
+        params::MOTION.validate(self)
+    }
+}
+
+impl ProxySection {
+    /// Checks the values of `[[proxy]]` number `ix`, from 0.
+    pub(crate) fn validate(&self, ix: usize) -> Result<()> {
+        let name = |key: &str| format!("proxy[{ix}].{key}");
+        self.section().validate_as(self, name)
+    }
+}
+
+/// Checks all proxies of a scene.
+pub(crate) fn proxies(proxies: &[ProxySection]) -> Result<()> {
+    if proxies.len() > MAX_PROXIES {
+        let most = format!("at most {MAX_PROXIES}");
+        return Err(Error::value("proxy", proxies.len(), most));
+    }
+    let mut proxies = proxies.iter().enumerate();
+    proxies.try_for_each(|(ix, proxy)| proxy.validate(ix))
+}

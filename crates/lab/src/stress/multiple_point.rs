@@ -1,0 +1,85 @@
+//! Points where multiple scattering is evaluated.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use serde_json::{Value, json};
+use strandlight_render::probe::{Function, MODE_ALL, Query};
+use strandlight_scattering::HairParams;
+use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
+
+use super::draw::{LAMBDA, Random};
+use super::point::{hair_json, inclination, single};
+
+/// What is evaluated.
+pub(super) const FUNCTIONS: [Function; 3] =
+    [Function::Global, Function::Local, Function::DirectLocal];
+
+/// Light and view; the light's width is sigma_f, or its lambda where it is unscattered.
+#[derive(Clone, Copy)]
+pub(super) struct Point {
+    pub(super) function: Function,
+    light: [f64; 2],
+    width: f64,
+    view: [f64; 2],
+}
+
+/// Points of one fibre.
+pub(super) type Points = (HairParams, Vec<Point>);
+
+impl Point {
+    pub(super) fn draw(random: &mut Random) -> Point {
+        let mut direction = || {
+            let theta = match random.pick(&[0, 1, 2]) {
+                0 => random.pick(&[-FRAC_PI_2, -1.57, 0.0, 1.57, FRAC_PI_2]),
+                _ => random.uniform(-1.0, 1.0).asin(),
+            };
+            [inclination(theta), single(random.uniform(-PI, PI))]
+        };
+        let (light, mut view) = (direction(), direction());
+        if random.chance(0.2) {
+            // The same azimuth, the opposite one, and the edge of the half circle.
+            view[1] = single(light[1] + random.pick(&[0.0, FRAC_PI_2, PI]));
+        }
+        let width = match random.pick(&[0, 1, 2, 3]) {
+            0 => random.pick(&LAMBDA),
+            _ => random.log_uniform(LAMBDA[0], LAMBDA[1]),
+        };
+        Point {
+            function: random.pick(&FUNCTIONS),
+            light,
+            width: single(width),
+            view,
+        }
+    }
+
+    /// As the probe of the runtime takes it.
+    pub fn query(&self, fibre: Fibre, optics: u32) -> Query {
+        let [light, view] = [self.light, self.view]
+            .map(|[theta, phi]| DirectionInFrame::from_angles(theta as f32, phi as f32));
+        let query = Query::single(MODE_ALL, light, self.width as f32, view, fibre);
+        Query {
+            function: self.function as u32,
+            ..query.with_optics(optics)
+        }
+    }
+
+    pub(super) fn json(&self, hair: &HairParams) -> Value {
+        let [[theta_j, phi_j], [theta_o, phi_o]] = [self.light, self.view];
+        json!({
+            "q": name(self.function),
+            "mode": "all",
+            "light": { "theta": theta_j, "phi": phi_j },
+            "sigma_f": self.width,
+            "view": { "theta": theta_o, "phi": phi_o },
+            "hair": hair_json(hair),
+        })
+    }
+}
+
+pub(super) fn name(function: Function) -> &'static str {
+    match function {
+        Function::Global => "global",
+        Function::Local => "local",
+        _ => "direct_local",
+    }
+}

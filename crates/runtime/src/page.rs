@@ -1,0 +1,128 @@
+//! The page around the viewer: what it shows, knows of the scene, and offers as files.
+
+use std::cell::{Cell, RefCell};
+use std::path::PathBuf;
+
+use js_sys::{Array, Function, Uint8Array};
+use wasm_bindgen::prelude::*;
+use web_sys::{Blob, BlobPropertyBag, HtmlAnchorElement, Url};
+
+use crate::session::Saved;
+use strandlight_scene::files::Files;
+
+thread_local! {
+    /// Shows a sentence in place of the canvas, or nothing for an empty one.
+    static SAY: RefCell<Option<Function>> = const { RefCell::new(None) };
+    /// Has the scene changes that were not saved?
+    static IS_MODIFIED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Takes the function of the page that [`say`] calls.
+pub(crate) fn set_say(say: Function) {
+    SAY.with_borrow_mut(|of_page| *of_page = Some(say));
+}
+
+/// Shows `text` in place of the canvas, or the canvas if it is empty.
+pub fn say(text: &str) {
+    SAY.with_borrow(|say| {
+        if let Some(say) = say {
+            // A page that cannot show text has nowhere to say so either.
+            let _ = say.call1(&JsValue::NULL, &text.into());
+        }
+    });
+}
+
+/// Has the scene changes that would be lost with the page?
+#[wasm_bindgen]
+pub fn is_modified() -> bool {
+    IS_MODIFIED.get()
+}
+
+/// Tells the page whether the scene has changes that would be lost with it.
+pub fn note_modified(is_modified: bool) {
+    IS_MODIFIED.set(is_modified);
+}
+
+/// What a browser refuses. Its exceptions come as what they say: they cannot leave their thread.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WebError {
+    /// A file that cannot be fetched.
+    #[error("cannot fetch {}: {reason}", path.display())]
+    Fetch {
+        /// Its path, seen from the page.
+        path: PathBuf,
+        /// What the browser says.
+        reason: String,
+    },
+    /// A file that the server does not give.
+    #[error("cannot fetch {}: HTTP status {status}", path.display())]
+    Status {
+        /// Its path, seen from the page.
+        path: PathBuf,
+        /// The server's answer.
+        status: u16,
+    },
+    /// A file that cannot be offered.
+    #[error("cannot save {name}: {reason}")]
+    Save {
+        /// Its name.
+        name: String,
+        /// What the browser says.
+        reason: String,
+    },
+    /// Not in a page.
+    #[error("no browser window")]
+    NoWindow,
+    /// A file that was fetched or saved cannot be read.
+    #[error(transparent)]
+    Format(#[from] strandlight_formats::Error),
+}
+
+/// Offers files that were saved in memory to the reader of the page.
+///
+/// # Errors
+/// What the browser refuses.
+pub fn offer(files: &Files, saved: &Saved) -> Result<(), WebError> {
+    for path in &saved.files {
+        let bytes = files.read(path, u64::MAX)?;
+        let name = path.file_name().unwrap_or_default();
+        download(&name.to_string_lossy(), &bytes)?;
+    }
+    Ok(())
+}
+
+/// Offers `bytes` to the reader of the page as a file to keep.
+///
+/// # Errors
+/// What the browser refuses.
+pub fn download(name: &str, bytes: &[u8]) -> Result<(), WebError> {
+    let refused = |error: JsValue| WebError::Save {
+        name: name.to_owned(),
+        reason: words(&error),
+    };
+    let parts = Array::of1(&Uint8Array::from(bytes));
+    let kind = BlobPropertyBag::new();
+    kind.set_type("application/octet-stream");
+    let blob = Blob::new_with_u8_array_sequence_and_options(&parts, &kind).map_err(refused)?;
+    let address = Url::create_object_url_with_blob(&blob).map_err(refused)?;
+    let document = web_sys::window()
+        .and_then(|window| window.document())
+        .ok_or(WebError::NoWindow)?;
+    let link: HtmlAnchorElement = document
+        .create_element("a")
+        .map_err(refused)?
+        .unchecked_into();
+    link.set_href(&address);
+    link.set_download(name);
+    link.click();
+    Url::revoke_object_url(&address).map_err(refused)
+}
+
+/// What an exception of the browser says.
+pub(crate) fn words(error: &JsValue) -> String {
+    match error.dyn_ref::<js_sys::Error>() {
+        Some(error) => error.message().into(),
+        None => format!("{error:?}"),
+    }
+}

@@ -1,0 +1,35 @@
+//! What the disk holds of a document.
+
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use strandlight_formats::Scene;
+use strandlight_scene::files::Files;
+
+/// The document as it is on disk.
+#[derive(Clone, Debug)]
+pub(super) struct OnDisk {
+    pub scene: Scene,
+    pub paint_state: u64,
+    /// The files and when they were written.
+    pub written: Vec<(PathBuf, Option<SystemTime>)>,
+}
+
+impl OnDisk {
+    pub fn new(path: &Path, scene: &Scene, paint_state: u64, files: &Files) -> OnDisk {
+        let written = [path.to_owned(), scene.groom_path(), scene.lights_path()]
+            .into_iter()
+            .chain(scene.tables_path())
+            .chain(scene.frame_paths())
+            .map(|path| {
+                let time = files.modified(&path);
+                (path, time)
+            })
+            .collect();
+        OnDisk {
+            scene: scene.clone(),
+            paint_state,
+            written,
+        }
+    }
+}
