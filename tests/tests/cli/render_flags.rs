@@ -142,7 +142,7 @@ impl Bench {
         let at = folder.path();
         moving_scene_in(at);
         fs::write(at.join("s.json"), r#"[{"frame": "first"}]"#).expect("written");
-        let scene = Scene::read(&at.join("a.toml")).expect("valid");
+        let scene = Scene::read(at.join("a.toml")).expect("valid");
         Bench { folder, scene }
     }
 
@@ -263,7 +263,9 @@ impl Bench {
         let method = texts.get("strandlight/transmittance").map(String::as_str);
         assert_eq!(method, has("--transmittance").then_some("ray"), "{what}");
         assert_eq!(stderr.contains("voxelise"), has("--stats"), "{what}");
-        assert_eq!(stderr.is_empty(), has("--quiet"), "{what}");
+        // Drivers of GPUs may print as they like.
+        let has_notes = stderr.contains("rendered on") || stderr.contains(" samples");
+        assert_eq!(has_notes, !has("--quiet"), "{what}");
         let second = at.join("frames/0001.exr");
         assert_eq!(second.exists(), has("--turntable"), "{what}");
         let pixels = self.pixels(&pair);
