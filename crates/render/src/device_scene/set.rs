@@ -29,7 +29,6 @@ impl DeviceScene {
     }
 
     /// Points within this share of the longer side around the picture are lit too.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn set_margin(&mut self, margin: f32) {
         self.dirty.mark(Inputs::VIEW, self.margin != margin);
         self.margin = margin;
