@@ -13,12 +13,11 @@
 //! that [`strandlight_cpu::DATA_LAYERS`] names.
 
 use strandlight_formats::{Background, Scattering};
-use strandlight_render::gpu::Context;
-use strandlight_render::progressive::ProgressiveRenderer;
-use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scattering::Lobe;
 use strandlight_scene::provenance::Provenance;
+use strandlight_scene::stats::FrameStats;
 use strandlight_scene::{
-    GroupFault, Picture, PreparedScene, RenderError, SceneError, Stats, memory,
+    Backend, GroupFault, Picture, PreparedScene, RenderError, SceneError, Stats, memory,
 };
 
 use strandlight_cpu as cpu;
@@ -174,113 +173,25 @@ pub fn check_memory(n_layers: usize, [width, height]: [u32; 2]) -> Result<(), Re
     Ok(())
 }
 
-/// Draws layers.
-pub trait Painter {
-    /// The picture of `spec` before `background`.
-    ///
-    /// # Errors
-    /// Whatever the device refuses.
-    fn paint(&mut self, spec: &Spec, background: Background) -> Result<Picture, RenderError>;
-
-    /// What the last picture took, in lines of text.
-    fn stats(&self) -> String;
+/// Draws the picture of `spec` before `background`; `whole` is the scene with all its light.
+fn draw(
+    backend: &mut dyn Backend,
+    whole: &PreparedScene,
+    spec: &Spec,
+    background: Background,
+    (size, samples): ([u32; 2], u32),
+) -> Result<(Picture, Stats), RenderError> {
+    backend.set_hair(whole.hair.hair(), &spec.modes)?;
+    backend.set_scattering(spec.scattering);
+    let colors: Vec<[f32; 3]> = whole.lights.iter().map(|light| light.rgb).collect();
+    backend.set_light_colors(&masked(&colors, spec))?;
+    backend.set_grade(whole.exposure, whole.tone_map, background);
+    backend.render(size, samples, &|_| ())
 }
 
-/// On a device, where shadows are found once for all layers.
-pub struct OnGpu {
-    live: ProgressiveRenderer,
-    size: [u32; 2],
-    hair: HairParams,
-    colors: Vec<[f32; 3]>,
-    samples: u32,
-}
-
-impl OnGpu {
-    /// Puts `scene` on a device.
-    ///
-    /// # Errors
-    /// Whatever the device refuses.
-    pub fn new(
-        context: &Context,
-        scene: &PreparedScene,
-        size: [u32; 2],
-        samples: u32,
-    ) -> Result<Self, RenderError> {
-        let scene = measured(scene);
-        let colors = scene.lights.iter().map(|light| light.rgb).collect();
-        let hair = *scene.hair.hair();
-        let mut live = ProgressiveRenderer::new(context, scene)?;
-        // Where a picture is drawn at once its layers share what it is drawn into.
-        live.set_size(live.fitting(size))?;
-        Ok(OnGpu {
-            live,
-            size,
-            hair,
-            colors,
-            samples,
-        })
-    }
-}
-
-impl Painter for OnGpu {
-    fn paint(&mut self, spec: &Spec, background: Background) -> Result<Picture, RenderError> {
-        let live = &mut self.live;
-        live.set_hair(&self.hair, &spec.modes)
-            .map_err(SceneError::from)?;
-        live.set_scattering(spec.scattering);
-        live.set_light_colors(&masked(&self.colors, spec))?;
-        let (exposure, tone_map) = (live.scene().exposure, live.scene().tone_map);
-        live.set_grade(exposure, tone_map, background);
-        live.still(self.size, self.samples)
-    }
-
-    fn stats(&self) -> String {
-        self.live.report().to_string()
-    }
-}
-
-/// Without a device.
-pub struct OnCpu {
-    scene: PreparedScene,
-    size: [u32; 2],
-    samples: u32,
-    stats: Stats,
-}
-
-impl OnCpu {
-    /// Takes `scene`.
-    pub fn new(scene: &PreparedScene, size: [u32; 2], samples: u32) -> Self {
-        OnCpu {
-            scene: measured(scene),
-            size,
-            samples,
-            stats: Stats::default(),
-        }
-    }
-}
-
-impl Painter for OnCpu {
-    fn paint(&mut self, spec: &Spec, background: Background) -> Result<Picture, RenderError> {
-        let mut scene = self.scene.clone();
-        scene.background = background;
-        scene.hair.enable(&spec.modes).map_err(SceneError::from)?;
-        scene.set_scattering(spec.scattering);
-        let colors: Vec<[f32; 3]> = scene.lights.iter().map(|light| light.rgb).collect();
-        for (light, rgb) in scene.lights.iter_mut().zip(masked(&colors, spec)) {
-            light.rgb = rgb;
-        }
-        let (picture, stats) = cpu::render(&scene, &scene.camera, self.size, self.samples)?;
-        self.stats = stats;
-        Ok(picture)
-    }
-
-    fn stats(&self) -> String {
-        self.stats.to_string()
-    }
-}
-
-/// The scene, whose shadow maps and negligible power stay those of all its lights.
-fn measured(scene: &PreparedScene) -> PreparedScene {
+/// The scene, whose shadow maps and negligible power stay those of all its lights: layers are drawn
+/// of it.
+pub fn measured(scene: &PreparedScene) -> PreparedScene {
     let mut scene = scene.clone();
     scene.reference_amplitudes = Some(scene.lights.iter().map(|light| light.rgb).collect());
     scene
@@ -315,33 +226,39 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// Draws the picture of `scene`, the layers of `specs` and the `data` layers, which are made on the
-    /// CPU whatever draws the light; `observe` receives the progress, 0..=1.
+    /// Draws the picture of the scene of `backend`, which is [`measured`], its layers of light and
+    /// its layers of data, in `size` with `samples` a pixel. Those of data are made on the CPU
+    /// whatever draws the light. `observe` receives the progress, 0..=1.
     ///
     /// # Errors
-    /// As [`check_memory`]; whatever the painter answers.
+    /// As [`check_memory`]; whatever the backend answers.
     pub fn draw(
-        painter: &mut dyn Painter,
-        scene: &PreparedScene,
-        specs: &[Spec],
-        data: &[&DataLayer],
+        backend: &mut dyn Backend,
+        (specs, data): (&[Spec], &[&DataLayer]),
         size: [u32; 2],
+        samples: u32,
         observe: &dyn Fn(f64),
     ) -> Result<Layers, RenderError> {
         check_memory(specs.len() + data.len(), size)?;
+        let scene = backend.scene().clone();
         let whole = Spec {
             name: "total".to_owned(),
             scattering: scene.scattering(),
             modes: scene.hair.modes().to_vec(),
             lights: None,
         };
-        let beauty = painter.paint(&whole, scene.background)?;
-        let mut stats = vec![("picture".to_owned(), painter.stats())];
+        let mut draw = |spec: &Spec, background| {
+            let drawn = draw(backend, &scene, spec, background, (size, samples))?;
+            let (picture, stats) = drawn;
+            Ok::<_, RenderError>((picture, FrameStats(&stats).to_string()))
+        };
+        let (beauty, picture_stats) = draw(&whole, scene.background)?;
+        let mut stats = vec![("picture".to_owned(), picture_stats)];
         let hair = match scene.background {
             Background::None => beauty.clone(),
             _ => {
-                let hair = painter.paint(&whole, Background::None)?;
-                stats.push((whole.name.clone(), painter.stats()));
+                let (hair, hair_stats) = draw(&whole, Background::None)?;
+                stats.push((whole.name.clone(), hair_stats));
                 hair
             }
         };
@@ -356,15 +273,15 @@ impl Layers {
         }
         for (ix, spec) in specs.iter().enumerate() {
             observe((ix + 1) as f64 / (specs.len() + 1) as f64);
-            let picture = painter.paint(spec, Background::None)?;
-            stats.push((spec.name.clone(), painter.stats()));
+            let (picture, spec_stats) = draw(spec, Background::None)?;
+            stats.push((spec.name.clone(), spec_stats));
             layers.push((spec.name.clone(), planes(&picture)));
         }
         Ok(Layers {
             beauty,
             coverage,
             layers,
-            data: cpu::data_layers(scene, &scene.camera, size, data)?,
+            data: cpu::data_layers(&scene, &scene.camera, size, data)?,
             stats,
         })
     }

@@ -34,12 +34,14 @@ mod data_layers;
 mod project;
 mod proxies;
 mod raster;
+mod renderer;
 mod shade;
 mod shadow_map;
 mod transmittance;
 mod voxelise;
 
 pub use data_layers::{DATA_LAYERS, DataLayer, data_layers};
+pub use renderer::CpuRenderer;
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;
 pub use transmittance::{Shadows, transmittance, transmittance_beside};
@@ -203,6 +205,8 @@ fn light(
         name: "shadow maps",
         milliseconds: 1e3 * shadow_s,
         bytes: 4 * visibility.len() as u64,
+        runs: 1,
+        gpu_milliseconds: None,
     });
     for batch in lights.chunks(LIGHT_BATCH) {
         let (found, seconds) = timed(|| match shadows {
@@ -231,11 +235,15 @@ fn light(
         name: "transmittance",
         milliseconds: 1e3 * sweep_s,
         bytes,
+        runs: 1,
+        gpu_milliseconds: None,
     });
     stats.stages.push(Stage {
         name: "shade",
         milliseconds: 1e3 * shade_s,
         bytes: 16 * radiance.len() as u64,
+        runs: 1,
+        gpu_milliseconds: None,
     });
     stats.points_skipped = counts.points_skipped;
     stats.set_terms(&counts.terms);

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::gpu::ResourceCounts;
 use strandlight_scene::material::EditReport;
-use strandlight_scene::stats::{Stats, total};
+use strandlight_scene::stats::{DeviceStats, FrameStats, Stage, Stats, total};
 
 /// One kind of work since the last edit.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -56,6 +56,29 @@ impl RenderReport {
         total(self.stages.iter().map(|stage| stage.milliseconds))
     }
 
+    /// The same as statistics of a frame; `bytes` are those that a stage wrote, by its name.
+    pub(crate) fn frame_stats(&self, bytes: impl Fn(&str) -> u64) -> Stats {
+        let stage = |stage: &StageReport| Stage {
+            name: stage.name,
+            milliseconds: stage.milliseconds,
+            bytes: bytes(stage.name),
+            runs: stage.runs,
+            gpu_milliseconds: stage.gpu_milliseconds,
+        };
+        let rebuilt = self.edit.iter().flat_map(EditReport::rebuilt);
+        Stats {
+            stages: self.stages.iter().map(stage).collect(),
+            draws: self.runs("draw"),
+            device: Some(DeviceStats {
+                rebuilt: rebuilt.copied().collect(),
+                pipelines: self.counts.pipelines,
+                geometry_uploads: self.counts.geometry_uploads,
+                bytes: self.device_bytes,
+            }),
+            ..self.stats.clone()
+        }
+    }
+
     fn stage_mut(&mut self, name: &'static str) -> &mut StageReport {
         let known = self.stages.iter().position(|stage| stage.name == name);
         let ix = known.unwrap_or(self.stages.len());
@@ -93,22 +116,7 @@ impl RenderReport {
 
 impl fmt::Display for RenderReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.stats.write_counts(f)?;
-        writeln!(f, "  pass                  time     runs")?;
-        for stage in &self.stages {
-            writeln!(
-                f,
-                "  {:<14}{:>10.1} ms {:>8}",
-                stage.name, stage.milliseconds, stage.runs
-            )?;
-        }
-        write!(
-            f,
-            "  {:<14}{:>10.1} ms, {:.1} MB on the device",
-            "total",
-            self.milliseconds(),
-            self.device_bytes as f64 / 1e6
-        )
+        FrameStats(&self.frame_stats(|_| 0)).fmt(f)
     }
 }
 

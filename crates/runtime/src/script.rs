@@ -30,10 +30,9 @@ use strandlight_formats::{CameraSection, nearest};
 use crate::error::{ScriptError, SessionError, StepError};
 use crate::session::{Change, Session};
 use crate::viewer::Viewer;
-use strandlight_scene::SceneError;
+use strandlight_scene::Backend;
 use strandlight_scene::budget::check_frame;
-use strandlight_scene::paint::{Brush, BrushStroke, Picker, StrokePath};
-use strandlight_scene::scene::PreparedScene;
+use strandlight_scene::paint::{Brush, BrushStroke, StrokePath};
 
 /// Longest script.
 pub const MAX_BYTES: u64 = 64 << 20;
@@ -217,39 +216,44 @@ impl Script {
         })
     }
 
-    /// Does the steps on a copy of `session`, without a device and up to the first stroke, so that
-    /// errors are reported before anything is drawn.
+    /// Does the steps on a copy of `session`, without a renderer and up to the first stroke, so
+    /// that errors are reported before anything is drawn.
     ///
     /// # Errors
     /// As [`Script::run`].
     pub fn check(&self, session: &Session) -> Result<(), ScriptError> {
-        let is_stroke = |step: &Step| matches!(step, Step::Stroke(_));
-        let n_steps = self.steps.iter().position(is_stroke);
-        let steps = &self.steps[..n_steps.unwrap_or(self.steps.len())];
-        let script = Script {
-            steps: steps.to_vec(),
-        };
-        script.run(&mut Offline::new(session.clone()), |_, _| Ok(()))
+        let mut session = session.clone();
+        for (ix, step) in self.steps.iter().enumerate() {
+            let done = match step {
+                Step::Set(values) => session.set(values).map(drop),
+                Step::Undo(n) => (0..*n).try_for_each(|_| undone(session.undo())),
+                Step::Redo(n) => (0..*n).try_for_each(|_| redone(session.redo())),
+                Step::Stroke(_) => break,
+                Step::Time(_) | Step::Frame(_) => Ok(()),
+            };
+            done.map_err(|error| ScriptError::at(ix, error))?;
+        }
+        Ok(())
     }
 
-    /// Does every step on `target`, and `draw` for each frame.
+    /// Does every step on `viewer`, and `draw` for each frame.
     ///
     /// # Errors
     /// The first step that fails, by its number; what `draw` answers.
-    pub fn run<T: Document, E: From<ScriptError>>(
+    pub fn run<B: Backend + ?Sized, E: From<ScriptError>>(
         &self,
-        target: &mut T,
-        mut draw: impl FnMut(&mut T, &Frame) -> Result<(), E>,
+        viewer: &mut Viewer<B>,
+        mut draw: impl FnMut(&mut Viewer<B>, &Frame) -> Result<(), E>,
     ) -> Result<(), E> {
         for (ix, step) in self.steps.iter().enumerate() {
             let done = match step {
-                Step::Set(values) => target.set(values),
-                Step::Stroke(stroke) => target.stroke(stroke),
-                Step::Time(seconds) => target.set_time(*seconds),
-                Step::Undo(n) => (0..*n).try_for_each(|_| target.step_back()),
-                Step::Redo(n) => (0..*n).try_for_each(|_| target.step_again()),
+                Step::Set(values) => viewer.set(values).map(drop),
+                Step::Stroke(stroke) => viewer.stroke(stroke).map(drop).map_err(Into::into),
+                Step::Time(seconds) => viewer.set_time(*seconds).map_err(Into::into),
+                Step::Undo(n) => (0..*n).try_for_each(|_| undone(viewer.undo()?)),
+                Step::Redo(n) => (0..*n).try_for_each(|_| redone(viewer.redo()?)),
                 Step::Frame(frame) => {
-                    draw(target, frame)?;
+                    draw(viewer, frame)?;
                     Ok(())
                 }
             };
@@ -259,132 +263,12 @@ impl Script {
     }
 }
 
-/// What a script works on.
-pub trait Document {
-    /// See [`Session::set`].
-    ///
-    /// # Errors
-    /// As there.
-    fn set(&mut self, values: &Map<String, Value>) -> Result<(), SessionError>;
-
-    /// Paints.
-    ///
-    /// # Errors
-    /// The first value of the brush outside its range.
-    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), SessionError>;
-
-    /// Sets the seconds since the start of the motion.
-    ///
-    /// # Errors
-    /// What cannot be drawn.
-    fn set_time(&mut self, seconds: f64) -> Result<(), SessionError>;
-
-    /// Takes a step back.
-    ///
-    /// # Errors
-    /// If there is none.
-    fn step_back(&mut self) -> Result<(), SessionError>;
-
-    /// Does a step again.
-    ///
-    /// # Errors
-    /// If there is none.
-    fn step_again(&mut self) -> Result<(), SessionError>;
+fn undone(change: Option<Change>) -> Result<(), SessionError> {
+    change.map(drop).ok_or(SessionError::NothingToUndo)
 }
 
-impl Document for Viewer {
-    fn set(&mut self, values: &Map<String, Value>) -> Result<(), SessionError> {
-        Viewer::set(self, values).map(|_| ())
-    }
-
-    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), SessionError> {
-        Viewer::stroke(self, stroke)?;
-        Ok(())
-    }
-
-    fn set_time(&mut self, seconds: f64) -> Result<(), SessionError> {
-        Ok(Viewer::set_time(self, seconds)?)
-    }
-
-    fn step_back(&mut self) -> Result<(), SessionError> {
-        self.undo()?.map(drop).ok_or(SessionError::NothingToUndo)
-    }
-
-    fn step_again(&mut self) -> Result<(), SessionError> {
-        self.redo()?.map(drop).ok_or(SessionError::NothingToRedo)
-    }
-}
-
-/// A document without a device, and the time.
-#[derive(Clone, Debug)]
-pub struct Offline {
-    /// The document.
-    pub session: Session,
-    /// Seconds since the start of the motion.
-    pub time: f64,
-    /// What has changed since it was last taken away.
-    pub changes: Change,
-}
-
-impl Offline {
-    /// A document that nothing was made of yet.
-    pub fn new(session: Session) -> Offline {
-        Offline {
-            session,
-            time: 0.0,
-            changes: Change::everything(),
-        }
-    }
-
-    /// The document at its time, ready to be rendered.
-    ///
-    /// # Errors
-    /// What cannot be drawn, by name.
-    pub fn prepared(&self) -> Result<PreparedScene, SceneError> {
-        let mut prepared = self.session.prepared()?;
-        prepared.move_hair(self.session.scene(), self.session.files(), self.time)?;
-        Ok(prepared)
-    }
-
-    fn note(&mut self, change: Change) {
-        self.changes = std::mem::take(&mut self.changes).and(change);
-    }
-}
-
-impl Document for Offline {
-    fn set(&mut self, values: &Map<String, Value>) -> Result<(), SessionError> {
-        let change = self.session.set(values)?;
-        self.note(change);
-        Ok(())
-    }
-
-    fn stroke(&mut self, stroke: &BrushStroke) -> Result<(), SessionError> {
-        let scene = self.prepared()?;
-        let picker = Picker::new(&scene.strands);
-        let paint = self.session.paint_mut();
-        let stroke = picker.stroke(paint, &scene.camera, scene.size, stroke);
-        let stroke = stroke.map_err(SceneError::from)?;
-        let change = self.session.stroke(stroke);
-        self.note(change);
-        Ok(())
-    }
-
-    fn set_time(&mut self, seconds: f64) -> Result<(), SessionError> {
-        self.time = seconds;
-        Ok(())
-    }
-
-    fn step_back(&mut self) -> Result<(), SessionError> {
-        let change = self.session.undo();
-        self.note(change.clone().unwrap_or_default());
-        change.map(drop).ok_or(SessionError::NothingToUndo)
-    }
-
-    fn step_again(&mut self) -> Result<(), SessionError> {
-        let change = self.session.redo();
-        self.note(change.clone().unwrap_or_default());
-        change.map(drop).ok_or(SessionError::NothingToRedo)
-    }
+fn redone(change: Option<Change>) -> Result<(), SessionError> {
+    change.map(drop).ok_or(SessionError::NothingToRedo)
 }
 
 fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, StepError> {

@@ -4,7 +4,6 @@
 use serde_json::{Value, json};
 
 use crate::session::Change;
-use strandlight_render::progressive::{RenderReport, StageReport};
 use strandlight_scene::material::PartReport;
 use strandlight_scene::memory;
 use strandlight_scene::stats::{Stage, Stats};
@@ -30,8 +29,8 @@ pub struct Made {
     pub milliseconds: f64,
     /// What had to be made again since the frame before.
     pub changed: Change,
-    /// What was done: see [`of_live`] and [`of_stats`].
-    pub report: Value,
+    /// What was done.
+    pub stats: Stats,
 }
 
 impl Timings {
@@ -44,7 +43,7 @@ impl Timings {
             "time": made.time,
             "milliseconds": made.milliseconds,
             "changed": made.changed.names(),
-            "report": made.report,
+            "report": report(&made.stats),
             "peak_bytes": memory::peak_bytes(),
         }));
     }
@@ -66,9 +65,22 @@ impl Timings {
     }
 }
 
-/// What the live renderer did for a frame.
-pub fn of_live(report: &RenderReport) -> Value {
-    let stage = |stage: &StageReport| {
+/// What a renderer did for a frame: on a GPU, what it recomputed since the edit before.
+fn report(stats: &Stats) -> Value {
+    let Some(device) = &stats.device else {
+        let stage = |stage: &Stage| {
+            json!({
+                "name": stage.name,
+                "milliseconds": stage.milliseconds,
+                "bytes": stage.bytes,
+            })
+        };
+        return json!({
+            "stages": stats.stages.iter().map(stage).collect::<Vec<_>>(),
+            "skipped": stats.skipped,
+        });
+    };
+    let stage = |stage: &Stage| {
         json!({
             "name": stage.name,
             "runs": stage.runs,
@@ -83,28 +95,12 @@ pub fn of_live(report: &RenderReport) -> Value {
             "gpu_bytes": part.gpu_bytes,
         })
     };
-    let rebuilt = report.edit.iter().flat_map(|edit| edit.rebuilt());
-    json!({
-        "stages": report.stages.iter().map(stage).collect::<Vec<_>>(),
-        "rebuilt": rebuilt.map(part).collect::<Vec<_>>(),
-        "skipped": report.stats.skipped,
-        "pipelines": report.counts.pipelines,
-        "geometry_uploads": report.counts.geometry_uploads,
-        "device_bytes": report.device_bytes,
-    })
-}
-
-/// What a renderer that recomputes everything did for a frame.
-pub fn of_stats(stats: &Stats) -> Value {
-    let stage = |stage: &Stage| {
-        json!({
-            "name": stage.name,
-            "milliseconds": stage.milliseconds,
-            "bytes": stage.bytes,
-        })
-    };
     json!({
         "stages": stats.stages.iter().map(stage).collect::<Vec<_>>(),
+        "rebuilt": device.rebuilt.iter().map(part).collect::<Vec<_>>(),
         "skipped": stats.skipped,
+        "pipelines": device.pipelines,
+        "geometry_uploads": device.geometry_uploads,
+        "device_bytes": device.bytes,
     })
 }

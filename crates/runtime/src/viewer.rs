@@ -1,11 +1,13 @@
 //! A document and its picture: what window, web page and script all drive.
 //!
-//! [`Viewer`] is a [`Session`] and a [`ProgressiveRenderer`]. Whatever changes the first tells the
-//! second what of it to recompute, and no more.
+//! [`Viewer`] is a [`Session`] and a [`Backend`]: whatever changes the first tells the second what
+//! of it to recompute, and no more. Windows and pages have a [`ProgressiveRenderer`]; frames of a
+//! script can come from either backend.
 
 use std::path::Path;
 use std::time::Duration;
 
+use glam::Vec3;
 use serde_json::{Map, Value};
 use strandlight_formats::Scene;
 
@@ -20,13 +22,14 @@ use strandlight_scene::motion::{Motion, Wind};
 use strandlight_scene::paint::{Brush, BrushStroke, Picker, Stroking};
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::scene::PreparedScene;
-use strandlight_scene::{RenderError, SceneError};
+use strandlight_scene::{Backend, RenderError, SceneError};
 
 /// A scene that is open, and drawn.
-pub struct Viewer {
-    context: Context,
+pub struct Viewer<B: Backend + ?Sized = ProgressiveRenderer> {
     session: Session,
-    live: ProgressiveRenderer,
+    live: Box<B>,
+    /// Centre and radius of the hair at rest, for the camera of a scene that has none.
+    framing: (Vec3, f32),
     /// Size of the window, in place of the scene's.
     window: Option<[u32; 2]>,
     /// Where somebody looks from, in place of the scene's camera.
@@ -56,10 +59,71 @@ impl Viewer {
     /// # Errors
     /// What cannot be drawn, by name; whatever the device refuses.
     pub fn new(context: &Context, session: Session) -> Result<Viewer, RenderError> {
+        Viewer::on(session, |scene| {
+            ProgressiveRenderer::new(context, scene).map(Box::new)
+        })
+    }
+
+    /// The device.
+    pub fn context(&self) -> &Context {
+        self.live.context()
+    }
+
+    /// Draws the picture in the size of a window instead of the scene's; a side of zero: nothing
+    /// is drawn.
+    ///
+    /// # Errors
+    /// As [`ProgressiveRenderer::set_size`].
+    pub fn set_window(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
+        self.window = Some(size);
+        self.live.set_size(size)
+    }
+
+    /// Puts the document on another device, after the old one was lost.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn set_context(&mut self, context: &Context) -> Result<(), RenderError> {
+        let scene = unmuted_scene(&self.session)?;
+        self.renew_on(scene, |live, scene| {
+            *live = ProgressiveRenderer::new(context, scene)?;
+            Ok(())
+        })
+    }
+
+    /// See [`ProgressiveRenderer::advance`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+        self.live.advance(budget)
+    }
+
+    /// See [`ProgressiveRenderer::display`].
+    pub fn display(&self) -> &wgpu::TextureView {
+        self.live.display()
+    }
+
+    /// See [`ProgressiveRenderer::report`].
+    pub fn report(&self) -> &RenderReport {
+        self.live.report()
+    }
+}
+
+impl<B: Backend + ?Sized> Viewer<B> {
+    /// Shows a document on the renderer that `open` answers for its scene.
+    ///
+    /// # Errors
+    /// What cannot be drawn, by name; whatever `open` answers.
+    pub fn on(
+        session: Session,
+        open: impl FnOnce(PreparedScene) -> Result<Box<B>, RenderError>,
+    ) -> Result<Viewer<B>, RenderError> {
+        let scene = unmuted_scene(&session)?;
         let mut viewer = Viewer {
-            live: live_of(context, &session)?,
+            framing: (scene.strands.centre, scene.strands.radius),
+            live: open(scene)?,
             motion: Motion::new(session.scene(), session.files()),
-            context: context.clone(),
             session,
             window: None,
             view: None,
@@ -68,6 +132,7 @@ impl Viewer {
             picker: None,
             stroking: None,
         };
+        viewer.set_light_colors()?;
         viewer.move_hair()?;
         Ok(viewer)
     }
@@ -77,13 +142,8 @@ impl Viewer {
         &self.session
     }
 
-    /// The device.
-    pub fn context(&self) -> &Context {
-        &self.context
-    }
-
     /// The renderer.
-    pub fn live(&self) -> &ProgressiveRenderer {
+    pub fn live(&self) -> &B {
         &self.live
     }
 
@@ -155,9 +215,9 @@ impl Viewer {
     }
 
     fn scene_camera(&self) -> Camera {
-        let strands = &self.live.scene().strands;
         let section = self.session.scene().camera.as_ref();
-        camera(section, strands.centre, strands.radius)
+        let (centre, radius) = self.framing;
+        camera(section, centre, radius)
     }
 
     /// See [`Session::commit`].
@@ -331,7 +391,9 @@ impl Viewer {
         match &mut self.motion {
             Some(Motion::Wind(section)) => {
                 let wind = Wind::at(section, &live.scene().strands, self.time);
-                live.set_wind(Some(wind));
+                if live.set_wind(Some(wind))? {
+                    self.picker = None;
+                }
             }
             Some(Motion::Sequence(sequence)) => {
                 let points = sequence.points_at(&live.scene().strands, self.time)?;
@@ -343,60 +405,18 @@ impl Viewer {
         Ok(())
     }
 
-    /// Draws the picture in the size of a window instead of the scene's; a side of zero: nothing
-    /// is drawn.
+    /// One whole picture, linear, of `size` and `samples` a pixel, whatever the window has, and
+    /// what it took.
     ///
     /// # Errors
-    /// As [`ProgressiveRenderer::set_size`].
-    pub fn set_window(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
-        self.window = Some(size);
-        self.live.set_size(size)
-    }
-
-    /// Puts the document on another device, after the old one was lost.
-    ///
-    /// # Errors
-    /// Whatever the device refuses.
-    pub fn set_context(&mut self, context: &Context) -> Result<(), RenderError> {
-        self.context = context.clone();
-        self.renew()
-    }
-
-    /// See [`ProgressiveRenderer::advance`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
-        self.live.advance(budget)
-    }
-
-    /// See [`ProgressiveRenderer::display`].
-    pub fn display(&self) -> &wgpu::TextureView {
-        self.live.display()
-    }
-
-    /// See [`ProgressiveRenderer::report`].
-    pub fn report(&self) -> &RenderReport {
-        self.live.report()
-    }
-
-    /// One whole picture, linear, of `size` and `samples` a pixel, whatever the window has.
-    ///
-    /// # Errors
-    /// As [`ProgressiveRenderer::still`].
+    /// As [`Backend::render`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn frame(
         &mut self,
         size: [u32; 2],
         samples: u32,
-    ) -> Result<strandlight_scene::Picture, RenderError> {
-        self.live.still(size, samples)
-    }
-
-    /// What [`Viewer::frame`] did last.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn frame_report(&self) -> &RenderReport {
-        self.live.still_report()
+    ) -> Result<(strandlight_scene::Picture, strandlight_scene::Stats), RenderError> {
+        self.live.render(size, samples, &|_| ())
     }
 
     /// What has changed since this was last asked.
@@ -439,8 +459,7 @@ impl Viewer {
         let scene = self.session.scene();
         let (assets, live) = (self.session.assets(), &mut self.live);
         if change.hair || change.modes {
-            live.set_hair(&scene.hair.params(), &scene.hair.modes)
-                .map_err(SceneError::from)?;
+            live.set_hair(&scene.hair.params(), &scene.hair.modes)?;
         }
         if change.scattering {
             live.set_scattering(scene.render.scattering);
@@ -449,7 +468,9 @@ impl Viewer {
             live.set_densities(densities(&scene.hair));
         }
         if change.diameter {
-            live.set_points(&assets.strands(&scene.hair)?.points)?;
+            let strands = assets.strands(&scene.hair)?;
+            let radii: Vec<f32> = strands.points.iter().map(|point| point[3]).collect();
+            live.set_radii(&radii)?;
         }
         if let (Some(changed), Some(paint)) = (&change.paint, self.session.paint()) {
             live.set_paint(paint, changed.clone())?;
@@ -464,12 +485,11 @@ impl Viewer {
             live.set_proxies(scene.proxies.iter().map(Proxy::of_section).collect());
         }
         if change.camera {
-            let strands = &live.scene().strands;
-            let camera = camera(scene.camera.as_ref(), strands.centre, strands.radius);
-            live.set_camera(camera);
+            let (centre, radius) = self.framing;
+            live.set_camera(camera(scene.camera.as_ref(), centre, radius));
         }
         if change.size && self.window.is_none() {
-            live.set_size(live.fitting(scene.render.size))?;
+            live.set_size(scene.render.size)?;
         }
         if change.samples {
             live.set_samples(scene.render.samples);
@@ -481,10 +501,21 @@ impl Viewer {
         Ok(())
     }
 
-    /// Recreates the renderer.
+    /// Puts the document on the renderer again.
     fn renew(&mut self) -> Result<(), RenderError> {
+        let scene = unmuted_scene(&self.session)?;
+        self.renew_on(scene, B::set_scene)
+    }
+
+    fn renew_on(
+        &mut self,
+        scene: PreparedScene,
+        put: impl FnOnce(&mut B, PreparedScene) -> Result<(), RenderError>,
+    ) -> Result<(), RenderError> {
         self.picker = None;
-        self.live = live_of(&self.context, &self.session)?;
+        self.framing = (scene.strands.centre, scene.strands.radius);
+        put(&mut self.live, scene)?;
+        self.set_light_colors()?;
         self.motion = Motion::new(self.session.scene(), self.session.files());
         if let Some(view) = self.view {
             self.live.set_camera(view);
@@ -495,16 +526,18 @@ impl Viewer {
         }
         Ok(())
     }
+
+    fn set_light_colors(&mut self) -> Result<(), RenderError> {
+        let lights = &self.session.scene().lights;
+        let colors = self.session.assets().light_colors(lights);
+        self.live.set_light_colors(&colors)
+    }
 }
 
-/// The document on a device. Shadow maps are planned for the lights as the set has them, so that
+/// The scene of the document. Shadow maps are planned for the lights as the set has them, so that
 /// switching one off and on again, here or in the file, gives the same picture.
-fn live_of(context: &Context, session: &Session) -> Result<ProgressiveRenderer, RenderError> {
+fn unmuted_scene(session: &Session) -> Result<PreparedScene, SceneError> {
     let mut prepared = session.prepared()?;
-    let lights = &session.scene().lights;
-    let assets = session.assets();
-    prepared.lights = assets.turned_lights(lights);
-    let mut live = ProgressiveRenderer::new(context, prepared)?;
-    live.set_light_colors(&assets.light_colors(lights))?;
-    Ok(live)
+    prepared.lights = session.assets().turned_lights(&session.scene().lights);
+    Ok(prepared)
 }

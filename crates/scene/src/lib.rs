@@ -2,6 +2,7 @@
 //!
 //! - [`PreparedScene`]: a scene file with everything it names, read and put into world space.
 //! - [`Camera`]: the view.
+//! - [`Backend`]: what draws a scene, on the GPU or the CPU.
 //! - [`Picture`]: linear radiance, and its PNG.
 //!
 //! ```
@@ -16,6 +17,7 @@
 //! ```
 
 pub mod assets;
+pub mod backend;
 pub mod background;
 pub mod budget;
 pub mod camera;
@@ -42,6 +44,7 @@ pub mod volume;
 
 use strandlight_scattering::layout::Layout;
 
+pub use backend::Backend;
 pub use camera::Camera;
 pub use error::{GroupFault, RenderError, SceneError};
 /// The version whose types appear in signatures.

@@ -12,7 +12,7 @@ use strandlight_scattering::closed_form::{
 use crate::assets::{Assets, ModesToRead, camera, densities};
 use crate::budget::LIGHT_BATCH;
 use crate::camera::Camera;
-use crate::error::SceneError;
+use crate::error::{RenderError, SceneError};
 use crate::files::Files;
 use crate::material::{EditReport, HairMaterial};
 use crate::motion::{Motion, wind};
@@ -261,6 +261,26 @@ impl PreparedScene {
             Scattering::Local => TERM_LOCAL,
             Scattering::Total => TERM_SINGLE | TERM_LOCAL | TERM_GLOBAL,
         }
+    }
+
+    /// Sets the amplitudes of the lights, in their order.
+    ///
+    /// # Errors
+    /// Not one for each light, or one outside its range; nothing is changed then.
+    pub fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
+        if rgb.len() != self.lights.len() {
+            return Err(RenderError::Colors {
+                colors: rgb.len(),
+                lights: self.lights.len(),
+            });
+        }
+        let mut lights = self.lights.clone();
+        for (light, &rgb) in lights.iter_mut().zip(rgb) {
+            light.rgb = rgb;
+        }
+        check_lights(&lights)?;
+        self.lights = lights;
+        Ok(())
     }
 
     /// The paint of [`Strands::points`]; [`None`] where the hair is not painted.

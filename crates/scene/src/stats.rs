@@ -3,6 +3,8 @@
 use std::fmt;
 use web_time::Instant;
 
+use crate::material::PartReport;
+
 /// Told how much of a frame is done, 0..=1 and growing, now and then, from any thread.
 pub type Observer<'a> = &'a (dyn Fn(f64) + Sync);
 
@@ -17,6 +19,23 @@ pub struct Stage {
     /// Wall-clock milliseconds until its results were there.
     pub milliseconds: f64,
     /// Bytes of the buffers it wrote.
+    pub bytes: u64,
+    /// How often it ran: maps, directions of light, slices of points, passes; 1 on the CPU.
+    pub runs: u32,
+    /// Milliseconds by the device's time stamps, where it has them.
+    pub gpu_milliseconds: Option<f64>,
+}
+
+/// What a GPU made since the edit before the frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DeviceStats {
+    /// Tables of the hair that the edit rebuilt.
+    pub rebuilt: Vec<PartReport>,
+    /// Pipelines compiled.
+    pub pipelines: u64,
+    /// Times that points of the hair were written.
+    pub geometry_uploads: u64,
+    /// Bytes on the device.
     pub bytes: u64,
 }
 
@@ -75,6 +94,8 @@ pub struct Stats {
     pub pixels_visited: u64,
     /// Texels of strands drawn into all shadow maps; on the CPU.
     pub texels_visited: u64,
+    /// What the device made; on a GPU.
+    pub device: Option<DeviceStats>,
 }
 
 impl Stats {
@@ -175,8 +196,40 @@ impl Stats {
             name,
             milliseconds: 1e3 * start.elapsed().as_secs_f64(),
             bytes,
+            runs: 1,
+            gpu_milliseconds: None,
         });
         Ok(value)
+    }
+}
+
+/// One frame of many, as text: on a GPU, which recomputes only what an edit made stale, how often
+/// each stage ran since.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameStats<'a>(pub &'a Stats);
+
+impl fmt::Display for FrameStats<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FrameStats(stats) = self;
+        let Some(device) = &stats.device else {
+            return stats.fmt(f);
+        };
+        stats.write_counts(f)?;
+        writeln!(f, "  pass                  time     runs")?;
+        for stage in &stats.stages {
+            writeln!(
+                f,
+                "  {:<14}{:>10.1} ms {:>8}",
+                stage.name, stage.milliseconds, stage.runs
+            )?;
+        }
+        write!(
+            f,
+            "  {:<14}{:>10.1} ms, {:.1} MB on the device",
+            "total",
+            stats.milliseconds(),
+            device.bytes as f64 / 1e6
+        )
     }
 }
 

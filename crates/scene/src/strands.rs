@@ -275,6 +275,31 @@ impl Strands {
         Ok(moved)
     }
 
+    /// The same strands with other fibre radii in cm, in the order of [`Strands::points`]; bounds
+    /// stay, unlike after [`Strands::moved`].
+    ///
+    /// # Errors
+    /// Another number of radii than points, or one that is not positive.
+    pub fn with_radii(&self, radii: &[f32]) -> Result<Self, SceneError> {
+        if radii.len() != self.points.len() {
+            return Err(SceneError::Offsets);
+        }
+        for (strand, [first, n]) in self.ranges().enumerate() {
+            let of_strand = &radii[first as usize..][..n as usize];
+            let is_wrong = |radius: &&f32| !(radius.is_finite() && **radius > 0.0);
+            if let Some(radius) = of_strand.iter().find(is_wrong) {
+                let value = 2.0 * radius;
+                return Err(SceneError::Diameter { strand, value });
+            }
+        }
+        let mut strands = self.clone();
+        for (point, &radius) in strands.points.iter_mut().zip(radii) {
+            point[3] = radius;
+        }
+        strands.max_diameter = 2.0 * radii.iter().copied().fold(0.0, f32::max);
+        Ok(strands)
+    }
+
     /// Fills the arrays, splitting segments longer than `target` if there is one; `false` as soon
     /// as there are more than `limit` points.
     fn fill(

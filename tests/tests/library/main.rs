@@ -2,6 +2,7 @@
 
 mod architecture;
 mod circles;
+mod cpu_edits;
 mod edit;
 mod golden_pictures;
 mod invalid_parameters;

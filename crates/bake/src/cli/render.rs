@@ -2,28 +2,24 @@
 
 mod aov;
 mod args;
+mod backend;
 mod frames;
 mod layers;
 mod report;
 
 use serde_json::json;
-use strandlight_cpu as cpu;
-use strandlight_cpu::ShadowSource;
 use strandlight_formats::Scene;
 use strandlight_images::picture::exr_file_of;
-use strandlight_lab::transmittance::{Method, point_shadows};
-use strandlight_render::ProgressiveRenderer;
-use strandlight_render::gpu::Context;
+use strandlight_lab::transmittance::Method;
 use strandlight_runtime::Session;
 use strandlight_scene::budget::check_frame;
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
-use strandlight_scene::scene::LightRecord;
-use strandlight_scene::{Picture, PreparedScene, SceneError, Stats};
+use strandlight_scene::{PreparedScene, SceneError};
 
 use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
 use crate::cli::progress::progress;
-use args::{Backend, Format, format_of};
+use args::{Format, format_of};
 use report::{inputs, report};
 
 pub use args::{Args, parse_size, parse_time};
@@ -66,7 +62,17 @@ pub fn run(args: &Args) -> Outcome {
     let prepared = PreparedScene::load_at(&scene, args.time).map_err(in_scene)?;
     let provenance = Recorder::new(&Files::Disk).record(&scene, args.time);
     let provenance = provenance.map_err(in_scene)?;
-    let (picture, stats) = draw(&prepared, size, samples, args.backend, args.transmittance)?;
+    const STEPS: u64 = 1000;
+    let progress = progress("rendering", STEPS);
+    let drawn = args.on_backend(|open| {
+        let mut backend = open(prepared.clone())?;
+        backend.shade_view_only();
+        backend.render(size, samples, &|done| {
+            progress.reach((done * STEPS as f64) as u64);
+        })
+    });
+    progress.finish();
+    let (picture, stats) = drawn?;
     let mut provenance = provenance.drawn(samples, &stats.backend);
     if args.transmittance != Method::Sweep {
         provenance = provenance.with("transmittance", args.transmittance.name());
@@ -98,41 +104,4 @@ pub fn run(args: &Args) -> Outcome {
             bytes.len()
         ))
     }
-}
-
-fn draw(
-    scene: &PreparedScene,
-    size: [u32; 2],
-    samples: u32,
-    backend: Backend,
-    method: Method,
-) -> Result<(Picture, Stats), Failure> {
-    const STEPS: u64 = 1000;
-    let progress = progress("rendering", STEPS);
-    let observer = &|done: f64| progress.reach((done * STEPS as f64) as u64);
-    let on_gpu = |context: Context| {
-        ProgressiveRenderer::new(&context, scene.clone())?.render_to_image_observed(
-            &scene.camera,
-            size,
-            samples,
-            observer,
-        )
-    };
-    let on_cpu = || {
-        let find =
-            |scene: &PreparedScene, lights: &[LightRecord]| point_shadows(method, scene, lights);
-        let shadows = match method {
-            Method::Sweep => ShadowSource::Sweep,
-            _ => ShadowSource::Points(&find),
-        };
-        cpu::render_observed(scene, &scene.camera, size, samples, shadows, observer)
-            .map_err(Failure::input)
-    };
-    let backend = match method {
-        Method::Sweep => backend,
-        _ => Backend::Cpu,
-    };
-    let result = backend.choose(on_gpu, on_cpu);
-    progress.finish();
-    result
 }

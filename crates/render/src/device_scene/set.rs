@@ -29,7 +29,6 @@ impl DeviceScene {
     }
 
     /// Points within this share of the longer side around the picture are lit too.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn set_margin(&mut self, margin: f32) {
         self.dirty.mark(Inputs::VIEW, self.margin != margin);
         self.margin = margin;
@@ -82,19 +81,9 @@ impl DeviceScene {
     /// # Errors
     /// Not one for each light, or one outside its range; nothing is changed then.
     pub fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<bool, RenderError> {
-        if rgb.len() != self.scene.lights.len() {
-            return Err(RenderError::Colors {
-                colors: rgb.len(),
-                lights: self.scene.lights.len(),
-            });
-        }
-        let mut lights = self.scene.lights.clone();
-        for (light, &rgb) in lights.iter_mut().zip(rgb) {
-            light.rgb = rgb;
-        }
-        check_lights(&lights)?;
-        let is_other = lights != self.scene.lights;
-        self.scene.lights = lights;
+        let before = self.scene.lights.clone();
+        self.scene.set_light_colors(rgb)?;
+        let is_other = before != self.scene.lights;
         self.dirty.mark(Inputs::LIGHT_COLORS, is_other);
         Ok(is_other)
     }
@@ -104,6 +93,16 @@ impl DeviceScene {
     pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
         self.scene.strands = self.scene.strands.moved(points)?;
         (self.wind, self.deform) = (None, None);
+        self.dirty.inputs |= Inputs::POINTS;
+        Ok(())
+    }
+
+    /// # Errors
+    /// As [`Strands::with_radii`](strandlight_scene::strands::Strands::with_radii); nothing is
+    /// changed then.
+    pub fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
+        self.scene.strands = self.scene.strands.with_radii(radii)?;
+        self.deform = None;
         self.dirty.inputs |= Inputs::POINTS;
         Ok(())
     }

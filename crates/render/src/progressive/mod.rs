@@ -24,6 +24,7 @@
 //! noise, one of
 //! 0.5 degrees 24 to 41 % (`tests/tests/gpu/live.rs`).
 
+mod backend;
 mod pace;
 mod set;
 mod shading;
@@ -190,6 +191,11 @@ impl ProgressiveRenderer {
         renderer.report.device_bytes = renderer.device_bytes();
         context.check("upload").map_err(failed)?;
         Ok(renderer)
+    }
+
+    /// The device.
+    pub fn context(&self) -> &Context {
+        &self.core.context
     }
 
     /// The scene as it was last set.

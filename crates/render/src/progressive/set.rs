@@ -164,6 +164,18 @@ impl ProgressiveRenderer {
         Ok(())
     }
 
+    /// Other fibre radii in cm, one for each point of the scene's strands.
+    ///
+    /// # Errors
+    /// As [`Strands::with_radii`](strandlight_scene::strands::Strands::with_radii); nothing is
+    /// changed then.
+    pub fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
+        self.core.set_radii(radii)?;
+        self.spread = Spread::of(&self.core.scene.strands);
+        self.edited();
+        Ok(())
+    }
+
     /// Takes the paint of the groom's points in `changed`; of the others `paint` must be as it was.
     /// What is uploaded are the rows of the texture of paint that are other than before; the first
     /// paint of all, and the first of widths or shifts, also takes tables and a pipeline.

@@ -2,19 +2,20 @@
 
 use std::time::Duration;
 
-use super::{Drawn, ProgressiveRenderer, RenderReport};
+use super::{Drawn, ProgressiveRenderer};
 use crate::invalidation::Inputs;
 use crate::passes::PartLimits;
 use crate::passes::parts::{self, Tile};
 use crate::passes::resources::{failed, guarded, read_back};
 use crate::passes::target::Target;
 use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scene::Backend;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::{FrameError, check_frame};
 use strandlight_scene::camera::Camera;
 use strandlight_scene::picture::Picture;
 use strandlight_scene::sampling::PASS_SAMPLES;
-use strandlight_scene::stats::{LIGHTING_SHARE, Observer, Stage, Stats};
+use strandlight_scene::stats::{LIGHTING_SHARE, Observer, Stats};
 
 impl ProgressiveRenderer {
     /// Draws `samples` a pixel to the end and reads the picture back: linear radiance.
@@ -51,30 +52,15 @@ impl ProgressiveRenderer {
         size: [u32; 2],
         samples: u32,
     ) -> Result<(Picture, Stats), RenderError> {
-        self.render_to_image_observed(camera, size, samples, &|_| ())
-    }
-
-    /// [`ProgressiveRenderer::render_to_image`]; `observer` hears of the progress.
-    ///
-    /// # Errors
-    /// As [`ProgressiveRenderer::still`].
-    pub fn render_to_image_observed(
-        &mut self,
-        camera: &Camera,
-        size: [u32; 2],
-        samples: u32,
-        observer: Observer,
-    ) -> Result<(Picture, Stats), RenderError> {
         check_frame(size, samples)?;
         self.edited();
-        self.core.set_margin(0.0);
+        self.shade_view_only();
         self.set_camera(*camera);
-        let picture = self.still_observed(size, samples, observer)?;
-        Ok((picture, self.stats(samples)))
+        self.render(size, samples, &|_| ())
     }
 
     /// What the last still cost.
-    fn stats(&self, samples: u32) -> Stats {
+    pub(super) fn stats(&self, samples: u32) -> Stats {
         let report = &self.still_report;
         let lighting = self.core.lighting.bytes();
         let drawing = self.still_bytes;
@@ -87,18 +73,8 @@ impl ProgressiveRenderer {
                 .find(|(stage, _)| *stage == name)
                 .map_or(0, |(_, bytes)| *bytes),
         };
-        let mut stats = report.stats.clone();
+        let mut stats = report.frame_stats(bytes);
         stats.passes = samples.div_ceil(PASS_SAMPLES);
-        stats.draws = report.runs("draw");
-        stats.stages = report
-            .stages
-            .iter()
-            .map(|stage| Stage {
-                name: stage.name,
-                milliseconds: stage.milliseconds,
-                bytes: bytes(stage.name),
-            })
-            .collect();
         stats
     }
 
@@ -192,7 +168,7 @@ impl ProgressiveRenderer {
         self.still_observed(size, samples, &|_| ())
     }
 
-    fn still_observed(
+    pub(super) fn still_observed(
         &mut self,
         size: [u32; 2],
         samples: u32,
@@ -220,11 +196,6 @@ impl ProgressiveRenderer {
         };
         self.set_size(before)?;
         picture
-    }
-
-    /// What the last [`ProgressiveRenderer::still`] did.
-    pub fn still_report(&self) -> &RenderReport {
-        &self.still_report
     }
 
     /// Draws in parts no larger than `limits`.

@@ -201,6 +201,16 @@ pub fn with_room(section: &WindSection, strands: Strands) -> Strands {
     strands.in_space(low - margin, high + margin)
 }
 
+/// `rest`, as [`with_room`] answers it, in the wind.
+///
+/// # Errors
+/// As [`Strands::moved`].
+pub fn bent_strands(wind: &Wind, rest: &Strands) -> Result<Strands, SceneError> {
+    let moved = rest.moved(&deformed(wind, rest))?;
+    let (low, high) = rest.bounds;
+    Ok(moved.in_space(low, high))
+}
+
 /// `rest`, as [`with_room`] answers it, at a time in seconds.
 ///
 /// # Errors
@@ -210,7 +220,5 @@ pub fn strands_at(
     rest: &Strands,
     seconds: f64,
 ) -> Result<Strands, SceneError> {
-    let moved = rest.moved(&deformed(&Wind::at(section, rest, seconds), rest))?;
-    let (low, high) = rest.bounds;
-    Ok(moved.in_space(low, high))
+    bent_strands(&Wind::at(section, rest, seconds), rest)
 }

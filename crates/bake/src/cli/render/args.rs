@@ -7,14 +7,13 @@ use serde_json::{Map, Value, json};
 use strandlight_bake::aov::Group;
 use strandlight_formats::Scattering;
 use strandlight_lab::transmittance::Method;
-use strandlight_render::gpu::Context;
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
-use strandlight_scene::RenderError;
 use strandlight_scene::budget::check_frame;
 
 use super::aov::{Aov, aov, parse_group};
-use crate::cli::{Failure, Outcome, is_stream, note, transmittance_method};
+use crate::cli::progress::is_quiet;
+use crate::cli::{Failure, Outcome, is_stream, transmittance_method};
 
 /// Render a scene
 ///
@@ -54,8 +53,8 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub samples: Option<u32>,
     /// Renderer; auto uses the GPU if available
-    #[arg(long, value_enum, default_value_t = Backend::Auto)]
-    pub backend: Backend,
+    #[arg(long, value_enum, default_value_t = Choice::Auto)]
+    pub backend: Choice,
     /// Scattering terms to render: single, global, local or total [default: the scene's, total]
     #[arg(long, value_name = "TERMS", value_parser = parse_scattering)]
     pub scattering: Option<Scattering>,
@@ -78,33 +77,10 @@ pub struct Args {
 
 /// Where to render.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub enum Backend {
+pub enum Choice {
     Auto,
     Gpu,
     Cpu,
-}
-
-impl Backend {
-    /// Does the work on the GPU or on the CPU; `auto` says why not on the GPU. Every way to render is
-    /// decided here.
-    pub fn choose<T>(
-        self,
-        on_gpu: impl FnOnce(Context) -> Result<T, RenderError>,
-        on_cpu: impl FnOnce() -> Result<T, Failure>,
-    ) -> Result<T, Failure> {
-        let on_gpu = || {
-            let context = Context::new().map_err(|error| RenderError::Gpu(error.into()))?;
-            on_gpu(context)
-        };
-        match self {
-            Backend::Cpu => on_cpu(),
-            Backend::Gpu => on_gpu().map_err(Failure::input),
-            Backend::Auto => on_gpu().or_else(|error| {
-                note!("rendering on the CPU: {error}");
-                on_cpu()
-            }),
-        }
-    }
 }
 
 /// Kind of the picture file.
@@ -166,11 +142,15 @@ impl Args {
                     "--shadow-maps is for --transmittance sweep; --transmittance {name} has none"
                 ));
             }
-            if self.backend == Backend::Gpu {
+            if self.backend == Choice::Gpu {
                 return refused(format!(
                     "--transmittance {name} runs on the CPU only; use --backend cpu, not --backend gpu"
                 ));
             }
+        }
+        if self.stats && is_quiet() {
+            let what = "--stats prints on stderr, which --quiet silences; leave one out";
+            return refused(what.to_owned());
         }
         if !self.light_group.is_empty() && !self.aov.iter().any(Aov::is_lights) {
             let many = [

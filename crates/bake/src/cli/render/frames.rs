@@ -1,19 +1,16 @@
 //! `strandlight render --script` and `--turntable`: many frames of one scene.
 
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use strandlight_cpu as cpu;
 use strandlight_images::picture::exr_file_of;
-use strandlight_render::gpu::Context;
-use strandlight_runtime::script::{self, Frame, Offline, Script};
-use strandlight_runtime::timings::{self, Made, Timings};
+use strandlight_runtime::script::{self, Frame, Script};
+use strandlight_runtime::timings::{Made, Timings};
 use strandlight_runtime::{ScriptError, Session, Viewer};
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
-use strandlight_scene::tone::ToneMap;
-use strandlight_scene::{Picture, RenderError};
+use strandlight_scene::stats::FrameStats;
+use strandlight_scene::{Backend, Picture, RenderError};
 
 use super::args::{Args, Format, format_of};
 use crate::cli::{
@@ -56,24 +53,14 @@ pub fn run(args: &Args) -> Outcome {
         recorder: Recorder::new(session.files()),
         made: Timings::default(),
     };
-    let on_gpu = |context: Context| -> Result<Option<Viewer>, RenderError> {
-        let mut viewer = Viewer::new(&context, session.clone())?;
+    let viewer = args.on_backend(|open| {
+        let mut viewer = Viewer::on(session.clone(), open)?;
         viewer.set_time(args.time)?;
-        Ok(Some(viewer))
-    };
-    let opened = || 1e3 * start.elapsed().as_secs_f64();
-    let viewer = args.backend.choose(on_gpu, || Ok(None))?;
-    let (made, backend, opened) = match viewer {
-        Some(viewer) => {
-            let (name, opened) = (viewer.context().name(), opened());
-            (with_viewer(viewer, &script, out)?, name, opened)
-        }
-        None => {
-            let mut document = Offline::new(session);
-            document.time = args.time;
-            (without(document, &script, out)?, "cpu".to_owned(), opened())
-        }
-    };
+        Ok(viewer)
+    })?;
+    let opened = 1e3 * start.elapsed().as_secs_f64();
+    let backend = viewer.live().name();
+    let made = draw(viewer, &script, out)?;
     let document = made.document(&args.scene.display().to_string(), &backend, opened);
     let path = times;
     let text = serde_json::to_string_pretty(&document).map_err(Failure::input)? + "\n";
@@ -133,34 +120,28 @@ struct Out<'a> {
     made: Timings,
 }
 
-/// A picture, and what it is of.
-struct Drawn<'a> {
-    picture: &'a Picture,
-    grade: (f32, ToneMap),
-    session: &'a Session,
-    backend: &'a str,
-    /// What it took.
-    stats: &'a dyn Display,
-}
-
 impl Out<'_> {
     /// Writes one frame; `made` knows what it cost.
-    fn write(&mut self, drawn: &Drawn, made: Made) -> Result<(), Failure> {
+    fn write(
+        &mut self,
+        viewer: &Viewer<dyn Backend>,
+        picture: &Picture,
+        made: Made,
+    ) -> Result<(), Failure> {
         let path = self.folder.join(&made.file);
-        let Drawn { picture, .. } = drawn;
         let provenance = self.recorder.record_frame(
-            drawn.session.scene(),
-            drawn.session.own_paint(),
+            viewer.session().scene(),
+            viewer.session().own_paint(),
             made.time,
             made.size,
             made.samples,
-            drawn.backend,
+            &viewer.live().name(),
         );
         let provenance = provenance.map_err(Failure::input)?;
-        let (exposure, tone_map) = drawn.grade;
+        let scene = viewer.prepared();
         let bytes = match format_of(&path)? {
             Format::Png => picture
-                .to_png_of(exposure, tone_map, &provenance)
+                .to_png_of(scene.exposure, scene.tone_map, &provenance)
                 .map_err(Failure::input)?,
             Format::Exr => {
                 exr_file_of(picture, &provenance).map_err(|error| Failure::file(&path, error))?
@@ -175,21 +156,25 @@ impl Out<'_> {
             made.samples
         );
         if self.with_stats {
-            note!("{}", drawn.stats);
+            note!("{}", FrameStats(&made.stats));
         }
         self.made.push(made);
         Ok(())
     }
 }
 
-/// By the viewer that the window drives: an edit makes again what depends on it.
-fn with_viewer(mut viewer: Viewer, script: &Script, mut out: Out) -> Result<Timings, Failure> {
+/// Draws the frames: on a GPU an edit recomputes what depends on it, on the CPU everything is.
+fn draw(
+    mut viewer: Viewer<dyn Backend>,
+    script: &Script,
+    mut out: Out,
+) -> Result<Timings, Failure> {
     let done = script.run(&mut viewer, |viewer, frame| -> Result<(), Stopped> {
         let start = Instant::now();
         let render = &viewer.session().scene().render;
         let size = frame.size.unwrap_or(render.size);
         let samples = frame.samples.unwrap_or(render.samples);
-        let picture = viewer.frame(size, samples)?;
+        let (picture, stats) = viewer.frame(size, samples)?;
         let made = Made {
             file: file_of(frame).display().to_string(),
             size,
@@ -197,46 +182,9 @@ fn with_viewer(mut viewer: Viewer, script: &Script, mut out: Out) -> Result<Timi
             time: viewer.time(),
             milliseconds: 1e3 * start.elapsed().as_secs_f64(),
             changed: viewer.take_changes(),
-            report: timings::of_live(viewer.frame_report()),
+            stats,
         };
-        let drawn = Drawn {
-            picture: &picture,
-            grade: (viewer.prepared().exposure, viewer.prepared().tone_map),
-            session: viewer.session(),
-            backend: &viewer.context().name(),
-            stats: viewer.frame_report(),
-        };
-        out.write(&drawn, made).map_err(Stopped)
-    });
-    done.map_err(|Stopped(failure)| failure)?;
-    Ok(out.made)
-}
-
-/// Without a device: every frame is made from the start.
-fn without(mut document: Offline, script: &Script, mut out: Out) -> Result<Timings, Failure> {
-    let done = script.run(&mut document, |document, frame| -> Result<(), Stopped> {
-        let start = Instant::now();
-        let scene = document.prepared().map_err(RenderError::from)?;
-        let size = frame.size.unwrap_or(scene.size);
-        let samples = frame.samples.unwrap_or(scene.samples);
-        let (picture, stats) = cpu::render(&scene, &scene.camera, size, samples)?;
-        let made = Made {
-            file: file_of(frame).display().to_string(),
-            size,
-            samples,
-            time: document.time,
-            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
-            changed: std::mem::take(&mut document.changes),
-            report: timings::of_stats(&stats),
-        };
-        let drawn = Drawn {
-            picture: &picture,
-            grade: (scene.exposure, scene.tone_map),
-            session: &document.session,
-            backend: "cpu",
-            stats: &stats,
-        };
-        out.write(&drawn, made).map_err(Stopped)
+        out.write(viewer, &picture, made).map_err(Stopped)
     });
     done.map_err(|Stopped(failure)| failure)?;
     Ok(out.made)

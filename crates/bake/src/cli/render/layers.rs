@@ -1,14 +1,13 @@
 //! `strandlight render --aov`: the picture and its layers in one file.
 
 use serde_json::json;
-use strandlight_bake::aov::{Layers, OnCpu, OnGpu, Painter, specs};
+use strandlight_bake::aov::{Layers, measured, specs};
 use strandlight_cpu::{DATA_LAYERS, DataLayer};
 use strandlight_formats::Scene;
-use strandlight_render::gpu::Context;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
-use strandlight_scene::{PreparedScene, RenderError, SceneError};
+use strandlight_scene::{PreparedScene, SceneError};
 
 use super::aov::Aov;
 use super::args::Args;
@@ -39,11 +38,18 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
     let is_wanted = |layer: &&DataLayer| data.iter().any(|wanted| wanted.name == layer.name);
     let data: Vec<&DataLayer> = DATA_LAYERS.iter().filter(is_wanted).collect();
     let specs = specs(&prepared, &splits, &args.light_group).map_err(Failure::input)?;
-    let (mut painter, backend) = painter(args, &prepared, size, samples)?;
+    let mut backend = args.on_backend(|open| {
+        let mut backend = open(measured(&prepared))?;
+        // Layers share what they are drawn into.
+        backend.set_size(size)?;
+        Ok(backend)
+    })?;
+    let name = backend.name();
     const STEPS: u64 = 1000;
     let progress = progress("rendering layers", STEPS);
     let observe = |done: f64| progress.reach((done * STEPS as f64) as u64);
-    let layers = Layers::draw(&mut *painter, &prepared, &specs, &data, size, &observe);
+    let wanted = (&*specs, &*data);
+    let layers = Layers::draw(&mut *backend, wanted, size, samples, &observe);
     progress.finish();
     let layers = layers.map_err(Failure::input)?;
     match args.stats {
@@ -52,9 +58,9 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
                 note!("{name}: {stats}");
             }
         }
-        false => note!("rendered on {backend}"),
+        false => note!("rendered on {name}"),
     }
-    let provenance = provenance.drawn(samples, &backend);
+    let provenance = provenance.drawn(samples, &name);
     let of_light = layers.layers.iter().map(|(name, _)| name.clone());
     let of_data = data.iter().map(|layer| layer.name.to_owned());
     let names: Vec<String> = of_light.chain(of_data).collect();
@@ -67,7 +73,7 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
             "file": args.output.display().to_string(),
             "size": size,
             "samples": samples,
-            "backend": backend,
+            "backend": name,
             "time": args.time,
             "layers": names,
             "inputs": inputs(&provenance),
@@ -81,23 +87,4 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
         names.len(),
         bytes.len()
     ))
-}
-
-/// What draws, and its name.
-fn painter(
-    args: &Args,
-    scene: &PreparedScene,
-    size: [u32; 2],
-    samples: u32,
-) -> Result<(Box<dyn Painter>, String), Failure> {
-    let on_gpu = |context: Context| -> Result<(Box<dyn Painter>, String), RenderError> {
-        let name = context.name();
-        let painter = OnGpu::new(&context, scene, size, samples)?;
-        Ok((Box::new(painter), name))
-    };
-    let on_cpu = || -> Result<(Box<dyn Painter>, String), Failure> {
-        let painter = OnCpu::new(scene, size, samples);
-        Ok((Box::new(painter), "cpu".to_owned()))
-    };
-    args.backend.choose(on_gpu, on_cpu)
 }

@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use strandlight_formats::{OutputTarget, check_writable, output_target, write_file};
 use strandlight_render::gpu::Context;
 use strandlight_runtime::script::{self, Frame, Script};
-use strandlight_runtime::timings::{self, Made, Timings};
+use strandlight_runtime::timings::{Made, Timings};
 use strandlight_runtime::{Session, Viewer};
 use strandlight_scene::provenance::{Provenance, Recorder};
+use strandlight_scene::stats::FrameStats;
 use strandlight_scene::{Picture, RenderError, SceneError, files};
 use web_time::Instant;
 
@@ -64,9 +65,9 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     viewer.set_time(args.time)?;
     let scene = viewer.session().scene();
     let (size, samples) = (scene.render.size, scene.render.samples);
-    let picture = viewer.frame(size, samples)?;
+    let (picture, stats) = viewer.frame(size, samples)?;
     if !args.quiet {
-        let _ = writeln!(std::io::stderr(), "{}", viewer.frame_report());
+        let _ = writeln!(std::io::stderr(), "{}", FrameStats(&stats));
     }
     let provenance = provenance(&mut recorder, &viewer, size, samples)?;
     write(path, &png(&viewer, &picture, &provenance)?)?;
@@ -104,7 +105,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         let render = &viewer.session().scene().render;
         let size = frame.size.unwrap_or(render.size);
         let samples = frame.samples.unwrap_or(render.samples);
-        let picture = viewer.frame(size, samples)?;
+        let (picture, stats) = viewer.frame(size, samples)?;
         let milliseconds = 1e3 * start.elapsed().as_secs_f64();
         let file = file_of(frame)?;
         let path = out.join(&file);
@@ -118,7 +119,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
             time: viewer.time(),
             milliseconds,
             changed: viewer.take_changes(),
-            report: timings::of_live(viewer.frame_report()),
+            stats,
         });
         Ok(())
     })?;

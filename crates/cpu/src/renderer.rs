@@ -1,0 +1,167 @@
+//! The renderer as a [`Backend`].
+
+use std::ops::Range;
+
+use strandlight_formats::{Background, Scattering, SrbfLight};
+use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::motion::Wind;
+use strandlight_scene::motion::wind::bent_strands;
+use strandlight_scene::paint::Paint;
+use strandlight_scene::proxy::Proxy;
+use strandlight_scene::scene::check_lights;
+use strandlight_scene::stats::Observer;
+use strandlight_scene::strands::Strands;
+use strandlight_scene::tone::ToneMap;
+use strandlight_scene::{Backend, Camera, Picture, PreparedScene, RenderError, SceneError, Stats};
+
+use super::{PointShadows, ShadowSource, render_observed};
+
+/// A scene that is drawn on the CPU, each picture from the start.
+pub struct CpuRenderer {
+    scene: PreparedScene,
+    /// The strands without wind, while there is some.
+    rest: Option<Strands>,
+    /// In place of sweeps and shadow maps.
+    shadows: Option<Box<PointShadows<'static>>>,
+}
+
+impl CpuRenderer {
+    /// A renderer of `scene`.
+    pub fn new(scene: PreparedScene) -> CpuRenderer {
+        CpuRenderer {
+            scene,
+            rest: None,
+            shadows: None,
+        }
+    }
+
+    /// [`CpuRenderer::new`] with transmittance found by `shadows` at every point: see
+    /// [`ShadowSource::Points`].
+    pub fn with_shadows(scene: PreparedScene, shadows: Box<PointShadows<'static>>) -> CpuRenderer {
+        CpuRenderer {
+            shadows: Some(shadows),
+            ..CpuRenderer::new(scene)
+        }
+    }
+}
+
+impl Backend for CpuRenderer {
+    fn name(&self) -> String {
+        "cpu".to_owned()
+    }
+
+    fn scene(&self) -> &PreparedScene {
+        &self.scene
+    }
+
+    fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
+        (self.scene, self.rest) = (scene, None);
+        Ok(())
+    }
+
+    fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
+        self.scene
+            .hair
+            .edit(hair, modes)
+            .map_err(SceneError::from)?;
+        Ok(())
+    }
+
+    fn set_scattering(&mut self, scattering: Scattering) {
+        self.scene.set_scattering(scattering);
+    }
+
+    fn set_densities(&mut self, densities: [f32; 2]) {
+        self.scene.densities = densities;
+    }
+
+    fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
+        check_lights(&lights)?;
+        self.scene.lights = lights;
+        Ok(())
+    }
+
+    fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
+        self.scene.set_light_colors(rgb)
+    }
+
+    fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
+        self.scene.strands = self.scene.strands.moved(points)?;
+        self.rest = None;
+        Ok(())
+    }
+
+    fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
+        let rest = match &self.rest {
+            Some(rest) => Some(rest.with_radii(radii)?),
+            None => None,
+        };
+        self.scene.strands = self.scene.strands.with_radii(radii)?;
+        self.rest = rest;
+        Ok(())
+    }
+
+    fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
+        let rest = self.rest.as_ref().unwrap_or(&self.scene.strands);
+        match wind {
+            Some(wind) => {
+                let bent = bent_strands(&wind, rest)?;
+                let before = std::mem::replace(&mut self.scene.strands, bent);
+                self.rest.get_or_insert(before);
+                Ok(true)
+            }
+            None => {
+                let rest = self.rest.take();
+                let is_moved = rest.is_some();
+                if let Some(rest) = rest {
+                    self.scene.strands = rest;
+                }
+                Ok(is_moved)
+            }
+        }
+    }
+
+    fn set_paint(&mut self, paint: &Paint, _changed: Range<usize>) -> Result<(), RenderError> {
+        self.scene.set_paint(Some(paint))?;
+        Ok(())
+    }
+
+    fn set_proxies(&mut self, proxies: Vec<Proxy>) {
+        self.scene.proxies = proxies;
+    }
+
+    fn set_camera(&mut self, camera: Camera) {
+        self.scene.camera = camera;
+    }
+
+    fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
+        self.scene.size = size;
+        Ok(())
+    }
+
+    fn set_samples(&mut self, samples: u32) {
+        self.scene.samples = samples;
+    }
+
+    fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background) {
+        let scene = &mut self.scene;
+        (scene.exposure, scene.tone_map, scene.background) = (exposure, tone_map, background);
+    }
+
+    /// Nothing else is ever shaded.
+    fn shade_view_only(&mut self) {}
+
+    fn render(
+        &mut self,
+        size: [u32; 2],
+        samples: u32,
+        observer: Observer,
+    ) -> Result<(Picture, Stats), RenderError> {
+        let shadows = match &self.shadows {
+            None => ShadowSource::Sweep,
+            Some(find) => ShadowSource::Points(find),
+        };
+        let camera = &self.scene.camera;
+        render_observed(&self.scene, camera, size, samples, shadows, observer)
+    }
+}

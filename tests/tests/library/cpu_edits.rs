@@ -1,0 +1,107 @@
+//! The CPU renderer after edits of a document draws what it draws of the same document opened
+//! afresh, bit for bit.
+
+use serde_json::{Value, json};
+use strandlight_cpu::CpuRenderer;
+use strandlight_formats::{CameraSection, MotionSection, WindSection};
+use strandlight_runtime::script::{Script, Step};
+use strandlight_runtime::{Session, Viewer};
+use strandlight_scene::Backend;
+use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
+
+const SIZE: [u32; 2] = [24, 16];
+
+/// Draws after each step of `script`, and of a fresh viewer of the same document at the same time.
+fn check(session: &Session, script: Value) {
+    let open = |session: Session| {
+        let viewer = Viewer::on(session, |scene| Ok(Box::new(CpuRenderer::new(scene))));
+        viewer.expect("a scene that can be drawn")
+    };
+    let mut viewer = open(session.clone());
+    let steps = Script::from_json(&script.to_string()).expect("valid").steps;
+    let (first, _) = viewer.frame(SIZE, 4).expect("a picture");
+    let mut n_other = 0;
+    for step in steps {
+        let script = Script {
+            steps: vec![step.clone()],
+        };
+        let done = script.run(&mut viewer, |_, _| {
+            Ok::<(), strandlight_runtime::ScriptError>(())
+        });
+        done.expect("a valid step");
+        let (found, stats) = viewer.frame(SIZE, 4).expect("a picture");
+        assert_eq!(stats.device, None);
+        let mut fresh = open(viewer.session().clone());
+        fresh.set_time(viewer.time()).expect("a time");
+        let (expected, _) = fresh.frame(SIZE, 4).expect("a picture");
+        assert!(found == expected, "{step:?}");
+        assert_eq!(viewer.live().name(), "cpu");
+        n_other += usize::from(found != first);
+        assert!(
+            matches!(step, Step::Undo(_)) || found != first,
+            "{step:?} changes nothing"
+        );
+    }
+    assert!(n_other > 0);
+}
+
+#[test]
+fn slow_edits_draw_what_a_fresh_scene_draws() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for has_wind in [false, true] {
+        let at = write_small_scene(
+            folder.path(),
+            &curtain(20, 6, 0.2, 0.0),
+            key_and_sky(),
+            |scene| {
+                scene.hair.diameter_cm = Some(0.1);
+                scene.render.size = SIZE;
+                scene.camera = Some(CameraSection {
+                    position: [0.0, -2.0, 16.0],
+                    target: [0.0, -2.0, 0.0],
+                    up: [0.0, 1.0, 0.0],
+                    fov_deg: 30.0,
+                });
+                scene.motion = has_wind.then(|| MotionSection {
+                    wind: Some(WindSection::default()),
+                    ..MotionSection::default()
+                });
+            },
+        );
+        let session = Session::open(&at).expect("a scene");
+        let brush = |dye: [f64; 3]| json!({"radius_cm": 1.5, "effect": {"dye": dye}});
+        check(
+            &session,
+            json!([
+                {"set": {"hair.eta": 1.7}},
+                {"set": {"hair.modes": ["R", "TRT"]}},
+                {"set": {"render.scattering": "single"}},
+                {"set": {"render.scattering": "total", "hair.density_forward": 0.5}},
+                {"set": {"lights.muted": [1]}},
+                {"set": {"lights.rotate_deg": 100}},
+                {"set": {"lights.tint": [1, 0.5, 0.2]}},
+                {"set": {"render.shadow_maps": 2}},
+                {"set": {"hair.diameter_cm": 0.05}},
+                {"set": {"render.background": [0.5, 0, 0]}},
+                {"set": {"camera.position": [1, -2, 12]}},
+                {"stroke": {"brush": brush([0.1, 0.9, 2.0]), "path": [[8, 6], [14, 8]]}},
+                {"undo": 1},
+                {"redo": 1},
+                {"set": {"hair.melanin": {"eumelanin": 1.0}}},
+                {"undo": 3},
+                {"undo": 6}
+            ]),
+        );
+        if has_wind {
+            check(
+                &session,
+                json!([
+                    {"time": 0.7},
+                    {"stroke": {"brush": brush([2.0, 0.2, 0.1]), "path": [[8, 6], [14, 8]]}},
+                    {"time": 1.5},
+                    {"set": {"hair.eta": 1.7}}
+                ]),
+            );
+        }
+    }
+}
