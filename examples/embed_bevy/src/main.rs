@@ -6,10 +6,12 @@
 #[path = "../../../crates/render/examples/wig/mod.rs"]
 mod wig;
 
-use std::sync::Mutex;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use bevy::asset::RenderAssetUsages;
-use bevy::camera::RenderTarget;
+use bevy::camera::{Hdr, RenderTarget};
 use bevy::core_pipeline::core_3d::{main_opaque_pass_3d, main_transparent_pass_3d};
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::core_pipeline::{Core3d, Core3dSystems};
@@ -18,8 +20,8 @@ use bevy::render::RenderApp;
 use bevy::render::RenderPlugin;
 use bevy::render::render_resource::{PollType, RenderPassDescriptor, StoreOp, TextureFormat};
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
-use bevy::render::view::screenshot::{Screenshot, save_to_disk};
-use bevy::render::view::{ExtractedView, Hdr, ViewDepthStencilTexture, ViewTarget};
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
+use bevy::render::view::{ExtractedView, ViewDepthStencilTexture, ViewTarget};
 use bevy::window::ExitCondition;
 use strandlight_render::{HairOptions, HairRenderer, HairView, PrepareBudget};
 use strandlight_scene::PreparedScene;
@@ -75,7 +77,7 @@ fn draw_hair(
             .and_then(|mut renderer| renderer.set_scene(scene).map(|()| renderer));
         match made {
             Ok(made) => *renderer = Some(made),
-            Err(error) => error!("hair: {error}"),
+            Err(error) => eprintln!("hair: {error}"),
         }
     }
     let Some(renderer) = renderer else {
@@ -93,7 +95,7 @@ fn draw_hair(
     };
     let encoder = context.command_encoder();
     if let Err(error) = renderer.prepare(encoder, &hair_view, PrepareBudget::Complete) {
-        error!("hair: {error}");
+        eprintln!("hair: {error}");
         return;
     }
     let colors = [Some(target.get_color_attachment())];
@@ -108,8 +110,11 @@ fn draw_hair(
     renderer.draw(&mut pass);
 }
 
-fn main() {
-    let out = std::env::args().nth(1).unwrap_or("embed_bevy.png".to_owned());
+fn main() -> ExitCode {
+    let out = std::env::args()
+        .nth(1)
+        .unwrap_or("embed_bevy.png".to_owned());
+    let is_written = Arc::new(AtomicBool::new(false));
     let mut app = App::new();
     app.add_plugins(
         DefaultPlugins
@@ -137,22 +142,32 @@ fn main() {
         Hdr,
         Tonemapping::Reinhard,
         target.clone(),
-        Transform::from_xyz(0.1, 0.12, 0.42).looking_at(Vec3::new(0.0, -0.02, 0.0), Vec3::Y),
+        Transform::from_xyz(0.07, 0.08, 0.3).looking_at(Vec3::new(0.0, -0.02, 0.0), Vec3::Y),
     ));
-    for frame in 0..6 {
+    // The picture comes back some frames after it was asked for.
+    for frame in 0..60 {
         if frame == 3
             && let Some(image) = target.as_image()
         {
             app.world_mut()
                 .spawn(Screenshot::image(image.clone()))
-                .observe(save_to_disk(out.clone()));
+                .observe(save_to_disk(out.clone()))
+                .observe({
+                    let is_written = Arc::clone(&is_written);
+                    move |_: On<ScreenshotCaptured>| is_written.store(true, Ordering::Relaxed)
+                });
         }
         app.update();
         let device = app.world().resource::<RenderDevice>().wgpu_device();
         let waited = device.poll(PollType::wait_indefinitely());
         waited.expect("the device works");
+        if is_written.load(Ordering::Relaxed) {
+            println!("{out}");
+            return ExitCode::SUCCESS;
+        }
     }
-    println!("{out}");
+    eprintln!("no picture came back");
+    ExitCode::FAILURE
 }
 
 fn spawn_boxes(
@@ -161,7 +176,11 @@ fn spawn_boxes(
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
     for (side, place, color) in [
-        (0.05, Vec3::new(-0.06, -0.03, 0.12), Color::srgb(0.8, 0.15, 0.1)),
+        (
+            0.05,
+            Vec3::new(-0.06, -0.03, 0.12),
+            Color::srgb(0.8, 0.15, 0.1),
+        ),
         (0.13, Vec3::new(0.06, 0.0, 0.0), Color::srgb(0.1, 0.2, 0.8)),
     ] {
         commands.spawn((
