@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 use strandlight_formats::Scene;
 
 use crate::error::SessionError;
-use crate::session::{Change, Saved, Session, section_of};
+use crate::session::{Change, Edits, Saved, Session, section_of};
 use strandlight_render::gpu::Context;
 use strandlight_render::progressive::{Progress, ProgressiveRenderer, RenderReport};
 use strandlight_scene::Camera;
@@ -367,7 +367,8 @@ impl<B: Backend + ?Sized> Viewer<B> {
         self.release()?;
         let camera = self.session.scene().camera.clone();
         let mut change = self.session.reload()?;
-        change.camera = camera != self.session.scene().camera;
+        let has_other_camera = camera != self.session.scene().camera;
+        change.edits.set(Edits::CAMERA, has_other_camera);
         Ok(self.show_edit(change)?)
     }
 
@@ -441,33 +442,28 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// Tells the renderer what has changed.
     fn show(&mut self, change: &Change) -> Result<(), RenderError> {
         self.changes = std::mem::take(&mut self.changes).and(change.clone());
-        if change.geometry || change.diameter || change.motion {
+        if change.has(Edits::GEOMETRY | Edits::DIAMETER | Edits::MOTION) {
             self.picker = None;
         }
-        if change.camera {
+        if change.has(Edits::CAMERA) {
             self.view = None;
         }
         let has_motion = self.motion.is_some();
-        if change.geometry
-            || change.tables
-            || change.shadow_maps
-            || change.motion
-            || change.diameter && has_motion
-        {
+        if change.inputs().is_all() || change.has(Edits::DIAMETER) && has_motion {
             return self.renew();
         }
         let scene = self.session.scene();
         let (assets, live) = (self.session.assets(), &mut self.live);
-        if change.hair || change.modes {
+        if change.has(Edits::HAIR | Edits::MODES) {
             live.set_hair(&scene.hair.params(), &scene.hair.modes)?;
         }
-        if change.scattering {
+        if change.has(Edits::SCATTERING) {
             live.set_scattering(scene.render.scattering);
         }
-        if change.densities {
+        if change.has(Edits::DENSITIES) {
             live.set_densities(densities(&scene.hair));
         }
-        if change.diameter {
+        if change.has(Edits::DIAMETER) {
             let strands = assets.strands(&scene.hair)?;
             let radii: Vec<f32> = strands.points.iter().map(|point| point[3]).collect();
             live.set_radii(&radii)?;
@@ -475,26 +471,26 @@ impl<B: Backend + ?Sized> Viewer<B> {
         if let (Some(changed), Some(paint)) = (&change.paint, self.session.paint()) {
             live.set_paint(paint, changed.clone())?;
         }
-        if change.lights {
+        if change.has(Edits::LIGHTS) {
             live.set_lights(assets.turned_lights(&scene.lights))?;
         }
-        if change.lights || change.light_colors {
+        if change.has(Edits::LIGHTS | Edits::LIGHT_COLORS) {
             live.set_light_colors(&assets.light_colors(&scene.lights))?;
         }
-        if change.proxies {
+        if change.has(Edits::PROXIES) {
             live.set_proxies(scene.proxies.iter().map(Proxy::of_section).collect());
         }
-        if change.camera {
+        if change.has(Edits::CAMERA) {
             let (centre, radius) = self.framing;
             live.set_camera(camera(scene.camera.as_ref(), centre, radius));
         }
-        if change.size && self.window.is_none() {
+        if change.has(Edits::SIZE) && self.window.is_none() {
             live.set_size(scene.render.size)?;
         }
-        if change.samples {
+        if change.has(Edits::SAMPLES) {
             live.set_samples(scene.render.samples);
         }
-        if change.grade {
+        if change.has(Edits::GRADE) {
             let render = &scene.render;
             live.set_grade(render.exposure as f32, render.tone_map, render.background);
         }

@@ -1,8 +1,12 @@
 //! A document and its picture together, without a window.
 
 use std::path::Path;
+use std::time::Duration;
 
+use serde_json::json;
 use strandlight_formats::{BakedFile, CameraSection, Groom, LightSet, Scene};
+use strandlight_render::invalidation::{STAGES, StageRule, stale_stages};
+use strandlight_runtime::session::{EDITS, Edits};
 use strandlight_runtime::{Session, Viewer};
 use strandlight_scene::files::Files;
 use strandlight_scene::paint::{Brush, Paint};
@@ -129,6 +133,55 @@ fn looking_around_is_no_edit() {
     view.eye.x = f32::NAN;
     assert!(viewer.set_view(view).is_err());
     assert_eq!(viewer.prepared().camera.eye, own.eye);
+}
+
+/// Each edit of a document runs the stages that its rule in `EDITS` names, and no others.
+#[test]
+fn edits_run_the_stages_of_their_rules() {
+    let mut viewer = Viewer::new(&context(), open(&files(150, 8))).expect("a picture");
+    finish(&mut viewer);
+    let mut covered = Edits::empty();
+    for (key, value) in [
+        ("render.shadow_maps", json!(6)),
+        ("hair.eta", json!(1.7)),
+        ("hair.modes", json!(["R", "TRT"])),
+        ("hair.density_back", json!(0.4)),
+        ("render.scattering", json!("single")),
+        ("render.exposure", json!(1.0)),
+        ("camera.fov_deg", json!(30.0)),
+        ("lights.intensity", json!(0.5)),
+        ("lights.rotate_deg", json!(30.0)),
+        ("proxy", json!([{"kind": "ground", "height": -20.0}])),
+        ("hair.diameter_cm", json!(0.05)),
+        ("render.size", json!([100, 80])),
+    ] {
+        let values = [(key.to_owned(), value)].into_iter().collect();
+        let change = viewer.set(&values).expect(key);
+        finish(&mut viewer);
+        let stale: Vec<_> = stale_stages(change.inputs()).collect();
+        let report = viewer.report();
+        for StageRule { name: stage, .. } in STAGES {
+            let must_run = stale.contains(&stage);
+            assert_eq!(report.runs(stage) > 0, must_run, "{key}: {stage}");
+        }
+        covered |= change.edits;
+    }
+    // Paint is edited by strokes; the others put the whole scene on the device again.
+    let others = EDITS
+        .iter()
+        .filter(|rule| !covered.contains(rule.edit) && !rule.inputs.is_all());
+    let others: Vec<_> = others.map(|rule| rule.name).collect();
+    assert_eq!(others, ["samples", "paint"]);
+}
+
+fn finish(viewer: &mut Viewer) {
+    let is_done = |viewer: &mut Viewer| {
+        viewer
+            .advance(Duration::from_secs(10))
+            .expect("drawn")
+            .is_done
+    };
+    while !is_done(viewer) {}
 }
 
 /// Milliseconds that a stroke takes on the processor, for people to read:

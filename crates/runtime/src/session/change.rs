@@ -6,48 +6,101 @@ use strandlight_formats::{
     GroomSection, HairSection, LightsSection, RenderSection, Scene, TablesSection,
 };
 
+use strandlight_render::invalidation::Inputs;
 use strandlight_scene::assets::densities;
 
-/// What an edit, an undo or a redo has changed. Every field says what depends on it; nothing is
-/// set that does not have to be made again.
+bitflags::bitflags! {
+    /// Parts of a scene, as edits change them.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct Edits: u32 {
+        /// The view.
+        const CAMERA = 1;
+        /// Size of the picture.
+        const SIZE = 1 << 1;
+        /// Samples per pixel that are asked for.
+        const SAMPLES = 1 << 2;
+        /// Exposure, tone map or background.
+        const GRADE = 1 << 3;
+        /// Optical parameters of the fibres: tables, see [`strandlight_scene::material::RULES`].
+        const HAIR = 1 << 4;
+        /// The modes that are drawn.
+        const MODES = 1 << 5;
+        /// The terms that are drawn.
+        const SCATTERING = 1 << 6;
+        /// d_f or d_b.
+        const DENSITIES = 1 << 7;
+        /// Amplitudes of lights, and so a background of lights.
+        const LIGHT_COLORS = 1 << 8;
+        /// Directions of lights, or another set.
+        const LIGHTS = 1 << 9;
+        /// How many shadow maps are drawn.
+        const SHADOW_MAPS = 1 << 10;
+        /// Thickness of the fibres: the points' radii.
+        const DIAMETER = 1 << 11;
+        /// Another groom.
+        const GEOMETRY = 1 << 12;
+        /// Other tables.
+        const TABLES = 1 << 13;
+        /// Paint of points.
+        const PAINT = 1 << 14;
+        /// Things beside the hair that stand in the light.
+        const PROXIES = 1 << 15;
+        /// How the hair moves.
+        const MOTION = 1 << 16;
+        /// What only the file holds: the name of a preset, the same number in another notation.
+        const LABEL = 1 << 17;
+    }
+}
+
+/// An edit, its name in reports, and what it sets on a renderer.
+#[derive(Clone, Copy, Debug)]
+pub struct EditRule {
+    /// Name, as `timings.json` has it.
+    pub name: &'static str,
+    /// The edit.
+    pub edit: Edits,
+    /// What [`STAGES`](strandlight_render::invalidation::STAGES) are recomputed from it. All inputs
+    /// where the scene is prepared again.
+    pub inputs: Inputs,
+}
+
+const fn rule(name: &'static str, edit: Edits, inputs: Inputs) -> EditRule {
+    EditRule { name, edit, inputs }
+}
+
+/// What every edit sets on a renderer: the roots of the invalidation graph.
+pub const EDITS: [EditRule; 18] = [
+    rule("camera", Edits::CAMERA, Inputs::VIEW),
+    rule("size", Edits::SIZE, Inputs::VIEW),
+    rule("samples", Edits::SAMPLES, Inputs::empty()),
+    rule("grade", Edits::GRADE, Inputs::GRADE),
+    rule("hair", Edits::HAIR, Inputs::HAIR),
+    rule("modes", Edits::MODES, Inputs::TERMS),
+    rule("scattering", Edits::SCATTERING, Inputs::TERMS),
+    rule("densities", Edits::DENSITIES, Inputs::DENSITIES),
+    rule("light_colors", Edits::LIGHT_COLORS, Inputs::LIGHT_COLORS),
+    rule(
+        "lights",
+        Edits::LIGHTS,
+        Inputs::LIGHTS.union(Inputs::LIGHT_COLORS),
+    ),
+    rule("shadow_maps", Edits::SHADOW_MAPS, Inputs::all()),
+    rule("diameter", Edits::DIAMETER, Inputs::POINTS),
+    rule("geometry", Edits::GEOMETRY, Inputs::all()),
+    rule("tables", Edits::TABLES, Inputs::all()),
+    rule("paint", Edits::PAINT, Inputs::PAINT),
+    rule("proxies", Edits::PROXIES, Inputs::PROXIES),
+    rule("motion", Edits::MOTION, Inputs::all()),
+    rule("label", Edits::LABEL, Inputs::empty()),
+];
+
+/// What an edit, an undo or a redo has changed, and nothing else.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Change {
-    /// The view: projection, shading, drawing.
-    pub camera: bool,
-    /// Size of the picture.
-    pub size: bool,
-    /// Samples a pixel that are asked for.
-    pub samples: bool,
-    /// Exposure, tone map or background: composing the picture alone.
-    pub grade: bool,
-    /// Optical parameters of the fibres: textures, see [`strandlight_scene::material::RULES`].
-    pub hair: bool,
-    /// The modes that are drawn.
-    pub modes: bool,
-    /// The terms that are drawn.
-    pub scattering: bool,
-    /// d_f or d_b: shading.
-    pub densities: bool,
-    /// Amplitudes of lights: shading, and a background of lights.
-    pub light_colors: bool,
-    /// Directions of lights, or another set: sweeps, shadow maps, amplitudes.
-    pub lights: bool,
-    /// How many shadow maps are drawn.
-    pub shadow_maps: bool,
-    /// Thickness of the fibres: the points' radii, and so volume, sweeps and shadow maps.
-    pub diameter: bool,
-    /// Another groom: everything.
-    pub geometry: bool,
-    /// Other tables: everything that is made of them.
-    pub tables: bool,
-    /// Points of the groom that were painted.
+    /// Parts of the scene.
+    pub edits: Edits,
+    /// Points of the groom that were painted, where [`Edits::PAINT`] is among the edits.
     pub paint: Option<Range<usize>>,
-    /// Things beside the hair that stand in the light.
-    pub proxies: bool,
-    /// How the hair moves.
-    pub motion: bool,
-    /// What only the file holds: the name of a preset, the same number in another notation.
-    pub label: bool,
 }
 
 impl Change {
@@ -66,117 +119,52 @@ impl Change {
             motion,
             folder: _,
         } = after;
-        let mut change = Change {
-            camera: before.camera != *camera,
-            geometry: before.groom_path() != after.groom_path(),
-            tables: before.tables_path() != after.tables_path()
-                || named(before.tables.as_ref()) != named(tables.as_ref()),
-            proxies: before.proxies != *proxies,
-            motion: before.motion != *motion || before.frame_paths() != after.frame_paths(),
-            ..Change::default()
-        };
-        change.add_lights(&before.lights, lights);
-        change.lights |= before.lights_path() != after.lights_path();
-        change.add_hair(&before.hair, hair);
-        change.add_render(&before.render, render);
-        change
-    }
-
-    fn add_lights(&mut self, before: &LightsSection, after: &LightsSection) {
-        let LightsSection {
-            file: _,
-            intensity,
-            rotate_deg,
-            tint,
-            muted,
-            solo,
-            adjust,
-        } = after;
-        self.lights = before.rotate_deg != *rotate_deg;
-        self.light_colors = before.intensity != *intensity
-            || before.tint != *tint
-            || before.muted != *muted
-            || before.solo != *solo
-            || before.adjust != *adjust;
-    }
-
-    fn add_hair(&mut self, before: &HairSection, after: &HairSection) {
-        // A test sees to it that every row of the section is a change.
-        let HairSection {
-            preset,
-            reflectance,
-            melanin,
-            diameter_cm,
-            density_forward,
-            density_back,
-            ..
-        } = after;
-        self.hair = before.params().bits() != after.params().bits();
-        self.modes = before.modes != after.modes;
-        self.densities = densities(before) != densities(after);
-        self.diameter = before.diameter_cm != *diameter_cm;
-        // The same numbers, in another notation.
-        self.label = before.preset != *preset
-            || before.reflectance != *reflectance
-            || before.melanin != *melanin
-            || before.density_forward != *density_forward
-            || before.density_back != *density_back;
-    }
-
-    fn add_render(&mut self, before: &RenderSection, after: &RenderSection) {
-        let RenderSection {
-            size,
-            samples,
-            exposure,
-            tone_map,
-            background,
-            scattering,
-            shadow_maps,
-        } = after;
-        self.size = before.size != *size;
-        self.samples = before.samples != *samples;
-        self.grade = before.exposure != *exposure
-            || before.tone_map != *tone_map
-            || before.background != *background;
-        self.scattering = before.scattering != *scattering;
-        self.shadow_maps = before.shadow_maps != *shadow_maps;
+        let mut edits = Edits::empty();
+        edits.set(Edits::CAMERA, before.camera != *camera);
+        edits.set(Edits::GEOMETRY, before.groom_path() != after.groom_path());
+        let has_other_tables = before.tables_path() != after.tables_path()
+            || named(before.tables.as_ref()) != named(tables.as_ref());
+        edits.set(Edits::TABLES, has_other_tables);
+        edits.set(Edits::PROXIES, before.proxies != *proxies);
+        let has_other_frames = before.frame_paths() != after.frame_paths();
+        edits.set(Edits::MOTION, before.motion != *motion || has_other_frames);
+        edits |= edits_of_lights(&before.lights, lights);
+        let has_other_lights = before.lights_path() != after.lights_path();
+        edits.set(
+            Edits::LIGHTS,
+            edits.contains(Edits::LIGHTS) || has_other_lights,
+        );
+        edits |= edits_of_hair(&before.hair, hair) | edits_of_render(&before.render, render);
+        Change { edits, paint: None }
     }
 
     /// Painted points `range` of the groom.
     pub fn painted(range: Range<usize>) -> Change {
+        if range.is_empty() {
+            return Change::default();
+        }
         Change {
-            paint: (!range.is_empty()).then_some(range),
-            ..Change::default()
+            edits: Edits::PAINT,
+            paint: Some(range),
         }
     }
 
     /// Everything: the document was replaced.
     pub fn everything() -> Change {
         Change {
-            camera: true,
-            size: true,
-            samples: true,
-            grade: true,
-            hair: true,
-            modes: true,
-            scattering: true,
-            densities: true,
-            light_colors: true,
-            lights: true,
-            shadow_maps: true,
-            diameter: true,
-            geometry: true,
-            tables: true,
+            edits: Edits::all().difference(Edits::PAINT),
             paint: None,
-            proxies: true,
-            motion: true,
-            label: true,
         }
+    }
+
+    /// Is any of `edits` among the changes?
+    pub fn has(&self, edits: Edits) -> bool {
+        self.edits.intersects(edits)
     }
 
     /// Is nothing changed?
     pub fn is_empty(&self) -> bool {
-        *self == Change::default()
+        self.edits.is_empty()
     }
 
     /// Both changes, one after the other.
@@ -187,53 +175,95 @@ impl Change {
             (a, b) => a.or(b),
         };
         Change {
-            camera: self.camera | other.camera,
-            size: self.size | other.size,
-            samples: self.samples | other.samples,
-            grade: self.grade | other.grade,
-            hair: self.hair | other.hair,
-            modes: self.modes | other.modes,
-            scattering: self.scattering | other.scattering,
-            densities: self.densities | other.densities,
-            light_colors: self.light_colors | other.light_colors,
-            lights: self.lights | other.lights,
-            shadow_maps: self.shadow_maps | other.shadow_maps,
-            diameter: self.diameter | other.diameter,
-            geometry: self.geometry | other.geometry,
-            tables: self.tables | other.tables,
+            edits: self.edits | other.edits,
             paint,
-            proxies: self.proxies | other.proxies,
-            motion: self.motion | other.motion,
-            label: self.label | other.label,
         }
     }
 
-    /// Names of what is changed, as in [`Change`].
-    pub fn names(&self) -> Vec<&'static str> {
-        [
-            ("camera", self.camera),
-            ("size", self.size),
-            ("samples", self.samples),
-            ("grade", self.grade),
-            ("hair", self.hair),
-            ("modes", self.modes),
-            ("scattering", self.scattering),
-            ("densities", self.densities),
-            ("light_colors", self.light_colors),
-            ("lights", self.lights),
-            ("shadow_maps", self.shadow_maps),
-            ("diameter", self.diameter),
-            ("geometry", self.geometry),
-            ("tables", self.tables),
-            ("paint", self.paint.is_some()),
-            ("proxies", self.proxies),
-            ("motion", self.motion),
-            ("label", self.label),
-        ]
-        .into_iter()
-        .filter_map(|(name, is_set)| is_set.then_some(name))
-        .collect()
+    /// The rules of the changes.
+    fn rules(&self) -> impl Iterator<Item = &'static EditRule> {
+        EDITS.iter().filter(|rule| self.has(rule.edit))
     }
+
+    /// Names of what is changed, as [`EDITS`] has them.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.rules().map(|rule| rule.name).collect()
+    }
+
+    /// What is set on a renderer.
+    pub fn inputs(&self) -> Inputs {
+        self.rules()
+            .fold(Inputs::empty(), |all, rule| all | rule.inputs)
+    }
+}
+
+fn edits_of_lights(before: &LightsSection, after: &LightsSection) -> Edits {
+    let LightsSection {
+        file: _,
+        intensity,
+        rotate_deg,
+        tint,
+        muted,
+        solo,
+        adjust,
+    } = after;
+    let mut edits = Edits::empty();
+    edits.set(Edits::LIGHTS, before.rotate_deg != *rotate_deg);
+    let has_other_colors = before.intensity != *intensity
+        || before.tint != *tint
+        || before.muted != *muted
+        || before.solo != *solo
+        || before.adjust != *adjust;
+    edits.set(Edits::LIGHT_COLORS, has_other_colors);
+    edits
+}
+
+fn edits_of_hair(before: &HairSection, after: &HairSection) -> Edits {
+    // A test sees to it that every row of the section is a change.
+    let HairSection {
+        preset,
+        reflectance,
+        melanin,
+        diameter_cm,
+        density_forward,
+        density_back,
+        ..
+    } = after;
+    let mut edits = Edits::empty();
+    edits.set(Edits::HAIR, before.params().bits() != after.params().bits());
+    edits.set(Edits::MODES, before.modes != after.modes);
+    edits.set(Edits::DENSITIES, densities(before) != densities(after));
+    edits.set(Edits::DIAMETER, before.diameter_cm != *diameter_cm);
+    // The same numbers, in another notation.
+    let has_other_label = before.preset != *preset
+        || before.reflectance != *reflectance
+        || before.melanin != *melanin
+        || before.density_forward != *density_forward
+        || before.density_back != *density_back;
+    edits.set(Edits::LABEL, has_other_label);
+    edits
+}
+
+fn edits_of_render(before: &RenderSection, after: &RenderSection) -> Edits {
+    let RenderSection {
+        size,
+        samples,
+        exposure,
+        tone_map,
+        background,
+        scattering,
+        shadow_maps,
+    } = after;
+    let mut edits = Edits::empty();
+    edits.set(Edits::SIZE, before.size != *size);
+    edits.set(Edits::SAMPLES, before.samples != *samples);
+    let has_other_grade = before.exposure != *exposure
+        || before.tone_map != *tone_map
+        || before.background != *background;
+    edits.set(Edits::GRADE, has_other_grade);
+    edits.set(Edits::SCATTERING, before.scattering != *scattering);
+    edits.set(Edits::SHADOW_MAPS, before.shadow_maps != *shadow_maps);
+    edits
 }
 
 fn named(tables: Option<&TablesSection>) -> Option<&std::path::Path> {

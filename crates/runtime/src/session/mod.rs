@@ -14,7 +14,7 @@ mod keys;
 mod on_disk;
 mod save;
 
-pub use change::Change;
+pub use change::{Change, EDITS, EditRule, Edits};
 pub use history::{MAX_STEPS, MAX_STROKE_POINTS};
 pub use keys::{parse_value, with_key};
 pub use save::Saved;
@@ -173,11 +173,11 @@ impl Session {
         let assets = &self.snapshot.assets;
         let change = Change::between(&self.scene, &after);
         let assets = assets.reread(&self.scene, &after, &self.files)?;
-        let snapshot = if change.geometry {
+        let snapshot = if change.has(Edits::GEOMETRY) {
             let after = AssetSnapshot::new(assets, self.next_paint_state())?;
             let before = std::mem::replace(&mut self.snapshot, after.clone());
             Some(Box::new([before, after]))
-        } else if change.lights || change.tables {
+        } else if change.has(Edits::LIGHTS | Edits::TABLES) {
             let before = std::mem::replace(&mut self.snapshot.assets, assets.clone());
             // The groom is the same, so its paint is not the step's business.
             Some(Box::new([before, assets].map(|assets| AssetSnapshot {
@@ -341,9 +341,13 @@ impl Session {
                     }
                     let old = old.assets;
                     let new = &self.snapshot.assets;
-                    change.geometry |= !Arc::ptr_eq(&old.groom, &new.groom);
-                    change.lights |= !Arc::ptr_eq(&old.lights, &new.lights);
-                    change.tables |= !Arc::ptr_eq(&old.tables, &new.tables);
+                    for (edit, is_other) in [
+                        (Edits::GEOMETRY, !Arc::ptr_eq(&old.groom, &new.groom)),
+                        (Edits::LIGHTS, !Arc::ptr_eq(&old.lights, &new.lights)),
+                        (Edits::TABLES, !Arc::ptr_eq(&old.tables, &new.tables)),
+                    ] {
+                        change.edits.set(edit, is_other || change.has(edit));
+                    }
                 }
                 change
             }

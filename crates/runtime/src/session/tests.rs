@@ -347,9 +347,9 @@ fn another_groom_comes_and_goes_with_its_step() {
         s.groom.file = "taller.groom".into()
     });
     assert_eq!(height(&session), 2.0);
-    assert!(session.undo().expect("a step").geometry);
+    assert!(session.undo().expect("a step").has(Edits::GEOMETRY));
     assert_eq!(height(&session), 1.0);
-    assert!(session.redo().expect("a step").geometry);
+    assert!(session.redo().expect("a step").has(Edits::GEOMETRY));
     assert_eq!(height(&session), 2.0);
     let strands = session.prepared().expect("drawable").strands;
     assert_eq!(strands.bounds.1.y, 2.0);
@@ -452,7 +452,7 @@ fn a_scene_saved_elsewhere_names_the_same_files() {
         .expect("opened");
     file.set_modified(later).expect("set");
     assert!(session.is_changed_on_disk());
-    assert!(session.reload().expect("readable").geometry);
+    assert!(session.reload().expect("readable").has(Edits::GEOMETRY));
     assert_eq!(session.scene().hair.eta, 1.7);
     assert!(!session.is_modified() && !session.is_changed_on_disk());
     // Saving keeps what somebody wrote beside the values.
@@ -548,13 +548,13 @@ fn strokes_are_steps_between_others() {
     session.stroke(dyed(3..4, &paint));
     assert_eq!(weights(&session), [0.0, 1.0, 1.0, 1.0]);
     assert_eq!(session.undo(), Some(Change::painted(3..4)));
-    assert!(session.undo().expect("a step").lights);
+    assert!(session.undo().expect("a step").has(Edits::LIGHTS));
     assert_eq!(
         weights(&session),
         [0.0, 1.0, 1.0, 0.0],
         "lights are not paint"
     );
-    assert!(session.undo().expect("a step").hair);
+    assert!(session.undo().expect("a step").has(Edits::HAIR));
     assert!(session.is_modified());
     assert_eq!(session.undo(), Some(Change::painted(1..3)));
     assert_eq!(weights(&session), [0.0; 4]);
