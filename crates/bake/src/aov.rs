@@ -156,7 +156,7 @@ fn lights_by_name(
 ///
 /// # Errors
 /// [`RenderError::TooLarge`].
-pub fn check_memory(n_layers: usize, [width, height]: [u32; 2]) -> Result<(), RenderError> {
+pub(crate) fn check_memory(n_layers: usize, [width, height]: [u32; 2]) -> Result<(), RenderError> {
     // Total, background and coverage besides; as much again while they are encoded.
     let a_layer = 12 * u64::from(width) * u64::from(height);
     let bytes = 2 * a_layer * (n_layers as u64 + 4);

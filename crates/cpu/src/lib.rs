@@ -88,7 +88,7 @@ pub fn render(
 ///
 /// # Errors
 /// As [`render`]; proxies, which only [`ShadowSource::Sweep`] knows.
-pub fn render_observed(
+pub(crate) fn render_observed(
     scene: &PreparedScene,
     camera: &Camera,
     size: [u32; 2],

@@ -197,7 +197,7 @@ impl TableHeader {
     ///
     /// # Errors
     /// `Value` when something breaks a promise.
-    pub fn with_data(self, data: Vec<f32>) -> Result<Table> {
+    pub(crate) fn with_data(self, data: Vec<f32>) -> Result<Table> {
         let table = Table {
             name: self.name,
             axes: self.axes,

@@ -48,7 +48,10 @@ impl Map {
     ///
     /// # Errors
     /// What is wrong; its text is one line.
-    pub fn decode_selected(bytes: &[u8], selection: &MapSelection) -> Result<Map, DecodeError> {
+    pub(crate) fn decode_selected(
+        bytes: &[u8],
+        selection: &MapSelection,
+    ) -> Result<Map, DecodeError> {
         let hash = content_hash(bytes);
         if bytes.starts_with(&exr_map::MAGIC) {
             exr_map::decode(bytes, hash, selection)

@@ -45,7 +45,12 @@ impl Environment {
 
     /// [`Environment::sample`] in stratum `ix` of the lights or pixels, each of which is `share` of
     /// the whole.
-    pub fn sample_stratum(&self, ix: u32, share: f64, random: &mut SplitMix64) -> Option<Emitted> {
+    pub(crate) fn sample_stratum(
+        &self,
+        ix: u32,
+        share: f64,
+        random: &mut SplitMix64,
+    ) -> Option<Emitted> {
         let mut u: [f64; 3] = std::array::from_fn(|_| random.uniform(0.0, 1.0));
         u[0] = (f64::from(ix) + u[0]) * share;
         self.at(u)

@@ -34,13 +34,13 @@ impl Frame {
     }
 
     /// A world direction in the frame.
-    pub fn to_fibre(&self, omega: Vec3) -> [f64; 3] {
+    pub(crate) fn to_fibre(self, omega: Vec3) -> [f64; 3] {
         let omega = omega.as_dvec3();
         [omega.dot(self.u), omega.dot(self.v), omega.dot(self.w)]
     }
 
     /// A direction of the frame in the world, a unit vector again.
-    pub fn to_world(&self, [u, v, w]: [f64; 3]) -> Vec3 {
+    pub(crate) fn to_world(self, [u, v, w]: [f64; 3]) -> Vec3 {
         (self.u * u + self.v * v + self.w * w).as_vec3().normalize()
     }
 }

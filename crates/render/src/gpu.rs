@@ -277,7 +277,7 @@ impl Context {
     ///
     /// # Errors
     /// As [`Context::new`].
-    pub async fn with_demand(
+    pub(crate) async fn with_demand(
         instance: &wgpu::Instance,
         options: &wgpu::RequestAdapterOptions<'_, '_>,
         demand: Demand,

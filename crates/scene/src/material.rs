@@ -350,7 +350,7 @@ impl HairMaterial {
     }
 
     /// The largest A_b of any fibre: what local scattering sends back of power at most.
-    pub fn largest_local(&self) -> f32 {
+    pub(crate) fn largest_local(&self) -> f32 {
         let uniform = self.averages().iter().flat_map(|texel| &texel[..3]);
         let table = &self.optics.painted.averages;
         let rows = table.texels.chunks_exact(N_AVERAGE_COLUMNS);

@@ -27,7 +27,7 @@ pub struct Optics {
 }
 
 /// Stands for the lobes of a mode that is not enabled; must not be sampled.
-pub fn no_lobes() -> LobeTexture {
+pub(crate) fn no_lobes() -> LobeTexture {
     LobeTexture {
         decode: LobeDecode {
             warp: 1.0,

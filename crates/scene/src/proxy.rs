@@ -24,7 +24,7 @@ pub const GROUND: u32 = 1;
 pub const LIGHT_MAP_SIDE: u32 = 128;
 
 /// What [`entry_distance`] answers where nothing is hit.
-pub const NO_HIT: f32 = -1.0;
+pub(crate) const NO_HIT: f32 = -1.0;
 
 /// Something opaque and matte.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -180,7 +180,7 @@ pub fn to_unit(proxy: &ProxyRecord, position: Vec3) -> Vec3 {
 }
 
 /// [`to_unit`] of a direction.
-pub fn turned_to_unit(proxy: &ProxyRecord, direction: Vec3) -> Vec3 {
+pub(crate) fn turned_to_unit(proxy: &ProxyRecord, direction: Vec3) -> Vec3 {
     let d = direction.extend(0.0);
     Vec3::from(proxy.to_unit.map(|row| dot(&row, d)))
 }

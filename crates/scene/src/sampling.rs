@@ -18,7 +18,7 @@ pub fn pass_jitter(pass: u32) -> [i32; 2] {
 
 /// A 32-bit mixing function (the finaliser of lowbias32 by C. Wellons). Twin: `hash_u32` in
 /// `shaders/lib/sampling.wgsl`.
-pub fn hash_u32(x: u32) -> u32 {
+pub(crate) fn hash_u32(x: u32) -> u32 {
     let x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
     let x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
     x ^ (x >> 16)
@@ -34,7 +34,7 @@ pub fn coverage_key(segment: u32, x: u32, y: u32) -> u32 {
 /// constants). The first 2^k samples of a key hold exactly one threshold in each interval of
 /// length 2^-k; which sample holds which is reshuffled for each key, so that layers that
 /// cover half a pixel each do not all take the same half. Twin in WGSL.
-pub fn coverage_threshold(index: u32, key: u32) -> f32 {
+pub(crate) fn coverage_threshold(index: u32, key: u32) -> f32 {
     let mut x = index.reverse_bits();
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(key);

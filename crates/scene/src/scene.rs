@@ -113,10 +113,10 @@ strandlight_scattering::mirrors! {
 ///
 /// That power is T times the light's for single scattering, d_f (T_f - T) times it for global, and
 /// either of them times d_b and the largest A_b for local.
-pub const NEGLIGIBLE_SHARE: f32 = 1e-5;
+pub(crate) const NEGLIGIBLE_SHARE: f32 = 1e-5;
 
 /// Records of 256 lights at the largest grid.
-pub const RECORD_BUDGET: u64 = 512 << 20;
+pub(crate) const RECORD_BUDGET: u64 = 512 << 20;
 
 impl PreparedScene {
     /// Reads what `scene` names and prepares it.

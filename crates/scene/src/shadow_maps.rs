@@ -23,7 +23,7 @@ pub const SHADOW_SIDE: u32 = 1024;
 
 /// Texels along a side for lights narrower than 0.05, whose shadows are sharp: on a head
 /// of hair 30 cm wide a texel is as wide as a fibre.
-pub const FINE_SIDE: u32 = 4096;
+pub(crate) const FINE_SIDE: u32 = 4096;
 
 /// How many strands one above the other the texels of a map are drawn for at most, in the mean:
 /// five times as many as a full head of hair has. Where there would be more the strands are wide
@@ -38,7 +38,7 @@ const COARSE_SIDE: f32 = 64.0;
 const FINE_LAMBDA: f32 = 0.05;
 
 /// Maps of a scene unless somebody says otherwise.
-pub const DEFAULT_SHADOW_MAPS: u32 = 96;
+pub(crate) const DEFAULT_SHADOW_MAPS: u32 = 96;
 
 /// Most maps of a scene.
 pub const MAX_SHADOW_MAPS: u32 = 4096;
@@ -64,11 +64,11 @@ pub const THROUGH_SLOT: u32 = 0;
 
 /// Width of the lobe that TT takes its light from; found by comparing with exact shadows of every
 /// direction.
-pub const THROUGH_LAMBDA: f32 = 0.45;
+pub(crate) const THROUGH_LAMBDA: f32 = 0.45;
 
 /// How much of TT's share of a light of width `lambda` is that of the light through to the eye:
 /// where the product of both lobes has its centre.
-pub fn through_weight(lambda: f32) -> f32 {
+pub(crate) fn through_weight(lambda: f32) -> f32 {
     let square = lambda * lambda;
     square / (square + THROUGH_LAMBDA * THROUGH_LAMBDA)
 }

@@ -145,7 +145,7 @@ impl Stats {
     }
 
     /// Writes what was drawn and what was left out, a line each.
-    pub fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    pub(crate) fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "rendered on {}", self.backend)?;
         write!(
             f,

@@ -126,7 +126,7 @@ impl Strands {
     }
 
     /// Where each of [`Strands::points`] comes from in the groom, eight bytes a point.
-    pub fn origins(&self) -> &[Origin] {
+    pub(crate) fn origins(&self) -> &[Origin] {
         &self.origins
     }
 

@@ -74,7 +74,7 @@ pub enum TablesError {
 pub const DEFAULT_FILE: &str = "default.tables";
 
 /// Name of the table that shading with `mode` reads.
-pub const fn table_of(mode: Lobe) -> &'static str {
+pub(crate) const fn table_of(mode: Lobe) -> &'static str {
     match mode {
         Lobe::R => "C",
         Lobe::Tt => "H_TT",

@@ -18,7 +18,7 @@ pub const SELF_LIFT: f32 = 0.12;
 
 /// Fixed-point quanta in `h * max_diameter`: a third of a voxel of the thickest fibre is 2^20 / 3
 /// quanta, so the smallest trilinear weights still count.
-pub const QUANTA: f32 = 1_048_576.0;
+pub(crate) const QUANTA: f32 = 1_048_576.0;
 
 /// Most directions of a light that [`sweep_directions`] answers.
 pub const MAX_DIRECTIONS: u32 = 8;
@@ -113,7 +113,7 @@ pub fn lobe_directions(light: &SrbfLight, k: u32) -> Vec<[f32; 3]> {
 
 /// As [`lobe_directions`], another set for each `shift` in 0..1: the mean over all of them is that
 /// over the lobe even where `k` is 1.
-pub fn shifted_lobe_directions(light: &SrbfLight, k: u32, shift: f64) -> Vec<[f32; 3]> {
+pub(crate) fn shifted_lobe_directions(light: &SrbfLight, k: u32, shift: f64) -> Vec<[f32; 3]> {
     let axis = Vec3::from(light.direction).normalize_or(Vec3::Y);
     let (x, y) = axis.any_orthonormal_pair();
     let kappa = 2.0 / f64::from(light.lambda * light.lambda);

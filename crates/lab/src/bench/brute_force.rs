@@ -47,7 +47,7 @@ impl BruteForce {
     }
 
     /// Eq 11 of `mode` 0 (R), 1 (TT), 2 (TRT), linear RGB.
-    pub fn single_mode(
+    pub(crate) fn single_mode(
         &self,
         mode: u32,
         light: &LightInFrame,

@@ -112,7 +112,7 @@ impl Method {
     /// The method that costs are compared with: the paper's default.
     pub const BASE: Method = Method::Paper { segments: 4 };
     /// What the renderer does.
-    pub const DEFAULT: Method = Method::Runtime {
+    pub(crate) const DEFAULT: Method = Method::Runtime {
         nodes: DEFAULT_RUNTIME,
     };
 
@@ -178,7 +178,7 @@ impl Method {
     }
 
     /// Bytes of the table that is of another size than usual.
-    pub const fn table_bytes(self) -> Option<u32> {
+    pub(crate) const fn table_bytes(self) -> Option<u32> {
         match self {
             Method::TableC {
                 size: [rows, columns],
@@ -357,7 +357,7 @@ impl Prepared {
 
 impl OnFibre<'_> {
     /// The same fibre for `other`, if that reads the same lobes: what slicing them costs is saved.
-    pub fn taken_by<'a>(&self, other: &'a Prepared) -> Option<OnFibre<'a>> {
+    pub(crate) fn taken_by<'a>(&self, other: &'a Prepared) -> Option<OnFibre<'a>> {
         let same = self.prepared.method.lobe_texels()? == other.method.lobe_texels()?;
         same.then(|| {
             let fibre = self.optics.fibre.with_nodes(other.method.nodes());
@@ -377,7 +377,7 @@ impl OnFibre<'_> {
     }
 
     /// Eq 11 of one mode, linear RGB.
-    pub fn single_mode(
+    pub(crate) fn single_mode(
         &self,
         lobe: Lobe,
         light: &LightInFrame,
@@ -487,7 +487,7 @@ impl OnFibre<'_> {
 
     /// Where the outer integral of `lobe` looks at its integrand: inclinations theta_i within
     /// +-pi/2, in rising order; none where it is left out.
-    pub fn outer_nodes(
+    pub(crate) fn outer_nodes(
         &self,
         lobe: Lobe,
         light: &LightInFrame,

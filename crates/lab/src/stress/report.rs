@@ -66,7 +66,7 @@ pub struct Check {
 
 impl Check {
     /// A check that was not run.
-    pub fn not_run(name: &str, backend: &'static str, why: &str) -> Check {
+    pub(crate) fn not_run(name: &str, backend: &'static str, why: &str) -> Check {
         Check {
             name: name.to_owned(),
             backend,

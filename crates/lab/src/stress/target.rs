@@ -77,7 +77,7 @@ impl<'a> Target<'a> {
     }
 
     /// Does the scheme have nodes of the outer integral to choose?
-    pub fn has_nodes(&self) -> bool {
+    pub(crate) fn has_nodes(&self) -> bool {
         self.scheme == Scheme::Lobes
     }
 
@@ -90,7 +90,7 @@ impl<'a> Target<'a> {
 
     /// What depends on the fibre alone, with at most `nodes` nodes of the outer integral for each
     /// mode. The paper's scheme has none.
-    pub fn prepare_with_nodes(
+    pub(crate) fn prepare_with_nodes(
         &self,
         hair: &HairParams,
         nodes: u32,

@@ -92,7 +92,7 @@ pub fn point_shadows(
 }
 
 /// Directions of the light in the list of all sweeps.
-pub fn directions_of<'a>(light: &LightRecord, sweeps: &'a [[f32; 4]]) -> &'a [[f32; 4]] {
+pub(crate) fn directions_of<'a>(light: &LightRecord, sweeps: &'a [[f32; 4]]) -> &'a [[f32; 4]] {
     let first = light.first_sweep as usize;
     &sweeps[first..first + light.n_sweeps as usize]
 }
@@ -127,7 +127,7 @@ impl<'a> ShadowBuilder<'a> {
     }
 
     /// `method` on another grid, where it has one.
-    pub fn on_grid(method: Method, strands: &'a Strands, grid: Grid) -> ShadowBuilder<'a> {
+    pub(crate) fn on_grid(method: Method, strands: &'a Strands, grid: Grid) -> ShadowBuilder<'a> {
         let needs_rays = matches!(method, Method::Ray | Method::ForwardMap);
         ShadowBuilder {
             method,
@@ -142,7 +142,7 @@ impl<'a> ShadowBuilder<'a> {
     }
 
     /// Prepares one light; `directions` (the fourth float is not read) are those of the sweep.
-    pub fn light_shadows(
+    pub(crate) fn light_shadows(
         &'a self,
         light: &LightRecord,
         directions: &[[f32; 4]],
@@ -192,7 +192,7 @@ impl LightShadows<'_> {
 }
 
 /// `n` directions inside the light's lobe, each for the same share of its radiance.
-pub fn lobe_of(light: &LightRecord, n: u32) -> Vec<[f32; 3]> {
+pub(crate) fn lobe_of(light: &LightRecord, n: u32) -> Vec<[f32; 3]> {
     let lobe = strandlight_formats::SrbfLight {
         direction: light.direction,
         lambda: light.lambda,

@@ -37,7 +37,7 @@ impl Motion {
     }
 
     /// The files of the sequence that the hair is made of at a time in seconds.
-    pub fn files_at(&self, seconds: f64) -> Vec<&Path> {
+    pub(crate) fn files_at(&self, seconds: f64) -> Vec<&Path> {
         match self {
             Motion::Wind(_) => Vec::new(),
             Motion::Sequence(sequence) => sequence.files_at(seconds).to_vec(),

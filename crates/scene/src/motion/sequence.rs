@@ -61,7 +61,7 @@ impl Sequence {
     }
 
     /// The files of the frames around a time in seconds.
-    pub fn files_at(&self, seconds: f64) -> [&Path; 2] {
+    pub(crate) fn files_at(&self, seconds: f64) -> [&Path; 2] {
         let (wanted, _) = self.around(seconds);
         wanted.map(|frame| &*self.frames[frame])
     }

@@ -97,7 +97,7 @@ impl Wind {
 }
 
 /// In -1..1 at a corner of the cells.
-pub fn corner_value(corner: IVec3, seed: u32) -> f32 {
+pub(crate) fn corner_value(corner: IVec3, seed: u32) -> f32 {
     let x = hash_u32(corner.x as u32 ^ seed);
     let y = hash_u32(x ^ corner.y as u32);
     let z = hash_u32(y ^ corner.z as u32);
@@ -123,7 +123,7 @@ pub fn noise(octave: &Octave, channel: u32, position: Vec3) -> f32 {
 }
 
 /// Pull at a place as a share of what holds a fibre in its direction, shorter than 1.
-pub fn pull_at(wind: &Wind, position: Vec3) -> Vec3 {
+pub(crate) fn pull_at(wind: &Wind, position: Vec3) -> Vec3 {
     let speed = wind.speed * (1.0 + wind.gust * noise(&wind.octaves[0], 0, position));
     let drag = speed * speed / (WEIGHT_SPEED * WEIGHT_SPEED);
     let strength = drag / (1.0 + drag * drag).sqrt();
@@ -137,7 +137,7 @@ pub fn pull_at(wind: &Wind, position: Vec3) -> Vec3 {
 }
 
 /// How much of the pull acts at this length from the root.
-pub fn flexibility(wind: &Wind, length_cm: f32) -> f32 {
+pub(crate) fn flexibility(wind: &Wind, length_cm: f32) -> f32 {
     let square = length_cm * length_cm;
     square / (square + wind.stiffness * wind.stiffness)
 }

@@ -134,7 +134,7 @@ impl Brush {
     }
 
     /// How near the centre a point `distance` cm from it is: 1 there, 0 and below outside.
-    pub fn nearness(&self, distance: f32) -> f32 {
+    pub(crate) fn nearness(&self, distance: f32) -> f32 {
         1.0 - distance / self.radius_cm
     }
 

@@ -76,7 +76,7 @@ impl Paint {
     ///
     /// # Errors
     /// Not as many entries as the groom of `strands` has points, or as `strands` has.
-    pub fn spread_range(
+    pub(crate) fn spread_range(
         &self,
         strands: &Strands,
         changed: Range<usize>,
