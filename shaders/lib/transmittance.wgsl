@@ -6,7 +6,7 @@ const P_1: f32 = 0.25;
 const P_2: f32 = 0.0625;
 // Factor of shares in half floats.
 const RECORD_SCALE: f32 = 32768.0;
-// Least share that is told from none.
+// Least share that is distinguished from none.
 const LEAST_SHARE: f32 = 2e-9;
 
 // E exp(-p tau) at p = 1, P_1, P_2, and the sine of the inclination to the crossed fibres.

@@ -231,7 +231,7 @@ impl Layers {
     /// whatever draws the light. `observe` receives the progress, 0..=1.
     ///
     /// # Errors
-    /// As [`check_memory`]; whatever the backend answers.
+    /// As `check_memory`; whatever the backend answers.
     pub fn draw(
         backend: &mut dyn Backend,
         (specs, data): (&[Spec], &[&DataLayer]),

@@ -31,7 +31,7 @@ impl Shadows {
 }
 
 /// Packed records, `[light][voxel]`: means over each light's directions in `sweeps`; zeros for
-/// black lights, which nobody asks about. `volume` is what [`super::voxelise`] answers.
+/// black lights, which are never looked up. `volume` is what [`super::voxelise`] answers.
 pub fn transmittance(
     grid: &Grid,
     volume: &[[f32; 8]],

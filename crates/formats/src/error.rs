@@ -75,7 +75,7 @@ pub enum Error {
         /// Where in the file, in bytes; 0 where no better place is known.
         offset: u64,
     },
-    /// A text file that does not parse, or names a key nobody knows.
+    /// A text file that does not parse, or names an unknown key.
     #[error("{}{what}", place(file, Some(*line), Some(*column)))]
     Syntax {
         /// The file.

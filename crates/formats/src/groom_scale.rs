@@ -88,7 +88,7 @@ pub struct Guesses {
 /// hair on top of a child's head to bushy scalps. The ratio is below 2.54, so that at most one unit
 /// fits.
 const SCALP_CM: (f64, f64) = (13.0, 28.0);
-/// How high the roots of somebody standing are, cm.
+/// Height of the scalp of a standing person, cm.
 const STANDING_CM: (f64, f64) = (140.0, 195.0);
 /// The same, and of children and people who sit, once the unit is known.
 const UPRIGHT_CM: (f64, f64) = (100.0, 210.0);

@@ -15,7 +15,7 @@ pub(crate) const STANDARD_STREAM: &str = "-";
 
 /// Most bytes taken from a pipe: it is kept in memory, where a file would stay on the disk.
 const MAX_PIPE_BYTES: u64 = 1 << 32;
-/// Most bytes taken from a device: `/dev/zero` never ends, and nobody keeps assets in one.
+/// Most bytes taken from a device: `/dev/zero` never ends, and assets are not kept in one.
 const MAX_DEVICE_BYTES: u64 = 64 << 20;
 
 /// What an opened input is read from.

@@ -129,7 +129,7 @@ mod tests {
             text.contains("purple") && text.contains("zinke-fig8-blond"),
             "{text}"
         );
-        // Faults beside a preset are told with their place as ever.
+        // Faults beside a preset are reported with their place.
         let error = scene("preset = 'blond'\ncolour = 1").expect_err("no such key");
         assert!(error.to_string().contains("line 8"), "{error}");
         let error = scene("preset = 'blond'\neta = 9.0").expect_err("out of range");

@@ -170,7 +170,7 @@ impl HairFile {
 }
 
 impl HairSection {
-    /// Thickness of a human hair in cm where nobody says otherwise.
+    /// Thickness of a human hair in cm, the default.
     pub const DEFAULT_DIAMETER_CM: f64 = 0.008;
 
     /// The keys that give the colour, each in its own way.

@@ -54,7 +54,7 @@ impl Default for WindSection {
 }
 
 impl MotionSection {
-    /// Frames a second where nobody says otherwise.
+    /// Frames per second by default.
     pub const DEFAULT_FPS: f64 = 24.0;
 }
 

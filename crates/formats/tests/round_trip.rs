@@ -134,7 +134,7 @@ mod random {
             parameters in pairs(),
             cm_per_unit in 1e-6f64..1e6,
             up in prop::sample::select(vec![UpAxis::X, UpAxis::Y, UpAxis::Z]),
-            // A format that nobody knows is kept as it is.
+            // An unknown format is kept as it is.
             original in prop::option::of(("[!-~]{1,64}", prop::collection::vec(any::<u8>(), 0..200))),
         ) -> Groom {
             let mut strand_offsets = vec![0];

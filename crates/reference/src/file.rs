@@ -222,11 +222,11 @@ fn other_inputs(header: &Header, provenance: &Provenance) -> FileError {
     let blamed = BLAMED.into_iter().find_map(|(name, what)| {
         let found = text_of(header, name.strip_prefix("strandlight/")?);
         let expected = provenance.get(name);
-        let told = |value: Option<&str>| value.unwrap_or("none").to_owned();
+        let text = |value: Option<&str>| value.unwrap_or("none").to_owned();
         (found.as_deref() != expected).then(|| FileError::Other {
             what,
-            found: told(found.as_deref()),
-            expected: told(expected),
+            found: text(found.as_deref()),
+            expected: text(expected),
         })
     });
     // Files of 0.1.0 tell nothing.

@@ -346,7 +346,7 @@ fn a_picture_does_not_depend_on_threads_and_can_be_gone_on_with() {
         let empty = || of(Film::new(size), "a");
         let method = Method::Path;
         let seed = 10;
-        for (wanted, told) in [
+        for (wanted, named) in [
             (
                 ReferenceFile { method, ..empty() },
                 "its method is directional, not path",
@@ -356,7 +356,7 @@ fn a_picture_does_not_depend_on_threads_and_can_be_gone_on_with() {
             (of(Film::new(size), "b"), "its groom is a, not b"),
         ] {
             let error = refused(wanted, &bytes).to_string();
-            assert!(error.ends_with(told), "{error}");
+            assert!(error.ends_with(named), "{error}");
         }
         for length in [0, 3, 100, bytes.len() / 2, bytes.len() - 1] {
             refused(empty(), &bytes[..length]);

@@ -245,7 +245,7 @@ pub struct Written {
     /// Bytes written.
     pub bytes: usize,
     /// A texture has another size: bind groups that hold [`GpuOptics::entries`] are out of date.
-    pub is_bound_anew: bool,
+    pub needs_rebind: bool,
 }
 
 impl Written {
@@ -257,7 +257,7 @@ impl Written {
             write_texels(context, texture, bytemuck::cast_slice(&optics.averages));
         } else {
             *view = upload_averages(context, &[optics]);
-            self.is_bound_anew = true;
+            self.needs_rebind = true;
         }
     }
 
@@ -276,7 +276,7 @@ impl Written {
             write_texels(context, texture, bytemuck::cast_slice(&lobes.texels));
         } else {
             *view = upload_lobes(context, label, &[lobes]);
-            self.is_bound_anew = true;
+            self.needs_rebind = true;
         }
     }
 }

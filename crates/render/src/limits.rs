@@ -130,16 +130,16 @@ mod tests {
     #[test]
     fn the_first_limit_that_is_missed_is_named() {
         let refused = |limits: &wgpu::Limits| to_ask_for(limits, Demand::Offered).unwrap_err();
-        let told = refused(&wgpu::Limits::downlevel_defaults());
+        let text = refused(&wgpu::Limits::downlevel_defaults());
         assert_eq!(
-            told,
+            text,
             "its max_storage_buffers_per_shader_stage is 4; 8 is needed"
         );
-        let told = refused(&wgpu::Limits {
+        let text = refused(&wgpu::Limits {
             min_uniform_buffer_offset_alignment: 512,
             ..wgpu::Limits::default()
         });
-        assert!(told.contains("is 512; 256 or less"), "{told}");
+        assert!(text.contains("is 512; 256 or less"), "{text}");
         // What is just enough is enough, and one less is not.
         for (ix, need) in NEEDS.iter().enumerate() {
             assert!((need.of)(&wgpu::Limits::default()) >= need.least, "{ix}");

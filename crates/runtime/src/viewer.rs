@@ -32,7 +32,7 @@ pub struct Viewer<B: Backend + ?Sized = ProgressiveRenderer> {
     framing: (Vec3, f32),
     /// Size of the window, in place of the scene's.
     window: Option<[u32; 2]>,
-    /// Where somebody looks from, in place of the scene's camera.
+    /// Where the user looks from, in place of the scene's camera.
     view: Option<Camera>,
     /// Seconds since the start of the motion.
     time: f64,

@@ -17,7 +17,7 @@ pub struct Camera {
     pub fov_y: f32,
 }
 
-/// Vertical angle of view of a camera nobody described: 30 degrees.
+/// Default vertical angle of view: 30 degrees.
 pub const DEFAULT_FOV_Y: f32 = 30.0 * std::f32::consts::PI / 180.0;
 
 impl Camera {

@@ -16,7 +16,7 @@ pub struct Optics {
     pub fibre: Fibre,
     /// Coefficients of R.
     pub reflectance: Reflectance,
-    /// Lobes of TT; [`no_lobes`] where the mode is not enabled.
+    /// Lobes of TT; `no_lobes` where the mode is not enabled.
     pub tt: LobeTexture,
     /// Lobes of TRT, likewise.
     pub trt: LobeTexture,

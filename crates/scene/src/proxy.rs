@@ -203,7 +203,7 @@ pub fn is_blocked_by(proxy: &ProxyRecord, position: Vec3, direction: Vec3) -> bo
     b < 0.0 && b * b > e.dot(e) * (q.dot(q) - 1.0)
 }
 
-/// Distance along a unit direction to the surface, from outside; [`NO_HIT`] where there is none.
+/// Distance along a unit direction to the surface, from outside; `NO_HIT` where there is none.
 pub fn entry_distance(proxy: &ProxyRecord, origin: Vec3, direction: Vec3) -> f32 {
     let q = to_unit(proxy, origin);
     let e = turned_to_unit(proxy, direction);

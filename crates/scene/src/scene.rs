@@ -39,11 +39,11 @@ pub struct PreparedScene {
     /// d_f and d_b: shares of the hair in front of and behind a fibre that scatter, 0..=1.
     pub densities: [f32; 2],
     /// Products of a point and a light are left out below this share of all lights' power;
-    /// [`NEGLIGIBLE_SHARE`].
+    /// `NEGLIGIBLE_SHARE`.
     pub negligible_share: f32,
     /// Shadow maps to draw, about, shared out to the lights by power: see [`crate::shadow_maps`].
     pub shadow_maps: u32,
-    /// Most bytes of the lights' records that a device keeps between frames; [`RECORD_BUDGET`].
+    /// Most bytes of the lights' records that a device keeps between frames; `RECORD_BUDGET`.
     /// Where they are more, every frame sweeps again, batch by batch.
     pub record_budget: u64,
     /// Amplitudes, one for each light, that shadow maps are shared out by and that negligible power

@@ -37,7 +37,7 @@ const COARSE_SIDE: f32 = 64.0;
 /// Lights narrower than this get [`FINE_SIDE`].
 const FINE_LAMBDA: f32 = 0.05;
 
-/// Maps of a scene unless somebody says otherwise.
+/// Maps of a scene by default.
 pub(crate) const DEFAULT_SHADOW_MAPS: u32 = 96;
 
 /// Most maps of a scene.
@@ -58,8 +58,8 @@ const MAX_BYTES: usize = 128 << 20;
 /// A wide light and its unblocked share as the mean over its lobe say too much of TT, which takes
 /// its light from a narrow lobe about the line of sight: there the hair behind the strand stands,
 /// and with the mean share wide lights shine through it 20 to 30 % too bright. So one more share is
-/// found for every view, that of a lobe of width [`THROUGH_LAMBDA`] along it, and TT's share of a
-/// light goes from the light's own to that one as [`through_weight`].
+/// found for every view, that of a lobe of width `THROUGH_LAMBDA` along it, and TT's share of a
+/// light goes from the light's own to that one as `through_weight`.
 pub const THROUGH_SLOT: u32 = 0;
 
 /// Width of the lobe that TT takes its light from; found by comparing with exact shadows of every
@@ -244,7 +244,7 @@ fn map_side(strands: &Strands, reach: f32) -> u32 {
     if complexity <= MAX_DEPTH_COMPLEXITY {
         return SHADOW_SIDE;
     }
-    // In proportion, since wider strands also need fewer texels to be told apart; but within the
+    // In proportion, since wider strands also need fewer texels to be resolved; but within the
     // bound in any case.
     let over = MAX_DEPTH_COMPLEXITY / complexity;
     let wanted = (over * SHADOW_SIDE as f32).max(COARSE_SIDE);

@@ -5,7 +5,7 @@ use web_time::Instant;
 
 use crate::material::PartReport;
 
-/// Told how much of a frame is done, 0..=1 and growing, now and then, from any thread.
+/// Called from any thread with the share of a frame that is done, 0..=1 and growing.
 pub type Observer<'a> = &'a (dyn Fn(f64) + Sync);
 
 /// Part of a frame's progress that lighting is taken for; drawing is the rest.

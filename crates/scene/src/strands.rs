@@ -317,7 +317,7 @@ impl Strands {
         }
         self.segments.clear();
         (self.n_strands, self.n_degenerate) = (0, 0);
-        // Points closer than this cannot be told apart in f32 and have no direction between them.
+        // Points closer than this have no direction between them in f32.
         let merge_distance = (1e-6 * self.radius).max(1e-7);
         let mut knots: Vec<(Vec3, f32)> = Vec::new();
         // By knot: the first and the last point of the groom that lie there.

@@ -116,7 +116,7 @@ impl ShadingTables {
     }
 
     /// Takes what shading with `modes` needs out of a file: one table a mode, see
-    /// [`table_of`]; the others stay empty and must not be sampled. Channels are found by name, so
+    /// `table_of`; the others stay empty and must not be sampled. Channels are found by name, so
     /// their order in the file does not matter.
     ///
     /// # Errors

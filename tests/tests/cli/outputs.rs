@@ -185,7 +185,7 @@ fn devices_stay_and_a_full_disk_is_an_error() {
     ] {
         bash_refused(at, line, &["space"]);
     }
-    // Nobody has the file if the reader is gone; results in words are another matter.
+    // The file reached no one if the reader is gone; results in words are another matter.
     let gone = "set -o pipefail; $S groom generate --style bob --strands 3000 -o - --quiet | true";
     bash_refused(at, gone, &["-: cannot be written"]);
     bash_done(at, "set -o pipefail; $S inspect a.tables --json | true");

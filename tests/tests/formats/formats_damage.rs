@@ -176,7 +176,7 @@ fn a_newer_major_version_is_refused_by_name() {
     }
 }
 
-/// `bytes` with minor version 9 and a section `NEWS` that nobody knows yet, at the end.
+/// `bytes` with minor version 9 and a section `NEWS` that is not known yet, at the end.
 fn from_the_future(bytes: &[u8], content: &[u8]) -> Vec<u8> {
     let n_sections = u32::from_le_bytes(bytes[16..20].try_into().expect("4 bytes"));
     let directory_end = 64 + 32 * n_sections as usize;

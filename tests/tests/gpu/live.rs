@@ -316,7 +316,7 @@ fn muted_lights_are_not_looked_at_and_keep_their_shadows() {
     let after = report(&context, &mut live);
     assert_eq!(5 * products(&after), 3 * of_all);
     assert_eq!(after.runs("shadow maps") + after.runs("transmittance"), 0);
-    // The others alone, which share out the maps anew: shadows differ a little.
+    // The others alone, which share the maps among themselves: shadows differ a little.
     scene.lights.remove(3);
     scene.lights.remove(0);
     let error = picture_rmse(&muted, &fresh(&context, &scene));
@@ -508,17 +508,17 @@ fn an_adapter_below_the_usual_limits_draws_the_same_and_says_what_it_cannot() {
     let mut live = ProgressiveRenderer::new(&small, scene.clone()).unwrap();
     assert_eq!(live.finish(SAMPLES).unwrap(), expected);
     let refused = [live.set_size([2049, 8]), live.set_size([2048, 2048])];
-    let told = refused.map(|answer| answer.unwrap_err().to_string());
-    assert!(told[0].contains("2049x8") && told[0].contains("at most 2048"));
+    let text = refused.map(|answer| answer.unwrap_err().to_string());
+    assert!(text[0].contains("2049x8") && text[0].contains("at most 2048"));
     assert!(
-        told[1].contains("67108864") && told[1].contains("33554432"),
-        "{told:?}"
+        text[1].contains("67108864") && text[1].contains("33554432"),
+        "{text:?}"
     );
     let few = Context::within(|limits| limits.max_storage_buffers_per_shader_stage = 7);
-    let told = few.unwrap_err().to_string();
+    let text = few.unwrap_err().to_string();
     assert!(
-        told.contains("max_storage_buffers_per_shader_stage is 7; 8"),
-        "{told}"
+        text.contains("max_storage_buffers_per_shader_stage is 7; 8"),
+        "{text}"
     );
 }
 
@@ -543,12 +543,12 @@ fn strands_do_not_crawl_while_orbiting() {
             let start = frame(0.0, samples);
             let change = picture_rmse(&frame(degrees, samples), &start);
             let noise = picture_rmse(&start, &converged);
-            let anew = (change * change - truth * truth).sqrt() / (2.0_f64.sqrt() * noise);
+            let added = (change * change - truth * truth).sqrt() / (2.0_f64.sqrt() * noise);
             println!(
-                "{degrees} degrees, {samples} samples: noise {noise:.3}, {anew:.3} of it anew; \
+                "{degrees} degrees, {samples} samples: noise {noise:.3}, {added:.3} of it added; \
                  change {change:.4}, of finished pictures {truth:.4}"
             );
-            assert!((least..most).contains(&anew), "{degrees}: {anew}");
+            assert!((least..most).contains(&added), "{degrees}: {added}");
         }
     }
 }

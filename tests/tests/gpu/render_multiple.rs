@@ -121,8 +121,8 @@ fn an_edit_of_multiple_scattering_draws_what_a_new_renderer_draws() {
     let mut hair = *scene.hair.hair();
     hair.sigma_a = BLOND;
     renderer.set_hair(&hair, scene.hair.modes()).unwrap();
-    let anew = at(&mut ProgressiveRenderer::new(&context, scene_of(40, BLOND).clone()).unwrap());
-    assert!(at(&mut renderer) == anew && anew != before);
+    let fresh = at(&mut ProgressiveRenderer::new(&context, scene_of(40, BLOND).clone()).unwrap());
+    assert!(at(&mut renderer) == fresh && fresh != before);
 }
 
 #[test]

@@ -293,9 +293,9 @@ fn an_edit_draws_what_a_new_renderer_draws() {
     }
     let mut edited = scene.clone();
     edited.hair = textures(&hair, &strandlight_scattering::Lobe::ALL);
-    let anew = at(&mut ProgressiveRenderer::new(&context, edited.clone()).unwrap());
-    assert!(at(&mut renderer) == anew);
-    assert!(anew != before);
+    let fresh = at(&mut ProgressiveRenderer::new(&context, edited.clone()).unwrap());
+    assert!(at(&mut renderer) == fresh);
+    assert!(fresh != before);
 }
 
 /// Every point of `strands` bent aside the more the lower it hangs, and thinner.

@@ -71,7 +71,7 @@ fn a_stroke_ends_before_the_scene_is_saved_or_read_again() {
     assert_eq!(saved.files.len(), 2, "{saved:?}");
     assert!(viewer.session().can_undo() && !viewer.session().is_modified());
     assert_eq!(open(&files).paint(), painted.as_ref());
-    // What is left of the drag is nobody's.
+    // What is left of the drag is ignored.
     viewer.drag([60.0, 60.0]).expect("nothing");
     viewer.release().expect("nothing");
     assert!(!viewer.session().is_modified());

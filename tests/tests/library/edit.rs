@@ -71,7 +71,7 @@ fn edited(hair: &HairParams, parameter: Parameter, unit: f64) -> HairParams {
     hair
 }
 
-/// The parts that were made anew.
+/// The parts that were rebuilt.
 fn rebuilt(report: &EditReport) -> Vec<Part> {
     report.rebuilt().map(|report| report.part).collect()
 }
@@ -286,9 +286,9 @@ fn no_state_depends_on_the_edits_before() {
             is_multiple = !is_multiple;
             now.enable_multiple(is_multiple);
         }
-        let mut anew = textures(&hair, &modes);
-        anew.enable_multiple(is_multiple);
-        assert!(now == anew);
+        let mut fresh = textures(&hair, &modes);
+        fresh.enable_multiple(is_multiple);
+        assert!(now == fresh);
     }
     assert!(n_kept > 60, "nothing was ever kept");
 }

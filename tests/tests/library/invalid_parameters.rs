@@ -269,7 +269,7 @@ fn scene_files() {
                 };
                 for bad in bad {
                     let error = read(ix, &bad).unwrap_err();
-                    // What does not fit into a u32 is told by the reader of the text.
+                    // What does not fit into a u32 is refused by the reader of the text.
                     let is_named = error.to_lowercase().contains(&format!("{named}{bad},"))
                         || error.contains(spec.key) && (is_whole || error.contains(&named));
                     assert!(is_named, "{named}{bad}: {error}");

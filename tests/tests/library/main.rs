@@ -6,6 +6,7 @@ mod cpu_edits;
 mod edit;
 mod golden_pictures;
 mod invalid_parameters;
+mod invalidation;
 mod motion;
 mod multiple_scattering;
 mod packages;

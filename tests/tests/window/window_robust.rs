@@ -89,14 +89,14 @@ fn a_finished_picture_is_left_alone() {
 }
 
 #[test]
-fn unsaved_edits_and_changes_on_disk_are_both_kept_until_somebody_decides() {
+fn unsaved_edits_and_changes_on_disk_are_both_kept_until_the_user_decides() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let mut view = View::open(&desktop, &scene.path, &[]);
     view.after("edit", |view| view.type_number("Index eta", "1.9"));
     let theirs = SmallScene::text("eta = 1.45");
     std::fs::write(&scene.path, &theirs).expect("it can be written");
     let on_disk = || std::fs::read_to_string(&scene.path).expect("it is there");
-    // Saving at the end does not write over what nobody has looked at.
+    // Saving at the end does not write over what was not looked at.
     view.asked("unsaved", |view| view.key("ctrl+q"));
     view.asked("overwrite", |view| {
         view.click(view.middle("Save and close button"));

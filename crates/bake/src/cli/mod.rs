@@ -31,7 +31,7 @@ pub use output::{
     write_output,
 };
 
-/// Says a line on stderr, unless `--quiet`; where nobody can hear it, the work goes on.
+/// Says a line on stderr, unless `--quiet`; a closed stderr is no error.
 macro_rules! note {
     ($($text:tt)*) => {{
         use std::io::Write;

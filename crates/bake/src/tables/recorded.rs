@@ -1,4 +1,4 @@
-//! What a file says of its own errors, measured again on its own texels: a figure that nobody
+//! What a file says of its own errors, measured again on its own texels: a figure that nothing
 //! checks can be edited, or left over from other data.
 
 use strandlight_formats::{Table, TableFile};

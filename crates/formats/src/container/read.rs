@@ -255,7 +255,7 @@ impl<R: Read + Seek> Container<R> {
         decode_record(&self.read_array::<u8>(tag, 0)?, section.offset)
     }
 
-    /// Reads and checks the sections that nobody has asked for, so that a full read checks the
+    /// Reads and checks the sections that were not asked for, so that a full read checks the
     /// whole file: those of later minor versions.
     pub(crate) fn check_unread(&mut self) -> Result<()> {
         for ix in 0..self.sections.len() {
@@ -288,7 +288,7 @@ fn wrong_kind<R: Read + Seek>(source: &mut R, start: &[u8], kind: Kind) -> Error
     if (1..12).contains(&start.len()) && start.starts_with(&MAGIC[..start.len().min(8)]) {
         return Error::invalid("file ends within its header", start.len() as u64);
     }
-    // Text needs more than a header to be told apart.
+    // Text needs more than a header to be distinguished.
     let mut more = Vec::new();
     let read = source
         .seek(SeekFrom::Start(0))

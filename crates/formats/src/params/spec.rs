@@ -148,7 +148,7 @@ pub struct ParamSpec {
     pub label: &'static str,
     /// Symbol in the papers, empty where there is none.
     pub symbol: &'static str,
-    /// What it does, to somebody who has not read the papers.
+    /// What it does, in words that need no paper.
     pub help: &'static str,
     /// What it takes.
     pub kind: Kind,

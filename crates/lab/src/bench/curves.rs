@@ -218,7 +218,7 @@ fn energy_panel(
             let found = method
                 .on_fibre(&hair)?
                 .azimuthal(lobe, 1e-6, 1.0, at as f32)[0];
-            // Less than a millionth is nobody's concern.
+            // Less than a millionth is negligible.
             if exact > 1e-6 {
                 points.push((sigma_a, 100.0 * (f64::from(found) / exact - 1.0)));
             }

@@ -67,7 +67,7 @@ struct Base {
 
 /// How far the work is.
 #[derive(Clone, Copy, Debug)]
-pub enum Told<'a> {
+pub enum Progress<'a> {
     /// Another frame is drawn; there are [`n_frames`] in all, fewer of hair that cannot be painted.
     Frame,
     /// A group is done.
@@ -82,7 +82,7 @@ pub enum Told<'a> {
 }
 
 /// Progress callback.
-type Observer<'a> = &'a dyn Fn(Told);
+type Observer<'a> = &'a dyn Fn(Progress);
 
 /// Kinds of frames in all groups.
 const N_KINDS: u64 = 8 + 2 + 3 + 3 + 3 + 4 + 2;
@@ -103,7 +103,7 @@ pub fn frame_costs(
     context: &Context,
     scene: &PreparedScene,
     repetitions: u32,
-    observer: &dyn Fn(Told),
+    observer: &dyn Fn(Progress),
 ) -> Result<Vec<FrameCost>, RenderError> {
     let bench = Bench {
         context,
@@ -399,7 +399,7 @@ fn measure(
                 if round > 0 {
                     runs.push((milliseconds, stages.collect()));
                 }
-                (bench.observer)(Told::Frame);
+                (bench.observer)(Progress::Frame);
                 Ok(())
             };
             turn(true)?;
@@ -425,7 +425,7 @@ fn measure(
         }
     };
     let costs: Vec<FrameCost> = kinds.iter().zip(&runs).map(cost).collect();
-    (bench.observer)(Told::Group {
+    (bench.observer)(Progress::Group {
         costs: &costs,
         seconds: start.elapsed().as_secs_f64(),
         starting,

@@ -28,7 +28,7 @@ use strandlight_scene::paint::PaintKinds;
 use strandlight_scene::scene::{LightRecord, PreparedScene};
 use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, ShadowView};
 
-/// Points shaded by one step where nobody asks for fewer: at most some seconds of work on a
+/// Points shaded by one step by default: at most some seconds of work on a
 /// software device.
 pub(crate) const POINT_CHUNK: u32 = 1 << 15;
 

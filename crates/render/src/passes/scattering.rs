@@ -70,7 +70,7 @@ impl Scattering {
         }
         let painted = self.painted.as_mut();
         let is_other = painted.is_some_and(|painted| painted.update(context, hair, report));
-        written.is_bound_anew || is_other
+        written.needs_rebind || is_other
     }
 
     /// Bindings of the shading pass.

@@ -204,7 +204,7 @@ impl ProgressiveRenderer {
     }
 
     /// Whether [`ProgressiveRenderer::advance`] waits for what it has submitted, as it does
-    /// natively unless it is told otherwise, or leaves the device to itself and learns later how
+    /// natively by default, or leaves the device to itself and learns later how
     /// long it took, as it has to in a browser.
     pub fn set_waiting(&mut self, is_waiting: bool) {
         self.pacer = Pacer::new(is_waiting && !cfg!(target_arch = "wasm32"));

@@ -16,7 +16,7 @@ const UNKNOWN: f64 = 2e-3;
 /// fast device more than small steps do.
 const LOT: f64 = 1.5e-3;
 
-/// Most submissions under way where nobody waits for them.
+/// Most submissions in flight where the caller does not wait for them.
 const MOST_IN_FLIGHT: u32 = 32;
 
 /// A finished lot: its stage, runs, units and seconds.
@@ -166,7 +166,7 @@ impl Pacer {
         Ok(())
     }
 
-    /// ResourceCounts a submission that nobody waits for until the device has done it.
+    /// Counts a submission as in flight until the device has done it.
     fn watch(&self, context: &Context, stage: &'static str, units: f64, estimate: f64) {
         let lock = |flight: &Arc<Mutex<Flight>>, work: &dyn Fn(&mut Flight)| {
             work(&mut flight.lock().unwrap_or_else(PoisonError::into_inner));

@@ -10,7 +10,7 @@ use strandlight_scene::paint::Paint;
 #[derive(Clone, Debug)]
 pub(super) struct AssetSnapshot {
     pub assets: Assets,
-    /// Paint of the groom; none until somebody paints, if the groom has none.
+    /// Paint of the groom; none until the first stroke, if the groom has none.
     pub paint: Option<Arc<Paint>>,
     /// Number of the state that the paint is in: a stroke makes another, undoing it the old one.
     pub paint_state: u64,

@@ -35,7 +35,7 @@ impl Session {
         self.snapshot.paint_state != self.on_disk.paint_state
     }
 
-    /// Has a file of the document been written by somebody else since it was read or saved?
+    /// Has a file of the document been written by another program since it was read or saved?
     pub fn is_changed_on_disk(&self) -> bool {
         let changed = |(path, time): &(PathBuf, Option<SystemTime>)| {
             // A file that is being replaced is gone for a moment.
@@ -45,7 +45,7 @@ impl Session {
         self.on_disk.written.iter().any(changed)
     }
 
-    /// A file that [`Session::save`] would replace although somebody else has written it since it
+    /// A file that [`Session::save`] would replace although another program has written it since it
     /// was read or saved.
     pub fn conflict(&self) -> Option<&Path> {
         let groom = match self.is_repainted() {
@@ -181,7 +181,7 @@ impl Session {
         Ok(saved)
     }
 
-    /// Where the painted groom of a scene at `path` goes if nobody says.
+    /// Where the painted groom of a scene at `path` goes by default.
     fn groom_to_write(&self, path: &Path) -> PathBuf {
         let ours = |(key, value): &(String, String)| (&**key, &**value) == (SAVED_BY.0, SAVED_BY.1);
         let parameters = &self.snapshot.assets.groom.source.parameters;

@@ -439,7 +439,7 @@ fn a_scene_saved_elsewhere_names_the_same_files() {
         .save_as(&at.join("none/c.toml"))
         .expect_err("no folder");
     assert!(error.to_string().contains("c.toml"), "{error}");
-    // A write by somebody else is noticed, and taken by reloading.
+    // A write by another program is noticed, and taken by reloading.
     assert!(!session.is_changed_on_disk());
     let path = at.join("t/u/c.toml");
     let text = std::fs::read_to_string(&path).expect("read");
@@ -455,7 +455,7 @@ fn a_scene_saved_elsewhere_names_the_same_files() {
     assert!(session.reload().expect("readable").has(Edits::GEOMETRY));
     assert_eq!(session.scene().hair.eta, 1.7);
     assert!(!session.is_modified() && !session.is_changed_on_disk());
-    // Saving keeps what somebody wrote beside the values.
+    // Saving keeps comments beside the values.
     edit(&mut session, "eta", |s| s.hair.eta = 1.65);
     session.save().expect("written");
     let text = std::fs::read_to_string(&path).expect("read");
@@ -577,7 +577,7 @@ fn painted_hair_is_saved_beside_its_scene() {
     let mut session = session();
     session
         .files()
-        .write(Path::new("/s/a-painted.groom"), b"somebody's")
+        .write(Path::new("/s/a-painted.groom"), b"another program's")
         .expect("written");
     let none = Paint::unpainted(4);
     session.stroke(dyed(0..2, &none));
@@ -587,7 +587,7 @@ fn painted_hair_is_saved_beside_its_scene() {
     assert_eq!(
         saved.files,
         [groom, Path::new("/s/a.toml")],
-        "nobody's file is replaced"
+        "no other file is replaced"
     );
     assert_eq!(session.scene().groom.file, Path::new("a-painted-2.groom"));
     let again = Session::open_in(Path::new("/s/a.toml"), session.files().clone());
@@ -647,7 +647,7 @@ fn values_laid_over_the_file_are_how_the_scene_was_opened() {
     assert!(session.is_modified());
     session.undo();
     assert!(!session.is_modified());
-    // They stay over a file that somebody else has written, until they are written themselves.
+    // They stay over a file that another program has written, until they are written themselves.
     let exposed = format!("{SCENE}[render]\nsamples = 8\nexposure = 1.5\n");
     let write = |session: &Session| session.files().write(path, exposed.as_bytes());
     write(&session).expect("written");

@@ -64,7 +64,7 @@ impl App {
         let (proxy, display) = (self.proxy.clone(), self.display.clone());
         let opening = async move {
             let opened = Opened(Screen::open(window, display).await);
-            // Without a loop there is nobody left to show anything to.
+            // Without a loop there is no window left to show an error in.
             let _ = proxy.send_event(opened);
         };
         #[cfg(not(target_arch = "wasm32"))]

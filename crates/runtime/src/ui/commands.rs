@@ -348,7 +348,7 @@ impl Workspace {
         self.is_outdated = true;
     }
 
-    /// Saves where the scene is from and goes on with `then`; asks first where somebody else has
+    /// Saves where the scene is from and goes on with `then`; asks first where another program has
     /// written that file.
     pub(super) fn save(&mut self, then: Then) {
         self.end_stroke();

@@ -138,7 +138,7 @@ mod web {
     }
 
     impl Document {
-        /// The files of `viewer`'s scene, which nobody else changes.
+        /// The files of `viewer`'s scene, which no other program changes.
         pub fn new(viewer: &Viewer) -> Self {
             Document {
                 path: viewer.session().path().display().to_string(),

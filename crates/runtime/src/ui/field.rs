@@ -107,7 +107,7 @@ impl Field {
         Field { decimals, ..self }
     }
 
-    /// What it is for, to somebody who has not read the papers.
+    /// What it is for, in words that need no paper.
     pub fn help(self, help: impl Into<String>) -> Self {
         let help = help.into();
         Field { help, ..self }

@@ -14,7 +14,7 @@ pub type Open = Box<dyn FnOnce(&Context) -> Result<Viewer, SessionError>>;
 pub struct Launch {
     /// Opens the scene on a device.
     pub open: Open,
-    /// Width and height of the window in pixels; 1280 x 720 points if nobody says.
+    /// Width and height of the window in pixels; 1280 x 720 points by default.
     pub size: Option<[u32; 2]>,
     /// Seconds since the start of the scene's motion.
     pub seconds: f64,

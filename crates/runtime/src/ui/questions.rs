@@ -22,7 +22,7 @@ pub enum Question {
         /// That path.
         path: String,
     },
-    /// Somebody else has written a file that saving would replace.
+    /// Another program has written a file that saving would replace.
     Overwrite {
         /// That file.
         file: PathBuf,
@@ -54,7 +54,7 @@ pub enum Answer {
     SaveAs(String),
     /// And replace what is there.
     Replace(String),
-    /// Save over what somebody else has written.
+    /// Save over what another program has written.
     Overwrite(Then),
     /// Save first.
     Save(Then),

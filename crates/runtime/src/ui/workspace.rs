@@ -22,7 +22,7 @@ use strandlight_render::gpu::GpuError;
 use strandlight_render::progressive::Progress;
 use strandlight_scene::RenderError;
 
-/// Work on the picture in a frame while somebody moves something, and while nobody does.
+/// Work on the picture in a frame while the user drags something, and otherwise.
 const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis(40)];
 
 /// Frames in a row that are made for what has no size yet.
@@ -222,7 +222,7 @@ impl Workspace {
     }
 
     /// Lays the window out after the input `raw` and does what was asked for. Answers what to
-    /// paint, and whether somebody is moving something.
+    /// paint, and whether the user is dragging something.
     fn lay_out(&mut self, raw: egui::RawInput) -> (egui::FullOutput, bool) {
         let texture = self.screen.picture(self.viewer.display());
         let strands = &self.viewer.live().scene().strands;

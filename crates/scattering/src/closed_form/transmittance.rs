@@ -138,7 +138,7 @@ pub fn forward_events(record: &ShadowRecord, p: [f32; 3], share: [f32; 3]) -> [f
         let a_f = 1.0 - p[c];
         let depth = (1.0 - p[c] * reach.slope[c] / reach.value[c]) / reach.value[c];
         let events = a_f * share[c] * depth / (share[c] - record.shares[0]).max(1e-6);
-        // Rounding of shares next to 1 can make it anything; nobody crosses 16 times the mean.
+        // Rounding of shares next to 1 can make it anything; no path crosses 16 times the mean.
         events.min(1.0 + a_f * (16.0 * most)).max(1.0)
     })
 }

@@ -4,7 +4,7 @@ use strandlight_scattering::closed_form::{N_AVERAGE_COLUMNS, PaintedAverages};
 use strandlight_scattering::dual_scattering::PaintedAverageTable;
 use strandlight_scattering::lobes::PaintedTexture;
 
-/// Lobes and averages of painted hair, whatever its colours; those that nobody needs are empty and
+/// Lobes and averages of painted hair, whatever its colours; those that are not needed are empty and
 /// must not be sampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaintedOptics {

@@ -25,7 +25,7 @@ const CHANGES: [&str; 9] = [
 /// Pictures of the same scene differ by no more: root mean square, 0..=255.
 pub const SAME: f64 = 0.5;
 
-/// Pictures that somebody would call different differ by more.
+/// Pictures that look different differ by more.
 pub const DIFFERENT: f64 = 4.0;
 
 /// An X server without a screen to look at.
@@ -369,7 +369,7 @@ impl<'a> View<'a> {
         ticks as f64 / 100.0
     }
 
-    /// Asserts that the window makes no frame and uses no processor while nobody does anything.
+    /// Asserts that the window makes no frame and uses no processor while there is no input.
     pub fn assert_at_rest(&self, what: &str) {
         // The last frames that were asked for may take a while on a busy machine.
         let start = Instant::now();
@@ -384,7 +384,7 @@ impl<'a> View<'a> {
         let frames = self.count("drawn") - before.0;
         let seconds = self.processor_seconds() - before.1;
         println!("{what}: {frames} frames, {seconds:.2} s of the processor in 5 s");
-        assert_eq!(frames, 0, "{what}: frames that nobody asked for");
+        assert_eq!(frames, 0, "{what}: frames without a cause");
         // A spinning window takes seconds; looking at the scene's files once a second nothing.
         assert!(seconds < 0.25, "{what}: {seconds} s of the processor");
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde_json::json;
 use strandlight_formats::Scene;
-use strandlight_lab::bench::frames::{FrameCost, Told, frame_costs, n_frames};
+use strandlight_lab::bench::frames::{FrameCost, Progress, frame_costs, n_frames};
 use strandlight_render::gpu::Context;
 use strandlight_scene::PreparedScene;
 
@@ -41,9 +41,9 @@ pub fn run(args: &Args) -> Outcome {
     prepared.size = args.size.unwrap_or(prepared.size);
     let context = Context::new().map_err(Failure::input)?;
     let progress = progress("frames", n_frames(args.repetitions));
-    let observer = |told: Told| match told {
-        Told::Frame => progress.advance(1),
-        Told::Group {
+    let observer = |event: Progress| match event {
+        Progress::Frame => progress.advance(1),
+        Progress::Group {
             costs,
             seconds,
             starting,
