@@ -178,13 +178,13 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
         let lights = &input.viewer.session().light_set().lights;
         panel::lights::show(ui, scene, lights, &mut state.lights, changes);
     });
-    section(ui, "Picture", false, changes, |ui, changes| {
+    section(ui, "Render", false, changes, |ui, changes| {
         panel::picture::show(ui, scene, changes);
     });
     section(ui, "Motion", false, changes, |ui, changes| {
         panel::motion::show(ui, scene, &mut state.motion, changes);
     });
-    section(ui, "Head and ground", false, changes, |ui, changes| {
+    section(ui, "Proxies", false, changes, |ui, changes| {
         let groom = input.viewer.session().groom();
         panel::motion::proxies(ui, scene, groom, input.bounds, changes);
     });

@@ -120,7 +120,10 @@ pub fn proxies(
     let has_room = scene.proxies.len() < MAX_PROXIES;
     row(ui, |ui| {
         let help = "Matte object that shadows and occludes the hair";
-        for (text, added) in [("Add head", reach.head()), ("Add ground", reach.ground())] {
+        for (text, added) in [
+            ("Add ellipsoid", reach.head()),
+            ("Add ground", reach.ground()),
+        ] {
             let button = ui.add_enabled(has_room, egui::Button::new(text));
             if button.on_hover_text(help).clicked() {
                 scene.proxies.push(added);
@@ -154,7 +157,7 @@ fn one(
     let mut is_removed = false;
     row(ui, |ui| {
         let name = match proxy {
-            ProxySection::Ellipsoid { .. } => "Head",
+            ProxySection::Ellipsoid { .. } => "Ellipsoid",
             ProxySection::Ground { .. } => "Ground",
         };
         ui.strong(format!("{name} {number}"));
