@@ -116,18 +116,18 @@ pub(crate) struct ResourceCounters {
 }
 
 impl ResourceCounters {
-    /// ResourceCounts one.
+    /// Counts one.
     pub fn add(counter: &AtomicU64) {
         counter.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// ResourceCounts a buffer.
+    /// Counts a buffer.
     pub fn add_buffer(&self, bytes: u64) {
         Self::add(&self.buffers);
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
     }
 
-    /// ResourceCounts a texture.
+    /// Counts a texture.
     pub fn add_texture(&self, bytes: u64) {
         Self::add(&self.textures);
         self.bytes.fetch_add(bytes, Ordering::Relaxed);

@@ -28,7 +28,7 @@ pub struct StageReport {
 pub struct RenderReport {
     /// Work by kind, in the order it first ran; what is not there was not needed.
     pub stages: Vec<StageReport>,
-    /// ResourceCounts of the scene, and of the products of points and lights.
+    /// Counts of the scene, and of the products of points and lights.
     pub stats: Stats,
     /// Which textures the last edit of the hair recomputed.
     pub edit: Option<EditReport>,
@@ -91,7 +91,7 @@ impl RenderReport {
         &mut self.stages[ix]
     }
 
-    /// ResourceCounts a run that was submitted.
+    /// Counts a run that was submitted.
     pub(crate) fn ran(&mut self, name: &'static str) {
         self.stage_mut(name).runs += 1;
     }

@@ -2,8 +2,8 @@
 //!
 //! Once for the strands and the lights: `voxelise` (shadow volume) -> shadow maps,
 //! `transmittance`. A frame: the maps towards the eye -> `shade`, in batches of lights -> `draw`
-//! (project, ribbons, passes of four samples, accumulate) -> `composite`. what needs
-//! no picture of its own ends before `draw`.
+//! (project, ribbons, passes of four samples, accumulate) -> `composite`. In the pass of a host,
+//! `hosted` takes the place of the last two.
 
 pub(crate) mod clock;
 mod covering;

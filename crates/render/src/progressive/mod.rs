@@ -84,7 +84,7 @@ pub struct ProgressiveRenderer {
     /// Of another size, not drawn yet.
     next_screen: Option<Screen>,
     noise: Noise,
-    /// ResourceCounts of products that shading left, and of how many batches.
+    /// Counts of products that shading left, and of how many batches.
     counters: (Readback, u64),
     /// Whether the first picture is to be one without shadows.
     has_preview: bool,
