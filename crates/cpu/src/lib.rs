@@ -31,6 +31,8 @@
 
 mod composite;
 mod data_layers;
+mod frame;
+mod list;
 mod project;
 mod proxies;
 mod raster;
@@ -38,6 +40,8 @@ mod renderer;
 mod shade;
 mod shadow_map;
 mod transmittance;
+mod unblocked;
+mod visible;
 mod voxelise;
 
 pub use data_layers::{DATA_LAYERS, DataLayer, data_layers};

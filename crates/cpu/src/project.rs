@@ -32,12 +32,32 @@ pub(super) fn project(view: &ViewUniform, strands: &Strands) -> Vec<Projected> {
         .collect()
 }
 
-fn project_point(view: &ViewUniform, point: &[f32; 4], tangent: &[f32; 4]) -> Projected {
+/// A point of a strand on the screen, as it is.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ScreenPoint {
+    /// Where its middle is, px.
+    pub at: [f32; 2],
+    /// Unit vector along the strand, root to tip.
+    pub along: [f32; 2],
+    /// Half the width of the ribbon, px; [`MIN_WIDTH_PX`] / 2 at least.
+    pub half_width: f32,
+    /// 0..1 between the near and far planes.
+    pub depth: f32,
+    /// Coverage of the ribbon; below zero: not drawn.
+    pub coverage: f32,
+}
+
+/// Projects a point (x, y, z, radius) with its tangent.
+pub(super) fn screen_point(
+    view: &ViewUniform,
+    point: &[f32; 4],
+    tangent: &[f32; 4],
+) -> ScreenPoint {
     let [x, y, depth] = screen_position(view, Vec3::new(point[0], point[1], point[2]));
     if depth < view.near {
-        return Projected {
+        return ScreenPoint {
             coverage: -1.0,
-            ..Projected::default()
+            ..ScreenPoint::default()
         };
     }
     // The tangent's image, up to a positive factor: d/ds of (x, y) / depth.
@@ -48,14 +68,37 @@ fn project_point(view: &ViewUniform, point: &[f32; 4], tangent: &[f32; 4]) -> Pr
     let dy =
         -view.focal_px * tangent.dot(Vec3::from(view.up)) - (y - 0.5 * view.size[1] as f32) * away;
     let size = (dx * dx + dy * dy).sqrt();
-    // A strand seen end on has no sideways direction; any will do.
-    let mut across = [1.0, 0.0];
+    // A strand seen end on has no direction on the screen; any will do.
+    let mut along = [0.0, -1.0];
     if size > 1e-6 * view.focal_px {
-        across = [-dy / size, dx / size];
+        along = [dx / size, dy / size];
     }
     let width = 2.0 * point[3] * view.focal_px / depth;
     let drawn = width.max(MIN_WIDTH_PX);
-    let half = 0.5 * drawn;
+    ScreenPoint {
+        at: [x, y],
+        along,
+        half_width: 0.5 * drawn,
+        depth: (depth - view.near) / (view.far - view.near),
+        coverage: width / drawn,
+    }
+}
+
+fn project_point(view: &ViewUniform, point: &[f32; 4], tangent: &[f32; 4]) -> Projected {
+    let ScreenPoint {
+        at: [x, y],
+        along,
+        half_width: half,
+        depth,
+        coverage,
+    } = screen_point(view, point, tangent);
+    if coverage < 0.0 {
+        return Projected {
+            coverage,
+            ..Projected::default()
+        };
+    }
+    let across = [-along[1], along[0]];
     let snap = |x: f32| (x * 256.0).round_ties_even().clamp(-MAX_SCREEN, MAX_SCREEN) as i32;
     Projected {
         edges: [
@@ -64,7 +107,7 @@ fn project_point(view: &ViewUniform, point: &[f32; 4], tangent: &[f32; 4]) -> Pr
             snap(x - half * across[0]),
             snap(y - half * across[1]),
         ],
-        depth: (depth - view.near) / (view.far - view.near),
-        coverage: width / drawn,
+        depth,
+        coverage,
     }
 }

@@ -150,8 +150,8 @@ impl Proxies {
         })
     }
 
-    /// Bilinear.
-    fn sent_back(&self, proxy: usize, position: Vec3) -> [f32; 3] {
+    /// Radiance that proxy number `proxy` sends back at a place on it, bilinear.
+    pub fn sent_back(&self, proxy: usize, position: Vec3) -> [f32; 3] {
         let at = light_map_place(&self.records.list[proxy], position).map(|x| x - 0.5);
         let base = at.map(f32::floor);
         let f = [at[0] - base[0], at[1] - base[1]];

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use strandlight_formats::{Background, Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::budget::check_frame;
 use strandlight_scene::motion::Wind;
 use strandlight_scene::motion::wind::bent_strands;
 use strandlight_scene::paint::Paint;
@@ -14,11 +15,13 @@ use strandlight_scene::strands::Strands;
 use strandlight_scene::tone::ToneMap;
 use strandlight_scene::{Backend, Camera, Picture, PreparedScene, RenderError, SceneError, Stats};
 
+use super::frame::{Edit, Frame};
 use super::{PointShadows, ShadowSource, render_observed};
 
 /// A scene that is drawn on the CPU, each picture from the start.
 pub struct CpuRenderer {
     scene: PreparedScene,
+    frame: Frame,
     /// The strands without wind, while there is some.
     rest: Option<Strands>,
     /// In place of sweeps and shadow maps.
@@ -30,6 +33,7 @@ impl CpuRenderer {
     pub fn new(scene: PreparedScene) -> CpuRenderer {
         CpuRenderer {
             scene,
+            frame: Frame::default(),
             rest: None,
             shadows: None,
         }
@@ -56,6 +60,7 @@ impl Backend for CpuRenderer {
 
     fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
         (self.scene, self.rest) = (scene, None);
+        self.frame = Frame::default();
         Ok(())
     }
 
@@ -64,30 +69,37 @@ impl Backend for CpuRenderer {
             .hair
             .edit(hair, modes)
             .map_err(SceneError::from)?;
+        self.frame.edited(Edit::Hair);
         Ok(())
     }
 
     fn set_scattering(&mut self, scattering: Scattering) {
         self.scene.set_scattering(scattering);
+        self.frame.edited(Edit::Hair);
     }
 
     fn set_densities(&mut self, densities: [f32; 2]) {
         self.scene.densities = densities;
+        self.frame.edited(Edit::Hair);
     }
 
     fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
         check_lights(&lights)?;
         self.scene.lights = lights;
+        self.frame.edited(Edit::Lights);
         Ok(())
     }
 
     fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
-        self.scene.set_light_colors(rgb)
+        self.scene.set_light_colors(rgb)?;
+        self.frame.edited(Edit::Colors);
+        Ok(())
     }
 
     fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
         self.scene.strands = self.scene.strands.moved(points)?;
         self.rest = None;
+        self.frame.edited(Edit::Points);
         Ok(())
     }
 
@@ -98,10 +110,12 @@ impl Backend for CpuRenderer {
         };
         self.scene.strands = self.scene.strands.with_radii(radii)?;
         self.rest = rest;
+        self.frame.edited(Edit::Points);
         Ok(())
     }
 
     fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
+        self.frame.edited(Edit::Points);
         let rest = self.rest.as_ref().unwrap_or(&self.scene.strands);
         match wind {
             Some(wind) => {
@@ -123,15 +137,20 @@ impl Backend for CpuRenderer {
 
     fn set_paint(&mut self, paint: &Paint, _changed: Range<usize>) -> Result<(), RenderError> {
         self.scene.set_paint(Some(paint))?;
+        self.frame.edited(Edit::Paint);
         Ok(())
     }
 
     fn set_proxies(&mut self, proxies: Vec<Proxy>) {
         self.scene.proxies = proxies;
+        self.frame.edited(Edit::Proxies);
     }
 
     fn set_camera(&mut self, camera: Camera) {
-        self.scene.camera = camera;
+        if self.scene.camera != camera {
+            self.scene.camera = camera;
+            self.frame.edited(Edit::View);
+        }
     }
 
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
@@ -146,6 +165,7 @@ impl Backend for CpuRenderer {
     fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background) {
         let scene = &mut self.scene;
         (scene.exposure, scene.tone_map, scene.background) = (exposure, tone_map, background);
+        self.frame.edited(Edit::Background);
     }
 
     /// Nothing else is ever shaded.
@@ -157,11 +177,14 @@ impl Backend for CpuRenderer {
         samples: u32,
         observer: Observer,
     ) -> Result<(Picture, Stats), RenderError> {
-        let shadows = match &self.shadows {
-            None => ShadowSource::Sweep,
-            Some(find) => ShadowSource::Points(find),
-        };
-        let camera = &self.scene.camera;
-        render_observed(&self.scene, camera, size, samples, shadows, observer)
+        check_frame(size, samples)?;
+        let camera = self.scene.camera.clone();
+        match &self.shadows {
+            None => Ok(self.frame.draw(&self.scene, &camera, size, observer)),
+            Some(find) => {
+                let shadows = ShadowSource::Points(find);
+                render_observed(&self.scene, &camera, size, samples, shadows, observer)
+            }
+        }
     }
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, LightInFrame, PackedRecord, SampleAverages, SampleLobes, Shading,
+    DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, PaintedHair, SampleAverages, SampleLobes, Shading,
     ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, direct_local_scattering, forward_light,
     forward_table, global_scattering, local_scattering, painted_averages, painted_fibre,
     painted_shading, sample_forward, sample_painted_forward, shadowed_single_scattering,
@@ -48,50 +48,23 @@ pub(super) fn shade(
     visibility: &[u32],
     radiance: &mut [[f32; 4]],
 ) -> Counts {
-    let strands = &scene.strands;
-    let (n_points, n_voxels) = (strands.points.len(), grid.n_voxels());
+    let n_points = scene.strands.points.len();
+    let n_voxels = grid.n_voxels();
     let has_maps = matches!(shadows, Shadows::Volume(_)) && !visibility.is_empty();
-    let optics = scene.hair.optics();
-    let shading = optics.shading(scene.tables.view());
-    let forward = forward_table(scene.hair.averages());
-    let hair = optics.painted_hair();
-    let views = optics.painted_views(&hair, scene.tables.view());
-    let terms = Terms {
-        bits: scene.terms(),
-        min_power: scene.min_power(),
-        densities: scene.densities,
-        max_local: scene.max_local(&scene.hair),
-    };
+    let lift = SELF_LIFT * grid.h;
+    let shader = PointShader::new(scene, view);
     radiance
         .par_iter_mut()
         .enumerate()
         .map(|(point, radiance)| {
-            let [x, y, z, _] = strands.points[point];
-            let position = Vec3::new(x, y, z);
+            let position = Vec3::from_slice(&scene.strands.points[point]);
             if !in_view(view, screen_position(view, position)) {
                 return Counts {
                     points_skipped: 1,
                     ..Counts::default()
                 };
             }
-            let u = Vec3::from_slice(&strands.tangents[point]);
-            let v = Vec3::from_slice(&strands.normals[point]);
-            let w = u.cross(v);
-            let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
-            let eye = DirectionInFrame::from_vector(in_frame(Vec3::from(view.eye) - position));
-            let lift = SELF_LIFT * grid.h;
-            let paint = scene
-                .paint()
-                .map(|paint| unpack_paint(&paint[point].texel()));
-            let painted_fibre = paint.map(|paint| painted_fibre(&hair.fibre, &paint));
-            let painted = paint.as_ref().zip(painted_fibre.as_ref());
-            let painted = painted.map(|(paint, fibre)| {
-                let shading = painted_shading(&views, fibre);
-                (shading, painted_averages(&views, fibre, paint))
-            });
-            let mut sum = [0.0; 3];
-            let mut evaluated = [0; 4];
-            for (ix, light) in lights.iter().enumerate() {
+            let arriving = |ix: usize, light: &LightRecord| {
                 let record = match shadows {
                     Shadows::Volume(records) => {
                         let lifted = position + Vec3::from(light.direction) * lift;
@@ -107,38 +80,105 @@ pub(super) fn shade(
                     unblocked = share_of(light.shadow_index);
                     unblocked_tt = mix(unblocked, share_of(THROUGH_SLOT), light.forward_weight);
                 }
-                let direction = in_frame(Vec3::from(light.direction));
-                let source = LightInFrame::from_vector(direction, light.lambda);
-                let arriving = (&record, unblocked, unblocked_tt);
-                let (sum, evaluated) = (&mut sum, &mut evaluated);
-                match &painted {
-                    Some((shading, averages)) => {
-                        let forward = |sin_theta| {
-                            sample_painted_forward(&averages.view, &averages.row, sin_theta)
-                        };
-                        let fibre = (shading, averages, forward);
-                        terms.add(light, &source, &eye, arriving, fibre, sum, evaluated);
-                    }
-                    None => {
-                        let forward = |sin_theta| sample_forward(&forward, sin_theta);
-                        let fibre = (&shading, scene.hair.averages(), forward);
-                        terms.add(light, &source, &eye, arriving, fibre, sum, evaluated);
-                    }
-                }
-            }
-            for channel in 0..3 {
-                radiance[channel] += sum[channel] * view.radiance_scale;
-            }
-            let drawn = [TERM_SINGLE, TERM_LOCAL, TERM_GLOBAL, TERM_LOCAL];
-            Counts {
-                points_skipped: 0,
-                terms: [0, 1, 2, 3].map(|ix| match terms.bits & drawn[ix] {
-                    0 => [0, 0],
-                    _ => [evaluated[ix], lights.len() as u64 - evaluated[ix]],
-                }),
-            }
+                (record, unblocked, unblocked_tt)
+            };
+            shader.shade(point, lights, arriving, radiance)
         })
         .reduce(Counts::default, Counts::and)
+}
+
+/// Shades points by the closed forms.
+pub(super) struct PointShader<'a> {
+    scene: &'a PreparedScene,
+    view: &'a ViewUniform,
+    shading: Shading<'a>,
+    forward: ForwardTable,
+    hair: PaintedHair,
+    terms: Terms,
+}
+
+impl<'a> PointShader<'a> {
+    /// For the points of `scene` as `view` sees them.
+    pub fn new(scene: &'a PreparedScene, view: &'a ViewUniform) -> PointShader<'a> {
+        let optics = scene.hair.optics();
+        PointShader {
+            scene,
+            view,
+            shading: optics.shading(scene.tables.view()),
+            forward: forward_table(scene.hair.averages()),
+            hair: optics.painted_hair(),
+            terms: Terms {
+                bits: scene.terms(),
+                min_power: scene.min_power(),
+                densities: scene.densities,
+                max_local: scene.max_local(&scene.hair),
+            },
+        }
+    }
+
+    /// Adds `lights` to the radiance of a point (rgb, 0), times the view's radiance scale.
+    /// `arriving` has, by light, its record there and its unblocked shares, of all modes and of TT.
+    pub fn shade(
+        &self,
+        point: usize,
+        lights: &[LightRecord],
+        arriving: impl Fn(usize, &LightRecord) -> (ShadowRecord, f32, f32),
+        radiance: &mut [f32; 4],
+    ) -> Counts {
+        let PointShader { scene, terms, .. } = self;
+        let strands = &scene.strands;
+        let position = Vec3::from_slice(&strands.points[point]);
+        let u = Vec3::from_slice(&strands.tangents[point]);
+        let v = Vec3::from_slice(&strands.normals[point]);
+        let w = u.cross(v);
+        let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
+        let eye = DirectionInFrame::from_vector(in_frame(Vec3::from(self.view.eye) - position));
+        let paint = scene.paint().map(|paint| unpack_paint(&paint[point].texel()));
+        let painted = paint.as_ref().map(|paint| {
+            let optics = scene.hair.optics();
+            let views = optics.painted_views(&self.hair, scene.tables.view());
+            (painted_fibre(&self.hair.fibre, paint), views)
+        });
+        let painted = paint.as_ref().zip(painted.as_ref());
+        let painted = painted.map(|(paint, (fibre, views))| {
+            let shading = painted_shading(views, fibre);
+            (shading, painted_averages(views, fibre, paint))
+        });
+        let mut sum = [0.0; 3];
+        let mut evaluated = [0; 4];
+        for (ix, light) in lights.iter().enumerate() {
+            let (record, unblocked, unblocked_tt) = arriving(ix, light);
+            let direction = in_frame(Vec3::from(light.direction));
+            let source = LightInFrame::from_vector(direction, light.lambda);
+            let arriving = (&record, unblocked, unblocked_tt);
+            let (sum, evaluated) = (&mut sum, &mut evaluated);
+            match &painted {
+                Some((shading, averages)) => {
+                    let forward = |sin_theta| {
+                        sample_painted_forward(&averages.view, &averages.row, sin_theta)
+                    };
+                    let fibre = (shading, averages, forward);
+                    terms.add(light, &source, &eye, arriving, fibre, sum, evaluated);
+                }
+                None => {
+                    let forward = |sin_theta| sample_forward(&self.forward, sin_theta);
+                    let fibre = (&self.shading, scene.hair.averages(), forward);
+                    terms.add(light, &source, &eye, arriving, fibre, sum, evaluated);
+                }
+            }
+        }
+        for channel in 0..3 {
+            radiance[channel] += sum[channel] * self.view.radiance_scale;
+        }
+        let drawn = [TERM_SINGLE, TERM_LOCAL, TERM_GLOBAL, TERM_LOCAL];
+        Counts {
+            points_skipped: 0,
+            terms: [0, 1, 2, 3].map(|ix| match terms.bits & drawn[ix] {
+                0 => [0, 0],
+                _ => [evaluated[ix], lights.len() as u64 - evaluated[ix]],
+            }),
+        }
+    }
 }
 
 /// The terms that are drawn.
@@ -223,7 +263,7 @@ pub fn record_at_point(
 }
 
 /// Trilinear look-up in the records of one light.
-fn record_at(grid: &Grid, records: &[PackedRecord], g: Vec3) -> ShadowRecord {
+pub(super) fn record_at(grid: &Grid, records: &[PackedRecord], g: Vec3) -> ShadowRecord {
     let base = g.as_uvec3();
     let f = g - base.as_vec3();
     let corner = voxel_index(grid, base.to_array());

@@ -10,11 +10,11 @@ use strandlight_scene::shadow_maps::{
 };
 use strandlight_scene::strands::Strands;
 
-const NAME_BITS: u32 = 12;
+pub(super) const NAME_BITS: u32 = 12;
 const HEIGHT_UNITS: f32 = 1_048_575.0;
-const OWN_POINTS: u32 = 3;
-const CLEAR_RADII: f32 = 0.5;
-const N_PLACES: u32 = 8;
+pub(super) const OWN_POINTS: u32 = 3;
+pub(super) const CLEAR_RADII: f32 = 0.5;
+pub(super) const N_PLACES: u32 = 8;
 
 /// Unblocked share of the lights with maps at every point, `[shadow_index / 4][point]`, eight bits
 /// a slot: [`strandlight_scene::shadow_maps::unblocked_share`] reads it.
@@ -73,7 +73,8 @@ pub(super) fn draw_maps(
 }
 
 /// x and y in texels from the corner, z the height in cm.
-fn map_position(view: &ShadowView, point: &[f32; 4]) -> Vec3 {
+#[inline(always)]
+pub(super) fn map_position(view: &ShadowView, point: &[f32; 4]) -> Vec3 {
     let d = Vec3::new(point[0], point[1], point[2]) - Vec3::from(view.centre);
     let middle = 0.5 * view.side as f32;
     let x = d.dot(Vec3::from(view.right)) * view.texels_per_cm + middle;
@@ -81,11 +82,14 @@ fn map_position(view: &ShadowView, point: &[f32; 4]) -> Vec3 {
     Vec3::new(x, y, d.dot(Vec3::from(view.towards)))
 }
 
-fn height_units(view: &ShadowView, height: f32) -> u32 {
-    ((0.5 * height / view.reach + 0.5).clamp(0.0, 1.0) * HEIGHT_UNITS) as u32
+#[inline(always)]
+pub(super) fn height_units(view: &ShadowView, height: f32) -> u32 {
+    // By way of i32: vectorised for AVX-512, the compiler's direct cast gives wrong numbers.
+    ((0.5 * height / view.reach + 0.5).clamp(0.0, 1.0) * HEIGHT_UNITS) as i32 as u32
 }
 
-fn name_of(point: u32) -> u32 {
+#[inline(always)]
+pub(super) fn name_of(point: u32) -> u32 {
     point & ((1 << NAME_BITS) - 1)
 }
 

@@ -92,6 +92,11 @@ pub struct Stats {
     /// Pixels of strands that all passes looked at, those that something else hides included; on
     /// the CPU, which counts them.
     pub pixels_visited: u64,
+    /// Points that the picture shows, which alone are shaded; where it is drawn by a visibility
+    /// list.
+    pub visible_points: u64,
+    /// Pairs of a pixel and a segment in that list.
+    pub list_entries: u64,
     /// Texels of strands drawn into all shadow maps; on the CPU.
     pub texels_visited: u64,
     /// What the device made; on a GPU.

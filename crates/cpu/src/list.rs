@@ -1,0 +1,669 @@
+//! The visibility list: which segments a pixel shows, where along them, and with what weight.
+//!
+//! Drawing samples finds that list again and again, a sample at a time. Here every pixel takes its
+//! ribbons once, from front to back, with the share of the pixel that each covers, until hardly
+//! anything of what is behind can be seen. Coverage is kept at a grid of places within the pixel,
+//! so that ribbons side by side add up and ribbons behind each other hide one another; between the
+//! places it is filtered, so edges are smooth. The picture then is the list times the radiance of
+//! the points: no noise, and nothing to draw after an edit of the hair or the lights.
+//!
+//! The picture is that of [`super::raster`] with very many samples, up to the filter.
+
+use fearless_simd::{Level, Simd, dispatch};
+use glam::Vec3;
+use rayon::prelude::*;
+use strandlight_scene::background::ray_direction;
+use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::proxy::{ProxyRecords, entry_distance};
+use strandlight_scene::strands::Strands;
+
+use super::project::{ScreenPoint, screen_point};
+
+/// Side of a tile, px.
+const TILE: u32 = 16;
+
+/// Pixels of a tile.
+const TILE_PIXELS: usize = (TILE * TILE) as usize;
+
+/// Places along a side of a pixel at which coverage is kept.
+const PLACES_SIDE: usize = 4;
+
+/// Places of a pixel.
+const PLACES: usize = PLACES_SIDE * PLACES_SIDE;
+
+/// A pixel is closed once less than this share of what lies behind shows.
+const CLOSED: f32 = 1.0 / 256.0;
+
+/// Weights below this are added to the entry before.
+const LEAST_WEIGHT: f32 = 1.0 / 65_536.0;
+
+/// Segments shorter than this on the screen, px, are seen end on.
+const LEAST_LENGTH: f32 = 1e-3;
+
+/// Segments that a part of the binning goes through at once.
+const CHUNK: usize = 1 << 15;
+
+/// Share of a pixel that a segment gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Entry {
+    /// The segment's first point; the second is the next one.
+    pub first: u32,
+    /// Share of the way to the second point, unorm16.
+    t: u16,
+    /// Share of the pixel's colour.
+    pub weight: f32,
+}
+
+impl Entry {
+    /// Share of the way to the second point, 0..=1.
+    pub fn t(&self) -> f32 {
+        f32::from(self.t) * (1.0 / 65_535.0)
+    }
+}
+
+/// Share of a pixel that a proxy gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ProxyEntry {
+    /// Pixel of the tile.
+    pub pixel: u32,
+    /// Which proxy.
+    pub proxy: u32,
+    /// Where it is hit, cm.
+    pub position: [f32; 3],
+    /// Share of the pixel's colour.
+    pub weight: f32,
+}
+
+/// The list of a tile.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tile {
+    /// Its upper left pixel.
+    pub origin: [u32; 2],
+    /// Its width and height, px.
+    pub size: [u32; 2],
+    /// Where the entries of each pixel, row by row, start, and where the last ends.
+    pub starts: Vec<u32>,
+    /// Entries of all pixels, from front to back.
+    pub entries: Vec<Entry>,
+    /// Proxies that are seen.
+    pub proxies: Vec<ProxyEntry>,
+    /// Pairs of a pixel and a segment that were looked at, and of these with some coverage.
+    counts: [u64; 2],
+}
+
+/// What each pixel of a picture shows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct VisibilityList {
+    /// Tiles row by row; those that show nothing have no starts.
+    pub tiles: Vec<Tile>,
+    /// Pairs of a pixel and a segment that were looked at, and of these with some coverage.
+    pub counts: [u64; 2],
+}
+
+impl VisibilityList {
+    /// The list of `strands` before and behind `proxies` as `view` sees them.
+    pub fn new(view: &ViewUniform, strands: &Strands, proxies: &ProxyRecords) -> VisibilityList {
+        let points: Vec<ScreenPoint> = strands
+            .points
+            .par_iter()
+            .zip(&strands.tangents)
+            .map(|(point, tangent)| screen_point(view, point, tangent))
+            .collect();
+        let [width, height] = view.size;
+        let tiles_across = [width.div_ceil(TILE), height.div_ceil(TILE)];
+        let bins: Vec<Bins> = strands
+            .segments
+            .par_chunks(CHUNK)
+            .map(|segments| Bins::new(segments, &points, tiles_across))
+            .collect();
+        let level = Level::new();
+        let n_tiles = (tiles_across[0] * tiles_across[1]) as usize;
+        let tiles: Vec<Tile> = (0..n_tiles)
+            .into_par_iter()
+            .map_init(Scratch::default, |scratch, ix| {
+                let x = TILE * (ix as u32 % tiles_across[0]);
+                let y = TILE * (ix as u32 / tiles_across[0]);
+                let size = [TILE.min(width - x), TILE.min(height - y)];
+                scratch.start(view, proxies, [x, y], size);
+                let ribbons = bins.iter().flat_map(|bins| bins.of_tile(ix));
+                scratch.ribbons.extend(ribbons);
+                dispatch!(level, simd => scratch.fill(simd, &points));
+                scratch.tile(view, [x, y], size)
+            })
+            .collect();
+        let sum = |ix: usize| tiles.iter().map(|tile| tile.counts[ix]).sum();
+        VisibilityList {
+            counts: [sum(0), sum(1)],
+            tiles,
+        }
+    }
+
+    /// Number of entries.
+    pub fn n_entries(&self) -> usize {
+        self.tiles.iter().map(|tile| tile.entries.len()).sum()
+    }
+
+    /// Bytes of the list.
+    pub fn bytes(&self) -> u64 {
+        let of_tile = |tile: &Tile| {
+            size_of_val(&tile.entries[..])
+                + size_of_val(&tile.starts[..])
+                + size_of_val(&tile.proxies[..])
+        };
+        self.tiles.iter().map(|tile| of_tile(tile) as u64).sum()
+    }
+}
+
+/// A segment on the screen.
+#[derive(Clone, Copy)]
+struct Ribbon {
+    /// Its ends, px.
+    a: [f32; 2],
+    b: [f32; 2],
+    /// Unit vector from end to end.
+    along: [f32; 2],
+    /// Unit vectors across which the ribbon begins and ends: those of the strand at its points, so
+    /// that the next one begins where this one ends.
+    begins: [f32; 2],
+    ends: [f32; 2],
+    /// Half of the width at the ends, px.
+    half: [f32; 2],
+    depth: [f32; 2],
+    coverage: [f32; 2],
+}
+
+impl Ribbon {
+    /// That of two neighbouring points; [`None`] where it is behind the eye or seen end on.
+    #[inline(always)]
+    fn new(a: &ScreenPoint, b: &ScreenPoint) -> Option<Ribbon> {
+        if a.coverage < 0.0 || b.coverage < 0.0 {
+            return None;
+        }
+        let d = [b.at[0] - a.at[0], b.at[1] - a.at[1]];
+        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
+        if !(length > LEAST_LENGTH && length < 1e9) {
+            return None;
+        }
+        let along = [d[0] / length, d[1] / length];
+        let towards = |at: [f32; 2]| {
+            let sign = 1.0_f32.copysign(at[0] * along[0] + at[1] * along[1]);
+            [sign * at[0], sign * at[1]]
+        };
+        Some(Ribbon {
+            a: a.at,
+            b: b.at,
+            along,
+            begins: towards(a.along),
+            ends: towards(b.along),
+            half: [a.half_width, b.half_width],
+            depth: [a.depth, b.depth],
+            coverage: [a.coverage, b.coverage],
+        })
+    }
+
+    /// Lowest and highest coordinate along an axis, px.
+    #[inline(always)]
+    fn range(&self, axis: usize) -> [f32; 2] {
+        let reach = self.half[0].max(self.half[1]) + 0.5;
+        [
+            self.a[axis].min(self.b[axis]) - reach,
+            self.a[axis].max(self.b[axis]) + reach,
+        ]
+    }
+
+    /// How far the ribbon's middle passes a place, px, either sign.
+    #[inline(always)]
+    fn off(&self, at: [f32; 2]) -> f32 {
+        self.along[0] * (at[1] - self.a[1]) - self.along[1] * (at[0] - self.a[0])
+    }
+}
+
+/// The segments of a chunk by tile.
+struct Bins {
+    /// Where each tile's segments start, and where the last ends.
+    starts: Vec<u32>,
+    /// [`key`] of each.
+    keys: Vec<u64>,
+}
+
+/// Sorts by depth, then by point: no two are equal.
+fn key(depth: f32, first: u32) -> u64 {
+    u64::from(depth.max(0.0).to_bits()) << 32 | u64::from(first)
+}
+
+impl Bins {
+    fn new(segments: &[u32], points: &[ScreenPoint], tiles: [u32; 2]) -> Bins {
+        let n_tiles = (tiles[0] * tiles[1]) as usize;
+        let mut pairs: Vec<(u32, u64)> = Vec::with_capacity(2 * segments.len());
+        let mut starts = vec![0_u32; n_tiles + 1];
+        for &first in segments {
+            let (a, b) = (&points[first as usize], &points[first as usize + 1]);
+            let Some(ribbon) = Ribbon::new(a, b) else {
+                continue;
+            };
+            let nearest = key(a.depth.min(b.depth), first);
+            let span = |axis: usize| {
+                let [low, high] = ribbon.range(axis).map(|x| x / TILE as f32);
+                // Casts saturate, NaN to an empty range.
+                let end = (high.floor() + 1.0).clamp(0.0, tiles[axis] as f32) as u32;
+                (low.floor().max(0.0) as u32).min(end)..end
+            };
+            let reach = ribbon.half[0].max(ribbon.half[1]) + 0.5;
+            let [x, y] = ribbon.along;
+            let reach = reach + 0.5 * TILE as f32 * (x.abs() + y.abs());
+            for row in span(1) {
+                for column in span(0) {
+                    let middle = [column, row].map(|n| (n as f32 + 0.5) * TILE as f32);
+                    if ribbon.off(middle).abs() <= reach {
+                        let tile = column + tiles[0] * row;
+                        starts[tile as usize + 1] += 1;
+                        pairs.push((tile, nearest));
+                    }
+                }
+            }
+        }
+        for ix in 0..n_tiles {
+            starts[ix + 1] += starts[ix];
+        }
+        let mut next = starts.clone();
+        let mut keys = vec![0; pairs.len()];
+        for (tile, key) in pairs {
+            let place = &mut next[tile as usize];
+            keys[*place as usize] = key;
+            *place += 1;
+        }
+        Bins { starts, keys }
+    }
+
+    fn of_tile(&self, tile: usize) -> impl Iterator<Item = u64> {
+        let range = self.starts[tile] as usize..self.starts[tile + 1] as usize;
+        self.keys[range].iter().copied()
+    }
+}
+
+/// A ribbon in a pixel, until nothing can come before it any more.
+#[derive(Clone, Copy)]
+struct Pending {
+    depth: f32,
+    first: u32,
+    t: f32,
+    alpha: f32,
+    /// Share of each place's surroundings that the ribbon covers.
+    covers: [f32; PLACES],
+}
+
+/// A pixel while its list is made.
+#[derive(Clone)]
+struct Pixel {
+    /// Share of each place that nothing covers yet.
+    open: [f32; PLACES],
+    /// Sorted by depth, then by point; those before `done` are in the list.
+    pending: Vec<Pending>,
+    done: usize,
+    entries: Vec<Entry>,
+    is_closed: bool,
+}
+
+/// What a proxy hides of a pixel.
+#[derive(Clone, Copy)]
+struct Blocked {
+    /// Depth of the nearest proxy at each place; more than any hair's where there is none.
+    depth: [f32; PLACES],
+    /// Which it is.
+    proxy: [u32; PLACES],
+}
+
+/// What the threads make tiles in.
+#[derive(Default)]
+struct Scratch {
+    ribbons: Vec<u64>,
+    pixels: Vec<Pixel>,
+    blocked: Vec<Blocked>,
+    origin: [u32; 2],
+    size: [u32; 2],
+    n_open: usize,
+    counts: [u64; 2],
+}
+
+/// No proxy is there.
+const NONE: u32 = u32::MAX;
+
+/// Where a place lies from the middle of its pixel, px.
+fn place(ix: usize) -> [f32; 2] {
+    let along = |n: usize| (n as f32 + 0.5) / PLACES_SIDE as f32 - 0.5;
+    [along(ix % PLACES_SIDE), along(ix / PLACES_SIDE)]
+}
+
+impl Scratch {
+    fn start(
+        &mut self,
+        view: &ViewUniform,
+        proxies: &ProxyRecords,
+        origin: [u32; 2],
+        size: [u32; 2],
+    ) {
+        let fresh = || Pixel {
+            open: [1.0; PLACES],
+            pending: Vec::new(),
+            done: 0,
+            entries: Vec::new(),
+            is_closed: false,
+        };
+        self.pixels.resize_with(TILE_PIXELS, fresh);
+        for pixel in &mut self.pixels {
+            pixel.open = [1.0; PLACES];
+            pixel.pending.clear();
+            pixel.done = 0;
+            pixel.entries.clear();
+            pixel.is_closed = false;
+        }
+        (self.origin, self.size) = (origin, size);
+        self.n_open = (size[0] * size[1]) as usize;
+        self.counts = [0; 2];
+        self.ribbons.clear();
+        self.blocked.clear();
+        if proxies.n > 0 {
+            self.block(view, proxies);
+        }
+    }
+
+    /// Finds which proxies are seen where; none leaves no entries.
+    fn block(&mut self, view: &ViewUniform, proxies: &ProxyRecords) {
+        let eye = Vec3::from(view.eye);
+        let mut is_any = false;
+        for y in 0..self.size[1] {
+            for x in 0..self.size[0] {
+                let mut pixel = Blocked {
+                    depth: [f32::INFINITY; PLACES],
+                    proxy: [NONE; PLACES],
+                };
+                let middle = [self.origin[0] + x, self.origin[1] + y].map(|n| n as f32 + 0.5);
+                for ix in 0..PLACES {
+                    let [dx, dy] = place(ix);
+                    let direction = ray_direction(view, middle[0] + dx, middle[1] + dy);
+                    let away = direction.dot(Vec3::from(view.forward));
+                    for (proxy, record) in proxies.list().iter().enumerate() {
+                        let distance = entry_distance(record, eye, direction);
+                        let depth = (distance * away - view.near) / (view.far - view.near);
+                        if distance > 0.0 && depth < pixel.depth[ix] {
+                            pixel.depth[ix] = depth;
+                            pixel.proxy[ix] = proxy as u32;
+                            is_any = true;
+                        }
+                    }
+                }
+                self.blocked.push(pixel);
+            }
+        }
+        if !is_any {
+            self.blocked.clear();
+        }
+    }
+
+    /// Takes the ribbons from front to back.
+    #[inline(always)]
+    fn fill<S: Simd>(&mut self, simd: S, points: &[ScreenPoint]) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                self.ribbons.sort_unstable();
+                let ribbons = std::mem::take(&mut self.ribbons);
+                for &key in &ribbons {
+                    if self.n_open == 0 {
+                        break;
+                    }
+                    let nearest = f32::from_bits((key >> 32) as u32);
+                    let first = key as u32;
+                    let (a, b) = (&points[first as usize], &points[first as usize + 1]);
+                    if let Some(ribbon) = Ribbon::new(a, b) {
+                        self.draw(&ribbon, first, nearest);
+                    }
+                }
+                self.ribbons = ribbons;
+                let n_pixels = (self.size[0] * self.size[1]) as usize;
+                for ix in 0..n_pixels {
+                    self.settle(ix, f32::INFINITY);
+                }
+            },
+        );
+    }
+
+    /// Adds a ribbon to the pixels it touches. No ribbon after it is nearer than `nearest`.
+    #[inline(always)]
+    fn draw(&mut self, ribbon: &Ribbon, first: u32, nearest: f32) {
+        let Ribbon { along, half, .. } = *ribbon;
+        let reach = half[0].max(half[1]) + 0.5 * (along[0].abs() + along[1].abs());
+        let bound = |axis: usize| {
+            let [low, high] = ribbon.range(axis);
+            let (origin, size) = (self.origin[axis] as f32, self.size[axis] as f32);
+            let low = (low - origin).floor().clamp(0.0, size);
+            let high = ((high - origin).floor() + 1.0).clamp(0.0, size);
+            (low as i32, high as i32)
+        };
+        let ((left, right), (top, bottom)) = (bound(0), bound(1));
+        // How each of the three linear functions changes from the middle of a pixel to a place.
+        let mut off_at = [0.0; PLACES];
+        let mut from_begin = [0.0; PLACES];
+        let mut to_end = [0.0; PLACES];
+        for ix in 0..PLACES {
+            let [x, y] = place(ix);
+            off_at[ix] = along[0] * y - along[1] * x;
+            from_begin[ix] = ribbon.begins[0] * x + ribbon.begins[1] * y;
+            to_end[ix] = ribbon.ends[0] * x + ribbon.ends[1] * y;
+        }
+        for y in top..bottom {
+            let py = (self.origin[1] as i32 + y) as f32 + 0.5;
+            let (mut x_0, mut x_1) = (left, right);
+            if along[1].abs() > 0.01 {
+                // Where the middle of the ribbon crosses this row.
+                let middle = ribbon.a[0] + (py - ribbon.a[1]) * (along[0] / along[1]);
+                let wide = reach / along[1].abs();
+                let from = middle - wide - 0.5 - self.origin[0] as f32;
+                x_0 = x_0.max(from.ceil() as i32);
+                x_1 = x_1.min((from + 2.0 * wide + 1.0).ceil() as i32);
+            }
+            for x in x_0..x_1 {
+                let ix = (x + self.size[0] as i32 * y) as usize;
+                self.counts[0] += 1;
+                if self.pixels[ix].is_closed {
+                    continue;
+                }
+                let px = (self.origin[0] as i32 + x) as f32 + 0.5;
+                let off = ribbon.off([px, py]);
+                if off.abs() > reach {
+                    continue;
+                }
+                let begin = ribbon.begins[0] * (px - ribbon.a[0])
+                    + ribbon.begins[1] * (py - ribbon.a[1]);
+                let end =
+                    ribbon.ends[0] * (px - ribbon.b[0]) + ribbon.ends[1] * (py - ribbon.b[1]);
+                let length = begin - end;
+                let t = if length > 1e-6 {
+                    (begin / length).clamp(0.0, 1.0)
+                } else {
+                    0.5
+                };
+                let half_width = half[0] + (half[1] - half[0]) * t;
+                let mut covers = [0.0; PLACES];
+                let mut sum = 0.0;
+                for place in 0..PLACES {
+                    let distance = (off + off_at[place]).abs();
+                    let inside =
+                        ((half_width - distance) * PLACES_SIDE as f32 + 0.5).clamp(0.0, 1.0);
+                    // Half open, so that a strand covers no place twice.
+                    let is_on =
+                        (begin + from_begin[place] >= 0.0) & (end + to_end[place] < 0.0);
+                    covers[place] = if is_on { inside } else { 0.0 };
+                }
+                for cover in covers {
+                    sum += cover;
+                }
+                if sum <= 0.0 {
+                    continue;
+                }
+                self.counts[1] += 1;
+                let pending = Pending {
+                    depth: ribbon.depth[0] + (ribbon.depth[1] - ribbon.depth[0]) * t,
+                    first,
+                    t,
+                    alpha: ribbon.coverage[0] + (ribbon.coverage[1] - ribbon.coverage[0]) * t,
+                    covers,
+                };
+                self.pixels[ix].insert(pending);
+                self.settle(ix, nearest);
+            }
+        }
+    }
+
+    /// Puts those pending ribbons of a pixel into its list that are no farther than `nearest`.
+    #[inline(always)]
+    fn settle(&mut self, ix: usize, nearest: f32) {
+        let pixel = &mut self.pixels[ix];
+        let blocked = self.blocked.get(ix);
+        while pixel.done < pixel.pending.len() && !pixel.is_closed {
+            let Pending {
+                depth,
+                first,
+                t,
+                alpha,
+                covers,
+            } = pixel.pending[pixel.done];
+            if depth > nearest {
+                return;
+            }
+            pixel.done += 1;
+            let (mut weight, mut left) = (0.0, 0.0);
+            for place in 0..PLACES {
+                let mut share = pixel.open[place] * (covers[place] * alpha);
+                let mut open = pixel.open[place];
+                if blocked.is_some_and(|blocked| depth > blocked.depth[place]) {
+                    (share, open) = (0.0, 0.0);
+                }
+                weight += share;
+                pixel.open[place] -= share;
+                left += open - share;
+            }
+            let weight = weight * (1.0 / PLACES as f32);
+            pixel.add(first, t, weight);
+            if left < CLOSED * PLACES as f32 {
+                pixel.is_closed = true;
+                self.n_open -= 1;
+            }
+        }
+        if pixel.is_closed || pixel.done == pixel.pending.len() {
+            pixel.pending.clear();
+            pixel.done = 0;
+        }
+    }
+
+    /// The list of the tile.
+    fn tile(&mut self, view: &ViewUniform, origin: [u32; 2], size: [u32; 2]) -> Tile {
+        let n_pixels = (size[0] * size[1]) as usize;
+        let n_entries = self.pixels.iter().map(|pixel| pixel.entries.len()).sum();
+        let mut tile = Tile {
+            origin,
+            size,
+            counts: self.counts,
+            ..Tile::default()
+        };
+        if n_entries == 0 && self.blocked.is_empty() {
+            return tile;
+        }
+        tile.starts.reserve_exact(n_pixels + 1);
+        tile.entries.reserve_exact(n_entries);
+        for (ix, pixel) in self.pixels[..n_pixels].iter().enumerate() {
+            tile.starts.push(tile.entries.len() as u32);
+            let blocked = self.blocked.get(ix);
+            let mut scale = 1.0;
+            if pixel.is_closed && blocked.is_none() {
+                // Hair is behind all that was left out.
+                let left: f32 = pixel.open.iter().sum::<f32>() / PLACES as f32;
+                scale = 1.0 / (1.0 - left);
+            }
+            let scaled = pixel.entries.iter().map(|entry| Entry {
+                weight: scale * entry.weight,
+                ..*entry
+            });
+            tile.entries.extend(scaled);
+            if let Some(blocked) = blocked {
+                let at = [ix as u32 % size[0], ix as u32 / size[0]];
+                let at = [0, 1].map(|axis: usize| (origin[axis] + at[axis]) as f32 + 0.5);
+                blocked.entries(view, at, ix as u32, &pixel.open, &mut tile.proxies);
+            }
+        }
+        tile.starts.push(tile.entries.len() as u32);
+        tile
+    }
+}
+
+impl Pixel {
+    #[inline(always)]
+    fn insert(&mut self, new: Pending) {
+        let mut ix = self.pending.len();
+        let is_after = |a: &Pending| a.depth > new.depth || a.depth == new.depth && a.first > new.first;
+        while ix > self.done && is_after(&self.pending[ix - 1]) {
+            ix -= 1;
+        }
+        self.pending.insert(ix, new);
+    }
+
+    #[inline(always)]
+    fn add(&mut self, first: u32, t: f32, weight: f32) {
+        if weight <= 0.0 {
+            return;
+        }
+        if weight < LEAST_WEIGHT
+            && let Some(before) = self.entries.last_mut()
+        {
+            before.weight += weight;
+            return;
+        }
+        self.entries.push(Entry {
+            first,
+            t: (t * 65_535.0 + 0.5) as i32 as u16,
+            weight,
+        });
+    }
+}
+
+impl Blocked {
+    /// Adds the proxies that the `open` places of a pixel show.
+    fn entries(
+        &self,
+        view: &ViewUniform,
+        at: [f32; 2],
+        pixel: u32,
+        open: &[f32; PLACES],
+        entries: &mut Vec<ProxyEntry>,
+    ) {
+        let eye = Vec3::from(view.eye);
+        let mut seen = self.proxy;
+        seen.sort_unstable();
+        let mut last = NONE;
+        for proxy in seen {
+            if proxy == last || proxy == NONE {
+                continue;
+            }
+            last = proxy;
+            let (mut weight, mut position) = (0.0, Vec3::ZERO);
+            for ix in 0..PLACES {
+                if self.proxy[ix] == proxy && open[ix] > 0.0 {
+                    let [dx, dy] = place(ix);
+                    let direction = ray_direction(view, at[0] + dx, at[1] + dy);
+                    let away = direction.dot(Vec3::from(view.forward));
+                    let depth = view.near + self.depth[ix] * (view.far - view.near);
+                    weight += open[ix];
+                    position += open[ix] * (eye + direction * (depth / away));
+                }
+            }
+            if weight > 0.0 {
+                entries.push(ProxyEntry {
+                    pixel,
+                    proxy,
+                    position: (position / weight).to_array(),
+                    weight: weight / PLACES as f32,
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,289 @@
+//! Shares of the lights that reach visible points straight, from shadow maps.
+//!
+//! The maps are those of [`super::shadow_map`], drawn the same to the bit; but each is one thread's
+//! own, every point is projected once, and only what is seen is looked up.
+
+use fearless_simd::{Level, Simd, dispatch};
+use glam::{Vec3, Vec3Swizzles};
+use rayon::prelude::*;
+use strandlight_scene::proxy::{ProxyRecord, is_blocked};
+use strandlight_scene::shadow_maps::ShadowView;
+use strandlight_scene::strands::Strands;
+
+use super::shadow_map::{
+    CLEAR_RADII, N_PLACES, NAME_BITS, OWN_POINTS, height_units, map_position, name_of,
+};
+
+/// Maps at work at a time have at most this many bytes, or there is one.
+const MAX_MAP_BYTES: usize = 256 << 20;
+
+/// Maps whose answers are held at a time.
+const GROUP: usize = 64;
+
+/// What 1 is in a share.
+const ONE: f32 = 65_535.0;
+
+/// Unblocked shares of lights at visible points.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Unblocked {
+    /// `[slot][visible point]`, unorm16.
+    shares: Vec<Vec<u16>>,
+    /// Texels of strands drawn into all maps.
+    pub n_texels: u64,
+}
+
+impl Unblocked {
+    /// None yet of `n_slots` lights.
+    pub fn new(n_slots: u32) -> Unblocked {
+        Unblocked {
+            shares: vec![Vec::new(); n_slots as usize],
+            n_texels: 0,
+        }
+    }
+
+    /// Draws the maps of `views`, those of a slot one after the other, and looks them up at
+    /// `visible` points.
+    pub fn draw(
+        &mut self,
+        strands: &Strands,
+        views: &[ShadowView],
+        proxies: &[ProxyRecord],
+        visible: &[u32],
+    ) {
+        let mut sums: Vec<Vec<f32>> = vec![Vec::new(); self.shares.len()];
+        for group in views.chunks(GROUP) {
+            let largest = group.iter().map(|view| view.side as usize).max();
+            let bytes = 4 * largest.unwrap_or(1).pow(2);
+            let at_a_time = (MAX_MAP_BYTES / bytes).max(1);
+            let lit = |view: &ShadowView| lit_places(view, strands, proxies, visible);
+            for views in group.chunks(at_a_time) {
+                let found: Vec<(Vec<u8>, u64)> = views.par_iter().map(lit).collect();
+                for (view, (lit, n_texels)) in views.iter().zip(found) {
+                    self.n_texels += n_texels;
+                    let sums = &mut sums[view.shadow_index as usize];
+                    sums.resize(visible.len(), 0.0);
+                    let weight = view.weight / N_PLACES as f32;
+                    for (sum, lit) in sums.iter_mut().zip(lit) {
+                        *sum += weight * f32::from(lit);
+                    }
+                }
+            }
+        }
+        for (shares, sums) in self.shares.iter_mut().zip(sums) {
+            if !sums.is_empty() {
+                let pack = |sum: f32| (sum.min(1.0) * ONE + 0.5) as u16;
+                *shares = sums.into_iter().map(pack).collect();
+            }
+        }
+    }
+
+    /// The share of a slot at a visible point, 0..=1.
+    pub fn share(&self, slot: u32, place: usize) -> f32 {
+        f32::from(self.shares[slot as usize][place]) * (1.0 / ONE)
+    }
+
+    /// Bytes of the shares.
+    pub fn bytes(&self) -> u64 {
+        let bytes = |shares: &Vec<u16>| size_of_val(&shares[..]) as u64;
+        self.shares.iter().map(bytes).sum()
+    }
+}
+
+/// How many of the places about each visible point a map says are lit, and the map's texels drawn.
+fn lit_places(
+    view: &ShadowView,
+    strands: &Strands,
+    proxies: &[ProxyRecord],
+    visible: &[u32],
+) -> (Vec<u8>, u64) {
+    let mut map = vec![0_u32; (view.side * view.side) as usize];
+    let mut lit = vec![0; visible.len()];
+    let mut n_texels = 0;
+    dispatch!(Level::new(), simd => {
+        n_texels = cast(simd, view, strands, &mut map);
+        receive(simd, view, strands, visible, &map, &mut lit);
+    });
+    if !proxies.is_empty() {
+        for (lit, &point) in lit.iter_mut().zip(visible) {
+            let position = Vec3::from_slice(&strands.points[point as usize]);
+            if is_blocked(proxies, position, Vec3::from(view.towards)) {
+                *lit = 0;
+            }
+        }
+    }
+    (lit, n_texels)
+}
+
+/// Draws all segments; what each texel holds does not depend on their order.
+#[inline(always)]
+fn cast<S: Simd>(simd: S, view: &ShadowView, strands: &Strands, map: &mut [u32]) -> u64 {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let mut n_texels = 0;
+            let mut last = (u32::MAX, Vec3::ZERO);
+            for &first in &strands.segments {
+                let [from, to] = [first, first + 1].map(|ix| &strands.points[ix as usize]);
+                let start = if last.0 == first { last.1 } else { map_position(view, from) };
+                let end = map_position(view, to);
+                last = (first + 1, end);
+                let radius = 0.5 * (from[3] + to[3]) * view.texels_per_cm;
+                n_texels += cast_segment(view, [start, end], radius, name_of(first), map);
+            }
+            n_texels
+        },
+    )
+}
+
+#[inline(always)]
+fn cast_segment(
+    view: &ShadowView,
+    [mut a, mut b]: [Vec3; 2],
+    radius: f32,
+    name: u32,
+    map: &mut [u32],
+) -> u64 {
+    let steep = (b.y - a.y).abs() > (b.x - a.x).abs();
+    if steep {
+        (a, b) = (a.yxz(), b.yxz());
+    }
+    if a.x > b.x {
+        std::mem::swap(&mut a, &mut b);
+    }
+    let run = b.x - a.x;
+    if run < 1e-6 {
+        return 0;
+    }
+    let rise = (b.yz() - a.yz()) / run;
+    let half_width = radius * (1.0 + rise.x * rise.x).sqrt();
+    let side = view.side as i32;
+    let (along_row, along_column) = if steep { (side, 1) } else { (1, side) };
+    let last = ((b.x - 0.5).ceil() as i32).min(side);
+    let mut n_texels = 0;
+    for column in ((a.x - 0.5).ceil() as i32).max(0)..last {
+        let along = column as f32 + 0.5 - a.x;
+        let y = a.y + rise.x * along;
+        let top = ((y + half_width - 0.5).ceil() as i32).min(side);
+        let bottom = ((y - half_width - 0.5).ceil() as i32).max(0);
+        if top <= bottom {
+            continue;
+        }
+        n_texels += (top - bottom) as u64;
+        let value = height_units(view, a.z + rise.y * along) << NAME_BITS | name;
+        let mut cell = column * along_row + bottom * along_column;
+        for _ in bottom..top {
+            let texel = &mut map[cell as usize];
+            *texel = (*texel).max(value);
+            cell += along_column;
+        }
+    }
+    n_texels
+}
+
+/// Counts the lit ones of [`N_PLACES`] places along the strand about each visible point.
+#[inline(always)]
+fn receive<S: Simd>(
+    simd: S,
+    view: &ShadowView,
+    strands: &Strands,
+    visible: &[u32],
+    map: &[u32],
+    lit: &mut [u8],
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            for (lit, &point) in lit.iter_mut().zip(visible) {
+                *lit = receive_point(view, strands, point as usize, map);
+            }
+        },
+    );
+}
+
+#[inline(always)]
+fn receive_point(view: &ShadowView, strands: &Strands, point_ix: usize, map: &[u32]) -> u8 {
+    let point = &strands.points[point_ix];
+    let (before, after) = (strands.tangents[point_ix][3], strands.normals[point_ix][3]);
+    let middle = map_position(view, point);
+    let mut from_before = middle;
+    if before > 0.0 {
+        from_before = map_position(view, &strands.points[point_ix - 1]);
+    }
+    let mut to_after = middle;
+    if after > 0.0 {
+        to_after = map_position(view, &strands.points[point_ix + 1]);
+    }
+    let last = view.side as i32 - 1;
+    let mut lit = 0;
+    for ix in 0..N_PLACES {
+        let place = (ix as f32 + view.offset) / N_PLACES as f32 * (before + after) - before;
+        let (mut end, mut share) = (to_after, 0.5 * place / after.max(1e-20));
+        if place < 0.0 {
+            (end, share) = (from_before, -0.5 * place / before);
+        }
+        let at = middle + (end - middle) * share;
+        let [x, y] = [at.x, at.y].map(|x| (x.floor() as i32).clamp(0, last));
+        let highest = map[(x + view.side as i32 * y) as usize];
+        let is_above = highest >> NAME_BITS > height_units(view, at.z + CLEAR_RADII * point[3]);
+        let apart = name_of(
+            highest
+                .wrapping_sub(point_ix as u32)
+                .wrapping_add(OWN_POINTS),
+        );
+        lit += u32::from(!is_above || apart <= 2 * OWN_POINTS);
+    }
+    lit as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use strandlight_formats::SrbfLight;
+    use strandlight_scene::shadow_maps::{ShadowPlan, unblocked_share};
+
+    use super::super::shadow_map::draw_maps;
+    use super::*;
+
+    /// Strands criss-cross, thick and thin.
+    fn strands(n: usize) -> Strands {
+        let mut points = Vec::new();
+        for ix in 0..n {
+            let turn = 2.4 * ix as f32;
+            let along = Vec3::new(turn.cos(), turn.sin(), 0.3 * (ix % 3) as f32);
+            let middle = Vec3::new((1.7 * turn).sin(), (0.9 * turn).cos(), (1.3 * turn).sin());
+            points.extend([-1.0, -0.2, 0.7].map(|t| (middle + along * t).to_array()));
+        }
+        let offsets: Vec<u32> = (0..=n).map(|ix| 3 * ix as u32).collect();
+        Strands::new(&points, &offsets, |strand, _| [0.002, 0.02, 0.2][strand % 3], true).expect("valid")
+    }
+
+    #[test]
+    fn shares_are_those_of_the_maps_at_every_point() {
+        let strands = strands(400);
+        let lights: Vec<SrbfLight> = (0..6)
+            .map(|ix| SrbfLight {
+                direction: Vec3::new(ix as f32 - 2.0, 1.0, 0.3).normalize().to_array(),
+                lambda: [0.02, 0.3, 0.9][ix % 3],
+                rgb: [1.0; 3],
+            })
+            .collect();
+        let plan = ShadowPlan::new(&lights, &strands, 30);
+        let mut words = vec![0; plan.n_words(strands.points.len())];
+        let n_texels = draw_maps(&strands, &plan.views, &[], &mut words);
+        let visible: Vec<u32> = (0..strands.points.len() as u32).step_by(3).collect();
+        let mut unblocked = Unblocked::new(plan.n_slots);
+        unblocked.draw(&strands, &plan.views, &[], &visible);
+        assert_eq!(unblocked.n_texels, n_texels);
+        let mut darkest = 1.0_f32;
+        for slot in 1..plan.n_slots {
+            for (place, &point) in visible.iter().enumerate() {
+                let share = unblocked.share(slot, place);
+                let exact = unblocked_share(&words, strands.points.len(), slot, point as usize);
+                // Both are rounded, the other to eight bits.
+                assert!((share - exact).abs() < 0.6 / 255.0, "{slot} {point}: {share} {exact}");
+                darkest = darkest.min(share);
+            }
+        }
+        assert!(darkest < 0.1);
+    }
+}
