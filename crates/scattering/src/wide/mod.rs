@@ -10,9 +10,24 @@
 //!
 //! [`dispatch!`]: crate::wide::dispatch
 
+mod azimuthal;
+mod azimuthal_r;
+mod eccentric;
+#[cfg(test)]
+mod fixture;
+mod frame;
+mod lights;
+mod lobes;
 pub mod math;
+mod outer_integral;
+mod rows;
+mod single_scattering;
 
 pub use fearless_simd::{Level, Simd, dispatch, f32x8};
+
+pub use lights::{Responses, WideLights};
+pub use lobes::{Lobes, SampleLobes};
+pub use single_scattering::{Place, single_scattering, single_scattering_at};
 
 /// Lanes of a vector.
 pub const LANES: usize = 8;
