@@ -12,7 +12,7 @@ use super::fibre::Fibre;
 use super::frame::Lag;
 
 /// Sharpness of the bump of N_TRT, found by search; the error is flat from 8 to 24.
-const BUMP_SHARPNESS: f32 = 12.0;
+pub(crate) const BUMP_SHARPNESS: f32 = 12.0;
 
 /// Smallest (or eta, if less) and largest index of an elliptic fibre: Eq 24 passes 1 for strong
 /// eccentricities, and tables end at 10. Clamped, so continuous.

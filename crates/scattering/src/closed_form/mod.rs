@@ -95,6 +95,17 @@ pub use transmittance::{
     forward_events, pack_record, pass_through, transmitted, unpack_record,
 };
 
+pub(crate) use constants::SQRT_PI;
+pub(crate) use eccentric::BUMP_SHARPNESS;
+pub(crate) use outer_integral::{
+    CLAMP, COSINE_SHARPNESS, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE, MIDDLE_END, NARROW,
+    NARROW_END, VIEW_PULL,
+};
+pub(crate) use tables::{
+    PACKED_ONE, SPACING_CONCAVE, SPACING_INVERSE_SQRT, SPACING_LOG, SPACING_RECIPROCAL,
+    SPACING_ROOT_SQUARE,
+};
+
 use crate::layout::Layout;
 
 /// The structs here that shaders mirror.

@@ -31,30 +31,30 @@ use super::constants::SQRT_PI;
 pub const LN_CULL: f32 = -16.0;
 
 /// Width k of the smooth clamp over the spread of the nodes.
-const CLAMP: f32 = 0.72;
+pub(crate) const CLAMP: f32 = 0.72;
 
 /// 1/CLAMP.
-const INVERSE_CLAMP: f32 = 1.388_888_8;
+pub(crate) const INVERSE_CLAMP: f32 = 1.388_888_8;
 
 /// Sharpness that the cosines lend the widest bumps; found by search.
-const COSINE_SHARPNESS: f32 = 0.4;
+pub(crate) const COSINE_SHARPNESS: f32 = 0.4;
 
 /// How far the rest of the integrand pulls the bump towards theta_i = -theta_o, over spread^2
 /// theta_o; found by search.
-const VIEW_PULL: f32 = 0.2;
+pub(crate) const VIEW_PULL: f32 = 0.2;
 
 /// Extents up to which a third, and two thirds, of the nodes do.
-const NARROW: f32 = 0.05;
-const MIDDLE: f32 = 0.2;
+pub(crate) const NARROW: f32 = 0.05;
+pub(crate) const MIDDLE: f32 = 0.2;
 /// From those on the further node comes in smoothly, up to these extents.
-const NARROW_END: f32 = 0.075;
-const MIDDLE_END: f32 = 0.25;
+pub(crate) const NARROW_END: f32 = 0.075;
+pub(crate) const MIDDLE_END: f32 = 0.25;
 
 /// Most nodes of a mode.
 pub const MAX_NODES: u32 = 8;
 
 /// (pi/2)^2, in the bound of a circular Gaussian by a wider one.
-const HALF_PI_SQUARED: f32 = 2.467_401;
+pub(crate) const HALF_PI_SQUARED: f32 = 2.467_401;
 
 /// Gauss-Hermite nodes for 1, 2, .. [`MAX_NODES`] nodes, those of n from index n (n - 1) / 2:
 /// position u, weight times exp(u^2), exp(-u/CLAMP), exp(u/CLAMP).

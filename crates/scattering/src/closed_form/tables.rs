@@ -11,11 +11,11 @@ use super::circular_gaussian::c_0;
 
 /// Codes of [`TableAxis::spacing`], one for each [`Spacing`].
 const SPACING_LINEAR: u32 = 0;
-const SPACING_LOG: u32 = 1;
-const SPACING_INVERSE_SQRT: u32 = 2;
-const SPACING_ROOT_SQUARE: u32 = 3;
-const SPACING_RECIPROCAL: u32 = 4;
-const SPACING_CONCAVE: u32 = 5;
+pub(crate) const SPACING_LOG: u32 = 1;
+pub(crate) const SPACING_INVERSE_SQRT: u32 = 2;
+pub(crate) const SPACING_ROOT_SQUARE: u32 = 3;
+pub(crate) const SPACING_RECIPROCAL: u32 = 4;
+pub(crate) const SPACING_CONCAVE: u32 = 5;
 
 /// One axis, byte for byte the struct `TableAxis` of the shaders (32 bytes): texel coordinate =
 /// (warp(x) - warp_min) * scale, 0..=last.
@@ -121,7 +121,7 @@ fn table_warp(spacing: u32, x: f32) -> f32 {
 pub type PackedShares = [u16; C_DEGREE];
 
 /// What 1 is in a [`PackedShares`].
-const PACKED_ONE: f32 = 65535.0;
+pub(crate) const PACKED_ONE: f32 = 65535.0;
 
 /// Rounds shares to texels of C: off by at most 7.7e-6 each. Values outside 0..=1 are clamped.
 pub fn pack_shares(shares: &[f32; C_DEGREE]) -> PackedShares {

@@ -1,0 +1,71 @@
+//! The inner integrals of Eq 12 for TT and TRT, of eight lights. Twin: `closed_form/azimuthal.rs`.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+
+use super::lobes::Lobes;
+use super::math::{bessel_i0e_parts, exp, mul_add};
+
+/// [`crate::closed_form::lobe_integral`], sharpnesses summing up to at most 2.5e6.
+#[inline(always)]
+pub(super) fn lobe_integral<S: Simd>(
+    kappa_1: f32x8<S>,
+    kappa_2: f32x8<S>,
+    sin_half_2: f32x8<S>,
+) -> f32x8<S> {
+    let sum = kappa_1 + kappa_2;
+    let fall = kappa_1 * kappa_2 * 4.0 * sin_half_2;
+    let kappa_3 = (sum * sum - fall).max(0.0).sqrt();
+    let [above, below] = bessel_i0e_parts(kappa_3);
+    // One division for both quotients; at 2.5e6 the product is 1.5e38.
+    let whole = sum + kappa_3;
+    let inverse = f32x8::splat(sum.token(), 1.0) / (whole * below);
+    exp(-(fall * (below * inverse))) * (above * (whole * inverse)).sqrt()
+}
+
+/// TT where `sin_half` and `cos_half` are lag's cosine and sine, TRT where they are its sine and cosine:
+/// [`crate::closed_form::azimuthal_tt`], [`crate::closed_form::azimuthal_trt`].
+#[inline(always)]
+pub(super) fn azimuthal_lobes<S: Simd>(
+    kappa: f32x8<S>,
+    sin_half: f32x8<S>,
+    cos_half: f32x8<S>,
+    lobes: &Lobes<S>,
+) -> [f32x8<S>; 3] {
+    let [square_0, square_1, square_2] = [
+        lobes.lambda[0] * lobes.lambda[0],
+        lobes.lambda[1] * lobes.lambda[1],
+        lobes.lambda[2] * lobes.lambda[2],
+    ];
+    let inverse = f32x8::splat(kappa.token(), 2.0) / (square_0 * square_1 * square_2);
+    let kappa_0 = square_1 * square_2 * inverse;
+    let kappa_1 = square_0 * square_2 * inverse;
+    let kappa_2 = square_0 * square_1 * inverse;
+    let middle_1 = sin_half * lobes.cos_half[0];
+    let apart_1 = cos_half * lobes.sin_half[0];
+    let middle_2 = sin_half * lobes.cos_half[1];
+    let apart_2 = cos_half * lobes.sin_half[1];
+    let (near_1, far_1) = (middle_1 - apart_1, middle_1 + apart_1);
+    let (near_2, far_2) = (middle_2 - apart_2, middle_2 + apart_2);
+    // A loop: one body serves all five, which processors overlap anyway.
+    let mut lobe = [
+        [kappa_0, sin_half * sin_half],
+        [kappa_1, near_1 * near_1],
+        [kappa_1, far_1 * far_1],
+        [kappa_2, near_2 * near_2],
+        [kappa_2, far_2 * far_2],
+    ];
+    for [kappa_l, sin_half_2] in &mut lobe {
+        *sin_half_2 = lobe_integral(kappa, *kappa_l, *sin_half_2);
+    }
+    let p_0 = lobe[0][1] * lobes.square;
+    let p_1 = (lobe[1][1] + lobe[2][1]) * lobes.square;
+    let p_2 = (lobe[3][1] + lobe[4][1]) * lobes.square;
+    let mut rgb = [p_0; 3];
+    for (channel, value) in rgb.iter_mut().enumerate() {
+        let amplitude = &lobes.amplitude;
+        let sum = mul_add(amplitude[1][channel], p_1, amplitude[0][channel] * p_0);
+        *value = mul_add(amplitude[2][channel], p_2, sum);
+    }
+    rgb
+}
