@@ -4,16 +4,22 @@
 //! not depend on the lag, and N_t^G at a node is read from [`Profiles`]: a row costs less than one
 //! evaluation of [`crate::closed_form::global_scattering()`].
 
-use core::f32::consts::{FRAC_1_PI, PI};
+use core::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use crate::closed_form::{
-    AverageTexel, DirectionInFrame, Fibre, LN_CULL, LightInFrame, direct_local_scattering,
+    AverageTexel, DirectionInFrame, Fibre, LN_CULL, LightInFrame, direct_local_scattering, half_circle,
     inclination, local_rule, local_scattering, mean_cosine, node_constants, node_count,
     node_extent, node_place, outer_rule,
 };
 
 use super::azimuth::{Profiles, Row};
 use super::DirectRow;
+
+/// Cosine of the lag at which the share of direct light within a half circle is that of the closed form.
+const MATCHED_COSINE: f32 = 0.5;
+
+/// Above this share it says too little of the sharpness.
+const ALL: f32 = 0.99;
 
 /// What the rows are made of.
 pub(super) struct Source<'a> {
@@ -24,12 +30,12 @@ pub(super) struct Source<'a> {
     pub averages: Option<&'a [AverageTexel]>,
 }
 
-fn direction(theta: f32, cos_phi: f32) -> DirectionInFrame {
+fn direction(theta: f32, [cos_phi, sin_phi]: [f32; 2]) -> DirectionInFrame {
     DirectionInFrame {
         theta,
         cos_theta: theta.cos().max(0.0),
         cos_phi,
-        sin_phi: 0.0,
+        sin_phi,
     }
 }
 
@@ -38,12 +44,12 @@ impl Source<'_> {
     /// circles, pi - Delta, in the last of the first three.
     pub fn row(&self, sigma_f: f32, theta_j: f32, theta_o: f32) -> Row {
         let mut row = [0.0; 16];
-        let light = direction(theta_j, 1.0);
+        let light = direction(theta_j, [1.0, 0.0]);
         if let Some(profiles) = self.profiles {
             self.add_global(profiles, &light, theta_o, sigma_f, &mut row);
         }
         if let Some(averages) = self.averages {
-            let view = direction(theta_o, 1.0);
+            let view = direction(theta_o, [1.0, 0.0]);
             let value = local_scattering(&light, &view, sigma_f, averages);
             for (channel, value) in value.into_iter().enumerate() {
                 row[4 * channel + 3] = FRAC_1_PI * value;
@@ -90,20 +96,47 @@ impl Source<'_> {
         }
     }
 
-    /// Direct local scattering summed over two opposite lags, and the cosine of the inclination at which
-    /// the light's sharpness in azimuth is taken.
+    /// Direct local scattering as if light came from everywhere in azimuth, and the cosine of the inclination
+    /// that gives the light the sharpness in azimuth that all nodes have together.
     pub fn direct_row(&self, lambda: f32, theta_j: f32, theta_o: f32) -> DirectRow {
         let Some(averages) = self.averages else {
             return [0.0; 4];
         };
         let light = LightInFrame {
-            direction: direction(theta_j, 1.0),
+            direction: direction(theta_j, [1.0, 0.0]),
             lambda,
         };
-        let at = |cos_phi| direct_local_scattering(&light, &direction(theta_o, cos_phi), averages);
-        let (near, far) = (at(1.0), at(-1.0));
-        let mean = local_rule(theta_j, lambda, theta_o, averages).mean;
-        let cosine = mean.clamp(-0.5 * PI, 0.5 * PI).cos().max(0.0);
-        [near[0] + far[0], near[1] + far[1], near[2] + far[2], cosine]
+        let at = |azimuth| {
+            direct_local_scattering(&light, &direction(theta_o, azimuth), averages)
+        };
+        // Half of a circle of light is in half a circle, whatever its sharpness.
+        let whole = at([0.0, 1.0]).map(|value| 2.0 * value);
+        let found = at([MATCHED_COSINE, (1.0 - MATCHED_COSINE * MATCHED_COSINE).sqrt()]);
+        let sum = |value: [f32; 3]| value[0] + value[1] + value[2];
+        let share = sum(found) / sum(whole).max(1e-30);
+        let cosine = if share < ALL {
+            let kappa = 2.0 * light.direction.cos_theta / (lambda * lambda);
+            cosine_of_share(kappa, share)
+        } else {
+            // All light is on one side: any sharpness of this order does.
+            let mean = local_rule(theta_j, lambda, theta_o, averages).mean;
+            mean.clamp(-FRAC_PI_2, FRAC_PI_2).cos().max(0.0)
+        };
+        [whole[0], whole[1], whole[2], cosine]
     }
+}
+
+/// The factor 0..=1 of `kappa` with which this share of a circular Gaussian lies within the half circle
+/// around a direction that is [`MATCHED_COSINE`] off its centre, to 2e-4.
+fn cosine_of_share(kappa: f32, share: f32) -> f32 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..12 {
+        let middle = 0.5 * (low + high);
+        if half_circle(kappa * middle, MATCHED_COSINE) < share {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
 }

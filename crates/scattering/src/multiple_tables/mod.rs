@@ -38,11 +38,14 @@ use axes::Axes;
 use azimuth::{LagFunctions, Profiles, Row};
 use fill::Source;
 
-/// Nodes over the width of forward-scattered light, sum and difference of the inclinations.
-const N_NODES: [usize; 3] = [12, 33, 33];
+/// Nodes over the width of the light.
+const N_WIDTHS: usize = 12;
 
-/// Those of the tables of direct local scattering.
-const N_DIRECT_NODES: [usize; 3] = [12, 25, 25];
+/// Least and most nodes over sum and difference of the inclinations each.
+const N_INCLINED: [f32; 2] = [33.0, 65.0];
+
+/// Width of a ridge for which the least do; for others their number goes with the root of the width.
+const RIDGE: f32 = 0.1;
 
 /// Widths that the closed form takes.
 const WIDTHS: [f32; 2] = [0.001, 10.0];
@@ -96,8 +99,9 @@ impl MultipleTables {
             true => narrowest.fold(f32::INFINITY, f32::min),
             false => least.sigma_b,
         };
-        let axes = Axes::new(N_NODES, [least.beta_f, WIDTHS[1]], 0.0, ridge);
-        let direct_axes = Axes::new(N_DIRECT_NODES, WIDTHS, DIRECT_MIDDLE, least.sigma_b);
+        let count = count_of(ridge);
+        let axes = Axes::new(count, [least.beta_f, WIDTHS[1]], 0.0, ridge);
+        let direct_axes = Axes::new(count, WIDTHS, DIRECT_MIDDLE, least.sigma_b);
         let profiles = has_global.then(|| Profiles::new(shading));
         let source = Source {
             fibre,
@@ -185,6 +189,15 @@ impl MultipleTables {
         let share = half_circle(kappa, cos_delta);
         [r, g, b].map(|value| share * value.max(0.0))
     }
+}
+
+/// Nodes of tables for a ridge of this width.
+fn count_of(ridge: f32) -> [usize; 3] {
+    let [least, most] = N_INCLINED;
+    let inclined = least * (RIDGE / ridge).sqrt();
+    // Odd, so that one stands where the sum is 0.
+    let half = (0.5 * inclined.clamp(least, most)) as usize;
+    [N_WIDTHS, 2 * half + 1, 2 * half + 1]
 }
 
 /// The rows of a table, a job each width.
