@@ -151,13 +151,24 @@ fn cost(repetitions: u64) -> Result<(), Failed> {
     })?;
     time("global", &|queries| {
         let one = |q: &Query| {
-            sum(global_scattering(&q.light.direction, &q.view, q.sigma_f, &shading))
+            sum(global_scattering(
+                &q.light.direction,
+                &q.view,
+                q.sigma_f,
+                &shading,
+            ))
         };
         queries.iter().map(one).sum()
     })?;
     time("local", &|queries| {
-        let one =
-            |q: &Query| sum(local_scattering(&q.light.direction, &q.view, q.sigma_f, averages));
+        let one = |q: &Query| {
+            sum(local_scattering(
+                &q.light.direction,
+                &q.view,
+                q.sigma_f,
+                averages,
+            ))
+        };
         queries.iter().map(one).sum()
     })?;
     time("direct local", &|queries| {

@@ -37,8 +37,7 @@ impl Bundled {
 
     fn material(&self, hair: &HairParams, modes: &[Lobe]) -> HairMaterial {
         let lobes = Arc::clone(&self.lobes);
-        let mut material =
-            HairMaterial::new(lobes, Fresnel::Dielectric, hair, modes, 4).unwrap();
+        let mut material = HairMaterial::new(lobes, Fresnel::Dielectric, hair, modes, 4).unwrap();
         material.enable_multiple(true);
         material
     }
@@ -154,7 +153,7 @@ fn any_hair(ix: u64) -> HairParams {
 #[test]
 fn any_hair_is_within_one_percent() {
     let bundled = Bundled::new();
-    let (n_hairs, n_draws) = (50, 400);
+    let (n_hairs, n_draws) = (50, 2000);
     let mut sum = [[0.0; 2]; 3];
     let mut worst = [0.0f64; 3];
     for ix in 0..n_hairs {
@@ -172,7 +171,7 @@ fn any_hair_is_within_one_percent() {
     for ((name, error), worst) in TERMS.iter().zip(percent(sum)).zip(worst) {
         println!("{name}: {error:.3} %, of the worst hair {worst:.3} %");
         assert!(error < 0.6, "{name}: {error}");
-        assert!(worst < 1.5, "{name}: {worst}");
+        assert!(worst < 1.2, "{name}: {worst}");
     }
 }
 
@@ -196,29 +195,32 @@ fn single_fibres_are_within_their_bounds() {
         ..brown
     };
     let all = &Lobe::ALL[..];
-    // Narrower than hair is found, and the only one above one percent.
+    // Narrower than hair is found.
     let narrowest = width(widths(2.0, 1.0, 4.0));
     let cases = [
-        ("brown, the default", brown, all, 1.0),
-        ("sample", sigma_a([0.09, 0.34, 0.85]), all, 1.0),
-        ("blond", sigma_a([0.1257, 0.2091, 0.411]), all, 1.0),
-        ("white", sigma_a([0.0084, 0.0139, 0.0274]), all, 1.0),
-        ("black", sigma_a([3.352, 5.576, 10.96]), all, 1.0),
-        ("half the widths", width(widths(3.5, 1.75, 7.0)), all, 1.0),
-        ("widths 2, 1, 4", narrowest, all, 1.6),
-        ("widths 16, 20, 30", width(widths(16.0, 20.0, 30.0)), all, 1.0),
-        ("shifts -15, 7.5, 22.5", shifted, all, 1.0),
-        ("caustic 3", caustic, all, 1.0),
-        ("R alone", brown, &[Lobe::R], 1.0),
-        ("TT alone", brown, &[Lobe::Tt], 1.0),
-        ("TRT alone", brown, &[Lobe::Trt], 1.0),
+        ("brown, the default", brown, all),
+        ("sample", sigma_a([0.09, 0.34, 0.85]), all),
+        ("blond", sigma_a([0.1257, 0.2091, 0.411]), all),
+        ("white", sigma_a([0.0084, 0.0139, 0.0274]), all),
+        ("black", sigma_a([3.352, 5.576, 10.96]), all),
+        ("half the widths", width(widths(3.5, 1.75, 7.0)), all),
+        ("widths 2, 1, 4", narrowest, all),
+        ("widths 16, 20, 30", width(widths(16.0, 20.0, 30.0)), all),
+        ("shifts -15, 7.5, 22.5", shifted, all),
+        ("caustic 3", caustic, all),
+        ("R alone", brown, &[Lobe::R]),
+        ("TT alone", brown, &[Lobe::Tt]),
+        ("TRT alone", brown, &[Lobe::Trt]),
     ];
-    for (name, hair, modes, bound) in cases {
+    for (name, hair, modes) in cases {
         let material = bundled.material(&hair, modes);
         let tables = bundled.fill(&material, BOTH);
         let errors = percent(bundled.squares(&material, &tables, 0, 10_000));
         println!("{name:22} {errors:.3?} %, {} bytes", tables.bytes());
-        assert!(errors.iter().all(|&error| error < bound), "{name}: {errors:?}");
+        assert!(
+            errors.iter().all(|&error| error < 1.0),
+            "{name}: {errors:?}"
+        );
     }
 }
 

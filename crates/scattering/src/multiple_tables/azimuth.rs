@@ -49,9 +49,7 @@ impl LagFunctions {
             sums = [next, sums[0]];
         }
         // The two before the first are cos(x) and cos(-x).
-        std::array::from_fn(|k| {
-            cosine * (self.0[0][k] + (twice - 1.0) * sums[0][k] - sums[1][k])
-        })
+        std::array::from_fn(|k| cosine * (self.0[0][k] + (twice - 1.0) * sums[0][k] - sums[1][k]))
     }
 }
 
@@ -243,7 +241,10 @@ mod tests {
                     f64::from(factors[k][f]) * f64::from((2 * k + 1) as f32 * delta).cos()
                 });
                 let sum: f64 = terms.sum();
-                assert!((f64::from(found) - sum).abs() < 1e-4, "{delta} {f}: {found} {sum}");
+                assert!(
+                    (f64::from(found) - sum).abs() < 1e-4,
+                    "{delta} {f}: {found} {sum}"
+                );
             }
         }
     }

@@ -7,13 +7,13 @@
 use core::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use crate::closed_form::{
-    AverageTexel, DirectionInFrame, Fibre, LN_CULL, LightInFrame, direct_local_scattering, half_circle,
-    inclination, local_rule, local_scattering, mean_cosine, node_constants, node_count,
-    node_extent, node_place, outer_rule,
+    AverageTexel, DirectionInFrame, Fibre, LN_CULL, LightInFrame, direct_local_scattering,
+    half_circle, inclination, local_rule, local_scattering, mean_cosine, node_constants,
+    node_count, node_extent, node_place, outer_rule,
 };
 
-use super::azimuth::{Profiles, Row};
 use super::DirectRow;
+use super::azimuth::{Profiles, Row};
 
 /// Cosine of the lag at which the share of direct light within a half circle is that of the closed form.
 const MATCHED_COSINE: f32 = 0.5;
@@ -69,8 +69,7 @@ impl Source<'_> {
     ) {
         let fibre = self.fibre;
         // The pi of both Gaussians.
-        let scale =
-            FRAC_1_PI / (sigma_f * mean_cosine(light.theta, light.cos_theta, sigma_f));
+        let scale = FRAC_1_PI / (sigma_f * mean_cosine(light.theta, light.cos_theta, sigma_f));
         for mode in 0..3 {
             if fibre.modes & (1 << mode) == 0 {
                 continue;
@@ -106,12 +105,13 @@ impl Source<'_> {
             direction: direction(theta_j, [1.0, 0.0]),
             lambda,
         };
-        let at = |azimuth| {
-            direct_local_scattering(&light, &direction(theta_o, azimuth), averages)
-        };
+        let at = |azimuth| direct_local_scattering(&light, &direction(theta_o, azimuth), averages);
         // Half of a circle of light is in half a circle, whatever its sharpness.
         let whole = at([0.0, 1.0]).map(|value| 2.0 * value);
-        let found = at([MATCHED_COSINE, (1.0 - MATCHED_COSINE * MATCHED_COSINE).sqrt()]);
+        let found = at([
+            MATCHED_COSINE,
+            (1.0 - MATCHED_COSINE * MATCHED_COSINE).sqrt(),
+        ]);
         let sum = |value: [f32; 3]| value[0] + value[1] + value[2];
         let share = sum(found) / sum(whole).max(1e-30);
         let cosine = if share < ALL {

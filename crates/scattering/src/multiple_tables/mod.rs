@@ -38,14 +38,17 @@ use axes::Axes;
 use azimuth::{LagFunctions, Profiles, Row};
 use fill::Source;
 
-/// Nodes over the width of the light.
+/// Nodes over the width of forward-scattered light.
 const N_WIDTHS: usize = 12;
+
+/// Nodes over the width of light that comes straight, which is any.
+const N_DIRECT_WIDTHS: usize = 16;
 
 /// Least and most nodes over sum and difference of the inclinations each.
 const N_INCLINED: [f32; 2] = [33.0, 65.0];
 
 /// Width of a ridge for which the least do; for others their number goes with the root of the width.
-const RIDGE: f32 = 0.1;
+const RIDGE: f32 = 0.17;
 
 /// Widths that the closed form takes.
 const WIDTHS: [f32; 2] = [0.001, 10.0];
@@ -99,9 +102,14 @@ impl MultipleTables {
             true => narrowest.fold(f32::INFINITY, f32::min),
             false => least.sigma_b,
         };
-        let count = count_of(ridge);
-        let axes = Axes::new(count, [least.beta_f, WIDTHS[1]], 0.0, ridge);
-        let direct_axes = Axes::new(count, WIDTHS, DIRECT_MIDDLE, least.sigma_b);
+        let n = inclined_nodes(ridge);
+        let axes = Axes::new([N_WIDTHS, n, n], [least.beta_f, WIDTHS[1]], 0.0, ridge);
+        let direct_axes = Axes::new(
+            [N_DIRECT_WIDTHS, n, n],
+            WIDTHS,
+            DIRECT_MIDDLE,
+            least.sigma_b,
+        );
         let profiles = has_global.then(|| Profiles::new(shading));
         let source = Source {
             fibre,
@@ -123,7 +131,9 @@ impl MultipleTables {
         MultipleTables {
             terms: of(has_global, TERM_GLOBAL) | of(has_local, TERM_LOCAL),
             axes,
-            functions: profiles.map(|profiles| profiles.functions).unwrap_or_default(),
+            functions: profiles
+                .map(|profiles| profiles.functions)
+                .unwrap_or_default(),
             rows,
             direct_axes,
             direct,
@@ -191,13 +201,12 @@ impl MultipleTables {
     }
 }
 
-/// Nodes of tables for a ridge of this width.
-fn count_of(ridge: f32) -> [usize; 3] {
+/// Nodes along either inclined axis for a ridge of this width.
+fn inclined_nodes(ridge: f32) -> usize {
     let [least, most] = N_INCLINED;
-    let inclined = least * (RIDGE / ridge).sqrt();
+    let nodes = (least * (RIDGE / ridge).sqrt()).clamp(least, most);
     // Odd, so that one stands where the sum is 0.
-    let half = (0.5 * inclined.clamp(least, most)) as usize;
-    [N_WIDTHS, 2 * half + 1, 2 * half + 1]
+    2 * (0.5 * nodes) as usize + 1
 }
 
 /// The rows of a table, a job each width.
