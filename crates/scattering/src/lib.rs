@@ -8,6 +8,7 @@
 //! - [`lobes`]: TT and TRT as sums of circular Gaussians, fitted once for every fibre.
 //! - [`table_layout`]: what the baked tables hold, with [`c_integrals`] and [`h_moments`] to fill
 //!   them.
+//! - [`wide`]: the closed form for eight lights at a time.
 //!
 //! ```
 //! use strandlight_scattering::exact::{Light, View, single};
@@ -43,5 +44,6 @@ pub mod reflectance;
 pub mod special;
 pub mod spherical_gaussian;
 pub mod table_layout;
+pub mod wide;
 
 pub use hair::{HairParams, Lobe, ParamError, Parameter, ParameterShape, PerLobe};

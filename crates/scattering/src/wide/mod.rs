@@ -1,0 +1,33 @@
+//! The closed form for eight lights at a time, on the CPU.
+//!
+//! What [`crate::closed_form`] computes for one light, the functions here compute for the eight lanes
+//! of a vector, under the names of their scalar twins. Scalar code is what the shaders do and
+//! stays the judge: tests hold every function here to it.
+//!
+//! Functions are generic over the instruction set, a [`Simd`] token, and inlined into their caller.
+//! [`dispatch!`] picks the best set that the processor has and runs a closure with its token; it
+//! belongs around much work, such as a few hundred points.
+//!
+//! [`dispatch!`]: crate::wide::dispatch
+
+pub mod math;
+
+pub use fearless_simd::{Level, Simd, dispatch, f32x8};
+
+/// Lanes of a vector.
+pub const LANES: usize = 8;
+
+/// Every instruction set of this machine, the best first, and none at all.
+#[cfg(test)]
+pub(crate) fn levels() -> Vec<(&'static str, Level)> {
+    let best = Level::new();
+    let mut levels = vec![("best", best)];
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    {
+        levels.extend(best.as_avx2().map(|avx2| ("AVX2", avx2.level())));
+        levels.extend(best.as_sse4_2().map(|sse4_2| ("SSE4.2", sse4_2.level())));
+        levels.extend(best.as_sse2().map(|sse2| ("SSE2", sse2.level())));
+    }
+    levels.push(("none", Level::Fallback(fearless_simd::Fallback::new())));
+    levels
+}
