@@ -15,13 +15,13 @@ use core::f32::consts::{FRAC_PI_2, PI};
 const WIDTH_MIDDLE: f32 = 2.0;
 
 /// Sums below this many times the root of the ridge's width take half of the nodes.
-const SUM_MIDDLE: f32 = 1.5;
+pub(super) const SUM_MIDDLE: f32 = 1.5;
 
 /// Nodes at the poles stand this far from them, radians: there the mean cosine is 0.
 const POLE: f32 = 1e-3;
 
 /// Keeps the share of the largest difference finite where that is 0.
-const LEAST_DIFFERENCE: f32 = 1e-4;
+pub(super) const LEAST_DIFFERENCE: f32 = 1e-4;
 
 /// The axes of a table, rows `[width][sum][difference]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,13 +29,13 @@ pub(super) struct Axes {
     /// Nodes along each, at least 2.
     pub count: [usize; 3],
     /// w / (w + middle) of a width is even between nodes.
-    middle: f32,
+    pub middle: f32,
     /// That of the least width.
-    first: f32,
+    pub first: f32,
     /// Nodes per unit of it.
-    scale: f32,
+    pub scale: f32,
     /// Squared width of the ridge under a light of width 0.
-    ridge_2: f32,
+    pub ridge_2: f32,
 }
 
 /// A cell of the table, and where in it.

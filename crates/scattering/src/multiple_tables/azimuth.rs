@@ -34,7 +34,7 @@ pub(super) type Row = [f32; 4 * (1 + N_FUNCTIONS)];
 
 /// The functions of the lag: factors of cos((2 k + 1) Delta) in each, and zeros for the constant.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct LagFunctions([[f32; 4]; N_HARMONICS]);
+pub(super) struct LagFunctions(pub [[f32; 4]; N_HARMONICS]);
 
 impl LagFunctions {
     /// The functions at the lag of this cosine; the first is 0.

@@ -25,6 +25,7 @@
 mod axes;
 mod azimuth;
 mod fill;
+mod wide;
 
 use core::f32::consts::PI;
 
@@ -243,11 +244,15 @@ fn mix<const N: usize>(rows: &[[f32; N]], axes: &Axes, place: axes::Place) -> [f
     lerp(&plane(0), &plane(layer), w)
 }
 
+/// arccos(a) over sqrt(1 - a), by rising powers of a in 0..=1.
+const ARC_COSINE: [f32; 4] = [1.570_728_8, -0.212_114_4, 0.074_261, -0.018_729_3];
+
 /// arccos, absolute error at most 7e-5 (Abramowitz and Stegun 4.4.45).
 #[inline(always)]
 fn arc_cosine(x: f32) -> f32 {
     let a = x.abs().min(1.0);
-    let polynomial = 1.570_728_8 + a * (-0.212_114_4 + a * (0.074_261_0 - a * 0.018_729_3));
+    let [c_0, c_1, c_2, c_3] = ARC_COSINE;
+    let polynomial = c_0 + a * (c_1 + a * (c_2 + a * c_3));
     let near = (1.0 - a).sqrt() * polynomial;
     if x < 0.0 { PI - near } else { near }
 }
