@@ -4,6 +4,7 @@
 //! - [`Lobe`]: the scattering modes R, TT, TRT.
 //! - [`exact`]: the model in f64 by quadrature; [`closed_form`]: what the renderer evaluates, f32.
 //! - [`dual_scattering`]: the averages of one scattering event and of many, f64.
+//! - [`multiple_tables`]: multiple scattering of one fibre by look-up, made at an edit.
 //! - [`lobes`]: TT and TRT as sums of circular Gaussians, fitted once for every fibre.
 //! - [`table_layout`]: what the baked tables hold, with [`c_integrals`] and [`h_moments`] to fill
 //!   them.
@@ -36,6 +37,7 @@ mod hair;
 #[doc(hidden)]
 pub mod layout;
 pub mod lobes;
+pub mod multiple_tables;
 pub mod quadrature;
 pub mod random;
 pub mod reflectance;

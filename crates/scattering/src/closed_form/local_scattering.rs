@@ -38,7 +38,7 @@ const SHARE_MIN: f32 = 1e-20;
 
 /// Nodes for light of width `sigma_f` at inclination `theta_j`: for the mean of the channels, those
 /// that send most back counting most.
-fn local_rule<A: SampleAverages + ?Sized>(
+pub(crate) fn local_rule<A: SampleAverages + ?Sized>(
     theta_j: f32,
     sigma_f: f32,
     theta_o: f32,

@@ -59,6 +59,7 @@ pub use irradiance::{blurred_ramp, irradiance};
 pub use lobes::{
     EVEN_TEXELS, LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, SampleLobes, lobe_place, sample_lobes,
 };
+pub(crate) use local_scattering::local_rule;
 pub use local_scattering::{direct_local_scattering, local_scattering};
 pub use longitudinal::{Longitudinal, longitudinal};
 pub use mean_cosine::mean_cosine;

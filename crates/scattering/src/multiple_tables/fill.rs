@@ -1,0 +1,142 @@
+//! The rows of the tables, from the closed form.
+//!
+//! Local scattering is evaluated as it is. Of global scattering, nodes and weights of the outer integral do
+//! not depend on the lag, and N_t^G at a node is read from [`Profiles`]: a row costs less than one
+//! evaluation of [`crate::closed_form::global_scattering()`].
+
+use core::f32::consts::{FRAC_1_PI, FRAC_PI_2};
+
+use crate::closed_form::{
+    AverageTexel, DirectionInFrame, Fibre, LN_CULL, LightInFrame, direct_local_scattering,
+    half_circle, inclination, local_rule, local_scattering, mean_cosine, node_constants,
+    node_count, node_extent, node_place, outer_rule,
+};
+
+use super::DirectRow;
+use super::azimuth::{Profiles, Row};
+
+/// Cosine of the lag at which the share of direct light within a half circle is that of the closed form.
+const MATCHED_COSINE: f32 = 0.5;
+
+/// Above this share it says too little of the sharpness.
+const ALL: f32 = 0.99;
+
+/// What the rows are made of.
+pub(super) struct Source<'a> {
+    pub fibre: &'a Fibre,
+    /// For global scattering; none where it is switched off.
+    pub profiles: Option<&'a Profiles>,
+    /// For local scattering; none where it is switched off.
+    pub averages: Option<&'a [AverageTexel]>,
+}
+
+fn direction(theta: f32, [cos_phi, sin_phi]: [f32; 2]) -> DirectionInFrame {
+    DirectionInFrame {
+        theta,
+        cos_theta: theta.cos().max(0.0),
+        cos_phi,
+        sin_phi,
+    }
+}
+
+impl Source<'_> {
+    /// Global scattering in the first three of each four, local scattering over the overlap of the half
+    /// circles, pi - Delta, in the last of the first three.
+    pub fn row(&self, sigma_f: f32, theta_j: f32, theta_o: f32) -> Row {
+        let mut row = [0.0; 16];
+        let light = direction(theta_j, [1.0, 0.0]);
+        if let Some(profiles) = self.profiles {
+            self.add_global(profiles, &light, theta_o, sigma_f, &mut row);
+        }
+        if let Some(averages) = self.averages {
+            let view = direction(theta_o, [1.0, 0.0]);
+            let value = local_scattering(&light, &view, sigma_f, averages);
+            for (channel, value) in value.into_iter().enumerate() {
+                row[4 * channel + 3] = FRAC_1_PI * value;
+            }
+        }
+        row
+    }
+
+    /// [`crate::closed_form::global_scattering()`] of an N_t^G by its factors.
+    fn add_global(
+        &self,
+        profiles: &Profiles,
+        light: &DirectionInFrame,
+        theta_o: f32,
+        sigma_f: f32,
+        row: &mut Row,
+    ) {
+        let fibre = self.fibre;
+        // The pi of both Gaussians.
+        let scale = FRAC_1_PI / (sigma_f * mean_cosine(light.theta, light.cos_theta, sigma_f));
+        for mode in 0..3 {
+            if fibre.modes & (1 << mode) == 0 {
+                continue;
+            }
+            let (alpha, beta) = (fibre.alpha[mode as usize], fibre.beta[mode as usize]);
+            let rule = outer_rule(light.theta, sigma_f, theta_o, alpha, beta);
+            if rule.ln_bound < LN_CULL {
+                continue;
+            }
+            let extent = node_extent(&rule);
+            let count = node_count(extent, fibre.node_count(mode));
+            for ix in 0..count {
+                let place = node_place(&rule, node_constants(extent, count, ix));
+                let lobe = (rule.to_lobe + place.step) * rule.inverse_width;
+                let light_2 = (rule.to_light + place.step) / sigma_f;
+                let fall = (-lobe * lobe - light_2 * light_2).exp();
+                let weight = place.weight * rule.inverse_width * fall;
+                let cos_i = place.theta_i.cos().max(0.0);
+                let cos_d = inclination(0.5 * (theta_o - place.theta_i)).cos_theta_d;
+                let ratio = (cos_i / cos_d).min(2.0);
+                profiles.add(mode as usize, cos_d, scale * weight * (ratio * ratio), row);
+            }
+        }
+    }
+
+    /// Direct local scattering as if light came from everywhere in azimuth, and the cosine of the inclination
+    /// that gives the light the sharpness in azimuth that all nodes have together.
+    pub fn direct_row(&self, lambda: f32, theta_j: f32, theta_o: f32) -> DirectRow {
+        let Some(averages) = self.averages else {
+            return [0.0; 4];
+        };
+        let light = LightInFrame {
+            direction: direction(theta_j, [1.0, 0.0]),
+            lambda,
+        };
+        let at = |azimuth| direct_local_scattering(&light, &direction(theta_o, azimuth), averages);
+        // Half of a circle of light is in half a circle, whatever its sharpness.
+        let whole = at([0.0, 1.0]).map(|value| 2.0 * value);
+        let found = at([
+            MATCHED_COSINE,
+            (1.0 - MATCHED_COSINE * MATCHED_COSINE).sqrt(),
+        ]);
+        let sum = |value: [f32; 3]| value[0] + value[1] + value[2];
+        let share = sum(found) / sum(whole).max(1e-30);
+        let cosine = if share < ALL {
+            let kappa = 2.0 * light.direction.cos_theta / (lambda * lambda);
+            cosine_of_share(kappa, share)
+        } else {
+            // All light is on one side: any sharpness of this order does.
+            let mean = local_rule(theta_j, lambda, theta_o, averages).mean;
+            mean.clamp(-FRAC_PI_2, FRAC_PI_2).cos().max(0.0)
+        };
+        [whole[0], whole[1], whole[2], cosine]
+    }
+}
+
+/// The factor 0..=1 of `kappa` with which this share of a circular Gaussian lies within the half circle
+/// around a direction that is [`MATCHED_COSINE`] off its centre, to 2e-4.
+fn cosine_of_share(kappa: f32, share: f32) -> f32 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..12 {
+        let middle = 0.5 * (low + high);
+        if half_circle(kappa * middle, MATCHED_COSINE) < share {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}

@@ -1,0 +1,179 @@
+//! What the tables of multiple scattering cost: to fill, and a look-up beside an evaluation of the closed form.
+//!
+//! ```sh
+//! cargo run --release -p strandlight-scene --example multiple_tables -- 100
+//! ```
+//!
+//! Lights and views as in `tests/multiple_tables.rs`, which has the errors; default hair. Time is that of
+//! the main thread on a core, as Linux counts it.
+
+use std::hint::black_box;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use strandlight_data::DEFAULT_TABLES;
+use strandlight_formats::{BakedFile, TableFile};
+use strandlight_scattering::closed_form::{
+    DirectionInFrame, LightInFrame, TERM_GLOBAL, TERM_LOCAL, direct_local_scattering,
+    global_scattering, local_scattering, sample_averages,
+};
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::multiple_tables::{Job, MultipleTables};
+use strandlight_scattering::random::SplitMix64;
+use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::material::{HairMaterial, LobeTables};
+use strandlight_scene::tables::ShadingTables;
+
+type Failed = Box<dyn std::error::Error>;
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("multiple_tables: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run() -> Result<(), Failed> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [count] = &arguments[..] else {
+        return Err("usage: multiple_tables REPETITIONS".into());
+    };
+    cost(count.parse()?)
+}
+
+/// The bundled tables.
+struct Bundled {
+    tables: ShadingTables,
+    lobes: Arc<LobeTables>,
+}
+
+impl Bundled {
+    fn new() -> Result<Bundled, Failed> {
+        let file = TableFile::from_bytes(DEFAULT_TABLES)?;
+        Ok(Bundled {
+            tables: ShadingTables::from_file(&file)?,
+            lobes: Arc::new(LobeTables::from_file(&file, &Lobe::ALL)?),
+        })
+    }
+
+    fn material(&self, hair: &HairParams, modes: &[Lobe]) -> Result<HairMaterial, Failed> {
+        let lobes = Arc::clone(&self.lobes);
+        let mut material = HairMaterial::new(lobes, Fresnel::Dielectric, hair, modes, 4)?;
+        material.enable_multiple(true);
+        Ok(material)
+    }
+
+    fn fill(&self, material: &HairMaterial) -> MultipleTables {
+        let shading = material.optics().shading(self.tables.view());
+        let terms = TERM_GLOBAL | TERM_LOCAL;
+        MultipleTables::new(&shading, material.averages(), terms, |jobs| {
+            jobs.into_iter().for_each(Job::run);
+        })
+    }
+}
+
+/// A light and a view.
+struct Query {
+    light: LightInFrame,
+    view: DirectionInFrame,
+    cos_delta: f32,
+    sigma_f: f32,
+}
+
+impl Query {
+    fn draw(ix: u64, material: &HairMaterial) -> Query {
+        let mut random = SplitMix64::of_item(7, ix);
+        let mut theta = || random.uniform(-1.0, 1.0).asin() as f32;
+        let (theta_j, theta_o) = (theta(), theta());
+        let delta = random.uniform(0.0, std::f64::consts::PI) as f32;
+        let lambda = random.log_uniform(0.01, 1.2) as f32;
+        let events = random.log_uniform(1.0, 12.0) as f32;
+        let sin_theta = random.uniform(-1.0, 1.0) as f32;
+        let channel = random.uniform(0.0, 3.0) as usize;
+        let at = sample_averages(material.averages(), sin_theta.asin());
+        let sigma_bar_2 = events * at.beta_f_2[channel.min(2)];
+        Query {
+            light: LightInFrame::from_angles(theta_j, 0.0, lambda),
+            view: DirectionInFrame::from_angles(theta_o, delta),
+            cos_delta: delta.cos(),
+            sigma_f: (lambda * lambda + sigma_bar_2).sqrt(),
+        }
+    }
+}
+
+/// Nanoseconds that the main thread has been on a core.
+fn on_core() -> Result<u64, Failed> {
+    let text = std::fs::read_to_string("/proc/self/schedstat")?;
+    Ok(text.split(' ').next().unwrap_or_default().parse()?)
+}
+
+fn cost(repetitions: u64) -> Result<(), Failed> {
+    let bundled = Bundled::new()?;
+    let material = bundled.material(&HairParams::default(), &Lobe::ALL)?;
+    let shading = material.optics().shading(bundled.tables.view());
+    let averages = material.averages();
+    let start = on_core()?;
+    for _ in 0..repetitions {
+        black_box(bundled.fill(black_box(&material)));
+    }
+    let fill = (on_core()? - start) as f64 * 1e-6 / repetitions as f64;
+    let tables = bundled.fill(&material);
+    println!("fill {fill:.1} ms, {} bytes", tables.bytes());
+    let queries: Vec<Query> = (0..4096).map(|ix| Query::draw(ix, &material)).collect();
+    let time = |name: &str, one: &dyn Fn(&[Query]) -> f32| -> Result<(), Failed> {
+        let start = on_core()?;
+        for _ in 0..repetitions {
+            black_box(one(black_box(&queries)));
+        }
+        let each = (on_core()? - start) as f64 / (repetitions as f64 * queries.len() as f64);
+        println!("{name:24} {each:7.1} ns");
+        Ok(())
+    };
+    let sum = |value: [f32; 3]| value[0] + value[1] + value[2];
+    time("global + local look-up", &|queries| {
+        let one = |q: &Query| {
+            let theta = q.light.direction.theta;
+            let (global, local) = tables.at(theta, q.view.theta, q.cos_delta, q.sigma_f);
+            sum(global) + sum(local)
+        };
+        queries.iter().map(one).sum()
+    })?;
+    time("direct local look-up", &|queries| {
+        let one = |q: &Query| {
+            let at = &q.light.direction;
+            let (theta_o, lambda) = (q.view.theta, q.light.lambda);
+            sum(tables.direct_at(at.theta, at.cos_theta, theta_o, q.cos_delta, lambda))
+        };
+        queries.iter().map(one).sum()
+    })?;
+    time("global", &|queries| {
+        let one = |q: &Query| {
+            sum(global_scattering(
+                &q.light.direction,
+                &q.view,
+                q.sigma_f,
+                &shading,
+            ))
+        };
+        queries.iter().map(one).sum()
+    })?;
+    time("local", &|queries| {
+        let one = |q: &Query| {
+            sum(local_scattering(
+                &q.light.direction,
+                &q.view,
+                q.sigma_f,
+                averages,
+            ))
+        };
+        queries.iter().map(one).sum()
+    })?;
+    time("direct local", &|queries| {
+        let one = |q: &Query| sum(direct_local_scattering(&q.light, &q.view, averages));
+        queries.iter().map(one).sum()
+    })?;
+    Ok(())
+}
