@@ -6,7 +6,8 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scattering::closed_form::{PackedRecord, TERM_GLOBAL, TERM_LOCAL};
+use strandlight_scattering::multiple_tables::{Job, MultipleTables};
 use strandlight_scene::camera::{Camera, ViewUniform, view_uniform};
 use strandlight_scene::progress::timed;
 use strandlight_scene::scene::LightRecord;
@@ -19,6 +20,7 @@ use super::composite::composite;
 use super::list::{Tile, VisibilityList};
 use super::proxies::Proxies;
 use super::shade::{Counts, PointShader, record_at};
+use super::shade_wide::WideShader;
 use super::transmittance::{mix, transmittance_beside};
 use super::unblocked::Unblocked;
 use super::visible::VisiblePoints;
@@ -30,8 +32,12 @@ const SHADED_AT_ONCE: usize = 64;
 /// What can change between two pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Edit {
-    /// Parameters, modes, terms, densities: whatever scatters light.
+    /// Parameters and modes of the fibre.
     Hair,
+    /// The terms that are drawn.
+    Terms,
+    /// d_f and d_b.
+    Densities,
     /// Colours along the strands.
     Paint,
     /// Where strands are, and how wide.
@@ -59,29 +65,35 @@ pub(super) enum Stage {
     List,
     /// Unblocked shares of the lights at visible points.
     ShadowMaps,
+    /// Tables of multiple scattering.
+    MultipleTables,
     /// Radiance of the visible points.
     Shade,
 }
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Stage; 5] = [
+    pub const ALL: [Stage; 6] = [
         Stage::Voxelise,
         Stage::Transmittance,
         Stage::List,
         Stage::ShadowMaps,
+        Stage::MultipleTables,
         Stage::Shade,
     ];
 
     /// The edits that make the stage stale, by way of the stages before it too.
     pub const fn inputs(self) -> &'static [Edit] {
-        use Edit::{Colors, Hair, Lights, Paint, Points, Proxies, View};
+        use Edit::{Colors, Densities, Hair, Lights, Paint, Points, Proxies, Terms, View};
         match self {
             Stage::Voxelise => &[Points],
             Stage::Transmittance => &[Points, Lights, Proxies],
             Stage::List => &[Points, Proxies, View],
             Stage::ShadowMaps => &[Points, Lights, Proxies, View],
-            Stage::Shade => &[Hair, Paint, Points, Lights, Colors, Proxies, View],
+            Stage::MultipleTables => &[Hair, Terms],
+            Stage::Shade => &[
+                Hair, Terms, Densities, Paint, Points, Lights, Colors, Proxies, View,
+            ],
         }
     }
 }
@@ -95,6 +107,7 @@ pub(super) struct Frame {
     records: Option<Records>,
     list: Option<(VisibilityList, VisiblePoints)>,
     unblocked: Option<(ShadowPlan, Unblocked)>,
+    multiple: Option<MultipleTables>,
     shaded: Option<Shaded>,
 }
 
@@ -127,6 +140,7 @@ impl Frame {
             Stage::Transmittance => self.records = None,
             Stage::List => self.list = None,
             Stage::ShadowMaps => self.unblocked = None,
+            Stage::MultipleTables => self.multiple = None,
             Stage::Shade => self.shaded = None,
         }
     }
@@ -200,20 +214,41 @@ impl Frame {
             stats.stages.push(stage("transmittance", seconds, bytes));
             Records { packed, is_lit }
         });
+        if self.multiple.is_none() && has_one_fibre(scene) {
+            let (tables, seconds) = timed(|| multiple_tables(scene));
+            stats
+                .stages
+                .push(stage("tables", seconds, tables.bytes() as u64));
+            self.multiple = Some(tables);
+        }
+        let multiple = self.multiple.as_ref().filter(|_| has_one_fibre(scene));
         let shaded = self.shaded.get_or_insert_with(|| {
             let (shaded, seconds) = timed(|| {
-                let lit = Lit {
-                    scene,
-                    view: &view,
-                    grid,
-                    lights: &lights,
-                    records: &records.packed,
-                    unblocked,
+                let records = &records.packed;
+                let (radiance, counts) = match multiple {
+                    Some(tables) if serve(tables, scene) => WideShader {
+                        scene,
+                        view: &view,
+                        grid,
+                        tables,
+                        lights: &lights,
+                        records,
+                        unblocked,
+                    }
+                    .shade(&visible.points),
+                    _ => Lit {
+                        scene,
+                        view: &view,
+                        grid,
+                        lights: &lights,
+                        records,
+                        unblocked,
+                    }
+                    .shade(&visible.points),
                 };
-                let (radiance, counts) = lit.shade(&visible.points);
                 let mut proxies = Proxies::new(scene);
                 if !proxies.is_empty() {
-                    proxies.light(&view, grid, &lights, &sweeps, &records.packed);
+                    proxies.light(&view, grid, &lights, &sweeps, records);
                 }
                 Shaded {
                     radiance,
@@ -274,7 +309,25 @@ fn serves(before: &ShadowPlan, now: &ShadowPlan) -> bool {
         && pairs.all(|(before, now)| *before != NO_SLOT || *now == NO_SLOT)
 }
 
-/// What shades the visible points.
+/// Is the fibre the same at all points?
+fn has_one_fibre(scene: &PreparedScene) -> bool {
+    scene.paint().is_none()
+}
+
+/// Tables of multiple scattering of the fibre, for the terms that are drawn.
+fn multiple_tables(scene: &PreparedScene) -> MultipleTables {
+    let shading = scene.hair.optics().shading(scene.tables.view());
+    MultipleTables::new(&shading, scene.hair.averages(), scene.terms(), |jobs| {
+        jobs.into_par_iter().for_each(Job::run);
+    })
+}
+
+/// Do the tables have all terms of multiple scattering that are drawn?
+fn serve(tables: &MultipleTables, scene: &PreparedScene) -> bool {
+    scene.terms() & (TERM_GLOBAL | TERM_LOCAL) & !tables.terms() == 0
+}
+
+/// What shades visible points that have fibres of their own, and elliptic ones.
 struct Lit<'a> {
     scene: &'a PreparedScene,
     view: &'a ViewUniform,

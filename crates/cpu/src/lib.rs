@@ -38,6 +38,7 @@ mod proxies;
 mod raster;
 mod renderer;
 mod shade;
+mod shade_wide;
 mod shadow_map;
 mod transmittance;
 mod unblocked;

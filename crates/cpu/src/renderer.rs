@@ -75,12 +75,12 @@ impl Backend for CpuRenderer {
 
     fn set_scattering(&mut self, scattering: Scattering) {
         self.scene.set_scattering(scattering);
-        self.frame.edited(Edit::Hair);
+        self.frame.edited(Edit::Terms);
     }
 
     fn set_densities(&mut self, densities: [f32; 2]) {
         self.scene.densities = densities;
-        self.frame.edited(Edit::Hair);
+        self.frame.edited(Edit::Densities);
     }
 
     fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {

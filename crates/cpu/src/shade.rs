@@ -107,12 +107,7 @@ impl<'a> PointShader<'a> {
             shading: optics.shading(scene.tables.view()),
             forward: forward_table(scene.hair.averages()),
             hair: optics.painted_hair(),
-            terms: Terms {
-                bits: scene.terms(),
-                min_power: scene.min_power(),
-                densities: scene.densities,
-                max_local: scene.max_local(&scene.hair),
-            },
+            terms: Terms::new(scene),
         }
     }
 
@@ -182,14 +177,27 @@ impl<'a> PointShader<'a> {
 }
 
 /// The terms that are drawn.
-struct Terms {
-    bits: u32,
-    min_power: f32,
-    densities: [f32; 2],
+pub(super) struct Terms {
+    /// [`TERM_SINGLE`], [`TERM_LOCAL`], [`TERM_GLOBAL`].
+    pub bits: u32,
+    /// Power of a light below which a term is left out.
+    pub min_power: f32,
+    /// d_f and d_b.
+    pub densities: [f32; 2],
     max_local: f32,
 }
 
 impl Terms {
+    /// Those of `scene`.
+    pub fn new(scene: &PreparedScene) -> Terms {
+        Terms {
+            bits: scene.terms(),
+            min_power: scene.min_power(),
+            densities: scene.densities,
+            max_local: scene.max_local(&scene.hair),
+        }
+    }
+
     /// Adds what `eye` sees of one light: scattered by a fibre, of which there are what single and
     /// global scattering read, averages, and a_f and beta_f^2 by the sine of the inclination.
     #[allow(clippy::too_many_arguments, reason = "two of them are sums")]

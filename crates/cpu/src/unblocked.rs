@@ -85,6 +85,11 @@ impl Unblocked {
         }
     }
 
+    /// Has no light a map?
+    pub fn is_empty(&self) -> bool {
+        self.shares.is_empty()
+    }
+
     /// The share of a slot at a visible point, 0..=1.
     pub fn share(&self, slot: u32, place: usize) -> f32 {
         f32::from(self.shares[slot as usize][place]) * (1.0 / ONE)

@@ -8,11 +8,15 @@ use crate::closed_form::DirectionInFrame;
 use super::math::atan2;
 
 /// Eight of [`DirectionInFrame`].
-#[derive(Clone, Copy)]
-pub(super) struct Directions<S: Simd> {
+#[derive(Clone, Copy, Debug)]
+pub struct Directions<S: Simd> {
+    /// Inclination to the normal plane, radians.
     pub theta: f32x8<S>,
+    /// Cosine of the inclination, 0..=1.
     pub cos_theta: f32x8<S>,
+    /// Cosine of the azimuth; 1 where the azimuth has no meaning.
     pub cos_phi: f32x8<S>,
+    /// Sine of the azimuth.
     pub sin_phi: f32x8<S>,
 }
 

@@ -25,6 +25,7 @@ mod single_scattering;
 
 pub use fearless_simd::{Level, Simd, dispatch, f32x8};
 
+pub use frame::Directions;
 pub use lights::{Responses, WideLights};
 pub use lobes::{Lobes, SampleLobes};
 pub use single_scattering::{Place, single_scattering, single_scattering_at};
