@@ -4,6 +4,7 @@
 //! tables of the fibre in place of the closed form: 1 % off at most, and a tenth of the work.
 //! Painted points, each with a fibre of its own, keep to the other way.
 
+use fearless_simd::prelude::*;
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
@@ -143,7 +144,7 @@ impl WideShader<'_> {
         let w = u.cross(v);
         let towards = Vec3::from(self.view.eye) - Vec3::from_slice(&strands.points[point]);
         let place = Place {
-            frame: [u, v, w].map(Vec3::to_array),
+            frame: [u, v, w].map(|axis: Vec3| axis.to_array()),
             view: DirectionInFrame::from_vector([u, v, w].map(|axis| axis.dot(towards))),
         };
         let terms = &fibre.terms;
