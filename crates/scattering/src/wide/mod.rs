@@ -19,6 +19,7 @@ mod frame;
 mod lights;
 mod lobes;
 pub mod math;
+mod multiple_scattering;
 mod outer_integral;
 mod rows;
 mod single_scattering;
@@ -27,6 +28,9 @@ pub use fearless_simd::{Level, Simd, dispatch, f32x8};
 
 pub use lights::{Responses, WideLights};
 pub use lobes::{Lobes, SampleLobes};
+pub use multiple_scattering::{
+    ForwardAverages, ForwardLights, ShadowRecords, forward_light, sample_forward,
+};
 pub use single_scattering::{Place, single_scattering, single_scattering_at};
 
 /// Lanes of a vector.
