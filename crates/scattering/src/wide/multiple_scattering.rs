@@ -103,8 +103,8 @@ fn transmitted<S: Simd>(open: f32x8<S>, p: f32x8<S>, reach: f32x8<S>) -> f32x8<S
     exp(-(p / reach)).max(open.min(1.0)).min(1.0)
 }
 
-/// [`crate::closed_form::forward_light`] of eight lights of colours `rgb`, above 0 in a channel at
-/// least, and bandwidths `lambda`.
+/// [`crate::closed_form::forward_light`] of eight lights of colours `rgb`, above 0 in at least one
+/// channel, and bandwidths `lambda`.
 #[inline(always)]
 pub fn forward_light<S: Simd>(
     record: &ShadowRecords<S>,
@@ -242,11 +242,11 @@ mod tests {
                     let scale = (1.0 - lights.unblocked[lane]) / (1.0 - record.shares[0]).max(1e-3);
                     let allowed = 1e-5f32.max(2.4e-7 * scale);
                     let mut most = 0.0f32;
-                    for channel in 0..3 {
-                        let error = (gained[channel][lane] - expected.gained[channel]).abs();
+                    for (found, expected) in gained.iter().zip(expected.gained) {
+                        let error = (found[lane] - expected).abs();
                         assert!(error < allowed, "{name} {error} {record:?}");
                         worst_gained = worst_gained.max(error / allowed);
-                        most = most.max(expected.gained[channel]);
+                        most = most.max(expected);
                     }
                     // The width of no light does not matter, and is rounding's.
                     let ratio = sigma_f[lane] / expected.sigma_f;

@@ -401,7 +401,7 @@ mod tests {
         for modes in 0..8 {
             let found = all(&at(modes, 3), 2);
             for (ix, (found, full)) in found.into_iter().zip(full).enumerate() {
-                let is_on = modes >> ((ix + 2) / 3) & 1 == 1;
+                let is_on = modes >> ix.div_ceil(3) & 1 == 1;
                 assert_eq!(found, if is_on { full } else { 0.0 });
             }
         }
