@@ -98,6 +98,7 @@ pub use transmittance::{
 
 pub(crate) use constants::SQRT_PI;
 pub(crate) use eccentric::BUMP_SHARPNESS;
+pub(crate) use multiple_scattering::LAST_FORWARD;
 pub(crate) use outer_integral::{
     CLAMP, COSINE_SHARPNESS, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE, MIDDLE_END, NARROW,
     NARROW_END, VIEW_PULL,

@@ -41,7 +41,7 @@ pub const N_FORWARD: usize = 64;
 pub type ForwardTable = [[f32; 4]; 2 * N_FORWARD];
 
 /// Sines less one, the index of the last; twin in `shaders/pass/shade.wgsl`.
-const LAST_FORWARD: f32 = 63.0;
+pub(crate) const LAST_FORWARD: f32 = 63.0;
 
 /// The table of these averages; of no averages, zero.
 pub fn forward_table(averages: &[AverageTexel]) -> ForwardTable {

@@ -47,20 +47,14 @@ pub(super) fn azimuthal_lobes<S: Simd>(
     let apart_2 = cos_half * lobes.sin_half[1];
     let (near_1, far_1) = (middle_1 - apart_1, middle_1 + apart_1);
     let (near_2, far_2) = (middle_2 - apart_2, middle_2 + apart_2);
-    // A loop: one body serves all five, which processors overlap anyway.
-    let mut lobe = [
-        [kappa_0, sin_half * sin_half],
-        [kappa_1, near_1 * near_1],
-        [kappa_1, far_1 * far_1],
-        [kappa_2, near_2 * near_2],
-        [kappa_2, far_2 * far_2],
-    ];
-    for [kappa_l, sin_half_2] in &mut lobe {
-        *sin_half_2 = lobe_integral(kappa, *kappa_l, *sin_half_2);
+    // A loop over pairs: two chains of dependent steps at a time, and one body for both pairs.
+    let mut pairs = [[kappa_1, near_1, far_1], [kappa_2, near_2, far_2]];
+    for [kappa_l, near, far] in &mut pairs {
+        let near = lobe_integral(kappa, *kappa_l, *near * *near);
+        *kappa_l = (near + lobe_integral(kappa, *kappa_l, *far * *far)) * lobes.square;
     }
-    let p_0 = lobe[0][1] * lobes.square;
-    let p_1 = (lobe[1][1] + lobe[2][1]) * lobes.square;
-    let p_2 = (lobe[3][1] + lobe[4][1]) * lobes.square;
+    let p_0 = lobe_integral(kappa, kappa_0, sin_half * sin_half) * lobes.square;
+    let [[p_1, ..], [p_2, ..]] = pairs;
     let mut rgb = [p_0; 3];
     for (channel, value) in rgb.iter_mut().enumerate() {
         let amplitude = &lobes.amplitude;

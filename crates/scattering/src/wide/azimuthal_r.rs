@@ -13,7 +13,7 @@ use crate::table_layout::C_DEGREE;
 
 use super::LANES;
 use super::math::{bessel_i0e_fast, clamp, ln, mul_add};
-use super::rows::{cells, transpose};
+use super::rows::{cells, sums};
 
 /// Where a value stands among the texels of an axis.
 #[inline(always)]
@@ -55,29 +55,6 @@ impl Columns {
     }
 }
 
-/// b_1..b_8 of the table C times 65535, `[i - 1]`.
-#[inline(always)]
-fn sample_c<S: Simd>(
-    table: &[PackedShares],
-    axes: &TableAxes,
-    kappa: f32x8<S>,
-    columns: &Columns,
-) -> [f32x8<S>; C_DEGREE] {
-    let simd = kappa.token();
-    let (row, weight) = cells(texels_at(&axes.c_rows, kappa), axes.c_rows.last);
-    let weight = <[f32; LANES]>::from(weight);
-    let width = axes.c_columns.last as usize + 1;
-    let mut rows = [kappa; LANES];
-    for (lane, mixed) in rows.iter_mut().enumerate() {
-        let ix = row[lane] as usize * width + columns.first[lane] as usize;
-        let fraction = f32x8::splat(simd, columns.fraction[lane]);
-        let top = mix_texels(simd, &table[ix..ix + 2], fraction);
-        let bottom = mix_texels(simd, &table[ix + width..ix + width + 2], fraction);
-        *mixed = mul_add(bottom - top, f32x8::splat(simd, weight[lane]), top);
-    }
-    transpose(rows)
-}
-
 /// Two texels mixed, the second by `fraction`.
 #[inline(always)]
 fn mix_texels<S: Simd>(simd: S, texels: &[PackedShares], fraction: f32x8<S>) -> f32x8<S> {
@@ -102,25 +79,43 @@ pub(super) fn azimuthal_r<S: Simd>(
     (table, axes): (&[PackedShares], &TableAxes),
 ) -> f32x8<S> {
     let simd = kappa.token();
-    let b = sample_c(table, axes, kappa, columns);
+    let (row, weight) = cells(texels_at(&axes.c_rows, kappa), axes.c_rows.last);
+    let weight = <[f32; LANES]>::from(weight);
+    let width = axes.c_columns.last as usize + 1;
     let x = cos_theta_d;
     let v = f32x8::splat(simd, reflectance.scale) / (x + reflectance.scale);
-    let y = v * (f32x8::splat(simd, 1.0) - x);
-    let mut f = [kappa; C_DEGREE];
-    for (f, coefficient) in f
-        .iter_mut()
-        .zip(&reflectance.coefficients[REFLECTANCE_DEGREE])
-    {
-        *f = f32x8::splat(simd, *coefficient);
-    }
-    for row in reflectance.coefficients[..REFLECTANCE_DEGREE].iter().rev() {
-        for (f, coefficient) in f.iter_mut().zip(row) {
-            *f = mul_add(*f, y, f32x8::splat(simd, *coefficient));
+    let y = <[f32; LANES]>::from(v * (f32x8::splat(simd, 1.0) - x));
+    // Here a vector is b_1..b_8 of one light, as in the twin; half of the lights at a time, so that
+    // registers suffice.
+    let mut terms = [x; LANES];
+    for (half, terms) in terms.as_chunks_mut::<HALF>().0.iter_mut().enumerate() {
+        let lanes = half * HALF..(half + 1) * HALF;
+        let mut at = [x; HALF];
+        for (at, y) in at.iter_mut().zip(&y[lanes.clone()]) {
+            *at = f32x8::splat(simd, *y);
+        }
+        let highest = &reflectance.coefficients[REFLECTANCE_DEGREE];
+        let mut f = [f32x8::load_array_ref(simd, highest); HALF];
+        for row in reflectance.coefficients[..REFLECTANCE_DEGREE].iter().rev() {
+            let row = f32x8::load_array_ref(simd, row);
+            for (f, at) in f.iter_mut().zip(&at) {
+                *f = mul_add(*f, *at, row);
+            }
+        }
+        for ((term, f), lane) in terms.iter_mut().zip(&f).zip(lanes) {
+            let ix = row[lane] as usize * width + columns.first[lane] as usize;
+            let fraction = f32x8::splat(simd, columns.fraction[lane]);
+            let top = mix_texels(simd, &table[ix..ix + 2], fraction);
+            let bottom = mix_texels(simd, &table[ix + width..ix + width + 2], fraction);
+            let b = mul_add(bottom - top, f32x8::splat(simd, weight[lane]), top);
+            *term = *f * b;
         }
     }
-    let mut sum = f[0] * b[0];
-    for i in 1..C_DEGREE {
-        sum = mul_add(f[i], b[i], sum);
-    }
-    bessel_i0e_fast(kappa) * (v * v) * (sum * (1.0 / PACKED_ONE)).max(0.0)
+    let sum = sums(terms) * (1.0 / PACKED_ONE);
+    bessel_i0e_fast(kappa) * (v * v) * sum.max(0.0)
 }
+
+/// Lights that [`azimuthal_r`] has in registers.
+const HALF: usize = LANES / 2;
+
+const _: () = assert!(C_DEGREE == LANES);

@@ -8,7 +8,8 @@ use crate::closed_form::{
 };
 use crate::fresnel::Fresnel;
 use crate::lobes::{
-    DEFAULT_LOBE_TEXELS, LOBE_ALPHA, LOBE_ETA, LobeAxes, LobeTable, LobeTexture, slice,
+    DEFAULT_LOBE_TEXELS, DEFAULT_PAINTED_TEXELS, LOBE_ALPHA, LOBE_ETA, LobeAxes, LobeTable,
+    LobeTexture, PaintedTexture, slice, slice_painted,
 };
 use crate::random::SplitMix64;
 use crate::table_layout::{C_COLUMNS, C_ROWS};
@@ -72,6 +73,18 @@ impl Fixture {
             reflectance: Reflectance::new(Fresnel::Dielectric, hair.eta),
             textures: slice([tt, trt], hair, DEFAULT_LOBE_TEXELS),
         }
+    }
+
+    /// Lobes of TT and TRT for painting this hair.
+    pub fn painted(&self, hair: &Hair) -> [PaintedTexture; 2] {
+        let Fibre {
+            eta, caustic_width, ..
+        } = hair.fibre;
+        let of = |ix: usize| {
+            let (eta, caustic_width) = (f64::from(eta), f64::from(caustic_width));
+            slice_painted(&self.lobes[ix], eta, caustic_width, DEFAULT_PAINTED_TEXELS)
+        };
+        [of(0), of(1)]
     }
 
     /// Any fibre.

@@ -90,30 +90,32 @@ fn sample_lobes<S: Simd>(view: &LobeView, eta: f32x8<S>, cos_theta_d: f32x8<S>) 
     let u = lobe_place(decode.warp, cos_theta_d);
     let (first, fraction) = cells(u * decode.last, decode.last);
     let fraction = <[f32; LANES]>::from(fraction);
-    let mut halves = [[f32x8::splat(simd, 0.0); LANES]; 2];
-    let (mut row_offset, mut weight) = ([0; LANES], [0.0; LANES]);
+    let mut halves = [[u; LANES]; 2];
     if decode.last_row > 0.0 {
         let at = (eta - decode.eta_first) * decode.eta_scale;
-        let (row, of_second) = cells(clamp(at, 0.0, decode.last_row), decode.last_row);
+        let (row, weight) = cells(clamp(at, 0.0, decode.last_row), decode.last_row);
+        let weight = <[f32; LANES]>::from(weight);
         let width = decode.last as usize + 1;
-        for (offset, row) in row_offset.iter_mut().zip(row) {
-            *offset = row as usize * width;
-        }
-        weight = of_second.into();
-    }
-    for (half, columns) in halves.iter_mut().enumerate() {
         for lane in 0..LANES {
-            let ix = first[lane] as usize + row_offset[lane];
+            let ix = first[lane] as usize + row[lane] as usize * width;
             let along = f32x8::splat(simd, fraction[lane]);
-            columns[lane] = mix_texels(simd, &view.texels[ix..ix + 2], half, along);
-            if decode.last_row > 0.0 {
-                let ix = ix + decode.last as usize + 1;
-                let above = mix_texels(simd, &view.texels[ix..ix + 2], half, along);
-                let below = columns[lane];
-                columns[lane] = mul_add(above - below, f32x8::splat(simd, weight[lane]), below);
-            }
+            let below = mix_texels(simd, view.texels, ix, along);
+            let above = mix_texels(simd, view.texels, ix + width, along);
+            let across = f32x8::splat(simd, weight[lane]);
+            halves[0][lane] = mul_add(above[0] - below[0], across, below[0]);
+            halves[1][lane] = mul_add(above[1] - below[1], across, below[1]);
         }
-        *columns = transpose(*columns);
+    } else {
+        for lane in 0..LANES {
+            let along = f32x8::splat(simd, fraction[lane]);
+            let mixed = mix_texels(simd, view.texels, first[lane] as usize, along);
+            halves[0][lane] = mixed[0];
+            halves[1][lane] = mixed[1];
+        }
+    }
+    // A loop, and not twice the code.
+    for half in &mut halves {
+        *half = transpose(*half);
     }
     let [a, b] = halves;
     Lobes {
@@ -125,17 +127,31 @@ fn sample_lobes<S: Simd>(view: &LobeView, eta: f32x8<S>, cos_theta_d: f32x8<S>) 
     }
 }
 
-/// Half of the numbers of two texels mixed, the second by `fraction`.
+/// The numbers of texel `ix` and the next mixed, the second by `fraction`.
 #[inline(always)]
 fn mix_texels<S: Simd>(
     simd: S,
     texels: &[[f32; N_LOBE_NUMBERS]],
-    half: usize,
+    ix: usize,
     fraction: f32x8<S>,
-) -> f32x8<S> {
-    let low = f32x8::load_array_ref(simd, &texels[0].as_chunks::<LANES>().0[half]);
-    let high = f32x8::load_array_ref(simd, &texels[1].as_chunks::<LANES>().0[half]);
-    mul_add(high - low, fraction, low)
+) -> [f32x8<S>; 2] {
+    let texels = &texels[ix..ix + 2];
+    let ([low_0, low_1], [high_0, high_1]) = (halves(&texels[0]), halves(&texels[1]));
+    let low_0 = f32x8::load_array_ref(simd, low_0);
+    let low_1 = f32x8::load_array_ref(simd, low_1);
+    let high_0 = f32x8::load_array_ref(simd, high_0);
+    let high_1 = f32x8::load_array_ref(simd, high_1);
+    [
+        mul_add(high_0 - low_0, fraction, low_0),
+        mul_add(high_1 - low_1, fraction, low_1),
+    ]
+}
+
+/// The two vectors of a texel.
+#[inline(always)]
+fn halves(texel: &[f32; N_LOBE_NUMBERS]) -> [&[f32; LANES]; 2] {
+    let halves = texel.as_chunks::<LANES>().0;
+    [&halves[0], &halves[1]]
 }
 
 const _: () = assert!(N_LOBE_NUMBERS == 2 * LANES);

@@ -9,15 +9,15 @@ use core::f32::consts::{FRAC_PI_2, LN_2, LOG2_E};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, i32x8, u32x8};
 
-/// `a b + c`.
+/// `a b + c`, of one rounding where the instruction set has that, else of two.
 #[inline(always)]
-pub fn mul_add<S: Simd>(a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) -> f32x8<S> {
+pub(super) fn mul_add<S: Simd>(a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) -> f32x8<S> {
     a.mul_add(b, c)
 }
 
 /// The polynomial in `x` whose coefficients, of rising powers, are `c`.
 #[inline(always)]
-pub fn polynomial<S: Simd, const N: usize>(x: f32x8<S>, c: [f32; N]) -> f32x8<S> {
+pub(super) fn polynomial<S: Simd, const N: usize>(x: f32x8<S>, c: [f32; N]) -> f32x8<S> {
     let simd = x.token();
     let mut sum = f32x8::splat(simd, c[N - 1]);
     for c in c[..N - 1].iter().rev() {
@@ -28,7 +28,7 @@ pub fn polynomial<S: Simd, const N: usize>(x: f32x8<S>, c: [f32; N]) -> f32x8<S>
 
 /// `x` within `low..=high`.
 #[inline(always)]
-pub fn clamp<S: Simd>(x: f32x8<S>, low: f32, high: f32) -> f32x8<S> {
+pub(super) fn clamp<S: Simd>(x: f32x8<S>, low: f32, high: f32) -> f32x8<S> {
     x.max(low).min(high)
 }
 
@@ -126,10 +126,10 @@ pub fn atan2<S: Simd>(y: f32x8<S>, x: f32x8<S>) -> f32x8<S> {
     angle.copysign(y)
 }
 
-/// `root` of [`crate::closed_form::bessel_i0e_fast`]'s rational function: its numerator and its
-/// denominator, for callers that have more to divide by.
+/// Numerator and denominator under the root of [`crate::closed_form::bessel_i0e_fast`], for callers
+/// that have more to divide by.
 #[inline(always)]
-pub fn bessel_i0e_parts<S: Simd>(x: f32x8<S>) -> [f32x8<S>; 2] {
+pub(super) fn bessel_i0e_parts<S: Simd>(x: f32x8<S>) -> [f32x8<S>; 2] {
     [
         polynomial(
             x,

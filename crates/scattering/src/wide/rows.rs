@@ -29,6 +29,18 @@ pub(super) fn transpose<S: Simd>(rows: [f32x8<S>; LANES]) -> [f32x8<S>; LANES] {
     rows
 }
 
+/// Sums of the numbers of each row.
+#[inline(always)]
+pub(super) fn sums<S: Simd>([a, b, c, d, e, f, g, h]: [f32x8<S>; LANES]) -> f32x8<S> {
+    let ae = a.zip_low(e) + a.zip_high(e);
+    let bf = b.zip_low(f) + b.zip_high(f);
+    let cg = c.zip_low(g) + c.zip_high(g);
+    let dh = d.zip_low(h) + d.zip_high(h);
+    let even = ae.zip_low(cg) + ae.zip_high(cg);
+    let odd = bf.zip_low(dh) + bf.zip_high(dh);
+    even.zip_low(odd) + even.zip_high(odd)
+}
+
 /// The cells of an axis of texels 0..=`last` in which `at` lies: the index of the first of two texels,
 /// within 0..`last` whatever `at` is, and the weight of the second.
 #[inline(always)]

@@ -1,0 +1,265 @@
+//! What the hair between eight lights and a point makes of them. Twins:
+//! `closed_form/multiple_scattering.rs` and `closed_form/transmittance.rs`.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+
+use crate::closed_form::{ForwardTable, LAST_FORWARD, LEAST_SHARE, P_1, P_2};
+
+use super::LANES;
+use super::math::{clamp, exp, ln, mul_add};
+use super::rows::{cells, transpose};
+
+/// Eight of [`crate::closed_form::ShadowRecord`].
+#[derive(Clone, Copy, Debug)]
+pub struct ShadowRecords<S: Simd> {
+    /// As there.
+    pub shares: [f32x8<S>; 3],
+    /// As there.
+    pub sin_theta: f32x8<S>,
+}
+
+/// Eight of [`crate::closed_form::ForwardLight`].
+#[derive(Clone, Copy, Debug)]
+pub struct ForwardLights<S: Simd> {
+    /// T_f - T, 0..=1.
+    pub gained: [f32x8<S>; 3],
+    /// Width in inclination, Xu's, radians.
+    pub sigma_f: f32x8<S>,
+}
+
+/// The averages that forward scattering needs, at the inclinations of eight records.
+#[derive(Clone, Copy, Debug)]
+pub struct ForwardAverages<S: Simd> {
+    /// a_f.
+    pub a_f: [f32x8<S>; 3],
+    /// beta_f^2.
+    pub beta_f_2: [f32x8<S>; 3],
+}
+
+/// [`crate::closed_form::sample_forward`].
+#[inline(always)]
+pub fn sample_forward<S: Simd>(table: &ForwardTable, sin_theta: f32x8<S>) -> ForwardAverages<S> {
+    let simd = sin_theta.token();
+    let (first, fraction) = cells(clamp(sin_theta, 0.0, 1.0) * LAST_FORWARD, LAST_FORWARD);
+    let fraction = <[f32; LANES]>::from(fraction);
+    let mut rows = [sin_theta; LANES];
+    for (lane, mixed) in rows.iter_mut().enumerate() {
+        // a_f and beta_f^2 of one sine are eight numbers.
+        let ix = 2 * first[lane] as usize;
+        let entries = table[ix..ix + 4].as_flattened().as_chunks::<LANES>().0;
+        let low = f32x8::load_array_ref(simd, &entries[0]);
+        let high = f32x8::load_array_ref(simd, &entries[1]);
+        *mixed = low * (1.0 - fraction[lane]) + high * fraction[lane];
+    }
+    let [a, b, c, _, d, e, f, _] = transpose(rows);
+    ForwardAverages {
+        a_f: [a, b, c],
+        beta_f_2: [d, e, f],
+    }
+}
+
+/// 1 / (-ln T(p) / p) as a parabola in p, for all channels.
+struct Reach<S: Simd> {
+    at_p_2: f32x8<S>,
+    slope_low: f32x8<S>,
+    bend: f32x8<S>,
+}
+
+impl<S: Simd> Reach<S> {
+    #[inline(always)]
+    fn new(record: &ShadowRecords<S>) -> Reach<S> {
+        let of = |share: f32x8<S>, p: f32| {
+            let depth = -ln(share.max(LEAST_SHARE));
+            f32x8::splat(share.token(), p) / depth.max(1e-6 * p)
+        };
+        let at_1 = of(record.shares[0], 1.0);
+        let at_p_1 = of(record.shares[1], P_1);
+        let at_p_2 = of(record.shares[2], P_2);
+        let slope_low = (at_p_1 - at_p_2) * (1.0 / (P_1 - P_2));
+        let slope_high = (at_1 - at_p_1) * (1.0 / (1.0 - P_1));
+        Reach {
+            at_p_2,
+            slope_low,
+            bend: (slope_high - slope_low) * (1.0 / (1.0 - P_2)),
+        }
+    }
+
+    /// Value and slope at `p`.
+    #[inline(always)]
+    fn at(&self, p: f32x8<S>) -> [f32x8<S>; 2] {
+        let slope = mul_add(p - P_1, self.bend, self.slope_low);
+        let beyond = p - P_2;
+        [
+            mul_add(beyond, slope, self.at_p_2).max(1e-3),
+            mul_add(beyond, self.bend, slope),
+        ]
+    }
+}
+
+/// [`crate::closed_form::transmitted`] of one channel, by its reach.
+#[inline(always)]
+fn transmitted<S: Simd>(open: f32x8<S>, p: f32x8<S>, reach: f32x8<S>) -> f32x8<S> {
+    exp(-(p / reach)).max(open.min(1.0)).min(1.0)
+}
+
+/// [`crate::closed_form::forward_light`] of eight lights of colours `rgb`, above 0 in at least one
+/// channel, and bandwidths `lambda`.
+#[inline(always)]
+pub fn forward_light<S: Simd>(
+    record: &ShadowRecords<S>,
+    unblocked: f32x8<S>,
+    averages: &ForwardAverages<S>,
+    rgb: &[f32x8<S>; 3],
+    lambda: f32x8<S>,
+) -> ForwardLights<S> {
+    let simd = unblocked.token();
+    let one = f32x8::splat(simd, 1.0);
+    let open = record.shares[0];
+    let reach = Reach::new(record);
+    let blocked = (one - unblocked) / (one - open).max(1e-3);
+    let brightest = one / rgb[0].max(rgb[1]).max(rgb[2]);
+    let most = ln(record.shares[2].max(1e-30)) * (-16.0 / P_2);
+    let mut gained = [open; 3];
+    let (mut carried_sum, mut mean) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 0.0));
+    for channel in 0..3 {
+        let a_f = averages.a_f[channel];
+        let p = clamp(one - a_f, 0.03, 1.0);
+        let [value, slope] = reach.at(p);
+        let share = transmitted(open, p, value);
+        gained[channel] = blocked * (share - open).max(0.0);
+        // One width for all channels: each counts by what it carries.
+        let carried = mul_add(
+            gained[channel],
+            rgb[channel] * brightest,
+            f32x8::splat(simd, 1e-12),
+        );
+        // The number of forward scatterings.
+        let a_f = one - p;
+        let inverse = one / value;
+        let depth = (one - p * slope * inverse) * inverse;
+        let events = a_f * share * depth / (share - open).max(1e-6);
+        let events = events.min(mul_add(a_f, most, one)).max(1.0);
+        carried_sum += carried;
+        mean += carried * (averages.beta_f_2[channel] * events);
+    }
+    ForwardLights {
+        gained,
+        sigma_f: (lambda * lambda + mean / carried_sum).sqrt(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_form::{self, ShadowRecord};
+    use crate::random::SplitMix64;
+    use crate::wide::{dispatch, levels};
+
+    /// Eight lights, one after the other.
+    struct Lights {
+        records: [ShadowRecord; LANES],
+        unblocked: [f32; LANES],
+        rgb: [[f32; LANES]; 3],
+        lambda: [f32; LANES],
+    }
+
+    /// Records of up to eight rays whose depths are anything from nothing to opaque.
+    fn lights(random: &mut SplitMix64) -> Lights {
+        let record = |random: &mut SplitMix64| {
+            let n_rays = 1 + random.next_u64() % 8;
+            let depth = |random: &mut SplitMix64| match random.next_u64() % 4 {
+                0 => 0.0,
+                _ => random.log_uniform(1e-3, 80.0),
+            };
+            let depths: Vec<f64> = (0..n_rays).map(|_| depth(random)).collect();
+            let share = |p: f32| {
+                let rays = depths.iter().map(|depth| (-f64::from(p) * depth).exp());
+                (rays.sum::<f64>() / n_rays as f64) as f32
+            };
+            ShadowRecord {
+                shares: [share(1.0), share(P_1), share(P_2)],
+                sin_theta: random.uniform(-0.1, 1.1) as f32,
+            }
+        };
+        let records: [ShadowRecord; LANES] = std::array::from_fn(|_| record(random));
+        let mut numbers = |low: f64, high: f64| -> [f32; LANES] {
+            std::array::from_fn(|_| random.uniform(low, high) as f32)
+        };
+        Lights {
+            unblocked: numbers(0.0, 1.0),
+            rgb: [numbers(0.0, 3.0), numbers(0.0, 1.0), numbers(0.1, 2.0)],
+            lambda: numbers(0.01, 1.2),
+            records,
+        }
+    }
+
+    #[test]
+    fn eight_lights_are_forwarded_as_one_is() {
+        let mut random = SplitMix64(1);
+        let (mut worst_gained, mut worst_width, mut n) = (0.0f32, 0.0f32, 0);
+        for _ in 0..3000 {
+            let mut table = [[0.0; 4]; 128];
+            for (ix, entry) in table.iter_mut().enumerate() {
+                let high = if ix % 2 == 0 { 0.99 } else { 0.2 };
+                *entry = std::array::from_fn(|_| random.uniform(0.001, high) as f32);
+            }
+            let lights = lights(&mut random);
+            for (name, level) in levels() {
+                let (gained, sigma_f) = dispatch!(level, simd => {
+                    let of = |ix: usize| {
+                        f32x8::from_fn(simd, |lane| lights.records[lane].shares[ix])
+                    };
+                    let record = ShadowRecords {
+                        shares: [of(0), of(1), of(2)],
+                        sin_theta: f32x8::from_fn(simd, |lane| lights.records[lane].sin_theta),
+                    };
+                    let found = forward_light(
+                        &record,
+                        f32x8::load_array_ref(simd, &lights.unblocked),
+                        &sample_forward(&table, record.sin_theta),
+                        &lights.rgb.map(|channel| f32x8::load_array(simd, channel)),
+                        f32x8::load_array_ref(simd, &lights.lambda),
+                    );
+                    (
+                        found.gained.map(<[f32; LANES]>::from),
+                        <[f32; LANES]>::from(found.sigma_f),
+                    )
+                });
+                for lane in 0..LANES {
+                    let record = &lights.records[lane];
+                    let (a_f, beta_f_2) = closed_form::sample_forward(&table, record.sin_theta);
+                    let expected = closed_form::forward_light(
+                        record,
+                        lights.unblocked[lane],
+                        a_f,
+                        beta_f_2,
+                        lights.rgb.map(|channel| channel[lane]),
+                        lights.lambda[lane],
+                    );
+                    // Shares next to 1 are rounded by 6e-8, and so is the exponential; what is
+                    // blocked besides the record's is a multiple of their difference.
+                    let scale = (1.0 - lights.unblocked[lane]) / (1.0 - record.shares[0]).max(1e-3);
+                    let allowed = 1e-5f32.max(2.4e-7 * scale);
+                    let mut most = 0.0f32;
+                    for (found, expected) in gained.iter().zip(expected.gained) {
+                        let error = (found[lane] - expected).abs();
+                        assert!(error < allowed, "{name} {error} {record:?}");
+                        worst_gained = worst_gained.max(error / allowed);
+                        most = most.max(expected);
+                    }
+                    // The width of no light does not matter, and is rounding's.
+                    let ratio = sigma_f[lane] / expected.sigma_f;
+                    let error = most * (ratio - 1.0).abs();
+                    assert!(error < allowed, "{name} {error} {record:?}");
+                    worst_width = worst_width.max(error / allowed);
+                    n += 1;
+                }
+            }
+        }
+        println!(
+            "{n} lights: errors {worst_gained:.2} of the allowed in share, {worst_width:.2} in width"
+        );
+        assert!(n > 20_000);
+    }
+}
