@@ -144,7 +144,7 @@ fn look_up<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) -> f32 
             [q.theta_j, q.cos_delta, q.sigma_f].map(|x| f32x8::simd_from(simd, x));
         let (global, local) = tables.at_lights(theta_j, q.theta_o, cos_delta, sigma_f);
         for value in global.into_iter().chain(local) {
-            sum = sum + value;
+            sum += value;
         }
     }
     <[f32; LANES]>::from(sum).iter().sum()
@@ -158,7 +158,7 @@ fn look_up_direct<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) 
             [q.theta_j, q.cos_theta_j, q.cos_delta, q.lambda].map(|x| f32x8::simd_from(simd, x));
         let direct = tables.direct_at_lights(theta_j, cos_theta_j, q.theta_o, cos_delta, lambda);
         for value in direct {
-            sum = sum + value;
+            sum += value;
         }
     }
     <[f32; LANES]>::from(sum).iter().sum()
