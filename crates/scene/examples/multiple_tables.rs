@@ -11,6 +11,7 @@ use std::hint::black_box;
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use fearless_simd::prelude::*;
 use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{BakedFile, TableFile};
 use strandlight_scattering::closed_form::{
@@ -20,6 +21,7 @@ use strandlight_scattering::closed_form::{
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::multiple_tables::{Job, MultipleTables};
 use strandlight_scattering::random::SplitMix64;
+use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::tables::ShadingTables;
@@ -110,16 +112,69 @@ fn on_core() -> Result<u64, Failed> {
     Ok(text.split(' ').next().unwrap_or_default().parse()?)
 }
 
+/// Eight lights under one view.
+struct Eight {
+    theta_j: [f32; LANES],
+    cos_theta_j: [f32; LANES],
+    theta_o: f32,
+    cos_delta: [f32; LANES],
+    sigma_f: [f32; LANES],
+    lambda: [f32; LANES],
+}
+
+impl Eight {
+    fn new(queries: &[Query; LANES]) -> Eight {
+        let of = |number: fn(&Query) -> f32| std::array::from_fn(|lane| number(&queries[lane]));
+        Eight {
+            theta_j: of(|q| q.light.direction.theta),
+            cos_theta_j: of(|q| q.light.direction.cos_theta),
+            theta_o: queries[0].view.theta,
+            cos_delta: of(|q| q.cos_delta),
+            sigma_f: of(|q| q.sigma_f),
+            lambda: of(|q| q.light.lambda),
+        }
+    }
+}
+
+#[inline(always)]
+fn look_up<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) -> f32 {
+    let mut sum = f32x8::splat(simd, 0.0);
+    for q in queries {
+        let [theta_j, cos_delta, sigma_f] =
+            [q.theta_j, q.cos_delta, q.sigma_f].map(|x| f32x8::simd_from(simd, x));
+        let (global, local) = tables.at_lights(theta_j, q.theta_o, cos_delta, sigma_f);
+        for value in global.into_iter().chain(local) {
+            sum += value;
+        }
+    }
+    <[f32; LANES]>::from(sum).iter().sum()
+}
+
+#[inline(always)]
+fn look_up_direct<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) -> f32 {
+    let mut sum = f32x8::splat(simd, 0.0);
+    for q in queries {
+        let [theta_j, cos_theta_j, cos_delta, lambda] =
+            [q.theta_j, q.cos_theta_j, q.cos_delta, q.lambda].map(|x| f32x8::simd_from(simd, x));
+        let direct = tables.direct_at_lights(theta_j, cos_theta_j, q.theta_o, cos_delta, lambda);
+        for value in direct {
+            sum += value;
+        }
+    }
+    <[f32; LANES]>::from(sum).iter().sum()
+}
+
 fn cost(repetitions: u64) -> Result<(), Failed> {
     let bundled = Bundled::new()?;
     let material = bundled.material(&HairParams::default(), &Lobe::ALL)?;
     let shading = material.optics().shading(bundled.tables.view());
     let averages = material.averages();
     let start = on_core()?;
-    for _ in 0..repetitions {
+    let fills = repetitions.div_ceil(100);
+    for _ in 0..fills {
         black_box(bundled.fill(black_box(&material)));
     }
-    let fill = (on_core()? - start) as f64 * 1e-6 / repetitions as f64;
+    let fill = (on_core()? - start) as f64 * 1e-6 / fills as f64;
     let tables = bundled.fill(&material);
     println!("fill {fill:.1} ms, {} bytes", tables.bytes());
     let queries: Vec<Query> = (0..4096).map(|ix| Query::draw(ix, &material)).collect();
@@ -149,6 +204,24 @@ fn cost(repetitions: u64) -> Result<(), Failed> {
         };
         queries.iter().map(one).sum()
     })?;
+    let eights: Vec<Eight> = queries.as_chunks().0.iter().map(Eight::new).collect();
+    let best = Level::new();
+    let mut levels = vec![("best", best)];
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    {
+        levels.extend(best.as_avx2().map(|avx2| ("AVX2", avx2.level())));
+        levels.extend(best.as_sse2().map(|sse2| ("SSE2", sse2.level())));
+    }
+    for (name, level) in levels {
+        time(
+            &format!("global + local, {name}"),
+            &|_| dispatch!(level, simd => look_up(simd, &tables, black_box(&eights))),
+        )?;
+        time(
+            &format!("direct local, {name}"),
+            &|_| dispatch!(level, simd => look_up_direct(simd, &tables, black_box(&eights))),
+        )?;
+    }
     time("global", &|queries| {
         let one = |q: &Query| {
             sum(global_scattering(

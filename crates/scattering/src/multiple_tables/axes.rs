@@ -68,6 +68,7 @@ impl Axes {
     }
 
     /// Rows of one width.
+    #[inline]
     pub fn layer(&self) -> usize {
         self.count[1] * self.count[2]
     }

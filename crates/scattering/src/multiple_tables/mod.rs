@@ -2,17 +2,19 @@
 //!
 //! [`MultipleTables`] stand for [`global_scattering`], [`local_scattering`] and
 //! [`direct_local_scattering`] of one fibre: they hold what does not depend on azimuth over the width of
-//! the light and both inclinations, and a look-up costs a twentieth to a fortieth of the closed form.
+//! the light and both inclinations, and a look-up costs a twentieth of the closed form or less.
 //! They depend on the fibre alone, not on lights or view.
 //!
 //! - Global scattering is a constant and three functions of the lag Delta = phi_o - phi_j, found for each
-//!   fibre ([`azimuth`]).
+//!   fibre.
 //! - Local scattering is proportional to the overlap pi - Delta of two half circles, exactly.
 //! - Direct local scattering is the share of a circular Gaussian within a half circle, at one sharpness
 //!   where the closed form has one at each of its nodes.
 //!
-//! Relative RMSE over random lights, views and widths against the closed form, tested by
-//! `crates/scene/tests/multiple_tables.rs`: see [`MultipleTables`].
+//! Relative RMSE against the closed form over lights and views even over the sphere, every width, 50 fibres
+//! of Marschner's ranges and any absorption: global 0.31 %, local 0.36 %, direct local 0.47 %; of the worst
+//! of these fibres 0.7, 0.8 and 1.2 %. TRT alone 1.0 %. `crates/scene/tests/multiple_tables.rs` has them, and
+//! `crates/scene/examples/multiple_tables.rs` what filling and look-ups cost.
 //!
 //! Painted points, each of which has a fibre of its own, and global scattering of an elliptic fibre, which
 //! depends on more than the lag, keep the closed form: [`MultipleTables::terms`] says what the tables

@@ -163,22 +163,30 @@ impl MultipleTables {
             ]
             .map(Into::into)
         };
-        let mut halves = [[zero; LANES]; 2];
+        let (mut low, mut high) = ([zero; LANES], [zero; LANES]);
         for lane in 0..LANES {
             let first = places.row[lane] as usize;
             let rows = &self.rows[first..first + layer + line + 2];
-            let mut sums = [zero; 2];
-            for (corner, at) in [0, 1, line, line + 1].into_iter().enumerate() {
-                for (corner, at) in [(corner, at), (corner + 4, at + layer)] {
-                    let weight = f32x8::splat(simd, weights[corner][lane]);
-                    for (sum, half) in sums.iter_mut().zip(rows[at].as_chunks::<LANES>().0) {
-                        *sum = mul_add(weight, f32x8::simd_from(simd, *half), *sum);
-                    }
-                }
+            let corners = [
+                0,
+                1,
+                line,
+                line + 1,
+                layer,
+                layer + 1,
+                layer + line,
+                layer + line + 1,
+            ];
+            for (at, weights) in corners.into_iter().zip(&weights) {
+                let weight = f32x8::splat(simd, weights[lane]);
+                let [below, above] = rows[at].as_chunks().0 else {
+                    continue;
+                };
+                low[lane] = mul_add(weight, f32x8::simd_from(simd, *below), low[lane]);
+                high[lane] = mul_add(weight, f32x8::simd_from(simd, *above), high[lane]);
             }
-            [halves[0][lane], halves[1][lane]] = sums;
         }
-        let [low, high] = halves.map(transpose);
+        let (low, high) = (transpose(low), transpose(high));
         let functions = self.functions.at_lights(cos_delta);
         let overlap = -arc_cosine(cos_delta) + PI;
         let global = std::array::from_fn(|channel| {
