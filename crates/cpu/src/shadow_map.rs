@@ -11,7 +11,7 @@ use strandlight_scene::shadow_maps::{
 use strandlight_scene::strands::Strands;
 
 pub(super) const NAME_BITS: u32 = 12;
-const HEIGHT_UNITS: f32 = 1_048_575.0;
+pub(super) const HEIGHT_UNITS: f32 = 1_048_575.0;
 pub(super) const OWN_POINTS: u32 = 3;
 pub(super) const CLEAR_RADII: f32 = 0.5;
 pub(super) const N_PLACES: u32 = 8;

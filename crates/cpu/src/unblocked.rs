@@ -1,13 +1,13 @@
 //! Shares of the lights that reach visible points straight, from shadow maps.
 //!
-//! The maps are those of [`super::shadow_map`], drawn the same to the bit; but each is one thread's
-//! own, every point is projected once, and only what is seen is looked up. What is above nothing
+//! The maps are those of [`super::shadow_map`]; but each is one thread's own, every point is projected once, and only what is seen is looked up. What is above nothing
 //! that is looked up is not drawn. Strands side by side are drawn one after the other and texels
 //! side by side lie together, so that most of the memory that is touched is in a cache.
 
 use std::ops::Range;
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x8, i32x8};
 use glam::{Vec3, Vec3Swizzles};
 use rayon::prelude::*;
 use strandlight_scene::proxy::{ProxyRecord, is_blocked};
@@ -15,7 +15,7 @@ use strandlight_scene::shadow_maps::ShadowView;
 use strandlight_scene::strands::Strands;
 
 use super::shadow_map::{
-    CLEAR_RADII, N_PLACES, NAME_BITS, OWN_POINTS, height_units, map_position, name_of,
+    CLEAR_RADII, HEIGHT_UNITS, N_PLACES, NAME_BITS, OWN_POINTS, map_position, name_of,
 };
 
 /// Maps at work at a time have at most this many bytes, or there is one.
@@ -283,7 +283,7 @@ fn cast<S: Simd>(
                 if !wanted.is_above(low, [high.x + reach, high.y + reach], high.z) {
                     continue;
                 }
-                n_texels += cast_segment(view, [start, end], radius, name_of(first), map);
+                n_texels += cast_segment(simd, view, [start, end], radius, name_of(first), map);
             }
             n_texels
         },
@@ -291,7 +291,8 @@ fn cast<S: Simd>(
 }
 
 #[inline(always)]
-fn cast_segment(
+fn cast_segment<S: Simd>(
+    simd: S,
     view: &ShadowView,
     [mut a, mut b]: [Vec3; 2],
     radius: f32,
@@ -312,23 +313,35 @@ fn cast_segment(
     let rise = (b.yz() - a.yz()) / run;
     let half_width = radius * (1.0 + rise.x * rise.x).sqrt();
     let side = view.side as i32;
+    let start = ((a.x - 0.5).ceil() as i32).max(0);
     let last = ((b.x - 0.5).ceil() as i32).min(side);
+    let lanes = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     let mut n_texels = 0;
-    for column in ((a.x - 0.5).ceil() as i32).max(0)..last {
-        let along = column as f32 + 0.5 - a.x;
-        let y = a.y + rise.x * along;
-        let top = ((y + half_width - 0.5).ceil() as i32).min(side);
-        let bottom = ((y - half_width - 0.5).ceil() as i32).max(0);
-        if top <= bottom {
-            continue;
+    let mut column = start;
+    while column < last {
+        // As `shadow_map::cast_shadows`, for eight columns.
+        let along = lanes + column as f32 + 0.5 - a.x;
+        let y = along * rise.x + a.y;
+        let end = |y: f32x8<S>| -> [i32; 8] {
+            let rows = (y - 0.5).ceil().max(0.0).min(side as f32);
+            rows.to_int::<i32x8<S>>().into()
+        };
+        let (bottom, top) = (end(y - half_width), end(y + half_width));
+        let height = (along * rise.y + a.z) * 0.5 / view.reach + 0.5;
+        let height = height.max(0.0).min(1.0) * HEIGHT_UNITS;
+        let height: [i32; 8] = height.to_int::<i32x8<S>>().into();
+        let n = (last - column).min(8) as usize;
+        for lane in 0..n {
+            let value = (height[lane] as u32) << NAME_BITS | name;
+            let at = column + lane as i32;
+            for row in bottom[lane]..top[lane] {
+                let index = if steep { map.index(row, at) } else { map.index(at, row) };
+                let texel = &mut map.texels[index];
+                *texel = (*texel).max(value);
+                n_texels += 1;
+            }
         }
-        n_texels += (top - bottom) as u64;
-        let value = height_units(view, a.z + rise.y * along) << NAME_BITS | name;
-        for row in bottom..top {
-            let index = if steep { map.index(row, column) } else { map.index(column, row) };
-            let texel = &mut map.texels[index];
-            *texel = (*texel).max(value);
-        }
+        column += 8;
     }
     n_texels
 }
@@ -349,7 +362,7 @@ fn receive<S: Simd>(
         || {
             for place in order.visible.iter().flat_map(Clone::clone) {
                 let (lit, point) = (&mut lit[place as usize], visible[place as usize]);
-                *lit = receive_point(view, strands, point as usize, map);
+                *lit = receive_point(simd, view, strands, point as usize, map);
             }
         },
     );
@@ -388,7 +401,13 @@ impl Places {
 }
 
 #[inline(always)]
-fn receive_point(view: &ShadowView, strands: &Strands, point_ix: usize, map: &Map) -> u8 {
+fn receive_point<S: Simd>(
+    simd: S,
+    view: &ShadowView,
+    strands: &Strands,
+    point_ix: usize,
+    map: &Map,
+) -> u8 {
     let point = &strands.points[point_ix];
     let Places {
         before,
@@ -397,26 +416,33 @@ fn receive_point(view: &ShadowView, strands: &Strands, point_ix: usize, map: &Ma
         from_before,
         to_after,
     } = Places::new(view, strands, point_ix);
-    let last = view.side as i32 - 1;
-    let mut lit = 0;
-    for ix in 0..N_PLACES {
-        let place = (ix as f32 + view.offset) / N_PLACES as f32 * (before + after) - before;
-        let (mut end, mut share) = (to_after, 0.5 * place / after.max(1e-20));
-        if place < 0.0 {
-            (end, share) = (from_before, -0.5 * place / before);
-        }
-        let at = middle + (end - middle) * share;
-        let [x, y] = [at.x, at.y].map(|x| (x.floor() as i32).clamp(0, last));
-        let highest = map.texels[map.index(x, y)];
-        let is_above = highest >> NAME_BITS > height_units(view, at.z + CLEAR_RADII * point[3]);
-        let apart = name_of(
-            highest
-                .wrapping_sub(point_ix as u32)
-                .wrapping_add(OWN_POINTS),
-        );
-        lit += u32::from(!is_above || apart <= 2 * OWN_POINTS);
-    }
-    lit as u8
+    // As `shadow_map::receive_shadows`, for all places.
+    let places = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+    let place = (places + view.offset) * ((before + after) / N_PLACES as f32) - before;
+    let is_before = place.simd_lt(0.0);
+    let splat = |x: f32| f32x8::splat(simd, x);
+    let per_way = is_before.select(splat(-0.5 / before.max(1e-20)), splat(0.5 / after.max(1e-20)));
+    let share = place * per_way;
+    let at = |middle: f32, before: f32, after: f32| {
+        is_before.select(splat(before - middle), splat(after - middle)) * share + middle
+    };
+    let x = at(middle.x, from_before.x, to_after.x);
+    let y = at(middle.y, from_before.y, to_after.y);
+    let z = at(middle.z, from_before.z, to_after.z) + CLEAR_RADII * point[3];
+    let last = view.side as f32 - 1.0;
+    let texel = |x: f32x8<S>| x.max(0.0).min(last).to_int::<i32x8<S>>();
+    let (x, y) = (texel(x), texel(y));
+    let index = (((x >> 2) + (y >> 2) * map.blocks) << 4) | ((y & 3) << 2) | (x & 3);
+    let index: [i32; 8] = index.into();
+    let height = ((z * (0.5 / view.reach) + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS)
+        .to_int::<i32x8<S>>();
+    let highest = index.map(|index| map.texels[index as usize] as i32);
+    let highest = i32x8::simd_from(simd, highest);
+    // Heights have 20 bits, so shifting the sign in leaves them after the mask.
+    let above = (highest >> NAME_BITS) & ((1 << (32 - NAME_BITS)) - 1);
+    let apart = (highest - point_ix as i32 + OWN_POINTS as i32) & ((1 << NAME_BITS) - 1);
+    let is_lit = above.simd_le(height) | apart.simd_le(2 * OWN_POINTS as i32);
+    is_lit.to_bitmask().count_ones() as u8
 }
 
 #[cfg(test)]

@@ -11,13 +11,13 @@ use fearless_simd::{Simd, f32x8, i32x8, u32x8};
 
 /// `a b + c`, of one rounding where the instruction set has that, else of two.
 #[inline(always)]
-pub(super) fn mul_add<S: Simd>(a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) -> f32x8<S> {
+pub(crate) fn mul_add<S: Simd>(a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) -> f32x8<S> {
     a.mul_add(b, c)
 }
 
 /// The polynomial in `x` whose coefficients, of rising powers, are `c`.
 #[inline(always)]
-pub(super) fn polynomial<S: Simd, const N: usize>(x: f32x8<S>, c: [f32; N]) -> f32x8<S> {
+pub(crate) fn polynomial<S: Simd, const N: usize>(x: f32x8<S>, c: [f32; N]) -> f32x8<S> {
     let simd = x.token();
     let mut sum = f32x8::splat(simd, c[N - 1]);
     for c in c[..N - 1].iter().rev() {
@@ -28,7 +28,7 @@ pub(super) fn polynomial<S: Simd, const N: usize>(x: f32x8<S>, c: [f32; N]) -> f
 
 /// `x` within `low..=high`.
 #[inline(always)]
-pub(super) fn clamp<S: Simd>(x: f32x8<S>, low: f32, high: f32) -> f32x8<S> {
+pub(crate) fn clamp<S: Simd>(x: f32x8<S>, low: f32, high: f32) -> f32x8<S> {
     x.max(low).min(high)
 }
 
@@ -129,7 +129,7 @@ pub fn atan2<S: Simd>(y: f32x8<S>, x: f32x8<S>) -> f32x8<S> {
 /// Numerator and denominator under the root of [`crate::closed_form::bessel_i0e_fast`], for callers
 /// that have more to divide by.
 #[inline(always)]
-pub(super) fn bessel_i0e_parts<S: Simd>(x: f32x8<S>) -> [f32x8<S>; 2] {
+pub(crate) fn bessel_i0e_parts<S: Simd>(x: f32x8<S>) -> [f32x8<S>; 2] {
     [
         polynomial(
             x,
