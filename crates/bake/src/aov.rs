@@ -223,6 +223,10 @@ pub struct Layers {
     pub data: Vec<(&'static str, Vec<f32>)>,
     /// What each picture took: its name and lines of text, in the order that they were drawn.
     pub stats: Vec<(String, String)>,
+    /// [`Stats::samples`] of every picture.
+    pub samples: u32,
+    /// The same in words.
+    pub visibility: String,
 }
 
 impl Layers {
@@ -250,15 +254,16 @@ impl Layers {
         let mut draw = |spec: &Spec, background| {
             let drawn = draw(backend, &scene, spec, background, (size, samples))?;
             let (picture, stats) = drawn;
-            Ok::<_, RenderError>((picture, FrameStats(&stats).to_string()))
+            Ok::<_, RenderError>((picture, stats))
         };
-        let (beauty, picture_stats) = draw(&whole, scene.background)?;
-        let mut stats = vec![("picture".to_owned(), picture_stats)];
+        let text = |stats: &Stats| FrameStats(stats).to_string();
+        let (beauty, of_picture) = draw(&whole, scene.background)?;
+        let mut stats = vec![("picture".to_owned(), text(&of_picture))];
         let hair = match scene.background {
             Background::None => beauty.clone(),
             _ => {
                 let (hair, hair_stats) = draw(&whole, Background::None)?;
-                stats.push((whole.name.clone(), hair_stats));
+                stats.push((whole.name.clone(), text(&hair_stats)));
                 hair
             }
         };
@@ -274,7 +279,7 @@ impl Layers {
         for (ix, spec) in specs.iter().enumerate() {
             observe((ix + 1) as f64 / (specs.len() + 1) as f64);
             let (picture, spec_stats) = draw(spec, Background::None)?;
-            stats.push((spec.name.clone(), spec_stats));
+            stats.push((spec.name.clone(), text(&spec_stats)));
             layers.push((spec.name.clone(), planes(&picture)));
         }
         Ok(Layers {
@@ -283,6 +288,8 @@ impl Layers {
             layers,
             data: cpu::data_layers(&scene, &scene.camera, size, data)?,
             stats,
+            samples: of_picture.samples,
+            visibility: of_picture.visibility(),
         })
     }
 

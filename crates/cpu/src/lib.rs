@@ -104,6 +104,7 @@ pub(crate) fn render_observed(
     check_frame(size, samples)?;
     let threads = rayon::current_num_threads();
     let mut stats = scene.counts(format!("cpu: {threads} threads"));
+    stats.samples = samples;
     stats.passes = samples.div_ceil(PASS_SAMPLES);
     let strands = &scene.strands;
     let grid = Grid::around(strands);

@@ -85,6 +85,8 @@ pub struct Stats {
     pub terms: Vec<Term>,
     /// What was left out altogether, and why.
     pub skipped: Vec<String>,
+    /// Samples drawn a pixel; 0 where what a pixel shows is found exactly, by a visibility list.
+    pub samples: u32,
     /// Passes of four samples.
     pub passes: u32,
     /// Submissions that drew these; on a GPU.
@@ -135,6 +137,15 @@ impl Stats {
     /// Milliseconds of all stages.
     pub fn milliseconds(&self) -> f64 {
         total(self.stages.iter().map(|stage| stage.milliseconds))
+    }
+
+    /// How pixels were made, in words.
+    pub fn visibility(&self) -> String {
+        match self.samples {
+            0 => "visibility list".to_owned(),
+            1 => "1 sample".to_owned(),
+            n => format!("{n} samples"),
+        }
     }
 
     /// One line: where, how much, how long.
@@ -251,13 +262,15 @@ impl fmt::Display for Stats {
                 stage.bytes as f64 / 1e6
             )?;
         }
-        write!(
-            f,
-            "  {:<14}{:>10.1} ms, {} passes of at most 4 samples",
-            "total",
-            self.milliseconds(),
-            self.passes
-        )
+        write!(f, "  {:<14}{:>10.1} ms, ", "total", self.milliseconds())?;
+        match self.samples {
+            0 => write!(
+                f,
+                "{} visible points, {} pairs of a pixel and a segment",
+                self.visible_points, self.list_entries
+            ),
+            _ => write!(f, "{} passes of at most 4 samples", self.passes),
+        }
     }
 }
 

@@ -74,6 +74,7 @@ impl ProgressiveRenderer {
                 .map_or(0, |(_, bytes)| *bytes),
         };
         let mut stats = report.frame_stats(bytes);
+        stats.samples = samples;
         stats.passes = samples.div_ceil(PASS_SAMPLES);
         stats
     }

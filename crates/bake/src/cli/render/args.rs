@@ -49,10 +49,11 @@ pub struct Args {
     /// [default: the scene's, 720x480]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Samples per pixel, 1..=65536 [default: the scene's, 64]
+    /// Samples per pixel, 1..=65536 [default: the scene's, 64, on a GPU; on the CPU none, since a
+    /// visibility list says exactly what a pixel shows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub samples: Option<u32>,
-    /// Renderer; auto uses the GPU if available
+    /// Renderer; auto uses the GPU if there is one, and the CPU rather than a software adapter
     #[arg(long, value_enum, default_value_t = Choice::Auto)]
     pub backend: Choice,
     /// Scattering terms to render: single, global, local or total [default: the scene's, total]

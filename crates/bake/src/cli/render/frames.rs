@@ -149,11 +149,11 @@ impl Out<'_> {
         };
         write_output(&path, &bytes)?;
         note!(
-            "{}: {}x{}, {} samples",
+            "{}: {}x{}, {}",
             path.display(),
             picture.width,
             picture.height,
-            made.samples
+            made.stats.visibility()
         );
         if self.with_stats {
             note!("{}", FrameStats(&made.stats));
@@ -178,7 +178,7 @@ fn draw(
         let made = Made {
             file: file_of(frame).display().to_string(),
             size,
-            samples,
+            samples: stats.samples,
             time: viewer.time(),
             milliseconds: 1e3 * start.elapsed().as_secs_f64(),
             changed: viewer.take_changes(),

@@ -60,10 +60,11 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
         }
         false => note!("rendered on {name}"),
     }
-    let provenance = provenance.drawn(samples, &name);
+    let provenance = provenance.drawn(layers.samples, &name);
     let of_light = layers.layers.iter().map(|(name, _)| name.clone());
     let of_data = data.iter().map(|layer| layer.name.to_owned());
     let names: Vec<String> = of_light.chain(of_data).collect();
+    let (samples, visibility) = (layers.samples, layers.visibility.clone());
     let bytes = layers
         .encode(&provenance)
         .map_err(|error| Failure::file(&args.output, error))?;
@@ -80,7 +81,7 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
         }));
     }
     print_line(format_args!(
-        "{}: {}x{}, {samples} samples, {} layers, {} bytes",
+        "{}: {}x{}, {visibility}, {} layers, {} bytes",
         args.output.display(),
         size[0],
         size[1],
