@@ -1,13 +1,14 @@
 //! Eq 11 for eight lights. Twin: `closed_form/single_scattering.rs`.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x8};
+use fearless_simd::{Level, Simd, f32x8};
 
 use crate::closed_form::{DirectionInFrame, MAX_NODES, MODE_R, Shading};
 
 use super::LANES;
 use super::azimuthal::azimuthal_lobes;
 use super::azimuthal_r::{Columns, azimuthal_r};
+use super::dispatch;
 use super::eccentric::eta_star;
 use super::frame::{Directions, lags_between};
 use super::lights::{Responses, WideLights};
