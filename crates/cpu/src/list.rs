@@ -9,9 +9,9 @@
 //!
 //! The picture is that of [`super::raster`] with very many samples, up to the filter.
 
-use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use rayon::prelude::*;
+use strandlight_scattering::wide::{Level, Simd, dispatch};
 use strandlight_scene::background::ray_direction;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::proxy::{ProxyRecords, entry_distance};

@@ -6,10 +6,10 @@
 
 use std::ops::Range;
 
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x8, i32x8};
 use glam::{Vec3, Vec3Swizzles};
 use rayon::prelude::*;
+use strandlight_scattering::wide::prelude::*;
+use strandlight_scattering::wide::{Level, Simd, dispatch, f32x8, i32x8};
 use strandlight_scene::proxy::{ProxyRecord, is_blocked};
 use strandlight_scene::shadow_maps::ShadowView;
 use strandlight_scene::strands::Strands;
