@@ -290,6 +290,13 @@ fn cast<S: Simd>(
     )
 }
 
+/// First rows whose centres are not before `y`, texels.
+#[inline(always)]
+fn rows_from<S: Simd>(y: f32x8<S>, side: i32) -> [i32; 8] {
+    let rows = (y - 0.5).ceil().max(0.0).min(side as f32);
+    rows.to_int::<i32x8<S>>().into()
+}
+
 #[inline(always)]
 fn cast_segment<S: Simd>(
     simd: S,
@@ -322,11 +329,8 @@ fn cast_segment<S: Simd>(
         // As `shadow_map::cast_shadows`, for eight columns.
         let along = lanes + column as f32 + 0.5 - a.x;
         let y = along * rise.x + a.y;
-        let end = |y: f32x8<S>| -> [i32; 8] {
-            let rows = (y - 0.5).ceil().max(0.0).min(side as f32);
-            rows.to_int::<i32x8<S>>().into()
-        };
-        let (bottom, top) = (end(y - half_width), end(y + half_width));
+        let bottom = rows_from(y - half_width, side);
+        let top = rows_from(y + half_width, side);
         let height = (along * rise.y + a.z) * 0.5 / view.reach + 0.5;
         let height = height.max(0.0).min(1.0) * HEIGHT_UNITS;
         let height: [i32; 8] = height.to_int::<i32x8<S>>().into();
@@ -420,23 +424,28 @@ fn receive_point<S: Simd>(
     let places = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     let place = (places + view.offset) * ((before + after) / N_PLACES as f32) - before;
     let is_before = place.simd_lt(0.0);
-    let splat = |x: f32| f32x8::splat(simd, x);
-    let per_way = is_before.select(splat(-0.5 / before.max(1e-20)), splat(0.5 / after.max(1e-20)));
-    let share = place * per_way;
-    let at = |middle: f32, before: f32, after: f32| {
-        is_before.select(splat(before - middle), splat(after - middle)) * share + middle
-    };
-    let x = at(middle.x, from_before.x, to_after.x);
-    let y = at(middle.y, from_before.y, to_after.y);
-    let z = at(middle.z, from_before.z, to_after.z) + CLEAR_RADII * point[3];
+    // The way to either neighbour, times its share for a unit of `place`.
+    let back = (from_before - middle) * (-0.5 / before.max(1e-20));
+    let on = (to_after - middle) * (0.5 / after.max(1e-20));
+    let mut at = [place; 3];
+    for (axis, at) in at.iter_mut().enumerate() {
+        let back = f32x8::splat(simd, back[axis]);
+        let on = f32x8::splat(simd, on[axis]);
+        *at = is_before.select(back, on) * place + middle[axis];
+    }
+    let [x, y, z] = at;
+    let z = z + CLEAR_RADII * point[3];
     let last = view.side as f32 - 1.0;
-    let texel = |x: f32x8<S>| x.max(0.0).min(last).to_int::<i32x8<S>>();
-    let (x, y) = (texel(x), texel(y));
+    let x = x.max(0.0).min(last).to_int::<i32x8<S>>();
+    let y = y.max(0.0).min(last).to_int::<i32x8<S>>();
     let index = (((x >> 2) + (y >> 2) * map.blocks) << 4) | ((y & 3) << 2) | (x & 3);
     let index: [i32; 8] = index.into();
     let height = ((z * (0.5 / view.reach) + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS)
         .to_int::<i32x8<S>>();
-    let highest = index.map(|index| map.texels[index as usize] as i32);
+    let mut highest = [0; 8];
+    for (highest, index) in highest.iter_mut().zip(index) {
+        *highest = map.texels[index as usize] as i32;
+    }
     let highest = i32x8::simd_from(simd, highest);
     // Heights have 20 bits, so shifting the sign in leaves them after the mask.
     let above = (highest >> NAME_BITS) & ((1 << (32 - NAME_BITS)) - 1);
