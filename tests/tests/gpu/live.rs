@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use glam::{Quat, Vec3};
 use strandlight_formats::{Background, Scattering};
-use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::{Context, ResourceCounts};
 use strandlight_render::invalidation::{Inputs, STAGES, StageRule, stale_stages};
 use strandlight_render::passes::DeviceBytes;
 use strandlight_render::progressive::RenderReport;
+use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::tone::ToneMap;

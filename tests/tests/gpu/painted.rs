@@ -3,8 +3,8 @@
 
 use strandlight_cpu as cpu;
 use strandlight_formats::Scattering;
-use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::ResourceCounts;
+use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scattering::HairParams;
 use strandlight_scene::material::{EditError, Outcome, Part};
 use strandlight_scene::paint::{Brush, BrushEffect, Paint, PaintedPoint, Picker, Stroking};

@@ -9,12 +9,12 @@ use std::time::{Duration, Instant};
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
 use strandlight_formats::{SrbfLight, WindSection};
-use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
+use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scene::motion::{Wind, wind};
 use strandlight_scene::paint::{Brush, Paint, PaintedPoint, Picker, Stroke, Stroking};
 use strandlight_scene::volume;
-use strandlight_scene::{Camera, PreparedScene, RenderError, SceneError};
+use strandlight_scene::{Camera, PreparedScene, RenderError};
 
 /// The cost of one kind of frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -313,13 +313,13 @@ fn motion(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, Render
             let shift = if there { 0.01 } else { 0.0 };
             let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
             let points: Vec<_> = base.points.iter().map(shifted).collect();
-            live.set_wind(None);
+            live.set_wind(None)?;
             live.set_points(&points)
         }),
         kind("wind", |live, base, there| {
             let seconds = if there { 1.0 } else { 1.1 };
             let wind = Wind::at(&WindSection::default(), &base.scene.strands, seconds);
-            live.set_wind(Some(wind));
+            live.set_wind(Some(wind))?;
             Ok(())
         }),
     ];
@@ -344,7 +344,7 @@ fn set_hair(
     hair: &strandlight_scattering::HairParams,
 ) -> Result<(), RenderError> {
     let modes = live.scene().hair.modes().to_vec();
-    live.set_hair(hair, &modes).map_err(SceneError::from)?;
+    live.set_hair(hair, &modes)?;
     Ok(())
 }
 
