@@ -23,6 +23,7 @@ pub mod budget;
 pub mod camera;
 mod error;
 pub mod files;
+pub mod layers;
 mod limits;
 pub mod material;
 pub mod memory;
