@@ -103,8 +103,8 @@ pub use paint::{
 pub use preset::preset_names;
 pub use provenance::{content_hash, tool_version};
 pub use scene::{
-    Background, CameraSection, GroomSection, RenderSection, Scattering, Scene, TablesSection,
-    ToneMap,
+    Background, CameraSection, GroomSection, MAX_SAMPLES, MAX_SHADOW_MAPS, MAX_SIDE, RenderSection,
+    Scattering, Scene, TablesSection, ToneMap,
 };
 pub use scene_hair::{HairSection, Melanin};
 pub use scene_lights::{LightAdjust, LightsSection};

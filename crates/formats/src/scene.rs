@@ -104,6 +104,15 @@ impl CameraSection {
     }
 }
 
+/// Longest side of a picture, pixels.
+pub const MAX_SIDE: u32 = 16_384;
+
+/// Most samples a pixel.
+pub const MAX_SAMPLES: u32 = 65_536;
+
+/// Most shadow maps of a scene.
+pub const MAX_SHADOW_MAPS: u32 = 4096;
+
 /// `[render]`; ranges are those of [`params::RENDER`](crate::params::RENDER).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
