@@ -264,7 +264,7 @@ const fn default_fov_deg() -> f64 {
 #[cfg(test)]
 impl Scene {
     /// A scene of the files `a` and `b` with further `lines`, for tests of its sections.
-    pub(crate) fn of_lines(lines: &str) -> crate::error::Result<Scene> {
+    pub(crate) fn from_lines(lines: &str) -> crate::error::Result<Scene> {
         let head = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n";
         Scene::from_toml(&format!("{head}{lines}"))
     }

@@ -94,7 +94,7 @@ impl Entry {
     ];
 
     /// Key by key, so that each complaint names its key.
-    fn of_json(entry: Value) -> Result<Entry, StepError> {
+    fn from_json(entry: Value) -> Result<Entry, StepError> {
         let Value::Object(keys) = entry else {
             return Err(StepError::NoObject);
         };
@@ -272,7 +272,7 @@ fn redone(change: Option<Change>) -> Result<(), SessionError> {
 }
 
 fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, StepError> {
-    let entry = Entry::of_json(entry)?;
+    let entry = Entry::from_json(entry)?;
     let is_frame = entry.frame.is_some();
     let mut steps: Vec<Step> = [
         entry.set.map(Step::Set),

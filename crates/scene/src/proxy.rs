@@ -101,7 +101,7 @@ impl ProxyRecords {
 
 impl Proxy {
     /// As a scene file has it, its values within their ranges.
-    pub fn of_section(section: &ProxySection) -> Proxy {
+    pub fn from_section(section: &ProxySection) -> Proxy {
         let vector = |v: &[f64; 3]| Vec3::from(v.map(|x| x as f32));
         match section {
             ProxySection::Ellipsoid {

@@ -190,7 +190,7 @@ impl PreparedScene {
             background: scene.render.background,
             exposure: scene.render.exposure as f32,
             tone_map: scene.render.tone_map,
-            proxies: scene.proxies.iter().map(Proxy::of_section).collect(),
+            proxies: scene.proxies.iter().map(Proxy::from_section).collect(),
             size: scene.render.size,
             samples: scene.render.samples,
         };

@@ -112,12 +112,13 @@ fn gpu_bends_and_lights_the_hair_as_the_cpu_says() {
     let rest = scene.strands.clone();
     scene.size = [96, 72];
     scene.samples = 16;
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     for seconds in [0.4, 2.9] {
-        live.set_wind(Some(Wind::at(&breeze(), &rest, seconds)))
+        progressive
+            .set_wind(Some(Wind::at(&breeze(), &rest, seconds)))
             .unwrap();
-        while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
-        let moved = live.finish(16).unwrap();
+        while !progressive.advance(Duration::from_secs(1)).unwrap().is_done {}
+        let moved = progressive.finish(16).unwrap();
         scene.strands = wind::strands_at(&breeze(), &rest, seconds).unwrap();
         let mut fresh = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
         let (expected, _) = fresh.render_to_image(&scene.camera, [96, 72], 16).unwrap();
@@ -126,9 +127,9 @@ fn gpu_bends_and_lights_the_hair_as_the_cpu_says() {
         assert!(error < 0.01, "{error}");
     }
     // And back to rest.
-    live.set_wind(None).unwrap();
-    while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
-    let calm = live.finish(16).unwrap();
+    progressive.set_wind(None).unwrap();
+    while !progressive.advance(Duration::from_secs(1)).unwrap().is_done {}
+    let calm = progressive.finish(16).unwrap();
     scene.strands = rest;
     let mut fresh = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let (expected, _) = fresh.render_to_image(&scene.camera, [96, 72], 16).unwrap();

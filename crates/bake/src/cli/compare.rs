@@ -105,8 +105,7 @@ pub fn run(args: &Args) -> Outcome {
     let side = args.block as usize;
     let (small_a, small_b) = (a.boxed(side), b.boxed(side));
     let comparison = compare(&small_a, &small_b).map_err(Failure::input)?;
-    let map =
-        FlipMap::of_layers(&a, &b, |rgb| args.show(rgb, a.is_display)).map_err(Failure::input)?;
+    let map = FlipMap::new(&a, &b, |rgb| args.show(rgb, a.is_display)).map_err(Failure::input)?;
 
     let scale = heat_scale(&small_a, &small_b);
     if let Some(path) = &args.heatmap {

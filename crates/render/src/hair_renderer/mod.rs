@@ -129,7 +129,7 @@ impl HairRenderer {
             return Err(HairError::Samples(options.sample_count));
         }
         required_limits(&device.limits())?;
-        let context = Context::of_host(device, queue);
+        let context = Context::from_host(device, queue);
         Ok(HairRenderer::on(
             &context,
             scene,

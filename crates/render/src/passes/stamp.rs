@@ -23,7 +23,7 @@ impl Stamp {
         }
     }
 
-    pub fn of_compute(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+    pub fn compute_writes(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         Some(wgpu::ComputePassTimestampWrites {
             query_set: self.set.as_ref()?,
             beginning_of_pass_write_index: self.begin,
@@ -31,7 +31,7 @@ impl Stamp {
         })
     }
 
-    pub fn of_render(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+    pub fn render_writes(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         Some(wgpu::RenderPassTimestampWrites {
             query_set: self.set.as_ref()?,
             beginning_of_pass_write_index: self.begin,

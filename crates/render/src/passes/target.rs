@@ -163,7 +163,7 @@ impl Target {
                 }),
                 stencil_ops: None,
             }),
-            timestamp_writes: stamp.of_render(),
+            timestamp_writes: stamp.render_writes(),
             ..Default::default()
         });
         let n_rows = band.end.min(self.size[1]) - band.start;

@@ -91,14 +91,14 @@ impl Backend for ProgressiveRenderer {
 
     fn set_samples(&mut self, samples: u32) {
         if samples != self.hair.scene.samples {
-            let of_samples = self.of_samples();
+            let total_samples = self.total_samples();
             let before = self.samples_of(self.picture.passes);
             self.hair.scene.samples = samples;
             // Samples that the last pass left out are not added later, nor are any taken back.
             let is_other = before != self.samples_of(self.picture.passes);
-            let counts = |of_samples: u32| PassSamples::of(self.picture.passes, of_samples).n;
+            let counts = |total_samples: u32| PassSamples::of(self.picture.passes, total_samples).n;
             let is_under_way = self.picture.bands > 0;
-            if is_other || is_under_way && counts(of_samples) != counts(self.of_samples()) {
+            if is_other || is_under_way && counts(total_samples) != counts(self.total_samples()) {
                 self.restart_samples();
             }
         }

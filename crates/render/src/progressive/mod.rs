@@ -23,7 +23,7 @@
 //! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A
 //! step of 0.05 degrees of an orbit, strands far below a pixel wide, replaces 9 to 14 % of the
 //! noise, one of
-//! 0.5 degrees 24 to 41 % (`tests/tests/gpu/live.rs`).
+//! 0.5 degrees 24 to 41 % (`tests/tests/gpu/progressive.rs`).
 
 mod backend;
 mod pace;
@@ -59,7 +59,7 @@ pub struct Progress {
     /// Samples a pixel in the picture that is shown.
     pub samples: u32,
     /// Samples a pixel that it will have.
-    pub of_samples: u32,
+    pub total_samples: u32,
     /// The light of all points is that of the scene and view as they were last set; if not, the
     /// picture is a draft.
     pub is_shaded: bool,
@@ -202,13 +202,13 @@ impl ProgressiveRenderer {
     /// How far the picture has come.
     pub fn progress(&self) -> Progress {
         let is_shaded = self.hair.is_complete();
-        let of_samples = self.of_samples();
+        let total_samples = self.total_samples();
         let samples = self.samples_of(self.picture.shown);
         Progress {
             samples,
-            of_samples,
+            total_samples,
             is_shaded,
-            is_done: self.target.is_none() || is_shaded && samples == of_samples,
+            is_done: self.target.is_none() || is_shaded && samples == total_samples,
             noise: self.noise.of(self.picture.shown),
         }
     }
@@ -257,13 +257,13 @@ impl ProgressiveRenderer {
     }
 
     /// Samples a pixel that the picture gets at rest.
-    fn of_samples(&self) -> u32 {
+    fn total_samples(&self) -> u32 {
         self.hair.scene.samples.clamp(1, MAX_SAMPLES)
     }
 
     /// Samples a pixel of so many passes of the picture.
     fn samples_of(&self, passes: u32) -> u32 {
-        (PASS_SAMPLES * passes).min(self.of_samples())
+        (PASS_SAMPLES * passes).min(self.total_samples())
     }
 
     fn submitted(&mut self, stage: &'static str, units: f64) -> Result<(), RenderError> {

@@ -266,7 +266,7 @@ impl ProgressiveRenderer {
 
     fn finish_target(&mut self, observer: Observer) -> Result<Vec<[f32; 4]>, RenderError> {
         self.light_whole(observer)?;
-        let n_passes = self.of_samples().div_ceil(PASS_SAMPLES);
+        let n_passes = self.total_samples().div_ceil(PASS_SAMPLES);
         while !self.advance(Duration::from_secs(1))?.is_done {
             let drawn = f64::from(self.picture.passes) / f64::from(n_passes);
             observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * drawn);

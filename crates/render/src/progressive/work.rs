@@ -55,7 +55,7 @@ impl ProgressiveRenderer {
                 is_first = is_small && is_first;
                 self.work(&work)?;
             }
-            let is_finished = self.samples_of(self.picture.passes) == self.of_samples();
+            let is_finished = self.samples_of(self.picture.passes) == self.total_samples();
             if self.picture.shown < self.picture.passes && (is_finished || !self.is_still) {
                 self.work(&Work::Show)?;
             }
@@ -97,7 +97,7 @@ impl ProgressiveRenderer {
             };
             // While points are being lit, a draft: one pass in a turn.
             let may_draw = match is_resting {
-                true => passes < self.of_samples().div_ceil(PASS_SAMPLES),
+                true => passes < self.total_samples().div_ceil(PASS_SAMPLES),
                 false => passes == 0 || is_draft && passes == drafts && passes < most,
             };
             if may_draw {
@@ -146,7 +146,7 @@ impl ProgressiveRenderer {
                 let Some(target) = &self.target else {
                     return Ok(());
                 };
-                let samples = self.of_samples();
+                let samples = self.total_samples();
                 let Drawn {
                     band_ends,
                     bands,
