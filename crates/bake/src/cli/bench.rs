@@ -10,9 +10,6 @@ mod transmittance;
 
 use super::Outcome;
 
-/// Most random configurations.
-const MAX_CONFIGURATIONS: u64 = 1_000_000;
-
 /// Benchmark speed against accuracy
 #[derive(clap::Args)]
 pub struct Args {

@@ -4,9 +4,11 @@ use crate::cli::progress::progress;
 use strandlight_lab::bench::{INTEGRAL_NAMES, Method, MultipleOptions, Set, run_multiple};
 use strandlight_scene::progress::timed;
 
-use super::MAX_CONFIGURATIONS;
 use super::method_tables::method_tables;
 use crate::cli::{Failure, Outcome, print_line};
+
+/// Most random configurations.
+const MAX_CONFIGURATIONS: u64 = 1_000_000;
 
 /// Benchmark global and local multiple scattering of one light: error against the exact model, and
 /// time

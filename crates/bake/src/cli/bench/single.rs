@@ -8,9 +8,11 @@ use strandlight_lab::bench::{Cost, Frontier, FrontierError, Method, Options, SUM
 use strandlight_render::gpu::GpuError;
 use strandlight_scene::progress::timed;
 
-use super::MAX_CONFIGURATIONS;
 use super::method_tables::method_tables;
 use crate::cli::{Failure, Outcome, check_outputs, note, output_folder, print_line, write_output};
+
+/// Most random configurations.
+const MAX_CONFIGURATIONS: u64 = 1_000_000;
 
 /// Benchmark single scattering of one light: error against the exact model, and time per method
 ///
