@@ -37,17 +37,22 @@
 //! ```
 
 pub mod gpu;
+#[doc(hidden)]
 pub mod gpu_optics;
+#[doc(hidden)]
 pub mod gpu_tables;
 mod hair_options;
 mod hair_renderer;
+#[doc(hidden)]
 pub mod invalidation;
 mod limits;
+#[doc(hidden)]
 pub mod passes;
 pub mod progressive;
 mod report;
 // A page opens no device of its own accord and waits for none.
 #[cfg(not(target_arch = "wasm32"))]
+#[doc(hidden)]
 pub mod probe;
 
 use strandlight_scattering::layout::Layout;

@@ -81,6 +81,7 @@ impl Part {
 
 /// One row of [`RULES`].
 #[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
 pub struct Rule {
     /// What is made.
     pub part: Part,
@@ -113,6 +114,7 @@ const fn rule(
 
 /// From parameter to texture, sources first.
 #[rustfmt::skip]
+#[doc(hidden)]
 pub const RULES: [Rule; 16] = {
     use Parameter::{CausticWidth, Eccentricity, Eta, Intensity, Shift, SigmaA, Width};
     use Part::*;
@@ -225,6 +227,7 @@ impl EditReport {
 
 /// The baked lobes that slices are taken from; only those of enabled modes are looked at.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[doc(hidden)]
 pub struct LobeTables {
     /// Lobes of TT.
     pub tt: Option<LobeTable>,
@@ -603,6 +606,7 @@ impl HairMaterial {
 ///
 /// # Errors
 /// [`EditError::PaintedEccentric`] if it is not.
+#[doc(hidden)]
 pub fn check_round(hair: &HairParams) -> Result<(), EditError> {
     match hair.eccentricity == 1.0 {
         true => Ok(()),

@@ -74,6 +74,7 @@ pub struct PreparedScene {
 /// A light as the passes read it; mirrored by `Light` in `shaders/lib/light.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[doc(hidden)]
 pub struct LightRecord {
     /// Unit vector towards the light.
     pub direction: [f32; 3],
@@ -453,6 +454,7 @@ impl PreparedScene {
 }
 
 /// Refuses the first light with a value outside its range.
+#[doc(hidden)]
 pub fn check_lights(lights: &[SrbfLight]) -> Result<(), SceneError> {
     for (ix, light) in lights.iter().enumerate() {
         light

@@ -1,6 +1,6 @@
 //! The renderer as a state machine, for windows and pages.
 //!
-//! [`ProgressiveRenderer`] owns a picture and a [`HairRenderer`](crate::HairRenderer), which has
+//! [`ProgressiveRenderer`] owns a picture and a [`HairRenderer`], which has
 //! the scene and draws the strands. Setters, those of [`Backend`](crate::Backend), say what is to
 //! be drawn and return at once; [`ProgressiveRenderer::advance`] works on it for about the given
 //! time, and [`ProgressiveRenderer::display`] is the last good picture meanwhile.

@@ -30,10 +30,14 @@ mod stroke;
 
 pub use active_stroke::ActiveStroke;
 pub use brush::{Brush, BrushEffect, BrushError, BrushMask, BrushStroke, StrokePath};
+#[doc(hidden)]
 pub use kinds::PaintKinds;
+#[doc(hidden)]
 pub use optics::PaintedOptics;
 pub(crate) use optics::{no_painted_averages, no_painted_lobes};
-pub use picker::{PICK_PX, Picker};
+#[doc(hidden)]
+pub use picker::PICK_PX;
+pub use picker::Picker;
 pub use point::PaintedPoint;
 pub use stroke::Stroke;
 
