@@ -309,6 +309,7 @@ impl HairMaterial {
     ///
     /// # Errors
     /// As [`HairMaterial::new`]; nothing is changed then.
+    #[doc(hidden)]
     pub fn apply(&mut self, hair: &HairParams) -> Result<EditReport, EditError> {
         let modes = self.modes.clone();
         self.edit(hair, &modes)
@@ -318,12 +319,14 @@ impl HairMaterial {
     ///
     /// # Errors
     /// A mode without its lobes; nothing is changed then.
+    #[doc(hidden)]
     pub fn enable(&mut self, modes: &[Lobe]) -> Result<EditReport, EditError> {
         let hair = self.hair;
         self.edit(&hair, modes)
     }
 
     /// Switches multiple scattering on or off: the averages come or go.
+    #[doc(hidden)]
     pub fn enable_multiple(&mut self, is_multiple: bool) -> EditReport {
         self.is_multiple = is_multiple;
         self.update(self.optics.fibre, Default::default(), false)
@@ -333,6 +336,7 @@ impl HairMaterial {
     ///
     /// # Errors
     /// The hair is elliptic; nothing is changed then.
+    #[doc(hidden)]
     pub fn enable_paint(&mut self, paint: Option<PaintKinds>) -> Result<EditReport, EditError> {
         if paint.is_some() {
             check_round(&self.hair)?;
@@ -458,6 +462,7 @@ impl HairMaterial {
     }
 
     /// The averages of multiple scattering; none where that is switched off.
+    #[doc(hidden)]
     pub fn averages(&self) -> &[AverageTexel] {
         &self.optics.averages
     }
@@ -468,6 +473,7 @@ impl HairMaterial {
     }
 
     /// What shading reads.
+    #[doc(hidden)]
     pub fn optics(&self) -> &Optics {
         &self.optics
     }
