@@ -179,7 +179,11 @@ impl Frame {
         stats.visible_points = visible.points.len() as u64;
         observer(0.25 * LIGHTING_SHARE);
         let plan = scene.shadow_plan();
-        if self.unblocked.as_ref().is_some_and(|(before, _)| !serves(before, &plan)) {
+        if self
+            .unblocked
+            .as_ref()
+            .is_some_and(|(before, _)| !serves(before, &plan))
+        {
             self.unblocked = None;
         }
         let (plan, unblocked) = self.unblocked.get_or_insert_with(|| {
@@ -191,7 +195,9 @@ impl Frame {
                 unblocked
             });
             stats.texels_visited = unblocked.n_texels;
-            stats.stages.push(stage("shadow maps", seconds, unblocked.bytes()));
+            stats
+                .stages
+                .push(stage("shadow maps", seconds, unblocked.bytes()));
             (plan, unblocked)
         });
         observer(0.75 * LIGHTING_SHARE);
@@ -378,7 +384,11 @@ impl Lit<'_> {
 /// Adds up what each pixel shows: rgb times the view's radiance scale, and coverage.
 fn resolve(list: &VisibilityList, shaded: &Shaded, size: [u32; 2], rgba: &mut [[f32; 4]]) {
     // A row of tiles is a band of the picture.
-    let across = list.tiles.iter().take_while(|tile| tile.origin[1] == 0).count();
+    let across = list
+        .tiles
+        .iter()
+        .take_while(|tile| tile.origin[1] == 0)
+        .count();
     let rows = list.tiles.chunks(across.max(1));
     let mut bands = Vec::new();
     let mut rest = rgba;
@@ -414,7 +424,9 @@ fn resolve_tile(tile: &Tile, shaded: &Shaded, width: u32, band: &mut [[f32; 4]])
         band[place(pixel)] = sum;
     }
     for entry in &tile.proxies {
-        let sent_back = shaded.proxies.sent_back(entry.proxy as usize, Vec3::from(entry.position));
+        let sent_back = shaded
+            .proxies
+            .sent_back(entry.proxy as usize, Vec3::from(entry.position));
         let sum = &mut band[place(entry.pixel as usize)];
         for (channel, value) in sent_back.into_iter().enumerate() {
             sum[channel] += entry.weight * value;

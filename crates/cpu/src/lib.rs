@@ -45,7 +45,7 @@ mod unblocked;
 mod visible;
 mod voxelise;
 
-pub use data_layers::{DATA_LAYERS, DataLayer, data_layers};
+pub use data_layers::data_layers;
 pub use renderer::CpuRenderer;
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;

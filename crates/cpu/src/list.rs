@@ -473,10 +473,9 @@ impl Scratch {
                 if off.abs() > reach {
                     continue;
                 }
-                let begin = ribbon.begins[0] * (px - ribbon.a[0])
-                    + ribbon.begins[1] * (py - ribbon.a[1]);
-                let end =
-                    ribbon.ends[0] * (px - ribbon.b[0]) + ribbon.ends[1] * (py - ribbon.b[1]);
+                let begin =
+                    ribbon.begins[0] * (px - ribbon.a[0]) + ribbon.begins[1] * (py - ribbon.a[1]);
+                let end = ribbon.ends[0] * (px - ribbon.b[0]) + ribbon.ends[1] * (py - ribbon.b[1]);
                 let length = begin - end;
                 let t = if length > 1e-6 {
                     (begin / length).clamp(0.0, 1.0)
@@ -491,8 +490,7 @@ impl Scratch {
                     let inside =
                         ((half_width - distance) * PLACES_SIDE as f32 + 0.5).clamp(0.0, 1.0);
                     // Half open, so that a strand covers no place twice.
-                    let is_on =
-                        (begin + from_begin[place] >= 0.0) & (end + to_end[place] < 0.0);
+                    let is_on = (begin + from_begin[place] >= 0.0) & (end + to_end[place] < 0.0);
                     covers[place] = if is_on { inside } else { 0.0 };
                 }
                 for cover in covers {
@@ -600,7 +598,8 @@ impl Pixel {
     #[inline(always)]
     fn insert(&mut self, new: Pending) {
         let mut ix = self.pending.len();
-        let is_after = |a: &Pending| a.depth > new.depth || a.depth == new.depth && a.first > new.first;
+        let is_after =
+            |a: &Pending| a.depth > new.depth || a.depth == new.depth && a.first > new.first;
         while ix > self.done && is_after(&self.pending[ix - 1]) {
             ix -= 1;
         }
@@ -716,7 +715,8 @@ mod tests {
                 for entry in &tile.entries[range[0] as usize..range[1] as usize] {
                     let ends = [0, 1].map(|ix| &radiance[entry.first as usize + ix]);
                     for (channel, sum) in sum.iter_mut().enumerate().take(3) {
-                        let value = ends[0][channel] * (1.0 - entry.t()) + ends[1][channel] * entry.t();
+                        let value =
+                            ends[0][channel] * (1.0 - entry.t()) + ends[1][channel] * entry.t();
                         *sum += f64::from(entry.weight * value);
                     }
                     sum[3] += f64::from(entry.weight);
@@ -752,7 +752,12 @@ mod tests {
     fn radiance_of(strands: &Strands) -> Vec<[f32; 4]> {
         let of = |point: &[f32; 4]| {
             let at = Vec3::from_slice(point);
-            [1.0 + 0.9 * (3.0 * at.x).sin(), 1.0 + 0.9 * (5.0 * at.y).cos(), 0.2 + at.length(), 0.0]
+            [
+                1.0 + 0.9 * (3.0 * at.x).sin(),
+                1.0 + 0.9 * (5.0 * at.y).cos(),
+                0.2 + at.length(),
+                0.0,
+            ]
         };
         strands.points.iter().map(of).collect()
     }
@@ -770,7 +775,13 @@ mod tests {
             let projected = project(&view, &strands);
             let n = 4096;
             let drawn = raster::draw(
-                &view, &strands, &projected, &radiance, &Proxies::none(), n, &|_| (),
+                &view,
+                &strands,
+                &projected,
+                &radiance,
+                &Proxies::none(),
+                n,
+                &|_| (),
             );
             let samples: Vec<[f64; 4]> = drawn
                 .sums
@@ -792,7 +803,10 @@ mod tests {
         let camera = Camera::framing(strands.centre, strands.radius, 0.5);
         let view = view_uniform(&camera, &strands, size, 1.0);
         let list = VisibilityList::new(&view, &strands, &no_proxies());
-        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+        let one = rayon::ThreadPoolBuilder::new()
+            .num_threads(1)
+            .build()
+            .expect("a pool");
         let alone = one.install(|| VisibilityList::new(&view, &strands, &no_proxies()));
         let mut opaque = 0;
         for (tile, other) in list.tiles.iter().zip(&alone.tiles) {
@@ -814,7 +828,12 @@ mod tests {
         let strands = strands(300, 0.02);
         let camera = Camera::framing(strands.centre, strands.radius, 0.5);
         let view = view_uniform(&camera, &strands, size, 1.0);
-        let head = Proxy::ellipsoid([0.0; 3], [0.6; 3]);
+        let head = Proxy::Ellipsoid {
+            centre: Vec3::ZERO,
+            radii: Vec3::splat(0.6),
+            turn: glam::Quat::IDENTITY,
+            albedo: [0.5; 3],
+        };
         let proxies = ProxyRecords::new(&[head], &strands);
         assert_ne!(proxies.list[0].kind, GROUND);
         let open = VisibilityList::new(&view, &strands, &no_proxies());

@@ -126,7 +126,10 @@ impl WideShader<'_> {
 
     /// What the eye sees of the lights of a batch at a point.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "two of them are buffers, one is a sum")]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "two of them are buffers, one is a sum"
+    )]
     fn add<S: Simd>(
         &self,
         simd: S,
@@ -238,13 +241,9 @@ impl WideShader<'_> {
         let has_local = bits & TERM_LOCAL != 0;
         let mut direct = [zero; 3];
         if has_local {
-            direct = self.tables.direct_at_lights(
-                at.theta,
-                at.cos_theta,
-                view.theta,
-                cos_delta,
-                lambda,
-            );
+            direct =
+                self.tables
+                    .direct_at_lights(at.theta, at.cos_theta, view.theta, cos_delta, lambda);
         }
         for channel in 0..3 {
             let mut scattered = direct[channel] * unblocked * density_back;
@@ -263,7 +262,12 @@ impl WideShader<'_> {
 impl<'a> Batch<'a> {
     /// Of `lights` with their packed records.
     fn new(lights: &'a [LightRecord], packed: &[PackedRecord], n_voxels: usize) -> Batch<'a> {
-        let lit = || lights.iter().zip(packed.chunks_exact(n_voxels)).filter(|(light, _)| light.power > 0.0);
+        let lit = || {
+            lights
+                .iter()
+                .zip(packed.chunks_exact(n_voxels))
+                .filter(|(light, _)| light.power > 0.0)
+        };
         let lights: Vec<&LightRecord> = lit().map(|(light, _)| light).collect();
         let mut records = vec![[0.0; 4]; lights.len() * n_voxels];
         let packed: Vec<&[PackedRecord]> = lit().map(|(_, packed)| packed).collect();
@@ -289,7 +293,8 @@ impl<'a> Batch<'a> {
 impl Row {
     fn new(lights: &[&LightRecord]) -> Row {
         let of = |ix: usize| lights[ix.min(lights.len() - 1)];
-        let numbers = |number: &dyn Fn(&LightRecord) -> f32| std::array::from_fn(|ix| number(of(ix)));
+        let numbers =
+            |number: &dyn Fn(&LightRecord) -> f32| std::array::from_fn(|ix| number(of(ix)));
         let mut solid_angle: [f32; LANES] = numbers(&|light| light.solid_angle);
         solid_angle[lights.len()..].fill(0.0);
         Row {
@@ -306,7 +311,11 @@ impl Arriving {
     #[inline(always)]
     fn find(&mut self, shader: &WideShader, batch: &Batch, (place, point): (usize, usize)) {
         let n = batch.lights.len().next_multiple_of(LANES);
-        let all = [&mut self.unblocked, &mut self.unblocked_tt, &mut self.sin_theta];
+        let all = [
+            &mut self.unblocked,
+            &mut self.unblocked_tt,
+            &mut self.sin_theta,
+        ];
         for numbers in all.into_iter().chain(&mut self.shares) {
             numbers.clear();
             numbers.resize(n, 0.0);

@@ -233,7 +233,9 @@ impl Wanted {
     #[inline(always)]
     fn is_above(&self, low: [f32; 2], high: [f32; 2], height: f32) -> bool {
         let mut is_above = false;
-        for_blocks(low, high, self.side, |block| is_above |= height > self.lowest[block]);
+        for_blocks(low, high, self.side, |block| {
+            is_above |= height > self.lowest[block]
+        });
         is_above
     }
 }
@@ -267,11 +269,15 @@ fn cast<S: Simd>(
             let mut n_texels = 0;
             let mut last = (u32::MAX, Vec3::ZERO);
             let ranges = order.segments.iter();
-            for &first in ranges.flat_map(|range| {
-                &strands.segments[range.start as usize..range.end as usize]
-            }) {
+            for &first in
+                ranges.flat_map(|range| &strands.segments[range.start as usize..range.end as usize])
+            {
                 let [from, to] = [first, first + 1].map(|ix| &strands.points[ix as usize]);
-                let start = if last.0 == first { last.1 } else { map_position(view, from) };
+                let start = if last.0 == first {
+                    last.1
+                } else {
+                    map_position(view, from)
+                };
                 let end = map_position(view, to);
                 last = (first + 1, end);
                 let radius = 0.5 * (from[3] + to[3]) * view.texels_per_cm;
@@ -339,7 +345,11 @@ fn cast_segment<S: Simd>(
             let value = (height[lane] as u32) << NAME_BITS | name;
             let at = column + lane as i32;
             for row in bottom[lane]..top[lane] {
-                let index = if steep { map.index(row, at) } else { map.index(at, row) };
+                let index = if steep {
+                    map.index(row, at)
+                } else {
+                    map.index(at, row)
+                };
                 let texel = &mut map.texels[index];
                 *texel = (*texel).max(value);
                 n_texels += 1;
@@ -440,8 +450,8 @@ fn receive_point<S: Simd>(
     let y = y.max(0.0).min(last).to_int::<i32x8<S>>();
     let index = (((x >> 2) + (y >> 2) * map.blocks) << 4) | ((y & 3) << 2) | (x & 3);
     let index: [i32; 8] = index.into();
-    let height = ((z * (0.5 / view.reach) + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS)
-        .to_int::<i32x8<S>>();
+    let height =
+        ((z * (0.5 / view.reach) + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS).to_int::<i32x8<S>>();
     let mut highest = [0; 8];
     for (highest, index) in highest.iter_mut().zip(index) {
         *highest = map.texels[index as usize] as i32;
@@ -473,7 +483,13 @@ mod tests {
             points.extend([-1.0, -0.2, 0.7].map(|t| (middle + along * t).to_array()));
         }
         let offsets: Vec<u32> = (0..=n).map(|ix| 3 * ix as u32).collect();
-        Strands::new(&points, &offsets, |strand, _| [0.002, 0.02, 0.2][strand % 3], true).expect("valid")
+        Strands::new(
+            &points,
+            &offsets,
+            |strand, _| [0.002, 0.02, 0.2][strand % 3],
+            true,
+        )
+        .expect("valid")
     }
 
     #[test]
@@ -499,7 +515,10 @@ mod tests {
                 let share = unblocked.share(slot, place);
                 let exact = unblocked_share(&words, strands.points.len(), slot, point as usize);
                 // Both are rounded, the other to eight bits.
-                assert!((share - exact).abs() < 0.6 / 255.0, "{slot} {point}: {share} {exact}");
+                assert!(
+                    (share - exact).abs() < 0.6 / 255.0,
+                    "{slot} {point}: {share} {exact}"
+                );
                 darkest = darkest.min(share);
             }
         }

@@ -9,6 +9,7 @@ use crate::material::PartReport;
 pub type Observer<'a> = &'a (dyn Fn(f64) + Sync);
 
 /// Part of a frame's progress that lighting is taken for; drawing is the rest.
+#[doc(hidden)]
 pub const LIGHTING_SHARE: f64 = 0.4;
 
 /// One stage of a frame.
@@ -52,6 +53,7 @@ pub struct Term {
 
 /// The terms in the order that passes count them: T M^S, T M^{L,dir}, (T_f - T) M^G and
 /// (T_f - T) M^L.
+#[doc(hidden)]
 pub const TERM_NAMES: [&str; 4] = ["single", "direct local", "global", "local"];
 
 /// Costs and counts of one frame.
@@ -275,6 +277,7 @@ impl fmt::Display for Stats {
 }
 
 /// A sum that is 0 where there is nothing to add; that of `Iterator::sum` is -0 then.
+#[doc(hidden)]
 pub fn total(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |sum, value| sum + value)
 }

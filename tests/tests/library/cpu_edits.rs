@@ -35,7 +35,7 @@ fn check(session: &Session, script: Value) {
         fresh.set_time(viewer.time()).expect("a time");
         let (expected, _) = fresh.frame(SIZE, 4).expect("a picture");
         assert!(found == expected, "{step:?}");
-        assert_eq!(viewer.live().name(), "cpu");
+        assert_eq!(viewer.renderer().name(), "cpu");
         n_other += usize::from(found != first);
         assert!(
             matches!(step, Step::Undo(_)) || found != first,

@@ -22,7 +22,7 @@ use crate::cli::progress::progress;
 use args::{Format, format_of};
 use report::{inputs, report};
 
-pub use args::{Args, parse_size, parse_time};
+pub use args::{Args, parse_size, parse_time, time_help};
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {

@@ -9,12 +9,12 @@ use std::time::{Duration, Instant};
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
 use strandlight_formats::{SrbfLight, WindSection};
-use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
+use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scene::motion::{Wind, wind};
-use strandlight_scene::paint::{Brush, Paint, PaintedPoint, Picker, Stroke, Stroking};
+use strandlight_scene::paint::{ActiveStroke, Brush, Paint, PaintedPoint, Picker, Stroke};
 use strandlight_scene::volume;
-use strandlight_scene::{Camera, PreparedScene, RenderError, SceneError};
+use strandlight_scene::{Camera, PreparedScene, RenderError};
 
 /// The cost of one kind of frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +49,7 @@ impl FrameCost {
 /// there or back.
 struct Kind {
     name: String,
-    live: usize,
+    renderer: usize,
     samples: u32,
     edit: Box<Edit>,
 }
@@ -132,54 +132,54 @@ fn kind(
 ) -> Kind {
     Kind {
         name: name.to_owned(),
-        live: 0,
+        renderer: 0,
         samples: 4,
         edit: Box::new(edit),
     }
 }
 
 fn edits(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
-    let everything = |live: &mut ProgressiveRenderer, base: &Base, there: bool| {
+    let everything = |renderer: &mut ProgressiveRenderer, base: &Base, there: bool| {
         let shift = if there { 0.01 } else { 0.0 };
         let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
         let points: Vec<_> = base.points.iter().map(shifted).collect();
-        live.set_points(&points)?;
-        live.set_lights(turned_lights(&base.scene.lights, there))
+        renderer.set_points(&points)?;
+        renderer.set_lights(turned_lights(&base.scene.lights, there))
     };
     let kinds = [
         kind("everything", everything),
-        kind("lights turned", |live, base, there| {
-            live.set_lights(turned_lights(&base.scene.lights, there))
+        kind("lights turned", |renderer, base, there| {
+            renderer.set_lights(turned_lights(&base.scene.lights, there))
         }),
-        kind("view", |live, base, there| {
-            live.set_camera(turned_camera(&base.scene.camera, there));
+        kind("view", |renderer, base, there| {
+            renderer.set_camera(turned_camera(&base.scene.camera, there));
             Ok(())
         }),
-        kind("index of refraction", |live, base, there| {
+        kind("index of refraction", |renderer, base, there| {
             let mut hair = *base.scene.hair.hair();
             hair.eta += if there { 0.02 } else { 0.0 };
-            set_hair(live, &hair)
+            set_hair(renderer, &hair)
         }),
-        kind("colour of the hair", |live, base, there| {
+        kind("colour of the hair", |renderer, base, there| {
             let mut hair = *base.scene.hair.hair();
             hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
-            set_hair(live, &hair)
+            set_hair(renderer, &hair)
         }),
-        kind("widths", |live, base, there| {
+        kind("widths", |renderer, base, there| {
             let mut hair = *base.scene.hair.hair();
             hair.width = hair.width.map(|x| if there { 1.05 * x } else { x });
-            set_hair(live, &hair)
+            set_hair(renderer, &hair)
         }),
-        kind("colour of the lights", |live, base, there| {
+        kind("colour of the lights", |renderer, base, there| {
             let factor = if there { 0.9 } else { 1.0 };
             let lights = base.scene.lights.iter();
             let rgb: Vec<_> = lights.map(|light| light.rgb.map(|x| x * factor)).collect();
-            live.set_light_colors(&rgb)
+            renderer.set_light_colors(&rgb)
         }),
-        kind("grade", |live, base, there| {
+        kind("grade", |renderer, base, there| {
             let scene = &base.scene;
             let exposure = scene.exposure + if there { 0.5 } else { 0.0 };
-            live.set_grade(exposure, scene.tone_map, scene.background);
+            renderer.set_grade(exposure, scene.tone_map, scene.background);
             Ok(())
         }),
     ];
@@ -193,13 +193,13 @@ fn lights(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, Render
     let power = |light: &SrbfLight| volume::power(light).iter().sum::<f64>();
     few.lights.sort_by(|a, b| power(b).total_cmp(&power(a)));
     few.lights.truncate(n_few);
-    let edit = |live: &mut ProgressiveRenderer, base: &Base, there: bool| {
+    let edit = |renderer: &mut ProgressiveRenderer, base: &Base, there: bool| {
         let mut hair = *base.scene.hair.hair();
         hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
-        set_hair(live, &hair)
+        set_hair(renderer, &hair)
     };
-    let of = |n: usize, live: usize| Kind {
-        live,
+    let of = |n: usize, renderer: usize| Kind {
+        renderer,
         ..kind(&format!("{n} lights, colour of the hair"), edit)
     };
     let kinds = [of(n_few, 0), of(n_all, 1)];
@@ -213,15 +213,18 @@ fn shadow_maps(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, R
         let mut of_budget = scene.clone();
         of_budget.shadow_maps = n;
         kinds.push(Kind {
-            live: scenes.len(),
-            ..kind(&format!("{n} maps, lights turned"), |live, base, there| {
-                live.set_lights(turned_lights(&base.scene.lights, there))
-            })
+            renderer: scenes.len(),
+            ..kind(
+                &format!("{n} maps, lights turned"),
+                |renderer, base, there| {
+                    renderer.set_lights(turned_lights(&base.scene.lights, there))
+                },
+            )
         });
         kinds.push(Kind {
-            live: scenes.len(),
-            ..kind(&format!("{n} maps, view"), |live, base, there| {
-                live.set_camera(turned_camera(&base.scene.camera, there));
+            renderer: scenes.len(),
+            ..kind(&format!("{n} maps, view"), |renderer, base, there| {
+                renderer.set_camera(turned_camera(&base.scene.camera, there));
                 Ok(())
             })
         });
@@ -241,10 +244,10 @@ fn samples(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, Rende
         samples,
         ..kind(
             &format!("{samples} samples, colour of the hair"),
-            |live, base, there| {
+            |renderer, base, there| {
                 let mut hair = *base.scene.hair.hair();
                 hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
-                set_hair(live, &hair)
+                set_hair(renderer, &hair)
             },
         )
     });
@@ -275,14 +278,14 @@ fn paint(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderE
         }
         scenes.push(painted);
     }
-    let edit = |live: &mut ProgressiveRenderer, base: &Base, there: bool| {
+    let edit = |renderer: &mut ProgressiveRenderer, base: &Base, there: bool| {
         let mut hair = *base.scene.hair.hair();
         hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
-        set_hair(live, &hair)
+        set_hair(renderer, &hair)
     };
     let names = ["not painted", "dyed", "dyed, widths and shifts"];
-    let of = |(live, name): (usize, &&str)| Kind {
-        live,
+    let of = |(renderer, name): (usize, &&str)| Kind {
+        renderer,
         ..kind(&format!("{name}, colour of the hair"), edit)
     };
     let mut kinds: Vec<Kind> = names.iter().enumerate().map(of).collect();
@@ -291,14 +294,14 @@ fn paint(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderE
     };
     let stroke = stroke(scene, &whole);
     kinds.push(Kind {
-        live: 1,
-        ..kind("dyed, a stroke", move |live, _, there| {
+        renderer: 1,
+        ..kind("dyed, a stroke", move |renderer, _, there| {
             let mut paint = whole.clone();
             let range = stroke.range().unwrap_or(0..0);
             if there {
                 paint.apply(&stroke);
             }
-            live.set_paint(&paint, range)
+            renderer.set_paint(&paint, range)
         })
     });
     measure(bench, "paint", &scenes, &kinds)
@@ -309,17 +312,17 @@ fn motion(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, Render
     let mut scene = scene.clone();
     scene.strands = wind::with_room(&WindSection::default(), scene.strands);
     let kinds = [
-        kind("points moved", |live, base, there| {
+        kind("points moved", |renderer, base, there| {
             let shift = if there { 0.01 } else { 0.0 };
             let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
             let points: Vec<_> = base.points.iter().map(shifted).collect();
-            live.set_wind(None);
-            live.set_points(&points)
+            renderer.set_wind(None)?;
+            renderer.set_points(&points)
         }),
-        kind("wind", |live, base, there| {
+        kind("wind", |renderer, base, there| {
             let seconds = if there { 1.0 } else { 1.1 };
             let wind = Wind::at(&WindSection::default(), &base.scene.strands, seconds);
-            live.set_wind(Some(wind));
+            renderer.set_wind(Some(wind))?;
             Ok(())
         }),
     ];
@@ -331,20 +334,21 @@ fn stroke(scene: &PreparedScene, before: &Paint) -> Stroke {
     let eye = scene.camera.eye;
     let positions = scene.strands.points.iter().map(|p| Vec3::from_slice(p));
     let nearest = positions.min_by(|a, b| a.distance(eye).total_cmp(&b.distance(eye)));
-    let (Some(nearest), Ok(mut stroking)) = (nearest, Stroking::new(Brush::default())) else {
+    let (Some(nearest), Ok(mut active_stroke)) = (nearest, ActiveStroke::new(Brush::default()))
+    else {
         return Stroke::default();
     };
     let mut after = before.clone();
-    stroking.dab(&Picker::new(&scene.strands), &mut after, nearest);
-    stroking.finish(&after)
+    active_stroke.dab(&Picker::new(&scene.strands), &mut after, nearest);
+    active_stroke.finish(&after)
 }
 
 fn set_hair(
-    live: &mut ProgressiveRenderer,
+    renderer: &mut ProgressiveRenderer,
     hair: &strandlight_scattering::HairParams,
 ) -> Result<(), RenderError> {
-    let modes = live.scene().hair.modes().to_vec();
-    live.set_hair(hair, &modes).map_err(SceneError::from)?;
+    let modes = renderer.scene().hair.modes().to_vec();
+    renderer.set_hair(hair, &modes)?;
     Ok(())
 }
 
@@ -377,24 +381,24 @@ fn measure(
     for scene in scenes {
         let mut scene = scene.clone();
         scene.samples = 4;
-        let mut live = ProgressiveRenderer::new(bench.context, scene.clone())?;
-        to_the_end(&mut live)?;
+        let mut renderer = ProgressiveRenderer::new(bench.context, scene.clone())?;
+        to_the_end(&mut renderer)?;
         let points = scene.strands.points.clone();
-        lives.push((live, Base { scene, points }));
+        lives.push((renderer, Base { scene, points }));
     }
     let starting = start.elapsed().as_secs_f64();
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); kinds.len()];
     for round in 0..=bench.repetitions {
         for (kind, runs) in kinds.iter().zip(&mut runs) {
-            let (live, base) = &mut lives[kind.live];
-            live.set_samples(kind.samples);
-            to_the_end(live)?;
+            let (renderer, base) = &mut lives[kind.renderer];
+            renderer.set_samples(kind.samples);
+            to_the_end(renderer)?;
             let mut turn = |there| -> Result<(), RenderError> {
                 let start = Instant::now();
-                (kind.edit)(live, base, there)?;
-                to_the_end(live)?;
+                (kind.edit)(renderer, base, there)?;
+                to_the_end(renderer)?;
                 let milliseconds = 1e3 * start.elapsed().as_secs_f64();
-                let stages = live.report().stages.iter();
+                let stages = renderer.report().stages.iter();
                 let stages = stages.map(|stage| (stage.name, stage.milliseconds));
                 if round > 0 {
                     runs.push((milliseconds, stages.collect()));
@@ -434,8 +438,8 @@ fn measure(
 }
 
 /// Until the picture is finished.
-fn to_the_end(live: &mut ProgressiveRenderer) -> Result<(), RenderError> {
-    while !live.advance(Duration::from_secs(3600))?.is_done {}
+fn to_the_end(renderer: &mut ProgressiveRenderer) -> Result<(), RenderError> {
+    while !renderer.advance(Duration::from_secs(3600))?.is_done {}
     Ok(())
 }
 

@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> Outcome {
         Ok(viewer)
     })?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
-    let backend = viewer.live().name();
+    let backend = viewer.renderer().name();
     let made = draw(viewer, &script, out)?;
     let document = made.document(&args.scene.display().to_string(), &backend, opened);
     let path = times;
@@ -135,7 +135,7 @@ impl Out<'_> {
             made.time,
             made.size,
             made.samples,
-            &viewer.live().name(),
+            &viewer.renderer().name(),
         );
         let provenance = provenance.map_err(Failure::input)?;
         let scene = viewer.prepared();
