@@ -7,7 +7,6 @@ use strandlight_formats::{CameraSection, MotionSection, WindSection};
 use strandlight_runtime::script::{Script, Step};
 use strandlight_runtime::{Session, Viewer};
 use strandlight_scene::Backend;
-use strandlight_tests::render_common::picture_rmse;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 
 const SIZE: [u32; 2] = [24, 16];
@@ -35,14 +34,7 @@ fn check(session: &Session, script: Value) {
         let mut fresh = open(viewer.session().clone());
         fresh.set_time(viewer.time()).expect("a time");
         let (expected, _) = fresh.frame(SIZE, 4).expect("a picture");
-        if is_of_colors(&step) {
-            // The lights keep their maps, which a fresh scene shares out by the new amplitudes.
-            let error = picture_rmse(&found, &expected);
-            println!("{step:?}: {error:.4}");
-            assert!(error < 0.03, "{step:?}: {error}");
-        } else {
-            assert!(found == expected, "{step:?}");
-        }
+        assert!(found == expected, "{step:?}");
         assert_eq!(viewer.renderer().name(), "cpu");
         n_other += usize::from(found != first);
         assert!(
@@ -51,15 +43,6 @@ fn check(session: &Session, script: Value) {
         );
     }
     assert!(n_other > 0);
-}
-
-/// Does a step edit the lights' amplitudes alone?
-fn is_of_colors(step: &Step) -> bool {
-    let Step::Set(keys) = step else {
-        return false;
-    };
-    keys.keys()
-        .all(|key| key == "lights.muted" || key == "lights.tint")
 }
 
 /// Stages that run for a picture after `keys` were set, but for the last one, which always does.
