@@ -23,7 +23,7 @@ use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::shade::{Counts, Terms};
 use super::transmittance::{mix, mix_all};
-use super::unblocked::Unblocked;
+use super::unblocked::{Unblocked, VisiblePoint};
 use super::voxelise::{grid_position, voxel_index};
 
 /// Visible points that a thread shades at a time.
@@ -44,6 +44,7 @@ pub(super) struct WideShader<'a> {
     /// `[light][voxel]`.
     pub records: &'a [PackedRecord],
     pub unblocked: &'a Unblocked,
+    pub through: &'a Unblocked,
 }
 
 /// A batch of lights, none black.
@@ -108,9 +109,12 @@ impl WideShader<'_> {
                     let mut counts = Counts::default();
                     dispatch!(level, simd => {
                         for (ix, (radiance, &point)) in radiance.iter_mut().zip(points).enumerate() {
-                            let at = (CHUNK * chunk + ix, point as usize);
+                            let at = VisiblePoint {
+                                place: CHUNK * chunk + ix,
+                                point: point as usize,
+                            };
                             arriving.find(self, &batch, at);
-                            let sum = self.add(simd, &batch, &fibre, at.1, arriving, responses, &mut counts);
+                            let sum = self.add(simd, &batch, &fibre, at.point, arriving, responses, &mut counts);
                             for (value, sum) in radiance.iter_mut().zip(sum) {
                                 *value += sum * self.view.radiance_scale;
                             }
@@ -307,9 +311,9 @@ impl Row {
 }
 
 impl Arriving {
-    /// Finds what arrives at a visible point: its place among these, and its index.
+    /// Finds what arrives at a visible point.
     #[inline(always)]
-    fn find(&mut self, shader: &WideShader, batch: &Batch, (place, point): (usize, usize)) {
+    fn find(&mut self, shader: &WideShader, batch: &Batch, at: VisiblePoint) {
         let n = batch.lights.len().next_multiple_of(LANES);
         let all = [
             &mut self.unblocked,
@@ -322,11 +326,11 @@ impl Arriving {
         }
         let grid = shader.grid;
         let n_voxels = grid.n_voxels();
-        let position = Vec3::from_slice(&shader.scene.strands.points[point]);
+        let position = Vec3::from_slice(&shader.scene.strands.points[at.point]);
         let lift = SELF_LIFT * grid.h;
         let mut through = 0.0;
-        if !shader.unblocked.is_empty() {
-            through = shader.unblocked.share(THROUGH_SLOT, place);
+        if !shader.through.is_empty() {
+            through = shader.through.share(THROUGH_SLOT, at);
         }
         for (ix, light) in batch.lights.iter().enumerate() {
             let g = grid_position(grid, position + Vec3::from(light.direction) * lift);
@@ -334,7 +338,7 @@ impl Arriving {
             let [a, b, c, sin_theta] = record_at(grid, records, g);
             let (mut unblocked, mut unblocked_tt) = (a, a);
             if light.shadow_index != NO_SLOT {
-                unblocked = shader.unblocked.share(light.shadow_index, place);
+                unblocked = shader.unblocked.share(light.shadow_index, at);
                 unblocked_tt = mix(unblocked, through, light.forward_weight);
             }
             (self.unblocked[ix], self.unblocked_tt[ix]) = (unblocked, unblocked_tt);

@@ -30,26 +30,54 @@ const BLOCK: i32 = 16;
 /// What 1 is in a share.
 const ONE: f32 = 65_535.0;
 
-/// Unblocked shares of lights at visible points.
+/// Unblocked shares of lights at visible points, or at all points.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unblocked {
-    /// `[slot][visible point]`, unorm16.
+    /// `[slot][point]`, unorm16.
     shares: Vec<Vec<u16>>,
+    is_everywhere: bool,
     /// Texels of strands drawn into all maps.
     pub n_texels: u64,
 }
 
+/// A visible point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct VisiblePoint {
+    /// Its place among the visible points.
+    pub place: usize,
+    /// Its index in [`Strands::points`].
+    pub point: usize,
+}
+
 impl Unblocked {
-    /// None yet of `n_slots` lights.
+    /// None yet of `n_slots` lights, at visible points.
     pub fn new(n_slots: u32) -> Unblocked {
         Unblocked {
             shares: vec![Vec::new(); n_slots as usize],
-            n_texels: 0,
+            ..Unblocked::default()
         }
     }
 
+    /// The same for all points, so that they serve any view.
+    pub fn everywhere(n_slots: u32) -> Unblocked {
+        Unblocked {
+            is_everywhere: true,
+            ..Unblocked::new(n_slots)
+        }
+    }
+
+    /// Do they serve any view?
+    pub fn is_everywhere(&self) -> bool {
+        self.is_everywhere
+    }
+
+    /// Bytes of the shares of `n_slots` lights at `n_points` points.
+    pub fn bytes_of(n_slots: u32, n_points: usize) -> usize {
+        n_slots as usize * n_points * size_of::<u16>()
+    }
+
     /// Draws the maps of `views`, those of a slot one after the other, and looks them up at
-    /// `visible` points.
+    /// `visible` points, or at all.
     pub fn draw(
         &mut self,
         strands: &Strands,
@@ -57,6 +85,12 @@ impl Unblocked {
         proxies: &[ProxyRecord],
         visible: &[u32],
     ) {
+        let all: Vec<u32>;
+        let mut visible = visible;
+        if self.is_everywhere {
+            all = (0..strands.points.len() as u32).collect();
+            visible = &all;
+        }
         let mut sums: Vec<Vec<f32>> = vec![Vec::new(); self.shares.len()];
         let order = Order::new(strands, visible);
         for group in views.chunks(GROUP) {
@@ -91,8 +125,13 @@ impl Unblocked {
     }
 
     /// The share of a slot at a visible point, 0..=1.
-    pub fn share(&self, slot: u32, place: usize) -> f32 {
-        f32::from(self.shares[slot as usize][place]) * (1.0 / ONE)
+    pub fn share(&self, slot: u32, at: VisiblePoint) -> f32 {
+        let ix = if self.is_everywhere {
+            at.point
+        } else {
+            at.place
+        };
+        f32::from(self.shares[slot as usize][ix]) * (1.0 / ONE)
     }
 
     /// Bytes of the shares.
@@ -508,11 +547,18 @@ mod tests {
         let visible: Vec<u32> = (0..strands.points.len() as u32).step_by(3).collect();
         let mut unblocked = Unblocked::new(plan.n_slots);
         unblocked.draw(&strands, &plan.views, &[], &visible);
+        let mut everywhere = Unblocked::everywhere(plan.n_slots);
+        everywhere.draw(&strands, &plan.views, &[], &[]);
         assert!(unblocked.n_texels < n_texels);
         let mut darkest = 1.0_f32;
         for slot in 1..plan.n_slots {
             for (place, &point) in visible.iter().enumerate() {
-                let share = unblocked.share(slot, place);
+                let at = VisiblePoint {
+                    place,
+                    point: point as usize,
+                };
+                let share = unblocked.share(slot, at);
+                assert_eq!(everywhere.share(slot, at), share);
                 let exact = unblocked_share(&words, strands.points.len(), slot, point as usize);
                 // Both are rounded, the other to eight bits.
                 assert!(

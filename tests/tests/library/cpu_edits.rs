@@ -75,6 +75,7 @@ fn edits_run_only_the_stages_that_they_touch() {
         "voxelise",
         "list",
         "shadow maps",
+        "through maps",
         "transmittance",
         "tables",
         "shade",
@@ -90,11 +91,16 @@ fn edits_run_only_the_stages_that_they_touch() {
         (json!({"render.exposure": 1}), &[]),
         (
             json!({"lights.rotate_deg": 40}),
-            &["shadow maps", "transmittance", "shade"],
+            &["shadow maps", "through maps", "transmittance", "shade"],
         ),
         (
             json!({"camera.position": [1, -2, 12]}),
-            &["list", "shadow maps", "shade"],
+            &["list", "shadow maps", "through maps", "shade"],
+        ),
+        // The second view's shadow maps serve all views.
+        (
+            json!({"camera.position": [1, -3, 12]}),
+            &["list", "through maps", "shade"],
         ),
         (json!({"render.scattering": "single"}), &["tables", "shade"]),
     ] {

@@ -178,7 +178,7 @@ pub const RENDER: Section<RenderSection> = Section {
         .logarithmic()
         .help(
             "Samples per pixel of the finished picture. More give smoother strands and take \
-                 longer.",
+                 longer; the CPU draws without samples.",
         ),
         Param::numbers(
             "shadow_maps",
