@@ -37,6 +37,7 @@ mod project;
 mod proxies;
 mod raster;
 mod renderer;
+mod screen_point;
 mod shade;
 mod shade_wide;
 mod shadow_map;

@@ -17,7 +17,7 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::proxy::{ProxyRecords, entry_distance};
 use strandlight_scene::strands::Strands;
 
-use super::project::{ScreenPoint, screen_point};
+use super::screen_point::{ScreenPoint, screen_point};
 
 /// Side of a tile, px.
 const TILE: u32 = 16;

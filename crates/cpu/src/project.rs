@@ -1,9 +1,10 @@
 //! Edges of the ribbons on the screen. Twin of `shaders/pass/project.wgsl`.
 
-use glam::Vec3;
 use rayon::prelude::*;
-use strandlight_scene::camera::{ViewUniform, screen_position};
+use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::strands::Strands;
+
+use super::screen_point::{ScreenPoint, screen_point};
 
 /// A point of a strand on the screen.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,9 +17,6 @@ pub(super) struct Projected {
     pub coverage: f32,
 }
 
-/// Strands are drawn at least this wide (px); thinner ones cover part of it.
-const MIN_WIDTH_PX: f32 = 1.0;
-
 /// Largest screen coordinate in 1/256 px; f32 holds it exactly.
 const MAX_SCREEN: f32 = 8_388_608.0;
 
@@ -30,58 +28,6 @@ pub(super) fn project(view: &ViewUniform, strands: &Strands) -> Vec<Projected> {
         .zip(&strands.tangents)
         .map(|(point, tangent)| project_point(view, point, tangent))
         .collect()
-}
-
-/// A point of a strand on the screen, as it is.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ScreenPoint {
-    /// Where its middle is, px.
-    pub at: [f32; 2],
-    /// Unit vector along the strand, root to tip.
-    pub along: [f32; 2],
-    /// Half the width of the ribbon, px; [`MIN_WIDTH_PX`] / 2 at least.
-    pub half_width: f32,
-    /// 0..1 between the near and far planes.
-    pub depth: f32,
-    /// Coverage of the ribbon; below zero: not drawn.
-    pub coverage: f32,
-}
-
-/// Projects a point (x, y, z, radius) with its tangent.
-pub(super) fn screen_point(
-    view: &ViewUniform,
-    point: &[f32; 4],
-    tangent: &[f32; 4],
-) -> ScreenPoint {
-    let [x, y, depth] = screen_position(view, Vec3::new(point[0], point[1], point[2]));
-    if depth < view.near {
-        return ScreenPoint {
-            coverage: -1.0,
-            ..ScreenPoint::default()
-        };
-    }
-    // The tangent's image, up to a positive factor: d/ds of (x, y) / depth.
-    let tangent = Vec3::new(tangent[0], tangent[1], tangent[2]);
-    let away = tangent.dot(Vec3::from(view.forward));
-    let dx = view.focal_px * tangent.dot(Vec3::from(view.right))
-        - (x - 0.5 * view.size[0] as f32) * away;
-    let dy =
-        -view.focal_px * tangent.dot(Vec3::from(view.up)) - (y - 0.5 * view.size[1] as f32) * away;
-    let size = (dx * dx + dy * dy).sqrt();
-    // A strand seen end on has no direction on the screen; any will do.
-    let mut along = [0.0, -1.0];
-    if size > 1e-6 * view.focal_px {
-        along = [dx / size, dy / size];
-    }
-    let width = 2.0 * point[3] * view.focal_px / depth;
-    let drawn = width.max(MIN_WIDTH_PX);
-    ScreenPoint {
-        at: [x, y],
-        along,
-        half_width: 0.5 * drawn,
-        depth: (depth - view.near) / (view.far - view.near),
-        coverage: width / drawn,
-    }
 }
 
 fn project_point(view: &ViewUniform, point: &[f32; 4], tangent: &[f32; 4]) -> Projected {
