@@ -5,15 +5,14 @@
 //! same light counted as negligible; only what shines or scatters differs. So sums of layers are
 //! the whole picture but for rounding.
 //!
-//! Channels of the OpenEXR file, f32: `R, G, B, A` the picture as `strandlight render` writes it;
-//! layers the hair's radiance alone, times its coverage: `total`; `single`, `global`, `local`;
-//! `single.R`, `single.TT`, ..., `global.TRT`; `light.000`, ... by the lights' places in the light
-//! set, or `light.NAME` for groups and `light.rest`; `background` what is seen between the
-//! strands; and `coverage.Y`. Data layers, which are not light and do not add up, have the channels
-//! that [`strandlight_cpu::DATA_LAYERS`] names.
+//! Data layers, which are not light and do not add up, go into the same file. All layers are declared
+//! in [`LAYERS`], with their channels.
 
 use strandlight_formats::{Background, Scattering};
 use strandlight_scattering::Lobe;
+use strandlight_scene::layers::{
+    BACKGROUND, COVERAGE, Content, LAYERS, Layer, PICTURE, Split, TOTAL,
+};
 use strandlight_scene::provenance::Provenance;
 use strandlight_scene::stats::FrameStats;
 use strandlight_scene::{
@@ -21,22 +20,10 @@ use strandlight_scene::{
 };
 
 use strandlight_cpu as cpu;
-use strandlight_cpu::DataLayer;
 use strandlight_images::exr_file::{encode, floats};
 
 /// Most bytes of all layers.
 pub const MAX_BYTES: u64 = 2 << 30;
-
-/// A way to take the light apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Split {
-    /// By term of scattering.
-    Terms,
-    /// Single and global scattering by mode; local scattering is of all modes together.
-    Modes,
-    /// By light, or group of lights.
-    Lights,
-}
 
 /// Lights that share a layer.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,14 +37,23 @@ pub struct Group {
 /// What is drawn for one layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spec {
-    /// Its name.
-    pub name: String,
+    /// Its declaration.
+    pub layer: &'static Layer,
+    /// Which member it is, where that is of a family.
+    pub part: String,
     /// Terms of scattering.
     pub scattering: Scattering,
     /// Modes of the hair.
     pub modes: Vec<Lobe>,
     /// Lights that shine; all that do in the scene if absent.
     pub lights: Option<Vec<usize>>,
+}
+
+impl Spec {
+    /// Its name.
+    pub fn name(&self) -> String {
+        self.layer.name_of(&self.part)
+    }
 }
 
 /// The layers that `splits` asks for of `scene`, whose lights are those of its light set, in order.
@@ -71,65 +67,62 @@ pub fn specs(
 ) -> Result<Vec<Spec>, SceneError> {
     let all = scene.scattering();
     let modes = scene.hair.modes().to_vec();
-    let terms: Vec<Scattering> = [Scattering::Single, Scattering::Global, Scattering::Local]
-        .into_iter()
-        .filter(|&term| all == Scattering::Total || all == term)
-        .collect();
+    let is_on = |ix: &usize| scene.lights[*ix].rgb.iter().any(|&x| x > 0.0);
+    let on: Vec<usize> = (0..scene.lights.len()).filter(is_on).collect();
+    if splits.contains(&Split::Lights) {
+        check_groups(scene.lights.len(), groups)?;
+    }
+    let is_drawn = |term: &Scattering| all == Scattering::Total || all == *term;
     let mut specs: Vec<Spec> = Vec::new();
-    let mut add = |name: String, scattering, modes: &[Lobe], lights| {
+    let mut add = |layer, part: &str, scattering, modes: &[Lobe], lights| {
         let spec = Spec {
-            name,
+            layer,
+            part: part.to_owned(),
             scattering,
             modes: modes.to_vec(),
             lights,
         };
-        if specs.iter().all(|other| other.name != spec.name) {
+        // Of two splits both may have it.
+        if !specs.contains(&spec) {
             specs.push(spec);
         }
     };
     for &split in splits {
-        match split {
-            Split::Terms => {
-                for &term in &terms {
-                    add(term.name().to_owned(), term, &modes, None);
-                }
-            }
-            Split::Modes => {
-                for &term in &terms {
-                    if term == Scattering::Local {
-                        add(term.name().to_owned(), term, &modes, None);
-                        continue;
-                    }
+        for layer in LAYERS.iter().filter(|layer| layer.is_written_with(split)) {
+            match layer.content {
+                Content::Term(term) if is_drawn(&term) => add(layer, "", term, &modes, None),
+                Content::Mode(term) if is_drawn(&term) => {
                     for mode in &modes {
-                        let name = format!("{}.{}", term.name(), mode.name());
-                        add(name, term, std::slice::from_ref(mode), None);
+                        add(layer, mode.name(), term, std::slice::from_ref(mode), None);
                     }
                 }
-            }
-            Split::Lights => {
-                for (name, lights) in lights_by_name(scene, groups)? {
-                    add(format!("light.{name}"), all, &modes, Some(lights));
+                Content::Light if groups.is_empty() => {
+                    for &ix in &on {
+                        add(layer, &format!("{ix:03}"), all, &modes, Some(vec![ix]));
+                    }
                 }
+                Content::Group => {
+                    for group in groups {
+                        add(layer, &group.name, all, &modes, Some(group.lights.clone()));
+                    }
+                }
+                Content::Rest if !groups.is_empty() => {
+                    let is_in = |ix: &usize| groups.iter().any(|group| group.lights.contains(ix));
+                    let rest: Vec<usize> = on.iter().copied().filter(|ix| !is_in(ix)).collect();
+                    if !rest.is_empty() {
+                        add(layer, "", all, &modes, Some(rest));
+                    }
+                }
+                _ => (),
             }
         }
     }
     Ok(specs)
 }
 
-/// Names of single lights or groups, and the lights of each; those that are off are left out.
-fn lights_by_name(
-    scene: &PreparedScene,
-    groups: &[Group],
-) -> Result<Vec<(String, Vec<usize>)>, SceneError> {
-    let n_lights = scene.lights.len();
-    let is_on = |ix: &usize| scene.lights[*ix].rgb.iter().any(|&x| x > 0.0);
-    let on: Vec<usize> = (0..n_lights).filter(is_on).collect();
-    if groups.is_empty() {
-        let single = |ix| (format!("{ix:03}"), vec![ix]);
-        return Ok(on.into_iter().map(single).collect());
-    }
+/// Refuses groups of lights that are not there or in another group.
+fn check_groups(n_lights: usize, groups: &[Group]) -> Result<(), SceneError> {
     let mut taken = vec![false; n_lights];
-    let mut named = Vec::new();
     for Group { name, lights } in groups {
         let refused = |light, fault| SceneError::Group {
             group: name.clone(),
@@ -143,13 +136,8 @@ fn lights_by_name(
                 Some(taken) => *taken = true,
             }
         }
-        named.push((name.clone(), lights.clone()));
     }
-    let rest: Vec<usize> = on.into_iter().filter(|&ix| !taken[ix]).collect();
-    if !rest.is_empty() {
-        named.push(("rest".to_owned(), rest));
-    }
-    Ok(named)
+    Ok(())
 }
 
 /// Refuses layers that would not fit in memory.
@@ -210,6 +198,25 @@ fn masked(colors: &[[f32; 3]], spec: &Spec) -> Vec<[f32; 3]> {
         .collect()
 }
 
+/// A layer of light.
+#[derive(Clone, Debug)]
+pub struct LightLayer {
+    /// Its name.
+    pub name: String,
+    /// Its channels: name and values.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
+impl LightLayer {
+    /// The member `part` of `layer`, with the radiance of `planes`.
+    fn new(layer: &Layer, part: &str, planes: [Vec<f32>; 3]) -> LightLayer {
+        LightLayer {
+            name: layer.name_of(part),
+            channels: layer.channels_of(part).into_iter().zip(planes).collect(),
+        }
+    }
+}
+
 /// The whole picture and its layers.
 #[derive(Clone, Debug)]
 pub struct Layers {
@@ -217,12 +224,16 @@ pub struct Layers {
     pub beauty: Picture,
     /// Share of each pixel that hair covers.
     pub coverage: Vec<f32>,
-    /// Name and radiance of each layer, the channels one after the other.
-    pub layers: Vec<(String, [Vec<f32>; 3])>,
+    /// Layers of light.
+    pub layers: Vec<LightLayer>,
     /// Channels of data layers, by their whole names.
     pub data: Vec<(&'static str, Vec<f32>)>,
     /// What each picture took: its name and lines of text, in the order that they were drawn.
     pub stats: Vec<(String, String)>,
+    /// [`Stats::samples`] of every picture.
+    pub samples: u32,
+    /// The same in words.
+    pub visibility: String,
 }
 
 impl Layers {
@@ -234,7 +245,7 @@ impl Layers {
     /// As `check_memory`; whatever the backend answers.
     pub fn draw(
         backend: &mut dyn Backend,
-        (specs, data): (&[Spec], &[&DataLayer]),
+        (specs, data): (&[Spec], &[&Layer]),
         size: [u32; 2],
         samples: u32,
         observe: &dyn Fn(f64),
@@ -242,7 +253,8 @@ impl Layers {
         check_memory(specs.len() + data.len(), size)?;
         let scene = backend.scene().clone();
         let whole = Spec {
-            name: "total".to_owned(),
+            layer: &TOTAL,
+            part: String::new(),
             scattering: scene.scattering(),
             modes: scene.hair.modes().to_vec(),
             lights: None,
@@ -250,32 +262,34 @@ impl Layers {
         let mut draw = |spec: &Spec, background| {
             let drawn = draw(backend, &scene, spec, background, (size, samples))?;
             let (picture, stats) = drawn;
-            Ok::<_, RenderError>((picture, FrameStats(&stats).to_string()))
+            Ok::<_, RenderError>((picture, stats))
         };
-        let (beauty, picture_stats) = draw(&whole, scene.background)?;
-        let mut stats = vec![("picture".to_owned(), picture_stats)];
+        let text = |stats: &Stats| FrameStats(stats).to_string();
+        let (beauty, of_picture) = draw(&whole, scene.background)?;
+        let mut stats = vec![(PICTURE.name.to_owned(), text(&of_picture))];
         let hair = match scene.background {
             Background::None => beauty.clone(),
             _ => {
                 let (hair, hair_stats) = draw(&whole, Background::None)?;
-                stats.push((whole.name.clone(), hair_stats));
+                stats.push((whole.name(), text(&hair_stats)));
                 hair
             }
         };
         let coverage = hair.rgba.iter().map(|rgba| rgba[3]).collect();
-        let mut layers = vec![(whole.name, planes(&hair))];
+        let mut layers = vec![LightLayer::new(&TOTAL, "", planes(&hair))];
         if scene.background != Background::None {
             let behind = |c: usize| {
                 let pixels = beauty.rgba.iter().zip(&hair.rgba);
                 pixels.map(|(all, hair)| all[c] - hair[c]).collect()
             };
-            layers.push(("background".to_owned(), [behind(0), behind(1), behind(2)]));
+            let behind = [behind(0), behind(1), behind(2)];
+            layers.push(LightLayer::new(&BACKGROUND, "", behind));
         }
         for (ix, spec) in specs.iter().enumerate() {
             observe((ix + 1) as f64 / (specs.len() + 1) as f64);
             let (picture, spec_stats) = draw(spec, Background::None)?;
-            stats.push((spec.name.clone(), spec_stats));
-            layers.push((spec.name.clone(), planes(&picture)));
+            stats.push((spec.name(), text(&spec_stats)));
+            layers.push(LightLayer::new(spec.layer, &spec.part, planes(&picture)));
         }
         Ok(Layers {
             beauty,
@@ -283,6 +297,8 @@ impl Layers {
             layers,
             data: cpu::data_layers(&scene, &scene.camera, size, data)?,
             stats,
+            samples: of_picture.samples,
+            visibility: of_picture.visibility(),
         })
     }
 
@@ -293,18 +309,16 @@ impl Layers {
     pub fn encode(self, provenance: &Provenance) -> exr::error::Result<Vec<u8>> {
         let mut channels = Vec::new();
         let mut push = |name: String, values: Vec<f32>| channels.push(floats(name, values));
-        for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+        for (c, name) in PICTURE.channels.iter().enumerate() {
             let values = self.beauty.rgba.iter().map(|rgba| rgba[c]);
-            push(name.to_owned(), values.collect());
+            push((*name).to_owned(), values.collect());
         }
-        push("coverage.Y".to_owned(), self.coverage);
+        push(COVERAGE.channels[0].to_owned(), self.coverage);
         for (name, values) in self.data {
             push(name.to_owned(), values);
         }
-        for (layer, planes) in self.layers {
-            for (name, values) in ["R", "G", "B"].into_iter().zip(planes) {
-                push(format!("{layer}.{name}"), values);
-            }
+        for (name, values) in self.layers.into_iter().flat_map(|layer| layer.channels) {
+            push(name, values);
         }
         let size = (self.beauty.width as usize, self.beauty.height as usize);
         encode(size, channels, provenance.entries())

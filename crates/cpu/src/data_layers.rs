@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use strandlight_scene::background::ray_direction;
 use strandlight_scene::budget::check_frame;
 use strandlight_scene::camera::{Camera, ViewUniform, screen_position, view_uniform};
+use strandlight_scene::layers::{Content, Data, Layer};
 use strandlight_scene::proxy::{ProxyRecords, entry_distance};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::{PreparedScene, RenderError};
@@ -20,86 +21,6 @@ use strandlight_scene::{PreparedScene, RenderError};
 use super::project::project;
 use super::raster::ribbons;
 use super::transmittance::mix;
-
-/// A kind of data, and its channels in OpenEXR.
-#[derive(Debug)]
-pub struct DataLayer {
-    /// Its name on the command line.
-    pub name: &'static str,
-    /// Its channels, `LAYER.CHANNEL`.
-    pub channels: &'static [&'static str],
-    /// What it is, with its unit.
-    pub help: &'static str,
-    /// Value of all channels where no hair is seen.
-    pub background: f32,
-    value: Value,
-}
-
-/// Where values come from.
-#[derive(Debug)]
-enum Value {
-    /// One float a channel, of what is seen.
-    Of(fn(&Seen) -> [f32; 3]),
-    /// The picture's alpha before a background, which every file of layers has.
-    Alpha,
-}
-
-/// All data layers.
-///
-/// Pixels without hair are 0 and not infinite: infinity becomes NaN once a compositor multiplies it
-/// by alpha or filters it, and no strand has depth 0.
-pub static DATA_LAYERS: [DataLayer; 7] = [
-    DataLayer {
-        name: "depth",
-        channels: &["depth.Z"],
-        help: "distance from the camera along its optical axis, cm; 0 without hair",
-        background: 0.0,
-        value: Value::Of(|seen| [seen.depth, 0.0, 0.0]),
-    },
-    DataLayer {
-        name: "coverage",
-        channels: &["coverage.Y"],
-        help: "share of the pixel that hair covers, filtered as the picture is",
-        background: 0.0,
-        value: Value::Alpha,
-    },
-    DataLayer {
-        name: "tangent",
-        channels: &["tangent.X", "tangent.Y", "tangent.Z"],
-        help: "unit vector along the strand from root to tip, world space",
-        background: 0.0,
-        value: Value::Of(|seen| seen.tangent.to_array()),
-    },
-    DataLayer {
-        name: "strand_id",
-        channels: &["strand_id.Y"],
-        help: "index of the strand in the groom, from 0; -1 without hair",
-        background: -1.0,
-        // Exact: grooms have fewer than 2^24 points.
-        value: Value::Of(|seen| [seen.strand_id as f32, 0.0, 0.0]),
-    },
-    DataLayer {
-        name: "root_distance",
-        channels: &["root_distance.Y"],
-        help: "way along the strand, 0 at its root and 1 at its tip",
-        background: 0.0,
-        value: Value::Of(|seen| [seen.root_distance, 0.0, 0.0]),
-    },
-    DataLayer {
-        name: "position",
-        channels: &["P.X", "P.Y", "P.Z"],
-        help: "position in world space, cm",
-        background: 0.0,
-        value: Value::Of(|seen| seen.position.to_array()),
-    },
-    DataLayer {
-        name: "diameter",
-        channels: &["diameter.Y"],
-        help: "diameter of the fibre, cm",
-        background: 0.0,
-        value: Value::Of(|seen| [seen.diameter, 0.0, 0.0]),
-    },
-];
 
 /// What is seen at the centre of a pixel.
 struct Seen {
@@ -117,8 +38,23 @@ struct Seen {
     diameter: f32,
 }
 
-/// The channels of `layers` for `scene` as `camera` sees it: names, and values in rows, top first. Those
-/// of coverage are left to the picture, whose alpha they are.
+impl Seen {
+    /// The channels of `data`; none of coverage, which is the picture's alpha.
+    fn value(&self, data: Data) -> Option<[f32; 3]> {
+        Some(match data {
+            Data::Coverage => return None,
+            Data::Depth => [self.depth, 0.0, 0.0],
+            Data::Tangent => self.tangent.to_array(),
+            Data::StrandId => [self.strand_id as f32, 0.0, 0.0],
+            Data::RootDistance => [self.root_distance, 0.0, 0.0],
+            Data::Position => self.position.to_array(),
+            Data::Diameter => [self.diameter, 0.0, 0.0],
+        })
+    }
+}
+
+/// The channels of those `layers` that are data, for `scene` as `camera` sees it: names, and values in
+/// rows, top first. Those of coverage are left to the picture, whose alpha they are.
 ///
 /// # Errors
 /// A size out of range.
@@ -126,7 +62,7 @@ pub fn data_layers(
     scene: &PreparedScene,
     camera: &Camera,
     size: [u32; 2],
-    layers: &[&DataLayer],
+    layers: &[&Layer],
 ) -> Result<Vec<(&'static str, Vec<f32>)>, RenderError> {
     check_frame(size, 1)?;
     let strands = &scene.strands;
@@ -138,11 +74,11 @@ fn channels(
     strands: &Strands,
     proxies: &ProxyRecords,
     view: &ViewUniform,
-    layers: &[&DataLayer],
+    layers: &[&Layer],
 ) -> Vec<(&'static str, Vec<f32>)> {
-    let wanted = layers.iter().filter_map(|layer| match layer.value {
-        Value::Of(value) => Some((*layer, value)),
-        Value::Alpha => None,
+    let wanted = layers.iter().filter_map(|layer| match layer.content {
+        Content::Data(data) if data != Data::Coverage => Some((*layer, data)),
+        _ => None,
     });
     let wanted: Vec<_> = wanted.collect();
     if wanted.is_empty() {
@@ -155,10 +91,12 @@ fn channels(
         (segment != NO_SEGMENT).then(|| ways.seen(view, segment, pixel))
     };
     let mut channels = Vec::new();
-    for (layer, value) in wanted {
+    for (layer, data) in wanted {
+        let background = [layer.background.unwrap_or(0.0); 3];
         let pixels = (0..nearest.len()).into_par_iter();
         let values: Vec<[f32; 3]> = pixels
-            .map(|pixel| seen(pixel).map_or([layer.background; 3], |seen| value(&seen)))
+            .map(|pixel| seen(pixel).and_then(|seen| seen.value(data)))
+            .map(|value| value.unwrap_or(background))
             .collect();
         for (ix, name) in layer.channels.iter().enumerate() {
             channels.push((*name, values.iter().map(|value| value[ix]).collect()));
@@ -310,6 +248,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     use glam::Quat;
+    use strandlight_scene::layers::LAYERS;
     use strandlight_scene::proxy::Proxy;
 
     use super::*;
@@ -339,7 +278,7 @@ mod tests {
     /// All channels by name.
     fn all(strands: &Strands, view: &ViewUniform) -> BTreeMap<&'static str, Vec<f32>> {
         let proxies: ProxyRecords = bytemuck::Zeroable::zeroed();
-        let layers: Vec<&DataLayer> = DATA_LAYERS.iter().collect();
+        let layers: Vec<&Layer> = LAYERS.iter().collect();
         let channels = channels(strands, &proxies, view, &layers);
         channels.into_iter().collect()
     }
@@ -469,7 +408,7 @@ mod tests {
             .collect();
         let strands = straight(&ends, 9, 0.15);
         let view = view_uniform(&camera(Vec3::new(0.0, 0.0, 20.0)), &strands, SIZE, 1.0);
-        let layers: Vec<&DataLayer> = DATA_LAYERS.iter().collect();
+        let layers: Vec<&Layer> = LAYERS.iter().collect();
         let hidden = |z: f32| {
             let proxy = Proxy::Ellipsoid {
                 centre: Vec3::new(0.0, 0.0, z),
@@ -500,20 +439,17 @@ mod tests {
     }
 
     #[test]
-    fn no_two_layers_share_a_name_or_a_channel() {
-        let mut names: Vec<&str> = DATA_LAYERS.iter().map(|layer| layer.name).collect();
-        let mut channels: Vec<&str> = DATA_LAYERS
-            .iter()
-            .flat_map(|l| l.channels)
-            .copied()
-            .collect();
-        for list in [&mut names, &mut channels] {
-            list.sort_unstable();
-            assert!(list.windows(2).all(|pair| pair[0] != pair[1]), "{list:?}");
+    fn every_layer_of_data_but_coverage_has_its_channels() {
+        let strands = straight(&[(Vec3::Y, Vec3::Y * -2.0)], 2, 0.1);
+        let view = view_uniform(&camera(Vec3::new(0.0, 0.0, 20.0)), &strands, SIZE, 1.0);
+        let found = all(&strands, &view);
+        let mut n_channels = 0;
+        for (layer, data) in strandlight_scene::layers::data_layers() {
+            for channel in layer.channels {
+                assert_eq!(found.contains_key(channel), data != Data::Coverage);
+                n_channels += usize::from(data != Data::Coverage);
+            }
         }
-        for layer in &DATA_LAYERS {
-            assert!((1..=3).contains(&layer.channels.len()), "{}", layer.name);
-            assert!(layer.channels.iter().all(|name| name.contains('.')));
-        }
+        assert_eq!(n_channels, found.len());
     }
 }

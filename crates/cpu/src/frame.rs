@@ -22,12 +22,15 @@ use super::proxies::Proxies;
 use super::shade::{Counts, PointShader, record_at};
 use super::shade_wide::WideShader;
 use super::transmittance::{mix, transmittance_beside};
-use super::unblocked::Unblocked;
+use super::unblocked::{Unblocked, VisiblePoint};
 use super::visible::VisiblePoints;
 use super::voxelise::{grid_position, voxelise};
 
 /// Visible points that are shaded by one thread at a time.
 const SHADED_AT_ONCE: usize = 64;
+
+/// Shares at all points are kept if they have at most this many bytes.
+const MAX_SHARE_BYTES: usize = 256 << 20;
 
 /// What can change between two pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,8 +66,11 @@ pub(super) enum Stage {
     Transmittance,
     /// What each pixel shows.
     List,
-    /// Unblocked shares of the lights at visible points.
+    /// Unblocked shares of the lights. They are found at visible points; from the second view on at
+    /// all, and then serve any.
     ShadowMaps,
+    /// The share of the light through to the eye.
+    ThroughMaps,
     /// Tables of multiple scattering.
     MultipleTables,
     /// Radiance of the visible points.
@@ -73,11 +79,12 @@ pub(super) enum Stage {
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Stage; 6] = [
+    pub const ALL: [Stage; 7] = [
         Stage::Voxelise,
         Stage::Transmittance,
         Stage::List,
         Stage::ShadowMaps,
+        Stage::ThroughMaps,
         Stage::MultipleTables,
         Stage::Shade,
     ];
@@ -89,7 +96,7 @@ impl Stage {
             Stage::Voxelise => &[Points],
             Stage::Transmittance => &[Points, Lights, Proxies],
             Stage::List => &[Points, Proxies, View],
-            Stage::ShadowMaps => &[Points, Lights, Proxies, View],
+            Stage::ShadowMaps | Stage::ThroughMaps => &[Points, Lights, Proxies, View],
             Stage::MultipleTables => &[Hair, Terms],
             Stage::Shade => &[
                 Hair, Terms, Densities, Paint, Points, Lights, Colors, Proxies, View,
@@ -102,11 +109,16 @@ impl Stage {
 #[derive(Default)]
 pub(super) struct Frame {
     size: [u32; 2],
+    /// Has there been a picture?
+    is_drawn: bool,
+    /// And one from elsewhere?
+    was_turned: bool,
     volume: Option<(Grid, Vec<[f32; 8]>)>,
     /// `[light][voxel]`; none of lights that were black.
     records: Option<Records>,
     list: Option<(VisibilityList, VisiblePoints)>,
     unblocked: Option<(ShadowPlan, Unblocked)>,
+    through: Option<Unblocked>,
     multiple: Option<MultipleTables>,
     shaded: Option<Shaded>,
 }
@@ -127,11 +139,15 @@ struct Shaded {
 impl Frame {
     /// Forgets what `edit` makes stale.
     pub fn edited(&mut self, edit: Edit) {
+        let serves_any = |(_, unblocked): &(_, Unblocked)| unblocked.is_everywhere();
+        let are_kept = edit == Edit::View && self.unblocked.as_ref().is_some_and(serves_any);
         for stage in Stage::ALL {
-            if stage.inputs().contains(&edit) {
+            let is_stale = stage.inputs().contains(&edit);
+            if is_stale && !(are_kept && stage == Stage::ShadowMaps) {
                 self.forget(stage);
             }
         }
+        self.was_turned |= edit == Edit::View && self.is_drawn;
     }
 
     fn forget(&mut self, stage: Stage) {
@@ -140,6 +156,7 @@ impl Frame {
             Stage::Transmittance => self.records = None,
             Stage::List => self.list = None,
             Stage::ShadowMaps => self.unblocked = None,
+            Stage::ThroughMaps => self.through = None,
             Stage::MultipleTables => self.multiple = None,
             Stage::Shade => self.shaded = None,
         }
@@ -179,20 +196,40 @@ impl Frame {
         stats.visible_points = visible.points.len() as u64;
         observer(0.25 * LIGHTING_SHARE);
         let plan = scene.shadow_plan();
-        if self.unblocked.as_ref().is_some_and(|(before, _)| !serves(before, &plan)) {
+        if self
+            .unblocked
+            .as_ref()
+            .is_some_and(|(before, _)| !serves(before, &plan))
+        {
             self.unblocked = None;
+            self.through = None;
         }
         let (plan, unblocked) = self.unblocked.get_or_insert_with(|| {
             let (unblocked, seconds) = timed(|| {
-                let mut unblocked = Unblocked::new(plan.n_slots);
-                let mut views = plan.views.clone();
-                views.extend(plan.through(view.forward));
-                unblocked.draw(strands, &views, beside.list(), &visible.points);
+                let bytes = Unblocked::bytes_of(plan.n_slots, strands.points.len());
+                let mut unblocked = match self.was_turned && bytes <= MAX_SHARE_BYTES {
+                    true => Unblocked::everywhere(plan.n_slots),
+                    false => Unblocked::new(plan.n_slots),
+                };
+                unblocked.draw(strands, &plan.views, beside.list(), &visible.points);
                 unblocked
             });
-            stats.texels_visited = unblocked.n_texels;
-            stats.stages.push(stage("shadow maps", seconds, unblocked.bytes()));
+            stats.texels_visited += unblocked.n_texels;
+            let done = stage("shadow maps", seconds, unblocked.bytes());
+            stats.stages.push(done);
             (plan, unblocked)
+        });
+        let through = self.through.get_or_insert_with(|| {
+            let (through, seconds) = timed(|| {
+                let views = plan.through(view.forward);
+                let mut through = Unblocked::new(u32::from(!views.is_empty()));
+                through.draw(strands, &views, beside.list(), &visible.points);
+                through
+            });
+            stats.texels_visited += through.n_texels;
+            let done = stage("through maps", seconds, through.bytes());
+            stats.stages.push(done);
+            through
         });
         observer(0.75 * LIGHTING_SHARE);
         let (lights, sweeps) = scene.records_with(plan);
@@ -234,6 +271,7 @@ impl Frame {
                         lights: &lights,
                         records,
                         unblocked,
+                        through,
                     }
                     .shade(&visible.points),
                     _ => Lit {
@@ -243,6 +281,7 @@ impl Frame {
                         lights: &lights,
                         records,
                         unblocked,
+                        through,
                     }
                     .shade(&visible.points),
                 };
@@ -260,6 +299,7 @@ impl Frame {
             stats.stages.push(stage("shade", seconds, bytes));
             shaded
         });
+        self.is_drawn = true;
         observer(LIGHTING_SHARE);
         stats.points_skipped = (strands.points.len() - visible.points.len()) as u64;
         stats.set_terms(&shaded.counts.terms);
@@ -335,6 +375,7 @@ struct Lit<'a> {
     lights: &'a [LightRecord],
     records: &'a [PackedRecord],
     unblocked: &'a Unblocked,
+    through: &'a Unblocked,
 }
 
 impl Lit<'_> {
@@ -350,7 +391,10 @@ impl Lit<'_> {
             .map(|(chunk, (radiance, points))| {
                 let mut counts = Counts::default();
                 for (ix, (radiance, &point)) in radiance.iter_mut().zip(points).enumerate() {
-                    let place = chunk * SHADED_AT_ONCE + ix;
+                    let at = VisiblePoint {
+                        place: chunk * SHADED_AT_ONCE + ix,
+                        point: point as usize,
+                    };
                     let position = Vec3::from_slice(&self.scene.strands.points[point as usize]);
                     let arriving = |ix: usize, light: &LightRecord| {
                         let lifted = position + Vec3::from(light.direction) * lift;
@@ -359,8 +403,8 @@ impl Lit<'_> {
                         let (mut unblocked, mut unblocked_tt) =
                             (record.shares[0], record.shares[0]);
                         if light.shadow_index != NO_SLOT {
-                            unblocked = self.unblocked.share(light.shadow_index, place);
-                            let through = self.unblocked.share(THROUGH_SLOT, place);
+                            unblocked = self.unblocked.share(light.shadow_index, at);
+                            let through = self.through.share(THROUGH_SLOT, at);
                             unblocked_tt = mix(unblocked, through, light.forward_weight);
                         }
                         (record, unblocked, unblocked_tt)
@@ -378,7 +422,11 @@ impl Lit<'_> {
 /// Adds up what each pixel shows: rgb times the view's radiance scale, and coverage.
 fn resolve(list: &VisibilityList, shaded: &Shaded, size: [u32; 2], rgba: &mut [[f32; 4]]) {
     // A row of tiles is a band of the picture.
-    let across = list.tiles.iter().take_while(|tile| tile.origin[1] == 0).count();
+    let across = list
+        .tiles
+        .iter()
+        .take_while(|tile| tile.origin[1] == 0)
+        .count();
     let rows = list.tiles.chunks(across.max(1));
     let mut bands = Vec::new();
     let mut rest = rgba;
@@ -414,7 +462,9 @@ fn resolve_tile(tile: &Tile, shaded: &Shaded, width: u32, band: &mut [[f32; 4]])
         band[place(pixel)] = sum;
     }
     for entry in &tile.proxies {
-        let sent_back = shaded.proxies.sent_back(entry.proxy as usize, Vec3::from(entry.position));
+        let sent_back = shaded
+            .proxies
+            .sent_back(entry.proxy as usize, Vec3::from(entry.position));
         let sum = &mut band[place(entry.pixel as usize)];
         for (channel, value) in sent_back.into_iter().enumerate() {
             sum[channel] += entry.weight * value;

@@ -45,7 +45,7 @@ mod unblocked;
 mod visible;
 mod voxelise;
 
-pub use data_layers::{DATA_LAYERS, DataLayer, data_layers};
+pub use data_layers::data_layers;
 pub use renderer::CpuRenderer;
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;
@@ -104,6 +104,7 @@ pub(crate) fn render_observed(
     check_frame(size, samples)?;
     let threads = rayon::current_num_threads();
     let mut stats = scene.counts(format!("cpu: {threads} threads"));
+    stats.samples = samples;
     stats.passes = samples.div_ceil(PASS_SAMPLES);
     let strands = &scene.strands;
     let grid = Grid::around(strands);

@@ -18,12 +18,19 @@ use strandlight_scene::{Backend, Camera, Picture, PreparedScene, RenderError, Sc
 use super::frame::{Edit, Frame};
 use super::{PointShadows, ShadowSource, render_observed};
 
-/// A scene that is drawn on the CPU, each picture from the start.
+/// Most pixels of a picture that is drawn by a visibility list, some 100 bytes each; larger ones are
+/// drawn by samples.
+const MAX_LIST_PIXELS: u64 = 1 << 25;
+
+/// A scene that is drawn on the CPU: by a visibility list, without noise. An edit recomputes what
+/// depends on it.
 pub struct CpuRenderer {
     scene: PreparedScene,
     frame: Frame,
     /// The strands without wind, while there is some.
     rest: Option<Strands>,
+    /// Draws samples in place of a visibility list.
+    is_sampled: bool,
     /// In place of sweeps and shadow maps.
     shadows: Option<Box<PointShadows<'static>>>,
 }
@@ -35,16 +42,25 @@ impl CpuRenderer {
             scene,
             frame: Frame::default(),
             rest: None,
+            is_sampled: false,
             shadows: None,
         }
     }
 
-    /// [`CpuRenderer::new`] with transmittance found by `shadows` at every point: see
+    /// [`CpuRenderer::new`] that draws samples, as a GPU does, and everything again for every picture.
+    pub fn by_samples(scene: PreparedScene) -> CpuRenderer {
+        CpuRenderer {
+            is_sampled: true,
+            ..CpuRenderer::new(scene)
+        }
+    }
+
+    /// [`CpuRenderer::by_samples`] with transmittance found by `shadows` at every point: see
     /// [`ShadowSource::Points`].
     pub fn with_shadows(scene: PreparedScene, shadows: Box<PointShadows<'static>>) -> CpuRenderer {
         CpuRenderer {
             shadows: Some(shadows),
-            ..CpuRenderer::new(scene)
+            ..CpuRenderer::by_samples(scene)
         }
     }
 }
@@ -65,6 +81,9 @@ impl Backend for CpuRenderer {
     }
 
     fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
+        if self.scene.hair.hair() == hair && self.scene.hair.modes() == modes {
+            return Ok(());
+        }
         self.scene
             .hair
             .edit(hair, modes)
@@ -74,6 +93,9 @@ impl Backend for CpuRenderer {
     }
 
     fn set_scattering(&mut self, scattering: Scattering) {
+        if self.scene.scattering() == scattering {
+            return;
+        }
         self.scene.set_scattering(scattering);
         self.frame.edited(Edit::Terms);
     }
@@ -179,12 +201,14 @@ impl Backend for CpuRenderer {
     ) -> Result<(Picture, Stats), RenderError> {
         check_frame(size, samples)?;
         let camera = self.scene.camera.clone();
-        match &self.shadows {
-            None => Ok(self.frame.draw(&self.scene, &camera, size, observer)),
-            Some(find) => {
-                let shadows = ShadowSource::Points(find);
-                render_observed(&self.scene, &camera, size, samples, shadows, observer)
-            }
+        let n_pixels = u64::from(size[0]) * u64::from(size[1]);
+        if !self.is_sampled && n_pixels <= MAX_LIST_PIXELS {
+            return Ok(self.frame.draw(&self.scene, &camera, size, observer));
         }
+        let shadows = match &self.shadows {
+            None => ShadowSource::Sweep,
+            Some(find) => ShadowSource::Points(find),
+        };
+        render_observed(&self.scene, &camera, size, samples, shadows, observer)
     }
 }

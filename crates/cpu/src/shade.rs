@@ -3,11 +3,11 @@
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, PaintedHair, SampleAverages, SampleLobes, Shading,
-    ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, direct_local_scattering, forward_light,
-    forward_table, global_scattering, local_scattering, painted_averages, painted_fibre,
-    painted_shading, sample_forward, sample_painted_forward, shadowed_single_scattering,
-    unpack_paint, unpack_record,
+    DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, PaintedHair, SampleAverages,
+    SampleLobes, Shading, ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
+    direct_local_scattering, forward_light, forward_table, global_scattering, local_scattering,
+    painted_averages, painted_fibre, painted_shading, sample_forward, sample_painted_forward,
+    shadowed_single_scattering, unpack_paint, unpack_record,
 };
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::{ViewUniform, screen_position};
@@ -128,7 +128,9 @@ impl<'a> PointShader<'a> {
         let w = u.cross(v);
         let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
         let eye = DirectionInFrame::from_vector(in_frame(Vec3::from(self.view.eye) - position));
-        let paint = scene.paint().map(|paint| unpack_paint(&paint[point].texel()));
+        let paint = scene
+            .paint()
+            .map(|paint| unpack_paint(&paint[point].texel()));
         let painted = paint.as_ref().map(|paint| {
             let optics = scene.hair.optics();
             let views = optics.painted_views(&self.hair, scene.tables.view());

@@ -4,7 +4,6 @@
 //! tables of the fibre in place of the closed form: 1 % off at most, and a tenth of the work.
 //! Painted points, each with a fibre of its own, keep to the other way.
 
-use fearless_simd::prelude::*;
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
@@ -14,7 +13,7 @@ use strandlight_scattering::closed_form::{
 use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scattering::wide::{
     Directions, LANES, Level, Place, Responses, ShadowRecords, Simd, WideLights, dispatch, f32x8,
-    forward_light, sample_forward, single_scattering,
+    forward_light, prelude::*, sample_forward, single_scattering,
 };
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::ViewUniform;
@@ -24,7 +23,7 @@ use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::shade::{Counts, Terms};
 use super::transmittance::{mix, mix_all};
-use super::unblocked::Unblocked;
+use super::unblocked::{Unblocked, VisiblePoint};
 use super::voxelise::{grid_position, voxel_index};
 
 /// Visible points that a thread shades at a time.
@@ -45,6 +44,7 @@ pub(super) struct WideShader<'a> {
     /// `[light][voxel]`.
     pub records: &'a [PackedRecord],
     pub unblocked: &'a Unblocked,
+    pub through: &'a Unblocked,
 }
 
 /// A batch of lights, none black.
@@ -109,9 +109,12 @@ impl WideShader<'_> {
                     let mut counts = Counts::default();
                     dispatch!(level, simd => {
                         for (ix, (radiance, &point)) in radiance.iter_mut().zip(points).enumerate() {
-                            let at = (CHUNK * chunk + ix, point as usize);
+                            let at = VisiblePoint {
+                                place: CHUNK * chunk + ix,
+                                point: point as usize,
+                            };
                             arriving.find(self, &batch, at);
-                            let sum = self.add(simd, &batch, &fibre, at.1, arriving, responses, &mut counts);
+                            let sum = self.add(simd, &batch, &fibre, at.point, arriving, responses, &mut counts);
                             for (value, sum) in radiance.iter_mut().zip(sum) {
                                 *value += sum * self.view.radiance_scale;
                             }
@@ -127,7 +130,10 @@ impl WideShader<'_> {
 
     /// What the eye sees of the lights of a batch at a point.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "two of them are buffers, one is a sum")]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "two of them are buffers, one is a sum"
+    )]
     fn add<S: Simd>(
         &self,
         simd: S,
@@ -204,35 +210,47 @@ impl WideShader<'_> {
     ) {
         let bits = fibre.terms.bits;
         let [density_forward, density_back] = fibre.terms.densities;
-        let load = |numbers: &[f32; LANES]| f32x8::load_array_ref(simd, numbers);
-        let arriving_at = |numbers: &[f32]| f32x8::from_slice(simd, &numbers[LANES * ix..][..LANES]);
-        let direction = row.direction.each_ref().map(load);
-        let along = |axis: &[f32; 3]| {
-            direction[0] * axis[0] + direction[1] * axis[1] + direction[2] * axis[2]
-        };
-        let at = Directions::from_vectors(place.frame.each_ref().map(along));
+        // Loops and no closures around vectors, which would be compiled without the instruction set.
+        let zero = f32x8::splat(simd, 0.0);
+        let mut along = [zero; 3];
+        for (along, axis) in along.iter_mut().zip(&place.frame) {
+            for (direction, axis) in row.direction.iter().zip(axis) {
+                *along += f32x8::load_array_ref(simd, direction) * *axis;
+            }
+        }
+        let at = Directions::from_vectors(along);
         let view = &place.view;
         let cos_delta = at.cos_phi * view.cos_phi + at.sin_phi * view.sin_phi;
         let cos_delta = cos_delta.min(1.0).max(-1.0);
-        let (lambda, solid_angle) = (load(&row.lambda), load(&row.solid_angle));
-        let rgb = row.rgb.each_ref().map(load);
-        let unblocked = arriving_at(&arriving.unblocked);
-        let record = ShadowRecords {
-            shares: arriving.shares.each_ref().map(|shares| arriving_at(shares)),
-            sin_theta: arriving_at(&arriving.sin_theta),
+        let lambda = f32x8::load_array_ref(simd, &row.lambda);
+        let solid_angle = f32x8::load_array_ref(simd, &row.solid_angle);
+        let mut rgb = [zero; 3];
+        for (rgb, numbers) in rgb.iter_mut().zip(&row.rgb) {
+            *rgb = f32x8::load_array_ref(simd, numbers);
+        }
+        let lights = LANES * ix..LANES * (ix + 1);
+        let unblocked = f32x8::from_slice(simd, &arriving.unblocked[lights.clone()]);
+        let mut record = ShadowRecords {
+            shares: [zero; 3],
+            sin_theta: f32x8::from_slice(simd, &arriving.sin_theta[lights.clone()]),
         };
+        for (share, shares) in record.shares.iter_mut().zip(&arriving.shares) {
+            *share = f32x8::from_slice(simd, &shares[lights.clone()]);
+        }
         let averages = sample_forward(&fibre.forward, record.sin_theta);
         let forward = forward_light(&record, unblocked, &averages, &rgb, lambda);
-        let (global, local) = self.tables.at_lights(at.theta, view.theta, cos_delta, forward.sigma_f);
+        let (global, local) =
+            self.tables
+                .at_lights(at.theta, view.theta, cos_delta, forward.sigma_f);
         let has_local = bits & TERM_LOCAL != 0;
-        let direct = if has_local {
-            let found = self.tables.direct_at_lights(at.theta, at.cos_theta, view.theta, cos_delta, lambda);
-            found.map(|value| value * unblocked * density_back)
-        } else {
-            [f32x8::splat(simd, 0.0); 3]
-        };
+        let mut direct = [zero; 3];
+        if has_local {
+            direct =
+                self.tables
+                    .direct_at_lights(at.theta, at.cos_theta, view.theta, cos_delta, lambda);
+        }
         for channel in 0..3 {
-            let mut scattered = direct[channel];
+            let mut scattered = direct[channel] * unblocked * density_back;
             let gained = forward.gained[channel] * density_forward;
             if bits & TERM_GLOBAL != 0 {
                 scattered += gained * global[channel];
@@ -248,7 +266,12 @@ impl WideShader<'_> {
 impl<'a> Batch<'a> {
     /// Of `lights` with their packed records.
     fn new(lights: &'a [LightRecord], packed: &[PackedRecord], n_voxels: usize) -> Batch<'a> {
-        let lit = || lights.iter().zip(packed.chunks_exact(n_voxels)).filter(|(light, _)| light.power > 0.0);
+        let lit = || {
+            lights
+                .iter()
+                .zip(packed.chunks_exact(n_voxels))
+                .filter(|(light, _)| light.power > 0.0)
+        };
         let lights: Vec<&LightRecord> = lit().map(|(light, _)| light).collect();
         let mut records = vec![[0.0; 4]; lights.len() * n_voxels];
         let packed: Vec<&[PackedRecord]> = lit().map(|(_, packed)| packed).collect();
@@ -274,7 +297,8 @@ impl<'a> Batch<'a> {
 impl Row {
     fn new(lights: &[&LightRecord]) -> Row {
         let of = |ix: usize| lights[ix.min(lights.len() - 1)];
-        let numbers = |number: &dyn Fn(&LightRecord) -> f32| std::array::from_fn(|ix| number(of(ix)));
+        let numbers =
+            |number: &dyn Fn(&LightRecord) -> f32| std::array::from_fn(|ix| number(of(ix)));
         let mut solid_angle: [f32; LANES] = numbers(&|light| light.solid_angle);
         solid_angle[lights.len()..].fill(0.0);
         Row {
@@ -287,22 +311,26 @@ impl Row {
 }
 
 impl Arriving {
-    /// Finds what arrives at a visible point: its place among these, and its index.
+    /// Finds what arrives at a visible point.
     #[inline(always)]
-    fn find(&mut self, shader: &WideShader, batch: &Batch, (place, point): (usize, usize)) {
+    fn find(&mut self, shader: &WideShader, batch: &Batch, at: VisiblePoint) {
         let n = batch.lights.len().next_multiple_of(LANES);
-        let all = [&mut self.unblocked, &mut self.unblocked_tt, &mut self.sin_theta];
+        let all = [
+            &mut self.unblocked,
+            &mut self.unblocked_tt,
+            &mut self.sin_theta,
+        ];
         for numbers in all.into_iter().chain(&mut self.shares) {
             numbers.clear();
             numbers.resize(n, 0.0);
         }
         let grid = shader.grid;
         let n_voxels = grid.n_voxels();
-        let position = Vec3::from_slice(&shader.scene.strands.points[point]);
+        let position = Vec3::from_slice(&shader.scene.strands.points[at.point]);
         let lift = SELF_LIFT * grid.h;
         let mut through = 0.0;
-        if !shader.unblocked.is_empty() {
-            through = shader.unblocked.share(THROUGH_SLOT, place);
+        if !shader.through.is_empty() {
+            through = shader.through.share(THROUGH_SLOT, at);
         }
         for (ix, light) in batch.lights.iter().enumerate() {
             let g = grid_position(grid, position + Vec3::from(light.direction) * lift);
@@ -310,7 +338,7 @@ impl Arriving {
             let [a, b, c, sin_theta] = record_at(grid, records, g);
             let (mut unblocked, mut unblocked_tt) = (a, a);
             if light.shadow_index != NO_SLOT {
-                unblocked = shader.unblocked.share(light.shadow_index, place);
+                unblocked = shader.unblocked.share(light.shadow_index, at);
                 unblocked_tt = mix(unblocked, through, light.forward_weight);
             }
             (self.unblocked[ix], self.unblocked_tt[ix]) = (unblocked, unblocked_tt);

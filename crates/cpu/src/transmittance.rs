@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
     PackedRecord, ShadowRecord, add_to_record, pack_record, pass_through, unpack_record,
 };
+use strandlight_scattering::wide::{Level, dispatch};
 use strandlight_scene::proxy::{ProxyRecord, is_blocked};
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::volume::Grid;
@@ -58,16 +59,20 @@ pub fn transmittance_beside(
         .for_each(|(out, light)| {
             let first = light.first_sweep as usize;
             let directions = &sweeps[first..first + light.n_sweeps as usize];
-            for (k, &[x, y, z, _]) in directions.iter().enumerate() {
-                let turn = [k, directions.len()].map(|n| n as f32);
-                sweep((grid, volume), proxies, [x, y, z], turn, out);
-            }
+            // For the processor's rounding.
+            dispatch!(Level::new(), _simd => {
+                for (k, &[x, y, z, _]) in directions.iter().enumerate() {
+                    let turn = [k, directions.len()].map(|n| n as f32);
+                    sweep((grid, volume), proxies, [x, y, z], turn, out);
+                }
+            });
         });
     result
 }
 
 /// Marches slices from the light's side along the axis most along `d`, direction k of n, and adds
 /// it to the records in `out`.
+#[inline(always)]
 fn sweep(
     (grid, volume): (&Grid, &[[f32; 8]]),
     proxies: &[ProxyRecord],

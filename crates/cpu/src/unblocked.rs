@@ -6,10 +6,10 @@
 
 use std::ops::Range;
 
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x8, i32x8};
 use glam::{Vec3, Vec3Swizzles};
 use rayon::prelude::*;
+use strandlight_scattering::wide::prelude::*;
+use strandlight_scattering::wide::{Level, Simd, dispatch, f32x8, i32x8};
 use strandlight_scene::proxy::{ProxyRecord, is_blocked};
 use strandlight_scene::shadow_maps::ShadowView;
 use strandlight_scene::strands::Strands;
@@ -30,26 +30,54 @@ const BLOCK: i32 = 16;
 /// What 1 is in a share.
 const ONE: f32 = 65_535.0;
 
-/// Unblocked shares of lights at visible points.
+/// Unblocked shares of lights at visible points, or at all points.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unblocked {
-    /// `[slot][visible point]`, unorm16.
+    /// `[slot][point]`, unorm16.
     shares: Vec<Vec<u16>>,
+    is_everywhere: bool,
     /// Texels of strands drawn into all maps.
     pub n_texels: u64,
 }
 
+/// A visible point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct VisiblePoint {
+    /// Its place among the visible points.
+    pub place: usize,
+    /// Its index in [`Strands::points`].
+    pub point: usize,
+}
+
 impl Unblocked {
-    /// None yet of `n_slots` lights.
+    /// None yet of `n_slots` lights, at visible points.
     pub fn new(n_slots: u32) -> Unblocked {
         Unblocked {
             shares: vec![Vec::new(); n_slots as usize],
-            n_texels: 0,
+            ..Unblocked::default()
         }
     }
 
+    /// The same for all points, so that they serve any view.
+    pub fn everywhere(n_slots: u32) -> Unblocked {
+        Unblocked {
+            is_everywhere: true,
+            ..Unblocked::new(n_slots)
+        }
+    }
+
+    /// Do they serve any view?
+    pub fn is_everywhere(&self) -> bool {
+        self.is_everywhere
+    }
+
+    /// Bytes of the shares of `n_slots` lights at `n_points` points.
+    pub fn bytes_of(n_slots: u32, n_points: usize) -> usize {
+        n_slots as usize * n_points * size_of::<u16>()
+    }
+
     /// Draws the maps of `views`, those of a slot one after the other, and looks them up at
-    /// `visible` points.
+    /// `visible` points, or at all.
     pub fn draw(
         &mut self,
         strands: &Strands,
@@ -57,6 +85,12 @@ impl Unblocked {
         proxies: &[ProxyRecord],
         visible: &[u32],
     ) {
+        let all: Vec<u32>;
+        let mut visible = visible;
+        if self.is_everywhere {
+            all = (0..strands.points.len() as u32).collect();
+            visible = &all;
+        }
         let mut sums: Vec<Vec<f32>> = vec![Vec::new(); self.shares.len()];
         let order = Order::new(strands, visible);
         for group in views.chunks(GROUP) {
@@ -91,8 +125,13 @@ impl Unblocked {
     }
 
     /// The share of a slot at a visible point, 0..=1.
-    pub fn share(&self, slot: u32, place: usize) -> f32 {
-        f32::from(self.shares[slot as usize][place]) * (1.0 / ONE)
+    pub fn share(&self, slot: u32, at: VisiblePoint) -> f32 {
+        let ix = if self.is_everywhere {
+            at.point
+        } else {
+            at.place
+        };
+        f32::from(self.shares[slot as usize][ix]) * (1.0 / ONE)
     }
 
     /// Bytes of the shares.
@@ -233,7 +272,9 @@ impl Wanted {
     #[inline(always)]
     fn is_above(&self, low: [f32; 2], high: [f32; 2], height: f32) -> bool {
         let mut is_above = false;
-        for_blocks(low, high, self.side, |block| is_above |= height > self.lowest[block]);
+        for_blocks(low, high, self.side, |block| {
+            is_above |= height > self.lowest[block]
+        });
         is_above
     }
 }
@@ -267,11 +308,15 @@ fn cast<S: Simd>(
             let mut n_texels = 0;
             let mut last = (u32::MAX, Vec3::ZERO);
             let ranges = order.segments.iter();
-            for &first in ranges.flat_map(|range| {
-                &strands.segments[range.start as usize..range.end as usize]
-            }) {
+            for &first in
+                ranges.flat_map(|range| &strands.segments[range.start as usize..range.end as usize])
+            {
                 let [from, to] = [first, first + 1].map(|ix| &strands.points[ix as usize]);
-                let start = if last.0 == first { last.1 } else { map_position(view, from) };
+                let start = if last.0 == first {
+                    last.1
+                } else {
+                    map_position(view, from)
+                };
                 let end = map_position(view, to);
                 last = (first + 1, end);
                 let radius = 0.5 * (from[3] + to[3]) * view.texels_per_cm;
@@ -288,6 +333,13 @@ fn cast<S: Simd>(
             n_texels
         },
     )
+}
+
+/// First rows whose centres are not before `y`, texels.
+#[inline(always)]
+fn rows_from<S: Simd>(y: f32x8<S>, side: i32) -> [i32; 8] {
+    let rows = (y - 0.5).ceil().max(0.0).min(side as f32);
+    rows.to_int::<i32x8<S>>().into()
 }
 
 #[inline(always)]
@@ -322,11 +374,8 @@ fn cast_segment<S: Simd>(
         // As `shadow_map::cast_shadows`, for eight columns.
         let along = lanes + column as f32 + 0.5 - a.x;
         let y = along * rise.x + a.y;
-        let end = |y: f32x8<S>| -> [i32; 8] {
-            let rows = (y - 0.5).ceil().max(0.0).min(side as f32);
-            rows.to_int::<i32x8<S>>().into()
-        };
-        let (bottom, top) = (end(y - half_width), end(y + half_width));
+        let bottom = rows_from(y - half_width, side);
+        let top = rows_from(y + half_width, side);
         let height = (along * rise.y + a.z) * 0.5 / view.reach + 0.5;
         let height = height.max(0.0).min(1.0) * HEIGHT_UNITS;
         let height: [i32; 8] = height.to_int::<i32x8<S>>().into();
@@ -335,7 +384,11 @@ fn cast_segment<S: Simd>(
             let value = (height[lane] as u32) << NAME_BITS | name;
             let at = column + lane as i32;
             for row in bottom[lane]..top[lane] {
-                let index = if steep { map.index(row, at) } else { map.index(at, row) };
+                let index = if steep {
+                    map.index(row, at)
+                } else {
+                    map.index(at, row)
+                };
                 let texel = &mut map.texels[index];
                 *texel = (*texel).max(value);
                 n_texels += 1;
@@ -420,23 +473,28 @@ fn receive_point<S: Simd>(
     let places = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     let place = (places + view.offset) * ((before + after) / N_PLACES as f32) - before;
     let is_before = place.simd_lt(0.0);
-    let splat = |x: f32| f32x8::splat(simd, x);
-    let per_way = is_before.select(splat(-0.5 / before.max(1e-20)), splat(0.5 / after.max(1e-20)));
-    let share = place * per_way;
-    let at = |middle: f32, before: f32, after: f32| {
-        is_before.select(splat(before - middle), splat(after - middle)) * share + middle
-    };
-    let x = at(middle.x, from_before.x, to_after.x);
-    let y = at(middle.y, from_before.y, to_after.y);
-    let z = at(middle.z, from_before.z, to_after.z) + CLEAR_RADII * point[3];
+    // The way to either neighbour, times its share for a unit of `place`.
+    let back = (from_before - middle) * (-0.5 / before.max(1e-20));
+    let on = (to_after - middle) * (0.5 / after.max(1e-20));
+    let mut at = [place; 3];
+    for (axis, at) in at.iter_mut().enumerate() {
+        let back = f32x8::splat(simd, back[axis]);
+        let on = f32x8::splat(simd, on[axis]);
+        *at = is_before.select(back, on) * place + middle[axis];
+    }
+    let [x, y, z] = at;
+    let z = z + CLEAR_RADII * point[3];
     let last = view.side as f32 - 1.0;
-    let texel = |x: f32x8<S>| x.max(0.0).min(last).to_int::<i32x8<S>>();
-    let (x, y) = (texel(x), texel(y));
+    let x = x.max(0.0).min(last).to_int::<i32x8<S>>();
+    let y = y.max(0.0).min(last).to_int::<i32x8<S>>();
     let index = (((x >> 2) + (y >> 2) * map.blocks) << 4) | ((y & 3) << 2) | (x & 3);
     let index: [i32; 8] = index.into();
-    let height = ((z * (0.5 / view.reach) + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS)
-        .to_int::<i32x8<S>>();
-    let highest = index.map(|index| map.texels[index as usize] as i32);
+    let height =
+        ((z * (0.5 / view.reach) + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS).to_int::<i32x8<S>>();
+    let mut highest = [0; 8];
+    for (highest, index) in highest.iter_mut().zip(index) {
+        *highest = map.texels[index as usize] as i32;
+    }
     let highest = i32x8::simd_from(simd, highest);
     // Heights have 20 bits, so shifting the sign in leaves them after the mask.
     let above = (highest >> NAME_BITS) & ((1 << (32 - NAME_BITS)) - 1);
@@ -464,7 +522,13 @@ mod tests {
             points.extend([-1.0, -0.2, 0.7].map(|t| (middle + along * t).to_array()));
         }
         let offsets: Vec<u32> = (0..=n).map(|ix| 3 * ix as u32).collect();
-        Strands::new(&points, &offsets, |strand, _| [0.002, 0.02, 0.2][strand % 3], true).expect("valid")
+        Strands::new(
+            &points,
+            &offsets,
+            |strand, _| [0.002, 0.02, 0.2][strand % 3],
+            true,
+        )
+        .expect("valid")
     }
 
     #[test]
@@ -483,14 +547,24 @@ mod tests {
         let visible: Vec<u32> = (0..strands.points.len() as u32).step_by(3).collect();
         let mut unblocked = Unblocked::new(plan.n_slots);
         unblocked.draw(&strands, &plan.views, &[], &visible);
+        let mut everywhere = Unblocked::everywhere(plan.n_slots);
+        everywhere.draw(&strands, &plan.views, &[], &[]);
         assert!(unblocked.n_texels < n_texels);
         let mut darkest = 1.0_f32;
         for slot in 1..plan.n_slots {
             for (place, &point) in visible.iter().enumerate() {
-                let share = unblocked.share(slot, place);
+                let at = VisiblePoint {
+                    place,
+                    point: point as usize,
+                };
+                let share = unblocked.share(slot, at);
+                assert_eq!(everywhere.share(slot, at), share);
                 let exact = unblocked_share(&words, strands.points.len(), slot, point as usize);
                 // Both are rounded, the other to eight bits.
-                assert!((share - exact).abs() < 0.6 / 255.0, "{slot} {point}: {share} {exact}");
+                assert!(
+                    (share - exact).abs() < 0.6 / 255.0,
+                    "{slot} {point}: {share} {exact}"
+                );
                 darkest = darkest.min(share);
             }
         }

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use strandlight_scattering::wide::{Level, dispatch};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::{CHANNELS, Grid};
 
@@ -24,15 +25,14 @@ pub fn voxelise(strands: &Strands, grid: &Grid) -> Vec<[f32; 8]> {
         .par_chunks(chunk)
         .map(|segments| {
             let mut sums = vec![0_i64; n_sums];
-            for &segment in segments {
-                let first = segment as usize;
-                splat(
-                    grid,
-                    &mut sums,
-                    &strands.points[first],
-                    &strands.points[first + 1],
-                );
-            }
+            // For the processor's rounding.
+            dispatch!(Level::new(), _simd => {
+                for &segment in segments {
+                    let first = segment as usize;
+                    let [a, b] = [first, first + 1].map(|ix| &strands.points[ix]);
+                    splat(grid, &mut sums, a, b);
+                }
+            });
             sums
         })
         .reduce(
@@ -54,6 +54,7 @@ pub fn voxelise(strands: &Strands, grid: &Grid) -> Vec<[f32; 8]> {
 }
 
 /// Adds one segment in pieces of at most a third of a voxel.
+#[inline(always)]
 fn splat(grid: &Grid, sums: &mut [i64], a: &[f32; 4], b: &[f32; 4]) {
     let (start, radius_a) = (Vec3::new(a[0], a[1], a[2]), a[3]);
     let along = Vec3::new(b[0], b[1], b[2]) - start;
@@ -108,6 +109,7 @@ fn density_of(sum: i64, grid: &Grid) -> f32 {
 }
 
 /// Position in voxels from the centre of voxel (0, 0, 0), kept where eight neighbours exist.
+#[inline(always)]
 pub(super) fn grid_position(grid: &Grid, position: Vec3) -> Vec3 {
     let g = (position - Vec3::from(grid.origin)) / grid.h - 0.5;
     let high = Vec3::new(
@@ -119,6 +121,7 @@ pub(super) fn grid_position(grid: &Grid, position: Vec3) -> Vec3 {
 }
 
 /// Index of a voxel; x varies fastest.
+#[inline(always)]
 pub(super) fn voxel_index(grid: &Grid, [x, y, z]: [u32; 3]) -> usize {
     (x + grid.dims[0] * (y + grid.dims[1] * z)) as usize
 }

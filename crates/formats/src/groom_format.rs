@@ -204,7 +204,7 @@ impl ExportOptions {
     /// Where the points of `groom` go in a file of `format`.
     pub(crate) fn placement(&self, groom: &Groom, format: &FormatInfo) -> Placement {
         let usual = match groom.source.original_of(format.name) {
-            Some(_) => Placement::of_source(groom),
+            Some(_) => Placement::from_source(groom),
             None => ImportOptions::default().placement(format),
         };
         Placement {
@@ -232,7 +232,7 @@ pub(crate) struct Placement {
 
 impl Placement {
     /// That of the file that `groom` was imported from.
-    pub fn of_source(groom: &Groom) -> Self {
+    pub fn from_source(groom: &Groom) -> Self {
         Placement {
             cm_per_unit: groom.source.cm_per_unit,
             up: groom.source.up,

@@ -44,10 +44,11 @@
 //!
 //! Every reader answers damaged input with a typed [`Error`] that names the file, in memory
 //! bounded by the length of the file; every writer is deterministic. The layout shared by the
-//! binary kinds is described in [`container`]; how to add a format of hair, at [`GroomFormat`].
+//! binary kinds is described byte by byte in the book (`docs/book/src/reference/files.md`); how to add a format of hair, at [`GroomFormat`].
 
 mod baked_file;
 mod bytes;
+#[doc(hidden)]
 pub mod container;
 mod error;
 mod groom;
@@ -77,12 +78,15 @@ mod sniff;
 mod suggest;
 mod table_file;
 mod tables;
+#[doc(hidden)]
 pub mod usc;
 mod validate;
 mod write;
 
 pub use baked_file::BakedFile;
-pub use container::{Container, Kind};
+#[doc(hidden)]
+pub use container::Container;
+pub use container::Kind;
 pub use error::{Error, FileName, Result};
 pub use groom::{Attribute, Domain, Groom, GroomSource, Original, UpAxis};
 pub use groom_diameter::{DiameterRange, DiameterSource};
@@ -94,29 +98,36 @@ pub use groom_format::{
 pub use groom_formats::{GROOM_FORMATS, groom_format, groom_format_for};
 pub use groom_scale::{Guess, Guesses, LengthUnit};
 pub use hair::ThicknessFaults;
+#[doc(hidden)]
 pub use input::{Input, file_hash, open_file, read_file, read_file_of_kind, read_start};
 pub use interchange::SourceFile;
 pub use light_set::{FitReport, LightKind, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
 pub use paint::{
     DYE, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
 };
+#[doc(hidden)]
 pub use preset::preset_names;
+#[doc(hidden)]
 pub use provenance::{content_hash, tool_version};
 pub use scene::{
-    Background, CameraSection, GroomSection, RenderSection, Scattering, Scene, TablesSection,
-    ToneMap,
+    Background, CameraSection, GroomSection, MAX_SAMPLES, MAX_SHADOW_MAPS, MAX_SIDE, RenderSection,
+    Scattering, Scene, TablesSection, ToneMap,
 };
 pub use scene_hair::{HairSection, Melanin};
 pub use scene_lights::{LightAdjust, LightsSection};
 pub use scene_motion::{MotionSection, WindSection};
 pub use scene_proxy::{MAX_PROXIES, ProxySection};
-pub use sniff::{FileKind, SNIFF_BYTES};
+pub use sniff::FileKind;
+#[doc(hidden)]
+pub use sniff::SNIFF_BYTES;
+#[doc(hidden)]
 pub use suggest::{did_you_mean, nearest};
 pub use table_file::TableReader;
 pub use tables::{Axis, Table, TableFile, TableHeader, TableInfo};
 // They stand in the fields of sections and tables.
 pub use strandlight_scattering::axis::Spacing;
 pub use strandlight_scattering::{Lobe, PerLobe};
+#[doc(hidden)]
 pub use write::{
     OutputTarget, check_folder, check_writable, output_target, remove_temporary_files, write_file,
 };

@@ -79,7 +79,7 @@ mod tests {
     use strandlight_scattering::PerLobe;
 
     fn scene(hair: &str) -> Result<Scene> {
-        Scene::of_lines(&format!("[hair]\n{hair}"))
+        Scene::from_lines(&format!("[hair]\n{hair}"))
     }
 
     #[test]

@@ -104,6 +104,15 @@ impl CameraSection {
     }
 }
 
+/// Longest side of a picture, pixels.
+pub const MAX_SIDE: u32 = 16_384;
+
+/// Most samples a pixel.
+pub const MAX_SAMPLES: u32 = 65_536;
+
+/// Most shadow maps of a scene.
+pub const MAX_SHADOW_MAPS: u32 = 4096;
+
 /// `[render]`; ranges are those of [`params::RENDER`](crate::params::RENDER).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -255,7 +264,7 @@ const fn default_fov_deg() -> f64 {
 #[cfg(test)]
 impl Scene {
     /// A scene of the files `a` and `b` with further `lines`, for tests of its sections.
-    pub(crate) fn of_lines(lines: &str) -> crate::error::Result<Scene> {
+    pub(crate) fn from_lines(lines: &str) -> crate::error::Result<Scene> {
         let head = "version = 1\n[groom]\nfile = 'a'\n[lights]\nfile = 'b'\n";
         Scene::from_toml(&format!("{head}{lines}"))
     }

@@ -76,10 +76,10 @@ impl Scene {
     /// `Syntax`, `Value` or `UnsupportedVersion`, with the line in `text`.
     pub fn from_toml(text: &str) -> Result<Self> {
         check_version(text)?;
-        Scene::of_text(text).map_err(|error| error.at_line(|key| line_of(text, key)))
+        Scene::from_text(text).map_err(|error| error.at_line(|key| line_of(text, key)))
     }
 
-    fn of_text(text: &str) -> Result<Self> {
+    fn from_text(text: &str) -> Result<Self> {
         let mut scene: Scene = toml::from_str(text).map_err(|error| syntax_error(text, &error))?;
         if let Some(name) = &scene.hair.preset {
             // Read once more as a plain table: which keys were written, and which left out?

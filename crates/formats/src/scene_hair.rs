@@ -184,7 +184,7 @@ mod tests {
     use crate::scene::Scene;
 
     fn scene(hair: &str) -> Result<Scene> {
-        Scene::of_lines(&format!("[hair]\n{hair}"))
+        Scene::from_lines(&format!("[hair]\n{hair}"))
     }
 
     #[test]

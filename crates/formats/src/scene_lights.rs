@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn factors_are_those_of_all_keys() {
-        let lights = Scene::of_lines(
+        let lights = Scene::from_lines(
             "intensity = 2.0\ntint = [1.0, 0.5, 0.0]\nmuted = [3]\nsolo = [1, 3, 4]\n\
              [[lights.adjust]]\nlight = 4\nintensity = 3.0\n\
              [[lights.adjust]]\nlight = 0\ntint = [0.0, 1.0, 2.0]\n",
@@ -158,7 +158,7 @@ mod tests {
     fn every_key_survives_the_file() {
         let text = "tint = [1.0, 0.5, 0.0]\nmuted = [3]\nsolo = [1, 3, 4]\n\
                     [[lights.adjust]]\nlight = 4\nintensity = 3.0\n";
-        let read = Scene::of_lines(text).expect("valid");
+        let read = Scene::from_lines(text).expect("valid");
         let again = Scene::from_toml(&read.to_toml_string().expect("valid")).expect("valid");
         assert_eq!(again, read);
     }
@@ -180,7 +180,7 @@ mod tests {
                 "lights.adjust is 1",
             ),
         ] {
-            let error = Scene::of_lines(text).expect_err(text).to_string();
+            let error = Scene::from_lines(text).expect_err(text).to_string();
             assert!(error.contains(needle), "{text}: {error}");
         }
     }

@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn wind_and_frames_are_read_and_written_as_they_are() {
-        let wind = Scene::of_lines("[motion]\nwind = { speed = 5.0, seed = 7 }\n").unwrap();
+        let wind = Scene::from_lines("[motion]\nwind = { speed = 5.0, seed = 7 }\n").unwrap();
         let expected = WindSection {
             speed: 5.0,
             seed: 7,
@@ -73,7 +73,7 @@ mod tests {
         };
         assert_eq!(wind.motion.clone().unwrap().wind, Some(expected));
         let frames =
-            Scene::of_lines("[motion]\nframes = ['x/1.groom', 'x/2.groom']\nfps = 12\n").unwrap();
+            Scene::from_lines("[motion]\nframes = ['x/1.groom', 'x/2.groom']\nfps = 12\n").unwrap();
         assert_eq!(frames.motion.clone().unwrap().frames.len(), 2);
         for scene in [wind, frames] {
             let text = scene.to_toml_string().unwrap();
@@ -103,7 +103,7 @@ mod tests {
             ("wind = {}\nframes = ['a']", "motion is"),
             ("", "motion is"),
         ] {
-            let error = Scene::of_lines(&format!("[motion]\n{text}\n"))
+            let error = Scene::from_lines(&format!("[motion]\n{text}\n"))
                 .unwrap_err()
                 .to_string();
             assert!(error.contains(key), "{text}: {error}");

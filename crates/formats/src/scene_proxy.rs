@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn proxies_are_read_and_written_as_they_are() {
-        let scene = Scene::of_lines(
+        let scene = Scene::from_lines(
             "[[proxy]]\nkind = 'ellipsoid'\ncentre = [0, 1, 2]\nradii = [7.5, 11.5, 9.5]\n\
              [[proxy]]\nkind = 'ground'\nheight = -30\nalbedo = [0.1, 0.2, 0.3]\n",
         )
@@ -113,7 +113,7 @@ mod tests {
             ),
             (&ground.repeat(9), "proxy"),
         ] {
-            let error = Scene::of_lines(text).unwrap_err().to_string();
+            let error = Scene::from_lines(text).unwrap_err().to_string();
             assert!(error.contains(key), "{text}: {error}");
         }
         for text in [
@@ -122,7 +122,7 @@ mod tests {
             "[[proxy]]\nkind = 'ground'\nheight = 0\nradii = [1, 1, 1]\n",
         ] {
             assert!(
-                matches!(Scene::of_lines(text), Err(Error::Syntax { .. })),
+                matches!(Scene::from_lines(text), Err(Error::Syntax { .. })),
                 "{text}"
             );
         }

@@ -79,7 +79,7 @@ impl FileKind {
             return FileKind::Empty;
         }
         if start.starts_with(&MAGIC) {
-            return Kind::of_bytes(start).map_or(FileKind::OursUnknown, FileKind::Ours);
+            return Kind::from_signature(start).map_or(FileKind::OursUnknown, FileKind::Ours);
         }
         if let Some(format) = sniff_groom(start, Sniff::Sure) {
             return FileKind::Hair(format.info());
@@ -93,11 +93,11 @@ impl FileKind {
         if let Some(version) = tressfx_version(start) {
             return version;
         }
-        match FileKind::of_unsigned(start) {
+        match FileKind::unsigned_kind(start) {
             FileKind::Text | FileKind::Unknown => {
                 let format = sniff_groom(start, Sniff::Likely);
                 format.map_or_else(
-                    || FileKind::of_unsigned(start),
+                    || FileKind::unsigned_kind(start),
                     |format| FileKind::Hair(format.info()),
                 )
             }
@@ -106,7 +106,7 @@ impl FileKind {
     }
 
     /// What a file without a signature is.
-    fn of_unsigned(start: &[u8]) -> FileKind {
+    fn unsigned_kind(start: &[u8]) -> FileKind {
         // The cut may run through a letter of several bytes.
         let text = match std::str::from_utf8(start) {
             Ok(text) => text,
@@ -117,7 +117,7 @@ impl FileKind {
         };
         let is_text = |c: char| !c.is_control() || c.is_ascii_whitespace();
         if text.chars().all(is_text) {
-            of_text(text)
+            text_kind(text)
         } else {
             FileKind::Unknown
         }
@@ -194,7 +194,7 @@ fn tressfx_version(start: &[u8]) -> Option<FileKind> {
     }
 }
 
-fn of_text(text: &str) -> FileKind {
+fn text_kind(text: &str) -> FileKind {
     let trimmed = text.trim_start_matches('\u{feff}').trim_start();
     if trimmed.starts_with('{') {
         return match trimmed.contains("\"asset\"") {

@@ -262,7 +262,7 @@ fn shorts_of(groom: &Groom) -> Result<Vec<Short>> {
 
 fn write(groom: &Groom, options: &ExportOptions) -> Result<Vec<u8>> {
     let placement = options.placement(groom, &INFO);
-    let source = Placement::of_source(groom);
+    let source = Placement::from_source(groom);
     let shorts = shorts_of(groom)?;
     let n_strands = groom.n_strands() + shorts.len();
     let largest = f64::from(i32::MAX);

@@ -128,7 +128,7 @@ fn takes_streams(_: fs::FileType) -> bool {
 pub fn check_writable(path: &Path) -> io::Result<OutputTarget> {
     let target = output_target(path)?;
     if let OutputTarget::File(file) = &target {
-        Temporary::beside(file, &LIVE)?;
+        Temporary::beside(file, &REGISTRY)?;
     }
     Ok(target)
 }
@@ -138,7 +138,7 @@ pub fn check_writable(path: &Path) -> io::Result<OutputTarget> {
 /// # Errors
 /// What making a file answers.
 pub fn check_folder(folder: &Path) -> io::Result<()> {
-    Temporary::beside(&folder.join("output"), &LIVE).map(drop)
+    Temporary::beside(&folder.join("output"), &REGISTRY).map(drop)
 }
 
 /// Writes `bytes` to `path`. A file is written through a temporary one in the same folder, so that
@@ -158,7 +158,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
         // Whatever was written to a descriptor before stays.
         OutputTarget::Stream(path) => OpenOptions::new().append(true).open(path)?.write_all(bytes),
         OutputTarget::File(path) => {
-            let mut temporary = Temporary::beside(&path, &LIVE)?;
+            let mut temporary = Temporary::beside(&path, &REGISTRY)?;
             if let Ok(metadata) = fs::metadata(&path) {
                 temporary.file.set_permissions(metadata.permissions())?;
             }
@@ -171,35 +171,35 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// For who handles an interrupt: removes every file that is half written, and lets no other be
 /// begun, because the process is about to end.
 pub fn remove_temporary_files() {
-    LIVE.close();
+    REGISTRY.close();
 }
 
 /// The temporary files that are there.
-struct Registry(Mutex<ProgressiveRenderer>);
+struct Registry(Mutex<Temporaries>);
 
-struct ProgressiveRenderer {
+struct Temporaries {
     paths: Vec<PathBuf>,
     is_closed: bool,
 }
 
-static LIVE: Registry = Registry::new();
+static REGISTRY: Registry = Registry::new();
 
 impl Registry {
     const fn new() -> Self {
-        Registry(Mutex::new(ProgressiveRenderer {
+        Registry(Mutex::new(Temporaries {
             paths: Vec::new(),
             is_closed: false,
         }))
     }
 
-    fn lock(&self) -> MutexGuard<'_, ProgressiveRenderer> {
+    fn lock(&self) -> MutexGuard<'_, Temporaries> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn close(&self) {
-        let mut live = self.lock();
-        live.is_closed = true;
-        for path in live.paths.drain(..) {
+        let mut temporaries = self.lock();
+        temporaries.is_closed = true;
+        for path in temporaries.paths.drain(..) {
             let _ = fs::remove_file(path);
         }
     }
@@ -220,8 +220,8 @@ impl<'a> Temporary<'a> {
     fn beside(path: &Path, registry: &'a Registry) -> io::Result<Self> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         let process = std::process::id();
-        let mut live = registry.lock();
-        if live.is_closed {
+        let mut temporaries = registry.lock();
+        if temporaries.is_closed {
             return refused(io::ErrorKind::Interrupted, "the program was interrupted");
         }
         let mut error = None;
@@ -231,7 +231,7 @@ impl<'a> Temporary<'a> {
             let path = path.with_file_name(format!(".strandlight-{process}-{number}.tmp"));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
                 Ok(file) => {
-                    live.paths.push(path.clone());
+                    temporaries.paths.push(path.clone());
                     return Ok(Temporary {
                         path,
                         file,
@@ -259,8 +259,8 @@ impl<'a> Temporary<'a> {
 
 impl Drop for Temporary<'_> {
     fn drop(&mut self) {
-        let mut live = self.registry.lock();
-        live.paths.retain(|path| *path != self.path);
+        let mut temporaries = self.registry.lock();
+        temporaries.paths.retain(|path| *path != self.path);
         // Not there any more once it has become the output.
         let _ = fs::remove_file(&self.path);
     }

@@ -1,5 +1,8 @@
 //! Reference renderers: slow pictures of the exact model, that say how wrong the fast ones are.
 //!
+//! The inside of `strandlight reference`: all but [`compare`] is public for that program, hidden here, and
+//! without a promise of stability.
+//!
 //! - [`Integrator`]: what one ray from the camera sees, in [`Layers`]; one for each [`Method`].
 //! - [`Film`]: sums of camera samples, to which more can be added; [`ReferenceFile`] keeps them.
 //! - [`Environment`]: the light, from a light set or the map itself.
@@ -20,6 +23,7 @@
 
 pub mod compare;
 mod directional;
+#[doc(hidden)]
 pub mod environment;
 mod fibres;
 mod file;
@@ -28,18 +32,29 @@ mod frame;
 mod integrator;
 mod path;
 mod ray_shoot;
+#[doc(hidden)]
 pub mod rays;
 #[cfg(test)]
 mod tests;
 mod world;
 
+#[doc(hidden)]
 pub use directional::Directional;
+#[doc(hidden)]
 pub use environment::Environment;
+#[doc(hidden)]
 pub use fibres::{Averages, AveragesAt, Fibres, Painted};
+#[doc(hidden)]
 pub use file::{FileError, MAP, OPTIONS, ReferenceFile};
+#[doc(hidden)]
 pub use film::{Film, MAX_SAMPLES};
+#[doc(hidden)]
 pub use frame::Frame;
+#[doc(hidden)]
 pub use integrator::{CameraRay, Integrator, Layers, Method};
+#[doc(hidden)]
 pub use path::{Estimator, MAX_EVENTS, PathTracer, ROULETTE_FROM, Traced};
+#[doc(hidden)]
 pub use ray_shoot::{Densities, RayShoot};
+#[doc(hidden)]
 pub use world::{Met, Surface, World};

@@ -89,8 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     .map(|(place, tint)| board(&device, &options, clip, centre, radius, place, tint));
 
     // The hair.
-    let mut hair = HairRenderer::new(&device, &queue, options)?;
-    hair.set_scene(scene)?;
+    let mut hair = HairRenderer::new(&device, &queue, scene, options)?;
     let hair_view = HairView {
         view_from_scene: view.to_cols_array_2d(),
         clip_from_view: projection.to_cols_array_2d(),

@@ -355,7 +355,7 @@ impl Context {
     }
 
     /// The device and queue of a host. No callback is set on them.
-    pub(crate) fn of_host(device: &wgpu::Device, queue: &wgpu::Queue) -> Context {
+    pub(crate) fn from_host(device: &wgpu::Device, queue: &wgpu::Queue) -> Context {
         let info = device.adapter_info();
         Context {
             adapter: None,

@@ -2,8 +2,9 @@
 //!
 //! - [`HairRenderer`] draws hair in the render pass of another program, on its device and against
 //!   its depth.
-//! - [`ProgressiveRenderer`] draws pictures of its own: step by step for windows and pages, or
-//!   whole with [`ProgressiveRenderer::render_to_image`].
+//! - [`ProgressiveRenderer`] draws pictures of its own, its hair with a [`HairRenderer`]: step by
+//!   step for windows and pages, or whole with [`ProgressiveRenderer::render_to_image`]. Its
+//!   setters are those of [`Backend`].
 //! - [`gpu::Context`] opens a device for the latter.
 //!
 //! ```no_run
@@ -24,8 +25,7 @@
 //! use strandlight_render::{HairOptions, HairRenderer, HairView, PrepareBudget, wgpu};
 //! # fn frame(device: &wgpu::Device, queue: &wgpu::Queue, scene: strandlight_scene::PreparedScene,
 //! #     view: HairView, color: wgpu::RenderPassDescriptor) -> Result<(), Box<dyn std::error::Error>> {
-//! let mut hair = HairRenderer::new(device, queue, HairOptions::default())?;
-//! hair.set_scene(scene)?;
+//! let mut hair = HairRenderer::new(device, queue, scene, HairOptions::default())?;
 //! let mut encoder = device.create_command_encoder(&Default::default());
 //! hair.prepare(&mut encoder, &view, PrepareBudget::Complete)?;
 //! let mut pass = encoder.begin_render_pass(&color);
@@ -36,19 +36,23 @@
 //! # }
 //! ```
 
-mod device_scene;
 pub mod gpu;
+#[doc(hidden)]
 pub mod gpu_optics;
+#[doc(hidden)]
 pub mod gpu_tables;
 mod hair_options;
 mod hair_renderer;
+#[doc(hidden)]
 pub mod invalidation;
 mod limits;
+#[doc(hidden)]
 pub mod passes;
 pub mod progressive;
 mod report;
 // A page opens no device of its own accord and waits for none.
 #[cfg(not(target_arch = "wasm32"))]
+#[doc(hidden)]
 pub mod probe;
 
 use strandlight_scattering::layout::Layout;
@@ -58,6 +62,7 @@ pub use hair_renderer::{
     HairError, HairRenderer, HairView, PrepareBudget, ViewError, required_limits,
 };
 pub use progressive::ProgressiveRenderer;
+pub use strandlight_scene::Backend;
 // Its types stand in signatures.
 pub use wgpu;
 

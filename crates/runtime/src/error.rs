@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use strandlight_formats::did_you_mean;
-use strandlight_scene::budget::{FrameError, MAX_SAMPLES};
+use strandlight_scene::budget::{FrameError, MAX_SAMPLES, MAX_SECONDS};
 use strandlight_scene::{RenderError, SceneError};
 
 /// A document that cannot be opened, changed, shown or saved.
@@ -186,7 +186,7 @@ pub enum StepError {
     #[error(transparent)]
     Frame(#[from] FrameError),
     /// A time out of range.
-    #[error("time is {0}, must be in 0..=1000000")]
+    #[error("time is {0}, must be in 0..={MAX_SECONDS}")]
     Time(f64),
 }
 

@@ -31,7 +31,7 @@ use crate::error::{ScriptError, SessionError, StepError};
 use crate::session::{Change, Session};
 use crate::viewer::Viewer;
 use strandlight_scene::Backend;
-use strandlight_scene::budget::check_frame;
+use strandlight_scene::budget::{MAX_SAMPLES, MAX_SECONDS, check_frame};
 use strandlight_scene::paint::{Brush, BrushStroke, StrokePath};
 
 /// Longest script.
@@ -94,7 +94,7 @@ impl Entry {
     ];
 
     /// Key by key, so that each complaint names its key.
-    fn of_json(entry: Value) -> Result<Entry, StepError> {
+    fn from_json(entry: Value) -> Result<Entry, StepError> {
         let Value::Object(keys) = entry else {
             return Err(StepError::NoObject);
         };
@@ -272,7 +272,7 @@ fn redone(change: Option<Change>) -> Result<(), SessionError> {
 }
 
 fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, StepError> {
-    let entry = Entry::of_json(entry)?;
+    let entry = Entry::from_json(entry)?;
     let is_frame = entry.frame.is_some();
     let mut steps: Vec<Step> = [
         entry.set.map(Step::Set),
@@ -304,13 +304,13 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, StepError> {
                 return Err(StepError::SecondFrame(frame.name.clone()));
             }
             let samples = frame.samples.unwrap_or(4);
-            if samples == 0 || samples > strandlight_scene::budget::MAX_SAMPLES {
+            if samples == 0 || samples > MAX_SAMPLES {
                 return Err(StepError::Samples(samples));
             }
             let size = frame.size.unwrap_or([1, 1]);
             check_frame(size, samples)?;
         }
-        Step::Time(seconds) if !(0.0..=1e6).contains(seconds) => {
+        Step::Time(seconds) if !(0.0..=MAX_SECONDS).contains(seconds) => {
             return Err(StepError::Time(*seconds));
         }
         _ => {}

@@ -19,7 +19,7 @@ use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
 use strandlight_scene::material::check_round;
 use strandlight_scene::motion::{Motion, Wind};
-use strandlight_scene::paint::{Brush, BrushStroke, Picker, Stroking};
+use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Picker};
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::{Backend, RenderError, SceneError};
@@ -27,7 +27,7 @@ use strandlight_scene::{Backend, RenderError, SceneError};
 /// A scene that is open, and drawn.
 pub struct Viewer<B: Backend + ?Sized = ProgressiveRenderer> {
     session: Session,
-    live: Box<B>,
+    renderer: Box<B>,
     /// Centre and radius of the hair at rest, for the camera of a scene that has none.
     framing: (Vec3, f32),
     /// Size of the window, in place of the scene's.
@@ -42,7 +42,7 @@ pub struct Viewer<B: Backend + ?Sized = ProgressiveRenderer> {
     /// Of the hair where it is now; none until it is asked for.
     picker: Option<Picker>,
     /// The stroke that is being made.
-    stroking: Option<Stroking>,
+    active_stroke: Option<ActiveStroke>,
 }
 
 impl Viewer {
@@ -66,7 +66,7 @@ impl Viewer {
 
     /// The device.
     pub fn context(&self) -> &Context {
-        self.live.context()
+        self.renderer.context()
     }
 
     /// Draws the picture in the size of a window instead of the scene's; a side of zero: nothing
@@ -76,7 +76,7 @@ impl Viewer {
     /// As [`ProgressiveRenderer::set_size`].
     pub fn set_window(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         self.window = Some(size);
-        self.live.set_size(size)
+        self.renderer.set_size(size)
     }
 
     /// Puts the document on another device, after the old one was lost.
@@ -85,8 +85,8 @@ impl Viewer {
     /// Whatever the device refuses.
     pub fn set_context(&mut self, context: &Context) -> Result<(), RenderError> {
         let scene = unmuted_scene(&self.session)?;
-        self.renew_on(scene, |live, scene| {
-            *live = ProgressiveRenderer::new(context, scene)?;
+        self.renew_on(scene, |renderer, scene| {
+            *renderer = ProgressiveRenderer::new(context, scene)?;
             Ok(())
         })
     }
@@ -96,17 +96,17 @@ impl Viewer {
     /// # Errors
     /// As there.
     pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
-        self.live.advance(budget)
+        self.renderer.advance(budget)
     }
 
     /// See [`ProgressiveRenderer::display`].
     pub fn display(&self) -> &wgpu::TextureView {
-        self.live.display()
+        self.renderer.display()
     }
 
     /// See [`ProgressiveRenderer::report`].
     pub fn report(&self) -> &RenderReport {
-        self.live.report()
+        self.renderer.report()
     }
 }
 
@@ -122,7 +122,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         let scene = unmuted_scene(&session)?;
         let mut viewer = Viewer {
             framing: (scene.strands.centre, scene.strands.radius),
-            live: open(scene)?,
+            renderer: open(scene)?,
             motion: Motion::new(session.scene(), session.files()),
             session,
             window: None,
@@ -130,7 +130,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             time: 0.0,
             changes: Change::everything(),
             picker: None,
-            stroking: None,
+            active_stroke: None,
         };
         viewer.set_light_colors()?;
         viewer.move_hair()?;
@@ -143,13 +143,13 @@ impl<B: Backend + ?Sized> Viewer<B> {
     }
 
     /// The renderer.
-    pub fn live(&self) -> &B {
-        &self.live
+    pub fn renderer(&self) -> &B {
+        &self.renderer
     }
 
     /// The scene as it is drawn.
     pub fn prepared(&self) -> &PreparedScene {
-        self.live.scene()
+        self.renderer.scene()
     }
 
     /// See [`Session::edit`].
@@ -185,7 +185,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         scene.camera = Some(section_of(&view));
         scene.validate().map_err(SceneError::from)?;
         self.view = Some(view);
-        self.live.set_camera(view);
+        self.renderer.set_camera(view);
         Ok(())
     }
 
@@ -193,12 +193,12 @@ impl<B: Backend + ?Sized> Viewer<B> {
     pub fn reset_view(&mut self) {
         self.view = None;
         let camera = self.scene_camera();
-        self.live.set_camera(camera);
+        self.renderer.set_camera(camera);
     }
 
     /// Is the picture seen from elsewhere than the scene has it?
     pub fn is_view_moved(&self) -> bool {
-        self.view.is_some() && self.live.scene().camera != self.scene_camera()
+        self.view.is_some() && self.renderer.scene().camera != self.scene_camera()
     }
 
     /// Makes the view the scene's camera: an edit.
@@ -206,7 +206,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// # Errors
     /// As [`Viewer::edit`].
     pub fn save_view(&mut self) -> Result<Change, SessionError> {
-        let section = section_of(&self.live.scene().camera);
+        let section = section_of(&self.renderer.scene().camera);
         self.commit();
         let change = self.edit("Save view", |scene| scene.camera = Some(section))?;
         self.commit();
@@ -254,7 +254,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// Where the hair is that is seen at `cursor`, px from the upper left corner of the picture.
     pub fn pick(&mut self, cursor: [f32; 2]) -> Option<glam::Vec3> {
         let size = self.size();
-        let scene = self.live.scene();
+        let scene = self.renderer.scene();
         let picker = self
             .picker
             .get_or_insert_with(|| Picker::new(&scene.strands));
@@ -268,7 +268,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
         self.release()?;
         check_round(&self.session.scene().hair.params()).map_err(SceneError::from)?;
-        self.stroking = Some(Stroking::new(brush).map_err(SceneError::from)?);
+        self.active_stroke = Some(ActiveStroke::new(brush).map_err(SceneError::from)?);
         Ok(())
     }
 
@@ -278,17 +278,17 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// # Errors
     /// Whatever the device refuses.
     pub fn drag(&mut self, cursor: [f32; 2]) -> Result<(), RenderError> {
-        let Some(mut stroking) = self.stroking.take() else {
+        let Some(mut active_stroke) = self.active_stroke.take() else {
             return Ok(());
         };
         let size = self.size();
-        let scene = self.live.scene();
+        let scene = self.renderer.scene();
         let picker = self
             .picker
             .get_or_insert_with(|| Picker::new(&scene.strands));
         let paint = self.session.paint_mut();
-        let changed = stroking.drag(picker, paint, &scene.camera, size, cursor);
-        self.stroking = Some(stroking);
+        let changed = active_stroke.drag(picker, paint, &scene.camera, size, cursor);
+        self.active_stroke = Some(active_stroke);
         match changed {
             Some(range) => self.show(&Change::painted(range)),
             None => Ok(()),
@@ -300,10 +300,10 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// # Errors
     /// Whatever the device refuses.
     pub fn release(&mut self) -> Result<Change, RenderError> {
-        let Some(stroking) = self.stroking.take() else {
+        let Some(active_stroke) = self.active_stroke.take() else {
             return Ok(Change::default());
         };
-        let stroke = stroking.finish(self.session.paint_mut());
+        let stroke = active_stroke.finish(self.session.paint_mut());
         let change = self.session.stroke(stroke);
         self.show(&change)?;
         Ok(change)
@@ -317,7 +317,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         self.release()?;
         check_round(&self.session.scene().hair.params()).map_err(SceneError::from)?;
         let size = self.size();
-        let scene = self.live.scene();
+        let scene = self.renderer.scene();
         let picker = self
             .picker
             .get_or_insert_with(|| Picker::new(&scene.strands));
@@ -388,18 +388,18 @@ impl<B: Backend + ?Sized> Viewer<B> {
 
     /// Moves the hair to where it is at the time.
     fn move_hair(&mut self) -> Result<(), RenderError> {
-        let live = &mut self.live;
+        let renderer = &mut self.renderer;
         match &mut self.motion {
             Some(Motion::Wind(section)) => {
-                let wind = Wind::at(section, &live.scene().strands, self.time);
-                if live.set_wind(Some(wind))? {
+                let wind = Wind::at(section, &renderer.scene().strands, self.time);
+                if renderer.set_wind(Some(wind))? {
                     self.picker = None;
                 }
             }
             Some(Motion::Sequence(sequence)) => {
-                let points = sequence.points_at(&live.scene().strands, self.time)?;
+                let points = sequence.points_at(&renderer.scene().strands, self.time)?;
                 self.picker = None;
-                live.set_points(&points)?;
+                renderer.set_points(&points)?;
             }
             None => {}
         }
@@ -417,7 +417,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         size: [u32; 2],
         samples: u32,
     ) -> Result<(strandlight_scene::Picture, strandlight_scene::Stats), RenderError> {
-        self.live.render(size, samples, &|_| ())
+        self.renderer.render(size, samples, &|_| ())
     }
 
     /// What has changed since this was last asked.
@@ -453,46 +453,46 @@ impl<B: Backend + ?Sized> Viewer<B> {
             return self.renew();
         }
         let scene = self.session.scene();
-        let (assets, live) = (self.session.assets(), &mut self.live);
+        let (assets, renderer) = (self.session.assets(), &mut self.renderer);
         if change.has(Edits::HAIR | Edits::MODES) {
-            live.set_hair(&scene.hair.params(), &scene.hair.modes)?;
+            renderer.set_hair(&scene.hair.params(), &scene.hair.modes)?;
         }
         if change.has(Edits::SCATTERING) {
-            live.set_scattering(scene.render.scattering);
+            renderer.set_scattering(scene.render.scattering);
         }
         if change.has(Edits::DENSITIES) {
-            live.set_densities(densities(&scene.hair));
+            renderer.set_densities(densities(&scene.hair));
         }
         if change.has(Edits::DIAMETER) {
             let strands = assets.strands(&scene.hair)?;
             let radii: Vec<f32> = strands.points.iter().map(|point| point[3]).collect();
-            live.set_radii(&radii)?;
+            renderer.set_radii(&radii)?;
         }
         if let (Some(changed), Some(paint)) = (&change.paint, self.session.paint()) {
-            live.set_paint(paint, changed.clone())?;
+            renderer.set_paint(paint, changed.clone())?;
         }
         if change.has(Edits::LIGHTS) {
-            live.set_lights(assets.turned_lights(&scene.lights))?;
+            renderer.set_lights(assets.turned_lights(&scene.lights))?;
         }
         if change.has(Edits::LIGHTS | Edits::LIGHT_COLORS) {
-            live.set_light_colors(&assets.light_colors(&scene.lights))?;
+            renderer.set_light_colors(&assets.light_colors(&scene.lights))?;
         }
         if change.has(Edits::PROXIES) {
-            live.set_proxies(scene.proxies.iter().map(Proxy::of_section).collect());
+            renderer.set_proxies(scene.proxies.iter().map(Proxy::from_section).collect());
         }
         if change.has(Edits::CAMERA) {
             let (centre, radius) = self.framing;
-            live.set_camera(camera(scene.camera.as_ref(), centre, radius));
+            renderer.set_camera(camera(scene.camera.as_ref(), centre, radius));
         }
         if change.has(Edits::SIZE) && self.window.is_none() {
-            live.set_size(scene.render.size)?;
+            renderer.set_size(scene.render.size)?;
         }
         if change.has(Edits::SAMPLES) {
-            live.set_samples(scene.render.samples);
+            renderer.set_samples(scene.render.samples);
         }
         if change.has(Edits::GRADE) {
             let render = &scene.render;
-            live.set_grade(render.exposure as f32, render.tone_map, render.background);
+            renderer.set_grade(render.exposure as f32, render.tone_map, render.background);
         }
         Ok(())
     }
@@ -510,15 +510,15 @@ impl<B: Backend + ?Sized> Viewer<B> {
     ) -> Result<(), RenderError> {
         self.picker = None;
         self.framing = (scene.strands.centre, scene.strands.radius);
-        put(&mut self.live, scene)?;
+        put(&mut self.renderer, scene)?;
         self.set_light_colors()?;
         self.motion = Motion::new(self.session.scene(), self.session.files());
         if let Some(view) = self.view {
-            self.live.set_camera(view);
+            self.renderer.set_camera(view);
         }
         self.move_hair()?;
         if let Some(size) = self.window {
-            self.live.set_size(size)?;
+            self.renderer.set_size(size)?;
         }
         Ok(())
     }
@@ -526,7 +526,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     fn set_light_colors(&mut self) -> Result<(), RenderError> {
         let lights = &self.session.scene().lights;
         let colors = self.session.assets().light_colors(lights);
-        self.live.set_light_colors(&colors)
+        self.renderer.set_light_colors(&colors)
     }
 }
 

@@ -43,7 +43,7 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
         }),
         size: None,
         seconds: 0.0,
-        log: EventLog::of_page(Instant::now()),
+        log: EventLog::in_page(Instant::now()),
         loses_device: false,
         canvas,
     };

@@ -2,13 +2,13 @@
 //!
 //! - [`HairParams`]: the parameters of Marschner's fibre model.
 //! - [`Lobe`]: the scattering modes R, TT, TRT.
-//! - [`exact`]: the model in f64 by quadrature; [`closed_form`]: what the renderer evaluates, f32.
+//! - [`exact`]: the model in f64 by quadrature.
 //! - [`dual_scattering`]: the averages of one scattering event and of many, f64.
-//! - [`multiple_tables`]: multiple scattering of one fibre by look-up, made at an edit.
-//! - [`lobes`]: TT and TRT as sums of circular Gaussians, fitted once for every fibre.
-//! - [`table_layout`]: what the baked tables hold, with [`c_integrals`] and [`h_moments`] to fill
-//!   them.
-//! - [`wide`]: the closed form for eight lights at a time.
+//!
+//! What the renderer evaluates in f32 (`closed_form`, the twin of the shaders;
+//! `wide`, eight lights at a time; `multiple_tables`, multiple scattering of one fibre by look-up), and what the tables are
+//! baked with (`lobes`, `c_integrals`, `h_moments`, `table_layout` and their helpers), is public for the
+//! other crates of Strandlight and hidden here: without a promise of stability.
 //!
 //! ```
 //! use strandlight_scattering::exact::{Light, View, single};
@@ -25,25 +25,38 @@
 //! from the fibre; phi = phi_o - phi_i = pi is straight through.
 
 pub mod axis;
+#[doc(hidden)]
 pub mod c_integrals;
+#[doc(hidden)]
 pub mod circular_gaussian;
+#[doc(hidden)]
 pub mod closed_form;
 pub mod color;
 pub mod dual_scattering;
 pub mod exact;
 pub mod fresnel;
+#[doc(hidden)]
 pub mod h_moments;
 mod hair;
 #[doc(hidden)]
 pub mod layout;
+#[doc(hidden)]
 pub mod lobes;
+#[doc(hidden)]
 pub mod multiple_tables;
+#[doc(hidden)]
 pub mod quadrature;
+#[doc(hidden)]
 pub mod random;
+#[doc(hidden)]
 pub mod reflectance;
+#[doc(hidden)]
 pub mod special;
+#[doc(hidden)]
 pub mod spherical_gaussian;
+#[doc(hidden)]
 pub mod table_layout;
+#[doc(hidden)]
 pub mod wide;
 
 pub use hair::{HairParams, Lobe, ParamError, Parameter, ParameterShape, PerLobe};

@@ -20,8 +20,8 @@ use crate::tone::ToneMap;
 /// A renderer with a scene on it. Setters edit the scene, [`Backend::render`] draws it as last set.
 ///
 /// The implementations are `ProgressiveRenderer` of `strandlight-render`, which recomputes only what
-/// an edit makes stale, and `CpuRenderer` of `strandlight-cpu`, which recomputes everything for each
-/// picture. They draw the same pictures up to rounding.
+/// an edit makes stale, and so does `CpuRenderer` of `strandlight-cpu`. One draws samples, the other a
+/// visibility list: their pictures are the same up to the noise of the samples.
 pub trait Backend {
     /// Name of the device, as pictures and reports have it: `cpu`, or `gpu: adapter (API)`.
     fn name(&self) -> String;
@@ -108,8 +108,8 @@ pub trait Backend {
     /// around it, so that the camera can turn.
     fn shade_view_only(&mut self);
 
-    /// Draws the whole scene in `size`, width and height, with `samples` a pixel: linear radiance,
-    /// and what that took. `observer` receives the progress.
+    /// Draws the whole scene in `size`, width and height, with `samples` a pixel, or without any where
+    /// a visibility list takes their place ([`Stats::samples`]): linear radiance, and what that took. `observer` receives the progress.
     ///
     /// # Errors
     /// A size or number of samples out of range; whatever the device refuses.

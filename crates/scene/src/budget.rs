@@ -1,7 +1,7 @@
 //! How large pictures and scenes may be, whatever draws them.
 
 pub use crate::limits::{
-    LIGHT_BATCH, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, MAX_TARGET_PIXELS, MAX_TARGET_SIDE,
+    LIGHT_BATCH, MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, MAX_TARGET_PIXELS, MAX_TARGET_SIDE,
 };
 
 /// A size or a number of samples that no picture has.

@@ -52,6 +52,7 @@ impl Camera {
 /// What the passes know of the view; mirrored by `View` in `shaders/lib/view.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[doc(hidden)]
 pub struct ViewUniform {
     /// Camera position, cm.
     pub eye: [f32; 3],
@@ -90,6 +91,7 @@ strandlight_scattering::mirrors! {
 }
 
 /// Depth range and pixel frame of `camera` looking at `strands`.
+#[doc(hidden)]
 pub fn view_uniform(
     camera: &Camera,
     strands: &Strands,
@@ -121,6 +123,7 @@ pub fn view_uniform(
 }
 
 /// x to the right and y downwards in pixels, and the depth along the line of sight in cm.
+#[doc(hidden)]
 pub fn screen_position(view: &ViewUniform, position: Vec3) -> [f32; 3] {
     let from_eye = position - Vec3::from(view.eye);
     let depth = from_eye.dot(Vec3::from(view.forward));

@@ -18,28 +18,37 @@
 
 pub mod assets;
 pub mod backend;
+#[doc(hidden)]
 pub mod background;
 pub mod budget;
 pub mod camera;
 mod error;
 pub mod files;
+pub mod layers;
 mod limits;
 pub mod material;
+#[doc(hidden)]
 pub mod memory;
 pub mod motion;
+#[doc(hidden)]
 pub mod optics;
 pub mod paint;
 pub mod picture;
+#[doc(hidden)]
 pub mod progress;
 pub mod provenance;
 pub mod proxy;
+#[doc(hidden)]
 pub mod sampling;
 pub mod scene;
+#[doc(hidden)]
 pub mod shadow_maps;
 pub mod stats;
 pub mod strands;
+#[doc(hidden)]
 pub mod tables;
 pub mod tone;
+#[doc(hidden)]
 pub mod volume;
 
 use strandlight_scattering::layout::Layout;

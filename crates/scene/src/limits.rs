@@ -1,11 +1,10 @@
 //! The largest pictures and scenes.
 
+pub use strandlight_formats::{MAX_SAMPLES, MAX_SIDE};
+
 /// Most pixels of a picture: at 16 bytes each, 2 GiB in memory. Files and 8-bit pictures made of it
 /// take about as much again.
 pub const MAX_PIXELS: u32 = 128 << 20;
-
-/// Longest side of a picture.
-pub const MAX_SIDE: u32 = 16_384;
 
 /// Most pixels that are drawn at once: 16 bytes each fill the 128 MiB that every adapter binds.
 /// Windows are no larger; larger pictures are drawn in tiles.
@@ -14,8 +13,9 @@ pub const MAX_TARGET_PIXELS: u32 = 8 << 20;
 /// Longest side of what is drawn at once, as every adapter renders it.
 pub const MAX_TARGET_SIDE: u32 = 8192;
 
-/// Most samples a pixel.
-pub const MAX_SAMPLES: u32 = 65_536;
+/// Latest animation time, seconds: single precision still tells frames apart in hours, and days are
+/// a typing error.
+pub const MAX_SECONDS: f64 = 1e6;
 
 /// Lights whose records share a buffer: at the largest grid the 128 MiB that every adapter binds.
 pub const LIGHT_BATCH: usize = 64;

@@ -81,6 +81,7 @@ impl Part {
 
 /// One row of [`RULES`].
 #[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
 pub struct Rule {
     /// What is made.
     pub part: Part,
@@ -113,6 +114,7 @@ const fn rule(
 
 /// From parameter to texture, sources first.
 #[rustfmt::skip]
+#[doc(hidden)]
 pub const RULES: [Rule; 16] = {
     use Parameter::{CausticWidth, Eccentricity, Eta, Intensity, Shift, SigmaA, Width};
     use Part::*;
@@ -225,6 +227,7 @@ impl EditReport {
 
 /// The baked lobes that slices are taken from; only those of enabled modes are looked at.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[doc(hidden)]
 pub struct LobeTables {
     /// Lobes of TT.
     pub tt: Option<LobeTable>,
@@ -306,6 +309,7 @@ impl HairMaterial {
     ///
     /// # Errors
     /// As [`HairMaterial::new`]; nothing is changed then.
+    #[doc(hidden)]
     pub fn apply(&mut self, hair: &HairParams) -> Result<EditReport, EditError> {
         let modes = self.modes.clone();
         self.edit(hair, &modes)
@@ -315,12 +319,14 @@ impl HairMaterial {
     ///
     /// # Errors
     /// A mode without its lobes; nothing is changed then.
+    #[doc(hidden)]
     pub fn enable(&mut self, modes: &[Lobe]) -> Result<EditReport, EditError> {
         let hair = self.hair;
         self.edit(&hair, modes)
     }
 
     /// Switches multiple scattering on or off: the averages come or go.
+    #[doc(hidden)]
     pub fn enable_multiple(&mut self, is_multiple: bool) -> EditReport {
         self.is_multiple = is_multiple;
         self.update(self.optics.fibre, Default::default(), false)
@@ -330,6 +336,7 @@ impl HairMaterial {
     ///
     /// # Errors
     /// The hair is elliptic; nothing is changed then.
+    #[doc(hidden)]
     pub fn enable_paint(&mut self, paint: Option<PaintKinds>) -> Result<EditReport, EditError> {
         if paint.is_some() {
             check_round(&self.hair)?;
@@ -455,6 +462,7 @@ impl HairMaterial {
     }
 
     /// The averages of multiple scattering; none where that is switched off.
+    #[doc(hidden)]
     pub fn averages(&self) -> &[AverageTexel] {
         &self.optics.averages
     }
@@ -465,6 +473,7 @@ impl HairMaterial {
     }
 
     /// What shading reads.
+    #[doc(hidden)]
     pub fn optics(&self) -> &Optics {
         &self.optics
     }
@@ -603,6 +612,7 @@ impl HairMaterial {
 ///
 /// # Errors
 /// [`EditError::PaintedEccentric`] if it is not.
+#[doc(hidden)]
 pub fn check_round(hair: &HairParams) -> Result<(), EditError> {
     match hair.eccentricity == 1.0 {
         true => Ok(()),

@@ -18,9 +18,11 @@ use strandlight_formats::{MAX_PROXIES, ProxySection};
 use crate::strands::Strands;
 
 /// Kind of [`ProxyRecord`]: the ground.
+#[doc(hidden)]
 pub const GROUND: u32 = 1;
 
 /// Texels along each side of a proxy's light map.
+#[doc(hidden)]
 pub const LIGHT_MAP_SIDE: u32 = 128;
 
 /// What [`entry_distance`] answers where nothing is hit.
@@ -52,6 +54,7 @@ pub enum Proxy {
 /// A proxy as the passes read it; mirrored by `Proxy` in `shaders/lib/proxy.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[doc(hidden)]
 pub struct ProxyRecord {
     /// Rows of the map from world space to where the ellipsoid is the unit sphere, the shift in
     /// the fourth column. Of the ground: x and z over the width of its light map, y the height
@@ -68,6 +71,7 @@ pub struct ProxyRecord {
 /// All proxies of a scene; mirrored by `Proxies` in `shaders/lib/proxy.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[doc(hidden)]
 pub struct ProxyRecords {
     /// The first `n` of these.
     pub list: [ProxyRecord; MAX_PROXIES],
@@ -101,7 +105,7 @@ impl ProxyRecords {
 
 impl Proxy {
     /// As a scene file has it, its values within their ranges.
-    pub fn of_section(section: &ProxySection) -> Proxy {
+    pub fn from_section(section: &ProxySection) -> Proxy {
         let vector = |v: &[f64; 3]| Vec3::from(v.map(|x| x as f32));
         match section {
             ProxySection::Ellipsoid {
@@ -174,6 +178,7 @@ fn dot(row: &[f32; 4], v: Vec4) -> f32 {
 }
 
 /// Where `position` lies seen from the proxy; see [`ProxyRecord::to_unit`].
+#[doc(hidden)]
 pub fn to_unit(proxy: &ProxyRecord, position: Vec3) -> Vec3 {
     let p = position.extend(1.0);
     Vec3::from(proxy.to_unit.map(|row| dot(&row, p)))
@@ -186,6 +191,7 @@ pub(crate) fn turned_to_unit(proxy: &ProxyRecord, direction: Vec3) -> Vec3 {
 }
 
 /// The inverse of [`to_unit`].
+#[doc(hidden)]
 pub fn from_unit(proxy: &ProxyRecord, unit: Vec3) -> Vec3 {
     let p = unit.extend(1.0);
     Vec3::from(proxy.from_unit.map(|row| dot(&row, p)))
@@ -193,6 +199,7 @@ pub fn from_unit(proxy: &ProxyRecord, unit: Vec3) -> Vec3 {
 
 /// Whether the proxy stands before a light in `direction`. Points inside it count as if they lay
 /// on its surface.
+#[doc(hidden)]
 pub fn is_blocked_by(proxy: &ProxyRecord, position: Vec3, direction: Vec3) -> bool {
     if proxy.kind == GROUND {
         return direction.y < 0.0;
@@ -204,6 +211,7 @@ pub fn is_blocked_by(proxy: &ProxyRecord, position: Vec3, direction: Vec3) -> bo
 }
 
 /// Distance along a unit direction to the surface, from outside; `NO_HIT` where there is none.
+#[doc(hidden)]
 pub fn entry_distance(proxy: &ProxyRecord, origin: Vec3, direction: Vec3) -> f32 {
     let q = to_unit(proxy, origin);
     let e = turned_to_unit(proxy, direction);
@@ -228,6 +236,7 @@ pub fn entry_distance(proxy: &ProxyRecord, origin: Vec3, direction: Vec3) -> f32
 }
 
 /// Unit normal, outwards, at a point on the surface.
+#[doc(hidden)]
 pub fn surface_normal(proxy: &ProxyRecord, position: Vec3) -> Vec3 {
     if proxy.kind == GROUND {
         return Vec3::Y;
@@ -240,6 +249,7 @@ pub fn surface_normal(proxy: &ProxyRecord, position: Vec3) -> Vec3 {
 /// The point of the surface in the middle of a texel (column, row) of the light map. Rows go from
 /// the top of an ellipsoid to its bottom, columns around it; the ground's go to infinity on all
 /// sides.
+#[doc(hidden)]
 pub fn texel_position(proxy: &ProxyRecord, texel: [u32; 2]) -> Vec3 {
     let [x, y] = texel.map(|at| (at as f32 + 0.5) / LIGHT_MAP_SIDE as f32);
     if proxy.kind == GROUND {
@@ -257,6 +267,7 @@ pub fn texel_position(proxy: &ProxyRecord, texel: [u32; 2]) -> Vec3 {
 }
 
 /// The place of a point of the surface in the light map, texels from the corner.
+#[doc(hidden)]
 pub fn light_map_place(proxy: &ProxyRecord, position: Vec3) -> [f32; 2] {
     let q = to_unit(proxy, position);
     if proxy.kind == GROUND {
@@ -269,12 +280,14 @@ pub fn light_map_place(proxy: &ProxyRecord, position: Vec3) -> [f32; 2] {
 }
 
 /// Whether any of `proxies` stands before a light in `direction`.
+#[doc(hidden)]
 pub fn is_blocked(proxies: &[ProxyRecord], position: Vec3, direction: Vec3) -> bool {
     let mut proxies = proxies.iter();
     proxies.any(|proxy| is_blocked_by(proxy, position, direction))
 }
 
 /// The first proxy along a unit direction from outside, and its distance.
+#[doc(hidden)]
 pub fn nearest(proxies: &[ProxyRecord], origin: Vec3, direction: Vec3) -> Option<(usize, f32)> {
     let hits = proxies.iter().enumerate().filter_map(|(ix, proxy)| {
         let t = entry_distance(proxy, origin, direction);

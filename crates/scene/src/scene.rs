@@ -74,6 +74,7 @@ pub struct PreparedScene {
 /// A light as the passes read it; mirrored by `Light` in `shaders/lib/light.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[doc(hidden)]
 pub struct LightRecord {
     /// Unit vector towards the light.
     pub direction: [f32; 3],
@@ -190,7 +191,7 @@ impl PreparedScene {
             background: scene.render.background,
             exposure: scene.render.exposure as f32,
             tone_map: scene.render.tone_map,
-            proxies: scene.proxies.iter().map(Proxy::of_section).collect(),
+            proxies: scene.proxies.iter().map(Proxy::from_section).collect(),
             size: scene.render.size,
             samples: scene.render.samples,
         };
@@ -254,6 +255,7 @@ impl PreparedScene {
     }
 
     /// The terms that are drawn as bits: [`TERM_SINGLE`], [`TERM_LOCAL`], [`TERM_GLOBAL`].
+    #[doc(hidden)]
     pub fn terms(&self) -> u32 {
         match self.scattering {
             Scattering::Single => TERM_SINGLE,
@@ -328,16 +330,19 @@ impl PreparedScene {
     }
 
     /// What local scattering makes of power at most: d_b times the largest A_b of `hair`.
+    #[doc(hidden)]
     pub fn max_local(&self, hair: &HairMaterial) -> f32 {
         self.densities[1] * hair.largest_local()
     }
 
     /// The proxies as the passes read them.
+    #[doc(hidden)]
     pub fn proxy_records(&self) -> ProxyRecords {
         ProxyRecords::new(&self.proxies, &self.strands)
     }
 
     /// The shadow maps of the lights.
+    #[doc(hidden)]
     pub fn shadow_plan(&self) -> ShadowPlan {
         ShadowPlan::new(&self.measured_lights(), &self.strands, self.shadow_maps)
     }
@@ -356,12 +361,14 @@ impl PreparedScene {
     }
 
     /// The lights as the passes read them, and all sweep directions (fourth float zero).
+    #[doc(hidden)]
     pub fn light_records(&self) -> (Vec<LightRecord>, Vec<[f32; 4]>) {
         self.records_with(&self.shadow_plan())
     }
 
     /// [`PreparedScene::light_records`] with the maps of `plan`, which may be that of other
     /// colours.
+    #[doc(hidden)]
     pub fn records_with(&self, plan: &ShadowPlan) -> (Vec<LightRecord>, Vec<[f32; 4]>) {
         let mut sweeps = Vec::new();
         let records = self
@@ -395,6 +402,7 @@ impl PreparedScene {
     }
 
     /// The counts of a frame's statistics that the scene alone decides.
+    #[doc(hidden)]
     pub fn counts(&self, backend: String) -> Stats {
         Stats {
             backend,
@@ -413,6 +421,7 @@ impl PreparedScene {
     }
 
     /// What no frame of the scene needs, in words.
+    #[doc(hidden)]
     pub fn skipped(&self) -> Vec<String> {
         let mut skipped = Vec::new();
         for lobe in Lobe::ALL {
@@ -433,6 +442,7 @@ impl PreparedScene {
     }
 
     /// Power below which a light, weakened by hair, is not shaded.
+    #[doc(hidden)]
     pub fn min_power(&self) -> f32 {
         let lights = self.measured_lights();
         let total: f32 = lights.iter().map(|light| largest(power(light))).sum();
@@ -441,6 +451,7 @@ impl PreparedScene {
 
     /// A power of two that brings radiance in this scene near 1: half-float targets keep three
     /// digits from 2^-14 to 2^16 around it.
+    #[doc(hidden)]
     pub fn radiance_scale(&self) -> f32 {
         let lights = self.lights.iter();
         let total: f32 = lights.map(|light| largest(power(light))).sum();
@@ -453,6 +464,7 @@ impl PreparedScene {
 }
 
 /// Refuses the first light with a value outside its range.
+#[doc(hidden)]
 pub fn check_lights(lights: &[SrbfLight]) -> Result<(), SceneError> {
     for (ix, light) in lights.iter().enumerate() {
         light

@@ -40,8 +40,7 @@ const FINE_LAMBDA: f32 = 0.05;
 /// Maps of a scene by default.
 pub(crate) const DEFAULT_SHADOW_MAPS: u32 = 96;
 
-/// Most maps of a scene.
-pub const MAX_SHADOW_MAPS: u32 = 4096;
+pub use strandlight_formats::MAX_SHADOW_MAPS;
 
 /// Lights with less than this share of the power of all get no map.
 const LEAST_SHARE: f32 = 0.002;

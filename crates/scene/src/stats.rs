@@ -9,6 +9,7 @@ use crate::material::PartReport;
 pub type Observer<'a> = &'a (dyn Fn(f64) + Sync);
 
 /// Part of a frame's progress that lighting is taken for; drawing is the rest.
+#[doc(hidden)]
 pub const LIGHTING_SHARE: f64 = 0.4;
 
 /// One stage of a frame.
@@ -52,6 +53,7 @@ pub struct Term {
 
 /// The terms in the order that passes count them: T M^S, T M^{L,dir}, (T_f - T) M^G and
 /// (T_f - T) M^L.
+#[doc(hidden)]
 pub const TERM_NAMES: [&str; 4] = ["single", "direct local", "global", "local"];
 
 /// Costs and counts of one frame.
@@ -85,6 +87,8 @@ pub struct Stats {
     pub terms: Vec<Term>,
     /// What was left out altogether, and why.
     pub skipped: Vec<String>,
+    /// Samples drawn a pixel; 0 where what a pixel shows is found exactly, by a visibility list.
+    pub samples: u32,
     /// Passes of four samples.
     pub passes: u32,
     /// Submissions that drew these; on a GPU.
@@ -135,6 +139,15 @@ impl Stats {
     /// Milliseconds of all stages.
     pub fn milliseconds(&self) -> f64 {
         total(self.stages.iter().map(|stage| stage.milliseconds))
+    }
+
+    /// How pixels were made, in words.
+    pub fn visibility(&self) -> String {
+        match self.samples {
+            0 => "visibility list".to_owned(),
+            1 => "1 sample".to_owned(),
+            n => format!("{n} samples"),
+        }
     }
 
     /// One line: where, how much, how long.
@@ -251,17 +264,20 @@ impl fmt::Display for Stats {
                 stage.bytes as f64 / 1e6
             )?;
         }
-        write!(
-            f,
-            "  {:<14}{:>10.1} ms, {} passes of at most 4 samples",
-            "total",
-            self.milliseconds(),
-            self.passes
-        )
+        write!(f, "  {:<14}{:>10.1} ms, ", "total", self.milliseconds())?;
+        match self.samples {
+            0 => write!(
+                f,
+                "{} visible points, {} pairs of a pixel and a segment",
+                self.visible_points, self.list_entries
+            ),
+            _ => write!(f, "{} passes of at most 4 samples", self.passes),
+        }
     }
 }
 
 /// A sum that is 0 where there is nothing to add; that of `Iterator::sum` is -0 then.
+#[doc(hidden)]
 pub fn total(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |sum, value| sum + value)
 }

@@ -73,9 +73,7 @@ fn draw_hair(
             sample_count: depth.texture().sample_count(),
             reverse_z: true,
         };
-        let made = HairRenderer::new(device.wgpu_device(), &queue, options)
-            .and_then(|mut renderer| renderer.set_scene(scene).map(|()| renderer));
-        match made {
+        match HairRenderer::new(device.wgpu_device(), &queue, scene, options) {
             Ok(made) => *renderer = Some(made),
             Err(error) => eprintln!("hair: {error}"),
         }

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use strandlight_cpu as cpu;
-use strandlight_cpu::DATA_LAYERS;
 use strandlight_formats::{Background, BakedFile, LightSet, Lobe, Scene};
 use strandlight_reference::compare::Layer;
 use strandlight_runtime::Session;
 use strandlight_scene::PreparedScene;
+use strandlight_scene::layers::{Content, LAYERS, Written, data_layers};
+use strandlight_tests::generated::check_part;
 use strandlight_tests::scenes::{curtain, light, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, project_root, strandlight};
 
@@ -264,9 +265,9 @@ fn gpu_data_layers_are_of_the_strands_beside_the_picture() {
     };
     let (names, found) = render("cpu", "all.exr", "data,terms");
     let mut expected = vec!["total", "single", "global", "local"];
-    expected.extend(DATA_LAYERS.iter().map(|layer| layer.name));
+    expected.extend(data_layers().map(|(layer, _)| layer.name));
     assert_eq!(names, serde_json::json!(expected));
-    for layer in &DATA_LAYERS {
+    for (layer, _) in data_layers() {
         for name in layer.channels {
             assert!(found.contains_key(*name), "{name}");
         }
@@ -312,19 +313,45 @@ fn gpu_data_layers_are_of_the_strands_beside_the_picture() {
     assert!(n_hair > 200 && n_free > 200, "{n_hair} {n_free}");
 }
 
-#[test]
-fn every_data_layer_is_in_the_reference() {
-    let page = project_root().join("docs/book/src/reference/aov.md");
-    let page = std::fs::read_to_string(page).expect("there");
-    for layer in &DATA_LAYERS {
-        let channels: Vec<String> = layer
-            .channels
-            .iter()
-            .map(|name| format!("`{name}`"))
-            .collect();
-        let row = format!("| {} | `{}` |", channels.join(", "), layer.name);
-        assert!(page.contains(&row), "{row}");
+/// The tables of the reference: layers of light, and of data.
+fn reference() -> [String; 2] {
+    let code = |names: &[&str]| {
+        let names: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
+        names.join(", ")
+    };
+    let mut light = "| channels | written | content |\n|---|---|---|\n".to_owned();
+    let mut data = "| channels | name | content | without hair |\n|---|---|---|---|\n".to_owned();
+    for layer in &LAYERS {
+        let channels = code(layer.channels);
+        let unit = layer.unit.map_or(String::new(), |unit| format!(", {unit}"));
+        let content = format!("{}{unit}", layer.help);
+        if let Content::Data(_) = layer.content {
+            let background = layer.background.expect("a value");
+            data += &format!(
+                "| {channels} | `{}` | {content} | {background} |\n",
+                layer.name
+            );
+            continue;
+        }
+        let written = match layer.written {
+            Written::Always => "always".to_owned(),
+            Written::WithBackground => "unless the background is `none`".to_owned(),
+            Written::Splits(splits) => {
+                code(&splits.iter().map(|split| split.name()).collect::<Vec<_>>())
+            }
+            other => panic!("{other:?}"),
+        };
+        light += &format!("| {channels} | {written} | {content} |\n");
     }
+    [light, data]
+}
+
+#[test]
+fn the_reference_is_made_from_the_table_of_layers() {
+    let page = project_root().join("docs/book/src/reference/aov.md");
+    let [light, data] = reference();
+    check_part(&page, "layers", &light);
+    check_part(&page, "data layers", &data);
 }
 
 #[test]

@@ -56,9 +56,7 @@ fn depth_of(view: &HairView, distance: f32) -> f32 {
 }
 
 fn hair(context: &Context, options: HairOptions, scene: &PreparedScene) -> HairRenderer {
-    let mut hair = HairRenderer::new(&context.device, &context.queue, options).unwrap();
-    hair.set_scene(scene.clone()).unwrap();
-    hair
+    HairRenderer::new(&context.device, &context.queue, scene.clone(), options).unwrap()
 }
 
 /// A frame of a host whose targets have `size`, whose colour is cleared to `clear` and whose depth
@@ -419,9 +417,10 @@ fn budgets_spread_shading_over_frames() {
 #[test]
 fn hosts_are_told_what_cannot_be_drawn() {
     let context = context();
-    let refused = HairRenderer::new(&context.device, &context.queue, options(8, false));
-    assert!(matches!(refused.err(), Some(HairError::Samples(8))));
     let scene = scene();
+    let (device, queue) = (&context.device, &context.queue);
+    let refused = HairRenderer::new(device, queue, scene.clone(), options(8, false));
+    assert!(matches!(refused.err(), Some(HairError::Samples(8))));
     let options = options(4, false);
     let mut hair = hair(&context, options, &scene);
     let mut view = view_of(&scene, &options);

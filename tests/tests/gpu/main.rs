@@ -1,8 +1,8 @@
 //! Pictures and functions on the adapter; Mesa's lavapipe will do.
 
 mod embed;
-mod live;
 mod painted;
+mod progressive;
 mod proxies;
 mod render_agreement;
 mod render_multiple;

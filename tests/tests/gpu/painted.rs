@@ -3,11 +3,11 @@
 
 use strandlight_cpu as cpu;
 use strandlight_formats::Scattering;
-use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::ResourceCounts;
+use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scattering::HairParams;
 use strandlight_scene::material::{EditError, Outcome, Part};
-use strandlight_scene::paint::{Brush, BrushEffect, Paint, PaintedPoint, Picker, Stroking};
+use strandlight_scene::paint::{ActiveStroke, Brush, BrushEffect, Paint, PaintedPoint, Picker};
 use strandlight_scene::{Picture, PreparedScene};
 use strandlight_tests::render_common::{context, keep, lights, picture_rmse, wig_scene};
 
@@ -130,8 +130,8 @@ fn painting_a_renderer_is_as_starting_with_the_paint() {
             effect,
             ..Brush::default()
         };
-        let mut stroking = Stroking::new(brush).unwrap();
-        let changed = stroking.dab(&picker, &mut paint, top).unwrap();
+        let mut active_stroke = ActiveStroke::new(brush).unwrap();
+        let changed = active_stroke.dab(&picker, &mut paint, top).unwrap();
         renderer.set_paint(&paint, changed.clone()).unwrap();
         scene.repaint(&paint, changed).unwrap();
     }
@@ -156,13 +156,13 @@ fn a_stroke_is_seen_live_and_uploads_little() {
     let context = context();
     let mut scene = wig();
     scene.size = SIZE;
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
-    live.finish(4).unwrap();
-    let skips_paint = |live: &ProgressiveRenderer| {
-        let skipped = &live.report().stats.skipped;
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    progressive.finish(4).unwrap();
+    let skips_paint = |progressive: &ProgressiveRenderer| {
+        let skipped = &progressive.report().stats.skipped;
         skipped.iter().any(|what| what.starts_with("paint"))
     };
-    assert!(skips_paint(&live));
+    assert!(skips_paint(&progressive));
     let picker = Picker::new(&scene.strands);
     let mut paint = Paint::unpainted(scene.strands.n_groom_points());
     let brush = Brush {
@@ -170,31 +170,35 @@ fn a_stroke_is_seen_live_and_uploads_little() {
         along_cm: 8.0,
         ..Brush::default()
     };
-    let mut stroking = Stroking::new(brush).unwrap();
+    let mut active_stroke = ActiveStroke::new(brush).unwrap();
     let mut counts = Vec::new();
     for x in [-3.0, 0.0, 3.0] {
         let centre = glam::Vec3::new(x, 8.5, 2.0);
-        let changed = stroking.dab(&picker, &mut paint, centre).unwrap();
-        live.set_paint(&paint, changed).unwrap();
-        live.finish(4).unwrap();
+        let changed = active_stroke.dab(&picker, &mut paint, centre).unwrap();
+        progressive.set_paint(&paint, changed).unwrap();
+        progressive.finish(4).unwrap();
         counts.push(context.counts());
     }
-    assert!(!skips_paint(&live), "{:?}", live.report().stats.skipped);
+    assert!(
+        !skips_paint(&progressive),
+        "{:?}",
+        progressive.report().stats.skipped
+    );
     // After the first dab: neither pipelines nor textures nor geometry.
     let of = |counts: &ResourceCounts| (counts.pipelines, counts.textures, counts.geometry_uploads);
     assert_eq!(of(&counts[1]), of(&counts[0]));
     assert_eq!(of(&counts[2]), of(&counts[0]));
-    let found = live.finish(8).unwrap();
+    let found = progressive.finish(8).unwrap();
     scene.set_paint(Some(&paint)).unwrap();
     let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let (expected, _) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
     let error = picture_rmse(&found, &expected);
     assert!(error < 1e-5, "{error}");
     // Undone, it is the hair without paint.
-    let stroke = stroking.finish(&paint);
+    let stroke = active_stroke.finish(&paint);
     let range = paint.revert(&stroke).unwrap();
-    live.set_paint(&paint, range).unwrap();
-    let undone = live.finish(8).unwrap();
+    progressive.set_paint(&paint, range).unwrap();
+    let undone = progressive.finish(8).unwrap();
     let bare = wig();
     let mut bare = ProgressiveRenderer::new(&context, bare.clone()).unwrap();
     let (bare, _) = bare.render_to_image(&scene.camera, SIZE, 8).unwrap();

@@ -219,12 +219,12 @@ fn strands_wider_than_the_groom_cost_no_more_than_pixels_and_texels_allow() {
     let (bands, stats) = renderer.render_to_image(&scene.camera, size, 16).unwrap();
     assert!(stats.draws >= 12 && stats.draws <= 20, "{}", stats.draws);
     assert_eq!(bands, gpu);
-    let mut live = ProgressiveRenderer::new(&context, scene).unwrap();
-    live.set_parts(PartLimits {
+    let mut progressive = ProgressiveRenderer::new(&context, scene).unwrap();
+    progressive.set_parts(PartLimits {
         tile_side: None,
         drawn: 500_000,
     });
-    assert_eq!(live.still(size, 16).unwrap(), gpu);
+    assert_eq!(progressive.still(size, 16).unwrap(), gpu);
 }
 
 /// A camera so near to a strand that it fills the view.
@@ -274,20 +274,20 @@ fn a_picture_in_tiles_is_the_whole_picture() {
     assert_eq!(stats.draws, 4 * 4 * 3);
     let differing = tiled.rgba.iter().zip(&whole.rgba).filter(|(a, b)| a != b);
     assert_eq!(differing.count(), 0);
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
-    live.set_size([64, 48]).unwrap();
-    live.set_parts(parts);
-    let before = live.report().shadings;
-    let still = live.still(SIZE, 16).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    progressive.set_size([64, 48]).unwrap();
+    progressive.set_parts(parts);
+    let before = progressive.report().shadings;
+    let still = progressive.still(SIZE, 16).unwrap();
     assert_eq!(
-        live.report().shadings - before,
+        progressive.report().shadings - before,
         1,
         "the light is found once"
     );
     assert_eq!(still.rgba.len(), tiled.rgba.len());
     assert!(picture_rmse(&still, &tiled) < 1e-6);
     // What is shown is as before.
-    let shown = live.finish(16).unwrap();
+    let shown = progressive.finish(16).unwrap();
     assert_eq!([shown.width, shown.height], [64, 48]);
     let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let (expected, _) = renderer
@@ -301,7 +301,7 @@ fn any_number_of_samples_is_drawn_on_both_backends() {
     let context = context();
     let scene = wig_scene(400);
     let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     for samples in [1, 2, 3, 4, 5, 7, 18] {
         let (gpu, _) = renderer
             .render_to_image(&scene.camera, SIZE, samples)
@@ -321,6 +321,6 @@ fn any_number_of_samples_is_drawn_on_both_backends() {
         }
         assert_eq!(partly > 100, samples > 1, "{samples}: {partly}");
         // One after the other: samples that were left out are not added to.
-        assert!(picture_rmse(&live.still(SIZE, samples).unwrap(), &gpu) < 1e-6);
+        assert!(picture_rmse(&progressive.still(SIZE, samples).unwrap(), &gpu) < 1e-6);
     }
 }

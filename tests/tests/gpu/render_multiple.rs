@@ -2,7 +2,7 @@
 
 use strandlight_cpu as cpu;
 use strandlight_formats::Scattering;
-use strandlight_render::ProgressiveRenderer;
+use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::PreparedScene;
 use strandlight_tests::render_common::{

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use strandlight_cpu as cpu;
 use strandlight_formats::SrbfLight;
-use strandlight_render::ProgressiveRenderer;
+use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scattering::closed_form::unpack_record;
 use strandlight_scattering::spherical_gaussian::solid_angle;
 use strandlight_scattering::{HairParams, PerLobe};
@@ -288,8 +288,9 @@ fn an_edit_draws_what_a_new_renderer_draws() {
         |hair: &mut HairParams| hair.eta = 1.4,
     ] {
         edit(&mut hair);
-        let report = renderer.set_hair(&hair, scene.hair.modes()).unwrap();
-        assert!(report.bytes_to_upload() > 0);
+        renderer.set_hair(&hair, scene.hair.modes()).unwrap();
+        let report = renderer.report().edit.as_ref();
+        assert!(report.unwrap().bytes_to_upload() > 0);
     }
     let mut edited = scene.clone();
     edited.hair = textures(&hair, &strandlight_scattering::Lobe::ALL);

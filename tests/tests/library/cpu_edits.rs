@@ -1,5 +1,5 @@
 //! The CPU renderer after edits of a document draws what it draws of the same document opened
-//! afresh, bit for bit.
+//! afresh, bit for bit, and runs no stage that the edit does not touch.
 
 use serde_json::{Value, json};
 use strandlight_cpu::CpuRenderer;
@@ -35,7 +35,7 @@ fn check(session: &Session, script: Value) {
         fresh.set_time(viewer.time()).expect("a time");
         let (expected, _) = fresh.frame(SIZE, 4).expect("a picture");
         assert!(found == expected, "{step:?}");
-        assert_eq!(viewer.live().name(), "cpu");
+        assert_eq!(viewer.renderer().name(), "cpu");
         n_other += usize::from(found != first);
         assert!(
             matches!(step, Step::Undo(_)) || found != first,
@@ -43,6 +43,69 @@ fn check(session: &Session, script: Value) {
         );
     }
     assert!(n_other > 0);
+}
+
+/// Stages that run for a picture after `keys` were set, but for the last one, which always does.
+fn stages(viewer: &mut Viewer<dyn Backend>, keys: Value) -> Vec<&'static str> {
+    let script = Script::from_json(&json!([{"set": keys}]).to_string()).expect("valid");
+    let done = script.run(
+        viewer,
+        |_, _| Ok::<(), strandlight_runtime::ScriptError>(()),
+    );
+    done.expect("a valid step");
+    let (_, stats) = viewer.frame(SIZE, 4).expect("a picture");
+    let mut names: Vec<&str> = stats.stages.iter().map(|stage| stage.name).collect();
+    assert_eq!(names.pop(), Some("composite"));
+    names
+}
+
+#[test]
+fn edits_run_only_the_stages_that_they_touch() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |_| ());
+    let session = Session::open(&at).expect("a scene");
+    let viewer = Viewer::on(session, |scene| {
+        Ok(Box::new(CpuRenderer::new(scene)) as Box<dyn Backend>)
+    });
+    let mut viewer = viewer.expect("a scene that can be drawn");
+    let (_, stats) = viewer.frame(SIZE, 4).expect("a picture");
+    let all: Vec<&str> = stats.stages.iter().map(|stage| stage.name).collect();
+    let expected = [
+        "voxelise",
+        "list",
+        "shadow maps",
+        "through maps",
+        "transmittance",
+        "tables",
+        "shade",
+        "composite",
+    ];
+    assert_eq!(all, expected);
+    assert!(stats.visible_points > 0 && stats.list_entries > 0);
+    for (keys, expected) in [
+        (json!({"hair.eta": 1.7}), &["tables", "shade"][..]),
+        (json!({"hair.density_back": 0.5}), &["shade"]),
+        (json!({"lights.tint": [1, 0.5, 0.2]}), &["shade"]),
+        (json!({"render.background": [0.5, 0, 0]}), &[]),
+        (json!({"render.exposure": 1}), &[]),
+        (
+            json!({"lights.rotate_deg": 40}),
+            &["shadow maps", "through maps", "transmittance", "shade"],
+        ),
+        (
+            json!({"camera.position": [1, -2, 12]}),
+            &["list", "shadow maps", "through maps", "shade"],
+        ),
+        // The second view's shadow maps serve all views.
+        (
+            json!({"camera.position": [1, -3, 12]}),
+            &["list", "through maps", "shade"],
+        ),
+        (json!({"render.scattering": "single"}), &["tables", "shade"]),
+    ] {
+        assert_eq!(stages(&mut viewer, keys.clone()), expected, "{keys}");
+    }
 }
 
 #[test]

@@ -1,13 +1,9 @@
 //! The table of edits and stages in ARCHITECTURE.md is made from the rules.
 
-use std::fs;
-
 use strandlight_render::invalidation::{STAGES, stale_stages};
 use strandlight_runtime::session::EDITS;
+use strandlight_tests::generated::check_part;
 use strandlight_tests::project_root;
-
-const START: &str = "<!-- edits -->\n";
-const END: &str = "<!-- end of edits -->";
 
 fn table() -> String {
     let names = STAGES.map(|stage| stage.name);
@@ -22,23 +18,9 @@ fn table() -> String {
     text
 }
 
-/// `STRANDLIGHT_UPDATE_DOCS=1` writes it.
 #[test]
 fn the_table_of_edits_is_that_of_the_rules() {
-    let path = project_root().join("ARCHITECTURE.md");
-    let page = fs::read_to_string(&path).expect("UTF-8");
-    let (before, rest) = page.split_once(START).expect("the table's start");
-    let (_, after) = rest.split_once(END).expect("the table's end");
-    let expected = format!("{before}{START}{}{END}{after}", table());
-    if std::env::var_os("STRANDLIGHT_UPDATE_DOCS").is_some() {
-        fs::write(&path, expected).expect("writable");
-    } else {
-        assert!(
-            page == expected,
-            "run with STRANDLIGHT_UPDATE_DOCS=1:\n{}",
-            table()
-        );
-    }
+    check_part(&project_root().join("ARCHITECTURE.md"), "edits", &table());
 }
 
 #[test]

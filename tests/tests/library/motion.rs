@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use glam::Vec3;
 use strandlight_formats::{BakedFile, Groom, Scene, WindSection};
-use strandlight_render::ProgressiveRenderer;
+use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scene::motion::{Motion, Wind, wind};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::{PreparedScene, files::Files};
@@ -112,11 +112,13 @@ fn gpu_bends_and_lights_the_hair_as_the_cpu_says() {
     let rest = scene.strands.clone();
     scene.size = [96, 72];
     scene.samples = 16;
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     for seconds in [0.4, 2.9] {
-        live.set_wind(Some(Wind::at(&breeze(), &rest, seconds)));
-        while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
-        let moved = live.finish(16).unwrap();
+        progressive
+            .set_wind(Some(Wind::at(&breeze(), &rest, seconds)))
+            .unwrap();
+        while !progressive.advance(Duration::from_secs(1)).unwrap().is_done {}
+        let moved = progressive.finish(16).unwrap();
         scene.strands = wind::strands_at(&breeze(), &rest, seconds).unwrap();
         let mut fresh = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
         let (expected, _) = fresh.render_to_image(&scene.camera, [96, 72], 16).unwrap();
@@ -125,9 +127,9 @@ fn gpu_bends_and_lights_the_hair_as_the_cpu_says() {
         assert!(error < 0.01, "{error}");
     }
     // And back to rest.
-    live.set_wind(None);
-    while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
-    let calm = live.finish(16).unwrap();
+    progressive.set_wind(None).unwrap();
+    while !progressive.advance(Duration::from_secs(1)).unwrap().is_done {}
+    let calm = progressive.finish(16).unwrap();
     scene.strands = rest;
     let mut fresh = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let (expected, _) = fresh.render_to_image(&scene.camera, [96, 72], 16).unwrap();

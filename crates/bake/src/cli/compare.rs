@@ -12,6 +12,9 @@ use strandlight_scene::tone::filmic;
 
 use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 
+/// Largest side of blocks.
+const MAX_BLOCK: i64 = 1024;
+
 /// Compare picture A with reference B
 ///
 /// Takes two OpenEXR pictures (linear, premultiplied alpha) or two PNGs (sRGB, compared in linear
@@ -32,9 +35,9 @@ pub struct Args {
     /// Layer of B if it differs from that of A; "-" for the plain channels
     #[arg(long, value_name = "NAME")]
     layer_b: Option<String>,
-    /// Average blocks of N x N pixels first (not for FLIP), 1..=1024
     #[arg(long = "box", value_name = "N", default_value_t = 1,
-        value_parser = clap::value_parser!(u32).range(1..=1024))]
+        value_parser = clap::value_parser!(u32).range(1..=MAX_BLOCK),
+        help = format!("Average blocks of N x N pixels first (not for FLIP), 1..={MAX_BLOCK}"))]
     block: u32,
     /// Exposure for FLIP in stops, -32..=32
     #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true,
@@ -102,8 +105,7 @@ pub fn run(args: &Args) -> Outcome {
     let side = args.block as usize;
     let (small_a, small_b) = (a.boxed(side), b.boxed(side));
     let comparison = compare(&small_a, &small_b).map_err(Failure::input)?;
-    let map =
-        FlipMap::of_layers(&a, &b, |rgb| args.show(rgb, a.is_display)).map_err(Failure::input)?;
+    let map = FlipMap::new(&a, &b, |rgb| args.show(rgb, a.is_display)).map_err(Failure::input)?;
 
     let scale = heat_scale(&small_a, &small_b);
     if let Some(path) = &args.heatmap {

@@ -19,6 +19,9 @@ use super::inspect::{Content, lights};
 use super::{Failure, Outcome, check_outputs, is_stream, note, print_line, write_output};
 use output::Output;
 
+/// Widest environment map.
+const MAX_WIDTH: i64 = 8192;
+
 /// Convert a .tables, .lights or .groom file to another format
 ///
 /// .tables: to .npy (float32, [channel, row, column], and a vector with the values at the texel
@@ -39,8 +42,8 @@ pub struct Args {
     /// Output format of a groom [default: by extension]
     #[arg(long, value_parser = parse_format)]
     format: Option<&'static dyn GroomFormat>,
-    /// Width of a light set's environment map, 2 to 8192 pixels; its height is half the width
-    #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=8192))]
+    #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=MAX_WIDTH),
+        help = format!("Width of a light set's environment map, 2 to {MAX_WIDTH} pixels; its height is half the width"))]
     width: u32,
 }
 

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Subcommand, ValueEnum};
-use strandlight_bake::grooms::{GrowSpec, Style, generate};
+use strandlight_bake::grooms::{
+    GrowSpec, MAX_POINTS, MAX_POINTS_PER_STRAND, MAX_STRANDS, Style, generate,
+};
 use strandlight_formats::{
     AttributeSupport, BakedFile, CurveBasis, DiameterRange, DiameterSource, FormatInfo,
     GROOM_FORMATS, Groom, Guess, Guesses, ImportOptions, Kind, LengthUnit, Scene, SourceFile,
@@ -71,11 +73,10 @@ struct GenerateArgs {
     /// Hair style
     #[arg(long, value_enum)]
     style: Style,
-    /// Number of strands, 1 to 1000000
-    #[arg(long, default_value_t = 10_000)]
+    #[arg(long, default_value_t = 10_000, help = format!("Number of strands, 1 to {MAX_STRANDS}"))]
     strands: u32,
-    /// Points per strand, 2 to 4096; at most 67 million points in total
-    #[arg(long, default_value_t = 32)]
+    #[arg(long, default_value_t = 32, help = format!(
+        "Points per strand, 2 to {MAX_POINTS_PER_STRAND}; at most {MAX_POINTS} points in total"))]
     points_per_strand: u32,
     /// Random seed; the output is deterministic for a given seed
     #[arg(long, default_value_t = 0)]

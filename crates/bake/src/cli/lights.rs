@@ -25,8 +25,8 @@ pub struct Args {
     /// Light set to write, - for standard output
     #[arg(short, long, value_name = "F.lights")]
     output: PathBuf,
-    /// Number of lights, 1 to 1024
-    #[arg(long, default_value_t = 40, value_parser = parse_count)]
+    #[arg(long, default_value_t = 40, value_parser = parse_count,
+        help = format!("Number of lights, 1 to {MAX_LIGHTS}"))]
     count: usize,
     /// Random seed; the output is deterministic for a given seed
     #[arg(long, default_value_t = 0)]

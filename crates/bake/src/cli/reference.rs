@@ -57,8 +57,8 @@ pub struct Args {
     /// Width and height in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
     size: Option<[u32; 2]>,
-    /// Animation time in seconds, 0..=1000000
-    #[arg(long, value_name = "SECONDS", value_parser = super::render::parse_time, default_value_t = 0.0)]
+    #[arg(long, value_name = "SECONDS", value_parser = super::render::parse_time, default_value_t = 0.0,
+        help = super::render::time_help())]
     time: f64,
     /// Random seed
     #[arg(long, value_name = "S", default_value_t = 0)]

@@ -22,7 +22,7 @@ use crate::cli::progress::progress;
 use args::{Format, format_of};
 use report::{inputs, report};
 
-pub use args::{Args, parse_size, parse_time};
+pub use args::{Args, parse_size, parse_time, time_help};
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> Outcome {
     });
     progress.finish();
     let (picture, stats) = drawn?;
-    let mut provenance = provenance.drawn(samples, &stats.backend);
+    let mut provenance = provenance.drawn(stats.samples, &stats.backend);
     if args.transmittance != Method::Sweep {
         provenance = provenance.with("transmittance", args.transmittance.name());
     }
@@ -91,16 +91,17 @@ pub fn run(args: &Args) -> Outcome {
     };
     write_output(&args.output, &bytes)?;
     if args.json {
-        let mut report = report(&args.output, &picture, samples, &stats);
+        let mut report = report(&args.output, &picture, &stats);
         report["time"] = json!(args.time);
         report["inputs"] = inputs(&provenance);
         print_line(report)
     } else {
         print_line(format_args!(
-            "{}: {}x{}, {samples} samples, {} bytes",
+            "{}: {}x{}, {}, {} bytes",
             args.output.display(),
             picture.width,
             picture.height,
+            stats.visibility(),
             bytes.len()
         ))
     }

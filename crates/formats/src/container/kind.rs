@@ -57,7 +57,7 @@ impl Kind {
     }
 
     /// The kind that the first bytes of a file announce, if it is one of ours.
-    pub(crate) fn of_bytes(start: &[u8]) -> Option<Kind> {
+    pub(crate) fn from_signature(start: &[u8]) -> Option<Kind> {
         let tag = start.strip_prefix(&MAGIC)?.get(..4)?;
         Kind::ALL.into_iter().find(|kind| kind.tag() == tag)
     }

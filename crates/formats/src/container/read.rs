@@ -93,7 +93,7 @@ impl<R: Read + Seek> Container<R> {
             .min(usize::try_from(file_bytes).unwrap_or(usize::MAX));
         source.seek(SeekFrom::Start(0))?;
         source.read_exact(&mut header[..start])?;
-        if Kind::of_bytes(&header[..start]) != Some(kind) {
+        if Kind::from_signature(&header[..start]) != Some(kind) {
             return Err(wrong_kind(&mut source, &header[..start], kind));
         }
         if file_bytes < HEADER_BYTES {

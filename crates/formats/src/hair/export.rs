@@ -36,7 +36,7 @@ pub(super) fn write(groom: &Groom, options: &ExportOptions) -> Result<Vec<u8>> {
     let original = match groom.source.original_of(INFO.name) {
         Some(bytes) => {
             let original = HairOriginal::from_bytes(bytes, groom.n_strands())?;
-            Some(original.moved(Placement::of_source(groom), placement))
+            Some(original.moved(Placement::from_source(groom), placement))
         }
         None => None,
     };

@@ -83,7 +83,7 @@ pub trait Field {
 /// Fields that are always there, between their type and a value.
 trait Plain: Sized {
     fn to_value(&self) -> Value;
-    fn of_value(value: Value) -> Option<Self>;
+    fn from_value(value: Value) -> Option<Self>;
 }
 
 impl<T: Plain> Field for T {
@@ -92,7 +92,7 @@ impl<T: Plain> Field for T {
     }
 
     fn set(&mut self, value: Option<Value>) -> bool {
-        let read = value.and_then(T::of_value);
+        let read = value.and_then(T::from_value);
         let is_read = read.is_some();
         if let Some(read) = read {
             *self = read;
@@ -107,7 +107,7 @@ impl<T: Plain> Field for Option<T> {
     }
 
     fn set(&mut self, value: Option<Value>) -> bool {
-        match value.map(T::of_value) {
+        match value.map(T::from_value) {
             None => *self = None,
             Some(Some(read)) => *self = Some(read),
             Some(None) => return false,
@@ -121,7 +121,7 @@ impl Plain for f64 {
         Value::Number(*self)
     }
 
-    fn of_value(value: Value) -> Option<f64> {
+    fn from_value(value: Value) -> Option<f64> {
         match value {
             Value::Number(value) => Some(value),
             _ => None,
@@ -139,8 +139,8 @@ impl Plain for u32 {
         Value::Number(f64::from(*self))
     }
 
-    fn of_value(value: Value) -> Option<u32> {
-        f64::of_value(value).and_then(whole)
+    fn from_value(value: Value) -> Option<u32> {
+        f64::from_value(value).and_then(whole)
     }
 }
 
@@ -149,7 +149,7 @@ impl Plain for [f64; 3] {
         Value::Vector(*self)
     }
 
-    fn of_value(value: Value) -> Option<[f64; 3]> {
+    fn from_value(value: Value) -> Option<[f64; 3]> {
         match value {
             Value::Vector(values) => Some(values),
             _ => None,
@@ -162,8 +162,8 @@ impl Plain for PerLobe<f64> {
         Value::Vector([self.r, self.tt, self.trt])
     }
 
-    fn of_value(value: Value) -> Option<PerLobe<f64>> {
-        let [r, tt, trt] = <[f64; 3]>::of_value(value)?;
+    fn from_value(value: Value) -> Option<PerLobe<f64>> {
+        let [r, tt, trt] = <[f64; 3]>::from_value(value)?;
         Some(PerLobe { r, tt, trt })
     }
 }
@@ -173,7 +173,7 @@ impl Plain for Vec<u32> {
         Value::Numbers(self.iter().copied().map(f64::from).collect())
     }
 
-    fn of_value(value: Value) -> Option<Vec<u32>> {
+    fn from_value(value: Value) -> Option<Vec<u32>> {
         match value {
             Value::Numbers(values) => values.into_iter().map(whole).collect(),
             _ => None,
@@ -186,8 +186,8 @@ impl Plain for [u32; 2] {
         self.to_vec().to_value()
     }
 
-    fn of_value(value: Value) -> Option<[u32; 2]> {
-        Vec::of_value(value)?.try_into().ok()
+    fn from_value(value: Value) -> Option<[u32; 2]> {
+        Vec::from_value(value)?.try_into().ok()
     }
 }
 
@@ -196,7 +196,7 @@ impl Plain for String {
         Value::Text(self.clone())
     }
 
-    fn of_value(value: Value) -> Option<String> {
+    fn from_value(value: Value) -> Option<String> {
         match value {
             Value::Text(text) => Some(text),
             _ => None,
@@ -209,8 +209,8 @@ impl Plain for PathBuf {
         Value::Text(self.to_string_lossy().into_owned())
     }
 
-    fn of_value(value: Value) -> Option<PathBuf> {
-        String::of_value(value).map(PathBuf::from)
+    fn from_value(value: Value) -> Option<PathBuf> {
+        String::from_value(value).map(PathBuf::from)
     }
 }
 
@@ -228,7 +228,7 @@ impl Plain for Vec<PathBuf> {
         Value::Texts(names.collect())
     }
 
-    fn of_value(value: Value) -> Option<Vec<PathBuf>> {
+    fn from_value(value: Value) -> Option<Vec<PathBuf>> {
         texts(value, |name| Some(PathBuf::from(name)))
     }
 }
@@ -238,7 +238,7 @@ impl Plain for Vec<Lobe> {
         Value::Texts(self.iter().map(|mode| mode.name().to_owned()).collect())
     }
 
-    fn of_value(value: Value) -> Option<Vec<Lobe>> {
+    fn from_value(value: Value) -> Option<Vec<Lobe>> {
         texts(value, |name| Lobe::from_name(&name))
     }
 }
@@ -248,8 +248,8 @@ impl Plain for Scattering {
         Value::Text(self.name().to_owned())
     }
 
-    fn of_value(value: Value) -> Option<Scattering> {
-        let name = String::of_value(value)?;
+    fn from_value(value: Value) -> Option<Scattering> {
+        let name = String::from_value(value)?;
         Scattering::ALL.into_iter().find(|term| term.name() == name)
     }
 }
@@ -259,8 +259,8 @@ impl Plain for ToneMap {
         Value::Text(self.name().to_owned())
     }
 
-    fn of_value(value: Value) -> Option<ToneMap> {
-        let name = String::of_value(value)?;
+    fn from_value(value: Value) -> Option<ToneMap> {
+        let name = String::from_value(value)?;
         ToneMap::ALL.into_iter().find(|curve| curve.name() == name)
     }
 }
@@ -274,7 +274,7 @@ impl Plain for Background {
         }
     }
 
-    fn of_value(value: Value) -> Option<Background> {
+    fn from_value(value: Value) -> Option<Background> {
         match value {
             Value::Text(text) if text == "lights" => Some(Background::Lights),
             Value::Text(text) if text == "none" => Some(Background::None),

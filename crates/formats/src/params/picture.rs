@@ -2,7 +2,10 @@
 
 use super::section::{Param, Section, at};
 use super::spec::{Absent, Kind, Numbers, Shape, Word};
-use crate::scene::{CameraSection, GroomSection, RenderSection, TablesSection};
+use crate::scene::{
+    CameraSection, GroomSection, MAX_SAMPLES, MAX_SHADOW_MAPS, MAX_SIDE, RenderSection,
+    TablesSection,
+};
 
 /// The hair's shape.
 pub const GROOM: Section<GroomSection> = Section {
@@ -129,7 +132,7 @@ pub const RENDER: Section<RenderSection> = Section {
             "size",
             "Size",
             Shape::Size,
-            [1.0, 16384.0],
+            [1.0, MAX_SIDE as f64],
             at!(RenderSection.size),
         )
         .unit("pixels")
@@ -168,20 +171,20 @@ pub const RENDER: Section<RenderSection> = Section {
             "samples",
             "Samples",
             Shape::Whole,
-            [1.0, 65536.0],
+            [1.0, MAX_SAMPLES as f64],
             at!(RenderSection.samples),
         )
         .slider(4.0, 1024.0)
         .logarithmic()
         .help(
             "Samples per pixel of the finished picture. More give smoother strands and take \
-                 longer.",
+                 longer; the CPU draws without samples.",
         ),
         Param::numbers(
             "shadow_maps",
             "Shadow maps",
             Shape::Whole,
-            [0.0, 4096.0],
+            [0.0, MAX_SHADOW_MAPS as f64],
             at!(RenderSection.shadow_maps),
         )
         .slider(0.0, 256.0)

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 use strandlight_formats::SrbfLight;
 use strandlight_scattering::HairParams;
-use strandlight_scene::paint::{Brush, Paint, Picker, Stroke, Stroking};
+use strandlight_scene::paint::{ActiveStroke, Brush, Paint, Picker, Stroke};
 use strandlight_scene::{Backend, Camera, PreparedScene, RenderError};
 
 /// Hair of another absorption.
@@ -84,12 +84,13 @@ pub(super) fn stroke(scene: &PreparedScene, before: &Paint) -> Stroke {
     let eye = scene.camera.eye;
     let positions = scene.strands.points.iter().map(|p| Vec3::from_slice(p));
     let nearest = positions.min_by(|a, b| a.distance(eye).total_cmp(&b.distance(eye)));
-    let (Some(nearest), Ok(mut stroking)) = (nearest, Stroking::new(Brush::default())) else {
+    let (Some(nearest), Ok(mut active_stroke)) = (nearest, ActiveStroke::new(Brush::default()))
+    else {
         return Stroke::default();
     };
     let mut after = before.clone();
-    stroking.dab(&Picker::new(&scene.strands), &mut after, nearest);
-    stroking.finish(&after)
+    active_stroke.dab(&Picker::new(&scene.strands), &mut after, nearest);
+    active_stroke.finish(&after)
 }
 
 /// The middle value, the upper one of two; 0 of none.

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use strandlight_formats::{SrbfLight, WindSection};
-use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
+use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scene::motion::{Wind, wind};
 use strandlight_scene::paint::{Paint, PaintedPoint};
 use strandlight_scene::volume;
@@ -53,7 +53,7 @@ impl FrameCost {
 /// there or back.
 struct Kind {
     name: String,
-    live: usize,
+    renderer: usize,
     samples: u32,
     edit: Box<Edit>,
 }
@@ -136,38 +136,38 @@ fn kind(
 ) -> Kind {
     Kind {
         name: name.to_owned(),
-        live: 0,
+        renderer: 0,
         samples: 4,
         edit: Box::new(edit),
     }
 }
 
 fn edits(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
-    let everything = |live: &mut ProgressiveRenderer, base: &Base, there: bool| {
+    let everything = |renderer: &mut ProgressiveRenderer, base: &Base, there: bool| {
         let shift = if there { 0.01 } else { 0.0 };
         let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
         let points: Vec<_> = base.points.iter().map(shifted).collect();
-        live.set_points(&points)?;
-        turn_lights(live, base, there)
+        renderer.set_points(&points)?;
+        turn_lights(renderer, base, there)
     };
     let kinds = [
         kind("everything", everything),
         kind("lights turned", turn_lights),
         kind("view", turn_camera),
-        kind("index of refraction", |live, base, there| {
-            edits::eta(live, &base.scene, there)
+        kind("index of refraction", |renderer, base, there| {
+            edits::eta(renderer, &base.scene, there)
         }),
         kind("colour of the hair", color),
-        kind("widths", |live, base, there| {
-            edits::widths(live, &base.scene, there)
+        kind("widths", |renderer, base, there| {
+            edits::widths(renderer, &base.scene, there)
         }),
-        kind("colour of the lights", |live, base, there| {
-            edits::light_colors(live, &base.scene, there)
+        kind("colour of the lights", |renderer, base, there| {
+            edits::light_colors(renderer, &base.scene, there)
         }),
-        kind("grade", |live, base, there| {
+        kind("grade", |renderer, base, there| {
             let scene = &base.scene;
             let exposure = scene.exposure + if there { 0.5 } else { 0.0 };
-            live.set_grade(exposure, scene.tone_map, scene.background);
+            renderer.set_grade(exposure, scene.tone_map, scene.background);
             Ok(())
         }),
     ];
@@ -181,8 +181,8 @@ fn lights(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, Render
     let power = |light: &SrbfLight| volume::power(light).iter().sum::<f64>();
     few.lights.sort_by(|a, b| power(b).total_cmp(&power(a)));
     few.lights.truncate(n_few);
-    let of = |n: usize, live: usize| Kind {
-        live,
+    let of = |n: usize, renderer: usize| Kind {
+        renderer,
         ..kind(&format!("{n} lights, colour of the hair"), color)
     };
     let kinds = [of(n_few, 0), of(n_all, 1)];
@@ -196,11 +196,11 @@ fn shadow_maps(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, R
         let mut of_budget = scene.clone();
         of_budget.shadow_maps = n;
         kinds.push(Kind {
-            live: scenes.len(),
+            renderer: scenes.len(),
             ..kind(&format!("{n} maps, lights turned"), turn_lights)
         });
         kinds.push(Kind {
-            live: scenes.len(),
+            renderer: scenes.len(),
             ..kind(&format!("{n} maps, view"), turn_camera)
         });
         scenes.push(of_budget);
@@ -247,8 +247,8 @@ fn paint(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderE
         scenes.push(painted);
     }
     let names = ["not painted", "dyed", "dyed, widths and shifts"];
-    let of = |(live, name): (usize, &&str)| Kind {
-        live,
+    let of = |(renderer, name): (usize, &&str)| Kind {
+        renderer,
         ..kind(&format!("{name}, colour of the hair"), color)
     };
     let mut kinds: Vec<Kind> = names.iter().enumerate().map(of).collect();
@@ -257,14 +257,14 @@ fn paint(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderE
     };
     let stroke = stroke(scene, &whole);
     kinds.push(Kind {
-        live: 1,
-        ..kind("dyed, a stroke", move |live, _, there| {
+        renderer: 1,
+        ..kind("dyed, a stroke", move |renderer, _, there| {
             let mut paint = whole.clone();
             let range = stroke.range().unwrap_or(0..0);
             if there {
                 paint.apply(&stroke);
             }
-            live.set_paint(&paint, range)
+            renderer.set_paint(&paint, range)
         })
     });
     measure(bench, "paint", &scenes, &kinds)
@@ -275,41 +275,41 @@ fn motion(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, Render
     let mut scene = scene.clone();
     scene.strands = wind::with_room(&WindSection::default(), scene.strands);
     let kinds = [
-        kind("points moved", |live, base, there| {
+        kind("points moved", |renderer, base, there| {
             let shift = if there { 0.01 } else { 0.0 };
             let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
             let points: Vec<_> = base.points.iter().map(shifted).collect();
-            live.set_wind(None);
-            live.set_points(&points)
+            renderer.set_wind(None)?;
+            renderer.set_points(&points)
         }),
-        kind("wind", |live, base, there| {
+        kind("wind", |renderer, base, there| {
             let seconds = if there { 1.0 } else { 1.1 };
             let wind = Wind::at(&WindSection::default(), &base.scene.strands, seconds);
-            live.set_wind(Some(wind));
+            renderer.set_wind(Some(wind))?;
             Ok(())
         }),
     ];
     measure(bench, "motion", from_ref(&scene), &kinds)
 }
 
-fn color(live: &mut ProgressiveRenderer, base: &Base, there: bool) -> Result<(), RenderError> {
-    edits::color(live, &base.scene, there)
+fn color(renderer: &mut ProgressiveRenderer, base: &Base, there: bool) -> Result<(), RenderError> {
+    edits::color(renderer, &base.scene, there)
 }
 
 fn turn_lights(
-    live: &mut ProgressiveRenderer,
+    renderer: &mut ProgressiveRenderer,
     base: &Base,
     there: bool,
 ) -> Result<(), RenderError> {
-    edits::turn_lights(live, &base.scene, if there { TURN } else { 0.0 })
+    edits::turn_lights(renderer, &base.scene, if there { TURN } else { 0.0 })
 }
 
 fn turn_camera(
-    live: &mut ProgressiveRenderer,
+    renderer: &mut ProgressiveRenderer,
     base: &Base,
     there: bool,
 ) -> Result<(), RenderError> {
-    edits::turn_camera(live, &base.scene, if there { TURN } else { 0.0 });
+    edits::turn_camera(renderer, &base.scene, if there { TURN } else { 0.0 });
     Ok(())
 }
 
@@ -325,24 +325,24 @@ fn measure(
     for scene in scenes {
         let mut scene = scene.clone();
         scene.samples = 4;
-        let mut live = ProgressiveRenderer::new(bench.context, scene.clone())?;
-        to_the_end(&mut live)?;
+        let mut renderer = ProgressiveRenderer::new(bench.context, scene.clone())?;
+        to_the_end(&mut renderer)?;
         let points = scene.strands.points.clone();
-        lives.push((live, Base { scene, points }));
+        lives.push((renderer, Base { scene, points }));
     }
     let starting = start.elapsed().as_secs_f64();
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); kinds.len()];
     for round in 0..=bench.repetitions {
         for (kind, runs) in kinds.iter().zip(&mut runs) {
-            let (live, base) = &mut lives[kind.live];
-            live.set_samples(kind.samples);
-            to_the_end(live)?;
+            let (renderer, base) = &mut lives[kind.renderer];
+            renderer.set_samples(kind.samples);
+            to_the_end(renderer)?;
             let mut turn = |there| -> Result<(), RenderError> {
                 let start = Instant::now();
-                (kind.edit)(live, base, there)?;
-                to_the_end(live)?;
+                (kind.edit)(renderer, base, there)?;
+                to_the_end(renderer)?;
                 let milliseconds = 1e3 * start.elapsed().as_secs_f64();
-                let stages = live.report().stages.iter();
+                let stages = renderer.report().stages.iter();
                 let stages = stages.map(|stage| (stage.name, stage.milliseconds));
                 if round > 0 {
                     runs.push((milliseconds, stages.collect()));
@@ -382,7 +382,7 @@ fn measure(
 }
 
 /// Until the picture is finished.
-fn to_the_end(live: &mut ProgressiveRenderer) -> Result<(), RenderError> {
-    while !live.advance(Duration::from_secs(3600))?.is_done {}
+fn to_the_end(renderer: &mut ProgressiveRenderer) -> Result<(), RenderError> {
+    while !renderer.advance(Duration::from_secs(3600))?.is_done {}
     Ok(())
 }

@@ -130,7 +130,7 @@ impl FlipMap {
     ///
     /// # Errors
     /// Different sizes.
-    pub fn of_layers(
+    pub fn new(
         a: &Layer,
         b: &Layer,
         show: impl Fn([f32; 3]) -> [f32; 3],

@@ -52,7 +52,7 @@ impl Clock {
     }
 
     /// Where the next slice, one of `name`, notes its time.
-    pub fn stamp(&mut self, name: &'static str) -> Stamp<'_> {
+    pub fn stamp(&mut self, name: &'static str) -> Stamp {
         let Some(device) = &mut self.device else {
             return Stamp::default();
         };
@@ -62,7 +62,7 @@ impl Clock {
         }
         device.names.push(name);
         Stamp {
-            set: Some(&device.set),
+            set: Some(device.set.clone()),
             begin: Some(2 * ix),
             end: Some(2 * ix + 1),
         }

@@ -1,8 +1,5 @@
 //! Projecting the strands and rasterising the ribbons in passes of four samples.
 
-use super::covering::covering;
-use super::lighting::Lighting;
-use super::proxies::DrawnProxies;
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, labelled, shader, step, storage, submit, uniform,
 };
@@ -11,19 +8,6 @@ use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::sampling::{PASS_SAMPLES, pass_jitter};
-
-/// Side of the viewport in pixels, with what is drawn in its middle: a power of two, so that
-/// corners come out the same whatever it is. Software devices slow down wherever a triangle is
-/// clipped; a device with smaller textures gets a smaller one.
-fn viewport_side(context: &Context) -> f32 {
-    let most = context.device.limits().max_texture_dimension_2d;
-    f32::from(
-        1_u16
-            << most
-                .clamp(1, strandlight_scene::budget::MAX_TARGET_SIDE)
-                .ilog2(),
-    )
-}
 
 /// Segments whose corners share an index buffer: 96 MiB, below the 128 MiB every adapter binds.
 pub(super) const SEGMENT_CHUNK: u32 = 4 << 20;
@@ -54,18 +38,6 @@ strandlight_scattering::mirrors! {
 pub(crate) struct Projection {
     project: wgpu::ComputePipeline,
     ribbons: wgpu::ComputePipeline,
-}
-
-/// Pipelines that draw strands into pictures of their own, and sum up samples.
-pub(crate) struct Draw {
-    strands: wgpu::RenderPipeline,
-    /// By buffer of radiance.
-    groups: Vec<wgpu::BindGroup>,
-    /// Drawn before the strands, if there are any.
-    proxies: Option<DrawnProxies>,
-    viewport: f32,
-    pub(super) accumulate: wgpu::ComputePipeline,
-    pub(super) composite: wgpu::ComputePipeline,
 }
 
 /// The strands on the screen: what `project` and `ribbons` leave for the passes of a view.
@@ -241,56 +213,5 @@ impl Projection {
             project: compute(context, &shader(context, "pass/project")?, "project"),
             ribbons: compute(context, &shader(context, "pass/ribbons")?, "ribbons"),
         })
-    }
-}
-
-impl Draw {
-    /// Draws `ribbons`, lit by one of the buffers of `radiance`.
-    pub fn new(
-        context: &Context,
-        ribbons: &Ribbons,
-        radiance: &[&wgpu::Buffer],
-    ) -> Result<Self, RenderError> {
-        let accumulate = compute(context, &shader(context, "pass/accumulate")?, "accumulate");
-        let composite = compute(context, &shader(context, "pass/composite")?, "composite");
-        let module = shader(context, "pass/strands")?;
-        let viewport = viewport_side(context);
-        // Corners are in 1/256 px from the middle.
-        let constants = [("CLIP_PER_UNIT", 1.0 / (128.0 * f64::from(viewport)))];
-        let entries = ["ribbon", "cover"];
-        let strands = covering(context, "strands", &module, entries, &constants);
-        let layout = strands.get_bind_group_layout(0);
-        Ok(Draw {
-            groups: ribbons.bind_strands(context, &layout, radiance, &[]),
-            strands,
-            proxies: None,
-            viewport,
-            accumulate,
-            composite,
-        })
-    }
-
-    /// Takes the proxies as `lighting` has them.
-    pub fn set_proxies(&mut self, context: &Context, ribbons: &Ribbons, lighting: &Lighting) {
-        let proxies = lighting.proxies();
-        self.proxies = proxies.map(|proxies| proxies.drawn(context, &ribbons.view, &ribbons.pass));
-    }
-
-    /// Draws proxies and strands into a picture of `size`, lit by the radiance buffer `radiance`.
-    pub(super) fn draw(
-        &self,
-        pass: &mut wgpu::RenderPass,
-        ribbons: &Ribbons,
-        size: [u32; 2],
-        radiance: usize,
-    ) {
-        if let Some(proxies) = &self.proxies {
-            proxies.draw(pass, size, radiance);
-        }
-        pass.set_pipeline(&self.strands);
-        pass.set_bind_group(0, &self.groups[radiance], &[]);
-        let [left, top] = size.map(|n| 0.5 * (n as f32 - self.viewport));
-        pass.set_viewport(left, top, self.viewport, self.viewport, 0.0, 1.0);
-        ribbons.draw_segments(pass);
     }
 }

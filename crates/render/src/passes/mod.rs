@@ -2,14 +2,14 @@
 //!
 //! Once for the strands and the lights: `voxelise` (shadow volume) -> shadow maps,
 //! `transmittance`. A frame: the maps towards the eye -> `shade`, in batches of lights -> `draw`
-//! (project, ribbons, passes of four samples, accumulate) -> `composite`. In the pass of a host,
-//! `hosted` takes the place of the last two.
+//! (project, ribbons, passes of four samples, accumulate) -> `composite`. `strand_pass` draws the
+//! ribbons, into the passes of a film or of a host, which accumulates and composes itself.
 
 pub(crate) mod clock;
 mod covering;
 pub(crate) mod deform;
 pub(crate) mod draw;
-pub(crate) mod hosted;
+pub(crate) mod film;
 pub(crate) mod lighting;
 mod memory_estimate;
 pub(crate) mod noise;
@@ -24,6 +24,7 @@ pub(crate) mod screen;
 mod shadow_map;
 mod shadows;
 pub(crate) mod stamp;
+pub(crate) mod strand_pass;
 pub(crate) mod target;
 pub(crate) mod volume;
 
@@ -42,10 +43,10 @@ pub(crate) fn layouts() -> Vec<Layout> {
     [
         draw::LAYOUTS,
         preview::LAYOUTS,
-        hosted::LAYOUTS,
         noise::LAYOUTS,
         screen::LAYOUTS,
         shadows::LAYOUTS,
+        strand_pass::LAYOUTS,
         target::LAYOUTS,
     ]
     .concat()

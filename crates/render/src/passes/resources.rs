@@ -227,7 +227,7 @@ pub(crate) fn compute_pass<'e>(
 ) -> wgpu::ComputePass<'e> {
     encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
         label: None,
-        timestamp_writes: stamp.of_compute(),
+        timestamp_writes: stamp.compute_writes(),
     })
 }
 

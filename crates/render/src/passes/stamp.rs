@@ -2,14 +2,14 @@
 
 /// Where the passes of one slice note when they began and ended; nowhere if the device has no
 /// time stamps or all places are taken.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Stamp<'a> {
-    pub(super) set: Option<&'a wgpu::QuerySet>,
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stamp {
+    pub(super) set: Option<wgpu::QuerySet>,
     pub(super) begin: Option<u32>,
     pub(super) end: Option<u32>,
 }
 
-impl<'a> Stamp<'a> {
+impl Stamp {
     /// For the first of several passes.
     pub fn first(self) -> Self {
         Stamp { end: None, ..self }
@@ -23,17 +23,17 @@ impl<'a> Stamp<'a> {
         }
     }
 
-    pub fn of_compute(self) -> Option<wgpu::ComputePassTimestampWrites<'a>> {
+    pub fn compute_writes(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         Some(wgpu::ComputePassTimestampWrites {
-            query_set: self.set?,
+            query_set: self.set.as_ref()?,
             beginning_of_pass_write_index: self.begin,
             end_of_pass_write_index: self.end,
         })
     }
 
-    pub fn of_render(self) -> Option<wgpu::RenderPassTimestampWrites<'a>> {
+    pub fn render_writes(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         Some(wgpu::RenderPassTimestampWrites {
-            query_set: self.set?,
+            query_set: self.set.as_ref()?,
             beginning_of_pass_write_index: self.begin,
             end_of_pass_write_index: self.end,
         })

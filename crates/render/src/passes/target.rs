@@ -2,7 +2,8 @@
 //! of these.
 
 use super::covering::{COLOR, DEPTH};
-use super::draw::{Draw, Ribbons};
+use super::draw::Ribbons;
+use super::film::Film;
 use super::resources::{bind, compute_pass, step, storage, submit, uniform};
 use super::stamp::Stamp;
 use crate::gpu::Context;
@@ -67,7 +68,7 @@ impl Target {
     /// Room for pictures of `size`, none of whose sides is zero, with `lights` behind them.
     pub fn new(
         context: &Context,
-        draw: &Draw,
+        film: &Film,
         ribbons: &Ribbons,
         size: [u32; 2],
         lights: &wgpu::Buffer,
@@ -83,7 +84,7 @@ impl Target {
         let backdrop = uniform(context, "backdrop", &backdrop);
         let accumulate = bind(
             context,
-            &draw.accumulate.get_bind_group_layout(0),
+            &film.accumulate.get_bind_group_layout(0),
             &[
                 (0, ribbons.view().as_entire_binding()),
                 (1, wgpu::BindingResource::TextureView(&color)),
@@ -93,7 +94,7 @@ impl Target {
         );
         let buffers = [ribbons.view(), &backdrop, lights, &sums, &picture];
         Target {
-            composite: bind_composite(context, draw, buffers),
+            composite: bind_composite(context, film, buffers),
             size,
             color,
             depth,
@@ -110,38 +111,35 @@ impl Target {
         submit(context, |encoder| encoder.clear_buffer(&self.sums, 0, None));
     }
 
-    /// Draws a band of four samples a pixel of the strands as `ribbons` has them, lit by the
-    /// radiance buffer `radiance`; the last band adds those that count to the sums. `stamp` is for
-    /// passes of one band.
+    /// Draws a band of four samples a pixel with `draw`; the last band adds those that count to
+    /// the sums. `stamp` is for passes of one band.
     pub fn pass(
         &self,
         context: &Context,
-        (draw, ribbons): (&Draw, &Ribbons),
-        radiance: usize,
+        (film, ribbons): (&Film, &Ribbons),
         samples: PassSamples,
         band: &Band,
         stamp: Stamp,
+        draw: impl FnOnce(&mut wgpu::RenderPass),
     ) {
         ribbons.set_pass(context, samples.pass_ix, samples.n);
         submit(context, |encoder| {
-            self.rasterise(encoder, (draw, ribbons), radiance, band, stamp.first());
+            draw(&mut self.begin_pass(encoder, band, &stamp.clone().first()));
             if band.end < self.size[1] {
                 return;
             }
             let mut pass = compute_pass(encoder, stamp.last());
             let groups = self.size.map(|n| n.div_ceil(8));
-            step(&mut pass, &draw.accumulate, &self.accumulate, groups);
+            step(&mut pass, &film.accumulate, &self.accumulate, groups);
         });
     }
 
-    fn rasterise(
+    fn begin_pass<'encoder>(
         &self,
-        encoder: &mut wgpu::CommandEncoder,
-        (draw, ribbons): (&Draw, &Ribbons),
-        radiance: usize,
+        encoder: &'encoder mut wgpu::CommandEncoder,
         band: &Band,
-        stamp: Stamp,
-    ) {
+        stamp: &Stamp,
+    ) -> wgpu::RenderPass<'encoder> {
         let load = match band.start {
             0 => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
             _ => wgpu::LoadOp::Load,
@@ -165,12 +163,12 @@ impl Target {
                 }),
                 stencil_ops: None,
             }),
-            timestamp_writes: stamp.of_render(),
+            timestamp_writes: stamp.render_writes(),
             ..Default::default()
         });
         let n_rows = band.end.min(self.size[1]) - band.start;
         pass.set_scissor_rect(0, band.start, self.size[0], n_rows);
-        draw.draw(&mut pass, ribbons, self.size, radiance);
+        pass
     }
 
     /// Turns the sums of `samples` samples into the linear picture, before `background` or the
@@ -178,7 +176,7 @@ impl Target {
     pub fn composite(
         &mut self,
         context: &Context,
-        draw: &Draw,
+        film: &Film,
         ribbons: &Ribbons,
         (background, samples): (&Background, u32),
         (lights, n_lights): (&wgpu::Buffer, u32),
@@ -206,13 +204,13 @@ impl Target {
                 &self.sums,
                 &self.picture,
             ];
-            self.composite = bind_composite(context, draw, buffers);
+            self.composite = bind_composite(context, film, buffers);
             self.lights = lights.clone();
         }
         submit(context, |encoder| {
             let mut pass = compute_pass(encoder, stamp);
             let groups = self.size.map(|n| n.div_ceil(8));
-            step(&mut pass, &draw.composite, &self.composite, groups);
+            step(&mut pass, &film.composite, &self.composite, groups);
         });
     }
 
@@ -237,9 +235,9 @@ impl Target {
     }
 }
 
-fn bind_composite(context: &Context, draw: &Draw, buffers: [&wgpu::Buffer; 5]) -> wgpu::BindGroup {
+fn bind_composite(context: &Context, film: &Film, buffers: [&wgpu::Buffer; 5]) -> wgpu::BindGroup {
     let resources = [0, 1, 2, 3, 4].map(|ix| (ix as u32, buffers[ix].as_entire_binding()));
-    let layout = draw.composite.get_bind_group_layout(0);
+    let layout = film.composite.get_bind_group_layout(0);
     bind(context, &layout, &resources)
 }
 

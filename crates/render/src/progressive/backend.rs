@@ -3,6 +3,8 @@
 use std::ops::Range;
 
 use super::ProgressiveRenderer;
+use crate::passes::parts::Spread;
+use crate::passes::target::PassSamples;
 use strandlight_formats::{Background, Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::camera::Camera;
@@ -31,49 +33,56 @@ impl Backend for ProgressiveRenderer {
     }
 
     fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
-        self.set_hair(hair, modes).map_err(SceneError::from)?;
+        self.hair.set_hair(hair, modes).map_err(SceneError::from)?;
         Ok(())
     }
 
     fn set_scattering(&mut self, scattering: Scattering) {
-        self.set_scattering(scattering);
+        self.hair.set_scattering(scattering);
     }
 
     fn set_densities(&mut self, densities: [f32; 2]) {
-        self.set_densities(densities);
+        self.hair.set_densities(densities);
     }
 
     fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
-        self.set_lights(lights)
+        self.hair.set_lights(lights)
     }
 
     fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
-        self.set_light_colors(rgb)
+        self.hair.set_light_colors(rgb)
     }
 
     fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-        self.set_points(points)
+        self.hair.set_points(points)?;
+        self.spread = Spread::of(&self.hair.scene.strands);
+        Ok(())
     }
 
     fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
-        self.set_radii(radii)
+        self.hair.set_radii(radii)?;
+        self.spread = Spread::of(&self.hair.scene.strands);
+        Ok(())
     }
 
     fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
-        self.set_wind(wind);
+        self.hair.set_wind(wind);
         Ok(false)
     }
 
     fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
-        self.set_paint(paint, changed)
+        self.hair.set_paint(paint, changed)
     }
 
     fn set_proxies(&mut self, proxies: Vec<Proxy>) {
-        self.set_proxies(proxies);
+        self.hair.set_proxies(proxies);
     }
 
     fn set_camera(&mut self, camera: Camera) {
-        self.set_camera(camera);
+        if self.hair.set_camera(camera) {
+            self.hair.begin_report();
+            self.restart_picture();
+        }
     }
 
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
@@ -81,15 +90,32 @@ impl Backend for ProgressiveRenderer {
     }
 
     fn set_samples(&mut self, samples: u32) {
-        self.set_samples(samples);
+        if samples != self.hair.scene.samples {
+            let total_samples = self.total_samples();
+            let before = self.samples_of(self.picture.passes);
+            self.hair.scene.samples = samples;
+            // Samples that the last pass left out are not added later, nor are any taken back.
+            let is_other = before != self.samples_of(self.picture.passes);
+            let counts = |total_samples: u32| PassSamples::of(self.picture.passes, total_samples).n;
+            let is_under_way = self.picture.bands > 0;
+            if is_other || is_under_way && counts(total_samples) != counts(self.total_samples()) {
+                self.restart_samples();
+            }
+        }
     }
 
     fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background) {
-        self.set_grade(exposure, tone_map, background);
+        let scene = &mut self.hair.scene;
+        let before = (scene.exposure, scene.tone_map, scene.background);
+        if before != (exposure, tone_map, background) {
+            (scene.exposure, scene.tone_map, scene.background) = (exposure, tone_map, background);
+            self.hair.begin_report();
+            self.picture.shown = 0;
+        }
     }
 
     fn shade_view_only(&mut self) {
-        self.core.set_margin(0.0);
+        self.hair.set_margin(0.0);
     }
 
     #[cfg(not(target_arch = "wasm32"))]

@@ -1,8 +1,9 @@
 //! The renderer as a state machine, for windows and pages.
 //!
-//! [`ProgressiveRenderer`] owns a scene and its picture. Setters say what is to be drawn and return
-//! at once; [`ProgressiveRenderer::advance`] works on it for about the given time, and
-//! [`ProgressiveRenderer::display`] is the last good picture meanwhile.
+//! [`ProgressiveRenderer`] owns a picture and a [`HairRenderer`], which has
+//! the scene and draws the strands. Setters, those of [`Backend`](crate::Backend), say what is to
+//! be drawn and return at once; [`ProgressiveRenderer::advance`] works on it for about the given
+//! time, and [`ProgressiveRenderer::display`] is the last good picture meanwhile.
 //!
 //! Work goes in cycles. A cycle takes up all that was set, writes it to the device, and lights the
 //! points in steps into the radiance buffer that is not shown; then the two change places and the
@@ -22,20 +23,20 @@
 //! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A
 //! step of 0.05 degrees of an orbit, strands far below a pixel wide, replaces 9 to 14 % of the
 //! noise, one of
-//! 0.5 degrees 24 to 41 % (`tests/tests/gpu/live.rs`).
+//! 0.5 degrees 24 to 41 % (`tests/tests/gpu/progressive.rs`).
 
 mod backend;
 mod pace;
-mod set;
 mod shading;
+mod size;
 #[cfg(not(target_arch = "wasm32"))]
 mod still;
 mod work;
 
-use crate::device_scene::DeviceScene;
-use crate::gpu::{Context, ResourceCounts};
+use crate::gpu::Context;
+use crate::hair_renderer::HairRenderer;
 use crate::passes::clock::Clock;
-use crate::passes::draw::Draw;
+use crate::passes::film::Film;
 use crate::passes::noise::Noise;
 use crate::passes::parts::{self, Spread, Tile};
 use crate::passes::readback::Readback;
@@ -58,7 +59,7 @@ pub struct Progress {
     /// Samples a pixel in the picture that is shown.
     pub samples: u32,
     /// Samples a pixel that it will have.
-    pub of_samples: u32,
+    pub total_samples: u32,
     /// The light of all points is that of the scene and view as they were last set; if not, the
     /// picture is a draft.
     pub is_shaded: bool,
@@ -71,8 +72,9 @@ pub struct Progress {
 
 /// A scene on a device, drawn bit by bit.
 pub struct ProgressiveRenderer {
-    core: DeviceScene,
-    draw: Draw,
+    /// The scene, its edits, light and strands.
+    hair: HairRenderer,
+    film: Film,
     show: DisplayPipeline,
     size: [u32; 2],
     /// The part of the picture that is drawn, unless it is all of it.
@@ -89,9 +91,7 @@ pub struct ProgressiveRenderer {
     /// Whether the first picture is to be one without shadows.
     has_preview: bool,
     picture: Drawn,
-    clock: Clock,
     pacer: Pacer,
-    report: RenderReport,
     /// What it was when the last still was finished.
     #[cfg(not(target_arch = "wasm32"))]
     still_report: RenderReport,
@@ -100,15 +100,11 @@ pub struct ProgressiveRenderer {
     still_bytes: [u64; 2],
     /// The picture is read back when it is finished: nothing is shown before.
     is_still: bool,
-    /// What was made on the device before the last edit.
-    counts: ResourceCounts,
 }
 
 /// What there is of the picture.
 #[derive(Clone, Debug, Default)]
 struct Drawn {
-    /// The ribbons are those of the view.
-    is_projected: bool,
     /// Rows where the bands of a pass end.
     band_ends: Vec<u32>,
     /// Bands of the pass under way that there are.
@@ -153,21 +149,17 @@ impl ProgressiveRenderer {
             DeviceBytes::new(&scene, scene.size).check(&limits, bytes)?;
         }
         let before = context.counts();
-        let backend = format!("gpu: {} ({})", context.adapter_name, context.backend);
-        let report = RenderReport {
-            stats: scene.counts(backend),
-            ..RenderReport::default()
-        };
-        let core = DeviceScene::new(context, scene)?;
-        let mut draw = Draw::new(context, &core.ribbons, &core.radiance())?;
-        draw.set_proxies(context, &core.ribbons, &core.lighting);
+        let mut hair = HairRenderer::on(context, scene, Clock::new(context), None)?;
+        hair.report.stats = hair.scene.counts(context.name());
+        let mut film = Film::new(context)?;
+        film.set_proxies(context, &hair.ribbons, &hair.lighting);
         let mut renderer = ProgressiveRenderer {
-            draw,
+            film,
             show: DisplayPipeline::new(context)?,
             size: [0, 0],
             tile: None,
             parts: PartLimits::default(),
-            spread: Spread::of(&core.scene.strands),
+            spread: Spread::of(&hair.scene.strands),
             target: None,
             screen: Screen::new(context, [1, 1]),
             next_screen: None,
@@ -175,32 +167,29 @@ impl ProgressiveRenderer {
             counters: (Readback::new(context, 80), 1),
             has_preview: true,
             picture: Drawn::default(),
-            clock: Clock::new(context),
             pacer: Pacer::new(!cfg!(target_arch = "wasm32")),
-            report,
             #[cfg(not(target_arch = "wasm32"))]
             still_report: RenderReport::default(),
             #[cfg(not(target_arch = "wasm32"))]
             still_bytes: [0; 2],
             is_still: false,
-            counts: before,
-            core,
+            hair,
         };
-        renderer.set_size(renderer.core.scene.size)?;
-        renderer.counts = before;
-        renderer.report.device_bytes = renderer.device_bytes();
+        renderer.set_size(renderer.hair.scene.size)?;
+        renderer.hair.counts_before = before;
+        renderer.hair.report.device_bytes = renderer.device_bytes();
         context.check("upload").map_err(failed)?;
         Ok(renderer)
     }
 
     /// The device.
     pub fn context(&self) -> &Context {
-        &self.core.context
+        &self.hair.context
     }
 
     /// The scene as it was last set.
     pub fn scene(&self) -> &PreparedScene {
-        &self.core.scene
+        &self.hair.scene
     }
 
     /// Whether [`ProgressiveRenderer::advance`] waits for what it has submitted, as it does
@@ -212,14 +201,14 @@ impl ProgressiveRenderer {
 
     /// How far the picture has come.
     pub fn progress(&self) -> Progress {
-        let is_shaded = self.core.is_lit();
-        let of_samples = self.of_samples();
+        let is_shaded = self.hair.is_complete();
+        let total_samples = self.total_samples();
         let samples = self.samples_of(self.picture.shown);
         Progress {
             samples,
-            of_samples,
+            total_samples,
             is_shaded,
-            is_done: self.target.is_none() || is_shaded && samples == of_samples,
+            is_done: self.target.is_none() || is_shaded && samples == total_samples,
             noise: self.noise.of(self.picture.shown),
         }
     }
@@ -236,21 +225,28 @@ impl ProgressiveRenderer {
     /// The device failed.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn read_display(&self) -> Result<Vec<[u8; 4]>, RenderError> {
-        self.screen.read(&self.core.context)
+        self.screen.read(&self.hair.context)
     }
 
     /// What the device did since the last edit.
     pub fn report(&self) -> &RenderReport {
-        &self.report
+        &self.hair.report
     }
 
     /// The view that is drawn, with the radiance that is shown.
     fn drawn_view(&self) -> ViewUniform {
-        let view = self.core.view();
+        let view = self.hair.view();
         match &self.tile {
             Some(tile) => tile.of(&view),
             None => view,
         }
+    }
+
+    /// The view or the part of it that is drawn is another.
+    fn restart_picture(&mut self) {
+        self.picture = Drawn::default();
+        self.hair.is_projected = false;
+        self.noise.restart();
     }
 
     fn restart_samples(&mut self) {
@@ -261,20 +257,20 @@ impl ProgressiveRenderer {
     }
 
     /// Samples a pixel that the picture gets at rest.
-    fn of_samples(&self) -> u32 {
-        self.core.scene.samples.clamp(1, MAX_SAMPLES)
+    fn total_samples(&self) -> u32 {
+        self.hair.scene.samples.clamp(1, MAX_SAMPLES)
     }
 
     /// Samples a pixel of so many passes of the picture.
     fn samples_of(&self, passes: u32) -> u32 {
-        (PASS_SAMPLES * passes).min(self.of_samples())
+        (PASS_SAMPLES * passes).min(self.total_samples())
     }
 
     fn submitted(&mut self, stage: &'static str, units: f64) -> Result<(), RenderError> {
-        let report = &mut self.report;
+        let report = &mut self.hair.report;
         report.ran(stage);
         self.pacer
-            .submitted(&self.core.context, stage, units, |(name, _, _, seconds)| {
+            .submitted(&self.hair.context, stage, units, |(name, _, _, seconds)| {
                 report.took(name, seconds);
             })
     }
@@ -282,6 +278,6 @@ impl ProgressiveRenderer {
     fn device_bytes(&self) -> u64 {
         let target = self.target.as_ref().map_or(0, Target::bytes);
         let [width, height] = self.size.map(u64::from);
-        self.core.bytes() + target + 4 * width * height
+        self.hair.bytes() + target + 4 * width * height
     }
 }

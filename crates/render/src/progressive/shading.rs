@@ -1,7 +1,7 @@
 //! Lighting of all points: the steps of a shading job, in the time that there is.
 
 use super::ProgressiveRenderer;
-use crate::device_scene::{DirtyFlags, Log, Stepped};
+use crate::hair_renderer::{DirtyFlags, Stepped};
 use crate::invalidation::Inputs;
 use crate::passes::lighting::POINT_CHUNK;
 use strandlight_scene::RenderError;
@@ -13,24 +13,13 @@ impl ProgressiveRenderer {
     /// Begins a job with what was set.
     pub(super) fn begin(&mut self) -> Result<(), RenderError> {
         let chunk = self.chunk();
-        let log = &mut Log {
-            clock: &mut self.clock,
-            report: &mut self.report,
-        };
-        if self.core.begin(DirtyFlags::default(), false, chunk, log)? {
-            self.picture.is_projected = false;
-        }
-        Ok(())
+        self.hair.begin(DirtyFlags::default(), false, chunk)
     }
 
     /// Lights all points by a guess, so that there is something to see.
     pub(super) fn preview(&mut self) -> Result<(), RenderError> {
         self.has_preview = false;
-        let log = &mut Log {
-            clock: &mut self.clock,
-            report: &mut self.report,
-        };
-        self.core.preview(log)?;
+        self.hair.preview()?;
         self.submitted("first look", 1.0)
     }
 
@@ -39,7 +28,7 @@ impl ProgressiveRenderer {
         if self.is_still {
             return POINT_CHUNK;
         }
-        let (_, n_lights) = self.core.lighting.lit();
+        let (_, n_lights) = self.hair.lighting.lit();
         let seconds_per_point = self
             .pacer
             .rate("shade")
@@ -51,40 +40,25 @@ impl ProgressiveRenderer {
     /// Takes the next step of the job, or ends it.
     pub(super) fn light(&mut self) -> Result<(), RenderError> {
         let chunk = self.chunk();
-        let log = &mut Log {
-            clock: &mut self.clock,
-            report: &mut self.report,
-        };
-        match self.core.step(chunk, log)? {
-            None => Ok(()),
-            Some(Stepped::Restarted) => {
-                if self
-                    .core
-                    .job
-                    .as_ref()
-                    .is_some_and(|job| job.dirty.has(Inputs::POINTS))
-                {
-                    self.picture.is_projected = false;
-                }
-                Ok(())
-            }
+        match self.hair.step(chunk)? {
+            None | Some(Stepped::Restarted) => Ok(()),
             Some(Stepped::Ran(stage, units)) => self.submitted(stage, units),
             Some(Stepped::Done(job)) => {
-                let core = &self.core;
+                let hair = &self.hair;
                 if job.dirty.has(Inputs::PROXIES) {
-                    self.draw
-                        .set_proxies(&core.context, &core.ribbons, &core.lighting);
+                    self.film
+                        .set_proxies(&hair.context, &hair.ribbons, &hair.lighting);
                 }
-                let counters = core.lighting.counters();
-                if self.counters.0.send(&core.context, counters, 80, |_| ()) {
-                    self.counters.1 = core.lighting.n_batches();
+                let counters = hair.lighting.counters();
+                if self.counters.0.send(&hair.context, counters, 80, |_| ()) {
+                    self.counters.1 = hair.lighting.n_batches();
                 }
-                if self.picture.is_projected {
+                if self.hair.is_projected {
                     let view = self.drawn_view();
-                    self.core.ribbons.set_view(&self.core.context, &view);
+                    self.hair.ribbons.set_view(&self.hair.context, &view);
                 }
                 self.restart_samples();
-                self.report.device_bytes = self.device_bytes();
+                self.hair.report.device_bytes = self.device_bytes();
                 Ok(())
             }
         }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Drawn, ProgressiveRenderer};
+use super::ProgressiveRenderer;
 use crate::invalidation::Inputs;
 use crate::passes::PartLimits;
 use crate::passes::parts::{self, Tile};
@@ -53,7 +53,7 @@ impl ProgressiveRenderer {
         samples: u32,
     ) -> Result<(Picture, Stats), RenderError> {
         check_frame(size, samples)?;
-        self.edited();
+        self.hair.begin_report();
         self.shade_view_only();
         self.set_camera(*camera);
         self.render(size, samples, &|_| ())
@@ -62,10 +62,10 @@ impl ProgressiveRenderer {
     /// What the last still cost.
     pub(super) fn stats(&self, samples: u32) -> Stats {
         let report = &self.still_report;
-        let lighting = self.core.lighting.bytes();
+        let lighting = self.hair.lighting.bytes();
         let drawing = self.still_bytes;
         let bytes = |name: &str| match name {
-            "voxelise" => self.core.volume.bytes(),
+            "voxelise" => self.hair.volume.bytes(),
             "draw" => drawing[0],
             "composite" => drawing[1],
             _ => lighting
@@ -74,6 +74,7 @@ impl ProgressiveRenderer {
                 .map_or(0, |(_, bytes)| *bytes),
         };
         let mut stats = report.frame_stats(bytes);
+        stats.samples = samples;
         stats.passes = samples.div_ceil(PASS_SAMPLES);
         stats
     }
@@ -89,19 +90,19 @@ impl ProgressiveRenderer {
         size: [u32; 2],
     ) -> Result<Vec<[f32; 4]>, RenderError> {
         check_frame(size, 1)?;
-        self.core.set_margin(0.0);
+        self.hair.set_margin(0.0);
         self.set_camera(*camera);
-        let before = self.core.scene.size;
-        self.core.set_size(size);
-        self.core.dirty.inputs |= Inputs::VIEW;
-        self.core
+        let before = self.hair.scene.size;
+        self.hair.set_size(size);
+        self.hair.dirty.inputs |= Inputs::VIEW;
+        self.hair
             .lighting
-            .clear(&self.core.context, 1 - self.core.front);
+            .clear(&self.hair.context, 1 - self.hair.front);
         let lit = self.light_whole(&|_| ());
-        let scale = self.core.front_scale.unwrap_or(1.0);
-        let radiance = self.core.lighting.radiance(self.core.front);
-        let radiance = lit.and_then(|()| read_back(&self.core.context, "radiance", radiance));
-        self.core.set_size(before);
+        let scale = self.hair.front_scale.unwrap_or(1.0);
+        let radiance = self.hair.lighting.radiance(self.hair.front);
+        let radiance = lit.and_then(|()| read_back(&self.hair.context, "radiance", radiance));
+        self.hair.set_size(before);
         let mut radiance: Vec<[f32; 4]> = radiance?;
         for value in radiance.iter_mut().flatten() {
             *value /= scale;
@@ -113,8 +114,8 @@ impl ProgressiveRenderer {
     fn light_whole(&mut self, observer: Observer) -> Result<(), RenderError> {
         self.take_counters();
         let has_preview = std::mem::replace(&mut self.has_preview, false);
-        while !self.core.is_lit() {
-            match &self.core.job {
+        while !self.hair.is_complete() {
+            match &self.hair.job {
                 None => self.begin()?,
                 Some(job) => {
                     let left = job.steps.len() as f64 / job.n_steps.max(1) as f64;
@@ -123,13 +124,13 @@ impl ProgressiveRenderer {
                 }
             }
         }
-        let report = &mut self.report;
+        let report = &mut self.hair.report;
         self.pacer
-            .flush(&self.core.context, |(name, _, _, seconds)| {
+            .flush(&self.hair.context, |(name, _, _, seconds)| {
                 report.took(name, seconds);
             })?;
         self.has_preview = has_preview;
-        self.core.context.check("lighting").map_err(failed)
+        self.hair.context.check("lighting").map_err(failed)
     }
 
     /// The shadow volume, two entries a voxel: (A, Qxx, Qyy, Qzz), (Qxy, Qxz, Qyz, 0), 1/cm.
@@ -139,8 +140,8 @@ impl ProgressiveRenderer {
     #[doc(hidden)]
     pub fn volume(&mut self) -> Result<Vec<[f32; 4]>, RenderError> {
         self.light_whole(&|_| ())?;
-        let volume = &self.core.volume;
-        let mut voxels = read_back(&self.core.context, "volume", volume.buffer())?;
+        let volume = &self.hair.volume;
+        let mut voxels = read_back(&self.hair.context, "volume", volume.buffer())?;
         voxels.truncate(2 * volume.grid.n_voxels());
         Ok(voxels)
     }
@@ -153,9 +154,9 @@ impl ProgressiveRenderer {
     #[doc(hidden)]
     pub fn records(&mut self) -> Result<Vec<PackedRecord>, RenderError> {
         self.light_whole(&|_| ())?;
-        let core = &self.core;
-        guarded(&core.context, || {
-            core.lighting.first_records(&core.context, &core.volume)
+        let hair = &self.hair;
+        guarded(&hair.context, || {
+            hair.lighting.first_records(&hair.context, &hair.volume)
         })
     }
 
@@ -175,7 +176,7 @@ impl ProgressiveRenderer {
         observer: Observer,
     ) -> Result<Picture, RenderError> {
         check_frame(size, samples)?;
-        let tiles = parts::tiles(size, &self.core.context.device.limits(), &self.parts);
+        let tiles = parts::tiles(size, &self.hair.context.device.limits(), &self.parts);
         let before = self.size;
         self.is_still = true;
         let picture = match tiles.len() {
@@ -186,10 +187,10 @@ impl ProgressiveRenderer {
         };
         self.is_still = false;
         // Going back to the shown size starts another report.
-        self.still_report = self.report.clone();
+        self.still_report = self.hair.report.clone();
         self.still_bytes = match &self.target {
             Some(target) => [
-                target.bytes() + self.core.ribbons.bytes(),
+                target.bytes() + self.hair.ribbons.bytes(),
                 target.picture().size(),
             ],
             None => self.still_bytes,
@@ -202,8 +203,7 @@ impl ProgressiveRenderer {
     #[doc(hidden)]
     pub fn set_parts(&mut self, limits: PartLimits) {
         self.parts = limits;
-        self.picture = Drawn::default();
-        self.noise.restart();
+        self.restart_picture();
     }
 
     /// A picture of `tiles`; the light on the strands is found once for all of them. Leaves what is
@@ -218,8 +218,8 @@ impl ProgressiveRenderer {
         let [width, height] = size;
         let mut rgba = vec![[0.0; 4]; width as usize * height as usize];
         self.set_size([0, 0])?;
-        self.core.scene.size = size;
-        self.core.dirty.inputs |= Inputs::VIEW;
+        self.hair.scene.size = size;
+        self.hair.dirty.inputs |= Inputs::VIEW;
         let drawn = tiles.iter().enumerate().try_for_each(|(ix, tile)| {
             let observer = &|done: f64| {
                 let drawn = (done - LIGHTING_SHARE).max(0.0) / (1.0 - LIGHTING_SHARE);
@@ -229,20 +229,19 @@ impl ProgressiveRenderer {
                     _ => LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * drawn,
                 });
             };
-            let (context, draw, ribbons) = (&self.core.context, &self.draw, &self.core.ribbons);
+            let (context, film, ribbons) = (&self.hair.context, &self.film, &self.hair.ribbons);
             let kept = self.target.take();
             self.target = kept.filter(|target| target.size() == tile.extent);
             if self.target.is_none() {
-                let (lights, _) = self.core.lighting.lit();
-                self.target = Some(Target::new(context, draw, ribbons, tile.extent, lights));
+                let (lights, _) = self.hair.lighting.lit();
+                self.target = Some(Target::new(context, film, ribbons, tile.extent, lights));
                 self.noise.forget_target();
             }
             self.tile = Some(*tile);
-            self.picture = Drawn::default();
-            self.noise.restart();
+            self.restart_picture();
             tile.place(&self.finished(samples, observer)?, width, &mut rgba);
             if let Some(target) = &self.target {
-                let bytes = target.bytes() + self.core.ribbons.bytes();
+                let bytes = target.bytes() + self.hair.ribbons.bytes();
                 self.still_bytes = [bytes, target.picture().size()];
             }
             Ok(())
@@ -258,7 +257,7 @@ impl ProgressiveRenderer {
 
     /// The pixels of the target, with `samples` each.
     fn finished(&mut self, samples: u32, observer: Observer) -> Result<Vec<[f32; 4]>, RenderError> {
-        let before = self.core.scene.samples;
+        let before = self.hair.scene.samples;
         self.set_samples(samples);
         self.has_preview = false;
         let finished = self.finish_target(observer);
@@ -268,7 +267,7 @@ impl ProgressiveRenderer {
 
     fn finish_target(&mut self, observer: Observer) -> Result<Vec<[f32; 4]>, RenderError> {
         self.light_whole(observer)?;
-        let n_passes = self.of_samples().div_ceil(PASS_SAMPLES);
+        let n_passes = self.total_samples().div_ceil(PASS_SAMPLES);
         while !self.advance(Duration::from_secs(1))?.is_done {
             let drawn = f64::from(self.picture.passes) / f64::from(n_passes);
             observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * drawn);
@@ -276,7 +275,7 @@ impl ProgressiveRenderer {
         let [width, height] = self.size;
         let target = self.target.as_ref();
         let target = target.ok_or(FrameError::Size { width, height })?;
-        let pixels = read_back(&self.core.context, "picture", target.picture())?;
+        let pixels = read_back(&self.hair.context, "picture", target.picture())?;
         self.take_counters();
         Ok(pixels)
     }

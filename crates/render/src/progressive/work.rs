@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::{Drawn, Progress, ProgressiveRenderer, pace};
-use crate::device_scene::DirtyFlags;
+use crate::hair_renderer::DirtyFlags;
 use crate::invalidation::Inputs;
 use crate::passes::noise::Noise;
 use crate::passes::parts;
@@ -34,12 +34,12 @@ impl ProgressiveRenderer {
     /// needed, or whatever else the device refuses.
     pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
         // Lets callbacks run; a browser runs them anyway.
-        let _ = self.core.context.device.poll(wgpu::PollType::Poll);
-        self.core.context.check("advance").map_err(failed)?;
+        let _ = self.hair.context.device.poll(wgpu::PollType::Poll);
+        self.hair.context.check("advance").map_err(failed)?;
         self.take_counters();
         self.noise.take();
-        let report = &mut self.report;
-        self.clock.take(|name, ms| report.measured(name, ms));
+        let report = &mut self.hair.report;
+        self.hair.clock.take(|name, ms| report.measured(name, ms));
         self.pacer.begin(budget, |(name, _, _, seconds)| {
             report.took(name, seconds);
         });
@@ -55,54 +55,57 @@ impl ProgressiveRenderer {
                 is_first = is_small && is_first;
                 self.work(&work)?;
             }
-            let is_finished = self.samples_of(self.picture.passes) == self.of_samples();
+            let is_finished = self.samples_of(self.picture.passes) == self.total_samples();
             if self.picture.shown < self.picture.passes && (is_finished || !self.is_still) {
                 self.work(&Work::Show)?;
             }
-            let report = &mut self.report;
+            let report = &mut self.hair.report;
             let took = |(name, _, _, seconds): pace::Finished| report.took(name, seconds);
-            self.pacer.flush(&self.core.context, took)?;
-            self.clock.start_reading(&self.core.context);
+            self.pacer.flush(&self.hair.context, took)?;
+            self.hair.clock.start_reading(&self.hair.context);
         }
-        self.report.counts = self.core.context.counts().since(self.counts);
+        self.hair.report.counts = self.hair.context.counts().since(self.hair.counts_before);
         Ok(self.progress())
     }
 
     /// Notes the counts of products that the last shading left, once they are there.
     pub(super) fn take_counters(&mut self) {
         if let Some(counts) = self.counters.0.take::<u64>() {
-            self.report.stats.set_counters(&counts, self.counters.1);
+            self.hair
+                .report
+                .stats
+                .set_counters(&counts, self.counters.1);
         }
     }
 
     /// What is to be done next, `drafts` passes having been there when this turn began.
     fn next(&self, drafts: u32) -> Option<Work> {
         let passes = self.picture.passes;
-        let is_resting = self.core.job.is_none() && self.core.dirty.is_clean();
-        if self.core.front_scale.is_some() {
-            if !self.picture.is_projected {
+        let is_resting = self.hair.job.is_none() && self.hair.dirty.is_clean();
+        if self.hair.front_scale.is_some() {
+            if !self.hair.is_projected {
                 return Some(Work::Project);
             }
-            let cycle = self.core.job.as_ref().map(|job| &job.dirty);
+            let cycle = self.hair.job.as_ref().map(|job| &job.dirty);
             let moves = |dirty: &DirtyFlags| dirty.has(Inputs::VIEW | Inputs::POINTS);
-            let is_draft = moves(&self.core.dirty) || cycle.is_some_and(moves);
+            let is_draft = moves(&self.hair.dirty) || cycle.is_some_and(moves);
             // A first look is not worth more.
-            let most = if self.report.shadings == 0 {
+            let most = if self.hair.report.shadings == 0 {
                 1
             } else {
                 DRAFT_PASSES
             };
             // While points are being lit, a draft: one pass in a turn.
             let may_draw = match is_resting {
-                true => passes < self.of_samples().div_ceil(PASS_SAMPLES),
+                true => passes < self.total_samples().div_ceil(PASS_SAMPLES),
                 false => passes == 0 || is_draft && passes == drafts && passes < most,
             };
             if may_draw {
                 return Some(Work::Pass);
             }
         }
-        match &self.core.job {
-            Some(_) if self.core.front_scale.is_none() && self.has_preview => Some(Work::Preview),
+        match &self.hair.job {
+            Some(_) if self.hair.front_scale.is_none() && self.has_preview => Some(Work::Preview),
             Some(_) => Some(Work::Light),
             None if !is_resting => Some(Work::Begin),
             None => None,
@@ -116,11 +119,11 @@ impl ProgressiveRenderer {
             Work::Pass => ("draw", 1.0),
             Work::Show => ("display", 1.0),
             Work::Light => {
-                let next = self.core.job.as_ref().and_then(|job| job.steps.front());
+                let next = self.hair.job.as_ref().and_then(|job| job.steps.front());
                 let Some(step) = next else {
                     return true;
                 };
-                (step.stage(), self.core.lighting.units(step))
+                (step.stage(), self.hair.lighting.units(step))
             }
         };
         self.pacer.has_time(stage, units, is_first)
@@ -133,14 +136,9 @@ impl ProgressiveRenderer {
             Work::Preview => self.preview(),
             Work::Project => {
                 let view = self.drawn_view();
-                self.core.ribbons.set_view(&self.core.context, &view);
-                let stamp = self.clock.stamp("project");
-                self.core
-                    .ribbons
-                    .project(&self.core.context, &self.core.projection, stamp);
-                self.picture.is_projected = true;
+                self.hair.project(&view);
                 self.picture.band_ends =
-                    parts::bands(&view, &self.core.scene.strands, &self.spread, &self.parts);
+                    parts::bands(&view, &self.hair.scene.strands, &self.spread, &self.parts);
                 self.restart_samples();
                 self.submitted("project", 1.0)
             }
@@ -148,7 +146,7 @@ impl ProgressiveRenderer {
                 let Some(target) = &self.target else {
                     return Ok(());
                 };
-                let samples = self.of_samples();
+                let samples = self.total_samples();
                 let Drawn {
                     band_ends,
                     bands,
@@ -157,16 +155,21 @@ impl ProgressiveRenderer {
                 } = &mut self.picture;
                 // Bands are not measured one by one.
                 let stamp = match band_ends.len() {
-                    ..=1 => self.clock.stamp("draw"),
+                    ..=1 => self.hair.clock.stamp("draw"),
                     _ => Stamp::default(),
                 };
-                let (context, drawn) = (&self.core.context, (&self.draw, &self.core.ribbons));
+                let (hair, film) = (&self.hair, &self.film);
                 if *passes == 0 && *bands == 0 {
-                    target.clear(context);
+                    target.clear(&hair.context);
                 }
                 let of_pass = PassSamples::of(*passes, samples);
                 let band = band(band_ends, *bands);
-                target.pass(context, drawn, self.core.front, of_pass, &band, stamp);
+                let (context, size) = (&hair.context, target.size());
+                let drawn = (film, &hair.ribbons);
+                target.pass(context, drawn, of_pass, &band, stamp, |pass| {
+                    film.draw(pass, size, hair.front);
+                    hair.draw(pass);
+                });
                 *bands += 1;
                 if *bands < band_ends.len() {
                     return self.submitted("draw", 1.0);
@@ -178,8 +181,8 @@ impl ProgressiveRenderer {
                 let is_whole = PASS_SAMPLES * passes <= samples;
                 let is_due = !self.is_still && is_whole && Noise::is_due(passes);
                 if let Some(target) = self.target.as_ref().filter(|_| is_due) {
-                    let stamp = self.clock.stamp("noise");
-                    self.noise.look(&self.core.context, target, passes, stamp);
+                    let stamp = self.hair.clock.stamp("noise");
+                    self.noise.look(&self.hair.context, target, passes, stamp);
                     self.submitted("noise", 1.0)?;
                 }
                 Ok(())
@@ -189,11 +192,11 @@ impl ProgressiveRenderer {
                 let Some(target) = &mut self.target else {
                     return Ok(());
                 };
-                let (context, draw, ribbons) = (&self.core.context, &self.draw, &self.core.ribbons);
-                let background = (&self.core.scene.background, samples);
-                let lit = self.core.lighting.lit();
-                let stamp = self.clock.stamp("composite");
-                target.composite(context, draw, ribbons, background, lit, stamp);
+                let (context, film, ribbons) = (&self.hair.context, &self.film, &self.hair.ribbons);
+                let background = (&self.hair.scene.background, samples);
+                let lit = self.hair.lighting.lit();
+                let stamp = self.hair.clock.stamp("composite");
+                target.composite(context, film, ribbons, background, lit, stamp);
                 self.submitted("composite", 1.0)?;
                 let passes = self.picture.passes;
                 let Some(target) = self.target.as_ref().filter(|_| self.tile.is_none()) else {
@@ -201,9 +204,9 @@ impl ProgressiveRenderer {
                     self.picture.shown = passes;
                     return Ok(());
                 };
-                let (context, ribbons) = (&self.core.context, &self.core.ribbons);
-                let stamp = self.clock.stamp("display");
-                let (exposure, tone_map) = (self.core.scene.exposure, self.core.scene.tone_map);
+                let (context, ribbons) = (&self.hair.context, &self.hair.ribbons);
+                let stamp = self.hair.clock.stamp("display");
+                let (exposure, tone_map) = (self.hair.scene.exposure, self.hair.scene.tone_map);
                 if let Some(next) = self.next_screen.take() {
                     self.screen = next;
                 }

@@ -14,7 +14,10 @@ mod keys;
 mod on_disk;
 mod save;
 
-pub use change::{Change, EDITS, EditRule, Edits};
+pub use change::Change;
+// The table of ARCHITECTURE.md is made from them.
+#[doc(hidden)]
+pub use change::{EDITS, EditRule, Edits};
 pub use history::{MAX_STEPS, MAX_STROKE_POINTS};
 pub use keys::{parse_value, with_key};
 pub use save::Saved;

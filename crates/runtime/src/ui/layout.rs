@@ -257,11 +257,11 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState) {
         } else if progress.is_shaded {
             let Progress {
                 samples,
-                of_samples,
+                total_samples,
                 ..
             } = progress;
-            let share = samples as f32 / of_samples.max(1) as f32;
-            (format!("{samples} of {of_samples} samples"), share)
+            let share = samples as f32 / total_samples.max(1) as f32;
+            (format!("{samples} of {total_samples} samples"), share)
         } else {
             // What is shown was lit before the last edit.
             ("shading".to_owned(), 0.0)

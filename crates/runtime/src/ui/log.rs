@@ -36,7 +36,7 @@ impl EventLog {
 
     /// A log that appends to the page's global array `strandview_log`, if it has one.
     #[cfg(target_arch = "wasm32")]
-    pub fn of_page(start: Instant) -> Self {
+    pub fn in_page(start: Instant) -> Self {
         use wasm_bindgen::JsCast;
 
         let list = js_sys::Reflect::get(&js_sys::global(), &"strandview_log".into());

@@ -45,7 +45,7 @@ pub enum SnapshotError {
 pub fn png(context: &Context, view: &wgpu::TextureView) -> Result<Vec<u8>, SnapshotError> {
     let size = view.texture().size();
     let bytes = context.read_buffer("snapshot", &copy_of(context, view))?;
-    Ok(of_rows(size, &bytes)?)
+    Ok(encode_rows(size, &bytes)?)
 }
 
 /// As `png`, without waiting: `done` is called when the picture is there.
@@ -61,7 +61,7 @@ pub fn png_later(
     buffer.map_async(wgpu::MapMode::Read, .., move |mapped| {
         let png = mapped.map_err(SnapshotError::from).and_then(|()| {
             let bytes = of_callback.get_mapped_range(..)?;
-            Ok(of_rows(size, &bytes)?)
+            Ok(encode_rows(size, &bytes)?)
         });
         done(png);
     });
@@ -97,7 +97,7 @@ fn bytes_per_row(size: wgpu::Extent3d) -> u32 {
 }
 
 /// The PNG of texels in rows of [`bytes_per_row`].
-fn of_rows(size: wgpu::Extent3d, bytes: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+fn encode_rows(size: wgpu::Extent3d, bytes: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
     let pixels: Vec<[u8; 4]> = (bytes.chunks_exact(bytes_per_row(size) as usize))
         .flat_map(|row| row[..4 * size.width as usize].as_chunks::<4>().0)
         .map(straight)

@@ -225,7 +225,7 @@ impl Workspace {
     /// paint, and whether the user is dragging something.
     fn lay_out(&mut self, raw: egui::RawInput) -> (egui::FullOutput, bool) {
         let texture = self.screen.picture(self.viewer.display());
-        let strands = &self.viewer.live().scene().strands;
+        let strands = &self.viewer.renderer().scene().strands;
         let shown = UiInput {
             viewer: &self.viewer,
             texture: Some(texture),
@@ -396,13 +396,13 @@ fn title(name: &str, is_modified: bool, progress: &Progress) -> String {
     let star = if is_modified { "*" } else { "" };
     let Progress {
         samples,
-        of_samples,
+        total_samples,
         is_shaded,
         ..
     } = progress;
     // Until an edit is shaded, the samples are those of the picture before it.
     let picture = match is_shaded {
-        true => format!("{samples}/{of_samples}"),
+        true => format!("{samples}/{total_samples}"),
         false => "shading".to_owned(),
     };
     format!("strandview - {name}{star} - {picture}")
@@ -416,7 +416,7 @@ mod tests {
     fn the_title_tells_of_no_samples_before_an_edit_is_shaded() {
         let mut progress = Progress {
             samples: 20,
-            of_samples: 20,
+            total_samples: 20,
             is_shaded: true,
             is_done: true,
             noise: None,

@@ -7,7 +7,7 @@
 //! - [`global_scattering()`], [`local_scattering()`], [`direct_local_scattering()`]: multiple
 //!   scattering under such a light (Eq 27, 29), the latter two on the averages that
 //!   [`pack_averages`] lays out.
-//! - [`painted_shading`], [`painted_averages`]: what takes the place of lobes and averages where
+//! - [`painted_shading`], [`painted_averages()`]: what takes the place of lobes and averages where
 //!   the hair is painted and each point has its own fibre.
 //! - [`paper::single_scattering()`]: the integral of one spherical Gaussian light over the fibre's
 //!   scattering function (Eq 11), as the sum over the enabled modes, by the scheme as published.

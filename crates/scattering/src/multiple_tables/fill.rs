@@ -12,7 +12,6 @@ use crate::closed_form::{
     node_count, node_extent, node_place, outer_rule,
 };
 
-use super::DirectRow;
 use super::azimuth::{Profiles, Row};
 
 /// Cosine of the lag at which the share of direct light within a half circle is that of the closed form.
@@ -20,6 +19,9 @@ const MATCHED_COSINE: f32 = 0.5;
 
 /// Above this share it says too little of the sharpness.
 const ALL: f32 = 0.99;
+
+/// A row of direct local scattering: red, green, blue, and a cosine.
+pub(super) type DirectRow = [f32; 4];
 
 /// What the rows are made of.
 pub(super) struct Source<'a> {

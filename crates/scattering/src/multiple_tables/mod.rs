@@ -39,7 +39,7 @@ use crate::dual_scattering::N_INCLINATIONS;
 
 use axes::Axes;
 use azimuth::{LagFunctions, Profiles, Row};
-use fill::Source;
+use fill::{DirectRow, Source};
 
 /// Nodes over the width of forward-scattered light.
 const N_WIDTHS: usize = 12;
@@ -58,9 +58,6 @@ const WIDTHS: [f32; 2] = [0.001, 10.0];
 
 /// Half of the nodes of direct local scattering stand below this width of the light.
 const DIRECT_MIDDLE: f32 = 0.5;
-
-/// Red, green, blue, and a cosine.
-type DirectRow = [f32; 4];
 
 /// Global, local and direct local scattering of one fibre.
 #[derive(Clone, Debug, PartialEq)]

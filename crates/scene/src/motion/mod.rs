@@ -4,6 +4,7 @@
 //! The GPU renderer bends it on the device.
 
 mod sequence;
+#[doc(hidden)]
 pub mod wind;
 
 use std::path::Path;

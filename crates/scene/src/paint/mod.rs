@@ -3,7 +3,7 @@
 //! - [`Paint`]: a [`PaintedPoint`] for each point of a groom, read from and written to its
 //!   attributes ([`strandlight_formats::PAINT_ATTRIBUTES`]).
 //! - [`Picker`]: finds the strand under the cursor and the points around it.
-//! - [`Brush`] and [`BrushStroke`]: what a person or a script does; [`Stroking`] makes it
+//! - [`Brush`] and [`BrushStroke`]: what a person or a script does; [`ActiveStroke`] makes it
 //!   a [`Stroke`], which knows each point before and after and so can be undone.
 //!
 //! ```
@@ -18,6 +18,7 @@
 //! assert!(!paint.is_painted());
 //! ```
 
+mod active_stroke;
 mod attributes;
 mod brush;
 mod grid;
@@ -26,16 +27,19 @@ mod optics;
 mod picker;
 mod point;
 mod stroke;
-mod stroking;
 
+pub use active_stroke::ActiveStroke;
 pub use brush::{Brush, BrushEffect, BrushError, BrushMask, BrushStroke, StrokePath};
+#[doc(hidden)]
 pub use kinds::PaintKinds;
+#[doc(hidden)]
 pub use optics::PaintedOptics;
 pub(crate) use optics::{no_painted_averages, no_painted_lobes};
-pub use picker::{PICK_PX, Picker};
+#[doc(hidden)]
+pub use picker::PICK_PX;
+pub use picker::Picker;
 pub use point::PaintedPoint;
 pub use stroke::Stroke;
-pub use stroking::Stroking;
 
 use std::ops::Range;
 

@@ -9,6 +9,7 @@ use strandlight_formats::Scene;
 use strandlight_lab::bench::cpu_frames::{self, PictureCost, SceneCosts, n_pictures, scene_costs};
 use strandlight_lab::bench::frames::{FrameCost, Progress, frame_costs, n_frames};
 use strandlight_render::gpu::Context;
+use strandlight_scene::budget::MAX_TARGET_SIDE;
 use strandlight_scene::{PreparedScene, RenderError, SceneError};
 
 use crate::cli::render::parse_size;
@@ -28,8 +29,8 @@ pub struct Args {
     /// Renderer
     #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
     backend: BackendArg,
-    /// Width and height in pixels, each 1..=8192 [default: the scene's]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = parse_size,
+        help = format!("Width and height in pixels, each 1..={MAX_TARGET_SIDE} [default: the scene's]"))]
     size: Option<[u32; 2]>,
     /// Rounds of two frames of each kind, after one warm-up round
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]

@@ -7,6 +7,9 @@ use strandlight_scene::progress::timed;
 use super::method_tables::method_tables;
 use crate::cli::{Failure, Outcome, print_line};
 
+/// Most random configurations.
+const MAX_CONFIGURATIONS: u64 = 1_000_000;
+
 /// Benchmark global and local multiple scattering of one light: error against the exact model, and
 /// time
 ///
@@ -14,8 +17,8 @@ use crate::cli::{Failure, Outcome, print_line};
 /// and point on one thread, and their ratio to the paper's scheme.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Random configurations, 1 to 1000000; 10000 take some minutes on two cores
-    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MAX_CONFIGURATIONS),
+        help = format!("Random configurations, 1 to {MAX_CONFIGURATIONS}; 10000 take some minutes on two cores"))]
     n: u64,
     /// Random seed
     #[arg(long, default_value_t = 0)]

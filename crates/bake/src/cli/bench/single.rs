@@ -11,6 +11,9 @@ use strandlight_scene::progress::timed;
 use super::method_tables::method_tables;
 use crate::cli::{Failure, Outcome, check_outputs, note, output_folder, print_line, write_output};
 
+/// Most random configurations.
+const MAX_CONFIGURATIONS: u64 = 1_000_000;
+
 /// Benchmark single scattering of one light: error against the exact model, and time per method
 ///
 /// Relative RMSE over random configurations of light, view and hair; nanoseconds per light and
@@ -20,8 +23,8 @@ pub struct Args {
     /// Folder for single.csv, single.json and single.svg; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Random configurations, 1 to 1000000; 10000 take about a minute on two cores
-    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MAX_CONFIGURATIONS),
+        help = format!("Random configurations, 1 to {MAX_CONFIGURATIONS}; 10000 take about a minute on two cores"))]
     n: u64,
     /// Random seed
     #[arg(long, default_value_t = 0)]

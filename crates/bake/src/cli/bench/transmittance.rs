@@ -10,6 +10,12 @@ use strandlight_scene::PreparedScene;
 
 use crate::cli::{Failure, Outcome, print_line, transmittance_method};
 
+/// Most points: some minutes by the fastest method.
+const MAX_POINTS: u64 = 1_000_000;
+
+/// Most rays of a light lobe.
+const MAX_RAYS: i64 = 65_536;
+
 /// Compare every transmittance method with ray-traced shadows: error and time
 ///
 /// Evaluates random strand points under all lights of a scene. Reports bias and RMS error of the
@@ -18,11 +24,11 @@ use crate::cli::{Failure, Outcome, print_line, transmittance_method};
 pub struct Args {
     /// Scene file (TOML)
     scene: PathBuf,
-    /// Number of random points, 1 to 1000000
-    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MAX_POINTS),
+        help = format!("Number of random points, 1 to {MAX_POINTS}"))]
     points: u64,
-    /// Reference rays per light lobe, 1 to 65536
-    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=MAX_RAYS),
+        help = format!("Reference rays per light lobe, 1 to {MAX_RAYS}"))]
     rays: u32,
     /// Random seed
     #[arg(long, default_value_t = 0)]

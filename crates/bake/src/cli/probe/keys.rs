@@ -17,7 +17,7 @@ pub struct Keys<'a> {
 
 impl<'a> Keys<'a> {
     /// The query itself, which may have the keys `known`.
-    pub fn of_query(object: &'a Map<String, Value>, known: &[&str]) -> Result<Keys<'a>, String> {
+    pub fn from_query(object: &'a Map<String, Value>, known: &[&str]) -> Result<Keys<'a>, String> {
         Keys::new(String::new(), object, known)
     }
 

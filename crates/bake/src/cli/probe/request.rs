@@ -147,7 +147,7 @@ impl Request {
         };
         let keys = |known: &[&str]| {
             let known: Vec<&str> = [&["q"], known].concat();
-            Keys::of_query(&object, &known)
+            Keys::from_query(&object, &known)
         };
         match q {
             "table_C" => {

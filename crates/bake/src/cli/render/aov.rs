@@ -1,39 +1,27 @@
 //! The layers that `--aov` and `--light-group` name.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use strandlight_bake::aov::{Group, Split};
-use strandlight_cpu::{DATA_LAYERS, DataLayer};
+use strandlight_bake::aov::Group;
+use strandlight_scattering::Lobe;
+use strandlight_scene::layers::{Content, LAYERS, Layer, Split, data_layers};
 
 /// What layers are wanted.
 #[derive(Clone, Copy, Debug)]
 pub enum Aov {
     /// Parts of the light.
     Split(Split),
-    /// Data, some of [`DATA_LAYERS`].
-    Data(&'static [DataLayer]),
+    /// All data.
+    AllData,
+    /// One layer of data.
+    Data(&'static Layer),
 }
 
 impl Aov {
     /// Names, help and what they stand for.
-    fn all() -> impl Iterator<Item = (&'static str, &'static str, Aov)> {
-        let of_light = [
-            ("terms", "single, global, local", Split::Terms),
-            (
-                "modes",
-                "single.R, single.TT, single.TRT, global.R, ..., and local",
-                Split::Modes,
-            ),
-            (
-                "lights",
-                "light.000, ...: each enabled light, or light.NAME for groups",
-                Split::Lights,
-            ),
-        ];
-        let of_light = of_light.map(|(name, help, split)| (name, help, Aov::Split(split)));
-        let data = ("data", "all of the following", Aov::Data(&DATA_LAYERS));
-        let one = |layer| Aov::Data(std::slice::from_ref(layer));
-        let by_name = DATA_LAYERS.iter();
-        let by_name = by_name.map(move |layer| (layer.name, layer.help, one(layer)));
+    fn all() -> impl Iterator<Item = (&'static str, String, Aov)> {
+        let of_light = Split::ALL.map(|split| (split.name(), members(split), Aov::Split(split)));
+        let data = ("data", "all of the following".to_owned(), Aov::AllData);
+        let by_name = data_layers().map(|(layer, _)| (layer.name, layer.help(), Aov::Data(layer)));
         of_light.into_iter().chain([data]).chain(by_name)
     }
 
@@ -43,11 +31,21 @@ impl Aov {
     }
 }
 
+/// Names of the layers that `split` makes.
+fn members(split: Split) -> String {
+    let layers = LAYERS.iter().filter(|layer| layer.is_written_with(split));
+    let names = layers.flat_map(|layer| match layer.content {
+        Content::Mode(_) => Lobe::ALL.map(|mode| layer.name_of(mode.name())).to_vec(),
+        _ => vec![layer.name.to_owned()],
+    });
+    names.collect::<Vec<_>>().join(", ")
+}
+
 /// Parses a value of `--aov`.
 pub fn aov() -> impl TypedValueParser<Value = Aov> {
     let values = Aov::all().map(|(name, help, _)| PossibleValue::new(name).help(help));
     PossibleValuesParser::new(values).try_map(|name| {
-        let found = Aov::all().find(|(known, _, _)| *known == name);
+        let found = Aov::all().find(|(known, ..)| *known == name);
         found.map(|(_, _, aov)| aov).ok_or("unknown")
     })
 }

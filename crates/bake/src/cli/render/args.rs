@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use serde_json::{Map, Value, json};
 use strandlight_bake::aov::Group;
-use strandlight_formats::Scattering;
+use strandlight_formats::{RenderSection, Scattering};
 use strandlight_lab::transmittance::Method;
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
-use strandlight_scene::budget::check_frame;
+use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, check_frame};
+use strandlight_scene::shadow_maps::MAX_SHADOW_MAPS;
 
 use super::aov::{Aov, aov, parse_group};
 use crate::cli::progress::is_quiet;
@@ -45,27 +46,25 @@ pub struct Args {
     /// Group lights into one layer of --aov lights, as NAME=0,3; repeatable
     #[arg(long, value_name = "NAME=LIGHTS", value_parser = parse_group)]
     pub light_group: Vec<Group>,
-    /// Width and height in pixels, each 1..=16384 and together at most 134217728 pixels
-    /// [default: the scene's, 720x480]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = parse_size, help = size_help())]
     pub size: Option<[u32; 2]>,
-    /// Samples per pixel, 1..=65536 [default: the scene's, 64]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MAX_SAMPLES.into()),
+        help = format!("Samples per pixel, 1..={MAX_SAMPLES} [default: the scene's, {}, on a GPU; on the CPU none, since \
+            a visibility list says exactly what a pixel shows]", RenderSection::default().samples))]
     pub samples: Option<u32>,
-    /// Renderer; auto uses the GPU if available
+    /// Renderer; auto uses the GPU if there is one, and the CPU rather than a software adapter
     #[arg(long, value_enum, default_value_t = Choice::Auto)]
     pub backend: Choice,
     /// Scattering terms to render: single, global, local or total [default: the scene's, total]
     #[arg(long, value_name = "TERMS", value_parser = parse_scattering)]
     pub scattering: Option<Scattering>,
-    /// Approximate number of shadow maps for all lights, 0..=4096 [default: the scene's, 96]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=MAX_SHADOW_MAPS.into()),
+        help = shadow_maps_help())]
     pub shadow_maps: Option<u32>,
     /// Transmittance method; all except sweep are CPU baselines
     #[arg(long, value_name = "METHOD", default_value = Method::Sweep.name(), value_parser = transmittance_method())]
     pub transmittance: Method,
-    /// Animation time in seconds, 0..=1000000
-    #[arg(long, value_name = "SECONDS", value_parser = parse_time, default_value_t = 0.0)]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_time, default_value_t = 0.0, help = time_help())]
     pub time: f64,
     /// Print which passes ran or were skipped for each picture, with bytes and milliseconds
     #[arg(long)]
@@ -90,6 +89,27 @@ pub enum Format {
     Exr,
 }
 
+fn size_help() -> String {
+    let [width, height] = RenderSection::default().size;
+    format!(
+        "Width and height in pixels, each 1..={MAX_SIDE} and together at most {MAX_PIXELS} pixels \
+         [default: the scene's, {width}x{height}]"
+    )
+}
+
+fn shadow_maps_help() -> String {
+    format!(
+        "Approximate number of shadow maps for all lights, 0..={MAX_SHADOW_MAPS} [default: the \
+         scene's, {}]",
+        RenderSection::default().shadow_maps
+    )
+}
+
+/// Help of `--time`.
+pub fn time_help() -> String {
+    format!("Animation time in seconds, 0..={MAX_SECONDS}")
+}
+
 /// A size on the command line, like 720x480.
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parsed = text
@@ -108,8 +128,8 @@ fn parse_key(text: &str) -> Result<(String, Value), String> {
 /// A time on the command line, seconds.
 pub fn parse_time(text: &str) -> Result<f64, String> {
     let parsed = text.parse().ok();
-    let seconds = parsed.filter(|seconds| (0.0..=1e6).contains(seconds));
-    seconds.ok_or_else(|| "a time is a number of seconds in 0..=1000000".to_owned())
+    let seconds = parsed.filter(|seconds| (0.0..=MAX_SECONDS).contains(seconds));
+    seconds.ok_or_else(|| format!("a time is a number of seconds in 0..={MAX_SECONDS}"))
 }
 
 fn parse_scattering(text: &str) -> Result<Scattering, String> {
@@ -194,4 +214,20 @@ pub fn format_of(path: &Path) -> Result<Format, Failure> {
         _ => return Err(Failure::file(path, "the name must end in .png or .exr")),
     };
     Ok(format)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Args as _;
+
+    use super::*;
+
+    #[test]
+    fn help_has_the_limits() {
+        let command = clap::Command::new("render");
+        let help = Args::augment_args(command).render_help().to_string();
+        for limit in [MAX_SIDE, MAX_PIXELS, MAX_SAMPLES, MAX_SHADOW_MAPS] {
+            assert!(help.contains(&limit.to_string()), "{limit}: {help}");
+        }
+    }
 }

@@ -24,12 +24,14 @@ impl Args {
             let context = Context::new().map_err(|error| RenderError::Gpu(error.into()))?;
             work(&|scene| Ok(Box::new(ProgressiveRenderer::new(&context, scene)?)))
         };
-        let on_cpu = || work(&|scene| Ok(on_cpu(self.transmittance, scene)));
+        let on_cpu = || work(&|scene| Ok(self.on_cpu(scene)));
         let done = match self.backend {
             // Baselines run on the CPU only.
             _ if self.transmittance != Method::Sweep => on_cpu(),
             Choice::Cpu => on_cpu(),
             Choice::Gpu => on_gpu(),
+            // It draws what the CPU draws, more slowly.
+            Choice::Auto if is_software() => on_cpu(),
             Choice::Auto => on_gpu().or_else(|error| {
                 note!("rendering on the CPU: {error}");
                 on_cpu()
@@ -37,14 +39,22 @@ impl Args {
         };
         done.map_err(Failure::input)
     }
+
+    fn on_cpu(&self, scene: PreparedScene) -> Box<dyn Backend> {
+        let method = self.transmittance;
+        Box::new(match method {
+            Method::Sweep if self.samples.is_none() => CpuRenderer::new(scene),
+            Method::Sweep => CpuRenderer::by_samples(scene),
+            _ => {
+                let find =
+                    Box::new(move |scene: &_, lights: &_| point_shadows(method, scene, lights));
+                CpuRenderer::with_shadows(scene, find)
+            }
+        })
+    }
 }
 
-fn on_cpu(method: Method, scene: PreparedScene) -> Box<dyn Backend> {
-    Box::new(match method {
-        Method::Sweep => CpuRenderer::new(scene),
-        _ => {
-            let find = Box::new(move |scene: &_, lights: &_| point_shadows(method, scene, lights));
-            CpuRenderer::with_shadows(scene, find)
-        }
-    })
+/// Is a software rasteriser the only adapter?
+fn is_software() -> bool {
+    Context::new().is_ok_and(|context| context.is_software())
 }

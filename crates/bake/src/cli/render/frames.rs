@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> Outcome {
         Ok(viewer)
     })?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
-    let backend = viewer.live().name();
+    let backend = viewer.renderer().name();
     let made = draw(viewer, &script, out)?;
     let document = made.document(&args.scene.display().to_string(), &backend, opened);
     let path = times;
@@ -135,7 +135,7 @@ impl Out<'_> {
             made.time,
             made.size,
             made.samples,
-            &viewer.live().name(),
+            &viewer.renderer().name(),
         );
         let provenance = provenance.map_err(Failure::input)?;
         let scene = viewer.prepared();
@@ -149,11 +149,11 @@ impl Out<'_> {
         };
         write_output(&path, &bytes)?;
         note!(
-            "{}: {}x{}, {} samples",
+            "{}: {}x{}, {}",
             path.display(),
             picture.width,
             picture.height,
-            made.samples
+            made.stats.visibility()
         );
         if self.with_stats {
             note!("{}", FrameStats(&made.stats));
@@ -178,7 +178,7 @@ fn draw(
         let made = Made {
             file: file_of(frame).display().to_string(),
             size,
-            samples,
+            samples: stats.samples,
             time: viewer.time(),
             milliseconds: 1e3 * start.elapsed().as_secs_f64(),
             changed: viewer.take_changes(),

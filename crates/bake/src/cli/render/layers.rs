@@ -2,10 +2,10 @@
 
 use serde_json::json;
 use strandlight_bake::aov::{Layers, measured, specs};
-use strandlight_cpu::{DATA_LAYERS, DataLayer};
 use strandlight_formats::Scene;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
+use strandlight_scene::layers::{Layer, data_layers};
 use strandlight_scene::provenance::Recorder;
 use strandlight_scene::{PreparedScene, SceneError};
 
@@ -27,16 +27,17 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
     let (prepared, provenance) =
         prepare().map_err(|error: SceneError| Failure::input(error.in_file(&args.scene)))?;
     let mut splits = Vec::new();
-    let mut data: Vec<&DataLayer> = Vec::new();
+    let mut data: Vec<&Layer> = Vec::new();
     for aov in &args.aov {
         match aov {
             Aov::Split(split) => splits.push(*split),
-            Aov::Data(layers) => data.extend(*layers),
+            Aov::AllData => data.extend(data_layers().map(|(layer, _)| layer)),
+            Aov::Data(layer) => data.push(layer),
         }
     }
     // Each once, in the order of the table.
-    let is_wanted = |layer: &&DataLayer| data.iter().any(|wanted| wanted.name == layer.name);
-    let data: Vec<&DataLayer> = DATA_LAYERS.iter().filter(is_wanted).collect();
+    let all = data_layers().map(|(layer, _)| layer);
+    let data: Vec<&Layer> = all.filter(|layer| data.contains(layer)).collect();
     let specs = specs(&prepared, &splits, &args.light_group).map_err(Failure::input)?;
     let mut backend = args.on_backend(|open| {
         let mut backend = open(measured(&prepared))?;
@@ -60,10 +61,11 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
         }
         false => note!("rendered on {name}"),
     }
-    let provenance = provenance.drawn(samples, &name);
-    let of_light = layers.layers.iter().map(|(name, _)| name.clone());
+    let provenance = provenance.drawn(layers.samples, &name);
+    let of_light = layers.layers.iter().map(|layer| layer.name.clone());
     let of_data = data.iter().map(|layer| layer.name.to_owned());
     let names: Vec<String> = of_light.chain(of_data).collect();
+    let (samples, visibility) = (layers.samples, layers.visibility.clone());
     let bytes = layers
         .encode(&provenance)
         .map_err(|error| Failure::file(&args.output, error))?;
@@ -80,7 +82,7 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
         }));
     }
     print_line(format_args!(
-        "{}: {}x{}, {samples} samples, {} layers, {} bytes",
+        "{}: {}x{}, {visibility}, {} layers, {} bytes",
         args.output.display(),
         size[0],
         size[1],

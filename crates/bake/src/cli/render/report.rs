@@ -14,7 +14,7 @@ pub fn inputs(provenance: &Provenance) -> Value {
 }
 
 /// A picture that was rendered.
-pub fn report(path: &Path, picture: &Picture, samples: u32, stats: &Stats) -> serde_json::Value {
+pub fn report(path: &Path, picture: &Picture, stats: &Stats) -> serde_json::Value {
     let stages: Vec<_> = stats
         .stages
         .iter()
@@ -41,7 +41,7 @@ pub fn report(path: &Path, picture: &Picture, samples: u32, stats: &Stats) -> se
     json!({
         "file": path.display().to_string(),
         "size": [picture.width, picture.height],
-        "samples": samples,
+        "samples": stats.samples,
         "backend": stats.backend,
         "strands": stats.strands,
         "points": stats.points,
@@ -56,6 +56,8 @@ pub fn report(path: &Path, picture: &Picture, samples: u32, stats: &Stats) -> se
         "products_skipped": products_skipped,
         "skipped": stats.skipped,
         "points_skipped": stats.points_skipped,
+        "visible_points": stats.visible_points,
+        "list_entries": stats.list_entries,
         "stages": stages,
     })
 }

@@ -7,27 +7,31 @@ use serde_json::{Map, Value};
 use strandlight_formats::nearest;
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
-use strandlight_scene::budget::check_frame;
+use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, check_frame};
 
 /// The first line of `--help`, appended to every error about the command line.
 pub const USAGE: &str = "usage: strandview SCENE.toml [--set KEY=VALUE]... [--size WxH] [--samples N], opens a \
                          window; without one: --frame OUT.png | --turntable N --output DIR | --script EDITS.json --output DIR";
 
 /// The rest of `--help`.
-pub const HELP: &str = "
+pub fn help() -> String {
+    format!(
+        "
   --frame OUT.png        Render one frame without a window; - for standard output
   --turntable N          Render N frames of a full turn about +Y: 0000.png, 0001.png, ...
   --script EDITS.json    Render the frames of a list of edits and views
   --output DIR, -o DIR   Folder for the frames and timings.json, created if missing
   --set KEY=VALUE        Override a key of the scene file, such as hair.eta=1.6 or
                          render.background=none; repeatable
-  --size WxH             Width and height of the window or picture in pixels, each 1..=16384 and
-                         together at most 134217728 pixels
+  --size WxH             Width and height of the window or picture in pixels, each 1..={MAX_SIDE} and
+                         together at most {MAX_PIXELS} pixels
                          [default: 1280x720 points for the window, else the scene's]
-  --time SECONDS         Animation time in seconds, 0..=1000000 [default: 0]
-  --samples N            Samples per pixel, 1..=65536 [default: the scene's]
+  --time SECONDS         Animation time in seconds, 0..={MAX_SECONDS} [default: 0]
+  --samples N            Samples per pixel, 1..={MAX_SAMPLES} [default: the scene's]
   --quiet                Print nothing on stderr except errors
-  --log EVENTS.json      Write UI events to EVENTS.json as JSON Lines";
+  --log EVENTS.json      Write UI events to EVENTS.json as JSON Lines"
+    )
+}
 
 /// All options, for suggestions when one is mistyped.
 const OPTIONS: [&str; 10] = [
@@ -126,7 +130,7 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
             }
             "--time" => args.time = seconds(&text, &value()?)?,
             "--samples" => {
-                let samples = number(&text, &value()?, 65_536)?;
+                let samples = number(&text, &value()?, MAX_SAMPLES)?;
                 flags.insert("render.samples".to_owned(), samples.into());
             }
             _ if text.starts_with('-') => {
@@ -175,8 +179,10 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
 
 fn seconds(option: &str, text: &str) -> Result<f64, String> {
     let parsed = text.parse().ok();
-    let seconds = parsed.filter(|seconds| (0.0..=1e6).contains(seconds));
-    seconds.ok_or(format!("{option} {text}: must be seconds in 0..=1000000"))
+    let seconds = parsed.filter(|seconds| (0.0..=MAX_SECONDS).contains(seconds));
+    seconds.ok_or(format!(
+        "{option} {text}: must be seconds in 0..={MAX_SECONDS}"
+    ))
 }
 
 fn number(option: &str, text: &str, most: u32) -> Result<u32, String> {
@@ -248,8 +254,12 @@ mod tests {
             ("--log", "l.json"),
             ("--quiet", ""),
         ];
-        // What USAGE and HELP say of flags is all of these.
-        let words = HELP
+        // What USAGE and the help say of flags is all of these.
+        let help = help();
+        for limit in [MAX_SIDE, MAX_PIXELS, MAX_SAMPLES] {
+            assert!(help.contains(&limit.to_string()), "{limit}");
+        }
+        let words = help
             .split_whitespace()
             .filter(|word| word.starts_with("--"));
         let mut documented: Vec<&str> = words.collect();
@@ -310,7 +320,8 @@ mod tests {
                 .unwrap_err()
                 .contains("did you mean")
         );
-        let documented = HELP
+        let help = help();
+        let documented = help
             .lines()
             .filter_map(|line| line.trim().split(' ').next());
         let documented: Vec<&str> = documented.filter(|word| word.starts_with("--")).collect();

@@ -9,14 +9,14 @@ mod window;
 use std::io::Write;
 use std::process::ExitCode;
 
-use args::{Args, HELP, Job, USAGE};
+use args::{Args, Job, USAGE, help};
 
 fn main() -> ExitCode {
     let mut words = std::env::args_os().skip(1).peekable();
     let first = words.peek().and_then(|word| word.to_str());
     match first {
         Some("--help" | "-h") => {
-            let _ = writeln!(std::io::stdout(), "{USAGE}\n{HELP}");
+            let _ = writeln!(std::io::stdout(), "{USAGE}\n{}", help());
             return ExitCode::SUCCESS;
         }
         Some("--version" | "-V") => {

@@ -38,7 +38,7 @@ pub fn show(
         };
         line(
             "Samples",
-            format!("{} of {}{noise}", progress.samples, progress.of_samples),
+            format!("{} of {}{noise}", progress.samples, progress.total_samples),
             "Samples per pixel so far, and the estimated remaining noise",
         );
         line(

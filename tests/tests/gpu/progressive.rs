@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use glam::{Quat, Vec3};
 use strandlight_formats::{Background, Scattering};
-use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::{Context, ResourceCounts};
 use strandlight_render::invalidation::{Inputs, STAGES, StageRule, stale_stages};
 use strandlight_render::passes::DeviceBytes;
 use strandlight_render::progressive::RenderReport;
+use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::tone::ToneMap;
@@ -28,8 +28,8 @@ fn scene() -> PreparedScene {
 }
 
 fn fresh(context: &Context, scene: &PreparedScene) -> Picture {
-    let mut live = ProgressiveRenderer::new(context, scene.clone()).unwrap();
-    live.finish(SAMPLES).unwrap()
+    let mut progressive = ProgressiveRenderer::new(context, scene.clone()).unwrap();
+    progressive.finish(SAMPLES).unwrap()
 }
 
 fn turned(camera: &Camera, degrees: f32) -> Camera {
@@ -41,10 +41,10 @@ fn turned(camera: &Camera, degrees: f32) -> Camera {
 }
 
 /// With what is read without waiting.
-fn report(context: &Context, live: &mut ProgressiveRenderer) -> RenderReport {
+fn report(context: &Context, progressive: &mut ProgressiveRenderer) -> RenderReport {
     context.wait("report").unwrap();
-    live.advance(Duration::ZERO).unwrap();
-    live.report().clone()
+    progressive.advance(Duration::ZERO).unwrap();
+    progressive.report().clone()
 }
 
 #[test]
@@ -55,12 +55,12 @@ fn the_finished_picture_is_the_renderers() {
     let (expected, stats) = renderer
         .render_to_image(&scene.camera, SIZE, SAMPLES)
         .unwrap();
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
-    let picture = live.finish(SAMPLES).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let picture = progressive.finish(SAMPLES).unwrap();
     let error = picture_rmse(&picture, &expected);
     println!("{error:.2e}");
     assert!(error < 1e-6, "{error}");
-    let after = report(&context, &mut live);
+    let after = report(&context, &mut progressive);
     assert_eq!(after.stats.terms, stats.terms);
     for name in ["shadow maps", "transmittance", "shade", "draw", "display"] {
         let stage = after.stage(name).unwrap();
@@ -93,21 +93,21 @@ fn the_first_picture_comes_before_any_shadow_and_leaves_no_trace() {
             let albedo = [0.4; 3];
             scene.proxies = vec![Proxy::Ground { height, albedo }];
         }
-        let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
         // As little as a turn can do.
-        let progress = live.advance(Duration::ZERO).unwrap();
+        let progress = progressive.advance(Duration::ZERO).unwrap();
         assert_eq!(progress.samples, 4);
         assert!(!progress.is_shaded && !progress.is_done, "{progress:?}");
-        let first = live.report().clone();
+        let first = progressive.report().clone();
         assert_eq!((first.runs("first look"), first.shadings), (1, 0));
         for stage in ["voxelise", "shadow maps", "transmittance", "shade"] {
             assert_eq!(first.runs(stage), 0, "{stage}");
         }
-        let look = live.read_display().unwrap();
-        while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
-        let after = live.report().clone();
+        let look = progressive.read_display().unwrap();
+        while !progressive.advance(Duration::from_secs(1)).unwrap().is_done {}
+        let after = progressive.report().clone();
         assert_eq!((after.runs("first look"), after.runs("voxelise")), (1, 1));
-        let lit = live.read_display().unwrap();
+        let lit = progressive.read_display().unwrap();
         // About as bright.
         let sum = |pixels: &[[u8; 4]]| pixels.iter().map(|p| f64::from(p[1])).sum::<f64>();
         let ratio = sum(&look) / sum(&lit);
@@ -117,7 +117,7 @@ fn the_first_picture_comes_before_any_shadow_and_leaves_no_trace() {
         let mut unseen = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
         let expected = unseen.finish(SAMPLES).unwrap();
         assert_eq!(unseen.report().runs("first look"), 0);
-        assert_eq!(live.finish(SAMPLES).unwrap(), expected);
+        assert_eq!(progressive.finish(SAMPLES).unwrap(), expected);
         assert_eq!(after.device_bytes, unseen.report().device_bytes);
     }
 }
@@ -137,12 +137,12 @@ const CASES: [Case; 9] = [
     Case {
         name: "hair",
         inputs: Inputs::HAIR,
-        edit: |live, scene| {
+        edit: |progressive, scene| {
             let hair = HairParams {
                 sigma_a: [0.9, 0.6, 0.2],
                 ..HairParams::default()
             };
-            live.set_hair(&hair, &Lobe::ALL).unwrap();
+            progressive.set_hair(&hair, &Lobe::ALL).unwrap();
             scene.hair.edit(&hair, &Lobe::ALL).unwrap();
         },
         is_free: true,
@@ -150,8 +150,8 @@ const CASES: [Case; 9] = [
     Case {
         name: "densities",
         inputs: Inputs::DENSITIES,
-        edit: |live, scene| {
-            live.set_densities([0.3, 0.9]);
+        edit: |progressive, scene| {
+            progressive.set_densities([0.3, 0.9]);
             scene.densities = [0.3, 0.9];
         },
         is_free: true,
@@ -159,33 +159,33 @@ const CASES: [Case; 9] = [
     Case {
         name: "camera",
         inputs: Inputs::VIEW,
-        edit: |live, scene| {
+        edit: |progressive, scene| {
             scene.camera = turned(&scene.camera, 25.0);
-            live.set_camera(scene.camera);
+            progressive.set_camera(scene.camera);
         },
         is_free: true,
     },
     Case {
         name: "grade",
         inputs: Inputs::GRADE,
-        edit: |live, scene| {
+        edit: |progressive, scene| {
             scene.background = Background::Color([0.1, 0.2, 0.3]);
             (scene.exposure, scene.tone_map) = (0.7, ToneMap::None);
-            live.set_grade(scene.exposure, scene.tone_map, scene.background);
+            progressive.set_grade(scene.exposure, scene.tone_map, scene.background);
         },
         is_free: true,
     },
     Case {
         name: "light colours",
         inputs: Inputs::LIGHT_COLORS,
-        edit: |live, scene| {
+        edit: |progressive, scene| {
             // The same share of the whole for each, so the same maps.
             let rgb: Vec<[f32; 3]> = scene
                 .lights
                 .iter()
                 .map(|light| light.rgb.map(|x| 0.3 * x))
                 .collect();
-            live.set_light_colors(&rgb).unwrap();
+            progressive.set_light_colors(&rgb).unwrap();
             for (light, rgb) in scene.lights.iter_mut().zip(rgb) {
                 light.rgb = rgb;
             }
@@ -195,22 +195,22 @@ const CASES: [Case; 9] = [
     Case {
         name: "lights",
         inputs: Inputs::LIGHTS,
-        edit: |live, scene| {
+        edit: |progressive, scene| {
             let turn = Quat::from_rotation_y(0.6);
             for light in &mut scene.lights {
                 light.direction = (turn * Vec3::from(light.direction)).to_array();
             }
-            live.set_lights(scene.lights.clone()).unwrap();
+            progressive.set_lights(scene.lights.clone()).unwrap();
         },
         is_free: false,
     },
     Case {
         name: "points",
         inputs: Inputs::POINTS,
-        edit: |live, scene| {
+        edit: |progressive, scene| {
             let shear = |&[x, y, z, radius]: &[f32; 4]| [x + 0.2 * y, y, 1.1 * z, radius];
             let points: Vec<[f32; 4]> = scene.strands.points.iter().map(shear).collect();
-            live.set_points(&points).unwrap();
+            progressive.set_points(&points).unwrap();
             scene.strands = scene.strands.moved(&points).unwrap();
         },
         is_free: false,
@@ -218,9 +218,9 @@ const CASES: [Case; 9] = [
     Case {
         name: "modes",
         inputs: Inputs::TERMS.union(Inputs::HAIR),
-        edit: |live, scene| {
+        edit: |progressive, scene| {
             let hair = *scene.hair.hair();
-            live.set_hair(&hair, &[Lobe::R, Lobe::Trt]).unwrap();
+            progressive.set_hair(&hair, &[Lobe::R, Lobe::Trt]).unwrap();
             scene.hair.edit(&hair, &[Lobe::R, Lobe::Trt]).unwrap();
         },
         is_free: false,
@@ -228,8 +228,8 @@ const CASES: [Case; 9] = [
     Case {
         name: "scattering",
         inputs: Inputs::TERMS.union(Inputs::HAIR),
-        edit: |live, scene| {
-            live.set_scattering(Scattering::Local);
+        edit: |progressive, scene| {
+            progressive.set_scattering(Scattering::Local);
             scene.set_scattering(Scattering::Local);
         },
         is_free: false,
@@ -248,16 +248,16 @@ fn made_by(report: &RenderReport) -> ResourceCounts {
 fn every_edit_gives_the_picture_of_a_fresh_start_and_touches_what_it_must() {
     let context = context();
     let mut scene = scene();
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
-    let mut before = live.finish(SAMPLES).unwrap();
-    let made = live.report().counts;
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let mut before = progressive.finish(SAMPLES).unwrap();
+    let made = progressive.report().counts;
     assert!(made.geometry_uploads > 0 && made.pipelines > 5, "{made:?}");
     // One after the other, each on top of those before it.
     for case in CASES {
         let name = case.name;
-        (case.edit)(&mut live, &mut scene);
-        let after = live.finish(SAMPLES).unwrap();
-        let report = live.report().clone();
+        (case.edit)(&mut progressive, &mut scene);
+        let after = progressive.finish(SAMPLES).unwrap();
+        let report = progressive.report().clone();
         let expected = fresh(&context, &scene);
         let (error, changed) = (
             picture_rmse(&after, &expected),
@@ -278,16 +278,16 @@ fn every_edit_gives_the_picture_of_a_fresh_start_and_touches_what_it_must() {
         let is_geometry = name == "points";
         assert_eq!(report.counts.geometry_uploads, u64::from(is_geometry));
         if name == "light colours" {
-            keep("live-after", &after);
+            keep("progressive-after", &after);
         }
         // There and back: the pipelines are still there.
         if name == "modes" {
             assert_eq!(report.counts.pipelines, 1);
             let hair = *scene.hair.hair();
-            live.set_hair(&hair, &Lobe::ALL).unwrap();
-            let back = live.finish(SAMPLES).unwrap();
+            progressive.set_hair(&hair, &Lobe::ALL).unwrap();
+            let back = progressive.finish(SAMPLES).unwrap();
             assert!(picture_rmse(&back, &before) < 1e-6);
-            assert_eq!(live.report().counts.pipelines, 0);
+            assert_eq!(progressive.report().counts.pipelines, 0);
             scene.hair.edit(&hair, &Lobe::ALL).unwrap();
             continue;
         }
@@ -299,21 +299,21 @@ fn every_edit_gives_the_picture_of_a_fresh_start_and_touches_what_it_must() {
 fn muted_lights_are_not_looked_at_and_keep_their_shadows() {
     let context = context();
     let mut scene = scene();
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
-    let all = live.finish(SAMPLES).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let all = progressive.finish(SAMPLES).unwrap();
     let products = |report: &RenderReport| report.stats.products().iter().sum::<u64>();
-    let of_all = products(&report(&context, &mut live));
+    let of_all = products(&report(&context, &mut progressive));
     let n_points = scene.strands.points.len() as u64;
-    let skipped = live.report().stats.points_skipped;
+    let skipped = progressive.report().stats.points_skipped;
     assert_eq!(of_all, 4 * 5 * (n_points - skipped));
     let colors: Vec<[f32; 3]> = scene.lights.iter().map(|light| light.rgb).collect();
     let mut some = colors.clone();
     some[0] = [0.0; 3];
     some[3] = [0.0; 3];
-    live.set_light_colors(&some).unwrap();
-    let muted = live.finish(SAMPLES).unwrap();
-    assert_eq!(made_by(live.report()), ResourceCounts::default());
-    let after = report(&context, &mut live);
+    progressive.set_light_colors(&some).unwrap();
+    let muted = progressive.finish(SAMPLES).unwrap();
+    assert_eq!(made_by(progressive.report()), ResourceCounts::default());
+    let after = report(&context, &mut progressive);
     assert_eq!(5 * products(&after), 3 * of_all);
     assert_eq!(after.runs("shadow maps") + after.runs("transmittance"), 0);
     // The others alone, which share the maps among themselves: shadows differ a little.
@@ -323,12 +323,12 @@ fn muted_lights_are_not_looked_at_and_keep_their_shadows() {
     println!("muted against absent: {error:.2e}");
     assert!(error < 0.05 && picture_rmse(&muted, &all) > 0.1, "{error}");
     // No light at all: black, and no error.
-    live.set_light_colors(&[[0.0; 3]; 5]).unwrap();
-    let dark = live.finish(4).unwrap();
+    progressive.set_light_colors(&[[0.0; 3]; 5]).unwrap();
+    let dark = progressive.finish(4).unwrap();
     assert!(dark.rgba.iter().all(|[r, g, b, _]| r + g + b == 0.0));
-    assert_eq!(products(&report(&context, &mut live)), 0);
-    live.set_light_colors(&colors).unwrap();
-    assert!(picture_rmse(&live.finish(SAMPLES).unwrap(), &all) < 1e-6);
+    assert_eq!(products(&report(&context, &mut progressive)), 0);
+    progressive.set_light_colors(&colors).unwrap();
+    assert!(picture_rmse(&progressive.finish(SAMPLES).unwrap(), &all) < 1e-6);
 }
 
 #[test]
@@ -339,10 +339,10 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
     let expected = fresh(&context, &scene);
     // Room for the records of one batch of lights only.
     scene.record_budget = 1;
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let (mut n_turns, mut samples) = (0, Vec::new());
     let progress = loop {
-        let progress = live.advance(Duration::ZERO).unwrap();
+        let progress = progressive.advance(Duration::ZERO).unwrap();
         n_turns += 1;
         assert!(n_turns < 10_000);
         // Before there is light, a draft.
@@ -356,17 +356,17 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
     };
     println!("{n_turns} turns, noise {:?}", progress.noise);
     assert!(n_turns > 20 && samples.is_sorted());
-    assert!(picture_rmse(&live.finish(SAMPLES).unwrap(), &expected) < 1e-6);
-    let shown = live.read_display().unwrap();
+    assert!(picture_rmse(&progressive.finish(SAMPLES).unwrap(), &expected) < 1e-6);
+    let shown = progressive.read_display().unwrap();
     let wanted = expected.to_srgb8(scene.exposure, scene.tone_map);
     assert_eq!(shown.len(), wanted.len());
     let apart = shown.iter().flatten().zip(wanted.iter().flatten());
     let apart = apart.map(|(a, b)| a.abs_diff(*b)).max();
     assert!(apart <= Some(1), "{apart:?}");
     // Without a background the screen's colours are multiplied by alpha.
-    live.set_grade(-1.0, ToneMap::None, Background::None);
-    let picture = live.finish(SAMPLES).unwrap();
-    let shown = live.read_display().unwrap();
+    progressive.set_grade(-1.0, ToneMap::None, Background::None);
+    let picture = progressive.finish(SAMPLES).unwrap();
+    let shown = progressive.read_display().unwrap();
     let straight = picture.to_srgb8(-1.0, ToneMap::None);
     let mut n_covered = 0;
     for (shown, straight) in shown.iter().zip(straight) {
@@ -380,69 +380,75 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
     }
     assert!(n_covered > 100, "{n_covered}");
 
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
-    live.set_waiting(false);
-    let picture = live.finish(SAMPLES).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    progressive.set_waiting(false);
+    let picture = progressive.finish(SAMPLES).unwrap();
     assert!(picture_rmse(&picture, &expected) < 1e-6);
 }
 
 #[test]
 fn a_slider_that_is_dragged_is_followed() {
     let context = context();
-    let mut live = ProgressiveRenderer::new(&context, scene()).unwrap();
-    while !live.advance(Duration::from_secs(1)).unwrap().is_done {}
-    let before = live.report().shadings;
+    let mut progressive = ProgressiveRenderer::new(&context, scene()).unwrap();
+    while !progressive.advance(Duration::from_secs(1)).unwrap().is_done {}
+    let before = progressive.report().shadings;
     let mut hair = HairParams::default();
     let mut n_turns = 0;
     // Another value at every turn, which does one small step.
-    while live.report().shadings < before + 5 {
+    while progressive.report().shadings < before + 5 {
         hair.sigma_a[0] += 0.01;
-        live.set_hair(&hair, &Lobe::ALL).unwrap();
-        live.advance(Duration::ZERO).unwrap();
+        progressive.set_hair(&hair, &Lobe::ALL).unwrap();
+        progressive.advance(Duration::ZERO).unwrap();
         n_turns += 1;
         assert!(n_turns < 1000, "never lit");
     }
     // A camera that moves shows a draft at every turn.
     for step in 0..5 {
-        let camera = turned(&live.scene().camera.clone(), 1.0 + step as f32);
-        live.set_camera(camera);
-        let progress = live.advance(Duration::ZERO).unwrap();
+        let camera = turned(&progressive.scene().camera.clone(), 1.0 + step as f32);
+        progressive.set_camera(camera);
+        let progress = progressive.advance(Duration::ZERO).unwrap();
         assert!(progress.samples >= 4 && !progress.is_shaded && !progress.is_done);
     }
-    let scene = live.scene().clone();
-    let error = picture_rmse(&live.finish(SAMPLES).unwrap(), &fresh(&context, &scene));
+    let scene = progressive.scene().clone();
+    let error = picture_rmse(
+        &progressive.finish(SAMPLES).unwrap(),
+        &fresh(&context, &scene),
+    );
     assert!(error < 1e-6, "{error}");
 }
 
 #[test]
 fn a_window_without_extent_draws_nothing() {
     let context = context();
-    let mut live = ProgressiveRenderer::new(&context, scene()).unwrap();
-    live.finish(4).unwrap();
-    live.set_size([0, 0]).unwrap();
-    assert!(live.advance(Duration::ZERO).unwrap().is_done);
-    assert!(live.finish(4).is_err());
-    live.set_size([0, 50]).unwrap();
-    live.set_camera(turned(&live.scene().camera.clone(), 5.0));
-    assert!(live.advance(Duration::ZERO).unwrap().is_done);
-    live.set_size([64, 48]).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene()).unwrap();
+    progressive.finish(4).unwrap();
+    progressive.set_size([0, 0]).unwrap();
+    assert!(progressive.advance(Duration::ZERO).unwrap().is_done);
+    assert!(progressive.finish(4).is_err());
+    progressive.set_size([0, 50]).unwrap();
+    progressive.set_camera(turned(&progressive.scene().camera.clone(), 5.0));
+    assert!(progressive.advance(Duration::ZERO).unwrap().is_done);
+    progressive.set_size([64, 48]).unwrap();
     let mut scene = scene();
     scene.size = [64, 48];
-    scene.camera = live.scene().camera;
-    let error = picture_rmse(&live.finish(SAMPLES).unwrap(), &fresh(&context, &scene));
+    scene.camera = progressive.scene().camera;
+    let error = picture_rmse(
+        &progressive.finish(SAMPLES).unwrap(),
+        &fresh(&context, &scene),
+    );
     assert!(error < 1e-6, "{error}");
-    assert!(live.set_size([9000, 2]).is_err());
-    assert_eq!(live.display().texture().width(), 64);
+    assert!(progressive.set_size([9000, 2]).is_err());
+    assert_eq!(progressive.display().texture().width(), 64);
 }
 
 #[test]
 fn a_lost_device_is_an_error_that_says_so() {
     let lost = Context::new().unwrap();
-    let mut live = ProgressiveRenderer::new(&lost, scene()).unwrap();
-    live.advance(Duration::ZERO).unwrap();
-    let copy = live.scene().clone();
+    let mut progressive = ProgressiveRenderer::new(&lost, scene()).unwrap();
+    progressive.advance(Duration::ZERO).unwrap();
+    let copy = progressive.scene().clone();
     lost.device.destroy();
-    let mut answers = (0..4).map(|_| live.advance(Duration::from_millis(1)));
+    let mut answers = (0..4).map(|_| progressive.advance(Duration::from_millis(1)));
     let error = answers.find_map(Result::err);
     assert!(
         matches!(error, Some(RenderError::DeviceLost(_))),
@@ -450,8 +456,8 @@ fn a_lost_device_is_an_error_that_says_so() {
     );
     // All that is needed is still here.
     let again = context();
-    let mut live = ProgressiveRenderer::new(&again, copy).unwrap();
-    assert!(live.finish(4).is_ok());
+    let mut progressive = ProgressiveRenderer::new(&again, copy).unwrap();
+    assert!(progressive.finish(4).is_ok());
 }
 
 #[test]
@@ -461,15 +467,15 @@ fn the_least_limits_do_and_what_does_not_fit_is_named() {
     let least = Context::with_least_limits().unwrap();
     assert!(!least.has_timestamps());
     let before = least.counts();
-    let mut live = ProgressiveRenderer::new(&least, scene.clone()).unwrap();
-    let picture = live.finish(SAMPLES).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&least, scene.clone()).unwrap();
+    let picture = progressive.finish(SAMPLES).unwrap();
     assert!(picture_rmse(&picture, &expected) < 1e-6);
     // What was said beforehand is what was made, textures of the hair and small things apart.
     let said = DeviceBytes::new(&scene, SIZE).total() as f64;
     let made = least.counts().since(before).bytes as f64;
     println!("said {said:.3e}, made {made:.3e}");
     assert!((made / said - 1.0).abs() < 0.05, "{said} {made}");
-    assert!((live.report().device_bytes as f64 / said - 1.0).abs() < 0.05);
+    assert!((progressive.report().device_bytes as f64 / said - 1.0).abs() < 0.05);
 
     // Records of all lights do not fit, those of a batch do.
     let mut many = scene.clone();
@@ -478,8 +484,8 @@ fn the_least_limits_do_and_what_does_not_fit_is_named() {
     small.record_budget = 0;
     let budget = DeviceBytes::new(&small, SIZE).total();
     assert!(DeviceBytes::new(&many, SIZE).total() > budget);
-    let live = ProgressiveRenderer::with_budget(&least, many.clone(), budget).unwrap();
-    assert!(live.report().device_bytes as f64 <= 1.02 * budget as f64);
+    let progressive = ProgressiveRenderer::with_budget(&least, many.clone(), budget).unwrap();
+    assert!(progressive.report().device_bytes as f64 <= 1.02 * budget as f64);
     let before = least.counts();
     let refused = ProgressiveRenderer::with_budget(&least, many, budget / 2).err();
     let text = refused.map(|error| error.to_string()).unwrap_or_default();
@@ -505,9 +511,12 @@ fn an_adapter_below_the_usual_limits_draws_the_same_and_says_what_it_cannot() {
     })
     .unwrap();
     assert_eq!(small.device.limits().max_texture_dimension_2d, 2048);
-    let mut live = ProgressiveRenderer::new(&small, scene.clone()).unwrap();
-    assert_eq!(live.finish(SAMPLES).unwrap(), expected);
-    let refused = [live.set_size([2049, 8]), live.set_size([2048, 2048])];
+    let mut progressive = ProgressiveRenderer::new(&small, scene.clone()).unwrap();
+    assert_eq!(progressive.finish(SAMPLES).unwrap(), expected);
+    let refused = [
+        progressive.set_size([2049, 8]),
+        progressive.set_size([2048, 2048]),
+    ];
     let text = refused.map(|answer| answer.unwrap_err().to_string());
     assert!(text[0].contains("2049x8") && text[0].contains("at most 2048"));
     assert!(
@@ -530,10 +539,10 @@ fn strands_do_not_crawl_while_orbiting() {
     let context = context();
     let mut scene = scene();
     scene.size = [96, 72];
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let mut frame = |degrees: f32, samples: u32| {
-        live.set_camera(turned(&scene.camera, degrees));
-        live.finish(samples).unwrap()
+        progressive.set_camera(turned(&scene.camera, degrees));
+        progressive.finish(samples).unwrap()
     };
     let converged = frame(0.0, 512);
     for (degrees, least, most) in [(0.05, 0.0, 0.2), (0.5, 0.0, 0.5), (20.0, 0.65, 1.2)] {
@@ -558,19 +567,19 @@ fn the_noise_that_is_left_is_known() {
     let context = context();
     let mut scene = scene();
     scene.size = [96, 72];
-    let mut live = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
-    let converged = live.finish(2048).unwrap();
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let converged = progressive.finish(2048).unwrap();
     let rgb = |picture: &Picture| -> Vec<f32> {
         let pixels = picture.rgba.iter();
         pixels.flat_map(|p| [p[0], p[1], p[2]]).collect()
     };
     for samples in [8, 32, 128] {
-        live.set_camera(turned(&scene.camera, samples as f32));
-        live.set_camera(scene.camera);
-        live.set_samples(samples);
-        let picture = live.finish(samples).unwrap();
+        progressive.set_camera(turned(&scene.camera, samples as f32));
+        progressive.set_camera(scene.camera);
+        progressive.set_samples(samples);
+        let picture = progressive.finish(samples).unwrap();
         context.wait("noise").unwrap();
-        let found = live.advance(Duration::ZERO).unwrap().noise;
+        let found = progressive.advance(Duration::ZERO).unwrap().noise;
         let error = render_common::relative_rmse(&rgb(&picture), &rgb(&converged));
         println!("{samples} samples: {found:?}, error {error:.4}");
         let ratio = f64::from(found.unwrap()) / error;

@@ -105,3 +105,13 @@ impl ShadingJob {
         !self.is_second_try && 2 * self.steps.len() > self.n_steps
     }
 }
+
+/// What a step of a job was.
+pub(crate) enum Stepped {
+    /// A step of a stage, of so many units, was submitted.
+    Ran(&'static str, f64),
+    /// An edit came early in the job, which began again.
+    Restarted,
+    /// The job is done and its radiance is shown.
+    Done(Box<ShadingJob>),
+}

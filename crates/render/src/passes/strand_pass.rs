@@ -1,13 +1,18 @@
-//! Strands in a host's render pass: its formats, its samples, its depth.
+//! Strands in a render pass: of a host, with its formats, its samples and its depth, or of a film.
 
+use super::covering::covering;
 use super::draw::Ribbons;
-use super::resources::{module_with, uniform};
+use super::film::viewport_side;
+use super::resources::{module_with, shader, uniform};
 use crate::gpu::{Context, ResourceCounters};
 use crate::hair_options::HairOptions;
 use strandlight_scene::RenderError;
 
 /// Turns on what strands in a host's pass take.
 const FEATURE: &str = "HOSTED";
+
+/// Entry points of the vertices and the fragments.
+const ENTRIES: [&str; 2] = ["ribbon", "cover"];
 
 /// How the host projects; mirrored by `Host` in `shaders/pass/strands.wgsl`.
 #[repr(C)]
@@ -31,22 +36,42 @@ strandlight_scattering::mirrors! {
     Host as "Host" in "pass/strands" { depth, shift, corner, scale, pad }
 }
 
-/// Draws strands into passes of a host.
-pub(crate) struct Hosted {
+/// Draws strands into passes.
+pub(crate) struct StrandPass {
     pipeline: wgpu::RenderPipeline,
-    host: wgpu::Buffer,
+    /// How the host projects; none for a film.
+    host: Option<wgpu::Buffer>,
     /// By buffer of radiance.
     groups: Vec<wgpu::BindGroup>,
 }
 
-impl Hosted {
+impl StrandPass {
+    /// Draws `ribbons`, lit by one of the buffers of `radiance`, into films.
+    pub fn for_film(
+        context: &Context,
+        ribbons: &Ribbons,
+        radiance: &[&wgpu::Buffer],
+    ) -> Result<StrandPass, RenderError> {
+        let module = shader(context, "pass/strands")?;
+        // Corners are in 1/256 px from the middle.
+        let clip_per_unit = 1.0 / (128.0 * f64::from(viewport_side(context)));
+        let constants = [("CLIP_PER_UNIT", clip_per_unit)];
+        let pipeline = covering(context, "strands", &module, ENTRIES, &constants);
+        let layout = pipeline.get_bind_group_layout(0);
+        Ok(StrandPass {
+            groups: ribbons.bind_strands(context, &layout, radiance, &[]),
+            pipeline,
+            host: None,
+        })
+    }
+
     /// Draws `ribbons`, lit by one of the buffers of `radiance`, as `options` say.
-    pub fn new(
+    pub fn for_host(
         context: &Context,
         options: &HairOptions,
         ribbons: &Ribbons,
         radiance: &[&wgpu::Buffer],
-    ) -> Result<Hosted, RenderError> {
+    ) -> Result<StrandPass, RenderError> {
         let module = module_with(context, "pass/strands", &[FEATURE])?;
         ResourceCounters::add(&context.resource_counters().pipelines);
         let compare = match options.reverse_z {
@@ -58,7 +83,7 @@ impl Hosted {
             layout: None,
             vertex: wgpu::VertexState {
                 module: &module,
-                entry_point: Some("ribbon"),
+                entry_point: Some(ENTRIES[0]),
                 compilation_options: Default::default(),
                 buffers: &[],
             },
@@ -76,7 +101,7 @@ impl Hosted {
             },
             fragment: Some(wgpu::FragmentState {
                 module: &module,
-                entry_point: Some("cover"),
+                entry_point: Some(ENTRIES[1]),
                 compilation_options: Default::default(),
                 targets: &[Some(options.color_format.into())],
             }),
@@ -89,16 +114,18 @@ impl Hosted {
         let layout = pipeline.get_bind_group_layout(0);
         let further = [(6, host.as_entire_binding())];
         let groups = ribbons.bind_strands(context, &layout, radiance, &further);
-        Ok(Hosted {
+        Ok(StrandPass {
             pipeline,
-            host,
+            host: Some(host),
             groups,
         })
     }
 
-    /// Takes another projection.
+    /// Takes another projection of the host.
     pub fn set_host(&self, context: &Context, host: &Host) {
-        context.write(&self.host, 0, bytemuck::bytes_of(host));
+        if let Some(buffer) = &self.host {
+            context.write(buffer, 0, bytemuck::bytes_of(host));
+        }
     }
 
     /// Draws the strands, lit by the radiance buffer `radiance`, into the viewport of `pass`.

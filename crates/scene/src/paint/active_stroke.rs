@@ -22,11 +22,11 @@ struct Touched {
     before: PaintedPoint,
 }
 
-/// Between press and release: dabs change the paint at once, [`Stroking::finish`] says what the
+/// Between press and release: dabs change the paint at once, [`ActiveStroke::finish`] says what the
 /// stroke did. What a point gets depends on the dab nearest to it alone, so neither on how many
 /// places of the cursor were seen nor on their order.
 #[derive(Clone, Debug)]
-pub struct Stroking {
+pub struct ActiveStroke {
     brush: Brush,
     /// In the order they were touched.
     touched: Vec<Touched>,
@@ -36,14 +36,14 @@ pub struct Stroking {
     last: Option<([f32; 2], Option<Vec3>)>,
 }
 
-impl Stroking {
+impl ActiveStroke {
     /// The brush goes down.
     ///
     /// # Errors
     /// The first value of the brush outside its range.
-    pub fn new(brush: Brush) -> Result<Stroking, BrushError> {
+    pub fn new(brush: Brush) -> Result<ActiveStroke, BrushError> {
         brush.validate()?;
-        Ok(Stroking {
+        Ok(ActiveStroke {
             brush,
             touched: Vec::new(),
             places: Vec::new(),
@@ -219,19 +219,19 @@ impl Picker {
         size: [u32; 2],
         stroke: &BrushStroke,
     ) -> Result<Stroke, BrushError> {
-        let mut stroking = Stroking::new(stroke.brush)?;
+        let mut active_stroke = ActiveStroke::new(stroke.brush)?;
         let mut paint = paint.clone();
         match &stroke.path {
             StrokePath::World(path) => {
-                stroking.follow(self, &mut paint, path);
+                active_stroke.follow(self, &mut paint, path);
             }
             StrokePath::Pixels(path) => {
                 for &cursor in path {
-                    stroking.drag(self, &mut paint, camera, size, cursor);
+                    active_stroke.drag(self, &mut paint, camera, size, cursor);
                 }
             }
         }
-        Ok(stroking.finish(&paint))
+        Ok(active_stroke.finish(&paint))
     }
 }
 
@@ -419,9 +419,9 @@ mod tests {
             softness: 0.0,
             ..Brush::default()
         };
-        let mut stroking = Stroking::new(brush).unwrap();
+        let mut active_stroke = ActiveStroke::new(brush).unwrap();
         let mut paint = Paint::unpainted(6);
-        stroking.dab(&picker, &mut paint, Vec3::new(0.0, -1.0, 0.0));
+        active_stroke.dab(&picker, &mut paint, Vec3::new(0.0, -1.0, 0.0));
         // Both points that coincide, or there would be a seam between them.
         let weights: Vec<f32> = paint.points.iter().map(|point| point.weight).collect();
         assert_eq!(weights, [0.0, 0.0, 0.0, 1.0, 1.0, 0.0]);

@@ -1,0 +1,149 @@
+//! Shading of all points, step by step.
+
+use super::HairRenderer;
+use super::job::{DirtyFlags, ShadingJob, Stepped};
+use crate::invalidation::Inputs;
+use crate::passes::deform::Deform;
+use strandlight_scene::RenderError;
+use strandlight_scene::camera::view_uniform;
+
+impl HairRenderer {
+    /// Takes up what was set since the last job began, and what one that is given up had taken, and
+    /// plans the next job, which shades at most `chunk` points in a step.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub(crate) fn begin(
+        &mut self,
+        given_up: DirtyFlags,
+        is_second_try: bool,
+        chunk: u32,
+    ) -> Result<(), RenderError> {
+        let mut dirty = std::mem::take(&mut self.dirty);
+        dirty.add(&given_up);
+        let (context, scene) = (&self.context, &self.scene);
+        let mut steps = Vec::new();
+        if dirty.has(Inputs::POINTS) {
+            match &self.wind {
+                Some(wind) => {
+                    let deform = match self.deform.take() {
+                        Some(deform) => deform,
+                        None => Deform::new(context, &scene.strands, &self.strands)?,
+                    };
+                    deform.run(context, wind, self.clock.stamp("deform"));
+                    self.deform = Some(deform);
+                    self.report.ran("deform");
+                }
+                None => self.strands.update(context, &scene.strands),
+            }
+            let is_other = self.volume.fit(context, &scene.strands, &self.strands);
+            self.volume.fill(context, self.clock.stamp("voxelise"));
+            self.has_volume = true;
+            self.report.ran("voxelise");
+            let lighting = &mut self.lighting;
+            lighting.set_points(context, scene, &self.volume, &self.strands, is_other);
+        }
+        if dirty.has(Inputs::LIGHTS) {
+            let lighting = &mut self.lighting;
+            lighting.set_lights(context, scene, &self.volume, &self.strands);
+        } else if dirty.has(Inputs::LIGHT_COLORS)
+            && self.lighting.set_colors(context, scene, &self.strands)
+        {
+            steps.extend(self.lighting.map_steps());
+        }
+        if dirty.has(Inputs::PROXIES) {
+            let (volume, strands) = (&self.volume, &self.strands);
+            self.lighting.set_proxies(context, scene, volume, strands)?;
+        }
+        if dirty.is_stale("transmittance") {
+            steps = self.lighting.shadow_steps();
+        }
+        if let Some(range) = &dirty.paint {
+            let lighting = &mut self.lighting;
+            lighting.set_paint(context, scene, &scene.hair, range.clone());
+        }
+        if let Some(report) = &dirty.hair {
+            let hair = &scene.hair;
+            self.lighting.set_hair(context, scene, hair, report);
+        }
+        if dirty.has(Inputs::DENSITIES) {
+            self.lighting.set_densities(scene);
+        }
+        if dirty.has(Inputs::TERMS) {
+            self.lighting.set_kind(context, scene)?;
+        }
+        let mut view = view_uniform(
+            &scene.camera,
+            &scene.strands,
+            scene.size,
+            scene.radiance_scale(),
+        );
+        view.margin_px += self.margin * scene.size[0].max(scene.size[1]) as f32;
+        self.lighting.begin(context, &view);
+        steps.extend(self.lighting.through_steps(view.forward));
+        steps.extend(self.lighting.shade_steps(chunk));
+        self.is_projected &= !dirty.has(Inputs::POINTS);
+        self.job = Some(ShadingJob {
+            dirty,
+            view,
+            n_steps: steps.len(),
+            steps: steps.into(),
+            is_second_try,
+        });
+        Ok(())
+    }
+
+    /// Lights all points of the shown buffer by a guess, so that there is something to see before
+    /// the first job is done.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub(crate) fn preview(&mut self) -> Result<(), RenderError> {
+        let Some(job) = &self.job else {
+            return Ok(());
+        };
+        self.front_scale = Some(job.view.radiance_scale);
+        let stamp = self.clock.stamp("first look");
+        self.lighting
+            .take_preview(&self.context, &self.scene, &self.strands, self.front, stamp)
+    }
+
+    /// Runs the next step of the job, or ends it. [`None`] if there is no job.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub(crate) fn step(&mut self, chunk: u32) -> Result<Option<Stepped>, RenderError> {
+        let Some(job) = &mut self.job else {
+            return Ok(None);
+        };
+        if self.dirty.is_edited() && job.may_restart() {
+            let dirty = std::mem::take(&mut job.dirty);
+            self.lighting.forget_through();
+            self.begin(dirty, true, chunk)?;
+            return Ok(Some(Stepped::Restarted));
+        }
+        if !self.has_volume {
+            // After the preview, which needs none.
+            self.has_volume = true;
+            self.volume
+                .fill(&self.context, self.clock.stamp("voxelise"));
+            self.report.ran("voxelise");
+        }
+        let Some(step) = job.steps.pop_front() else {
+            self.front = 1 - self.front;
+            self.front_scale = Some(job.view.radiance_scale);
+            self.report.stats.scattering = self.scene.scattering().name();
+            self.report.stats.skipped = self.scene.skipped();
+            self.report.shadings += 1;
+            return Ok(self.job.take().map(|job| Stepped::Done(Box::new(job))));
+        };
+        let stage = step.stage();
+        let units = self.lighting.units(&step);
+        let stamp = self.clock.stamp(stage);
+        let (strands, volume) = (&self.strands, &self.volume);
+        let back = 1 - self.front;
+        self.lighting
+            .submit(&self.context, strands, volume, &step, back, stamp);
+        Ok(Some(Stepped::Ran(stage, units)))
+    }
+}
