@@ -124,7 +124,7 @@ fn print_costs(path: &Path, costs: &SceneCosts) -> Outcome {
     };
     let line = |cost: &PictureCost| {
         print_line(format_args!(
-            "  {:20} {:10.1} {:8.2} {} {:12} {:9} {:9}",
+            "  {:20} {:10.1} {:8.2} {} {:12} {:9} {:9}  {}",
             cost.name,
             cost.milliseconds,
             cost.per_second(),
@@ -132,6 +132,7 @@ fn print_costs(path: &Path, costs: &SceneCosts) -> Outcome {
             cost.stats.products()[0],
             cost.stats.visible_points,
             cost.stats.list_entries,
+            slowest(&cost.stages),
         ))
     };
     costs.pictures.iter().try_for_each(line)?;
@@ -212,10 +213,7 @@ fn print_frames(
             group = cost.group;
             print_line(group)?;
         }
-        let most = cost.stages.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        let most = most.map_or(String::new(), |(name, milliseconds)| {
-            format!("{name} {milliseconds:.2}")
-        });
+        let most = slowest(&cost.stages);
         let line = format!(
             "  {:46} {:9.2} ms {:7.3}  {most}",
             cost.name, cost.milliseconds, cost.ratio
@@ -223,4 +221,12 @@ fn print_frames(
         print_line(line.trim_end())?;
     }
     Ok(())
+}
+
+/// The stage that took longest, with its milliseconds.
+fn slowest(stages: &[(&str, f64)]) -> String {
+    let most = stages.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    most.map_or(String::new(), |(name, milliseconds)| {
+        format!("{name} {milliseconds:.2}")
+    })
 }
