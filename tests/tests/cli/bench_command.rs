@@ -240,10 +240,11 @@ fn gpu_frames_are_measured_side_by_side() {
     let text = assert_done(
         strandlight()
             .args(["bench", "frames", "--json", "--size", "48x32"])
-            .args(["--repetitions", "1"])
+            .args(["--repetitions", "1", "--backend", "gpu"])
             .arg(&scene),
     );
     let document: Value = serde_json::from_str(&text).unwrap();
+    let document = &document["scenes"][0];
     assert_eq!(document["lights"], 2);
     let frames = document["frames"].as_array().unwrap();
     let mut groups: Vec<&str> = Vec::new();
@@ -278,8 +279,121 @@ fn gpu_frames_are_measured_side_by_side() {
     assert_eq!(stages("grade"), ["composite", "display"]);
     assert!(!stages("dyed, a stroke").contains(&"transmittance"));
     assert!(stages("wind").contains(&"transmittance"));
+}
+
+/// What pictures on the CPU redo after an edit, and what they count.
+#[test]
+fn pictures_are_measured_on_the_cpu() {
+    let folder = tempfile::tempdir().unwrap();
+    let groom = curtain(30, 5, 0.1, 0.0);
+    let scene = write_small_scene(folder.path(), &groom, key_and_sky(), |_| ());
+    let bench = |extra: &[&str]| {
+        let mut command = strandlight();
+        command.args(["bench", "frames", "--size", "48x32"]);
+        command.args(["--repetitions", "1"]).args(extra).arg(&scene);
+        command
+    };
+    let text = assert_done(bench(&["--json", "--samples", "256"]).arg(&scene));
+    let document: Value = serde_json::from_str(&text).unwrap();
+    assert!(document["backend"].as_str().unwrap().starts_with("cpu"));
+    assert_eq!(document["repetitions"], 1);
+    // Each scene that is named.
+    let [measured, again] = &document["scenes"].as_array().unwrap()[..] else {
+        panic!("{document}");
+    };
+    let path = scene.display().to_string();
+    assert!(measured["scene"] == path && again["scene"] == path);
+    assert_eq!(measured["size"], serde_json::json!([48, 32]));
+    assert_eq!(
+        (&measured["strands"], &measured["lights"]),
+        (&30.into(), &2.into())
+    );
+
+    let frames = measured["frames"].as_array().unwrap();
+    let names: Vec<&str> = frames.iter().map(|f| f["name"].as_str().unwrap()).collect();
+    let all = [
+        "first picture",
+        "everything",
+        "colour of the hair",
+        "widths",
+        "index of refraction",
+        "colour of the lights",
+        "lights turned",
+        "view",
+        "wind",
+        "a stroke",
+    ];
+    assert_eq!(names, all);
+    let row = |name: &str| frames.iter().find(|frame| frame["name"] == name).unwrap();
+    let stages = |name: &str| -> Vec<&str> {
+        let stages = row(name)["stages"].as_array().unwrap().iter();
+        stages
+            .map(|stage| stage["name"].as_str().unwrap())
+            .collect()
+    };
+    for name in all {
+        let count = |key: &str| row(name)[key].as_u64().unwrap();
+        assert!(
+            stages(name).contains(&"shade"),
+            "{name}: {:?}",
+            stages(name)
+        );
+        assert!(count("products") > 0, "{}", row(name));
+        let (points, entries) = (count("visible_points"), count("list_entries"));
+        assert!(points > 0 && points <= measured["points"].as_u64().unwrap());
+        // Two points of each segment, of which others are shown too.
+        assert!(entries * 2 >= points, "{}", row(name));
+        let rate = row(name)["frames_per_second"].as_f64().unwrap();
+        let milliseconds = row(name)["milliseconds"].as_f64().unwrap();
+        assert!((rate * milliseconds - 1e3).abs() < 1e-6, "{}", row(name));
+        #[cfg(target_os = "linux")]
+        assert!(row(name)["core_seconds"].as_f64().unwrap() >= 0.0);
+        // Scenes do not see each other.
+        let in_the_other = again["frames"].as_array().unwrap();
+        let same = in_the_other.iter().find(|frame| frame["name"] == name);
+        for key in [
+            "products",
+            "products_skipped",
+            "visible_points",
+            "list_entries",
+        ] {
+            assert_eq!(same.unwrap()[key], row(name)[key], "{name}: {key}");
+        }
+    }
+    // The first picture and one without anything kept are the same work; hair and lights that are
+    // edited are seen as before.
+    let of_picture = |name: &str| stages(name)[1..].to_vec();
+    assert_eq!(stages("first picture")[0], "load");
+    assert_eq!(of_picture("first picture"), of_picture("everything"));
+    for name in &all[2..6] {
+        let stages = stages(name);
+        let kept = ["list", "shadow maps", "transmittance", "voxelise"];
+        assert!(
+            !kept.iter().any(|stage| stages.contains(stage)),
+            "{name}: {stages:?}"
+        );
+        assert_eq!(row(name)["list_entries"], row("everything")["list_entries"]);
+    }
+    let shows_again = |name: &str| stages(name).contains(&"list");
+    assert!(shows_again("view") && shows_again("wind"));
+    assert!(!shows_again("lights turned") && !shows_again("a stroke"));
+    assert!(stages("lights turned").contains(&"shadow maps"));
+    assert!(!stages("view").contains(&"voxelise") && stages("wind").contains(&"voxelise"));
+
+    // The picture by samples is the same up to their noise.
+    let samples = &measured["samples"];
+    assert_eq!(samples["samples"], 256);
+    let error = samples["relative_rmse"].as_f64().unwrap();
+    assert!(error > 0.0 && error < 0.05, "{samples}");
+
+    let table = assert_done(&mut bench(&[]));
+    assert!(all.iter().all(|name| table.contains(name)), "{table}");
     assert_refused(
         strandlight().args(["bench", "frames", "none.toml"]),
         &["none.toml"],
+    );
+    assert_refused(
+        &mut bench(&["--backend", "gpu", "--samples", "4"]),
+        &["--samples", "--backend"],
     );
 }

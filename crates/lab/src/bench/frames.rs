@@ -1,4 +1,4 @@
-//! What frames cost after an edit, beside one another on the same device.
+//! What frames cost after an edit on a GPU, beside one another on the same device.
 //!
 //! A frame goes from the edit to a picture of four samples a pixel that is lit as it should be.
 //! Frames that are compared take turns, so that both see the same machine.
@@ -6,15 +6,19 @@
 use std::slice::from_ref;
 use std::time::{Duration, Instant};
 
-use glam::{Quat, Vec3};
 use serde_json::{Value, json};
 use strandlight_formats::{SrbfLight, WindSection};
 use strandlight_render::gpu::Context;
 use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scene::motion::{Wind, wind};
-use strandlight_scene::paint::{ActiveStroke, Brush, Paint, PaintedPoint, Picker, Stroke};
+use strandlight_scene::paint::{Paint, PaintedPoint};
 use strandlight_scene::volume;
-use strandlight_scene::{Camera, PreparedScene, RenderError};
+use strandlight_scene::{PreparedScene, RenderError};
+
+use super::edits::{self, median, stroke};
+
+/// Radians that lights and views turn by.
+const TURN: f32 = 0.02;
 
 /// The cost of one kind of frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -144,37 +148,21 @@ fn edits(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderE
         let shifted = |&[x, y, z, radius]: &[f32; 4]| [x + shift, y, z, radius];
         let points: Vec<_> = base.points.iter().map(shifted).collect();
         renderer.set_points(&points)?;
-        renderer.set_lights(turned_lights(&base.scene.lights, there))
+        turn_lights(renderer, base, there)
     };
     let kinds = [
         kind("everything", everything),
-        kind("lights turned", |renderer, base, there| {
-            renderer.set_lights(turned_lights(&base.scene.lights, there))
-        }),
-        kind("view", |renderer, base, there| {
-            renderer.set_camera(turned_camera(&base.scene.camera, there));
-            Ok(())
-        }),
+        kind("lights turned", turn_lights),
+        kind("view", turn_camera),
         kind("index of refraction", |renderer, base, there| {
-            let mut hair = *base.scene.hair.hair();
-            hair.eta += if there { 0.02 } else { 0.0 };
-            set_hair(renderer, &hair)
+            edits::eta(renderer, &base.scene, there)
         }),
-        kind("colour of the hair", |renderer, base, there| {
-            let mut hair = *base.scene.hair.hair();
-            hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
-            set_hair(renderer, &hair)
-        }),
+        kind("colour of the hair", color),
         kind("widths", |renderer, base, there| {
-            let mut hair = *base.scene.hair.hair();
-            hair.width = hair.width.map(|x| if there { 1.05 * x } else { x });
-            set_hair(renderer, &hair)
+            edits::widths(renderer, &base.scene, there)
         }),
         kind("colour of the lights", |renderer, base, there| {
-            let factor = if there { 0.9 } else { 1.0 };
-            let lights = base.scene.lights.iter();
-            let rgb: Vec<_> = lights.map(|light| light.rgb.map(|x| x * factor)).collect();
-            renderer.set_light_colors(&rgb)
+            edits::light_colors(renderer, &base.scene, there)
         }),
         kind("grade", |renderer, base, there| {
             let scene = &base.scene;
@@ -193,14 +181,9 @@ fn lights(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, Render
     let power = |light: &SrbfLight| volume::power(light).iter().sum::<f64>();
     few.lights.sort_by(|a, b| power(b).total_cmp(&power(a)));
     few.lights.truncate(n_few);
-    let edit = |renderer: &mut ProgressiveRenderer, base: &Base, there: bool| {
-        let mut hair = *base.scene.hair.hair();
-        hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
-        set_hair(renderer, &hair)
-    };
     let of = |n: usize, renderer: usize| Kind {
         renderer,
-        ..kind(&format!("{n} lights, colour of the hair"), edit)
+        ..kind(&format!("{n} lights, colour of the hair"), color)
     };
     let kinds = [of(n_few, 0), of(n_all, 1)];
     let scenes = [few, scene.clone()];
@@ -214,19 +197,11 @@ fn shadow_maps(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, R
         of_budget.shadow_maps = n;
         kinds.push(Kind {
             renderer: scenes.len(),
-            ..kind(
-                &format!("{n} maps, lights turned"),
-                |renderer, base, there| {
-                    renderer.set_lights(turned_lights(&base.scene.lights, there))
-                },
-            )
+            ..kind(&format!("{n} maps, lights turned"), turn_lights)
         });
         kinds.push(Kind {
             renderer: scenes.len(),
-            ..kind(&format!("{n} maps, view"), |renderer, base, there| {
-                renderer.set_camera(turned_camera(&base.scene.camera, there));
-                Ok(())
-            })
+            ..kind(&format!("{n} maps, view"), turn_camera)
         });
         scenes.push(of_budget);
     }
@@ -242,14 +217,7 @@ fn shadow_maps(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, R
 fn samples(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
     let kinds = [4, 16, 64].map(|samples| Kind {
         samples,
-        ..kind(
-            &format!("{samples} samples, colour of the hair"),
-            |renderer, base, there| {
-                let mut hair = *base.scene.hair.hair();
-                hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
-                set_hair(renderer, &hair)
-            },
-        )
+        ..kind(&format!("{samples} samples, colour of the hair"), color)
     });
     measure(bench, "samples", from_ref(scene), &kinds)
 }
@@ -278,15 +246,10 @@ fn paint(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderE
         }
         scenes.push(painted);
     }
-    let edit = |renderer: &mut ProgressiveRenderer, base: &Base, there: bool| {
-        let mut hair = *base.scene.hair.hair();
-        hair.sigma_a = hair.sigma_a.map(|x| if there { 0.9 * x + 0.01 } else { x });
-        set_hair(renderer, &hair)
-    };
     let names = ["not painted", "dyed", "dyed, widths and shifts"];
     let of = |(renderer, name): (usize, &&str)| Kind {
         renderer,
-        ..kind(&format!("{name}, colour of the hair"), edit)
+        ..kind(&format!("{name}, colour of the hair"), color)
     };
     let mut kinds: Vec<Kind> = names.iter().enumerate().map(of).collect();
     let whole = Paint {
@@ -329,44 +292,25 @@ fn motion(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, Render
     measure(bench, "motion", from_ref(&scene), &kinds)
 }
 
-/// A stroke of the usual brush over `before` where the hair comes nearest to the camera.
-fn stroke(scene: &PreparedScene, before: &Paint) -> Stroke {
-    let eye = scene.camera.eye;
-    let positions = scene.strands.points.iter().map(|p| Vec3::from_slice(p));
-    let nearest = positions.min_by(|a, b| a.distance(eye).total_cmp(&b.distance(eye)));
-    let (Some(nearest), Ok(mut active_stroke)) = (nearest, ActiveStroke::new(Brush::default()))
-    else {
-        return Stroke::default();
-    };
-    let mut after = before.clone();
-    active_stroke.dab(&Picker::new(&scene.strands), &mut after, nearest);
-    active_stroke.finish(&after)
+fn color(renderer: &mut ProgressiveRenderer, base: &Base, there: bool) -> Result<(), RenderError> {
+    edits::color(renderer, &base.scene, there)
 }
 
-fn set_hair(
+fn turn_lights(
     renderer: &mut ProgressiveRenderer,
-    hair: &strandlight_scattering::HairParams,
+    base: &Base,
+    there: bool,
 ) -> Result<(), RenderError> {
-    let modes = renderer.scene().hair.modes().to_vec();
-    renderer.set_hair(hair, &modes)?;
+    edits::turn_lights(renderer, &base.scene, if there { TURN } else { 0.0 })
+}
+
+fn turn_camera(
+    renderer: &mut ProgressiveRenderer,
+    base: &Base,
+    there: bool,
+) -> Result<(), RenderError> {
+    edits::turn_camera(renderer, &base.scene, if there { TURN } else { 0.0 });
     Ok(())
-}
-
-fn turned_lights(lights: &[SrbfLight], there: bool) -> Vec<SrbfLight> {
-    let turn = Quat::from_rotation_y(if there { 0.02 } else { 0.0 });
-    let turned = |light: &SrbfLight| SrbfLight {
-        direction: (turn * Vec3::from(light.direction)).normalize().to_array(),
-        ..*light
-    };
-    lights.iter().map(turned).collect()
-}
-
-fn turned_camera(camera: &Camera, there: bool) -> Camera {
-    let turn = Quat::from_rotation_y(if there { 0.02 } else { 0.0 });
-    Camera {
-        eye: camera.target + turn * (camera.eye - camera.target),
-        ..*camera
-    }
 }
 
 /// Draws frames of all `kinds` in turn; the first round is not counted.
@@ -441,11 +385,4 @@ fn measure(
 fn to_the_end(renderer: &mut ProgressiveRenderer) -> Result<(), RenderError> {
     while !renderer.advance(Duration::from_secs(3600))?.is_done {}
     Ok(())
-}
-
-/// The middle value, the upper one of two; 0 of none.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -6,14 +6,16 @@
 //!   [`adapter_costs`] measure [`Cost`]s side by side.
 //! - [`run_multiple`] does the same for the integrals of multiple scattering.
 //! - [`run_transmittance`] measures what hair leaves of a scene's lights, against ray shooting.
-//! - [`frames`]: what frames cost after an edit.
+//! - [`frames`]: what frames cost after an edit on a GPU; [`cpu_frames`]: on the CPU.
 //! - [`run`] does all of it; [`Frontier`] writes it down. [`figures`] plots lobes and integrands.
 
 mod accuracy;
 mod brute_force;
 mod configuration;
+pub mod cpu_frames;
 mod curves;
 pub mod edit;
+mod edits;
 pub mod frames;
 mod frontier;
 mod method;
