@@ -24,7 +24,10 @@ const WGSL_ONLY: [&str; 11] = [
 /// Names of the functions that `text` defines at its outermost level, in order.
 fn functions(text: &str) -> Vec<String> {
     let name = |line: &str| {
-        let line = line.strip_prefix("pub ").unwrap_or(line);
+        let line = ["pub ", "pub(crate) "]
+            .iter()
+            .find_map(|prefix| line.strip_prefix(prefix))
+            .unwrap_or(line);
         let line = line.strip_prefix("const ").unwrap_or(line);
         let name = line.strip_prefix("fn ")?.split(['(', '<']).next()?;
         Some(name.to_owned())
