@@ -349,9 +349,10 @@ fn serves(before: &ShadowPlan, now: &ShadowPlan) -> bool {
         && pairs.all(|(before, now)| *before != NO_SLOT || *now == NO_SLOT)
 }
 
-/// Is the fibre the same at all points?
+/// Do tables of one fibre serve the scene? Not where each point has a fibre of its own; nor where
+/// pictures of single modes must add up to that of all, which those of their tables do to 0.1 %.
 fn has_one_fibre(scene: &PreparedScene) -> bool {
-    scene.paint().is_none()
+    scene.paint().is_none() && scene.reference_amplitudes.is_none()
 }
 
 /// Tables of multiple scattering of the fibre, for the terms that are drawn.

@@ -531,15 +531,14 @@ impl Scratch {
             }
             pixel.done += 1;
             let (mut weight, mut left) = (0.0, 0.0);
-            for place in 0..PLACES {
-                let mut share = pixel.open[place] * (covers[place] * alpha);
-                let mut open = pixel.open[place];
+            for (place, (open, covers)) in pixel.open.iter_mut().zip(covers).enumerate() {
                 if blocked.is_some_and(|blocked| depth > blocked.depth[place]) {
-                    (share, open) = (0.0, 0.0);
+                    continue;
                 }
+                let share = *open * (covers * alpha);
                 weight += share;
-                pixel.open[place] -= share;
-                left += open - share;
+                *open -= share;
+                left += *open;
             }
             let weight = weight * (1.0 / PLACES as f32);
             pixel.add(first, t, weight);
@@ -645,14 +644,14 @@ impl Blocked {
             }
             last = proxy;
             let (mut weight, mut position) = (0.0, Vec3::ZERO);
-            for ix in 0..PLACES {
-                if self.proxy[ix] == proxy && open[ix] > 0.0 {
+            for (ix, &open) in open.iter().enumerate() {
+                if self.proxy[ix] == proxy && open > 0.0 {
                     let [dx, dy] = place(ix);
                     let direction = ray_direction(view, at[0] + dx, at[1] + dy);
                     let away = direction.dot(Vec3::from(view.forward));
                     let depth = view.near + self.depth[ix] * (view.far - view.near);
-                    weight += open[ix];
-                    position += open[ix] * (eye + direction * (depth / away));
+                    weight += open;
+                    position += open * (eye + direction * (depth / away));
                 }
             }
             if weight > 0.0 {

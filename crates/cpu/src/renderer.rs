@@ -200,7 +200,7 @@ impl Backend for CpuRenderer {
         observer: Observer,
     ) -> Result<(Picture, Stats), RenderError> {
         check_frame(size, samples)?;
-        let camera = self.scene.camera.clone();
+        let camera = self.scene.camera;
         let n_pixels = u64::from(size[0]) * u64::from(size[1]);
         if !self.is_sampled && n_pixels <= MAX_LIST_PIXELS {
             return Ok(self.frame.draw(&self.scene, &camera, size, observer));

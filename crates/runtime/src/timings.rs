@@ -21,7 +21,7 @@ pub struct Made {
     pub file: String,
     /// Width and height.
     pub size: [u32; 2],
-    /// Samples a pixel.
+    /// Samples a pixel that were asked for.
     pub samples: u32,
     /// Seconds since the start of the scene's motion.
     pub time: f64,
@@ -39,7 +39,7 @@ impl Timings {
         self.frames.push(json!({
             "file": made.file,
             "size": made.size,
-            "samples": made.samples,
+            "samples": made.stats.samples,
             "time": made.time,
             "milliseconds": made.milliseconds,
             "changed": made.changed.names(),

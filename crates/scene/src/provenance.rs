@@ -133,8 +133,9 @@ impl Recorder {
         Ok(provenance)
     }
 
-    /// What a frame of a document is made from: `size` and `samples` may differ from the scene's;
-    /// `paint` is there where it is not the groom's own.
+    /// What a frame of a document is made from: `size` and `samples` may differ from the scene's, and
+    /// `drawn` samples from those where a visibility list takes their place; `paint` is there where it
+    /// is not the groom's own.
     ///
     /// # Errors
     /// As [`Recorder::record`].
@@ -144,7 +145,7 @@ impl Recorder {
         paint: Option<&Paint>,
         seconds: f64,
         size: [u32; 2],
-        samples: u32,
+        [samples, drawn]: [u32; 2],
         backend: &str,
     ) -> Result<Provenance, SceneError> {
         let mut scene = scene.clone();
@@ -155,7 +156,7 @@ impl Recorder {
             let texels: Vec<PaintTexel> = paint.points.iter().map(PaintedPoint::texel).collect();
             provenance = provenance.with("paint", content_hash(bytemuck::cast_slice(&texels)));
         }
-        Ok(provenance.drawn(scene.render.samples, backend))
+        Ok(provenance.drawn(drawn, backend))
     }
 
     fn hash(&mut self, path: &Path) -> Result<String, Error> {

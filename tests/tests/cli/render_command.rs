@@ -6,6 +6,7 @@ use std::path::Path;
 use strandlight_formats::BakedFile;
 use strandlight_formats::{Lobe, Scene, TableFile, TablesSection};
 use strandlight_scattering::lobes::table_names;
+use strandlight_tests::render_common::context;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, project_root, strandlight, strandview};
 
@@ -57,11 +58,13 @@ fn gpu_every_backend_and_format_writes_the_picture() {
         }
     }
     let png = |name: &str| fs::read(folder.path().join(name)).expect("written");
-    assert_eq!(
-        png("auto.png"),
-        png("gpu.png"),
-        "auto takes the GPU, and repeats itself"
-    );
+    // A software adapter draws no faster than the CPU.
+    let expected = match context().is_software() {
+        true => "cpu.png",
+        false => "gpu.png",
+    };
+    let is_same = png("auto.png") == png(expected);
+    assert!(is_same, "auto takes {expected}, and repeats itself");
     let output = strandview()
         .current_dir(folder.path())
         .args([

@@ -134,7 +134,7 @@ impl Out<'_> {
             viewer.session().own_paint(),
             made.time,
             made.size,
-            made.samples,
+            [made.samples, made.stats.samples],
             &viewer.renderer().name(),
         );
         let provenance = provenance.map_err(Failure::input)?;
@@ -178,7 +178,7 @@ fn draw(
         let made = Made {
             file: file_of(frame).display().to_string(),
             size,
-            samples: stats.samples,
+            samples,
             time: viewer.time(),
             milliseconds: 1e3 * start.elapsed().as_secs_f64(),
             changed: viewer.take_changes(),

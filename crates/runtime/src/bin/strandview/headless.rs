@@ -145,7 +145,7 @@ fn provenance(
         paint,
         viewer.time(),
         size,
-        samples,
+        [samples; 2],
         &backend,
     )
 }
