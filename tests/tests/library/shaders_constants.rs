@@ -29,11 +29,18 @@ const TWIN_FILES: [(&str, &str); 12] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 1] = [(
-    "pass/shade",
-    "LAST_FORWARD",
-    "crates/scattering/src/closed_form/multiple_scattering.rs",
-)];
+const TWINS_ELSEWHERE: [(&str, &str, &str); 2] = [
+    (
+        "pass/shade",
+        "LAST_FORWARD",
+        "crates/scattering/src/closed_form/multiple_scattering.rs",
+    ),
+    (
+        "pass/project",
+        "MIN_WIDTH_PX",
+        "crates/cpu/src/screen_point.rs",
+    ),
+];
 
 /// Constants that Rust has as something else: module, name, value there.
 fn values_elsewhere() -> Vec<(&'static str, &'static str, Vec<f64>)> {
