@@ -87,7 +87,7 @@ pub struct Stats {
     pub terms: Vec<Term>,
     /// What was left out altogether, and why.
     pub skipped: Vec<String>,
-    /// Samples drawn a pixel; 0 where what a pixel shows is found exactly, by a visibility list.
+    /// Samples drawn a pixel; 0 where a visibility list says what a pixel shows.
     pub samples: u32,
     /// Passes of four samples.
     pub passes: u32,

@@ -184,10 +184,7 @@ fn gpu_layers_add_up_to_the_picture() {
         let alone = layer(&at.join(&plain), None);
         let error = relative(&beauty, &alone);
         println!("{backend}: with and without layers: {error:.1e}");
-        // The CPU takes multiple scattering of a picture without layers from tables, which are within
-        // 1 % of the closed form.
-        let limit = if backend == "cpu" { 5e-3 } else { 1e-3 };
-        assert!(error < limit, "{error}");
+        assert!(error < 1e-3, "{error}");
         // Every layer has something of its own.
         let modes = [read("single.R"), read("single.TT"), read("single.TRT")];
         for (ix, mode) in modes.iter().enumerate() {

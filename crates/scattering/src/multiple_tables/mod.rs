@@ -42,13 +42,13 @@ use azimuth::{LagFunctions, Profiles, Row};
 use fill::{DirectRow, Source};
 
 /// Nodes over the width of forward-scattered light.
-const N_WIDTHS: usize = 12;
+const N_WIDTHS: usize = 14;
 
 /// Nodes over the width of light that comes straight, which is any.
 const N_DIRECT_WIDTHS: usize = 16;
 
 /// Least and most nodes over sum and difference of the inclinations each.
-const N_INCLINED: [f32; 2] = [33.0, 65.0];
+const N_INCLINED: [f32; 2] = [41.0, 65.0];
 
 /// Width of a ridge for which the least do; for others their number goes with the root of the width.
 const RIDGE: f32 = 0.17;

@@ -10,6 +10,7 @@ use fearless_simd::{Simd, f32x8, i32x8};
 
 use crate::wide::LANES;
 use crate::wide::math::{clamp, erf_pair, mul_add, polynomial};
+use crate::wide::rows::transpose;
 
 use super::axes::{Axes, LEAST_DIFFERENCE, SUM_MIDDLE};
 use super::azimuth::{LagFunctions, N_FUNCTIONS};
@@ -53,26 +54,6 @@ impl Axes {
             fraction,
         }
     }
-}
-
-/// Numbers `[column][lane]` from rows `[lane][column]`.
-#[inline(always)]
-fn transpose<S: Simd>(rows: [f32x8<S>; LANES]) -> [f32x8<S>; LANES] {
-    let mut rows = rows;
-    for _ in 0..3 {
-        let [a, b, c, d, e, f, g, h] = rows;
-        rows = [
-            a.zip_low(e),
-            a.zip_high(e),
-            b.zip_low(f),
-            b.zip_high(f),
-            c.zip_low(g),
-            c.zip_high(g),
-            d.zip_low(h),
-            d.zip_high(h),
-        ];
-    }
-    rows
 }
 
 /// [`super::arc_cosine`].

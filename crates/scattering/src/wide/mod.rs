@@ -35,7 +35,7 @@ mod lobes;
 pub mod math;
 mod multiple_scattering;
 mod outer_integral;
-mod rows;
+pub(crate) mod rows;
 mod single_scattering;
 
 pub use fearless_simd::{Level, Simd, f32x8, i32x8, prelude};

@@ -49,8 +49,8 @@ pub struct Args {
     #[arg(long, value_name = "WxH", value_parser = parse_size, help = size_help())]
     pub size: Option<[u32; 2]>,
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MAX_SAMPLES.into()),
-        help = format!("Samples per pixel, 1..={MAX_SAMPLES} [default: the scene's, {}, on a GPU; on the CPU none, since \
-            a visibility list says exactly what a pixel shows]", RenderSection::default().samples))]
+        help = format!("Samples per pixel, 1..={MAX_SAMPLES} [default: the scene's, {}, on a GPU; on the CPU none: a \
+            visibility list says what a pixel shows, without noise]", RenderSection::default().samples))]
     pub samples: Option<u32>,
     /// Renderer; auto uses the GPU if there is one, and the CPU rather than a software adapter
     #[arg(long, value_enum, default_value_t = Choice::Auto)]

@@ -1,0 +1,198 @@
+//! The visibility list against samples.
+
+use strandlight_scene::camera::{Camera, view_uniform};
+use strandlight_scene::proxy::{GROUND, Proxy};
+
+use super::super::project::project;
+use super::super::proxies::Proxies;
+use super::super::raster;
+use super::*;
+
+/// Curls of a ball of hair; every third one is wide.
+fn strands(n: usize, diameter: f32) -> Strands {
+    let mut points = Vec::new();
+    for ix in 0..n {
+        let turn = 2.4 * ix as f32;
+        let height = 1.0 - 2.0 * (ix as f32 + 0.5) / n as f32;
+        let out = Vec3::new(turn.cos(), 0.0, turn.sin()) * (1.0 - height * height).sqrt()
+            + Vec3::Y * height;
+        let across = out.cross(Vec3::Y).normalize_or(Vec3::X);
+        points.extend((0..6).map(|k| {
+            let along = k as f32 / 5.0;
+            let curl = 0.1 * (4.0 * along + turn).sin();
+            (out * (0.7 + 0.4 * along) + across * (0.6 * along + curl)).to_array()
+        }));
+    }
+    let offsets: Vec<u32> = (0..=n).map(|ix| 6 * ix as u32).collect();
+    let width = |strand: usize, _: usize| match strand % 3 {
+        0 => diameter,
+        _ => 0.2 * diameter,
+    };
+    Strands::new(&points, &offsets, width, true).expect("valid")
+}
+
+fn no_proxies() -> ProxyRecords {
+    bytemuck::Zeroable::zeroed()
+}
+
+/// Radiance and coverage by the list.
+fn resolved(list: &VisibilityList, radiance: &[[f32; 4]], size: [u32; 2]) -> Vec<[f64; 4]> {
+    let mut picture = vec![[0.0; 4]; (size[0] * size[1]) as usize];
+    for tile in &list.tiles {
+        for (pixel, range) in tile.starts.windows(2).enumerate() {
+            let x = tile.origin[0] + pixel as u32 % tile.size[0];
+            let y = tile.origin[1] + pixel as u32 / tile.size[0];
+            let sum = &mut picture[(x + size[0] * y) as usize];
+            for entry in &tile.entries[range[0] as usize..range[1] as usize] {
+                let ends = [0, 1].map(|ix| &radiance[entry.first as usize + ix]);
+                for (channel, sum) in sum.iter_mut().enumerate().take(3) {
+                    let value = ends[0][channel] * (1.0 - entry.t()) + ends[1][channel] * entry.t();
+                    *sum += f64::from(entry.weight * value);
+                }
+                sum[3] += f64::from(entry.weight);
+            }
+        }
+    }
+    picture
+}
+
+/// Relative difference of the means over blocks of 4 x 4 pixels, and the ratio of the means over
+/// all.
+fn compare(a: &[[f64; 4]], b: &[[f64; 4]], size: [u32; 2]) -> (f64, f64) {
+    let (mut difference, mut square, mut sums) = (0.0, 0.0, [0.0; 2]);
+    let [width, height] = size.map(|n| n as usize);
+    for y in (0..height).step_by(4) {
+        for x in (0..width).step_by(4) {
+            for channel in 0..4 {
+                let mean = |picture: &[[f64; 4]]| {
+                    let places = (0..16).map(|ix| x + ix % 4 + width * (y + ix / 4));
+                    places.map(|place| picture[place][channel]).sum::<f64>()
+                };
+                let (a, b) = (mean(a), mean(b));
+                difference += (a - b).powi(2);
+                square += b * b;
+                sums = [sums[0] + a, sums[1] + b];
+            }
+        }
+    }
+    ((difference / square).sqrt(), sums[0] / sums[1])
+}
+
+/// Smooth over the hair, as radiance is, with a strong gradient.
+fn radiance_of(strands: &Strands) -> Vec<[f32; 4]> {
+    let of = |point: &[f32; 4]| {
+        let at = Vec3::from_slice(point);
+        [
+            1.0 + 0.9 * (3.0 * at.x).sin(),
+            1.0 + 0.9 * (5.0 * at.y).cos(),
+            0.2 + at.length(),
+            0.0,
+        ]
+    };
+    strands.points.iter().map(of).collect()
+}
+
+/// Difference of the list from samples, as [`compare`] has it, of strands from a tenth of a pixel
+/// to several pixels wide, with these numbers of samples.
+fn differences(samples: [u32; 3]) -> [(f64, f64); 3] {
+    let size = [48, 32];
+    let cases = [(0.005, 6000), (0.03, 3000), (0.3, 300)];
+    std::array::from_fn(|case| {
+        let (diameter, n_strands) = cases[case];
+        let n = samples[case];
+        let strands = strands(n_strands, diameter);
+        let camera = Camera::framing(strands.centre, strands.radius, 0.5);
+        let view = view_uniform(&camera, &strands, size, 1.0);
+        let radiance = radiance_of(&strands);
+        let list = VisibilityList::new(&view, &strands, &no_proxies());
+        let projected = project(&view, &strands);
+        let none = Proxies::none();
+        let drawn = raster::draw(&view, &strands, &projected, &radiance, &none, n, &|_| ());
+        let mean = |sums: &[f32; 4]| sums.map(|sum| f64::from(sum) / f64::from(n));
+        let samples: Vec<[f64; 4]> = drawn.sums.iter().map(mean).collect();
+        let (error, ratio) = compare(&resolved(&list, &radiance, size), &samples, size);
+        println!(
+            "{diameter}, {n} samples: {:.3} %, {ratio:.5}",
+            100.0 * error
+        );
+        (error, ratio)
+    })
+}
+
+#[test]
+fn slow_the_list_is_the_picture_of_many_samples() {
+    // Most of the difference of thin strands is noise of the samples.
+    let limits = [0.015, 0.015, 0.01];
+    for ((error, ratio), limit) in differences([512, 512, 256]).into_iter().zip(limits) {
+        assert!(error < limit, "{error}");
+        assert!((ratio - 1.0).abs() < 0.004, "{ratio}");
+    }
+}
+
+/// `cargo test --release -p strandlight-cpu very_many -- --ignored --nocapture`
+#[test]
+#[ignore = "takes minutes"]
+fn the_list_is_the_picture_of_very_many_samples() {
+    let [thin, middle, wide] = differences([16_384; 3]);
+    for ((error, ratio), limit) in [(thin, 0.005), (middle, 0.005), (wide, 0.01)] {
+        assert!(error < limit, "{error}");
+        assert!((ratio - 1.0).abs() < 0.001, "{ratio}");
+    }
+}
+
+#[test]
+fn weights_are_shares_and_bytes_do_not_depend_on_threads() {
+    let size = [75, 50];
+    let strands = strands(900, 0.3);
+    let camera = Camera::framing(strands.centre, strands.radius, 0.5);
+    let view = view_uniform(&camera, &strands, size, 1.0);
+    let list = VisibilityList::new(&view, &strands, &no_proxies());
+    let one = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("a pool");
+    let alone = one.install(|| VisibilityList::new(&view, &strands, &no_proxies()));
+    let mut opaque = 0;
+    for (tile, other) in list.tiles.iter().zip(&alone.tiles) {
+        assert_eq!(tile.entries, other.entries);
+        for range in tile.starts.windows(2) {
+            let entries = &tile.entries[range[0] as usize..range[1] as usize];
+            let sum: f32 = entries.iter().map(|entry| entry.weight).sum();
+            assert!((0.0..=1.0 + 1e-5).contains(&sum), "{sum}");
+            opaque += u32::from(sum > 1.0 - 1e-5);
+        }
+    }
+    // In the middle everything is hidden.
+    assert!(opaque > 500, "{opaque}");
+}
+
+#[test]
+fn a_proxy_hides_what_is_behind_it() {
+    let size = [64, 64];
+    let strands = strands(300, 0.02);
+    let camera = Camera::framing(strands.centre, strands.radius, 0.5);
+    let view = view_uniform(&camera, &strands, size, 1.0);
+    let head = Proxy::Ellipsoid {
+        centre: Vec3::ZERO,
+        radii: Vec3::splat(0.6),
+        turn: glam::Quat::IDENTITY,
+        albedo: [0.5; 3],
+    };
+    let proxies = ProxyRecords::new(&[head], &strands);
+    assert_ne!(proxies.list[0].kind, GROUND);
+    let open = VisibilityList::new(&view, &strands, &no_proxies());
+    let list = VisibilityList::new(&view, &strands, &proxies);
+    assert!(list.n_entries() < open.n_entries());
+    let middle = |list: &VisibilityList| {
+        let tile = list.tiles.iter().find(|tile| tile.origin == [32, 32]);
+        let tile = tile.expect("the picture has four by four tiles");
+        let range = tile.starts[0] as usize..tile.starts[1] as usize;
+        let hair: f32 = tile.entries[range].iter().map(|entry| entry.weight).sum();
+        let proxies = tile.proxies.iter().filter(|entry| entry.pixel == 0);
+        (hair, proxies.map(|entry| entry.weight).sum::<f32>())
+    };
+    let (hair, head) = middle(&list);
+    assert!(head > 0.05, "{head}");
+    // Nothing shows through the head.
+    assert!((hair + head - 1.0).abs() < 1e-4, "{hair} {head}");
+}
