@@ -8,10 +8,10 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy, OwnedDisplayHandle};
 use winit::window::{Window, WindowAttributes, WindowId};
 
-use super::document::Document;
 use super::launch::{Failure, Launch};
 use super::screen::Screen;
 use super::workspace::Workspace;
+use crate::viewer::Viewer;
 use strandlight_render::gpu::GpuError;
 
 /// Sent to the event loop when a device has come, which in a browser takes a while.
@@ -103,12 +103,15 @@ impl App {
         let (Some(mut launch), Some(window)) = (self.launch.take(), self.window.clone()) else {
             return Ok(());
         };
-        let adapter = serde_json::json!({ "adapter": screen.context.adapter_name });
+        let adapter = serde_json::json!({ "adapter": screen.adapter_name() });
         launch.log.write("device", adapter);
-        let viewer = (launch.open)(&screen.context)?;
-        let document = Document::new(&viewer);
+        let (choice, session) = (launch.choice, (launch.open)()?);
+        let viewer = Viewer::choose(choice, || screen.context(), session)?;
+        let reason = viewer.cpu_reason().map(ToString::to_string);
+        let renderer = serde_json::json!({ "name": viewer.renderer().name(), "reason": reason });
+        launch.log.write("renderer", renderer);
         let display = self.display.clone();
-        let mut workspace = Workspace::new(window, display, screen, viewer, document, launch.log);
+        let mut workspace = Workspace::new(window, display, screen, viewer, choice, launch.log);
         workspace.set_time(launch.seconds);
         if launch.loses_device {
             workspace.lose_device();

@@ -7,18 +7,21 @@ use wgpu::CurrentSurfaceTexture as Current;
 use winit::dpi::PhysicalSize;
 use winit::window::Window;
 
+use crate::interactive::Display;
 use strandlight_render::gpu::{Context, GpuError};
 
 /// A device, the window's surface on it, and egui's renderer.
 pub struct Screen {
     window: Arc<Window>,
     instance: wgpu::Instance,
-    /// The device, which the viewer draws with too.
-    pub context: Context,
+    /// The device, which the viewer may draw with too.
+    context: Context,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
     renderer: Renderer,
     picture: Option<(wgpu::TextureView, egui::TextureId)>,
+    /// A picture from memory, by its version.
+    uploaded: Option<(u64, wgpu::TextureView)>,
 }
 
 /// What became of a frame.
@@ -79,9 +82,37 @@ impl Screen {
             config,
             renderer,
             picture: None,
+            uploaded: None,
         };
         screen.resize(screen.window.inner_size());
         Ok(screen)
+    }
+
+    /// The device.
+    ///
+    /// # Errors
+    /// None.
+    pub fn context(&self) -> Result<Context, GpuError> {
+        Ok(self.context.clone())
+    }
+
+    /// Its adapter.
+    pub fn adapter_name(&self) -> Option<&str> {
+        Some(&self.context.adapter_name)
+    }
+
+    /// Lets callbacks of the device run; its first error since the last call.
+    ///
+    /// # Errors
+    /// As [`Context::check`].
+    pub fn check(&self) -> Result<(), GpuError> {
+        let _ = self.context.device.poll(wgpu::PollType::Poll);
+        self.context.check("window")
+    }
+
+    /// For tests: the device is gone.
+    pub fn lose_device(&self) {
+        self.context.device.destroy();
     }
 
     /// Longest side of a texture on this device.
@@ -100,8 +131,61 @@ impl Screen {
         self.surface.configure(&self.context.device, &self.config);
     }
 
-    /// The texture that egui draws `view` by.
-    pub fn picture(&mut self, view: &wgpu::TextureView) -> egui::TextureId {
+    /// The texture that egui draws the picture by.
+    pub fn picture(&mut self, display: Display<'_>) -> egui::TextureId {
+        match display {
+            Display::Texture(view) => self.show(view),
+            Display::Pixels(pixels) => {
+                let view = self.upload(&pixels);
+                self.show(&view)
+            }
+        }
+    }
+
+    /// A texture with a picture from memory; black and small before there is one.
+    fn upload(&mut self, picture: &strandlight_cpu::Display<'_>) -> wgpu::TextureView {
+        let Context { device, queue, .. } = &self.context;
+        let [width, height] = picture.size.map(|side| side.max(1));
+        let size = wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        };
+        let view = match self.uploaded.take() {
+            Some((version, view)) if version == picture.version => {
+                self.uploaded = Some((version, view.clone()));
+                return view;
+            }
+            Some((_, view)) if view.texture().size() == size => view,
+            _ => {
+                let descriptor = wgpu::TextureDescriptor {
+                    label: Some("picture"),
+                    size,
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format: wgpu::TextureFormat::Rgba8Unorm,
+                    usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+                    view_formats: &[],
+                };
+                let texture = device.create_texture(&descriptor);
+                texture.create_view(&wgpu::TextureViewDescriptor::default())
+            }
+        };
+        if !picture.pixels.is_empty() {
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(4 * width),
+                rows_per_image: None,
+            };
+            let bytes = picture.pixels.as_flattened();
+            queue.write_texture(view.texture().as_image_copy(), bytes, layout, size);
+        }
+        self.uploaded = Some((picture.version, view.clone()));
+        view
+    }
+
+    fn show(&mut self, view: &wgpu::TextureView) -> egui::TextureId {
         match &mut self.picture {
             Some((known, id)) if known == view => *id,
             Some((known, id)) => {
