@@ -4,7 +4,6 @@
 //! of it to recompute, and no more. Windows and pages have an [`InteractiveBackend`], on the GPU or
 //! the CPU; frames of a script can come from any.
 
-use std::fmt;
 use std::path::Path;
 use std::time::Duration;
 
@@ -18,7 +17,7 @@ use crate::interactive::{Display, InteractiveBackend};
 use crate::session::{Change, Edits, Saved, Session, section_of};
 use strandlight_cpu::InteractiveRenderer;
 use strandlight_render::ProgressiveRenderer;
-use strandlight_render::gpu::{Cause, Context};
+use strandlight_render::gpu::Context;
 use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
 use strandlight_scene::interactive::{Progress, RenderReport};
@@ -71,20 +70,17 @@ impl Viewer {
         })
     }
 
-    /// Shows a document, drawn on the device that `open` answers or on the CPU, as `choice` says. With
-    /// [`BackendChoice::Auto`] the CPU draws as well what the device refuses.
+    /// Shows a document, drawn by what [`BackendChoice::decide`] has `chosen`. Where `choice` is
+    /// [`BackendChoice::Auto`], the CPU draws as well what the device refuses.
     ///
     /// # Errors
-    /// What cannot be drawn, by name; no device where one was asked for.
-    pub fn choose<E: Into<Cause> + fmt::Display>(
+    /// What cannot be drawn, by name; whatever the device refuses.
+    pub fn choose(
         choice: BackendChoice,
-        open: impl FnOnce() -> Result<Context, E>,
+        chosen: Chosen,
         session: Session,
     ) -> Result<Viewer, SessionError> {
         let scene = unmuted_scene(&session).map_err(RenderError::from)?;
-        let chosen = choice
-            .decide(open)
-            .map_err(|error| RenderError::Gpu(error.into()))?;
         let on_cpu = |scene| Box::new(InteractiveRenderer::new(scene));
         let (renderer, reason): (Box<dyn InteractiveBackend>, _) = match chosen {
             Chosen::Cpu(reason) => (on_cpu(scene), Some(reason)),

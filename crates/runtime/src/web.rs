@@ -38,7 +38,7 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
         .map_err(|error| JsValue::from(error.to_string()))?;
     let launch = Launch {
         open: Box::new(move || Session::open_in(&path, files)),
-        choice: BackendChoice::Gpu,
+        choice: BackendChoice::Auto,
         size: None,
         seconds: 0.0,
         log: EventLog::in_page(Instant::now()),

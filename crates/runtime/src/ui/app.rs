@@ -11,6 +11,7 @@ use winit::window::{Window, WindowAttributes, WindowId};
 use super::launch::{Failure, Launch};
 use super::screen::Screen;
 use super::workspace::Workspace;
+use crate::choice::BackendChoice;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::GpuError;
 
@@ -62,8 +63,13 @@ impl App {
     fn open_screen(&mut self, window: Arc<Window>) {
         self.is_opening = true;
         let (proxy, display) = (self.proxy.clone(), self.display.clone());
+        let choice = match (&self.launch, &self.workspace) {
+            (Some(launch), _) => launch.choice,
+            (None, Some(workspace)) => workspace.choice,
+            (None, None) => BackendChoice::Auto,
+        };
         let opening = async move {
-            let opened = Opened(Screen::open(window, display).await);
+            let opened = Opened(Screen::open(window, display, choice).await);
             // Without a loop there is no window left to show an error in.
             let _ = proxy.send_event(opened);
         };
@@ -103,10 +109,11 @@ impl App {
         let (Some(mut launch), Some(window)) = (self.launch.take(), self.window.clone()) else {
             return Ok(());
         };
-        let adapter = serde_json::json!({ "adapter": screen.adapter_name() });
+        let adapter = screen.context().map(|context| &context.adapter_name);
+        let adapter = serde_json::json!({ "adapter": adapter });
         launch.log.write("device", adapter);
         let (choice, session) = (launch.choice, (launch.open)()?);
-        let viewer = Viewer::choose(choice, || screen.context(), session)?;
+        let viewer = Viewer::choose(choice, screen.chosen(choice)?, session)?;
         let reason = viewer.cpu_reason().map(ToString::to_string);
         let renderer = serde_json::json!({ "name": viewer.renderer().name(), "reason": reason });
         launch.log.write("renderer", renderer);

@@ -17,9 +17,9 @@ use super::workspace::Workspace;
 use crate::error::SessionError;
 use crate::session::Session;
 use crate::viewer::Viewer;
-use strandlight_scene::Camera;
 use strandlight_scene::interactive::Progress;
 use strandlight_scene::paint::Picker;
+use strandlight_scene::{Camera, RenderError};
 
 /// A document that cannot be saved.
 #[derive(Debug, thiserror::Error)]
@@ -451,8 +451,11 @@ impl Workspace {
 
     /// Opens another scene in place of this one, which stays if that fails.
     fn open(&mut self, path: &Path) {
-        let opened = Session::open(path)
-            .and_then(|session| Viewer::choose(self.choice, || self.screen.context(), session));
+        let opened = Session::open(path).and_then(|session| {
+            let chosen = self.screen.chosen(self.choice);
+            let chosen = chosen.map_err(|error| RenderError::Gpu(error.into()))?;
+            Viewer::choose(self.choice, chosen, session)
+        });
         match opened {
             Ok(viewer) => {
                 self.viewer = viewer;

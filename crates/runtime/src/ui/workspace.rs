@@ -330,7 +330,9 @@ impl Workspace {
             let samples = self.progress.samples;
             self.log.write("frame", json!({ "samples": samples }));
             if std::mem::take(&mut self.loses_device) {
-                self.screen.lose_device();
+                if let Some(context) = self.screen.context() {
+                    context.device.destroy();
+                }
                 self.window.request_redraw();
             }
         }
@@ -358,7 +360,7 @@ impl Workspace {
     #[cfg(not(target_arch = "wasm32"))]
     fn recover(&mut self, reason: &str) -> Result<(), GpuError> {
         self.note_loss(reason);
-        let screen = Screen::open(self.window.clone(), self.display.clone());
+        let screen = Screen::open(self.window.clone(), self.display.clone(), self.choice);
         self.take_up(pollster::block_on(screen)?);
         Ok(())
     }
@@ -374,8 +376,9 @@ impl Workspace {
     /// Goes on with the device of `screen`.
     pub fn take_up(&mut self, screen: Screen) {
         self.screen = screen;
-        let context = self.screen.context();
-        if let Ok(Err(error)) = context.map(|context| self.viewer.set_context(&context)) {
+        if let Some(context) = self.screen.context()
+            && let Err(error) = self.viewer.set_context(context)
+        {
             self.fail(&error.to_string());
         }
         // egui sends its fonts again to the new device, and remembers what was open.

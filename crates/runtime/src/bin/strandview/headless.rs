@@ -47,7 +47,8 @@ fn open(args: &Args) -> Answer<Session> {
 
 /// Puts the scene on the renderer that was chosen; says why if that is the CPU for want of a GPU.
 fn viewer(args: &Args, session: Session) -> Answer<Viewer> {
-    let viewer = Viewer::choose(args.backend, Context::new, session)?;
+    let chosen = args.backend.decide(Context::new)?;
+    let viewer = Viewer::choose(args.backend, chosen, session)?;
     if let (Some(CpuReason::Failed(reason)), false) = (viewer.cpu_reason(), args.quiet) {
         let _ = writeln!(std::io::stderr(), "rendering on the CPU: {reason}");
     }

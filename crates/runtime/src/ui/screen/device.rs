@@ -1,4 +1,4 @@
-//! The window's surface: what is presented to it, and what is done when it or the device is lost.
+//! The window's surface on a device: what is presented to it, and what is done when it or the device is lost.
 
 use std::sync::Arc;
 
@@ -7,11 +7,12 @@ use wgpu::CurrentSurfaceTexture as Current;
 use winit::dpi::PhysicalSize;
 use winit::window::Window;
 
+use super::painted::Painted;
 use crate::interactive::Display;
 use strandlight_render::gpu::{Context, GpuError};
 
 /// A device, the window's surface on it, and egui's renderer.
-pub struct Screen {
+pub struct DeviceScreen {
     window: Arc<Window>,
     instance: wgpu::Instance,
     /// The device, which the viewer may draw with too.
@@ -24,18 +25,7 @@ pub struct Screen {
     uploaded: Option<(u64, wgpu::TextureView)>,
 }
 
-/// What became of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Painted {
-    /// It is on screen.
-    Presented,
-    /// Nothing can be seen now; try when something changes.
-    Hidden,
-    /// The surface was recreated; try again.
-    Again,
-}
-
-impl Screen {
+impl DeviceScreen {
     /// Opens an adapter that can present to `window`.
     ///
     /// # Errors
@@ -43,7 +33,7 @@ impl Screen {
     pub async fn open(
         window: Arc<Window>,
         display: Option<winit::event_loop::OwnedDisplayHandle>,
-    ) -> Result<Screen, GpuError> {
+    ) -> Result<DeviceScreen, GpuError> {
         let descriptor = match display {
             Some(display) => {
                 wgpu::InstanceDescriptor::new_with_display_handle_from_env(Box::new(display))
@@ -74,7 +64,7 @@ impl Screen {
             ..config
         };
         let renderer = Renderer::new(&context.device, format, RendererOptions::default());
-        let mut screen = Screen {
+        let mut screen = DeviceScreen {
             window,
             instance,
             context,
@@ -89,30 +79,8 @@ impl Screen {
     }
 
     /// The device.
-    ///
-    /// # Errors
-    /// None.
-    pub fn context(&self) -> Result<Context, GpuError> {
-        Ok(self.context.clone())
-    }
-
-    /// Its adapter.
-    pub fn adapter_name(&self) -> Option<&str> {
-        Some(&self.context.adapter_name)
-    }
-
-    /// Lets callbacks of the device run; its first error since the last call.
-    ///
-    /// # Errors
-    /// As [`Context::check`].
-    pub fn check(&self) -> Result<(), GpuError> {
-        let _ = self.context.device.poll(wgpu::PollType::Poll);
-        self.context.check("window")
-    }
-
-    /// For tests: the device is gone.
-    pub fn lose_device(&self) {
-        self.context.device.destroy();
+    pub fn context(&self) -> &Context {
+        &self.context
     }
 
     /// Longest side of a texture on this device.
