@@ -121,9 +121,10 @@ fn a_finished_picture_of_the_cpu_is_left_alone() {
 #[test]
 fn without_a_hardware_gpu_the_cpu_draws_and_the_window_says_why() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
-    let of_gpu = View::open(&desktop, &scene.path, &["--samples", "64"]);
-    assert!(renderer(&of_gpu)[0].starts_with("gpu: "));
-    let of_gpu = of_gpu.without_mouse();
+    let view = View::open(&desktop, &scene.path, &["--samples", "64"]);
+    assert!(renderer(&view)[0].starts_with("gpu: "));
+    let of_gpu = view.without_mouse();
+    view.close();
     let view = View::open(&desktop, &scene.path, &["--backend", "auto"]);
     let [name, reason] = renderer(&view);
     // Whoever runs this on a machine with a GPU sees that one drawing.

@@ -47,7 +47,7 @@ pub enum Failure {
     #[error("the window could not be opened: {0}")]
     Window(#[from] OsError),
     /// No device that can draw.
-    #[error("{0}; `strandlight render SCENE --backend cpu` renders without a GPU")]
+    #[error("{0}; --backend cpu draws without a GPU")]
     Gpu(#[from] GpuError),
     /// The scene cannot be shown.
     #[error(transparent)]
