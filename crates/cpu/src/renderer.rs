@@ -63,6 +63,26 @@ impl CpuRenderer {
             ..CpuRenderer::by_samples(scene)
         }
     }
+
+    /// [`Backend::render`], in pages too.
+    pub(super) fn draw(
+        &mut self,
+        size: [u32; 2],
+        samples: u32,
+        observer: Observer,
+    ) -> Result<(Picture, Stats), RenderError> {
+        check_frame(size, samples)?;
+        let camera = self.scene.camera;
+        let n_pixels = u64::from(size[0]) * u64::from(size[1]);
+        if !self.is_sampled && n_pixels <= MAX_LIST_PIXELS {
+            return Ok(self.frame.draw(&self.scene, &camera, size, observer));
+        }
+        let shadows = match &self.shadows {
+            None => ShadowSource::Sweep,
+            Some(find) => ShadowSource::Points(find),
+        };
+        render_observed(&self.scene, &camera, size, samples, shadows, observer)
+    }
 }
 
 impl Backend for CpuRenderer {
@@ -193,22 +213,13 @@ impl Backend for CpuRenderer {
     /// Nothing else is ever shaded.
     fn shade_view_only(&mut self) {}
 
+    #[cfg(not(target_arch = "wasm32"))]
     fn render(
         &mut self,
         size: [u32; 2],
         samples: u32,
         observer: Observer,
     ) -> Result<(Picture, Stats), RenderError> {
-        check_frame(size, samples)?;
-        let camera = self.scene.camera;
-        let n_pixels = u64::from(size[0]) * u64::from(size[1]);
-        if !self.is_sampled && n_pixels <= MAX_LIST_PIXELS {
-            return Ok(self.frame.draw(&self.scene, &camera, size, observer));
-        }
-        let shadows = match &self.shadows {
-            None => ShadowSource::Sweep,
-            Some(find) => ShadowSource::Points(find),
-        };
-        render_observed(&self.scene, &camera, size, samples, shadows, observer)
+        self.draw(size, samples, observer)
     }
 }

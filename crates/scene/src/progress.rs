@@ -1,6 +1,6 @@
 //! Progress of long work, reported to whoever started it.
 
-use std::time::Instant;
+use web_time::Instant;
 
 /// Shows the progress of one piece of work; called from any thread.
 pub trait Display: Send + Sync {
