@@ -8,9 +8,11 @@ use std::ops::Range;
 
 use glam::Vec3;
 use rayon::prelude::*;
+use std::sync::Arc;
 use strandlight_scattering::closed_form::{PackedRecord, TERM_GLOBAL, TERM_LOCAL};
 use strandlight_scattering::multiple_tables::{Job, MultipleTables};
 use strandlight_scene::camera::{Camera, ViewUniform, view_uniform};
+use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::progress::timed;
 use strandlight_scene::proxy::ProxyRecords;
 use strandlight_scene::scene::LightRecord;
@@ -47,6 +49,8 @@ pub(super) enum Edit {
     Densities,
     /// Colours along the strands.
     Paint,
+    /// What can be painted: the tables of painted hair.
+    PaintKinds,
     /// Where strands are, and how wide.
     Points,
     /// Directions and widths of the lights.
@@ -95,7 +99,9 @@ impl Stage {
 
     /// The edits that make the stage stale, by way of the stages before it too.
     pub const fn inputs(self) -> &'static [Edit] {
-        use Edit::{Colors, Densities, Hair, Lights, Paint, Points, Proxies, Terms, View};
+        use Edit::{
+            Colors, Densities, Hair, Lights, Paint, PaintKinds, Points, Proxies, Terms, View,
+        };
         match self {
             Stage::Voxelise => &[Points],
             Stage::Transmittance => &[Points, Lights, Proxies],
@@ -103,7 +109,7 @@ impl Stage {
             Stage::ShadowMaps | Stage::ThroughMaps => &[Points, Lights, Proxies, View],
             Stage::MultipleTables => &[Hair, Terms],
             Stage::Shade => &[
-                Hair, Terms, Densities, Paint, Points, Lights, Colors, Proxies, View,
+                Hair, Terms, Densities, Paint, PaintKinds, Points, Lights, Colors, Proxies, View,
             ],
         }
     }
@@ -135,7 +141,9 @@ pub(super) struct Frame {
     has_shares: bool,
     shading: Option<Shading>,
     shaded: Option<Shaded>,
-    /// Of the work since the last complete picture.
+    /// Radiance before an edit of the paint.
+    before_paint: Option<Painted>,
+    /// Of the work since they were last taken.
     stats: Stats,
     version: u64,
 }
@@ -175,6 +183,9 @@ struct Shading {
     /// Lights, ranges of [`Lights::lit`], that are shaded one after the other.
     groups: Vec<Range<usize>>,
     group: usize,
+    /// Places of the points to shade, as in [`VisiblePoints::order`], and how many are the first.
+    order: Vec<u32>,
+    n_first: usize,
     /// Points done in the group.
     n_done: usize,
     /// By visible point: rgb times the view's radiance scale, and zero.
@@ -182,7 +193,37 @@ struct Shading {
     counts: Counts,
 }
 
+/// Radiance with some paint.
+struct Painted {
+    radiance: Vec<[f32; 4]>,
+    paint: Option<Arc<Vec<PaintedPoint>>>,
+}
+
+impl Shading {
+    /// Keeps the radiance of the points whose paint is what it was.
+    fn only_repainted(&mut self, before: Painted, paint: Option<&[PaintedPoint]>, visible: &[u32]) {
+        let of = |paint: Option<&[PaintedPoint]>, point: usize| match paint {
+            Some(paint) => paint[point],
+            None => PaintedPoint::NONE,
+        };
+        let was = before.paint.as_ref().map(|paint| &paint[..]);
+        let is_other = |place: u32| {
+            let point = visible[place as usize] as usize;
+            of(was, point) != of(paint, point)
+        };
+        self.radiance = before.radiance;
+        self.order.retain(|place| is_other(*place));
+        // They are few.
+        self.n_first = self.order.len();
+        for place in &self.order {
+            self.radiance[*place as usize] = [0.0; 4];
+        }
+    }
+}
+
 struct Shaded {
+    /// The paint that it is of.
+    paint: Option<Arc<Vec<PaintedPoint>>>,
     quality: Quality,
     /// As in [`Shading`].
     radiance: Vec<[f32; 4]>,
@@ -212,6 +253,19 @@ impl Frame {
         } else if Stage::ShadowMaps.inputs().contains(&edit) && edit != Edit::View {
             self.through_before = None;
         }
+        if edit == Edit::Paint {
+            let whole = self
+                .shaded
+                .take_if(|shaded| shaded.quality == Quality::Whole);
+            if let Some(Shaded {
+                radiance, paint, ..
+            }) = whole
+            {
+                self.before_paint = Some(Painted { radiance, paint });
+            }
+        } else if Stage::Shade.inputs().contains(&edit) {
+            self.before_paint = None;
+        }
         for stage in Stage::ALL {
             let is_stale = stage.inputs().contains(&edit);
             if is_stale && !(are_kept && stage == Stage::ShadowMaps) {
@@ -223,6 +277,9 @@ impl Frame {
             Edit::Points | Edit::Lights | Edit::Colors | Edit::Proxies
         ) {
             self.are_lights_current = false;
+        }
+        if edit == Edit::Background {
+            self.version += 1;
         }
         self.was_turned |= edit == Edit::View && self.is_drawn;
     }
@@ -264,7 +321,7 @@ impl Frame {
             height,
             rgba,
         };
-        (picture, std::mem::take(&mut self.stats))
+        (picture, self.take_stats())
     }
 
     /// Works on the same picture while there `is_time`, a step at least, and answers whether it is
@@ -293,9 +350,20 @@ impl Frame {
         self.version
     }
 
-    /// What the work took since the last complete picture.
-    pub fn stats(&self) -> &Stats {
-        &self.stats
+    /// Is there a picture of the scene as it was last set, if a draft?
+    pub fn has_picture(&self) -> bool {
+        self.shaded.is_some()
+    }
+
+    /// Has it all light?
+    pub fn has_all_light(&self) -> bool {
+        self.quality()
+            .is_some_and(|quality| quality != Quality::Draft)
+    }
+
+    /// What the work took since it was last asked.
+    pub fn take_stats(&mut self) -> Stats {
+        std::mem::take(&mut self.stats)
     }
 
     /// The last picture of the scene as it was last drawn, linear radiance and coverage, row by row, if there
@@ -351,7 +419,7 @@ impl Frame {
             Some(maps)
         } else if !self.has_records() {
             Some(Stage::Transmittance)
-        } else if self.multiple.is_none() && has_one_fibre(picturing.scene) {
+        } else if self.multiple.is_none() && needs_tables(picturing.scene) {
             Some(Stage::MultipleTables)
         } else if self.quality() != Some(Quality::Whole) {
             Some(Stage::Shade)
@@ -483,7 +551,9 @@ impl Frame {
         let (is_done, seconds) = timed(|| {
             let casting = casting.get_or_insert_with(|| {
                 let bytes = Unblocked::bytes_of(plan.n_slots, strands.points.len());
-                let is_everywhere = self.was_turned && bytes <= MAX_SHARE_BYTES;
+                // Where there are drafts, other views are to come.
+                let is_turned = self.was_turned || picturing.has_drafts;
+                let is_everywhere = is_turned && bytes <= MAX_SHARE_BYTES;
                 let visible = (!is_everywhere).then_some(&visible.points[..]);
                 Casting::new(plan.n_slots, plan.views.clone(), strands, visible)
             });
@@ -613,19 +683,27 @@ impl Frame {
         let tables = self
             .multiple
             .as_ref()
-            .filter(|tables| has_one_fibre(scene) && serve(tables, scene));
+            .filter(|tables| needs_tables(scene) && serve(tables, scene));
         let n_places = visible.points.len();
-        let shading = self.shading.get_or_insert_with(|| Shading {
-            quality,
-            groups: match tables {
-                Some(_) => Arriving::groups(&lights.lit, n_places),
-                // Nothing is kept.
-                None => vec![0..lights.lit.len()],
-            },
-            group: 0,
-            n_done: 0,
-            radiance: vec![[0.0; 4]; n_places],
-            counts: Counts::default(),
+        let shading = self.shading.get_or_insert_with(|| {
+            let mut shading = Shading {
+                quality,
+                groups: match tables {
+                    Some(_) => Arriving::groups(&lights.lit, n_places),
+                    // Nothing is kept.
+                    None => std::iter::once(0..lights.lit.len()).collect(),
+                },
+                group: 0,
+                order: visible.order.clone(),
+                n_first: visible.n_first,
+                n_done: 0,
+                radiance: vec![[0.0; 4]; n_places],
+                counts: Counts::default(),
+            };
+            if let Some(before) = self.before_paint.take() {
+                shading.only_repainted(before, scene.paint(), &visible.points);
+            }
+            shading
         });
         let Some(group) = shading.groups.get(shading.group).cloned() else {
             // There is no light.
@@ -636,38 +714,49 @@ impl Frame {
         let through = self.through.as_ref().or(self.through_before.as_ref());
         let through = through.filter(|through| !through.is_empty());
         let is_first_picture = self.shaded.is_none();
-        let places = &visible.order[shading.n_done..];
+        let places = &shading.order[shading.n_done..];
         let places = &places[..places.len().min(SLICE)];
-        let (radiance, counts) = match tables {
-            Some(tables) => {
-                let n_groups = shading.groups.len();
-                let serves = |arriving: &Arriving| match n_groups {
-                    1 => of_group.iter().all(|ix| arriving.lights.contains(ix)),
-                    _ => arriving.lights == of_group,
-                };
-                if !self.arriving.as_ref().is_some_and(serves) {
-                    self.arriving = Some(Arriving::new(of_group, n_places));
-                }
-                let Some(arriving) = &mut self.arriving else {
-                    return;
-                };
-                if !arriving.is_filled() {
-                    let from = (&lights.records[..], &records.packed[..]);
-                    arriving.fill(scene, grid, from, &visible.points);
-                    self.has_shares = false;
-                    return;
-                }
-                if let Some(unblocked) = self.unblocked.as_ref().filter(|_| !self.has_shares) {
-                    arriving.take_shares(&lights.records, unblocked, &visible.points);
-                    self.has_shares = true;
-                }
-                let is_draft = quality == Quality::Draft;
-                let arriving = (&*arriving, &lights.records[..]);
-                let shader =
-                    WideShader::new(scene, &picturing.view, tables, arriving, through, is_draft);
-                shader.shade(places, &visible.points)
+        let paint = scene.paint();
+        let is_plain = |place: &u32| {
+            let point = visible.points[*place as usize] as usize;
+            paint.is_none_or(|paint| !paint[point].is_painted())
+        };
+        let (plain, painted): (Vec<u32>, Vec<u32>) = match tables {
+            Some(_) => places.iter().partition(|place| is_plain(place)),
+            None => (Vec::new(), places.to_vec()),
+        };
+        let mut found = Vec::with_capacity(2);
+        if let Some(tables) = tables.filter(|_| !plain.is_empty()) {
+            let n_groups = shading.groups.len();
+            let serves = |arriving: &Arriving| match n_groups {
+                1 => of_group.iter().all(|ix| arriving.lights.contains(ix)),
+                _ => arriving.lights == of_group,
+            };
+            if !self.arriving.as_ref().is_some_and(serves) {
+                self.arriving = Some(Arriving::new(of_group, n_places));
             }
-            None => Lit {
+            let Some(arriving) = &mut self.arriving else {
+                return;
+            };
+            if !arriving.is_filled() {
+                let from = (&lights.records[..], &records.packed[..]);
+                arriving.fill(scene, grid, from, &visible.points);
+                self.has_shares = false;
+                return;
+            }
+            if let Some(unblocked) = self.unblocked.as_ref().filter(|_| !self.has_shares) {
+                arriving.take_shares(&lights.records, unblocked, &visible.points);
+                self.has_shares = true;
+            }
+            let is_draft = quality == Quality::Draft;
+            let arriving = (&*arriving, &lights.records[..]);
+            let view = &picturing.view;
+            let shader = WideShader::new(scene, view, tables, arriving, through, is_draft);
+            found.push((shader.shade(&plain, &visible.points), plain));
+        }
+        // These do all lights at once.
+        if !painted.is_empty() && shading.group == 0 {
+            let lit = Lit {
                 scene,
                 view: &picturing.view,
                 grid,
@@ -675,20 +764,22 @@ impl Frame {
                 records: &records.packed,
                 unblocked: self.unblocked.as_ref(),
                 through,
-            }
-            .shade(places, &visible.points),
-        };
-        for (&place, radiance) in places.iter().zip(radiance) {
-            let sum = &mut shading.radiance[place as usize];
-            for (sum, value) in sum.iter_mut().zip(radiance) {
-                *sum += value;
-            }
+            };
+            found.push((lit.shade(&painted, &visible.points), painted));
         }
         shading.n_done += places.len();
-        shading.counts = shading.counts.and(counts);
+        for ((radiance, counts), places) in found {
+            for (&place, radiance) in places.iter().zip(radiance) {
+                let sum = &mut shading.radiance[place as usize];
+                for (sum, value) in sum.iter_mut().zip(radiance) {
+                    *sum += value;
+                }
+            }
+            shading.counts = shading.counts.and(counts);
+        }
         let is_last = shading.group + 1 == shading.groups.len();
-        let is_first_done = shading.n_done >= visible.n_first;
-        if shading.n_done == n_places || quality == Quality::Draft && is_first_done {
+        let is_first_done = shading.n_done >= shading.n_first;
+        if shading.n_done == shading.order.len() || quality == Quality::Draft && is_first_done {
             shading.group += 1;
             shading.n_done = 0;
             if is_last {
@@ -734,6 +825,7 @@ impl Frame {
             |shaded| shaded.proxies,
         );
         self.shaded = Some(Shaded {
+            paint: picturing.scene.shared_paint().cloned(),
             quality,
             radiance,
             proxies,
@@ -793,10 +885,15 @@ fn serves(before: &ShadowPlan, now: &ShadowPlan) -> bool {
         && pairs.all(|(before, now)| *before != NO_SLOT || *now == NO_SLOT)
 }
 
-/// Do tables of one fibre serve the scene? Not where each point has a fibre of its own; nor where
-/// pictures of single modes must add up to that of all, which those of their tables do to 0.1 %.
-fn has_one_fibre(scene: &PreparedScene) -> bool {
-    scene.paint().is_none() && scene.reference_amplitudes.is_none()
+/// Are there points of the fibre that tables are of? Painted points have fibres of their own. Nor are
+/// there tables where pictures of single modes must add up to that of all, which those of their tables do
+/// to 0.1 %.
+fn needs_tables(scene: &PreparedScene) -> bool {
+    let has_plain = match scene.paint() {
+        Some(paint) => paint.iter().any(|point| !point.is_painted()),
+        None => true,
+    };
+    has_plain && scene.reference_amplitudes.is_none()
 }
 
 /// Tables of multiple scattering of the fibre, for the terms that are drawn.
