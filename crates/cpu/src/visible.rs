@@ -89,8 +89,8 @@ mod tests {
 
     #[test]
     fn the_first_have_nearly_all_of_the_weight() {
-        let least = least_of_first(vec![0.5, 0.001, 0.3, 0.19, 0.002, 0.007]);
-        assert_eq!(least, 0.19);
+        let least = least_of_first(vec![0.5, 0.001, 0.3, 0.195, 0.002, 0.002]);
+        assert_eq!(least, 0.195);
         assert_eq!(least_of_first(Vec::new()), 0.0);
     }
 

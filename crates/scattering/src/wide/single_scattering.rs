@@ -663,7 +663,7 @@ mod tests {
                 assert_eq!(found, if is_on { full } else { 0.0 });
             }
         }
-        assert!(at(7, 0).r().is_empty());
+        assert!(at(7, 0).entries().is_empty());
     }
 
     /// Numbers that are none give what they may, but no panic.
@@ -749,5 +749,62 @@ mod tests {
         }
         let errors = errors(&found, &expected);
         assert!(errors.iter().all(|error| *error < 1e-5), "{errors:?}");
+    }
+
+    #[test]
+    fn roulette_is_right_in_the_mean_and_leaves_work_out() {
+        let fixture = Fixture::new();
+        let mut random = SplitMix64(17);
+        let hair = fixture.hair_of(&crate::HairParams::default());
+        let shading = hair.shading(&fixture);
+        let (directions, lambdas) = lights(&mut random, 40);
+        let wide = WideLights::new(&directions, &lambdas);
+        let weights: Vec<f32> = (0..40).map(|ix| 0.8_f32.powi(ix)).collect();
+        let place = place(&mut random, 12);
+        let mut respond = |roulette: Option<Roulette>| {
+            let mut responses = [Responses::default()];
+            let level = Level::new();
+            let places = [place];
+            single_scattering_at(
+                level,
+                &wide,
+                &weights,
+                &places,
+                &shading,
+                roulette,
+                &mut responses,
+            );
+            let entries = responses[0].entries();
+            let sum: f64 = entries
+                .iter()
+                .map(|entry| f64::from(weights[entry.light as usize] * entry.rgb[1]))
+                .sum();
+            (sum, entries.len())
+        };
+        let (exact, all) = respond(None);
+        let peaks = Peaks::of(&shading);
+        let n = 2000;
+        let (mut mean, mut square, mut asked) = (0.0, 0.0, 0);
+        for seed in 0..n {
+            let tolerance = 0.01;
+            let (sum, n_asked) = respond(Some(Roulette {
+                tolerance,
+                peaks,
+                seed,
+            }));
+            mean += sum / f64::from(n);
+            square += (sum / exact - 1.0).powi(2) / f64::from(n);
+            asked += n_asked;
+        }
+        let deviation = square.sqrt();
+        println!("{all} of {asked}, deviation {deviation}");
+        assert!(asked < all * n as usize * 2 / 3, "{asked} {all}");
+        assert!(deviation > 0.0 && deviation < 0.1, "{deviation}");
+        // Seeds are spread evenly, so the mean is closer than that of independent ones.
+        let error = (mean / exact - 1.0).abs();
+        assert!(
+            error < 3.0 * deviation / f64::from(n).sqrt(),
+            "{error} {deviation}"
+        );
     }
 }
