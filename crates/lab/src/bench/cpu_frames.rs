@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use strandlight_cpu::CpuRenderer;
 use strandlight_formats::{Scene, WindSection};
-use strandlight_reference::compare::{Layer, compare};
+use strandlight_reference::compare::compare;
 use strandlight_scene::memory::peak_bytes;
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::{Paint, PaintedPoint};
@@ -16,12 +16,11 @@ use strandlight_scene::progress::timed;
 use strandlight_scene::{Backend, Picture, PreparedScene, RenderError, SceneError, Stats};
 
 use super::edits::{self, median};
+use super::peers::blocks;
+use super::process_clock::{core_seconds, since};
 
 /// Radians that lights and views turn by: 5 degrees.
 const TURN: f32 = 0.087_266_46;
-
-/// Side in pixels of the blocks whose means are compared.
-const BLOCK: usize = 4;
 
 /// What is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -308,43 +307,4 @@ fn by_samples(
         core_seconds_ratio: ratio.filter(|ratio| ratio.is_finite()),
         relative_rmse: compared.map(|compared| compared.hair.relative_rmse),
     })
-}
-
-fn blocks(picture: &Picture) -> Layer {
-    let (rgb, alpha) = picture
-        .rgba
-        .iter()
-        .map(|&[r, g, b, a]| ([r, g, b], a))
-        .unzip();
-    Layer::new(picture.width as usize, picture.height as usize, rgb, alpha).boxed(BLOCK)
-}
-
-/// Seconds that this process has been on any core, ended threads included, where the system tells:
-/// on Linux, in steps of 10 ms.
-fn core_seconds() -> Option<f64> {
-    ticks(&std::fs::read_to_string("/proc/self/stat").ok()?).map(|ticks| 1e-2 * ticks as f64)
-}
-
-fn since(before: Option<f64>) -> Option<f64> {
-    Some(core_seconds()? - before?)
-}
-
-/// `utime` and `stime` of a line of `/proc/PID/stat`, in 1/100 s. The program's name before them may
-/// have spaces and parentheses.
-fn ticks(stat: &str) -> Option<u64> {
-    let (_, after_name) = stat.rsplit_once(')')?;
-    let mut fields = after_name.split_whitespace().skip(11);
-    let mut field = || fields.next()?.parse::<u64>().ok();
-    Some(field()? + field()?)
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn user_and_system_time_add_up() {
-        let stat = "7 (a (b) c) R 1 1 1 0 -1 4194304 99 0 0 0 250 31 5 6 20 0 1 0 2873218";
-        assert_eq!(super::ticks(stat), Some(281));
-        assert_eq!(super::ticks("7 (a) R 1 2"), None);
-        assert_eq!(super::ticks(""), None);
-    }
 }

@@ -7,6 +7,7 @@
 //! - [`run_multiple`] does the same for the integrals of multiple scattering.
 //! - [`run_transmittance`] measures what hair leaves of a scene's lights, against ray shooting.
 //! - [`frames`]: what frames cost after an edit on a GPU; [`cpu_frames`]: on the CPU.
+//! - [`peers`]: what brute force costs to a picture's error, beside that picture.
 //! - [`run`] does all of it; [`Frontier`] writes it down. [`figures`] plots lobes and integrands.
 
 mod accuracy;
@@ -20,7 +21,9 @@ pub mod frames;
 mod frontier;
 mod method;
 mod multiple;
+pub mod peers;
 pub mod plot;
+mod process_clock;
 mod timing;
 mod transmittance;
 
