@@ -1,7 +1,9 @@
 //! `strandlight bench`: run time against error.
 
+mod against;
 mod edit;
 mod frames;
+mod growth;
 mod method_tables;
 mod multiple;
 mod peers;
@@ -23,6 +25,7 @@ enum What {
     Edit(edit::Args),
     Frames(frames::Args),
     Peers(peers::Args),
+    Growth(growth::Args),
     Single(single::Args),
     Multiple(multiple::Args),
     Transmittance(transmittance::Args),
@@ -35,6 +38,7 @@ pub fn run(args: &Args) -> Outcome {
         What::Edit(args) => edit::run(args),
         What::Frames(args) => frames::run(args),
         What::Peers(args) => peers::run(args),
+        What::Growth(args) => growth::run(args),
         What::Single(args) => single::run(args),
         What::Multiple(args) => multiple::run(args),
         What::Transmittance(args) => transmittance::run(args),

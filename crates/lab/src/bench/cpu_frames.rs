@@ -106,7 +106,8 @@ impl PictureCost {
         1e3 / self.milliseconds
     }
 
-    fn to_json(&self) -> Value {
+    /// As JSON.
+    pub fn to_json(&self) -> Value {
         let stage = |(name, milliseconds): &(&str, f64)| json!({ "name": name, "milliseconds": milliseconds });
         let [products, products_skipped] = self.stats.products();
         json!({
@@ -126,6 +127,9 @@ impl PictureCost {
 /// An edit of a scene that is drawn; its argument says whether to edit there or back.
 type Edit = Box<dyn Fn(&mut dyn Backend, &PreparedScene, bool) -> Result<(), RenderError>>;
 
+/// Names of the edits of a uniform parameter of the hair, which Xu's frame rates are of.
+pub const HAIR_EDITS: [&str; 3] = ["colour of the hair", "widths", "index of refraction"];
+
 /// Pictures that [`scene_costs`] draws.
 pub fn n_pictures(options: &Options) -> u64 {
     let kinds = 1 + N_EDITS;
@@ -142,9 +146,9 @@ fn edits(scene: &PreparedScene) -> Vec<(&'static str, Edit)> {
             "everything",
             Box::new(|live, base, _| live.set_scene(base.clone())),
         ),
-        ("colour of the hair", Box::new(edits::color)),
-        ("widths", Box::new(edits::widths)),
-        ("index of refraction", Box::new(edits::eta)),
+        (HAIR_EDITS[0], Box::new(edits::color)),
+        (HAIR_EDITS[1], Box::new(edits::widths)),
+        (HAIR_EDITS[2], Box::new(edits::eta)),
         ("colour of the lights", Box::new(edits::light_colors)),
         (
             "lights turned",
@@ -204,19 +208,14 @@ pub fn scene_costs(
     let base = load()?;
     let size = base.size;
     let mut live = CpuRenderer::new(base.clone());
-    let first = measure("first picture", options, drawn, |_| {
+    let first = measure("first picture", options.repetitions, drawn, |_| {
         let (loaded, seconds) = timed(load);
         live = CpuRenderer::new(loaded?);
         Ok((("load", 1e3 * seconds), draw(&mut live, size)?))
     })?;
     let mut pictures = vec![first];
-    for (name, edit) in edits(&base) {
-        let cost = measure(name, options, drawn, |there| {
-            let (edited, seconds) = timed(|| edit(&mut live, &base, there));
-            edited?;
-            Ok((("edit", 1e3 * seconds), draw(&mut live, size)?))
-        })?;
-        pictures.push(cost);
+    for edit in edits(&base) {
+        pictures.push(after(edit, &mut live, &base, options.repetitions, drawn)?);
     }
     let peak_bytes = peak_bytes();
     let samples = match options.samples {
@@ -237,6 +236,46 @@ pub fn scene_costs(
     })
 }
 
+/// Pictures that [`edit_costs`] draws for each of its names.
+pub fn n_edit_pictures(repetitions: u32) -> u64 {
+    2 * (u64::from(repetitions) + 1)
+}
+
+/// Draws `base` after the edits called `names`, as [`scene_costs`] does.
+///
+/// # Errors
+/// As there.
+pub fn edit_costs(
+    base: &PreparedScene,
+    names: &[&str],
+    repetitions: u32,
+    drawn: &dyn Fn(),
+) -> Result<Vec<PictureCost>, RenderError> {
+    let mut live = CpuRenderer::new(base.clone());
+    // An edit is one of a scene that was drawn.
+    draw(&mut live, base.size)?;
+    let edits = edits(base).into_iter();
+    edits
+        .filter(|(name, _)| names.contains(name))
+        .map(|edit| after(edit, &mut live, base, repetitions, drawn))
+        .collect()
+}
+
+/// Pictures after one kind of edit.
+fn after(
+    (name, edit): (&'static str, Edit),
+    live: &mut CpuRenderer,
+    base: &PreparedScene,
+    repetitions: u32,
+    drawn: &dyn Fn(),
+) -> Result<PictureCost, RenderError> {
+    measure(name, repetitions, drawn, |there| {
+        let (edited, seconds) = timed(|| edit(live, base, there));
+        edited?;
+        Ok((("edit", 1e3 * seconds), draw(live, base.size)?))
+    })
+}
+
 fn draw(live: &mut CpuRenderer, size: [u32; 2]) -> Result<(Picture, Stats), RenderError> {
     live.render(size, 1, &|_| ())
 }
@@ -245,7 +284,7 @@ fn draw(live: &mut CpuRenderer, size: [u32; 2]) -> Result<(Picture, Stats), Rend
 /// many milliseconds that took, and with what was drawn.
 fn measure(
     name: &'static str,
-    options: &Options,
+    repetitions: u32,
     drawn: &dyn Fn(),
     mut make: impl FnMut(bool) -> Result<((&'static str, f64), (Picture, Stats)), RenderError>,
 ) -> Result<PictureCost, RenderError> {
@@ -255,7 +294,7 @@ fn measure(
     }
     let before = core_seconds();
     let mut runs = Vec::new();
-    for there in (0..options.repetitions).flat_map(|_| [true, false]) {
+    for there in (0..repetitions).flat_map(|_| [true, false]) {
         let start = Instant::now();
         let (made_before, (_, stats)) = make(there)?;
         let milliseconds = 1e3 * start.elapsed().as_secs_f64();
