@@ -91,8 +91,8 @@ impl Sweep {
     /// Core-seconds over the values, or seconds by the clock where the system tells no others, and a
     /// line of slope 1.
     fn panel(&self) -> Panel {
-        let of_cores = self.rows.iter().flat_map(|row| &row.frames);
-        let has_cores = of_cores.fold(true, |all, frame| all && frame.core_seconds.is_some());
+        let mut frames = self.rows.iter().flat_map(|row| &row.frames);
+        let has_cores = frames.all(|frame| frame.core_seconds.is_some());
         let seconds = |frame: &PictureCost| match frame.core_seconds.filter(|_| has_cores) {
             Some(seconds) => seconds,
             None => 1e-3 * frame.milliseconds,

@@ -7,8 +7,10 @@
 //! number once it was measured at some.
 //!
 //! Errors are relative RMSEs of means over 4x4 pixels against the truth `T`, of which two independent
-//! estimates `A` and `B` are at hand: brute force of many samples each. Their noise does not count:
-//! a picture `P` has `|P - T|^2 = E (P - A)(P - B)` and the truth `|T|^2 = E A B`.
+//! estimates `A` and `B` are at hand: brute force of many samples each. Their noise does not count on
+//! average: a picture `P` has `|P - T|^2 = E (P - A)(P - B)` and the truth `|T|^2 = E A B`. What one
+//! run finds still scatters, all the more since the pixels of a sample share its directions; other
+//! seeds tell by how much.
 
 use serde_json::{Value, json};
 use strandlight_cpu::CpuRenderer;
@@ -30,6 +32,9 @@ const BLOCK: usize = 4;
 
 /// A sample of [`Directional`] takes one of its lights in so many.
 const N_TURNS: u32 = 64;
+
+/// Shadow rays of a sample of the truth, whatever brute force has.
+const TRUTH_RAYS: u32 = 24;
 
 /// What is measured.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -256,16 +261,15 @@ pub fn peers(scene: &Scene, options: &Options, done: &dyn Fn()) -> Result<Peers,
         rays: &rays,
         fibres: fibre.view(),
         environment: Environment::Lights(LightSampler::new(&base.lights)),
-        n_lights: options.rays * N_TURNS,
         done,
     };
     let mut seeds = SplitMix64(options.seed);
-    let halves = [0, 1].map(|_| brute.trace(options.truth_samples, seeds.next_u64()));
+    let halves = [0, 1].map(|_| brute.trace(options.truth_samples, TRUTH_RAYS, seeds.next_u64()));
     let truth = Truth::new(&halves).ok_or(PeersError::Black)?;
     let mut points = Vec::new();
     for &samples in &options.samples {
         let seed = seeds.next_u64();
-        let (found, core_seconds) = clocked(|| brute.trace(samples, seed));
+        let (found, core_seconds) = clocked(|| brute.trace(samples, options.rays, seed));
         points.push(Point {
             samples,
             relative_rmse: truth.relative_rmse(&found).ok_or(PeersError::Noisy)?,
@@ -381,13 +385,12 @@ struct Tracer<'a> {
     rays: &'a Rays,
     fibres: Fibres<'a>,
     environment: Environment,
-    n_lights: u32,
     done: &'a dyn Fn(),
 }
 
 impl Tracer<'_> {
-    /// A picture of `samples` samples a pixel, in blocks.
-    fn trace(&self, samples: u32, seed: u64) -> Layer {
+    /// A picture of `samples` samples a pixel with `rays` shadow rays each, in blocks.
+    fn trace(&self, samples: u32, rays: u32, seed: u64) -> Layer {
         let records = self.scene.proxy_records();
         let mut film = Film::new(self.scene.size);
         for sample in 0..samples {
@@ -399,7 +402,7 @@ impl Tracer<'_> {
                 self.rays,
                 self.fibres,
                 &self.environment,
-                self.n_lights,
+                rays * N_TURNS,
                 lights,
             )
             .with_proxies(records.list());
