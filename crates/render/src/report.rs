@@ -9,8 +9,8 @@ use strandlight_scene::stats::{DeviceStats, FrameStats, Stage, Stats, total};
 /// One kind of work since the last edit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageReport {
-    /// Its name: `first look`, `voxelise`, `shadow maps`, `transmittance`, `shade`, `project`,
-    /// `draw`, `display`.
+    /// Its name: `first look`, `voxelise`, `shadow maps`, `transmittance`, `tables`, `shade`,
+    /// `project`, `draw`, `display`.
     pub name: &'static str,
     /// How often it ran: maps, directions of light, slices of points, passes.
     pub runs: u32,

@@ -1,0 +1,177 @@
+//! The tables as a GPU fills and reads them. Twins: `shaders/lib/multiple_tables.wgsl` (axes and look-ups),
+//! `shaders/pass/multiple_tables.wgsl` (rows).
+//!
+//! What costs time, the rows, is made on the device from [`MultipleSource`], a few ten kB. A row of 16
+//! numbers is four texels of a 3D texture, in as many blocks of layers: block k holds the numbers 4 k to
+//! 4 k + 3, so that a filtered look-up never mixes blocks. Along x lies the difference of the inclinations,
+//! along y their sum, along z the width.
+
+use crate::closed_form::{AverageTexel, SampleLobes, Shading};
+
+use super::axes::{Axes, LEAST_DIFFERENCE, POLE, SUM_MIDDLE};
+use super::azimuth::{GRAZING, LAST_NODE, LagFunctions, N_FUNCTIONS, Profiles, Row};
+use super::{MultipleTables, Plan};
+
+/// Texels of a row.
+pub const ROW_TEXELS: usize = 1 + N_FUNCTIONS;
+
+/// What the largest numbers are about in half floats: 4000 times below their range, and 5 digits above
+/// where they lose precision.
+const STORED: f32 = 16.0;
+
+/// The axes of a table, byte for byte the struct `MultipleAxes` of the shaders (32 bytes).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct MultipleAxes {
+    /// Nodes over width, sum and difference.
+    pub count: [u32; 3],
+    /// w / (w + middle) of a width is even between nodes.
+    pub middle: f32,
+    /// That of the least width.
+    pub first: f32,
+    /// Nodes per unit of it.
+    pub scale: f32,
+    /// Squared width of the ridge under a light of width 0.
+    pub ridge_2: f32,
+    /// Fills the struct; always 0.
+    pub padding: f32,
+}
+
+/// What the shaders know of the tables, byte for byte the uniform `MultipleLayout` (224 bytes).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct MultipleLayout {
+    /// Of global and local scattering.
+    pub rows: MultipleAxes,
+    /// Of direct local scattering.
+    pub direct: MultipleAxes,
+    /// Factors of cos((2 k + 1) Delta) in the functions of the lag.
+    pub functions: [[f32; 4]; 6],
+    /// What 1 in a texel of rows stands for.
+    pub row_scales: [f32; 4],
+    /// And of direct rows.
+    pub direct_scales: [f32; 4],
+    /// Half of the sums are below this many times the root of the ridge's width.
+    pub sum_middle: f32,
+    /// Keeps the share of the largest difference finite where that is 0.
+    pub least_difference: f32,
+    /// Distance of nodes at the poles from them, radians.
+    pub pole: f32,
+    /// Profiles: nodes below this cosine are about as far apart as those above.
+    pub grazing: f32,
+    /// Nodes of a profile, less one.
+    pub last_node: f32,
+    /// As [`MultipleTables::terms`].
+    pub terms: u32,
+    /// Fills the uniform; always 0.
+    pub padding: [u32; 2],
+}
+
+crate::mirrors! {
+    MultipleAxes as "MultipleAxes" in "lib/multiple_tables" {
+        count, middle, first, scale, ridge_2, padding,
+    }
+    MultipleLayout as "MultipleLayout" in "lib/multiple_tables" {
+        rows, direct, functions, row_scales, direct_scales, sum_middle, least_difference, pole, grazing,
+        last_node, terms, padding,
+    }
+}
+
+/// What [`MultipleTables`] of a fibre are made from on a GPU, besides the fibre and its averages.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MultipleSource {
+    /// Where rows stand and what their numbers mean.
+    pub layout: MultipleLayout,
+    /// N_t^G over cos(theta_d), `[mode][node]`: of each row the constant and the factors of the functions
+    /// of the lag, red, green, blue and 0. Zeros of modes that are not enabled.
+    pub profiles: Vec<[f32; 4 * ROW_TEXELS]>,
+}
+
+impl MultipleSource {
+    /// For `terms` as [`MultipleTables::new`] takes them, and the same tables.
+    pub fn new(
+        shading: &Shading<impl SampleLobes>,
+        averages: &[AverageTexel],
+        terms: u32,
+    ) -> MultipleSource {
+        let plan = Plan::new(shading, averages, terms);
+        let profiles = plan.profiles.as_ref().map(Profiles::rows);
+        let profiles = profiles.unwrap_or_else(|| vec![Row::default()]);
+        let numbers = profiles.as_flattened().iter();
+        let global = scale(numbers.fold(0.0, |a, b| f32::max(a, b.abs())), &plan.axes);
+        let sent_back = averages.iter().flat_map(|texel| &texel[..3]);
+        let sent_back = sent_back.fold(0.0, |a, &b| f32::max(a, b));
+        let local = scale(sent_back, &plan.direct_axes);
+        let functions = plan.profiles.map(|profiles| profiles.functions);
+        MultipleSource {
+            layout: MultipleLayout {
+                rows: MultipleAxes::from(&plan.axes),
+                direct: MultipleAxes::from(&plan.direct_axes),
+                functions: functions.map_or(Default::default(), |LagFunctions(rows)| rows),
+                row_scales: [global, global, global, local],
+                direct_scales: [local, local, local, 1.0],
+                sum_middle: SUM_MIDDLE,
+                least_difference: LEAST_DIFFERENCE,
+                pole: POLE,
+                grazing: GRAZING,
+                last_node: LAST_NODE,
+                terms: plan.terms,
+                padding: [0; 2],
+            },
+            profiles,
+        }
+    }
+
+    /// The terms that the tables serve; see [`MultipleTables::terms`].
+    pub fn terms(&self) -> u32 {
+        self.layout.terms
+    }
+
+    /// Texels of the texture of rows along x, y and z.
+    pub fn rows_size(&self) -> [u32; 3] {
+        let [w, p, q] = self.layout.rows.count;
+        [q, p, w * ROW_TEXELS as u32]
+    }
+
+    /// Texels of the texture of direct rows along x, y and z.
+    pub fn direct_size(&self) -> [u32; 3] {
+        let [w, p, q] = self.layout.direct.count;
+        [q, p, w]
+    }
+}
+
+/// The power of two that 1 stands for in half floats, where numbers are about as large as `largest` over the
+/// width of the ridge.
+fn scale(largest: f32, axes: &Axes) -> f32 {
+    let about = largest / axes.ridge_2.sqrt() / STORED;
+    match about.is_normal() {
+        true => about.log2().ceil().clamp(-100.0, 100.0).exp2(),
+        false => 1.0,
+    }
+}
+
+impl From<&Axes> for MultipleAxes {
+    fn from(axes: &Axes) -> MultipleAxes {
+        MultipleAxes {
+            count: axes.count.map(|count| count as u32),
+            middle: axes.middle,
+            first: axes.first,
+            scale: axes.scale,
+            ridge_2: axes.ridge_2,
+            padding: 0.0,
+        }
+    }
+}
+
+impl MultipleTables {
+    /// Rows of the whole table, `[width][sum][difference]`: global scattering in the first three of each
+    /// four, local scattering in the last of the first three.
+    pub fn rows(&self) -> &[[f32; 4 * ROW_TEXELS]] {
+        &self.rows
+    }
+
+    /// Rows of direct local scattering.
+    pub fn direct_rows(&self) -> &[[f32; 4]] {
+        &self.direct
+    }
+}
