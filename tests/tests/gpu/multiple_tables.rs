@@ -152,7 +152,13 @@ fn look_ups_are_those_of_the_cpu() {
             let pairs = found.iter().zip(expected);
             let worst = pairs.fold(0.0, |a, (x, y)| f32::max(a, (x - y).abs())) / largest;
             println!("{name}, {term}: rmse {rmse:.1e}, worst {worst:.1e} of {largest:.2e}");
-            assert!(rmse < 1e-3 && worst < 2e-3, "{name} {term}: {rmse} {worst}");
+            // Weights of a GPU's filter may have eight bits.
+            let limits = match context.is_software() {
+                true => [4e-4, 6e-4],
+                false => [1e-3, 3e-3],
+            };
+            let is_near = rmse < limits[0] && f64::from(worst) < limits[1];
+            assert!(is_near, "{name} {term}: {rmse} {worst}");
         }
     }
 }
@@ -192,7 +198,7 @@ fn pictures_are_those_of_the_closed_form_and_of_the_cpu() {
             let on_cpu = sum(&listed(scene.clone())) / sum(&listed(by_closed_form(scene)));
             let apart = on_gpu / on_cpu - 1.0;
             println!("  {apart:.1e} from what the CPU's tables change");
-            assert!(apart.abs() < 5e-4, "{apart}");
+            assert!(apart.abs() < 1e-4, "{apart}");
         }
     }
 }

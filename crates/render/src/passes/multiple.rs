@@ -28,6 +28,19 @@ pub(super) fn multiple_bytes(source: &MultipleSource) -> [u64; 2] {
     [TEXEL_BYTES * textures, scratch_bytes(source)]
 }
 
+/// What fills tables: rows, their balance, direct rows, their balance.
+pub(crate) struct Fill([wgpu::ComputePipeline; 4]);
+
+impl Fill {
+    /// # Errors
+    /// A shader the device refuses.
+    pub fn new(context: &Context) -> Result<Fill, RenderError> {
+        let module = shader(context, "pass/multiple_tables")?;
+        let entries = ["fill_rows", "balance_rows", "fill_direct", "balance_direct"];
+        Ok(Fill(entries.map(|entry| compute(context, &module, entry))))
+    }
+}
+
 /// The tables of one fibre.
 pub(crate) struct Multiple {
     /// [`strandlight_scattering::multiple_tables::MultipleLayout`].
@@ -38,20 +51,15 @@ pub(crate) struct Multiple {
     rows: wgpu::TextureView,
     direct: wgpu::TextureView,
     sampler: wgpu::Sampler,
-    /// Rows, their balance, direct rows, their balance.
-    pipelines: [wgpu::ComputePipeline; 4],
+    /// Of [`Fill`], once they were needed.
+    groups: Option<[wgpu::BindGroup; 4]>,
     /// The textures are those of another fibre.
     is_stale: bool,
 }
 
 impl Multiple {
     /// Room for the tables of `source`; [`Multiple::fill`] fills it.
-    ///
-    /// # Errors
-    /// A shader the device refuses.
-    pub fn new(context: &Context, source: &MultipleSource) -> Result<Multiple, RenderError> {
-        let module = shader(context, "pass/multiple_tables")?;
-        let entries = ["fill_rows", "balance_rows", "fill_direct", "balance_direct"];
+    pub fn new(context: &Context, source: &MultipleSource) -> Multiple {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
         let profiles = buffer_of(context, "profiles", &source.profiles, usage);
         let sampler = context.device.create_sampler(&wgpu::SamplerDescriptor {
@@ -60,16 +68,16 @@ impl Multiple {
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
-        Ok(Multiple {
+        Multiple {
             layout: uniform(context, "layout of multiple scattering", &source.layout),
             profiles,
             scratch: storage(context, "rows", scratch_bytes(source)),
             rows: texture(context, "multiple scattering", source.rows_size()),
             direct: texture(context, "direct local scattering", source.direct_size()),
             sampler,
-            pipelines: entries.map(|entry| compute(context, &module, entry)),
+            groups: None,
             is_stale: true,
-        })
+        }
     }
 
     /// Takes what an edit made. Answers whether a texture is another one, which puts bind groups out
@@ -77,19 +85,31 @@ impl Multiple {
     pub fn update(&mut self, context: &Context, source: &MultipleSource) -> bool {
         self.is_stale = true;
         context.write(&self.layout, 0, bytemuck::bytes_of(&source.layout));
-        write(context, &mut self.profiles, &source.profiles);
-        grow(context, &mut self.scratch, scratch_bytes(source));
+        let mut has_grown = write(context, &mut self.profiles, &source.profiles);
+        has_grown |= grow(context, &mut self.scratch, scratch_bytes(source));
         let mut is_other = false;
-        for (view, size) in [
-            (&mut self.rows, source.rows_size()),
-            (&mut self.direct, source.direct_size()),
+        for (label, view, size) in [
+            ("multiple scattering", &mut self.rows, source.rows_size()),
+            (
+                "direct local scattering",
+                &mut self.direct,
+                source.direct_size(),
+            ),
         ] {
             if size_of(view) != size {
-                *view = texture(context, "multiple scattering", size);
+                *view = texture(context, label, size);
                 is_other = true;
             }
         }
+        if has_grown || is_other {
+            self.forget_groups();
+        }
         is_other
+    }
+
+    /// The averages of the fibre are in another texture.
+    pub fn forget_groups(&mut self) {
+        self.groups = None;
     }
 
     /// Does [`Multiple::fill`] have to run before the next shading?
@@ -98,38 +118,53 @@ impl Multiple {
     }
 
     /// Fills the tables, for the fibre of `optics`.
-    pub fn fill(&mut self, context: &Context, optics: &GpuOptics, stamp: Stamp) {
+    pub fn fill(&mut self, context: &Context, fill: &Fill, optics: &GpuOptics, stamp: Stamp) {
         self.is_stale = false;
-        let groups = [&self.rows, &self.direct].map(|to| {
+        let groups = match self.groups.take() {
+            Some(groups) => groups,
+            None => self.bind(context, fill, optics),
+        };
+        let [rows, direct] = [&self.rows, &self.direct].map(|to| {
             let [x, y, z] = size_of(to);
             x * y * z
         });
-        let [rows, direct] = groups;
-        let averages = wgpu::BindingResource::TextureView(&optics.averages);
-        let target = wgpu::BindingResource::TextureView;
-        let common = || {
-            vec![
-                (0, self.layout.as_entire_binding()),
-                (4, self.scratch.as_entire_binding()),
-            ]
-        };
-        let of_fibre = [(1, optics.shading.as_entire_binding()), (2, averages)];
-        let profiles = [(3, self.profiles.as_entire_binding())];
-        let bindings = [
-            [common(), of_fibre.to_vec(), profiles.to_vec()].concat(),
-            [common(), vec![(5, target(&self.rows))]].concat(),
-            // Local scattering reads nothing of the fibre but its averages.
-            [common(), of_fibre[1..].to_vec()].concat(),
-            [common(), vec![(5, target(&self.direct))]].concat(),
-        ];
         let n_threads = [rows / ROW_TEXELS as u32, rows, direct, direct];
         submit(context, |encoder| {
             let mut pass = compute_pass(encoder, stamp);
-            for ((pipeline, bindings), n) in self.pipelines.iter().zip(&bindings).zip(n_threads) {
-                let group = bind(context, &pipeline.get_bind_group_layout(0), bindings);
-                step(&mut pass, pipeline, &group, groups_of_64(n));
+            for ((pipeline, group), n) in fill.0.iter().zip(&groups).zip(n_threads) {
+                step(&mut pass, pipeline, group, groups_of_64(n));
             }
         });
+        self.groups = Some(groups);
+    }
+
+    fn bind(&self, context: &Context, fill: &Fill, optics: &GpuOptics) -> [wgpu::BindGroup; 4] {
+        let view = wgpu::BindingResource::TextureView;
+        let layout = (0, self.layout.as_entire_binding());
+        let fibre = (1, optics.shading.as_entire_binding());
+        let averages = (2, view(&optics.averages));
+        let profiles = (3, self.profiles.as_entire_binding());
+        let scratch = (4, self.scratch.as_entire_binding());
+        let [rows, direct] = [&self.rows, &self.direct].map(|to| (5, view(to)));
+        let group = |ix: usize, bindings: &[(u32, wgpu::BindingResource)]| {
+            bind(context, &fill.0[ix].get_bind_group_layout(0), bindings)
+        };
+        [
+            group(
+                0,
+                &[
+                    layout.clone(),
+                    fibre,
+                    averages.clone(),
+                    profiles,
+                    scratch.clone(),
+                ],
+            ),
+            group(1, &[layout.clone(), scratch.clone(), rows]),
+            // Local scattering reads nothing of the fibre but its averages.
+            group(2, &[layout.clone(), averages, scratch.clone()]),
+            group(3, &[layout, scratch, direct]),
+        ]
     }
 
     /// Bindings of the shading pass.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::multiple::Multiple;
+use super::multiple::{Fill, Multiple};
 use super::painted::Painted;
 use super::resources::uniform;
 use super::stamp::Stamp;
@@ -25,6 +25,8 @@ pub(super) struct Scattering {
     painted: Option<Painted>,
     /// Where tables stand for multiple scattering.
     multiple: Option<Multiple>,
+    /// What fills them, once they were needed.
+    fill: Option<Fill>,
 }
 
 impl Scattering {
@@ -38,6 +40,7 @@ impl Scattering {
                 .paint()
                 .map(|points| Painted::new(context, &scene.hair, points)),
             multiple: None,
+            fill: None,
         })
     }
 
@@ -55,7 +58,10 @@ impl Scattering {
         };
         match &mut self.multiple {
             None => {
-                self.multiple = Some(Multiple::new(context, source)?);
+                if self.fill.is_none() {
+                    self.fill = Some(Fill::new(context)?);
+                }
+                self.multiple = Some(Multiple::new(context, source));
                 Ok(true)
             }
             Some(multiple) => {
@@ -72,8 +78,8 @@ impl Scattering {
 
     /// Fills the tables of multiple scattering.
     pub fn fill_tables(&mut self, context: &Context, stamp: Stamp) {
-        if let Some(multiple) = &mut self.multiple {
-            multiple.fill(context, &self.optics, stamp);
+        if let (Some(multiple), Some(fill)) = (&mut self.multiple, &self.fill) {
+            multiple.fill(context, fill, &self.optics, stamp);
         }
     }
 
@@ -109,6 +115,9 @@ impl Scattering {
     /// groups out of date.
     pub fn update(&mut self, context: &Context, hair: &HairMaterial, report: &EditReport) -> bool {
         let written = self.optics.update(context, hair.optics(), report);
+        if let Some(multiple) = self.multiple.as_mut().filter(|_| written.needs_rebind) {
+            multiple.forget_groups();
+        }
         if report.is_rebuilt(Part::Averages) {
             let table = forward_table(hair.averages());
             let bytes = bytemuck::bytes_of(&table);

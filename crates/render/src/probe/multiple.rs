@@ -2,7 +2,7 @@
 
 use crate::gpu::Context;
 use crate::gpu_optics::GpuOptics;
-use crate::passes::multiple::Multiple;
+use crate::passes::multiple::{Fill, Multiple};
 use crate::passes::resources::{
     bind, buffer_of, compute, dispatch, failed, guarded, read_back, shader, storage, submit,
 };
@@ -52,8 +52,9 @@ pub fn gpu_multiple_answers(
     };
     guarded(context, || {
         let optics = GpuOptics::new(context, &[hair.optics()]).map_err(failed)?;
-        let mut tables = Multiple::new(context, source)?;
-        tables.fill(context, &optics, Stamp::default());
+        let mut tables = Multiple::new(context, source);
+        let fill = Fill::new(context)?;
+        tables.fill(context, &fill, &optics, Stamp::default());
         let module = shader(context, "pass/probe_multiple")?;
         let pipeline = compute(context, &module, "probe_multiple");
         let usage = wgpu::BufferUsages::STORAGE;

@@ -175,3 +175,105 @@ impl MultipleTables {
         &self.direct
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_form::{
+        Fibre, LobeView, Reflectance, TERM_GLOBAL, TERM_LOCAL, Tables, pack_averages,
+    };
+    use crate::dual_scattering::AverageTable;
+    use crate::fresnel::Fresnel;
+    use crate::multiple_tables::axes::Place;
+    use crate::multiple_tables::{Job, mix};
+    use crate::random::SplitMix64;
+    use crate::{HairParams, Lobe};
+
+    /// Half a float's digits, to the nearest.
+    fn half(value: f32) -> f32 {
+        f32::from_bits((value.to_bits() + 0x1000) & 0xffff_e000)
+    }
+
+    /// GPUs may filter with weights of eight bits: that, and half floats, change less than what the tables
+    /// err.
+    #[test]
+    fn weights_of_eight_bits_and_half_floats_do() {
+        let hair = HairParams::default();
+        let fibre = Fibre::new(&hair, &[Lobe::R], 4).expect("in range");
+        let decode = bytemuck::Zeroable::zeroed();
+        let none = LobeView {
+            decode: &decode,
+            texels: &[],
+        };
+        let shading = Shading {
+            fibre: &fibre,
+            reflectance: &Reflectance::new(Fresnel::Dielectric, hair.eta),
+            tables: Tables {
+                c: &[],
+                h_tt: &[],
+                h_trt: &[],
+                axes: bytemuck::Zeroable::zeroed(),
+            },
+            tt: none,
+            trt: none,
+        };
+        let averages = pack_averages(&AverageTable::new(&hair, Fresnel::Dielectric));
+        let terms = TERM_GLOBAL | TERM_LOCAL;
+        let source = MultipleSource::new(&shading, &averages, terms);
+        let tables = MultipleTables::new(&shading, &averages, terms, |jobs| {
+            jobs.into_iter().for_each(Job::run);
+        });
+        assert_eq!(source.terms(), tables.terms());
+        let [q, p, layers] = source.rows_size();
+        assert_eq!((q * p * layers) as usize, ROW_TEXELS * tables.rows().len());
+        let [q, p, w] = source.direct_size();
+        assert_eq!((q * p * w) as usize, tables.direct_rows().len());
+        // Both scales leave room above and digits below.
+        let MultipleLayout {
+            row_scales,
+            direct_scales,
+            ..
+        } = source.layout;
+        let rows = tables.rows().as_flattened().as_chunks::<4>().0;
+        for (rows, scales) in [(rows, row_scales), (tables.direct_rows(), direct_scales)] {
+            for channel in [0, 3] {
+                let largest = rows.iter().map(|row| row[channel].abs() / scales[channel]);
+                let largest = largest.fold(0.0, f32::max);
+                assert!((0.5..2e4).contains(&largest), "{largest}");
+            }
+        }
+        let rounded: Vec<Row> = tables.rows.iter().map(|row| row.map(half)).collect();
+        let rounded_direct: Vec<_> = tables.direct.iter().map(|row| row.map(half)).collect();
+        let mut random = SplitMix64::of_item(5, 0);
+        let mut squares = [[0.0; 2]; 3];
+        for _ in 0..4000 {
+            let mut theta = || random.uniform(-1.0, 1.0).asin() as f32;
+            let (theta_j, theta_o) = (theta(), theta());
+            let width = random.log_uniform(0.05, 2.0) as f32;
+            let place = tables.axes.place(width, theta_j, theta_o);
+            let coarse = |mut place: Place| {
+                place.fraction = place.fraction.map(|f| (256.0 * f).round() / 256.0);
+                place
+            };
+            let exact = mix(&tables.rows, &tables.axes, place);
+            let found = mix(&rounded, &tables.axes, coarse(place));
+            let place = tables.direct_axes.place(width, theta_j, theta_o);
+            let exact_direct = mix(&tables.direct, &tables.direct_axes, place);
+            let found_direct = mix(&rounded_direct, &tables.direct_axes, coarse(place));
+            let pairs = [
+                (found[0], exact[0]),
+                (found[3], exact[3]),
+                (found_direct[0], exact_direct[0]),
+            ];
+            for (squares, (found, exact)) in squares.iter_mut().zip(pairs) {
+                squares[0] += f64::from(found - exact).powi(2);
+                squares[1] += f64::from(exact).powi(2);
+            }
+        }
+        for [error, value] in squares {
+            let error = (error / value).sqrt();
+            println!("{error:.1e}");
+            assert!(error > 0.0 && error < 1.5e-3, "{error}");
+        }
+    }
+}
