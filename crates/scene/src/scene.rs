@@ -25,6 +25,7 @@ use crate::strands::Strands;
 use crate::tables::ShadingTables;
 use crate::tone::ToneMap;
 use crate::volume::{Grid, largest, power, sweep_directions};
+use strandlight_scattering::multiple_tables::MultipleSource;
 use strandlight_scattering::spherical_gaussian::solid_angle;
 
 /// Everything a frame needs. Both backends draw from this, so they see the same numbers.
@@ -264,6 +265,22 @@ impl PreparedScene {
             Scattering::Local => TERM_LOCAL,
             Scattering::Total => TERM_SINGLE | TERM_LOCAL | TERM_GLOBAL,
         }
+    }
+
+    /// Do tables of one fibre serve all points? Not where each has a fibre of its own; nor where
+    /// pictures of single modes must add up to that of all, which those of their tables do to 0.1 %.
+    #[doc(hidden)]
+    pub fn has_one_fibre(&self) -> bool {
+        self.paint.is_none() && self.reference_amplitudes.is_none()
+    }
+
+    /// What the tables are filled from that stand for multiple scattering, if they serve all points
+    /// and terms that are drawn.
+    #[doc(hidden)]
+    pub fn multiple(&self) -> Option<&MultipleSource> {
+        let wanted = self.terms() & (TERM_GLOBAL | TERM_LOCAL);
+        let source = self.hair.optics().multiple.as_ref();
+        source.filter(|source| self.has_one_fibre() && wanted & !source.terms() == 0 && wanted != 0)
     }
 
     /// Sets the amplitudes of the lights, in their order.
