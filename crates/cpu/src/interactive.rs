@@ -58,8 +58,10 @@ impl InteractiveRenderer {
     /// A renderer of `scene`; its first picture, of the scene's size, is made by
     /// [`InteractiveRenderer::advance`].
     pub fn new(scene: PreparedScene) -> InteractiveRenderer {
-        let mut report = RenderReport::default();
-        report.stats = scene.counts(stats_name());
+        let report = RenderReport {
+            stats: scene.counts(stats_name()),
+            ..RenderReport::default()
+        };
         InteractiveRenderer {
             size: scene.size,
             renderer: CpuRenderer::new(scene),

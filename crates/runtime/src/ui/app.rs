@@ -65,7 +65,7 @@ impl App {
         let (proxy, display) = (self.proxy.clone(), self.display.clone());
         let choice = match (&self.launch, &self.workspace) {
             (Some(launch), _) => launch.choice,
-            (None, Some(workspace)) => workspace.choice,
+            (None, Some(workspace)) => workspace.screen_choice(),
             (None, None) => BackendChoice::Auto,
         };
         let opening = async move {

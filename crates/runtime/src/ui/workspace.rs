@@ -360,7 +360,7 @@ impl Workspace {
     #[cfg(not(target_arch = "wasm32"))]
     fn recover(&mut self, reason: &str) -> Result<(), GpuError> {
         self.note_loss(reason);
-        let screen = Screen::open(self.window.clone(), self.display.clone(), self.choice);
+        let screen = Screen::open(self.window.clone(), self.display.clone(), self.screen_choice());
         self.take_up(pollster::block_on(screen)?);
         Ok(())
     }
@@ -371,6 +371,15 @@ impl Workspace {
         self.note_loss(reason);
         let reason = reason.to_owned();
         Err(GpuError::Lost { reason })
+    }
+
+    /// What a screen is opened for in place of one that was lost: a picture that a device draws needs
+    /// a device again.
+    pub fn screen_choice(&self) -> BackendChoice {
+        match self.viewer.renderer().device() {
+            Some(_) => BackendChoice::Gpu,
+            None => self.choice,
+        }
     }
 
     /// Goes on with the device of `screen`.
