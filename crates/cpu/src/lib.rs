@@ -29,9 +29,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod arriving;
 mod composite;
 mod data_layers;
 mod frame;
+mod interactive;
 mod list;
 mod project;
 mod proxies;
@@ -47,6 +49,7 @@ mod visible;
 mod voxelise;
 
 pub use data_layers::data_layers;
+pub use interactive::{Display, InteractiveRenderer};
 pub use renderer::CpuRenderer;
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;

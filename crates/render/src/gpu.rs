@@ -7,6 +7,7 @@ use std::time::Duration;
 use crate::limits;
 
 pub use crate::limits::Demand;
+pub use strandlight_scene::interactive::ResourceCounts;
 
 /// Why no device could be had, or why it failed later.
 #[derive(Debug, thiserror::Error)]
@@ -143,40 +144,6 @@ impl ResourceCounters {
             geometry_uploads: of(&self.geometry_uploads),
             bytes: of(&self.bytes),
             submissions: of(&self.submissions),
-        }
-    }
-}
-
-/// How much was made on a device.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ResourceCounts {
-    /// Buffers.
-    pub buffers: u64,
-    /// Textures.
-    pub textures: u64,
-    /// Pipelines compiled.
-    pub pipelines: u64,
-    /// Bind groups.
-    pub bind_groups: u64,
-    /// Times that points of the hair were written.
-    pub geometry_uploads: u64,
-    /// Bytes of all buffers and textures, those that are gone by now included.
-    pub bytes: u64,
-    /// Submissions to the queue.
-    pub submissions: u64,
-}
-
-impl ResourceCounts {
-    /// What came on top of `before`.
-    pub fn since(self, before: ResourceCounts) -> ResourceCounts {
-        ResourceCounts {
-            buffers: self.buffers - before.buffers,
-            textures: self.textures - before.textures,
-            pipelines: self.pipelines - before.pipelines,
-            bind_groups: self.bind_groups - before.bind_groups,
-            geometry_uploads: self.geometry_uploads - before.geometry_uploads,
-            bytes: self.bytes - before.bytes,
-            submissions: self.submissions - before.submissions,
         }
     }
 }

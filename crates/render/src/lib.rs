@@ -49,7 +49,6 @@ mod limits;
 #[doc(hidden)]
 pub mod passes;
 pub mod progressive;
-mod report;
 // A page opens no device of its own accord and waits for none.
 #[cfg(not(target_arch = "wasm32"))]
 #[doc(hidden)]

@@ -2,7 +2,7 @@
 //! either.
 //!
 //! - [`Session`]: a document, its edits, undo and saving.
-//! - [`Viewer`]: a session and a renderer that follows it.
+//! - [`Viewer`]: a session and a renderer that follows it, on the GPU or the CPU ([`BackendChoice`]).
 //! - [`script`]: the same without a window.
 //!
 //! ```
@@ -14,7 +14,9 @@
 //! # Ok::<(), strandlight_runtime::ScriptError>(())
 //! ```
 
+mod choice;
 mod error;
+mod interactive;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
 mod page;
 pub mod script;
@@ -26,6 +28,8 @@ pub mod viewer;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
 pub mod web;
 
+pub use choice::{BackendChoice, Chosen, CpuReason};
 pub use error::{KeyError, ScriptError, SessionError, StepError};
+pub use interactive::{Display, InteractiveBackend};
 pub use session::Session;
 pub use viewer::Viewer;

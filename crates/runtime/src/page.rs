@@ -3,8 +3,9 @@
 use std::cell::{Cell, RefCell};
 use std::path::PathBuf;
 
-use js_sys::{Array, Function, Uint8Array};
+use js_sys::{Array, Function, Promise, Uint8Array};
 use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
 use web_sys::{Blob, BlobPropertyBag, HtmlAnchorElement, Url};
 
 use crate::session::Saved;
@@ -20,6 +21,22 @@ thread_local! {
 /// Takes the function of the page that [`say`] calls.
 pub(crate) fn set_say(say: Function) {
     SAY.with_borrow_mut(|of_page| *of_page = Some(say));
+}
+
+/// Does the browser offer a GPU? A canvas that was asked for it and got none shows nothing else.
+pub async fn has_webgpu() -> bool {
+    let get = |of: &JsValue, key: &str| js_sys::Reflect::get(of, &key.into()).ok();
+    let gpu = get(&js_sys::global(), "navigator").and_then(|navigator| get(&navigator, "gpu"));
+    let Some(gpu) = gpu.filter(|gpu| !gpu.is_undefined()) else {
+        return false;
+    };
+    let request = get(&gpu, "requestAdapter").and_then(|of_gpu| of_gpu.dyn_into::<Function>().ok());
+    let asked = request.and_then(|request| request.call0(&gpu).ok());
+    let Some(answer) = asked.and_then(|answer| answer.dyn_into::<Promise>().ok()) else {
+        return false;
+    };
+    let adapter = JsFuture::from(answer).await;
+    adapter.is_ok_and(|adapter| !adapter.is_null() && !adapter.is_undefined())
 }
 
 /// Shows `text` in place of the canvas, or the canvas if it is empty.

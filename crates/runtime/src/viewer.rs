@@ -1,8 +1,8 @@
 //! A document and its picture: what window, web page and script all drive.
 //!
 //! [`Viewer`] is a [`Session`] and a [`Backend`]: whatever changes the first tells the second what
-//! of it to recompute, and no more. Windows and pages have a [`ProgressiveRenderer`]; frames of a
-//! script can come from either backend.
+//! of it to recompute, and no more. Windows and pages have an [`InteractiveBackend`], on the GPU or
+//! the CPU; frames of a script can come from any.
 
 use std::path::Path;
 use std::time::Duration;
@@ -11,12 +11,16 @@ use glam::Vec3;
 use serde_json::{Map, Value};
 use strandlight_formats::Scene;
 
+use crate::choice::{BackendChoice, Chosen, CpuReason};
 use crate::error::SessionError;
+use crate::interactive::{Display, InteractiveBackend};
 use crate::session::{Change, Edits, Saved, Session, section_of};
+use strandlight_cpu::InteractiveRenderer;
+use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
-use strandlight_render::progressive::{Progress, ProgressiveRenderer, RenderReport};
 use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
+use strandlight_scene::interactive::{Progress, RenderReport};
 use strandlight_scene::material::check_round;
 use strandlight_scene::motion::{Motion, Wind};
 use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Picker};
@@ -25,9 +29,11 @@ use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::{Backend, RenderError, SceneError};
 
 /// A scene that is open, and drawn.
-pub struct Viewer<B: Backend + ?Sized = ProgressiveRenderer> {
+pub struct Viewer<B: Backend + ?Sized = dyn InteractiveBackend> {
     session: Session,
     renderer: Box<B>,
+    /// Why the CPU draws, where that was decided.
+    cpu_reason: Option<CpuReason>,
     /// Centre and radius of the hair at rest, for the camera of a scene that has none.
     framing: (Vec3, f32),
     /// Size of the window, in place of the scene's.
@@ -54,44 +60,74 @@ impl Viewer {
         Ok(Viewer::new(context, Session::open(path)?)?)
     }
 
-    /// Shows a document.
+    /// Shows a document, drawn on the device.
     ///
     /// # Errors
     /// What cannot be drawn, by name; whatever the device refuses.
     pub fn new(context: &Context, session: Session) -> Result<Viewer, RenderError> {
-        Viewer::on(session, |scene| {
-            ProgressiveRenderer::new(context, scene).map(Box::new)
+        Viewer::on(session, |scene| -> Result<Box<dyn InteractiveBackend>, _> {
+            Ok(Box::new(ProgressiveRenderer::new(context, scene)?))
         })
     }
 
-    /// The device.
-    pub fn context(&self) -> &Context {
-        self.renderer.context()
+    /// Shows a document, drawn by what [`BackendChoice::decide`] has `chosen`. Where `choice` is
+    /// [`BackendChoice::Auto`], the CPU draws as well what the device refuses.
+    ///
+    /// # Errors
+    /// What cannot be drawn, by name; whatever the device refuses.
+    pub fn choose(
+        choice: BackendChoice,
+        chosen: Chosen,
+        session: Session,
+    ) -> Result<Viewer, SessionError> {
+        let scene = unmuted_scene(&session).map_err(RenderError::from)?;
+        let on_cpu = |scene| Box::new(InteractiveRenderer::new(scene));
+        let (renderer, reason): (Box<dyn InteractiveBackend>, _) = match chosen {
+            Chosen::Cpu(reason) => (on_cpu(scene), Some(reason)),
+            Chosen::Gpu(context) => match ProgressiveRenderer::new(&context, scene) {
+                Ok(renderer) => (Box::new(renderer), None),
+                Err(error) if choice == BackendChoice::Auto => {
+                    let scene = unmuted_scene(&session).map_err(RenderError::from)?;
+                    let reason = CpuReason::Failed(error.to_string());
+                    (on_cpu(scene), Some(reason))
+                }
+                Err(error) => return Err(error.into()),
+            },
+        };
+        let mut viewer = Viewer::with(session, renderer)?;
+        viewer.cpu_reason = reason;
+        Ok(viewer)
+    }
+
+    /// Why the CPU draws; `None` where the GPU does.
+    pub fn cpu_reason(&self) -> Option<&CpuReason> {
+        self.cpu_reason.as_ref()
     }
 
     /// Draws the picture in the size of a window instead of the scene's; a side of zero: nothing
     /// is drawn.
     ///
     /// # Errors
-    /// As [`ProgressiveRenderer::set_size`].
+    /// As [`Backend::set_size`].
     pub fn set_window(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         self.window = Some(size);
         self.renderer.set_size(size)
     }
 
-    /// Puts the document on another device, after the old one was lost.
+    /// Goes on with another device after the old one was lost: puts the document on it, unless the
+    /// CPU draws.
     ///
     /// # Errors
     /// Whatever the device refuses.
     pub fn set_context(&mut self, context: &Context) -> Result<(), RenderError> {
+        if self.renderer.device().is_none() {
+            return Ok(());
+        }
         let scene = unmuted_scene(&self.session)?;
-        self.renew_on(scene, |renderer, scene| {
-            *renderer = ProgressiveRenderer::new(context, scene)?;
-            Ok(())
-        })
+        self.renew_on(scene, |renderer, scene| renderer.set_device(context, scene))
     }
 
-    /// See [`ProgressiveRenderer::advance`].
+    /// See [`InteractiveBackend::advance`].
     ///
     /// # Errors
     /// As there.
@@ -99,12 +135,12 @@ impl Viewer {
         self.renderer.advance(budget)
     }
 
-    /// See [`ProgressiveRenderer::display`].
-    pub fn display(&self) -> &wgpu::TextureView {
+    /// See [`InteractiveBackend::display`].
+    pub fn display(&self) -> Display<'_> {
         self.renderer.display()
     }
 
-    /// See [`ProgressiveRenderer::report`].
+    /// See [`InteractiveBackend::report`].
     pub fn report(&self) -> &RenderReport {
         self.renderer.report()
     }
@@ -120,9 +156,16 @@ impl<B: Backend + ?Sized> Viewer<B> {
         open: impl FnOnce(PreparedScene) -> Result<Box<B>, RenderError>,
     ) -> Result<Viewer<B>, RenderError> {
         let scene = unmuted_scene(&session)?;
+        Viewer::with(session, open(scene)?)
+    }
+
+    /// Shows a document on a renderer that has its scene.
+    fn with(session: Session, renderer: Box<B>) -> Result<Viewer<B>, RenderError> {
+        let strands = &renderer.scene().strands;
         let mut viewer = Viewer {
-            framing: (scene.strands.centre, scene.strands.radius),
-            renderer: open(scene)?,
+            framing: (strands.centre, strands.radius),
+            renderer,
+            cpu_reason: None,
             motion: Motion::new(session.scene(), session.files()),
             session,
             window: None,

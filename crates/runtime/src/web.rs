@@ -11,10 +11,10 @@ use wasm_bindgen_futures::JsFuture;
 use web_sys::{HtmlCanvasElement, Response};
 use web_time::Instant;
 
+use crate::choice::BackendChoice;
 use crate::page::{self, words};
 use crate::session::Session;
 use crate::ui::{self, EventLog, Launch};
-use crate::viewer::Viewer;
 use strandlight_scene::files::Files;
 use strandlight_scene::tables::DEFAULT_FILE;
 
@@ -37,10 +37,8 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
         .await
         .map_err(|error| JsValue::from(error.to_string()))?;
     let launch = Launch {
-        open: Box::new(move |context| {
-            let session = Session::open_in(&path, files)?;
-            Ok(Viewer::new(context, session)?)
-        }),
+        open: Box::new(move || Session::open_in(&path, files)),
+        choice: BackendChoice::Auto,
         size: None,
         seconds: 0.0,
         log: EventLog::in_page(Instant::now()),

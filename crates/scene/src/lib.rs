@@ -24,6 +24,7 @@ pub mod budget;
 pub mod camera;
 mod error;
 pub mod files;
+pub mod interactive;
 pub mod layers;
 mod limits;
 pub mod material;

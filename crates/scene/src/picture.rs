@@ -23,12 +23,9 @@ impl Picture {
         let width = self.width.max(1);
         (0..)
             .zip(&self.rgba)
-            .map(|(ix, &[r, g, b, a]): (u32, _)| {
-                // A pixel without coverage has no colour.
-                let factor = if a > 0.0 { scale / a } else { 0.0 };
-                let [r, g, b] = tone::display([r * factor, g * factor, b * factor], tone_map);
+            .map(|(ix, &rgba): (u32, _)| {
                 let dither = tone::dither([ix % width, ix / width]);
-                [r, g, b, a].map(|value| tone::level(value, dither))
+                tone::graded(rgba, scale, tone_map).map(|value| tone::level(value, dither))
             })
             .collect()
     }

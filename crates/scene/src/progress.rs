@@ -1,6 +1,6 @@
 //! Progress of long work, reported to whoever started it.
 
-use std::time::Instant;
+use web_time::Instant;
 
 /// Shows the progress of one piece of work; called from any thread.
 pub trait Display: Send + Sync {
@@ -61,6 +61,22 @@ impl Progress {
         if let Some(display) = &self.display {
             display.finish();
         }
+    }
+}
+
+/// The end of some time.
+#[derive(Clone, Copy, Debug)]
+pub struct Deadline(Instant);
+
+impl Deadline {
+    /// After so much time from now.
+    pub fn after(time: std::time::Duration) -> Deadline {
+        Deadline(Instant::now() + time)
+    }
+
+    /// Is it still to come?
+    pub fn is_to_come(&self) -> bool {
+        Instant::now() < self.0
     }
 }
 

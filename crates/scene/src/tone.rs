@@ -16,6 +16,15 @@ pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [f32; 3] {
     rgb.map(|x| srgb_from_linear(x.clamp(0.0, 1.0)))
 }
 
+/// Linear radiance multiplied by alpha, and alpha, as straight sRGB and alpha in 0..=1; `scale` is
+/// 2^exposure.
+pub fn graded([r, g, b, a]: [f32; 4], scale: f32, tone_map: ToneMap) -> [f32; 4] {
+    // A pixel without coverage has no colour.
+    let factor = if a > 0.0 { scale / a } else { 0.0 };
+    let [r, g, b] = display([r * factor, g * factor, b * factor], tone_map);
+    [r, g, b, a.clamp(0.0, 1.0)]
+}
+
 /// Stephen Hill's fit of the ACES reference rendering and output transforms (BakingLab, 2016),
 /// linear Rec.709 in and out. The factor 1.8 undoes most of the fit's darkening of mid-tones: 0.18
 /// in is 0.23 out. Highlights desaturate and roll off to 1.

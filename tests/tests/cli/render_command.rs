@@ -75,6 +75,8 @@ fn gpu_every_backend_and_format_writes_the_picture() {
             "60x40",
             "--samples",
             "5",
+            "--backend",
+            "gpu",
         ])
         .output()
         .expect("runs");
@@ -84,6 +86,38 @@ fn gpu_every_backend_and_format_writes_the_picture() {
     assert_eq!(png("v.png"), png("gpu.png"));
 }
 
+/// Without a driver too: `auto` needs none.
+#[test]
+fn frames_of_the_viewer_on_the_cpu_are_those_of_render() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let pixels = |name: &str| {
+        let bytes = fs::read(at.join(name)).expect("written");
+        let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info();
+        let mut reader = reader.expect("a PNG");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("of a size")];
+        reader.next_frame(&mut pixels).expect("whole");
+        pixels
+    };
+    let size = ["--size", "60x40"];
+    let render = ["render", "a.toml", "-o", "c.png", "--backend", "cpu"];
+    assert_done(strandlight().current_dir(at).args(render).args(size));
+    let drawn = pixels("c.png");
+    for (name, backend) in [("v.png", "cpu"), ("w.png", "auto")] {
+        let mut view = strandview();
+        view.current_dir(at).args(["a.toml", "--frame", name]);
+        view.args(size).args(["--backend", backend]);
+        view.envs(["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|key| (key, "/nowhere")));
+        let said = assert_done(&mut view);
+        assert!(said.contains("60x40, visibility list"), "{said}");
+        assert!(pixels(name) == drawn, "{backend}");
+    }
+    let mut view = strandview();
+    view.current_dir(at).args(["a.toml", "--frame", "x.png"]);
+    assert_refused(view.args(["--backend", "cpus"]), &["auto, gpu or cpu"]);
+}
+
 #[test]
 fn gpu_a_frame_without_a_window_tells_what_it_took() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -91,7 +125,7 @@ fn gpu_a_frame_without_a_window_tells_what_it_took() {
     let output = strandview()
         .current_dir(folder.path())
         .args(["a.toml", "--frame", "v.png", "--size", "20x10"])
-        .args(["--samples", "4"])
+        .args(["--samples", "4", "--backend", "gpu"])
         .output()
         .expect("runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -136,7 +170,7 @@ fn gpu_stills_are_larger_than_what_a_device_draws_at_once() {
     assert_done(
         strandview()
             .current_dir(folder.path())
-            .args(["a.toml", "--frame", "v.png"])
+            .args(["a.toml", "--frame", "v.png", "--backend", "gpu"])
             .args(size),
     );
     let [gpu, cpu, view] = ["gpu.png", "cpu.png", "v.png"].map(seen);

@@ -84,7 +84,8 @@ fn gpu_a_script_edits_undoes_and_draws() {
     let said = assert_done(
         strandview()
             .current_dir(at)
-            .args(["a.toml", "--script", "s.json", "--out", "frames"]),
+            .args(["a.toml", "--script", "s.json", "--out", "frames"])
+            .args(["--backend", "gpu"]),
     );
     assert_eq!(said.lines().count(), 6, "{said}");
     let frame = |name: &str| mean(&at.join("frames").join(name));
@@ -148,6 +149,8 @@ fn gpu_a_farm_makes_the_frames_of_the_window() {
         "plain.json",
         "--out",
         "window",
+        "--backend",
+        "gpu",
     ]));
     for backend in ["gpu", "cpu"] {
         let args = ["render", "a.toml", "--script", "s.json", "-o", backend];

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use strandlight_cpu::CpuRenderer;
 use strandlight_formats::{BakedFile, Groom, Scene};
 use strandlight_render::ProgressiveRenderer;
-use strandlight_scene::PreparedScene;
+use strandlight_scene::{Backend, PreparedScene};
 use strandlight_tests::render_common;
 
 use crate::web_common::browser::{Browser, WITH_WEBGPU, WITHOUT_WEBGPU};
@@ -237,22 +238,73 @@ fn a_page_edits_paints_keeps_and_carries_on() {
     browser.wait_for("globalThis.devices?.length === 1");
 }
 
+/// Without samples, the title of a finished picture.
+fn is_done_on_cpu(is_saved: bool) -> String {
+    is_done(is_saved).replace(&format!("{SAMPLES}/{SAMPLES}"), "done")
+}
+
+/// What the CPU renderer draws of the page's scene without a browser.
+fn native_on_cpu(folder: &Path, size: [usize; 2]) -> Pixels {
+    let scene = Scene::read(folder.join("scene.toml")).expect("a scene");
+    let prepared = PreparedScene::load(&scene).expect("all files");
+    let (exposure, tone_map) = (prepared.exposure, prepared.tone_map);
+    let (picture, _) = CpuRenderer::new(prepared)
+        .render(size.map(|side| side as u32), SAMPLES, &|_| ())
+        .expect("a picture");
+    let texels = picture.to_srgb8(exposure, tone_map);
+    Pixels {
+        width: size[0],
+        height: size[1],
+        rgb: texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
+    }
+}
+
 #[test]
-fn without_webgpu_the_page_says_so_in_a_sentence() {
+fn without_webgpu_the_cpu_draws_the_page() {
+    let folder = page();
     let mut browser = Browser::start(WITHOUT_WEBGPU, SIZE);
-    browser.go(&serve(page()));
-    browser.wait_for("document.body.innerText.includes('WebGPU')");
-    let text = browser.evaluate("document.body.innerText");
-    let text = text.as_str().unwrap_or_default().trim().to_owned();
-    look(&mut browser, "web-without");
-    assert!(
-        text.starts_with("This page draws with WebGPU, which this browser does not offer"),
-        "{text}"
-    );
-    assert!(
-        !text.contains('\n') && text.matches(". ").count() == 0,
-        "{text}"
-    );
+    browser.before_pages("globalThis.strandview_log = [];");
+    browser.go(&serve(folder));
+    browser.wait_for(&is_done_on_cpu(true));
+    let log = browser.evaluate("strandview_log.find(line => line.includes('\"renderer\"'))");
+    let line: serde_json::Value =
+        serde_json::from_str(log.as_str().unwrap_or_default()).expect("the renderer is logged");
+    assert_eq!(line["name"], "cpu");
+    let reason = line["reason"].as_str().unwrap_or_default();
+    assert!(reason.contains("WebGPU"), "{reason}");
+
+    let [left, top, right, bottom] = place(&mut browser, "View");
+    let extent = [left, top, right - left, bottom - top].map(|x| x as usize);
+    let opened = look(&mut browser, "web-cpu-opened").part(extent);
+    let of_native = native_on_cpu(folder, [extent[2], extent[3]]);
+    let difference = opened.difference(&of_native);
+    println!("page against native, both on the CPU: {difference:.3} levels");
+    assert!(difference < 0.1, "{difference} levels");
+
+    // A slider and back.
+    let slider = place(&mut browser, "Index eta slider");
+    let middle = [(slider[0] + slider[2]) / 2.0, (slider[1] + slider[3]) / 2.0];
+    browser.drag(middle, [slider[2] - 2.0, middle[1]]);
+    browser.wait_for(&is_done_on_cpu(false));
+    browser.mouse_away();
+    let edited = look(&mut browser, "web-cpu-slid").part(extent);
+    let difference = edited.difference(&opened);
+    println!("slid against opened: {difference:.3} levels");
+    assert!(difference > 0.5, "the slider did nothing: {difference}");
+    browser.control('z');
+    browser.wait_for(&is_done_on_cpu(true));
+    let mut undone = look(&mut browser, "web-cpu-undone").part(extent);
+    assert!(undone.difference(&opened) < 0.05);
+
+    // Another view.
+    let centre = [(left + right) / 2.0, (top + bottom) / 2.0];
+    browser.drag(centre, [centre[0] + 90.0, centre[1] + 30.0]);
+    browser.mouse_away();
+    browser.wait_until("another view", |browser| {
+        undone = look(browser, "web-cpu-turned").part(extent);
+        undone.difference(&opened) > 4.0
+    });
+    assert_eq!(browser.console, Vec::<String>::new());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The window of `strandview`, on a display of its own.
 
 mod window_common;
+mod window_cpu;
 mod window_edit;
 mod window_robust;

@@ -205,6 +205,30 @@ fn a_dense_screen_gets_a_picture_of_its_pixels() {
     view.picture().assert_different(&start);
 }
 
+/// No Vulkan driver, wherever this runs.
+const NO_DRIVER: [(&str, &str); 2] = [
+    ("VK_DRIVER_FILES", "/nowhere"),
+    ("VK_ICD_FILENAMES", "/nowhere"),
+];
+
+#[test]
+fn without_a_driver_the_cpu_draws() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let auto = ["--backend", "auto"];
+    let mut view = View::open_with(&desktop, &scene.path, &auto, &NO_DRIVER);
+    let events = view.events();
+    let line = events.iter().find(|event| event["event"] == "renderer");
+    let line = line.expect("the renderer is logged");
+    assert_eq!(line["name"], "cpu");
+    let reason = line["reason"].as_str().unwrap_or_default();
+    assert!(reason.contains("no GPU adapter"), "{reason}");
+    let start = view.without_mouse();
+    assert!(start.contrast() > 10.0, "the picture shows nothing");
+    view.after("edit", |view| view.type_number("Absorption red", "6"));
+    view.without_mouse().assert_different(&start);
+    view.close();
+}
+
 #[test]
 fn without_a_display_or_a_driver_one_line_says_what_to_do() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
@@ -219,9 +243,8 @@ fn without_a_display_or_a_driver_one_line_says_what_to_do() {
     let mut command = strandview();
     command.arg(&scene.path);
     let mut command = desktop.on(command);
-    command
-        .env("VK_DRIVER_FILES", "/nowhere")
-        .env("VK_ICD_FILENAMES", "/nowhere");
+    command.args(["--backend", "gpu"]);
+    command.envs(NO_DRIVER);
     assert_refused(&mut command, &["adapter", "--backend cpu"]);
 
     let mut command = strandview();

@@ -21,9 +21,9 @@ use crate::passes::lighting::Lighting;
 use crate::passes::resources::StrandBuffers;
 use crate::passes::strand_pass::StrandPass;
 use crate::passes::volume::Volume;
-use crate::report::RenderReport;
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::{ViewUniform, view_uniform};
+use strandlight_scene::interactive::RenderReport;
 use strandlight_scene::motion::Wind;
 use strandlight_scene::scene::PreparedScene;
 

@@ -51,24 +51,7 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::sampling::PASS_SAMPLES;
 use strandlight_scene::scene::PreparedScene;
 
-pub use crate::report::{RenderReport, StageReport};
-
-/// How far the picture has come.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Progress {
-    /// Samples a pixel in the picture that is shown.
-    pub samples: u32,
-    /// Samples a pixel that it will have.
-    pub total_samples: u32,
-    /// The light of all points is that of the scene and view as they were last set; if not, the
-    /// picture is a draft.
-    pub is_shaded: bool,
-    /// Nothing is left to do.
-    pub is_done: bool,
-    /// Estimate of the noise left in the picture: root mean square of the error over root mean
-    /// square of the radiance. Unknown before there are two passes.
-    pub noise: Option<f32>,
-}
+pub use strandlight_scene::interactive::{Progress, RenderReport, StageReport};
 
 /// A scene on a device, drawn bit by bit.
 pub struct ProgressiveRenderer {
@@ -207,6 +190,7 @@ impl ProgressiveRenderer {
         Progress {
             samples,
             total_samples,
+            is_shown: samples > 0,
             is_shaded,
             is_done: self.target.is_none() || is_shaded && samples == total_samples,
             noise: self.noise.of(self.picture.shown),

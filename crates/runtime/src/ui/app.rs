@@ -8,10 +8,11 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy, OwnedDisplayHandle};
 use winit::window::{Window, WindowAttributes, WindowId};
 
-use super::document::Document;
 use super::launch::{Failure, Launch};
 use super::screen::Screen;
 use super::workspace::Workspace;
+use crate::choice::BackendChoice;
+use crate::viewer::Viewer;
 use strandlight_render::gpu::GpuError;
 
 /// Sent to the event loop when a device has come, which in a browser takes a while.
@@ -62,8 +63,13 @@ impl App {
     fn open_screen(&mut self, window: Arc<Window>) {
         self.is_opening = true;
         let (proxy, display) = (self.proxy.clone(), self.display.clone());
+        let choice = match (&self.launch, &self.workspace) {
+            (Some(launch), _) => launch.choice,
+            (None, Some(workspace)) => workspace.screen_choice(),
+            (None, None) => BackendChoice::Auto,
+        };
         let opening = async move {
-            let opened = Opened(Screen::open(window, display).await);
+            let opened = Opened(Screen::open(window, display, choice).await);
             // Without a loop there is no window left to show an error in.
             let _ = proxy.send_event(opened);
         };
@@ -103,12 +109,16 @@ impl App {
         let (Some(mut launch), Some(window)) = (self.launch.take(), self.window.clone()) else {
             return Ok(());
         };
-        let adapter = serde_json::json!({ "adapter": screen.context.adapter_name });
+        let adapter = screen.context().map(|context| &context.adapter_name);
+        let adapter = serde_json::json!({ "adapter": adapter });
         launch.log.write("device", adapter);
-        let viewer = (launch.open)(&screen.context)?;
-        let document = Document::new(&viewer);
+        let (choice, session) = (launch.choice, (launch.open)()?);
+        let viewer = Viewer::choose(choice, screen.chosen(choice)?, session)?;
+        let reason = viewer.cpu_reason().map(ToString::to_string);
+        let renderer = serde_json::json!({ "name": viewer.renderer().name(), "reason": reason });
+        launch.log.write("renderer", renderer);
         let display = self.display.clone();
-        let mut workspace = Workspace::new(window, display, screen, viewer, document, launch.log);
+        let mut workspace = Workspace::new(window, display, screen, viewer, choice, launch.log);
         workspace.set_time(launch.seconds);
         if launch.loses_device {
             workspace.lose_device();

@@ -15,9 +15,11 @@ use super::questions::{Answer, Question, Then, name_of};
 use super::view::ViewportInput;
 use super::workspace::Workspace;
 use crate::error::SessionError;
+use crate::session::Session;
 use crate::viewer::Viewer;
-use strandlight_scene::Camera;
+use strandlight_scene::interactive::Progress;
 use strandlight_scene::paint::Picker;
+use strandlight_scene::{Camera, RenderError};
 
 /// A document that cannot be saved.
 #[derive(Debug, thiserror::Error)]
@@ -449,7 +451,11 @@ impl Workspace {
 
     /// Opens another scene in place of this one, which stays if that fails.
     fn open(&mut self, path: &Path) {
-        let opened = Viewer::open(&self.screen.context, path);
+        let opened = Session::open(path).and_then(|session| {
+            let chosen = self.screen.chosen(self.choice);
+            let chosen = chosen.map_err(|error| RenderError::Gpu(error.into()))?;
+            Viewer::choose(self.choice, chosen, session)
+        });
         match opened {
             Ok(viewer) => {
                 self.viewer = viewer;
@@ -459,7 +465,7 @@ impl Workspace {
                     is_help_open: self.state.is_help_open,
                     ..UiState::default()
                 };
-                self.progress = strandlight_render::progressive::Progress::default();
+                self.progress = Progress::default();
                 self.is_stuck = false;
                 self.say(&format!("Opened {}", path.display()));
                 self.changed("opened", json!({ "path": path.display().to_string() }));
@@ -492,7 +498,7 @@ impl Workspace {
     }
 
     pub(super) fn screenshot(&mut self) {
-        let saved = self.document.screenshot(&self.screen.context, &self.viewer);
+        let saved = self.document.screenshot(&self.viewer);
         match saved {
             Ok(path) => {
                 self.say(&format!("Wrote {path}"));

@@ -9,7 +9,6 @@ mod native {
 
     use crate::ui::snapshot::{self, SnapshotError};
     use crate::viewer::Viewer;
-    use strandlight_render::gpu::Context;
 
     /// How often the files are looked at.
     const POLL: Duration = Duration::from_secs(1);
@@ -93,12 +92,8 @@ mod native {
         ///
         /// # Errors
         /// The device's or the system's word.
-        pub fn screenshot(
-            &mut self,
-            context: &Context,
-            viewer: &Viewer,
-        ) -> Result<String, SnapshotError> {
-            let png = snapshot::png(context, viewer.display())?;
+        pub fn screenshot(&mut self, viewer: &Viewer) -> Result<String, SnapshotError> {
+            let png = snapshot::png(viewer)?;
             let stem = Path::new(&self.name).file_stem().unwrap_or_default();
             let stem = stem.to_string_lossy().into_owned();
             let path = loop {
@@ -129,7 +124,6 @@ mod web {
 
     use crate::ui::snapshot::{self, SnapshotError};
     use crate::viewer::Viewer;
-    use strandlight_render::gpu::Context;
 
     /// A scene that came with a page.
     pub struct Document {
@@ -176,16 +170,12 @@ mod web {
         ///
         /// # Errors
         /// None now; a browser that refuses says so in its console.
-        pub fn screenshot(
-            &mut self,
-            context: &Context,
-            viewer: &Viewer,
-        ) -> Result<String, SnapshotError> {
+        pub fn screenshot(&mut self, viewer: &Viewer) -> Result<String, SnapshotError> {
             self.pictures += 1;
             let stem = Path::new(self.name()).file_stem().unwrap_or_default();
             let name = format!("{}-{:03}.png", stem.to_string_lossy(), self.pictures);
             let file = name.clone();
-            snapshot::png_later(context, viewer.display(), move |png| {
+            snapshot::png_later(viewer, move |png| {
                 let offered = png.and_then(|png| Ok(crate::page::download(&file, &png)?));
                 if let Err(error) = offered {
                     web_sys::console::error_1(&error.to_string().into());

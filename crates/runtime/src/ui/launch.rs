@@ -3,17 +3,20 @@
 use winit::error::{EventLoopError, OsError};
 
 use super::log::EventLog;
+use crate::choice::BackendChoice;
 use crate::error::SessionError;
-use crate::viewer::Viewer;
-use strandlight_render::gpu::{Context, GpuError};
+use crate::session::Session;
+use strandlight_render::gpu::GpuError;
 
-/// Opens the scene of a window on its device.
-pub type Open = Box<dyn FnOnce(&Context) -> Result<Viewer, SessionError>>;
+/// Opens the scene of a window.
+pub type Open = Box<dyn FnOnce() -> Result<Session, SessionError>>;
 
 /// What a window is opened with.
 pub struct Launch {
-    /// Opens the scene on a device.
+    /// Opens the scene.
     pub open: Open,
+    /// Which renderer draws it.
+    pub choice: BackendChoice,
     /// Width and height of the window in pixels; 1280 x 720 points by default.
     pub size: Option<[u32; 2]>,
     /// Seconds since the start of the scene's motion.
@@ -44,7 +47,7 @@ pub enum Failure {
     #[error("the window could not be opened: {0}")]
     Window(#[from] OsError),
     /// No device that can draw.
-    #[error("{0}; `strandlight render SCENE --backend cpu` renders without a GPU")]
+    #[error("{0}; --backend cpu draws without a GPU")]
     Gpu(#[from] GpuError),
     /// The scene cannot be shown.
     #[error(transparent)]

@@ -14,8 +14,8 @@ use super::questions::{self, Answer, Question};
 use super::view::{self, Bounds, ViewportInput};
 use super::{help, orbit, theme};
 use crate::viewer::Viewer;
-use strandlight_render::progressive::Progress;
 use strandlight_scene::Camera;
+use strandlight_scene::interactive::Progress;
 
 /// What the interface remembers between frames.
 #[derive(Debug, Default)]
@@ -194,9 +194,7 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
         *view = panel::camera::show(ui, camera, is_moved, input.bounds, changes, commands);
     });
     section(ui, "Statistics", false, changes, |ui, _| {
-        let report = input.viewer.report();
-        let context = input.viewer.context();
-        panel::statistics::show(ui, context, report, &input.progress, input.times);
+        panel::statistics::show(ui, input.viewer, &input.progress, input.times);
     });
 }
 
@@ -252,9 +250,11 @@ fn bar(ui: &mut Ui, input: &UiInput<'_>, output: &mut UiOutput) {
 fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState) {
     let progress = input.progress;
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-        let (what, share) = if progress.is_done {
+        let (what, share) = if progress.is_done && progress.total_samples == 0 {
+            ("done".to_owned(), 1.0)
+        } else if progress.is_done {
             (format!("{} samples", progress.samples), 1.0)
-        } else if progress.is_shaded {
+        } else if progress.is_shaded && progress.total_samples > 0 {
             let Progress {
                 samples,
                 total_samples,
@@ -278,8 +278,22 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState) {
             let stats = &input.viewer.report().stats;
             let text = format!("{} strands, {} lights", stats.strands, stats.lights);
             ui.label(RichText::new(text).small().color(theme::WEAK));
+            let (name, help) = renderer(input.viewer);
+            ui.label(RichText::new(name).small().color(theme::WEAK))
+                .on_hover_text(help);
         });
     });
+}
+
+/// Which renderer draws, and why.
+fn renderer(viewer: &Viewer) -> (String, String) {
+    match viewer.cpu_reason() {
+        Some(reason) => (
+            format!("CPU renderer ({})", reason.short()),
+            format!("The CPU draws: {reason}"),
+        ),
+        None => ("GPU renderer".to_owned(), viewer.renderer().name()),
+    }
 }
 
 fn notices(ui: &mut Ui, state: &mut UiState, output: &mut UiOutput) {

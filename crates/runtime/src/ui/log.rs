@@ -2,7 +2,8 @@
 //! array called `strandview_log`.
 //!
 //! Every line has `event` and `ms`, milliseconds since the program started. Events:
-//! `device` (window and device are open, the scene is read next), `first_picture` (the first
+//! `device` (the window is open, and the device if there is one; the scene is read next), `renderer` (which draws, and the
+//! reason where that is the CPU), `first_picture` (the first
 //! picture of hair on screen, a draft), `ready` (the first lit one), `places` (where controls are,
 //! pixels, whenever that changes), `drawn` (a frame of the window is on screen), `frame` (a picture
 //! has all its samples), `view` (another view), `question` (its name), `opened` (another scene),

@@ -1,5 +1,7 @@
 //! The picture as it is on screen, as a PNG.
 
+use crate::interactive::Display;
+use crate::viewer::Viewer;
 use strandlight_render::gpu::{Context, GpuError};
 
 /// Bytes of a row of a copy are a multiple of this.
@@ -37,24 +39,29 @@ pub enum SnapshotError {
     Web(#[from] crate::page::WebError),
 }
 
-/// A PNG of `view`, `rgba8unorm` in sRGB and multiplied by alpha.
+/// A PNG of what `viewer` displays.
 ///
 /// # Errors
 /// What the device or the encoder says.
 #[cfg(not(target_arch = "wasm32"))]
-pub fn png(context: &Context, view: &wgpu::TextureView) -> Result<Vec<u8>, SnapshotError> {
-    let size = view.texture().size();
-    let bytes = context.read_buffer("snapshot", &copy_of(context, view))?;
-    Ok(encode_rows(size, &bytes)?)
+pub fn png(viewer: &Viewer) -> Result<Vec<u8>, SnapshotError> {
+    match (viewer.display(), viewer.renderer().device()) {
+        (Display::Texture(view), Some(context)) => {
+            let size = view.texture().size();
+            let bytes = context.read_buffer("snapshot", &copy_of(context, view))?;
+            Ok(encode_rows(size, &bytes)?)
+        }
+        (display, _) => Ok(encode_pixels(display)?),
+    }
 }
 
 /// As `png`, without waiting: `done` is called when the picture is there.
 #[cfg(target_arch = "wasm32")]
-pub fn png_later(
-    context: &Context,
-    view: &wgpu::TextureView,
-    done: impl FnOnce(Result<Vec<u8>, SnapshotError>) + 'static,
-) {
+pub fn png_later(viewer: &Viewer, done: impl FnOnce(Result<Vec<u8>, SnapshotError>) + 'static) {
+    let (view, context) = match (viewer.display(), viewer.renderer().device()) {
+        (Display::Texture(view), Some(context)) => (view, context),
+        (display, _) => return done(encode_pixels(display).map_err(SnapshotError::from)),
+    };
     let size = view.texture().size();
     let buffer = copy_of(context, view);
     let of_callback = buffer.clone();
@@ -67,7 +74,7 @@ pub fn png_later(
     });
 }
 
-/// A buffer that the device copies `view` to, its rows of [`bytes_per_row`].
+/// A buffer that the device copies `view` (`rgba8unorm`) to, its rows of [`bytes_per_row`].
 fn copy_of(context: &Context, view: &wgpu::TextureView) -> wgpu::Buffer {
     let texture = view.texture();
     let size = texture.size();
@@ -94,6 +101,16 @@ fn copy_of(context: &Context, view: &wgpu::TextureView) -> wgpu::Buffer {
 
 fn bytes_per_row(size: wgpu::Extent3d) -> u32 {
     (4 * size.width).next_multiple_of(ROW)
+}
+
+/// The PNG of a picture in memory.
+fn encode_pixels(display: Display<'_>) -> Result<Vec<u8>, png::EncodingError> {
+    let (pixels, [width, height]) = match display {
+        Display::Pixels(shown) => (shown.pixels, shown.size),
+        Display::Texture(_) => (&[][..], [0, 0]),
+    };
+    let pixels: Vec<[u8; 4]> = pixels.iter().map(straight).collect();
+    encode(width, height, &pixels)
 }
 
 /// The PNG of texels in rows of [`bytes_per_row`].

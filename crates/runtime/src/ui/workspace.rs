@@ -17,10 +17,11 @@ use super::panel::statistics::FrameTimes;
 use super::screen::{Painted, Screen};
 use super::theme;
 use super::view::Bounds;
+use crate::choice::BackendChoice;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::GpuError;
-use strandlight_render::progressive::Progress;
 use strandlight_scene::RenderError;
+use strandlight_scene::interactive::Progress;
 
 /// Work on the picture in a frame while the user drags something, and otherwise.
 const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis(40)];
@@ -40,6 +41,8 @@ pub struct Workspace {
     pub(super) input: egui_winit::State,
     pub(super) screen: Screen,
     pub(super) viewer: Viewer,
+    /// Which renderer draws scenes.
+    pub(super) choice: BackendChoice,
     pub(super) document: Document,
     pub(super) state: UiState,
     pub(super) log: EventLog,
@@ -69,13 +72,14 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// Shows `viewer`, which draws with the device of `screen`.
+    /// Shows `viewer`, which draws with the device of `screen` or without; `choice` says how to draw
+    /// the next.
     pub fn new(
         window: Arc<Window>,
         display: Option<OwnedDisplayHandle>,
         screen: Screen,
         viewer: Viewer,
-        document: Document,
+        choice: BackendChoice,
         log: EventLog,
     ) -> Self {
         let egui = egui::Context::default();
@@ -95,8 +99,9 @@ impl Workspace {
             egui,
             input,
             screen,
+            document: Document::new(&viewer),
             viewer,
-            document,
+            choice,
             state: UiState::default(),
             log,
             progress: Progress::default(),
@@ -187,9 +192,7 @@ impl Workspace {
     }
 
     fn redraw(&mut self) -> Result<(), GpuError> {
-        // Callbacks of the device come while it is polled.
-        let _ = self.screen.context.device.poll(wgpu::PollType::Poll);
-        match self.screen.context.check("window") {
+        match self.screen.check() {
             Err(GpuError::Lost { reason }) => self.recover(&reason)?,
             Err(error) => self.fail(&error.to_string()),
             Ok(()) => {}
@@ -310,14 +313,16 @@ impl Workspace {
     }
 
     fn note_picture(&mut self) {
-        let context = &self.screen.context;
-        let device = || format!("{} ({})", context.adapter_name, context.backend);
-        if self.is_empty && self.progress.samples > 0 {
+        let device = || match self.viewer.renderer().device() {
+            Some(context) => format!("{} ({})", context.adapter_name, context.backend),
+            None => self.viewer.report().stats.backend.clone(),
+        };
+        if self.is_empty && self.progress.is_shown {
             self.is_empty = false;
             self.log
                 .write("first_picture", json!({ "device": device() }));
         }
-        if self.is_first && self.progress.is_shaded && self.progress.samples > 0 {
+        if self.is_first && self.progress.is_shaded && self.progress.is_shown {
             self.is_first = false;
             self.log.write("ready", json!({ "device": device() }));
         }
@@ -325,7 +330,9 @@ impl Workspace {
             let samples = self.progress.samples;
             self.log.write("frame", json!({ "samples": samples }));
             if std::mem::take(&mut self.loses_device) {
-                self.screen.context.device.destroy();
+                if let Some(context) = self.screen.context() {
+                    context.device.destroy();
+                }
                 self.window.request_redraw();
             }
         }
@@ -353,7 +360,7 @@ impl Workspace {
     #[cfg(not(target_arch = "wasm32"))]
     fn recover(&mut self, reason: &str) -> Result<(), GpuError> {
         self.note_loss(reason);
-        let screen = Screen::open(self.window.clone(), self.display.clone());
+        let screen = Screen::open(self.window.clone(), self.display.clone(), self.screen_choice());
         self.take_up(pollster::block_on(screen)?);
         Ok(())
     }
@@ -366,10 +373,21 @@ impl Workspace {
         Err(GpuError::Lost { reason })
     }
 
+    /// What a screen is opened for in place of one that was lost: a picture that a device draws needs
+    /// a device again.
+    pub fn screen_choice(&self) -> BackendChoice {
+        match self.viewer.renderer().device() {
+            Some(_) => BackendChoice::Gpu,
+            None => self.choice,
+        }
+    }
+
     /// Goes on with the device of `screen`.
     pub fn take_up(&mut self, screen: Screen) {
         self.screen = screen;
-        if let Err(error) = self.viewer.set_context(&self.screen.context) {
+        if let Some(context) = self.screen.context()
+            && let Err(error) = self.viewer.set_context(context)
+        {
             self.fail(&error.to_string());
         }
         // egui sends its fonts again to the new device, and remembers what was open.
@@ -398,12 +416,14 @@ fn title(name: &str, is_modified: bool, progress: &Progress) -> String {
         samples,
         total_samples,
         is_shaded,
+        is_done,
         ..
     } = progress;
     // Until an edit is shaded, the samples are those of the picture before it.
     let picture = match is_shaded {
-        true => format!("{samples}/{total_samples}"),
-        false => "shading".to_owned(),
+        true if *total_samples > 0 => format!("{samples}/{total_samples}"),
+        true if *is_done => "done".to_owned(),
+        _ => "shading".to_owned(),
     };
     format!("strandview - {name}{star} - {picture}")
 }
@@ -417,6 +437,7 @@ mod tests {
         let mut progress = Progress {
             samples: 20,
             total_samples: 20,
+            is_shown: true,
             is_shaded: true,
             is_done: true,
             noise: None,
@@ -430,5 +451,12 @@ mod tests {
             title("a.toml", false, &progress),
             "strandview - a.toml - shading"
         );
+        // A picture without samples.
+        (progress.samples, progress.total_samples) = (0, 0);
+        for (is_done, wanted) in [(false, "shading"), (true, "done")] {
+            (progress.is_shaded, progress.is_done) = (true, is_done);
+            let title = title("a.toml", false, &progress);
+            assert_eq!(title, format!("strandview - a.toml - {wanted}"));
+        }
     }
 }

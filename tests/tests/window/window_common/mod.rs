@@ -153,6 +153,10 @@ impl<'a> View<'a> {
         if !more.contains(&"--size") {
             command.args(["--size", "760x480"]);
         }
+        // A software driver is no GPU, and yet these tests are of the GPU's renderer.
+        if !more.contains(&"--backend") {
+            command.args(["--backend", "gpu"]);
+        }
         command.args(more).stderr(Stdio::piped());
         let mut command = desktop.on(command);
         command.envs(environment.iter().copied());

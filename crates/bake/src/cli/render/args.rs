@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 use strandlight_bake::aov::Group;
 use strandlight_formats::{RenderSection, Scattering};
 use strandlight_lab::transmittance::Method;
+use strandlight_runtime::BackendChoice;
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
 use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, check_frame};
@@ -80,6 +81,16 @@ pub enum Choice {
     Auto,
     Gpu,
     Cpu,
+}
+
+impl From<Choice> for BackendChoice {
+    fn from(choice: Choice) -> BackendChoice {
+        match choice {
+            Choice::Auto => BackendChoice::Auto,
+            Choice::Gpu => BackendChoice::Gpu,
+            Choice::Cpu => BackendChoice::Cpu,
+        }
+    }
 }
 
 /// Kind of the picture file.

@@ -4,9 +4,10 @@ use strandlight_cpu::CpuRenderer;
 use strandlight_lab::transmittance::{Method, point_shadows};
 use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
+use strandlight_runtime::{BackendChoice, Chosen, CpuReason};
 use strandlight_scene::{Backend, PreparedScene, RenderError};
 
-use super::args::{Args, Choice};
+use super::args::Args;
 use crate::cli::{Failure, note};
 
 /// Puts a scene on a renderer.
@@ -20,22 +21,27 @@ impl Args {
         &self,
         work: impl Fn(Open) -> Result<T, RenderError>,
     ) -> Result<T, Failure> {
-        let on_gpu = || {
-            let context = Context::new().map_err(|error| RenderError::Gpu(error.into()))?;
-            work(&|scene| Ok(Box::new(ProgressiveRenderer::new(&context, scene)?)))
+        let on_gpu = |context: &Context| {
+            work(&|scene| Ok(Box::new(ProgressiveRenderer::new(context, scene)?)))
         };
         let on_cpu = || work(&|scene| Ok(self.on_cpu(scene)));
-        let done = match self.backend {
+        let instead = |error: &dyn std::fmt::Display| {
+            note!("rendering on the CPU: {error}");
+            on_cpu()
+        };
+        let choice = match self.transmittance {
+            Method::Sweep => self.backend.into(),
             // Baselines run on the CPU only.
-            _ if self.transmittance != Method::Sweep => on_cpu(),
-            Choice::Cpu => on_cpu(),
-            Choice::Gpu => on_gpu(),
-            // It draws what the CPU draws, more slowly.
-            Choice::Auto if is_software() => on_cpu(),
-            Choice::Auto => on_gpu().or_else(|error| {
-                note!("rendering on the CPU: {error}");
-                on_cpu()
-            }),
+            _ => BackendChoice::Cpu,
+        };
+        let done = match choice.decide(Context::new) {
+            Ok(Chosen::Cpu(CpuReason::Failed(error))) => instead(&error),
+            Ok(Chosen::Cpu(_)) => on_cpu(),
+            Ok(Chosen::Gpu(context)) => match (on_gpu(&context), choice) {
+                (Err(error), BackendChoice::Auto) => instead(&error),
+                (drawn, _) => drawn,
+            },
+            Err(error) => Err(RenderError::Gpu(error.into())),
         };
         done.map_err(Failure::input)
     }
@@ -52,9 +58,4 @@ impl Args {
             }
         })
     }
-}
-
-/// Is a software rasteriser the only adapter?
-fn is_software() -> bool {
-    Context::new().is_ok_and(|context| context.is_software())
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 use strandlight_formats::nearest;
+use strandlight_runtime::BackendChoice;
 use strandlight_runtime::script::MAX_FRAMES;
 use strandlight_runtime::session::parse_value;
 use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, check_frame};
@@ -27,14 +28,16 @@ pub fn help() -> String {
                          together at most {MAX_PIXELS} pixels
                          [default: 1280x720 points for the window, else the scene's]
   --time SECONDS         Animation time in seconds, 0..={MAX_SECONDS} [default: 0]
-  --samples N            Samples per pixel, 1..={MAX_SAMPLES} [default: the scene's]
+  --samples N            Samples per pixel on the GPU, 1..={MAX_SAMPLES} [default: the scene's]
+  --backend BACKEND      Renderer: auto, gpu or cpu; auto uses the GPU if there is one, and the CPU
+                         rather than a software adapter [default: auto]
   --quiet                Print nothing on stderr except errors
   --log EVENTS.json      Write UI events to EVENTS.json as JSON Lines"
     )
 }
 
 /// All options, for suggestions when one is mistyped.
-const OPTIONS: [&str; 10] = [
+const OPTIONS: [&str; 11] = [
     "--frame",
     "--turntable",
     "--script",
@@ -43,6 +46,7 @@ const OPTIONS: [&str; 10] = [
     "--size",
     "--time",
     "--samples",
+    "--backend",
     "--quiet",
     "--log",
 ];
@@ -70,6 +74,8 @@ pub struct Args {
     pub job: Job,
     /// Folder for frames.
     pub output: Option<PathBuf>,
+    /// Which renderer draws.
+    pub backend: BackendChoice,
     /// Whether to print nothing except errors.
     pub quiet: bool,
     /// File for the events of the window.
@@ -117,6 +123,7 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
             }
             "--script" => set_job(Job::Script(value()?.into()))?,
             "--output" | "-o" | "--out" => args.output = Some(value()?.into()),
+            "--backend" => args.backend = backend(&value()?)?,
             "--log" => args.log = Some(value()?.into()),
             "--quiet" => args.quiet = true,
             "--lose-device" => args.loses_device = true,
@@ -175,6 +182,12 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
         }
         _ => Ok(args),
     }
+}
+
+fn backend(text: &str) -> Result<BackendChoice, String> {
+    let mut all = BackendChoice::ALL.into_iter();
+    let known = all.find(|choice| choice.name() == text);
+    known.ok_or(format!("--backend {text}: must be auto, gpu or cpu"))
 }
 
 fn seconds(option: &str, text: &str) -> Result<f64, String> {
@@ -242,7 +255,7 @@ mod tests {
     /// Each pair of flags is taken as it stands, or refused by a line that names both.
     #[test]
     fn every_pair_of_flags_is_taken_or_refused_by_name() {
-        const FLAGS: [(&str, &str); 10] = [
+        const FLAGS: [(&str, &str); 11] = [
             ("--frame", "a.png"),
             ("--turntable", "2"),
             ("--script", "s.json"),
@@ -252,6 +265,7 @@ mod tests {
             ("--time", "1.5"),
             ("--samples", "8"),
             ("--log", "l.json"),
+            ("--backend", "cpu"),
             ("--quiet", ""),
         ];
         // What USAGE and the help say of flags is all of these.
@@ -277,6 +291,7 @@ mod tests {
             "--time" => args.time == 1.5,
             "--samples" => args.set["render.samples"] == 8,
             "--log" => args.log == Some("l.json".into()),
+            "--backend" => args.backend == BackendChoice::Cpu,
             "--quiet" => args.quiet,
             _ => false,
         };

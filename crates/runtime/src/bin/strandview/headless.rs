@@ -9,10 +9,10 @@ use strandlight_formats::{OutputTarget, check_writable, output_target, write_fil
 use strandlight_render::gpu::Context;
 use strandlight_runtime::script::{self, Frame, Script};
 use strandlight_runtime::timings::{Made, Timings};
-use strandlight_runtime::{Session, Viewer};
+use strandlight_runtime::{CpuReason, Session, Viewer};
 use strandlight_scene::provenance::{Provenance, Recorder};
 use strandlight_scene::stats::FrameStats;
-use strandlight_scene::{Picture, RenderError, SceneError, files};
+use strandlight_scene::{Picture, RenderError, SceneError, Stats, files};
 use web_time::Instant;
 
 use crate::args::{Args, Job};
@@ -45,6 +45,16 @@ fn open(args: &Args) -> Answer<Session> {
     Ok(session)
 }
 
+/// Puts the scene on the renderer that was chosen; says why if that is the CPU for want of a GPU.
+fn viewer(args: &Args, session: Session) -> Answer<Viewer> {
+    let chosen = args.backend.decide(Context::new)?;
+    let viewer = Viewer::choose(args.backend, chosen, session)?;
+    if let (Some(CpuReason::Failed(reason)), false) = (viewer.cpu_reason(), args.quiet) {
+        let _ = writeln!(std::io::stderr(), "rendering on the CPU: {reason}");
+    }
+    Ok(viewer)
+}
+
 fn one(args: &Args, path: &Path) -> Answer<()> {
     let named = |what: String| format!("{}: {what}", path.display());
     let target = check_writable(path);
@@ -61,7 +71,7 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     // What is wrong with the scene is said before a device is opened.
     let session = open(args)?;
     let mut recorder = Recorder::new(session.files());
-    let mut viewer = Viewer::new(&Context::new()?, session)?;
+    let mut viewer = viewer(args, session)?;
     viewer.set_time(args.time)?;
     let scene = viewer.session().scene();
     let (size, samples) = (scene.render.size, scene.render.samples);
@@ -69,12 +79,12 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     if !args.quiet {
         let _ = writeln!(std::io::stderr(), "{}", FrameStats(&stats));
     }
-    let provenance = provenance(&mut recorder, &viewer, size, samples)?;
+    let provenance = provenance(&mut recorder, &viewer, size, [samples, stats.samples])?;
     write(path, &png(&viewer, &picture, &provenance)?)?;
     match target {
         // It holds the picture.
         OutputTarget::Stdout => Ok(()),
-        _ => say(line_about(path, &picture, samples)),
+        _ => say(line_about(path, &picture, &stats)),
     }
 }
 
@@ -95,7 +105,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         output_target(&path).map_err(|error| cannot_write(&path, &error))?;
     }
     check_writable(&times).map_err(|error| cannot_write(&times, &error))?;
-    let mut viewer = Viewer::new(&Context::new()?, session)?;
+    let mut viewer = viewer(args, session)?;
     viewer.set_time(args.time)?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
     let mut recorder = Recorder::new(viewer.session().files());
@@ -109,9 +119,9 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         let milliseconds = 1e3 * start.elapsed().as_secs_f64();
         let file = file_of(frame)?;
         let path = out.join(&file);
-        let provenance = provenance(&mut recorder, viewer, size, samples)?;
+        let provenance = provenance(&mut recorder, viewer, size, [samples, stats.samples])?;
         write(&path, &png(viewer, &picture, &provenance)?)?;
-        say(line_about(&path, &picture, samples))?;
+        say(line_about(&path, &picture, &stats))?;
         made.push(Made {
             file: file.display().to_string(),
             size,
@@ -123,7 +133,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         });
         Ok(())
     })?;
-    let backend = viewer.context().name();
+    let backend = viewer.renderer().name();
     let document = made.document(&args.scene.display().to_string(), &backend, opened);
     let text = serde_json::to_string_pretty(&document)? + "\n";
     write(&times, text.as_bytes())?;
@@ -135,9 +145,9 @@ fn provenance(
     recorder: &mut Recorder,
     viewer: &Viewer,
     size: [u32; 2],
-    samples: u32,
+    samples: [u32; 2],
 ) -> Result<Provenance, SceneError> {
-    let backend = viewer.context().name();
+    let backend = viewer.renderer().name();
     let session = viewer.session();
     let paint = session.own_paint();
     recorder.record_frame(
@@ -145,7 +155,7 @@ fn provenance(
         paint,
         viewer.time(),
         size,
-        [samples; 2],
+        samples,
         &backend,
     )
 }
@@ -187,9 +197,10 @@ fn cannot_write(path: &Path, error: &io::Error) -> String {
     format!("{}: cannot be written: {error}", path.display())
 }
 
-fn line_about(path: &Path, picture: &Picture, samples: u32) -> String {
+fn line_about(path: &Path, picture: &Picture, stats: &Stats) -> String {
     let (width, height) = (picture.width, picture.height);
-    format!("{}: {width}x{height}, {samples} samples", path.display())
+    let visibility = stats.visibility();
+    format!("{}: {width}x{height}, {visibility}", path.display())
 }
 
 /// Prints a line of the result; a closed pipe is no error.

@@ -18,7 +18,6 @@ pub fn run(args: &Args) -> Result<(), String> {
 /// One line that says why it could not be opened.
 #[cfg(feature = "ui")]
 pub fn run(args: &Args) -> Result<(), String> {
-    use strandlight_runtime::Viewer;
     use strandlight_runtime::session::Session;
     use strandlight_runtime::ui::{EventLog, Launch, run};
 
@@ -38,7 +37,8 @@ pub fn run(args: &Args) -> Result<(), String> {
         None => EventLog::silent(start),
     };
     let launch = Launch {
-        open: Box::new(move |context| Ok(Viewer::new(context, session)?)),
+        open: Box::new(move || Ok(session)),
+        choice: args.backend,
         size,
         seconds: args.time,
         log,

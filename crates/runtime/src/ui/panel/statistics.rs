@@ -3,8 +3,9 @@
 use egui::{Grid, RichText, Ui};
 
 use crate::ui::theme;
+use crate::viewer::Viewer;
 use strandlight_render::gpu::Context;
-use strandlight_render::progressive::{Progress, RenderReport};
+use strandlight_scene::interactive::{Progress, RenderReport};
 use strandlight_scene::material::Outcome;
 
 /// What the window knows of its own frames.
@@ -17,13 +18,8 @@ pub struct FrameTimes {
 }
 
 /// Progress, stages, what was skipped, what the last edit rebuilt, and memory.
-pub fn show(
-    ui: &mut Ui,
-    context: &Context,
-    report: &RenderReport,
-    progress: &Progress,
-    times: FrameTimes,
-) {
+pub fn show(ui: &mut Ui, viewer: &Viewer, progress: &Progress, times: FrameTimes) {
+    let (report, device) = (viewer.report(), viewer.renderer().device());
     let stats = &report.stats;
     Grid::new("counts").num_columns(2).show(ui, |ui| {
         let mut line = |name: &str, value: String, help: &str| {
@@ -36,22 +32,35 @@ pub fn show(
             Some(noise) => format!(", noise {:.1} %", 100.0 * noise),
             None => String::new(),
         };
-        line(
-            "Samples",
-            format!("{} of {}{noise}", progress.samples, progress.total_samples),
-            "Samples per pixel so far, and the estimated remaining noise",
-        );
+        match progress.total_samples {
+            0 => line(
+                "Picture",
+                format!("{} visible points", stats.visible_points),
+                "Drawn by a visibility list, without samples and noise",
+            ),
+            total => line(
+                "Samples",
+                format!("{} of {total}{noise}", progress.samples),
+                "Samples per pixel so far, and the estimated remaining noise",
+            ),
+        }
         line(
             "Window",
             format!("{:.1} ms per frame", times.frame_ms),
             "Time between window frames while rendering",
         );
-        line("Device", context.adapter_name.clone(), "Graphics adapter");
-        let kind = match context.is_software() {
-            true => format!("{} (software)", context.backend),
-            false => context.backend.clone(),
-        };
-        line("Driver", kind, "Graphics API");
+        if let Some(reason) = viewer.cpu_reason() {
+            line("Renderer", stats.backend.clone(), "What draws the picture");
+            line("", reason.to_string(), "Why the CPU draws");
+        }
+        if let Some(context) = device {
+            line("Device", context.adapter_name.clone(), "Graphics adapter");
+            let kind = match context.is_software() {
+                true => format!("{} (software)", context.backend),
+                false => context.backend.clone(),
+            };
+            line("Driver", kind, "Graphics API");
+        }
         line(
             "Hair",
             format!("{} strands, {} points", stats.strands, stats.points),
@@ -65,11 +74,13 @@ pub fn show(
             ),
             "Enabled lights, shadow sweep directions, and shadow maps",
         );
-        line(
-            "Memory",
-            format!("{:.0} MB device", report.device_bytes as f64 / 1e6),
-            "GPU buffers and textures",
-        );
+        if device.is_some() {
+            line(
+                "Memory",
+                format!("{:.0} MB device", report.device_bytes as f64 / 1e6),
+                "GPU buffers and textures",
+            );
+        }
         if let Some(peak) = times.peak_bytes {
             line(
                 "Peak",
@@ -78,9 +89,11 @@ pub fn show(
             );
         }
     });
-    stages(ui, report, context.is_software());
+    stages(ui, report, device.is_none_or(Context::is_software));
     terms(ui, report);
-    edit(ui, report);
+    if device.is_some() {
+        edit(ui, report);
+    }
 }
 
 fn stages(ui: &mut Ui, report: &RenderReport, is_software: bool) {
@@ -129,8 +142,12 @@ fn terms(ui: &mut Ui, report: &RenderReport) {
             });
     }
     if stats.points_skipped > 0 {
+        let what = match stats.visible_points {
+            0 => "outside the view",
+            _ => "that the picture does not show",
+        };
         ui.label(format!(
-            "{} points outside the view, not shaded",
+            "{} points {what}, not shaded",
             stats.points_skipped
         ));
     }

@@ -1,16 +1,69 @@
-//! What [`ProgressiveRenderer`](crate::ProgressiveRenderer) did.
+//! What windows and pages learn of a renderer that draws bit by bit: how far it has come, and what
+//! it did.
 
 use std::fmt;
 
-use crate::gpu::ResourceCounts;
-use strandlight_scene::material::EditReport;
-use strandlight_scene::stats::{DeviceStats, FrameStats, Stage, Stats, total};
+use crate::material::EditReport;
+use crate::stats::{DeviceStats, FrameStats, Stage, Stats, total};
+
+/// How far the picture has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Samples a pixel in the picture that is shown; 0 where a visibility list takes their place.
+    pub samples: u32,
+    /// Samples a pixel that it will have.
+    pub total_samples: u32,
+    /// A picture of the view as it was last set is shown, a draft perhaps.
+    pub is_shown: bool,
+    /// The light of all points is that of the scene and view as they were last set; if not, the
+    /// picture is a draft.
+    pub is_shaded: bool,
+    /// Nothing is left to do.
+    pub is_done: bool,
+    /// Estimate of the noise left in the picture: root mean square of the error over root mean
+    /// square of the radiance. Unknown before there are two passes, and where there is none.
+    pub noise: Option<f32>,
+}
+
+/// How much was made on a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ResourceCounts {
+    /// Buffers.
+    pub buffers: u64,
+    /// Textures.
+    pub textures: u64,
+    /// Pipelines compiled.
+    pub pipelines: u64,
+    /// Bind groups.
+    pub bind_groups: u64,
+    /// Times that points of the hair were written.
+    pub geometry_uploads: u64,
+    /// Bytes of all buffers and textures, those that are gone by now included.
+    pub bytes: u64,
+    /// Submissions to the queue.
+    pub submissions: u64,
+}
+
+impl ResourceCounts {
+    /// What came on top of `before`.
+    pub fn since(self, before: ResourceCounts) -> ResourceCounts {
+        ResourceCounts {
+            buffers: self.buffers - before.buffers,
+            textures: self.textures - before.textures,
+            pipelines: self.pipelines - before.pipelines,
+            bind_groups: self.bind_groups - before.bind_groups,
+            geometry_uploads: self.geometry_uploads - before.geometry_uploads,
+            bytes: self.bytes - before.bytes,
+            submissions: self.submissions - before.submissions,
+        }
+    }
+}
 
 /// One kind of work since the last edit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageReport {
-    /// Its name: `first look`, `voxelise`, `shadow maps`, `transmittance`, `shade`, `project`,
-    /// `draw`, `display`.
+    /// Its name: `first look`, `voxelise`, `shadow maps`, `transmittance`, `tables`, `shade`,
+    /// `project`, `list`, `draw`, `composite`, `display`.
     pub name: &'static str,
     /// How often it ran: maps, directions of light, slices of points, passes.
     pub runs: u32,
@@ -23,7 +76,7 @@ pub struct StageReport {
     measured_milliseconds: f64,
 }
 
-/// What the device did since the last edit, and what the scene is.
+/// What a renderer did since the last edit, and what the scene is.
 #[derive(Clone, Debug, Default)]
 pub struct RenderReport {
     /// Work by kind, in the order it first ran; what is not there was not needed.
@@ -34,7 +87,7 @@ pub struct RenderReport {
     pub edit: Option<EditReport>,
     /// What was made on the device since the last edit.
     pub counts: ResourceCounts,
-    /// Bytes on the device.
+    /// Bytes on the device; on the CPU, those of what the stages keep.
     pub device_bytes: u64,
     /// Times that all points were lit, since the start.
     pub shadings: u64,
@@ -57,7 +110,8 @@ impl RenderReport {
     }
 
     /// The same as statistics of a frame; `bytes` are those that a stage wrote, by its name.
-    pub(crate) fn frame_stats(&self, bytes: impl Fn(&str) -> u64) -> Stats {
+    #[doc(hidden)]
+    pub fn frame_stats(&self, bytes: impl Fn(&str) -> u64) -> Stats {
         let stage = |stage: &StageReport| Stage {
             name: stage.name,
             milliseconds: stage.milliseconds,
@@ -92,17 +146,20 @@ impl RenderReport {
     }
 
     /// Counts a run that was submitted.
-    pub(crate) fn ran(&mut self, name: &'static str) {
+    #[doc(hidden)]
+    pub fn ran(&mut self, name: &'static str) {
         self.stage_mut(name).runs += 1;
     }
 
     /// Adds time until results were there.
-    pub(crate) fn took(&mut self, name: &'static str, seconds: f64) {
+    #[doc(hidden)]
+    pub fn took(&mut self, name: &'static str, seconds: f64) {
         self.stage_mut(name).milliseconds += 1e3 * seconds;
     }
 
     /// Adds the time of a run by the device's clock.
-    pub(crate) fn measured(&mut self, name: &'static str, milliseconds: f64) {
+    #[doc(hidden)]
+    pub fn measured(&mut self, name: &'static str, milliseconds: f64) {
         // Time stamps come late: of a stage that has not run they belong to the report before.
         let Some(stage) = self.stages.iter_mut().find(|stage| stage.name == name) else {
             return;

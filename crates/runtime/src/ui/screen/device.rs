@@ -1,4 +1,4 @@
-//! The window's surface: what is presented to it, and what is done when it or the device is lost.
+//! The window's surface on a device: what is presented to it, and what is done when it or the device is lost.
 
 use std::sync::Arc;
 
@@ -7,32 +7,25 @@ use wgpu::CurrentSurfaceTexture as Current;
 use winit::dpi::PhysicalSize;
 use winit::window::Window;
 
+use super::painted::Painted;
+use crate::interactive::Display;
 use strandlight_render::gpu::{Context, GpuError};
 
 /// A device, the window's surface on it, and egui's renderer.
-pub struct Screen {
+pub struct DeviceScreen {
     window: Arc<Window>,
     instance: wgpu::Instance,
-    /// The device, which the viewer draws with too.
-    pub context: Context,
+    /// The device, which the viewer may draw with too.
+    context: Context,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
     renderer: Renderer,
     picture: Option<(wgpu::TextureView, egui::TextureId)>,
+    /// A picture from memory, by its version.
+    uploaded: Option<(u64, wgpu::TextureView)>,
 }
 
-/// What became of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Painted {
-    /// It is on screen.
-    Presented,
-    /// Nothing can be seen now; try when something changes.
-    Hidden,
-    /// The surface was recreated; try again.
-    Again,
-}
-
-impl Screen {
+impl DeviceScreen {
     /// Opens an adapter that can present to `window`.
     ///
     /// # Errors
@@ -40,7 +33,7 @@ impl Screen {
     pub async fn open(
         window: Arc<Window>,
         display: Option<winit::event_loop::OwnedDisplayHandle>,
-    ) -> Result<Screen, GpuError> {
+    ) -> Result<DeviceScreen, GpuError> {
         let descriptor = match display {
             Some(display) => {
                 wgpu::InstanceDescriptor::new_with_display_handle_from_env(Box::new(display))
@@ -71,7 +64,7 @@ impl Screen {
             ..config
         };
         let renderer = Renderer::new(&context.device, format, RendererOptions::default());
-        let mut screen = Screen {
+        let mut screen = DeviceScreen {
             window,
             instance,
             context,
@@ -79,9 +72,15 @@ impl Screen {
             config,
             renderer,
             picture: None,
+            uploaded: None,
         };
         screen.resize(screen.window.inner_size());
         Ok(screen)
+    }
+
+    /// The device.
+    pub fn context(&self) -> &Context {
+        &self.context
     }
 
     /// Longest side of a texture on this device.
@@ -100,8 +99,61 @@ impl Screen {
         self.surface.configure(&self.context.device, &self.config);
     }
 
-    /// The texture that egui draws `view` by.
-    pub fn picture(&mut self, view: &wgpu::TextureView) -> egui::TextureId {
+    /// The texture that egui draws the picture by.
+    pub fn picture(&mut self, display: Display<'_>) -> egui::TextureId {
+        match display {
+            Display::Texture(view) => self.show(view),
+            Display::Pixels(pixels) => {
+                let view = self.upload(&pixels);
+                self.show(&view)
+            }
+        }
+    }
+
+    /// A texture with a picture from memory; black and small before there is one.
+    fn upload(&mut self, picture: &strandlight_cpu::Display<'_>) -> wgpu::TextureView {
+        let Context { device, queue, .. } = &self.context;
+        let [width, height] = picture.size.map(|side| side.max(1));
+        let size = wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        };
+        let view = match self.uploaded.take() {
+            Some((version, view)) if version == picture.version => {
+                self.uploaded = Some((version, view.clone()));
+                return view;
+            }
+            Some((_, view)) if view.texture().size() == size => view,
+            _ => {
+                let descriptor = wgpu::TextureDescriptor {
+                    label: Some("picture"),
+                    size,
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format: wgpu::TextureFormat::Rgba8Unorm,
+                    usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+                    view_formats: &[],
+                };
+                let texture = device.create_texture(&descriptor);
+                texture.create_view(&wgpu::TextureViewDescriptor::default())
+            }
+        };
+        if !picture.pixels.is_empty() {
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(4 * width),
+                rows_per_image: None,
+            };
+            let bytes = picture.pixels.as_flattened();
+            queue.write_texture(view.texture().as_image_copy(), bytes, layout, size);
+        }
+        self.uploaded = Some((picture.version, view.clone()));
+        view
+    }
+
+    fn show(&mut self, view: &wgpu::TextureView) -> egui::TextureId {
         match &mut self.picture {
             Some((known, id)) if known == view => *id,
             Some((known, id)) => {

@@ -1,0 +1,316 @@
+//! The renderer for windows and pages: the picture of the scene as it was last set, in the bytes
+//! that a screen shows.
+
+use std::ops::Range;
+use std::time::Duration;
+
+use rayon::prelude::*;
+use strandlight_formats::{Background, Scattering, SrbfLight};
+use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::budget::check_target;
+use strandlight_scene::interactive::{Progress, RenderReport};
+use strandlight_scene::motion::Wind;
+use strandlight_scene::paint::Paint;
+use strandlight_scene::progress::{Deadline, timed};
+use strandlight_scene::proxy::Proxy;
+#[cfg(not(target_arch = "wasm32"))]
+use strandlight_scene::stats::Observer;
+use strandlight_scene::tone::{self, ToneMap};
+use strandlight_scene::{Backend, Camera, Picture, PreparedScene, RenderError, Stats};
+
+use super::CpuRenderer;
+
+/// What a screen shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Display<'a> {
+    /// Tone-mapped sRGB times alpha, and alpha, row by row from the top.
+    pub pixels: &'a [[u8; 4]],
+    /// Width and height; zero before there is a picture.
+    pub size: [u32; 2],
+    /// Another number for every other picture of a renderer.
+    pub version: u64,
+}
+
+/// A scene drawn on the CPU for a screen: setters, those of [`Backend`], say what is to be drawn and
+/// return at once, [`InteractiveRenderer::advance`] works on it, and
+/// [`InteractiveRenderer::display`] is the last picture meanwhile.
+pub struct InteractiveRenderer {
+    renderer: CpuRenderer,
+    /// Of the pictures to come; a side of zero: none is drawn.
+    size: [u32; 2],
+    pixels: Vec<[u8; 4]>,
+    /// Of `pixels`.
+    shown: [u32; 2],
+    version: u64,
+    /// Of the renderer's picture that is shown.
+    frame_version: u64,
+    /// Is there a picture of the view and size as last set?
+    is_shown: bool,
+    /// Is it lit as the scene was last set?
+    is_shaded: bool,
+    /// And nothing left to do?
+    is_done: bool,
+    report: RenderReport,
+    shadings: u64,
+}
+
+impl InteractiveRenderer {
+    /// A renderer of `scene`; its first picture, of the scene's size, is made by
+    /// [`InteractiveRenderer::advance`].
+    pub fn new(scene: PreparedScene) -> InteractiveRenderer {
+        let report = RenderReport {
+            stats: scene.counts(stats_name()),
+            ..RenderReport::default()
+        };
+        InteractiveRenderer {
+            size: scene.size,
+            renderer: CpuRenderer::new(scene),
+            pixels: Vec::new(),
+            shown: [0, 0],
+            version: 0,
+            frame_version: 0,
+            is_shown: false,
+            is_shaded: false,
+            is_done: false,
+            report,
+            shadings: 0,
+        }
+    }
+
+    /// Works on the picture for about `budget`, one step at least.
+    ///
+    /// # Errors
+    /// A picture that is too large.
+    // Steps take some milliseconds, up to 80 on two cores (the shadow volume of 480,000 points).
+    pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+        if self.is_resting() {
+            return Ok(self.progress());
+        }
+        if !self.renderer.has_steps(self.size) {
+            let (size, samples) = (self.size, self.scene().samples);
+            let (picture, stats) = self.renderer.draw(size, samples, &|_| ())?;
+            self.show(&picture, stats);
+            (self.is_shaded, self.is_done) = (true, true);
+            return Ok(self.progress());
+        }
+        let advance = self.renderer.advance(self.size, Deadline::after(budget));
+        if advance.version != self.frame_version
+            && let Some(picture) = self.renderer.shown(self.size)
+        {
+            self.frame_version = advance.version;
+            let stats = self.renderer.take_stats();
+            self.show(&picture, stats);
+        }
+        self.is_shaded = advance.is_complete;
+        self.is_done = advance.is_done;
+        Ok(self.progress())
+    }
+
+    /// How far the picture has come. It has no samples.
+    pub fn progress(&self) -> Progress {
+        Progress {
+            is_shown: self.is_shown,
+            is_shaded: self.is_shaded,
+            is_done: self.is_resting(),
+            ..Progress::default()
+        }
+    }
+
+    /// The last picture, of the size that was set last from the first picture of that size on.
+    pub fn display(&self) -> Display<'_> {
+        Display {
+            pixels: &self.pixels,
+            size: self.shown,
+            version: self.version,
+        }
+    }
+
+    /// What was recomputed since the last edit, and what that took.
+    pub fn report(&self) -> &RenderReport {
+        &self.report
+    }
+
+    /// Nothing is drawn, or all of it is.
+    fn is_resting(&self) -> bool {
+        self.is_done || self.size.contains(&0)
+    }
+
+    /// The picture is no longer that of the scene.
+    fn edited(&mut self) {
+        if self.is_done {
+            self.report.stages.clear();
+        }
+        (self.is_shaded, self.is_done) = (false, false);
+    }
+
+    /// Nor that of the view.
+    fn turned(&mut self) {
+        self.edited();
+        self.is_shown = false;
+    }
+
+    /// Takes up a picture, and what it took.
+    fn show(&mut self, picture: &Picture, stats: Stats) {
+        let scene = self.renderer.scene();
+        let grade = (scene.exposure.exp2(), scene.tone_map);
+        let ((), seconds) = timed(|| levels(picture, grade, &mut self.pixels));
+        self.shown = [picture.width, picture.height];
+        self.version += 1;
+        self.is_shown = true;
+        let report = &mut self.report;
+        for stage in &stats.stages {
+            report.ran(stage.name);
+            report.took(stage.name, 1e-3 * stage.milliseconds);
+        }
+        report.ran("display");
+        report.took("display", seconds);
+        let is_lit = stats.stages.iter().any(|stage| stage.name == "shade");
+        self.shadings += u64::from(is_lit);
+        report.shadings = self.shadings;
+        report.stats = stats;
+    }
+}
+
+/// What draws, as statistics name it.
+fn stats_name() -> String {
+    format!("cpu: {} threads", rayon::current_num_threads())
+}
+
+/// What a screen shows of `picture`: the twin of `show` in `shaders/pass/display.wgsl`.
+fn levels(picture: &Picture, (scale, tone_map): (f32, ToneMap), pixels: &mut Vec<[u8; 4]>) {
+    pixels.resize(picture.rgba.len(), [0; 4]);
+    let width = picture.width.max(1) as usize;
+    let rows = pixels
+        .par_chunks_mut(width)
+        .zip(picture.rgba.par_chunks(width));
+    rows.enumerate().for_each(|(y, (pixels, row))| {
+        // Much of a picture is one colour: what is behind the hair.
+        let mut last = ([0.0; 4], tone::graded([0.0; 4], scale, tone_map));
+        for (x, (pixel, &rgba)) in pixels.iter_mut().zip(row).enumerate() {
+            if rgba != last.0 {
+                last = (rgba, tone::graded(rgba, scale, tone_map));
+            }
+            let [r, g, b, a] = last.1;
+            let dither = tone::dither([x as u32, y as u32]);
+            *pixel = [r * a, g * a, b * a, a].map(|value| tone::level(value, dither));
+        }
+    });
+}
+
+impl Backend for InteractiveRenderer {
+    fn name(&self) -> String {
+        self.renderer.name()
+    }
+
+    fn scene(&self) -> &PreparedScene {
+        self.renderer.scene()
+    }
+
+    fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
+        self.report.stats = scene.counts(stats_name());
+        self.renderer.set_scene(scene)?;
+        self.turned();
+        Ok(())
+    }
+
+    fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
+        self.renderer.set_hair(hair, modes)?;
+        self.edited();
+        Ok(())
+    }
+
+    fn set_scattering(&mut self, scattering: Scattering) {
+        self.renderer.set_scattering(scattering);
+        self.edited();
+    }
+
+    fn set_densities(&mut self, densities: [f32; 2]) {
+        self.renderer.set_densities(densities);
+        self.edited();
+    }
+
+    fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
+        self.renderer.set_lights(lights)?;
+        self.edited();
+        Ok(())
+    }
+
+    fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
+        self.renderer.set_light_colors(rgb)?;
+        self.edited();
+        Ok(())
+    }
+
+    fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
+        self.renderer.set_points(points)?;
+        self.edited();
+        Ok(())
+    }
+
+    fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
+        self.renderer.set_radii(radii)?;
+        self.edited();
+        Ok(())
+    }
+
+    fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
+        let is_moved = self.renderer.set_wind(wind)?;
+        self.edited();
+        Ok(is_moved)
+    }
+
+    fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
+        self.renderer.set_paint(paint, changed)?;
+        self.edited();
+        Ok(())
+    }
+
+    fn set_proxies(&mut self, proxies: Vec<Proxy>) {
+        self.renderer.set_proxies(proxies);
+        self.edited();
+    }
+
+    fn set_camera(&mut self, camera: Camera) {
+        if self.scene().camera != camera {
+            self.renderer.set_camera(camera);
+            self.turned();
+        }
+    }
+
+    fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
+        if self.size == size {
+            return Ok(());
+        }
+        if !size.contains(&0) {
+            check_target(size)?;
+            self.renderer.set_size(size)?;
+        }
+        self.size = size;
+        self.turned();
+        Ok(())
+    }
+
+    /// Of pictures by samples alone, which a screen is not shown.
+    fn set_samples(&mut self, samples: u32) {
+        self.renderer.set_samples(samples);
+    }
+
+    fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background) {
+        self.renderer.set_grade(exposure, tone_map, background);
+        self.edited();
+    }
+
+    fn shade_view_only(&mut self) {
+        self.renderer.shade_view_only();
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn render(
+        &mut self,
+        size: [u32; 2],
+        samples: u32,
+        observer: Observer,
+    ) -> Result<(Picture, Stats), RenderError> {
+        self.renderer.render(size, samples, observer)
+    }
+}

@@ -1,0 +1,138 @@
+//! The window with the CPU renderer: the same edits, and no work at rest.
+
+use std::path::Path;
+
+use serde_json::Value;
+use strandlight_tests::{assert_done, strandview};
+
+use crate::window_common::{Desktop, SAME, Shot, SmallScene, View};
+
+const CPU: [&str; 2] = ["--backend", "cpu"];
+
+/// The `renderer` line of the log: its name, and why it was taken.
+fn renderer(view: &View) -> [String; 2] {
+    let events = view.events();
+    let line = events.iter().find(|event| event["event"] == "renderer");
+    let line = line.expect("the renderer is logged");
+    ["name", "reason"].map(|key| line[key].as_str().unwrap_or_default().to_owned())
+}
+
+/// Milliseconds from the last `event` of the log to the frame that shows it.
+fn latency(view: &View, event: &str) -> f64 {
+    let events = view.events();
+    let at = events.iter().rposition(|line| line["event"] == event);
+    let rest = &events[at.expect("it is logged")..];
+    let drawn = rest.iter().find(|line| line["event"] == "drawn");
+    let ms = |line: &Value| line["ms"].as_f64().unwrap_or(f64::NAN);
+    ms(drawn.expect("it is drawn")) - ms(&rest[0])
+}
+
+fn png(path: &Path) -> Shot {
+    let bytes = std::fs::read(path).expect("a picture");
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+        .read_info()
+        .expect("a PNG");
+    let mut buffer = vec![0; reader.output_buffer_size().expect("a small picture")];
+    let info = reader.next_frame(&mut buffer).expect("a PNG");
+    let channels = info.color_type.samples();
+    let texels = buffer[..info.buffer_size()].chunks_exact(channels);
+    Shot {
+        width: info.width as usize,
+        height: info.height as usize,
+        rgb: texels.flat_map(|texel| texel[..3].to_vec()).collect(),
+    }
+}
+
+#[test]
+fn the_cpu_follows_edits_views_strokes_and_sizes() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    let [name, reason] = renderer(&view);
+    assert_eq!(name, "cpu");
+    assert!(reason.contains("--backend cpu"), "{reason}");
+    assert!(
+        view.title().ends_with("small.toml - done"),
+        "{}",
+        view.title()
+    );
+    let start = view.without_mouse();
+    assert!(start.contrast() > 10.0, "the picture shows nothing");
+
+    // A slider.
+    let slider = view.middle("Index eta slider");
+    view.after("edit", |view| view.drag(1, slider, [25, 0]));
+    println!("slider to pixels: {:.1} ms", latency(&view, "edit"));
+    assert!(view.without_mouse().difference(&start) > 2.0 * SAME);
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.without_mouse().assert_same(&start);
+
+    // The view.
+    let middle = view.middle("View");
+    view.after("view", |view| view.drag(1, middle, [60, 20]));
+    println!("orbit to pixels: {:.1} ms", latency(&view, "view"));
+    view.without_mouse().assert_different(&start);
+    view.after("view", |view| view.key("Home"));
+    view.without_mouse().assert_same(&start);
+
+    // A stroke.
+    let [left, top, right, bottom] = view.place("View");
+    let from = [left + (right - left) / 3, (top + bottom) / 2];
+    view.key("b");
+    view.after("stroke", |view| view.drag(1, from, [(right - left) / 3, 0]));
+    view.key("b");
+    let painted = view.without_mouse();
+    assert!(painted.difference(&start) > 2.0 * SAME);
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.without_mouse().assert_same(&start);
+
+    // Another size and back: the picture has as many pixels as there is room for.
+    view.after("resized", |view| view.resize(900, 560));
+    let large = view.without_mouse();
+    assert_eq!([large.width, large.height], [900 - 348, 560 - 32 - 24]);
+    assert!(large.contrast() > 10.0, "the picture shows nothing");
+    view.after("resized", |view| view.resize(760, 480));
+    view.without_mouse().assert_same(&start);
+
+    // A picture as a file is what is on screen, and what is drawn without a window.
+    view.key("p");
+    view.wait_for_next("picture", 0);
+    let kept = png(&scene.folder.path().join("small-001.png"));
+    kept.assert_same(&start);
+    let frame = scene.folder.path().join("frame.png");
+    let size = format!("{}x{}", start.width, start.height);
+    let mut command = strandview();
+    command.arg(&scene.path).args(CPU).args(["--size", &size]);
+    let said = assert_done(command.arg("--frame").arg(&frame));
+    assert!(said.contains("visibility list"), "{said}");
+    png(&frame).assert_same(&start);
+    view.close();
+}
+
+#[test]
+fn a_finished_picture_of_the_cpu_is_left_alone() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    view.assert_at_rest("opened");
+    view.after("edit", |view| view.type_number("Absorption red", "6"));
+    view.move_to(view.middle("View"));
+    view.assert_at_rest("edited");
+}
+
+#[test]
+fn without_a_hardware_gpu_the_cpu_draws_and_the_window_says_why() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let view = View::open(&desktop, &scene.path, &["--samples", "64"]);
+    assert!(renderer(&view)[0].starts_with("gpu: "));
+    let of_gpu = view.without_mouse();
+    view.close();
+    let view = View::open(&desktop, &scene.path, &["--backend", "auto"]);
+    let [name, reason] = renderer(&view);
+    // Whoever runs this on a machine with a GPU sees that one drawing.
+    if name == "cpu" {
+        assert!(reason.contains("is a software driver"), "{reason}");
+    }
+    // The same picture up to the noise of samples.
+    let difference = view.without_mouse().difference(&of_gpu);
+    println!("{name} against the GPU renderer: {difference:.2} levels");
+    assert!(difference < 8.0, "{difference}");
+}
