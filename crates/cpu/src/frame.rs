@@ -135,6 +135,8 @@ pub(super) struct Frame {
     through: Option<Unblocked>,
     /// That of the view before, for drafts.
     through_before: Option<Unblocked>,
+    /// Are there points that tables serve? Unknown after an edit of the paint.
+    needs_tables: Option<bool>,
     multiple: Option<MultipleTables>,
     arriving: Option<Arriving>,
     /// That of the view before, and its visible points.
@@ -291,6 +293,9 @@ impl Frame {
         if edit == Edit::Background {
             self.version += 1;
         }
+        if matches!(edit, Edit::Paint | Edit::PaintKinds) {
+            self.needs_tables = None;
+        }
         self.was_turned |= edit == Edit::View && self.is_drawn;
     }
 
@@ -431,7 +436,7 @@ impl Frame {
             Some(maps)
         } else if !self.has_records() {
             Some(Stage::Transmittance)
-        } else if self.multiple.is_none() && needs_tables(picturing.scene) {
+        } else if self.multiple.is_none() && self.needs_tables == Some(true) {
             Some(Stage::MultipleTables)
         } else if self.quality() != Some(Quality::Whole) {
             Some(Stage::Shade)
@@ -452,6 +457,7 @@ impl Frame {
             self.stats = scene.counts(format!("cpu: {threads} threads"));
         }
         self.prepare_lights(scene);
+        self.needs_tables.get_or_insert_with(|| needs_tables(scene));
         let Some(stage) = self.next(picturing) else {
             self.is_drawn = true;
             return false;
@@ -695,7 +701,7 @@ impl Frame {
         let tables = self
             .multiple
             .as_ref()
-            .filter(|tables| needs_tables(scene) && serve(tables, scene));
+            .filter(|tables| self.needs_tables == Some(true) && serve(tables, scene));
         let n_places = visible.points.len();
         let shading = self.shading.get_or_insert_with(|| {
             let mut shading = Shading {

@@ -52,7 +52,8 @@ pub(super) struct Advance {
 
 impl CpuRenderer {
     /// A renderer of `scene`.
-    pub fn new(scene: PreparedScene) -> CpuRenderer {
+    pub fn new(mut scene: PreparedScene) -> CpuRenderer {
+        scene.hair.keep_plain();
         CpuRenderer {
             scene,
             frame: Frame::default(),
@@ -172,7 +173,8 @@ impl Backend for CpuRenderer {
         &self.scene
     }
 
-    fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
+    fn set_scene(&mut self, mut scene: PreparedScene) -> Result<(), RenderError> {
+        scene.hair.keep_plain();
         (self.scene, self.rest, self.drawn) = (scene, None, None);
         self.waiting.clear();
         self.frame = Frame::default();

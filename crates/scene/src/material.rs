@@ -267,6 +267,8 @@ pub struct HairMaterial {
     modes: Vec<Lobe>,
     is_multiple: bool,
     paint: Option<PaintKinds>,
+    /// Are the parts of hair that is not painted there beside those of painted hair?
+    keeps_plain: bool,
     /// Of TT and TRT, as the following.
     rows: [Option<LobeRows>; 2],
     energies: [Option<Energies>; 2],
@@ -299,6 +301,7 @@ impl HairMaterial {
             modes: Vec::new(),
             is_multiple: false,
             paint: None,
+            keeps_plain: false,
             rows: [None, None],
             energies: [None, None],
             shapes: [None, None],
@@ -356,6 +359,13 @@ impl HairMaterial {
         Ok(self.update(self.optics.fibre, Default::default(), false))
     }
 
+    /// Keeps the parts of hair that is not painted where some is: points without paint are shaded by them.
+    #[doc(hidden)]
+    pub fn keep_plain(&mut self) -> EditReport {
+        self.keeps_plain = true;
+        self.update(self.optics.fibre, Default::default(), false)
+    }
+
     /// What of the hair is painted; [`None`] if nothing is.
     pub fn paint(&self) -> Option<PaintKinds> {
         self.paint
@@ -409,7 +419,8 @@ impl HairMaterial {
             let needed = match rule.part {
                 Part::Fibre => true,
                 Part::Reflectance => of_modes,
-                part if part.is_painted() != self.paint.is_some() => false,
+                part if part.is_painted() && self.paint.is_none() => false,
+                part if !part.is_painted() && self.paint.is_some() && !self.keeps_plain => false,
                 Part::Averages | Part::Multiple | Part::PaintedAverages => self.is_multiple,
                 _ => of_modes,
             };

@@ -1,6 +1,4 @@
-//! Lights as vectors, and what a point answers to them.
-
-use super::single_scattering::Seen;
+//! Lights as vectors.
 
 /// Spherical Gaussian lights, laid out for eight at a time: narrow ones first, so that the lanes of
 /// a vector ask for as many nodes. Lights are called by their index in the list that they were made
@@ -37,32 +35,5 @@ impl WideLights {
     /// Are there none?
     pub fn is_empty(&self) -> bool {
         self.lights.is_empty()
-    }
-}
-
-/// What a point sends to the eye of lights by single scattering: integrals of a light of amplitude 1
-/// against S cos(theta_i), without shadow. One buffer serves many points.
-#[derive(Clone, Debug, Default)]
-pub struct Responses {
-    /// One for each light and mode that is not 0.
-    pub(super) entries: Vec<Response>,
-    pub(super) seen: Seen,
-}
-
-/// Of one light, by one mode.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Response {
-    /// Index of the light in the list.
-    pub light: u32,
-    /// 0, 1, 2: R, TT, TRT.
-    pub mode: u32,
-    /// Linear RGB.
-    pub rgb: [f32; 3],
-}
-
-impl Responses {
-    /// All of the last point.
-    pub fn entries(&self) -> &[Response] {
-        &self.entries
     }
 }

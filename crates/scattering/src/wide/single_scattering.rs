@@ -14,7 +14,7 @@ use super::azimuthal_r::{Columns, azimuthal_r};
 use super::dispatch;
 use super::eccentric::eta_star;
 use super::frame::{Directions, Lags, cos_view, lags_between};
-use super::lights::{Response, Responses, WideLights};
+use super::lights::WideLights;
 use super::lobes::SampleLobes;
 use super::math::{cos, exp};
 use super::outer_integral::{OuterRules, outer_bound, outer_rules};
@@ -101,6 +101,33 @@ pub fn single_scattering<S: Simd, L: SampleLobes>(
     responses.seen = seen;
 }
 
+/// What a point sends to the eye of lights by single scattering: integrals of a light of amplitude 1
+/// against S cos(theta_i), without shadow. One buffer serves many points.
+#[derive(Clone, Debug, Default)]
+pub struct Responses {
+    /// One for each light and mode that is not 0.
+    entries: Vec<Response>,
+    seen: Seen,
+}
+
+/// Of one light, by one mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Response {
+    /// Index of the light in the list.
+    pub light: u32,
+    /// 0, 1, 2: R, TT, TRT.
+    pub mode: u32,
+    /// Linear RGB.
+    pub rgb: [f32; 3],
+}
+
+impl Responses {
+    /// All of the last point.
+    pub fn entries(&self) -> &[Response] {
+        &self.entries
+    }
+}
+
 /// Leaves out most of what hardly counts, and counts the rest of it for that: right in the mean.
 #[derive(Clone, Copy, Debug)]
 pub struct Roulette {
@@ -175,7 +202,7 @@ impl Roulette {
 
 /// Lights in the frame of a fibre.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seen {
+struct Seen {
     /// Their places in [`WideLights`].
     wanted: Vec<u32>,
     /// theta_j, lambda_j^2, kappa_j = 2 cos(theta_j) / lambda_j^2, and the lag: sin(phi/2), cos(phi/2),
