@@ -102,7 +102,7 @@ fn interactive_pictures_end_as_fresh_ones() {
         {"set": {"hair.eta": 1.7}},
         {"set": {"hair.sigma_a": [0.1, 0.4, 0.8]}},
         {"set": {"lights.muted": [1]}},
-        {"set": {"lights.tint": [1, 0.5, 0.2]}},
+        {"set": {"lights.tint": [0.5, 0.5, 0.5]}},
         {"set": {"lights.muted": []}},
         {"set": {"camera.position": [1, -2, 12]}},
         {"set": {"camera.position": [2, -2, 12]}},
