@@ -12,6 +12,9 @@
 // #if PAINTED
 // #import lib/paint
 // #endif
+// #if TABLES
+// #import lib/multiple_tables
+// #endif
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> batch: Batch;
@@ -44,6 +47,14 @@
 
 // Unblocked shares by shadow maps, [shadow_index / 4][point], eight bits a slot.
 @group(0) @binding(17) var<storage, read> visibility: array<u32>;
+
+// #if TABLES
+// Multiple scattering of the fibre by look-up, see lib/multiple_tables.
+@group(0) @binding(18) var<uniform> tables: MultipleLayout;
+@group(0) @binding(19) var rows: texture_3d<f32>;
+@group(0) @binding(21) var direct: texture_3d<f32>;
+@group(0) @binding(22) var linear: sampler;
+// #endif
 
 // The terms that are drawn; the others are not part of the pipeline.
 override TERMS: u32 = 7u;
@@ -170,6 +181,11 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         }
         let direct_power = max(unblocked, unblocked_tt) * light.power;
         let source = light_in_frame(frame * light.direction, light.lambda);
+// #if TABLES
+        let towards = source.direction;
+        let cos_delta = clamp(
+            eye.cos_phi * towards.cos_phi + eye.sin_phi * towards.sin_phi, -1.0, 1.0);
+// #endif
         if (TERMS & TERM_SINGLE) != 0u && direct_power >= batch.min_power {
             let shares = vec3f(unblocked, unblocked_tt, unblocked);
             let scattered = shadowed_single_scattering(
@@ -178,7 +194,12 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             evaluated.x++;
         }
         if (TERMS & TERM_LOCAL) != 0u && direct_power * batch.max_local >= batch.min_power {
+// #if TABLES
+            let scattered = multiple_direct_at(tables, direct, linear,
+                towards.theta, towards.cos_theta, eye.theta, cos_delta, light.lambda);
+// #else
             let scattered = direct_local_scattering(source, eye, averages, row);
+// #endif
             let factor = batch.density_back * unblocked * light.solid_angle;
             sum += factor * light.rgb * scattered;
             evaluated.y++;
@@ -196,16 +217,34 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         let gained = batch.density_forward * arriving.gained;
         let power = max(max(gained.x, gained.y), gained.z) * light.power;
         let radiance_in = light.solid_angle * gained * light.rgb;
-        if (TERMS & TERM_GLOBAL) != 0u && power >= batch.min_power {
-            let scattered = global_scattering(
+        let has_global = (TERMS & TERM_GLOBAL) != 0u && power >= batch.min_power;
+        let has_local =
+            (TERMS & TERM_LOCAL) != 0u && power * batch.max_local >= batch.min_power;
+// #if TABLES
+        if !(has_global || has_local) {
+            continue;
+        }
+        let scattered = multiple_at(
+            tables, rows, linear, towards.theta, eye.theta, cos_delta, arriving.sigma_f);
+// #endif
+        if has_global {
+// #if TABLES
+            let global = scattered.global;
+// #else
+            let global = global_scattering(
                 source.direction, eye, arriving.sigma_f, shading, lobes_tt, lobes_trt);
-            sum += radiance_in * scattered;
+// #endif
+            sum += radiance_in * global;
             evaluated.z++;
         }
-        if (TERMS & TERM_LOCAL) != 0u && power * batch.max_local >= batch.min_power {
-            let scattered =
+        if has_local {
+// #if TABLES
+            let local = scattered.local;
+// #else
+            let local =
                 local_scattering(source.direction, eye, arriving.sigma_f, averages, row);
-            sum += batch.density_back * radiance_in * scattered;
+// #endif
+            sum += batch.density_back * radiance_in * local;
             evaluated.w++;
         }
     }

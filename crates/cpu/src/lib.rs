@@ -29,6 +29,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod arriving;
 mod composite;
 mod data_layers;
 mod frame;

@@ -100,9 +100,18 @@ pub(super) struct VisibilityList {
     pub counts: [u64; 2],
 }
 
-impl VisibilityList {
-    /// The list of `strands` before and behind `proxies` as `view` sees them.
-    pub fn new(view: &ViewUniform, strands: &Strands, proxies: &ProxyRecords) -> VisibilityList {
+/// A list that is being made, some tiles at a time.
+pub(super) struct Listing {
+    points: Vec<ScreenPoint>,
+    bins: Vec<Bins>,
+    tiles_across: u32,
+    n_tiles: usize,
+    tiles: Vec<Tile>,
+}
+
+impl Listing {
+    /// Projects `strands` as `view` sees them, and sorts their segments into tiles.
+    pub fn new(view: &ViewUniform, strands: &Strands) -> Listing {
         let points: Vec<ScreenPoint> = strands
             .points
             .par_iter()
@@ -110,32 +119,61 @@ impl VisibilityList {
             .map(|(point, tangent)| screen_point(view, point, tangent))
             .collect();
         let [width, height] = view.size;
-        let tiles_across = [width.div_ceil(TILE), height.div_ceil(TILE)];
+        let tiles = [width.div_ceil(TILE), height.div_ceil(TILE)];
         let bins: Vec<Bins> = strands
             .segments
             .par_chunks(CHUNK)
-            .map(|segments| Bins::new(segments, &points, tiles_across))
+            .map(|segments| Bins::new(segments, &points, tiles))
             .collect();
+        Listing {
+            points,
+            bins,
+            tiles_across: tiles[0],
+            n_tiles: (tiles[0] * tiles[1]) as usize,
+            tiles: Vec::new(),
+        }
+    }
+
+    /// Makes the next tiles, strands before and behind `proxies`; answers whether all are done.
+    pub fn step(&mut self, view: &ViewUniform, proxies: &ProxyRecords) -> bool {
+        let [width, height] = view.size;
         let level = Level::new();
-        let n_tiles = (tiles_across[0] * tiles_across[1]) as usize;
-        let tiles: Vec<Tile> = (0..n_tiles)
+        let end = (self.tiles.len() + TILES_AT_ONCE).min(self.n_tiles);
+        let tiles: Vec<Tile> = (self.tiles.len()..end)
             .into_par_iter()
             .map_init(Scratch::default, |scratch, ix| {
-                let x = TILE * (ix as u32 % tiles_across[0]);
-                let y = TILE * (ix as u32 / tiles_across[0]);
+                let x = TILE * (ix as u32 % self.tiles_across);
+                let y = TILE * (ix as u32 / self.tiles_across);
                 let size = [TILE.min(width - x), TILE.min(height - y)];
                 scratch.start(view, proxies, [x, y], size);
-                let ribbons = bins.iter().flat_map(|bins| bins.of_tile(ix));
+                let ribbons = self.bins.iter().flat_map(|bins| bins.of_tile(ix));
                 scratch.ribbons.extend(ribbons);
-                dispatch!(level, simd => scratch.fill(simd, &points));
+                dispatch!(level, simd => scratch.fill(simd, &self.points));
                 scratch.tile(view, [x, y], size)
             })
             .collect();
+        self.tiles.extend(tiles);
+        end == self.n_tiles
+    }
+
+    /// The list.
+    pub fn finish(&mut self) -> VisibilityList {
+        let tiles = std::mem::take(&mut self.tiles);
         let sum = |ix: usize| tiles.iter().map(|tile| tile.counts[ix]).sum();
         VisibilityList {
             counts: [sum(0), sum(1)],
             tiles,
         }
+    }
+}
+
+impl VisibilityList {
+    /// The list of `strands` before and behind `proxies` as `view` sees them.
+    #[cfg(test)]
+    pub fn new(view: &ViewUniform, strands: &Strands, proxies: &ProxyRecords) -> VisibilityList {
+        let mut listing = Listing::new(view, strands);
+        while !listing.step(view, proxies) {}
+        listing.finish()
     }
 
     /// Number of entries.
@@ -280,6 +318,9 @@ impl Bins {
         self.keys[range].iter().copied()
     }
 }
+
+/// Tiles that are made at a time.
+const TILES_AT_ONCE: usize = 256;
 
 /// A ribbon in a pixel, until nothing can come before it any more.
 #[derive(Clone, Copy)]

@@ -1,6 +1,7 @@
 //! The renderer as a [`Backend`].
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use strandlight_formats::{Background, Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
@@ -17,6 +18,7 @@ use strandlight_scene::{Backend, Camera, Picture, PreparedScene, RenderError, Sc
 
 use super::frame::{Edit, Frame};
 use super::{PointShadows, ShadowSource, render_observed};
+use strandlight_scene::progress::Deadline;
 
 /// Most pixels of a picture that is drawn by a visibility list, some 100 bytes each; larger ones are
 /// drawn by samples.
@@ -27,12 +29,25 @@ const MAX_LIST_PIXELS: u64 = 1 << 25;
 pub struct CpuRenderer {
     scene: PreparedScene,
     frame: Frame,
+    /// The scene that is being drawn by [`CpuRenderer::advance`], and edits since then.
+    drawn: Option<PreparedScene>,
+    waiting: Vec<Edit>,
     /// The strands without wind, while there is some.
-    rest: Option<Strands>,
+    rest: Option<Arc<Strands>>,
     /// Draws samples in place of a visibility list.
     is_sampled: bool,
     /// In place of sweeps and shadow maps.
     shadows: Option<Box<PointShadows<'static>>>,
+}
+
+/// What [`CpuRenderer::advance`] came to.
+pub(super) struct Advance {
+    /// Nothing is left to do.
+    pub is_done: bool,
+    /// The picture that is shown has all light of the scene as last set.
+    pub is_complete: bool,
+    /// Another number, another picture.
+    pub version: u64,
 }
 
 impl CpuRenderer {
@@ -41,6 +56,8 @@ impl CpuRenderer {
         CpuRenderer {
             scene,
             frame: Frame::default(),
+            drawn: None,
+            waiting: Vec::new(),
             rest: None,
             is_sampled: false,
             shadows: None,
@@ -64,6 +81,67 @@ impl CpuRenderer {
         }
     }
 
+    /// The scene was edited. An edit waits for the first picture after the one before it, so that there
+    /// are pictures while a slider is dragged.
+    fn edited(&mut self, edit: Edit) {
+        if self.drawn.is_some() && !self.frame.has_picture() {
+            self.waiting.push(edit);
+        } else {
+            self.drawn = None;
+            self.frame.edited(edit);
+        }
+    }
+
+    /// Takes up the edits that waited.
+    fn take_edits(&mut self) {
+        if !self.waiting.is_empty() {
+            self.drawn = None;
+            for edit in self.waiting.drain(..) {
+                self.frame.edited(edit);
+            }
+        }
+    }
+
+    /// Are pictures of this size drawn in steps?
+    pub(super) fn has_steps(&self, size: [u32; 2]) -> bool {
+        let n_pixels = u64::from(size[0]) * u64::from(size[1]);
+        !self.is_sampled && n_pixels <= MAX_LIST_PIXELS
+    }
+
+    /// Works on the picture of this size until `deadline`, a step at least, or until there is another to
+    /// show: see [`Frame::advance`].
+    pub(super) fn advance(&mut self, size: [u32; 2], deadline: Deadline) -> Advance {
+        if self.frame.has_picture() {
+            self.take_edits();
+        }
+        let scene = self.drawn.get_or_insert_with(|| self.scene.clone());
+        let camera = scene.camera;
+        let is_time = || deadline.is_to_come();
+        let is_done = self.frame.advance(scene, &camera, size, is_time);
+        Advance {
+            is_done: is_done && self.waiting.is_empty(),
+            is_complete: self.frame.has_all_light() && self.waiting.is_empty(),
+            version: self.frame.version(),
+        }
+    }
+
+    /// The last picture that [`CpuRenderer::advance`] came to, if there is one of this size.
+    pub(super) fn shown(&self, size: [u32; 2]) -> Option<Picture> {
+        let scene = self.drawn.as_ref()?;
+        let rgba = self.frame.shown(scene, &scene.camera, size)?;
+        let [width, height] = size;
+        Some(Picture {
+            width,
+            height,
+            rgba,
+        })
+    }
+
+    /// What the work since the last picture took.
+    pub(super) fn take_stats(&mut self) -> Stats {
+        self.frame.take_stats()
+    }
+
     /// [`Backend::render`], in pages too.
     pub(super) fn draw(
         &mut self,
@@ -73,8 +151,8 @@ impl CpuRenderer {
     ) -> Result<(Picture, Stats), RenderError> {
         check_frame(size, samples)?;
         let camera = self.scene.camera;
-        let n_pixels = u64::from(size[0]) * u64::from(size[1]);
-        if !self.is_sampled && n_pixels <= MAX_LIST_PIXELS {
+        if self.has_steps(size) {
+            self.take_edits();
             return Ok(self.frame.draw(&self.scene, &camera, size, observer));
         }
         let shadows = match &self.shadows {
@@ -95,7 +173,8 @@ impl Backend for CpuRenderer {
     }
 
     fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
-        (self.scene, self.rest) = (scene, None);
+        (self.scene, self.rest, self.drawn) = (scene, None, None);
+        self.waiting.clear();
         self.frame = Frame::default();
         Ok(())
     }
@@ -108,7 +187,7 @@ impl Backend for CpuRenderer {
             .hair
             .edit(hair, modes)
             .map_err(SceneError::from)?;
-        self.frame.edited(Edit::Hair);
+        self.edited(Edit::Hair);
         Ok(())
     }
 
@@ -117,52 +196,52 @@ impl Backend for CpuRenderer {
             return;
         }
         self.scene.set_scattering(scattering);
-        self.frame.edited(Edit::Terms);
+        self.edited(Edit::Terms);
     }
 
     fn set_densities(&mut self, densities: [f32; 2]) {
         self.scene.densities = densities;
-        self.frame.edited(Edit::Densities);
+        self.edited(Edit::Densities);
     }
 
     fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
         check_lights(&lights)?;
         self.scene.lights = lights;
-        self.frame.edited(Edit::Lights);
+        self.edited(Edit::Lights);
         Ok(())
     }
 
     fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
         self.scene.set_light_colors(rgb)?;
-        self.frame.edited(Edit::Colors);
+        self.edited(Edit::Colors);
         Ok(())
     }
 
     fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-        self.scene.strands = self.scene.strands.moved(points)?;
+        self.scene.strands = self.scene.strands.moved(points)?.into();
         self.rest = None;
-        self.frame.edited(Edit::Points);
+        self.edited(Edit::Points);
         Ok(())
     }
 
     fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
         let rest = match &self.rest {
-            Some(rest) => Some(rest.with_radii(radii)?),
+            Some(rest) => Some(Arc::new(rest.with_radii(radii)?)),
             None => None,
         };
-        self.scene.strands = self.scene.strands.with_radii(radii)?;
+        self.scene.strands = self.scene.strands.with_radii(radii)?.into();
         self.rest = rest;
-        self.frame.edited(Edit::Points);
+        self.edited(Edit::Points);
         Ok(())
     }
 
     fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
-        self.frame.edited(Edit::Points);
+        self.edited(Edit::Points);
         let rest = self.rest.as_ref().unwrap_or(&self.scene.strands);
         match wind {
             Some(wind) => {
                 let bent = bent_strands(&wind, rest)?;
-                let before = std::mem::replace(&mut self.scene.strands, bent);
+                let before = std::mem::replace(&mut self.scene.strands, bent.into());
                 self.rest.get_or_insert(before);
                 Ok(true)
             }
@@ -177,21 +256,25 @@ impl Backend for CpuRenderer {
         }
     }
 
-    fn set_paint(&mut self, paint: &Paint, _changed: Range<usize>) -> Result<(), RenderError> {
-        self.scene.set_paint(Some(paint))?;
-        self.frame.edited(Edit::Paint);
+    fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
+        let (_, report) = self.scene.repaint(paint, changed)?;
+        self.edited(Edit::Paint);
+        if report.is_some() {
+            // Other tables of painted hair.
+            self.edited(Edit::PaintKinds);
+        }
         Ok(())
     }
 
     fn set_proxies(&mut self, proxies: Vec<Proxy>) {
         self.scene.proxies = proxies;
-        self.frame.edited(Edit::Proxies);
+        self.edited(Edit::Proxies);
     }
 
     fn set_camera(&mut self, camera: Camera) {
         if self.scene.camera != camera {
             self.scene.camera = camera;
-            self.frame.edited(Edit::View);
+            self.edited(Edit::View);
         }
     }
 
@@ -207,7 +290,7 @@ impl Backend for CpuRenderer {
     fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background) {
         let scene = &mut self.scene;
         (scene.exposure, scene.tone_map, scene.background) = (exposure, tone_map, background);
-        self.frame.edited(Edit::Background);
+        self.edited(Edit::Background);
     }
 
     /// Nothing else is ever shaded.

@@ -1,28 +1,22 @@
 //! Shares of the lights that reach visible points straight, from shadow maps.
 //!
-//! The maps are those of [`super::shadow_map`]; but each is one thread's own, every point is projected once, and only what is seen is looked up. What is above nothing
+//! The maps are those of [`super::shadow_map`]; but each is one thread's own, every point is projected
+//! once, and only what is seen is looked up. What is above nothing
 //! that is looked up is not drawn. Strands side by side are drawn one after the other and texels
 //! side by side lie together, so that most of the memory that is touched is in a cache.
 
-use std::ops::Range;
-
-use glam::{Vec3, Vec3Swizzles};
+use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::wide::prelude::*;
-use strandlight_scattering::wide::{Level, Simd, dispatch, f32x8, i32x8};
+use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8, i32x8};
 use strandlight_scene::proxy::{ProxyRecord, is_blocked};
-use strandlight_scene::shadow_maps::ShadowView;
+use strandlight_scene::shadow_maps::{LAST_OF_SLOT, ShadowView};
 use strandlight_scene::strands::Strands;
 
-use super::shadow_map::{
-    CLEAR_RADII, HEIGHT_UNITS, N_PLACES, NAME_BITS, OWN_POINTS, map_position, name_of,
-};
+use super::shadow_map::{CLEAR_RADII, HEIGHT_UNITS, N_PLACES, NAME_BITS, OWN_POINTS, name_of};
 
 /// Maps at work at a time have at most this many bytes, or there is one.
 const MAX_MAP_BYTES: usize = 256 << 20;
-
-/// Maps whose answers are held at a time.
-const GROUP: usize = 64;
 
 /// Side of the blocks of a map that are known to be looked up or not, texels.
 const BLOCK: i32 = 16;
@@ -33,7 +27,7 @@ const ONE: f32 = 65_535.0;
 /// Unblocked shares of lights at visible points, or at all points.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unblocked {
-    /// `[slot][point]`, unorm16.
+    /// `[slot][point]`, unorm16; none of slots without maps.
     shares: Vec<Vec<u16>>,
     is_everywhere: bool,
     /// Texels of strands drawn into all maps.
@@ -50,22 +44,6 @@ pub(super) struct VisiblePoint {
 }
 
 impl Unblocked {
-    /// None yet of `n_slots` lights, at visible points.
-    pub fn new(n_slots: u32) -> Unblocked {
-        Unblocked {
-            shares: vec![Vec::new(); n_slots as usize],
-            ..Unblocked::default()
-        }
-    }
-
-    /// The same for all points, so that they serve any view.
-    pub fn everywhere(n_slots: u32) -> Unblocked {
-        Unblocked {
-            is_everywhere: true,
-            ..Unblocked::new(n_slots)
-        }
-    }
-
     /// Do they serve any view?
     pub fn is_everywhere(&self) -> bool {
         self.is_everywhere
@@ -76,49 +54,6 @@ impl Unblocked {
         n_slots as usize * n_points * size_of::<u16>()
     }
 
-    /// Draws the maps of `views`, those of a slot one after the other, and looks them up at
-    /// `visible` points, or at all.
-    pub fn draw(
-        &mut self,
-        strands: &Strands,
-        views: &[ShadowView],
-        proxies: &[ProxyRecord],
-        visible: &[u32],
-    ) {
-        let all: Vec<u32>;
-        let mut visible = visible;
-        if self.is_everywhere {
-            all = (0..strands.points.len() as u32).collect();
-            visible = &all;
-        }
-        let mut sums: Vec<Vec<f32>> = vec![Vec::new(); self.shares.len()];
-        let order = Order::new(strands, visible);
-        for group in views.chunks(GROUP) {
-            let largest = group.iter().map(|view| view.side as usize).max();
-            let bytes = 4 * largest.unwrap_or(1).pow(2);
-            let at_a_time = (MAX_MAP_BYTES / bytes).max(1);
-            let lit = |view: &ShadowView| lit_places(view, strands, proxies, visible, &order);
-            for views in group.chunks(at_a_time) {
-                let found: Vec<(Vec<u8>, u64)> = views.par_iter().map(lit).collect();
-                for (view, (lit, n_texels)) in views.iter().zip(found) {
-                    self.n_texels += n_texels;
-                    let sums = &mut sums[view.shadow_index as usize];
-                    sums.resize(visible.len(), 0.0);
-                    let weight = view.weight / N_PLACES as f32;
-                    for (sum, lit) in sums.iter_mut().zip(lit) {
-                        *sum += weight * f32::from(lit);
-                    }
-                }
-            }
-        }
-        for (shares, sums) in self.shares.iter_mut().zip(sums) {
-            if !sums.is_empty() {
-                let pack = |sum: f32| (sum.min(1.0) * ONE + 0.5) as u16;
-                *shares = sums.into_iter().map(pack).collect();
-            }
-        }
-    }
-
     /// Has no light a map?
     pub fn is_empty(&self) -> bool {
         self.shares.is_empty()
@@ -126,12 +61,23 @@ impl Unblocked {
 
     /// The share of a slot at a visible point, 0..=1.
     pub fn share(&self, slot: u32, at: VisiblePoint) -> f32 {
+        f32::from(self.packed_share(slot, at)) * (1.0 / ONE)
+    }
+
+    /// [`Unblocked::share`], unorm16.
+    pub fn packed_share(&self, slot: u32, at: VisiblePoint) -> u16 {
         let ix = if self.is_everywhere {
             at.point
         } else {
             at.place
         };
-        f32::from(self.shares[slot as usize][ix]) * (1.0 / ONE)
+        self.shares[slot as usize][ix]
+    }
+
+    /// Are there shares of this slot?
+    pub fn has(&self, slot: u32) -> bool {
+        let shares = self.shares.get(slot as usize);
+        shares.is_some_and(|shares| !shares.is_empty())
     }
 
     /// Bytes of the shares.
@@ -141,45 +87,132 @@ impl Unblocked {
     }
 }
 
-/// How many of the places about each visible point a map says are lit, and the map's texels drawn.
-fn lit_places(
-    view: &ShadowView,
-    strands: &Strands,
-    proxies: &[ProxyRecord],
-    visible: &[u32],
-    order: &Order,
-) -> (Vec<u8>, u64) {
-    let mut map = Map::new(view.side);
-    let mut lit = vec![0; visible.len()];
-    let mut n_texels = 0;
-    dispatch!(Level::new(), simd => {
-        let wanted = Wanted::new(simd, view, strands, visible);
-        n_texels = cast(simd, view, strands, &wanted, order, &mut map);
-        receive(simd, view, strands, visible, order, &map, &mut lit);
-    });
-    if !proxies.is_empty() {
-        for (lit, &point) in lit.iter_mut().zip(visible) {
-            let position = Vec3::from_slice(&strands.points[point as usize]);
-            if is_blocked(proxies, position, Vec3::from(view.towards)) {
-                *lit = 0;
+/// Shares that are being found, a few maps at a time.
+pub(super) struct Casting {
+    views: Vec<ShadowView>,
+    /// Views that are done.
+    n_done: usize,
+    strips: Strips,
+    /// What the maps at work are made in.
+    works: Vec<Work>,
+    /// Of the slot under way, by place.
+    sums: Vec<f32>,
+    found: Unblocked,
+}
+
+impl Casting {
+    /// Of the maps of `views`, those of a slot one after the other, at `visible` points; at all points
+    /// where there are none given.
+    pub fn new(
+        n_slots: u32,
+        views: Vec<ShadowView>,
+        strands: &Strands,
+        visible: Option<&[u32]>,
+    ) -> Casting {
+        let all: Vec<u32>;
+        let looked_up = match visible {
+            Some(visible) => visible,
+            None => {
+                all = (0..strands.points.len() as u32).collect();
+                &all
             }
+        };
+        Casting {
+            strips: match views.is_empty() {
+                true => Strips::default(),
+                false => Strips::new(strands, looked_up),
+            },
+            views,
+            n_done: 0,
+            works: Vec::new(),
+            sums: Vec::new(),
+            found: Unblocked {
+                shares: vec![Vec::new(); n_slots as usize],
+                is_everywhere: visible.is_none(),
+                n_texels: 0,
+            },
         }
     }
-    (lit, n_texels)
+
+    /// Draws as many maps as there are threads and looks them up; answers whether all are done.
+    pub fn step(&mut self, proxies: &[ProxyRecord]) -> bool {
+        let rest = &self.views[self.n_done..];
+        let largest = rest.iter().map(|view| view.side as usize).max();
+        let at_a_time = MAX_MAP_BYTES / (4 * largest.unwrap_or(1).pow(2));
+        let n = at_a_time
+            .clamp(1, rayon::current_num_threads())
+            .min(rest.len());
+        self.works
+            .resize_with(n.max(self.works.len()), Work::default);
+        let strips = &self.strips;
+        self.works
+            .par_iter_mut()
+            .zip(&rest[..n])
+            .for_each(|(work, view)| work.look_up(view, strips, proxies));
+        for (work, view) in self.works.iter().zip(&rest[..n]) {
+            self.found.n_texels += work.n_texels;
+            self.sums.resize(work.lit.len(), 0.0);
+            let weight = view.weight / N_PLACES as f32;
+            for (sum, lit) in self.sums.iter_mut().zip(&work.lit) {
+                *sum += weight * f32::from(*lit);
+            }
+            if view.ends & LAST_OF_SLOT != 0 {
+                let pack = |sum: &f32| (sum.min(1.0) * ONE + 0.5) as u16;
+                self.found.shares[view.shadow_index as usize] =
+                    self.sums.iter().map(pack).collect();
+                self.sums.clear();
+            }
+        }
+        self.n_done += n;
+        self.n_done == self.views.len()
+    }
+
+    /// Share of the maps that are done.
+    pub fn share_done(&self) -> f64 {
+        self.n_done as f64 / self.views.len().max(1) as f64
+    }
+
+    /// What is found.
+    pub fn finish(self) -> Unblocked {
+        self.found
+    }
 }
 
-/// Strands in an order in which one follows another that is near.
-struct Order {
-    /// Ranges of [`Strands::segments`], a strand each.
-    segments: Vec<Range<u32>>,
-    /// The visible points of each.
-    visible: Vec<Range<u32>>,
+/// Strands in an order in which one follows another that is near, and where they are looked up.
+#[derive(Default)]
+struct Strips {
+    /// Coordinates and radius of the points, strand after strand, and a vector more.
+    points: [Vec<f32>; 4],
+    strips: Vec<Strip>,
+    seen: Vec<Seen>,
+    /// Points that are asked for; those of no segment are lit.
+    n_places: usize,
 }
 
-impl Order {
-    fn new(strands: &Strands, visible: &[u32]) -> Order {
+/// A strand.
+struct Strip {
+    /// Its first point in [`Strips`], and in [`Strands::points`].
+    at: u32,
+    first: u32,
+    n_segments: u32,
+}
+
+/// A point that is looked up.
+struct Seen {
+    /// Among [`Strips::points`], and among the visible points.
+    at: u32,
+    place: u32,
+    /// Index in [`Strands::points`].
+    point: u32,
+    /// Way to the points before and after it, cm; 0 where there is none.
+    before: f32,
+    after: f32,
+}
+
+impl Strips {
+    fn new(strands: &Strands, visible: &[u32]) -> Strips {
         let segments = &strands.segments;
-        let mut found: Vec<(u32, Range<u32>)> = Vec::with_capacity(strands.n_strands);
+        let mut found: Vec<(u32, u32, u32)> = Vec::with_capacity(strands.n_strands);
         let (low, high) = strands.bounds;
         let scale = 1023.0 / (high - low).max_element().max(1e-6);
         let mut start = 0;
@@ -189,19 +222,48 @@ impl Order {
             }
             let middle = segments[(start + end) / 2] as usize;
             let at = (Vec3::from_slice(&strands.points[middle]) - low) * scale;
-            found.push((morton(at.as_uvec3().to_array()), start as u32..end as u32));
+            let key = morton(at.as_uvec3().to_array());
+            found.push((key, segments[start], (end - start) as u32));
             start = end;
         }
-        found.sort_by_key(|(key, range)| (*key, range.start));
-        let segments_of: Vec<Range<u32>> = found.into_iter().map(|(_, range)| range).collect();
-        let visible_of = |range: &Range<u32>| {
-            let [first, last] = [range.start, range.end - 1].map(|ix| segments[ix as usize]);
-            let place = |point: u32| visible.partition_point(|&other| other < point) as u32;
-            place(first)..place(last + 2)
-        };
-        Order {
-            visible: segments_of.iter().map(visible_of).collect(),
-            segments: segments_of,
+        found.sort_unstable();
+        let n_points = segments.len() + found.len();
+        let mut points = [(); 4].map(|()| Vec::with_capacity(n_points + LANES));
+        let mut strips = Vec::with_capacity(found.len());
+        let mut seen = Vec::with_capacity(visible.len());
+        for (_, first, n_segments) in found {
+            let at = points[0].len() as u32;
+            strips.push(Strip {
+                at,
+                first,
+                n_segments,
+            });
+            for point in &strands.points[first as usize..=(first + n_segments) as usize] {
+                for (numbers, number) in points.iter_mut().zip(point) {
+                    numbers.push(*number);
+                }
+            }
+            let place = visible.partition_point(|&other| other < first);
+            let of_strand = visible[place..].iter().zip(place as u32..);
+            for (&point, place) in of_strand.take_while(|(point, _)| **point <= first + n_segments)
+            {
+                seen.push(Seen {
+                    at: at + point - first,
+                    place,
+                    point,
+                    before: strands.tangents[point as usize][3],
+                    after: strands.normals[point as usize][3],
+                });
+            }
+        }
+        for numbers in &mut points {
+            numbers.resize(n_points + LANES, 0.0);
+        }
+        Strips {
+            points,
+            strips,
+            seen,
+            n_places: visible.len(),
         }
     }
 }
@@ -212,7 +274,76 @@ fn morton(at: [u32; 3]) -> u32 {
     spread(at[0]) | spread(at[1]) << 1 | spread(at[2]) << 2
 }
 
+/// A map at work.
+#[derive(Default)]
+struct Work {
+    /// [`Strips::points`] on the map: x and y in texels from the corner, z the height in cm.
+    at: [Vec<f32>; 3],
+    wanted: Wanted,
+    map: Map,
+    /// By place: how many of the places along the strand about the point are lit.
+    lit: Vec<u8>,
+    /// Texels of strands that were drawn.
+    n_texels: u64,
+}
+
+impl Work {
+    /// Draws a map and looks it up.
+    fn look_up(&mut self, view: &ShadowView, strips: &Strips, proxies: &[ProxyRecord]) {
+        self.lit.clear();
+        self.lit.resize(strips.n_places, N_PLACES as u8);
+        dispatch!(Level::new(), simd => {
+            project(simd, view, strips, &mut self.at);
+            self.wanted.find(simd, view, strips, &self.at);
+            self.map.clear(view.side);
+            self.n_texels = cast(simd, view, strips, self);
+            receive(simd, view, strips, self);
+        });
+        if !proxies.is_empty() {
+            let [x, y, z, _] = &strips.points;
+            for seen in &strips.seen {
+                let at = seen.at as usize;
+                let position = Vec3::new(x[at], y[at], z[at]);
+                if is_blocked(proxies, position, Vec3::from(view.towards)) {
+                    self.lit[seen.place as usize] = 0;
+                }
+            }
+        }
+    }
+}
+
+/// [`super::shadow_map::map_position`] of all points.
+#[inline(always)]
+fn project<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, at: &mut [Vec<f32>; 3]) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let [x, y, z, _] = &strips.points;
+            for at in at.iter_mut() {
+                at.resize(x.len(), 0.0);
+            }
+            let [at_x, at_y, at_z] = at;
+            let middle = 0.5 * view.side as f32;
+            let scale = view.texels_per_cm;
+            for first in (0..x.len() - x.len() % LANES).step_by(LANES) {
+                let range = first..first + LANES;
+                let x = f32x8::from_slice(simd, &x[range.clone()]) - view.centre[0];
+                let y = f32x8::from_slice(simd, &y[range.clone()]) - view.centre[1];
+                let z = f32x8::from_slice(simd, &z[range.clone()]) - view.centre[2];
+                let along = [view.right, view.up, view.towards];
+                let right = (x * along[0][0] + y * along[0][1] + z * along[0][2]) * scale + middle;
+                let up = (x * along[1][0] + y * along[1][1] + z * along[1][2]) * scale + middle;
+                let height = x * along[2][0] + y * along[2][1] + z * along[2][2];
+                right.store_slice(&mut at_x[range.clone()]);
+                up.store_slice(&mut at_y[range.clone()]);
+                height.store_slice(&mut at_z[range]);
+            }
+        },
+    );
+}
+
 /// A shadow map: by texel, the height of the highest strand above its name.
+#[derive(Default)]
 struct Map {
     /// Blocks of four by four texels along a side.
     blocks: i32,
@@ -220,12 +351,11 @@ struct Map {
 }
 
 impl Map {
-    fn new(side: u32) -> Map {
+    fn clear(&mut self, side: u32) {
         let blocks = side.div_ceil(4);
-        Map {
-            blocks: blocks as i32,
-            texels: vec![0; (16 * blocks * blocks) as usize],
-        }
+        self.blocks = blocks as i32;
+        self.texels.clear();
+        self.texels.resize((16 * blocks * blocks) as usize, 0);
     }
 
     /// A block is a line of the cache.
@@ -236,6 +366,7 @@ impl Map {
 }
 
 /// Which heights of a map are looked up.
+#[derive(Default)]
 struct Wanted {
     /// Blocks along a side.
     side: i32,
@@ -246,152 +377,217 @@ struct Wanted {
 
 impl Wanted {
     #[inline(always)]
-    fn new<S: Simd>(simd: S, view: &ShadowView, strands: &Strands, visible: &[u32]) -> Wanted {
-        let side = (view.side as i32 + BLOCK - 1) / BLOCK;
-        let mut lowest = vec![f32::INFINITY; (side * side) as usize];
+    fn find<S: Simd>(&mut self, simd: S, view: &ShadowView, strips: &Strips, at: &[Vec<f32>; 3]) {
+        self.side = (view.side as i32 + BLOCK - 1) / BLOCK;
+        self.lowest.clear();
+        self.lowest
+            .resize((self.side * self.side) as usize, f32::INFINITY);
         simd.vectorize(
             #[inline(always)]
             || {
-                for &point in visible {
-                    let places = Places::new(view, strands, point as usize);
+                for seen in &strips.seen {
+                    let places = Places::new(seen, at);
                     // The outermost places are nearer than half way to the next points.
-                    let [a, b] = [places.from_before, places.to_after]
-                        .map(|end| places.middle + 0.5 * (end - places.middle));
+                    let a = places.middle + 0.5 * (places.from_before - places.middle);
+                    let b = places.middle + 0.5 * (places.to_after - places.middle);
                     let low = a.min(b).min(places.middle);
                     let high = a.max(b).max(places.middle);
-                    for_blocks([low.x, low.y], [high.x, high.y], side, |block| {
-                        lowest[block] = lowest[block].min(low.z);
-                    });
+                    for y in self.block(low.y)..=self.block(high.y) {
+                        for x in self.block(low.x)..=self.block(high.x) {
+                            let lowest = &mut self.lowest[(x + self.side * y) as usize];
+                            *lowest = lowest.min(low.z);
+                        }
+                    }
                 }
             },
         );
-        Wanted { side, lowest }
     }
 
-    /// Does something up to `height` within these corners change what is looked up?
+    /// The block of a row or column, within the map.
     #[inline(always)]
-    fn is_above(&self, low: [f32; 2], high: [f32; 2], height: f32) -> bool {
-        let mut is_above = false;
-        for_blocks(low, high, self.side, |block| {
-            is_above |= height > self.lowest[block]
-        });
-        is_above
+    fn block(&self, texel: f32) -> i32 {
+        ((texel * (1.0 / BLOCK as f32)) as i32)
+            .max(0)
+            .min(self.side - 1)
+    }
+
+    /// Does something up to `height` in these blocks change what is looked up?
+    #[inline(always)]
+    fn is_above(&self, [left, top, right, bottom]: [i32; 4], height: f32) -> bool {
+        for y in top..=bottom {
+            for x in left..=right {
+                if height > self.lowest[(x + self.side * y) as usize] {
+                    return true;
+                }
+            }
+        }
+        false
     }
 }
 
-/// Calls `at` with the number of each block that these corners, texels, touch.
-#[inline(always)]
-fn for_blocks(low: [f32; 2], high: [f32; 2], side: i32, mut at: impl FnMut(usize)) {
-    let block = |x: f32| ((x * (1.0 / BLOCK as f32)) as i32).clamp(0, side - 1);
-    let ([x_0, y_0], [x_1, y_1]) = (low.map(block), high.map(block));
-    for y in y_0..=y_1 {
-        for x in x_0..=x_1 {
-            at((x + side * y) as usize);
-        }
-    }
+/// Segments on the map, from their first to their last column; columns are rows where they are steep.
+struct Segments {
+    /// Where each begins, along and across the columns, texels.
+    along: [f32; LANES],
+    across: [f32; LANES],
+    /// How much it rises with each column across and in height.
+    rise: [f32; LANES],
+    climb: [f32; LANES],
+    /// Height where it begins, and the highest, cm.
+    height: [f32; LANES],
+    highest: [f32; LANES],
+    half_width: [f32; LANES],
+    first: [i32; LANES],
+    last: [i32; LANES],
+    /// A bit each.
+    is_steep: u32,
+    /// Blocks that it may touch: left, top, right, bottom.
+    blocks: [[i32; LANES]; 4],
 }
 
 /// Draws the segments that are above something that is looked up; what each texel holds does not
 /// depend on their order.
 #[inline(always)]
-fn cast<S: Simd>(
-    simd: S,
-    view: &ShadowView,
-    strands: &Strands,
-    wanted: &Wanted,
-    order: &Order,
-    map: &mut Map,
-) -> u64 {
+fn cast<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, work: &mut Work) -> u64 {
     simd.vectorize(
         #[inline(always)]
         || {
+            let Work {
+                at, wanted, map, ..
+            } = work;
             let mut n_texels = 0;
-            let mut last = (u32::MAX, Vec3::ZERO);
-            let ranges = order.segments.iter();
-            for &first in
-                ranges.flat_map(|range| &strands.segments[range.start as usize..range.end as usize])
-            {
-                let [from, to] = [first, first + 1].map(|ix| &strands.points[ix as usize]);
-                let start = if last.0 == first {
-                    last.1
-                } else {
-                    map_position(view, from)
-                };
-                let end = map_position(view, to);
-                last = (first + 1, end);
-                let radius = 0.5 * (from[3] + to[3]) * view.texels_per_cm;
-                // Ribbons are wider along rows and columns than across, by sqrt(2) at most.
-                let reach = 1.5 * radius + 1.0;
-                let (low, high) = (start.min(end), start.max(end));
-                let low = [low.x - reach, low.y - reach];
-                // A place is dark only if something is above it by part of a radius.
-                if !wanted.is_above(low, [high.x + reach, high.y + reach], high.z) {
-                    continue;
+            for strip in &strips.strips {
+                for segment in (0..strip.n_segments).step_by(LANES) {
+                    let from = (strip.at + segment) as usize;
+                    let segments = segments(simd, view, wanted.side, from, at, &strips.points[3]);
+                    let n = (strip.n_segments - segment).min(LANES as u32) as usize;
+                    for lane in 0..n {
+                        let blocks = [0, 1, 2, 3].map(|ix: usize| segments.blocks[ix][lane]);
+                        if wanted.is_above(blocks, segments.highest[lane]) {
+                            let name = name_of(strip.first + segment + lane as u32);
+                            n_texels += cast_segment(simd, view, &segments, lane, name, map);
+                        }
+                    }
                 }
-                n_texels += cast_segment(simd, view, [start, end], radius, name_of(first), map);
             }
             n_texels
         },
     )
 }
 
+/// The segments from eight points in a row to the next each.
+#[inline(always)]
+fn segments<S: Simd>(
+    simd: S,
+    view: &ShadowView,
+    blocks: i32,
+    from: usize,
+    at: &[Vec<f32>; 3],
+    radius: &[f32],
+) -> Segments {
+    let of = |numbers: &[f32]| {
+        let pair = &numbers[from..from + LANES + 1];
+        let a: &[f32; LANES] = pair[..LANES].as_array().expect("as long as it says");
+        let b: &[f32; LANES] = pair[1..].as_array().expect("as long as it says");
+        (*a, *b)
+    };
+    let ((ax, bx), (ay, by), (az, bz), (ar, br)) = (of(&at[0]), of(&at[1]), of(&at[2]), of(radius));
+    let (ax, bx) = (f32x8::simd_from(simd, ax), f32x8::simd_from(simd, bx));
+    let (ay, by) = (f32x8::simd_from(simd, ay), f32x8::simd_from(simd, by));
+    let (az, bz) = (f32x8::simd_from(simd, az), f32x8::simd_from(simd, bz));
+    let (ar, br) = (f32x8::simd_from(simd, ar), f32x8::simd_from(simd, br));
+    let is_steep = (by - ay).abs().simd_gt((bx - ax).abs());
+    let (along_a, along_b) = (is_steep.select(ay, ax), is_steep.select(by, bx));
+    let (across_a, across_b) = (is_steep.select(ax, ay), is_steep.select(bx, by));
+    let is_back = along_a.simd_gt(along_b);
+    let (along, end) = (along_a.min(along_b), along_a.max(along_b));
+    let across = is_back.select(across_b, across_a);
+    let height = is_back.select(bz, az);
+    let run = end - along;
+    let is_there = run.simd_ge(1e-6);
+    let inverse = f32x8::splat(simd, 1.0) / run.max(1e-6);
+    let rise = (is_back.select(across_a, across_b) - across) * inverse;
+    let climb = (is_back.select(az, bz) - height) * inverse;
+    let radius = (ar + br) * (0.5 * view.texels_per_cm);
+    let side = view.side as i32;
+    let first = rows_from(along, side);
+    let last = rows_from(end, side);
+    let last = is_there.select(last, first);
+    // Ribbons are wider along rows and columns than across, by sqrt(2) at most.
+    let reach = radius * 1.5 + 1.0;
+    let block = |texel: f32x8<S>| {
+        let block = (texel * (1.0 / BLOCK as f32)).max(0.0);
+        block.min((blocks - 1) as f32).to_int::<i32x8<S>>().into()
+    };
+    Segments {
+        along: along.into(),
+        across: across.into(),
+        rise: rise.into(),
+        climb: climb.into(),
+        height: height.into(),
+        // A place is dark only if something is above it by part of a radius.
+        highest: az.max(bz).into(),
+        half_width: (radius * (rise * rise + 1.0).sqrt()).into(),
+        first: first.into(),
+        last: last.into(),
+        is_steep: is_steep.to_bitmask() as u32,
+        blocks: [
+            block(ax.min(bx) - reach),
+            block(ay.min(by) - reach),
+            block(ax.max(bx) + reach),
+            block(ay.max(by) + reach),
+        ],
+    }
+}
+
 /// First rows whose centres are not before `y`, texels.
 #[inline(always)]
-fn rows_from<S: Simd>(y: f32x8<S>, side: i32) -> [i32; 8] {
+fn rows_from<S: Simd>(y: f32x8<S>, side: i32) -> i32x8<S> {
     let rows = (y - 0.5).ceil().max(0.0).min(side as f32);
-    rows.to_int::<i32x8<S>>().into()
+    rows.to_int()
 }
 
 #[inline(always)]
 fn cast_segment<S: Simd>(
     simd: S,
     view: &ShadowView,
-    [mut a, mut b]: [Vec3; 2],
-    radius: f32,
+    segments: &Segments,
+    lane: usize,
     name: u32,
     map: &mut Map,
 ) -> u64 {
-    let steep = (b.y - a.y).abs() > (b.x - a.x).abs();
-    if steep {
-        (a, b) = (a.yxz(), b.yxz());
-    }
-    if a.x > b.x {
-        std::mem::swap(&mut a, &mut b);
-    }
-    let run = b.x - a.x;
-    if run < 1e-6 {
-        return 0;
-    }
-    let rise = (b.yz() - a.yz()) / run;
-    let half_width = radius * (1.0 + rise.x * rise.x).sqrt();
-    let side = view.side as i32;
-    let start = ((a.x - 0.5).ceil() as i32).max(0);
-    let last = ((b.x - 0.5).ceil() as i32).min(side);
+    let is_steep = segments.is_steep >> lane & 1 == 1;
+    let (start, half_width) = (segments.along[lane], segments.half_width[lane]);
+    let (last, side) = (segments.last[lane], view.side as i32);
     let lanes = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     let mut n_texels = 0;
-    let mut column = start;
+    let mut column = segments.first[lane];
     while column < last {
         // As `shadow_map::cast_shadows`, for eight columns.
-        let along = lanes + column as f32 + 0.5 - a.x;
-        let y = along * rise.x + a.y;
+        let along = lanes + (column as f32 + 0.5 - start);
+        let y = along * segments.rise[lane] + segments.across[lane];
         let bottom = rows_from(y - half_width, side);
         let top = rows_from(y + half_width, side);
-        let height = (along * rise.y + a.z) * 0.5 / view.reach + 0.5;
-        let height = height.max(0.0).min(1.0) * HEIGHT_UNITS;
-        let height: [i32; 8] = height.to_int::<i32x8<S>>().into();
-        let n = (last - column).min(8) as usize;
-        for lane in 0..n {
-            let value = (height[lane] as u32) << NAME_BITS | name;
-            let at = column + lane as i32;
-            for row in bottom[lane]..top[lane] {
-                let index = if steep {
-                    map.index(row, at)
-                } else {
-                    map.index(at, row)
-                };
-                let texel = &mut map.texels[index];
-                *texel = (*texel).max(value);
-                n_texels += 1;
+        // Most columns of a thin strand cover no row: those that do are found without a branch each.
+        let in_range = 0xff >> (8 - (last - column).min(8));
+        let mut columns = top.simd_gt(bottom).to_bitmask() as u32 & in_range;
+        if columns != 0 {
+            let height = (along * segments.climb[lane] + segments.height[lane]) * 0.5 / view.reach;
+            let height = (height + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS;
+            let height: [i32; 8] = height.to_int::<i32x8<S>>().into();
+            let (bottom, top): ([i32; 8], [i32; 8]) = (bottom.into(), top.into());
+            while columns != 0 {
+                let lane = columns.trailing_zeros() as usize & 7;
+                columns &= columns - 1;
+                let value = (height[lane] as u32) << NAME_BITS | name;
+                let at = column + lane as i32;
+                for row in bottom[lane]..top[lane] {
+                    let (x, y) = if is_steep { (row, at) } else { (at, row) };
+                    let index = map.index(x, y);
+                    let texel = &mut map.texels[index];
+                    *texel = (*texel).max(value);
+                    n_texels += 1;
+                }
             }
         }
         column += 8;
@@ -401,21 +597,14 @@ fn cast_segment<S: Simd>(
 
 /// Counts the lit ones of [`N_PLACES`] places along the strand about each visible point.
 #[inline(always)]
-fn receive<S: Simd>(
-    simd: S,
-    view: &ShadowView,
-    strands: &Strands,
-    visible: &[u32],
-    order: &Order,
-    map: &Map,
-    lit: &mut [u8],
-) {
+fn receive<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, work: &mut Work) {
     simd.vectorize(
         #[inline(always)]
         || {
-            for place in order.visible.iter().flat_map(Clone::clone) {
-                let (lit, point) = (&mut lit[place as usize], visible[place as usize]);
-                *lit = receive_point(simd, view, strands, point as usize, map);
+            for seen in &strips.seen {
+                let radius = strips.points[3][seen.at as usize];
+                work.lit[seen.place as usize] =
+                    receive_point(simd, view, seen, radius, &work.at, &work.map);
             }
         },
     );
@@ -423,8 +612,6 @@ fn receive<S: Simd>(
 
 /// A point and its neighbours on a map.
 struct Places {
-    before: f32,
-    after: f32,
     middle: Vec3,
     from_before: Vec3,
     to_after: Vec3,
@@ -432,23 +619,13 @@ struct Places {
 
 impl Places {
     #[inline(always)]
-    fn new(view: &ShadowView, strands: &Strands, point_ix: usize) -> Places {
-        let (before, after) = (strands.tangents[point_ix][3], strands.normals[point_ix][3]);
-        let middle = map_position(view, &strands.points[point_ix]);
-        let mut from_before = middle;
-        if before > 0.0 {
-            from_before = map_position(view, &strands.points[point_ix - 1]);
-        }
-        let mut to_after = middle;
-        if after > 0.0 {
-            to_after = map_position(view, &strands.points[point_ix + 1]);
-        }
+    fn new(seen: &Seen, [x, y, z]: &[Vec<f32>; 3]) -> Places {
+        let of = |at: usize| Vec3::new(x[at], y[at], z[at]);
+        let at = seen.at as usize;
         Places {
-            before,
-            after,
-            middle,
-            from_before,
-            to_after,
+            middle: of(at),
+            from_before: of(at - usize::from(seen.before > 0.0)),
+            to_after: of(at + usize::from(seen.after > 0.0)),
         }
     }
 }
@@ -457,18 +634,17 @@ impl Places {
 fn receive_point<S: Simd>(
     simd: S,
     view: &ShadowView,
-    strands: &Strands,
-    point_ix: usize,
+    seen: &Seen,
+    radius: f32,
+    at: &[Vec<f32>; 3],
     map: &Map,
 ) -> u8 {
-    let point = &strands.points[point_ix];
+    let Seen { before, after, .. } = *seen;
     let Places {
-        before,
-        after,
         middle,
         from_before,
         to_after,
-    } = Places::new(view, strands, point_ix);
+    } = Places::new(seen, at);
     // As `shadow_map::receive_shadows`, for all places.
     let places = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     let place = (places + view.offset) * ((before + after) / N_PLACES as f32) - before;
@@ -483,7 +659,7 @@ fn receive_point<S: Simd>(
         *at = is_before.select(back, on) * place + middle[axis];
     }
     let [x, y, z] = at;
-    let z = z + CLEAR_RADII * point[3];
+    let z = z + CLEAR_RADII * radius;
     let last = view.side as f32 - 1.0;
     let x = x.max(0.0).min(last).to_int::<i32x8<S>>();
     let y = y.max(0.0).min(last).to_int::<i32x8<S>>();
@@ -498,7 +674,7 @@ fn receive_point<S: Simd>(
     let highest = i32x8::simd_from(simd, highest);
     // Heights have 20 bits, so shifting the sign in leaves them after the mask.
     let above = (highest >> NAME_BITS) & ((1 << (32 - NAME_BITS)) - 1);
-    let apart = (highest - point_ix as i32 + OWN_POINTS as i32) & ((1 << NAME_BITS) - 1);
+    let apart = (highest - seen.point as i32 + OWN_POINTS as i32) & ((1 << NAME_BITS) - 1);
     let is_lit = above.simd_le(height) | apart.simd_le(2 * OWN_POINTS as i32);
     is_lit.to_bitmask().count_ones() as u8
 }
@@ -545,10 +721,13 @@ mod tests {
         let mut words = vec![0; plan.n_words(strands.points.len())];
         let n_texels = draw_maps(&strands, &plan.views, &[], &mut words);
         let visible: Vec<u32> = (0..strands.points.len() as u32).step_by(3).collect();
-        let mut unblocked = Unblocked::new(plan.n_slots);
-        unblocked.draw(&strands, &plan.views, &[], &visible);
-        let mut everywhere = Unblocked::everywhere(plan.n_slots);
-        everywhere.draw(&strands, &plan.views, &[], &[]);
+        let find = |visible: Option<&[u32]>| {
+            let views = plan.views.clone();
+            let mut casting = Casting::new(plan.n_slots, views, &strands, visible);
+            while !casting.step(&[]) {}
+            casting.finish()
+        };
+        let (unblocked, everywhere) = (find(Some(&visible)), find(None));
         assert!(unblocked.n_texels < n_texels);
         let mut darkest = 1.0_f32;
         for slot in 1..plan.n_slots {

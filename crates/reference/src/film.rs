@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::{ViewUniform, view_uniform};
 
+use super::compare::Layer;
 use super::integrator::{CameraRay, Integrator, Layers};
 use crate::rays::Start;
 use strandlight_scattering::random::SplitMix64;
@@ -55,6 +56,17 @@ impl Film {
     /// Samples of each pixel.
     pub fn n_samples(&self) -> u32 {
         self.n_samples
+    }
+
+    /// Means of the single scattering of the hair alone, black before any sample, and the share of
+    /// each pixel that hair covers.
+    pub fn single(&self) -> Layer {
+        let scale = 1.0 / f64::from(self.n_samples.max(1));
+        let mean = |sum: f64| (sum * scale) as f32;
+        let rgb = self.pixels.iter().map(|pixel| pixel.single.map(mean));
+        let alpha = self.pixels.iter().map(|pixel| mean(pixel.covered));
+        let [width, height] = self.size.map(|side| side as usize);
+        Layer::new(width, height, rgb.collect(), alpha.collect())
     }
 
     /// Adds `n_samples` samples to each pixel of what `scene`'s camera sees. `observer` receives

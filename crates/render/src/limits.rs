@@ -31,9 +31,11 @@ macro_rules! needs {
 /// Most are below WebGPU's defaults. What depends on the scene or the picture is checked where that
 /// is known: buffers by [`DeviceBytes::check`](crate::passes::DeviceBytes::check), sides of
 /// pictures by [`ProgressiveRenderer::set_size`](crate::ProgressiveRenderer::set_size).
-const NEEDS: [Need; 21] = needs! {
+const NEEDS: [Need; 22] = needs! {
     // Tables of painted fibres, and paint of two million points.
     max_texture_dimension_2d: 2048,
+    // Tables of multiple scattering.
+    max_texture_dimension_3d: 256,
     // One of ours, two of the window's.
     max_bind_groups: 2,
     max_bindings_per_bind_group: 24,
@@ -42,7 +44,7 @@ const NEEDS: [Need; 21] = needs! {
     max_samplers_per_shader_stage: 1,
     max_storage_buffers_per_shader_stage: 8,
     max_storage_textures_per_shader_stage: 1,
-    max_uniform_buffers_per_shader_stage: 6,
+    max_uniform_buffers_per_shader_stage: 7,
     max_uniform_buffer_binding_size: 16 << 10,
     max_storage_buffer_binding_size: 16 << 20,
     max_buffer_size: 16 << 20,
@@ -163,8 +165,9 @@ mod tests {
         let passes = MODULES.iter().filter(|(name, _)| {
             name.starts_with("pass/") && !name.contains("probe") && !name.contains("bench")
         });
-        let features: [&[&str]; 3] = [
+        let features: [&[&str]; 4] = [
             &[],
+            &["TABLES"],
             &["PROXIES"],
             &["PAINTED", "PAINTED_WIDTHS", "PAINTED_SHIFTS"],
         ];
@@ -199,6 +202,13 @@ mod tests {
                     (
                         "max_uniform_buffers_per_shader_stage",
                         count(&|one| one.space == naga::AddressSpace::Uniform),
+                    ),
+                    (
+                        "max_samplers_per_shader_stage",
+                        count(&|one| {
+                            let kind = &module.types[one.ty].inner;
+                            matches!(kind, naga::TypeInner::Sampler { .. })
+                        }),
                     ),
                     (
                         "max_sampled_textures_per_shader_stage",

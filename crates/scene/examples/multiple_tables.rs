@@ -19,7 +19,7 @@ use strandlight_scattering::closed_form::{
     global_scattering, local_scattering, sample_averages,
 };
 use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::multiple_tables::{Job, MultipleTables};
+use strandlight_scattering::multiple_tables::{Job, MultipleSource, MultipleTables};
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8};
 use strandlight_scattering::{HairParams, Lobe};
@@ -177,6 +177,13 @@ fn cost(repetitions: u64) -> Result<(), Failed> {
     let fill = (on_core()? - start) as f64 * 1e-6 / fills as f64;
     let tables = bundled.fill(&material);
     println!("fill {fill:.1} ms, {} bytes", tables.bytes());
+    let start = on_core()?;
+    for _ in 0..repetitions {
+        let terms = TERM_GLOBAL | TERM_LOCAL;
+        black_box(MultipleSource::new(black_box(&shading), averages, terms));
+    }
+    let source = (on_core()? - start) as f64 * 1e-6 / repetitions as f64;
+    println!("what a GPU fills them from {source:.2} ms");
     let queries: Vec<Query> = (0..4096).map(|ix| Query::draw(ix, &material)).collect();
     let time = |name: &str, one: &dyn Fn(&[Query]) -> f32| -> Result<(), Failed> {
         let start = on_core()?;

@@ -62,8 +62,8 @@ impl ResourceCounts {
 /// One kind of work since the last edit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageReport {
-    /// Its name: `first look`, `voxelise`, `shadow maps`, `transmittance`, `shade`, `project`,
-    /// `list`, `draw`, `composite`, `display`.
+    /// Its name: `first look`, `voxelise`, `shadow maps`, `transmittance`, `tables`, `shade`,
+    /// `project`, `list`, `draw`, `composite`, `display`.
     pub name: &'static str,
     /// How often it ran: maps, directions of light, slices of points, passes.
     pub runs: u32,

@@ -13,7 +13,7 @@ use strandlight_formats::TableFile;
 pub use strandlight_scattering::Parameter;
 use strandlight_scattering::closed_form::{
     AverageTexel, Fibre, LobeDecode, N_AVERAGE_COLUMNS, PaintedAverages, PaintedDecode,
-    Reflectance, pack_averages,
+    Reflectance, TERM_GLOBAL, TERM_LOCAL, Tables, pack_averages,
 };
 use strandlight_scattering::dual_scattering::{
     AverageTable, DEFAULT_AVERAGE_LAYERS, DEFAULT_SCALES, N_INCLINATIONS, PaintedAverageTable,
@@ -23,6 +23,7 @@ use strandlight_scattering::lobes::{
     DEFAULT_LOBE_TEXELS, DEFAULT_PAINTED_TEXELS, Energies, LobePlaces, LobeRows, LobeTable,
     LobeTexture, PackedShapes, PaintedTexture, Shares, slice_painted,
 };
+use strandlight_scattering::multiple_tables::MultipleSource;
 use strandlight_scattering::{HairParams, Lobe};
 
 pub use crate::error::EditError;
@@ -60,6 +61,9 @@ pub enum Part {
     LobesTrt,
     /// The averages of multiple scattering, of all modes whichever are enabled; on the GPU.
     Averages,
+    /// What the tables of multiple scattering of the enabled modes are filled from; on the GPU,
+    /// which fills them.
+    Multiple,
     /// The lobes of TT over theta_d and absorption, in the place of those of one fibre where hair
     /// is painted; on the GPU.
     PaintedTt,
@@ -87,8 +91,8 @@ pub struct Rule {
     pub part: Part,
     /// Its name in reports.
     pub name: &'static str,
-    /// It exists if one of these modes is enabled; the fibre always, the averages if multiple
-    /// scattering is. Painted hair has parts of its own, see [`Part::is_painted`].
+    /// It exists if one of these modes is enabled; the fibre always, the averages and what is made
+    /// of them if multiple scattering is. Painted hair has parts of its own, see [`Part::is_painted`].
     pub modes: &'static [Lobe],
     /// Parameters it is made of.
     pub parameters: &'static [Parameter],
@@ -115,7 +119,7 @@ const fn rule(
 /// From parameter to texture, sources first.
 #[rustfmt::skip]
 #[doc(hidden)]
-pub const RULES: [Rule; 16] = {
+pub const RULES: [Rule; 17] = {
     use Parameter::{CausticWidth, Eccentricity, Eta, Intensity, Shift, SigmaA, Width};
     use Part::*;
     const TT: &[Lobe] = &[Lobe::Tt];
@@ -134,6 +138,7 @@ pub const RULES: [Rule; 16] = {
         rule(SharesTrt,   "shares TRT",   TRT,        &[SigmaA],                    &[RowTrt]),
         rule(LobesTrt,    "lobes TRT",    TRT,        &[Intensity],                 &[ShapesTrt, EnergiesTrt, SharesTrt]),
         rule(Averages,    "averages",     &[],        &Parameter::ALL,              &[]),
+        rule(Multiple,    "multiple",    &[],         &[],                          &[Fibre, Reflectance, LobesTt, LobesTrt, Averages]),
         // Of no absorption: neither its edit nor paint recomputes them.
         rule(PaintedTt,       "painted lobes TT",  TT,  &[Eta, Intensity],                             &[]),
         rule(PaintedTrt,      "painted lobes TRT", TRT, &[Eta, CausticWidth, Intensity],               &[]),
@@ -405,7 +410,7 @@ impl HairMaterial {
                 Part::Fibre => true,
                 Part::Reflectance => of_modes,
                 part if part.is_painted() != self.paint.is_some() => false,
-                Part::Averages | Part::PaintedAverages => self.is_multiple,
+                Part::Averages | Part::Multiple | Part::PaintedAverages => self.is_multiple,
                 _ => of_modes,
             };
             let of_parameters = rule
@@ -508,6 +513,19 @@ impl HairMaterial {
                 let table = AverageTable::new(&self.hair, self.fresnel);
                 self.optics.averages = pack_averages(&table);
             }
+            Part::Multiple => {
+                // Multiple scattering reads none of the baked tables but the lobes.
+                let none = Tables {
+                    c: &[],
+                    h_tt: &[],
+                    h_trt: &[],
+                    axes: bytemuck::Zeroable::zeroed(),
+                };
+                let shading = self.optics.shading(none);
+                let terms = TERM_GLOBAL | TERM_LOCAL;
+                let source = MultipleSource::new(&shading, &self.optics.averages, terms);
+                self.optics.multiple = Some(source);
+            }
             Part::PaintedTt => self.optics.painted.tt = self.painted_lobes(Lobe::Tt),
             Part::PaintedTrt => self.optics.painted.trt = self.painted_lobes(Lobe::Trt),
             Part::PaintedAverages => {
@@ -577,6 +595,7 @@ impl HairMaterial {
             Part::LobesTt => self.optics.tt = no_lobes(),
             Part::LobesTrt => self.optics.trt = no_lobes(),
             Part::Averages => self.optics.averages = Vec::new(),
+            Part::Multiple => self.optics.multiple = None,
             Part::PaintedTt => self.optics.painted.tt = no_painted_lobes(),
             Part::PaintedTrt => self.optics.painted.trt = no_painted_lobes(),
             Part::PaintedAverages => self.optics.painted.averages = no_painted_averages(),
@@ -597,6 +616,9 @@ impl HairMaterial {
             Part::LobesTt => lobes(&self.optics.tt),
             Part::LobesTrt => lobes(&self.optics.trt),
             Part::Averages => size_of_val(self.averages()),
+            Part::Multiple => self.optics.multiple.as_ref().map_or(0, |source| {
+                size_of_val(&source.layout) + size_of_val(&source.profiles[..])
+            }),
             Part::PaintedTt => painted(&self.optics.painted.tt),
             Part::PaintedTrt => painted(&self.optics.painted.trt),
             Part::PaintedAverages => {

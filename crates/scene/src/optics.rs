@@ -6,6 +6,7 @@ use strandlight_scattering::closed_form::{
     Shading, Tables,
 };
 use strandlight_scattering::lobes::LobeTexture;
+use strandlight_scattering::multiple_tables::MultipleSource;
 
 use crate::paint::PaintedOptics;
 
@@ -22,6 +23,8 @@ pub struct Optics {
     pub trt: LobeTexture,
     /// Averages for multiple scattering over the inclination; none where that is switched off.
     pub averages: Vec<AverageTexel>,
+    /// What the tables of multiple scattering are made from; none where that is switched off.
+    pub multiple: Option<MultipleSource>,
     /// What takes the place of lobes and averages where hair is painted.
     pub painted: PaintedOptics,
 }
@@ -48,6 +51,7 @@ impl Optics {
             tt: no_lobes(),
             trt: no_lobes(),
             averages: Vec::new(),
+            multiple: None,
             painted: PaintedOptics::default(),
         }
     }

@@ -64,6 +64,22 @@ impl Progress {
     }
 }
 
+/// The end of some time.
+#[derive(Clone, Copy, Debug)]
+pub struct Deadline(Instant);
+
+impl Deadline {
+    /// After so much time from now.
+    pub fn after(time: std::time::Duration) -> Deadline {
+        Deadline(Instant::now() + time)
+    }
+
+    /// Is it still to come?
+    pub fn is_to_come(&self) -> bool {
+        Instant::now() < self.0
+    }
+}
+
 /// Runs `work` and returns its value and the seconds it took.
 pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 
 use strandlight_formats::{Background, Scattering, Scene, SrbfLight};
 use strandlight_scattering::Lobe;
@@ -24,13 +25,14 @@ use crate::strands::Strands;
 use crate::tables::ShadingTables;
 use crate::tone::ToneMap;
 use crate::volume::{Grid, largest, power, sweep_directions};
+use strandlight_scattering::multiple_tables::MultipleSource;
 use strandlight_scattering::spherical_gaussian::solid_angle;
 
 /// Everything a frame needs. Both backends draw from this, so they see the same numbers.
 #[derive(Clone, Debug)]
 pub struct PreparedScene {
     /// The hair, world space, cm.
-    pub strands: Strands,
+    pub strands: Arc<Strands>,
     /// All lights of the set in its order, turned and scaled as the scene says; those that are off
     /// are black. So an index is the light's number in the set, as in files, layers and the viewer.
     pub lights: Vec<SrbfLight>,
@@ -51,7 +53,7 @@ pub struct PreparedScene {
     /// a scene add up to that of all if these stay the same.
     pub reference_amplitudes: Option<Vec<[f32; 3]>>,
     scattering: Scattering,
-    paint: Option<Vec<PaintedPoint>>,
+    paint: Option<Arc<Vec<PaintedPoint>>>,
     /// Tables of the closed forms: C where R is drawn.
     pub tables: ShadingTables,
     /// The view.
@@ -152,7 +154,7 @@ impl PreparedScene {
         seconds: f64,
     ) -> Result<(), SceneError> {
         if let Some(mut motion) = Motion::new(scene, files) {
-            self.strands = motion.strands_at(&self.strands, seconds)?;
+            self.strands = Arc::new(motion.strands_at(&self.strands, seconds)?);
         }
         Ok(())
     }
@@ -176,7 +178,7 @@ impl PreparedScene {
         }
         let camera = camera(scene.camera.as_ref(), strands.centre, strands.radius);
         let mut prepared = PreparedScene {
-            strands,
+            strands: Arc::new(strands),
             lights,
             hair: assets.textures(&scene.hair)?,
             densities: densities(&scene.hair),
@@ -218,7 +220,7 @@ impl PreparedScene {
     ) -> Result<Self, SceneError> {
         check_lights(&lights)?;
         let mut scene = PreparedScene {
-            strands,
+            strands: Arc::new(strands),
             lights,
             hair,
             densities: [DENSITY_FORWARD, DENSITY_BACK],
@@ -265,6 +267,22 @@ impl PreparedScene {
         }
     }
 
+    /// Do tables of one fibre serve all points? Not where each has a fibre of its own; nor where
+    /// pictures of single modes must add up to that of all, which those of their tables do to 0.1 %.
+    #[doc(hidden)]
+    pub fn has_one_fibre(&self) -> bool {
+        self.paint.is_none() && self.reference_amplitudes.is_none()
+    }
+
+    /// What the tables are filled from that stand for multiple scattering, if they serve all points
+    /// and terms that are drawn.
+    #[doc(hidden)]
+    pub fn multiple(&self) -> Option<&MultipleSource> {
+        let wanted = self.terms() & (TERM_GLOBAL | TERM_LOCAL);
+        let source = self.hair.optics().multiple.as_ref();
+        source.filter(|source| self.has_one_fibre() && wanted & !source.terms() == 0 && wanted != 0)
+    }
+
     /// Sets the amplitudes of the lights, in their order.
     ///
     /// # Errors
@@ -287,7 +305,13 @@ impl PreparedScene {
 
     /// The paint of [`Strands::points`]; [`None`] where the hair is not painted.
     pub fn paint(&self) -> Option<&[PaintedPoint]> {
-        self.paint.as_deref()
+        self.paint.as_ref().map(|paint| &paint[..])
+    }
+
+    /// The same, shared.
+    #[doc(hidden)]
+    pub fn shared_paint(&self) -> Option<&Arc<Vec<PaintedPoint>>> {
+        self.paint.as_ref()
     }
 
     /// Takes the paint of the groom's points, or takes all paint off: the hair's tables of painted
@@ -300,7 +324,7 @@ impl PreparedScene {
         let points = paint.map(|paint| paint.spread(&self.strands)).transpose()?;
         let kinds = points.as_deref().map(PaintKinds::of);
         let report = self.hair.enable_paint(kinds)?;
-        self.paint = points;
+        self.paint = points.map(Arc::new);
         Ok(report)
     }
 
@@ -319,6 +343,7 @@ impl PreparedScene {
             let report = self.set_paint(Some(paint))?;
             return Ok((0..self.strands.points.len(), Some(report)));
         };
+        let points = Arc::make_mut(points);
         let range = paint.spread_range(&self.strands, changed, points)?;
         let before = self.hair.paint().unwrap_or_default();
         let kinds = before.or(PaintKinds::of(&points[range.clone()]));

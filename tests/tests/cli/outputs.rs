@@ -493,7 +493,9 @@ fn every_command_with_json_answers_failures_in_json() {
     let lines = [
         ("bench edit", "--tables missing.tables"),
         ("bench frames", "missing.toml"),
+        ("bench growth", "--svg a.groom"),
         ("bench multiple", "--n 1 --repetitions 0 --seed x"),
+        ("bench peers", "missing.toml"),
         ("bench plots", "-o a.groom"),
         ("bench single", "-o a.groom"),
         ("bench transmittance", "missing.toml"),

@@ -1,6 +1,7 @@
 //! Pictures and functions on the adapter; Mesa's lavapipe will do.
 
 mod embed;
+mod multiple_tables;
 mod painted;
 mod progressive;
 mod proxies;

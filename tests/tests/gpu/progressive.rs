@@ -211,7 +211,7 @@ const CASES: [Case; 9] = [
             let shear = |&[x, y, z, radius]: &[f32; 4]| [x + 0.2 * y, y, 1.1 * z, radius];
             let points: Vec<[f32; 4]> = scene.strands.points.iter().map(shear).collect();
             progressive.set_points(&points).unwrap();
-            scene.strands = scene.strands.moved(&points).unwrap();
+            scene.strands = scene.strands.moved(&points).unwrap().into();
         },
         is_free: false,
     },

@@ -321,7 +321,7 @@ fn moved_hair_and_other_lights_draw_what_a_new_renderer_draws() {
     let points = bent(&scene.strands);
     renderer.set_points(&points).unwrap();
     let mut moved = scene.clone();
-    moved.strands = scene.strands.moved(&points).unwrap();
+    moved.strands = scene.strands.moved(&points).unwrap().into();
     let drawn = at(&mut renderer);
     assert!(drawn == at(&mut ProgressiveRenderer::new(&context, moved.clone()).unwrap()));
     assert!(drawn != before);

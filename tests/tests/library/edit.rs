@@ -9,7 +9,9 @@ use strandlight_render::gpu::Context;
 use strandlight_render::gpu_optics::GpuOptics;
 use strandlight_render::probe::{MODE_ALL, Query, evaluate};
 use strandlight_scattering::axis::{Axis, Spacing};
-use strandlight_scattering::closed_form::{DirectionInFrame, pack_averages, sample_averages};
+use strandlight_scattering::closed_form::{
+    DirectionInFrame, Fibre, pack_averages, sample_averages,
+};
 use strandlight_scattering::dual_scattering::{Average, AverageTable, N_INCLINATIONS};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{LobeAxes, LobeTable};
@@ -135,17 +137,18 @@ fn an_edit_makes_what_it_touches() {
                 SharesTrt,
                 LobesTrt,
                 Averages,
+                Multiple,
             ],
         ),
         (
             Parameter::Intensity,
-            vec![Reflectance, LobesTt, LobesTrt, Averages],
+            vec![Reflectance, LobesTt, LobesTrt, Averages, Multiple],
         ),
-        (Parameter::Shift, vec![Fibre, Averages]),
-        (Parameter::Width, vec![Fibre, Averages]),
+        (Parameter::Shift, vec![Fibre, Averages, Multiple]),
+        (Parameter::Width, vec![Fibre, Averages, Multiple]),
         (
             Parameter::CausticWidth,
-            vec![Fibre, ShapesTrt, LobesTrt, Averages],
+            vec![Fibre, ShapesTrt, LobesTrt, Averages, Multiple],
         ),
         (
             Parameter::Eccentricity,
@@ -157,6 +160,7 @@ fn an_edit_makes_what_it_touches() {
                 SharesTrt,
                 LobesTrt,
                 Averages,
+                Multiple,
             ],
         ),
     ] {
@@ -174,6 +178,7 @@ fn an_edit_makes_what_it_touches() {
             (LobesTt, before.tt == after.tt),
             (LobesTrt, before.trt == after.trt),
             (Averages, before.averages == after.averages),
+            (Multiple, before.multiple == after.multiple),
         ] {
             assert_eq!(is_same, !expected.contains(&part), "{parameter:?} {part:?}");
         }
@@ -226,8 +231,10 @@ fn averages_come_and_go_with_multiple_scattering() {
     assert!(!single.is_multiple() && single.averages().is_empty());
     let mut all = single.clone();
     let report = all.enable_multiple(true);
-    assert_eq!(rebuilt(&report), [Part::Averages]);
-    assert_eq!(report.bytes_to_upload(), 64 * N_INCLINATIONS);
+    assert_eq!(rebuilt(&report), [Part::Averages, Part::Multiple]);
+    let source = all.optics().multiple.as_ref().unwrap();
+    let bytes = size_of_val(&source.layout) + size_of_val(&source.profiles[..]);
+    assert_eq!(report.bytes_to_upload(), 64 * N_INCLINATIONS + bytes);
     // What shading samples is the table.
     let table = AverageTable::new(&hair, Fresnel::Dielectric);
     assert_eq!(all.averages(), pack_averages(&table));
@@ -248,8 +255,9 @@ fn averages_come_and_go_with_multiple_scattering() {
             }
         }
     }
-    // Modes do not matter, and the same again is no edit.
-    assert_eq!(rebuilt(&all.enable(&[]).unwrap()), [Part::Fibre]);
+    // Modes do not matter to the averages, and the same again is no edit.
+    let report = all.enable(&[]).unwrap();
+    assert_eq!(rebuilt(&report), [Part::Fibre, Part::Multiple]);
     assert_eq!(rebuilt(&all.enable_multiple(true)), []);
     all.enable(&Lobe::ALL).unwrap();
     all.enable_multiple(false);
@@ -301,16 +309,23 @@ fn gpu_holds_what_is_in_memory() {
     let mut now = textures(&hair, &modes);
     let mut gpu = GpuOptics::new(&context, &[now.optics()]).unwrap();
     let (mut n_written, mut n_whole, mut n_with_averages) = (0, 0, 0);
+    // What tables of multiple scattering are filled from is written beside the optics.
+    let bytes_to_upload = |report: &EditReport| -> usize {
+        let parts = report
+            .rebuilt()
+            .filter(|report| report.part != Part::Multiple);
+        parts.map(|report| report.gpu_bytes).sum()
+    };
     for _ in 0..30 {
         random_edit(&mut random, &mut hair, &mut modes);
         let report = now.edit(&hair, &modes).unwrap();
         let written = gpu.update(&context, now.optics(), &report);
-        assert_eq!(written.bytes, report.bytes_to_upload());
+        assert_eq!(written.bytes, bytes_to_upload(&report));
         n_written += written.bytes;
         if random.uniform(0.0, 1.0) < 0.3 {
             let report = now.enable_multiple(!now.is_multiple());
             let written = gpu.update(&context, now.optics(), &report);
-            assert_eq!(written.bytes, report.bytes_to_upload());
+            assert_eq!(written.bytes, bytes_to_upload(&report));
             n_written += written.bytes;
         }
         if now.is_multiple() {
@@ -402,6 +417,9 @@ fn the_command_lists_every_parameter() {
     // The widths and shifts of M live in the uniform; averages depend on them.
     for name in ["shift", "width"] {
         let of_name = edits.iter().find(|edit| edit["parameter"] == name);
-        assert_eq!(of_name.expect("listed")["bytes"], 64 + 64 * N_INCLINATIONS);
+        let bytes = of_name.expect("listed")["bytes"].as_u64();
+        let multiple = textures(&HairParams::default(), &Lobe::ALL).enable_multiple(true);
+        let expected = size_of::<Fibre>() + multiple.bytes_to_upload();
+        assert_eq!(bytes, Some(expected as u64));
     }
 }

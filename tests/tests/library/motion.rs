@@ -20,7 +20,7 @@ fn breeze() -> WindSection {
 
 fn in_wind() -> PreparedScene {
     let mut scene = wig_scene(300);
-    scene.strands = wind::with_room(&breeze(), scene.strands);
+    scene.strands = wind::with_room(&breeze(), (*scene.strands).clone()).into();
     scene
 }
 
@@ -119,7 +119,7 @@ fn gpu_bends_and_lights_the_hair_as_the_cpu_says() {
             .unwrap();
         while !progressive.advance(Duration::from_secs(1)).unwrap().is_done {}
         let moved = progressive.finish(16).unwrap();
-        scene.strands = wind::strands_at(&breeze(), &rest, seconds).unwrap();
+        scene.strands = wind::strands_at(&breeze(), &rest, seconds).unwrap().into();
         let mut fresh = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
         let (expected, _) = fresh.render_to_image(&scene.camera, [96, 72], 16).unwrap();
         let error = picture_rmse(&moved, &expected);

@@ -82,6 +82,45 @@ fn functions_have_twins_of_the_same_name_and_order() {
     assert!(check(&shaders.join("paper"), &rust.join("paper"), "paper_") >= 10);
 }
 
+/// Names of all functions and methods in the files of a folder.
+fn methods(folder: &Path) -> Vec<String> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).expect("the folder is there") {
+        let text = fs::read_to_string(entry.expect("it can be read").path()).expect("readable");
+        let code = text.split("#[cfg(test)]").next().unwrap_or(&text);
+        let names_of = |line: &str| functions(line.trim_start());
+        names.extend(code.lines().flat_map(names_of));
+    }
+    names
+}
+
+/// Methods in Rust, so in any order.
+#[test]
+fn tables_of_multiple_scattering_have_twins_of_the_same_name() {
+    let root = project_root();
+    let rust = methods(&root.join("crates/scattering/src/multiple_tables"));
+    let elsewhere = [
+        // `at` of `LagFunctions`.
+        "multiple_lag_functions",
+        // Parts of `balance`, which walks along the rows, and of the texture.
+        "balance_weights",
+        "stored",
+    ];
+    let read = |name| fs::read_to_string(root.join(name)).expect("readable");
+    let text =
+        read("shaders/lib/multiple_tables.wgsl") + &read("shaders/pass/multiple_tables.wgsl");
+    let entry_points = ["fill_rows", "fill_direct", "balance_rows", "balance_direct"];
+    let mut checked = 0;
+    for name in functions(&text) {
+        let twin = name.strip_prefix("multiple_").unwrap_or(&name);
+        if !elsewhere.contains(&name.as_str()) && !entry_points.contains(&twin) {
+            assert!(rust.iter().any(|one| one == twin), "{name} has no twin");
+            checked += 1;
+        }
+    }
+    assert!(checked >= 10, "{checked}");
+}
+
 #[test]
 fn missing_and_misplaced_functions_are_seen() {
     let names = |text: &str| functions(text);

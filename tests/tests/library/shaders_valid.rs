@@ -96,6 +96,27 @@ fn painted_shading_is_valid_and_apart() {
     }));
 }
 
+/// Only shading that looks multiple scattering up binds tables, and then no averages.
+#[test]
+fn shading_by_tables_binds_what_it_reads() {
+    let used = |features: &[&str]| {
+        let module = module_with("pass/shade", features);
+        let flags = ValidationFlags::all();
+        let mut validator = Validator::new(flags, Capabilities::SHADER_FLOAT16_IN_FLOAT32);
+        let info = validator.validate(&module).expect("it is valid");
+        let bound = module.global_variables.iter().filter(|(handle, variable)| {
+            variable.binding.is_some() && !info.get_entry_point(0)[*handle].is_empty()
+        });
+        let names = bound.map(|(_, variable)| variable.name.clone().unwrap_or_default());
+        names.collect::<BTreeSet<_>>()
+    };
+    let [plain, tabled] = [used(&[]), used(&["TABLES"])];
+    let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+    let of_tables: BTreeSet<String> = names(&["tables", "rows", "direct", "linear"]);
+    assert_eq!(&tabled - &plain, of_tables);
+    assert_eq!(&plain - &tabled, names(&["averages"]));
+}
+
 #[test]
 fn modules_are_valid_with_their_features() {
     for name in ["pass/shadow_map", "pass/transmittance"] {

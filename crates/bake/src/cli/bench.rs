@@ -1,9 +1,12 @@
 //! `strandlight bench`: run time against error.
 
+mod against;
 mod edit;
 mod frames;
+mod growth;
 mod method_tables;
 mod multiple;
+mod peers;
 mod plots;
 mod single;
 mod transmittance;
@@ -21,6 +24,8 @@ pub struct Args {
 enum What {
     Edit(edit::Args),
     Frames(frames::Args),
+    Peers(peers::Args),
+    Growth(growth::Args),
     Single(single::Args),
     Multiple(multiple::Args),
     Transmittance(transmittance::Args),
@@ -32,6 +37,8 @@ pub fn run(args: &Args) -> Outcome {
     match &args.what {
         What::Edit(args) => edit::run(args),
         What::Frames(args) => frames::run(args),
+        What::Peers(args) => peers::run(args),
+        What::Growth(args) => growth::run(args),
         What::Single(args) => single::run(args),
         What::Multiple(args) => multiple::run(args),
         What::Transmittance(args) => transmittance::run(args),

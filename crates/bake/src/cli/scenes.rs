@@ -58,6 +58,63 @@ fn parse_scale(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    let mut documents = Vec::new();
+    write(args, &mut |document| match args.json {
+        true => {
+            documents.push(document);
+            Ok(())
+        }
+        false => print_line(in_words(&document)),
+    })?;
+    if args.json {
+        return print_line(format_args!("{:#}", json!({ "scenes": documents })));
+    }
+    note!(
+        "next: strandlight render {}/NAME.toml -o NAME.png",
+        args.output.display()
+    );
+    Ok(())
+}
+
+/// Scene files in `folder` of the scenes of Table 2; those that are not there are generated, each of
+/// which is said on stderr.
+pub fn table_2(folder: &Path) -> Result<Vec<(&'static PaperScene, PathBuf)>, Failure> {
+    let file = |scene: &PaperScene| scene_paths(scene, folder)[0].clone();
+    let missing = PaperScene::of_table_2().filter(|scene| !file(scene).exists());
+    let args = Args {
+        only: missing.collect(),
+        output: folder.to_owned(),
+        map: None,
+        scale: 1.0,
+        json: false,
+    };
+    if !args.only.is_empty() {
+        write(&args, &mut |document| {
+            note!("{}", in_words(&document));
+            Ok(())
+        })?;
+    }
+    let scenes = PaperScene::of_table_2();
+    Ok(scenes.map(|scene| (scene, file(scene))).collect())
+}
+
+/// What was written, as a line.
+fn in_words(document: &Value) -> String {
+    let text = |key: &str| document[key].as_str().unwrap_or_default().to_owned();
+    let number = |key: &str| document[key].as_f64().unwrap_or(f64::NAN);
+    format!(
+        "{}: {} strands, {} points, {} lights (fibre error {:.2} %), {:.1} s",
+        text("scene"),
+        document["strands"],
+        document["points"],
+        document["lights"],
+        100.0 * number("fibre_error"),
+        number("seconds"),
+    )
+}
+
+/// Writes the scenes; `written` receives what `--json` says of each.
+fn write(args: &Args, written: &mut dyn FnMut(Value) -> Outcome) -> Outcome {
     // In the order of the table, each once.
     let scenes: Vec<&PaperScene> = SCENES
         .iter()
@@ -85,34 +142,13 @@ pub fn run(args: &Args) -> Outcome {
     for sky in skies {
         maps.push((sky, write_map(sky, folder)?));
     }
-    let mut documents = Vec::new();
     for scene in scenes {
         let drawn = maps.iter().find(|(sky, _)| *sky == scene.sky);
         let Some(map) = own.as_ref().or(drawn.map(|(_, map)| map)) else {
             return Err(Failure::Input(format!("{} has no map", scene.name)));
         };
-        let document = write_scene(scene, map, args)?;
-        if args.json {
-            documents.push(document);
-        } else {
-            print_line(format_args!(
-                "{}: {} strands, {} points, {} lights (fibre error {:.2} %), {:.1} s",
-                folder.join(scene.name).with_extension("toml").display(),
-                document["strands"],
-                document["points"],
-                document["lights"],
-                100.0 * document["fibre_error"].as_f64().unwrap_or(f64::NAN),
-                document["seconds"].as_f64().unwrap_or(f64::NAN),
-            ))?;
-        }
+        written(write_scene(scene, map, args)?)?;
     }
-    if args.json {
-        return print_line(format_args!("{:#}", json!({ "scenes": documents })));
-    }
-    note!(
-        "next: strandlight render {}/NAME.toml -o NAME.png",
-        folder.display()
-    );
     Ok(())
 }
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use strandlight_cpu::CpuRenderer;
 use strandlight_formats::{Scene, WindSection};
-use strandlight_reference::compare::{Layer, compare};
+use strandlight_reference::compare::compare;
 use strandlight_scene::memory::peak_bytes;
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::{Paint, PaintedPoint};
@@ -16,12 +16,11 @@ use strandlight_scene::progress::timed;
 use strandlight_scene::{Backend, Picture, PreparedScene, RenderError, SceneError, Stats};
 
 use super::edits::{self, median};
+use super::peers::blocks;
+use super::process_clock::{core_seconds, since};
 
 /// Radians that lights and views turn by: 5 degrees.
 const TURN: f32 = 0.087_266_46;
-
-/// Side in pixels of the blocks whose means are compared.
-const BLOCK: usize = 4;
 
 /// What is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +106,8 @@ impl PictureCost {
         1e3 / self.milliseconds
     }
 
-    fn to_json(&self) -> Value {
+    /// As JSON.
+    pub fn to_json(&self) -> Value {
         let stage = |(name, milliseconds): &(&str, f64)| json!({ "name": name, "milliseconds": milliseconds });
         let [products, products_skipped] = self.stats.products();
         json!({
@@ -127,6 +127,9 @@ impl PictureCost {
 /// An edit of a scene that is drawn; its argument says whether to edit there or back.
 type Edit = Box<dyn Fn(&mut dyn Backend, &PreparedScene, bool) -> Result<(), RenderError>>;
 
+/// Names of the edits of a uniform parameter of the hair, which Xu's frame rates are of.
+pub const HAIR_EDITS: [&str; 3] = ["colour of the hair", "widths", "index of refraction"];
+
 /// Pictures that [`scene_costs`] draws.
 pub fn n_pictures(options: &Options) -> u64 {
     let kinds = 1 + N_EDITS;
@@ -143,9 +146,9 @@ fn edits(scene: &PreparedScene) -> Vec<(&'static str, Edit)> {
             "everything",
             Box::new(|live, base, _| live.set_scene(base.clone())),
         ),
-        ("colour of the hair", Box::new(edits::color)),
-        ("widths", Box::new(edits::widths)),
-        ("index of refraction", Box::new(edits::eta)),
+        (HAIR_EDITS[0], Box::new(edits::color)),
+        (HAIR_EDITS[1], Box::new(edits::widths)),
+        (HAIR_EDITS[2], Box::new(edits::eta)),
         ("colour of the lights", Box::new(edits::light_colors)),
         (
             "lights turned",
@@ -205,19 +208,14 @@ pub fn scene_costs(
     let base = load()?;
     let size = base.size;
     let mut live = CpuRenderer::new(base.clone());
-    let first = measure("first picture", options, drawn, |_| {
+    let first = measure("first picture", options.repetitions, drawn, |_| {
         let (loaded, seconds) = timed(load);
         live = CpuRenderer::new(loaded?);
         Ok((("load", 1e3 * seconds), draw(&mut live, size)?))
     })?;
     let mut pictures = vec![first];
-    for (name, edit) in edits(&base) {
-        let cost = measure(name, options, drawn, |there| {
-            let (edited, seconds) = timed(|| edit(&mut live, &base, there));
-            edited?;
-            Ok((("edit", 1e3 * seconds), draw(&mut live, size)?))
-        })?;
-        pictures.push(cost);
+    for edit in edits(&base) {
+        pictures.push(after(edit, &mut live, &base, options.repetitions, drawn)?);
     }
     let peak_bytes = peak_bytes();
     let samples = match options.samples {
@@ -238,6 +236,46 @@ pub fn scene_costs(
     })
 }
 
+/// Pictures that [`edit_costs`] draws for each of its names.
+pub fn n_edit_pictures(repetitions: u32) -> u64 {
+    2 * (u64::from(repetitions) + 1)
+}
+
+/// Draws `base` after the edits called `names`, as [`scene_costs`] does.
+///
+/// # Errors
+/// As there.
+pub fn edit_costs(
+    base: &PreparedScene,
+    names: &[&str],
+    repetitions: u32,
+    drawn: &dyn Fn(),
+) -> Result<Vec<PictureCost>, RenderError> {
+    let mut live = CpuRenderer::new(base.clone());
+    // An edit is one of a scene that was drawn.
+    draw(&mut live, base.size)?;
+    let edits = edits(base).into_iter();
+    edits
+        .filter(|(name, _)| names.contains(name))
+        .map(|edit| after(edit, &mut live, base, repetitions, drawn))
+        .collect()
+}
+
+/// Pictures after one kind of edit.
+fn after(
+    (name, edit): (&'static str, Edit),
+    live: &mut CpuRenderer,
+    base: &PreparedScene,
+    repetitions: u32,
+    drawn: &dyn Fn(),
+) -> Result<PictureCost, RenderError> {
+    measure(name, repetitions, drawn, |there| {
+        let (edited, seconds) = timed(|| edit(live, base, there));
+        edited?;
+        Ok((("edit", 1e3 * seconds), draw(live, base.size)?))
+    })
+}
+
 fn draw(live: &mut CpuRenderer, size: [u32; 2]) -> Result<(Picture, Stats), RenderError> {
     live.render(size, 1, &|_| ())
 }
@@ -246,7 +284,7 @@ fn draw(live: &mut CpuRenderer, size: [u32; 2]) -> Result<(Picture, Stats), Rend
 /// many milliseconds that took, and with what was drawn.
 fn measure(
     name: &'static str,
-    options: &Options,
+    repetitions: u32,
     drawn: &dyn Fn(),
     mut make: impl FnMut(bool) -> Result<((&'static str, f64), (Picture, Stats)), RenderError>,
 ) -> Result<PictureCost, RenderError> {
@@ -256,7 +294,7 @@ fn measure(
     }
     let before = core_seconds();
     let mut runs = Vec::new();
-    for there in (0..options.repetitions).flat_map(|_| [true, false]) {
+    for there in (0..repetitions).flat_map(|_| [true, false]) {
         let start = Instant::now();
         let (made_before, (_, stats)) = make(there)?;
         let milliseconds = 1e3 * start.elapsed().as_secs_f64();
@@ -308,43 +346,4 @@ fn by_samples(
         core_seconds_ratio: ratio.filter(|ratio| ratio.is_finite()),
         relative_rmse: compared.map(|compared| compared.hair.relative_rmse),
     })
-}
-
-fn blocks(picture: &Picture) -> Layer {
-    let (rgb, alpha) = picture
-        .rgba
-        .iter()
-        .map(|&[r, g, b, a]| ([r, g, b], a))
-        .unzip();
-    Layer::new(picture.width as usize, picture.height as usize, rgb, alpha).boxed(BLOCK)
-}
-
-/// Seconds that this process has been on any core, ended threads included, where the system tells:
-/// on Linux, in steps of 10 ms.
-fn core_seconds() -> Option<f64> {
-    ticks(&std::fs::read_to_string("/proc/self/stat").ok()?).map(|ticks| 1e-2 * ticks as f64)
-}
-
-fn since(before: Option<f64>) -> Option<f64> {
-    Some(core_seconds()? - before?)
-}
-
-/// `utime` and `stime` of a line of `/proc/PID/stat`, in 1/100 s. The program's name before them may
-/// have spaces and parentheses.
-fn ticks(stat: &str) -> Option<u64> {
-    let (_, after_name) = stat.rsplit_once(')')?;
-    let mut fields = after_name.split_whitespace().skip(11);
-    let mut field = || fields.next()?.parse::<u64>().ok();
-    Some(field()? + field()?)
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn user_and_system_time_add_up() {
-        let stat = "7 (a (b) c) R 1 1 1 0 -1 4194304 99 0 0 0 250 31 5 6 20 0 1 0 2873218";
-        assert_eq!(super::ticks(stat), Some(281));
-        assert_eq!(super::ticks("7 (a) R 1 2"), None);
-        assert_eq!(super::ticks(""), None);
-    }
 }

@@ -273,7 +273,7 @@ fn paint(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderE
 /// Hair bent by wind on the device against hair whose points come from elsewhere.
 fn motion(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
     let mut scene = scene.clone();
-    scene.strands = wind::with_room(&WindSection::default(), scene.strands);
+    scene.strands = wind::with_room(&WindSection::default(), (*scene.strands).clone()).into();
     let kinds = [
         kind("points moved", |renderer, base, there| {
             let shift = if there { 0.01 } else { 0.0 };

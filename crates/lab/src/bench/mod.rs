@@ -7,6 +7,10 @@
 //! - [`run_multiple`] does the same for the integrals of multiple scattering.
 //! - [`run_transmittance`] measures what hair leaves of a scene's lights, against ray shooting.
 //! - [`frames`]: what frames cost after an edit on a GPU; [`cpu_frames`]: on the CPU.
+//! - [`gpu_model`]: what frames might cost on GPUs, estimated from what they counted.
+//! - [`growth`]: how frames grow with the scene and the picture.
+//! - [`pairs`]: frames of two builds side by side.
+//! - [`peers`]: what brute force costs to a picture's error, beside that picture.
 //! - [`run`] does all of it; [`Frontier`] writes it down. [`figures`] plots lobes and integrands.
 
 mod accuracy;
@@ -18,9 +22,14 @@ pub mod edit;
 mod edits;
 pub mod frames;
 mod frontier;
+pub mod gpu_model;
+pub mod growth;
 mod method;
 mod multiple;
+pub mod pairs;
+pub mod peers;
 pub mod plot;
+mod process_clock;
 mod timing;
 mod transmittance;
 

@@ -89,7 +89,7 @@ impl HairRenderer {
     /// # Errors
     /// As [`Strands::moved`](strandlight_scene::strands::Strands::moved); nothing is changed then.
     pub fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-        self.scene.strands = self.scene.strands.moved(points)?;
+        self.scene.strands = self.scene.strands.moved(points)?.into();
         (self.wind, self.deform) = (None, None);
         self.edited(Inputs::POINTS);
         Ok(())
@@ -101,7 +101,7 @@ impl HairRenderer {
     /// As [`Strands::with_radii`](strandlight_scene::strands::Strands::with_radii); nothing is
     /// changed then.
     pub fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
-        self.scene.strands = self.scene.strands.with_radii(radii)?;
+        self.scene.strands = self.scene.strands.with_radii(radii)?.into();
         self.deform = None;
         self.edited(Inputs::POINTS);
         Ok(())

@@ -69,9 +69,9 @@ impl HairRenderer {
         if dirty.has(Inputs::DENSITIES) {
             self.lighting.set_densities(scene);
         }
-        if dirty.has(Inputs::TERMS) {
-            self.lighting.set_kind(context, scene)?;
-        }
+        self.lighting
+            .set_multiple(context, scene, dirty.hair.as_ref())?;
+        self.lighting.set_kind(context, scene)?;
         let mut view = view_uniform(
             &scene.camera,
             &scene.strands,
@@ -81,6 +81,7 @@ impl HairRenderer {
         view.margin_px += self.margin * scene.size[0].max(scene.size[1]) as f32;
         self.lighting.begin(context, &view);
         steps.extend(self.lighting.through_steps(view.forward));
+        steps.extend(self.lighting.table_steps());
         steps.extend(self.lighting.shade_steps(chunk));
         self.is_projected &= !dirty.has(Inputs::POINTS);
         self.job = Some(ShadingJob {

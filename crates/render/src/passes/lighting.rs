@@ -1,5 +1,5 @@
 //! Shading of the points in steps, each small enough to be submitted on its own: shadow maps, one
-//! by one; sweeps, direction by direction; points, slice by slice, for a batch of lights.
+//! by one; sweeps, direction by direction; tables of multiple scattering; points, slice by slice, for a batch of lights.
 //!
 //! What is edited is written into buffers that stay. Bind groups are made when they are first used
 //! and again when one of their buffers had to grow.
@@ -39,6 +39,8 @@ pub(crate) enum Step {
     Map(ShadowView),
     /// Sweeps a batch of lights along a direction of each.
     Sweep { batch: usize, k: u32 },
+    /// Fills the tables of multiple scattering.
+    Tables,
     /// Shades points with a batch of lights.
     Shade { batch: usize, points: Range<u32> },
     /// Adds what the proxies send back of a batch of lights.
@@ -51,6 +53,7 @@ impl Step {
         match self {
             Step::Map(_) => "shadow maps",
             Step::Sweep { .. } => "transmittance",
+            Step::Tables => "tables",
             Step::Shade { .. } => "shade",
             Step::Proxies { .. } => "proxies",
         }
@@ -66,6 +69,8 @@ struct Kind {
     modes: u32,
     /// What of the hair is painted.
     paint: Option<PaintKinds>,
+    /// Multiple scattering is looked up.
+    has_tables: bool,
 }
 
 impl Kind {
@@ -74,6 +79,7 @@ impl Kind {
             terms: scene.terms(),
             modes: scene.hair.optics().fibre.modes,
             paint: scene.hair.paint(),
+            has_tables: scene.multiple().is_some(),
         }
     }
 }
@@ -170,6 +176,7 @@ impl Lighting {
         };
         lighting.block_light(context)?;
         lighting.set_lights(context, scene, volume, strands);
+        lighting.set_multiple(context, scene, None)?;
         lighting.set_kind(context, scene)?;
         Ok(lighting)
     }
@@ -323,6 +330,20 @@ impl Lighting {
         }
     }
 
+    /// Makes room for the tables of multiple scattering where they serve `scene`, or writes what of
+    /// them an edit recomputed; [`Lighting::table_steps`] fills them.
+    pub fn set_multiple(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        report: Option<&EditReport>,
+    ) -> Result<(), RenderError> {
+        if self.scattering.set_multiple(context, scene, report)? {
+            self.forget_groups();
+        }
+        Ok(())
+    }
+
     /// Compiles what the terms and modes of `scene` need, unless they were drawn before.
     pub fn set_kind(
         &mut self,
@@ -334,7 +355,8 @@ impl Lighting {
             self.current = ix;
             return Ok(());
         }
-        let features = kind.paint.map_or(Vec::new(), PaintKinds::features);
+        let mut features = kind.paint.map_or(Vec::new(), PaintKinds::features);
+        features.extend(kind.has_tables.then_some("TABLES"));
         let module = module_with(context, "pass/shade", &features)?;
         let constants = [
             ("TERMS", f64::from(kind.terms)),
@@ -376,6 +398,11 @@ impl Lighting {
         views.into_iter().map(Step::Map).collect()
     }
 
+    /// What fills the tables of multiple scattering: nothing if they are filled.
+    pub fn table_steps(&self) -> Option<Step> {
+        self.scattering.has_stale_tables().then_some(Step::Tables)
+    }
+
     /// Discards the line-of-sight shadows.
     pub fn forget_through(&mut self) {
         self.through = None;
@@ -385,7 +412,7 @@ impl Lighting {
     /// lights.
     pub fn units(&self, step: &Step) -> f64 {
         match step {
-            Step::Map(_) => 1.0,
+            Step::Map(_) | Step::Tables => 1.0,
             Step::Sweep { batch, .. } => {
                 let n = self.n_lights.saturating_sub(batch * LIGHT_BATCH);
                 n.clamp(1, LIGHT_BATCH) as f64
@@ -474,6 +501,7 @@ impl Lighting {
             Step::Sweep { batch, k } => {
                 self.sweep.sweep(context, &volume.grid, *batch, *k, stamp);
             }
+            Step::Tables => self.scattering.fill_tables(context, stamp),
             Step::Shade { batch, points } => {
                 self.bind(context, strands, volume, *batch);
                 self.write_batch(context, *batch, points.clone());
@@ -590,12 +618,13 @@ impl Lighting {
     }
 
     /// Bytes by stage of [`Step::stage`].
-    pub fn bytes(&self) -> [(&'static str, u64); 3] {
+    pub fn bytes(&self) -> [(&'static str, u64); 4] {
         let radiance: u64 = self.radiance.iter().map(wgpu::Buffer::size).sum();
         let proxies = self.proxies.as_ref().map_or(0, Proxies::bytes);
         [
             ("shadow maps", self.maps.bytes()),
             ("transmittance", self.sweep.bytes()),
+            ("tables", self.scattering.table_bytes()),
             ("shade", radiance + proxies),
         ]
     }

@@ -1,6 +1,7 @@
 //! What a scene needs on a device, known before anything is made there.
 
 use super::draw;
+use super::multiple::multiple_bytes;
 use super::painted::paint_bytes;
 use super::shadows::STEP_BYTES;
 use strandlight_scattering::closed_form::PackedRecord;
@@ -85,6 +86,14 @@ impl DeviceBytes {
                 picture,
             ],
         };
+        if let Some(source) = scene.multiple() {
+            let [textures, rows] = multiple_bytes(source);
+            bytes.parts.push(DevicePart {
+                name: "the tables of multiple scattering",
+                bytes: textures + rows + size_of_val(&source.profiles[..]) as u64,
+                largest: rows,
+            });
+        }
         if scene.paint().is_some() {
             // Textures, which no limit of buffers is about.
             bytes.parts.push(DevicePart {

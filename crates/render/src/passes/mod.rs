@@ -12,6 +12,7 @@ pub(crate) mod draw;
 pub(crate) mod film;
 pub(crate) mod lighting;
 mod memory_estimate;
+pub(crate) mod multiple;
 pub(crate) mod noise;
 pub(crate) mod painted;
 pub(crate) mod parts;

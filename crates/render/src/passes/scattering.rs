@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
+use super::multiple::{Fill, Multiple};
 use super::painted::Painted;
 use super::resources::uniform;
+use super::stamp::Stamp;
 use crate::gpu::Context;
 use crate::gpu_optics::GpuOptics;
 use crate::gpu_tables::GpuTables;
@@ -21,6 +23,10 @@ pub(super) struct Scattering {
     tables: GpuTables,
     /// In the place of the fibre's optics where hair is painted.
     painted: Option<Painted>,
+    /// Where tables stand for multiple scattering.
+    multiple: Option<Multiple>,
+    /// What fills them, once they were needed.
+    fill: Option<Fill>,
 }
 
 impl Scattering {
@@ -33,7 +39,53 @@ impl Scattering {
             painted: scene
                 .paint()
                 .map(|points| Painted::new(context, &scene.hair, points)),
+            multiple: None,
+            fill: None,
         })
+    }
+
+    /// Makes room for the tables of multiple scattering, or writes what they are filled from if
+    /// `report` says that it is another; takes them off where they do not serve the scene. Answers
+    /// whether a texture is another one, which puts bind groups out of date.
+    pub fn set_multiple(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        report: Option<&EditReport>,
+    ) -> Result<bool, RenderError> {
+        let Some(source) = scene.multiple() else {
+            return Ok(self.multiple.take().is_some());
+        };
+        match &mut self.multiple {
+            None => {
+                if self.fill.is_none() {
+                    self.fill = Some(Fill::new(context)?);
+                }
+                self.multiple = Some(Multiple::new(context, source));
+                Ok(true)
+            }
+            Some(multiple) => {
+                let is_other = report.is_some_and(|report| report.is_rebuilt(Part::Multiple));
+                Ok(is_other && multiple.update(context, source))
+            }
+        }
+    }
+
+    /// Do the tables of multiple scattering have to be filled?
+    pub fn has_stale_tables(&self) -> bool {
+        self.multiple.as_ref().is_some_and(Multiple::is_stale)
+    }
+
+    /// Fills the tables of multiple scattering.
+    pub fn fill_tables(&mut self, context: &Context, stamp: Stamp) {
+        if let (Some(multiple), Some(fill)) = (&mut self.multiple, &self.fill) {
+            multiple.fill(context, fill, &self.optics, stamp);
+        }
+    }
+
+    /// Bytes of the tables of multiple scattering.
+    pub fn table_bytes(&self) -> u64 {
+        self.multiple.as_ref().map_or(0, Multiple::bytes)
     }
 
     /// Writes the paint of `changed` points. Answers whether a texture is another one.
@@ -63,6 +115,9 @@ impl Scattering {
     /// groups out of date.
     pub fn update(&mut self, context: &Context, hair: &HairMaterial, report: &EditReport) -> bool {
         let written = self.optics.update(context, hair.optics(), report);
+        if let Some(multiple) = self.multiple.as_mut().filter(|_| written.needs_rebind) {
+            multiple.forget_groups();
+        }
         if report.is_rebuilt(Part::Averages) {
             let table = forward_table(hair.averages());
             let bytes = bytemuck::bytes_of(&table);
@@ -88,9 +143,12 @@ impl Scattering {
             (3, self.optics.shading.as_entire_binding()),
             (13, view(&self.optics.tt)),
             (14, view(&self.optics.trt)),
-            (15, view(&self.optics.averages)),
             (16, self.forward.as_entire_binding()),
         ]);
+        match &self.multiple {
+            Some(multiple) => bindings.extend(multiple.bindings()),
+            None => bindings.push((15, view(&self.optics.averages))),
+        }
         bindings
     }
 }

@@ -9,6 +9,7 @@
 mod bench;
 mod cpu;
 mod gpu;
+mod multiple;
 mod painted;
 
 use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
@@ -17,6 +18,7 @@ use strandlight_scattering::dual_scattering::Average;
 pub use bench::{GpuBench, MAX_VIEWS, Workload};
 pub use cpu::evaluate;
 pub use gpu::GpuProbe;
+pub use multiple::{MultipleQuestion, gpu_multiple_answers};
 pub use painted::{
     PaintQuestion, gpu_paint_answers, gpu_painted_lobes, paint_answer, painted_lobes,
 };
@@ -60,7 +62,7 @@ strandlight_scattering::mirrors! {
 
 /// The structs here that shaders mirror.
 pub(crate) fn layouts() -> Vec<strandlight_scattering::layout::Layout> {
-    [LAYOUTS, painted::LAYOUTS].concat()
+    [LAYOUTS, multiple::LAYOUTS, painted::LAYOUTS].concat()
 }
 
 /// The schemes of single scattering.

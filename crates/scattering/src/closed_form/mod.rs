@@ -122,6 +122,7 @@ pub fn layouts() -> Vec<Layout> {
         painted_averages::LAYOUTS,
         painted_lobes::LAYOUTS,
         tables::LAYOUTS,
+        crate::multiple_tables::LAYOUTS,
     ]
     .concat()
 }

@@ -18,7 +18,7 @@ const WIDTH_MIDDLE: f32 = 2.0;
 pub(super) const SUM_MIDDLE: f32 = 1.5;
 
 /// Nodes at the poles stand this far from them, radians: there the mean cosine is 0.
-const POLE: f32 = 1e-3;
+pub(super) const POLE: f32 = 1e-3;
 
 /// Keeps the share of the largest difference finite where that is 0.
 pub(super) const LEAST_DIFFERENCE: f32 = 1e-4;

@@ -23,10 +23,10 @@ const N_LAGS: usize = 2 * N_HARMONICS;
 pub(super) const N_FUNCTIONS: usize = 3;
 
 /// Nodes over cos(theta_d), less one.
-const LAST_NODE: f32 = 128.0;
+pub(super) const LAST_NODE: f32 = 128.0;
 
 /// Nodes below this cosine are about as far apart as those above.
-const GRAZING: f32 = 0.2;
+pub(super) const GRAZING: f32 = 0.2;
 
 /// What one mode scatters at one theta_d, or a row of the table: for the constant and the functions each,
 /// red, green, blue and a number that belongs to something else.
@@ -108,6 +108,16 @@ impl Profiles {
             nodes: spectra.map(|spectra| spectra.iter().map(reduce).collect()),
             functions: LagFunctions(functions),
         }
+    }
+
+    /// `[mode][node]`, zeros of modes that are not enabled.
+    pub fn rows(&self) -> Vec<Row> {
+        let n_nodes = LAST_NODE as usize + 1;
+        let mut rows = vec![[0.0; 16]; 3 * n_nodes];
+        for (rows, nodes) in rows.chunks_exact_mut(n_nodes).zip(&self.nodes) {
+            rows[..nodes.len()].copy_from_slice(nodes);
+        }
+        rows
     }
 
     /// Adds `factor` times N_t^G at `cos_theta_d` to a row.

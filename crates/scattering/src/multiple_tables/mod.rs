@@ -16,6 +16,8 @@
 //! of these fibres 0.7, 0.8 and 1.2 %. TRT alone 1.0 %. `crates/scene/tests/multiple_tables.rs` has them, and
 //! `crates/scene/examples/multiple_tables.rs` what filling and look-ups cost.
 //!
+//! A GPU fills and reads the same tables: [`MultipleSource`] is what it takes.
+//!
 //! Painted points, each of which has a fibre of its own, and global scattering of an elliptic fibre, which
 //! depends on more than the lag, keep the closed form: [`MultipleTables::terms`] says what the tables
 //! serve.
@@ -27,6 +29,7 @@
 mod axes;
 mod azimuth;
 mod fill;
+mod source;
 mod wide;
 
 use core::f32::consts::PI;
@@ -40,6 +43,8 @@ use crate::dual_scattering::N_INCLINATIONS;
 use axes::Axes;
 use azimuth::{LagFunctions, Profiles, Row};
 use fill::{DirectRow, Source};
+pub(crate) use source::LAYOUTS;
+pub use source::{MultipleAxes, MultipleLayout, MultipleSource, ROW_TEXELS};
 
 /// Nodes over the width of forward-scattered light.
 const N_WIDTHS: usize = 14;
@@ -90,30 +95,15 @@ impl MultipleTables {
         terms: u32,
         run: impl FnOnce(Vec<Job>),
     ) -> MultipleTables {
-        let fibre = shading.fibre;
-        let has_averages = averages.len() >= N_INCLINATIONS;
-        let is_round = fibre.eta_swing == 0.0 || fibre.modes & MODE_TRT == 0;
-        let has_global = terms & TERM_GLOBAL != 0 && is_round && fibre.modes != 0;
-        let has_local = terms & TERM_LOCAL != 0 && has_averages;
-        let least = Least::of(if has_averages { averages } else { &[] });
-        let widths = (0..3).filter(|mode| fibre.modes & (1 << mode) != 0);
-        let narrowest = widths.map(|mode| 2.0 * fibre.beta[mode]);
-        let ridge = match has_global {
-            true => narrowest.fold(f32::INFINITY, f32::min),
-            false => least.sigma_b,
-        };
-        let n = inclined_nodes(ridge);
-        let axes = Axes::new([N_WIDTHS, n, n], [least.beta_f, WIDTHS[1]], 0.0, ridge);
-        let direct_axes = Axes::new(
-            [N_DIRECT_WIDTHS, n, n],
-            WIDTHS,
-            DIRECT_MIDDLE,
-            least.sigma_b,
-        );
-        let profiles = has_global.then(|| Profiles::new(shading));
+        let plan = Plan::new(shading, averages, terms);
+        let Plan {
+            axes, direct_axes, ..
+        } = plan;
+        let has_global = plan.terms & TERM_GLOBAL != 0;
+        let has_local = plan.terms & TERM_LOCAL != 0;
         let source = Source {
-            fibre,
-            profiles: profiles.as_ref(),
+            fibre: shading.fibre,
+            profiles: plan.profiles.as_ref(),
             averages: has_local.then_some(averages),
         };
         let n_rows = |axes: &Axes, is_needed: bool| if is_needed { axes.n_rows() } else { 0 };
@@ -127,11 +117,11 @@ impl MultipleTables {
         run(jobs);
         axes.balance(&mut rows);
         direct_axes.balance(&mut direct);
-        let of = |has: bool, term| if has { term } else { 0 };
         MultipleTables {
-            terms: of(has_global, TERM_GLOBAL) | of(has_local, TERM_LOCAL),
+            terms: plan.terms,
             axes,
-            functions: profiles
+            functions: plan
+                .profiles
                 .map(|profiles| profiles.functions)
                 .unwrap_or_default(),
             rows,
@@ -198,6 +188,46 @@ impl MultipleTables {
         let kappa = 2.0 * cos_theta_j * cosine.max(0.0) / (lambda * lambda);
         let share = half_circle(kappa, cos_delta);
         [r, g, b].map(|value| share * value.max(0.0))
+    }
+}
+
+/// What is known of tables before their rows are.
+struct Plan {
+    /// As [`MultipleTables::terms`].
+    terms: u32,
+    axes: Axes,
+    direct_axes: Axes,
+    /// For global scattering.
+    profiles: Option<Profiles>,
+}
+
+impl Plan {
+    fn new(shading: &Shading<impl SampleLobes>, averages: &[AverageTexel], terms: u32) -> Plan {
+        let fibre = shading.fibre;
+        let has_averages = averages.len() >= N_INCLINATIONS;
+        let is_round = fibre.eta_swing == 0.0 || fibre.modes & MODE_TRT == 0;
+        let has_global = terms & TERM_GLOBAL != 0 && is_round && fibre.modes != 0;
+        let has_local = terms & TERM_LOCAL != 0 && has_averages;
+        let least = Least::of(if has_averages { averages } else { &[] });
+        let widths = (0..3).filter(|mode| fibre.modes & (1 << mode) != 0);
+        let narrowest = widths.map(|mode| 2.0 * fibre.beta[mode]);
+        let ridge = match has_global {
+            true => narrowest.fold(f32::INFINITY, f32::min),
+            false => least.sigma_b,
+        };
+        let n = inclined_nodes(ridge);
+        let of = |has: bool, term| if has { term } else { 0 };
+        Plan {
+            terms: of(has_global, TERM_GLOBAL) | of(has_local, TERM_LOCAL),
+            axes: Axes::new([N_WIDTHS, n, n], [least.beta_f, WIDTHS[1]], 0.0, ridge),
+            direct_axes: Axes::new(
+                [N_DIRECT_WIDTHS, n, n],
+                WIDTHS,
+                DIRECT_MIDDLE,
+                least.sigma_b,
+            ),
+            profiles: has_global.then(|| Profiles::new(shading)),
+        }
     }
 }
 

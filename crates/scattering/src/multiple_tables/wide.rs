@@ -96,14 +96,17 @@ impl LagFunctions {
     fn at_lights<S: Simd>(&self, cosine: f32x8<S>) -> [f32x8<S>; N_FUNCTIONS] {
         let simd = cosine.token();
         let twice = cosine * cosine * 4.0 - 2.0;
-        std::array::from_fn(|f| {
-            let factor = |row: &[f32; 4]| f32x8::splat(simd, row[f + 1]);
+        let mut functions = [cosine; N_FUNCTIONS];
+        for (f, function) in functions.iter_mut().enumerate() {
             let mut sums = [f32x8::splat(simd, 0.0); 2];
             for row in self.0[1..].iter().rev() {
-                sums = [mul_add(twice, sums[0], factor(row) - sums[1]), sums[0]];
+                let factor = f32x8::splat(simd, row[f + 1]);
+                sums = [mul_add(twice, sums[0], factor - sums[1]), sums[0]];
             }
-            cosine * mul_add(twice - 1.0, sums[0], factor(&self.0[0]) - sums[1])
-        })
+            let factor = f32x8::splat(simd, self.0[0][f + 1]);
+            *function = cosine * mul_add(twice - 1.0, sums[0], factor - sums[1]);
+        }
+        functions
     }
 }
 
@@ -125,7 +128,7 @@ impl MultipleTables {
         let (layer, line) = (self.axes.layer(), self.axes.count[2]);
         let places = self.axes.places(sigma_f, theta_j, theta_o);
         let [w, p, q] = places.fraction;
-        let weights: [[f32; LANES]; 8] = {
+        let of_corners = {
             let (w_q, p_q) = (w * q, p * q);
             let (upper, lower) = (w * p, p - w * p);
             let (upper_q, lower_q) = (upper * q, p_q - upper * q);
@@ -142,8 +145,11 @@ impl MultipleTables {
                 upper - upper_q,
                 upper_q,
             ]
-            .map(Into::into)
         };
+        let mut weights = [[0.0; LANES]; 8];
+        for (weights, of_corner) in weights.iter_mut().zip(of_corners) {
+            of_corner.store_array(weights);
+        }
         let (mut low, mut high) = ([zero; LANES], [zero; LANES]);
         for lane in 0..LANES {
             let first = places.row[lane] as usize;
@@ -170,17 +176,18 @@ impl MultipleTables {
         let (low, high) = (transpose(low), transpose(high));
         let functions = self.functions.at_lights(cos_delta);
         let overlap = -arc_cosine(cos_delta) + PI;
-        let global = std::array::from_fn(|channel| {
+        let mut global = [zero; 3];
+        for (channel, global) in global.iter_mut().enumerate() {
             let mut sum = low[channel];
-            for (f, column) in [low[4 + channel], high[channel], high[4 + channel]]
-                .into_iter()
-                .enumerate()
-            {
-                sum = mul_add(functions[f], column, sum);
-            }
-            sum.max(0.0)
-        });
-        let local = [low[3], low[7], high[3]].map(|column| overlap * column.max(0.0));
+            sum = mul_add(functions[0], low[4 + channel], sum);
+            sum = mul_add(functions[1], high[channel], sum);
+            sum = mul_add(functions[2], high[4 + channel], sum);
+            *global = sum.max(0.0);
+        }
+        let mut local = [low[3], low[7], high[3]];
+        for local in &mut local {
+            *local = overlap * local.max(0.0);
+        }
         (global, local)
     }
 
@@ -202,11 +209,13 @@ impl MultipleTables {
         let (layer, line) = (self.direct_axes.layer(), self.direct_axes.count[2]);
         let places = self.direct_axes.places(lambda, theta_j, theta_o);
         let [w, p, q] = places.fraction;
-        let weights: [[f32; LANES]; 4] = {
-            let upper = w * p;
-            let (lower, front) = (p - upper, w - upper);
-            [-(w + lower) + 1.0, lower, front, upper].map(Into::into)
-        };
+        let upper = w * p;
+        let (lower, front) = (p - upper, w - upper);
+        let of_corners = [-(w + lower) + 1.0, lower, front, upper];
+        let mut weights = [[0.0; LANES]; 4];
+        for (weights, of_corner) in weights.iter_mut().zip(of_corners) {
+            of_corner.store_array(weights);
+        }
         // Two neighbouring rows are one vector.
         let mut pairs = [zero; LANES];
         for (lane, pair) in pairs.iter_mut().enumerate() {
@@ -221,11 +230,14 @@ impl MultipleTables {
             }
         }
         let columns = transpose(pairs);
-        let [r, g, b, cosine] =
-            std::array::from_fn(|k| mul_add(q, columns[k + 4] - columns[k], columns[k]).max(0.0));
+        let mut between = [zero; 4];
+        for (k, between) in between.iter_mut().enumerate() {
+            *between = mul_add(q, columns[k + 4] - columns[k], columns[k]).max(0.0);
+        }
+        let [r, g, b, cosine] = between;
         let kappa = cos_theta_j * cosine * 2.0 / (lambda * lambda);
         let share = half_circle(kappa, cos_delta);
-        [r, g, b].map(|value| share * value)
+        [share * r, share * g, share * b]
     }
 }
 

@@ -63,6 +63,11 @@ pub(super) fn lags_between<S: Simd>(view: &DirectionInFrame, at: &Directions<S>)
         sin_half: ((d_c * d_c + d_s * d_s).sqrt() * 0.5).min(1.0),
         cos_half: ((s_c * s_c + s_s * s_s).sqrt() * 0.5).min(1.0),
         cos_sum: cos_o * at.cos_phi - sin_o * at.sin_phi,
-        cos_view: view.cos_phi * view.cos_phi - view.sin_phi * view.sin_phi,
+        cos_view: cos_view(view),
     }
+}
+
+/// cos(2 phi_o).
+pub(super) fn cos_view(view: &DirectionInFrame) -> f32 {
+    view.cos_phi * view.cos_phi - view.sin_phi * view.sin_phi
 }

@@ -1,6 +1,6 @@
 //! Lights as vectors, and what a point answers to them.
 
-use super::LANES;
+use super::single_scattering::Seen;
 
 /// Spherical Gaussian lights, laid out for eight at a time: narrow ones first, so that the lanes of
 /// a vector ask for as many nodes. Lights are called by their index in the list that they were made
@@ -40,48 +40,29 @@ impl WideLights {
     }
 }
 
-/// What a point sends to the eye of each light by single scattering: integrals of lights of amplitude 1
+/// What a point sends to the eye of lights by single scattering: integrals of a light of amplitude 1
 /// against S cos(theta_i), without shadow. One buffer serves many points.
 #[derive(Clone, Debug, Default)]
 pub struct Responses {
-    /// R; TT and TRT in linear RGB; each by light.
-    values: [Vec<f32>; 7],
-    /// Places in [`WideLights`] that are asked for.
-    pub(super) wanted: Vec<u32>,
+    /// One for each light and mode that is not 0.
+    pub(super) entries: Vec<Response>,
+    pub(super) seen: Seen,
+}
+
+/// Of one light, by one mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Response {
+    /// Index of the light in the list.
+    pub light: u32,
+    /// 0, 1, 2: R, TT, TRT.
+    pub mode: u32,
+    /// Linear RGB.
+    pub rgb: [f32; 3],
 }
 
 impl Responses {
-    /// R by light.
-    pub fn r(&self) -> &[f32] {
-        &self.values[0]
-    }
-
-    /// TT by light, linear RGB.
-    pub fn tt(&self) -> [&[f32]; 3] {
-        [1, 2, 3].map(|ix| &self.values[ix][..])
-    }
-
-    /// TRT by light, linear RGB.
-    pub fn trt(&self) -> [&[f32]; 3] {
-        [4, 5, 6].map(|ix| &self.values[ix][..])
-    }
-
-    /// Makes all of `n` lights 0.
-    pub(super) fn clear(&mut self, n: usize) {
-        for values in &mut self.values {
-            values.clear();
-            values.resize(n, 0.0);
-        }
-        self.wanted.clear();
-    }
-
-    /// Writes the values of the lights `order[places]`.
-    #[inline(always)]
-    pub(super) fn put(&mut self, order: &[u32], places: &[u32], rows: &[[f32; LANES]; 7]) {
-        for (values, row) in self.values.iter_mut().zip(rows) {
-            for (place, value) in places.iter().zip(row) {
-                values[order[*place as usize] as usize] = *value;
-            }
-        }
+    /// All of the last point.
+    pub fn entries(&self) -> &[Response] {
+        &self.entries
     }
 }

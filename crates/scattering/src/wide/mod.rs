@@ -42,12 +42,13 @@ pub use fearless_simd::{Level, Simd, f32x8, i32x8, prelude};
 
 pub use dispatch::dispatch;
 pub use frame::Directions;
-pub use lights::{Responses, WideLights};
+pub use lights::{Response, Responses, WideLights};
 pub use lobes::{Lobes, SampleLobes};
 pub use multiple_scattering::{
-    ForwardAverages, ForwardLights, ShadowRecords, forward_light, sample_forward,
+    ForwardAverages, ForwardLights, MOST_DEPTH, ShadowRecords, depths_of_shares, forward_light,
+    sample_forward,
 };
-pub use single_scattering::{Place, single_scattering, single_scattering_at};
+pub use single_scattering::{Peaks, Place, Roulette, single_scattering, single_scattering_at};
 
 /// Lanes of a vector.
 pub const LANES: usize = 8;

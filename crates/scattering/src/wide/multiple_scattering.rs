@@ -13,10 +13,23 @@ use super::rows::{cells, transpose};
 /// Eight of [`crate::closed_form::ShadowRecord`].
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowRecords<S: Simd> {
-    /// As there.
-    pub shares: [f32x8<S>; 3],
+    /// -ln of the shares there, 0..=[`MOST_DEPTH`].
+    pub depths: [f32x8<S>; 3],
     /// As there.
     pub sin_theta: f32x8<S>,
+}
+
+/// -ln([`LEAST_SHARE`]).
+pub const MOST_DEPTH: f32 = 20.030_119;
+
+/// The depths of [`ShadowRecords`].
+#[inline(always)]
+pub fn depths_of_shares<S: Simd>(shares: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+    let mut depths = shares;
+    for depth in &mut depths {
+        *depth = clamp(-ln(depth.max(LEAST_SHARE)), 0.0, MOST_DEPTH);
+    }
+    depths
 }
 
 /// Eight of [`crate::closed_form::ForwardLight`].
@@ -59,6 +72,12 @@ pub fn sample_forward<S: Simd>(table: &ForwardTable, sin_theta: f32x8<S>) -> For
     }
 }
 
+/// p / -ln T(p) of the depth -ln T(p).
+#[inline(always)]
+fn reach_at<S: Simd>(depth: f32x8<S>, p: f32) -> f32x8<S> {
+    f32x8::splat(depth.token(), p) / depth.max(1e-6 * p)
+}
+
 /// 1 / (-ln T(p) / p) as a parabola in p, for all channels.
 struct Reach<S: Simd> {
     at_p_2: f32x8<S>,
@@ -69,13 +88,9 @@ struct Reach<S: Simd> {
 impl<S: Simd> Reach<S> {
     #[inline(always)]
     fn new(record: &ShadowRecords<S>) -> Reach<S> {
-        let of = |share: f32x8<S>, p: f32| {
-            let depth = -ln(share.max(LEAST_SHARE));
-            f32x8::splat(share.token(), p) / depth.max(1e-6 * p)
-        };
-        let at_1 = of(record.shares[0], 1.0);
-        let at_p_1 = of(record.shares[1], P_1);
-        let at_p_2 = of(record.shares[2], P_2);
+        let at_1 = reach_at(record.depths[0], 1.0);
+        let at_p_1 = reach_at(record.depths[1], P_1);
+        let at_p_2 = reach_at(record.depths[2], P_2);
         let slope_low = (at_p_1 - at_p_2) * (1.0 / (P_1 - P_2));
         let slope_high = (at_1 - at_p_1) * (1.0 / (1.0 - P_1));
         Reach {
@@ -115,11 +130,11 @@ pub fn forward_light<S: Simd>(
 ) -> ForwardLights<S> {
     let simd = unblocked.token();
     let one = f32x8::splat(simd, 1.0);
-    let open = record.shares[0];
+    let open = exp(-record.depths[0]);
     let reach = Reach::new(record);
     let blocked = (one - unblocked) / (one - open).max(1e-3);
     let brightest = one / rgb[0].max(rgb[1]).max(rgb[2]);
-    let most = ln(record.shares[2].max(1e-30)) * (-16.0 / P_2);
+    let most = record.depths[2] * (16.0 / P_2);
     let mut gained = [open; 3];
     let (mut carried_sum, mut mean) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 0.0));
     for channel in 0..3 {
@@ -211,7 +226,7 @@ mod tests {
                         f32x8::from_fn(simd, |lane| lights.records[lane].shares[ix])
                     };
                     let record = ShadowRecords {
-                        shares: [of(0), of(1), of(2)],
+                        depths: depths_of_shares([of(0), of(1), of(2)]),
                         sin_theta: f32x8::from_fn(simd, |lane| lights.records[lane].sin_theta),
                     };
                     let found = forward_light(

@@ -6,8 +6,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8};
 
 use crate::closed_form::{
-    CLAMP, COSINE_SHARPNESS, GAUSS_HERMITE, HALF_PI_SQUARED, INVERSE_CLAMP, LN_CULL, MIDDLE,
-    MIDDLE_END, NARROW, NARROW_END, SQRT_PI, VIEW_PULL, node_count,
+    CLAMP, COSINE_SHARPNESS, GAUSS_HERMITE, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE, MIDDLE_END,
+    NARROW, NARROW_END, SQRT_PI, VIEW_PULL, node_count,
 };
 
 use super::math::{clamp, exp, ln, sin};
@@ -24,8 +24,6 @@ pub(super) struct OuterRules<S: Simd> {
     inverse_width: f32,
     sharpness: f32x8<S>,
     extent: f32x8<S>,
-    /// Lanes that are not culled.
-    pub counts: mask32x8<S>,
 }
 
 /// Inclinations and weights of one node.
@@ -35,8 +33,32 @@ pub(super) struct OuterNodes<S: Simd> {
     pub weight: f32x8<S>,
 }
 
-/// [`crate::closed_form::outer_rule`], with the extents; `None` where every lane is culled.
+/// -[`crate::closed_form::OuterRule::ln_bound`]; what is above -[`LN_CULL`] is not asked for.
 /// `variance_j` = lambda_j^2.
+///
+/// [`LN_CULL`]: crate::closed_form::LN_CULL
+#[inline(always)]
+pub(super) fn outer_bound<S: Simd>(
+    theta_j: f32x8<S>,
+    variance_j: f32x8<S>,
+    theta_o: f32,
+    alpha: f32,
+    beta: f32,
+) -> f32x8<S> {
+    let one = f32x8::splat(theta_j.token(), 1.0);
+    let variance_m = 4.0 * beta * beta;
+    let apart = theta_j - (2.0 * alpha - theta_o);
+    let variance_b = variance_j * HALF_PI_SQUARED;
+    let sum_b = variance_b + variance_m;
+    let inverse_b = one / (variance_b * sum_b);
+    let mean_b = theta_j - apart * (variance_b * (variance_b * inverse_b));
+    let beyond = (mean_b.abs() - FRAC_PI_2).max(0.0);
+    apart * apart * (variance_b * inverse_b)
+        + beyond * beyond * (sum_b * (sum_b * inverse_b)) * (1.0 / variance_m)
+}
+
+/// [`crate::closed_form::outer_rule`], with the extents, for lanes that [`outer_bound`] does not rule
+/// out. `variance_j` = lambda_j^2.
 #[inline(always)]
 pub(super) fn outer_rules<S: Simd>(
     theta_j: f32x8<S>,
@@ -44,23 +66,11 @@ pub(super) fn outer_rules<S: Simd>(
     theta_o: f32,
     alpha: f32,
     beta: f32,
-) -> Option<OuterRules<S>> {
+) -> OuterRules<S> {
     let simd = theta_j.token();
     let one = f32x8::splat(simd, 1.0);
     let variance_m = 4.0 * beta * beta;
     let apart = theta_j - (2.0 * alpha - theta_o);
-    // The bound first: it decides whether the rest is asked for.
-    let variance_b = variance_j * HALF_PI_SQUARED;
-    let sum_b = variance_b + variance_m;
-    let inverse_b = one / (variance_b * sum_b);
-    let mean_b = theta_j - apart * (variance_b * (variance_b * inverse_b));
-    let beyond = (mean_b.abs() - FRAC_PI_2).max(0.0);
-    let bound = apart * apart * (variance_b * inverse_b)
-        + beyond * beyond * (sum_b * (sum_b * inverse_b)) * (1.0 / variance_m);
-    let counts = bound.simd_le(-LN_CULL);
-    if counts.all_false() {
-        return None;
-    }
     let sum = variance_j + variance_m;
     let product = variance_j * variance_m;
     let spread_2 = product / (sum + product * COSINE_SHARPNESS);
@@ -72,7 +82,7 @@ pub(super) fn outer_rules<S: Simd>(
     let inverse_k = f32x8::splat(simd, INVERSE_CLAMP) / spread;
     let scaled = mean * (1.0 / FRAC_PI_2);
     let cosine = (one - scaled * scaled).max(0.0);
-    Some(OuterRules {
+    OuterRules {
         mean,
         to_light,
         to_lobe,
@@ -82,8 +92,7 @@ pub(super) fn outer_rules<S: Simd>(
         inverse_width: 0.5 / beta,
         sharpness: f32x8::splat(simd, 4.0) / variance_j,
         extent: spread / (cosine + spread).min(1.0),
-        counts,
-    })
+    }
 }
 
 impl<S: Simd> OuterRules<S> {
@@ -98,12 +107,12 @@ impl<S: Simd> OuterRules<S> {
         ]
     }
 
-    /// The most nodes that a lane which is not culled asks for.
+    /// The most nodes that a lane asks for.
     #[inline(always)]
     pub fn most_nodes(&self, counts: [u32; 3]) -> u32 {
-        if (self.counts & self.extent.simd_ge(MIDDLE)).any_true() {
+        if self.extent.simd_ge(MIDDLE).any_true() {
             counts[2]
-        } else if (self.counts & self.extent.simd_ge(NARROW)).any_true() {
+        } else if self.extent.simd_ge(NARROW).any_true() {
             counts[1]
         } else {
             counts[0]

@@ -3,18 +3,21 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, f32x8};
 
-use crate::closed_form::{DirectionInFrame, MAX_NODES, MODE_R, Shading};
+use crate::closed_form::{
+    DirectionInFrame, LN_CULL, LightInFrame, MAX_NODES, MODE_R, Shading, single_scattering_mode,
+};
+use core::f32::consts::PI;
 
 use super::LANES;
 use super::azimuthal::azimuthal_lobes;
 use super::azimuthal_r::{Columns, azimuthal_r};
 use super::dispatch;
 use super::eccentric::eta_star;
-use super::frame::{Directions, lags_between};
-use super::lights::{Responses, WideLights};
+use super::frame::{Directions, Lags, cos_view, lags_between};
+use super::lights::{Response, Responses, WideLights};
 use super::lobes::SampleLobes;
-use super::math::cos;
-use super::outer_integral::{OuterRules, outer_rules};
+use super::math::{cos, exp};
+use super::outer_integral::{OuterRules, outer_bound, outer_rules};
 
 /// Keeps 1 / cos(theta_d) finite; as the twin.
 const COS_THETA_D_MIN: f32 = 1e-6;
@@ -28,134 +31,355 @@ pub struct Place {
     pub view: DirectionInFrame,
 }
 
-/// [`crate::closed_form::single_scattering_mode`] of every light that is `wanted`, by its index, and
-/// of every enabled mode; 0 of other lights and modes. What a light gets does not depend on which
-/// others are wanted.
+/// [`crate::closed_form::single_scattering_mode`] of every light whose weight is above 0, by its index,
+/// and of every enabled mode; 0 of other lights and modes. What a light gets does not depend on which
+/// others there are, unless some are left to `roulette`.
+///
+/// `weights`, by light, say what a response counts: the light's brightest channel times the share of
+/// it that arrives.
 ///
 /// To be called inside [`dispatch!`], around a loop over points.
 #[inline(always)]
 pub fn single_scattering<S: Simd, L: SampleLobes>(
     simd: S,
     lights: &WideLights,
-    wanted: impl Fn(usize) -> bool,
+    weights: &[f32],
     place: &Place,
     shading: &Shading<L>,
+    roulette: Option<Roulette>,
     responses: &mut Responses,
 ) {
-    responses.clear(lights.len());
-    let mut places = std::mem::take(&mut responses.wanted);
-    let asked = lights.order.iter().zip(0..);
-    places.extend(
-        asked
-            .filter(|(light, _)| wanted(**light as usize))
-            .map(|(_, place)| place),
-    );
-    for chunk in places.chunks(LANES) {
-        // Missing lanes repeat the last one.
-        let mut columns = [[0.0; LANES]; 4];
-        for lane in 0..LANES {
-            let light = &lights.lights[chunk[lane.min(chunk.len() - 1)] as usize];
-            for (column, number) in columns.iter_mut().zip(light) {
-                column[lane] = *number;
+    responses.entries.clear();
+    let mut seen = std::mem::take(&mut responses.seen);
+    seen.clear();
+    for (ix, &light) in lights.order.iter().enumerate() {
+        if weights[light as usize] > 0.0 {
+            seen.wanted.push(ix as u32);
+        }
+    }
+    // A light matters to one mode and not to another: each has vectors of its own.
+    see(simd, lights, weights, place, shading, &mut seen);
+    let least = match &roulette {
+        Some(roulette) => roulette.least(&seen),
+        None => 0.0,
+    };
+    for mode in 0..3 {
+        let mut asked = std::mem::take(&mut seen.asked);
+        asked.clear();
+        for &(place, expected) in &seen.of_mode[mode] {
+            let share = match &roulette {
+                Some(roulette) => roulette.peaks.0[mode] * expected / least,
+                None => 1.0,
+            };
+            if share >= 1.0 || least <= 0.0 {
+                asked.push((place, 1.0));
+                continue;
+            }
+            let light = lights.order[seen.wanted[place as usize] as usize];
+            if roulette.is_some_and(|roulette| roulette.draw(light, mode as u32) < share) {
+                asked.push((place, 1.0 / share));
             }
         }
-        let values = row(simd, &columns, place, shading);
-        responses.put(&lights.order, chunk, &values);
+        for chunk in asked.chunks(LANES) {
+            let [r, g, b] = row(simd, mode, &seen, chunk, place, shading);
+            for (lane, (at, factor)) in chunk.iter().enumerate() {
+                // R is of one colour.
+                let rgb = if mode == 0 {
+                    [r[lane]; 3]
+                } else {
+                    [r[lane], g[lane], b[lane]]
+                };
+                responses.entries.push(Response {
+                    light: lights.order[seen.wanted[*at as usize] as usize],
+                    mode: mode as u32,
+                    rgb: rgb.map(|value| factor * value),
+                });
+            }
+        }
+        seen.asked = asked;
     }
-    responses.wanted = places;
+    responses.seen = seen;
+}
+
+/// Leaves out most of what hardly counts, and counts the rest of it for that: right in the mean.
+#[derive(Clone, Copy, Debug)]
+pub struct Roulette {
+    /// What is expected to be less than this share of all is left to chance.
+    pub tolerance: f32,
+    /// Of the fibre.
+    pub peaks: Peaks,
+    /// Another number, other chances; neighbouring numbers share them out evenly.
+    pub seed: u32,
+}
+
+/// Largest response of each mode over what its longitudinal lobe alone lets expect.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Peaks([f32; 3]);
+
+impl Peaks {
+    /// Of a fibre, by a light that moves around it.
+    pub fn of(shading: &Shading<impl SampleLobes + crate::closed_form::SampleLobes>) -> Peaks {
+        const LAMBDA: f32 = 0.15;
+        const N_AZIMUTHS: u32 = 12;
+        let mut peaks = [0.0f32; 3];
+        for (mode, peak) in peaks.iter_mut().enumerate() {
+            let (alpha, beta) = (shading.fibre.alpha[mode], shading.fibre.beta[mode]);
+            let expected = LAMBDA * LAMBDA / (LAMBDA * LAMBDA + 4.0 * beta * beta).sqrt();
+            for theta_o in [-0.8f32, 0.0, 0.8] {
+                for ix in 0..=N_AZIMUTHS {
+                    let phi = PI * ix as f32 / N_AZIMUTHS as f32;
+                    let (theta, view) =
+                        (2.0 * alpha - theta_o, [theta_o.sin(), theta_o.cos(), 0.0]);
+                    let light = [
+                        theta.sin(),
+                        theta.cos() * phi.cos(),
+                        theta.cos() * phi.sin(),
+                    ];
+                    let light = LightInFrame::from_vector(light, LAMBDA);
+                    let view = DirectionInFrame::from_vector(view);
+                    let rgb = single_scattering_mode(mode as u32, &light, &view, shading);
+                    *peak = rgb
+                        .into_iter()
+                        .fold(*peak, |peak, x| peak.max(x / expected));
+                }
+            }
+        }
+        Peaks(peaks)
+    }
+}
+
+impl Roulette {
+    /// What is expected to be less than this is left to chance.
+    fn least(&self, seen: &Seen) -> f32 {
+        let mut sum = 0.0;
+        for (places, peak) in seen.of_mode.iter().zip(self.peaks.0) {
+            for (_, expected) in places {
+                sum += peak * expected;
+            }
+        }
+        self.tolerance * sum
+    }
+
+    /// A number in 0..1, of a sequence over `seed` that is spread evenly, for each light and mode.
+    fn draw(&self, light: u32, mode: u32) -> f32 {
+        /// Parts of 1 in 2^32: the golden ratio and sqrt(2), less their whole parts.
+        const GOLDEN: u32 = 0x9e37_79b9;
+        const ROOT_2: u32 = 0x6a09_e667;
+        let at = self
+            .seed
+            .wrapping_mul(GOLDEN)
+            .wrapping_add((3 * light + mode).wrapping_mul(ROOT_2));
+        (at >> 8) as f32 * (1.0 / 16_777_216.0)
+    }
+}
+
+/// Lights in the frame of a fibre.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Seen {
+    /// Their places in [`WideLights`].
+    wanted: Vec<u32>,
+    /// theta_j, lambda_j^2, kappa_j = 2 cos(theta_j) / lambda_j^2, and the lag: sin(phi/2), cos(phi/2),
+    /// cos(phi_o + phi_j). Each by place in `wanted`, of whole vectors.
+    numbers: [Vec<f32>; 6],
+    /// Places in `wanted` of the lights that a mode answers to, and about how much, times their weight.
+    of_mode: [Vec<(u32, f32)>; 3],
+    /// Those that are evaluated, and how much each counts.
+    asked: Vec<(u32, f32)>,
+}
+
+impl Seen {
+    fn clear(&mut self) {
+        self.wanted.clear();
+        for numbers in &mut self.numbers {
+            numbers.clear();
+        }
+        for places in &mut self.of_mode {
+            places.clear();
+        }
+    }
+}
+
+/// Finds the lights' places in the frame and which mode may answer to which.
+#[inline(always)]
+fn see<S: Simd, L: SampleLobes>(
+    simd: S,
+    lights: &WideLights,
+    weights: &[f32],
+    place: &Place,
+    shading: &Shading<L>,
+    seen: &mut Seen,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let Seen {
+                wanted,
+                numbers,
+                of_mode,
+                ..
+            } = seen;
+            let view = &place.view;
+            let fibre = shading.fibre;
+            for (chunk_ix, chunk) in wanted.chunks(LANES).enumerate() {
+                // Missing lanes repeat the last one.
+                let mut columns = [[0.0; LANES]; 5];
+                for lane in 0..LANES {
+                    let ix = chunk[lane.min(chunk.len() - 1)] as usize;
+                    let light = &lights.lights[ix];
+                    for (column, number) in columns.iter_mut().zip(light) {
+                        column[lane] = *number;
+                    }
+                    columns[4][lane] = weights[lights.order[ix] as usize];
+                }
+                let [x, y, z, lambda, weight] = &columns;
+                let lambda = f32x8::load_array_ref(simd, lambda);
+                let mut direction = [f32x8::splat(simd, 0.0); 3];
+                for (along, axis) in direction.iter_mut().zip(&place.frame) {
+                    *along = f32x8::load_array_ref(simd, x) * axis[0]
+                        + f32x8::load_array_ref(simd, y) * axis[1]
+                        + f32x8::load_array_ref(simd, z) * axis[2];
+                }
+                let at = Directions::from_vectors(direction);
+                let lag = lags_between(view, &at);
+                let variance_j = lambda * lambda;
+                let kappa_j = at.cos_theta * 2.0 / variance_j;
+                let all = [
+                    at.theta,
+                    variance_j,
+                    kappa_j,
+                    lag.sin_half,
+                    lag.cos_half,
+                    lag.cos_sum,
+                ];
+                for (numbers, all) in numbers.iter_mut().zip(all) {
+                    numbers.extend_from_slice(&<[f32; LANES]>::from(all));
+                }
+                let weight = f32x8::load_array_ref(simd, weight) * variance_j;
+                for (mode, places) in of_mode.iter_mut().enumerate() {
+                    if fibre.modes & (1 << mode) == 0 {
+                        continue;
+                    }
+                    let (alpha, beta) = (fibre.alpha[mode], fibre.beta[mode]);
+                    let bound = outer_bound(at.theta, variance_j, view.theta, alpha, beta);
+                    let mut lanes = bound.simd_le(-LN_CULL).to_bitmask() as u32;
+                    lanes &= (1 << chunk.len()) - 1;
+                    // Light in both inclination and azimuth, spread by the longitudinal lobe.
+                    let width = (variance_j + 4.0 * beta * beta).sqrt();
+                    let expected = weight * exp(-bound) / width;
+                    let expected = <[f32; LANES]>::from(expected);
+                    while lanes != 0 {
+                        let lane = lanes.trailing_zeros();
+                        places.push((
+                            (LANES * chunk_ix) as u32 + lane,
+                            expected[lane as usize % LANES],
+                        ));
+                        lanes &= lanes - 1;
+                    }
+                }
+            }
+        },
+    );
 }
 
 /// [`single_scattering`] at several places; `responses` by place.
 pub fn single_scattering_at<L: SampleLobes>(
     level: Level,
     lights: &WideLights,
-    wanted: &dyn Fn(usize) -> bool,
+    weights: &[f32],
     places: &[Place],
     shading: &Shading<L>,
+    roulette: Option<Roulette>,
     responses: &mut [Responses],
 ) {
     dispatch!(level, simd => {
         for (place, responses) in places.iter().zip(responses) {
-            single_scattering(simd, lights, wanted, place, shading, responses);
+            single_scattering(simd, lights, weights, place, shading, roulette, responses);
         }
     });
 }
 
-/// [`modes`], not inlined further, so that there is one for all callers.
+/// [`mode_of_lights`], not inlined further, so that there is one for all callers.
 #[inline(always)]
 fn row<S: Simd, L: SampleLobes>(
     simd: S,
-    lights: &[[f32; LANES]; 4],
+    mode: usize,
+    seen: &Seen,
+    places: &[(u32, f32)],
     place: &Place,
     shading: &Shading<L>,
-) -> [[f32; LANES]; 7] {
+) -> [[f32; LANES]; 3] {
     simd.vectorize(
         #[inline(always)]
-        || modes(simd, lights, place, shading),
+        || {
+            // Missing lanes repeat the last one.
+            let mut columns = [[0.0; LANES]; 6];
+            for lane in 0..LANES {
+                let at = places[lane.min(places.len() - 1)].0 as usize;
+                for (column, numbers) in columns.iter_mut().zip(&seen.numbers) {
+                    column[lane] = numbers[at];
+                }
+            }
+            mode_of_lights(simd, mode, &columns, place, shading)
+        },
     )
 }
 
-/// R, then TT and TRT in linear RGB.
+/// What a mode scatters of eight lights, linear RGB; R in the first channel alone.
 #[inline(always)]
-fn modes<S: Simd, L: SampleLobes>(
+fn mode_of_lights<S: Simd, L: SampleLobes>(
     simd: S,
-    [x, y, z, lambda]: &[[f32; LANES]; 4],
+    mode: usize,
+    seen: &[[f32; LANES]; 6],
     place: &Place,
     shading: &Shading<L>,
-) -> [[f32; LANES]; 7] {
+) -> [[f32; LANES]; 3] {
     let view = &place.view;
     let zero = f32x8::splat(simd, 0.0);
-    let lambda = f32x8::load_array_ref(simd, lambda);
-    let mut direction = [zero; 3];
-    for (along, axis) in direction.iter_mut().zip(&place.frame) {
-        *along = f32x8::load_array_ref(simd, x) * axis[0]
-            + f32x8::load_array_ref(simd, y) * axis[1]
-            + f32x8::load_array_ref(simd, z) * axis[2];
+    let mut numbers = [zero; 6];
+    for (number, seen) in numbers.iter_mut().zip(seen) {
+        *number = f32x8::load_array_ref(simd, seen);
     }
-    let at = Directions::from_vectors(direction);
+    let [theta_j, variance_j, kappa_j, sin_half, cos_half, cos_sum] = numbers;
+    let lag = Lags {
+        sin_half,
+        cos_half,
+        cos_sum,
+        cos_view: cos_view(view),
+    };
     let fibre = shading.fibre;
-    let lag = lags_between(view, &at);
-    let columns = Columns::new(&shading.tables.axes, lag.cos_half);
-    let variance_j = lambda * lambda;
-    let kappa_j = at.cos_theta * 2.0 / variance_j;
-    let mut modes = [[zero; 3]; 3];
-    // One loop and not three, whose code would be three times as much.
-    for (mode, total) in modes.iter_mut().enumerate() {
-        if fibre.modes & (1 << mode) == 0 {
-            continue;
-        }
-        let (alpha, beta) = (fibre.alpha[mode], fibre.beta[mode]);
-        let Some(rules) = outer_rules(at.theta, variance_j, view.theta, alpha, beta) else {
-            continue;
-        };
-        let counts = OuterRules::<S>::node_counts(fibre.node_count(mode as u32));
-        // All nodes before the first inner integral: their long chains of dependent steps overlap.
-        let n_nodes = (rules.most_nodes(counts) as usize).min(MAX_NODES as usize);
-        let mut nodes = [[zero; 3]; MAX_NODES as usize];
-        for (ix, node) in nodes[..n_nodes].iter_mut().enumerate() {
-            let at = rules.node(counts, ix as u32);
-            let cos_i = cos(at.theta_i).max(0.0);
-            let theta_d = (-at.theta_i + view.theta) * 0.5;
-            let cos_theta_d = cos(theta_d).max(COS_THETA_D_MIN);
-            let ratio = (cos_i / cos_theta_d).min(2.0);
-            *node = [kappa_j * cos_i, cos_theta_d, at.weight * (ratio * ratio)];
-        }
+    let (alpha, beta) = (fibre.alpha[mode], fibre.beta[mode]);
+    let rules = outer_rules(theta_j, variance_j, view.theta, alpha, beta);
+    let counts = OuterRules::<S>::node_counts(fibre.node_count(mode as u32));
+    // All nodes before the first inner integral: their long chains of dependent steps overlap.
+    let n_nodes = (rules.most_nodes(counts) as usize).min(MAX_NODES as usize);
+    let mut nodes = [[zero; 3]; MAX_NODES as usize];
+    for (ix, node) in nodes[..n_nodes].iter_mut().enumerate() {
+        let at = rules.node(counts, ix as u32);
+        let cos_i = cos(at.theta_i).max(0.0);
+        let theta_d = (-at.theta_i + view.theta) * 0.5;
+        let cos_theta_d = cos(theta_d).max(COS_THETA_D_MIN);
+        let ratio = (cos_i / cos_theta_d).min(2.0);
+        *node = [kappa_j * cos_i, cos_theta_d, at.weight * (ratio * ratio)];
+    }
+    let mut total = [zero; 3];
+    if mode == 0 {
+        let table = (shading.tables.c, &shading.tables.axes);
+        let columns = Columns::new(&shading.tables.axes, cos_half);
         for [kappa, cos_theta_d, factor] in nodes[..n_nodes].iter().copied() {
-            if mode == 0 {
-                let table = (shading.tables.c, &shading.tables.axes);
-                let value = azimuthal_r(kappa, &columns, cos_theta_d, shading.reflectance, table);
-                total[0] += factor * value;
-                continue;
-            }
+            let value = azimuthal_r(kappa, &columns, cos_theta_d, shading.reflectance, table);
+            total[0] += factor * value;
+        }
+    } else {
+        for [kappa, cos_theta_d, factor] in nodes[..n_nodes].iter().copied() {
             // TT is seen from phi = pi: sin((phi - pi)/2) = -cos(phi/2); lobes are even.
             let (lobes, sin_half, cos_half, eta) = match mode {
                 1 => {
                     let eta = f32x8::splat(simd, fibre.eta);
-                    (&shading.tt, lag.cos_half, lag.sin_half, eta)
+                    (&shading.tt, cos_half, sin_half, eta)
                 }
                 _ => {
                     let eta = eta_star(kappa, &lag, fibre);
-                    (&shading.trt, lag.sin_half, lag.cos_half, eta)
+                    (&shading.trt, sin_half, cos_half, eta)
                 }
             };
             let lobes = lobes.lobes_at(eta, cos_theta_d);
@@ -164,15 +388,11 @@ fn modes<S: Simd, L: SampleLobes>(
                 *total += factor * value;
             }
         }
-        for total in total {
-            *total = rules.counts.select(*total, zero);
-        }
     }
-    let mut values = [[0.0; LANES]; 7];
-    for (value, total) in values.iter_mut().zip(modes.as_flattened()[2..].iter()) {
+    let mut values = [[0.0; LANES]; 3];
+    for (value, total) in values.iter_mut().zip(total) {
         total.store_array(value);
     }
-    modes[0][0].store_array(&mut values[0]);
     values
 }
 
@@ -206,9 +426,18 @@ mod tests {
     }
 
     fn all(responses: &Responses, light: usize) -> [f32; 7] {
-        let [a, b, c] = responses.tt().map(|values| values[light]);
-        let [d, e, f] = responses.trt().map(|values| values[light]);
-        [responses.r()[light], a, b, c, d, e, f]
+        let mut numbers = [0.0; 7];
+        for entry in responses
+            .entries()
+            .iter()
+            .filter(|entry| entry.light as usize == light)
+        {
+            match entry.mode {
+                0 => numbers[0] = entry.rgb[0],
+                mode => numbers[3 * mode as usize - 2..][..3].copy_from_slice(&entry.rgb),
+            }
+        }
+        numbers
     }
 
     /// Time that this thread has had a core, ns; where the system does not say, wall time.
@@ -260,7 +489,15 @@ mod tests {
         for (name, level) in levels() {
             let mut responses = vec![Responses::default(); places.len()];
             let eight = least_ns(&mut || {
-                single_scattering_at(level, &wide, &|_| true, &places, &shading, &mut responses);
+                single_scattering_at(
+                    level,
+                    &wide,
+                    &[1.0; 40],
+                    &places,
+                    &shading,
+                    None,
+                    &mut responses,
+                );
             });
             println!("eight, {name}: {eight:.0} ns, {:.1} times", one / eight);
         }
@@ -305,7 +542,15 @@ mod tests {
             n += expected.len();
             for (name, level) in levels() {
                 let mut responses = vec![Responses::default(); places.len()];
-                single_scattering_at(level, &wide, &|_| true, &places, &shading, &mut responses);
+                single_scattering_at(
+                    level,
+                    &wide,
+                    &[1.0; 40],
+                    &places,
+                    &shading,
+                    None,
+                    &mut responses,
+                );
                 let found: Vec<_> = responses
                     .iter()
                     .flat_map(|responses| (0..37).map(|light| all(responses, light)))
@@ -349,13 +594,24 @@ mod tests {
                 let place = place(&mut random, view);
                 let bits = random.next_u64();
                 let wanted = |light: usize| bits >> light & 1 == 1;
-                let respond = |wanted: &dyn Fn(usize) -> bool| {
+                let weights: Vec<f32> = (0..29)
+                    .map(|light| f32::from(wanted(light) as u8))
+                    .collect();
+                let respond = |wanted: &[f32]| {
                     let mut responses = [Responses::default()];
-                    single_scattering_at(level, &wide, wanted, &[place], &shading, &mut responses);
+                    single_scattering_at(
+                        level,
+                        &wide,
+                        wanted,
+                        &[place],
+                        &shading,
+                        None,
+                        &mut responses,
+                    );
                     let [responses] = responses;
                     responses
                 };
-                let (every, some) = (respond(&|_| true), respond(&wanted));
+                let (every, some) = (respond(&[1.0; 29]), respond(&weights));
                 for light in 0..29 {
                     let expected = match wanted(light) {
                         true => all(&every, light),
@@ -389,9 +645,10 @@ mod tests {
             single_scattering_at(
                 Level::new(),
                 &wide,
-                &|_| true,
+                &[1.0; 64],
                 &[place],
                 &shading,
+                None,
                 &mut responses,
             );
             let [responses] = responses;
@@ -406,7 +663,7 @@ mod tests {
                 assert_eq!(found, if is_on { full } else { 0.0 });
             }
         }
-        assert!(at(7, 0).r().is_empty());
+        assert!(at(7, 0).entries().is_empty());
     }
 
     /// Numbers that are none give what they may, but no panic.
@@ -435,16 +692,17 @@ mod tests {
                     single_scattering_at(
                         level,
                         &wide,
-                        &|_| true,
+                        &[1.0; 64],
                         &places,
                         &shading,
+                        None,
                         &mut responses,
                     );
-                    n += responses[0].r().len();
+                    n += 1;
                 }
             }
         }
-        assert!(n > 9 * 49);
+        assert_eq!(n, levels().len() * 49);
     }
 
     /// Painted points, whose lobes are found one lane after the other.
@@ -478,9 +736,10 @@ mod tests {
             single_scattering_at(
                 Level::new(),
                 &wide,
-                &|_| true,
+                &[1.0; 64],
                 &[place],
                 &shading,
+                None,
                 &mut responses,
             );
             for (ix, (direction, lambda)) in directions.iter().zip(&lambdas).enumerate() {
@@ -490,5 +749,62 @@ mod tests {
         }
         let errors = errors(&found, &expected);
         assert!(errors.iter().all(|error| *error < 1e-5), "{errors:?}");
+    }
+
+    #[test]
+    fn roulette_is_right_in_the_mean_and_leaves_work_out() {
+        let fixture = Fixture::new();
+        let mut random = SplitMix64(17);
+        let hair = fixture.hair_of(&crate::HairParams::default());
+        let shading = hair.shading(&fixture);
+        let (directions, lambdas) = lights(&mut random, 40);
+        let wide = WideLights::new(&directions, &lambdas);
+        let weights: Vec<f32> = (0..40).map(|ix| 0.8_f32.powi(ix)).collect();
+        let place = place(&mut random, 12);
+        let mut respond = |roulette: Option<Roulette>| {
+            let mut responses = [Responses::default()];
+            let level = Level::new();
+            let places = [place];
+            single_scattering_at(
+                level,
+                &wide,
+                &weights,
+                &places,
+                &shading,
+                roulette,
+                &mut responses,
+            );
+            let entries = responses[0].entries();
+            let sum: f64 = entries
+                .iter()
+                .map(|entry| f64::from(weights[entry.light as usize] * entry.rgb[1]))
+                .sum();
+            (sum, entries.len())
+        };
+        let (exact, all) = respond(None);
+        let peaks = Peaks::of(&shading);
+        let n = 2000;
+        let (mut mean, mut square, mut asked) = (0.0, 0.0, 0);
+        for seed in 0..n {
+            let tolerance = 0.01;
+            let (sum, n_asked) = respond(Some(Roulette {
+                tolerance,
+                peaks,
+                seed,
+            }));
+            mean += sum / f64::from(n);
+            square += (sum / exact - 1.0).powi(2) / f64::from(n);
+            asked += n_asked;
+        }
+        let deviation = square.sqrt();
+        println!("{all} of {asked}, deviation {deviation}");
+        assert!(asked < all * n as usize * 2 / 3, "{asked} {all}");
+        assert!(deviation > 0.0 && deviation < 0.1, "{deviation}");
+        // Seeds are spread evenly, so the mean is closer than that of independent ones.
+        let error = (mean / exact - 1.0).abs();
+        assert!(
+            error < 3.0 * deviation / f64::from(n).sqrt(),
+            "{error} {deviation}"
+        );
     }
 }

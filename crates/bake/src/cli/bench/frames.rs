@@ -1,18 +1,26 @@
 //! `strandlight bench frames`.
 
 use crate::cli::progress::progress;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde_json::{Value, json};
+use strandlight_bake::scenes::PaperScene;
 use strandlight_formats::Scene;
-use strandlight_lab::bench::cpu_frames::{self, PictureCost, SceneCosts, n_pictures, scene_costs};
+use strandlight_lab::bench::cpu_frames::{
+    self, HAIR_EDITS, PictureCost, SceneCosts, n_pictures, scene_costs,
+};
 use strandlight_lab::bench::frames::{FrameCost, Progress, frame_costs, n_frames};
+use strandlight_lab::bench::gpu_model::{GPUS, Gpu, Pass};
 use strandlight_render::gpu::Context;
 use strandlight_scene::budget::MAX_TARGET_SIDE;
 use strandlight_scene::{PreparedScene, RenderError, SceneError};
 
+use super::against;
 use crate::cli::render::parse_size;
+use crate::cli::scenes::table_2;
 use crate::cli::{Failure, Outcome, print_line};
 
 /// Benchmark the first picture from nothing, and after each kind of edit
@@ -21,11 +29,24 @@ use crate::cli::{Failure, Outcome, print_line};
 /// counted. On the GPU: frames from the edit to a picture of 4 samples per pixel with all points
 /// shaded, as medians in milliseconds, ratios to the first frame of each group, and the slowest
 /// stage; the frames of a group are interleaved, and its results are printed on stderr as they come.
+///
+/// `--against PROGRAM` runs this build and another, each as `bench frames --json` in a process of its
+/// own, in the order this, other, other, this, and prints the other's time over ours.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene files (TOML)
-    #[arg(value_name = "SCENE.toml", required = true)]
+    #[arg(value_name = "SCENE.toml", required_unless_present = "table2")]
     scenes: Vec<PathBuf>,
+    /// Also the six scenes of Xu 2011, Table 2, in this folder, generated there if missing, with the
+    /// paper's frames per second beside those after edits of the hair
+    #[arg(long, value_name = "DIR")]
+    table2: Option<PathBuf>,
+    /// Compare with another build's `strandlight`
+    #[arg(long, value_name = "PROGRAM", conflicts_with = "model")]
+    against: Option<PathBuf>,
+    /// Estimate each picture on this GPU from what the CPU counted; nothing runs on it
+    #[arg(long, value_name = "GPU", value_parser = gpu_model())]
+    model: Option<Gpu>,
     /// Renderer
     #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
     backend: BackendArg,
@@ -43,6 +64,12 @@ pub struct Args {
     json: bool,
 }
 
+/// Parses `--model GPU`.
+fn gpu_model() -> impl TypedValueParser<Value = Gpu> {
+    PossibleValuesParser::new(GPUS.map(|gpu| gpu.name))
+        .map(|name| Gpu::from_name(&name).unwrap_or(GPUS[0]))
+}
+
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum BackendArg {
     Cpu,
@@ -51,35 +78,134 @@ enum BackendArg {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let context = match args.backend {
-        BackendArg::Cpu => None,
-        BackendArg::Gpu if args.samples.is_some() => {
-            let text = "--samples compares on the CPU only; leave out --backend gpu";
-            return Err(Failure::Input(text.to_owned()));
-        }
-        BackendArg::Gpu => Some(Context::new().map_err(Failure::input)?),
-    };
+    let gpu = args.backend == BackendArg::Gpu;
+    if gpu && (args.samples.is_some() || args.model.is_some()) {
+        let option = if args.samples.is_some() {
+            "--samples"
+        } else {
+            "--model"
+        };
+        let text = format!("{option} is of pictures on the CPU; leave out --backend gpu");
+        return Err(Failure::Input(text));
+    }
     // Read before anything is measured.
+    let mut paths = args.scenes.clone();
     let read = |path: &PathBuf| Scene::read(path).map_err(Failure::input);
-    let scenes: Vec<Scene> = args.scenes.iter().map(read).collect::<Result<_, _>>()?;
+    let mut scenes: Vec<Scene> = paths.iter().map(read).collect::<Result<_, _>>()?;
+    let table_2 = match &args.table2 {
+        Some(folder) => table_2(folder)?,
+        None => Vec::new(),
+    };
+    for (_, path) in &table_2 {
+        scenes.push(read(path)?);
+        paths.push(path.clone());
+    }
+    if let Some(program) = &args.against {
+        return against::run(program, &paths, &options_of(args), args.json);
+    }
+    let context = match gpu {
+        false => None,
+        true => Some(Context::new().map_err(Failure::input)?),
+    };
     let mut documents = Vec::new();
-    for (path, scene) in args.scenes.iter().zip(&scenes) {
+    for (ix, (path, scene)) in paths.iter().zip(&scenes).enumerate() {
         let mut document = match &context {
             Some(context) => on_gpu(args, path, scene, context)?,
             None => on_cpu(args, path, scene)?,
         };
         document["scene"] = json!(path.display().to_string());
+        if let Some((paper, _)) = ix.checked_sub(args.scenes.len()).map(|ix| &table_2[ix]) {
+            document["xu_2011"] = beside_paper(paper, &document);
+        }
         documents.push(document);
     }
     let on_cpu = || format!("cpu: {} threads", rayon::current_num_threads());
-    match args.json {
-        true => print_line(json!({
-            "backend": context.map_or_else(on_cpu, |context| context.name()),
-            "repetitions": args.repetitions,
-            "scenes": documents,
-        })),
-        false => Ok(()),
+    if !args.json {
+        return print_table_2(&documents);
     }
+    print_line(json!({
+        "backend": context.map_or_else(on_cpu, |context| context.name()),
+        "repetitions": args.repetitions,
+        "scenes": documents,
+    }))
+}
+
+/// The options that runs of `--against` have.
+fn options_of(args: &Args) -> Vec<OsString> {
+    let mut options = vec!["--repetitions".into(), args.repetitions.to_string().into()];
+    if args.backend == BackendArg::Gpu {
+        options.extend(["--backend".into(), "gpu".into()]);
+    }
+    if let Some([width, height]) = args.size {
+        options.extend(["--size".into(), format!("{width}x{height}").into()]);
+    }
+    if let Some(samples) = args.samples {
+        options.extend(["--samples".into(), samples.to_string().into()]);
+    }
+    options
+}
+
+/// What Table 2 has of a scene, and our frames a second after the slowest edit of the hair over the
+/// paper's: null of another size.
+fn beside_paper(paper: &PaperScene, document: &Value) -> Value {
+    let frames = document["frames"].as_array().into_iter().flatten();
+    let edits = frames.filter(|frame| {
+        frame["name"]
+            .as_str()
+            .is_some_and(|name| HAIR_EDITS.contains(&name))
+    });
+    let slowest = edits
+        .filter_map(|frame| frame["milliseconds"].as_f64())
+        .reduce(f64::max);
+    let a_second = slowest.map(|milliseconds| 1e3 / milliseconds);
+    let points = u64::from(paper.strands) * u64::from(paper.points_per_strand);
+    let is_that_size = document["size"] == json!([720, 480])
+        && document["lights"] == json!(paper.lights)
+        && document["strands"] == json!(paper.strands);
+    let ratio = a_second
+        .zip(paper.frames_per_second)
+        .filter(|_| is_that_size);
+    json!({
+        "name": paper.name,
+        "strands": paper.strands,
+        "points": points,
+        "lights": paper.lights,
+        "frames_per_second": paper.frames_per_second,
+        "ours": a_second,
+        "ratio": ratio.map(|(ours, paper)| ours / paper),
+    })
+}
+
+/// Frames a second of the scenes of Table 2, if any were measured.
+fn print_table_2(documents: &[Value]) -> Outcome {
+    let rows: Vec<&Value> = documents
+        .iter()
+        .map(|document| &document["xu_2011"])
+        .filter(|row| row.is_object())
+        .collect();
+    if rows.is_empty() {
+        return Ok(());
+    }
+    print_line(format_args!(
+        "{:12} {:>9} {:>7} {:>9} {:>9} {:>7}   frames a second after the slowest edit of the hair",
+        "Table 2", "points", "lights", "Xu 2011", "ours", "ratio"
+    ))?;
+    let shown = |value: &Value| {
+        value
+            .as_f64()
+            .map_or("-".to_owned(), |value| format!("{value:.2}"))
+    };
+    rows.into_iter().try_for_each(|row| {
+        print_line(format_args!(
+            "{:12} {:>9} {:>7} {:>9} {:>9} {:>7}",
+            row["name"].as_str().unwrap_or_default(),
+            row["points"].to_string(),
+            row["lights"].to_string(),
+            shown(&row["frames_per_second"]),
+            shown(&row["ours"]),
+            shown(&row["ratio"]),
+        ))
+    })
 }
 
 /// Measures and, without `--json`, prints.
@@ -96,10 +222,75 @@ fn on_cpu(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> {
         RenderError::Scene(error) => Failure::input(error.in_file(path)),
         error => Failure::input(error),
     })?;
+    let estimates: Vec<Estimate> = args.model.map_or(Vec::new(), |gpu| {
+        let pictures = costs.pictures.iter();
+        let passes = |cost: &PictureCost| gpu.passes(&cost.stats, costs.size);
+        pictures
+            .map(|cost| Estimate::new(&gpu, passes(cost)))
+            .collect()
+    });
     if !args.json {
         print_costs(path, &costs)?;
+        print_estimates(&costs, &estimates)?;
     }
-    Ok(costs.to_json())
+    let mut document = costs.to_json();
+    for (ix, estimate) in estimates.iter().enumerate() {
+        document["frames"][ix]["model"] = estimate.to_json();
+    }
+    Ok(document)
+}
+
+/// A picture on a GPU that is not at hand.
+struct Estimate {
+    gpu: &'static str,
+    passes: Vec<Pass>,
+    milliseconds: f64,
+}
+
+impl Estimate {
+    fn new(gpu: &Gpu, passes: Vec<Pass>) -> Estimate {
+        Estimate {
+            gpu: gpu.name,
+            milliseconds: passes.iter().map(|pass| pass.1).sum(),
+            passes,
+        }
+    }
+
+    fn to_json(&self) -> Value {
+        let pass =
+            |(name, milliseconds): &Pass| json!({ "name": name, "milliseconds": milliseconds });
+        json!({
+            "gpu": self.gpu,
+            "is_estimate": true,
+            "milliseconds": self.milliseconds,
+            "frames_per_second": 1e3 / self.milliseconds,
+            "passes": self.passes.iter().map(pass).collect::<Vec<_>>(),
+        })
+    }
+}
+
+fn print_estimates(costs: &SceneCosts, estimates: &[Estimate]) -> Outcome {
+    let Some(first) = estimates.first() else {
+        return Ok(());
+    };
+    print_line(format_args!(
+        "  ESTIMATE for {}, from these counts alone; nothing ran on one",
+        first.gpu
+    ))?;
+    costs
+        .pictures
+        .iter()
+        .zip(estimates)
+        .try_for_each(|(cost, estimate)| {
+            print_line(format_args!(
+                "  {:20} {:10.3} {:8.0} {:8}  {}",
+                cost.name,
+                estimate.milliseconds,
+                1e3 / estimate.milliseconds,
+                "",
+                slowest(&estimate.passes),
+            ))
+        })
 }
 
 fn print_costs(path: &Path, costs: &SceneCosts) -> Outcome {
@@ -229,4 +420,34 @@ fn slowest(stages: &[(&str, f64)]) -> String {
     most.map_or(String::new(), |(name, milliseconds)| {
         format!("{name} {milliseconds:.2}")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_a_second_are_over_those_of_the_paper() {
+        let paper = PaperScene::from_name("bob-cut").expect("of the table");
+        let mut document = json!({
+            "size": [720, 480],
+            "strands": 10_000,
+            "lights": 30,
+            "frames": [
+                { "name": "view", "milliseconds": 900.0 },
+                { "name": "widths", "milliseconds": 200.0 },
+                { "name": "colour of the hair", "milliseconds": 100.0 },
+            ],
+        });
+        let row = beside_paper(paper, &document);
+        assert_eq!(row["ours"], 5.0);
+        assert_eq!(
+            (&row["points"], &row["frames_per_second"]),
+            (&json!(350_000), &json!(10.6))
+        );
+        let ratio = row["ratio"].as_f64().expect("of the same size");
+        assert!((ratio - 5.0 / 10.6).abs() < 1e-12);
+        document["size"] = json!([360, 240]);
+        assert!(beside_paper(paper, &document)["ratio"].is_null());
+    }
 }

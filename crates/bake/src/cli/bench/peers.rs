@@ -1,0 +1,182 @@
+//! `strandlight bench peers`.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+use strandlight_formats::Scene;
+use strandlight_lab::bench::peers::{Options, Peers, PeersError, n_steps, peers};
+use strandlight_scene::RenderError;
+use strandlight_scene::budget::{MAX_TARGET_SIDE, check_target};
+
+use crate::cli::progress::progress;
+use crate::cli::render::parse_size;
+use crate::cli::{Failure, Outcome, print_line};
+
+/// Compare the cost of a picture with that of brute force at the same error
+///
+/// Single scattering of the hair on the CPU, in core-seconds. Brute force is `reference --method
+/// directional` with fresh directions in each sample. Errors are relative RMSEs of means over 4x4
+/// pixels; the truth is brute force too, two independent halves of it, so that its noise does not
+/// count. The error of brute force falls as n^-1/2 with the samples: it is measured at some numbers
+/// and extrapolated to ours. A ratio above 1 means that ours is cheaper.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene files (TOML)
+    #[arg(value_name = "SCENE.toml", required = true)]
+    scenes: Vec<PathBuf>,
+    #[arg(long, value_name = "WxH", value_parser = parse_size,
+        help = format!("Width and height in pixels, each 1..={MAX_TARGET_SIDE} [default: the scene's]"))]
+    size: Option<[u32; 2]>,
+    /// Samples per pixel at which brute force is measured, each 1..=4096
+    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [1, 2, 4],
+        value_parser = clap::value_parser!(u32).range(1..=4096))]
+    samples: Vec<u32>,
+    /// Shadow rays of each sample, 1..=1024; `reference` has 24
+    #[arg(long, value_name = "N", default_value_t = 24,
+        value_parser = clap::value_parser!(u32).range(1..=1024))]
+    rays: u32,
+    /// Samples per pixel of each half of the truth, 1..=65536
+    #[arg(long, value_name = "N", default_value_t = 16,
+        value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    truth_samples: u32,
+    /// Pictures of ours, after one that is not counted
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    repetitions: u32,
+    /// Random seed
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let options = Options {
+        size: args.size,
+        samples: args.samples.clone(),
+        rays: args.rays,
+        truth_samples: args.truth_samples,
+        repetitions: args.repetitions,
+        seed: args.seed,
+    };
+    // Read before anything is measured.
+    let read = |path: &PathBuf| Scene::read(path).map_err(Failure::input);
+    let scenes: Vec<Scene> = args.scenes.iter().map(read).collect::<Result<_, _>>()?;
+    let mut documents = Vec::new();
+    for (path, scene) in args.scenes.iter().zip(&scenes) {
+        let size = args.size.unwrap_or(scene.render.size);
+        check_target(size).map_err(|error| Failure::file(path, error))?;
+        let progress = progress("pictures", n_steps(&options));
+        let found = peers(scene, &options, &|| progress.advance(1));
+        progress.finish();
+        let found = found.map_err(|error| match error {
+            PeersError::Render(RenderError::Scene(error)) => Failure::input(error.in_file(path)),
+            error => Failure::file(path, error),
+        })?;
+        if args.json {
+            documents.push(document(path, &found));
+        } else {
+            print_peers(path, &found)?;
+        }
+    }
+    match args.json {
+        true => print_line(json!({
+            "truth_samples": args.truth_samples,
+            "repetitions": args.repetitions,
+            "seed": args.seed,
+            "scenes": documents,
+        })),
+        false => Ok(()),
+    }
+}
+
+fn document(path: &Path, found: &Peers) -> Value {
+    let mut document = found.to_json();
+    document["scene"] = json!(path.display().to_string());
+    document
+}
+
+fn print_peers(path: &Path, found: &Peers) -> Outcome {
+    let [strands, points, lights] = found.counts;
+    let [width, height] = found.size;
+    print_line(format_args!(
+        "{}: {strands} strands, {points} points, {lights} lights, {width}x{height}, single scattering",
+        path.display(),
+    ))?;
+    let brute = &found.brute_force;
+    print_line(format_args!(
+        "  {:40} {:>9} {:>9} {:>9}",
+        "", "samples", "error", "core-s"
+    ))?;
+    let line = |name: &str, samples: Option<f64>, error: Option<f64>, seconds: Option<f64>| {
+        let shown = |value: Option<f64>, digits: usize, unit: &str| match value {
+            Some(value) => format!("{value:.digits$}{unit}"),
+            None => "-".to_owned(),
+        };
+        print_line(format_args!(
+            "  {name:40} {:>9} {:>9} {:>9}",
+            shown(samples, 3, ""),
+            shown(error.map(|error| 100.0 * error), 2, " %"),
+            shown(seconds, 3, ""),
+        ))
+    };
+    let ours = &found.ours;
+    let error = Some(ours.relative_rmse);
+    line(
+        "ours, from the loaded scene",
+        None,
+        error,
+        ours.core_seconds,
+    )?;
+    line(
+        "ours, edit of the hair, shadows kept",
+        None,
+        error,
+        ours.edit_core_seconds,
+    )?;
+    line(
+        "brute force: hierarchy of the hair",
+        None,
+        None,
+        brute.hierarchy_core_seconds,
+    )?;
+    line(
+        "brute force: tables of the fibre",
+        None,
+        None,
+        brute.fibre_core_seconds,
+    )?;
+    for point in &brute.points {
+        line(
+            &format!("brute force: {} rays per sample", brute.rays),
+            Some(f64::from(point.samples)),
+            Some(point.relative_rmse),
+            point.core_seconds,
+        )?;
+    }
+    let samples = Some(found.samples());
+    let [still, edited] = found.core_seconds();
+    line("brute force to our error", samples, error, still)?;
+    line(
+        "the same after an edit, hierarchy kept",
+        samples,
+        error,
+        edited,
+    )?;
+    let exponent = brute.exponent().map_or(String::new(), |exponent| {
+        format!(" as n^{exponent:.2}; fitted with n^-0.5:")
+    });
+    print_line(format_args!(
+        "  brute force falls{exponent} {:.2} % at one sample; noise of the truth {:.2} %, taken out",
+        100.0 * brute.relative_rmse_of_one(),
+        100.0 * found.truth_noise,
+    ))?;
+    let shown = |ratio: Option<f64>| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
+    let [ratio, ratio_of_edit] = found.ratios();
+    print_line(format_args!(
+        "  brute force over ours: {} for a still, {} for an edit with shadows kept",
+        shown(ratio),
+        shown(ratio_of_edit),
+    ))
+}

@@ -1,0 +1,233 @@
+//! What arrives of every light at the visible points, before the hair there scatters it.
+//!
+//! It depends on strands, lights and view, and not on the fibre: an edit of the hair finds it ready.
+
+use std::ops::Range;
+
+use glam::Vec3;
+use rayon::prelude::*;
+use strandlight_scattering::closed_form::{PackedRecord, ShadowRecord, unpack_record};
+use strandlight_scattering::wide::{
+    LANES, Level, MOST_DEPTH, depths_of_shares, dispatch, f32x8, prelude::*,
+};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::shadow_maps::NO_SLOT;
+use strandlight_scene::volume::{Grid, SELF_LIFT};
+
+use super::transmittance::mix_all;
+use super::unblocked::{Unblocked, VisiblePoint};
+use super::voxelise::{grid_position, voxel_index};
+
+/// Visible points that a thread works on at a time.
+const CHUNK: usize = 64;
+
+/// Numbers of a light at a point.
+const N_NUMBERS: usize = 5;
+
+/// What 1 is in a number.
+const ONE: f32 = 65_535.0;
+
+/// Most bytes of the numbers of one group of lights.
+const MAX_BYTES: usize = 112 << 20;
+
+/// Of a group of lights, at every visible point.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Arriving {
+    /// The lights of the group, indices in the scene's list: a column each.
+    pub lights: Vec<u32>,
+    /// Columns that are found.
+    n_filled: usize,
+    /// `[place][number][column]`, unorm16: the unblocked share; three depths, see
+    /// [`ShadowRecords`](strandlight_scattering::wide::ShadowRecords), over [`MOST_DEPTH`]; the sine of
+    /// the inclination of the hair that the light passes.
+    numbers: Vec<u16>,
+}
+
+/// What arrives at one point, by column.
+#[derive(Clone, Copy)]
+pub(super) struct AtPoint<'a> {
+    numbers: &'a [u16],
+    n: usize,
+}
+
+impl AtPoint<'_> {
+    /// Unblocked share of a light.
+    #[inline(always)]
+    pub fn unblocked(&self, column: usize) -> f32 {
+        f32::from(self.numbers[column]) * (1.0 / ONE)
+    }
+
+    /// Three depths, and the sine of the inclination.
+    #[inline(always)]
+    pub fn record(&self, column: usize) -> [f32; 4] {
+        let at = |number: usize, one: f32| {
+            f32::from(self.numbers[number * self.n + column]) * (one / ONE)
+        };
+        [
+            at(1, MOST_DEPTH),
+            at(2, MOST_DEPTH),
+            at(3, MOST_DEPTH),
+            at(4, 1.0),
+        ]
+    }
+}
+
+impl Arriving {
+    /// The groups of `lights`, indices, whose numbers at `n_places` points fit into memory.
+    pub fn groups(lights: &[u32], n_places: usize) -> Vec<Range<usize>> {
+        let bytes = size_of::<u16>() * N_NUMBERS * n_places.max(1);
+        let n = (MAX_BYTES / bytes / LANES * LANES).max(LANES);
+        (0..lights.len())
+            .step_by(n)
+            .map(|first| first..(first + n).min(lights.len()))
+            .collect()
+    }
+
+    /// Nothing yet of some lights, indices, at `n_places` points.
+    pub fn new(lights: &[u32], n_places: usize) -> Arriving {
+        Arriving {
+            lights: lights.to_vec(),
+            n_filled: 0,
+            numbers: vec![0; N_NUMBERS * lights.len() * n_places],
+        }
+    }
+
+    /// Is all of what the shadow volume says there?
+    pub fn is_filled(&self) -> bool {
+        self.n_filled == self.lights.len()
+    }
+
+    /// Finds what the shadow volume says of the next eight lights: from all lights and their packed
+    /// records, `[light][voxel]`.
+    pub fn fill(
+        &mut self,
+        scene: &PreparedScene,
+        grid: &Grid,
+        (all, packed): (&[LightRecord], &[PackedRecord]),
+        visible: &[u32],
+    ) {
+        let first = self.n_filled;
+        let n = self.lights.len();
+        let columns = first..(first + LANES).min(n);
+        self.n_filled = columns.end;
+        let n_voxels = grid.n_voxels();
+        let lights: Vec<usize> = columns.map(|ix| self.lights[ix] as usize).collect();
+        let mut records = vec![[0.0; 4]; n_voxels * lights.len()];
+        records
+            .par_chunks_mut(n_voxels)
+            .zip(&lights)
+            .for_each(|(records, light)| {
+                let packed = &packed[light * n_voxels..][..n_voxels];
+                for (record, packed) in records.iter_mut().zip(packed) {
+                    let ShadowRecord {
+                        shares: [a, b, c],
+                        sin_theta,
+                    } = unpack_record(packed);
+                    *record = [a, b, c, sin_theta];
+                }
+            });
+        let lift = SELF_LIFT * grid.h;
+        let lifts: Vec<Vec3> = lights
+            .iter()
+            .map(|&light| Vec3::from(all[light].direction) * lift)
+            .collect();
+        let strands = &scene.strands;
+        let level = Level::new();
+        self.numbers
+            .par_chunks_mut(N_NUMBERS * n * CHUNK)
+            .zip(visible.par_chunks(CHUNK))
+            .for_each(|(numbers, points)| {
+                dispatch!(level, simd => {
+                    for (numbers, &point) in numbers.chunks_exact_mut(N_NUMBERS * n).zip(points) {
+                        let position = Vec3::from_slice(&strands.points[point as usize]);
+                        let mut found = [[0.0; LANES]; 4];
+                        for (lane, lift) in lifts.iter().enumerate() {
+                            let g = grid_position(grid, position + *lift);
+                            let record = record_at(grid, &records[lane * n_voxels..], g);
+                            for (found, number) in found.iter_mut().zip(record) {
+                                found[lane] = number;
+                            }
+                        }
+                        let [a, b, c, sine] = &found;
+                        let shares = [
+                            f32x8::load_array_ref(simd, a),
+                            f32x8::load_array_ref(simd, b),
+                            f32x8::load_array_ref(simd, c),
+                        ];
+                        let depths = depths_of_shares(shares);
+                        let sine = f32x8::load_array_ref(simd, sine);
+                        let all = [
+                            shares[0],
+                            depths[0] * (1.0 / MOST_DEPTH),
+                            depths[1] * (1.0 / MOST_DEPTH),
+                            depths[2] * (1.0 / MOST_DEPTH),
+                            sine,
+                        ];
+                        for (number, values) in all.into_iter().enumerate() {
+                            let values = values.max(0.0).min(1.0) * ONE + 0.5;
+                            let values = <[f32; LANES]>::from(values);
+                            let row = &mut numbers[number * n + first..(number + 1) * n];
+                            for (number, value) in row.iter_mut().zip(values).take(lifts.len()) {
+                                *number = value as i32 as u16;
+                            }
+                        }
+                    }
+                });
+            });
+    }
+
+    /// Takes the unblocked shares that shadow maps found, of the lights that have some.
+    pub fn take_shares(&mut self, all: &[LightRecord], unblocked: &Unblocked, visible: &[u32]) {
+        let n = self.lights.len();
+        let columns: Vec<(usize, u32)> = self
+            .lights
+            .iter()
+            .enumerate()
+            .map(|(column, &light)| (column, all[light as usize].shadow_index))
+            .filter(|(_, slot)| *slot != NO_SLOT && unblocked.has(*slot))
+            .collect();
+        self.numbers
+            .par_chunks_mut(N_NUMBERS * n * CHUNK)
+            .zip(visible.par_chunks(CHUNK))
+            .enumerate()
+            .for_each(|(chunk, (numbers, points))| {
+                let places = numbers.chunks_exact_mut(N_NUMBERS * n).zip(points);
+                for (ix, (numbers, &point)) in places.enumerate() {
+                    let at = VisiblePoint {
+                        place: CHUNK * chunk + ix,
+                        point: point as usize,
+                    };
+                    for &(column, slot) in &columns {
+                        numbers[column] = unblocked.packed_share(slot, at);
+                    }
+                }
+            });
+    }
+
+    /// At a visible point.
+    #[inline(always)]
+    pub fn at(&self, place: usize) -> AtPoint<'_> {
+        let n = self.lights.len();
+        AtPoint {
+            numbers: &self.numbers[N_NUMBERS * n * place..][..N_NUMBERS * n],
+            n,
+        }
+    }
+}
+
+/// [`super::shade::record_at`] of unpacked records.
+#[inline(always)]
+fn record_at(grid: &Grid, records: &[[f32; 4]], g: Vec3) -> [f32; 4] {
+    let (x, y, z) = (g.x as i32, g.y as i32, g.z as i32);
+    let (fx, fy, fz) = (g.x - x as f32, g.y - y as f32, g.z - z as f32);
+    let corner = voxel_index(grid, [x as u32, y as u32, z as u32]);
+    let row = grid.dims[0] as usize;
+    let above = corner + row * grid.dims[1] as usize;
+    let along_x = |at: usize| mix_all(records[at], records[at + 1], fx);
+    mix_all(
+        mix_all(along_x(corner), along_x(corner + row), fy),
+        mix_all(along_x(above), along_x(above + row), fy),
+        fz,
+    )
+}
