@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{PackedRecord, ShadowRecord, unpack_record};
 use strandlight_scattering::wide::{
-    LANES, Level, MOST_DEPTH, depths_of_shares, dispatch, f32x8, prelude::*,
+    LANES, Level, MOST_DEPTH, Simd, depths_of_shares, dispatch, f32x8, prelude::*,
 };
 use strandlight_scene::PreparedScene;
 use strandlight_scene::scene::LightRecord;
@@ -38,6 +38,8 @@ pub(super) struct Arriving {
     pub lights: Vec<u32>,
     /// Columns that are found.
     n_filled: usize,
+    /// Places where they are not yet; all where there are none given.
+    missing: Option<Vec<u32>>,
     /// `[place][number][column]`, unorm16: the unblocked share; three depths, see
     /// [`ShadowRecords`](strandlight_scattering::wide::ShadowRecords), over [`MOST_DEPTH`]; the sine of
     /// the inclination of the hair that the light passes.
@@ -89,8 +91,30 @@ impl Arriving {
         Arriving {
             lights: lights.to_vec(),
             n_filled: 0,
+            missing: None,
             numbers: vec![0; N_NUMBERS * lights.len() * n_places],
         }
+    }
+
+    /// The same of other visible points: what is there of those that were visible `before` is kept.
+    pub fn of_view(&self, before: &[u32], visible: &[u32]) -> Arriving {
+        let per_point = N_NUMBERS * self.lights.len();
+        let mut arriving = Arriving::new(&self.lights, visible.len());
+        let mut missing = Vec::new();
+        let mut was = (0..).zip(before).peekable();
+        for (place, point) in visible.iter().enumerate() {
+            while was.next_if(|(_, other)| *other < point).is_some() {}
+            match was.next_if(|(_, other)| *other == point) {
+                Some((old, _)) => {
+                    let from: usize = per_point * old;
+                    let numbers = &self.numbers[from..from + per_point];
+                    arriving.numbers[per_point * place..][..per_point].copy_from_slice(numbers);
+                }
+                None => missing.push(place as u32),
+            }
+        }
+        arriving.missing = Some(missing);
+        arriving
     }
 
     /// Is all of what the shadow volume says there?
@@ -132,49 +156,61 @@ impl Arriving {
             .iter()
             .map(|&light| Vec3::from(all[light].direction) * lift)
             .collect();
-        let strands = &scene.strands;
+        let points = &scene.strands.points;
+        let at_point = |point: u32| {
+            let position = Vec3::from_slice(&points[point as usize]);
+            let mut found = [[0.0; LANES]; 4];
+            for (lane, lift) in lifts.iter().enumerate() {
+                let g = grid_position(grid, position + *lift);
+                let record = record_at(grid, &records[lane * n_voxels..], g);
+                for (found, number) in found.iter_mut().zip(record) {
+                    found[lane] = number;
+                }
+            }
+            found
+        };
         let level = Level::new();
-        self.numbers
-            .par_chunks_mut(N_NUMBERS * n * CHUNK)
-            .zip(visible.par_chunks(CHUNK))
-            .for_each(|(numbers, points)| {
-                dispatch!(level, simd => {
-                    for (numbers, &point) in numbers.chunks_exact_mut(N_NUMBERS * n).zip(points) {
-                        let position = Vec3::from_slice(&strands.points[point as usize]);
-                        let mut found = [[0.0; LANES]; 4];
-                        for (lane, lift) in lifts.iter().enumerate() {
-                            let g = grid_position(grid, position + *lift);
-                            let record = record_at(grid, &records[lane * n_voxels..], g);
-                            for (found, number) in found.iter_mut().zip(record) {
-                                found[lane] = number;
-                            }
+        let n_lanes = lifts.len();
+        let per_point = N_NUMBERS * n;
+        let write = |numbers: &mut [u16], row: [[u16; LANES]; N_NUMBERS]| {
+            for (numbers, row) in numbers.chunks_exact_mut(n).zip(row) {
+                numbers[first..first + n_lanes].copy_from_slice(&row[..n_lanes]);
+            }
+        };
+        match &self.missing {
+            None => self
+                .numbers
+                .par_chunks_mut(per_point * CHUNK)
+                .zip(visible.par_chunks(CHUNK))
+                .for_each(|(numbers, points)| {
+                    dispatch!(level, simd => {
+                        for (numbers, &point) in numbers.chunks_exact_mut(per_point).zip(points) {
+                            write(numbers, pack_row(simd, &at_point(point)));
                         }
-                        let [a, b, c, sine] = &found;
-                        let shares = [
-                            f32x8::load_array_ref(simd, a),
-                            f32x8::load_array_ref(simd, b),
-                            f32x8::load_array_ref(simd, c),
-                        ];
-                        let depths = depths_of_shares(shares);
-                        let sine = f32x8::load_array_ref(simd, sine);
-                        let all = [
-                            shares[0],
-                            depths[0] * (1.0 / MOST_DEPTH),
-                            depths[1] * (1.0 / MOST_DEPTH),
-                            depths[2] * (1.0 / MOST_DEPTH),
-                            sine,
-                        ];
-                        for (number, values) in all.into_iter().enumerate() {
-                            let values = values.max(0.0).min(1.0) * ONE + 0.5;
-                            let values = <[f32; LANES]>::from(values);
-                            let row = &mut numbers[number * n + first..(number + 1) * n];
-                            for (number, value) in row.iter_mut().zip(values).take(lifts.len()) {
-                                *number = value as i32 as u16;
+                    });
+                }),
+            Some(missing) => {
+                let rows: Vec<_> = missing
+                    .par_chunks(CHUNK)
+                    .flat_map_iter(|places| {
+                        let mut rows = Vec::with_capacity(CHUNK);
+                        dispatch!(level, simd => {
+                            for &place in places {
+                                let point = visible[place as usize];
+                                rows.push(pack_row(simd, &at_point(point)));
                             }
-                        }
-                    }
-                });
-            });
+                        });
+                        rows
+                    })
+                    .collect();
+                for (&place, row) in missing.iter().zip(rows) {
+                    write(
+                        &mut self.numbers[per_point * place as usize..][..per_point],
+                        row,
+                    );
+                }
+            }
+        }
     }
 
     /// Takes the unblocked shares that shadow maps found, of the lights that have some.
@@ -216,6 +252,32 @@ impl Arriving {
     }
 }
 
+/// The numbers of eight lights: the volume's shares at three exponents, and the sine.
+#[inline(always)]
+fn pack_row<S: Simd>(simd: S, [a, b, c, sine]: &[[f32; LANES]; 4]) -> [[u16; LANES]; N_NUMBERS] {
+    let shares = [
+        f32x8::load_array_ref(simd, a),
+        f32x8::load_array_ref(simd, b),
+        f32x8::load_array_ref(simd, c),
+    ];
+    let depths = depths_of_shares(shares);
+    let all = [
+        shares[0],
+        depths[0] * (1.0 / MOST_DEPTH),
+        depths[1] * (1.0 / MOST_DEPTH),
+        depths[2] * (1.0 / MOST_DEPTH),
+        f32x8::load_array_ref(simd, sine),
+    ];
+    let mut numbers = [[0; LANES]; N_NUMBERS];
+    for (numbers, values) in numbers.iter_mut().zip(all) {
+        let values = <[f32; LANES]>::from(values.max(0.0).min(1.0) * ONE + 0.5);
+        for (number, value) in numbers.iter_mut().zip(values) {
+            *number = value as i32 as u16;
+        }
+    }
+    numbers
+}
+
 /// [`super::shade::record_at`] of unpacked records.
 #[inline(always)]
 fn record_at(grid: &Grid, records: &[[f32; 4]], g: Vec3) -> [f32; 4] {
@@ -230,4 +292,22 @@ fn record_at(grid: &Grid, records: &[[f32; 4]], g: Vec3) -> [f32; 4] {
         mix_all(along_x(above), along_x(above + row), fy),
         fz,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_view_keeps_what_is_known() {
+        let mut arriving = Arriving::new(&[4, 2], 3);
+        for (ix, number) in arriving.numbers.iter_mut().enumerate() {
+            *number = ix as u16;
+        }
+        let other = arriving.of_view(&[3, 7, 9], &[1, 3, 8, 9, 12]);
+        assert_eq!(other.missing, Some(vec![0, 2, 4]));
+        assert_eq!(other.numbers[10..20], arriving.numbers[..10]);
+        assert_eq!(other.numbers[30..40], arriving.numbers[20..]);
+        assert!(!other.is_filled() && other.numbers.len() == 50);
+    }
 }

@@ -137,6 +137,8 @@ pub(super) struct Frame {
     through_before: Option<Unblocked>,
     multiple: Option<MultipleTables>,
     arriving: Option<Arriving>,
+    /// That of the view before, and its visible points.
+    arriving_before: Option<(Arriving, Vec<u32>)>,
     /// Has it the shares of the shadow maps?
     has_shares: bool,
     shading: Option<Shading>,
@@ -253,6 +255,14 @@ impl Frame {
         } else if Stage::ShadowMaps.inputs().contains(&edit) && edit != Edit::View {
             self.through_before = None;
         }
+        if edit == Edit::View && (are_kept || !self.has_shares) {
+            if let (Some(arriving), Some((_, visible))) = (self.arriving.take(), self.list.take()) {
+                let is_filled = arriving.is_filled();
+                self.arriving_before = is_filled.then_some((arriving, visible.points));
+            }
+        } else if edit != Edit::View && Stage::ShadowMaps.inputs().contains(&edit) {
+            self.arriving_before = None;
+        }
         if edit == Edit::Paint {
             let whole = self
                 .shaded
@@ -287,7 +297,9 @@ impl Frame {
     fn forget(&mut self, stage: Stage) {
         match stage {
             Stage::Voxelise => self.volume = None,
-            Stage::Transmittance => (self.records, self.arriving) = (None, None),
+            Stage::Transmittance => {
+                (self.records, self.arriving, self.arriving_before) = (None, None, None);
+            }
             Stage::List => (self.listing, self.list, self.arriving) = (None, None, None),
             Stage::ShadowMaps => {
                 (self.casting, self.unblocked, self.arriving) = (None, None, None);
@@ -733,7 +745,14 @@ impl Frame {
                 _ => arriving.lights == of_group,
             };
             if !self.arriving.as_ref().is_some_and(serves) {
-                self.arriving = Some(Arriving::new(of_group, n_places));
+                let before = self
+                    .arriving_before
+                    .take()
+                    .filter(|(before, _)| serves(before));
+                self.arriving = Some(match before {
+                    Some((before, points)) => before.of_view(&points, &visible.points),
+                    None => Arriving::new(of_group, n_places),
+                });
             }
             let Some(arriving) = &mut self.arriving else {
                 return;

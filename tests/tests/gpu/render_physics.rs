@@ -341,7 +341,7 @@ fn moved_hair_and_other_lights_draw_what_a_new_renderer_draws() {
     let there = scene.strands.moved(&scene.strands.points).unwrap();
     assert_eq!(there.tangents, scene.strands.tangents);
     let mut back = scene.clone();
-    back.strands = there;
+    back.strands = there.into();
     assert!(
         at(&mut renderer) == at(&mut ProgressiveRenderer::new(&context, back.clone()).unwrap())
     );

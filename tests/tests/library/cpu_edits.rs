@@ -2,10 +2,12 @@
 //! afresh, bit for bit, and runs no stage that the edit does not touch.
 
 use serde_json::{Value, json};
-use strandlight_cpu::CpuRenderer;
+use std::time::Duration;
+
+use strandlight_cpu::{CpuRenderer, InteractiveRenderer};
 use strandlight_formats::{CameraSection, MotionSection, WindSection};
 use strandlight_runtime::script::{Script, Step};
-use strandlight_runtime::{Session, Viewer};
+use strandlight_runtime::{Display, InteractiveBackend, Session, Viewer};
 use strandlight_scene::Backend;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 
@@ -43,6 +45,101 @@ fn check(session: &Session, script: Value) {
         );
     }
     assert!(n_other > 0);
+}
+
+/// Draws on until the picture is complete; answers how many pictures there were.
+fn finish(viewer: &mut Viewer) -> usize {
+    let mut n = 0;
+    loop {
+        let before = version(viewer);
+        // A step at a time.
+        let progress = viewer.advance(Duration::ZERO).expect("a picture");
+        n += usize::from(version(viewer) != before);
+        if progress.is_done {
+            assert!(progress.is_shaded && progress.is_shown);
+            return n;
+        }
+    }
+}
+
+fn shown<'a>(viewer: &'a Viewer) -> strandlight_cpu::Display<'a> {
+    match viewer.display() {
+        Display::Pixels(pixels) => pixels,
+        Display::Texture(_) => unreachable!("the CPU draws"),
+    }
+}
+
+fn version(viewer: &Viewer) -> u64 {
+    shown(viewer).version
+}
+
+fn interactive(session: Session) -> Viewer {
+    let viewer = Viewer::on(session, |scene| {
+        Ok(Box::new(InteractiveRenderer::new(scene)) as Box<dyn InteractiveBackend>)
+    });
+    let mut viewer = viewer.expect("a scene that can be drawn");
+    viewer.set_window(SIZE).expect("a size");
+    viewer
+}
+
+/// Edits while a picture is drawn, every other one before there is any: in the end the picture is that of
+/// a fresh window.
+#[test]
+fn interactive_pictures_end_as_fresh_ones() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.1);
+        scene.render.size = SIZE;
+    });
+    let session = Session::open(&at).expect("a scene");
+    let mut viewer = interactive(session.clone());
+    // One without shadow maps, one of all light.
+    assert!(finish(&mut viewer) >= 2);
+    assert_eq!(finish(&mut viewer), 0);
+    let brush = |dye: [f64; 3]| json!({"radius_cm": 1.5, "effect": {"dye": dye}});
+    let script = json!([
+        {"set": {"hair.eta": 1.7}},
+        {"set": {"hair.sigma_a": [0.1, 0.4, 0.8]}},
+        {"set": {"lights.muted": [1]}},
+        {"set": {"lights.tint": [1, 0.5, 0.2]}},
+        {"set": {"lights.muted": []}},
+        {"set": {"camera.position": [1, -2, 12]}},
+        {"set": {"camera.position": [2, -2, 12]}},
+        {"set": {"lights.rotate_deg": 100}},
+        {"set": {"camera.position": [3, -3, 13]}},
+        {"stroke": {"brush": brush([0.1, 0.9, 2.0]), "path": [[8, 6], [14, 8]]}},
+        {"stroke": {"brush": brush([2.0, 0.9, 0.1]), "path": [[8, 8], [14, 10]]}},
+        {"set": {"camera.position": [1, -3, 13]}},
+        {"undo": 1},
+        {"undo": 1},
+        {"set": {"render.background": [0.5, 0, 0]}},
+        {"set": {"render.exposure": 1}},
+        {"set": {"hair.diameter_cm": 0.05}},
+        {"set": {"hair.eta": 1.4}}
+    ]);
+    let steps = Script::from_json(&script.to_string()).expect("valid").steps;
+    let mut before = Vec::new();
+    for (ix, step) in steps.into_iter().enumerate() {
+        let script = Script { steps: vec![step] };
+        let done = script.run(&mut viewer, |_, _| {
+            Ok::<(), strandlight_runtime::ScriptError>(())
+        });
+        done.expect("a valid step");
+        if ix % 2 == 0 {
+            for _ in 0..ix {
+                viewer.advance(Duration::ZERO).expect("a step");
+            }
+            continue;
+        }
+        finish(&mut viewer);
+        let mut fresh = interactive(viewer.session().clone());
+        finish(&mut fresh);
+        let pixels = shown(&viewer).pixels.to_vec();
+        assert!(pixels == shown(&fresh).pixels, "{ix}");
+        assert!(pixels != before, "{ix} changes nothing");
+        before = pixels;
+    }
 }
 
 /// Stages that run for a picture after `keys` were set, but for the last one, which always does.

@@ -7,7 +7,7 @@
 //! - [`run_multiple`] does the same for the integrals of multiple scattering.
 //! - [`run_transmittance`] measures what hair leaves of a scene's lights, against ray shooting.
 //! - [`frames`]: what frames cost after an edit on a GPU; [`cpu_frames`]: on the CPU.
-//! - [`gpu_model`]: what frames might cost on GPUs, estimated from what they counted.
+//! - [`estimate`]: what frames might cost on GPUs, estimated from what they counted.
 //! - [`growth`]: how frames grow with the scene and the picture.
 //! - [`pairs`]: frames of two builds side by side.
 //! - [`peers`]: what brute force costs to a picture's error, beside that picture.
@@ -20,9 +20,9 @@ pub mod cpu_frames;
 mod curves;
 pub mod edit;
 mod edits;
+pub mod estimate;
 pub mod frames;
 mod frontier;
-pub mod gpu_model;
 pub mod growth;
 mod method;
 mod multiple;

@@ -360,7 +360,11 @@ impl Workspace {
     #[cfg(not(target_arch = "wasm32"))]
     fn recover(&mut self, reason: &str) -> Result<(), GpuError> {
         self.note_loss(reason);
-        let screen = Screen::open(self.window.clone(), self.display.clone(), self.screen_choice());
+        let screen = Screen::open(
+            self.window.clone(),
+            self.display.clone(),
+            self.screen_choice(),
+        );
         self.take_up(pollster::block_on(screen)?);
         Ok(())
     }

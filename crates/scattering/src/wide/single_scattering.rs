@@ -761,7 +761,7 @@ mod tests {
         let wide = WideLights::new(&directions, &lambdas);
         let weights: Vec<f32> = (0..40).map(|ix| 0.8_f32.powi(ix)).collect();
         let place = place(&mut random, 12);
-        let mut respond = |roulette: Option<Roulette>| {
+        let respond = |roulette: Option<Roulette>| {
             let mut responses = [Responses::default()];
             let level = Level::new();
             let places = [place];

@@ -12,8 +12,8 @@ use strandlight_formats::Scene;
 use strandlight_lab::bench::cpu_frames::{
     self, HAIR_EDITS, PictureCost, SceneCosts, n_pictures, scene_costs,
 };
+use strandlight_lab::bench::estimate::{GPUS, Gpu, Pass};
 use strandlight_lab::bench::frames::{FrameCost, Progress, frame_costs, n_frames};
-use strandlight_lab::bench::gpu_model::{GPUS, Gpu, Pass};
 use strandlight_render::gpu::Context;
 use strandlight_scene::budget::MAX_TARGET_SIDE;
 use strandlight_scene::{PreparedScene, RenderError, SceneError};
