@@ -226,7 +226,6 @@ fn without_a_driver_the_cpu_draws() {
     assert!(start.contrast() > 10.0, "the picture shows nothing");
     view.after("edit", |view| view.type_number("Absorption red", "6"));
     view.without_mouse().assert_different(&start);
-    view.close();
 }
 
 #[test]
