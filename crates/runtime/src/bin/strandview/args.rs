@@ -317,7 +317,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!((n_taken, n_refused), (32, 13));
+        assert_eq!((n_taken, n_refused), (41, 14));
     }
 
     #[test]
