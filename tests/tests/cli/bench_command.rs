@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use strandlight_bake::tables::bake_c_and_h;
+use strandlight_formats::SrbfLight;
 use strandlight_lab::bench::{Method, MethodTables, Prepared, Scene, Set};
 use strandlight_render::probe::GpuBench;
 use strandlight_scattering::fresnel::Fresnel;
@@ -487,7 +488,12 @@ fn pictures_are_compared_with_brute_force() {
     ] {
         assert!(table.contains(line), "{table}");
     }
-    let dark = write_small_scene(folder.path(), &groom, vec![], |_| ());
+    let black = vec![SrbfLight {
+        direction: [0.0, 1.0, 0.0],
+        lambda: 0.5,
+        rgb: [0.0; 3],
+    }];
+    let dark = write_small_scene(folder.path(), &groom, black, |_| ());
     let mut command = strandlight();
     command.args(["bench", "peers", "--size", "8x8", "--truth-samples", "1"]);
     assert_refused(command.arg(&dark), &["a.toml"]);
