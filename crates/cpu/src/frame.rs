@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use strandlight_scattering::closed_form::{PackedRecord, TERM_GLOBAL, TERM_LOCAL};
 use strandlight_scattering::multiple_tables::{Job, MultipleTables};
+use strandlight_scattering::wide::Peaks;
 use strandlight_scene::camera::{Camera, ViewUniform, view_uniform};
 use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::progress::timed;
@@ -32,8 +33,8 @@ use super::unblocked::{Casting, Unblocked, VisiblePoint};
 use super::visible::VisiblePoints;
 use super::voxelise::{grid_position, voxelise};
 
-/// Visible points that are shaded at a time.
-const SLICE: usize = 4096;
+/// Visible points that are shaded at a time: an eighth of them, within this.
+const SLICE: Range<usize> = 64..4096;
 
 /// Shares at all points are kept if they have at most this many bytes.
 const MAX_SHARE_BYTES: usize = 256 << 20;
@@ -74,8 +75,8 @@ pub(super) enum Stage {
     Transmittance,
     /// What each pixel shows.
     List,
-    /// Unblocked shares of the lights. They are found at visible points; from the second view on at
-    /// all, and then serve any.
+    /// Unblocked shares of the lights. They are found at visible points; from the second view on, and
+    /// where there are drafts, at all, and then serve any.
     ShadowMaps,
     /// The share of the light through to the eye.
     ThroughMaps,
@@ -195,6 +196,8 @@ struct Shading {
     /// By visible point: rgb times the view's radiance scale, and zero.
     radiance: Vec<[f32; 4]>,
     counts: Counts,
+    /// Of drafts.
+    peaks: Option<Peaks>,
 }
 
 /// Radiance with some paint.
@@ -246,24 +249,11 @@ struct Picturing<'a> {
 impl Frame {
     /// Forgets what `edit` makes stale.
     pub fn edited(&mut self, edit: Edit) {
-        let is_everywhere = self
-            .unblocked
-            .as_ref()
-            .is_some_and(Unblocked::is_everywhere);
-        let are_kept = edit == Edit::View && is_everywhere;
-        let is_everywhere = self.through.as_ref().is_some_and(Unblocked::is_everywhere);
-        if edit == Edit::View && is_everywhere {
-            self.through_before = self.through.take();
-        } else if Stage::ShadowMaps.inputs().contains(&edit) && edit != Edit::View {
-            self.through_before = None;
-        }
-        if edit == Edit::View && (are_kept || !self.has_shares) {
-            if let (Some(arriving), Some((_, visible))) = (self.arriving.take(), self.list.take()) {
-                let is_filled = arriving.is_filled();
-                self.arriving_before = is_filled.then_some((arriving, visible.points));
-            }
-        } else if edit != Edit::View && Stage::ShadowMaps.inputs().contains(&edit) {
-            self.arriving_before = None;
+        let are_kept = edit == Edit::View && self.has_maps_of_any_view();
+        if edit == Edit::View {
+            self.keep_for_next_view(are_kept);
+        } else if Stage::ShadowMaps.inputs().contains(&edit) {
+            (self.through_before, self.arriving_before) = (None, None);
         }
         if edit == Edit::Paint {
             let whole = self
@@ -297,6 +287,32 @@ impl Frame {
             self.needs_tables = None;
         }
         self.was_turned |= edit == Edit::View && self.is_drawn;
+    }
+
+    /// Are the maps, or those under way, looked up at all points?
+    fn has_maps_of_any_view(&self) -> bool {
+        let maps = match (&self.unblocked, &self.casting) {
+            (Some(unblocked), _) => Some(unblocked),
+            (None, Some(casting)) => Some(casting.found()),
+            (None, None) => None,
+        };
+        maps.is_some_and(Unblocked::is_everywhere)
+    }
+
+    /// Keeps what the next view can use, shadow maps too if they `are_kept`.
+    fn keep_for_next_view(&mut self, are_kept: bool) {
+        if self.through.as_ref().is_some_and(Unblocked::is_everywhere) {
+            self.through_before = self.through.take();
+        }
+        // Shares of other maps would stay beside those of the volume.
+        if are_kept || !self.has_shares {
+            if let (Some(arriving), Some((_, visible))) = (self.arriving.take(), self.list.take()) {
+                let is_filled = arriving.is_filled();
+                self.arriving_before = is_filled.then_some((arriving, visible.points));
+            }
+        } else {
+            self.arriving_before = None;
+        }
     }
 
     fn forget(&mut self, stage: Stage) {
@@ -424,6 +440,11 @@ impl Frame {
     /// The stage that is to be run next.
     fn next(&self, picturing: &Picturing) -> Option<Stage> {
         let has_maps = self.unblocked.is_some() && self.through.is_some();
+        let has_none = self
+            .lights
+            .as_ref()
+            .is_some_and(|lights| lights.plan.views.is_empty());
+        let has_draft = self.shaded.is_some() || !picturing.has_drafts || has_none;
         let maps = match &self.unblocked {
             None => Stage::ShadowMaps,
             Some(_) => Stage::ThroughMaps,
@@ -432,7 +453,7 @@ impl Frame {
             Some(Stage::Voxelise)
         } else if self.list.is_none() {
             Some(Stage::List)
-        } else if !has_maps && !(picturing.has_drafts && self.shaded.is_none()) {
+        } else if !has_maps && has_draft {
             Some(maps)
         } else if !self.has_records() {
             Some(Stage::Transmittance)
@@ -491,6 +512,7 @@ impl Frame {
             _ => {
                 self.forget(Stage::ShadowMaps);
                 self.forget(Stage::ThroughMaps);
+                (self.through_before, self.arriving_before) = (None, None);
                 now
             }
         };
@@ -717,6 +739,10 @@ impl Frame {
                 n_done: 0,
                 radiance: vec![[0.0; 4]; n_places],
                 counts: Counts::default(),
+                peaks: (quality == Quality::Draft).then(|| {
+                    let optics = scene.hair.optics();
+                    Peaks::of(&optics.shading(scene.tables.view()))
+                }),
             };
             if let Some(before) = self.before_paint.take() {
                 shading.only_repainted(before, scene.paint(), &visible.points);
@@ -733,7 +759,8 @@ impl Frame {
         let through = through.filter(|through| !through.is_empty());
         let is_first_picture = self.shaded.is_none();
         let places = &shading.order[shading.n_done..];
-        let places = &places[..places.len().min(SLICE)];
+        let slice = n_places.div_ceil(8).clamp(SLICE.start, SLICE.end);
+        let places = &places[..places.len().min(slice)];
         let paint = scene.paint();
         let is_plain = |place: &u32| {
             let point = visible.points[*place as usize] as usize;
@@ -773,10 +800,9 @@ impl Frame {
                 arriving.take_shares(&lights.records, unblocked, &visible.points);
                 self.has_shares = true;
             }
-            let is_draft = quality == Quality::Draft;
             let arriving = (&*arriving, &lights.records[..]);
             let view = &picturing.view;
-            let shader = WideShader::new(scene, view, tables, arriving, through, is_draft);
+            let shader = WideShader::new(scene, view, tables, arriving, through, shading.peaks);
             found.push((shader.shade(&plain, &visible.points), plain));
         }
         // These do all lights at once.

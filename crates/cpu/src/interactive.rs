@@ -94,7 +94,7 @@ impl InteractiveRenderer {
             return Ok(self.progress());
         }
         let advance = self.renderer.advance(self.size, Deadline::after(budget));
-        if advance.version != self.frame_version
+        if (advance.version != self.frame_version || !self.is_shown)
             && let Some(picture) = self.renderer.shown(self.size)
         {
             self.frame_version = advance.version;
@@ -156,7 +156,7 @@ impl InteractiveRenderer {
         let ((), seconds) = timed(|| levels(picture, grade, &mut self.pixels));
         self.shown = [picture.width, picture.height];
         self.version += 1;
-        self.is_shown = true;
+        self.is_shown = !self.renderer.has_waiting_view();
         let report = &mut self.report;
         for stage in &stats.stages {
             report.ran(stage.name);
@@ -208,6 +208,7 @@ impl Backend for InteractiveRenderer {
 
     fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
         self.report.stats = scene.counts(stats_name());
+        self.size = scene.size;
         self.renderer.set_scene(scene)?;
         self.turned();
         Ok(())

@@ -93,6 +93,11 @@ impl CpuRenderer {
         }
     }
 
+    /// Does another view wait for the picture of this one?
+    pub(super) fn has_waiting_view(&self) -> bool {
+        self.waiting.contains(&Edit::View)
+    }
+
     /// Takes up the edits that waited.
     fn take_edits(&mut self) {
         if !self.waiting.is_empty() {
@@ -238,6 +243,9 @@ impl Backend for CpuRenderer {
     }
 
     fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
+        if wind.is_none() && self.rest.is_none() {
+            return Ok(false);
+        }
         self.edited(Edit::Points);
         let rest = self.rest.as_ref().unwrap_or(&self.scene.strands);
         match wind {

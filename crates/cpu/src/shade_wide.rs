@@ -1,6 +1,6 @@
 //! Scattering of all lights at visible points, eight lights at a time: what [`super::shade`] computes
 //! one after the other, the same to rounding, and for multiple scattering, which comes from
-//! tables of the fibre in place of the closed form: 1 % off at most, and a tenth of the work.
+//! tables of the fibre in place of the closed form.
 //! Painted points, each with a fibre of its own, keep to the other way.
 
 use glam::Vec3;
@@ -71,14 +71,14 @@ struct Scratch {
 
 impl<'a> WideShader<'a> {
     /// For the `lights` that arrive, as `view` sees `scene`; with shares of the light through to the eye.
-    /// Drafts leave to chance what hardly counts.
+    /// By `peaks`, of drafts, what hardly counts is left to chance.
     pub fn new(
         scene: &'a PreparedScene,
         view: &'a ViewUniform,
         tables: &'a MultipleTables,
         (arriving, lights): (&'a Arriving, &[LightRecord]),
         through: Option<&'a Unblocked>,
-        is_draft: bool,
+        peaks: Option<Peaks>,
     ) -> WideShader<'a> {
         let light = |(column, &ix): (usize, &u32)| {
             let light = &lights[ix as usize];
@@ -107,7 +107,7 @@ impl<'a> WideShader<'a> {
             through,
             forward: forward_table(scene.hair.averages()),
             terms: Terms::new(scene),
-            peaks: is_draft.then(|| Peaks::of(&shading)),
+            peaks,
             shading,
             wide: WideLights::new(&directions, &lambdas),
             lights,

@@ -1,8 +1,7 @@
 //! Shares of the lights that reach visible points straight, from shadow maps.
 //!
 //! The maps are those of [`super::shadow_map`]; but each is one thread's own, every point is projected
-//! once, and only what is seen is looked up. What is above nothing
-//! that is looked up is not drawn. Strands side by side are drawn one after the other and texels
+//! once, and what is above nothing that is looked up is not drawn. Strands side by side are drawn one after the other and texels
 //! side by side lie together, so that most of the memory that is touched is in a cache.
 
 use glam::Vec3;
@@ -17,6 +16,9 @@ use super::shadow_map::{CLEAR_RADII, HEIGHT_UNITS, N_PLACES, NAME_BITS, OWN_POIN
 
 /// Maps at work at a time have at most this many bytes, or there is one.
 const MAX_MAP_BYTES: usize = 256 << 20;
+
+/// Bytes that a map at work needs for each point of the hair, about.
+const BYTES_PER_POINT: usize = 13;
 
 /// Side of the blocks of a map that are known to be looked up or not, texels.
 const BLOCK: i32 = 16;
@@ -138,7 +140,8 @@ impl Casting {
     pub fn step(&mut self, proxies: &[ProxyRecord]) -> bool {
         let rest = &self.views[self.n_done..];
         let largest = rest.iter().map(|view| view.side as usize).max();
-        let at_a_time = MAX_MAP_BYTES / (4 * largest.unwrap_or(1).pow(2));
+        let texels = 4 * largest.unwrap_or(1).pow(2);
+        let at_a_time = MAX_MAP_BYTES / (texels + BYTES_PER_POINT * self.strips.points[0].len());
         let n = at_a_time
             .clamp(1, rayon::current_num_threads())
             .min(rest.len());
@@ -165,6 +168,11 @@ impl Casting {
         }
         self.n_done += n;
         self.n_done == self.views.len()
+    }
+
+    /// What is found so far.
+    pub fn found(&self) -> &Unblocked {
+        &self.found
     }
 
     /// Share of the maps that are done.

@@ -32,7 +32,7 @@ pub struct Place {
 }
 
 /// [`crate::closed_form::single_scattering_mode`] of every light whose weight is above 0, by its index,
-/// and of every enabled mode; 0 of other lights and modes. What a light gets does not depend on which
+/// and of every enabled mode; others have no entry. What a light gets does not depend on which
 /// others there are, unless some are left to `roulette`.
 ///
 /// `weights`, by light, say what a response counts: the light's brightest channel times the share of
@@ -105,7 +105,7 @@ pub fn single_scattering<S: Simd, L: SampleLobes>(
 /// against S cos(theta_i), without shadow. One buffer serves many points.
 #[derive(Clone, Debug, Default)]
 pub struct Responses {
-    /// One for each light and mode that is not 0.
+    /// One for each light and mode that was evaluated.
     entries: Vec<Response>,
     seen: Seen,
 }
