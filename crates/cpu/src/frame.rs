@@ -124,6 +124,9 @@ pub(super) struct Frame {
     is_drawn: bool,
     /// And one from elsewhere?
     was_turned: bool,
+    /// Amplitudes that maps are shared out by, so that a light that is off and on again, or tinted,
+    /// keeps its maps; those of the scene where there are none.
+    pub planned: Vec<[f32; 3]>,
     lights: Option<Lights>,
     are_lights_current: bool,
     volume: Option<(Grid, Vec<[f32; 8]>)>,
@@ -247,6 +250,14 @@ struct Picturing<'a> {
 }
 
 impl Frame {
+    /// Nothing yet of `scene`, whose amplitudes share out the maps.
+    pub fn of(scene: &PreparedScene) -> Frame {
+        Frame {
+            planned: scene.lights.iter().map(|light| light.rgb).collect(),
+            ..Frame::default()
+        }
+    }
+
     /// Forgets what `edit` makes stale.
     pub fn edited(&mut self, edit: Edit) {
         let are_kept = edit == Edit::View && self.has_maps_of_any_view();
@@ -505,17 +516,20 @@ impl Frame {
         }
         self.are_lights_current = true;
         let now = scene.shadow_plan();
-        let has_some = self.casting.is_some() || self.unblocked.is_some();
-        let before = self.lights.take().map(|lights| lights.plan);
-        let plan = match before {
-            Some(before) if has_some && serves(&before, &now) => before,
-            _ => {
-                self.forget(Stage::ShadowMaps);
-                self.forget(Stage::ThroughMaps);
-                (self.through_before, self.arriving_before) = (None, None);
-                now
-            }
-        };
+        let mut lights = scene.lights.clone();
+        for (light, rgb) in lights.iter_mut().zip(&self.planned) {
+            light.rgb = *rgb;
+        }
+        let mut plan = ShadowPlan::new(&lights, &scene.strands, scene.shadow_maps);
+        if scene.reference_amplitudes.is_some() || !serves(&plan, &now) {
+            plan = now;
+        }
+        let before = self.lights.take();
+        if before.is_none_or(|before| before.plan != plan) {
+            self.forget(Stage::ShadowMaps);
+            self.forget(Stage::ThroughMaps);
+            (self.through_before, self.arriving_before) = (None, None);
+        }
         let (records, sweeps) = scene.records_with(&plan);
         let is_lit: Vec<bool> = records.iter().map(|light| light.power > 0.0).collect();
         // Narrow lights first, so that the lanes of a vector ask for as many nodes.
@@ -928,12 +942,12 @@ impl Frame {
     }
 }
 
-/// Has `before` maps of all lights that have some by the plan `now`? Amplitudes share out the maps,
-/// but those of other amplitudes are as right.
-fn serves(before: &ShadowPlan, now: &ShadowPlan) -> bool {
-    let mut pairs = before.slots.iter().zip(&now.slots);
-    before.slots.len() == now.slots.len()
-        && pairs.all(|(before, now)| *before != NO_SLOT || *now == NO_SLOT)
+/// Has `plan` maps of all lights that have some by the plan `now`? Amplitudes share out the maps, but
+/// those of other amplitudes are as right.
+fn serves(plan: &ShadowPlan, now: &ShadowPlan) -> bool {
+    let mut pairs = plan.slots.iter().zip(&now.slots);
+    plan.slots.len() == now.slots.len()
+        && pairs.all(|(slot, now)| *slot != NO_SLOT || *now == NO_SLOT)
 }
 
 /// Are there points of the fibre that tables are of? Painted points have fibres of their own. Nor are

@@ -55,8 +55,8 @@ impl CpuRenderer {
     pub fn new(mut scene: PreparedScene) -> CpuRenderer {
         scene.hair.keep_plain();
         CpuRenderer {
+            frame: Frame::of(&scene),
             scene,
-            frame: Frame::default(),
             drawn: None,
             waiting: Vec::new(),
             rest: None,
@@ -180,9 +180,9 @@ impl Backend for CpuRenderer {
 
     fn set_scene(&mut self, mut scene: PreparedScene) -> Result<(), RenderError> {
         scene.hair.keep_plain();
+        self.frame = Frame::of(&scene);
         (self.scene, self.rest, self.drawn) = (scene, None, None);
         self.waiting.clear();
-        self.frame = Frame::default();
         Ok(())
     }
 
@@ -213,6 +213,7 @@ impl Backend for CpuRenderer {
 
     fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
         check_lights(&lights)?;
+        self.frame.planned = lights.iter().map(|light| light.rgb).collect();
         self.scene.lights = lights;
         self.edited(Edit::Lights);
         Ok(())
