@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use strandlight_cpu::{CpuRenderer, InteractiveRenderer};
 use strandlight_formats::{CameraSection, MotionSection, SrbfLight, WindSection};
-use strandlight_runtime::script::{Script, Step};
+use strandlight_runtime::script::Script;
 use strandlight_runtime::{Display, InteractiveBackend, Session, Viewer};
 use strandlight_scene::Backend;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
