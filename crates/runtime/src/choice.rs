@@ -7,7 +7,7 @@ use strandlight_render::gpu::Context;
 /// What was asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BackendChoice {
-    /// The GPU if there is one, else the CPU; a software driver is none.
+    /// The GPU if there is one, else the CPU; a software driver is none, but in pages.
     #[default]
     Auto,
     /// The GPU, or a software driver.
@@ -42,7 +42,8 @@ impl BackendChoice {
             BackendChoice::Cpu => Ok(Chosen::Cpu(CpuReason::Asked)),
             BackendChoice::Gpu => open().map(Chosen::Gpu),
             BackendChoice::Auto => Ok(match open() {
-                Ok(context) if context.is_software() => {
+                // A page has one thread, a browser's software driver has all.
+                Ok(context) if context.is_software() && !cfg!(target_arch = "wasm32") => {
                     Chosen::Cpu(CpuReason::Software(context.adapter_name))
                 }
                 Ok(context) => Chosen::Gpu(context),
