@@ -3,8 +3,8 @@
 //! broken.
 
 use strandlight_formats::{
-    BakedFile, ExportOptions, GROOM_FORMATS, Groom, ImportOptions, LightSet, Scene, SourceFile,
-    TableFile, UpAxis, groom_format,
+    BakedFile, ExportOptions, GROOM_FORMATS, Groom, ImportOptions, LightSet, Mesh, Scene,
+    SourceFile, TableFile, UpAxis, groom_format,
 };
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -32,6 +32,19 @@ pub fn lights(bytes: &[u8]) -> bool {
         let again = set.to_bytes().expect("what was read can be written");
         let again = LightSet::from_bytes(&again).expect("what was written can be read");
         assert!(again.lights == set.lights);
+        true
+    })
+}
+
+/// A mesh that was read is written and read again as it was.
+pub fn mesh(bytes: &[u8]) -> bool {
+    sealed_and_not(bytes, |bytes| {
+        let Ok(mesh) = Mesh::from_bytes(bytes) else {
+            return false;
+        };
+        let again = mesh.to_bytes().expect("what was read can be written");
+        assert!(Mesh::from_bytes(&again).expect("what was written can be read") == mesh);
+        let _ = mesh.smooth_normals();
         true
     })
 }
@@ -74,6 +87,109 @@ pub fn hair(bytes: &[u8]) -> bool {
 /// A `.data` file of strands that was read in centimetres is written byte for byte.
 pub fn usc(bytes: &[u8]) -> bool {
     inverse(bytes, "usc", |again| again == bytes)
+}
+
+/// Curves of an Alembic archive that were read are written and read again as the same strands.
+pub fn alembic(bytes: &[u8]) -> bool {
+    let format = groom_format("alembic").expect("it is in the table");
+    let n_frames = format.frame_times(bytes).map_or(1, |times| times.len());
+    let last = (n_frames - 1).min(u32::MAX as usize) as u32;
+    let mut good = false;
+    for frame in [0, last] {
+        let options = ImportOptions::default().with_frame(frame);
+        let Ok(import) = format.read(bytes, &options) else {
+            continue;
+        };
+        if import.groom.validate().is_err() {
+            continue;
+        }
+        let export = import.groom.export(format, &ExportOptions::default());
+        let again = export.expect("what was read can be written").bytes;
+        let again = format.read(&again, &ImportOptions::default());
+        let again = again.expect("what was written can be read").groom;
+        assert!(again.points == import.groom.points);
+        assert!(again.strand_offsets == import.groom.strand_offsets);
+        good = true;
+    }
+    good
+}
+
+/// Hair of TressFX that was read is written, and of version 4 in the usual order byte for byte.
+pub fn tfx(bytes: &[u8]) -> bool {
+    stable(bytes, "tfx")
+}
+
+/// Curves of Mitsuba that were read are written, and read again as they were.
+pub fn mitsuba(bytes: &[u8]) -> bool {
+    stable(bytes, "mitsuba")
+}
+
+/// Curves of pbrt likewise.
+pub fn pbrt(bytes: &[u8]) -> bool {
+    stable(bytes, "pbrt")
+}
+
+/// A PLY file is read or refused.
+pub fn ply(bytes: &[u8]) -> bool {
+    is_read(bytes, "ply")
+}
+
+/// A NumPy array is read or refused.
+pub fn npy(bytes: &[u8]) -> bool {
+    is_read(bytes, "npy")
+}
+
+/// A file of CT2Hair is read or refused.
+pub fn ct2hair(bytes: &[u8]) -> bool {
+    is_read(bytes, "ct2hair")
+}
+
+/// Is `bytes` read by the format called `name`, as a sound groom?
+fn is_read(bytes: &[u8], name: &str) -> bool {
+    let found = SourceFile::from_bytes(bytes);
+    let _ = found.map(|file| file.import(&ImportOptions::default()));
+    let format = groom_format(name).expect("it is in the table");
+    let options = ImportOptions::default().with_unit(1.0);
+    let groom = format.read(bytes, &options).map(|import| import.groom);
+    groom.is_ok_and(|groom| groom.validate().is_ok())
+}
+
+/// What the format called `name` has read in centimetres is written, and from then on stays byte
+/// for byte as it is.
+fn stable(bytes: &[u8], name: &str) -> bool {
+    if !is_read(bytes, name) {
+        return false;
+    }
+    let format = groom_format(name).expect("it is in the table");
+    let options = ImportOptions::default().with_unit(1.0);
+    let write = |bytes: &[u8]| {
+        let groom = format.read(bytes, &options).expect("it was read").groom;
+        let export = groom.export(format, &ExportOptions::default());
+        export.expect("what was read can be written").bytes
+    };
+    let once = write(bytes);
+    assert!(write(&once) == once, "what was written is read otherwise");
+    true
+}
+
+/// A USD file that was read is written as a groom that is read again as it was.
+pub fn usd(bytes: &[u8]) -> bool {
+    let format = groom_format("usd").expect("it is in the table");
+    let options = ImportOptions::default().with_unit(1.0).with_up(UpAxis::Y);
+    let _ = format.frame_times(bytes);
+    let Ok(import) = format.read(bytes, &options) else {
+        return false;
+    };
+    let groom = import.groom;
+    if groom.validate().is_err() {
+        return false;
+    }
+    let export = groom.export(format, &ExportOptions::default());
+    let again = export.expect("what was read can be written").bytes;
+    let back = format.read(&again, &options);
+    let back = back.expect("what was written can be read").groom;
+    assert!(back.points == groom.points && back.strand_offsets == groom.strand_offsets);
+    true
 }
 
 /// What the format called `name` has read in centimetres is written as `is_same` wants it.

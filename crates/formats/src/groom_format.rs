@@ -9,6 +9,9 @@ use crate::error::{Error, Result};
 use crate::groom::{Groom, MAX_COORDINATE_CM, UpAxis};
 use crate::validate::in_range;
 
+/// How many bytes of a file's start tell what it is.
+pub const SNIFF_BYTES: usize = 4096;
+
 /// What is known about a format before any file of it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -25,6 +28,13 @@ pub struct FormatInfo {
     pub up: UpAxis,
     /// What the format can hold, and what is written and read.
     pub can: Capabilities,
+}
+
+impl FormatInfo {
+    /// The error of a format that is only read.
+    pub(crate) fn is_not_written(&self) -> Error {
+        Error::value("format", self.name, "one that is written as well as read")
+    }
 }
 
 /// What a format can hold.
@@ -103,7 +113,7 @@ pub enum Sniff {
 }
 
 /// How to understand a file.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ImportOptions {
     /// Centimetres per unit, 1e-6..=1e6; `None`: as the file says, or else as its format has it by
@@ -113,6 +123,15 @@ pub struct ImportOptions {
     pub up: Option<UpAxis>,
     /// Most points that are read; a file of more is refused.
     pub max_points: u32,
+    /// Which of several points in time, from 0: see [`SourceFile::frame_times`].
+    ///
+    /// [`SourceFile::frame_times`]: crate::SourceFile::frame_times
+    pub frame: u32,
+    /// Path of the one object to read of a file with several, as `/head/hair`, with all below it;
+    /// `None`: all hair of the file.
+    pub object: Option<String>,
+    /// Pieces of a polyline that a cubic segment is drawn with, 1..=64.
+    pub samples_per_segment: u32,
 }
 
 impl Default for ImportOptions {
@@ -121,6 +140,9 @@ impl Default for ImportOptions {
             cm_per_unit: None,
             up: None,
             max_points: u32::MAX,
+            frame: 0,
+            object: None,
+            samples_per_segment: 4,
         }
     }
 }
@@ -147,8 +169,31 @@ impl ImportOptions {
         self
     }
 
+    /// The same for another point in time.
+    #[must_use]
+    pub const fn with_frame(mut self, frame: u32) -> Self {
+        self.frame = frame;
+        self
+    }
+
+    /// The same for one object of the file.
+    #[must_use]
+    pub fn with_object(mut self, path: impl Into<String>) -> Self {
+        self.object = Some(path.into());
+        self
+    }
+
+    /// The same with another number of pieces per cubic segment.
+    #[must_use]
+    pub const fn with_samples_per_segment(mut self, samples: u32) -> Self {
+        self.samples_per_segment = samples;
+        self
+    }
+
     /// Checks the ranges.
     pub(crate) fn validate(&self) -> Result<()> {
+        let samples = f64::from(self.samples_per_segment);
+        in_range("samples per segment", samples, 1.0, 64.0)?;
         check_unit(self.cm_per_unit)
     }
 
@@ -308,6 +353,18 @@ impl fmt::Display for Note {
     }
 }
 
+/// What says which unit or up axis a file has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum StatedBy {
+    /// [`ImportOptions`].
+    Options,
+    /// The file itself.
+    File,
+    /// Nothing: the format's convention.
+    Convention,
+}
+
 /// What came in.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -316,11 +373,22 @@ pub struct Import {
     pub groom: Groom,
     /// What was assumed, set aside and left out.
     pub notes: Vec<Note>,
+    /// What says the unit.
+    pub unit_by: StatedBy,
+    /// What says the up axis.
+    pub up_by: StatedBy,
 }
 
 impl Import {
+    /// Unit and axis are those of the options or else of the format; a reader whose file states
+    /// them says so in the fields.
     pub(crate) fn new(groom: Groom, notes: Vec<Note>) -> Self {
-        Import { groom, notes }
+        Import {
+            groom,
+            notes,
+            unit_by: StatedBy::Convention,
+            up_by: StatedBy::Convention,
+        }
     }
 }
 
@@ -372,6 +440,37 @@ pub trait GroomFormat: fmt::Debug + Sync {
     /// # Errors
     /// `Value` where the groom does not fit into the format, or the format cannot be written.
     fn write(&self, groom: &Groom, options: &ExportOptions) -> Result<Export>;
+
+    /// Times of the points in time that the file holds, seconds, rising; one for a file that does
+    /// not move.
+    ///
+    /// # Errors
+    /// As [`GroomFormat::read`].
+    fn frame_times(&self, bytes: &[u8]) -> Result<Vec<f64>> {
+        let _ = bytes;
+        Ok(vec![0.0])
+    }
+
+    /// Encodes a groom that moves: points in time of the same strands, `frames_per_second` of them.
+    ///
+    /// # Errors
+    /// As [`GroomFormat::write`]; `Value` where the format holds one point in time only.
+    fn write_frames(
+        &self,
+        frames: &[Groom],
+        frames_per_second: f64,
+        options: &ExportOptions,
+    ) -> Result<Export> {
+        let _ = frames_per_second;
+        match frames {
+            [groom] => self.write(groom, options),
+            _ => Err(Error::value(
+                "number of frames",
+                frames.len(),
+                format!("1, for {} holds no more", self.info().title),
+            )),
+        }
+    }
 
     /// How many strands of the file are not in the groom, but kept in `original` for writing the
     /// file again.

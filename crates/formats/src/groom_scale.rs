@@ -167,7 +167,7 @@ impl Groom {
 }
 
 /// Three significant digits.
-fn short(value: f32) -> String {
+pub(crate) fn short(value: f32) -> String {
     let value = f64::from(value);
     if value == 0.0 {
         return "0".to_owned();
@@ -521,30 +521,45 @@ mod tests {
 
     #[test]
     fn doubts_name_the_flag_that_would_help() {
-        let doubts = |head: &Head, unit, up, options| {
-            let groom = head.import(unit, up, options);
+        let doubts = |head: &Head, unit, up, options: &ImportOptions| {
+            let groom = head.import(unit, up, options.clone());
             groom.doubts(groom.diameter_range())
         };
         let right = as_is();
         let (cm, metre) = (LengthUnit::Centimetre, LengthUnit::Metre);
-        assert_eq!(doubts(&ADULT, cm, UpAxis::Z, right), [""; 0]);
+        assert_eq!(doubts(&ADULT, cm, UpAxis::Z, &right), [""; 0]);
 
-        // In metres with the thickness that many programs write, 1, taken as centimetres.
+        // In metres with the thickness that many programs write, 1, taken as centimetres: the
+        // strands are not drawn so thick, nor in the right unit.
         let thick = Head {
             thickness_cm: 100.0,
             ..ADULT
         };
-        let lines = doubts(&thick, metre, UpAxis::Z, right);
+        let lines = doubts(&thick, metre, UpAxis::Z, &right);
         let [line] = &lines[..] else {
             panic!("{lines:?}")
         };
-        assert!(
-            line.starts_with("strands are 1 cm thick, the groom is 0."),
-            "{line}"
-        );
+        assert!(line.starts_with("the groom is 0."), "{line}");
         assert!(line.ends_with("--unit m?"), "{line}");
+        for unit in [1.0, 100.0] {
+            let groom = thick.import(metre, UpAxis::Z, as_is().with_unit(unit));
+            assert_eq!(groom.attribute("diameter"), None);
+            let faults = groom.thickness_faults().expect("it is too thick");
+            assert_eq!((faults.too_thick, faults.is_left_out), (1, true));
+            let said = faults.to_string();
+            assert!(said.ends_with("drawn 0.008 cm thick"), "{said}");
+        }
+        // A scene may want it.
+        let groom = thick.import(metre, UpAxis::Z, as_is());
+        let lines = groom.doubts(DiameterRange {
+            min: 1.0,
+            median: 1.0,
+            max: 1.0,
+            source: DiameterSource::Scene,
+        });
+        assert!(lines[0].starts_with("strands are 1 cm thick"), "{lines:?}");
 
-        let lines = doubts(&ADULT, metre, UpAxis::Y, right);
+        let lines = doubts(&ADULT, metre, UpAxis::Y, &right);
         let [size, axis] = &lines[..] else {
             panic!("{lines:?}")
         };
@@ -559,7 +574,7 @@ mod tests {
             radii: ADULT.radii.map(|radius| 200.0 * radius),
             ..ADULT
         };
-        let lines = doubts(&double, cm, UpAxis::Z, right);
+        let lines = doubts(&double, cm, UpAxis::Z, &right);
         assert!(
             lines.len() == 1 && lines[0].ends_with("is --unit right?"),
             "{lines:?}"

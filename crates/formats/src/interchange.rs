@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::groom::{Groom, GroomSource};
-use crate::groom_format::{Export, ExportOptions, GroomFormat, Import, ImportOptions};
+use crate::groom_format::{Export, ExportOptions, GroomFormat, Import, ImportOptions, StatedBy};
 use crate::groom_formats::groom_format;
 use crate::groom_scale::Guesses;
 use crate::input::read_file_of_kind;
 use crate::provenance::content_hash;
 use crate::sniff::FileKind;
+use crate::validate::in_range;
 
 /// Largest file: 4 GiB, some 350 million points.
 const MAX_FILE_BYTES: u64 = 1 << 32;
@@ -79,8 +80,27 @@ impl SourceFile {
         options.validate()?;
         let mut import = self.format.read(&self.bytes, options)?;
         import.groom.source.hash = content_hash(&self.bytes);
+        if options.cm_per_unit.is_some() {
+            import.unit_by = StatedBy::Options;
+        }
+        if options.up.is_some() {
+            import.up_by = StatedBy::Options;
+        }
         import.groom.validate()?;
         Ok(import)
+    }
+
+    /// Times of the points in time that it holds, seconds, rising; one if it does not move. Frame
+    /// `ix` is imported by [`ImportOptions::with_frame`].
+    ///
+    /// # Errors
+    /// As [`SourceFile::import`].
+    pub fn frame_times(&self) -> Result<Vec<f64>> {
+        let times = self.format.frame_times(&self.bytes);
+        times.map_err(|error| match &self.path {
+            Some(path) => error.in_file(path),
+            None => error,
+        })
     }
 
     /// Guesses unit and up axis: see [`Groom::guess_source`].
@@ -95,20 +115,56 @@ impl SourceFile {
 }
 
 impl Groom {
-    /// The groom as a file of `format`. A groom that was imported from that format, in centimetres,
-    /// comes back byte for byte.
+    /// The groom as a file of `format`. A groom that was imported in centimetres from a `.hair` or
+    /// `.data` file comes back byte for byte.
     ///
     /// # Errors
     /// `Value` when the groom breaks a promise or does not fit into the format.
     pub fn export(&self, format: &dyn GroomFormat, options: &ExportOptions) -> Result<Export> {
         options.validate()?;
         self.validate()?;
-        let mut export = format.write(self, options)?;
+        let export = format.write(self, options)?;
+        Ok(self.with_dropped(format, export))
+    }
+
+    /// Points in time of a groom, `frames_per_second` of them, as one file of `format`. All must
+    /// have the same strands; attributes are those of the first.
+    ///
+    /// # Errors
+    /// As [`Groom::export`]; `Value` where frames differ in their strands, or the format holds one
+    /// point in time only.
+    pub fn export_frames(
+        frames: &[Groom],
+        frames_per_second: f64,
+        format: &dyn GroomFormat,
+        options: &ExportOptions,
+    ) -> Result<Export> {
+        options.validate()?;
+        in_range("frames per second", frames_per_second, 1e-3, 1e6)?;
+        let Some(first) = frames.first() else {
+            return Err(Error::value("number of frames", 0, "at least 1"));
+        };
+        for (ix, frame) in frames.iter().enumerate() {
+            frame.validate()?;
+            if frame.strand_offsets != first.strand_offsets {
+                return Err(Error::value(
+                    format!("strands and points of frame {ix}"),
+                    format!("{} and {}", frame.n_strands(), frame.points.len()),
+                    "as many in each strand as in the first frame",
+                ));
+            }
+        }
+        let export = format.write_frames(frames, frames_per_second, options)?;
+        Ok(first.with_dropped(format, export))
+    }
+
+    /// `export` with the names of the attributes that a file of `format` cannot hold.
+    fn with_dropped(&self, format: &dyn GroomFormat, mut export: Export) -> Export {
         let held = format.info().can.attributes;
         let names = self.attributes.iter().map(|attribute| &attribute.name);
         let dropped = names.filter(|name| !held.holds(name));
         export.dropped = dropped.cloned().collect();
-        Ok(export)
+        export
     }
 }
 

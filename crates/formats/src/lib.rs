@@ -5,6 +5,7 @@
 //!   [`GROOM_FORMATS`].
 //! - [`LightSet`]: an environment as spherical Gaussian lights, as a `.lights` file.
 //! - [`Scene`]: a TOML file that names the others, with camera and parameters.
+//! - [`Mesh`]: a head for the hair to stand on, as a `.mesh` file.
 //!
 //! (And [`TableFile`]: baked tables that describe their own axes.)
 //!
@@ -46,10 +47,14 @@
 //! bounded by the length of the file; every writer is deterministic. The layout shared by the
 //! binary kinds is described byte by byte in the book (`docs/book/src/reference/files.md`); how to add a format of hair, at [`GroomFormat`].
 
+mod alembic;
+mod attribute_names;
 mod baked_file;
 mod bytes;
 #[doc(hidden)]
 pub mod container;
+mod ct2hair;
+mod curves;
 mod error;
 mod groom;
 mod groom_diameter;
@@ -61,10 +66,19 @@ pub mod hair;
 mod input;
 mod interchange;
 mod light_set;
+mod mesh;
+mod mesh_file;
+mod mitsuba;
+mod npy;
+mod npy_array;
 mod paint;
 pub mod params;
+mod pbrt;
+mod ply;
+mod point_list;
 mod preset;
 mod provenance;
+mod resample;
 mod scene;
 mod scene_check;
 mod scene_file;
@@ -75,12 +89,17 @@ mod scene_place;
 mod scene_proxy;
 mod scene_text;
 mod sniff;
+mod strand_list;
 mod suggest;
 mod table_file;
 mod tables;
+mod text_lines;
+mod tfx;
 #[doc(hidden)]
 pub mod usc;
+mod usd;
 mod validate;
+mod widths;
 mod write;
 
 pub use baked_file::BakedFile;
@@ -93,7 +112,7 @@ pub use groom_diameter::{DiameterRange, DiameterSource};
 pub use groom_file::GroomHeader;
 pub use groom_format::{
     AttributeSupport, Capabilities, CurveBasis, Export, ExportOptions, FormatInfo, GroomFormat,
-    Import, ImportOptions, Note, NoteKind, Sniff,
+    Import, ImportOptions, Note, NoteKind, Sniff, StatedBy,
 };
 pub use groom_formats::{GROOM_FORMATS, groom_format, groom_format_for};
 pub use groom_scale::{Guess, Guesses, LengthUnit};
@@ -102,6 +121,9 @@ pub use hair::ThicknessFaults;
 pub use input::{Input, file_hash, open_file, read_file, read_file_of_kind, read_start};
 pub use interchange::SourceFile;
 pub use light_set::{FitReport, LightKind, LightSet, LightSetInfo, MAX_LIGHTS, SrbfLight};
+pub use mesh::{MAX_TRIANGLES, MAX_VERTICES, Mesh, MeshSource};
+#[doc(hidden)]
+pub use npy_array::NpyArray;
 pub use paint::{
     DYE, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
 };

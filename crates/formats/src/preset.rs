@@ -34,6 +34,11 @@ impl HairSection {
         let plain = HairSection::default();
         Ok(HairSection {
             diameter_cm: preset.diameter_cm.or(self.diameter_cm),
+            taper: if preset.taper == plain.taper {
+                self.taper
+            } else {
+                preset.taper
+            },
             modes: if preset.modes == plain.modes {
                 self.modes.clone()
             } else {

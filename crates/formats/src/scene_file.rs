@@ -13,6 +13,7 @@ use crate::scene_check;
 use crate::scene_hair::HairSection;
 use crate::scene_lights::LightsSection;
 use crate::scene_place::{key_at, line_of};
+use crate::scene_proxy::ProxySection;
 use crate::sniff::{FileKind, SNIFF_BYTES};
 use crate::suggest::did_you_mean;
 
@@ -125,6 +126,16 @@ impl Scene {
     pub fn frame_paths(&self) -> Vec<PathBuf> {
         let frames = self.motion.iter().flat_map(|motion| &motion.frames);
         frames.map(|file| self.resolve(file)).collect()
+    }
+
+    /// Numbers, from 0, and paths of the proxies that are meshes.
+    pub fn mesh_paths(&self) -> Vec<(usize, PathBuf)> {
+        let proxies = self.proxies.iter().enumerate();
+        let paths = proxies.filter_map(|(ix, proxy)| match proxy {
+            ProxySection::Mesh { mesh, .. } => Some((ix, self.resolve(mesh))),
+            _ => None,
+        });
+        paths.collect()
     }
 
     /// The tables' path; `None` stands for the bundled tables.

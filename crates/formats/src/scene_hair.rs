@@ -109,6 +109,11 @@ hair_section! {
     /// [`HairSection::DEFAULT_DIAMETER_CM`].
     #[serde(skip_serializing_if = "Option::is_none")]
     diameter_cm: Option<f64> = None;
+    /// How much thinner strands are at the tip than at the root, as a share of the thickness
+    /// there; without effect on a groom whose file gives a diameter per point. Not in the file
+    /// where it is 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    taper: f64 = 0.0;
     /// The modes to draw; at least one, none twice.
     modes: Vec<Lobe> = Lobe::ALL.to_vec();
     /// d_f, share of blocked light that is scattered on forward; if absent, the renderer's.
@@ -126,6 +131,11 @@ hair_section! {
     /// Factor on TRT; likewise.
     #[serde(skip_serializing_if = "is_one")]
     intensity_trt: f64 = HairParams::default().intensity.trt;
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it")]

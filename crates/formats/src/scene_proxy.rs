@@ -1,13 +1,15 @@
 //! Things beside the hair that stand in the light and in the view.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 
 /// Most of them in a scene.
 pub const MAX_PROXIES: usize = 8;
 
 /// One `[[proxy]]`: opaque, matte, and lit by the lights with the hair's shadow on it. Ranges are
-/// those of [`params::ELLIPSOID`](crate::params::ELLIPSOID) and
-/// [`params::GROUND`](crate::params::GROUND).
+/// those of [`params::ELLIPSOID`](crate::params::ELLIPSOID), [`params::GROUND`](crate::params::GROUND)
+/// and [`params::MESH`](crate::params::MESH).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum ProxySection {
@@ -32,6 +34,17 @@ pub enum ProxySection {
         #[serde(default = "default_albedo")]
         albedo: [f64; 3],
     },
+    /// A head as modelled.
+    Mesh {
+        /// A `.mesh` file.
+        mesh: PathBuf,
+        /// How far it is moved, cm.
+        #[serde(default)]
+        offset: [f64; 3],
+        /// Share of light that it sends back, linear RGB.
+        #[serde(default = "default_albedo")]
+        albedo: [f64; 3],
+    },
 }
 
 impl ProxySection {
@@ -52,6 +65,15 @@ impl ProxySection {
             albedo: default_albedo(),
         }
     }
+
+    /// The mesh of a file, with the defaults of the rest.
+    pub fn mesh(file: impl Into<PathBuf>) -> Self {
+        ProxySection::Mesh {
+            mesh: file.into(),
+            offset: [0.0; 3],
+            albedo: default_albedo(),
+        }
+    }
 }
 
 /// Between skin and grey card.
@@ -68,7 +90,8 @@ mod tests {
     fn proxies_are_read_and_written_as_they_are() {
         let scene = Scene::from_lines(
             "[[proxy]]\nkind = 'ellipsoid'\ncentre = [0, 1, 2]\nradii = [7.5, 11.5, 9.5]\n\
-             [[proxy]]\nkind = 'ground'\nheight = -30\nalbedo = [0.1, 0.2, 0.3]\n",
+             [[proxy]]\nkind = 'ground'\nheight = -30\nalbedo = [0.1, 0.2, 0.3]\n\
+             [[proxy]]\nkind = 'mesh'\nmesh = 'a/head.mesh'\n",
         )
         .unwrap();
         let expected = [
@@ -82,8 +105,10 @@ mod tests {
                 height: -30.0,
                 albedo: [0.1, 0.2, 0.3],
             },
+            ProxySection::mesh("a/head.mesh"),
         ];
         assert_eq!(scene.proxies, expected);
+        assert_eq!(scene.mesh_paths(), [(2, "a/head.mesh".into())]);
         let text = scene.to_toml_string().unwrap();
         assert_eq!(Scene::from_toml(&text).unwrap(), scene);
         // Scenes without any say nothing of them.
@@ -112,6 +137,11 @@ mod tests {
                 "proxy[0].radii",
             ),
             (&ground.repeat(9), "proxy"),
+            ("[[proxy]]\nkind = 'mesh'\nmesh = ''\n", "proxy[0].mesh"),
+            (
+                "[[proxy]]\nkind = 'mesh'\nmesh = 'a'\noffset = [0, 0, inf]\n",
+                "proxy[0].offset",
+            ),
         ] {
             let error = Scene::from_lines(text).unwrap_err().to_string();
             assert!(error.contains(key), "{text}: {error}");
@@ -119,6 +149,7 @@ mod tests {
         for text in [
             "[[proxy]]\nkind = 'cube'\n",
             "[[proxy]]\nkind = 'ground'\n",
+            "[[proxy]]\nkind = 'mesh'\n",
             "[[proxy]]\nkind = 'ground'\nheight = 0\nradii = [1, 1, 1]\n",
         ] {
             assert!(

@@ -3,11 +3,9 @@
 use FileKind::{Foreign, Map, Picture};
 
 use crate::container::{Kind, MAGIC};
+pub use crate::groom_format::SNIFF_BYTES;
 use crate::groom_format::{FormatInfo, Sniff};
 use crate::groom_formats::{extension_list, sniff_groom};
-
-/// How many bytes of a file's start [`FileKind::of`] looks at.
-pub const SNIFF_BYTES: usize = 4096;
 
 /// What a file seems to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,23 +33,21 @@ pub enum FileKind {
     Unknown,
 }
 
+/// A `.npz` file.
+const NUMPY_ARCHIVE: &str = "a NumPy archive (.npz)";
+
 /// First bytes, as they are, and what starts so.
-const SIGNATURES: [(&[u8], FileKind); 25] = [
-    (b"Ogawa\xff", Foreign("an Alembic archive (Ogawa)")),
+const SIGNATURES: [(&[u8], FileKind); 22] = [
     (b"Ogawa", Foreign("an Alembic archive (Ogawa), unfinished")),
     (
         b"\x89HDF\r\n\x1a\n",
         Foreign("an HDF5 file, as old Alembic archives are"),
     ),
-    (b"#usda", Foreign("a USD file (text)")),
-    (b"PXR-USDC", Foreign("a USD file (binary)")),
-    (
-        b"PK\x03\x04",
-        Foreign("a zip archive, as USD packages (.usdz) are"),
-    ),
+    // Not a USD package (.usdz), of which the format itself knows.
+    (b"PK\x03\x04", Foreign("a zip archive")),
     (b"glTF", Foreign("a glTF file (binary)")),
-    (b"ply\n", Foreign("a PLY file")),
-    (b"ply\r", Foreign("a PLY file")),
+    (b"ply\n", Foreign("a PLY mesh")),
+    (b"ply\r", Foreign("a PLY mesh")),
     (b"\x7fNSJ", Foreign("a Houdini geometry (.bgeo)")),
     (b"Bgeo", Foreign("a Houdini geometry (old .bgeo)")),
     (b"scf1", Foreign("a Houdini geometry (.bgeo.sc)")),
@@ -84,14 +80,17 @@ impl FileKind {
         if let Some(format) = sniff_groom(start, Sniff::Sure) {
             return FileKind::Hair(format.info());
         }
+        if is_npz(start) {
+            return Foreign(NUMPY_ARCHIVE);
+        }
         if let Some((_, kind)) = SIGNATURES
             .iter()
             .find(|(signature, _)| start.starts_with(signature))
         {
             return *kind;
         }
-        if let Some(version) = tressfx_version(start) {
-            return version;
+        if is_tressfx_settings(start) {
+            return Foreign("a TressFX settings file");
         }
         match FileKind::unsigned_kind(start) {
             FileKind::Text | FileKind::Unknown => {
@@ -130,6 +129,7 @@ impl FileKind {
             FileKind::Ours(Kind::Tables) => "a tables file",
             FileKind::Ours(Kind::Lights) => "a light set",
             FileKind::Ours(Kind::Groom) => "a groom",
+            FileKind::Ours(Kind::Mesh) => "a mesh",
             FileKind::OursUnknown => "a file of a kind unknown to this program",
             FileKind::Scene => "a scene",
             FileKind::Hair(format) => format.title,
@@ -145,9 +145,14 @@ impl FileKind {
             FileKind::Ours(Kind::Tables) => "a scene names it as tables.file",
             FileKind::Ours(Kind::Lights) => "a scene names it as lights.file",
             FileKind::Ours(Kind::Groom) => "a scene names it as groom.file",
+            FileKind::Ours(Kind::Mesh) => "a scene names it in a [[proxy]] of kind mesh",
             FileKind::OursUnknown => "a newer version may read it",
             FileKind::Scene => "`strandlight render` draws it",
             FileKind::Hair(_) => "`strandlight groom import` makes a groom of it",
+            Foreign("an OBJ file" | "a glTF file (binary)" | "a glTF file (JSON)") => {
+                "`strandlight mesh import` makes a mesh of it for a [[proxy]]"
+            }
+            Foreign(NUMPY_ARCHIVE) => "save its array of strands alone, as .npy",
             Foreign(_) => {
                 let list = extension_list(|format| format.can.reads);
                 let what = "hair is imported from";
@@ -174,24 +179,19 @@ impl FileKind {
     }
 }
 
-/// TressFX writes text, `version 2.0`, or from 3 on the version as a float and two counts.
-fn tressfx_version(start: &[u8]) -> Option<FileKind> {
-    if let Some(rest) = start.strip_prefix(b"version ") {
-        let is_tfx = rest.first().is_some_and(u8::is_ascii_digit);
-        return is_tfx.then_some(Foreign("a TressFX file (text)"));
-    }
-    let word = |at: usize| Some(u32::from_le_bytes(start.get(at..at + 4)?.try_into().ok()?));
-    let (n_strands, n_points) = (word(4)?, word(8)?);
-    // Strands of TressFX have 4, 8, 16, 32 or 64 points; the header is 160 bytes.
-    let is_header = start.len() >= 160
-        && (1..=10_000_000).contains(&n_strands)
-        && n_points.is_power_of_two()
-        && (2..=1024).contains(&n_points);
-    match f32::from_bits(word(0)?) {
-        3.0 if is_header => Some(Foreign("a TressFX file (version 3)")),
-        4.0 if is_header => Some(Foreign("a TressFX file (version 4)")),
-        _ => None,
-    }
+/// Is it a zip archive whose first file is a NumPy array?
+fn is_npz(start: &[u8]) -> bool {
+    let name_length = start
+        .get(26..28)
+        .map(|word| u16::from_le_bytes([word[0], word[1]]));
+    let name = name_length.and_then(|length| start.get(30..30 + usize::from(length)));
+    start.starts_with(b"PK\x03\x04") && name.is_some_and(|name| name.ends_with(b".npy"))
+}
+
+/// TressFX's settings (`.tfxproj`, `.tfxsim`) start as its text does, but have no strands.
+fn is_tressfx_settings(start: &[u8]) -> bool {
+    let version = start.strip_prefix(b"version ");
+    version.is_some_and(|rest| rest.first().is_some_and(u8::is_ascii_digit))
 }
 
 fn text_kind(text: &str) -> FileKind {
@@ -253,8 +253,16 @@ mod tests {
         let mut header = version.to_le_bytes().to_vec();
         header.extend(2228u32.to_le_bytes());
         header.extend(n_points.to_le_bytes());
-        header.resize(160, 0);
+        header.resize(296, 0);
         header
+    }
+
+    /// A zip archive of `a.npy`.
+    fn npz() -> Vec<u8> {
+        let mut bytes = b"PK\x03\x04".to_vec();
+        bytes.resize(26, 0);
+        bytes.extend(b"\x05\0\0\0a.npy");
+        bytes
     }
 
     #[test]
@@ -265,22 +273,38 @@ mod tests {
             (ours(Kind::Groom), "a groom"),
             (ours(Kind::Lights), "a light set"),
             (ours(Kind::Tables), "a tables file"),
+            (ours(Kind::Mesh), "a mesh"),
             ([&MAGIC[..], b"NEWS"].concat(), "unknown to this program"),
             (b"HAIR\x10\x27\0\0".to_vec(), "a .hair file"),
             (b"hair\x10\x27\0\0".to_vec(), "a .hair file"),
             (b"Ogawa\xff\0\x01".to_vec(), "an Alembic archive (Ogawa)"),
             (b"\x89HDF\r\n\x1a\n\0".to_vec(), "HDF5"),
-            (b"#usda 1.0\ndef Xform".to_vec(), "a USD file (text)"),
-            (b"PXR-USDC\0\x08".to_vec(), "a USD file (binary)"),
+            (b"#usda 1.0\ndef Xform".to_vec(), "a USD file"),
+            (b"PXR-USDC\0\x08".to_vec(), "a USD file"),
             (b"PK\x03\x04\0\0".to_vec(), "a zip archive"),
-            (b"version 2.0\nscale 1.0\n".to_vec(), "TressFX file (text)"),
-            (tressfx(3.0, 4), "TressFX file (version 3)"),
-            (tressfx(4.0, 32), "TressFX file (version 4)"),
+            (
+                b"version 2.0\nnumStrands 1\n".to_vec(),
+                "a TressFX .tfx file",
+            ),
+            (b"version 3.0\ndamping 0.1\n".to_vec(), "TressFX settings"),
+            (tressfx(3.0, 4), "a TressFX .tfx file"),
+            (tressfx(4.0, 32), "a TressFX .tfx file"),
             (b"<?xml version=\"1.0\"?>".to_vec(), "an XML file"),
             (b"\xef\xbb\xbf<?xml ".to_vec(), "an XML file"),
             (b"# a cube\nv 0 0 1.5\nv 1 0 0\n".to_vec(), "an OBJ file"),
             (b"mtllib a.mtl\no hair\nv 0 0 1\n".to_vec(), "an OBJ file"),
-            (b"ply\nformat ascii 1.0\n".to_vec(), "a PLY file"),
+            (b"ply\nformat ascii 1.0\n".to_vec(), "a PLY file of strands"),
+            (
+                b"ply\nelement vertex 3\nelement face 1\n".to_vec(),
+                "a PLY mesh",
+            ),
+            (npz(), "a NumPy archive"),
+            (b"\x93NUMPY\x01\0".to_vec(), "a NumPy array"),
+            (b"0 1 2 0.1\n0 2 2 0.1\n".to_vec(), "a Mitsuba curve file"),
+            (
+                b"# hair\nShape \"curve\" \"point3 P\"".to_vec(),
+                "a pbrt scene",
+            ),
             (b"glTF\x02\0\0\0".to_vec(), "glTF file (binary)"),
             (b"{\"asset\": {}}".to_vec(), "glTF file (JSON)"),
             (b"{\"lights\": []}".to_vec(), "a JSON file"),
@@ -309,7 +333,7 @@ mod tests {
             );
             n_checked += 1;
         }
-        assert_eq!(n_checked, 38);
+        assert_eq!(n_checked, 45);
     }
 
     #[test]
@@ -323,8 +347,9 @@ mod tests {
     #[test]
     fn what_can_be_done_is_said() {
         for (start, needle) in [
-            (&b"Ogawa\xff"[..], "imported from .hair or .data files only"),
+            (&b"Bgeo"[..], "imported from .hair, .abc"),
             (b"HAIR", "groom import"),
+            (b"glTF", "mesh import"),
             (b"#?RADIANCE", "strandlight lights"),
             (b"\x89PNG\r\n\x1a\n", "OpenEXR or Radiance"),
             (b"[groom]", "render"),

@@ -20,11 +20,12 @@
 
 use crate::bytes::{extend_floats, point_at, u32_at};
 use crate::error::{Error, Result};
-use crate::groom::{Groom, GroomSource, MAX_COORDINATE_CM, Original, UpAxis};
+use crate::groom::{Groom, GroomSource, Original, UpAxis};
 use crate::groom_format::{
     AttributeSupport, Capabilities, CurveBasis, Export, ExportOptions, FormatInfo, GroomFormat,
-    Import, ImportOptions, Note, NoteKind, Placement, Sniff,
+    Import, ImportOptions, Note, NoteKind, Placement, SNIFF_BYTES, Sniff,
 };
+use crate::point_list::{self, PointKind};
 use crate::validate::{finite, in_range};
 
 /// Files of the USC-HairSalon database.
@@ -46,11 +47,6 @@ static INFO: FormatInfo = FormatInfo {
     },
 };
 
-/// Most strands, and points of a strand, of a file that is taken for one of this format by its
-/// start. Larger numbers are far from any hair style, and first bytes of many other files.
-const LIKELY_COUNT: std::ops::RangeInclusive<u32> = 1..=4_000_000;
-/// Smallest coordinate but zero of such a file: random bits make smaller ones.
-const LIKELY_LEAST: f32 = 1e-12;
 /// Bytes of a short strand in the original.
 const SHORT_BYTES: usize = 20;
 
@@ -60,8 +56,8 @@ impl GroomFormat for UscFormat {
     }
 
     fn sniff(&self, start: &[u8]) -> Sniff {
-        match is_likely(start) {
-            Some(true) => Sniff::Likely,
+        match point_list::kind(start, SNIFF_BYTES) {
+            Some(PointKind::Position) => Sniff::Likely,
             _ => Sniff::No,
         }
     }
@@ -77,44 +73,6 @@ impl GroomFormat for UscFormat {
     fn n_set_aside(&self, original: &[u8]) -> usize {
         original.len() / SHORT_BYTES
     }
-}
-
-/// Do the strands of `start` make sense, as far as it goes? `None` where it is too short to tell.
-fn is_likely(start: &[u8]) -> Option<bool> {
-    let count = |rest: &mut &[u8]| {
-        let (count, after) = rest.split_at_checked(4)?;
-        *rest = after;
-        Some(u32_at(count, 0))
-    };
-    let mut rest = start;
-    let n_strands = count(&mut rest)?;
-    if !LIKELY_COUNT.contains(&n_strands) {
-        return Some(false);
-    }
-    let mut n_seen = 0;
-    for _ in 0..n_strands {
-        // What ends here is the start of a longer file, or cut, which its reader says.
-        let Some(n_points) = count(&mut rest) else {
-            return (n_seen > 0).then_some(true);
-        };
-        if n_points > *LIKELY_COUNT.end() {
-            return Some(false);
-        }
-        for _ in 0..n_points {
-            let Some((point, after)) = rest.split_at_checked(12) else {
-                return (n_seen > 0).then_some(true);
-            };
-            let likely = |x: f32| {
-                x == 0.0 || (x.is_finite() && (LIKELY_LEAST..=MAX_COORDINATE_CM).contains(&x.abs()))
-            };
-            if !point_at(point, 0).into_iter().all(likely) {
-                return Some(false);
-            }
-            rest = after;
-            n_seen += 1;
-        }
-    }
-    Some(n_seen > 0)
 }
 
 /// A strand of one point or none.

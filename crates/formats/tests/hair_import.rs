@@ -193,12 +193,12 @@ fn lies_are_named() {
         ),
         (Vec::new(), "empty"),
         (
-            b"Ogawa\xff\0\x01".to_vec(),
-            "Alembic archive (Ogawa); hair is imported from .hair",
+            b"Ogawa\0\0\x01".to_vec(),
+            "Alembic archive (Ogawa), unfinished; hair is imported from .hair",
         ),
         (
-            b"#usda 1.0\n".to_vec(),
-            "USD file (text); hair is imported from .hair",
+            b"Bgeo V".to_vec(),
+            "Houdini geometry (old .bgeo); hair is imported from .hair",
         ),
         (b"#?RADIANCE\n".to_vec(), "`strandlight lights`"),
         (
@@ -327,7 +327,7 @@ fn a_changed_diameter_is_exported_in_the_unit_of_the_file() {
     // Points only, single ones among them; the default thickness is 0.25 inches.
     let bytes = hair_file(flag::POINTS | flag::SEGMENTS, &[2, 1, 3], 5);
     let inches = ImportOptions::default().with_unit(2.54);
-    let mut groom = from_hair(&bytes, inches).unwrap();
+    let mut groom = from_hair(&bytes, inches.clone()).unwrap();
     let own = [0.254, 0.508, 0.762, 1.016, 1.27];
     for attribute in &mut groom.attributes {
         if attribute.name == "diameter" {
@@ -344,7 +344,7 @@ fn a_changed_diameter_is_exported_in_the_unit_of_the_file() {
     for (found, expected) in thickness.iter().zip([0.1f32, 0.2, 0.25, 0.3, 0.4, 0.5]) {
         assert!((found - expected).abs() <= 1e-7, "{thickness:?}");
     }
-    let back = from_hair(&file, inches).unwrap();
+    let back = from_hair(&file, inches.clone()).unwrap();
     for (found, expected) in diameter(&back).data.iter().zip(own) {
         assert!((found - expected).abs() <= f32::EPSILON * expected);
     }

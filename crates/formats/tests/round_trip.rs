@@ -246,6 +246,7 @@ mod random {
             scene.hair.width_deg.trt = 0.05 + 59.9 * numbers[5];
             scene.hair.eccentricity = 0.5 + 1.5 * numbers[6];
             scene.hair.diameter_cm = diameter_cm;
+            scene.hair.taper = diameter_cm.map_or(0.0, |cm| cm / 11.0);
             scene.hair.modes = modes;
             scene.camera = camera.map(|position| CameraSection {
                 position,

@@ -23,11 +23,13 @@ pub enum Kind {
     Lights,
     /// `.groom`
     Groom,
+    /// `.mesh`
+    Mesh,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Kind; 3] = [Kind::Tables, Kind::Lights, Kind::Groom];
+    pub const ALL: [Kind; 4] = [Kind::Tables, Kind::Lights, Kind::Groom, Kind::Mesh];
 
     /// The four letters in the header.
     pub(crate) const fn tag(self) -> [u8; 4] {
@@ -35,6 +37,7 @@ impl Kind {
             Kind::Tables => *b"TABL",
             Kind::Lights => *b"LGHT",
             Kind::Groom => *b"GROM",
+            Kind::Mesh => *b"MESH",
         }
     }
 
@@ -44,13 +47,14 @@ impl Kind {
             Kind::Tables => "tables file",
             Kind::Lights => "light set",
             Kind::Groom => "groom",
+            Kind::Mesh => "mesh",
         }
     }
 
     /// The version this program writes; it reads every major up to this one.
     pub const fn version(self) -> (u16, u16) {
         match self {
-            Kind::Tables => (1, 0),
+            Kind::Tables | Kind::Mesh => (1, 0),
             // 1.1 records the kind of the lights, and what a groom was imported from.
             Kind::Lights | Kind::Groom => (1, 1),
         }

@@ -37,7 +37,8 @@
 //! [`crate::Groom::thickness_faults`]. Export writes `thickness`, or `diameter` where that says
 //! something else: values of points and strands as the array, a single one as the default.
 //! Models of few strands hold thick ones on purpose (0.1 for 10,000 strands on a head 60 wide); a
-//! scene's `diameter_cm` overrides them.
+//! scene's `diameter_cm` overrides them. A head of hair (30 strands or more) is not drawn thicker
+//! than a hundredth of its size: 1 on a head 0.27 wide says that a program knew of no thickness.
 
 mod export;
 mod import;
@@ -46,6 +47,7 @@ mod original;
 mod thickness;
 
 pub use thickness::ThicknessFaults;
+pub(crate) use thickness::{diameter, thickness};
 
 use layout::INFO;
 

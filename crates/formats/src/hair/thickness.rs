@@ -1,10 +1,10 @@
-//! Between a `.hair` file's thickness and the diameter that is drawn.
+//! Between a file's thickness, in its own unit, and the diameter that is drawn.
 
 use std::borrow::Cow;
 use std::fmt;
 
-use super::layout::INFO;
 use crate::groom::{Attribute, Domain, Groom, MAX_DIAMETER_CM, MIN_DIAMETER_CM};
+use crate::groom_scale::short;
 use crate::scene_hair::HairSection;
 
 /// Thickness in a unit of `cm_per_unit` as centimetres.
@@ -12,16 +12,31 @@ fn to_cm(thickness: f32, cm_per_unit: f64) -> f32 {
     (f64::from(thickness) * cm_per_unit) as f32
 }
 
-/// Attribute `diameter`, the file's thickness in centimetres; `None` where the file holds a
+/// A head of hair has at least so many strands; fewer may be thick on purpose.
+const HEAD_STRANDS: usize = 30;
+/// Thicker than this share of its size, the hair of a head is not meant so: programs that know of
+/// no thickness write 1, whatever their unit.
+const ABSURD_SHARE: f32 = 0.01;
+/// No hair is too thick below this, cm: down and lashes are small and of ordinary hair.
+const ABSURD_CM: f32 = 0.05;
+
+/// The thickest strand of `groom` that is drawn, cm.
+fn thickest(groom: &Groom) -> f32 {
+    match groom.n_strands() >= HEAD_STRANDS {
+        true => (ABSURD_SHARE * groom.size()).clamp(ABSURD_CM, MAX_DIAMETER_CM),
+        false => MAX_DIAMETER_CM,
+    }
+}
+
+/// Attribute `diameter`, attribute `thickness` in centimetres; `None` where that is a
 /// thickness that nothing can be drawn with. Tips that taper to nothing keep the least diameter.
 /// [`Groom::thickness_faults`] counts both.
-pub(super) fn diameter(groom: &Groom, cm_per_unit: f64) -> Option<Attribute> {
-    let thickness = groom.attribute("thickness")?;
+pub(crate) fn diameter(groom: &Groom, cm_per_unit: f64) -> Option<Attribute> {
+    let thickness = groom.attribute("thickness").filter(|a| a.components == 1)?;
+    let thickest = thickest(groom);
     let scaled = |&value: &f32| to_cm(value, cm_per_unit);
     let mut data: Vec<f32> = thickness.data.iter().map(scaled).collect();
-    let drawable = data
-        .iter()
-        .all(|value| (0.0..=MAX_DIAMETER_CM).contains(value))
+    let drawable = data.iter().all(|value| (0.0..=thickest).contains(value))
         && data.iter().any(|&value| value >= MIN_DIAMETER_CM);
     data.iter_mut()
         .for_each(|value| *value = value.max(MIN_DIAMETER_CM));
@@ -35,7 +50,7 @@ pub(super) fn diameter(groom: &Groom, cm_per_unit: f64) -> Option<Attribute> {
 
 /// The thickness to write into a file of `cm_per_unit`: attribute `thickness` as it was imported,
 /// unless the groom is drawn with another `diameter` than the import gave it.
-pub(super) fn thickness(groom: &Groom, cm_per_unit: f64) -> Option<Cow<'_, Attribute>> {
+pub(crate) fn thickness(groom: &Groom, cm_per_unit: f64) -> Option<Cow<'_, Attribute>> {
     let source_unit = groom.source.cm_per_unit;
     let drawn = groom.attribute("diameter").filter(|a| a.components == 1);
     let imported = groom.attribute("thickness");
@@ -64,15 +79,18 @@ pub(super) fn thickness(groom: &Groom, cm_per_unit: f64) -> Option<Cow<'_, Attri
     }))
 }
 
-/// Values of a `.hair` file's thickness that cannot be drawn as they are, counted.
+/// Values of an imported file's thickness that cannot be drawn as they are, counted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ThicknessFaults {
     /// Number of values in all: one for each point, or the default alone.
     pub n_values: usize,
     /// Values below zero.
     pub negative: usize,
-    /// Values above `MAX_DIAMETER_CM` centimetres.
+    /// Values above `thickest_cm`.
     pub too_thick: usize,
+    /// The thickest strand that is drawn, cm: 10, or of a head of hair (30 strands or more) a
+    /// hundredth of its size, but 0.05 at least.
+    pub thickest_cm: f32,
     /// Values of zero, and others below `MIN_DIAMETER_CM` centimetres.
     pub too_thin: usize,
     /// The first of the negative and thick ones, or else of the thin ones: where, and its value
@@ -86,12 +104,13 @@ pub struct ThicknessFaults {
 
 impl Groom {
     /// What cannot be drawn of the thickness that this groom was imported with; `None` when all
-    /// can, or the groom does not come from a `.hair` file.
+    /// can, or the groom does not come from a file with a thickness.
     pub fn thickness_faults(&self) -> Option<ThicknessFaults> {
         let thickness = self.attribute("thickness").filter(|a| a.components == 1)?;
-        self.source.original_of(INFO.name)?;
+        self.source.original.as_ref()?;
         let mut faults = ThicknessFaults {
             n_values: thickness.data.len(),
+            thickest_cm: thickest(self),
             ..ThicknessFaults::default()
         };
         let (mut first_thin, mut first_other) = (None, None);
@@ -99,7 +118,7 @@ impl Groom {
             let drawn = to_cm(value, self.source.cm_per_unit);
             let (count, first) = if drawn < 0.0 {
                 (&mut faults.negative, &mut first_other)
-            } else if drawn > MAX_DIAMETER_CM {
+            } else if drawn > faults.thickest_cm {
                 (&mut faults.too_thick, &mut first_other)
             } else if drawn < MIN_DIAMETER_CM {
                 (&mut faults.too_thin, &mut first_thin)
@@ -140,7 +159,10 @@ impl fmt::Display for ThicknessFaults {
         let mut comma = "";
         for (count, what) in [
             (self.negative, "negative".to_owned()),
-            (self.too_thick, format!("above {MAX_DIAMETER_CM} cm")),
+            (
+                self.too_thick,
+                format!("above {} cm", short(self.thickest_cm)),
+            ),
             (
                 self.too_thin,
                 format!("zero or below {MIN_DIAMETER_CM:e} cm"),

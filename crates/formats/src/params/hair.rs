@@ -128,6 +128,11 @@ const PARAMS: &[Param<HairSection>] = &[
     .unit("cm")
     .decimals(5)
     .help("Diameter of a fibre. Human hair has 50 to 100 micrometres."),
+    Param::number("taper", "Taper", [0.0, 0.99], at!(HairSection.taper))
+        .help(
+            "How much thinner strands are at the tip than at the root, as a share of the diameter there. Hair \
+             with a diameter per point keeps its own.",
+        ),
     Param::number(
         "density_forward",
         "Density forward",

@@ -2,7 +2,7 @@
 //! read and set.
 //!
 //! - [`HAIR`], [`LIGHTS`], [`ADJUST`], [`CAMERA`], [`RENDER`], [`MOTION`], [`WIND`], [`ELLIPSOID`],
-//!   [`GROUND`]: a [`Section`] of a scene with its [`Param`]s.
+//!   [`GROUND`], [`MESH`]: a [`Section`] of a scene with its [`Param`]s.
 //! - [`ParamSpec`]: what is said of a parameter; [`SECTIONS`] lists them without the types of the
 //!   sections.
 //! - [`reference_markdown`]: the tables of the scene reference.
@@ -34,15 +34,16 @@ mod tests;
 pub use field::{Field, Value};
 pub use hair::HAIR;
 pub use lights::{ADJUST, LIGHTS};
-pub use motion::{ELLIPSOID, GROUND, MOTION, WIND};
+pub use motion::{ELLIPSOID, GROUND, MESH, MOTION, WIND};
 pub use picture::{CAMERA, GROOM, RENDER, TABLES};
 pub use reference::reference_markdown;
 pub use section::{Param, Section, SectionSpec};
 pub use spec::{Absent, Group, Kind, Numbers, ParamSpec, Shape, Word};
 
 /// Every section of a scene, in the order of the reference.
-pub const SECTIONS: [&dyn SectionSpec; 11] = [
-    &GROOM, &LIGHTS, &ADJUST, &TABLES, &HAIR, &CAMERA, &RENDER, &MOTION, &WIND, &ELLIPSOID, &GROUND,
+pub const SECTIONS: [&dyn SectionSpec; 12] = [
+    &GROOM, &LIGHTS, &ADJUST, &TABLES, &HAIR, &CAMERA, &RENDER, &MOTION, &WIND, &ELLIPSOID,
+    &GROUND, &MESH,
 ];
 
 /// The keys of all parameters, such as `hair.eta`.

@@ -154,12 +154,39 @@ pub const GROUND: Section<ProxySection> = Section {
     plain: || ProxySection::ground(0.0),
 };
 
+/// A mesh.
+pub const MESH: Section<ProxySection> = Section {
+    name: "proxy",
+    heading: "[[proxy]]",
+    kind: Some("mesh"),
+    help: "A triangle mesh, such as a head: opaque, matte, lit by the lights and shadowed by the hair and itself.",
+    params: &[
+        Param::new("mesh", "Mesh", Kind::File, of!(Mesh mesh))
+            .absent(Absent::Refused)
+            .help("A `.mesh` file; `strandlight mesh import` makes one of OBJ or glTF."),
+        Param::numbers(
+            "offset",
+            "Offset",
+            Shape::Vector,
+            COORDINATE,
+            of!(Mesh offset),
+        )
+        .unit("cm")
+        .help("Translation of the mesh."),
+        Param::numbers("albedo", "Albedo", Shape::Rgb, ALBEDO, of!(Mesh albedo))
+            .decimals(3)
+            .help(ALBEDO_HELP),
+    ],
+    plain: || ProxySection::mesh("head.mesh"),
+};
+
 impl ProxySection {
     /// The rows of this kind.
     pub const fn section(&self) -> &'static Section<ProxySection> {
         match self {
             ProxySection::Ellipsoid { .. } => &ELLIPSOID,
             ProxySection::Ground { .. } => &GROUND,
+            ProxySection::Mesh { .. } => &MESH,
         }
     }
 }

@@ -60,6 +60,7 @@ fn every_number_keeps_its_range() {
         numbers_keep_their_ranges(&WIND),
         numbers_keep_their_ranges(&ELLIPSOID),
         numbers_keep_their_ranges(&GROUND),
+        numbers_keep_their_ranges(&MESH),
     ];
     assert!(n_checked.into_iter().all(|n| n > 0), "{n_checked:?}");
 }
@@ -98,6 +99,7 @@ fn the_rows_are_all_the_keys_of_a_scene() {
     scene.proxies = vec![
         ProxySection::ground(0.0),
         ProxySection::ellipsoid([0.0; 3], [1.0; 3]),
+        ProxySection::mesh("head.mesh"),
     ];
     scene.render.background = Background::Color([0.5; 3]);
     for param in HAIR.params {
