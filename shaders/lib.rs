@@ -85,6 +85,8 @@ modules!(
     "pass/composite",
     "pass/deform",
     "pass/display",
+    "pass/mesh_light",
+    "pass/meshes",
     "pass/multiple_tables",
     "pass/noise",
     "pass/preview",

@@ -42,6 +42,10 @@ struct ShadowView {
 // #if PROXIES
 @group(0) @binding(8) var<uniform> proxies: Proxies;
 // #endif
+// #if MESHES
+// [point]: a bit each, the lowest of a word first.
+@group(0) @binding(9) var<storage, read> hidden_points: array<u32>;
+// #endif
 
 // Bits of a name: the last ones of the number of the segment's first point.
 const NAME_BITS: u32 = 12u;
@@ -163,6 +167,11 @@ fn receive_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
         if is_blocked_by(proxies.list[ix], point.xyz, view.towards) {
             sum = 0.0;
         }
+    }
+    // #endif
+    // #if MESHES
+    if ((hidden_points[point_ix / 32u] >> (point_ix % 32u)) & 1u) == 1u {
+        sum = 0.0;
     }
     // #endif
     if (view.ends & 1u) == 0u {

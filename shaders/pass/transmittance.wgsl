@@ -31,6 +31,10 @@ struct Step {
 // #if PROXIES
 @group(0) @binding(8) var<uniform> proxies: Proxies;
 // #endif
+// #if MESHES
+// [sweep][voxel]: a bit each, the lowest of a word first.
+@group(0) @binding(9) var<storage, read> hidden_voxels: array<u32>;
+// #endif
 
 // In front of the first slice and beside the others all light is there.
 const OPEN: vec4f = vec4f(1.0, 1.0, 1.0, 0.0);
@@ -123,6 +127,15 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     // Directions behind proxies say nothing of the hair's inclination.
+    n_before = select(0.0, n_before, sum.shares.z > 0.0);
+    // #endif
+    // #if MESHES
+    let n_words = (grid.dims.x * grid.dims.y * grid.dims.z + 31u) / 32u;
+    let word = hidden_voxels[(light.first_sweep + k) * n_words + index / 32u];
+    if ((word >> (index % 32u)) & 1u) == 1u {
+        records[out] = pack_record(sum);
+        return;
+    }
     n_before = select(0.0, n_before, sum.shares.z > 0.0);
     // #endif
     records[out] = pack_record(add_to_record(sum, here, n_before, f32(light.n_sweeps)));

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight};
+use strandlight_formats::{BakedFile, Groom, LightSet, Mesh, Scene, SrbfLight};
 
 /// `n_strands` strands side by side along x, `spacing` cm apart from -2 on; `n_points` points each,
 /// a centimetre below one another from `top` on, wavy in z.
@@ -17,6 +17,28 @@ pub fn curtain(n_strands: usize, n_points: usize, spacing: f32, top: f32) -> Gro
         groom.strand_offsets.push(groom.points.len() as u32);
     }
     groom
+}
+
+/// An ellipsoid about the origin, of `n` rows.
+pub fn ellipsoid(radii: [f32; 3], n: u32) -> Mesh {
+    let mut positions = Vec::new();
+    for row in 0..=n {
+        for column in 0..2 * n {
+            let polar = std::f32::consts::PI * row as f32 / n as f32;
+            let azimuth = std::f32::consts::PI * column as f32 / n as f32;
+            let (sin, cos) = polar.sin_cos();
+            let unit = [sin * azimuth.sin(), cos, sin * azimuth.cos()];
+            positions.push([0, 1, 2].map(|axis: usize| radii[axis] * unit[axis]));
+        }
+    }
+    let at = |row: u32, column: u32| 2 * n * row + column % (2 * n);
+    let places = (0..n).flat_map(|row| (0..2 * n).map(move |column| (row, column)));
+    let triangles = places.flat_map(|(row, column)| {
+        let [a, b] = [at(row, column), at(row, column + 1)];
+        let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
+        [[a, c, b], [b, c, d]]
+    });
+    Mesh::new(positions, triangles.collect()).expect("valid")
 }
 
 /// A light.

@@ -11,16 +11,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scene::background::ray_direction;
+use strandlight_scene::beside::Beside;
 use strandlight_scene::budget::check_frame;
 use strandlight_scene::camera::{Camera, ViewUniform, screen_position, view_uniform};
 use strandlight_scene::layers::{Content, Data, Layer};
-use strandlight_scene::proxy::{ProxyRecords, entry_distance};
+use strandlight_scene::proxy::entry_distance;
 use strandlight_scene::strands::Strands;
 use strandlight_scene::{PreparedScene, RenderError};
 
 use super::project::project;
 use super::raster::ribbons;
 use super::transmittance::mix;
+use super::triangles::Triangles;
 
 /// What is seen at the centre of a pixel.
 struct Seen {
@@ -67,12 +69,12 @@ pub fn data_layers(
     check_frame(size, 1)?;
     let strands = &scene.strands;
     let view = view_uniform(camera, strands, size, 1.0);
-    Ok(channels(strands, &scene.proxy_records(), &view, layers))
+    Ok(channels(strands, &scene.beside(), &view, layers))
 }
 
 fn channels(
     strands: &Strands,
-    proxies: &ProxyRecords,
+    beside: &Beside,
     view: &ViewUniform,
     layers: &[&Layer],
 ) -> Vec<(&'static str, Vec<f32>)> {
@@ -84,7 +86,7 @@ fn channels(
     if wanted.is_empty() {
         return Vec::new();
     }
-    let nearest = nearest(strands, proxies, view);
+    let nearest = nearest(strands, beside, view);
     let ways = Ways::new(strands);
     let seen = |pixel: usize| {
         let segment = nearest[pixel] as u32;
@@ -111,19 +113,23 @@ const NO_SEGMENT: u32 = u32::MAX;
 /// By pixel, the depth of what is nearest at its centre in the upper 32 bits and its segment in the
 /// lower: depths are positive, so that the nearest is the least of these numbers, and of equally
 /// deep segments the first.
-fn nearest(strands: &Strands, proxies: &ProxyRecords, view: &ViewUniform) -> Vec<u64> {
+fn nearest(strands: &Strands, beside: &Beside, view: &ViewUniform) -> Vec<u64> {
     let packed = |depth: f32, segment: u32| u64::from(depth.to_bits()) << 32 | u64::from(segment);
     let [width, height] = view.size.map(|n| n as usize);
+    let triangles = Triangles::new(view, beside);
     let pixels = (0..width * height).into_par_iter();
     let nearest: Vec<AtomicU64> = pixels
         .map(|pixel| {
             let direction = ray(view, pixel);
-            let distances = proxies.list().iter().filter_map(|proxy| {
+            let distances = beside.records().list().iter().filter_map(|proxy| {
                 let distance = entry_distance(proxy, Vec3::from(view.eye), direction);
                 (distance > 0.0).then_some(distance)
             });
             let distance = distances.fold(f32::INFINITY, f32::min);
             let depth = distance * direction.dot(Vec3::from(view.forward));
+            let of_pixel = [pixel % width, pixel / width].map(|n| n as u32);
+            let hit = triangles.nearest(of_pixel, centre(view, pixel));
+            let depth = hit.map_or(depth, |hit| depth.min(hit.depth));
             AtomicU64::new(packed(depth, NO_SEGMENT))
         })
         .collect();
@@ -277,9 +283,9 @@ mod tests {
 
     /// All channels by name.
     fn all(strands: &Strands, view: &ViewUniform) -> BTreeMap<&'static str, Vec<f32>> {
-        let proxies: ProxyRecords = bytemuck::Zeroable::zeroed();
+        let beside = Beside::none();
         let layers: Vec<&Layer> = LAYERS.iter().collect();
-        let channels = channels(strands, &proxies, view, &layers);
+        let channels = channels(strands, &beside, view, &layers);
         channels.into_iter().collect()
     }
 
@@ -416,8 +422,8 @@ mod tests {
                 turn: Quat::IDENTITY,
                 albedo: [0.5; 3],
             };
-            let proxies = ProxyRecords::new(&[proxy], &strands);
-            let channels = channels(&strands, &proxies, &view, &layers);
+            let beside = Beside::new(&[proxy], &strands);
+            let channels = channels(&strands, &beside, &view, &layers);
             let found: BTreeMap<_, _> = channels.into_iter().collect();
             let middle = 32 * SIZE[0] as usize + 48;
             assert_eq!(found["depth.Z"][middle] == 0.0, z > 0.0, "{z}");

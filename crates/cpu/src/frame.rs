@@ -12,10 +12,10 @@ use std::sync::Arc;
 use strandlight_scattering::closed_form::{PackedRecord, TERM_GLOBAL, TERM_LOCAL};
 use strandlight_scattering::multiple_tables::{Job, MultipleTables};
 use strandlight_scattering::wide::Peaks;
+use strandlight_scene::beside::{Beside, Places};
 use strandlight_scene::camera::{Camera, ViewUniform, view_uniform};
 use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::progress::timed;
-use strandlight_scene::proxy::ProxyRecords;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, THROUGH_SLOT};
 use strandlight_scene::stats::{self, LIGHTING_SHARE, Observer};
@@ -172,6 +172,8 @@ struct Records {
     packed: Vec<PackedRecord>,
     /// By light as far as it is done: was it not black?
     is_lit: Vec<bool>,
+    /// Of the voxels.
+    places: Places,
 }
 
 /// How far radiance is that of the complete picture.
@@ -244,7 +246,7 @@ struct Shaded {
 struct Picturing<'a> {
     scene: &'a PreparedScene,
     view: ViewUniform,
-    beside: ProxyRecords,
+    beside: Beside,
     /// Shows what can be had soon first.
     has_drafts: bool,
 }
@@ -423,7 +425,7 @@ impl Frame {
             self.composite(&Picturing {
                 scene,
                 view: view_uniform(camera, &scene.strands, size, scene.radiance_scale()),
-                beside: scene.proxy_records(),
+                beside: scene.beside(),
                 has_drafts: true,
             })
         })
@@ -443,7 +445,7 @@ impl Frame {
         Picturing {
             scene,
             view: view_uniform(camera, &scene.strands, size, scene.radiance_scale()),
-            beside: scene.proxy_records(),
+            beside: scene.beside(),
             has_drafts,
         }
     }
@@ -611,7 +613,7 @@ impl Frame {
                 let visible = (!is_everywhere).then_some(&visible.points[..]);
                 Casting::new(plan.n_slots, plan.views.clone(), strands, visible)
             });
-            casting.step(picturing.beside.list())
+            casting.step(&picturing.beside)
         });
         let mut bytes = 0;
         match casting {
@@ -644,7 +646,7 @@ impl Frame {
                 let visible = (!is_everywhere).then_some(&visible.points[..]);
                 Casting::new(n_slots, views, &picturing.scene.strands, visible)
             });
-            casting.step(picturing.beside.list())
+            casting.step(&picturing.beside)
         });
         let mut bytes = 0;
         match casting {
@@ -673,6 +675,7 @@ impl Frame {
         let records = self.records.get_or_insert_with(|| Records {
             packed: Vec::with_capacity(grid.n_voxels() * lights.records.len()),
             is_lit: Vec::new(),
+            places: picturing.beside.places_of_voxels(grid),
         });
         let first = records.is_lit.len();
         // The black ones are no work.
@@ -687,7 +690,7 @@ impl Frame {
         };
         let ((), seconds) = timed(|| {
             let of_range = &lights.records[range.clone()];
-            let beside = picturing.beside.list();
+            let beside = (&picturing.beside, &records.places);
             let found = transmittance_beside(grid, volume, of_range, &lights.sweeps, beside);
             records.packed.extend(found);
             records.is_lit.extend(&lights.is_lit[range.clone()]);
@@ -883,7 +886,14 @@ impl Frame {
                 let mut proxies = Proxies::new(picturing.scene);
                 if !proxies.is_empty() {
                     let Picturing { view, .. } = picturing;
-                    proxies.light(view, grid, &lights.records, &lights.sweeps, &records.packed);
+                    proxies.light(
+                        view,
+                        grid,
+                        &lights.records,
+                        &lights.sweeps,
+                        &records.packed,
+                        &records.places,
+                    );
                 }
                 proxies
             },
@@ -1070,7 +1080,7 @@ fn resolve_tile(tile: &Tile, shaded: &Shaded, width: u32, band: &mut [[f32; 4]])
     for entry in &tile.proxies {
         let sent_back = shaded
             .proxies
-            .sent_back(entry.proxy as usize, Vec3::from(entry.position));
+            .sent_back(entry.surface, Vec3::from(entry.position));
         let sum = &mut band[place(entry.pixel as usize)];
         for (channel, value) in sent_back.into_iter().enumerate() {
             sum[channel] += entry.weight * value;

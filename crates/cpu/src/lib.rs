@@ -44,6 +44,7 @@ mod shade;
 mod shade_wide;
 mod shadow_map;
 mod transmittance;
+mod triangles;
 mod unblocked;
 mod visible;
 mod voxelise;
@@ -128,6 +129,7 @@ pub(crate) fn render_observed(
         &mut stats,
         observer,
     )?;
+    proxies.look(&view);
     let mut picture = stats.stage("draw", |stats| {
         let projected = project::project(&view, strands);
         let drawn = raster::draw(
@@ -189,8 +191,8 @@ fn light(
     stats: &mut Stats,
     observer: Observer,
 ) -> Result<Vec<[f32; 4]>, RenderError> {
-    let records = scene.proxy_records();
-    if records.n > 0 && matches!(shadows, ShadowSource::Points(_)) {
+    let beside = scene.beside();
+    if !beside.is_empty() && matches!(shadows, ShadowSource::Points(_)) {
         return Err(RenderError::ProxiesNeedSweeps);
     }
     let (lights, sweeps) = scene.light_records();
@@ -207,7 +209,7 @@ fn light(
         let mut visibility = vec![0; plan.n_words(scene.strands.points.len())];
         for views in [&plan.views, &plan.through(view.forward)] {
             stats.texels_visited +=
-                shadow_map::draw_maps(&scene.strands, views, records.list(), &mut visibility);
+                shadow_map::draw_maps(&scene.strands, views, &beside, &mut visibility);
         }
         visibility
     });
@@ -218,10 +220,11 @@ fn light(
         runs: 1,
         gpu_milliseconds: None,
     });
+    let voxels = beside.places_of_voxels(grid);
     for batch in lights.chunks(LIGHT_BATCH) {
         let (found, seconds) = timed(|| match shadows {
             ShadowSource::Sweep => {
-                let blocking = records.list();
+                let blocking = (&beside, &voxels);
                 let packed = transmittance_beside(grid, volume, batch, &sweeps, blocking);
                 Shadows::Volume(packed)
             }
@@ -233,7 +236,7 @@ fn light(
             timed(|| shade::shade(scene, view, grid, batch, &found, &visibility, &mut radiance));
         shade_s += seconds;
         if let Shadows::Volume(packed) = &found {
-            proxies.light(view, grid, batch, &sweeps, packed);
+            proxies.light(view, grid, batch, &sweeps, packed, &voxels);
         }
         done += batch.len();
         observer(LIGHTING_SHARE * done as f64 / lights.len() as f64);

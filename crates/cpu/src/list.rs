@@ -13,11 +13,13 @@ use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::wide::{Level, Simd, dispatch};
 use strandlight_scene::background::ray_direction;
+use strandlight_scene::beside::Beside;
 use strandlight_scene::camera::ViewUniform;
-use strandlight_scene::proxy::{ProxyRecords, entry_distance};
+use strandlight_scene::proxy::entry_distance;
 use strandlight_scene::strands::Strands;
 
 use super::screen_point::{ScreenPoint, screen_point};
+use super::triangles::Triangles;
 
 /// Side of a tile, px.
 const TILE: u32 = 16;
@@ -66,8 +68,8 @@ impl Entry {
 pub(super) struct ProxyEntry {
     /// Pixel of the tile.
     pub pixel: u32,
-    /// Which proxy.
-    pub proxy: u32,
+    /// Which proxy, or from their number on, which triangle of the meshes.
+    pub surface: u32,
     /// Where it is hit, cm.
     pub position: [f32; 3],
     /// Share of the pixel's colour.
@@ -107,6 +109,8 @@ pub(super) struct Listing {
     tiles_across: u32,
     n_tiles: usize,
     tiles: Vec<Tile>,
+    /// Of the meshes, once they were asked for.
+    triangles: Option<Triangles>,
 }
 
 impl Listing {
@@ -131,12 +135,16 @@ impl Listing {
             tiles_across: tiles[0],
             n_tiles: (tiles[0] * tiles[1]) as usize,
             tiles: Vec::new(),
+            triangles: None,
         }
     }
 
-    /// Makes the next tiles, strands before and behind `proxies`; answers whether all are done.
-    pub fn step(&mut self, view: &ViewUniform, proxies: &ProxyRecords) -> bool {
+    /// Makes the next tiles, strands before and behind what is `beside` them; answers whether all are done.
+    pub fn step(&mut self, view: &ViewUniform, beside: &Beside) -> bool {
         let [width, height] = view.size;
+        let triangles = &*self
+            .triangles
+            .get_or_insert_with(|| Triangles::new(view, beside));
         let level = Level::new();
         let end = (self.tiles.len() + TILES_AT_ONCE).min(self.n_tiles);
         let tiles: Vec<Tile> = (self.tiles.len()..end)
@@ -145,7 +153,7 @@ impl Listing {
                 let x = TILE * (ix as u32 % self.tiles_across);
                 let y = TILE * (ix as u32 / self.tiles_across);
                 let size = [TILE.min(width - x), TILE.min(height - y)];
-                scratch.start(view, proxies, [x, y], size);
+                scratch.start(view, (beside, triangles), [x, y], size);
                 let ribbons = self.bins.iter().flat_map(|bins| bins.of_tile(ix));
                 scratch.ribbons.extend(ribbons);
                 dispatch!(level, simd => scratch.fill(simd, &self.points));
@@ -168,11 +176,11 @@ impl Listing {
 }
 
 impl VisibilityList {
-    /// The list of `strands` before and behind `proxies` as `view` sees them.
+    /// The list of `strands` before and behind what is `beside` them as `view` sees it.
     #[cfg(test)]
-    pub fn new(view: &ViewUniform, strands: &Strands, proxies: &ProxyRecords) -> VisibilityList {
+    pub fn new(view: &ViewUniform, strands: &Strands, beside: &Beside) -> VisibilityList {
         let mut listing = Listing::new(view, strands);
-        while !listing.step(view, proxies) {}
+        while !listing.step(view, beside) {}
         listing.finish()
     }
 
@@ -350,8 +358,8 @@ struct Pixel {
 struct Blocked {
     /// Depth of the nearest proxy at each place; more than any hair's where there is none.
     depth: [f32; PLACES],
-    /// Which it is.
-    proxy: [u32; PLACES],
+    /// Which it is: [`ProxyEntry::surface`].
+    surface: [u32; PLACES],
 }
 
 /// What the threads make tiles in.
@@ -379,7 +387,7 @@ impl Scratch {
     fn start(
         &mut self,
         view: &ViewUniform,
-        proxies: &ProxyRecords,
+        (beside, triangles): (&Beside, &Triangles),
         origin: [u32; 2],
         size: [u32; 2],
     ) {
@@ -403,32 +411,32 @@ impl Scratch {
         self.counts = [0; 2];
         self.ribbons.clear();
         self.blocked.clear();
-        if proxies.n > 0 {
-            self.block(view, proxies);
+        if !beside.is_empty() {
+            self.block(view, beside, triangles);
         }
     }
 
     /// Finds which proxies are seen where; none leaves no entries.
-    fn block(&mut self, view: &ViewUniform, proxies: &ProxyRecords) {
+    fn block(&mut self, view: &ViewUniform, beside: &Beside, triangles: &Triangles) {
         let eye = Vec3::from(view.eye);
         let mut is_any = false;
         for y in 0..self.size[1] {
             for x in 0..self.size[0] {
                 let mut pixel = Blocked {
                     depth: [f32::INFINITY; PLACES],
-                    proxy: [NONE; PLACES],
+                    surface: [NONE; PLACES],
                 };
                 let middle = [self.origin[0] + x, self.origin[1] + y].map(|n| n as f32 + 0.5);
                 for ix in 0..PLACES {
                     let [dx, dy] = place(ix);
                     let direction = ray_direction(view, middle[0] + dx, middle[1] + dy);
                     let away = direction.dot(Vec3::from(view.forward));
-                    for (proxy, record) in proxies.list().iter().enumerate() {
+                    for (proxy, record) in beside.records().list().iter().enumerate() {
                         let distance = entry_distance(record, eye, direction);
                         let depth = (distance * away - view.near) / (view.far - view.near);
                         if distance > 0.0 && depth < pixel.depth[ix] {
                             pixel.depth[ix] = depth;
-                            pixel.proxy[ix] = proxy as u32;
+                            pixel.surface[ix] = proxy as u32;
                             is_any = true;
                         }
                     }
@@ -436,9 +444,51 @@ impl Scratch {
                 self.blocked.push(pixel);
             }
         }
+        for (triangle, bounds) in triangles.near(self.origin) {
+            is_any |= self.block_by_triangle(view, beside, triangles, triangle, bounds);
+        }
         if !is_any {
             self.blocked.clear();
         }
+    }
+
+    /// Adds a triangle; answers whether it is seen.
+    fn block_by_triangle(
+        &mut self,
+        view: &ViewUniform,
+        beside: &Beside,
+        triangles: &Triangles,
+        triangle: u32,
+        bounds: [[f32; 2]; 2],
+    ) -> bool {
+        let surface = beside.records().n + triangle;
+        let pixels = |axis: usize| {
+            let (origin, size) = (self.origin[axis] as f32, self.size[axis] as f32);
+            let [low, high] = bounds[axis].map(|x| (x - origin).floor());
+            low.clamp(0.0, size) as u32..(high + 1.0).clamp(0.0, size) as u32
+        };
+        let (columns, rows) = (pixels(0), pixels(1));
+        let mut is_any = false;
+        for y in rows {
+            for x in columns.clone() {
+                let middle = [self.origin[0] + x, self.origin[1] + y].map(|n| n as f32 + 0.5);
+                let pixel = &mut self.blocked[(x + self.size[0] * y) as usize];
+                for ix in 0..PLACES {
+                    let [dx, dy] = place(ix);
+                    let Some(depth) = triangles.depth(triangle, [middle[0] + dx, middle[1] + dy])
+                    else {
+                        continue;
+                    };
+                    let depth = (depth - view.near) / (view.far - view.near);
+                    if depth < pixel.depth[ix] {
+                        pixel.depth[ix] = depth;
+                        pixel.surface[ix] = surface;
+                        is_any = true;
+                    }
+                }
+            }
+        }
+        is_any
     }
 
     /// Takes the ribbons from front to back.
@@ -676,17 +726,17 @@ impl Blocked {
         entries: &mut Vec<ProxyEntry>,
     ) {
         let eye = Vec3::from(view.eye);
-        let mut seen = self.proxy;
+        let mut seen = self.surface;
         seen.sort_unstable();
         let mut last = NONE;
-        for proxy in seen {
-            if proxy == last || proxy == NONE {
+        for surface in seen {
+            if surface == last || surface == NONE {
                 continue;
             }
-            last = proxy;
+            last = surface;
             let (mut weight, mut position) = (0.0, Vec3::ZERO);
             for (ix, &open) in open.iter().enumerate() {
-                if self.proxy[ix] == proxy && open > 0.0 {
+                if self.surface[ix] == surface && open > 0.0 {
                     let [dx, dy] = place(ix);
                     let direction = ray_direction(view, at[0] + dx, at[1] + dy);
                     let away = direction.dot(Vec3::from(view.forward));
@@ -698,7 +748,7 @@ impl Blocked {
             if weight > 0.0 {
                 entries.push(ProxyEntry {
                     pixel,
-                    proxy,
+                    surface,
                     position: (position / weight).to_array(),
                     weight: weight / PLACES as f32,
                 });

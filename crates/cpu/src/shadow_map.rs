@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{Vec3, Vec3Swizzles};
 use rayon::prelude::*;
-use strandlight_scene::proxy::{ProxyRecord, is_blocked};
+use strandlight_scene::beside::Beside;
 use strandlight_scene::shadow_maps::{
     FIRST_OF_SLOT, LAST_OF_SLOT, SLOTS_PER_WORD, ShadowPlan, ShadowView,
 };
@@ -20,23 +20,26 @@ pub(super) const N_PLACES: u32 = 8;
 /// a slot: [`strandlight_scene::shadow_maps::unblocked_share`] reads it.
 pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
     let mut visibility = vec![0; plan.n_words(strands.points.len())];
-    draw_maps(strands, &plan.views, &[], &mut visibility);
+    draw_maps(strands, &plan.views, &Beside::none(), &mut visibility);
     visibility
 }
 
-/// Draws maps and writes their rows of the visibility buffer, with `proxies` that block light.
+/// Draws maps and writes their rows of the visibility buffer, with proxies `beside` that block light.
 /// Returns how many texels were drawn, those of every strand counted.
 pub(super) fn draw_maps(
     strands: &Strands,
     views: &[ShadowView],
-    proxies: &[ProxyRecord],
+    beside: &Beside,
     visibility: &mut [u32],
 ) -> u64 {
     let mut n_texels = 0;
     let n_points = strands.points.len();
     let mut map: Vec<AtomicU32> = Vec::new();
     let mut sums = vec![0.0; n_points];
+    let positions = strands.points.iter().map(|point| Vec3::from_slice(point));
+    let places = beside.places(positions);
     for view in views {
+        let towards = beside.towards(Vec3::from(view.towards));
         map.clear();
         map.resize_with((view.side * view.side) as usize, AtomicU32::default);
         n_texels += strands
@@ -54,7 +57,7 @@ pub(super) fn draw_maps(
             .for_each(|(point, (answer, sum))| {
                 let mut lit = receive_shadows(view, strands, point, &map);
                 let position = Vec3::from_slice(&strands.points[point]);
-                if is_blocked(proxies, position, Vec3::from(view.towards)) {
+                if towards.is_blocked(&places, point, position) {
                     lit = 0.0;
                 }
                 *sum = if view.ends & FIRST_OF_SLOT == 0 {

@@ -6,7 +6,7 @@ use strandlight_scattering::closed_form::{
     PackedRecord, ShadowRecord, add_to_record, pack_record, pass_through, unpack_record,
 };
 use strandlight_scattering::wide::{Level, dispatch};
-use strandlight_scene::proxy::{ProxyRecord, is_blocked};
+use strandlight_scene::beside::{Beside, Places};
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::volume::Grid;
 
@@ -39,16 +39,17 @@ pub fn transmittance(
     lights: &[LightRecord],
     sweeps: &[[f32; 4]],
 ) -> Vec<PackedRecord> {
-    transmittance_beside(grid, volume, lights, sweeps, &[])
+    let beside = (&Beside::none(), &Places::default());
+    transmittance_beside(grid, volume, lights, sweeps, beside)
 }
 
-/// [`transmittance`] with `proxies` that block light.
+/// [`transmittance`] with proxies that block light, and [`Beside::places_of_voxels`].
 pub fn transmittance_beside(
     grid: &Grid,
     volume: &[[f32; 8]],
     lights: &[LightRecord],
     sweeps: &[[f32; 4]],
-    proxies: &[ProxyRecord],
+    beside: (&Beside, &Places),
 ) -> Vec<PackedRecord> {
     let n_voxels = grid.n_voxels();
     let mut result = vec![[0; 2]; n_voxels * lights.len()];
@@ -63,7 +64,7 @@ pub fn transmittance_beside(
             dispatch!(Level::new(), _simd => {
                 for (k, &[x, y, z, _]) in directions.iter().enumerate() {
                     let turn = [k, directions.len()].map(|n| n as f32);
-                    sweep((grid, volume), proxies, [x, y, z], turn, out);
+                    sweep((grid, volume), beside, [x, y, z], turn, out);
                 }
             });
         });
@@ -75,7 +76,7 @@ pub fn transmittance_beside(
 #[inline(always)]
 fn sweep(
     (grid, volume): (&Grid, &[[f32; 8]]),
-    proxies: &[ProxyRecord],
+    (beside, places): (&Beside, &Places),
     d: [f32; 3],
     [k, n_directions]: [f32; 2],
     out: &mut [PackedRecord],
@@ -92,6 +93,8 @@ fn sweep(
     let (n_b, n_c) = (grid.dims[axis_b], grid.dims[axis_c]);
     let slope = 1.0 / d[axis].abs();
     let (shift_b, shift_c) = (d[axis_b] * slope, d[axis_c] * slope);
+    let is_beside = !beside.is_empty();
+    let towards = beside.towards(Vec3::from(d));
     let mut leaving = vec![OPEN; (n_b * n_c) as usize];
     let mut next = leaving.clone();
     for slice_ix in 0..n {
@@ -143,10 +146,8 @@ fn sweep(
                     ShadowRecord::default()
                 };
                 let mut n_before = k;
-                if !proxies.is_empty() {
-                    let at = Vec3::from(voxel.map(|n| n as f32 + 0.5));
-                    let centre = Vec3::from(grid.origin) + at * grid.h;
-                    if is_blocked(proxies, centre, Vec3::from(d)) {
+                if is_beside {
+                    if towards.is_blocked(places, index, grid.centre(voxel)) {
                         out[index] = pack_record(&sum);
                         continue;
                     }

@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::wide::prelude::*;
 use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8, i32x8};
-use strandlight_scene::proxy::{ProxyRecord, is_blocked};
+use strandlight_scene::beside::{self, Beside};
 use strandlight_scene::shadow_maps::{LAST_OF_SLOT, ShadowView};
 use strandlight_scene::strands::Strands;
 
@@ -95,6 +95,8 @@ pub(super) struct Casting {
     /// Views that are done.
     n_done: usize,
     strips: Strips,
+    /// Of [`Strips::seen`], once they were asked for.
+    places: Option<beside::Places>,
     /// What the maps at work are made in.
     works: Vec<Work>,
     /// Of the slot under way, by place.
@@ -126,6 +128,7 @@ impl Casting {
             },
             views,
             n_done: 0,
+            places: None,
             works: Vec::new(),
             sums: Vec::new(),
             found: Unblocked {
@@ -137,7 +140,7 @@ impl Casting {
     }
 
     /// Draws as many maps as there are threads and looks them up; answers whether all are done.
-    pub fn step(&mut self, proxies: &[ProxyRecord]) -> bool {
+    pub fn step(&mut self, beside: &Beside) -> bool {
         let rest = &self.views[self.n_done..];
         let largest = rest.iter().map(|view| view.side as usize).max();
         let texels = 4 * largest.unwrap_or(1).pow(2);
@@ -148,10 +151,14 @@ impl Casting {
         self.works
             .resize_with(n.max(self.works.len()), Work::default);
         let strips = &self.strips;
+        let places = &*self.places.get_or_insert_with(|| {
+            let seen = strips.seen.iter();
+            beside.places(seen.map(|seen| strips.position(seen)))
+        });
         self.works
             .par_iter_mut()
             .zip(&rest[..n])
-            .for_each(|(work, view)| work.look_up(view, strips, proxies));
+            .for_each(|(work, view)| work.look_up(view, strips, (beside, places)));
         for (work, view) in self.works.iter().zip(&rest[..n]) {
             self.found.n_texels += work.n_texels;
             self.sums.resize(work.lit.len(), 0.0);
@@ -218,6 +225,13 @@ struct Seen {
 }
 
 impl Strips {
+    /// Of a point that is looked up, cm.
+    fn position(&self, seen: &Seen) -> Vec3 {
+        let [x, y, z, _] = &self.points;
+        let at = seen.at as usize;
+        Vec3::new(x[at], y[at], z[at])
+    }
+
     fn new(strands: &Strands, visible: &[u32]) -> Strips {
         let segments = &strands.segments;
         let mut found: Vec<(u32, u32, u32)> = Vec::with_capacity(strands.n_strands);
@@ -297,7 +311,12 @@ struct Work {
 
 impl Work {
     /// Draws a map and looks it up.
-    fn look_up(&mut self, view: &ShadowView, strips: &Strips, proxies: &[ProxyRecord]) {
+    fn look_up(
+        &mut self,
+        view: &ShadowView,
+        strips: &Strips,
+        (beside, places): (&Beside, &beside::Places),
+    ) {
         self.lit.clear();
         self.lit.resize(strips.n_places, N_PLACES as u8);
         dispatch!(Level::new(), simd => {
@@ -307,12 +326,10 @@ impl Work {
             self.n_texels = cast(simd, view, strips, self);
             receive(simd, view, strips, self);
         });
-        if !proxies.is_empty() {
-            let [x, y, z, _] = &strips.points;
-            for seen in &strips.seen {
-                let at = seen.at as usize;
-                let position = Vec3::new(x[at], y[at], z[at]);
-                if is_blocked(proxies, position, Vec3::from(view.towards)) {
+        if !beside.is_empty() {
+            let towards = beside.towards(Vec3::from(view.towards));
+            for (ix, seen) in strips.seen.iter().enumerate() {
+                if towards.is_blocked(places, ix, strips.position(seen)) {
                     self.lit[seen.place as usize] = 0;
                 }
             }
@@ -727,12 +744,12 @@ mod tests {
             .collect();
         let plan = ShadowPlan::new(&lights, &strands, 30);
         let mut words = vec![0; plan.n_words(strands.points.len())];
-        let n_texels = draw_maps(&strands, &plan.views, &[], &mut words);
+        let n_texels = draw_maps(&strands, &plan.views, &Beside::none(), &mut words);
         let visible: Vec<u32> = (0..strands.points.len() as u32).step_by(3).collect();
         let find = |visible: Option<&[u32]>| {
             let views = plan.views.clone();
             let mut casting = Casting::new(plan.n_slots, views, &strands, visible);
-            while !casting.step(&[]) {}
+            while !casting.step(&Beside::none()) {}
             casting.finish()
         };
         let (unblocked, everywhere) = (find(Some(&visible)), find(None));

@@ -7,6 +7,7 @@ use strandlight_scene::strands::Strands;
 
 use super::integrator::CameraRay;
 use super::{Environment, Fibres, Frame, Integrator, Layers, Met, World};
+use crate::mesh_rays::MeshRays;
 use crate::rays::{Rays, Start};
 use strandlight_scattering::random::SplitMix64;
 
@@ -67,7 +68,11 @@ impl<'a> Directional<'a> {
     ) -> Self {
         Directional {
             strands,
-            world: World { rays, proxies: &[] },
+            world: World {
+                rays,
+                proxies: &[],
+                meshes: &[],
+            },
             fibres: fibres.into(),
             lights: directional_lights(environment, n, seed),
         }
@@ -76,6 +81,12 @@ impl<'a> Directional<'a> {
     /// The same with proxies beside the hair.
     pub fn with_proxies(mut self, proxies: &'a [ProxyRecord]) -> Self {
         self.world.proxies = proxies;
+        self
+    }
+
+    /// The same with meshes beside the hair.
+    pub fn with_meshes(mut self, meshes: &'a [MeshRays]) -> Self {
+        self.world.meshes = meshes;
         self
     }
 }

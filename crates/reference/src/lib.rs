@@ -30,10 +30,12 @@ mod file;
 mod film;
 mod frame;
 mod integrator;
+mod mesh_rays;
 mod path;
 mod ray_shoot;
 #[doc(hidden)]
 pub mod rays;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod world;
@@ -53,8 +55,12 @@ pub use frame::Frame;
 #[doc(hidden)]
 pub use integrator::{CameraRay, Integrator, Layers, Method};
 #[doc(hidden)]
+pub use mesh_rays::MeshRays;
+#[doc(hidden)]
 pub use path::{Estimator, MAX_EVENTS, PathTracer, ROULETTE_FROM, Traced};
 #[doc(hidden)]
 pub use ray_shoot::{Densities, RayShoot};
 #[doc(hidden)]
-pub use world::{Met, Surface, World};
+pub use surface::Surface;
+#[doc(hidden)]
+pub use world::{Met, World};

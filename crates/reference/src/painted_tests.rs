@@ -55,6 +55,7 @@ fn even_paint_is_hair_of_that_fibre() {
                 strands: &strands,
                 rays: &rays,
                 proxies: &[],
+                meshes: &[],
                 fibres,
                 averages,
                 environment: &environment,

@@ -16,6 +16,7 @@ use strandlight_scene::strands::Strands;
 
 use super::integrator::CameraRay;
 use super::{Environment, Fibres, Frame, Integrator, Layers, Met, Surface, World};
+use crate::mesh_rays::MeshRays;
 use crate::rays::{Rays, Start};
 use strandlight_scattering::random::SplitMix64;
 
@@ -96,7 +97,11 @@ impl<'a> PathTracer<'a> {
     ) -> Self {
         PathTracer {
             strands,
-            world: World { rays, proxies: &[] },
+            world: World {
+                rays,
+                proxies: &[],
+                meshes: &[],
+            },
             fibres: fibres.into(),
             environment,
             estimator: Estimator::default(),
@@ -108,6 +113,12 @@ impl<'a> PathTracer<'a> {
     /// as well.
     pub fn with_proxies(mut self, proxies: &'a [ProxyRecord]) -> Self {
         self.world.proxies = proxies;
+        self
+    }
+
+    /// The same with meshes beside the hair.
+    pub fn with_meshes(mut self, meshes: &'a [MeshRays]) -> Self {
+        self.world.meshes = meshes;
         self
     }
 

@@ -2,13 +2,17 @@
 
 use super::*;
 
+use std::sync::Arc;
+
 use glam::Quat;
+use strandlight_formats::Mesh;
 use strandlight_formats::Scattering;
 use strandlight_scattering::closed_form::irradiance;
+use strandlight_scene::mesh::{MeshProxy, MeshShape};
 use strandlight_scene::proxy::{Proxy, ProxyRecords};
 
 use crate::rays::Crossing;
-use crate::{Frame, Met, PathTracer, World};
+use crate::{Frame, MeshRays, Met, PathTracer, World};
 
 /// Means of the three methods over `n` rays from `eye` along `direction`.
 fn means(
@@ -30,6 +34,7 @@ fn means(
         strands,
         rays: &rays,
         proxies,
+        meshes: &[],
         fibres: Fibres::Alike(&bcsdf),
         averages: Averages::Alike(&averages),
         environment: &environment,
@@ -135,6 +140,7 @@ fn slow_a_proxy_blocks_light_and_view_of_hair() {
     let world = World {
         rays: &rays,
         proxies: proxies.list(),
+        meshes: &[],
     };
     let bcsdf = Bcsdf::new(&blond(), Fresnel::Dielectric, &Lobe::ALL).unwrap();
     let crossing = Crossing {
@@ -250,4 +256,91 @@ fn the_renderer_draws_proxies_as_the_methods_do() {
             assert!((a.matte[c] - b.matte[c]).abs() <= 1e-6 * b.matte[c]);
         }
     }
+}
+
+/// The ellipsoid of [`ellipsoid`], of triangles.
+fn of_triangles(centre: Vec3) -> MeshProxy {
+    let n = 96u32;
+    let turn = Quat::from_rotation_x(0.4);
+    let mut positions = Vec::new();
+    for (row, column) in (0..=n).flat_map(|row| (0..2 * n).map(move |column| (row, column))) {
+        let polar = std::f32::consts::PI * row as f32 / n as f32;
+        let azimuth = std::f32::consts::PI * column as f32 / n as f32;
+        let (sin, cos) = polar.sin_cos();
+        let unit = Vec3::new(sin * azimuth.sin(), cos, sin * azimuth.cos());
+        positions.push((turn * (Vec3::new(1.0, 2.0, 1.5) * unit)).to_array());
+    }
+    let mut triangles = Vec::new();
+    for (row, column) in (0..n).flat_map(|row| (0..2 * n).map(move |column| (row, column))) {
+        let at = |row: u32, column: u32| 2 * n * row + column % (2 * n);
+        let [a, b] = [at(row, column), at(row, column + 1)];
+        let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
+        triangles.extend([[a, c, b], [b, c, d]]);
+    }
+    let mesh = Mesh::new(positions, triangles).unwrap();
+    MeshProxy {
+        shape: Arc::new(MeshShape::new(mesh)),
+        offset: centre,
+        albedo: [0.5, 0.4, 0.3],
+    }
+}
+
+/// What rays meet, on a grid of places and directions.
+#[test]
+fn a_mesh_is_met_where_the_ellipsoid_is() {
+    let strands = fibres(&[[500.0, 0.0, 0.1]]);
+    let rays = Rays::new(&strands);
+    let centre = Vec3::new(-3.0, 1.0, 2.0);
+    let exact = ProxyRecords::new(&[ellipsoid(centre)], &strands);
+    let meshes = [MeshRays::new(&of_triangles(centre))];
+    let of_exact = World {
+        rays: &rays,
+        proxies: exact.list(),
+        meshes: &[],
+    };
+    let of_mesh = World {
+        rays: &rays,
+        proxies: &[],
+        meshes: &meshes,
+    };
+    let unit = |ix: u32, n: u32| {
+        let z = 1.0 - 2.0 * (ix as f32 + 0.5) / n as f32;
+        let (sin, cos) = (2.399_963 * ix as f32).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        Vec3::new(r * cos, r * sin, z)
+    };
+    let (mut n_met, mut n_wrong, mut n) = (0, 0, 0);
+    for start in 0..200 {
+        // Inside next to the surface, on it and around it.
+        let r = [0.97, 1.0, 1.2, 3.0][start as usize % 4];
+        let turned = Quat::from_rotation_x(0.4) * (Vec3::new(1.0, 2.0, 1.5) * unit(start, 200));
+        let start = Start::camera(centre + r * turned);
+        for direction in (0..97).map(|ix| unit(ix, 97)) {
+            n += 1;
+            let is_blocked = of_exact.is_blocked(&start, direction);
+            n_wrong += u32::from(of_mesh.is_blocked(&start, direction) != is_blocked);
+            let (Met::Matte(wanted), Met::Matte(found)) = (
+                of_exact.met(&start, direction),
+                of_mesh.met(&start, direction),
+            ) else {
+                continue;
+            };
+            n_met += 1;
+            assert!(
+                found.position.distance(wanted.position) < 0.25,
+                "{wanted:?} {found:?}"
+            );
+            assert!(
+                found.normal.dot(wanted.normal) > 0.97,
+                "{wanted:?} {found:?}"
+            );
+            if r > 1.0 {
+                assert!(
+                    matches!(of_mesh.seen(&start, direction), Met::Matte(seen) if seen == found)
+                );
+            }
+        }
+    }
+    println!("{n_met} of {n} rays meet it, {n_wrong} of them only one of the two");
+    assert!(n_met > 5000 && 100 * n_wrong < n, "{n_met} {n_wrong}");
 }

@@ -20,12 +20,13 @@
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
 use strandlight_scattering::exact::BcsdfView;
-use strandlight_scene::proxy::{ProxyRecord, is_blocked};
+use strandlight_scene::proxy::ProxyRecord;
 use strandlight_scene::strands::Strands;
 
 use super::frame::{Frame, tangent};
 use super::integrator::CameraRay;
 use super::{Averages, AveragesAt, Environment, Fibres, Integrator, Layers, Met, Surface, World};
+use crate::mesh_rays::MeshRays;
 use crate::rays::{Rays, Start};
 use strandlight_scattering::random::SplitMix64;
 
@@ -46,6 +47,8 @@ pub struct RayShoot<'a> {
     pub rays: &'a Rays,
     /// What stands beside it.
     pub proxies: &'a [ProxyRecord],
+    /// Meshes beside it.
+    pub meshes: &'a [MeshRays],
     /// How its fibres scatter.
     pub fibres: Fibres<'a>,
     /// What they do on average.
@@ -75,6 +78,7 @@ impl Integrator for RayShoot<'_> {
         let world = World {
             rays: self.rays,
             proxies: self.proxies,
+            meshes: self.meshes,
         };
         let crossing = match world.seen(&ray.start, ray.direction) {
             Met::Nothing => return layers,
@@ -104,7 +108,7 @@ impl Integrator for RayShoot<'_> {
                 .radiance
                 .map(|x| f64::from(x) / f64::from(drawn.pdf) * share);
             let omega_d = frame.to_fibre(drawn.direction);
-            if is_blocked(self.proxies, start.position, drawn.direction) {
+            if world.is_blocked_beside(&start, drawn.direction) {
                 continue;
             }
             let passage = self.passage(&start, drawn.direction);

@@ -6,7 +6,9 @@ use strandlight_scene::proxy::{
     to_unit,
 };
 
+use crate::mesh_rays::MeshRays;
 use crate::rays::{Crossing, Rays, Start};
+use crate::surface::Surface;
 
 /// Hair and what stands beside it, as the renderer has it: light from points of the hair inside a
 /// proxy is blocked as if they lay on its surface, and the ground is not there to an eye below it.
@@ -14,19 +16,10 @@ use crate::rays::{Crossing, Rays, Start};
 pub struct World<'a> {
     /// The hair.
     pub rays: &'a Rays,
-    /// The rest.
+    /// The rest, but for the meshes.
     pub proxies: &'a [ProxyRecord],
-}
-
-/// A point of a proxy.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Surface {
-    /// In the world, cm.
-    pub position: Vec3,
-    /// Unit vector outwards.
-    pub normal: Vec3,
-    /// Share of light that is sent back.
-    pub albedo: [f64; 3],
+    /// The meshes.
+    pub meshes: &'a [MeshRays],
 }
 
 /// What a ray meets first.
@@ -43,25 +36,35 @@ pub enum Met {
 impl World<'_> {
     /// What a ray from the eye meets.
     pub fn seen(&self, start: &Start, direction: Vec3) -> Met {
-        self.first(start, direction, |proxy| {
+        let of_proxy = |proxy: &ProxyRecord| {
             let t = entry_distance(proxy, start.position, direction);
             (t > 0.0).then_some(t)
-        })
+        };
+        let of_mesh = |mesh: &MeshRays| mesh.seen(start.position, direction);
+        self.first(start, direction, of_proxy, of_mesh)
     }
 
     /// What a ray from a fibre or a surface meets.
     pub fn met(&self, start: &Start, direction: Vec3) -> Met {
-        self.first(start, direction, |proxy| {
+        let of_proxy = |proxy: &ProxyRecord| {
             // None from inside, where it is met at once.
             let t = entry_distance(proxy, start.position, direction).max(0.0);
             is_blocked_by(proxy, start.position, direction).then_some(t)
-        })
+        };
+        let of_mesh = |mesh: &MeshRays| mesh.met(start.position, direction);
+        self.first(start, direction, of_proxy, of_mesh)
     }
 
     /// Whether anything lies between a fibre or a surface and a light in `direction`.
     pub fn is_blocked(&self, start: &Start, direction: Vec3) -> bool {
+        self.is_blocked_beside(start, direction) || self.rays.is_blocked(start, direction)
+    }
+
+    /// Whether a proxy does.
+    pub fn is_blocked_beside(&self, start: &Start, direction: Vec3) -> bool {
+        let mut meshes = self.meshes.iter();
         is_blocked(self.proxies, start.position, direction)
-            || self.rays.is_blocked(start, direction)
+            || meshes.any(|mesh| mesh.is_blocked(start.position, direction))
     }
 
     fn first(
@@ -69,16 +72,20 @@ impl World<'_> {
         start: &Start,
         direction: Vec3,
         distance: impl Fn(&ProxyRecord) -> Option<f32>,
+        of_mesh: impl Fn(&MeshRays) -> Option<(f32, Surface)>,
     ) -> Met {
         let crossing = self.rays.nearest(start, direction);
         let proxies = self.proxies.iter();
         let proxies = proxies.filter_map(|proxy| distance(proxy).map(|t| (t, proxy)));
         let proxy = proxies.min_by(|a, b| a.0.total_cmp(&b.0));
-        match (crossing, proxy) {
+        let proxy = proxy.map(|(t, proxy)| (t, surface(proxy, start.position + t * direction)));
+        let meshes = self.meshes.iter().filter_map(of_mesh);
+        let matte = proxy.into_iter().chain(meshes);
+        match (crossing, matte.min_by(|a, b| a.0.total_cmp(&b.0))) {
             (None, None) => Met::Nothing,
             (Some(crossing), None) => Met::Hair(crossing),
             (Some(crossing), Some((t, _))) if crossing.t < t => Met::Hair(crossing),
-            (_, Some((t, proxy))) => Met::Matte(surface(proxy, start.position + t * direction)),
+            (_, Some((_, surface))) => Met::Matte(surface),
         }
     }
 }
@@ -96,27 +103,5 @@ fn surface(proxy: &ProxyRecord, position: Vec3) -> Surface {
         position,
         normal: surface_normal(proxy, position),
         albedo: proxy.albedo.map(f64::from),
-    }
-}
-
-impl Surface {
-    /// Rays leave from here.
-    pub fn start(&self) -> Start {
-        Start::camera(self.position)
-    }
-
-    /// Radiance over the irradiance's radiance: `albedo / pi cos` towards a light, 0 behind the
-    /// surface; and the density of [`Surface::draw`] there.
-    pub fn sends(&self, towards: Vec3) -> ([f64; 3], f64) {
-        let density = f64::from(self.normal.dot(towards)).max(0.0) * std::f64::consts::FRAC_1_PI;
-        (self.albedo.map(|albedo| albedo * density), density)
-    }
-
-    /// A direction by the cosine, from two numbers in 0..1.
-    pub fn draw(&self, [a, b]: [f64; 2]) -> Vec3 {
-        let (sin, cos) = (std::f32::consts::TAU * b as f32).sin_cos();
-        let (r, z) = (a.sqrt() as f32, (1.0 - a).sqrt() as f32);
-        let (x, y) = self.normal.any_orthonormal_pair();
-        (x * (r * cos) + y * (r * sin) + self.normal * z).normalize()
     }
 }

@@ -165,10 +165,11 @@ mod tests {
         let passes = MODULES.iter().filter(|(name, _)| {
             name.starts_with("pass/") && !name.contains("probe") && !name.contains("bench")
         });
-        let features: [&[&str]; 4] = [
+        let features: [&[&str]; 5] = [
             &[],
             &["TABLES"],
             &["PROXIES"],
+            &["MESHES"],
             &["PAINTED", "PAINTED_WIDTHS", "PAINTED_SHIFTS"],
         ];
         for (name, features) in passes.flat_map(|(name, _)| features.map(|one| (name, one))) {

@@ -24,7 +24,6 @@ use strandlight_scene::interactive::{Progress, RenderReport};
 use strandlight_scene::material::check_round;
 use strandlight_scene::motion::{Motion, Wind};
 use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Picker};
-use strandlight_scene::proxy::Proxy;
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::{Backend, RenderError, SceneError};
 
@@ -521,7 +520,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             renderer.set_light_colors(&assets.light_colors(&scene.lights))?;
         }
         if change.has(Edits::PROXIES) {
-            renderer.set_proxies(scene.proxies.iter().map(Proxy::from_section).collect());
+            renderer.set_proxies(assets.proxies(scene));
         }
         if change.has(Edits::CAMERA) {
             let (centre, radius) = self.framing;

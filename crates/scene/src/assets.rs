@@ -1,7 +1,9 @@
 //! The files of a scene, read and checked, and what each part of a prepared scene is made of:
 //! a part whose sources have not changed need not be made again.
 
+use std::collections::BTreeMap;
 use std::io::{Read, Seek};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
@@ -18,6 +20,8 @@ use crate::camera::{Camera, DEFAULT_FOV_Y};
 use crate::error::SceneError;
 use crate::files::Files;
 use crate::material::{HairMaterial, LobeTables};
+use crate::mesh::MeshShape;
+use crate::proxy::Proxy;
 use crate::strands::Strands;
 use crate::tables::{ShadingTables, TablesError};
 
@@ -47,6 +51,8 @@ pub struct Assets {
     pub lights: Arc<LightSet>,
     /// Tables of the modes that were asked for.
     pub tables: Arc<SceneTables>,
+    /// The meshes of proxies, by their paths.
+    pub meshes: Arc<BTreeMap<PathBuf, Arc<MeshShape>>>,
     /// The groom's own fibre diameters; `None` where its file has none.
     pub diameters: Option<Diameters>,
 }
@@ -73,6 +79,53 @@ impl Diameters {
             max: data.iter().copied().reduce(f32::max)?,
         })
     }
+}
+
+/// The strands of `groom` as `hair` has them drawn: see [`Assets::strands`].
+fn strands(groom: &Groom, hair: &HairSection) -> Result<Strands, SceneError> {
+    let fallback = hair.diameter_cm.unwrap_or(HairSection::DEFAULT_DIAMETER_CM) as f32;
+    let attribute = match hair.diameter_cm {
+        Some(_) => None,
+        None => diameters(groom),
+    };
+    let untapered = |strand: usize, point: usize| match attribute {
+        Some(a) => {
+            let ix = match a.domain {
+                Domain::Groom => 0,
+                Domain::Strand => strand,
+                Domain::Point => point,
+            };
+            a.data.get(ix).copied().unwrap_or(fallback)
+        }
+        None => fallback,
+    };
+    let (points, offsets) = (&groom.points, &groom.strand_offsets);
+    let is_per_point = attribute.is_some_and(|a| a.domain == Domain::Point);
+    if hair.taper == 0.0 || is_per_point {
+        return Strands::new(points, offsets, untapered, true);
+    }
+    let (taper, along) = (hair.taper as f32, along_strands(groom));
+    let diameter = |strand, point: usize| untapered(strand, point) * (1.0 - taper * along[point]);
+    Strands::new(points, offsets, diameter, true)
+}
+
+/// How far along its strand each point of `groom` lies, as a share of the strand's length: 0 at the
+/// root, 1 at the tip.
+fn along_strands(groom: &Groom) -> Vec<f32> {
+    let mut along = vec![0.0; groom.points.len()];
+    for strand in 0..groom.n_strands() {
+        let range = groom.strand(strand);
+        let mut length = 0.0;
+        let along = &mut along[range.clone()];
+        for (pair, at) in groom.points[range].windows(2).zip(&mut along[1..]) {
+            length += Vec3::from(pair[0]).distance(Vec3::from(pair[1]));
+            *at = length;
+        }
+        if length > 0.0 {
+            along.iter_mut().for_each(|at| *at /= length);
+        }
+    }
+    along
 }
 
 /// The attribute of `groom` that gives its diameters.
@@ -106,6 +159,7 @@ impl Assets {
             groom: Arc::new(groom),
             lights: Arc::new(lights),
             tables: Arc::new(tables(scene, files, modes)?),
+            meshes: Arc::new(meshes(scene, files, &BTreeMap::new())?),
         };
         check_lights_named(&scene.lights, &assets.lights)?;
         Ok(assets)
@@ -132,6 +186,9 @@ impl Assets {
         if after.tables_path() != before.tables_path() {
             assets.tables = Arc::new(tables(after, files, ModesToRead::All)?);
         }
+        if after.mesh_paths() != before.mesh_paths() {
+            assets.meshes = Arc::new(meshes(after, files, &self.meshes)?);
+        }
         check_lights_named(&after.lights, &assets.lights)?;
         Ok(assets)
     }
@@ -152,24 +209,18 @@ impl Assets {
     /// # Errors
     /// As [`Strands::new`].
     pub fn strands(&self, hair: &HairSection) -> Result<Strands, SceneError> {
-        let groom = &*self.groom;
-        let fallback = hair.diameter_cm.unwrap_or(HairSection::DEFAULT_DIAMETER_CM) as f32;
-        let attribute = match hair.diameter_cm {
-            Some(_) => None,
-            None => diameters(groom),
-        };
-        let diameter = |strand: usize, point: usize| match attribute {
-            Some(a) => {
-                let ix = match a.domain {
-                    Domain::Groom => 0,
-                    Domain::Strand => strand,
-                    Domain::Point => point,
-                };
-                a.data.get(ix).copied().unwrap_or(fallback)
-            }
-            None => fallback,
-        };
-        Strands::new(&groom.points, &groom.strand_offsets, diameter, true)
+        strands(&self.groom, hair)
+    }
+
+    /// The proxies of `scene`, whose meshes have been read.
+    pub fn proxies(&self, scene: &Scene) -> Vec<Proxy> {
+        let paths: BTreeMap<usize, PathBuf> = scene.mesh_paths().into_iter().collect();
+        let proxies = scene.proxies.iter().enumerate();
+        let of = proxies.filter_map(|(ix, section)| {
+            let shape = paths.get(&ix).and_then(|path| self.meshes.get(path));
+            Proxy::from_section(section, shape)
+        });
+        of.collect()
     }
 
     /// The view of a scene that says none: all of the groom.
@@ -204,6 +255,30 @@ impl Assets {
             })
             .collect()
     }
+}
+
+/// Reads the meshes that `scene` names and that are not among those `known`.
+fn meshes(
+    scene: &Scene,
+    files: &Files,
+    known: &BTreeMap<PathBuf, Arc<MeshShape>>,
+) -> Result<BTreeMap<PathBuf, Arc<MeshShape>>, SceneError> {
+    let mut meshes = BTreeMap::new();
+    for (ix, path) in scene.mesh_paths() {
+        if meshes.contains_key(&path) {
+            continue;
+        }
+        let shape = match known.get(&path) {
+            Some(shape) => Arc::clone(shape),
+            None => {
+                let mesh = files.mesh(&path);
+                let at_key = |error| SceneError::from(error).at_key(format!("proxy[{ix}].mesh"));
+                Arc::new(MeshShape::new(mesh.map_err(at_key)?))
+            }
+        };
+        meshes.insert(path, shape);
+    }
+    Ok(meshes)
 }
 
 /// Refuses keys that name a light the set does not have.
@@ -314,5 +389,62 @@ pub fn camera(section: Option<&CameraSection>, centre: Vec3, radius: f32) -> Cam
             fov_y: section.fov_deg.to_radians() as f32,
         },
         None => Camera::framing(centre, radius, DEFAULT_FOV_Y),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Diameters at which the points of a bent strand and of a short one are drawn.
+    fn drawn(domain: Domain, values: &[f32], hair: &HairSection) -> Vec<f32> {
+        let groom = Groom {
+            points: vec![
+                [0.0, 0.0, 0.0],
+                [0.0, -1.0, 0.0],
+                [3.0, -1.0, 0.0],
+                [9.0, 0.0, 0.0],
+                [9.0, -1.0, 0.0],
+            ],
+            strand_offsets: vec![0, 3, 5],
+            attributes: vec![Attribute {
+                name: "diameter".to_owned(),
+                domain,
+                components: 1,
+                data: values.to_vec(),
+            }],
+            ..Groom::default()
+        };
+        let strands = strands(&groom, hair).expect("valid");
+        let at = |at: [f32; 3]| {
+            let point = strands.points.iter().find(|p| p[..3] == at);
+            2.0 * point.expect("knots are kept")[3]
+        };
+        groom.points.iter().map(|&point| at(point)).collect()
+    }
+
+    #[test]
+    fn strands_taper_by_their_length() {
+        let half = HairSection {
+            taper: 0.5,
+            ..HairSection::default()
+        };
+        // A quarter of the first strand's length lies before its bend.
+        let shares = [1.0, 0.875, 0.5, 1.0, 0.5];
+        let thick = shares.map(|share| 0.02 * share);
+        assert_eq!(drawn(Domain::Groom, &[0.02], &half), thick);
+        let strand = drawn(Domain::Strand, &[0.02, 0.04], &half);
+        assert_eq!(strand[..3], thick[..3]);
+        assert_eq!(strand[3..], [0.04, 0.02]);
+        let scene = HairSection {
+            diameter_cm: Some(0.02),
+            ..half.clone()
+        };
+        assert_eq!(drawn(Domain::Groom, &[0.5], &scene), thick);
+        // A diameter per point says it all.
+        let own = [0.03, 0.02, 0.01, 0.03, 0.02];
+        assert_eq!(drawn(Domain::Point, &own, &half), own);
+        let plain = HairSection::default();
+        assert_eq!(drawn(Domain::Groom, &[0.02], &plain), [0.02; 5]);
     }
 }

@@ -9,8 +9,8 @@ use std::time::SystemTime;
 
 use strandlight_formats::container::{Container, Kind};
 use strandlight_formats::{
-    BakedFile, Error, FileName, Groom, GroomHeader, LightSet, Scene, TableReader, check_writable,
-    content_hash, file_hash, open_file, read_file, write_file,
+    BakedFile, Error, FileName, Groom, GroomHeader, LightSet, Mesh, Scene, TableReader,
+    check_writable, content_hash, file_hash, open_file, read_file, write_file,
 };
 
 use crate::error::SceneError;
@@ -159,6 +159,16 @@ impl Files {
     pub fn lights(&self, path: &Path) -> Result<LightSet, Error> {
         self.container(path, Kind::Lights)
             .and_then(LightSet::from_container)
+            .map_err(|error| error.in_file(path))
+    }
+
+    /// Reads a mesh.
+    ///
+    /// # Errors
+    /// As [`Mesh::read`].
+    pub fn mesh(&self, path: &Path) -> Result<Mesh, Error> {
+        self.container(path, Kind::Mesh)
+            .and_then(Mesh::from_container)
             .map_err(|error| error.in_file(path))
     }
 

@@ -20,6 +20,8 @@ pub mod assets;
 pub mod backend;
 #[doc(hidden)]
 pub mod background;
+#[doc(hidden)]
+pub mod beside;
 pub mod budget;
 pub mod camera;
 mod error;
@@ -30,6 +32,7 @@ mod limits;
 pub mod material;
 #[doc(hidden)]
 pub mod memory;
+pub mod mesh;
 pub mod motion;
 #[doc(hidden)]
 pub mod optics;

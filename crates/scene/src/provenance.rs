@@ -17,7 +17,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use strandlight_formats::{Error, Scene, TablesSection, content_hash, tool_version};
+use strandlight_formats::{Error, ProxySection, Scene, TablesSection, content_hash, tool_version};
 use strandlight_scattering::closed_form::PaintTexel;
 
 use crate::error::SceneError;
@@ -112,6 +112,11 @@ impl Recorder {
         nameless.tables = Some(TablesSection {
             file: (&tables).into(),
         });
+        for (ix, path) in scene.mesh_paths() {
+            if let ProxySection::Mesh { mesh, .. } = &mut nameless.proxies[ix] {
+                *mesh = self.hash(&path)?.into();
+            }
+        }
         let motion = Motion::new(scene, &self.files);
         if let (Some(motion), Some(section)) = (&motion, &mut nameless.motion) {
             let mut frames = Vec::new();

@@ -1,6 +1,6 @@
 //! Opaque, matte things beside the hair: a head, the ground. Twin: `shaders/lib/proxy.wgsl`.
 //!
-//! - [`Proxy`]: one of them, as a scene has it.
+//! - [`Proxy`]: one of them, as a scene has it; meshes are in [`crate::mesh`].
 //! - [`ProxyRecords`]: all of a scene, as the passes read them.
 //!
 //! Light is blocked where a ray towards it meets a proxy. Strands grow from a head's surface, and
@@ -12,9 +12,12 @@
 //! Being matte, a proxy looks alike from everywhere: its light is found once, at the texels of a
 //! map spread over its surface, and not for every view.
 
+use std::sync::Arc;
+
 use glam::{Quat, Vec3, Vec4};
 use strandlight_formats::{MAX_PROXIES, ProxySection};
 
+use crate::mesh::{MeshProxy, MeshShape};
 use crate::strands::Strands;
 
 /// Kind of [`ProxyRecord`]: the ground.
@@ -29,7 +32,7 @@ pub const LIGHT_MAP_SIDE: u32 = 128;
 pub(crate) const NO_HIT: f32 = -1.0;
 
 /// Something opaque and matte.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Proxy {
     /// A head, about.
     Ellipsoid {
@@ -49,6 +52,8 @@ pub enum Proxy {
         /// Share of light that it sends back, linear RGB, 0..=1.
         albedo: [f32; 3],
     },
+    /// A head as modelled.
+    Mesh(MeshProxy),
 }
 
 /// A proxy as the passes read it; mirrored by `Proxy` in `shaders/lib/proxy.wgsl`.
@@ -87,11 +92,13 @@ strandlight_scattering::mirrors! {
 }
 
 impl ProxyRecords {
-    /// The first [`MAX_PROXIES`] of `proxies`. The ground's light map is finest below `strands`.
+    /// Of `proxies`, the first [`MAX_PROXIES`] that are no meshes. The ground's light map is finest
+    /// below `strands`.
     pub fn new(proxies: &[Proxy], strands: &Strands) -> Self {
         let mut records: ProxyRecords = bytemuck::Zeroable::zeroed();
-        for (record, proxy) in records.list.iter_mut().zip(proxies) {
-            *record = proxy.record(strands);
+        let own = proxies.iter().filter_map(|proxy| proxy.record(strands));
+        for (record, own) in records.list.iter_mut().zip(own) {
+            *record = own;
             records.n += 1;
         }
         records
@@ -104,10 +111,11 @@ impl ProxyRecords {
 }
 
 impl Proxy {
-    /// As a scene file has it, its values within their ranges.
-    pub fn from_section(section: &ProxySection) -> Proxy {
+    /// As a scene file has it, its values within their ranges; of a mesh, with the `shape` that is in
+    /// its file. `None` where that is needed and not there.
+    pub fn from_section(section: &ProxySection, shape: Option<&Arc<MeshShape>>) -> Option<Proxy> {
         let vector = |v: &[f64; 3]| Vec3::from(v.map(|x| x as f32));
-        match section {
+        Some(match section {
             ProxySection::Ellipsoid {
                 centre,
                 radii,
@@ -123,12 +131,26 @@ impl Proxy {
                 height: *height as f32,
                 albedo: albedo.map(|x| x as f32),
             },
+            ProxySection::Mesh { offset, albedo, .. } => Proxy::Mesh(MeshProxy {
+                shape: Arc::clone(shape?),
+                offset: vector(offset),
+                albedo: albedo.map(|x| x as f32),
+            }),
+        })
+    }
+
+    /// Share of light that it sends back, linear RGB, 0..=1.
+    pub fn albedo_mut(&mut self) -> &mut [f32; 3] {
+        match self {
+            Proxy::Ellipsoid { albedo, .. } | Proxy::Ground { albedo, .. } => albedo,
+            Proxy::Mesh(mesh) => &mut mesh.albedo,
         }
     }
 
-    fn record(&self, strands: &Strands) -> ProxyRecord {
+    /// None of a mesh.
+    fn record(&self, strands: &Strands) -> Option<ProxyRecord> {
         let with = |v: Vec3, w: f32| [v.x, v.y, v.z, w];
-        match *self {
+        Some(match *self {
             Proxy::Ellipsoid {
                 centre,
                 radii,
@@ -169,7 +191,8 @@ impl Proxy {
                     kind: GROUND,
                 }
             }
-        }
+            Proxy::Mesh(_) => return None,
+        })
     }
 }
 
@@ -307,7 +330,7 @@ mod tests {
             turn: Quat::from_rotation_x(0.4),
             albedo: [0.3; 3],
         };
-        head.record(&Strands::default())
+        head.record(&Strands::default()).expect("no mesh")
     }
 
     fn ground() -> ProxyRecord {
@@ -318,7 +341,7 @@ mod tests {
             height: -30.0,
             albedo: [0.2; 3],
         };
-        ground.record(&strands)
+        ground.record(&strands).expect("no mesh")
     }
 
     #[test]

@@ -11,6 +11,7 @@ use strandlight_scattering::closed_form::{
 };
 
 use crate::assets::{Assets, ModesToRead, camera, densities};
+use crate::beside::Beside;
 use crate::budget::LIGHT_BATCH;
 use crate::camera::Camera;
 use crate::error::{RenderError, SceneError};
@@ -193,7 +194,7 @@ impl PreparedScene {
             background: scene.render.background,
             exposure: scene.render.exposure as f32,
             tone_map: scene.render.tone_map,
-            proxies: scene.proxies.iter().map(Proxy::from_section).collect(),
+            proxies: assets.proxies(scene),
             size: scene.render.size,
             samples: scene.render.samples,
         };
@@ -360,7 +361,13 @@ impl PreparedScene {
         self.densities[1] * hair.largest_local()
     }
 
-    /// The proxies as the passes read them.
+    /// The proxies as the passes on the CPU ask about them.
+    #[doc(hidden)]
+    pub fn beside(&self) -> Beside {
+        Beside::new(&self.proxies, &self.strands)
+    }
+
+    /// The proxies that are no meshes, as the passes read them.
     #[doc(hidden)]
     pub fn proxy_records(&self) -> ProxyRecords {
         ProxyRecords::new(&self.proxies, &self.strands)

@@ -81,6 +81,13 @@ impl Grid {
         }
     }
 
+    /// Middle of a voxel, cm.
+    #[inline]
+    pub fn centre(&self, voxel: [u32; 3]) -> Vec3 {
+        let at = Vec3::from(voxel.map(|n| n as f32 + 0.5));
+        Vec3::from(self.origin) + at * self.h
+    }
+
     /// Number of voxels.
     pub fn n_voxels(&self) -> usize {
         self.dims.iter().map(|&n| n as usize).product()

@@ -31,8 +31,8 @@ fn strands(n: usize, diameter: f32) -> Strands {
     Strands::new(&points, &offsets, width, true).expect("valid")
 }
 
-fn no_proxies() -> ProxyRecords {
-    bytemuck::Zeroable::zeroed()
+fn no_proxies() -> Beside {
+    Beside::none()
 }
 
 /// Radiance and coverage by the list.
@@ -178,8 +178,8 @@ fn a_proxy_hides_what_is_behind_it() {
         turn: glam::Quat::IDENTITY,
         albedo: [0.5; 3],
     };
-    let proxies = ProxyRecords::new(&[head], &strands);
-    assert_ne!(proxies.list[0].kind, GROUND);
+    let proxies = Beside::new(&[head], &strands);
+    assert_ne!(proxies.records().list[0].kind, GROUND);
     let open = VisibilityList::new(&view, &strands, &no_proxies());
     let list = VisibilityList::new(&view, &strands, &proxies);
     assert!(list.n_entries() < open.n_entries());

@@ -18,10 +18,9 @@ use strandlight_formats::{Background, Scattering, Scene};
 use strandlight_reference::compare::Layer;
 use strandlight_reference::environment::LightSampler;
 use strandlight_reference::rays::Rays;
-use strandlight_reference::{Directional, Environment, Fibres, Film, Painted};
+use strandlight_reference::{Directional, Environment, Fibres, Film, MeshRays, Painted};
 use strandlight_scattering::exact::{Bcsdf, BcsdfError, PaintedBcsdf};
 use strandlight_scattering::random::SplitMix64;
-use strandlight_scene::proxy::Proxy;
 use strandlight_scene::{Backend, Picture, PreparedScene, RenderError};
 
 use super::edits;
@@ -305,8 +304,7 @@ fn hair_alone(scene: &Scene, options: &Options) -> Result<PreparedScene, RenderE
     loaded.size = options.size.unwrap_or(loaded.size);
     loaded.background = Background::None;
     for proxy in &mut loaded.proxies {
-        let (Proxy::Ellipsoid { albedo, .. } | Proxy::Ground { albedo, .. }) = proxy;
-        *albedo = [0.0; 3];
+        *proxy.albedo_mut() = [0.0; 3];
     }
     loaded.set_scattering(Scattering::Single);
     Ok(loaded)
@@ -392,6 +390,8 @@ impl Tracer<'_> {
     /// A picture of `samples` samples a pixel with `rays` shadow rays each, in blocks.
     fn trace(&self, samples: u32, rays: u32, seed: u64) -> Layer {
         let records = self.scene.proxy_records();
+        let beside = self.scene.beside();
+        let meshes: Vec<MeshRays> = beside.meshes().iter().map(MeshRays::new).collect();
         let mut film = Film::new(self.scene.size);
         for sample in 0..samples {
             // Directions of its own.
@@ -405,7 +405,8 @@ impl Tracer<'_> {
                 rays * N_TURNS,
                 lights,
             )
-            .with_proxies(records.list());
+            .with_proxies(records.list())
+            .with_meshes(&meshes);
             film.expose(self.scene, &integrator, 1, seed, &|_| ());
             (self.done)();
         }

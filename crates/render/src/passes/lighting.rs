@@ -6,8 +6,9 @@
 
 use std::ops::Range;
 
+use super::meshes::{Light, Meshes};
 use super::preview::{self, Drafted};
-use super::proxies::{self, Proxies};
+use super::proxies::Proxies;
 use super::resources::{
     StrandBuffers, bind, buffer_of, compute_pass, compute_with, groups_of_64, module_with, step,
     storage, submit, uniform, write,
@@ -203,6 +204,7 @@ impl Lighting {
         write(context, &mut self.directions, &directions);
         write(context, &mut self.lights, &records);
         self.write_lit(context, scene, &records);
+        self.hide(context, scene, volume, &directions);
         let lights = SweptLights {
             lights: &self.lights,
             directions: &self.directions,
@@ -247,8 +249,10 @@ impl Lighting {
         strands: &StrandBuffers,
     ) -> Result<(), RenderError> {
         let records = scene.proxy_records();
+        let has_meshes = !scene.beside().meshes().is_empty();
         if let Some(proxies) = &self.proxies
             && proxies.write(context, &records)
+            && !has_meshes
         {
             return Ok(());
         }
@@ -260,9 +264,33 @@ impl Lighting {
 
     /// Has the shaders of the shadows know of the proxies.
     fn block_light(&mut self, context: &Context) -> Result<(), RenderError> {
-        let records = self.proxies.as_ref().map(Proxies::records);
-        self.maps.set_proxies(context, records)?;
-        self.sweep.set_proxies(context, records)
+        let blockers = self.proxies.as_ref().map(Proxies::blockers);
+        let [of_maps, of_sweeps] = match blockers {
+            Some(blockers) => blockers.map(Some),
+            None => [None, None],
+        };
+        self.maps.set_proxies(context, of_maps)?;
+        self.sweep.set_proxies(context, of_sweeps)
+    }
+
+    /// Finds what meshes hide of lights along `directions`. The sweep's groups are to be bound again.
+    fn hide(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        volume: &Volume,
+        directions: &[[f32; 4]],
+    ) {
+        if let Some(proxies) = &mut self.proxies
+            && proxies.refresh(context, scene, &volume.grid, directions)
+        {
+            let [_, of_sweeps] = proxies.blockers();
+            self.sweep.renew_blocker(of_sweeps);
+        }
+    }
+
+    fn meshes(&self) -> Option<&Meshes> {
+        self.proxies.as_ref().and_then(Proxies::meshes)
     }
 
     /// The proxies, if there are any.
@@ -283,13 +311,19 @@ impl Lighting {
             proxies.write(context, &scene.proxy_records());
         }
         self.plan_maps(context, scene, strands);
+        let is_hidden = self.meshes().is_some();
+        if is_hidden {
+            let (_, directions) = scene.records_with(&self.plan);
+            self.hide(context, scene, volume, &directions);
+        }
         let lights = SweptLights {
             lights: &self.lights,
             directions: &self.directions,
             n_lights: self.n_lights,
         };
         let budget = scene.record_budget;
-        if is_other_volume || !self.sweep.has_room(&volume.grid, self.n_lights, budget) {
+        if is_hidden || is_other_volume || !self.sweep.has_room(&volume.grid, self.n_lights, budget)
+        {
             self.sweep.fit(context, volume, &lights, budget);
             self.forget_groups();
         }
@@ -497,7 +531,12 @@ impl Lighting {
         stamp: Stamp,
     ) {
         match work {
-            Step::Map(view) => self.maps.draw(context, view, stamp),
+            Step::Map(view) => {
+                if let Some(meshes) = self.meshes() {
+                    meshes.hide_points(context, view.towards.into());
+                }
+                self.maps.draw(context, view, stamp);
+            }
             Step::Sweep { batch, k } => {
                 self.sweep.sweep(context, &volume.grid, *batch, *k, stamp);
             }
@@ -522,7 +561,7 @@ impl Lighting {
                     return;
                 };
                 self.write_batch(context, *batch, 0..0);
-                let light = proxies::Light {
+                let light = Light {
                     view: &self.view,
                     batch: &self.batch,
                     grid: &volume.grid_buffer,

@@ -12,6 +12,7 @@ pub(crate) mod draw;
 pub(crate) mod film;
 pub(crate) mod lighting;
 mod memory_estimate;
+mod meshes;
 pub(crate) mod multiple;
 pub(crate) mod noise;
 pub(crate) mod painted;

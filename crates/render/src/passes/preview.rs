@@ -114,7 +114,9 @@ pub(super) fn take(
     stamp: Stamp,
 ) -> Result<(), RenderError> {
     let look = uniform(context, "first look", &Preview::new(scene));
-    let features: &[&str] = match drafted.proxies {
+    // Meshes have their light in the open from the start.
+    let analytic = drafted.proxies.filter(|(proxies, _)| proxies.n() > 0);
+    let features: &[&str] = match analytic {
         Some(_) => &[proxies::FEATURE],
         None => &[],
     };
@@ -131,7 +133,7 @@ pub(super) fn take(
             (4, drafted.radiance.as_entire_binding()),
         ],
     );
-    let of_proxies = drafted.proxies.map(|(proxies, into)| {
+    let of_proxies = analytic.map(|(proxies, into)| {
         let pipeline = compute(context, &module, "look_at_proxies");
         let group = bind(
             context,

@@ -2,12 +2,14 @@
 //! without any has none of this.
 
 use super::covering::covering;
-use super::resources::{bind, compute, compute_pass, shader, step, storage, submit, uniform};
+use super::meshes::{self, DrawnMeshes, Light, Meshes};
+use super::resources::{bind, buffer_of, compute, compute_pass, shader, step, submit, uniform};
 use super::stamp::Stamp;
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::proxy::{LIGHT_MAP_SIDE, ProxyRecords};
 use strandlight_scene::scene::PreparedScene;
+use strandlight_scene::volume::Grid;
 
 /// Feature of the shaders that light is blocked in.
 pub(super) const FEATURE: &str = "PROXIES";
@@ -20,16 +22,16 @@ pub(super) struct Proxies {
     /// By buffer of radiance: `[proxy][row][column]`.
     maps: Vec<wgpu::Buffer>,
     n: u32,
+    /// Where there are meshes, these find the light of all.
+    meshes: Option<Meshes>,
 }
 
-/// What lighting the proxies reads besides.
-pub(super) struct Light<'a> {
-    pub view: &'a wgpu::Buffer,
-    pub batch: &'a wgpu::Buffer,
-    pub grid: &'a wgpu::Buffer,
-    pub lit: &'a wgpu::Buffer,
-    pub directions: &'a wgpu::Buffer,
-    pub records: &'a wgpu::Buffer,
+/// What blocks light besides strands, as the shaders of the shadows read it.
+#[derive(Clone)]
+pub(super) struct Blocker {
+    pub feature: &'static str,
+    pub binding: u32,
+    pub buffer: wgpu::Buffer,
 }
 
 impl Proxies {
@@ -40,12 +42,19 @@ impl Proxies {
         n_radiance: usize,
     ) -> Result<Option<Proxies>, RenderError> {
         let records = scene.proxy_records();
-        if records.n == 0 {
+        let meshes = Meshes::new(context, scene)?;
+        if records.n == 0 && meshes.is_none() {
             return Ok(None);
         }
         let module = shader(context, "pass/proxy_light")?;
         let drawn = shader(context, "pass/proxies")?;
-        let bytes = u64::from(records.n * LIGHT_MAP_SIDE * LIGHT_MAP_SIDE) * 16;
+        let maps = match &meshes {
+            Some(meshes) => meshes.open_light(scene),
+            None => vec![[0.0; 4]; (records.n * LIGHT_MAP_SIDE * LIGHT_MAP_SIDE) as usize],
+        };
+        let usage = wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::COPY_SRC
+            | wgpu::BufferUsages::COPY_DST;
         Ok(Some(Proxies {
             light: compute(context, &module, "light_proxies"),
             draw: covering(
@@ -57,9 +66,10 @@ impl Proxies {
             ),
             records: uniform(context, "proxies", &records),
             maps: (0..n_radiance)
-                .map(|_| storage(context, "light maps", bytes))
+                .map(|_| buffer_of(context, "light maps", &maps, usage))
                 .collect(),
             n: records.n,
+            meshes,
         }))
     }
 
@@ -78,17 +88,58 @@ impl Proxies {
         self.n
     }
 
-    /// Writes the same number of proxies again; `false` if it is another number.
+    /// What blocks light in the shadow maps, and in the sweeps.
+    pub fn blockers(&self) -> [Blocker; 2] {
+        let [of_maps, of_sweeps] = match &self.meshes {
+            Some(meshes) => [meshes.hidden_points(), meshes.hidden_voxels()],
+            None => [&self.records, &self.records],
+        };
+        let (feature, binding) = match &self.meshes {
+            Some(_) => (meshes::FEATURE, 9),
+            None => (FEATURE, 8),
+        };
+        [of_maps, of_sweeps].map(|buffer| Blocker {
+            feature,
+            binding,
+            buffer: buffer.clone(),
+        })
+    }
+
+    /// The meshes, if there are any.
+    pub fn meshes(&self) -> Option<&Meshes> {
+        self.meshes.as_ref()
+    }
+
+    /// See [`Meshes::refresh`]; answers whether there are any.
+    pub fn refresh(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        grid: &Grid,
+        directions: &[[f32; 4]],
+    ) -> bool {
+        let Some(meshes) = &mut self.meshes else {
+            return false;
+        };
+        meshes.refresh(context, scene, grid, directions);
+        true
+    }
+
+    /// Writes the same number of proxies again; `false` if it is another number, or there are meshes.
     pub fn write(&self, context: &Context, records: &ProxyRecords) -> bool {
         if records.n == self.n {
             let bytes = bytemuck::bytes_of(records);
             context.write(&self.records, 0, bytes);
         }
-        records.n == self.n
+        records.n == self.n && self.meshes.is_none()
     }
 
     /// Adds a batch of lights to light map `into`.
     pub fn light(&self, context: &Context, light: &Light, into: usize, stamp: Stamp) {
+        if let Some(meshes) = &self.meshes {
+            meshes.light(context, light, &self.maps[into], stamp);
+            return;
+        }
         let group = bind(
             context,
             &self.light.get_bind_group_layout(0),
@@ -131,11 +182,14 @@ impl Proxies {
             pipeline: self.draw.clone(),
             groups: self.maps.iter().map(of_map).collect(),
             n: self.n,
+            meshes: (self.meshes.as_ref())
+                .map(|meshes| meshes.drawn(context, view, pass, &self.maps)),
         }
     }
 
     pub fn bytes(&self) -> u64 {
-        self.maps.iter().map(wgpu::Buffer::size).sum()
+        let maps: u64 = self.maps.iter().map(wgpu::Buffer::size).sum();
+        maps + self.meshes.as_ref().map_or(0, Meshes::bytes)
     }
 }
 
@@ -145,6 +199,7 @@ pub(super) struct DrawnProxies {
     /// By buffer of radiance.
     groups: Vec<wgpu::BindGroup>,
     n: u32,
+    meshes: Option<DrawnMeshes>,
 }
 
 impl DrawnProxies {
@@ -154,6 +209,11 @@ impl DrawnProxies {
         pass.set_viewport(0.0, 0.0, width, height, 0.0, 1.0);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.groups[radiance], &[]);
-        pass.draw(0..3, 0..self.n);
+        if self.n > 0 {
+            pass.draw(0..3, 0..self.n);
+        }
+        if let Some(meshes) = &self.meshes {
+            meshes.draw(pass, radiance);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Shadow maps on the device: drawn and sampled one after another into a visibility buffer.
 
-use super::proxies;
+use super::proxies::Blocker;
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, groups_of_64, grow, module_with, shader, step,
     storage, submit, uniform,
@@ -18,8 +18,8 @@ pub(super) struct ShadowMaps {
     map: wgpu::Buffer,
     sums: wgpu::Buffer,
     visibility: wgpu::Buffer,
-    /// Records of what blocks light besides strands.
-    proxies: Option<wgpu::Buffer>,
+    /// What blocks light besides strands.
+    proxies: Option<Blocker>,
     groups: Option<[wgpu::BindGroup; 2]>,
     n_points: u32,
     n_segments: u32,
@@ -47,18 +47,15 @@ impl ShadowMaps {
     pub fn set_proxies(
         &mut self,
         context: &Context,
-        records: Option<&wgpu::Buffer>,
+        blocker: Option<Blocker>,
     ) -> Result<(), RenderError> {
-        if records.is_some() != self.proxies.is_some() {
-            let features: &[&str] = if records.is_some() {
-                &[proxies::FEATURE]
-            } else {
-                &[]
-            };
-            let module = module_with(context, "pass/shadow_map", features)?;
+        let feature = |blocker: &Option<Blocker>| blocker.as_ref().map(|blocker| blocker.feature);
+        let wanted = feature(&blocker);
+        if wanted != feature(&self.proxies) {
+            let module = module_with(context, "pass/shadow_map", wanted.as_slice())?;
             self.receive = compute(context, &module, "receive_shadows");
         }
-        self.proxies = records.cloned();
+        self.proxies = blocker;
         self.groups = None;
         Ok(())
     }
@@ -102,7 +99,8 @@ impl ShadowMaps {
             (6, self.sums.as_entire_binding()),
             (7, self.visibility.as_entire_binding()),
         ];
-        resources.extend(self.proxies.iter().map(|b| (8, b.as_entire_binding())));
+        let blockers = self.proxies.iter();
+        resources.extend(blockers.map(|one| (one.binding, one.buffer.as_entire_binding())));
         let layout = self.receive.get_bind_group_layout(0);
         [cast, bind(context, &layout, &resources)]
     }

@@ -3,7 +3,8 @@
 //! They depend on the points, the fibres' diameter and the lights' directions and widths: another
 //! camera or an edit of the hair leaves them as they are.
 
-use super::proxies;
+use super::meshes;
+use super::proxies::Blocker;
 use super::resources::{
     bind, buffer_of, compute_pass, grow, module_with, storage, submit, uniform,
 };
@@ -59,8 +60,8 @@ pub(super) struct Sweep {
     layout: wgpu::BindGroupLayout,
     /// A [`Step`] for each slice and direction, slice by slice, direction by direction.
     steps: wgpu::Buffer,
-    /// Records of what blocks light besides strands.
-    proxies: Option<wgpu::Buffer>,
+    /// What blocks light besides strands.
+    proxies: Option<Blocker>,
     leaving: wgpu::Buffer,
     records: Vec<wgpu::Buffer>,
     batches: Vec<SweptBatch>,
@@ -108,13 +109,20 @@ impl Sweep {
     pub fn set_proxies(
         &mut self,
         context: &Context,
-        records: Option<&wgpu::Buffer>,
+        blocker: Option<Blocker>,
     ) -> Result<(), RenderError> {
-        if records.is_some() != self.proxies.is_some() {
-            (self.pipeline, self.layout) = compiled(context, records.map(|_| proxies::FEATURE))?;
+        let feature = |blocker: &Option<Blocker>| blocker.as_ref().map(|blocker| blocker.feature);
+        let wanted = feature(&blocker);
+        if wanted != feature(&self.proxies) {
+            (self.pipeline, self.layout) = compiled(context, wanted)?;
         }
-        self.proxies = records.cloned();
+        self.proxies = blocker;
         Ok(())
+    }
+
+    /// Takes another buffer of the same blocker; [`Sweep::fit`] has to follow.
+    pub fn renew_blocker(&mut self, blocker: Blocker) {
+        self.proxies = Some(blocker);
     }
 
     /// Makes room for the records of `lights` in `volume`: of all if they fit `budget` bytes, else
@@ -176,7 +184,8 @@ impl Sweep {
             (6, self.leaving.as_entire_binding()),
             (7, a_step),
         ];
-        resources.extend(self.proxies.iter().map(|b| (8, b.as_entire_binding())));
+        let blockers = self.proxies.iter();
+        resources.extend(blockers.map(|one| (one.binding, one.buffer.as_entire_binding())));
         bind(context, &self.layout, &resources)
     }
 
@@ -269,7 +278,10 @@ fn compiled(
         .map(|(ix, ty)| buffer(ix, ty, false))
         .collect();
     entries.push(buffer(7, Uniform, true));
-    entries.extend(feature.map(|_| buffer(8, Uniform, false)));
+    entries.extend(feature.map(|feature| match feature {
+        meshes::FEATURE => buffer(9, read, false),
+        _ => buffer(8, Uniform, false),
+    }));
     let device = &context.device;
     let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("sweep"),

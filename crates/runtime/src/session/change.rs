@@ -125,7 +125,11 @@ impl Change {
         let has_other_tables = before.tables_path() != after.tables_path()
             || named(before.tables.as_ref()) != named(tables.as_ref());
         edits.set(Edits::TABLES, has_other_tables);
-        edits.set(Edits::PROXIES, before.proxies != *proxies);
+        let has_other_meshes = before.mesh_paths() != after.mesh_paths();
+        edits.set(
+            Edits::PROXIES,
+            before.proxies != *proxies || has_other_meshes,
+        );
         let has_other_frames = before.frame_paths() != after.frame_paths();
         edits.set(Edits::MOTION, before.motion != *motion || has_other_frames);
         edits |= edits_of_lights(&before.lights, lights);
@@ -225,6 +229,7 @@ fn edits_of_hair(before: &HairSection, after: &HairSection) -> Edits {
         reflectance,
         melanin,
         diameter_cm,
+        taper,
         density_forward,
         density_back,
         ..
@@ -233,7 +238,8 @@ fn edits_of_hair(before: &HairSection, after: &HairSection) -> Edits {
     edits.set(Edits::HAIR, before.params().bits() != after.params().bits());
     edits.set(Edits::MODES, before.modes != after.modes);
     edits.set(Edits::DENSITIES, densities(before) != densities(after));
-    edits.set(Edits::DIAMETER, before.diameter_cm != *diameter_cm);
+    let is_thicker = before.diameter_cm != *diameter_cm || before.taper != *taper;
+    edits.set(Edits::DIAMETER, is_thicker);
     // The same numbers, in another notation.
     let has_other_label = before.preset != *preset
         || before.reflectance != *reflectance

@@ -3,7 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 use std::time::SystemTime;
 
-use strandlight_formats::{BakedFile, Groom, Scene};
+use strandlight_formats::{BakedFile, Groom, ProxySection, Scene};
 
 use super::asset_snapshot::AssetSnapshot;
 use super::errors::check_size;
@@ -100,7 +100,9 @@ impl Session {
         ];
         let frames = scene.frame_paths().into_iter();
         let frames = frames.map(|frame| ("groom of a frame", Some(frame)));
-        for (what, file) in named.into_iter().chain(frames) {
+        let meshes = scene.mesh_paths().into_iter();
+        let meshes = meshes.map(|(_, mesh)| ("mesh of a proxy", Some(mesh)));
+        for (what, file) in named.into_iter().chain(frames).chain(meshes) {
             if file.is_some_and(|file| is_same(&file, path)) {
                 let path = path.to_owned();
                 return Err(SessionError::TargetIsSource { path, what });
@@ -249,7 +251,11 @@ fn move_to(scene: &mut Scene, folder: &Path) {
     let tables = scene.tables.as_mut().map(|tables| &mut tables.file);
     let motion = scene.motion.iter_mut();
     let frames = motion.flat_map(|motion| &mut motion.frames);
-    for file in files.into_iter().chain(tables).chain(frames) {
+    let meshes = scene.proxies.iter_mut().filter_map(|proxy| match proxy {
+        ProxySection::Mesh { mesh, .. } => Some(mesh),
+        _ => None,
+    });
+    for file in files.into_iter().chain(tables).chain(frames).chain(meshes) {
         *file = path_from(folder, &from.join(&*file), file);
     }
 }

@@ -78,6 +78,7 @@ fn every_key_of_a_scene_is_covered() {
     });
     full.hair.preset = Some("blond".to_owned());
     full.hair.diameter_cm = Some(0.01);
+    full.hair.taper = 0.5;
     full.hair.density_forward = Some(0.5);
     full.hair.density_back = Some(0.5);
     full.lights.muted = vec![1];
@@ -102,6 +103,7 @@ fn every_key_of_a_scene_is_covered() {
             height: 0.0,
             albedo: [0.5; 3],
         },
+        ProxySection::mesh("head.mesh"),
     ];
     let mut with_reflectance = full.clone();
     with_reflectance.hair.reflectance = Some([0.5; 3]);
@@ -129,7 +131,8 @@ fn every_key_of_a_scene_is_covered() {
                 "hair.preset" => json!("red"),
                 "hair.modes.0" => json!("TT"),
                 "hair.modes.1" => json!("R"),
-                "hair.modes.2" | "proxy.0.kind" | "proxy.1.kind" => continue,
+                "hair.modes.2" | "proxy.0.kind" | "proxy.1.kind" | "proxy.2.kind" => continue,
+                "proxy.2.mesh" => json!("other.mesh"),
                 "motion.frames.0" => json!("2.groom"),
                 "render.tone_map" => json!("none"),
                 "render.background" => json!("none"),
@@ -230,6 +233,7 @@ fn changes_name_what_depends_on_them_and_no_more() {
     assert_eq!(names("hair.modes", json!(["R", "TT"])), "modes");
     assert_eq!(names("hair.density_back", json!(0.5)), "densities label");
     assert_eq!(names("hair.diameter_cm", json!(0.01)), "diameter");
+    assert_eq!(names("hair.taper", json!(0.6)), "diameter");
     assert_eq!(names("lights.rotate_deg", json!(10)), "lights");
     assert_eq!(names("lights.muted", json!([1])), "light_colors");
     assert_eq!(names("lights.tint", json!([1, 0.5, 0.5])), "light_colors");

@@ -47,7 +47,9 @@ mod native {
             };
             let files = [Some(self.path.clone()), Some(scene.groom_path())];
             let others = [Some(scene.lights_path()), scene.tables_path()];
+            let meshes = scene.mesh_paths().into_iter().map(|(_, path)| path);
             self.seen = (files.into_iter().chain(others).flatten())
+                .chain(meshes)
                 .map(|path| {
                     let time = modified(&path);
                     (path, time)

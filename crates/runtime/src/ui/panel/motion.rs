@@ -159,13 +159,23 @@ fn one(
         let name = match proxy {
             ProxySection::Ellipsoid { .. } => "Ellipsoid",
             ProxySection::Ground { .. } => "Ground",
+            ProxySection::Mesh { .. } => "Mesh",
         };
         ui.strong(format!("{name} {number}"));
         is_removed = ui.button("Remove").clicked();
     });
+    if let ProxySection::Mesh { mesh, .. } = proxy {
+        row(ui, |ui| {
+            ui.label("File");
+            let name = mesh.file_name().unwrap_or(mesh.as_os_str());
+            let label = ui.label(name.to_string_lossy());
+            label.on_hover_text(mesh.display().to_string());
+        });
+    }
     let plain = match proxy {
         ProxySection::Ellipsoid { .. } => reach.head(),
         ProxySection::Ground { .. } => reach.ground(),
+        ProxySection::Mesh { mesh, .. } => ProxySection::mesh(&*mesh),
     };
     let section = proxy.section();
     let mut rows = Rows {
@@ -177,7 +187,7 @@ fn one(
     for param in section.params {
         match (param.spec.key, param.get(&plain)) {
             // Places and lengths are offered where the hair is.
-            ("centre" | "height", Some(place)) => {
+            ("centre" | "height" | "offset", Some(place)) => {
                 let dress = |field, ix| reach.place(field, place.number(ix).unwrap_or_default());
                 rows.numbers(ui, param, dress, changes);
             }

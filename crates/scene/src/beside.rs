@@ -1,0 +1,275 @@
+//! All that stands beside the hair, as the passes ask about it; those on the GPU by way of bits.
+
+use glam::Vec3;
+
+use crate::mesh::{HeightMap, MeshProxy, Placed};
+use crate::proxy::{
+    LIGHT_MAP_SIDE, Proxy, ProxyRecord, ProxyRecords, is_blocked, is_blocked_by, surface_normal,
+    texel_position,
+};
+use crate::strands::Strands;
+use crate::volume::Grid;
+
+/// The proxies of a scene.
+#[derive(Clone, Debug)]
+pub struct Beside {
+    records: ProxyRecords,
+    meshes: Vec<MeshProxy>,
+}
+
+/// Where places lie to each mesh: asked once, for all lights.
+#[derive(Clone, Debug, Default)]
+pub struct Places {
+    /// `[mesh][place]`.
+    placed: Vec<Vec<Placed>>,
+}
+
+/// A place on a proxy that light is found at.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// In the world, cm.
+    pub position: Vec3,
+    /// Unit vector outwards.
+    pub normal: Vec3,
+    /// Share of light that it sends back, linear RGB.
+    pub albedo: [f32; 3],
+    own: Own,
+}
+
+/// Whose surface it is.
+#[derive(Clone, Copy, Debug)]
+enum Own {
+    Proxy(usize),
+    Mesh(usize),
+}
+
+/// What stands before a light.
+#[derive(Clone, Debug)]
+pub struct Towards<'a> {
+    records: &'a [ProxyRecord],
+    direction: Vec3,
+    maps: Vec<HeightMap>,
+}
+
+impl Beside {
+    /// The first [`MAX_PROXIES`](strandlight_formats::MAX_PROXIES) of `proxies`.
+    pub fn new(proxies: &[Proxy], strands: &Strands) -> Beside {
+        let proxies = &proxies[..proxies.len().min(strandlight_formats::MAX_PROXIES)];
+        let meshes = proxies.iter().filter_map(|proxy| match proxy {
+            Proxy::Mesh(mesh) => Some(mesh.clone()),
+            _ => None,
+        });
+        Beside {
+            records: ProxyRecords::new(proxies, strands),
+            meshes: meshes.collect(),
+        }
+    }
+
+    /// Nothing.
+    pub fn none() -> Beside {
+        Beside {
+            records: bytemuck::Zeroable::zeroed(),
+            meshes: Vec::new(),
+        }
+    }
+
+    /// Is there nothing?
+    pub fn is_empty(&self) -> bool {
+        self.records.n == 0 && self.meshes.is_empty()
+    }
+
+    /// Those that are no meshes.
+    pub fn records(&self) -> &ProxyRecords {
+        &self.records
+    }
+
+    /// Those that are.
+    pub fn meshes(&self) -> &[MeshProxy] {
+        &self.meshes
+    }
+
+    /// Where places of the world lie to the meshes.
+    pub fn places(&self, positions: impl Iterator<Item = Vec3> + Clone) -> Places {
+        let of = |mesh: &MeshProxy| positions.clone().map(|at| mesh.place(at)).collect();
+        Places {
+            placed: self.meshes.iter().map(of).collect(),
+        }
+    }
+
+    /// The middles of voxels, where they lie to the meshes.
+    pub fn places_of_voxels(&self, grid: &Grid) -> Places {
+        match self.meshes.is_empty() {
+            true => Places::default(),
+            false => self.places(voxels(grid).map(|voxel| grid.centre(voxel))),
+        }
+    }
+
+    /// Where light is found: texels of the light maps, `[proxy][row][column]`, then vertices of the
+    /// meshes.
+    pub fn surfaces(&self) -> Vec<Surface> {
+        let mut surfaces = Vec::new();
+        for (own, proxy) in self.records.list().iter().enumerate() {
+            for texel in 0..LIGHT_MAP_SIDE * LIGHT_MAP_SIDE {
+                let texel = [texel % LIGHT_MAP_SIDE, texel / LIGHT_MAP_SIDE];
+                let position = texel_position(proxy, texel);
+                surfaces.push(Surface {
+                    position,
+                    normal: surface_normal(proxy, position),
+                    albedo: proxy.albedo,
+                    own: Own::Proxy(own),
+                });
+            }
+        }
+        for (own, mesh) in self.meshes.iter().enumerate() {
+            let normals = mesh.shape.mesh.normals.iter();
+            surfaces.extend((0..).zip(normals).map(|(ix, normal)| Surface {
+                position: mesh.vertex(ix),
+                normal: Vec3::from(*normal),
+                albedo: mesh.albedo,
+                own: Own::Mesh(own),
+            }));
+        }
+        surfaces
+    }
+
+    /// What stands before a light in `direction`, a unit vector.
+    pub fn towards(&self, direction: Vec3) -> Towards<'_> {
+        let maps = self.meshes.iter().map(|mesh| mesh.height_map(direction));
+        Towards {
+            records: self.records.list(),
+            direction,
+            maps: maps.collect(),
+        }
+    }
+}
+
+impl Places {
+    /// Place `ix` to a mesh.
+    #[inline]
+    pub fn at(&self, mesh: usize, ix: usize) -> Placed {
+        self.placed[mesh][ix]
+    }
+}
+
+impl Towards<'_> {
+    /// Unit vector to the light.
+    pub fn direction(&self) -> Vec3 {
+        self.direction
+    }
+
+    /// Whether a proxy stands between the light and `position`, which is number `ix` of `places`.
+    #[inline]
+    pub fn is_blocked(&self, places: &Places, ix: usize, position: Vec3) -> bool {
+        is_blocked(self.records, position, self.direction) || self.is_hidden(places, ix, None)
+    }
+
+    /// Whether another proxy stands before `surface`, which is number `ix` of `places`, or another
+    /// part of its own mesh.
+    #[inline]
+    pub fn is_behind_other(&self, surface: &Surface, places: &Places, ix: usize) -> bool {
+        let (own, own_mesh) = match surface.own {
+            Own::Proxy(own) => (Some(own), None),
+            Own::Mesh(own) => (None, Some(own)),
+        };
+        let mut others = self.records.iter().enumerate();
+        others.any(|(ix, proxy)| {
+            Some(ix) != own && is_blocked_by(proxy, surface.position, self.direction)
+        }) || self.is_hidden(places, ix, own_mesh)
+    }
+
+    /// [`Towards::is_blocked`] of all voxels, a bit each.
+    pub fn blocked_voxels(&self, places: &Places, grid: &Grid) -> Vec<u32> {
+        let voxels = voxels(grid).enumerate();
+        bits(voxels.map(|(ix, voxel)| self.is_blocked(places, ix, grid.centre(voxel))))
+    }
+
+    /// Whether a mesh does; of the mesh `own`, on whose surface the place is, only what stands above
+    /// it.
+    #[inline]
+    fn is_hidden(&self, places: &Places, ix: usize, own: Option<usize>) -> bool {
+        let mut maps = self.maps.iter().enumerate();
+        maps.any(|(mesh, map)| {
+            let placed = places.at(mesh, ix);
+            match own == Some(mesh) {
+                true => placed.is_hidden_above(map, self.direction),
+                false => placed.is_hidden(map, self.direction),
+            }
+        })
+    }
+}
+
+/// The voxels in their order.
+fn voxels(grid: &Grid) -> impl Iterator<Item = [u32; 3]> + Clone {
+    let [n_x, n_y, n_z] = grid.dims;
+    let row = move |y, z| (0..n_x).map(move |x| [x, y, z]);
+    (0..n_z).flat_map(move |z| (0..n_y).flat_map(move |y| row(y, z)))
+}
+
+/// A bit each, the lowest of a word first.
+pub fn bits(each: impl Iterator<Item = bool>) -> Vec<u32> {
+    let mut words = Vec::new();
+    for (ix, is_set) in each.enumerate() {
+        if ix % 32 == 0 {
+            words.push(0);
+        }
+        if let Some(word) = words.last_mut() {
+            *word |= u32::from(is_set) << (ix % 32);
+        }
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::Quat;
+
+    use super::*;
+    use crate::mesh::MeshShape;
+    use crate::mesh::tests::{ellipsoid, unit};
+
+    #[test]
+    fn an_ellipsoid_of_triangles_hides_what_an_ellipsoid_hides() {
+        let radii = Vec3::new(7.5, 11.5, 9.5);
+        let offset = Vec3::new(1.0, -2.0, 3.0);
+        let exact = Proxy::Ellipsoid {
+            centre: offset,
+            radii,
+            turn: Quat::IDENTITY,
+            albedo: [0.5; 3],
+        };
+        let mesh = Proxy::Mesh(MeshProxy {
+            shape: Arc::new(MeshShape::new(ellipsoid(radii, 64))),
+            offset,
+            albedo: [0.5; 3],
+        });
+        let [exact, mesh] = [exact, mesh].map(|proxy| Beside::new(&[proxy], &Strands::default()));
+        assert!(mesh.records().n == 0 && exact.meshes().is_empty());
+        // Inside, on the surface, and outside. Deep inside, the nearest point of the surface is
+        // another than the one that the ellipsoid takes.
+        for (r, most) in [
+            (0.9, 0.02),
+            (0.97, 0.01),
+            (1.0, 0.02),
+            (1.05, 0.02),
+            (1.5, 0.01),
+        ] {
+            let positions = (0..400).map(|ix| offset + radii * r * unit(ix));
+            let places = [&exact, &mesh].map(|beside| beside.places(positions.clone()));
+            let (mut n_hidden, mut n_wrong) = (0, 0);
+            for direction in (0..400).step_by(13).map(unit) {
+                let towards = [&exact, &mesh].map(|beside| beside.towards(direction));
+                for (ix, position) in positions.clone().enumerate() {
+                    let [wanted, found] =
+                        [0, 1].map(|of: usize| towards[of].is_blocked(&places[of], ix, position));
+                    n_hidden += u32::from(wanted);
+                    n_wrong += u32::from(found != wanted);
+                }
+            }
+            let wrong = n_wrong as f32 / (31.0 * 400.0);
+            println!("at {r}: {n_hidden} hidden, {wrong} wrong");
+            assert!(wrong < most && n_hidden > 500, "{r}: {wrong}");
+        }
+    }
+}

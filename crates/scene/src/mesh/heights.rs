@@ -1,0 +1,152 @@
+//! Height maps: the surface of a mesh that a light sees first.
+
+use glam::Vec3;
+use strandlight_formats::Mesh;
+
+/// Most texels along a side: some 2 mm of a bust. More make shadows of the mesh on hair far from it
+/// sharper, and every map takes longer.
+const SIDE: usize = 256;
+
+/// How far below a surface a place is in its shadow, texels: less, and the inner side of a bend
+/// would shadow itself.
+const CLEAR: f32 = 0.5;
+
+/// Where a place lies to a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(hidden)]
+pub struct Placed {
+    /// In the file's space, on the surface if the place is inside, cm.
+    pub position: Vec3,
+    /// Normal of the surface there; zero where the place is off it.
+    pub normal: Vec3,
+}
+
+/// Heights of a mesh along a direction, on a grid across it.
+#[derive(Clone, Debug)]
+pub struct HeightMap {
+    right: Vec3,
+    up: Vec3,
+    towards: Vec3,
+    /// Middle of the first texel, along `right` and `up`, cm.
+    corner: [f32; 2],
+    texels_per_cm: f32,
+    dims: [usize; 2],
+    /// `[row][column]`, cm; far below where there is no surface.
+    heights: Vec<f32>,
+}
+
+impl HeightMap {
+    /// Of `mesh` towards a unit vector.
+    pub fn new(mesh: &Mesh, towards: Vec3) -> HeightMap {
+        let (right, up) = towards.any_orthonormal_pair();
+        let points: Vec<Vec3> = mesh
+            .positions
+            .iter()
+            .map(|&position| {
+                let position = Vec3::from(position);
+                Vec3::new(position.dot(right), position.dot(up), position.dot(towards))
+            })
+            .collect();
+        let low = points.iter().copied().fold(Vec3::INFINITY, Vec3::min);
+        let high = points.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
+        let extent = high - low;
+        let texel = (extent.x.max(extent.y) / (SIDE - 1) as f32).max(1e-4);
+        let dims = [extent.x, extent.y].map(|x| ((x / texel).ceil() as usize + 1).min(SIDE));
+        let mut map = HeightMap {
+            right,
+            up,
+            towards,
+            corner: [low.x, low.y],
+            texels_per_cm: 1.0 / texel,
+            dims,
+            heights: vec![f32::NEG_INFINITY; dims[0] * dims[1]],
+        };
+        for triangle in &mesh.triangles {
+            map.draw(triangle.map(|ix| points[ix as usize]));
+        }
+        map
+    }
+
+    /// Raises the texels whose middles a triangle covers.
+    fn draw(&mut self, corners: [Vec3; 3]) {
+        let [a, b, c] = corners.map(|point| {
+            let x = (point.x - self.corner[0]) * self.texels_per_cm;
+            let y = (point.y - self.corner[1]) * self.texels_per_cm;
+            Vec3::new(x, y, point.z)
+        });
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let range = |low: f32, high: f32, n: usize| {
+            // Casts saturate.
+            let first = low.ceil().max(0.0) as usize;
+            first..((high.floor() + 1.0).max(0.0) as usize).min(n)
+        };
+        let rows = range(low.y, high.y, self.dims[1]);
+        let columns = range(low.x, high.x, self.dims[0]);
+        if rows.is_empty() || columns.is_empty() {
+            return;
+        }
+        let area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
+        if area.abs() < 1e-9 {
+            // Seen along its plane.
+            return;
+        }
+        // Shares of b and of c, as linear functions of the place.
+        let share_b = [(c.y - a.y) / area, (a.x - c.x) / area];
+        let share_c = [(a.y - b.y) / area, (b.x - a.x) / area];
+        for row in rows {
+            let y = row as f32 - a.y;
+            let heights = &mut self.heights[row * self.dims[0]..][..self.dims[0]];
+            for column in columns.clone() {
+                let x = column as f32 - a.x;
+                let on_b = x * share_b[0] + y * share_b[1];
+                let on_c = x * share_c[0] + y * share_c[1];
+                // A little beyond the edges, so that none is left open.
+                if on_b >= -1e-4 && on_c >= -1e-4 && on_b + on_c <= 1.0 + 1e-4 {
+                    let height = a.z + on_b * (b.z - a.z) + on_c * (c.z - a.z);
+                    let own = &mut heights[column];
+                    *own = own.max(height.min(high.z));
+                }
+            }
+        }
+    }
+
+    /// Is the surface above a place, seen from the light? By the lowest of the four texels around
+    /// it: on a plane, and wherever the surface bends away from the light, that is no higher than
+    /// the surface at the place, however steep it is.
+    fn is_above(&self, position: Vec3) -> bool {
+        let at = |axis: Vec3, corner: f32| (position.dot(axis) - corner) * self.texels_per_cm;
+        let (x, y) = (at(self.right, self.corner[0]), at(self.up, self.corner[1]));
+        // Also false for NaN.
+        let is_on =
+            x >= 0.0 && y >= 0.0 && x < (self.dims[0] - 1) as f32 && y < (self.dims[1] - 1) as f32;
+        if !is_on {
+            return false;
+        }
+        let first = x as usize + self.dims[0] * y as usize;
+        let second = first + self.dims[0];
+        let pairs = [
+            &self.heights[first..first + 2],
+            &self.heights[second..second + 2],
+        ];
+        let lowest = pairs[0][0]
+            .min(pairs[0][1])
+            .min(pairs[1][0].min(pairs[1][1]));
+        lowest > position.dot(self.towards) + CLEAR / self.texels_per_cm
+    }
+}
+
+impl Placed {
+    /// Does the mesh stand before a light in `towards`, of which `map` is?
+    #[inline]
+    pub fn is_hidden(&self, map: &HeightMap, towards: Vec3) -> bool {
+        self.normal.dot(towards) < 0.0 || map.is_above(self.position)
+    }
+
+    /// The same of a point of the surface itself, the half of the lights below its horizon left
+    /// to its normal.
+    #[doc(hidden)]
+    #[inline]
+    pub fn is_hidden_above(&self, map: &HeightMap, towards: Vec3) -> bool {
+        self.normal.dot(towards) > 0.0 && map.is_above(self.position)
+    }
+}
