@@ -41,7 +41,7 @@ struct Step {
     line: &'static str,
 }
 
-const STEPS: [Step; 5] = [
+const STEPS: [Step; 6] = [
     Step {
         purpose: "bake the tables",
         line: "tables -o @default.tables",
@@ -52,11 +52,15 @@ const STEPS: [Step; 5] = [
     },
     Step {
         purpose: "grow hair",
-        line: "groom generate --style wavy --strands 10000 --points-per-strand 48 -o @wavy.groom",
+        line: "groom generate --style layered --strands 12000 --points-per-strand 40 -o @layered.groom",
+    },
+    Step {
+        purpose: "make the head and shoulders that it lies on",
+        line: "mesh generate -o @bust.mesh",
     },
     Step {
         purpose: "verify what was baked",
-        line: "verify @default.tables @studio.lights @wavy.groom --map @studio.exr",
+        line: "verify @default.tables @studio.lights @layered.groom @bust.mesh --map @studio.exr",
     },
     Step {
         purpose: "render",

@@ -23,7 +23,7 @@ const FRINGE_HEIGHT: f32 = 3.2;
 
 /// Numbers that make a style.
 #[derive(Clone, Copy)]
-struct Habit {
+pub struct Habit {
     /// Mean length, cm.
     length: f32,
     /// Largest relative deviation of a clump's length, and of a strand's within its clump.
@@ -46,8 +46,9 @@ struct Habit {
 }
 
 impl Habit {
-    fn of(style: Style) -> Habit {
-        match style {
+    /// That of `style`; the layered one grows by [`layered`](super::layered).
+    pub fn of(style: Style) -> Option<Habit> {
+        Some(match style {
             Style::Straight => Habit {
                 length: 40.0,
                 length_noise: [0.08, 0.05],
@@ -108,7 +109,8 @@ impl Habit {
                 volume: 1.5,
                 turn: 0.32,
             },
-        }
+            Style::Layered => return None,
+        })
     }
 }
 
@@ -123,13 +125,13 @@ pub struct Grower {
 }
 
 impl Grower {
-    pub fn new(spec: &GrowSpec) -> Self {
+    pub fn new(spec: &GrowSpec, habit: Habit) -> Self {
         let noise = Noise::new(spec.seed);
         let roots = roots(spec.strands, noise);
         let n_clumps = (spec.strands / STRANDS_PER_CLUMP).clamp(1, 4000);
         let mut grower = Grower {
             style: spec.style,
-            habit: Habit::of(spec.style),
+            habit,
             noise,
             roots,
             n_clumps,

@@ -18,6 +18,8 @@ pub enum Purpose {
     Frequency,
     Disc,
     Clump,
+    Thin,
+    Interpolate,
 }
 
 /// A source of random numbers.

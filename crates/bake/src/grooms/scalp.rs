@@ -40,30 +40,36 @@ pub fn smooth(a: f32, b: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// `count` roots, evenly spread over the scalp.
-///
-/// The R2 sequence (Roberts 2018) fills the sphere evenly for every prefix, so the first `count`
-/// of its points that lie on the scalp do so on the scalp; a little jitter hides the lattice, and
-/// the hairline is frayed by it.
-pub fn roots(count: u32, noise: Noise) -> Vec<Root> {
+/// Direction `ix` of the R2 sequence (Roberts 2018), which fills the sphere evenly for every prefix.
+pub fn even_direction(ix: u32) -> Vec3 {
     // Inverse powers of the plastic number.
     const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+    let u = (0.5 + R2[0] * f64::from(ix)).fract() as f32;
+    let v = (0.5 + R2[1] * f64::from(ix)).fract() as f32;
+    let y = 1.0 - 2.0 * v;
+    let radius = (1.0 - y * y).max(0.0).sqrt();
+    let (sin, cos) = (TAU * u).sin_cos();
+    Vec3::new(radius * sin, y, radius * cos)
+}
+
+/// `count` roots, evenly spread over the scalp.
+///
+/// Of a sequence that fills the sphere evenly for every prefix, the first `count`
+/// points that lie on the scalp do so on the scalp; a little jitter hides the lattice, and
+/// the hairline is frayed by it.
+pub fn roots(count: u32, noise: Noise) -> Vec<Root> {
     let mut roots = Vec::with_capacity(count as usize);
     // Spacing of the roots on the unit sphere if they cover about 40 % of it.
     let spacing = (5.0 / count as f32).sqrt();
     let mut ix = 0_u32;
     while roots.len() < count as usize {
-        let u = (0.5 + R2[0] * f64::from(ix)).fract() as f32;
-        let v = (0.5 + R2[1] * f64::from(ix)).fract() as f32;
-        let y = 1.0 - 2.0 * v;
-        let radius = (1.0 - y * y).max(0.0).sqrt();
-        let (sin, cos) = (TAU * u).sin_cos();
+        let even = even_direction(ix);
         let jitter = Vec3::new(
             noise.signed(ix, Purpose::RootU, 0),
             noise.signed(ix, Purpose::RootU, 1),
             noise.signed(ix, Purpose::RootU, 2),
         );
-        let unit = (Vec3::new(radius * sin, y, radius * cos) + 0.35 * spacing * jitter).normalize();
+        let unit = (even + 0.35 * spacing * jitter).normalize();
         let fray = 0.04 * noise.signed(ix, Purpose::RootV, 0);
         ix += 1;
         if unit.y > hairline(unit) + fray {

@@ -14,16 +14,19 @@ pub enum Style {
     Ponytail,
     /// Chin-long with a fringe, ends turned in.
     Bob,
+    /// Shoulder-long in layers, parted at the side, on head and shoulders.
+    Layered,
 }
 
 impl Style {
     /// All styles.
-    pub const ALL: [Style; 5] = [
+    pub const ALL: [Style; 6] = [
         Style::Straight,
         Style::Wavy,
         Style::Curly,
         Style::Ponytail,
         Style::Bob,
+        Style::Layered,
     ];
 
     /// The name used by the command line.
@@ -34,6 +37,7 @@ impl Style {
             Style::Curly => "curly",
             Style::Ponytail => "ponytail",
             Style::Bob => "bob",
+            Style::Layered => "layered",
         }
     }
 }

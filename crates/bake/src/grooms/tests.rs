@@ -48,6 +48,14 @@ fn equal_seeds_give_equal_hair_on_any_number_of_threads() {
 fn hair_stays_outside_the_head_and_starts_on_it() {
     for style in Style::ALL {
         let groom = grown(&spec(style));
+        if style == Style::Layered {
+            for (ix, &point) in groom.points.iter().enumerate() {
+                let distance = super::bust::distance(point.into());
+                assert!(distance > -0.15, "point {ix}: {distance} cm");
+                assert!(ix % 24 != 0 || distance < 0.15, "strand {} floats", ix / 24);
+            }
+            continue;
+        }
         let scaled = |point: [f32; 3]| (Vec3::from(point) / HEAD_RADII).length();
         for (ix, &point) in groom.points.iter().enumerate() {
             assert!(
@@ -63,6 +71,55 @@ fn hair_stays_outside_the_head_and_starts_on_it() {
                     ix / 24
                 );
             }
+        }
+    }
+}
+
+#[test]
+fn the_bust_is_a_closed_surface_around_the_head() {
+    let mesh = bust();
+    mesh.validate().expect("a mesh");
+    // Every edge belongs to two triangles, once in each direction.
+    let mut edges = std::collections::HashSet::new();
+    for [a, b, c] in &mesh.triangles {
+        for edge in [[a, b], [b, c], [c, a]] {
+            assert!(edges.insert(edge), "{edge:?} twice");
+        }
+    }
+    assert!(edges.iter().all(|[a, b]| edges.contains(&[*b, *a])));
+    // Outwards: the volume is that of head, neck and shoulders, litres.
+    let volume = mesh.triangles.iter().map(|triangle| {
+        let [a, b, c] = triangle.map(|ix| Vec3::from(mesh.positions[ix as usize]));
+        f64::from(a.dot(b.cross(c))) / 6.0
+    });
+    let litres = volume.sum::<f64>() / 1000.0;
+    assert!((8.0..20.0).contains(&litres), "{litres}");
+    // On the surface, but for the base, whose edge the grid rounds off.
+    for &position in &mesh.positions {
+        let distance = super::bust::distance(position.into());
+        assert!(
+            distance.abs() < 0.1 || position[1] < -33.0,
+            "{position:?}: {distance}"
+        );
+    }
+    for (&position, &normal) in mesh.positions.iter().zip(&mesh.normals) {
+        let out = Vec3::from(position) + 0.1 * Vec3::from(normal);
+        assert!(super::bust::distance(out) > 0.0, "{position:?}");
+    }
+}
+
+#[test]
+fn layered_strands_taper_and_other_styles_have_one_thickness() {
+    for style in Style::ALL {
+        let groom = grown(&spec(style));
+        let diameter = groom.attribute("diameter").expect("all have one");
+        if style != Style::Layered {
+            assert_eq!(diameter.data.len(), 1);
+            continue;
+        }
+        for strand in diameter.data.chunks(24) {
+            assert!(strand.windows(2).all(|pair| pair[1] < pair[0]));
+            assert!((strand[23] / strand[0] - 0.3).abs() < 1e-5);
         }
     }
 }
