@@ -5,6 +5,7 @@ use std::io::Cursor;
 
 use exr::error::{Error, Result};
 use exr::image::write::channels::WritableChannels;
+use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes,
     LineOrder, SmallVec, Text, WritableImage,
@@ -23,19 +24,39 @@ pub fn floats(name: impl Into<String>, values: Vec<f32>) -> Channel {
 /// # Errors
 /// What the encoder says.
 pub fn encode(
-    (width, height): (usize, usize),
+    size: (usize, usize),
     channels: Vec<Channel>,
     attributes: &[(String, String)],
 ) -> Result<Vec<u8>> {
-    let list: SmallVec<[_; 4]> = channels
-        .into_iter()
-        .map(|(name, samples)| AnyChannel::new(&*name, samples))
-        .collect();
     let mut header = LayerAttributes::default();
     for (name, value) in attributes {
         let value = AttributeValue::Text(Text::from(&**value));
         header.other.insert(Text::from(&**name), value);
     }
+    encode_with(size, channels, header)
+}
+
+/// As [`encode`], an environment map: the header has `envmap`, latitude-longitude.
+///
+/// # Errors
+/// What the encoder says.
+pub fn encode_map(size: (usize, usize), channels: Vec<Channel>) -> Result<Vec<u8>> {
+    let header = LayerAttributes {
+        environment_map: Some(EnvironmentMap::LatitudeLongitude),
+        ..LayerAttributes::default()
+    };
+    encode_with(size, channels, header)
+}
+
+fn encode_with(
+    (width, height): (usize, usize),
+    channels: Vec<Channel>,
+    header: LayerAttributes,
+) -> Result<Vec<u8>> {
+    let list: SmallVec<[_; 4]> = channels
+        .into_iter()
+        .map(|(name, samples)| AnyChannel::new(&*name, samples))
+        .collect();
     let layer = Layer::new(
         (width, height),
         header,

@@ -7,16 +7,14 @@ mod tables;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use strandlight_bake::lights::radiance;
-use strandlight_formats::{
-    BakedFile, ExportOptions, FileKind, GROOM_FORMATS, Groom, GroomFormat, Kind, LightSet,
-    TableFile, groom_format, groom_format_for,
-};
+use strandlight_bake::lights::{exchange, radiance};
+use strandlight_formats::{BakedFile, FileKind, Kind, LightSet, TableFile};
 use strandlight_images::LatLong;
 use strandlight_images::exr_file;
 
+use super::groom::export::{TargetArgs, export as export_groom};
 use super::inspect::{Content, lights};
-use super::{Failure, Outcome, check_outputs, is_stream, note, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, is_stream, print_line, write_output};
 use output::Output;
 
 /// Widest environment map.
@@ -27,8 +25,9 @@ const MAX_WIDTH: i64 = 8192;
 /// .tables: to .npy (float32, [channel, row, column], and a vector with the values at the texel
 /// centres of each axis) or .exr, one file per table, named OUT_TABLE.npy, or OUT/TABLE.npy when
 /// OUT is a folder; C is written as C_0 to C_6. A table with three axes becomes a picture with the
-/// first two stacked. .lights: to .json, or .exr (the environment map of the lights,
-/// latitude-longitude). .groom: to the formats listed by `strandlight groom formats`, such as .hair
+/// first two stacked. .lights: to .json (with the formula, and directions to test an evaluation by),
+/// .npy (float32, one row of direction, sharpness and colour per light), .h (C), or .exr (the environment
+/// map of the lights, latitude-longitude). .groom: to the formats listed by `strandlight groom formats`, such as .hair
 /// (diameters as thickness); export to the format a groom was imported from restores the file, byte
 /// for byte if imported with --unit cm.
 #[derive(clap::Args)]
@@ -39,9 +38,8 @@ pub struct Args {
     /// .hair for a groom)
     #[arg(short, long)]
     output: PathBuf,
-    /// Output format of a groom [default: by extension]
-    #[arg(long, value_parser = parse_format)]
-    format: Option<&'static dyn GroomFormat>,
+    #[command(flatten)]
+    groom: TargetArgs,
     #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=MAX_WIDTH),
         help = format!("Width of a light set's environment map, 2 to {MAX_WIDTH} pixels; its height is half the width"))]
     width: u32,
@@ -56,8 +54,10 @@ pub fn run(args: &Args) -> Outcome {
         check_outputs(&[input], &[output])?;
     }
     let content = Content::of(input)?;
-    if args.format.is_some() && !matches!(content, Content::Kind(Kind::Groom)) {
-        return Err(Failure::file(input, "--format is for grooms"));
+    if let Some(flag) = args.groom.given()
+        && !matches!(content, Content::Kind(Kind::Groom))
+    {
+        return Err(Failure::file(input, format!("{flag} is for grooms")));
     }
     let outputs = match content {
         Content::Kind(Kind::Tables) => {
@@ -84,6 +84,18 @@ pub fn run(args: &Args) -> Outcome {
                 bytes.push(b'\n');
                 vec![one(output, "light set as JSON".to_owned(), bytes)]
             }
+            Some("npy") => {
+                let set = LightSet::read(input).map_err(Failure::input)?;
+                let n = set.lights.len();
+                let bytes = npy::float32(&[n, 7], &exchange::to_array(&set.lights));
+                let what = format!("npy float32 [{n}, 7]: direction x, y, z, sharpness, r, g, b");
+                vec![one(output, what, bytes)]
+            }
+            Some("h") => {
+                let set = LightSet::read(input).map_err(Failure::input)?;
+                let bytes = exchange::to_c_header(&set).into_bytes();
+                vec![one(output, "light set as a C header".to_owned(), bytes)]
+            }
             Some("exr") => {
                 let set = LightSet::read(input).map_err(Failure::input)?;
                 let width = args.width as usize;
@@ -93,32 +105,9 @@ pub fn run(args: &Args) -> Outcome {
                 let what = format!("OpenEXR, {width} x {height} RGB float32");
                 vec![one(output, what, bytes)]
             }
-            _ => return Err(unknown(output, "a light set", ".json or .exr")),
+            _ => return Err(unknown(output, "a light set", ".json, .npy, .h or .exr")),
         },
-        Content::Kind(Kind::Groom) => {
-            let by_name = extension.and_then(groom_format_for);
-            let plain = || groom_format(PLAIN_FORMAT).filter(|_| is_plain);
-            let format = args.format.or(by_name).or_else(plain);
-            let format = format.ok_or_else(|| unknown(output, "a groom", &extensions()))?;
-            let groom = Groom::read(input).map_err(Failure::input)?;
-            let export = groom
-                .export(format, &ExportOptions::default())
-                .map_err(|error| Failure::file(input, error))?;
-            let mut what = format!(
-                ".{}, {} strands, {} points",
-                format.info().extensions[0],
-                groom.n_strands(),
-                groom.points.len()
-            );
-            if !export.dropped.is_empty() {
-                let lost = export.dropped.join(", ");
-                what += &format!(", without {lost}, which it cannot hold");
-            }
-            for line in &export.notes {
-                note!("{line}");
-            }
-            vec![one(output, what, export.bytes)]
-        }
+        Content::Kind(Kind::Groom) => return export_groom(input, output, &args.groom),
         Content::Kind(_) => return Err(Failure::file(input, "no other format is available")),
         Content::Hair(format) => return Err(not_ours(input, FileKind::Hair(format))),
         Content::Scene => return Err(not_ours(input, FileKind::Scene)),
@@ -144,34 +133,6 @@ fn one(path: &Path, what: String, bytes: Vec<u8>) -> Output {
         what,
         bytes,
     }
-}
-
-/// The format of a groom that goes to a stream, whose name says none.
-const PLAIN_FORMAT: &str = "hair";
-
-/// A format by its name, as `--format` takes it.
-fn parse_format(name: &str) -> Result<&'static dyn GroomFormat, String> {
-    let written = || {
-        let infos = GROOM_FORMATS.into_iter().map(GroomFormat::info);
-        infos.filter(|info| info.can.writes)
-    };
-    let found = written().find(|info| info.name == name);
-    found
-        .and_then(|info| groom_format(info.name))
-        .ok_or_else(|| {
-            let names: Vec<&str> = written().map(|info| info.name).collect();
-            format!("must be {}", names.join(" or "))
-        })
-}
-
-/// The endings that grooms are exported to.
-fn extensions() -> String {
-    let infos = GROOM_FORMATS.into_iter().map(GroomFormat::info);
-    let written = infos.filter(|info| info.can.writes);
-    let names: Vec<String> = written
-        .map(|info| format!(".{}", info.extensions[0]))
-        .collect();
-    names.join(" or ")
 }
 
 fn not_ours(input: &Path, found: FileKind) -> Failure {
@@ -209,6 +170,6 @@ fn reconstruct(set: &LightSet, width: usize, height: usize) -> Result<Vec<u8>, S
         exr_file::floats("G", channel(1)),
         exr_file::floats("B", channel(2)),
     ];
-    exr_file::encode((width, height), channels, &[])
+    exr_file::encode_map((width, height), channels)
         .map_err(|error| format!("cannot be encoded: {error}"))
 }

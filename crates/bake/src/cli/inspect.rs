@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Serialize, Serializer};
+use strandlight_bake::lights::exchange;
 use strandlight_formats::{
     Axis, BakedFile, Container, FileKind, FitReport, FormatInfo, Groom, Guesses, ImportOptions,
-    Kind, LightSet, Note, NoteKind, SNIFF_BYTES, Scene, SourceFile, SrbfLight, TableFile,
+    Kind, LightSet, Mesh, Note, NoteKind, SNIFF_BYTES, Scene, SourceFile, SrbfLight, TableFile,
     read_start,
 };
 
 use super::{Failure, Outcome, is_stream, note, print_line};
 
-/// Summarize a file: .tables, .lights, .groom, a scene, or hair of another program
+/// Summarize a file: .tables, .lights, .groom, .mesh, a scene, or hair of another program
 #[derive(clap::Args)]
 pub struct Args {
     /// File to inspect, - for standard input
@@ -32,6 +33,7 @@ pub fn run(args: &Args) -> Outcome {
             let groom = Groom::read(path).map_err(Failure::input)?;
             show_groom(&describe_groom(&groom, "groom", version), args)
         }
+        Content::Kind(Kind::Mesh) => show(&mesh(path)?, args.json, text_of_mesh),
         Content::Kind(_) => Err(Failure::file(path, "no summary is available for this file")),
         Content::Hair(format) => {
             let file = SourceFile::read(path).map_err(Failure::input)?;
@@ -349,7 +351,28 @@ pub struct LightsInfo {
     report: Option<FitReport>,
     /// Name of the kind of the lights.
     light_kind: &'static str,
-    lights: Vec<SrbfLight>,
+    /// What the numbers of a light mean.
+    formula: &'static str,
+    up: &'static str,
+    frame: &'static str,
+    lights: Vec<LightInfo>,
+    test_directions: [TestInfo; 8],
+    sh9_basis: &'static str,
+    sh9: [[f64; 3]; 9],
+}
+
+#[derive(Serialize)]
+struct LightInfo {
+    #[serde(flatten)]
+    light: SrbfLight,
+    sharpness: f64,
+}
+
+/// A direction, and the radiance of the set from there.
+#[derive(Serialize)]
+struct TestInfo {
+    direction: [f64; 3],
+    radiance: [f64; 3],
 }
 
 /// Reads the light set at `path`.
@@ -369,7 +392,22 @@ pub fn lights(path: &Path) -> Result<LightsInfo, Failure> {
         tool_version: info.tool_version,
         report: info.report,
         light_kind,
-        lights,
+        formula: exchange::FORMULA,
+        up: "+Y",
+        frame: exchange::FRAME,
+        test_directions: exchange::test_directions(&lights).map(|test| TestInfo {
+            direction: test.direction,
+            radiance: test.radiance,
+        }),
+        sh9_basis: exchange::SH9_BASIS,
+        sh9: exchange::sh9(&lights),
+        lights: lights
+            .into_iter()
+            .map(|light| LightInfo {
+                sharpness: exchange::sharpness(light.lambda),
+                light,
+            })
+            .collect(),
     })
 }
 
@@ -394,13 +432,70 @@ fn text_of_lights(info: &LightsInfo) -> Vec<String> {
     }
     lines.extend(parameters(&info.parameters, &info.tool_version));
     lines.push("direction x, y, z; lambda; r, g, b".to_owned());
-    for light in &info.lights {
+    for LightInfo { light, .. } in &info.lights {
         let ([x, y, z], [r, g, b]) = (light.direction, light.rgb);
         lines.push(format!(
             "{x:8.4} {y:8.4} {z:8.4}  {:8.5}  {r:10.4} {g:10.4} {b:10.4}",
             light.lambda
         ));
     }
+    lines
+}
+
+#[derive(Serialize)]
+struct MeshInfo {
+    kind: &'static str,
+    format_version: String,
+    vertices: usize,
+    triangles: usize,
+    has_uvs: bool,
+    bounds: Bounds,
+    /// Extents of the bounds.
+    size: [f32; 3],
+    /// Of bounds and size.
+    unit: &'static str,
+    source_hash: String,
+    #[serde(serialize_with = "as_map")]
+    parameters: Vec<(String, String)>,
+    tool_version: String,
+}
+
+fn mesh(path: &Path) -> Result<MeshInfo, Failure> {
+    let format_version = version(path, Kind::Mesh)?;
+    let mesh = Mesh::read(path).map_err(Failure::input)?;
+    let (min, max) = mesh.bounds();
+    Ok(MeshInfo {
+        kind: "mesh",
+        format_version,
+        vertices: mesh.positions.len(),
+        triangles: mesh.triangles.len(),
+        has_uvs: !mesh.uvs.is_empty(),
+        bounds: Bounds { min, max },
+        size: [0, 1, 2].map(|axis| max[axis] - min[axis]),
+        unit: "cm",
+        source_hash: mesh.source.hash,
+        parameters: mesh.source.parameters,
+        tool_version: mesh.source.tool_version,
+    })
+}
+
+fn text_of_mesh(info: &MeshInfo) -> Vec<String> {
+    let (Bounds { min, max }, size) = (&info.bounds, info.size);
+    let mut lines = vec![
+        format!("mesh {}", info.format_version),
+        format!(
+            "{} vertices, {} triangles, {} texture coordinates",
+            info.vertices,
+            info.triangles,
+            if info.has_uvs { "with" } else { "no" }
+        ),
+        format!("bounds {min:.2?} to {max:.2?} cm"),
+        format!("size {:.2} x {:.2} x {:.2} cm", size[0], size[1], size[2]),
+    ];
+    if !info.source_hash.is_empty() {
+        lines.push(format!("source: hash {}", info.source_hash));
+    }
+    lines.extend(parameters(&info.parameters, &info.tool_version));
     lines
 }
 

@@ -1,4 +1,6 @@
-//! `strandlight lights`.
+//! `strandlight lights` and `strandlight lights import`.
+
+mod import;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -19,7 +21,21 @@ use crate::cli::progress::progress;
 /// high, +Y up: OpenEXR (any compression, scan lines or tiles, mip maps) or Radiance .hdr. The
 /// display window of an OpenEXR file covers the sphere; pixels outside its data window are black.
 #[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Args {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    fit: Option<FitArgs>,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    Import(import::Args),
+}
+
+#[derive(clap::Args)]
+struct FitArgs {
     /// OpenEXR or Radiance .hdr map, - for standard input
     map: PathBuf,
     /// Light set to write, - for standard output
@@ -74,6 +90,15 @@ const OTHER_STEPS: u64 = 3;
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    match (&args.command, &args.fit) {
+        (Some(Command::Import(args)), _) => import::run(args),
+        (None, Some(args)) => run_fit(args),
+        // The parser asks for a map or a subcommand.
+        (None, None) => Ok(()),
+    }
+}
+
+fn run_fit(args: &FitArgs) -> Outcome {
     // The one layout there is; the match makes a new one stop here.
     let Layout::Latlong = args.layout;
     let outputs = [
@@ -146,7 +171,7 @@ struct Baked {
 }
 
 /// All the work, up to the last file that is written.
-fn bake(args: &Args, progress: &Progress) -> Result<Baked, Failure> {
+fn bake(args: &FitArgs, progress: &Progress) -> Result<Baked, Failure> {
     let start = Instant::now();
     let selection = MapSelection {
         part: args.part.clone(),

@@ -9,6 +9,7 @@ pub mod groom;
 pub mod inspect;
 pub mod lights;
 pub mod man;
+pub mod mesh;
 mod output;
 pub mod probe;
 pub mod progress;

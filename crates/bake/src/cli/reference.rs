@@ -10,8 +10,8 @@ use strandlight_images::Map;
 use strandlight_reference::environment::{LightSampler, MapSampler};
 use strandlight_reference::rays::Rays;
 use strandlight_reference::{
-    Averages, Densities, Directional, Environment, Fibres, Film, Integrator, MAX_SAMPLES, Method,
-    Painted, PathTracer, RayShoot, ReferenceFile,
+    Averages, Densities, Directional, Environment, Fibres, Film, Integrator, MAX_SAMPLES, MeshRays,
+    Method, Painted, PathTracer, RayShoot, ReferenceFile,
 };
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PaintTexel;
@@ -205,10 +205,12 @@ pub fn run(args: &Args) -> Outcome {
     let rays = Rays::new(strands);
     let records = prepared.proxy_records();
     let proxies = records.list();
+    let beside = prepared.beside();
+    let meshes: Vec<MeshRays> = beside.meshes().iter().map(MeshRays::new).collect();
     let integrator: Box<dyn Integrator + '_> = match method {
         Method::Path => {
             let tracer = PathTracer::new(strands, &rays, fibres, &environment);
-            let tracer = tracer.with_proxies(proxies);
+            let tracer = tracer.with_proxies(proxies).with_meshes(&meshes);
             Box::new(match &white {
                 Some(white) => tracer.with_energy_of(white),
                 None => tracer,
@@ -217,12 +219,13 @@ pub fn run(args: &Args) -> Outcome {
         Method::Directional => {
             let lights =
                 Directional::new(strands, &rays, fibres, &environment, n_lights, args.seed);
-            Box::new(lights.with_proxies(proxies))
+            Box::new(lights.with_proxies(proxies).with_meshes(&meshes))
         }
         Method::RayShoot => Box::new(RayShoot {
             strands,
             rays: &rays,
             proxies,
+            meshes: &meshes,
             fibres,
             averages,
             environment: &environment,

@@ -5,6 +5,7 @@
 mod groom;
 mod lights;
 mod line;
+mod mesh;
 mod reference;
 
 use std::path::{Path, PathBuf};
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use strandlight_bake::tables::{Check, verify_tables};
 use strandlight_formats::{
-    BakedFile, Error, FileKind, Groom, Kind, LightSet, SNIFF_BYTES, TableFile, read_start,
+    BakedFile, Error, FileKind, Groom, Kind, LightSet, Mesh, SNIFF_BYTES, TableFile, read_start,
 };
 use strandlight_images::Map;
 
@@ -21,13 +22,13 @@ use line::Line;
 use reference::Reference;
 
 /// Check baked files: tables against other methods, light sets against their map, grooms
-/// against their own invariants
+/// and meshes against their own invariants
 ///
 /// Checks every file, even after a failure. Exits with 2 when a file cannot be read, else with 1
 /// when a check fails.
 #[derive(clap::Args)]
 pub struct Args {
-    /// .tables, .lights and .groom files
+    /// .tables, .lights, .groom and .mesh files
     #[arg(required = true)]
     files: Vec<PathBuf>,
     /// Map that the light sets were fitted to
@@ -210,6 +211,9 @@ fn verify(path: &Path, reference: Option<&Reference<'_>>) -> Verdict {
                         groom::checks(&groom)
                     })
                     .map_err(Refused::from),
+                Kind::Mesh => Mesh::read(path)
+                    .map(|mesh| mesh::checks(&mesh))
+                    .map_err(Refused::from),
                 _ => Err(Refused::unreadable(
                     path,
                     "no checks are available for this file",
@@ -232,7 +236,7 @@ fn kind_of(path: &Path) -> Result<Kind, Refused> {
         FileKind::Ours(kind) => Ok(kind),
         other => {
             let what = other.describe();
-            let what = format!("not a tables file, light set or groom: {what}");
+            let what = format!("not a tables file, light set, groom or mesh: {what}");
             Err(Refused::unreadable(path, what))
         }
     }

@@ -6,6 +6,7 @@
 //!   lobes are placed where most is left to explain (`search`) and refined by variable projection
 //!   (`projection`), and each channel's energy is made the map's.
 //! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at.
+//! - [`exchange`]: light sets for other programs.
 //!
 //! ```
 //! use strandlight_bake::lights::{FitOptions, evaluate, fit};
@@ -22,6 +23,7 @@
 
 mod cells;
 mod columns;
+pub mod exchange;
 mod fit;
 mod harmonics;
 mod linear;
