@@ -405,8 +405,10 @@ fn samples() -> tempfile::TempDir {
     }
     fs::copy(data.join("default.tables"), demo.join("default.tables")).expect("copied");
     run("lights studio.exr --count 4 --no-report -o demo/studio.lights");
-    run("groom generate --style wavy --strands 60 --points-per-strand 12 -o demo/wavy.groom");
-    run("export demo/wavy.groom -o model.hair");
+    run("groom generate --style layered --strands 60 --points-per-strand 12 -o demo/layered.groom");
+    run("mesh generate -o demo/bust.mesh");
+    run("export demo/layered.groom -o model.hair");
+    fs::write(at.join("head.obj"), "v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n").expect("written");
     let scene = read(&data.join("sample/scene.toml"));
     let small = scene
         .replace("size = [720, 480]", "size = [48, 32]")

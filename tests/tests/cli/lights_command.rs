@@ -400,3 +400,84 @@ fn progress_ends_when_the_files_are_written() {
     // Half of it for starting the program, at the most.
     assert!(ended || start.elapsed().as_secs_f64() < 2.0, "no last line");
 }
+
+/// A set goes out and comes back; the map of an export says that it is one.
+#[test]
+fn exported_lights_come_back() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let done = |line: &str| {
+        let output = strandlight()
+            .current_dir(at)
+            .args(line.split_whitespace())
+            .output()
+            .expect("it runs");
+        assert!(output.status.success(), "{line}: {output:?}");
+    };
+    let map = project_root().join("data/sample/studio.exr");
+    fs::copy(map, at.join("studio.exr")).expect("copied");
+    done("lights studio.exr --count 6 --no-report -o a.lights");
+    for name in ["a.json", "a.npy", "a.h", "a.exr"] {
+        done(&format!("export a.lights -o {name} --width 64"));
+    }
+    let lights = |name: &str| LightSet::read(&at.join(name)).expect("a light set").lights;
+    done("lights import a.json -o json.lights");
+    assert_eq!(lights("json.lights"), lights("a.lights"));
+    // A sharpness in single precision gives lambda but for its last digit.
+    done("lights import a.npy -o npy.lights");
+    for (found, wanted) in lights("npy.lights").iter().zip(lights("a.lights")) {
+        assert!((found.lambda / wanted.lambda - 1.0).abs() < 1e-6);
+        assert_eq!(found.rgb, wanted.rgb);
+        for axis in 0..3 {
+            assert!((found.direction[axis] - wanted.direction[axis]).abs() < 1e-7);
+        }
+    }
+    let header = fs::read_to_string(at.join("a.h")).expect("text");
+    assert!(
+        header.contains("#define STRANDLIGHT_N_LIGHTS 6"),
+        "{header}"
+    );
+    let exr = fs::read(at.join("a.exr")).expect("a file");
+    let meta = MetaData::read_from_buffered(Cursor::new(exr), false).expect("OpenEXR");
+    assert!(meta.headers[0].own_attributes.environment_map.is_some());
+    // Made by hand: any length of a direction, either width.
+    fs::write(
+        at.join("own.json"),
+        r#"{"lights": [{"direction": [0, 3, 0], "sharpness": 8, "rgb": [1, 2, 3]}]}"#,
+    )
+    .expect("written");
+    done("lights import own.json -o own.lights");
+    let own = lights("own.lights")[0];
+    assert_eq!((own.direction, own.lambda), ([0.0, 1.0, 0.0], 0.5));
+}
+
+#[test]
+fn lights_that_are_none_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let light = |fields: &str| format!(r#"{{"lights": [{{{fields}, "rgb": [1, 1, 1]}}]}}"#);
+    for (text, needle) in [
+        (
+            light(r#""direction": [0, 1, 0]"#),
+            "neither lambda nor sharpness",
+        ),
+        (
+            light(r#""direction": [0, 0, 0], "lambda": 1"#),
+            "light 0: its direction",
+        ),
+        (
+            light(r#""direction": [0, 1, 0], "sharpness": -1"#),
+            "sharpness is -1",
+        ),
+        (light(r#""direction": [0, 1, 0], "lambda": 100"#), "lambda"),
+        (light(r#""direction": [0, 1], "lambda": 1"#), "line 1"),
+        (r#"{"lights": []}"#.to_owned(), "number of lights is 0"),
+        ("hello".to_owned(), "neither a NumPy array nor JSON"),
+        ("\u{93}NUMPY".to_owned(), "neither a NumPy array nor JSON"),
+    ] {
+        fs::write(at.join("in"), &text).expect("written");
+        let args = ["lights", "import", "in", "-o", "out.lights"];
+        assert_refused(strandlight().current_dir(at).args(args), &[needle]);
+        assert!(!at.join("out.lights").exists(), "{text}");
+    }
+}

@@ -77,7 +77,8 @@ fn gpu_the_demo_bakes_verifies_and_renders() {
         "studio.json",
         "studio.png",
         "default.tables",
-        "wavy.groom",
+        "layered.groom",
+        "bust.mesh",
         "scene.toml",
         "demo.png",
     ] {

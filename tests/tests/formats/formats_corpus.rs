@@ -45,6 +45,11 @@ fn lights() {
 }
 
 #[test]
+fn mesh() {
+    replay("mesh", checks::mesh);
+}
+
+#[test]
 fn tables() {
     replay("tables", checks::tables);
 }
@@ -64,6 +69,46 @@ fn usc() {
     replay("usc", checks::usc);
 }
 
+#[test]
+fn alembic() {
+    replay("alembic", checks::alembic);
+}
+
+#[test]
+fn tfx() {
+    replay("tfx", checks::tfx);
+}
+
+#[test]
+fn mitsuba() {
+    replay("mitsuba", checks::mitsuba);
+}
+
+#[test]
+fn pbrt() {
+    replay("pbrt", checks::pbrt);
+}
+
+#[test]
+fn ply() {
+    replay("ply", checks::ply);
+}
+
+#[test]
+fn npy() {
+    replay("npy", checks::npy);
+}
+
+#[test]
+fn ct2hair() {
+    replay("ct2hair", checks::ct2hair);
+}
+
+#[test]
+fn usd() {
+    replay("usd", checks::usd);
+}
+
 /// A poor man's fuzzer over the same checks: every file of the corpus with bytes changed, cut
 /// and doubled at pseudorandom places.
 #[test]
@@ -77,15 +122,30 @@ fn changed_corpus() {
         (state >> 33) as usize % below.max(1)
     };
     type Check = fn(&[u8]) -> bool;
-    let targets: [(&str, &str, Check); 8] = [
+    let targets: [(&str, &str, Check); 23] = [
         ("groom", "good_v1", checks::groom),
         ("groom", "good_v1_1", checks::groom),
         ("lights", "good_v1", checks::lights),
         ("lights", "good_v1_1", checks::lights),
+        ("mesh", "good_v1", checks::mesh),
         ("tables", "good_v1", checks::tables),
         ("scene", "good_v1", checks::scene),
         ("hair", "good_v1", checks::hair),
         ("usc", "good_v1", checks::usc),
+        ("alembic", "good_v1", checks::alembic),
+        ("alembic", "good_moving", checks::alembic),
+        ("tfx", "good_v2", checks::tfx),
+        ("tfx", "good_v3", checks::tfx),
+        ("tfx", "good_v4", checks::tfx),
+        ("mitsuba", "good_lines", checks::mitsuba),
+        ("pbrt", "good_scene", checks::pbrt),
+        ("ply", "good_ascii", checks::ply),
+        ("ply", "good_binary", checks::ply),
+        ("npy", "good_single", checks::npy),
+        ("ct2hair", "good", checks::ct2hair),
+        ("usd", "good_text", checks::usd),
+        ("usd", "good_binary", checks::usd),
+        ("usd", "good_package", checks::usd),
     ];
     let mut n_checked = 0;
     for (target, name, check) in targets {
@@ -109,5 +169,5 @@ fn changed_corpus() {
             n_checked += 1;
         }
     }
-    assert_eq!(n_checked, 24_000);
+    assert_eq!(n_checked, 69_000);
 }

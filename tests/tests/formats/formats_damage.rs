@@ -6,7 +6,7 @@ use std::io::{Cursor, Read, Seek, SeekFrom};
 
 use strandlight_formats::{
     Attribute, Axis, BakedFile, Container, Domain, Error, FitReport, Groom, Kind, LightSet,
-    LightSetInfo, Spacing, SrbfLight, Table, TableFile, TableInfo, TableReader,
+    LightSetInfo, Mesh, Spacing, SrbfLight, Table, TableFile, TableInfo, TableReader,
 };
 
 fn groom() -> Vec<u8> {
@@ -44,6 +44,20 @@ fn lights() -> Vec<u8> {
     set.to_bytes().expect("valid")
 }
 
+fn mesh() -> Vec<u8> {
+    let corners = vec![
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+    ];
+    let mut mesh = Mesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
+    if let Ok(mesh) = &mut mesh {
+        mesh.uvs = vec![[0.5, 0.25]; 4];
+    }
+    mesh.and_then(|mesh| mesh.to_bytes()).expect("valid")
+}
+
 fn table(name: &str, first: f32) -> Table {
     let axis = |name: &str, count| Axis {
         name: name.to_owned(),
@@ -73,12 +87,13 @@ fn tables() -> Vec<u8> {
 type Reader = fn(&[u8]) -> Option<Error>;
 
 /// A small good file of each kind and its reader, answering the error if there is one.
-fn kinds() -> [(&'static str, Vec<u8>, Reader); 3] {
+fn kinds() -> [(&'static str, Vec<u8>, Reader); 4] {
     [
         ("groom", groom(), |bytes| Groom::from_bytes(bytes).err()),
         ("lights", lights(), |bytes| {
             LightSet::from_bytes(bytes).err()
         }),
+        ("mesh", mesh(), |bytes| Mesh::from_bytes(bytes).err()),
         ("tables", tables(), |bytes| {
             TableFile::from_bytes(bytes).err()
         }),
@@ -303,6 +318,7 @@ fn bulk_data_is_aligned() {
         (Kind::Groom, groom()),
         (Kind::Lights, lights()),
         (Kind::Tables, tables()),
+        (Kind::Mesh, mesh()),
     ] {
         let container = Container::from_bytes(&bytes, kind).expect("good");
         assert!(container.sections().len() >= 2);

@@ -11,8 +11,9 @@ use std::path::{Path, PathBuf};
 use strandlight_formats::{
     Attribute, Axis, Background, BakedFile, CameraSection, Domain, ExportOptions, FitReport, Groom,
     GroomSection, GroomSource, HairSection, ImportOptions, LightKind, LightSet, LightSetInfo,
-    LightsSection, Lobe, Original, PerLobe, RenderSection, Scattering, Scene, SourceFile, Spacing,
-    SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis, groom_format,
+    LightsSection, Lobe, Mesh, MeshSource, Original, PerLobe, RenderSection, Scattering, Scene,
+    SourceFile, Spacing, SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis,
+    groom_format,
 };
 use strandlight_tests::project_root;
 
@@ -195,6 +196,30 @@ fn tables() -> TableFile {
     }
 }
 
+fn mesh() -> Mesh {
+    Mesh {
+        positions: vec![
+            [0.0, 1.5, -2.25],
+            [1.0, 0.1, -0.0],
+            [1e-20, 99_999.0, 3.0],
+            [4.0, 5.0, 6.0],
+        ],
+        normals: vec![
+            [0.0, 1.0, 0.0],
+            [0.6, 0.0, -0.8],
+            [-1.0, 0.0, 0.0],
+            [0.0, -0.6, 0.8],
+        ],
+        uvs: vec![[0.0, 0.5], [1.0, -0.25], [0.1, 0.2], [3.0, 4.0]],
+        triangles: vec![[0, 1, 2], [3, 2, 1]],
+        source: MeshSource {
+            hash: "0123456789abcdef".to_owned(),
+            tool_version: "strandlight 0.1.0".to_owned(),
+            parameters: pairs(&[("unit", "m"), ("up", "y")]),
+        },
+    }
+}
+
 fn scene() -> Scene {
     let per_mode = |r, tt, trt| PerLobe { r, tt, trt };
     Scene {
@@ -290,6 +315,13 @@ fn version_1_lights() {
 }
 
 #[test]
+fn version_1_mesh() {
+    let read = Mesh::read(&golden("v1.mesh")).expect("readable");
+    assert_eq!(read, mesh());
+    assert_eq!(read.positions[1][2].to_bits(), (-0.0f32).to_bits());
+}
+
+#[test]
 fn version_1_tables() {
     assert_eq!(
         TableFile::read(&golden("v1.tables")).expect("readable"),
@@ -342,6 +374,7 @@ fn version_1_usc() {
 fn the_last_version_is_still_written_the_same() {
     assert!(groom().to_bytes().expect("valid") == bytes("v1_1.groom"));
     assert!(lights().to_bytes().expect("valid") == bytes("v1_1.lights"));
+    assert!(mesh().to_bytes().expect("valid") == bytes("v1.mesh"));
     assert!(tables().to_bytes().expect("valid") == bytes("v1.tables"));
 }
 
@@ -358,6 +391,7 @@ fn write_missing_files() {
     let files = [
         ("groom", "v1_1", groom().to_bytes().expect("valid")),
         ("lights", "v1_1", lights().to_bytes().expect("valid")),
+        ("mesh", "v1", mesh().to_bytes().expect("valid")),
         ("tables", "v1", tables().to_bytes().expect("valid")),
         ("hair", "v1", hair_bytes()),
         ("usc", "v1", usc_bytes()),

@@ -1,5 +1,7 @@
 //! Proxies: what they take of light and view, what they send back, and the GPU against the CPU.
 
+use std::sync::Arc;
+
 use glam::{Quat, Vec3};
 use strandlight_cpu as cpu;
 use strandlight_formats::{Scattering, SrbfLight};
@@ -8,10 +10,12 @@ use strandlight_render::gpu::Context;
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::irradiance;
 use strandlight_scene::camera::Camera;
+use strandlight_scene::mesh::{MeshProxy, MeshShape};
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::strands::Strands;
 use strandlight_scene::{Picture, PreparedScene};
 use strandlight_tests::render_common::{keep, picture_rmse, scene, wig_scene};
+use strandlight_tests::scenes::ellipsoid;
 
 fn light(direction: Vec3, lambda: f32) -> SrbfLight {
     SrbfLight {
@@ -321,4 +325,36 @@ fn hair_and_head_throw_shadows_on_the_ground() {
         (behind_head[1] / beside - 1.0).abs() < 0.02,
         "{behind_head:?} {beside}"
     );
+}
+
+/// An ellipsoid of triangles, on the GPU: as the ellipsoid, and as on the CPU.
+#[test]
+fn a_mesh_looks_the_same_on_both_and_like_the_ellipsoid() {
+    let mut scene = wig_scene(200);
+    let radii = 0.7 * scene.strands.radius * Vec3::new(0.8, 1.0, 0.9);
+    let (centre, albedo) = (scene.strands.centre, [0.5, 0.4, 0.3]);
+    let exact = Proxy::Ellipsoid {
+        centre,
+        radii,
+        turn: Quat::IDENTITY,
+        albedo,
+    };
+    let mesh = Proxy::Mesh(MeshProxy {
+        shape: Arc::new(MeshShape::new(ellipsoid(radii.into(), 64))),
+        offset: centre,
+        albedo,
+    });
+    let mut pictures = Vec::new();
+    for head in [exact, mesh] {
+        scene.proxies = vec![head, ground(&scene)];
+        pictures.push((on_gpu(&scene), on_cpu(&scene)));
+    }
+    let [(exact, _), (mesh, twin)] = &pictures[..] else {
+        panic!("two pictures of each");
+    };
+    let [to_exact, to_twin] = [exact, twin].map(|other| picture_rmse(mesh, other));
+    println!("relative RMSE {to_exact:.4} to the ellipsoid, {to_twin:.4} to the CPU");
+    keep("mesh", mesh);
+    assert!(to_exact < 0.03, "{to_exact}");
+    assert!(to_twin < 0.03, "{to_twin}");
 }

@@ -7,6 +7,7 @@ mod edit;
 mod golden_pictures;
 mod invalid_parameters;
 mod invalidation;
+mod mesh;
 mod motion;
 mod multiple_scattering;
 mod packages;

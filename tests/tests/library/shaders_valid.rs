@@ -122,6 +122,7 @@ fn modules_are_valid_with_their_features() {
     for name in ["pass/shadow_map", "pass/transmittance"] {
         let n_globals = |features: &[&str]| module_with(name, features).global_variables.len();
         assert_eq!(n_globals(&["PROXIES"]), n_globals(&[]) + 1, "{name}");
+        assert_eq!(n_globals(&["MESHES"]), n_globals(&[]) + 1, "{name}");
     }
 }
 
