@@ -7,10 +7,7 @@ use crate::error::Result;
 use crate::usd::model::{Numbers, Real};
 
 /// The numbers of the value at `range`.
-pub(in crate::usd) fn numbers<T: Real>(
-    bytes: &[u8],
-    range: Range<usize>,
-) -> Result<Option<Numbers<T>>> {
+pub(crate) fn numbers<T: Real>(bytes: &[u8], range: Range<usize>) -> Result<Option<Numbers<T>>> {
     let mut cursor = Cursor {
         bytes: &bytes[..range.end],
         at: range.start,
@@ -73,7 +70,7 @@ fn number<T: Real>(word: &[u8]) -> Option<T> {
 }
 
 /// Strings and words of the value at `range`; of a dictionary key and value in turns.
-pub(in crate::usd) fn strings(bytes: &[u8], range: Range<usize>) -> Result<Vec<String>> {
+pub(crate) fn strings(bytes: &[u8], range: Range<usize>) -> Result<Vec<String>> {
     let mut cursor = Cursor {
         bytes: &bytes[..range.end],
         at: range.start,
@@ -101,7 +98,7 @@ pub(in crate::usd) fn strings(bytes: &[u8], range: Range<usize>) -> Result<Vec<S
 }
 
 /// Files and paths that the value at `range` names.
-pub(in crate::usd) fn assets(bytes: &[u8], range: Range<usize>) -> Result<Vec<String>> {
+pub(crate) fn assets(bytes: &[u8], range: Range<usize>) -> Result<Vec<String>> {
     let mut cursor = Cursor {
         bytes: &bytes[..range.end],
         at: range.start,
