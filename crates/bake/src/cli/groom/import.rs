@@ -32,7 +32,7 @@ pub struct FrameArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub frame: u32,
     /// Frames of a file that moves, as A..B (both included) or A.. (to the last): one .groom each,
-    /// and the [motion] section for a scene that plays them
+    /// and the motion section for a scene that plays them
     #[arg(long, value_name = "A..B", value_parser = parse_range, conflicts_with = "frame")]
     pub frames: Option<FrameRange>,
 }
