@@ -1,9 +1,9 @@
 """Mitsuba draws the curves that Strandlight writes as Strandlight draws the groom: mean coverage and
 silhouette from the same camera, to 1 %.
 
-python mitsuba_check.py STRANDLIGHT TMPDIR
+python mitsuba_check.py STRANDLIGHT TMPDIR [FOLDER]
 
-Run with a Python that has mitsuba and numpy. Exit code 1, with a line for each, if something
+FOLDER, of real hair, is not used. Run with a Python that has mitsuba and numpy. Exit code 1, with a line for each, if something
 differs.
 """
 
@@ -154,7 +154,7 @@ def main():
         compare(style, words)
 
 
-if len(sys.argv) != 3:
+if len(sys.argv) not in (3, 4):
     sys.exit(__doc__)
 BINARY, TMP = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 os.makedirs(TMP, exist_ok=True)
