@@ -19,5 +19,6 @@ mod render_files;
 mod render_flags;
 mod scenes_command;
 mod script_command;
+mod shard_command;
 mod stress_command;
 mod tables_default;
