@@ -21,7 +21,6 @@ use super::decode::{
 use super::exact::all_sums;
 use super::file::{BLAMED, INPUTS, METHOD, PART, ReferenceFile, SEED};
 use super::file_error::FileError;
-use super::film::MAX_SAMPLES;
 use super::spans::samples_of_part;
 
 const FIRST: &str = "first-sample";

@@ -221,7 +221,7 @@ fn the_renderer_draws_proxies_as_the_methods_do() {
     let error = |of: &dyn Fn(&crate::film::Pixel) -> [f64; 3]| {
         let (mut square, mut all) = (0.0, 0.0);
         for (pixel, rgba) in file.film.pixels().zip(&drawn.rgba) {
-            for (c, expected) in of(pixel).into_iter().enumerate() {
+            for (c, expected) in of(&pixel).into_iter().enumerate() {
                 let expected = expected / f64::from(n);
                 square += (f64::from(rgba[c]) - expected).powi(2);
                 all += expected.powi(2);

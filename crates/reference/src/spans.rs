@@ -148,9 +148,9 @@ mod tests {
             parts.max()
         };
         assert_eq!(most(64, 3), Some(4));
-        assert_eq!(most(1024, 7), Some(5));
+        assert_eq!(most(1024, 7), Some(4));
         assert_eq!(most(1 << 16, 8), Some(8));
-        assert_eq!(most(1 << 24, 1000), Some(6));
+        assert_eq!(most(1 << 24, 1000), Some(8));
     }
 
     #[test]
