@@ -44,8 +44,9 @@ const MOST_NAMED: usize = 4096;
 ///   as are attributes whose number of components differs, and `thickness`, for which `diameter`
 ///   stands.
 /// - A groom without `group_id` becomes a group of its name. Groups that are there keep their
-///   numbers, but for one that an earlier groom has too and calls by another name, or that has no
-///   name: it gets a new number. Names are parameters `group_name.0` and so on.
+///   numbers, but for two: one with the name of a group of an earlier groom joins it, and one with the
+///   number of such a group but not its name gets a new number. Names are parameters `group_name.0`
+///   and so on.
 /// - An `id` stays unique: those of a groom that come again are shifted, and `closest_guides` with
 ///   them.
 ///
@@ -156,23 +157,30 @@ fn group(grooms: &mut [Groom], names: &[&str], notes: &mut Vec<String>) -> Vec<(
         }
         let own = own_names(groom);
         let taken = groups.clone();
+        let numbers: BTreeMap<String, f32> = taken
+            .iter()
+            .filter_map(|(&bits, name)| Some((name.clone()?, f32::from_bits(bits))))
+            .collect();
         let mut new: BTreeMap<u32, f32> = BTreeMap::new();
         if let Some(ids) = attribute_mut(groom, GROUP) {
             for id in &mut ids.data {
                 // One zero.
                 *id += 0.0;
                 let own = own.get(&id.to_bits()).cloned();
-                let clashes = taken
-                    .get(&id.to_bits())
-                    .is_some_and(|before| own.is_none() || *before != own);
-                if clashes {
-                    *id = *new.entry(id.to_bits()).or_insert_with(|| {
-                        renumbered += 1;
-                        fresh.number()
-                    });
-                }
+                let known = own.as_ref().and_then(|name| numbers.get(name));
+                let is_taken = taken.contains_key(&id.to_bits());
+                let before = *id;
+                *id = *new.entry(id.to_bits()).or_insert_with(|| match known {
+                    Some(&number) => number,
+                    None if is_taken => fresh.number(),
+                    None => before,
+                });
                 groups.insert(id.to_bits(), own);
             }
+            renumbered += new
+                .iter()
+                .filter(|(bits, new)| **bits != new.to_bits())
+                .count();
         } else {
             let number = fresh.number();
             groom.attributes.push(constant(GROUP, vec![number]));
@@ -185,8 +193,9 @@ fn group(grooms: &mut [Groom], names: &[&str], notes: &mut Vec<String>) -> Vec<(
         }
     }
     if renumbered > 0 {
-        let text = format!("{renumbered} groups have numbers of others and get new ones");
-        notes.push(text);
+        notes.push(format!(
+            "{renumbered} groups get other numbers, to stay apart or to be one by name"
+        ));
     }
     let mut named: Vec<(f32, String)> = groups
         .into_iter()
@@ -300,7 +309,7 @@ fn number(grooms: &mut [Groom], names: &[&str], dropped: &mut Vec<String>) {
     }
     if let Some(fault) = faults.into_iter().next() {
         for name in [ID, CLOSEST] {
-            if grooms.iter().all(|groom| groom.attribute(name).is_some()) {
+            if grooms.iter().any(|groom| groom.attribute(name).is_some()) {
                 dropped.push(format!("{name} ({fault})"));
             }
             for groom in grooms.iter_mut() {
