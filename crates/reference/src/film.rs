@@ -1,5 +1,6 @@
 //! Camera rays, and the sums of what they see.
 
+use std::ops::Add;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
@@ -9,6 +10,7 @@ use strandlight_scene::camera::{ViewUniform, view_uniform};
 
 use super::compare::Layer;
 use super::integrator::{CameraRay, Integrator, Layers};
+use super::spans::{Span, push, spans_of};
 use crate::rays::Start;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::background::background_at;
@@ -30,21 +32,34 @@ pub(super) struct Pixel {
     pub squares: [f64; 3],
 }
 
-/// The camera's picture as sums of samples.
+/// The camera's picture as sums of consecutive samples, a few for each pixel: see the order of
+/// addition in `spans`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     pub(super) size: [u32; 2],
+    /// Number of the first sample.
+    pub(super) first: u32,
     pub(super) n_samples: u32,
-    pub(super) pixels: Vec<Pixel>,
+    /// Samples of each sum.
+    pub(super) spans: Vec<Span>,
+    /// The sums of each pixel, as many as there are spans, one pixel after another.
+    pub(super) sums: Vec<Pixel>,
 }
 
 impl Film {
     /// A film without samples, `size` as [`strandlight_scene::budget::check_target`] allows.
     pub fn new(size: [u32; 2]) -> Self {
+        Film::from_sample(size, 0)
+    }
+
+    /// A film without samples whose first is to be number `first`, for a part of a picture.
+    pub fn from_sample(size: [u32; 2], first: u32) -> Self {
         Film {
             size,
+            first,
             n_samples: 0,
-            pixels: vec![Pixel::default(); size[0] as usize * size[1] as usize],
+            spans: Vec::new(),
+            sums: Vec::new(),
         }
     }
 
@@ -58,13 +73,30 @@ impl Film {
         self.n_samples
     }
 
+    /// Number of pixels.
+    pub(super) fn n_pixels(&self) -> usize {
+        self.size[0] as usize * self.size[1] as usize
+    }
+
+    /// Sums of all samples of pixel `ix`.
+    pub(super) fn pixel(&self, ix: usize) -> Pixel {
+        let n = self.spans.len();
+        let sums = self.sums[ix * n..(ix + 1) * n].iter().copied();
+        sums.reduce(Pixel::add).unwrap_or_default()
+    }
+
+    /// Sums of all samples of each pixel, rows one after another.
+    pub(super) fn pixels(&self) -> impl Iterator<Item = Pixel> {
+        (0..self.n_pixels()).map(|ix| self.pixel(ix))
+    }
+
     /// Means of the single scattering of the hair alone, black before any sample, and the share of
     /// each pixel that hair covers.
     pub fn single(&self) -> Layer {
         let scale = 1.0 / f64::from(self.n_samples.max(1));
         let mean = |sum: f64| (sum * scale) as f32;
-        let rgb = self.pixels.iter().map(|pixel| pixel.single.map(mean));
-        let alpha = self.pixels.iter().map(|pixel| mean(pixel.covered));
+        let rgb = self.pixels().map(|pixel| pixel.single.map(mean));
+        let alpha = self.pixels().map(|pixel| mean(pixel.covered));
         let [width, height] = self.size.map(|side| side as usize);
         Layer::new(width, height, rgb.collect(), alpha.collect())
     }
@@ -76,7 +108,7 @@ impl Film {
     /// number, turned for each pixel. Those of two calls are those of one.
     ///
     /// # Panics
-    /// If there would be more than [`MAX_SAMPLES`].
+    /// If there would be a sample beyond [`MAX_SAMPLES`].
     pub fn expose(
         &mut self,
         scene: &PreparedScene,
@@ -85,22 +117,30 @@ impl Film {
         seed: u64,
         observer: &(dyn Fn(f64) + Sync),
     ) {
-        assert!(
-            n_samples <= MAX_SAMPLES - self.n_samples,
-            "too many samples"
-        );
+        let start = self.first + self.n_samples;
+        assert!(n_samples <= MAX_SAMPLES - start, "too many samples");
+        let samples = start..start + n_samples;
+        if samples.is_empty() {
+            return;
+        }
         let view = view_uniform(&scene.camera, &scene.strands, self.size, 1.0);
-        let samples = self.n_samples..self.n_samples + n_samples;
-        let (width, n_pixels) = (self.size[0] as usize, self.pixels.len());
+        let (width, n_pixels) = (self.size[0] as usize, self.n_pixels());
+        let spans = spans_of(self.first..samples.end);
+        let mut exposed = vec![Pixel::default(); n_pixels * spans.len()];
         // Short runs of pixels: rows through the hair take long, others no time at all.
         let run = width.min(64);
         let done = AtomicU64::new(0);
-        self.pixels
-            .par_chunks_mut(run)
+        exposed
+            .par_chunks_mut(run * spans.len())
             .enumerate()
             .for_each(|(chunk, pixels)| {
-                for (ix, pixel) in pixels.iter_mut().enumerate() {
+                let pixels = pixels.chunks_exact_mut(spans.len());
+                let n = pixels.len() as u64;
+                let mut sums = Vec::new();
+                for (ix, pixel) in pixels.enumerate() {
                     let ix = chunk * run + ix;
+                    sums.clear();
+                    sums.extend(self.sums_of(ix));
                     let at = [ix % width, ix / width].map(|x| x as f64);
                     let background = background_at(scene, &view, at.map(|x| x as f32 + 0.5));
                     let background = background.unwrap_or([0.0; 3]).map(f64::from);
@@ -108,14 +148,49 @@ impl Film {
                     for sample in samples.clone() {
                         let mut random = SplitMix64::of_item(pixel_key, u64::from(sample));
                         let ray = camera_ray(&view, at, pixel_key, sample);
-                        pixel.add(&integrator.sample(&ray, &mut random), background);
+                        let seen = integrator.sample(&ray, &mut random);
+                        let span = Span {
+                            first: sample,
+                            n: 1,
+                        };
+                        push(&mut sums, span, Pixel::of(&seen, background), Pixel::add);
+                    }
+                    for (pixel, (_, sum)) in pixel.iter_mut().zip(&sums) {
+                        *pixel = *sum;
                     }
                 }
-                let n = pixels.len() as u64;
                 let done = done.fetch_add(n, Ordering::Relaxed) + n;
                 observer(done as f64 / n_pixels as f64);
             });
         self.n_samples += n_samples;
+        (self.spans, self.sums) = (spans, exposed);
+    }
+
+    /// Adds the samples of `next`, a film of the same size, whose first comes after the last of these.
+    ///
+    /// # Panics
+    /// If it is no such film.
+    pub(super) fn append(&mut self, next: &Film) {
+        assert_eq!(self.size, next.size, "films of two sizes");
+        assert_eq!(self.first + self.n_samples, next.first, "samples apart");
+        self.n_samples += next.n_samples;
+        let spans = spans_of(self.first..self.first + self.n_samples);
+        let mut added = Vec::with_capacity(self.n_pixels() * spans.len());
+        for ix in 0..self.n_pixels() {
+            let mut sums: Vec<_> = self.sums_of(ix).collect();
+            for (span, sum) in next.sums_of(ix) {
+                push(&mut sums, span, sum, Pixel::add);
+            }
+            added.extend(sums.into_iter().map(|(_, sum)| sum));
+        }
+        (self.spans, self.sums) = (spans, added);
+    }
+
+    /// The sums of pixel `ix`, each with its samples.
+    fn sums_of(&self, ix: usize) -> impl Iterator<Item = (Span, Pixel)> {
+        let n = self.spans.len();
+        let sums = self.sums[ix * n..(ix + 1) * n].iter().copied();
+        self.spans.iter().copied().zip(sums)
     }
 }
 
@@ -138,18 +213,36 @@ impl Pixel {
             && sums.iter().flatten().all(|sum| sum.is_finite())
     }
 
-    fn add(&mut self, seen: &Layers, background: [f64; 3]) {
-        self.covered += f64::from(u8::from(seen.is_covered));
-        self.matte_covered += f64::from(u8::from(seen.is_matte));
+    /// One sample.
+    fn of(seen: &Layers, background: [f64; 3]) -> Pixel {
+        let is_open = !seen.is_covered && !seen.is_matte;
         let total = seen.total();
-        for c in 0..3 {
-            self.single[c] += seen.single[c];
-            self.global[c] += seen.global[c];
-            self.local[c] += seen.local[c];
-            self.matte[c] += seen.matte[c];
-            let is_open = !seen.is_covered && !seen.is_matte;
-            let behind = if is_open { background[c] } else { 0.0 };
-            self.squares[c] += (total[c] + seen.matte[c] + behind).powi(2);
+        let shown = |c: usize| total[c] + seen.matte[c] + if is_open { background[c] } else { 0.0 };
+        Pixel {
+            covered: f64::from(u8::from(seen.is_covered)),
+            single: seen.single,
+            global: seen.global,
+            local: seen.local,
+            matte_covered: f64::from(u8::from(seen.is_matte)),
+            matte: seen.matte,
+            squares: std::array::from_fn(|c| shown(c).powi(2)),
+        }
+    }
+}
+
+impl Add for Pixel {
+    type Output = Pixel;
+
+    fn add(self, other: Pixel) -> Pixel {
+        let rgb = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|c| a[c] + b[c]);
+        Pixel {
+            covered: self.covered + other.covered,
+            single: rgb(self.single, other.single),
+            global: rgb(self.global, other.global),
+            local: rgb(self.local, other.local),
+            matte_covered: self.matte_covered + other.matte_covered,
+            matte: rgb(self.matte, other.matte),
+            squares: rgb(self.squares, other.squares),
         }
     }
 }

@@ -4,7 +4,8 @@
 //! without a promise of stability.
 //!
 //! - [`Integrator`]: what one ray from the camera sees, in [`Layers`]; one for each [`Method`].
-//! - [`Film`]: sums of camera samples, to which more can be added; [`ReferenceFile`] keeps them.
+//! - [`Film`]: sums of camera samples, to which more can be added; [`ReferenceFile`] keeps them, a
+//!   [`ReferencePart`] those that one of several machines draws.
 //! - [`Environment`]: the light, from a light set or the map itself.
 //! - [`Fibres`]: what scatters it, all alike or painted; [`World`]: what rays meet.
 //!
@@ -21,25 +22,34 @@
 //! # Ok::<(), strandlight_reference::compare::CompareError>(())
 //! ```
 
+mod backdrop;
 pub mod compare;
+mod decode;
 mod directional;
 #[doc(hidden)]
 pub mod environment;
+mod exact;
 mod fibres;
 mod file;
+mod file_error;
 mod film;
 mod frame;
 mod integrator;
 mod mesh_rays;
+mod part;
 mod path;
 mod ray_shoot;
 #[doc(hidden)]
 pub mod rays;
+mod spans;
+mod stored;
 mod surface;
 #[cfg(test)]
 mod tests;
 mod world;
 
+#[doc(hidden)]
+pub use backdrop::Backdrop;
 #[doc(hidden)]
 pub use directional::Directional;
 #[doc(hidden)]
@@ -47,7 +57,9 @@ pub use environment::Environment;
 #[doc(hidden)]
 pub use fibres::{Averages, AveragesAt, Fibres, Painted};
 #[doc(hidden)]
-pub use file::{FileError, MAP, OPTIONS, ReferenceFile};
+pub use file::{MAP, OPTIONS, ReferenceFile};
+#[doc(hidden)]
+pub use file_error::FileError;
 #[doc(hidden)]
 pub use film::{Film, MAX_SAMPLES};
 #[doc(hidden)]
@@ -57,9 +69,13 @@ pub use integrator::{CameraRay, Integrator, Layers, Method};
 #[doc(hidden)]
 pub use mesh_rays::MeshRays;
 #[doc(hidden)]
+pub use part::{PartInfo, PartsError, ReferencePart, order_of_parts};
+#[doc(hidden)]
 pub use path::{Estimator, MAX_EVENTS, PathTracer, ROULETTE_FROM, Traced};
 #[doc(hidden)]
 pub use ray_shoot::{Densities, RayShoot};
+#[doc(hidden)]
+pub use spans::samples_of_part;
 #[doc(hidden)]
 pub use surface::Surface;
 #[doc(hidden)]

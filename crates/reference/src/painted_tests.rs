@@ -145,7 +145,7 @@ fn slow_the_renderer_draws_painted_hair_as_the_reference_does() {
         let compared = |drawn: &[[f32; 4]]| {
             // Means of 4 x 4 pixels: hair by hair neither is sharp.
             let mut boxes = vec![[[0.0f64; 3]; 2]; (size[0] * size[1] / 16) as usize];
-            for (ix, (pixel, rgba)) in film.pixels.iter().zip(drawn).enumerate() {
+            for (ix, (pixel, rgba)) in film.pixels().zip(drawn).enumerate() {
                 let [x, y] = [ix as u32 % size[0], ix as u32 / size[0]];
                 let sums = &mut boxes[(y / 4 * (size[0] / 4) + x / 4) as usize];
                 for c in 0..3 {

@@ -220,8 +220,8 @@ fn the_renderer_draws_proxies_as_the_methods_do() {
     };
     let error = |of: &dyn Fn(&crate::film::Pixel) -> [f64; 3]| {
         let (mut square, mut all) = (0.0, 0.0);
-        for (pixel, rgba) in file.film.pixels.iter().zip(&drawn.rgba) {
-            for (c, expected) in of(pixel).into_iter().enumerate() {
+        for (pixel, rgba) in file.film.pixels().zip(&drawn.rgba) {
+            for (c, expected) in of(&pixel).into_iter().enumerate() {
                 let expected = expected / f64::from(n);
                 square += (f64::from(rgba[c]) - expected).powi(2);
                 all += expected.powi(2);
@@ -239,18 +239,20 @@ fn the_renderer_draws_proxies_as_the_methods_do() {
         both < 0.25 && hair_alone > 2.0 * both,
         "{both} {hair_alone}"
     );
-    let coverage: f64 = file.film.pixels.iter().map(|p| p.matte_covered).sum();
+    let coverage: f64 = file.film.pixels().map(|p| p.matte_covered).sum();
     assert!(coverage > 0.1 * f64::from(n * size[0] * size[1]));
 
     // By way of a file.
-    let bytes = file.encode(&scene).unwrap();
+    let bytes = file
+        .encode(&Backdrop::of(&scene, file.film.size()))
+        .unwrap();
     let mut again = ReferenceFile {
         film: Film::new(size),
         ..file.clone()
     };
     again.resume(&bytes).unwrap();
     assert_eq!(again, file);
-    for (a, b) in again.film.pixels.iter().zip(&file.film.pixels) {
+    for (a, b) in again.film.pixels().zip(file.film.pixels()) {
         assert_eq!(a.matte_covered, b.matte_covered);
         for c in 0..3 {
             assert!((a.matte[c] - b.matte[c]).abs() <= 1e-6 * b.matte[c]);

@@ -2,6 +2,8 @@
 
 #[path = "painted_tests.rs"]
 mod painted;
+#[path = "part_tests.rs"]
+mod part_tests;
 #[path = "proxy_tests.rs"]
 mod proxies;
 
@@ -22,8 +24,8 @@ use strandlight_scene::volume;
 use super::directional::directional_lights;
 use super::environment::LightSampler;
 use super::{
-    Averages, CameraRay, Densities, Directional, Environment, Fibres, FileError, Film, Integrator,
-    Layers, Method, RayShoot, ReferenceFile,
+    Averages, Backdrop, CameraRay, Densities, Directional, Environment, Fibres, FileError, Film,
+    Integrator, Layers, Method, RayShoot, ReferenceFile,
 };
 use crate::rays::{Rays, Start};
 use strandlight_cpu as cpu;
@@ -322,19 +324,20 @@ fn a_picture_does_not_depend_on_threads_and_can_be_gone_on_with() {
                 .with("groom", groom),
             film,
         };
+        let backdrop = Backdrop::of(&scene, size);
         let part = of(expose(Film::new(size), 5, 2), "a");
-        let bytes = part.encode(&scene).unwrap();
-        assert_eq!(bytes, part.encode(&scene).unwrap());
+        let bytes = part.encode(&backdrop).unwrap();
+        assert_eq!(bytes, part.encode(&backdrop).unwrap());
         let mut half = of(Film::new(size), "a");
         half.resume(&bytes).unwrap();
         assert_eq!(half.film, part.film);
         let resumed = of(expose(half.film, 7, 1), "a");
         assert_eq!(resumed.film, whole);
-        let at_once = of(whole.clone(), "a").encode(&scene).unwrap();
-        assert_eq!(resumed.encode(&scene).unwrap(), at_once);
+        let at_once = of(whole.clone(), "a").encode(&backdrop).unwrap();
+        assert_eq!(resumed.encode(&backdrop).unwrap(), at_once);
         let resumed = resumed.film;
         assert_eq!(resumed.n_samples(), 12);
-        let sums = resumed.pixels.iter().flat_map(|pixel| pixel.single);
+        let sums = resumed.pixels().flat_map(|pixel| pixel.single);
         let seen = sums.filter(|&sum| sum > 0.0).count();
         assert!(seen > 500, "{seen}");
 
@@ -383,7 +386,7 @@ fn the_camera_sees_what_the_rasteriser_draws() {
         let mut film = Film::new(size);
         film.expose(&scene, integrator, 64, 0, &|_| ());
         let (mut squares, mut reference, mut sums) = (0.0, 0.0, [0.0; 2]);
-        for (pixel, rgba) in film.pixels.iter().zip(&drawn.rgba) {
+        for (pixel, rgba) in film.pixels().zip(&drawn.rgba) {
             let (found, expected) = (pixel.covered / 64.0, f64::from(rgba[3]));
             squares += (found - expected).powi(2);
             reference += expected * expected;
@@ -411,12 +414,12 @@ fn variance_is_that_of_the_mean() {
             })
             .collect();
         let (mut stated, mut seen) = (0.0, 0.0);
-        for ix in 0..films[0].pixels.len() {
-            let means: Vec<f64> = films.iter().map(|f| f.pixels[ix].total()[1] / n).collect();
+        for ix in 0..films[0].n_pixels() {
+            let means: Vec<f64> = films.iter().map(|f| f.pixel(ix).total()[1] / n).collect();
             let mean = means.iter().sum::<f64>() / means.len() as f64;
             let squares: f64 = means.iter().map(|x| (x - mean).powi(2)).sum();
             seen += squares / (means.len() - 1) as f64;
-            stated += (films[0].pixels[ix].squares[1] / n - means[0].powi(2)) / (n - 1.0);
+            stated += (films[0].pixel(ix).squares[1] / n - means[0].powi(2)) / (n - 1.0);
         }
         println!("variance {stated} stated, {seen} seen");
         // Stratified samples do better than independent ones.

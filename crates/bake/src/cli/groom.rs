@@ -10,6 +10,7 @@ mod generate;
 mod import;
 mod interpolate;
 mod kept;
+mod merge;
 mod presets;
 mod resample;
 mod source;
@@ -45,6 +46,7 @@ enum Command {
     Resample(resample::Args),
     Interpolate(interpolate::Args),
     Transform(transform::Args),
+    Merge(merge::Args),
     Generate(generate::Args),
 }
 
@@ -61,6 +63,7 @@ pub fn run(args: &Args) -> Outcome {
         Command::Resample(args) => resample::run(args),
         Command::Interpolate(args) => interpolate::run(args),
         Command::Transform(args) => transform::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Generate(args) => generate::run(args),
     }
 }

@@ -16,6 +16,7 @@ pub mod progress;
 pub mod reference;
 pub mod render;
 pub mod scenes;
+pub mod shard;
 pub mod stress;
 pub mod tables;
 pub mod verify;

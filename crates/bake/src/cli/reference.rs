@@ -1,4 +1,6 @@
-//! `strandlight reference`: ground truth for a scene's picture.
+//! `strandlight reference` and `strandlight reference merge`: ground truth for a scene's picture.
+
+mod merge;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -10,8 +12,8 @@ use strandlight_images::Map;
 use strandlight_reference::environment::{LightSampler, MapSampler};
 use strandlight_reference::rays::Rays;
 use strandlight_reference::{
-    Averages, Densities, Directional, Environment, Fibres, Film, Integrator, MAX_SAMPLES, MeshRays,
-    Method, Painted, PathTracer, RayShoot, ReferenceFile,
+    Averages, Backdrop, Densities, Directional, Environment, Fibres, Film, Integrator, MAX_SAMPLES,
+    MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile, ReferencePart, samples_of_part,
 };
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PaintTexel;
@@ -29,14 +31,29 @@ use super::{
     Failure, Outcome, check_extension, check_outputs, is_stream, note, print_line, write_output,
 };
 use crate::cli::progress::progress;
+use crate::cli::shard::ShardArg;
 
 /// Render ground truth for a scene, slowly, on the CPU
 ///
 /// Writes linear OpenEXR: R, G, B, A over the scene's background as `render` does; layers single,
 /// global, local and total of the hair alone; layer proxies of the proxies; the variance of each
-/// pixel's mean.
+/// pixel's mean. With --shard I/N, a part of the samples, for `reference merge`.
 #[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Args {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    trace: Option<TraceArgs>,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    Merge(merge::Args),
+}
+
+#[derive(clap::Args)]
+struct TraceArgs {
     /// Scene file (TOML)
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
@@ -46,7 +63,7 @@ pub struct Args {
     /// OpenEXR file to write, - for standard output
     #[arg(short, long, value_name = "OUT.exr")]
     output: PathBuf,
-    /// Samples per pixel; with --resume, samples to add
+    /// Samples per pixel; with --resume, samples to add; with --shard, those of all shards together
     #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = 64,
           value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     samples: u32,
@@ -78,8 +95,10 @@ pub struct Args {
     energy_safe: bool,
     /// Add samples to an existing OUT.exr of the same inputs and seed; the result equals one run
     /// with all samples
-    #[arg(long)]
+    #[arg(long, conflicts_with = "shard")]
     resume: bool,
+    #[command(flatten)]
+    shard: ShardArg,
     /// Print a JSON document about the picture instead of text
     #[arg(long)]
     json: bool,
@@ -119,6 +138,15 @@ const ENERGY_SAFE: &str = "--energy-safe: the groom is painted with widths or sh
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    match (&args.command, &args.trace) {
+        (Some(Command::Merge(args)), _) => merge::run(args),
+        (None, Some(args)) => trace(args),
+        // The parser asks for a scene or a subcommand.
+        (None, None) => Ok(()),
+    }
+}
+
+fn trace(args: &TraceArgs) -> Outcome {
     let start = Instant::now();
     let method = args.method.method();
     check_extension(&args.output, "exr")?;
@@ -165,12 +193,16 @@ pub fn run(args: &Args) -> Outcome {
     if let Some(hash) = from_map.split(' ').next().filter(|hash| !hash.is_empty()) {
         provenance = provenance.with("map", hash);
     }
+    let samples = match args.shard.shard {
+        Some(shard) => samples_of_part(shard.index(), shard.count(), args.samples),
+        None => 0..args.samples,
+    };
     let mut file = ReferenceFile {
         method,
         inputs,
         seed: args.seed,
         provenance,
-        film: Film::new(size),
+        film: Film::from_sample(size, samples.start),
     };
     if args.resume {
         resume(args, &mut file)?;
@@ -236,32 +268,60 @@ pub fn run(args: &Args) -> Outcome {
     const STEPS: u64 = 1000;
     let progress = progress(method.name(), STEPS);
     let observer = |done: f64| progress.reach((done * STEPS as f64) as u64);
+    let n_samples = samples.end - samples.start;
     file.film
-        .expose(&prepared, &*integrator, args.samples, args.seed, &observer);
+        .expose(&prepared, &*integrator, n_samples, args.seed, &observer);
     progress.finish();
-    let bytes = file
-        .encode(&prepared)
-        .map_err(|error| Failure::file(&args.output, error))?;
+    write(args, file, Backdrop::of(&prepared, size), start)
+}
+
+/// Writes the picture, or the part of it that the shard is, and says so.
+fn write(args: &TraceArgs, file: ReferenceFile, backdrop: Backdrop, start: Instant) -> Outcome {
+    let [method, inputs] = [file.method.name().to_owned(), file.inputs.clone()];
+    let (size, n_samples) = (file.film.size(), file.film.n_samples());
+    let bytes = match args.shard.shard {
+        None => file.encode(&backdrop),
+        Some(shard) => {
+            let part = ReferencePart {
+                file,
+                backdrop,
+                index: shard.index(),
+                count: shard.count(),
+                n_samples: args.samples,
+            };
+            part.encode()
+        }
+    };
+    let bytes = bytes.map_err(|error| Failure::file(&args.output, error))?;
     write_output(&args.output, &bytes)?;
-    let (n_samples, seconds) = (file.film.n_samples(), start.elapsed().as_secs_f64());
+    let seconds = start.elapsed().as_secs_f64();
     if args.json {
-        return print_line(json!({
+        let mut document = json!({
             "file": args.output.display().to_string(),
-            "method": method.name(),
+            "method": method,
             "size": size,
             "spp": n_samples,
             "seed": args.seed,
-            "inputs": file.inputs,
+            "inputs": inputs,
             "bytes": bytes.len(),
             "seconds": seconds,
-        }));
+        });
+        if let Some(shard) = args.shard.shard {
+            document["shard"] = json!(shard.to_string());
+            document["spp_of_all"] = json!(args.samples);
+        }
+        return print_line(document);
     }
+    let of = args
+        .shard
+        .shard
+        .map(|shard| format!(" of {}, shard {shard}", args.samples));
     print_line(format_args!(
-        "{}: {}, {}x{}, {n_samples} samples, {} bytes, {seconds:.1} s",
+        "{}: {method}, {}x{}, {n_samples} samples{}, {} bytes, {seconds:.1} s",
         args.output.display(),
-        method.name(),
         size[0],
         size[1],
+        of.unwrap_or_default(),
         bytes.len(),
     ))
 }
@@ -301,7 +361,7 @@ fn painted_averages(scene: &PreparedScene, method: Method) -> PaintedAverageTabl
 
 /// The light, and what decides it if it is taken from a map.
 fn environment(
-    args: &Args,
+    args: &TraceArgs,
     scene: &Scene,
     prepared: &PreparedScene,
 ) -> Result<(Environment, String), Failure> {
@@ -352,7 +412,7 @@ fn hash_of(scene: &PreparedScene, rest: &str) -> String {
 }
 
 /// Takes the samples that the output has already, if it is there.
-fn resume(args: &Args, file: &mut ReferenceFile) -> Outcome {
+fn resume(args: &TraceArgs, file: &mut ReferenceFile) -> Outcome {
     let path = &args.output;
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,

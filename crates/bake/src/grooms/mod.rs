@@ -11,7 +11,8 @@
 //! the strand and a purpose, so nothing depends on the order of work.
 //!
 //! And grooms from elsewhere: [`check()`] and [`stats()`] look at them; [`thin()`], [`resample()`],
-//! [`interpolate()`], [`Transform`], [`turn_strands`] and [`dye_from_color`] change them.
+//! [`interpolate()`], [`Transform`], [`turn_strands`] and [`dye_from_color`] change them, [`merge()`]
+//! joins them.
 
 mod bust;
 mod check;
@@ -22,6 +23,7 @@ mod edit_samples;
 mod growth;
 mod interpolate;
 mod layered;
+mod merge;
 mod nearest;
 mod noise;
 mod resample;
@@ -37,6 +39,7 @@ pub use check::{FINDINGS, Finding, check, finding_of_error};
 pub use dye::{Dyed, dye_from_color};
 pub use edit::{EditError, guides, subset};
 pub use interpolate::{InterpolateSpec, Interpolated, interpolate};
+pub use merge::{MergeInput, Merged, merge};
 pub use resample::{Resample, resample};
 pub use roots::{turn_strands, turned_strands};
 pub use scalp::HEAD_RADII;

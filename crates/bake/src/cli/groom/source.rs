@@ -337,10 +337,15 @@ pub struct EditArgs {
 impl EditArgs {
     /// The hair to edit.
     pub fn read(&self) -> Result<Groom, Failure> {
-        let args = SourceArgs {
-            guides: GuideUse::Keep,
-            ..SourceArgs::default()
-        };
-        read_hair(&self.input, &args, 0)
+        read_to_edit(&self.input)
     }
+}
+
+/// The hair to edit at `path`, guides and all.
+pub fn read_to_edit(path: &Path) -> Result<Groom, Failure> {
+    let args = SourceArgs {
+        guides: GuideUse::Keep,
+        ..SourceArgs::default()
+    };
+    read_hair(path, &args, 0)
 }

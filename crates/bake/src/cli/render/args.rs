@@ -15,12 +15,15 @@ use strandlight_scene::shadow_maps::MAX_SHADOW_MAPS;
 
 use super::aov::{Aov, aov, parse_group};
 use crate::cli::progress::is_quiet;
+use crate::cli::shard::ShardArg;
 use crate::cli::{Failure, Outcome, is_stream, transmittance_method};
 
 /// Render a scene
 ///
 /// PNG is tone-mapped 8-bit sRGB; OpenEXR is linear float, premultiplied alpha. With --script
-/// or --turntable, the output is a folder that also receives timings.json.
+/// or --turntable, the output is a folder that also receives timings.json. With --shard I/N, every
+/// Nth frame is rendered into it, with the bytes of a whole run on the same backend, and
+/// timings-I-of-N.json beside it.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene file (TOML), - for standard input
@@ -40,6 +43,8 @@ pub struct Args {
     #[arg(long, value_name = "N", conflicts_with = "aov",
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
     pub turntable: Option<u32>,
+    #[command(flatten)]
+    pub shard: ShardArg,
     /// Layers to add to the picture, which must be .exr: parts of the light, and data of what is
     /// seen
     #[arg(long, value_parser = aov(), value_delimiter = ',')]
@@ -178,6 +183,10 @@ impl Args {
                     "--transmittance {name} runs on the CPU only; use --backend cpu, not --backend gpu"
                 ));
             }
+        }
+        let is_single = self.script.is_none() && self.turntable.is_none();
+        if self.shard.shard.is_some() && is_single {
+            return refused("--shard deals frames; it needs --script or --turntable".to_owned());
         }
         if self.stats && is_quiet() {
             let what = "--stats prints on stderr, which --quiet silences; leave one out";

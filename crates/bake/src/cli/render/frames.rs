@@ -1,8 +1,9 @@
-//! `strandlight render --script` and `--turntable`: many frames of one scene.
+//! `strandlight render --script` and `--turntable`: many frames of one scene, or a shard of them.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use serde_json::json;
 use strandlight_images::picture::exr_file_of;
 use strandlight_runtime::script::{self, Frame, Script};
 use strandlight_runtime::timings::{Made, Timings};
@@ -13,6 +14,7 @@ use strandlight_scene::stats::FrameStats;
 use strandlight_scene::{Backend, Picture, RenderError};
 
 use super::args::{Args, Format, format_of};
+use crate::cli::shard::Shard;
 use crate::cli::{
     Failure, Outcome, check_outputs, groom, note, output_folder, print_line, write_output,
 };
@@ -33,10 +35,13 @@ pub fn run(args: &Args) -> Outcome {
     script.check(&session).map_err(Failure::input)?;
     let folder = &args.output;
     output_folder(folder)?;
-    let times = folder.join("timings.json");
-    let mut outputs: Vec<PathBuf> = script
-        .frames()
-        .map(|frame| folder.join(file_of(frame)))
+    let shard = args.shard.shard;
+    let times = folder.join(timings_file(shard));
+    let shard = shard.unwrap_or(Shard::WHOLE);
+    let frames = script.frames().enumerate();
+    let frames = frames.filter(|(ix, _)| shard.has(*ix));
+    let mut outputs: Vec<PathBuf> = frames
+        .map(|(_, frame)| folder.join(file_of(frame)))
         .collect();
     outputs.push(times.clone());
     let outputs: Vec<&Path> = outputs.iter().map(PathBuf::as_path).collect();
@@ -60,8 +65,11 @@ pub fn run(args: &Args) -> Outcome {
     })?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
     let backend = viewer.renderer().name();
-    let made = draw(viewer, &script, out)?;
-    let document = made.document(&args.scene.display().to_string(), &backend, opened);
+    let made = draw(viewer, &script, shard, out)?;
+    let mut document = made.document(&args.scene.display().to_string(), &backend, opened);
+    if let Some(shard) = args.shard.shard {
+        document["shard"] = json!(shard.to_string());
+    }
     let path = times;
     let text = serde_json::to_string_pretty(&document).map_err(Failure::input)? + "\n";
     write_output(&path, text.as_bytes())?;
@@ -73,6 +81,14 @@ pub fn run(args: &Args) -> Outcome {
             path.display(),
             made.n_frames()
         ))
+    }
+}
+
+/// The times of a shard have a name of their own: several are written into one folder at a time.
+fn timings_file(shard: Option<Shard>) -> String {
+    match shard {
+        None => "timings.json".to_owned(),
+        Some(shard) => format!("timings-{}-of-{}.json", shard.index(), shard.count()),
     }
 }
 
@@ -163,13 +179,19 @@ impl Out<'_> {
     }
 }
 
-/// Draws the frames: on a GPU an edit recomputes what depends on it, on the CPU everything is.
+/// Draws the frames of `shard`; what the steps before a frame edit is edited for all of them. An
+/// edit recomputes what depends on it.
 fn draw(
     mut viewer: Viewer<dyn Backend>,
     script: &Script,
+    shard: Shard,
     mut out: Out,
 ) -> Result<Timings, Failure> {
+    let mut numbers = 0..;
     let done = script.run(&mut viewer, |viewer, frame| -> Result<(), Stopped> {
+        if !numbers.next().is_some_and(|number| shard.has(number)) {
+            return Ok(());
+        }
         let start = Instant::now();
         let render = &viewer.session().scene().render;
         let size = frame.size.unwrap_or(render.size);
