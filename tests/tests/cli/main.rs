@@ -7,6 +7,7 @@ mod compare_command;
 mod docs;
 mod formats_commands;
 mod groom_commands;
+mod lights_budget;
 mod lights_command;
 mod mesh_command;
 mod outputs;
