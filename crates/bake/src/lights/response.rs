@@ -100,8 +100,8 @@ impl Default for Response {
 
 impl Response {
     /// The response of a given hair: its shifts and widths; of the exact model at theta_d 0 the
-    /// energies, each mode's own in each channel, and the widths over azimuth, by the mean cosine.
-    /// The fibre is taken as round.
+    /// energies, each mode's own in each channel, and the widths over azimuth, by the mean cosine;
+    /// that of TRT with the width of its caustics. The fibre is taken as round.
     pub fn of(hair: &HairParams) -> Response {
         let of_mode = |mode: Lobe, weight: &dyn Fn(f64) -> f64| {
             azimuthal_average(mode, 0.0, hair, Fresnel::Dielectric, weight)
@@ -114,7 +114,11 @@ impl Response {
                 Lobe::Tt | Lobe::Trt => {
                     let sign = if mode == Lobe::Tt { -1.0 } else { 1.0 };
                     let cos: f64 = of_mode(mode, &|phi| sign * phi.cos()).iter().sum();
-                    let lambda = azimuthal_width(cos / (3.0 * mean));
+                    let plain = azimuthal_width(cos / (3.0 * mean));
+                    let lambda = match mode {
+                        Lobe::Trt => plain.hypot(hair.caustic_width),
+                        _ => plain,
+                    };
                     Azimuth::Gaussian { sign, lambda }
                 }
             };
@@ -415,7 +419,8 @@ mod tests {
         }
     }
 
-    /// The formulas of a given hair, at the hair of the default response, against its rounded numbers.
+    /// The formulas of a given hair, at the hair of the default response. (Its TRT is twice as strong
+    /// as the exact model's and wider; it has a twentieth of the energy.)
     #[test]
     fn the_default_hair_has_about_the_default_response() {
         let hair = HairParams {
@@ -423,19 +428,26 @@ mod tests {
             ..HairParams::default()
         };
         let (found, wanted) = (Response::of(&hair), Response::default());
-        for (found, wanted) in found.lobes.iter().zip(&wanted.lobes) {
-            println!("{found:?} {wanted:?}");
-            assert!((found.energy / wanted.energy - 1.0).abs() < 0.15);
+        for (t, (found, wanted)) in found.lobes.iter().zip(&wanted.lobes).enumerate() {
             assert_eq!((found.shift, found.width), (wanted.shift, wanted.width));
             assert!(found.tint.iter().all(|tint| (tint - 1.0).abs() < 1e-12));
-            if let (
-                Azimuth::Gaussian { lambda: found, .. },
-                Azimuth::Gaussian { lambda: wanted, .. },
-            ) = (found.azimuth, wanted.azimuth)
-            {
-                assert!((found / wanted - 1.0).abs() < 0.2, "{found} {wanted}");
-            }
+            let ratio = found.energy / wanted.energy;
+            assert!((0.5..1.01).contains(&ratio), "{t}: {ratio}");
+            assert!(t == 2 || ratio > 0.99, "{t}: {ratio}");
         }
+        let width = |response: &Response, t: usize| match response.lobes[t].azimuth {
+            Azimuth::Gaussian { lambda, .. } => lambda,
+            Azimuth::HalfCosine => 0.0,
+        };
+        assert!((width(&found, 1) / width(&wanted, 1) - 1.0).abs() < 0.05);
+        assert!((0.3..0.8).contains(&width(&found, 2)));
+        // Red hair keeps red light.
+        let red = Response::of(&HairParams {
+            sigma_a: [0.1, 0.5, 1.5],
+            ..hair
+        });
+        let [r, g, b] = red.lobes[1].tint;
+        assert!(r > g && g > b && b > 0.0 && (r + g + b - 3.0).abs() < 1e-9);
         for sharpness in [0.1, 3.0, 50.0] {
             let width = azimuthal_width(bessel_i_ratio_1(sharpness));
             assert!((2.0 / (width * width) / sharpness - 1.0).abs() < 1e-6);

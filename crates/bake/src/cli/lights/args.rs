@@ -163,7 +163,7 @@ pub fn command(args: &FitArgs) -> String {
     if args.curve {
         line.word("--curve");
     }
-    for path in args.preview.iter() {
+    if let Some(path) = &args.preview {
         line.path("--preview", path);
     }
     for path in &args.report {

@@ -45,17 +45,17 @@ impl Plan {
             count: args.count,
             seed: args.seed,
         };
-        let goal = match args.max_error {
-            _ if args.suns.is_some() => Goal::Suns(args.suns.unwrap_or_default()),
-            Some(max_error) => Goal::Budget(Budget {
+        let goal = match (args.suns, args.max_error) {
+            (Some(suns), _) => Goal::Suns(suns),
+            (None, Some(max_error)) => Goal::Budget(Budget {
                 max_error,
                 metric: args.metric,
                 max_count: args.max_count,
                 seed: args.seed,
                 hair,
             }),
-            None if args.curve => Goal::Curve(options),
-            None => Goal::Count(options),
+            (None, None) if args.curve => Goal::Curve(options),
+            (None, None) => Goal::Count(options),
         };
         Ok(Plan { hair, goal })
     }
