@@ -1,4 +1,4 @@
-"""Blender reads what Strandlight writes and the other way round: points, radii and frames.
+"""Blender reads what Strandlight writes and the other way round: points, radii and frames; sun lamps.
 
 python blender_check.py STRANDLIGHT TMPDIR
 
@@ -105,6 +105,29 @@ def blender_export(out, folder):
         bpy.ops.wm.usd_export(filepath=os.path.join(folder, name), export_hair=True)
     with open(out, "w") as file:
         json.dump(truth, file)
+
+
+def blender_lamps(path, out):
+    """Lamps of a USD file by name: what they are, where they come from (Y up)."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.usd_import(filepath=path)
+    lamps = {}
+    for item in bpy.data.objects:
+        if item.type == "LIGHT":
+            lamp = item.data
+            x, y, z = item.matrix_world.col[2][:3]
+            length = math.sqrt(x * x + y * y + z * z)
+            lamps[item.name] = {
+                "type": lamp.type,
+                "angle": lamp.angle,
+                "irradiance": [lamp.energy * c for c in lamp.color],
+                "is_normalized": lamp.normalize,
+                "direction": [x / length, z / length, -y / length],
+            }
+    with open(out, "w") as file:
+        json.dump(lamps, file)
 
 
 def in_blender(*words):
@@ -215,14 +238,44 @@ def we_read_its():
 
 if sys.argv[1] == "--inside":
     _, _, what, out, *rest = sys.argv
-    if what == "import":
+    if what == "lamps":
+        blender_lamps(rest[0], out)
+    elif what == "import":
         blender_import(rest[0], out, int(rest[1]))
     else:
         blender_export(out, rest[0])
     sys.exit(0)
 
+def lamps_are_our_lights():
+    """`export --for blender`: each lamp has the width of its light, and its irradiance."""
+    lights = os.path.join(TMP, "studio.lights")
+    rig, out = os.path.join(TMP, "rig.usda"), os.path.join(TMP, "lamps.json")
+    strandlight("lights", os.path.join(ROOT, "data/sample/studio.exr"), "--no-report", "--count", 12, "-o", lights)
+    strandlight("export", lights, "--for", "blender", "-o", rig)
+    strandlight("export", lights, "-o", lights + ".json")
+    lamps = in_blender("lamps", out, rig)
+    if lamps is None:
+        return
+    with open(lights + ".json") as file:
+        wanted = json.load(file)["lights"]
+    check(len(lamps) == len(wanted) == 12, f"{rig}: {len(lamps)} lamps")
+    for name, light in zip(sorted(lamps), wanted):
+        lamp, s = lamps[name], light["sharpness"]
+        check(lamp["type"] == "SUN" and lamp["is_normalized"], f"{name}: {lamp}")
+        # The disc's mean of 1 - cos is the light's, up to half the sphere.
+        mean = min(1 / s - 2 / math.expm1(2 * s), 0.5) if s < 50 else 1 / s
+        half = 2 * math.asin(math.sqrt(mean))
+        near(lamp["angle"], 2 * half, 1e-5, f"{name}: angle")
+        energy = np.array(light["rgb"]) * 2 * math.pi / s * -math.expm1(-2 * s)
+        # A normalised sun lamp of Blender has strength for irradiance: seen in a picture by Cycles.
+        near(lamp["irradiance"], energy * (1 + math.cos(half)) / 2, 1e-5, f"{name}: irradiance")
+        near(lamp["direction"], light["direction"], 1e-5, f"{name}: direction")
+
+
 BINARY, TMP = sys.argv[1:3]
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 os.makedirs(TMP, exist_ok=True)
+lamps_are_our_lights()
 reads_ours()
 reads_our_frames()
 we_read_its()

@@ -1,9 +1,10 @@
-"""The evaluators of docs/book/src/how-to/light-sets.md give the radiance of an exported light set.
+"""The evaluators of docs/book/src/how-to/light-sets.md give the radiance of an exported light set, and a light
+rig for USD has the set's energy.
 
 python lights_check.py STRANDLIGHT TMPDIR
 
 Runs each of them: Python, JavaScript (node) and C as they are, WGSL on the adapter, GLSL and HLSL as C++
-with the few types they need. Exit code 1, with a line for each, if one is off.
+with the few types they need. The rig is opened by Pixar's library and its validators. Exit code 1, with a line for each, if one is off.
 """
 
 import json
@@ -156,6 +157,85 @@ array = np.load(os.path.join(TMP, "lights.npy"))
 rows = [[*light["direction"], light["sharpness"], *light["rgb"]] for light in LIGHTS]
 if not np.allclose(array, rows, rtol=1e-6, atol=0):
     FAILURES.append("lights.npy: other numbers than in lights.json")
+
+
+def check(is_right, what):
+    if not is_right:
+        FAILURES.append(what)
+
+
+def write_map_with_sun(name, width=512):
+    """A Radiance map without run lengths: a sky, and a sun of a degree in radius at (0.6, 0.64, 0.48)."""
+    height = width // 2
+    y, x = np.mgrid[0:height, 0:width] + 0.5
+    lat, lon = np.pi * (0.5 - y / height), np.pi - 2 * np.pi * x / width
+    up = np.sin(lat)
+    direction = np.stack([np.cos(lat) * np.sin(lon), up, np.cos(lat) * np.cos(lon)], -1)
+    rgb = np.stack([0.3 + 0.1 * up, 0.4 + 0.2 * up, 0.6 + 0.3 * up], -1)
+    rgb[direction @ np.array([0.6, 0.64, 0.48]) > np.cos(0.015)] = [9000.0, 7500.0, 5400.0]
+    mantissa, exponent = np.frexp(rgb.max(-1))
+    scale = np.ldexp(256.0, -exponent)[..., None]
+    rgbe = np.concatenate([rgb * scale, exponent[..., None] + 128.0], -1).astype(np.uint8)
+    with open(os.path.join(TMP, name), "wb") as file:
+        file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (height, width) + rgbe.tobytes())
+
+
+def check_rig(name, lights, has_dome):
+    """Pixar's library opens the rig without complaint; its lights are those of the set."""
+    from pxr import Gf, Usd, UsdGeom, UsdLux, UsdValidation
+
+    path = os.path.join(TMP, name)
+    stage = Usd.Stage.Open(path)
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    check(len(validators) > 20, f"{name}: only {len(validators)} validators")
+    for error in UsdValidation.ValidationContext(validators).Validate(stage):
+        check(False, f"{name}: {error.GetName()}: {error.GetMessage()}")
+    check(UsdGeom.GetStageUpAxis(stage) == "Y", f"{name}: up")
+    prims = [prim for prim in stage.Traverse() if prim.IsA(UsdLux.DistantLight)]
+    check(len(prims) == len(lights), f"{name}: {len(prims)} lights for {len(lights)}")
+    worst = 0.0
+    for prim, light in zip(prims, lights):
+        lamp = UsdLux.DistantLight(prim)
+        check(lamp.GetNormalizeAttr().Get() is True, f"{name}: normalize")
+        half = np.radians(lamp.GetAngleAttr().Get()) / 2
+        irradiance = lamp.GetIntensityAttr().Get() * np.array(lamp.GetColorAttr().Get())
+        # As UsdLux has it: a normalised distant light has radiance intensity / (pi sin^2).
+        energy = irradiance / (np.pi * np.sin(half) ** 2) * 4 * np.pi * np.sin(half / 2) ** 2
+        s = light["sharpness"]
+        wanted = np.array(light["rgb"]) * 2 * np.pi / s * -np.expm1(-2 * s)
+        worst = max(worst, np.abs(energy / wanted - 1).max())
+        # It shines along its -Z.
+        to_world = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+        towards = -np.array(to_world.TransformDir(Gf.Vec3d(0, 0, -1)))
+        check(np.abs(towards - light["direction"]).max() < 1e-6, f"{name}: direction {towards}")
+        axes = np.array(to_world)[:3, :3]
+        check(np.abs(axes @ axes.T - np.eye(3)).max() < 1e-6, f"{name}: not a rotation")
+    check(worst < 2e-6, f"{name}: energy off by {worst:g}")
+    domes = [UsdLux.DomeLight(prim) for prim in stage.Traverse() if prim.IsA(UsdLux.DomeLight)]
+    check(len(domes) == has_dome, f"{name}: {len(domes)} domes")
+    for dome in domes:
+        file = dome.GetTextureFileAttr().Get().resolvedPath
+        check(os.path.samefile(file, os.path.join(TMP, "rest.exr")), f"{name}: {file}")
+        check(dome.GetTextureFormatAttr().Get() == "latlong", f"{name}: format")
+    print(f"lights_check: {name}: {len(prims)} lights, energy off by {worst:.1e}")
+
+
+def lights_in(name):
+    strandlight("export", name, "-o", name + ".json")
+    with open(os.path.join(TMP, name + ".json")) as file:
+        return json.load(file)["lights"]
+
+
+strandlight("export", "studio.lights", "-o", "studio.usda")
+check_rig("studio.usda", LIGHTS, False)
+write_map_with_sun("sky.hdr")
+strandlight("lights", "sky.hdr", "--suns", "4", "--residual", "rest.exr", "-o", "sun.lights")
+strandlight("export", "sun.lights", "-o", "sun.usda", "--residual", "rest.exr")
+SUNS = lights_in("sun.lights")
+check(len(SUNS) == 1, f"{len(SUNS)} suns")
+check(np.abs(np.array(SUNS[0]["direction"]) - [0.6, 0.64, 0.48]).max() < 2e-3, f"{SUNS[0]}")
+check_rig("sun.usda", SUNS, True)
+
 for line in FAILURES:
     print(f"lights_check: {line}")
 print(f"lights_check: {len(FAILURES)} failures")

@@ -8,6 +8,7 @@ mod docs;
 mod formats_commands;
 mod groom_commands;
 mod groom_merge_command;
+mod lights_budget;
 mod lights_command;
 mod mesh_command;
 mod outputs;

@@ -539,10 +539,20 @@ fn gpu_every_key_that_is_printed_is_documented() {
         text
     };
     let document = |line: &str| -> Value { serde_json::from_str(&run(line)).unwrap() };
+    let read = |name: &str| std::fs::read_to_string(at.join(name)).unwrap();
     run("groom generate --style straight --strands 20 --points-per-strand 4 -o a.groom");
-    let lights = document("lights MAP --count 3 -o a.lights --report r.json --json");
-    let report = std::fs::read_to_string(at.join("r.json")).unwrap();
-    assert_eq!(lights, serde_json::from_str::<Value>(&report).unwrap());
+    let lights =
+        document("lights MAP --count 3 -o a.lights --report r.json --timings t.json --json");
+    // Results and times, apart and together.
+    let mut both: Value = serde_json::from_str(&read("r.json")).unwrap();
+    let times: Value = serde_json::from_str(&read("t.json")).unwrap();
+    for (key, value) in times.as_object().unwrap() {
+        both[key] = value.clone();
+    }
+    assert_eq!(lights, both);
+    let budget = document(
+        "lights MAP --max-error 90% --max-count 2 --hair zinke-fig8-blond -o b.lights --json",
+    );
     let scene = "version = 1\n[groom]\nfile = \"a.groom\"\n[lights]\nfile = \"a.lights\"\n\
                  [render]\nsize = [24, 16]\nsamples = 4\nshadow_maps = 4\n";
     std::fs::write(at.join("a.toml"), scene).unwrap();
@@ -557,6 +567,7 @@ fn gpu_every_key_that_is_printed_is_documented() {
     let gpu = document("render a.toml --backend gpu --json -o gpu.exr");
     let documents = [
         ("lights --report", lights),
+        ("lights --report", budget),
         (
             "verify --json",
             document("verify a.tables a.lights a.groom no.groom --map MAP --json"),

@@ -7,14 +7,15 @@ mod tables;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use strandlight_bake::lights::{exchange, radiance};
+use strandlight_bake::lights::rig::{self, RigTarget};
+use strandlight_bake::lights::{exchange, radiance, rest_parameter};
 use strandlight_formats::{BakedFile, FileKind, Kind, LightSet, TableFile};
-use strandlight_images::LatLong;
 use strandlight_images::exr_file;
+use strandlight_images::{LatLong, Map};
 
 use super::groom::export::{TargetArgs, export as export_groom};
 use super::inspect::{Content, lights};
-use super::{Failure, Outcome, check_outputs, is_stream, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, is_stream, note, print_line, write_output};
 use output::Output;
 
 /// Widest environment map.
@@ -26,8 +27,8 @@ const MAX_WIDTH: i64 = 8192;
 /// centres of each axis) or .exr, one file per table, named OUT_TABLE.npy, or OUT/TABLE.npy when
 /// OUT is a folder; C is written as C_0 to C_6. A table with three axes becomes a picture with the
 /// first two stacked. .lights: to .json (with the formula, and directions to test an evaluation by),
-/// .npy (float32, one row of direction, sharpness and colour per light), .h (C), or .exr (the environment
-/// map of the lights, latitude-longitude). .groom: to the formats listed by `strandlight groom formats`, such as .hair
+/// .npy (float32, one row of direction, sharpness and colour per light), .h (C), .exr (the environment
+/// map of the lights, latitude-longitude), or .usda (USD: a distant light for each). .groom: to the formats listed by `strandlight groom formats`, such as .hair
 /// (diameters as thickness); export to the format a groom was imported from restores the file, byte
 /// for byte if imported with --unit cm.
 #[derive(clap::Args)]
@@ -40,9 +41,24 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     groom: TargetArgs,
+    /// Map for the dome light of a .usda rig: what `lights --suns` left
+    #[arg(long, value_name = "R.exr")]
+    residual: Option<PathBuf>,
+    /// Program that a .usda rig is for; Blender reads angles and intensities in its own way
+    #[arg(long = "for", value_name = "PROGRAM", value_enum, default_value_t = Program::Usd)]
+    program: Program,
     #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=MAX_WIDTH),
         help = format!("Width of a light set's environment map, 2 to {MAX_WIDTH} pixels; its height is half the width"))]
     width: u32,
+}
+
+/// Programs that light rigs are written for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Program {
+    /// What reads UsdLux as it is specified
+    Usd,
+    /// Blender 5.0
+    Blender,
 }
 
 /// Runs the command.
@@ -58,6 +74,11 @@ pub fn run(args: &Args) -> Outcome {
         && !matches!(content, Content::Kind(Kind::Groom))
     {
         return Err(Failure::file(input, format!("{flag} is for grooms")));
+    }
+    let is_rig = matches!(content, Content::Kind(Kind::Lights)) && extension == Some("usda");
+    if !is_rig && (args.residual.is_some() || args.program != Program::Usd) {
+        let what = "--residual and --for are for light sets that become .usda";
+        return Err(Failure::file(input, what));
     }
     let outputs = match content {
         Content::Kind(Kind::Tables) => {
@@ -105,7 +126,11 @@ pub fn run(args: &Args) -> Outcome {
                 let what = format!("OpenEXR, {width} x {height} RGB float32");
                 vec![one(output, what, bytes)]
             }
-            _ => return Err(unknown(output, "a light set", ".json, .npy, .h or .exr")),
+            Some("usda") => vec![usd_rig(args)?],
+            _ => {
+                let accepted = ".json, .npy, .h, .exr or .usda";
+                return Err(unknown(output, "a light set", accepted));
+            }
         },
         Content::Kind(Kind::Groom) => return export_groom(input, output, &args.groom),
         Content::Kind(_) => return Err(Failure::file(input, "no other format is available")),
@@ -133,6 +158,71 @@ fn one(path: &Path, what: String, bytes: Vec<u8>) -> Output {
         what,
         bytes,
     }
+}
+
+/// A light set as lights of USD.
+fn usd_rig(args: &Args) -> Result<Output, Failure> {
+    let (input, output) = (&*args.file, &*args.output);
+    let set = LightSet::read(input).map_err(Failure::input)?;
+    let residual = match &args.residual {
+        Some(path) => {
+            check_outputs(&[path], &[output])?;
+            // A dome without a map would be a white one.
+            Map::read(path).map_err(Failure::input)?;
+            Some(asset_path(path, output)?)
+        }
+        None => None,
+    };
+    if residual.is_none() && set.info.parameters.contains(&rest_parameter()) {
+        let what = "holds the compact sources of its map alone; --residual adds the rest";
+        note!("{}: {what}", input.display());
+    }
+    let target = match args.program {
+        Program::Usd => RigTarget::Usd,
+        Program::Blender => RigTarget::Blender,
+    };
+    let discs = set.lights.iter().map(rig::disc);
+    let narrowed = discs.filter(|disc| disc.is_narrowed).count();
+    let n = set.lights.len();
+    if narrowed > 0 {
+        let what = "lights are wider than half the sphere, which no distant light is; they become half the sphere";
+        note!("{}: {narrowed} of {n} {what}", input.display());
+    }
+    let dome = if residual.is_some() {
+        ", 1 dome light"
+    } else {
+        ""
+    };
+    let bytes = rig::to_usda(&set, residual.as_deref(), target).into_bytes();
+    Ok(one(output, format!("USD, {n} distant lights{dome}"), bytes))
+}
+
+/// How a layer names a file: from its own folder if the file is there.
+fn asset_path(file: &Path, layer: &Path) -> Result<String, Failure> {
+    let refused = |what: &str| Failure::file(file, what);
+    let file = file
+        .canonicalize()
+        .map_err(|error| refused(&error.to_string()))?;
+    let folder = layer
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok();
+    let (path, start) = match folder
+        .as_deref()
+        .and_then(|folder| file.strip_prefix(folder).ok())
+    {
+        Some(below) => (below, "./"),
+        None => (&*file, ""),
+    };
+    let path = path
+        .to_str()
+        .ok_or_else(|| refused("its path is not UTF-8"))?;
+    if path.contains(char::is_control) {
+        return Err(refused(
+            "its path has control characters, which USD cannot quote",
+        ));
+    }
+    Ok(format!("{start}{}", path.replace('\\', "/")))
 }
 
 fn not_ours(input: &Path, found: FileKind) -> Failure {

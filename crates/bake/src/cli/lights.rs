@@ -1,19 +1,25 @@
 //! `strandlight lights` and `strandlight lights import`.
 
+mod args;
+mod bake;
+mod html;
 mod import;
+mod plan;
+mod repeat;
+mod results;
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
-use strandlight_scene::progress::Progress;
 
-use serde_json::{Map as Object, Value, json};
-use strandlight_bake::lights::{Fit, FitOptions, MAX_LIGHTS, STEPS, evaluate, fit, preview_png};
-use strandlight_formats::{BakedFile, FitReport, Kind, LightSet, LightSetInfo};
-use strandlight_images::{Map, MapSelection};
-use strandlight_scene::progress::timed;
+use strandlight_formats::Kind;
 
-use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
+use super::{Failure, Outcome, check_extension, check_outputs, print_line};
 use crate::cli::progress::progress;
+use args::{FitArgs, Layout};
+use bake::{Baked, bake};
+use plan::Plan;
+use results::BudgetResult;
+
+pub use bake::info;
 
 /// Fit spherical Gaussian lights to an HDR map
 ///
@@ -34,57 +40,6 @@ enum Command {
     Import(import::Args),
 }
 
-#[derive(clap::Args)]
-struct FitArgs {
-    /// OpenEXR or Radiance .hdr map, - for standard input
-    map: PathBuf,
-    /// Light set to write, - for standard output
-    #[arg(short, long, value_name = "F.lights")]
-    output: PathBuf,
-    #[arg(long, default_value_t = 40, value_parser = parse_count,
-        help = format!("Number of lights, 1 to {MAX_LIGHTS}"))]
-    count: usize,
-    /// Random seed; the output is deterministic for a given seed
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
-    /// Layout of the map
-    #[arg(long, value_enum, default_value_t = Layout::Latlong)]
-    layout: Layout,
-    /// Part of an OpenEXR file, by name or by index from 0 [default: the first with colour]
-    #[arg(long, value_name = "NAME|INDEX")]
-    part: Option<String>,
-    /// Layer of an OpenEXR file, the name before .R, .G, .B or .Y of its channels; "" for the
-    /// plain ones [default: the plain channels, else the first layer with colour]
-    #[arg(long, value_name = "NAME")]
-    layer: Option<String>,
-    /// Write the errors of the fit as JSON
-    #[arg(long, value_name = "R.json")]
-    report: Option<PathBuf>,
-    /// Skip measuring errors: the light set records none, --json prints null
-    #[arg(long, conflicts_with = "report")]
-    no_report: bool,
-    /// Write map, light set, difference and lights as a picture
-    #[arg(long, value_name = "P.png")]
-    preview: Option<PathBuf>,
-    /// Print one JSON document
-    #[arg(long)]
-    json: bool,
-}
-
-/// Layouts of a map on the sphere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Layout {
-    /// Equirectangular, row 0 on top, OpenEXR's orientation
-    Latlong,
-}
-
-fn parse_count(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count) if (1..=MAX_LIGHTS).contains(&count) => Ok(count),
-        _ => Err(format!("not a number from 1 to {MAX_LIGHTS}")),
-    }
-}
-
 /// Steps beside those of the fit: reading, the report, the files.
 const OTHER_STEPS: u64 = 3;
 
@@ -101,41 +56,50 @@ pub fn run(args: &Args) -> Outcome {
 fn run_fit(args: &FitArgs) -> Outcome {
     // The one layout there is; the match makes a new one stop here.
     let Layout::Latlong = args.layout;
-    let outputs = [
+    let single = [
         Some(&args.output),
-        args.report.as_ref(),
+        args.residual.as_ref(),
+        args.timings.as_ref(),
         args.preview.as_ref(),
     ];
-    let outputs: Vec<&Path> = outputs
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
-        .collect();
+    let outputs = single.into_iter().flatten().chain(&args.report);
+    let outputs: Vec<&Path> = outputs.map(PathBuf::as_path).collect();
     check_outputs(&[&args.map], &outputs)?;
     if let Some(preview) = &args.preview {
         check_extension(preview, "png")?;
     }
-
-    let progress = progress("fitting lights", STEPS + OTHER_STEPS);
-    let baked = bake(args, &progress);
+    if let Some(residual) = &args.residual {
+        check_extension(residual, "exr")?;
+    }
+    let plan = Plan::of(args)?;
+    let progress = progress("fitting lights", plan.steps() + OTHER_STEPS);
+    let baked = bake(args, &plan, &progress);
     progress.finish();
     let baked = baked?;
     if args.json {
-        return print_line(format_args!("{:#}", baked.document));
+        print_line(format_args!("{:#}", baked.document))?;
+    } else {
+        for path in &baked.written {
+            print_line(format_args!("wrote {}", path.display()))?;
+        }
     }
-    let wrote = |path: &Path| format!("wrote {}", path.display());
-    if let Some(path) = &args.preview {
-        print_line(wrote(path))?;
+    match &baked.results.budget {
+        Some(budget) if !budget.is_met() => Err(Failure::Check(missed(args, &baked, budget))),
+        _ if args.json => Ok(()),
+        _ => print_line(summary(args, &baked)),
     }
-    if let Some(path) = &args.report {
-        print_line(wrote(path))?;
-    }
+}
+
+/// The last line of a fit.
+fn summary(args: &FitArgs, baked: &Baked) -> String {
+    let set = &baked.results.set;
     let (major, minor) = Kind::Lights.version();
-    let how_many = match baked.set.lights.len() {
-        found if found == args.count => format!("{found} lights"),
-        found => format!("{found} of {} lights, more would not help", args.count),
+    let how_many = match (set.lights.len(), set.info.requested_count as usize) {
+        (found, _) if baked.results.residual.is_some() => format!("{found} lights"),
+        (found, asked) if found == asked => format!("{found} lights"),
+        (found, asked) => format!("{found} of {asked} lights, more would not help"),
     };
-    let figures = match baked.set.info.report {
+    let mut figures = match baked.results.report {
         Some(report) => {
             let worst_energy = report
                 .energy_ratio
@@ -150,163 +114,35 @@ fn run_fit(args: &FitArgs) -> Outcome {
         }
         None => "errors not measured".to_owned(),
     };
-    print_line(format_args!(
-        "{}: light set, format {major}.{minor}, {how_many} ({} compact), {} bytes, {figures}, \
+    if baked.results.residual.is_some() {
+        figures = format!("with the residual {figures}");
+    }
+    if let Some(hair) = &baked.results.hair {
+        let error = 100.0 * hair.fibre_error;
+        figures += &format!(", fibre error of {} {error:.2} %", hair.name);
+    }
+    format!(
+        "wrote {}: light set, format {major}.{minor}, {how_many} ({} compact), {} bytes, {figures}, \
          {:.2} s",
-        wrote(&args.output),
-        baked.compact_lights,
+        args.output.display(),
+        baked.results.compact_lights,
         baked.bytes,
         baked.seconds,
-    ))
+    )
 }
 
-/// What was made, for the last lines.
-struct Baked {
-    set: LightSet,
-    /// Length of its file.
-    bytes: usize,
-    compact_lights: usize,
-    document: Value,
-    seconds: f64,
-}
-
-/// All the work, up to the last file that is written.
-fn bake(args: &FitArgs, progress: &Progress) -> Result<Baked, Failure> {
-    let start = Instant::now();
-    let selection = MapSelection {
-        part: args.part.clone(),
-        layer: args.layer.clone(),
-    };
-    let (map, read_seconds) = timed(|| Map::read_selected(&args.map, &selection));
-    let map = map.map_err(Failure::input)?;
-    progress.advance(1);
-    let options = FitOptions {
-        count: args.count,
-        seed: args.seed,
-    };
-    let fitted = fit(&map, options, progress).map_err(|error| Failure::file(&args.map, error))?;
-    for line in remarks(&map) {
-        progress.say(&format!("{}: {line}", args.map.display()));
-    }
-    let mut stages: Vec<(&str, f64)> = vec![("read", read_seconds)];
-    stages.extend(&fitted.seconds);
-    let report = if args.no_report {
-        None
-    } else {
-        let (report, seconds) = timed(|| evaluate(&fitted.lights, &map));
-        stages.push(("report", seconds));
-        Some(report)
-    };
-    progress.advance(1);
-
-    let set = LightSet {
-        lights: fitted.lights.lights.clone(),
-        info: info(options, &map, &fitted, report),
-    };
-    let bytes = set
-        .to_bytes()
-        .map_err(|error| Failure::file(&args.output, error))?;
-    let preview = match &args.preview {
-        Some(path) => {
-            let (bytes, seconds) = timed(|| preview_png(&set, &map));
-            stages.push(("preview", seconds));
-            Some((path, bytes.map_err(|error| Failure::file(path, error))?))
-        }
-        None => None,
-    };
-    let seconds = start.elapsed().as_secs_f64();
-    let document = document(&set, &map, &fitted, seconds, &stages);
-
-    write_output(&args.output, &bytes)?;
-    if let Some(path) = &args.report {
-        write_output(path, format!("{document:#}\n").as_bytes())?;
-    }
-    if let Some((path, bytes)) = preview {
-        write_output(path, &bytes)?;
-    }
-    progress.advance(1);
-    Ok(Baked {
-        set,
-        bytes: bytes.len(),
-        compact_lights: fitted.suns,
-        document,
-        seconds,
-    })
-}
-
-/// What one should know of a map that is not exactly what its file seems to hold.
-fn remarks(map: &Map) -> Vec<String> {
-    let source = map.source();
-    let faults = map.faults();
-    let image = source.image.as_ref().map(|image| {
-        let choices = &image.choices;
-        format!("reads {image} of {choices}; --part and --layer choose")
-    });
-    let clamped = (!faults.is_clean()).then(|| format!("clamped pixels: {faults}"));
-    image
-        .into_iter()
-        .chain(source.windows.map(|windows| windows.to_string()))
-        .chain(clamped)
-        .collect()
-}
-
-/// What the file records about its making: nothing that changes from run to run.
-pub(super) fn info(
-    options: FitOptions,
-    map: &Map,
-    fitted: &Fit,
-    report: Option<FitReport>,
-) -> LightSetInfo {
-    let mut parameters = vec![("layout".to_owned(), "latlong".to_owned())];
-    parameters.extend(map.parameters());
-    parameters.push(("compact_lights".to_owned(), fitted.suns.to_string()));
-    LightSetInfo {
-        map_hash: map.source().hash.clone(),
-        // At most 32768: fits.
-        map_size: [map.width() as u32, map.height() as u32],
-        requested_count: options.count as u32,
-        seed: options.seed,
-        parameters,
-        report,
-        ..LightSetInfo::default()
-    }
-}
-
-/// The report as JSON; without the figures of the fit they are null.
-fn document(
-    set: &LightSet,
-    map: &Map,
-    fitted: &Fit,
-    seconds: f64,
-    stages: &[(&str, f64)],
-) -> Value {
-    let report = set.info.report;
-    let stages: Object<String, Value> = stages
-        .iter()
-        .map(|(name, seconds)| ((*name).to_owned(), json!(seconds)))
-        .collect();
-    json!({
-        "count": set.lights.len(),
-        "requested_count": set.info.requested_count,
-        "compact_lights": fitted.suns,
-        "sun_found": fitted.suns > 0,
-        "seed": set.info.seed,
-        "seconds": seconds,
-        "stage_seconds": stages,
-        "rel_l2": report.map(|report| report.rel_l2),
-        "energy_ratio": report.map(|report| report.energy_ratio),
-        "irradiance_error": report.map(|report| report.irradiance_error),
-        "fibre_error": report.map(|report| report.fibre_error),
-        "energy_scale": fitted.energy_scale,
-        "map": {
-            "format": map.source().format,
-            "hash": map.source().hash,
-            "width": map.width(),
-            "height": map.height(),
-            "image": map.source().image,
-            "windows": map.source().windows,
-            "clamped_pixels": map.faults(),
-        },
-        "tool_version": set.info.tool_version,
-    })
+/// What is said of a budget that no set keeps.
+fn missed(args: &FitArgs, baked: &Baked, budget: &BudgetResult) -> String {
+    // 0.07 * 100 has a tail of digits.
+    let percent = |error: f64| (1e12 * error).round() / 1e10;
+    format!(
+        "{}: no set of up to {} lights has a {} error of at most {} %; the best of those fitted has \
+         {:.3} %, with {} lights; no light set was written",
+        args.map.display(),
+        budget.max_count,
+        budget.metric.name(),
+        percent(budget.max_error),
+        percent(budget.error),
+        baked.results.set.lights.len(),
+    )
 }

@@ -139,5 +139,33 @@ fn suggestions(error: &clap::Error) -> Vec<String> {
     names.map(name).collect()
 }
 
+/// A fraction in 0..=1, as such or as `2%`.
+fn parse_error(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.strip_suffix('%') {
+        Some(number) => (number.trim_end(), 0.01),
+        None => (text, 1.0),
+    };
+    match number.parse::<f64>().map(|number| number * unit) {
+        Ok(error) if (0.0..=1.0).contains(&error) => Ok(error),
+        _ => Err("not a fraction in 0..=1 or per cent in 0%..=100%".to_owned()),
+    }
+}
+
 /// What every command answers.
 pub type Outcome = Result<(), Failure>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_fractions_or_per_cent() {
+        for (text, limit) in [("2%", 0.02), ("0.5 %", 0.005), ("0.02", 0.02), ("1", 1.0)] {
+            let found = parse_error(text).unwrap();
+            assert!((found - limit).abs() < 1e-15, "{text}: {found}");
+        }
+        for text in ["2", "-1%", "101%", "%", "", "NaN", "inf", "x"] {
+            assert!(parse_error(text).is_err(), "{text}");
+        }
+    }
+}

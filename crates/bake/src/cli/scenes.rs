@@ -224,7 +224,7 @@ fn light_set(scene: &PaperScene, map: &Map) -> Result<LightSet, Failure> {
     let fitted = fitted.map_err(|error| Failure::Input(format!("{}: {error}", scene.name)))?;
     let report = evaluate(&fitted.lights, map);
     Ok(LightSet {
-        info: info(options, map, &fitted, Some(report)),
+        info: info(options, map, fitted.suns, Some(report)),
         lights: fitted.lights.lights,
     })
 }

@@ -1,5 +1,7 @@
 //! The fit of a light set to a map, from pixels to lights.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 use strandlight_formats::{LightSet, SrbfLight};
 
@@ -10,7 +12,7 @@ use super::response::Response;
 use super::search::{Candidates, add_greedily, add_in_batches, grow, relocate};
 use super::spectrum::Filter;
 use super::sphere::fibonacci;
-use super::sun::{Source, amplitude, extract};
+use super::sun::{MAX_SOURCES, Source, amplitude, extract};
 use strandlight_images::{Map, PixelFaults};
 use strandlight_scene::progress::{Progress, timed};
 
@@ -101,83 +103,153 @@ pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, F
     if !(1..=MAX_LIGHTS).contains(&options.count) {
         return Err(FitError::Count(options.count));
     }
-    let map = &*map.subdivided(COLUMNS);
-    let energy = map.energy();
-    let total: f64 = energy.iter().sum();
-    if total == 0.0 {
-        return Err(FitError::NoLight {
-            pixels: map.width() * map.height(),
-            faults: map.faults(),
-        });
+    Fitter::new(map, options.seed)?.fit(options.count, progress)
+}
+
+/// A map made ready for fits: what does not depend on the number of lights is made once. Each fit
+/// is that of [`fit`], bit for bit, whatever was fitted before.
+pub(super) struct Fitter<'a> {
+    map: Cow<'a, Map>,
+    energy: [f64; 3],
+    /// Radiance is measured in units of the map's mean.
+    unit: f64,
+    turn: f64,
+    filter: Option<Filter>,
+    candidates: Option<Candidates>,
+    levels: Option<Levels>,
+}
+
+impl<'a> Fitter<'a> {
+    /// # Errors
+    /// The map has no light.
+    pub fn new(map: &'a Map, seed: u64) -> Result<Fitter<'a>, FitError> {
+        let map = map.subdivided(COLUMNS);
+        let energy = map.energy();
+        let total: f64 = energy.iter().sum();
+        if total == 0.0 {
+            return Err(FitError::NoLight {
+                pixels: map.width() * map.height(),
+                faults: map.faults(),
+            });
+        }
+        Ok(Fitter {
+            map,
+            energy,
+            unit: total / (12.0 * std::f64::consts::PI),
+            turn: (seed % 65_536) as f64,
+            filter: None,
+            candidates: None,
+            levels: None,
+        })
     }
-    let mut seconds = Vec::new();
 
-    // Compact sources, and the map without them; one light at least is left for the rest.
-    let most_sources = options.count.div_ceil(4).min(options.count - 1);
-    let ((sources, rest), time) = timed(|| extract(map, most_sources));
-    seconds.push(("suns", time));
-    progress.advance(1);
+    /// Fits `count` lights, 1..=[`MAX_LIGHTS`].
+    ///
+    /// # Errors
+    /// The map has values too large.
+    pub fn fit(&mut self, count: usize, progress: &Progress) -> Result<Fit, FitError> {
+        // One light at least is left for what is not compact.
+        let most_sources = count.div_ceil(4).min(count - 1).min(MAX_SOURCES);
+        let (filter, time) = timed(|| &*self.filter.get_or_insert_with(fit_filter));
+        let levels = match self.levels.take() {
+            Some(levels) if levels.serve(most_sources) => levels,
+            _ => Levels::new(&self.map, most_sources, filter, self.unit),
+        };
+        let levels = self.levels.insert(levels);
+        let [suns_time, filter_time] = std::mem::take(&mut levels.seconds);
+        let mut seconds = vec![("suns", suns_time), ("filter", time + filter_time)];
+        progress.advance(2);
 
-    // The filtered targets. Radiance is measured in units of the map's mean.
-    let unit = total / (12.0 * std::f64::consts::PI);
-    let ((filter, coarse, fine), time) = timed(|| {
-        let response = Response::default();
-        let filter = Filter::new(&NARROWING.map(|factor| response.narrowed(factor)));
-        let mut harmonics = Harmonics::analyse(&rest);
-        harmonics.filter(&filter.factors);
-        let energy = rest.energy();
-        let coarse = target(&harmonics, energy, COARSE_POINTS, unit);
-        let fine = target(&harmonics, energy, FINE_POINTS, unit);
-        (filter, coarse, fine)
-    });
-    seconds.push(("filter", time));
-    progress.advance(1);
+        let (coarse, fine) = (&levels.coarse, &levels.fine);
+        let count = count - levels.sources.len();
+        let ((candidates, state), time) = timed(|| {
+            let make = || Candidates::new(filter, coarse, CENTRES, self.turn);
+            let candidates = &*self.candidates.get_or_insert_with(make);
+            let empty = State::solve(filter, coarse, Vec::new(), &Default::default());
+            let refined = count.min(REFINED_LIGHTS);
+            let state = grow(filter, coarse, candidates, empty, refined);
+            let state = refine(filter, coarse, state, 8);
+            let state = relocate(filter, coarse, candidates, state, 8);
+            let state = add_in_batches(filter, coarse, candidates, state, count);
+            (candidates, state)
+        });
+        seconds.push(("search", time));
+        progress.advance(2);
 
-    let count = options.count - sources.len();
-    let turn = (options.seed % 65_536) as f64;
-    let ((candidates, state), time) = timed(|| {
-        let candidates = Candidates::new(&filter, &coarse, CENTRES, turn);
-        let empty = State::solve(&filter, &coarse, Vec::new(), &Default::default());
-        let refined = count.min(REFINED_LIGHTS);
-        let state = grow(&filter, &coarse, &candidates, empty, refined);
-        let state = refine(&filter, &coarse, state, 8);
-        let state = relocate(&filter, &coarse, &candidates, state, 8);
-        let state = add_in_batches(&filter, &coarse, &candidates, state, count);
-        (candidates, state)
-    });
-    seconds.push(("search", time));
-    progress.advance(2);
-
-    let (state, time) = timed(|| {
-        let mut state = State::solve(&filter, &fine, state.lobes, &state.amplitudes);
-        if count > REFINED_LIGHTS {
-            return state;
-        }
-        state = refine(&filter, &fine, state, 24);
-        // A lobe whose amplitudes came out zero is better used elsewhere.
-        for _ in 0..3 {
-            let used = state.without_idle_lobes();
-            if used.len() == count {
-                break;
+        let (state, time) = timed(|| {
+            let mut state = State::solve(filter, fine, state.lobes, &state.amplitudes);
+            if count > REFINED_LIGHTS {
+                return state;
             }
-            let missing = count - used.len();
-            let start = State::solve(&filter, &coarse, used, &Default::default());
-            let more = add_greedily(&filter, &coarse, &candidates, start, missing);
-            let more = State::solve(&filter, &fine, more.lobes, &more.amplitudes);
-            state = refine(&filter, &fine, more, 6);
-        }
-        state
-    });
-    seconds.push(("refine", time));
-    progress.advance(1);
+            state = refine(filter, fine, state, 24);
+            // A lobe whose amplitudes came out zero is better used elsewhere.
+            for _ in 0..3 {
+                let used = state.without_idle_lobes();
+                if used.len() == count {
+                    break;
+                }
+                let missing = count - used.len();
+                let start = State::solve(filter, coarse, used, &Default::default());
+                let more = add_greedily(filter, coarse, candidates, start, missing);
+                let more = State::solve(filter, fine, more.lobes, &more.amplitudes);
+                state = refine(filter, fine, more, 6);
+            }
+            state
+        });
+        seconds.push(("refine", time));
+        progress.advance(1);
 
-    let (lights, energy_scale) = assemble(&state, &sources, energy, unit)?;
-    Ok(Fit {
-        lights,
-        suns: sources.len(),
-        energy_scale,
-        seconds,
-    })
+        let (lights, energy_scale) = assemble(&state, &levels.sources, self.energy, self.unit)?;
+        Ok(Fit {
+            lights,
+            suns: levels.sources.len(),
+            energy_scale,
+            seconds,
+        })
+    }
+}
+
+/// The compact sources of a map, and the rest filtered: what lobes are fitted to.
+struct Levels {
+    /// So many sources were looked for.
+    most_sources: usize,
+    sources: Vec<Source>,
+    coarse: Target,
+    fine: Target,
+    /// What finding the sources and filtering took.
+    seconds: [f64; 2],
+}
+
+impl Levels {
+    fn new(map: &Map, most_sources: usize, filter: &Filter, unit: f64) -> Levels {
+        let ((sources, rest), suns_time) = timed(|| extract(map, most_sources));
+        let ((coarse, fine), filter_time) = timed(|| {
+            let mut harmonics = Harmonics::analyse(&rest);
+            harmonics.filter(&filter.factors);
+            let energy = rest.energy();
+            let of = |points| target(&harmonics, energy, points, unit);
+            (of(COARSE_POINTS), of(FINE_POINTS))
+        });
+        Levels {
+            most_sources,
+            sources,
+            coarse,
+            fine,
+            seconds: [suns_time, filter_time],
+        }
+    }
+
+    /// Would looking for `most_sources` find the same?
+    fn serve(&self, most_sources: usize) -> bool {
+        let found = self.sources.len();
+        found == most_sources || (found < self.most_sources && found < most_sources)
+    }
+}
+
+/// The filter of the fibres that the fit has in mind.
+fn fit_filter() -> Filter {
+    let response = Response::default();
+    Filter::new(&NARROWING.map(|factor| response.narrowed(factor)))
 }
 
 /// The filtered map at `count` points and its mean radiance.

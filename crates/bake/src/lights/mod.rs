@@ -5,8 +5,11 @@
 //!   the rest is filtered by the mean response of fibres (`response`, `spectrum`, `harmonics`),
 //!   lobes are placed where most is left to explain (`search`) and refined by variable projection
 //!   (`projection`), and each channel's energy is made the map's.
+//! - [`fit_to_budget`]: the smallest set within an error; [`fit_with_curve`]: the error of other
+//!   counts beside it.
+//! - [`separate`]: compact sources as lights, the rest as a map.
 //! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at.
-//! - [`exchange`]: light sets for other programs.
+//! - [`exchange`]: light sets for other programs; [`rig`]: as lights of USD.
 //!
 //! ```
 //! use strandlight_bake::lights::{FitOptions, evaluate, fit};
@@ -21,6 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod budget;
 mod cells;
 mod columns;
 pub mod exchange;
@@ -30,13 +34,20 @@ mod linear;
 mod preview;
 mod projection;
 mod report;
+mod residual;
 mod response;
+pub mod rig;
 mod search;
 mod spectrum;
 mod sphere;
 mod sun;
 
+pub use budget::{
+    Budget, ChosenFit, CountError, Metric, curve_steps, fibre_error_of, fit_to_budget,
+    fit_with_curve,
+};
 pub use cells::radiance;
 pub use fit::{Fit, FitError, FitOptions, MAX_LIGHTS, STEPS, fit};
-pub use preview::preview_png;
+pub use preview::{Pictures, pictures, preview_png};
 pub use report::evaluate;
+pub use residual::{MAX_SUNS, Separated, evaluate_with_residual, rest_parameter, separate};

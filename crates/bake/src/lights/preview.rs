@@ -9,13 +9,16 @@ use super::cells::radiance;
 use super::sphere::dot;
 use strandlight_images::{LatLong, Map};
 
-/// Pixels across one of the four pictures.
+/// Pixels across one of the four pictures of [`preview_png`].
 const WIDTH: usize = 640;
+
+/// Pixels across each of [`pictures`].
+const PICTURE_WIDTH: usize = 512;
 
 /// Pixels between them.
 const GAP: usize = 4;
 
-/// One picture, [`WIDTH`] x `WIDTH / 2`, row by row.
+/// One picture, twice as wide as high, row by row.
 type Panel<T> = Vec<[T; 3]>;
 
 /// A PNG (8-bit sRGB) of four pictures at one exposure: the map, the light set; below them the
@@ -25,31 +28,105 @@ type Panel<T> = Vec<[T; 3]>;
 /// # Errors
 /// What the PNG encoder says.
 pub fn preview_png(set: &LightSet, map: &Map) -> Result<Vec<u8>, png::EncodingError> {
-    let grid = LatLong {
-        width: WIDTH,
-        height: WIDTH / 2,
-    };
-    let of_map = shrink(map, grid);
-    let of_set = reconstruct(set, grid);
-    let exposure = exposure(&of_map);
-    let toned = |panel: &Panel<f64>| -> Panel<u8> {
-        panel
-            .iter()
-            .map(|rgb| tone(rgb.map(|x| x * exposure)))
-            .collect()
-    };
-    let difference = of_map
-        .iter()
-        .zip(&of_set)
-        .map(|(map, set)| heat(exposure * (luminance(*set) - luminance(*map))))
-        .collect();
-    let panels = [
-        toned(&of_map),
-        toned(&of_set),
-        difference,
-        discs(set, &of_map, exposure, grid),
+    let panels = Panels::new(set, None, map, WIDTH);
+    let discs = discs(set, &panels.of_map, panels.exposure, panels.grid);
+    let all = [
+        panels.toned(&panels.of_map),
+        panels.toned(&panels.of_set),
+        panels.difference(),
+        discs,
     ];
-    encode(&panels, grid)
+    let (width, height) = (2 * panels.grid.width + GAP, 2 * panels.grid.height + GAP);
+    let mut pixels = vec![0u8; width * height * 3];
+    for (k, panel) in all.iter().enumerate() {
+        let (x0, y0) = (
+            (k % 2) * (panels.grid.width + GAP),
+            (k / 2) * (panels.grid.height + GAP),
+        );
+        for (j, row) in panel.chunks_exact(panels.grid.width).enumerate() {
+            let start = ((y0 + j) * width + x0) * 3;
+            pixels[start..start + 3 * panels.grid.width].copy_from_slice(row.as_flattened());
+        }
+    }
+    encode(&pixels, width, height)
+}
+
+/// A map, the light set, and the difference, at one exposure, as PNGs (8-bit sRGB).
+#[derive(Clone, Debug)]
+pub struct Pictures {
+    /// The map.
+    pub map: Vec<u8>,
+    /// The residual map, if there is one.
+    pub residual: Option<Vec<u8>>,
+    /// The light set, and the residual.
+    pub lights: Vec<u8>,
+    /// Red where the set is brighter, blue where the map is, grey where they agree.
+    pub difference: Vec<u8>,
+    /// Width and height of each, pixels.
+    pub size: [usize; 2],
+}
+
+/// Makes the pictures of a map, and of a set with the residual map that belongs to it, if one does.
+///
+/// # Errors
+/// What the PNG encoder says.
+pub fn pictures(
+    set: &LightSet,
+    residual: Option<&Map>,
+    map: &Map,
+) -> Result<Pictures, png::EncodingError> {
+    let panels = Panels::new(set, residual, map, PICTURE_WIDTH);
+    let residual = residual.map(|map| panels.toned(&shrink(map, panels.grid)));
+    let LatLong { width, height } = panels.grid;
+    let encode = |panel: Panel<u8>| encode(panel.as_flattened(), width, height);
+    Ok(Pictures {
+        map: encode(panels.toned(&panels.of_map))?,
+        residual: residual.map(encode).transpose()?,
+        lights: encode(panels.toned(&panels.of_set))?,
+        difference: encode(panels.difference())?,
+        size: [width, height],
+    })
+}
+
+/// A map and a set at the same pixels.
+struct Panels {
+    grid: LatLong,
+    of_map: Panel<f64>,
+    of_set: Panel<f64>,
+    exposure: f64,
+}
+
+impl Panels {
+    fn new(set: &LightSet, residual: Option<&Map>, map: &Map, width: usize) -> Panels {
+        let grid = LatLong {
+            width,
+            height: width / 2,
+        };
+        let of_map = shrink(map, grid);
+        let mut of_set = reconstruct(set, grid);
+        if let Some(residual) = residual {
+            for (sum, rest) in of_set.iter_mut().zip(shrink(residual, grid)) {
+                *sum = [0, 1, 2].map(|c| sum[c] + rest[c]);
+            }
+        }
+        Panels {
+            grid,
+            of_set,
+            exposure: exposure(&of_map),
+            of_map,
+        }
+    }
+
+    fn toned(&self, panel: &Panel<f64>) -> Panel<u8> {
+        let exposed = panel.iter().map(|rgb| rgb.map(|x| x * self.exposure));
+        exposed.map(tone).collect()
+    }
+
+    fn difference(&self) -> Panel<u8> {
+        let pairs = self.of_map.iter().zip(&self.of_set);
+        let difference = pairs.map(|(map, set)| luminance(*set) - luminance(*map));
+        difference.map(|x| heat(self.exposure * x)).collect()
+    }
 }
 
 /// Averages the map's pixels (or repeats them) into the panel.
@@ -169,23 +246,14 @@ fn discs(set: &LightSet, map: &Panel<f64>, exposure: f64, grid: LatLong) -> Pane
     panel
 }
 
-fn encode(panels: &[Panel<u8>; 4], grid: LatLong) -> Result<Vec<u8>, png::EncodingError> {
-    let (width, height) = (2 * grid.width + GAP, 2 * grid.height + GAP);
-    let mut pixels = vec![0u8; width * height * 3];
-    for (k, panel) in panels.iter().enumerate() {
-        let (x0, y0) = ((k % 2) * (grid.width + GAP), (k / 2) * (grid.height + GAP));
-        for (j, row) in panel.chunks_exact(grid.width).enumerate() {
-            let start = ((y0 + j) * width + x0) * 3;
-            pixels[start..start + 3 * grid.width].copy_from_slice(row.as_flattened());
-        }
-    }
+fn encode(pixels: &[u8], width: usize, height: usize) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&pixels)?;
+    writer.write_image_data(pixels)?;
     writer.finish()?;
     Ok(bytes)
 }

@@ -1,12 +1,13 @@
 //! How far a light set is from its map.
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
 use strandlight_formats::{FitReport, LightSet, SrbfLight};
 
 use super::cells::{COLUMNS, Cell, NARROW, light_cells, map_cells, radiance};
-use super::response::{fibre_error, relative_rms};
+use super::response::{FibreJudge, Response, relative_rms, squares};
 use super::sphere::{dot, fibonacci, normalize};
 use strandlight_images::{LatLong, Map};
 
@@ -34,20 +35,107 @@ const REACH: f64 = 6.0;
 /// 2048 pixels and more across it interpolates the lights, but for narrow ones, between points 0.35
 /// degrees apart, which changes it by at most 5e-4 of itself on the sample maps (enlarged).
 pub fn evaluate(lights: &LightSet, map: &Map) -> FitReport {
-    let map = &*map.subdivided(COLUMNS);
-    let of_lights = light_cells(lights);
-    let of_map = map_cells(map);
-    let energy = |cells: &[Cell], c: usize| cells.iter().map(|cell| cell.energy[c]).sum::<f64>();
-    let energy_ratio = [0, 1, 2].map(|c| {
-        let (set, map) = (energy(&of_lights, c), energy(&of_map, c));
-        if set == map { 1.0 } else { set / map }
-    });
-    FitReport {
-        rel_l2: rel_l2(lights, map),
-        energy_ratio,
-        irradiance_error: irradiance_error(&of_lights, &of_map),
-        fibre_error: fibre_error(&of_lights, &of_map),
+    Judge::new(map, &Response::default()).report(lights)
+}
+
+/// A map made ready to be compared with any number of light sets, by the hair of one response.
+pub(super) struct Judge<'a> {
+    map: Cow<'a, Map>,
+    energy: [f64; 3],
+    fibres: FibreJudge,
+    normals: Vec<[f64; 3]>,
+    /// Irradiance from the map on each of `normals`.
+    irradiance: Vec<[f64; 3]>,
+}
+
+/// The errors by which sets of one map are compared; see [`evaluate`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Errors {
+    pub fibre: f64,
+    pub irradiance: f64,
+}
+
+impl<'a> Judge<'a> {
+    pub fn new(map: &'a Map, response: &Response) -> Judge<'a> {
+        let map = map.subdivided(COLUMNS);
+        let cells = map_cells(&map);
+        let normals: Vec<[f64; 3]> = (0..NORMALS).map(|ix| fibonacci(ix, NORMALS, 0.0)).collect();
+        Judge {
+            energy: energy(&cells),
+            fibres: FibreJudge::new(response, &cells),
+            irradiance: irradiance(&cells, &normals),
+            normals,
+            map,
+        }
     }
+
+    /// All figures of a set.
+    pub fn report(&self, lights: &LightSet) -> FitReport {
+        FitReport {
+            rel_l2: rel_l2(lights, &self.map),
+            ..self.figures(lights, None)
+        }
+    }
+
+    /// The figures of a set, and a map beside it, but for `rel_l2`.
+    pub fn figures(&self, lights: &LightSet, beside: Option<&Map>) -> FitReport {
+        let mut cells = light_cells(lights);
+        if let Some(map) = beside {
+            cells.extend(map_cells(&map.subdivided(COLUMNS)));
+        }
+        let set = energy(&cells);
+        let energy_ratio = [0, 1, 2].map(|c| {
+            if set[c] == self.energy[c] {
+                1.0
+            } else {
+                set[c] / self.energy[c]
+            }
+        });
+        let errors = self.errors_of(&cells);
+        FitReport {
+            rel_l2: 0.0,
+            energy_ratio,
+            irradiance_error: errors.irradiance,
+            fibre_error: errors.fibre,
+        }
+    }
+
+    /// Those figures of a set that cost little.
+    pub fn errors(&self, lights: &LightSet) -> Errors {
+        self.errors_of(&light_cells(lights))
+    }
+
+    fn errors_of(&self, cells: &[Cell]) -> Errors {
+        let set = irradiance(cells, &self.normals);
+        let sums: Vec<[f64; 2]> = set
+            .iter()
+            .zip(&self.irradiance)
+            .map(|(set, map)| squares(*set, *map))
+            .collect();
+        Errors {
+            fibre: self.fibres.error(cells),
+            irradiance: relative_rms(&sums),
+        }
+    }
+}
+
+fn energy(cells: &[Cell]) -> [f64; 3] {
+    [0, 1, 2].map(|c| cells.iter().map(|cell| cell.energy[c]).sum())
+}
+
+/// Irradiance on a surface of each normal.
+fn irradiance(cells: &[Cell], normals: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let on = |normal: &[f64; 3]| {
+        let mut sum = [0.0; 3];
+        for cell in cells {
+            let cos = dot(cell.direction, *normal).max(0.0);
+            for (sum, e) in sum.iter_mut().zip(cell.energy) {
+                *sum += e * cos;
+            }
+        }
+        sum
+    };
+    normals.par_iter().map(on).collect()
 }
 
 fn rel_l2(set: &LightSet, map: &Map) -> f64 {
@@ -188,33 +276,6 @@ impl<'a> Lattice<'a> {
         }
         out
     }
-}
-
-fn irradiance_error(lights: &[Cell], map: &[Cell]) -> f64 {
-    let irradiance = |cells: &[Cell], normal| {
-        let mut sum = [0.0; 3];
-        for cell in cells {
-            let cos = dot(cell.direction, normal).max(0.0);
-            for (sum, e) in sum.iter_mut().zip(cell.energy) {
-                *sum += e * cos;
-            }
-        }
-        sum
-    };
-    let sums: Vec<[f64; 2]> = (0..NORMALS)
-        .into_par_iter()
-        .map(|ix| {
-            let normal = fibonacci(ix, NORMALS, 0.0);
-            let (set, map) = (irradiance(lights, normal), irradiance(map, normal));
-            let mut sums = [0.0; 2];
-            for c in 0..3 {
-                sums[0] += (set[c] - map[c]).powi(2);
-                sums[1] += map[c] * map[c];
-            }
-            sums
-        })
-        .collect();
-    relative_rms(&sums)
 }
 
 #[cfg(test)]

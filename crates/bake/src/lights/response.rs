@@ -19,19 +19,22 @@
 //!   sigma_a 0.35, brown hair.
 //!
 //! # The error
-//! [`fibre_error`] is `sqrt(sum (I_set - I_map)^2 / sum I_map^2)` over [`FIBRES`] pairs of a
+//! [`FibreJudge::error`] is `sqrt(sum (I_set - I_map)^2 / sum I_map^2)` over [`FIBRES`] pairs of a
 //! fibre and a view, and the three channels. Tangents are uniform on the sphere; views too, but
 //! within |sin theta_o| <= 0.98, since nothing is seen of a fibre along its axis. The pairs come
 //! from a fixed seed and are the same for every map. The fit never sees them: it works on the
 //! expectation over all frames, of this response and of narrower ones (see `spectrum`).
 
 use rayon::prelude::*;
+use strandlight_scattering::exact::azimuthal_average;
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::special::bessel_i_ratio_1;
 use strandlight_scattering::{HairParams, Lobe};
 
 use super::cells::Cell;
 use super::sphere::{Random, Vec3, dot, tangents};
 
-/// Pairs of fibre and view of [`fibre_error`].
+/// Pairs of fibre and view of the fibre error.
 pub const FIBRES: usize = 512;
 
 /// Seed of the pairs: the digits of pi, nothing that was chosen for its result.
@@ -51,8 +54,10 @@ pub(super) struct ResponseLobe {
     pub shift: f64,
     /// Xu's bandwidth in the full angle, 2 beta_t.
     pub width: f64,
-    /// Energy a_t.
+    /// Energy a_t, the mean over the channels.
     pub energy: f64,
+    /// That of each channel over the mean.
+    pub tint: [f64; 3],
     /// Shape over azimuth.
     pub azimuth: Azimuth,
 }
@@ -79,6 +84,7 @@ impl Default for Response {
             shift: 2.0 * hair.shift.get(lobe),
             width: 2.0 * hair.width.get(lobe),
             energy,
+            tint: [1.0; 3],
             azimuth,
         };
         let gaussian = |sign, lambda| Azimuth::Gaussian { sign, lambda };
@@ -93,6 +99,43 @@ impl Default for Response {
 }
 
 impl Response {
+    /// The response of a given hair: its shifts and widths; of the exact model at theta_d 0 the
+    /// energies, each mode's own in each channel, and the widths over azimuth, by the mean cosine;
+    /// that of TRT with the width of its caustics. The fibre is taken as round.
+    pub fn of(hair: &HairParams) -> Response {
+        let of_mode = |mode: Lobe, weight: &dyn Fn(f64) -> f64| {
+            azimuthal_average(mode, 0.0, hair, Fresnel::Dielectric, weight)
+        };
+        let lobes = Lobe::ALL.map(|mode| {
+            let energies = of_mode(mode, &|_| 1.0);
+            let mean = energies.iter().sum::<f64>() / 3.0;
+            let azimuth = match mode {
+                Lobe::R => Azimuth::HalfCosine,
+                Lobe::Tt | Lobe::Trt => {
+                    let sign = if mode == Lobe::Tt { -1.0 } else { 1.0 };
+                    let cos: f64 = of_mode(mode, &|phi| sign * phi.cos()).iter().sum();
+                    let plain = azimuthal_width(cos / (3.0 * mean));
+                    let lambda = match mode {
+                        Lobe::Trt => plain.hypot(hair.caustic_width),
+                        _ => plain,
+                    };
+                    Azimuth::Gaussian { sign, lambda }
+                }
+            };
+            ResponseLobe {
+                shift: 2.0 * hair.shift.get(mode),
+                width: 2.0 * hair.width.get(mode),
+                energy: mean * hair.intensity.get(mode),
+                tint: match mean > 0.0 {
+                    true => energies.map(|energy| energy / mean),
+                    false => [1.0; 3],
+                },
+                azimuth,
+            }
+        });
+        Response { lobes }
+    }
+
     /// The response of a fibre whose longitudinal lobes are narrower by `factor`.
     pub fn narrowed(&self, factor: f64) -> Response {
         let mut lobes = self.lobes;
@@ -139,9 +182,10 @@ impl Response {
             let n = lerp(&tables.0, cos_phi.clamp(-1.0, 1.0));
             // R's square root is steep at phi = pi: no table.
             let n_r = 0.25 * (0.5 * (1.0 + cos_phi)).max(0.0).sqrt();
-            let k = m[0] * n_r + m[1] * n[1] + m[2] * n[2];
-            for (sum, e) in sum.iter_mut().zip(cell.energy) {
-                *sum += k * e;
+            let modes = [m[0] * n_r, m[1] * n[1], m[2] * n[2]];
+            for c in 0..3 {
+                let [r, tt, trt] = [0, 1, 2].map(|t| modes[t] * self.lobes[t].tint[c]);
+                sum[c] += (r + tt + trt) * cell.energy[c];
             }
         }
         sum
@@ -192,6 +236,22 @@ fn circular_mass(sharpness: f64) -> f64 {
         * step
 }
 
+/// Width lambda of the circular Gaussian `exp(2 (cos phi - 1) / lambda^2)` of this mean cosine; one
+/// that is not positive gives the widest, nearly uniform.
+fn azimuthal_width(mean_cosine: f64) -> f64 {
+    // Sharpness; the mean cosine I_1 / I_0 grows with it.
+    let (mut low, mut high) = (0.02f64, 2000.0f64);
+    for _ in 0..50 {
+        let middle = (low * high).sqrt();
+        if bessel_i_ratio_1(middle) < mean_cosine {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    (2.0 / high).sqrt()
+}
+
 /// A fibre and the direction it is seen from.
 struct Fibre {
     tangent: Vec3,
@@ -199,7 +259,7 @@ struct Fibre {
     theta_o: f64,
 }
 
-/// The pairs of [`fibre_error`].
+/// The pairs of the fibre error.
 fn fibres(count: usize, seed: u64) -> Vec<Fibre> {
     let mut random = Random::new(seed);
     (0..count)
@@ -218,29 +278,53 @@ fn fibres(count: usize, seed: u64) -> Vec<Fibre> {
         .collect()
 }
 
-/// Relative RMSE of the responses to `lights` against those to `map` (see the module
-/// documentation); 0 if both are dark. The same for any number of threads.
-pub(super) fn fibre_error(lights: &[Cell], map: &[Cell]) -> f64 {
-    fibre_error_of(&Response::default(), SEED, lights, map)
+/// The responses of all pairs to one map, to compare others with: the fibre error (see the module
+/// documentation), the same for any number of threads.
+pub(super) struct FibreJudge {
+    response: Response,
+    tables: AzimuthTables,
+    fibres: Vec<Fibre>,
+    reference: Vec<[f64; 3]>,
 }
 
-/// [`fibre_error`] of another response or other pairs.
-pub(super) fn fibre_error_of(response: &Response, seed: u64, lights: &[Cell], map: &[Cell]) -> f64 {
-    let tables = AzimuthTables::new(response);
-    let sums: Vec<[f64; 2]> = fibres(FIBRES, seed)
-        .par_iter()
-        .map(|fibre| {
-            let set = response.integrate(fibre, &tables, lights);
-            let map = response.integrate(fibre, &tables, map);
-            let mut sums = [0.0; 2];
-            for c in 0..3 {
-                sums[0] += (set[c] - map[c]).powi(2);
-                sums[1] += map[c] * map[c];
-            }
-            sums
-        })
-        .collect();
-    relative_rms(&sums)
+impl FibreJudge {
+    pub fn new(response: &Response, map: &[Cell]) -> FibreJudge {
+        let mut judge = FibreJudge {
+            response: response.clone(),
+            tables: AzimuthTables::new(response),
+            fibres: fibres(FIBRES, SEED),
+            reference: Vec::new(),
+        };
+        judge.reference = judge.responses(map);
+        judge
+    }
+
+    fn responses(&self, cells: &[Cell]) -> Vec<[f64; 3]> {
+        let fibres = self.fibres.par_iter();
+        let response = |fibre| self.response.integrate(fibre, &self.tables, cells);
+        fibres.map(response).collect()
+    }
+
+    /// Relative RMSE of the responses to `lights` against those to the map; 0 if both are dark.
+    pub fn error(&self, lights: &[Cell]) -> f64 {
+        let sums: Vec<[f64; 2]> = self
+            .responses(lights)
+            .iter()
+            .zip(&self.reference)
+            .map(|(set, map)| squares(*set, *map))
+            .collect();
+        relative_rms(&sums)
+    }
+}
+
+/// Squares of the difference of a set from its map, and of the map; all channels.
+pub(super) fn squares(set: [f64; 3], map: [f64; 3]) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    for c in 0..3 {
+        sums[0] += (set[c] - map[c]).powi(2);
+        sums[1] += map[c] * map[c];
+    }
+    sums
 }
 
 /// `sqrt(sum of first / sum of second)`, added in order; 0 if nothing is there.
@@ -265,6 +349,10 @@ mod tests {
     use crate::lights::sun::Rest;
     use strandlight_formats::{LightSet, SrbfLight};
     use strandlight_images::Map;
+
+    fn fibre_error(lights: &[Cell], map: &[Cell]) -> f64 {
+        FibreJudge::new(&Response::default(), map).error(lights)
+    }
 
     fn light(direction: Vec3, lambda: f32, rgb: [f32; 3]) -> LightSet {
         let lights = vec![SrbfLight {
@@ -329,6 +417,43 @@ mod tests {
                 assert!((ratio - 1.0).abs() < 1e-6, "{t} {theta_o}: {ratio}");
             }
         }
+    }
+
+    /// The formulas of a given hair, at the hair of the default response. (Its TRT is twice as strong
+    /// as the exact model's and wider; it has a twentieth of the energy.)
+    #[test]
+    fn the_default_hair_has_about_the_default_response() {
+        let hair = HairParams {
+            sigma_a: [0.35; 3],
+            ..HairParams::default()
+        };
+        let (found, wanted) = (Response::of(&hair), Response::default());
+        for (t, (found, wanted)) in found.lobes.iter().zip(&wanted.lobes).enumerate() {
+            assert_eq!((found.shift, found.width), (wanted.shift, wanted.width));
+            assert!(found.tint.iter().all(|tint| (tint - 1.0).abs() < 1e-12));
+            let ratio = found.energy / wanted.energy;
+            assert!((0.5..1.01).contains(&ratio), "{t}: {ratio}");
+            assert!(t == 2 || ratio > 0.99, "{t}: {ratio}");
+        }
+        let width = |response: &Response, t: usize| match response.lobes[t].azimuth {
+            Azimuth::Gaussian { lambda, .. } => lambda,
+            Azimuth::HalfCosine => 0.0,
+        };
+        assert!((width(&found, 1) / width(&wanted, 1) - 1.0).abs() < 0.05);
+        assert!((0.3..0.8).contains(&width(&found, 2)));
+        // Red hair keeps red light.
+        let red = Response::of(&HairParams {
+            sigma_a: [0.1, 0.5, 1.5],
+            ..hair
+        });
+        let [r, g, b] = red.lobes[1].tint;
+        assert!(r > g && g > b && b > 0.0 && (r + g + b - 3.0).abs() < 1e-9);
+        for sharpness in [0.1, 3.0, 50.0] {
+            let width = azimuthal_width(bessel_i_ratio_1(sharpness));
+            assert!((2.0 / (width * width) / sharpness - 1.0).abs() < 1e-6);
+        }
+        assert!(azimuthal_width(-0.2) > 9.0);
+        assert!(azimuthal_width(f64::NAN) > 0.0);
     }
 
     /// Cells of 1.4 degrees against every pixel, with a sun of a few pixels: the centroid makes

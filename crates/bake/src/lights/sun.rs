@@ -9,8 +9,8 @@ use super::cells::srbf_solid_angle;
 use super::sphere::{Vec3, combine, dot, normalize};
 use strandlight_images::{LatLong, Map};
 
-/// Most sources that are taken out.
-const MAX_SOURCES: usize = 4;
+/// Most sources that a fit takes out.
+pub(super) const MAX_SOURCES: usize = 4;
 
 /// Smallest part of the map's luminance that makes a source worth a light of its own.
 const MIN_SHARE: f64 = 0.04;
@@ -103,13 +103,13 @@ impl<'a> Rest<'a> {
     }
 }
 
-/// Finds the compact sources of a map, brightest pixel first, and cuts each down to its
-/// background in the rest.
+/// Finds the compact sources of a map, `limit` of them at the most, brightest pixel first, and cuts
+/// each down to its background in the rest.
 pub(super) fn extract(map: &Map, limit: usize) -> (Vec<Source>, Rest<'_>) {
     let mut rest = Rest::new(map);
     let mut sources = Vec::new();
     let total: f64 = map.energy().iter().sum();
-    for _ in 0..MAX_SOURCES.min(limit) {
+    for _ in 0..limit {
         match extract_one(&mut rest, total) {
             Some(source) => sources.push(source),
             None => break,

@@ -1,7 +1,8 @@
 //! Checks of light sets.
 
-use strandlight_bake::lights::evaluate;
+use strandlight_bake::lights::{evaluate, evaluate_with_residual, rest_parameter};
 use strandlight_formats::{FitReport, LightSet, SrbfLight};
+use strandlight_images::Map;
 use strandlight_scattering::spherical_gaussian::solid_angle;
 
 use super::line::Line;
@@ -73,7 +74,10 @@ fn against_map(set: &LightSet, reference: &Reference<'_>) -> Vec<Line> {
             return vec![Line::held(name, 1, Some(error.to_string()))];
         }
     };
-    let report = evaluate(set, &map);
+    let report = match report(set, &map, reference) {
+        Ok(report) => report,
+        Err(what) => return vec![Line::held("rest of the map", 1, Some(what))],
+    };
     let energy_off = report.energy_ratio.map(|ratio| (ratio - 1.0).abs());
     let note = if report.fibre_error > reference.max_error {
         " (--max-error; a set of few lights needs more)"
@@ -130,6 +134,21 @@ fn against_map(set: &LightSet, reference: &Reference<'_>) -> Vec<Line> {
         lines.push(Line::held("recorded figures", N_FIGURES, wrong));
     }
     lines
+}
+
+/// The figures of a set; of one that holds the compact sources of its map alone, with the rest.
+fn report(set: &LightSet, map: &Map, reference: &Reference<'_>) -> Result<FitReport, String> {
+    if !set.info.parameters.contains(&rest_parameter()) {
+        return Ok(evaluate(set, map));
+    }
+    let residual = reference
+        .residual
+        .as_ref()
+        .ok_or("the set holds the compact sources of its map alone; name the rest by --residual")?;
+    evaluate_with_residual(set, residual, map).ok_or_else(|| {
+        let [width, height] = [residual.width(), residual.height()];
+        format!("the residual is {width} x {height}, the map is not")
+    })
 }
 
 const N_FIGURES: usize = 6;

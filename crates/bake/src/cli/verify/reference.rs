@@ -10,6 +10,8 @@ pub struct Reference<'a> {
     pub path: &'a Path,
     /// The image that is read unless a set names another.
     pub map: Map,
+    /// What is left of it without its compact sources.
+    pub residual: Option<Map>,
     pub max_error: f64,
 }
 

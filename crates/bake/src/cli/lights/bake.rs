@@ -1,0 +1,260 @@
+//! The work of `strandlight lights MAP`, up to the last file that is written.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use serde_json::Value;
+use strandlight_bake::lights::{
+    FitOptions, evaluate, evaluate_with_residual, fibre_error_of, pictures, preview_png,
+    rest_parameter,
+};
+use strandlight_formats::{BakedFile, FitReport, LightSet, LightSetInfo};
+use strandlight_images::{Map, MapSelection, exr_file};
+use strandlight_scene::progress::{Progress, timed};
+
+use super::args::{FitArgs, command, is_page};
+use super::html::Page;
+use super::plan::{Found, Goal, Plan};
+use super::results::{BudgetResult, HairResult, ResidualResult, Results, timings};
+use crate::cli::{Failure, write_output};
+
+/// What was made, for the last lines.
+pub struct Baked {
+    pub results: Results,
+    /// Length of the light set's file.
+    pub bytes: usize,
+    /// The report and the times.
+    pub document: Value,
+    pub seconds: f64,
+    /// Files beside the light set.
+    pub written: Vec<PathBuf>,
+}
+
+/// A file and its bytes.
+type File<'a> = (&'a PathBuf, Vec<u8>);
+
+/// All the work.
+pub fn bake(args: &FitArgs, plan: &Plan, progress: &Progress) -> Result<Baked, Failure> {
+    let start = Instant::now();
+    let selection = MapSelection {
+        part: args.part.clone(),
+        layer: args.layer.clone(),
+    };
+    let (map, read_seconds) = timed(|| Map::read_selected(&args.map, &selection));
+    let map = map.map_err(Failure::input)?;
+    progress.advance(1);
+    let found = plan.fit(&map, progress);
+    let found = found.map_err(|error| Failure::file(&args.map, error))?;
+    if found.fit.lights.lights.is_empty() {
+        let what = "no compact source has 4 % of the energy; nothing was written";
+        return Err(Failure::Check(format!("{}: {what}", args.map.display())));
+    }
+    for line in remarks(&map) {
+        progress.say(&format!("{}: {line}", args.map.display()));
+    }
+    let mut stages: Vec<(&str, f64)> = vec![("read", read_seconds)];
+    stages.extend(&found.fit.seconds);
+    let report = if args.no_report {
+        None
+    } else {
+        let (report, seconds) = timed(|| report(&found, &map));
+        stages.push(("report", seconds));
+        report
+    };
+    progress.advance(1);
+
+    let results = results_of(args, plan, &map, &found, report);
+    let bytes = results
+        .set
+        .to_bytes()
+        .map_err(|error| Failure::file(&args.output, error))?;
+    let document = results.document(&map);
+    let mut files = files(args, &map, &found, &results, &document, &mut stages)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let timings = timings(seconds, &stages);
+    if let Some(path) = &args.timings {
+        let text = format!("{:#}\n", Value::Object(timings.clone()));
+        files.push((path, text.into_bytes()));
+    }
+    if results.is_kept() {
+        write_output(&args.output, &bytes)?;
+    }
+    for (path, bytes) in &files {
+        write_output(path, bytes)?;
+    }
+    progress.advance(1);
+    let written = files.into_iter().map(|(path, _)| path.clone()).collect();
+    Ok(Baked {
+        results,
+        bytes: bytes.len(),
+        document: with_times(document, timings),
+        seconds,
+        written,
+    })
+}
+
+fn with_times(mut document: Value, timings: serde_json::Map<String, Value>) -> Value {
+    if let Value::Object(document) = &mut document {
+        document.extend(timings);
+    }
+    document
+}
+
+/// How far the lights are from the map, with the rest of it where they are its suns alone.
+fn report(found: &Found, map: &Map) -> Option<FitReport> {
+    match &found.residual {
+        None => Some(evaluate(&found.fit.lights, map)),
+        Some(residual) => evaluate_with_residual(&found.fit.lights, residual, map),
+    }
+}
+
+/// The files beside the light set; of a budget that is not met, those alone that say so.
+fn files<'a>(
+    args: &'a FitArgs,
+    map: &Map,
+    found: &Found,
+    results: &Results,
+    document: &Value,
+    stages: &mut Vec<(&str, f64)>,
+) -> Result<Vec<File<'a>>, Failure> {
+    let mut files = Vec::new();
+    if let (Some(path), Some(residual)) = (&args.residual, &found.residual) {
+        let bytes = exr_of(residual).map_err(|error| Failure::file(path, error))?;
+        files.push((path, bytes));
+    }
+    if let Some(path) = args.preview.as_ref().filter(|_| results.is_kept()) {
+        let (bytes, seconds) = timed(|| preview_png(&results.set, map));
+        stages.push(("preview", seconds));
+        files.push((path, bytes.map_err(|error| Failure::file(path, error))?));
+    }
+    for path in &args.report {
+        let bytes = if is_page(path) {
+            let (pictures, seconds) =
+                timed(|| pictures(&results.set, found.residual.as_ref(), map));
+            stages.push(("pictures", seconds));
+            let page = Page {
+                results,
+                map,
+                map_name: &args.map.to_string_lossy(),
+                command: &command(args),
+                pictures: &pictures.map_err(|error| Failure::file(path, error))?,
+                remarks: &remarks(map),
+            };
+            page.html().into_bytes()
+        } else {
+            format!("{document:#}\n").into_bytes()
+        };
+        files.push((path, bytes));
+    }
+    Ok(files)
+}
+
+/// A map as OpenEXR.
+fn exr_of(map: &Map) -> Result<Vec<u8>, String> {
+    let channel = |c: usize| map.pixels().iter().map(|pixel| pixel[c]).collect();
+    let channels = ["R", "G", "B"].into_iter().enumerate();
+    let channels = channels.map(|(c, name)| exr_file::floats(name, channel(c)));
+    exr_file::encode_map((map.width(), map.height()), channels.collect())
+        .map_err(|error| format!("cannot be encoded: {error}"))
+}
+
+fn results_of(
+    args: &FitArgs,
+    plan: &Plan,
+    map: &Map,
+    found: &Found,
+    report: Option<FitReport>,
+) -> Results {
+    let options = FitOptions {
+        count: found.count,
+        seed: args.seed,
+    };
+    let fitted = &found.fit;
+    let (point, curve) = found.curve.clone().unzip();
+    let hair = plan.hair.as_ref().map(|hair| HairResult {
+        name: args.hair.clone().unwrap_or_default(),
+        fibre_error: match point {
+            Some(point) => point.fibre_error,
+            None => fibre_error_of(&fitted.lights, map, hair),
+        },
+    });
+    let budget = match (&plan.goal, point) {
+        (Goal::Budget(budget), Some(point)) => Some(BudgetResult {
+            max_error: budget.max_error,
+            metric: budget.metric,
+            max_count: budget.max_count,
+            error: budget.metric.of(&point),
+        }),
+        _ => None,
+    };
+    let residual = found.residual.as_ref().map(|residual| {
+        let (rest, whole) = (residual.energy(), map.energy());
+        let share = |c: usize| {
+            if whole[c] > 0.0 {
+                rest[c] / whole[c]
+            } else {
+                0.0
+            }
+        };
+        ResidualResult {
+            energy_share: [0, 1, 2].map(share),
+        }
+    });
+    // Figures of the lights with the residual are not those of the set.
+    let recorded = report.filter(|_| residual.is_none());
+    let mut info = info(options, map, fitted.suns, recorded);
+    if residual.is_some() {
+        info.parameters.push(rest_parameter());
+    }
+    Results {
+        set: LightSet {
+            lights: fitted.lights.lights.clone(),
+            info,
+        },
+        report,
+        compact_lights: fitted.suns,
+        energy_scale: fitted.energy_scale,
+        budget,
+        curve,
+        hair,
+        residual,
+    }
+}
+
+/// What the file records about its making: nothing that changes from run to run.
+pub fn info(
+    options: FitOptions,
+    map: &Map,
+    compact_lights: usize,
+    report: Option<FitReport>,
+) -> LightSetInfo {
+    let mut parameters = vec![("layout".to_owned(), "latlong".to_owned())];
+    parameters.extend(map.parameters());
+    parameters.push(("compact_lights".to_owned(), compact_lights.to_string()));
+    LightSetInfo {
+        map_hash: map.source().hash.clone(),
+        // At most 32768: fits.
+        map_size: [map.width() as u32, map.height() as u32],
+        requested_count: options.count as u32,
+        seed: options.seed,
+        parameters,
+        report,
+        ..LightSetInfo::default()
+    }
+}
+
+/// What one should know of a map that is not exactly what its file seems to hold.
+fn remarks(map: &Map) -> Vec<String> {
+    let source = map.source();
+    let faults = map.faults();
+    let image = source.image.as_ref().map(|image| {
+        let choices = &image.choices;
+        format!("reads {image} of {choices}; --part and --layer choose")
+    });
+    let clamped = (!faults.is_clean()).then(|| format!("clamped pixels: {faults}"));
+    image
+        .into_iter()
+        .chain(source.windows.map(|windows| windows.to_string()))
+        .chain(clamped)
+        .collect()
+}
