@@ -34,8 +34,9 @@ enum Command {
     Import(import::Args),
 }
 
+/// What is fitted, and how.
 #[derive(clap::Args)]
-struct FitArgs {
+pub struct FitArgs {
     /// OpenEXR or Radiance .hdr map, - for standard input
     map: PathBuf,
     /// Light set to write, - for standard output
@@ -117,7 +118,11 @@ fn run_fit(args: &FitArgs) -> Outcome {
     }
 
     let progress = progress("fitting lights", STEPS + OTHER_STEPS);
-    let baked = bake(args, &progress);
+    let baked = bake(args, &progress).and_then(|baked| {
+        baked.write(args)?;
+        progress.advance(1);
+        Ok(baked)
+    });
     progress.finish();
     let baked = baked?;
     if args.json {
@@ -155,23 +160,43 @@ fn run_fit(args: &FitArgs) -> Outcome {
          {:.2} s",
         wrote(&args.output),
         baked.compact_lights,
-        baked.bytes,
+        baked.bytes.len(),
         baked.seconds,
     ))
 }
 
-/// What was made, for the last lines.
-struct Baked {
-    set: LightSet,
-    /// Length of its file.
-    bytes: usize,
+/// What was made of a map.
+pub struct Baked {
+    /// The light set.
+    pub set: LightSet,
+    /// Its file.
+    pub bytes: Vec<u8>,
+    /// The picture, if one was asked for.
+    pub preview: Option<Vec<u8>>,
+    /// The report, with times.
+    pub document: Value,
     compact_lights: usize,
-    document: Value,
     seconds: f64,
 }
 
-/// All the work, up to the last file that is written.
-fn bake(args: &FitArgs, progress: &Progress) -> Result<Baked, Failure> {
+impl Baked {
+    fn write(&self, args: &FitArgs) -> Outcome {
+        write_output(&args.output, &self.bytes)?;
+        if let Some(path) = &args.report {
+            write_output(path, format!("{:#}\n", self.document).as_bytes())?;
+        }
+        match (&args.preview, &self.preview) {
+            (Some(path), Some(bytes)) => write_output(path, bytes),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// All the work but for writing.
+///
+/// # Errors
+/// The map cannot be read, or has no light.
+pub fn bake(args: &FitArgs, progress: &Progress) -> Result<Baked, Failure> {
     let start = Instant::now();
     let selection = MapSelection {
         part: args.part.clone(),
@@ -210,26 +235,18 @@ fn bake(args: &FitArgs, progress: &Progress) -> Result<Baked, Failure> {
         Some(path) => {
             let (bytes, seconds) = timed(|| preview_png(&set, &map));
             stages.push(("preview", seconds));
-            Some((path, bytes.map_err(|error| Failure::file(path, error))?))
+            Some(bytes.map_err(|error| Failure::file(path, error))?)
         }
         None => None,
     };
     let seconds = start.elapsed().as_secs_f64();
     let document = document(&set, &map, &fitted, seconds, &stages);
-
-    write_output(&args.output, &bytes)?;
-    if let Some(path) = &args.report {
-        write_output(path, format!("{document:#}\n").as_bytes())?;
-    }
-    if let Some((path, bytes)) = preview {
-        write_output(path, &bytes)?;
-    }
-    progress.advance(1);
     Ok(Baked {
         set,
-        bytes: bytes.len(),
-        compact_lights: fitted.suns,
+        bytes,
+        preview,
         document,
+        compact_lights: fitted.suns,
         seconds,
     })
 }
