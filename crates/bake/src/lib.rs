@@ -13,6 +13,9 @@
 pub mod aov;
 pub mod grooms;
 pub mod lights;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod manifest;
 pub mod maps;
 pub mod scenes;
 pub mod tables;

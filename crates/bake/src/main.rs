@@ -1,6 +1,7 @@
 //! `strandlight`: bakes light sets, tables and grooms, verifies and renders them.
 //!
-//! Exit codes: 0 done; 1 a check failed; 2 bad usage or bad input; 130, 143 interrupted.
+//! Exit codes: 0 done; 1 a check failed; 2 bad usage or bad input; 75 worth trying again; 130, 143
+//! interrupted.
 
 mod cli;
 
@@ -31,6 +32,7 @@ enum Command {
     Tables(cli::tables::Args),
     Lights(cli::lights::Args),
     Groom(cli::groom::Args),
+    Bake(cli::bake::Args),
     Mesh(cli::mesh::Args),
     Inspect(cli::inspect::Args),
     Export(cli::export::Args),
@@ -110,6 +112,7 @@ fn dispatch(command: &Command) -> cli::Outcome {
         Command::Tables(args) => cli::tables::run(args),
         Command::Lights(args) => cli::lights::run(args),
         Command::Groom(args) => cli::groom::run(args),
+        Command::Bake(args) => cli::bake::run(args),
         Command::Mesh(args) => cli::mesh::run(args),
         Command::Inspect(args) => cli::inspect::run(args),
         Command::Export(args) => cli::export::run(args),

@@ -151,5 +151,6 @@ pub use strandlight_scattering::axis::Spacing;
 pub use strandlight_scattering::{Lobe, PerLobe};
 #[doc(hidden)]
 pub use write::{
-    OutputTarget, check_folder, check_writable, output_target, remove_temporary_files, write_file,
+    OutputTarget, check_folder, check_writable, output_target, remove_stale_temporary_files,
+    remove_temporary_files, write_file,
 };

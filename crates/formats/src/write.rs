@@ -1,10 +1,15 @@
 //! Writing files whole or not at all, and streams as they are.
 
-use std::fs::{self, File, OpenOptions};
+use std::collections::HashSet;
+use std::ffi::OsStr;
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use xxhash_rust::xxh3::xxh3_64;
 
 use crate::input::STANDARD_STREAM;
 
@@ -133,12 +138,15 @@ pub fn check_writable(path: &Path) -> io::Result<OutputTarget> {
     Ok(target)
 }
 
+/// Name for which [`check_folder`] makes its file.
+const PROBE: &str = "output";
+
 /// Tries whether files can be made in `folder`: a temporary one is made and removed.
 ///
 /// # Errors
 /// What making a file answers.
 pub fn check_folder(folder: &Path) -> io::Result<()> {
-    Temporary::beside(&folder.join("output"), &REGISTRY).map(drop)
+    Temporary::beside(&folder.join(PROBE), &REGISTRY).map(drop)
 }
 
 /// Writes `bytes` to `path`. A file is written through a temporary one in the same folder, so that
@@ -172,6 +180,52 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// begun, because the process is about to end.
 pub fn remove_temporary_files() {
     REGISTRY.close();
+}
+
+/// The age after which a temporary file is taken for left behind where files cannot be locked.
+const STALE_AFTER: Duration = Duration::from_secs(24 * 3600);
+
+/// Removes from `folder` the temporary files of outputs called `names`, and of [`check_folder`],
+/// whose makers were killed. Whoever writes holds a lock, so that those of other processes, on this
+/// machine or another, stay. Answers how many went; what cannot be listed or removed stays.
+pub fn remove_stale_temporary_files<'a>(
+    folder: &Path,
+    names: impl IntoIterator<Item = &'a OsStr>,
+) -> usize {
+    let starts: HashSet<String> = names
+        .into_iter()
+        .chain([OsStr::new(PROBE)])
+        .map(temporary_start)
+        .collect();
+    let is_ours = |name: &OsStr| {
+        let name = name.to_str().unwrap_or_default();
+        let start = name.match_indices('-').nth(1).map(|(at, _)| &name[..=at]);
+        name.ends_with(TEMPORARY_END) && start.is_some_and(|start| starts.contains(start))
+    };
+    let Ok(entries) = fs::read_dir(folder) else {
+        return 0;
+    };
+    let ours = entries
+        .flatten()
+        .filter(|entry| is_ours(&entry.file_name()));
+    ours.filter(|entry| is_left_behind(&entry.path()) && fs::remove_file(entry.path()).is_ok())
+        .count()
+}
+
+/// Has the maker of the temporary file at `path` ended?
+fn is_left_behind(path: &Path) -> bool {
+    // For writing: network file systems lock nothing else.
+    let Ok(file) = OpenOptions::new().write(true).open(path) else {
+        return false;
+    };
+    match file.try_lock() {
+        Ok(()) => true,
+        Err(TryLockError::WouldBlock) => false,
+        Err(TryLockError::Error(_)) => {
+            let made = file.metadata().and_then(|metadata| metadata.modified());
+            made.is_ok_and(|made| made.elapsed().is_ok_and(|age| age > STALE_AFTER))
+        }
+    }
 }
 
 /// The temporary files that are there.
@@ -212,6 +266,21 @@ struct Temporary<'a> {
     registry: &'a Registry,
 }
 
+/// Locks the new file at `path`, so that it is not taken for left behind; whether another process has
+/// done so already. Where there are no locks, none is held.
+fn is_taken(file: &File, path: &Path) -> bool {
+    matches!(file.try_lock(), Err(TryLockError::WouldBlock)) || path.symlink_metadata().is_err()
+}
+
+/// How temporary files of an output called `name` start: the name itself may be too long to be part
+/// of another.
+fn temporary_start(name: &OsStr) -> String {
+    let hash = xxh3_64(name.as_encoded_bytes()) as u32;
+    format!(".strandlight-{hash:08x}-")
+}
+
+const TEMPORARY_END: &str = ".tmp";
+
 /// Most names tried; others may be taken by what a killed process left behind.
 const MAX_NAMES: usize = 1000;
 
@@ -224,12 +293,14 @@ impl<'a> Temporary<'a> {
         if temporaries.is_closed {
             return refused(io::ErrorKind::Interrupted, "the program was interrupted");
         }
+        let start = temporary_start(path.file_name().unwrap_or_default());
         let mut error = None;
         for _ in 0..MAX_NAMES {
             let number = NEXT.fetch_add(1, Ordering::Relaxed);
-            // Short, whatever the output is called: names have a greatest length.
-            let path = path.with_file_name(format!(".strandlight-{process}-{number}.tmp"));
+            let path = path.with_file_name(format!("{start}{process}-{number}{TEMPORARY_END}"));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
+                // Another process took it for left behind before it was locked.
+                Ok(file) if is_taken(&file, &path) => {}
                 Ok(file) => {
                     temporaries.paths.push(path.clone());
                     return Ok(Temporary {
@@ -312,7 +383,8 @@ mod tests {
         let number = name.and_then(|name| name.split(['-', '.']).nth_back(1)?.parse::<u64>().ok());
         let number = number.expect("the name ends in a number");
         for next in 1..20 {
-            let name = format!(".strandlight-{}-{}.tmp", std::process::id(), number + next);
+            let (start, process) = (temporary_start("out".as_ref()), std::process::id());
+            let name = format!("{start}{process}-{}{TEMPORARY_END}", number + next);
             fs::write(at.join(name), "stale").expect("written");
         }
         let other = Temporary::beside(&at.join("out"), &registry).expect("made");
@@ -320,6 +392,38 @@ mod tests {
         drop(other);
         drop(first);
         assert_eq!(names_in(at).len(), 19);
+    }
+
+    #[test]
+    fn files_of_killed_makers_go_and_those_of_others_stay() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        let registry = Registry::new();
+        let alive = Temporary::beside(&at.join("out"), &registry).expect("made");
+        let left = |name: &str, end: &str| {
+            let name = temporary_start(name.as_ref()) + end;
+            fs::write(at.join(&name), "half").expect("written");
+            name
+        };
+        left("out", "1-0.tmp");
+        left("output", "1-0.tmp");
+        let others = [
+            left("other", "1-0.tmp"),
+            left("out", "1-0.lights"),
+            ".strandlight-x.tmp".to_owned(),
+        ];
+        fs::write(at.join(&others[2]), "").expect("written");
+        assert_eq!(remove_stale_temporary_files(at, ["out".as_ref()]), 2);
+        let names = names_in(at);
+        assert_eq!(names.len(), 4, "{names:?}");
+        assert!(
+            others.iter().all(|other| names.contains(other)),
+            "{names:?}"
+        );
+        drop(alive);
+        assert_eq!(names_in(at).len(), 3);
+        let nowhere = at.join("nowhere");
+        assert_eq!(remove_stale_temporary_files(&nowhere, []), 0);
     }
 
     #[test]

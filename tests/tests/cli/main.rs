@@ -2,6 +2,8 @@
 
 mod aov_command;
 mod bad_input;
+mod bake_command;
+mod bake_kills;
 mod bench_command;
 mod compare_command;
 mod docs;

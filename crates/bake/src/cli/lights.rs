@@ -14,12 +14,12 @@ use strandlight_formats::Kind;
 
 use super::{Failure, Outcome, check_extension, check_outputs, print_line};
 use crate::cli::progress::progress;
-use args::{FitArgs, Layout};
-use bake::{Baked, bake};
-use plan::Plan;
+use args::Layout;
 use results::BudgetResult;
 
-pub use bake::info;
+pub use args::FitArgs;
+pub use bake::{Baked, bake, info};
+pub use plan::Plan;
 
 /// Fit spherical Gaussian lights to an HDR map
 ///
@@ -73,21 +73,32 @@ fn run_fit(args: &FitArgs) -> Outcome {
     }
     let plan = Plan::of(args)?;
     let progress = progress("fitting lights", plan.steps() + OTHER_STEPS);
-    let baked = bake(args, &plan, &progress);
+    let baked = bake(args, &plan, &progress).and_then(|baked| {
+        baked.write(args)?;
+        progress.advance(1);
+        Ok(baked)
+    });
     progress.finish();
     let baked = baked?;
     if args.json {
-        print_line(format_args!("{:#}", baked.document))?;
+        print_line(format_args!("{:#}", baked.document_with_times()))?;
     } else {
-        for path in &baked.written {
+        for path in baked.files() {
             print_line(format_args!("wrote {}", path.display()))?;
         }
     }
-    match &baked.results.budget {
-        Some(budget) if !budget.is_met() => Err(Failure::Check(missed(args, &baked, budget))),
-        _ if args.json => Ok(()),
-        _ => print_line(summary(args, &baked)),
+    match missed_budget(args, &baked) {
+        Some(missed) => Err(missed),
+        None if args.json => Ok(()),
+        None => print_line(summary(args, &baked)),
     }
+}
+
+/// The failure of a budget that no set keeps.
+pub fn missed_budget(args: &FitArgs, baked: &Baked) -> Option<Failure> {
+    let budget = baked.results.budget.as_ref();
+    let budget = budget.filter(|budget| !budget.is_met())?;
+    Some(Failure::Check(missed(args, baked, budget)))
 }
 
 /// The last line of a fit.
@@ -126,7 +137,7 @@ fn summary(args: &FitArgs, baked: &Baked) -> String {
          {:.2} s",
         args.output.display(),
         baked.results.compact_lights,
-        baked.bytes,
+        baked.bytes.len(),
         baked.seconds,
     )
 }

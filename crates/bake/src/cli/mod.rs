@@ -1,5 +1,6 @@
 //! The commands, one file each: `Args` are parsed by clap, `run` does the work.
 
+pub mod bake;
 pub mod bench;
 pub mod compare;
 pub mod completions;
@@ -62,6 +63,8 @@ pub enum Failure {
     Check(String),
     /// Bad usage or bad input: exit code 2.
     Input(String),
+    /// What may succeed later, such as writing to a disk that is full: exit code 75.
+    Transient(String),
 }
 
 impl Failure {
@@ -80,6 +83,8 @@ impl Failure {
         match self {
             Failure::Check(_) => 1,
             Failure::Input(_) => 2,
+            // EX_TEMPFAIL of sysexits.h.
+            Failure::Transient(_) => 75,
         }
     }
 
@@ -88,13 +93,14 @@ impl Failure {
         match self {
             Failure::Check(_) => "check",
             Failure::Input(_) => "input",
+            Failure::Transient(_) => "transient",
         }
     }
 }
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Failure::Check(text) | Failure::Input(text)) = self;
+        let (Failure::Check(text) | Failure::Input(text) | Failure::Transient(text)) = self;
         // One line, whatever a library put into its message.
         for (ix, line) in text
             .lines()

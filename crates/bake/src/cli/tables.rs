@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use serde_json::json;
 use strandlight_bake::tables::{Float16Cost, N_STEPS, bake_tables, float16_cost, lean};
 use strandlight_formats::{BakedFile, Kind, TableFile};
-use strandlight_scene::progress::timed;
+use strandlight_scene::progress::{Progress, timed};
 
 use super::{Failure, Outcome, check_outputs, print_line, write_output};
 use crate::cli::progress::progress;
@@ -48,6 +48,21 @@ impl From<FresnelArg> for strandlight_scattering::fresnel::Fresnel {
     }
 }
 
+impl Args {
+    fn trimmed(&self, file: TableFile) -> TableFile {
+        if self.lean { lean(file) } else { file }
+    }
+}
+
+/// The bytes of the file.
+///
+/// # Errors
+/// The tables break a promise of the format.
+pub fn bake(args: &Args, progress: &Progress) -> Result<Vec<u8>, Failure> {
+    let file = args.trimmed(bake_tables(args.fresnel.into(), progress));
+    file.to_bytes().map_err(Failure::input)
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     check_outputs(&[], &[&args.output])?;
@@ -55,7 +70,7 @@ pub fn run(args: &Args) -> Outcome {
     let (file, seconds) = timed(|| bake_tables(args.fresnel.into(), &progress));
     progress.finish();
     let cost = float16_cost(&file).map_err(Failure::input)?;
-    let file = if args.lean { lean(file) } else { file };
+    let file = args.trimmed(file);
     let bytes = file.to_bytes().map_err(Failure::input)?;
     write_output(&args.output, &bytes)?;
     if args.json {

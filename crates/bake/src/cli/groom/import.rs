@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use strandlight_formats::Groom;
+
 use super::frames::{FrameRange, parse_range, write_sequence};
 use super::source::{Source, SourceArgs};
 use super::target::{Target, Wish, write_groom};
@@ -77,6 +79,14 @@ pub fn run(args: &Args) -> Outcome {
         return write_sequence(&source, input, range, &target, output);
     }
     check_outputs(&[input], &[output])?;
-    let source = args.frames.open(input, &args.source)?;
-    write_groom(&source.groom(args.frames.frame, true)?, output)
+    write_groom(&groom(args)?, output)
+}
+
+/// The groom of one frame; what was taken and dropped is said on stderr.
+///
+/// # Errors
+/// The file cannot be read, or what was asked of it is not there.
+pub fn groom(args: &Args) -> Result<Groom, Failure> {
+    let source = args.frames.open(&args.input, &args.source)?;
+    source.groom(args.frames.frame, true)
 }

@@ -1,9 +1,9 @@
-//! The work of `strandlight lights MAP`, up to the last file that is written.
+//! The work of `strandlight lights MAP`: all files in memory, then written.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use serde_json::Value;
+use serde_json::{Map as Object, Value};
 use strandlight_bake::lights::{
     FitOptions, evaluate, evaluate_with_residual, fibre_error_of, pictures, preview_png,
     rest_parameter,
@@ -16,24 +16,61 @@ use super::args::{FitArgs, command, is_page};
 use super::html::Page;
 use super::plan::{Found, Goal, Plan};
 use super::results::{BudgetResult, HairResult, ResidualResult, Results, timings};
-use crate::cli::{Failure, write_output};
+use crate::cli::{Failure, Outcome, write_output};
 
-/// What was made, for the last lines.
+/// What was made.
 pub struct Baked {
     pub results: Results,
-    /// Length of the light set's file.
-    pub bytes: usize,
-    /// The report and the times.
+    /// The light set's file.
+    pub bytes: Vec<u8>,
+    /// The report.
     pub document: Value,
+    timings: Object<String, Value>,
     pub seconds: f64,
     /// Files beside the light set.
-    pub written: Vec<PathBuf>,
+    files: Vec<File>,
 }
 
 /// A file and its bytes.
-type File<'a> = (&'a PathBuf, Vec<u8>);
+type File = (PathBuf, Vec<u8>);
 
-/// All the work.
+impl Baked {
+    /// Writes all files; of a budget that is not met, not the light set.
+    pub fn write(&self, args: &FitArgs) -> Outcome {
+        if self.results.is_kept() {
+            write_output(&args.output, &self.bytes)?;
+        }
+        for (path, bytes) in &self.files {
+            write_output(path, bytes)?;
+        }
+        Ok(())
+    }
+
+    /// The files beside the light set.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().map(|(path, _)| path.as_path())
+    }
+
+    /// The bytes of such a file.
+    pub fn file(&self, path: &Path) -> Option<&[u8]> {
+        let file = self.files.iter().find(|(name, _)| name == path);
+        file.map(|(_, bytes)| bytes.as_slice())
+    }
+
+    /// The report and the times.
+    pub fn document_with_times(&self) -> Value {
+        let mut document = self.document.clone();
+        if let Value::Object(document) = &mut document {
+            document.extend(self.timings.clone());
+        }
+        document
+    }
+}
+
+/// All the work but for writing.
+///
+/// # Errors
+/// The map cannot be read, has no light, or none of what was asked for.
 pub fn bake(args: &FitArgs, plan: &Plan, progress: &Progress) -> Result<Baked, Failure> {
     let start = Instant::now();
     let selection = MapSelection {
@@ -74,30 +111,16 @@ pub fn bake(args: &FitArgs, plan: &Plan, progress: &Progress) -> Result<Baked, F
     let timings = timings(seconds, &stages);
     if let Some(path) = &args.timings {
         let text = format!("{:#}\n", Value::Object(timings.clone()));
-        files.push((path, text.into_bytes()));
+        files.push((path.clone(), text.into_bytes()));
     }
-    if results.is_kept() {
-        write_output(&args.output, &bytes)?;
-    }
-    for (path, bytes) in &files {
-        write_output(path, bytes)?;
-    }
-    progress.advance(1);
-    let written = files.into_iter().map(|(path, _)| path.clone()).collect();
     Ok(Baked {
         results,
-        bytes: bytes.len(),
-        document: with_times(document, timings),
+        bytes,
+        document,
+        timings,
         seconds,
-        written,
+        files,
     })
-}
-
-fn with_times(mut document: Value, timings: serde_json::Map<String, Value>) -> Value {
-    if let Value::Object(document) = &mut document {
-        document.extend(timings);
-    }
-    document
 }
 
 /// How far the lights are from the map, with the rest of it where they are its suns alone.
@@ -109,23 +132,24 @@ fn report(found: &Found, map: &Map) -> Option<FitReport> {
 }
 
 /// The files beside the light set; of a budget that is not met, those alone that say so.
-fn files<'a>(
-    args: &'a FitArgs,
+fn files(
+    args: &FitArgs,
     map: &Map,
     found: &Found,
     results: &Results,
     document: &Value,
     stages: &mut Vec<(&str, f64)>,
-) -> Result<Vec<File<'a>>, Failure> {
+) -> Result<Vec<File>, Failure> {
     let mut files = Vec::new();
     if let (Some(path), Some(residual)) = (&args.residual, &found.residual) {
         let bytes = exr_of(residual).map_err(|error| Failure::file(path, error))?;
-        files.push((path, bytes));
+        files.push((path.clone(), bytes));
     }
     if let Some(path) = args.preview.as_ref().filter(|_| results.is_kept()) {
         let (bytes, seconds) = timed(|| preview_png(&results.set, map));
         stages.push(("preview", seconds));
-        files.push((path, bytes.map_err(|error| Failure::file(path, error))?));
+        let bytes = bytes.map_err(|error| Failure::file(path, error))?;
+        files.push((path.clone(), bytes));
     }
     for path in &args.report {
         let bytes = if is_page(path) {
@@ -144,7 +168,7 @@ fn files<'a>(
         } else {
             format!("{document:#}\n").into_bytes()
         };
-        files.push((path, bytes));
+        files.push((path.clone(), bytes));
     }
     Ok(files)
 }

@@ -1,0 +1,344 @@
+//! The kinds of items: the commands `lights`, `groom import` and `tables`, whose options are the keys
+//! of a manifest.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::error::{ContextKind, ContextValue};
+use clap::{ArgAction, ArgMatches, Args as _, FromArgMatches};
+use serde_json::{Map, Value, json};
+use strandlight_bake::manifest::{
+    Bakery, Entry, Failure, Item, KindInfo, Made, Resolved, Setting, unknown_key,
+};
+use strandlight_formats::BakedFile;
+use strandlight_scene::progress::Progress;
+
+use crate::cli::groom::import;
+use crate::cli::{self, lights, tables, usage};
+
+/// The kinds of items.
+pub const KINDS: [KindInfo; 3] = [
+    KindInfo {
+        name: "lights",
+        input: Some("map"),
+        outputs: &[
+            ("out", "lights"),
+            ("report", "json"),
+            ("page", "html"),
+            ("preview", "png"),
+            ("residual", "exr"),
+        ],
+        revision: 1,
+    },
+    KindInfo {
+        name: "groom",
+        input: Some("in"),
+        outputs: &[("out", "groom")],
+        revision: 1,
+    },
+    KindInfo {
+        name: "tables",
+        input: None,
+        outputs: &[("out", "tables")],
+        revision: 1,
+    },
+];
+
+/// Options that a manifest says in other words, or that say nothing about the outputs.
+/// A scene of `hair` would be an input that nobody looks at.
+const NO_KEYS: [&str; 9] = [
+    "output", "report", "preview", "residual", "timings", "json", "hair", "help", "frames",
+];
+
+/// The command whose options are the keys of `kind`.
+fn command(kind: &KindInfo) -> clap::Command {
+    let command = clap::Command::new(kind.name).no_binary_name(true);
+    match kind.name {
+        "lights" => lights::FitArgs::augment_args(command),
+        "groom" => import::Args::augment_args(command),
+        _ => tables::Args::augment_args(command),
+    }
+}
+
+/// The keys of a command and what they do.
+fn keys(command: &clap::Command) -> impl Iterator<Item = (String, &clap::Arg)> {
+    let options = command.get_arguments().filter_map(|arg| {
+        let long = arg.get_long().filter(|long| !NO_KEYS.contains(long))?;
+        Some((long.replace('-', "_"), arg))
+    });
+    options
+}
+
+/// The option that writes an output.
+fn option_of(role: &str) -> &str {
+    match role {
+        "out" => "output",
+        "page" => "report",
+        role => role,
+    }
+}
+
+/// The command line of an item, or the key to blame and what is wrong.
+fn parse(
+    kind: &KindInfo,
+    input: Option<&Path>,
+    outputs: &[(&str, PathBuf)],
+    settings: &[Setting],
+) -> Result<(clap::Command, ArgMatches), (String, String)> {
+    let mut command = command(kind);
+    command.build();
+    let mut words: Vec<OsString> = Vec::new();
+    for (role, path) in outputs {
+        let mut word = OsString::from(format!("--{}=", option_of(role)));
+        word.push(path);
+        words.push(word);
+    }
+    for setting in settings {
+        let found = keys(&command).find(|(key, _)| *key == setting.key);
+        let Some((_, arg)) = found else {
+            let roles = kind.outputs.iter().map(|(role, _)| (*role).to_owned());
+            let known: Vec<String> = keys(&command).map(|(key, _)| key).chain(roles).collect();
+            let what = unknown_key(&setting.key, known.iter().map(String::as_str));
+            return Err((setting.key.clone(), what));
+        };
+        let option = format!("--{}", arg.get_long().unwrap_or_default());
+        for value in &setting.values {
+            match (arg.get_action(), value.as_str()) {
+                (ArgAction::SetTrue, "true") => words.push(option.clone().into()),
+                (ArgAction::SetTrue, "false") => {}
+                (ArgAction::SetTrue, _) => {
+                    let what = format!("is {value}, must be true or false");
+                    return Err((setting.key.clone(), what));
+                }
+                _ => words.push(format!("{option}={value}").into()),
+            }
+        }
+    }
+    words.extend(
+        input
+            .into_iter()
+            .flat_map(|path| ["--".into(), path.into()]),
+    );
+    match command.clone().try_get_matches_from(words) {
+        Ok(matches) => Ok((command, matches)),
+        Err(error) => Err((key_of(&error), in_words(&error))),
+    }
+}
+
+/// The key that the parser complains about; empty if there is none.
+fn key_of(error: &clap::Error) -> String {
+    let arg = match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(arg)) => arg.clone(),
+        _ => String::new(),
+    };
+    let long = arg.strip_prefix("--").unwrap_or_default();
+    long.split([' ', '='])
+        .next()
+        .unwrap_or_default()
+        .replace('-', "_")
+}
+
+fn in_words(error: &clap::Error) -> String {
+    let text = usage(error).to_string();
+    text.trim_end_matches(" (see --help)").to_owned()
+}
+
+/// All parameters of an entry by name, with their defaults.
+pub fn resolve(entry: &Entry) -> Resolved {
+    // Where they lie does not matter yet.
+    let input = entry.kind.input.map(|_| Path::new("input"));
+    let outputs = entry.outputs.iter();
+    let outputs: Vec<(&str, PathBuf)> = outputs
+        .map(|setting| (setting.key.as_str(), PathBuf::from(&setting.key)))
+        .collect();
+    let (command, matches) = parse(&entry.kind, input, &outputs, &entry.settings)?;
+    let mut parameters = BTreeMap::new();
+    for (key, arg) in keys(&command) {
+        let id = arg.get_id().as_str();
+        let value = match arg.get_action() {
+            ArgAction::SetTrue => matches.get_flag(id).then(|| "true".to_owned()),
+            _ => matches.get_raw(id).map(|values| {
+                let values = values.map(|value| value.to_string_lossy().into_owned());
+                values.collect::<Vec<_>>().join(", ")
+            }),
+        };
+        parameters.extend(value.map(|value| (key, value)));
+    }
+    Ok(parameters)
+}
+
+/// Makes items as the commands do.
+pub struct Kitchen {
+    progress: Arc<Progress>,
+}
+
+impl Kitchen {
+    /// One that says on `progress` what the commands say.
+    pub fn new(progress: Arc<Progress>) -> Self {
+        Kitchen { progress }
+    }
+}
+
+impl Bakery for Kitchen {
+    fn bake(&self, item: &Item) -> Result<Made, Failure> {
+        let outputs = item.outputs.iter();
+        let outputs: Vec<(&str, PathBuf)> = outputs
+            .map(|output| (output.role, item.resolve(&output.path)))
+            .collect();
+        let input = item.input_path();
+        let parsed = parse(&item.kind, input.as_deref(), &outputs, &item.settings);
+        let (_, matches) =
+            parsed.map_err(|(key, what)| Failure::input(format!("{key}: {what}")))?;
+        let progress = quiet(&self.progress, item.name());
+        let made = match item.kind.name {
+            "lights" => bake_lights(&args_of(&matches)?, item, &progress),
+            "groom" => bake_groom(&args_of(&matches)?),
+            _ => tables::bake(&args_of(&matches)?, &progress).map(|bytes| Made {
+                outputs: vec![bytes],
+                figures: Map::new(),
+            }),
+        };
+        made.map_err(|failure| match failure {
+            cli::Failure::Transient(what) => Failure::transient(what),
+            failure => Failure::input(failure),
+        })
+    }
+}
+
+fn args_of<T: FromArgMatches>(matches: &ArgMatches) -> Result<T, Failure> {
+    T::from_arg_matches(matches).map_err(|error| Failure::input(in_words(&error)))
+}
+
+fn figures(pairs: Value) -> Map<String, Value> {
+    match pairs {
+        Value::Object(pairs) => pairs,
+        _ => Map::new(),
+    }
+}
+
+fn bake_lights(
+    args: &lights::FitArgs,
+    item: &Item,
+    progress: &Progress,
+) -> Result<Made, cli::Failure> {
+    let baked = lights::bake(args, &lights::Plan::of(args)?, progress)?;
+    if let Some(missed) = lights::missed_budget(args, &baked) {
+        return Err(missed);
+    }
+    let mut about = json!({ "lights": baked.results.set.lights.len() });
+    if baked.results.report.is_some() {
+        for key in ["fibre_error", "irradiance_error", "rel_l2", "energy_ratio"] {
+            about[key] = baked.document[key].clone();
+        }
+    }
+    let outputs = item.outputs.iter().map(|output| match output.role {
+        "out" => baked.bytes.clone(),
+        _ => {
+            let bytes = baked.file(&item.resolve(&output.path));
+            bytes.map(<[u8]>::to_vec).unwrap_or_default()
+        }
+    });
+    Ok(Made {
+        outputs: outputs.collect(),
+        figures: figures(about),
+    })
+}
+
+fn bake_groom(args: &import::Args) -> Result<Made, cli::Failure> {
+    let groom = import::groom(args)?;
+    let bytes = groom.to_bytes().map_err(cli::Failure::input)?;
+    let about = json!({ "strands": groom.n_strands(), "points": groom.points.len() });
+    Ok(Made {
+        outputs: vec![bytes],
+        figures: figures(about),
+    })
+}
+
+/// A progress that passes on only what is said.
+fn quiet(progress: &Arc<Progress>, name: String) -> Progress {
+    struct Says(Arc<Progress>, String);
+    impl strandlight_scene::progress::Display for Says {
+        fn advance(&self, _: u64) {}
+        fn reach(&self, _: u64) {}
+        fn say(&self, line: &str) {
+            self.0.say(&format!("{}: {line}", self.1));
+        }
+        fn finish(&self) {}
+    }
+    Progress::new(Says(Arc::clone(progress), name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(kind: KindInfo, settings: &[(&str, &str)]) -> Entry {
+        let setting = |key: &str, value: &str| Setting {
+            key: key.to_owned(),
+            values: vec![value.to_owned()],
+            at: Default::default(),
+        };
+        Entry {
+            kind,
+            name: String::new(),
+            at: Default::default(),
+            inputs: None,
+            outputs: vec![setting("out", "x")],
+            settings: settings
+                .iter()
+                .map(|(key, value)| setting(key, value))
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn parameters_have_their_defaults() {
+        let [lights, groom, tables] = KINDS;
+        let resolved = resolve(&entry(lights, &[("seed", "7"), ("no_report", "true")]));
+        let resolved = resolved.expect("good settings");
+        let expected = [
+            ("count", "40"),
+            ("layout", "latlong"),
+            ("no_report", "true"),
+            ("seed", "7"),
+        ];
+        for (name, value) in expected {
+            assert_eq!(
+                resolved.get(name).map(String::as_str),
+                Some(value),
+                "{name}"
+            );
+        }
+        let groom =
+            resolve(&entry(groom, &[("unit", "m"), ("up", "auto")])).expect("good settings");
+        assert_eq!(groom.get("unit").map(String::as_str), Some("m"));
+        assert_eq!(groom.get("frame").map(String::as_str), Some("0"));
+        let tables = resolve(&entry(tables, &[("lean", "false")])).expect("good settings");
+        assert_eq!(tables.get("lean"), None);
+    }
+
+    #[test]
+    fn bad_settings_are_blamed_on_their_key() {
+        let [lights, groom, tables] = KINDS;
+        for (kind, key, value, needle) in [
+            (lights, "count", "0", "not a number from 1 to 1024"),
+            (lights, "cuont", "4", "unknown; did you mean count?"),
+            (lights, "json", "true", "unknown"),
+            (lights, "no_report", "4", "must be true or false"),
+            (groom, "up", "w", "invalid value 'w'"),
+            (groom, "unit", "furlong", "must be mm"),
+            (
+                tables,
+                "fresnel",
+                "glass",
+                "possible values: dielectric, schlick",
+            ),
+        ] {
+            let (blamed, what) = resolve(&entry(kind, &[(key, value)])).expect_err(key);
+            assert_eq!(blamed, key);
+            assert!(what.contains(needle), "{key}: {what}");
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! `strandlight bake plan`.
+
+use std::path::PathBuf;
+
+use strandlight_bake::manifest::{Farm, Job, farm_job};
+
+use super::exit::write;
+use super::items::read;
+use crate::cli::{Failure, Outcome, check_outputs};
+
+/// Items of a shard, where their number is not given: minutes of work, not seconds.
+const ITEMS_A_SHARD: usize = 100;
+
+/// Most tasks of a job.
+const MAX_SHARDS: u32 = 100_000;
+
+/// Write a job for a scheduler: one task for each shard of the items
+///
+/// Each task runs `strandlight bake --shard I/N --keep-going`. Tasks may run again at any time: what is
+/// up to date is skipped.
+#[derive(clap::Args)]
+#[command(group(clap::ArgGroup::new("farm").required(true)))]
+pub struct Args {
+    /// Manifest, as the machines of the farm see it from --folder
+    #[arg(value_name = "BAKE.toml")]
+    manifest: PathBuf,
+    /// Slurm: an array job for sbatch
+    #[arg(long, group = "farm")]
+    slurm: bool,
+    /// Open Job Description: a template for Deadline Cloud and others
+    #[arg(long, group = "farm")]
+    openjd: bool,
+    /// Kubernetes: an Indexed Job
+    #[arg(long, group = "farm")]
+    k8s: bool,
+    /// A command a line: GNU parallel, xargs, OpenCue
+    #[arg(long, group = "farm")]
+    commands: bool,
+    /// Number of shards [default: one for every 100 items]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SHARDS)))]
+    shards: Option<u32>,
+    /// Threads of a task
+    #[arg(long = "threads-per-task", value_name = "N", default_value_t = 4,
+        value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+    /// Folder in which tasks start [default: the current one; /assets for --k8s]
+    #[arg(long, value_name = "DIR")]
+    folder: Option<String>,
+    /// The program, as the machines of the farm know it
+    #[arg(long, value_name = "PATH", default_value = "strandlight")]
+    program: String,
+    /// Cache that the tasks share
+    #[arg(long, value_name = "DIR")]
+    cache: Option<String>,
+    /// Container image, for --k8s
+    #[arg(long, default_value = concat!("strandlight:", env!("CARGO_PKG_VERSION")))]
+    image: String,
+    /// Persistent volume claim that is mounted at the folder, for --k8s
+    #[arg(long, default_value = "assets")]
+    claim: String,
+    /// File to write
+    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    output: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    check_outputs(&[&args.manifest], &[&args.output])?;
+    let (_, items) = read(&args.manifest)?;
+    let farm = match (args.slurm, args.openjd, args.k8s) {
+        (true, _, _) => Farm::Slurm,
+        (_, true, _) => Farm::OpenJd,
+        (_, _, true) => Farm::Kubernetes,
+        _ => Farm::Commands,
+    };
+    let by_items = items.len().div_ceil(ITEMS_A_SHARD).max(1);
+    let by_items = u32::try_from(by_items)
+        .unwrap_or(MAX_SHARDS)
+        .min(MAX_SHARDS);
+    let utf8 = |path: PathBuf| {
+        let not = |path: std::ffi::OsString| Failure::file(path.as_ref(), "is not UTF-8");
+        path.into_os_string().into_string().map_err(not)
+    };
+    let folder = match &args.folder {
+        Some(folder) => folder.clone(),
+        None if farm == Farm::Kubernetes => "/assets".to_owned(),
+        None => utf8(std::env::current_dir().map_err(Failure::input)?)?,
+    };
+    let cache = args.cache.iter();
+    let job = Job {
+        program: args.program.clone(),
+        manifest: utf8(args.manifest.clone())?,
+        folder,
+        shards: args.shards.unwrap_or(by_items),
+        threads: args.threads,
+        options: cache.map(|folder| format!("--cache={folder}")).collect(),
+        image: args.image.clone(),
+        claim: args.claim.clone(),
+    };
+    write(&args.output, &farm_job(farm, &job))
+}

@@ -1,0 +1,351 @@
+//! What a manifest asks for, one item for each input.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Component, Path, PathBuf};
+
+use strandlight_formats::{Error, Result, nearest};
+
+use super::template::fill;
+use super::text::{Entry, KindInfo, Manifest, Place, Setting};
+use super::walk::{self, MAX_FILES, Match, is_pattern};
+
+/// A file that an item writes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Its key in the manifest: `out`, `preview`.
+    pub role: &'static str,
+    /// Its path, relative to the manifest's folder.
+    pub path: PathBuf,
+}
+
+/// One thing to make.
+#[derive(Clone, Debug)]
+pub struct Item {
+    /// Its kind.
+    pub kind: KindInfo,
+    /// Name of the entry that asks for it, `lights[0]`, and where that starts.
+    pub entry: (String, Place),
+    /// What it is made of, relative to the manifest's folder.
+    pub input: Option<PathBuf>,
+    /// What is written; the first one names the item.
+    pub outputs: Vec<Output>,
+    /// Its settings as the manifest has them.
+    pub settings: Vec<Setting>,
+    /// All parameters by name, with their defaults: what the outputs depend on besides the input.
+    pub parameters: BTreeMap<String, String>,
+    /// The manifest's folder.
+    pub folder: PathBuf,
+}
+
+impl Item {
+    /// The main output as the manifest names it.
+    pub fn name(&self) -> String {
+        self.output().to_string_lossy().replace('\\', "/")
+    }
+
+    /// The main output, relative to the manifest's folder.
+    pub fn output(&self) -> &Path {
+        &self.outputs[0].path
+    }
+
+    /// `path` as seen from the current folder.
+    pub fn resolve(&self, path: &Path) -> PathBuf {
+        self.folder.join(path)
+    }
+
+    /// The input's path as seen from the current folder.
+    pub fn input_path(&self) -> Option<PathBuf> {
+        self.input.as_deref().map(|path| self.resolve(path))
+    }
+}
+
+/// Parameters of a kind with these settings, or the key to blame (empty: none alone) and what is
+/// wrong.
+pub type Resolved = std::result::Result<BTreeMap<String, String>, (String, String)>;
+
+/// The items of `manifest`, sorted by output; `resolve` answers the parameters of an entry. Inputs
+/// are found and not opened.
+///
+/// # Errors
+/// A pattern that matches nothing, an output of two items, an output that is an input: `Syntax`, with
+/// the place in the manifest.
+pub fn items(manifest: &Manifest, resolve: &dyn Fn(&Entry) -> Resolved) -> Result<Vec<Item>> {
+    let mut items = Vec::new();
+    for entry in &manifest.entries {
+        let parameters = resolve(entry).map_err(|(key, what)| {
+            let settings = entry.settings.iter();
+            let at = settings
+                .chain(&entry.outputs)
+                .find(|setting| setting.key == key)
+                .map_or(entry.at, |setting| setting.at);
+            manifest.error(at, format!("{}: {what}", key_path(entry, &key)))
+        })?;
+        for input in inputs(manifest, entry)? {
+            let item = item(manifest, entry, input, &parameters)?;
+            items.push(item);
+            if items.len() > MAX_FILES {
+                let what = format!("{}: over {MAX_FILES} items", entry.name);
+                return Err(manifest.error(entry.at, what));
+            }
+        }
+    }
+    // By bytes: the same everywhere.
+    items.sort_by(|a, b| a.output().as_os_str().cmp(b.output().as_os_str()));
+    check_names(manifest, &items)?;
+    Ok(items)
+}
+
+fn key_path(entry: &Entry, key: &str) -> String {
+    match key {
+        "" => entry.name.clone(),
+        key => format!("{}.{key}", entry.name),
+    }
+}
+
+/// Says of a key that no kind knows what was meant.
+pub fn unknown_key<'a>(key: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
+    match nearest(key, known.clone()) {
+        Some(name) => format!("unknown; did you mean {name}?"),
+        None => format!(
+            "unknown; known are {}",
+            known.collect::<Vec<_>>().join(", ")
+        ),
+    }
+}
+
+/// The inputs of an entry, each once; `None` for an item that has none.
+fn inputs(manifest: &Manifest, entry: &Entry) -> Result<Vec<Option<Match>>> {
+    let Some(patterns) = &entry.inputs else {
+        return Ok(vec![None]);
+    };
+    let key = key_path(entry, &patterns.key);
+    let error = |what: String| manifest.error(patterns.at, format!("{key}: {what}"));
+    let mut all: Vec<Match> = Vec::new();
+    for pattern in &patterns.values {
+        let found = walk::matches(&manifest.folder, pattern).map_err(error)?;
+        if found.is_empty() {
+            return Err(error(format!("no file matches {pattern}")));
+        }
+        all.extend(found);
+    }
+    if all.is_empty() {
+        return Err(error("names no file".to_owned()));
+    }
+    all.sort_by(|a, b| a.path.cmp(&b.path));
+    all.dedup_by(|a, b| a.path == b.path);
+    Ok(all.into_iter().map(Some).collect())
+}
+
+fn item(
+    manifest: &Manifest,
+    entry: &Entry,
+    input: Option<Match>,
+    parameters: &BTreeMap<String, String>,
+) -> Result<Item> {
+    let mut outputs = Vec::new();
+    for setting in &entry.outputs {
+        let key = key_path(entry, &setting.key);
+        let error = |what: String| manifest.error(setting.at, format!("{key}: {what}"));
+        let known = entry.kind.outputs.iter();
+        let found = known.copied().find(|(role, _)| *role == setting.key);
+        let (role, extension) = found.unwrap_or_default();
+        let input = input.as_ref();
+        let input = input.map(|found| (found.path.as_path(), found.below.as_path()));
+        let name = fill(&setting.values[0], input).map_err(error)?;
+        let path = PathBuf::from(&name);
+        let end = path.extension().and_then(|end| end.to_str());
+        if end.is_none_or(|end| !end.eq_ignore_ascii_case(extension)) {
+            return Err(error(format!("{name} must end in .{extension}")));
+        }
+        outputs.push(Output { role, path });
+    }
+    Ok(Item {
+        kind: entry.kind,
+        entry: (entry.name.clone(), entry.at),
+        input: input.map(|found| found.path),
+        outputs,
+        settings: entry.settings.clone(),
+        parameters: parameters.clone(),
+        folder: manifest.folder.clone(),
+    })
+}
+
+/// Refuses a file that two items write, and one that is written and read.
+fn check_names(manifest: &Manifest, items: &[Item]) -> Result<()> {
+    let mut makers: HashMap<PathBuf, &Item> = HashMap::new();
+    for item in items {
+        for output in &item.outputs {
+            let path = plain(&manifest.folder.join(&output.path));
+            if path == plain(&manifest.path) {
+                return Err(clash(manifest, item, &output.path, "is the manifest"));
+            }
+            let Some(other) = makers.insert(path, item) else {
+                continue;
+            };
+            let of = |item: &Item| match &item.input {
+                Some(input) => input.display().to_string(),
+                None => item.entry.0.clone(),
+            };
+            let what = match std::ptr::eq(other, item) {
+                true => "is named twice".to_owned(),
+                false => format!(
+                    "is the output of {} and of {}; {{dir}} or {{name}} in its name may tell them apart",
+                    of(other),
+                    of(item)
+                ),
+            };
+            return Err(clash(manifest, item, &output.path, &what));
+        }
+    }
+    for item in items {
+        let Some(input) = &item.input else { continue };
+        if let Some(maker) = makers.get(&plain(&manifest.folder.join(input))) {
+            let what = match std::ptr::eq(*maker, item) {
+                true => "is both its input and its output".to_owned(),
+                false => format!(
+                    "is both an input and the output of {}; items have no order, so put the steps \
+                     into two manifests",
+                    maker.entry.0
+                ),
+            };
+            return Err(clash(manifest, item, input, &what));
+        }
+    }
+    Ok(())
+}
+
+fn clash(manifest: &Manifest, item: &Item, path: &Path, what: &str) -> Error {
+    let (entry, at) = &item.entry;
+    manifest.error(*at, format!("{entry}: {} {what}", path.display()))
+}
+
+/// `path` without `.` and with `..` taken back where a name stands before it.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir
+                if matches!(plain.components().next_back(), Some(Component::Normal(_))) =>
+            {
+                plain.pop();
+            }
+            part => plain.push(part),
+        }
+    }
+    plain
+}
+
+/// Folders that patterns of `manifest` look into, if no item of `items` writes there: they change
+/// when a file comes or goes.
+pub fn watched_folders(manifest: &Manifest, items: &[Item]) -> Vec<PathBuf> {
+    let mut folders: Vec<PathBuf> = items
+        .iter()
+        .filter_map(|item| item.input.as_deref().and_then(Path::parent))
+        .map(Path::to_owned)
+        .collect();
+    let entries = manifest.entries.iter();
+    let patterns = entries.flat_map(|entry| entry.inputs.iter().flat_map(|list| &list.values));
+    let wild: Vec<&String> = patterns.filter(|pattern| is_pattern(pattern)).collect();
+    let bases: Vec<PathBuf> = wild.iter().map(|pattern| walk::base_of(pattern)).collect();
+    folders.retain(|folder| bases.iter().any(|base| folder.starts_with(base)));
+    folders.extend(bases);
+    folders.sort();
+    folders.dedup();
+    let outputs = items.iter().flat_map(|item| &item.outputs);
+    let written: Vec<PathBuf> = outputs
+        .filter_map(|output| output.path.parent().map(plain))
+        .collect();
+    folders.retain(|folder| {
+        let folder = plain(folder);
+        // A folder made in another one changes it, too.
+        !written.iter().any(|written| written.starts_with(&folder))
+    });
+    folders
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIGHTS: KindInfo = KindInfo {
+        name: "lights",
+        input: Some("map"),
+        outputs: &[("out", "lights"), ("preview", "png")],
+        revision: 1,
+    };
+
+    fn found(folder: &Path, text: &str) -> Result<Vec<Item>> {
+        let path = folder.join("bake.toml");
+        std::fs::write(&path, format!("version = 1\n{text}")).expect("written");
+        let manifest = Manifest::read(&path, &[LIGHTS])?;
+        items(&manifest, &|_| Ok(BTreeMap::new()))
+    }
+
+    #[test]
+    fn items_are_sorted_and_each_input_is_one() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        for name in ["b.hdr", "a.hdr", "a.exr"] {
+            std::fs::write(at.join(name), "").expect("written");
+        }
+        let text =
+            "[[lights]]\nmap = ['*.hdr', 'a.*']\nout = 'o/{name}.lights'\npreview = 'p/{name}.png'";
+        let all = found(at, text).expect("items");
+        let names: Vec<String> = all.iter().map(Item::name).collect();
+        assert_eq!(
+            names,
+            ["o/a.exr.lights", "o/a.hdr.lights", "o/b.hdr.lights"]
+        );
+        assert_eq!(all[0].outputs[1].path, Path::new("p/a.exr.png"));
+        assert_eq!(all[0].input.as_deref(), Some(Path::new("a.exr")));
+        let manifest = Manifest::read(&at.join("bake.toml"), &[LIGHTS]).expect("read");
+        assert!(watched_folders(&manifest, &all).is_empty());
+    }
+
+    #[test]
+    fn clashes_are_told() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        for name in ["a.hdr", "a.exr", "x.lights"] {
+            std::fs::write(at.join(name), "").expect("written");
+        }
+        for (text, needle) in [
+            (
+                "[[lights]]\nmap = 'a.*'\nout = '{stem}.lights'",
+                "lights[0]: a.lights is the output of a.exr and of a.hdr",
+            ),
+            (
+                "[[lights]]\nmap = 'a.hdr'\nout = 'o/../b.lights'\n[[lights]]\nmap = 'a.hdr'\nout = './b.lights'",
+                "b.lights is the output of",
+            ),
+            (
+                "[[lights]]\nmap = 'x.lights'\nout = 'y/../x.lights'",
+                "is both its input and its output",
+            ),
+            (
+                "[[lights]]\nmap = 'y.lights'\nout = 'x.lights'\n[[lights]]\nmap = 'x.lights'\nout = 'y.lights'",
+                "is both an input and the output of",
+            ),
+            (
+                "[[lights]]\nmap = 'q*.hdr'\nout = 'a.lights'",
+                "lights[0].map: no file matches q*.hdr",
+            ),
+            ("[[lights]]\nmap = []\nout = 'a.lights'", "names no file"),
+            (
+                "[[lights]]\nmap = 'a.hdr'\nout = 'a.groom'",
+                "a.groom must end in .lights",
+            ),
+            (
+                "[[lights]]\nmap = 'a.hdr'\nout = '{x}.lights'",
+                "{x} is unknown",
+            ),
+        ] {
+            let error = found(at, text).expect_err(text).to_string();
+            assert!(
+                error.contains(needle) && error.contains("bake.toml:"),
+                "{text}: {error}"
+            );
+        }
+    }
+}
