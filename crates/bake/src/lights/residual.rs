@@ -127,12 +127,12 @@ mod tests {
             let parts = separate(&map, most).unwrap();
             assert_eq!(parts.lights.len(), found, "{most}");
             let rest = parts.residual.energy();
-            for c in 0..3 {
+            for (c, rest) in rest.into_iter().enumerate() {
                 let lights = parts
                     .lights
                     .iter()
                     .map(|light| f64::from(light.rgb[c]) * solid_angle(f64::from(light.lambda)));
-                let sum = lights.sum::<f64>() + rest[c];
+                let sum = lights.sum::<f64>() + rest;
                 let ratio = sum / map.energy()[c];
                 assert!((ratio - 1.0).abs() < 1e-5, "{most} {c}: {ratio}");
             }

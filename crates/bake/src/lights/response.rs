@@ -183,9 +183,9 @@ impl Response {
             // R's square root is steep at phi = pi: no table.
             let n_r = 0.25 * (0.5 * (1.0 + cos_phi)).max(0.0).sqrt();
             let modes = [m[0] * n_r, m[1] * n[1], m[2] * n[2]];
-            for c in 0..3 {
+            for (c, sum) in sum.iter_mut().enumerate() {
                 let [r, tt, trt] = [0, 1, 2].map(|t| modes[t] * self.lobes[t].tint[c]);
-                sum[c] += (r + tt + trt) * cell.energy[c];
+                *sum += (r + tt + trt) * cell.energy[c];
             }
         }
         sum

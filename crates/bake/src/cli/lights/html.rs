@@ -9,8 +9,8 @@ use std::fmt::Write as _;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
-use strandlight_bake::lights::Pictures;
 use strandlight_bake::lights::exchange::{FRAME, sharpness};
+use strandlight_bake::lights::{Metric, Pictures};
 use strandlight_formats::SrbfLight;
 use strandlight_images::Map;
 use strandlight_scattering::spherical_gaussian::solid_angle;
@@ -127,8 +127,13 @@ impl Page<'_> {
     }
 
     fn verdict(&self, budget: &BudgetResult) -> String {
+        let hair = self.results.hair.as_ref();
+        let hair = hair.filter(|_| budget.metric == Metric::Fibre);
+        let of_hair = hair.map_or(String::new(), |hair| {
+            format!(" for the hair {}", escaped(&hair.name))
+        });
         let limit = format!(
-            "a {} error of at most {}",
+            "a {} error of at most {}{of_hair}",
             budget.metric.name(),
             text::limit(budget.max_error)
         );
