@@ -31,7 +31,7 @@ use super::{
     Failure, Outcome, check_extension, check_outputs, is_stream, note, print_line, write_output,
 };
 use crate::cli::progress::progress;
-use crate::cli::shard::ShardArg;
+use crate::cli::shard::{self, Shard};
 
 /// Render ground truth for a scene, slowly, on the CPU
 ///
@@ -97,8 +97,8 @@ struct TraceArgs {
     /// with all samples
     #[arg(long, conflicts_with = "shard")]
     resume: bool,
-    #[command(flatten)]
-    shard: ShardArg,
+    #[arg(long, value_name = "I/N", value_parser = shard::parse_shard, help = shard::HELP)]
+    shard: Option<Shard>,
     /// Print a JSON document about the picture instead of text
     #[arg(long)]
     json: bool,
@@ -193,7 +193,7 @@ fn trace(args: &TraceArgs) -> Outcome {
     if let Some(hash) = from_map.split(' ').next().filter(|hash| !hash.is_empty()) {
         provenance = provenance.with("map", hash);
     }
-    let samples = match args.shard.shard {
+    let samples = match args.shard {
         Some(shard) => samples_of_part(shard.index(), shard.count(), args.samples),
         None => 0..args.samples,
     };
@@ -279,7 +279,7 @@ fn trace(args: &TraceArgs) -> Outcome {
 fn write(args: &TraceArgs, file: ReferenceFile, backdrop: Backdrop, start: Instant) -> Outcome {
     let [method, inputs] = [file.method.name().to_owned(), file.inputs.clone()];
     let (size, n_samples) = (file.film.size(), file.film.n_samples());
-    let bytes = match args.shard.shard {
+    let bytes = match args.shard {
         None => file.encode(&backdrop),
         Some(shard) => {
             let part = ReferencePart {
@@ -306,14 +306,13 @@ fn write(args: &TraceArgs, file: ReferenceFile, backdrop: Backdrop, start: Insta
             "bytes": bytes.len(),
             "seconds": seconds,
         });
-        if let Some(shard) = args.shard.shard {
+        if let Some(shard) = args.shard {
             document["shard"] = json!(shard.to_string());
             document["spp_of_all"] = json!(args.samples);
         }
         return print_line(document);
     }
     let of = args
-        .shard
         .shard
         .map(|shard| format!(" of {}, shard {shard}", args.samples));
     print_line(format_args!(

@@ -6,13 +6,16 @@
 
 use std::fmt;
 
-/// The shard of a command line; for `#[command(flatten)]`.
+/// Help of `--shard`.
+pub const HELP: &str = "Do only share I of N, I from 0 to N - 1, of what several machines do together; auto \
+                        takes both from Slurm's array job, auto/N takes I from Slurm or from Kubernetes' \
+                        JOB_COMPLETION_INDEX";
+
+/// The shard of a command line; for `#[command(flatten)]`. Arguments that are themselves flattened as
+/// an `Option` have a field of their own instead: clap takes no note of what is flattened in those.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct ShardArg {
-    /// Do only share I of N, I from 0 to N - 1, of what several machines do together; auto takes
-    /// both from Slurm's array job, auto/N takes I from Slurm or from Kubernetes'
-    /// JOB_COMPLETION_INDEX
-    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    #[arg(long, value_name = "I/N", value_parser = parse_shard, help = HELP)]
     pub shard: Option<Shard>,
 }
 
