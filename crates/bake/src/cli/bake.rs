@@ -24,7 +24,7 @@ pub struct Args {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
-    run: Option<run::Args>,
+    run: Option<run::RunArgs>,
 }
 
 #[derive(clap::Subcommand)]

@@ -87,7 +87,7 @@ impl Teller {
         self.write(json!({
             "event": "run",
             "items": n_items,
-            "shard": shard.map(|shard| shard.to_string()),
+            "shard": shard.map(|shard| json!({ "index": shard.index(), "count": shard.count() })),
             "tool_version": tool_version(),
         }));
     }

@@ -16,7 +16,7 @@ use crate::cli::shard::{Shard, ShardArg};
 use crate::cli::{Failure, Outcome, check_outputs, print_line};
 
 #[derive(clap::Args)]
-pub struct Args {
+pub struct RunArgs {
     /// Manifest, - for standard input; names in it are relative to its folder
     #[arg(value_name = "BAKE.toml")]
     manifest: PathBuf,
@@ -63,7 +63,7 @@ fn share(items: Vec<Item>, shard: Shard) -> Vec<Item> {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &RunArgs) -> Outcome {
     let (manifest, items) = read(&args.manifest)?;
     let items = share(items, args.shard.shard.unwrap_or(Shard::WHOLE));
     if args.dry_run {
@@ -121,7 +121,7 @@ fn open_cache(folder: &Path) -> Result<Cache, Failure> {
 }
 
 /// What the exit code tells: 75 if anything may succeed later, else 2 if anything failed.
-fn outcome(summary: &Summary, n_items: usize, args: &Args) -> Outcome {
+fn outcome(summary: &Summary, n_items: usize, args: &RunArgs) -> Outcome {
     let failed = &summary.failed;
     let transient = failed.iter().find(|(_, failure)| failure.is_transient);
     let Some((name, failure)) = transient.or(failed.first()) else {
@@ -175,7 +175,7 @@ fn in_words(summary: &Summary, seconds: f64) -> String {
     }
 }
 
-fn dry_run(items: &[Item], args: &Args) -> Outcome {
+fn dry_run(items: &[Item], args: &RunArgs) -> Outcome {
     let judged = judge_all(items);
     let stale = judged
         .iter()
