@@ -7,8 +7,7 @@ target=${CARGO_TARGET_DIR:-$root/target}
 tools=$target/release-tools
 
 about_version=0.9.3
-cyclonedx_version=0.5.9
-deb_version=3.8.0
+cyclonedx_version=11.12.0
 deny_version=0.20.2
 maturin_version=1.16.0
 
@@ -64,4 +63,17 @@ deny_tool() {
         rm -rf "$work"
     fi
     cargo_tool cargo-deny "$deny_version"
+}
+
+# python_with PACKAGE==VERSION: the Python of an environment that has it.
+python_with() {
+    local folder=$tools/${1//[^a-z0-9.=-]/-}
+    if [ ! -f "$folder/is-complete" ]; then
+        say "installing $1"
+        rm -rf "$folder"
+        python3 -m venv "$folder" >&2 || fail "Python's venv is needed (Debian: python3-venv)"
+        "$folder/bin/python" -m pip install --quiet --disable-pip-version-check "$1" >&2
+        touch "$folder/is-complete"
+    fi
+    echo "$folder/bin/python"
 }
