@@ -14,5 +14,7 @@ pub mod aov;
 pub mod grooms;
 pub mod lights;
 pub mod maps;
+#[doc(hidden)]
+pub mod probe;
 pub mod scenes;
 pub mod tables;

@@ -27,6 +27,8 @@ pub mod camera;
 mod error;
 pub mod files;
 pub mod interactive;
+#[doc(hidden)]
+pub mod keys;
 pub mod layers;
 mod limits;
 pub mod material;
@@ -38,6 +40,8 @@ pub mod motion;
 pub mod optics;
 pub mod paint;
 pub mod picture;
+#[doc(hidden)]
+pub mod probe;
 #[doc(hidden)]
 pub mod progress;
 pub mod provenance;
@@ -73,6 +77,7 @@ pub fn layouts() -> Vec<Layout> {
         camera::LAYOUTS,
         motion::wind::LAYOUTS,
         optics::LAYOUTS,
+        probe::LAYOUTS,
         proxy::LAYOUTS,
         scene::LAYOUTS,
         shadow_maps::LAYOUTS,

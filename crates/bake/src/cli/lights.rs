@@ -7,8 +7,10 @@ use std::time::Instant;
 use strandlight_scene::progress::Progress;
 
 use serde_json::{Map as Object, Value, json};
-use strandlight_bake::lights::{Fit, FitOptions, MAX_LIGHTS, STEPS, evaluate, fit, preview_png};
-use strandlight_formats::{BakedFile, FitReport, Kind, LightSet, LightSetInfo};
+use strandlight_bake::lights::{
+    Fit, FitOptions, MAX_LIGHTS, STEPS, evaluate, fit, light_set, preview_png,
+};
+use strandlight_formats::{BakedFile, Kind, LightSet};
 use strandlight_images::{Map, MapSelection};
 use strandlight_scene::progress::timed;
 
@@ -199,10 +201,7 @@ fn bake(args: &FitArgs, progress: &Progress) -> Result<Baked, Failure> {
     };
     progress.advance(1);
 
-    let set = LightSet {
-        lights: fitted.lights.lights.clone(),
-        info: info(options, &map, &fitted, report),
-    };
+    let set = light_set(options, &map, &fitted, report);
     let bytes = set
         .to_bytes()
         .map_err(|error| Failure::file(&args.output, error))?;
@@ -248,28 +247,6 @@ fn remarks(map: &Map) -> Vec<String> {
         .chain(source.windows.map(|windows| windows.to_string()))
         .chain(clamped)
         .collect()
-}
-
-/// What the file records about its making: nothing that changes from run to run.
-pub(super) fn info(
-    options: FitOptions,
-    map: &Map,
-    fitted: &Fit,
-    report: Option<FitReport>,
-) -> LightSetInfo {
-    let mut parameters = vec![("layout".to_owned(), "latlong".to_owned())];
-    parameters.extend(map.parameters());
-    parameters.push(("compact_lights".to_owned(), fitted.suns.to_string()));
-    LightSetInfo {
-        map_hash: map.source().hash.clone(),
-        // At most 32768: fits.
-        map_size: [map.width() as u32, map.height() as u32],
-        requested_count: options.count as u32,
-        seed: options.seed,
-        parameters,
-        report,
-        ..LightSetInfo::default()
-    }
 }
 
 /// The report as JSON; without the figures of the fit they are null.

@@ -5,7 +5,8 @@
 //!   the rest is filtered by the mean response of fibres (`response`, `spectrum`, `harmonics`),
 //!   lobes are placed where most is left to explain (`search`) and refined by variable projection
 //!   (`projection`), and each channel's energy is made the map's.
-//! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at.
+//! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at;
+//!   [`light_set()`]: the file.
 //! - [`exchange`]: light sets for other programs.
 //!
 //! ```
@@ -26,6 +27,7 @@ mod columns;
 pub mod exchange;
 mod fit;
 mod harmonics;
+mod light_set;
 mod linear;
 mod preview;
 mod projection;
@@ -38,5 +40,6 @@ mod sun;
 
 pub use cells::radiance;
 pub use fit::{Fit, FitError, FitOptions, MAX_LIGHTS, STEPS, fit};
-pub use preview::preview_png;
+pub use light_set::light_set;
+pub use preview::{light_set_png, preview_png};
 pub use report::evaluate;

@@ -52,6 +52,23 @@ pub fn preview_png(set: &LightSet, map: &Map) -> Result<Vec<u8>, png::EncodingEr
     encode(&panels, grid)
 }
 
+/// A PNG (8-bit sRGB) of a light set: what it looks like, and beside it the same dimmed with circles
+/// of radius lambda about its lights.
+///
+/// # Errors
+/// What the PNG encoder says.
+pub fn light_set_png(set: &LightSet) -> Result<Vec<u8>, png::EncodingError> {
+    let grid = LatLong {
+        width: WIDTH,
+        height: WIDTH / 2,
+    };
+    let of_set = reconstruct(set, grid);
+    let exposure = exposure(&of_set);
+    let toned = of_set.iter().map(|rgb| tone(rgb.map(|x| x * exposure)));
+    let panels = [toned.collect(), discs(set, &of_set, exposure, grid)];
+    encode(&panels, grid)
+}
+
 /// Averages the map's pixels (or repeats them) into the panel.
 fn shrink(map: &Map, grid: LatLong) -> Panel<f64> {
     // The source pixels of a target pixel along one axis.
@@ -169,8 +186,10 @@ fn discs(set: &LightSet, map: &Panel<f64>, exposure: f64, grid: LatLong) -> Pane
     panel
 }
 
-fn encode(panels: &[Panel<u8>; 4], grid: LatLong) -> Result<Vec<u8>, png::EncodingError> {
-    let (width, height) = (2 * grid.width + GAP, 2 * grid.height + GAP);
+/// Two panels in a row.
+fn encode(panels: &[Panel<u8>], grid: LatLong) -> Result<Vec<u8>, png::EncodingError> {
+    let rows = panels.len().div_ceil(2);
+    let (width, height) = (2 * grid.width + GAP, rows * (grid.height + GAP) - GAP);
     let mut pixels = vec![0u8; width * height * 3];
     for (k, panel) in panels.iter().enumerate() {
         let (x0, y0) = ((k % 2) * (grid.width + GAP), (k / 2) * (grid.height + GAP));
