@@ -27,5 +27,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scene::render, module)?)?;
     module.add_function(wrap_pyfunction!(picture::to_srgb8, module)?)?;
     module.add_function(wrap_pyfunction!(picture::picture_file, module)?)?;
+    module.add_function(wrap_pyfunction!(picture::write_file, module)?)?;
     Ok(())
 }

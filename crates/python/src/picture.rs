@@ -1,9 +1,11 @@
 //! Pictures: arrays `(height, width, 4)` of linear radiance, premultiplied.
 
+use std::path::PathBuf;
+
 use numpy::{PyArrayDyn, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use strandlight_formats::ToneMap;
+use strandlight_formats::{Error, ToneMap};
 use strandlight_images::picture::exr_file;
 use strandlight_scene::Picture;
 
@@ -75,4 +77,11 @@ pub fn picture_file<'py>(
     });
     let bytes = bytes.map_err(|fault| fault.raise(py))?;
     Ok(PyBytes::new(py, &bytes))
+}
+
+/// Writes a file, whole or not at all.
+#[pyfunction]
+pub fn write_file(py: Python<'_>, path: PathBuf, data: &[u8]) -> PyResult<()> {
+    let written = py.detach(|| strandlight_formats::write_file(&path, data));
+    written.map_err(|error| Fault::from(Error::from(error).in_file(&path)).raise(py))
 }

@@ -49,8 +49,7 @@ class Groom:
         ``widths`` are fibre diameters: one for all, ``(strands,)`` or ``(n,)``. ``unit`` (``mm``,
         ``cm``, ``in``, ``ft``, ``m`` or a number of centimetres) and ``up`` are those of ``points``
         and ``widths``. ``attributes`` have a value or a row of up to 4 for the groom, each strand or
-        each point; those with a meaning are listed under "groom" in the book. Where there are as
-        many strands as points in an array of that length, it is per strand.
+        each point, by the length of the array; those with a meaning are listed in the book.
 
         >>> import numpy as np, strandlight as sl
         >>> groom = sl.Groom.from_arrays(np.random.rand(10, 3), [4, 6], widths=0.008)
@@ -250,10 +249,10 @@ def _attribute(
 ) -> tuple[str, str, NDArray[np.float32]]:
     """Name, domain and rows of an attribute, by the length of its array."""
     array = np.asarray(values)
-    lengths = {1: "groom", points: "point", strands: "strand"}
+    lengths = {strands: "strand", points: "point", 1: "groom"}
     if array.ndim == 0:
         array = array.reshape(1)
-    if array.ndim == 1 and len(array) not in lengths and len(array) <= 4:
+    if array.ndim == 1 and len(array) not in lengths and len(array) <= 4 and name != "diameter":
         # One row for the whole groom.
         array = array.reshape(1, -1)
     if array.ndim not in (1, 2) or len(array) not in lengths:

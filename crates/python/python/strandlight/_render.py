@@ -49,15 +49,7 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         if ending not in (".png", ".exr"):
             raise Error(f"{name}: the name must end in .png or .exr", name)
         data = _native.picture_file(_pixels(self), ending == ".exr", self.exposure, self.tone_map)
-        temporary = f"{name}.{os.getpid()}.tmp"
-        try:
-            with open(temporary, "wb") as file:
-                file.write(data)
-            os.replace(temporary, name)
-        except OSError as error:
-            if os.path.exists(temporary):
-                os.unlink(temporary)
-            raise Error(f"{name}: {error.strerror or error}", name, "io") from error
+        _native.write_file(name, data)
 
     def _repr_png_(self) -> bytes | None:
         if self.ndim != 3 or self.shape[2] != 4:
@@ -146,7 +138,7 @@ def _json(value: Mapping[str, Any], name: str) -> str:
 def preview(groom: Groom) -> bytes:
     """A PNG of a groom in soft light from above."""
     axes = [[0.3, 1.0, 0.4], [-1.0, 0.3, 0.5], [0.0, -1.0, 0.0]]
-    rgb = [[2.0] * 3, [0.8] * 3, [0.2] * 3]
+    rgb = [[6.0] * 3, [3.0] * 3, [1.0] * 3]
     soft = LightSet.from_arrays(axes, [8.0, 3.0, 0.5], rgb)
     keys = {"hair.preset": "auburn", "render.background": [0.9, 0.9, 0.9]}
     picture = render(groom=groom, lights=soft, width=360, height=360, set=keys)
