@@ -83,14 +83,19 @@ def test_the_closed_form_is_near_the_exact_model():
 
 
 def test_other_tables(tmp_path, strandlight):
-    strandlight("tables", "-o", tmp_path / "s.tables", "--fresnel", "schlick", "--lean")
+    strandlight("tables", "-o", tmp_path / "s.tables", "--fresnel", "schlick")
     tables = sl.Tables.open(tmp_path / "s.tables")
     query = {"q": "single", "mode": "TT", "light": LIGHT, "view": VIEW, "hair": HAIR}
     answer = strandlight("probe", "--tables", tmp_path / "s.tables", stdin=json.dumps(query) + "\n")
     found = sl.probe("single", tables=tables, mode="TT", light=LIGHT, view=VIEW, hair=HAIR)
     assert found.tolist() == json.loads(answer)["value"]
     assert not np.array_equal(found, sl.probe("single", mode="TT", light=LIGHT, view=VIEW, hair=HAIR))
-    assert sl.Tables.bake(fresnel="schlick", lean=True) == tables
+    assert sl.Tables.bake(fresnel="schlick") == tables
+    lean = sl.Tables.bake(lean=True)
+    assert "H_TT" not in lean.names and np.array_equal(lean["C"], sl.Tables()["C"])
+    with pytest.raises(sl.Error) as found:
+        sl.probe("table_C", tables=lean, k=1, lambda_=0.2, phi=0)
+    assert found.value.kind == "tables" and "H_TT" in str(found.value)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +129,7 @@ def test_tables_are_arrays(folder, strandlight, tmp_path):
     tables = sl.Tables()
     strandlight("tables", "-o", tmp_path / "a.tables")
     (tmp_path / "t").mkdir()
-    strandlight("export", tmp_path / "a.tables", "-o", tmp_path / "t", "--format", "npy")
+    strandlight("export", tmp_path / "a.tables", "-o", tmp_path / "t")
     opened = sl.Tables.open(tmp_path / "a.tables")
     assert opened == tables, "the bundled ones"
     for name in tables.names:

@@ -58,7 +58,7 @@ def test_a_dict_and_objects_are_the_file(folder, tmp_path, monkeypatch):
 
 
 def test_proxies_of_a_dict(folder):
-    scene = {"proxy": [{"kind": "ellipsoid", "radii": [7, 11, 9]}], "render": {"size": [64, 48]}}
+    scene = {"proxy": [{"kind": "ellipsoid", "centre": [0, 0, 0], "radii": [7, 11, 9]}], "render": {"size": [64, 48]}}
     groom, lights = sl.Groom.open(folder / "bob.groom"), sl.LightSet.open(folder / "sky.lights")
     with_head = sl.render(scene, groom=groom, lights=lights)
     assert not np.array_equal(with_head, sl.render({"render": {"size": [64, 48]}}, groom=groom, lights=lights))

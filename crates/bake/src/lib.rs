@@ -14,6 +14,7 @@ pub mod aov;
 pub mod grooms;
 pub mod lights;
 pub mod maps;
+#[cfg(feature = "probe")]
 #[doc(hidden)]
 pub mod probe;
 pub mod scenes;

@@ -46,4 +46,3 @@ pub fn rows<T: Element + Copy, const N: usize>(
         false => Err(Fault::value(format!("rows of {N} values are wanted"))),
     }
 }
-

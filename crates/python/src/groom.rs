@@ -185,7 +185,8 @@ impl Groom {
 
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Groom> {
-        let groom = Hair::from_bytes(bytes).map_err(|error| Fault::from(error).raise(py))?;
+        let groom = py.detach(|| Hair::from_bytes(bytes));
+        let groom = groom.map_err(|error| Fault::from(error).raise(py))?;
         Groom::new(py, groom)
     }
 

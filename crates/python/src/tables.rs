@@ -68,8 +68,8 @@ impl Tables {
 
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Tables> {
-        TableFile::from_bytes(bytes)
-            .map(Tables::new)
+        let read = py.detach(|| TableFile::from_bytes(bytes));
+        read.map(Tables::new)
             .map_err(|error| Fault::from(error).raise(py))
     }
 

@@ -27,6 +27,7 @@ pub mod camera;
 mod error;
 pub mod files;
 pub mod interactive;
+#[cfg(feature = "keys")]
 #[doc(hidden)]
 pub mod keys;
 pub mod layers;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -105,13 +106,13 @@ def _taken(value: Any, path: tuple[str, ...], arrays: dict[tuple[str, ...], NDAr
         return inner
     if value is None or isinstance(value, (str, bool)):
         return value
-    if isinstance(value, (int, float)):
+    if isinstance(value, int) or (isinstance(value, float) and math.isfinite(value)):
         return value
     array = np.asarray(value)
     if array.dtype.kind not in "iuf":
         raise Error(f"{'.'.join(path)} has {described(array)}; it must have numbers")
-    if array.ndim == 0 or (path[-1] in _RGB and array.shape == (3,)):
-        return array.tolist()
+    if array.ndim == 0 and np.isfinite(array):
+        return array.item()
     arrays[path] = array
     return None
 
@@ -119,7 +120,7 @@ def _taken(value: Any, path: tuple[str, ...], arrays: dict[tuple[str, ...], NDAr
 def _column(path: tuple[str, ...], array: NDArray[Any]) -> NDArray[Any]:
     """The array with a last axis of what one query takes."""
     if path[-1] in _RGB:
-        if array.shape[-1] != 3:
+        if array.ndim == 0 or array.shape[-1] != 3:
             raise Error(f"{'.'.join(path)} has {described(array)}; its last axis must be 3")
         return array
     if path[-1] in _WHOLE and array.dtype.kind == "f" and not np.all(array == np.floor(array)):

@@ -15,9 +15,7 @@ pub use multiple::{MultipleQuestion, gpu_multiple_answers};
 pub use painted::{
     PaintQuestion, gpu_paint_answers, gpu_painted_lobes, paint_answer, painted_lobes,
 };
-pub use strandlight_scene::probe::{
-    Function, MODE_ALL, Query, SAMPLED_AVERAGES, Scheme, evaluate,
-};
+pub use strandlight_scene::probe::{Function, MODE_ALL, Query, SAMPLED_AVERAGES, Scheme, evaluate};
 
 /// The structs here that shaders mirror.
 pub(crate) fn layouts() -> Vec<strandlight_scattering::layout::Layout> {
