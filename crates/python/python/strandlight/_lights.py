@@ -40,7 +40,7 @@ def fit_lights(
     ``map`` is a file (OpenEXR or Radiance .hdr) or an array ``(height, width, 3)`` of linear
     Rec.709 radiance in OpenEXR's latitude-longitude layout, twice as wide as high, row 0 on top.
     ``count`` is 1..=1024. ``part`` and ``layer`` choose an image of an OpenEXR file. Without
-    ``report`` the errors of the fit are not measured, which takes a third of the time. Of a file,
+    ``report`` the errors of the fit are not measured. Of a file,
     the result is what ``strandlight lights`` writes, byte for byte.
 
     >>> import numpy as np, strandlight as sl
