@@ -17,5 +17,8 @@ pub mod lights;
 #[doc(hidden)]
 pub mod manifest;
 pub mod maps;
+#[cfg(feature = "probe")]
+#[doc(hidden)]
+pub mod probe;
 pub mod scenes;
 pub mod tables;

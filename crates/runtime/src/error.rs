@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use strandlight_formats::did_you_mean;
 use strandlight_scene::budget::{FrameError, MAX_SAMPLES, MAX_SECONDS};
+pub use strandlight_scene::keys::KeyError;
+use strandlight_scene::keys::SetError;
 use strandlight_scene::{RenderError, SceneError};
 
 /// A document that cannot be opened, changed, shown or saved.
@@ -62,24 +64,13 @@ impl From<RenderError> for SessionError {
     }
 }
 
-/// Why a key of a scene cannot have a value.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum KeyError {
-    /// A list has no such entry.
-    #[error("{entry}: the list has {length} entries")]
-    Entry {
-        /// The entry asked for.
-        entry: String,
-        /// Entries there are.
-        length: usize,
-    },
-    /// A key below a number or text.
-    #[error("no such key: {0} stands below a plain value")]
-    BelowValue(String),
-    /// A value of another kind than the key has, or no such key.
-    #[error(transparent)]
-    Value(#[from] serde_json::Error),
+impl From<SetError> for SessionError {
+    fn from(error: SetError) -> Self {
+        match error {
+            SetError::Key { key, source } => SessionError::Key { key, source },
+            SetError::Scene(error) => error.into(),
+        }
+    }
 }
 
 /// A script that cannot be read, or a step of it that cannot be done.

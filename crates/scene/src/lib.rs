@@ -27,6 +27,9 @@ pub mod camera;
 mod error;
 pub mod files;
 pub mod interactive;
+#[cfg(feature = "keys")]
+#[doc(hidden)]
+pub mod keys;
 pub mod layers;
 mod limits;
 pub mod material;
@@ -38,6 +41,8 @@ pub mod motion;
 pub mod optics;
 pub mod paint;
 pub mod picture;
+#[doc(hidden)]
+pub mod probe;
 #[doc(hidden)]
 pub mod progress;
 pub mod provenance;
@@ -73,6 +78,7 @@ pub fn layouts() -> Vec<Layout> {
         camera::LAYOUTS,
         motion::wind::LAYOUTS,
         optics::LAYOUTS,
+        probe::LAYOUTS,
         proxy::LAYOUTS,
         scene::LAYOUTS,
         shadow_maps::LAYOUTS,

@@ -18,7 +18,7 @@ use args::Layout;
 use results::BudgetResult;
 
 pub use args::FitArgs;
-pub use bake::{Baked, bake, info};
+pub use bake::{Baked, bake};
 pub use plan::Plan;
 
 /// Fit spherical Gaussian lights to an HDR map

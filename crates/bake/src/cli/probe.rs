@@ -3,24 +3,18 @@
 //! One answer line for each line of stdin, in order. A bad line is answered by an error and
 //! nothing else happens; only a missing file or adapter ends the command.
 
-mod answer;
-mod evaluate;
-mod keys;
-mod per_fibre;
-mod reference;
-mod request;
-mod unique;
-
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::PathBuf;
 
 use serde_json::json;
+use strandlight_bake::probe::{self, Device, Evaluator, Request};
+use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{BakedFile, TableFile};
+use strandlight_render::probe::GpuProbe;
 use strandlight_scattering::closed_form::paper::MAX_SEGMENTS;
+use strandlight_scene::tables::ShadingTables;
 
 use super::{Failure, Outcome, print_line};
-use evaluate::{Evaluator, Method};
-use request::Request;
 
 /// Evaluate the scattering model at given points
 ///
@@ -39,7 +33,23 @@ pub struct Args {
     segments: u32,
 }
 
-pub use evaluate::default_tables;
+/// Ways to evaluate the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Method {
+    /// What the renderer computes, on the CPU
+    Runtime,
+    /// The same by the shaders' functions, on the GPU
+    Gpu,
+    /// Double-precision quadrature of the exact model
+    Reference,
+    /// Xu's scheme as published
+    Paper,
+}
+
+/// The bundled tables.
+pub fn default_tables() -> Result<TableFile, Failure> {
+    TableFile::from_bytes(DEFAULT_TABLES).map_err(Failure::input)
+}
 
 /// Is `line` a query with every value in its range? The error names what is wrong.
 pub fn parse_query(line: &str) -> Result<(), String> {
@@ -54,7 +64,13 @@ const MAX_BATCH: usize = 1 << 14;
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let tables = load_tables(args)?;
-    let evaluator = Evaluator::new(args.method, args.segments, &tables)?;
+    let evaluator = match args.method {
+        Method::Runtime => Evaluator::new(probe::Method::Runtime, &tables),
+        Method::Gpu => Evaluator::on_device(&tables, open_gpu),
+        Method::Reference => Evaluator::new(probe::Method::Reference, &tables),
+        Method::Paper => Evaluator::new(probe::Method::Paper(args.segments), &tables),
+    };
+    let evaluator = evaluator.map_err(Failure::input)?;
     let mut reader = BufReader::with_capacity(MAX_LINE, io::stdin().lock());
     loop {
         let (batch, at_end) = read_batch(&mut reader).map_err(Failure::input)?;
@@ -62,7 +78,7 @@ pub fn run(args: &Args) -> Outcome {
             .into_iter()
             .map(|line| line.and_then(|line| Request::parse(&line)))
             .collect();
-        for answer in evaluator.answer(&requests)? {
+        for answer in evaluator.answer(&requests).map_err(Failure::input)? {
             print_line(match answer {
                 Ok(value) => json!({ "value": value }),
                 Err(error) => json!({ "error": error }),
@@ -72,6 +88,15 @@ pub fn run(args: &Args) -> Outcome {
             return Ok(());
         }
     }
+}
+
+/// The shaders' functions with these tables, on the adapter.
+fn open_gpu(tables: &ShadingTables) -> Result<Device, String> {
+    let probe = GpuProbe::new(tables).map_err(|error| error.to_string())?;
+    Ok(Box::new(move |queries, optics| {
+        let values = probe.evaluate(queries, optics);
+        values.map_err(|error| error.to_string())
+    }))
 }
 
 /// The tables asked for, or the bundled ones.

@@ -4,14 +4,13 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use strandlight_bake::grooms::generate;
-use strandlight_bake::lights::{FitOptions, STEPS, evaluate, fit};
+use strandlight_bake::lights::{self, FitOptions, STEPS, evaluate, fit};
 use strandlight_bake::maps::Sky;
 use strandlight_bake::scenes::{PaperScene, SCENES};
 use strandlight_formats::{BakedFile, LightSet};
 use strandlight_images::Map;
 use strandlight_scene::progress::timed;
 
-use super::lights::info;
 use super::{Failure, Outcome, check_outputs, note, output_folder, print_line, write_output};
 use crate::cli::progress::progress;
 
@@ -223,8 +222,5 @@ fn light_set(scene: &PaperScene, map: &Map) -> Result<LightSet, Failure> {
     progress.finish();
     let fitted = fitted.map_err(|error| Failure::Input(format!("{}: {error}", scene.name)))?;
     let report = evaluate(&fitted.lights, map);
-    Ok(LightSet {
-        info: info(options, map, fitted.suns, Some(report)),
-        lights: fitted.lights.lights,
-    })
+    Ok(lights::light_set(options, map, &fitted, Some(report)))
 }

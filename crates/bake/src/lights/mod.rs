@@ -8,7 +8,8 @@
 //! - [`fit_to_budget`]: the smallest set within an error; [`fit_with_curve`]: the error of other
 //!   counts beside it.
 //! - [`separate`]: compact sources as lights, the rest as a map.
-//! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at.
+//! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at;
+//!   [`light_set()`]: the file.
 //! - [`exchange`]: light sets for other programs; [`rig`]: as lights of USD.
 //!
 //! ```
@@ -30,6 +31,7 @@ mod columns;
 pub mod exchange;
 mod fit;
 mod harmonics;
+mod light_set;
 mod linear;
 mod preview;
 mod projection;
@@ -48,6 +50,7 @@ pub use budget::{
 };
 pub use cells::radiance;
 pub use fit::{Fit, FitError, FitOptions, MAX_LIGHTS, STEPS, fit};
-pub use preview::{Pictures, pictures, preview_png};
+pub use light_set::light_set;
+pub use preview::{Pictures, light_set_png, pictures, preview_png};
 pub use report::evaluate;
 pub use residual::{MAX_SUNS, Separated, evaluate_with_residual, rest_parameter, separate};

@@ -36,19 +36,7 @@ pub fn preview_png(set: &LightSet, map: &Map) -> Result<Vec<u8>, png::EncodingEr
         panels.difference(),
         discs,
     ];
-    let (width, height) = (2 * panels.grid.width + GAP, 2 * panels.grid.height + GAP);
-    let mut pixels = vec![0u8; width * height * 3];
-    for (k, panel) in all.iter().enumerate() {
-        let (x0, y0) = (
-            (k % 2) * (panels.grid.width + GAP),
-            (k / 2) * (panels.grid.height + GAP),
-        );
-        for (j, row) in panel.chunks_exact(panels.grid.width).enumerate() {
-            let start = ((y0 + j) * width + x0) * 3;
-            pixels[start..start + 3 * panels.grid.width].copy_from_slice(row.as_flattened());
-        }
-    }
-    encode(&pixels, width, height)
+    encode_panels(&all, panels.grid)
 }
 
 /// A map, the light set, and the difference, at one exposure, as PNGs (8-bit sRGB).
@@ -127,6 +115,23 @@ impl Panels {
         let difference = pairs.map(|(map, set)| luminance(*set) - luminance(*map));
         difference.map(|x| heat(self.exposure * x)).collect()
     }
+}
+
+/// A PNG (8-bit sRGB) of a light set: what it looks like, and beside it the same dimmed with circles
+/// of radius lambda about its lights.
+///
+/// # Errors
+/// What the PNG encoder says.
+pub fn light_set_png(set: &LightSet) -> Result<Vec<u8>, png::EncodingError> {
+    let grid = LatLong {
+        width: WIDTH,
+        height: WIDTH / 2,
+    };
+    let of_set = reconstruct(set, grid);
+    let exposure = exposure(&of_set);
+    let toned = of_set.iter().map(|rgb| tone(rgb.map(|x| x * exposure)));
+    let panels = [toned.collect(), discs(set, &of_set, exposure, grid)];
+    encode_panels(&panels, grid)
 }
 
 /// Averages the map's pixels (or repeats them) into the panel.
@@ -244,6 +249,21 @@ fn discs(set: &LightSet, map: &Panel<f64>, exposure: f64, grid: LatLong) -> Pane
         }
     }
     panel
+}
+
+/// A PNG of panels, two in a row.
+fn encode_panels(panels: &[Panel<u8>], grid: LatLong) -> Result<Vec<u8>, png::EncodingError> {
+    let rows = panels.len().div_ceil(2);
+    let (width, height) = (2 * grid.width + GAP, rows * (grid.height + GAP) - GAP);
+    let mut pixels = vec![0u8; width * height * 3];
+    for (k, panel) in panels.iter().enumerate() {
+        let (x0, y0) = ((k % 2) * (grid.width + GAP), (k / 2) * (grid.height + GAP));
+        for (j, row) in panel.chunks_exact(grid.width).enumerate() {
+            let start = ((y0 + j) * width + x0) * 3;
+            pixels[start..start + 3 * grid.width].copy_from_slice(row.as_flattened());
+        }
+    }
+    encode(&pixels, width, height)
 }
 
 fn encode(pixels: &[u8], width: usize, height: usize) -> Result<Vec<u8>, png::EncodingError> {

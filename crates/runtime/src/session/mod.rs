@@ -37,6 +37,8 @@ use on_disk::OnDisk;
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
+pub use strandlight_scene::keys::camera_section as section_of;
+use strandlight_scene::keys::with_values;
 use strandlight_scene::paint::{Paint, Stroke};
 use strandlight_scene::scene::PreparedScene;
 
@@ -264,16 +266,10 @@ impl Session {
 
     fn with_values(
         &self,
-        mut scene: Scene,
+        scene: Scene,
         values: &Map<String, Value>,
     ) -> Result<Scene, SessionError> {
-        for (key, value) in values {
-            if key.starts_with("camera.") && scene.camera.is_none() {
-                scene.camera = Some(self.camera());
-            }
-            scene = with_key(&scene, key, value)?;
-        }
-        Ok(scene)
+        Ok(with_values(scene, values, || self.camera())?)
     }
 
     /// Ends a step: the next edit is another one, whatever its label.
@@ -383,20 +379,3 @@ impl Direction {
         }
     }
 }
-
-/// A camera as a scene file has it.
-pub fn section_of(camera: &strandlight_scene::camera::Camera) -> CameraSection {
-    // Through the shortest decimal of the f32, so that files read well.
-    let plain = |x: f32| x.to_string().parse().unwrap_or(f64::from(x));
-    let vector = |v: glam::Vec3| v.to_array().map(plain);
-    CameraSection {
-        position: vector(camera.eye),
-        target: vector(camera.target),
-        up: vector(camera.up),
-        // Whole degrees come back as such.
-        fov_deg: (f64::from(camera.fov_y).to_degrees() * 1e4).round() / 1e4,
-    }
-}
-
-#[cfg(test)]
-mod tests;

@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use serde_json::{Map as Object, Value};
 use strandlight_bake::lights::{
-    FitOptions, evaluate, evaluate_with_residual, fibre_error_of, pictures, preview_png,
+    FitOptions, evaluate, evaluate_with_residual, fibre_error_of, light_set, pictures, preview_png,
     rest_parameter,
 };
-use strandlight_formats::{BakedFile, FitReport, LightSet, LightSetInfo};
+use strandlight_formats::{BakedFile, FitReport};
 use strandlight_images::{Map, MapSelection, exr_file};
 use strandlight_scene::progress::{Progress, timed};
 
@@ -226,15 +226,12 @@ fn results_of(
     });
     // Figures of the lights with the residual are not those of the set.
     let recorded = report.filter(|_| residual.is_none());
-    let mut info = info(options, map, fitted.suns, recorded);
+    let mut set = light_set(options, map, fitted, recorded);
     if residual.is_some() {
-        info.parameters.push(rest_parameter());
+        set.info.parameters.push(rest_parameter());
     }
     Results {
-        set: LightSet {
-            lights: fitted.lights.lights.clone(),
-            info,
-        },
+        set,
         report,
         compact_lights: fitted.suns,
         energy_scale: fitted.energy_scale,
@@ -242,28 +239,6 @@ fn results_of(
         curve,
         hair,
         residual,
-    }
-}
-
-/// What the file records about its making: nothing that changes from run to run.
-pub fn info(
-    options: FitOptions,
-    map: &Map,
-    compact_lights: usize,
-    report: Option<FitReport>,
-) -> LightSetInfo {
-    let mut parameters = vec![("layout".to_owned(), "latlong".to_owned())];
-    parameters.extend(map.parameters());
-    parameters.push(("compact_lights".to_owned(), compact_lights.to_string()));
-    LightSetInfo {
-        map_hash: map.source().hash.clone(),
-        // At most 32768: fits.
-        map_size: [map.width() as u32, map.height() as u32],
-        requested_count: options.count as u32,
-        seed: options.seed,
-        parameters,
-        report,
-        ..LightSetInfo::default()
     }
 }
 

@@ -13,7 +13,7 @@ use strandlight_scattering::closed_form::{
 };
 
 use super::{Function, MODE_ALL, Query, Scheme};
-use strandlight_scene::optics::Optics;
+use crate::optics::Optics;
 
 /// The answer of the Rust functions to `query`; unused components are 0. NaN where the query's
 /// optics are not among `optics` and the scheme needs them.

@@ -1,7 +1,5 @@
 //! The answer to a query.
 
-use serde_json::{Value, json};
-
 /// The answer to a query: a number, or RGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Answer {
@@ -21,16 +19,19 @@ impl serde::Serialize for Answer {
 }
 
 impl Answer {
-    /// The answer, if JSON can say it.
-    pub fn finite(self) -> Result<Value, String> {
-        let is_finite = match self {
-            Answer::Number(value) => value.is_finite(),
-            Answer::Rgb(rgb) => rgb.iter().all(|value| value.is_finite()),
-        };
-        if is_finite {
-            Ok(json!(self))
-        } else {
-            Err("the value is not finite".to_owned())
+    /// Its numbers: one, or three.
+    pub fn values(&self) -> &[f64] {
+        match self {
+            Answer::Number(value) => std::slice::from_ref(value),
+            Answer::Rgb(rgb) => rgb,
+        }
+    }
+
+    /// The answer, if it is one: JSON cannot say what is not finite.
+    pub(super) fn finite(self) -> Result<Answer, String> {
+        match self.values().iter().all(|value| value.is_finite()) {
+            true => Ok(self),
+            false => Err("the value is not finite".to_owned()),
         }
     }
 }

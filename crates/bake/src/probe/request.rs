@@ -134,6 +134,14 @@ impl Request {
             Category::Data => error.to_string(),
             _ => format!("not JSON: {error}"),
         })?;
+        Request::from_value(&value)
+    }
+
+    /// The query that a value says.
+    ///
+    /// # Errors
+    /// As [`Request::parse`].
+    pub fn from_value(value: &Value) -> Result<Request, String> {
         let Value::Object(object) = value else {
             return Err("a query is a JSON object".to_owned());
         };
@@ -147,7 +155,7 @@ impl Request {
         };
         let keys = |known: &[&str]| {
             let known: Vec<&str> = [&["q"], known].concat();
-            Keys::from_query(&object, &known)
+            Keys::from_query(object, &known)
         };
         match q {
             "table_C" => {

@@ -1,13 +1,10 @@
 //! Answers queries by the chosen method.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use serde_json::Value;
-use strandlight_data::DEFAULT_TABLES;
-use strandlight_formats::{BakedFile, TableFile};
-use strandlight_render::probe::{GpuProbe, MODE_ALL, Query, evaluate};
+use strandlight_formats::TableFile;
 use strandlight_scattering::closed_form::paper::{
     PublishedAverages, global_scattering, global_scattering_mode, local_scattering,
 };
@@ -17,25 +14,50 @@ use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
-use strandlight_scene::tables::ShadingTables;
+use strandlight_scene::probe::{MODE_ALL, Query, evaluate};
+use strandlight_scene::tables::{ShadingTables, TablesError};
 
 use super::answer::Answer;
 use super::per_fibre::{Bits, PerFibre};
 use super::reference::Reference;
 use super::request::Request;
-use crate::cli::Failure;
 
 /// Ways to evaluate the model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// What the renderer computes, on the CPU
+    /// What the renderer computes, on the CPU.
     Runtime,
-    /// The same by the shaders' functions, on the GPU
-    Gpu,
-    /// Double-precision quadrature of the exact model
+    /// Double-precision quadrature of the exact model.
     Reference,
-    /// Xu's scheme as published
-    Paper,
+    /// Xu's scheme as published, with so many segments of the outer integral, 2 to
+    /// [`MAX_SEGMENTS`](strandlight_scattering::closed_form::paper::MAX_SEGMENTS).
+    Paper(u32),
+}
+
+/// The shading functions on another device: an answer to each query, in order.
+pub type Device = Box<dyn Fn(&[Query], &[Optics]) -> Result<Vec<[f32; 4]>, String> + Send + Sync>;
+
+/// Why queries cannot be answered at all.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProbeError {
+    /// Tables that shading cannot read.
+    #[error(transparent)]
+    Tables(#[from] TablesError),
+    /// Tables of a Fresnel term that is not known.
+    #[error("fresnel {0:?} is unknown")]
+    Fresnel(String),
+    /// The device, in its own words.
+    #[error("{0}")]
+    Device(String),
+    /// The device left queries unanswered.
+    #[error("{asked} queries were evaluated and {came} values came back")]
+    Unanswered {
+        /// Queries.
+        asked: usize,
+        /// Values.
+        came: usize,
+    },
 }
 
 /// A method ready to answer.
@@ -49,7 +71,7 @@ pub struct Evaluator {
 
 enum Backend {
     Cpu(ShadingTables),
-    Gpu(Box<GpuProbe>),
+    Device(Device),
     Reference(Reference),
 }
 
@@ -61,52 +83,70 @@ enum Scheme {
     Paper(u32),
 }
 
-/// Requests answered at a time: as many elliptic fibres, eight rows of lobes each, fit a texture
-/// and some 100 MiB.
+/// Fibres of the requests answered at a time: as many elliptic ones, eight rows of lobes each, fit a
+/// texture and some 100 MiB.
 const MAX_FIBRES: usize = 512;
+/// Most requests answered at a time.
+const MAX_REQUESTS: usize = 1 << 14;
 
-type Answers = Vec<Result<Value, String>>;
+type Answers = Vec<Result<Answer, String>>;
 /// Answers, each under the place of its request.
-type PlacedAnswers = Vec<(usize, Result<Value, String>)>;
+type PlacedAnswers = Vec<(usize, Result<Answer, String>)>;
 
 /// What is left to do for a request.
 enum Work<'a> {
     /// Nothing: this is the answer.
-    Answered(Result<Value, String>),
+    Answered(Result<Answer, String>),
     /// The shading functions must be asked.
     Shade(&'a Request),
 }
 
 impl Evaluator {
-    /// Prepares `method`; tables that shading cannot read and a missing adapter are failures.
-    pub fn new(method: Method, segments: u32, file: &TableFile) -> Result<Evaluator, Failure> {
-        let tables = ShadingTables::from_file(file).map_err(Failure::input)?;
-        let fresnel = Fresnel::from_name(&file.fresnel)
-            .ok_or_else(|| Failure::Input(format!("fresnel {:?} is unknown", file.fresnel)))?;
-        let backend = match method {
-            Method::Runtime | Method::Paper => Backend::Cpu(tables),
-            Method::Gpu => Backend::Gpu(Box::new(GpuProbe::new(&tables).map_err(Failure::input)?)),
-            Method::Reference => Backend::Reference(Reference::new()),
+    /// Prepares `method` with the tables of `file`.
+    ///
+    /// # Errors
+    /// Tables that shading cannot read.
+    pub fn new(method: Method, file: &TableFile) -> Result<Evaluator, ProbeError> {
+        let tables = ShadingTables::from_file(file)?;
+        let fresnel = fresnel_of(file)?;
+        let (backend, scheme) = match method {
+            Method::Runtime => (Backend::Cpu(tables), lobes_of(file)),
+            Method::Paper(segments) => (Backend::Cpu(tables), Scheme::Paper(segments)),
+            Method::Reference => (Backend::Reference(Reference::new()), lobes_of(file)),
         };
-        let scheme = match method {
-            Method::Paper => Scheme::Paper(segments),
-            _ => Scheme::Lobes(
-                LobeTables::from_file(file, &Lobe::ALL)
-                    .map(Arc::new)
-                    .map_err(|error| error.to_string()),
-            ),
-        };
-        Ok(Evaluator {
+        Ok(Evaluator::of(backend, fresnel, scheme))
+    }
+
+    /// Prepares what the renderer computes, on the device that `open` makes of the tables.
+    ///
+    /// # Errors
+    /// Tables that shading cannot read; what `open` says.
+    pub fn on_device(
+        file: &TableFile,
+        open: impl FnOnce(&ShadingTables) -> Result<Device, String>,
+    ) -> Result<Evaluator, ProbeError> {
+        let tables = ShadingTables::from_file(file)?;
+        let fresnel = fresnel_of(file)?;
+        let device = open(&tables).map_err(ProbeError::Device)?;
+        let scheme = lobes_of(file);
+        Ok(Evaluator::of(Backend::Device(device), fresnel, scheme))
+    }
+
+    fn of(backend: Backend, fresnel: Fresnel, scheme: Scheme) -> Evaluator {
+        Evaluator {
             backend,
             fresnel,
             scheme,
             averages: PerFibre::default(),
             published: PerFibre::default(),
-        })
+        }
     }
 
-    /// An answer to each request, in order.
-    pub fn answer(&self, requests: &[Result<Request, String>]) -> Result<Answers, Failure> {
+    /// An answer to each request, in order. Requests that are errors already stay so.
+    ///
+    /// # Errors
+    /// What the device says, if there is one.
+    pub fn answer(&self, requests: &[Result<Request, String>]) -> Result<Answers, ProbeError> {
         if let Backend::Reference(reference) = &self.backend {
             let answer = |request: &Result<Request, String>| {
                 reference
@@ -116,17 +156,20 @@ impl Evaluator {
             return Ok(requests.par_iter().map(answer).collect());
         }
         let mut answers = Vec::with_capacity(requests.len());
-        for requests in requests.chunks(MAX_FIBRES) {
-            answers.extend(self.answer_some(requests)?);
+        let mut rest = requests;
+        while !rest.is_empty() {
+            let (some, others) = rest.split_at(batch_length(rest));
+            answers.extend(self.answer_some(some)?);
+            rest = others;
         }
         Ok(answers)
     }
 
-    /// An answer to each of at most [`MAX_FIBRES`] requests.
+    /// An answer to each of some requests of at most [`MAX_FIBRES`] fibres.
     ///
     /// Some are bad, some are answered at once, the rest goes to the shading functions in one
     /// batch: what goes there takes its place among the requests with it.
-    fn answer_some(&self, requests: &[Result<Request, String>]) -> Result<Answers, Failure> {
+    fn answer_some(&self, requests: &[Result<Request, String>]) -> Result<Answers, ProbeError> {
         let work: Vec<Work<'_>> = requests
             .par_iter()
             .map(|request| match request {
@@ -164,7 +207,7 @@ impl Evaluator {
     }
 
     /// What the shading functions answer to requests, each under the place that came with it.
-    fn shade(&self, requests: &[(usize, &Request)]) -> Result<PlacedAnswers, Failure> {
+    fn shade(&self, requests: &[(usize, &Request)]) -> Result<PlacedAnswers, ProbeError> {
         let fibres = self.fibres(requests.iter().map(|(_, request)| *request));
         let mut answers = Vec::with_capacity(requests.len());
         // What the functions are asked, and in the same order by whom.
@@ -180,7 +223,7 @@ impl Evaluator {
         }
         let optics = &fibres.optics;
         let values: Vec<[f32; 4]> = match &self.backend {
-            Backend::Gpu(probe) => probe.evaluate(&queries, optics).map_err(Failure::input)?,
+            Backend::Device(device) => device(&queries, optics).map_err(ProbeError::Device)?,
             Backend::Cpu(tables) => {
                 let view = tables.view();
                 let answer = |query| evaluate(query, &view, optics);
@@ -190,9 +233,7 @@ impl Evaluator {
         };
         if values.len() != asked.len() {
             let (asked, came) = (asked.len(), values.len());
-            return Err(Failure::Input(format!(
-                "{asked} queries were evaluated and {came} values came back"
-            )));
+            return Err(ProbeError::Unanswered { asked, came });
         }
         let shaped = |((ix, request), value)| (ix, shape(request, value).finite());
         answers.extend(asked.into_iter().zip(values).map(shaped));
@@ -461,7 +502,59 @@ fn shape(request: &Request, value: [f32; 4]) -> Answer {
     }
 }
 
-/// The bundled tables.
-pub fn default_tables() -> Result<TableFile, Failure> {
-    TableFile::from_bytes(DEFAULT_TABLES).map_err(Failure::input)
+/// How many of the first requests are answered at a time.
+fn batch_length(requests: &[Result<Request, String>]) -> usize {
+    let mut fibres = HashSet::new();
+    let requests = requests.iter().take(MAX_REQUESTS);
+    requests
+        .take_while(|request| {
+            let hair = request.as_ref().ok().and_then(Request::hair);
+            hair.is_none_or(|hair| {
+                fibres.insert(hair.bits());
+                fibres.len() <= MAX_FIBRES
+            })
+        })
+        .count()
+}
+
+fn fresnel_of(file: &TableFile) -> Result<Fresnel, ProbeError> {
+    let unknown = || ProbeError::Fresnel(file.fresnel.clone());
+    Fresnel::from_name(&file.fresnel).ok_or_else(unknown)
+}
+
+fn lobes_of(file: &TableFile) -> Scheme {
+    let lobes = LobeTables::from_file(file, &Lobe::ALL).map(Arc::new);
+    Scheme::Lobes(lobes.map_err(|error| error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use strandlight_scattering::dual_scattering::Average;
+
+    use super::*;
+
+    fn request(eta: f64) -> Result<Request, String> {
+        let hair = HairParams {
+            eta,
+            ..HairParams::default()
+        };
+        Ok(Request::Average {
+            name: Average::AF,
+            theta_d: 0.2,
+            hair,
+        })
+    }
+
+    #[test]
+    fn batches_are_of_few_fibres_and_requests() {
+        let same = vec![request(1.5); MAX_REQUESTS + 3];
+        assert_eq!(batch_length(&same), MAX_REQUESTS);
+        assert_eq!(batch_length(&same[..7]), 7);
+        let other = |ix: usize| request(1.4 + 1e-4 * ix as f64);
+        let others: Vec<_> = (0..MAX_FIBRES + 3).map(other).collect();
+        assert_eq!(batch_length(&others), MAX_FIBRES);
+        assert_eq!(batch_length(&others[MAX_FIBRES..]), 3);
+        let bad = vec![Err("bad".to_owned()); 4];
+        assert_eq!(batch_length(&bad), 4);
+    }
 }

@@ -1,0 +1,264 @@
+//! Setting one value of a scene by the name that it has in the file.
+
+use serde_json::{Map, Value};
+use strandlight_formats::{CameraSection, Error, HairSection, Scene, did_you_mean};
+
+use crate::camera::Camera;
+
+/// Why a key of a scene cannot have a value.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum KeyError {
+    /// A list has no such entry.
+    #[error("{entry}: the list has {length} entries")]
+    Entry {
+        /// The entry asked for.
+        entry: String,
+        /// Entries there are.
+        length: usize,
+    },
+    /// A key below a number or text.
+    #[error("no such key: {0} stands below a plain value")]
+    BelowValue(String),
+    /// A value of another kind than the key has, or no such key.
+    #[error(transparent)]
+    Value(#[from] serde_json::Error),
+}
+
+/// Why a scene cannot be changed by its keys.
+#[derive(Debug, thiserror::Error)]
+pub enum SetError {
+    /// A key that the scene does not have, or a value of another kind.
+    #[error("{key}: {source}{}", hint(source))]
+    Key {
+        /// The key as it was given.
+        key: String,
+        /// What is wrong with it.
+        source: KeyError,
+    },
+    /// A value outside its range.
+    #[error(transparent)]
+    Scene(#[from] Error),
+}
+
+/// What was meant instead, where `error` lets one guess.
+fn hint(error: &KeyError) -> String {
+    did_you_mean(&error.to_string()).map_or(String::new(), |hint| format!("; {hint}"))
+}
+
+/// `scene` with `value` at `key`, a path like `hair.eta`, `lights.adjust.0.tint` or
+/// `camera.position.1`. `null` takes a key away: it has its default then.
+///
+/// `hair.preset` gives the hair all that the preset says; one of the three ways to give a colour
+/// takes the place of the others.
+///
+/// # Errors
+/// [`SetError::Key`] for no such key or a value of another kind, [`SetError::Scene`] for a value
+/// outside its range; the text names the key.
+pub fn with_key(scene: &Scene, key: &str, value: &Value) -> Result<Scene, SetError> {
+    let at_key = |source: KeyError| SetError::Key {
+        key: key.to_owned(),
+        source,
+    };
+    let mut changed = match (key, value) {
+        ("hair.preset", Value::String(name)) => {
+            let hair = scene.hair.with_preset(name)?;
+            Scene {
+                hair,
+                ..scene.clone()
+            }
+        }
+        _ => {
+            let mut root = serde_json::to_value(scene).map_err(|error| at_key(error.into()))?;
+            if let Some(color) = HairSection::COLOR_KEYS.into_iter().find(|&color| {
+                key.strip_prefix("hair.")
+                    .is_some_and(|rest| rest.split('.').next() == Some(color))
+            }) {
+                take_other_colors(&mut root, color);
+            }
+            let path: Vec<&str> = key.split('.').collect();
+            replace(&mut root, &path, value).map_err(at_key)?;
+            serde_json::from_value(root).map_err(|error| at_key(error.into()))?
+        }
+    };
+    changed.folder = scene.folder.clone();
+    changed.validate()?;
+    Ok(changed)
+}
+
+/// `scene` with all of `values`. A key below `camera` changes that which `view` gives where the scene
+/// leaves it to the program.
+///
+/// # Errors
+/// As [`with_key`].
+pub fn with_values(
+    mut scene: Scene,
+    values: &Map<String, Value>,
+    view: impl Fn() -> CameraSection,
+) -> Result<Scene, SetError> {
+    for (key, value) in values {
+        if key.starts_with("camera.") && scene.camera.is_none() {
+            scene.camera = Some(view());
+        }
+        scene = with_key(&scene, key, value)?;
+    }
+    Ok(scene)
+}
+
+/// A camera as a scene file has it.
+pub fn camera_section(camera: &Camera) -> CameraSection {
+    // Through the shortest decimal of the f32, so that files read well.
+    let plain = |x: f32| x.to_string().parse().unwrap_or(f64::from(x));
+    let vector = |v: glam::Vec3| v.to_array().map(plain);
+    CameraSection {
+        position: vector(camera.eye),
+        target: vector(camera.target),
+        up: vector(camera.up),
+        // Whole degrees come back as such.
+        fov_deg: (f64::from(camera.fov_y).to_degrees() * 1e4).round() / 1e4,
+    }
+}
+
+/// Takes the ways to give a colour away that are not `kept`.
+fn take_other_colors(root: &mut Value, kept: &str) {
+    if let Some(hair) = root.get_mut("hair").and_then(Value::as_object_mut) {
+        hair.retain(|key, _| key == kept || !HairSection::COLOR_KEYS.contains(&key.as_str()));
+    }
+}
+
+/// Puts `value` at `path` below `at`; tables on the way are made.
+fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), KeyError> {
+    let Some((&first, rest)) = path.split_first() else {
+        *at = value.clone();
+        return Ok(());
+    };
+    match at {
+        Value::Object(table) if rest.is_empty() && value.is_null() => {
+            table.remove(first);
+            Ok(())
+        }
+        Value::Object(table) => {
+            let empty = || Value::Object(Map::new());
+            replace(table.entry(first).or_insert_with(empty), rest, value)
+        }
+        Value::Array(list) => {
+            let length = list.len();
+            let ix = first.parse().ok().filter(|&ix: &usize| ix < length);
+            let ix = ix.ok_or_else(|| KeyError::Entry {
+                entry: first.to_owned(),
+                length,
+            })?;
+            replace(&mut list[ix], rest, value)
+        }
+        _ => Err(KeyError::BelowValue(first.to_owned())),
+    }
+}
+
+/// A value as a person types it: JSON, or else text.
+pub fn parse_value(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+    use strandlight_formats::Melanin;
+
+    use super::*;
+
+    fn set(scene: &Scene, key: &str, value: Value) -> Scene {
+        match with_key(scene, key, &value) {
+            Ok(scene) => scene,
+            Err(error) => panic!("{key}: {error}"),
+        }
+    }
+
+    #[test]
+    fn keys_of_every_kind_are_set() {
+        let mut scene = Scene::new("a.groom", "a.lights");
+        scene.folder = "somewhere".into();
+        let scene = set(&scene, "hair.eta", json!(1.6));
+        let scene = set(&scene, "hair.width_deg.tt", json!(4));
+        let scene = set(&scene, "hair.modes", json!(["TT"]));
+        let scene = set(&scene, "lights.rotate_deg", json!(40));
+        let scene = set(&scene, "lights.adjust", json!([{"light": 3}]));
+        let scene = set(&scene, "lights.adjust.0.tint.2", json!(0.5));
+        let scene = set(&scene, "render.background", json!("none"));
+        let scene = set(
+            &scene,
+            "camera",
+            json!({"position": [0, 0, 9], "target": [0, 0, 0]}),
+        );
+        let scene = set(&scene, "camera.position.1", json!(2.5));
+        assert_eq!(scene.hair.eta, 1.6);
+        assert_eq!(scene.hair.width_deg.tt, 4.0);
+        assert_eq!(scene.lights.rotate_deg, 40.0);
+        assert_eq!(scene.lights.factor(3), [1.0, 1.0, 0.5]);
+        assert_eq!(scene.folder, std::path::Path::new("somewhere"));
+        let camera = scene.camera.as_ref().expect("set");
+        assert_eq!(camera.position, [0.0, 2.5, 9.0]);
+        let scene = set(&scene, "camera", Value::Null);
+        assert_eq!(scene.camera, None);
+    }
+
+    #[test]
+    fn a_colour_takes_the_place_of_the_others() {
+        let scene = Scene::new("a", "b");
+        let scene = set(&scene, "hair.reflectance", json!([0.5, 0.3, 0.2]));
+        assert_eq!(scene.hair.reflectance, Some([0.5, 0.3, 0.2]));
+        let scene = set(&scene, "hair.melanin.eumelanin", json!(1.5));
+        let melanin = Melanin {
+            eumelanin: 1.5,
+            pheomelanin: 0.0,
+        };
+        assert_eq!(
+            (scene.hair.reflectance, scene.hair.melanin),
+            (None, Some(melanin))
+        );
+        let scene = set(&scene, "hair.sigma_a", json!([1.0, 2.0, 3.0]));
+        assert_eq!(
+            (scene.hair.melanin, scene.hair.sigma_a),
+            (None, [1.0, 2.0, 3.0])
+        );
+        let scene = set(&scene, "hair.diameter_cm", json!(0.01));
+        let scene = set(&scene, "hair.preset", json!("zinke-fig9-wide"));
+        assert_eq!(scene.hair.width_deg.trt, 30.0);
+        assert_eq!(
+            scene.hair.diameter_cm,
+            Some(0.01),
+            "not the preset's business"
+        );
+    }
+
+    #[test]
+    fn errors_name_the_key() {
+        let scene = Scene::new("a", "b");
+        for (key, value, needle) in [
+            ("hair.eta", json!(9.0), "hair.eta is 9"),
+            ("hair.eta", json!("thick"), "hair.eta: invalid type"),
+            ("hair.colour", json!(1.0), "hair.colour: unknown field"),
+            ("hair.etta", json!(1.0), "did you mean eta?"),
+            ("hair.eta.x", json!(1.0), "hair.eta.x: no such key"),
+            ("hair.sigma_a.3", json!(1.0), "the list has 3 entries"),
+            ("hair.preset", json!("purple"), "purple"),
+            (
+                "camera.position",
+                json!([0, 0, 1]),
+                "camera.position: missing field `target`",
+            ),
+            ("groom", Value::Null, "groom: missing field"),
+            ("", json!(1), ": unknown field"),
+            ("lights.muted", json!([-1]), "lights.muted: invalid value"),
+        ] {
+            let error = with_key(&scene, key, &value).expect_err(key).to_string();
+            assert!(error.contains(needle), "{key}: {error}");
+        }
+    }
+
+    #[test]
+    fn values_are_json_or_text() {
+        assert_eq!(parse_value("1.5"), json!(1.5));
+        assert_eq!(parse_value("[1, 2]"), json!([1, 2]));
+        assert_eq!(parse_value("none"), json!("none"));
+    }
+}
