@@ -24,7 +24,7 @@ pub struct Args {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
-    run: Option<run::RunArgs>,
+    run: run::RunArgs,
 }
 
 #[derive(clap::Subcommand)]
@@ -36,12 +36,10 @@ enum Command {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    match (&args.command, &args.run) {
-        (Some(Command::Status(args)), _) => status::run(args),
-        (Some(Command::Report(args)), _) => report::run(args),
-        (Some(Command::Plan(args)), _) => plan::run(args),
-        (None, Some(args)) => run::run(args),
-        // The parser asks for a manifest or a subcommand.
-        (None, None) => Ok(()),
+    match &args.command {
+        Some(Command::Status(args)) => status::run(args),
+        Some(Command::Report(args)) => report::run(args),
+        Some(Command::Plan(args)) => plan::run(args),
+        None => run::run(&args.run),
     }
 }

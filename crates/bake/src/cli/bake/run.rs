@@ -18,8 +18,8 @@ use crate::cli::{Failure, Outcome, check_outputs, print_line};
 #[derive(clap::Args)]
 pub struct RunArgs {
     /// Manifest, - for standard input; names in it are relative to its folder
-    #[arg(value_name = "BAKE.toml")]
-    manifest: PathBuf,
+    #[arg(value_name = "BAKE.toml", required = true)]
+    manifest: Option<PathBuf>,
     /// Make nothing, and say why each item would be made
     #[arg(short = 'n', long, conflicts_with_all = ["events", "depfile", "timings", "cache"])]
     dry_run: bool,
@@ -64,7 +64,11 @@ fn share(items: Vec<Item>, shard: Shard) -> Vec<Item> {
 
 /// Runs the command.
 pub fn run(args: &RunArgs) -> Outcome {
-    let (manifest, items) = read(&args.manifest)?;
+    // Only a subcommand comes without.
+    let Some(path) = &args.manifest else {
+        return Ok(());
+    };
+    let (manifest, items) = read(path)?;
     let items = share(items, args.shard.shard.unwrap_or(Shard::WHOLE));
     if args.dry_run {
         return dry_run(&items, args);
@@ -75,7 +79,7 @@ pub fn run(args: &RunArgs) -> Outcome {
         .flatten()
         .map(PathBuf::as_path)
         .collect();
-    check_outputs(&[&args.manifest], &outputs)?;
+    check_outputs(&[path], &outputs)?;
     // Before the work: a name that it cannot hold is told at once.
     let depfile = args.depfile.as_ref().map(|path| {
         let text = depfile(&manifest, &items, args.depfile_target.as_deref());
@@ -109,7 +113,7 @@ pub fn run(args: &RunArgs) -> Outcome {
         true => print_line(format_args!("{:#}", document(&summary)))?,
         false => print_line(in_words(&summary, seconds))?,
     }
-    outcome(&summary, items.len(), args)?;
+    outcome(&summary, items.len(), path, args)?;
     teller.outcome()
 }
 
@@ -121,7 +125,7 @@ fn open_cache(folder: &Path) -> Result<Cache, Failure> {
 }
 
 /// What the exit code tells: 75 if anything may succeed later, else 2 if anything failed.
-fn outcome(summary: &Summary, n_items: usize, args: &RunArgs) -> Outcome {
+fn outcome(summary: &Summary, n_items: usize, path: &Path, args: &RunArgs) -> Outcome {
     let failed = &summary.failed;
     let transient = failed.iter().find(|(_, failure)| failure.is_transient);
     let Some((name, failure)) = transient.or(failed.first()) else {
@@ -130,7 +134,7 @@ fn outcome(summary: &Summary, n_items: usize, args: &RunArgs) -> Outcome {
     let what = match args.keep_going {
         true => {
             let n = failed.len();
-            format!("{}: {n} of {n_items} items failed", args.manifest.display())
+            format!("{}: {n} of {n_items} items failed", path.display())
         }
         false => format!("{name}: {failure}; {} items left", summary.left),
     };
