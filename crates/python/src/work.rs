@@ -94,10 +94,10 @@ fn pool() -> Outcome<Arc<ThreadPool>> {
     static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
     let mut kept = POOL.lock().unwrap_or_else(PoisonError::into_inner);
     let process = std::process::id();
-    if let Some((owner, pool)) = &*kept {
-        if *owner == process {
-            return Ok(pool.clone());
-        }
+    if let Some((owner, pool)) = &*kept
+        && *owner == process
+    {
+        return Ok(pool.clone());
     }
     let pool = ThreadPoolBuilder::new().build();
     let pool = Arc::new(pool.map_err(|error| Fault::new("io", error.to_string()))?);
