@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::{Child, Command, Stdio};
 
 use serde_json::Value;
 use strandlight_formats::{Background, MotionSection, WindSection};
@@ -36,6 +36,7 @@ fn scene_in(folder: &Path) {
     write_small_scene(folder, &groom, key_and_sky(), |scene| {
         scene.hair.diameter_cm = Some(0.15);
         scene.render.size = [24, 16];
+        scene.render.shadow_maps = 4;
         scene.render.background = Background::Color([0.1, 0.2, 0.3]);
         scene.motion = Some(MotionSection {
             wind: Some(WindSection::default()),
@@ -57,7 +58,10 @@ fn done(folder: &Path, line: &str) -> String {
 
 /// Does the lines at the same time.
 fn done_together(folder: &Path, lines: &[String]) {
-    let start = |line: &String| command(folder, line).spawn().expect("it starts");
+    let start = |line: &String| {
+        let mut command = command(folder, line);
+        command.stdout(Stdio::null()).spawn().expect("it starts")
+    };
     let children: Vec<Child> = lines.iter().map(start).collect();
     for (mut child, line) in children.into_iter().zip(lines) {
         assert!(child.wait().expect("it ends").success(), "{line}");
@@ -81,7 +85,7 @@ fn timings(path: &Path) -> Value {
 }
 
 #[test]
-fn frames_of_shards_are_those_of_one_run() {
+fn slow_frames_of_shards_are_those_of_one_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);
@@ -219,7 +223,7 @@ fn shards_are_named_by_hand_or_by_a_scheduler() {
 const REFERENCE: &str = "reference a.toml --size 24x16";
 
 #[test]
-fn merged_samples_are_those_of_one_run() {
+fn slow_merged_samples_are_those_of_one_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);
