@@ -21,8 +21,8 @@ SlurmctldPidFile={folder}/slurmctld.pid
 SlurmdPidFile={folder}/slurmd.pid
 SlurmctldLogFile={folder}/slurmctld.log
 SlurmdLogFile={folder}/slurmd.log
-SlurmctldPort=26817
-SlurmdPort=26818
+SlurmctldPort={ports[0]}
+SlurmdPort={ports[1]}
 ProctrackType=proctrack/pgid
 TaskPlugin=task/none
 SelectType=select/cons_tres
@@ -36,6 +36,17 @@ SchedulerParameters=sched_interval=1,requeue_delay=1
 NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} RealMemory=2000 State=UNKNOWN
 PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """
+
+
+def free_ports(count):
+    """Ports that nobody listens to."""
+    sockets = [socket.socket() for _ in range(count)]
+    for each in sockets:
+        each.bind(("127.0.0.1", 0))
+    ports = [each.getsockname()[1] for each in sockets]
+    for each in sockets:
+        each.close()
+    return ports
 
 
 class Slurm:
@@ -58,7 +69,8 @@ class Slurm:
         os.chmod(f"{self.folder}/munge/key", 0o600)
         with open(f"{self.folder}/slurm.conf", "w") as file:
             # Two tasks at a time on any machine.
-            file.write(CONFIGURATION.format(host=self.host, folder=self.folder, cpus=max(2, os.cpu_count())))
+            cpus = max(2, os.cpu_count())
+            file.write(CONFIGURATION.format(host=self.host, folder=self.folder, cpus=cpus, ports=free_ports(2)))
         munge = f"{self.folder}/munge"
         self.run(
             "munged", "--force", f"--key-file={munge}/key", f"--socket={munge}/socket",
@@ -66,7 +78,7 @@ class Slurm:
         )
         self.run("slurmctld")
         self.run("slurmd", "-N", self.host)
-        self.wait_until(lambda: "idle" in self.run("sinfo", "-h", "-o", "%t"), "the node is idle")
+        self.wait_until(self.is_idle, "the node is idle")
         return self
 
     def __exit__(self, *_):
@@ -76,6 +88,13 @@ class Slurm:
                     os.kill(int(file.read()), signal.SIGTERM)
             except (OSError, ValueError):
                 pass
+
+    def is_idle(self):
+        """Is the node ready? Not while the daemons still start."""
+        try:
+            return "idle" in self.run("sinfo", "-h", "-o", "%t")
+        except RuntimeError:
+            return False
 
     def run(self, *words):
         """Runs a command of Slurm and gives what it prints."""
