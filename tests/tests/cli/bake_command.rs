@@ -263,8 +263,8 @@ fn wrong_manifests_are_refused_with_their_place() {
     let lights = "[[lights]]\nmap = 'sky.hdr'\nout = 'sky.lights'\n";
     for (text, needle) in [
         (
-            "[[groms]]\n",
-            "bake.toml:2:3: groms: unknown; did you mean groom?",
+            "[[grooms]]\n",
+            "bake.toml:2:3: grooms: unknown; did you mean groom?",
         ),
         (
             &format!("{lights}cuont = 3\n"),
