@@ -23,7 +23,7 @@ fn project(n: u32) -> tempfile::TempDir {
     let at = folder.path();
     fs::create_dir(at.join("hair")).expect("made");
     for ix in 0..n {
-        fs::write(at.join(format!("hair/h{ix}.hair")), hair_file(3000, 12)).expect("written");
+        fs::write(at.join(format!("hair/h{ix}.hair")), hair_file(300, 12)).expect("written");
     }
     let mut map = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n".to_vec();
     map.extend((0..64 * 32u32).flat_map(|ix| [90, 100, (ix / 16) as u8, 128]));

@@ -168,7 +168,7 @@ impl Observer for Teller {
                     "event": "done", "item": item.name(), "key": judgement.key(),
                     "cached": is_cached, "seconds": seconds, "figures": figures,
                 }));
-                let error = match figures["fibre_error"].as_f64() {
+                let error = match figures.get("fibre_error").and_then(Value::as_f64) {
                     Some(error) => format!("fibre error {:.2} %, ", 100.0 * error),
                     None => String::new(),
                 };

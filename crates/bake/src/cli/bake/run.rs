@@ -111,7 +111,11 @@ pub fn run(args: &RunArgs) -> Outcome {
     }
     match args.json {
         true => print_line(format_args!("{:#}", document(&summary)))?,
-        false => print_line(in_words(&summary, seconds))?,
+        false if summary.failed.is_empty() || args.keep_going => {
+            print_line(in_words(&summary, seconds))?;
+        }
+        // The failure is the answer.
+        false => {}
     }
     outcome(&summary, items.len(), path, args)?;
     teller.outcome()
