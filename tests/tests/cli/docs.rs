@@ -333,11 +333,14 @@ fn parse_fault(words: &[String]) -> Option<String> {
             }
             None
         }
-        "tests/run" | "web/build" => is_there(program),
+        "tests/run" | "web/build" | "release/build" | "release/check" => is_there(program),
         "cat"
         | "echo"
         | "python3"
         | "mdbook"
+        | "sbatch"
+        | "pip"
+        | "maturin"
         | "for"
         | "do"
         | "done"

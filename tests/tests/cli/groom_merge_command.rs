@@ -119,7 +119,10 @@ fn what_not_all_have_is_named() {
 
     let refused = |line: &str, needles: &[&str]| assert_refused(&mut command(at, line), needles);
     refused("groom merge a.tfx -o x.groom", &["2 values", "FILE"]);
-    refused("groom merge a.tfx none.tfx -o x.groom", &["none.tfx"]);
+    refused(
+        "groom merge --quiet a.tfx none.tfx -o x.groom",
+        &["none.tfx"],
+    );
     refused(
         "groom merge a.tfx b.tfx -o b.tfx",
         &["b.tfx", "is an input"],

@@ -56,13 +56,9 @@ pub fn run(args: &Args) -> Outcome {
 fn run_fit(args: &FitArgs) -> Outcome {
     // The one layout there is; the match makes a new one stop here.
     let Layout::Latlong = args.layout;
-    let single = [
-        Some(&args.output),
-        args.residual.as_ref(),
-        args.timings.as_ref(),
-        args.preview.as_ref(),
-    ];
-    let outputs = single.into_iter().flatten().chain(&args.report);
+    let beside = [&args.residual, &args.timings, &args.preview];
+    let outputs = [&args.output].into_iter().chain(&args.report);
+    let outputs = outputs.chain(beside.into_iter().flatten());
     let outputs: Vec<&Path> = outputs.map(PathBuf::as_path).collect();
     check_outputs(&[&args.map], &outputs)?;
     if let Some(preview) = &args.preview {
