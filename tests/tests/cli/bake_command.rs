@@ -280,7 +280,7 @@ fn wrong_manifests_are_refused_with_their_place() {
         ),
         (
             &format!("{lights}no_report = true\nreport = 'r.json'\n"),
-            "lights[0].report: the argument '--report <R.json>' cannot be used with '--no-report'",
+            "lights[0].report: the argument '--report <R.html|R.json>' cannot be used with '--no-report'",
         ),
         (
             "[[groom]]\nin = 'no/*.hair'\nout = 'x.groom'\n",

@@ -136,6 +136,6 @@ fn what_not_all_have_is_named() {
         &fs::read(at.join("a.tfx")).expect("there")[..200],
     )
     .expect("written");
-    refused("groom merge a.tfx bad.tfx -o x.groom", &["bad.tfx"]);
+    refused("groom merge --quiet a.tfx bad.tfx -o x.groom", &["bad.tfx"]);
     assert!(!at.join("x.groom").exists());
 }
