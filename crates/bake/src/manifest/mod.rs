@@ -5,7 +5,7 @@
 //!   answers the [`Item`]s, sorted by output.
 //! - [`Bakery`]: who knows the kinds of items, their settings, and how to make one. This module
 //!   knows nothing of light sets or grooms.
-//! - [`judge`]: is an item up to date, and if not, why? By its [`Record`], a small file in the folder
+//! - [`judge()`]: is an item up to date, and if not, why? By its [`Record`], a small file in the folder
 //!   `.strandlight-bake` beside the output, which holds hashes and settings and no times. There is
 //!   one for each item, so that any number of processes may work on one folder.
 //! - [`run`]: makes what is stale, with a [`Cache`] if there is one.

@@ -64,11 +64,10 @@ fn command(kind: &KindInfo) -> clap::Command {
 
 /// The keys of a command and what they do.
 fn keys(command: &clap::Command) -> impl Iterator<Item = (String, &clap::Arg)> {
-    let options = command.get_arguments().filter_map(|arg| {
+    command.get_arguments().filter_map(|arg| {
         let long = arg.get_long().filter(|long| !NO_KEYS.contains(long))?;
         Some((long.replace('-', "_"), arg))
-    });
-    options
+    })
 }
 
 /// The option that writes an output.
