@@ -103,12 +103,16 @@ mod tests {
         sums
     }
 
+    fn added_at_once(n: u32) -> Vec<(Span, String)> {
+        added(std::slice::from_ref(&(0..n)))
+    }
+
     #[test]
     fn parts_are_added_as_all_samples_are() {
-        assert_eq!(added(std::slice::from_ref(&(0..6))).len(), 2);
-        assert_eq!(added(std::slice::from_ref(&(0..6)))[0].1, "((ab)(cd))");
+        assert_eq!(added_at_once(6).len(), 2);
+        assert_eq!(added_at_once(6)[0].1, "((ab)(cd))");
         for n in [1, 2, 7, 8, 63, 64, 65, 100, 200, 1000, 1030, 2300] {
-            let whole = added(std::slice::from_ref(&(0..n)));
+            let whole = added_at_once(n);
             for count in [1, 2, 3, 7, 16] {
                 let parts: Vec<_> = (0..count).map(|ix| samples_of_part(ix, count, n)).collect();
                 assert_eq!(added(&parts), whole, "{count} parts of {n}");
