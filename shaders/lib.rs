@@ -75,6 +75,7 @@ modules!(
     "lib/sampling",
     "lib/single_scattering",
     "lib/special",
+    "lib/surface_light",
     "lib/tables",
     "lib/tone",
     "lib/transmittance",

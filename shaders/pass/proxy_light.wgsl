@@ -7,6 +7,7 @@
 // #import lib/light
 // #import lib/transmittance
 // #import lib/irradiance
+// #import lib/surface_light
 // #import lib/proxy
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -19,13 +20,6 @@
 @group(0) @binding(6) var<storage, read> records: array<vec2u>;
 // [proxy][row][column] (rgb, 0), times the view's radiance scale.
 @group(0) @binding(7) var<storage, read_write> light_maps: array<vec4f>;
-
-// What directions at or below the horizon weigh, so that there is a mean where all of them are.
-const LEAST_COSINE: f32 = 1e-3;
-
-// How far above the surface records are looked up where none beside it sees the light, voxels: a wide
-// light is seen a little beyond the horizon of its middle.
-const HIGHER: f32 = 3.0;
 
 // Directions of a light that no proxy blocks at a place.
 fn count_open(light: Light, position: vec3f) -> f32 {
@@ -64,17 +58,6 @@ fn share_at(light: Light, first: u32, g: vec3f) -> f32 {
     return select(-1.0, min(sum / max(weights, 1e-20), 1.0), weights > 0.0);
 }
 
-// How far along a ray the middles of the outer voxels are reached; below 0: never.
-fn entry_of_volume(position: vec3f, direction: vec3f) -> f32 {
-    let d = select(direction, vec3f(1e-8), abs(direction) < vec3f(1e-8));
-    let low = (grid.origin + 0.5 * grid.h - position) / d;
-    let high = (grid.origin + (vec3f(grid.dims) - 0.5) * grid.h - position) / d;
-    let near = min(low, high);
-    let far = max(low, high);
-    let entry = max(max(near.x, near.y), max(near.z, 0.0));
-    return select(-1.0, entry, entry < min(far.x, min(far.y, far.z)));
-}
-
 // Whether another proxy stands before a light.
 fn is_behind_other(own: u32, position: vec3f, direction: vec3f) -> bool {
     for (var ix = 0u; ix < proxies.n; ix++) {
@@ -111,7 +94,7 @@ fn light_proxies(@builtin(global_invocation_id) id: vec3u) {
                 continue;
             }
             var share = 1.0;
-            let entry = entry_of_volume(position, d);
+            let entry = entry_of_volume(grid, position, d);
             if entry > 0.0 {
                 share = max(share_at(light, first, grid_position(grid, position + d * entry)), 0.0);
             } else if entry == 0.0 {

@@ -11,13 +11,13 @@ use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
-const TWIN_FILES: [(&str, &str); 15] = [
+const TWIN_FILES: [(&str, &str); 14] = [
     ("lib/grid", "crates/scene/src/volume.rs"),
     ("lib/light", "crates/scene/src/shadow_maps.rs"),
     ("lib/proxy", "crates/scene/src/proxy.rs"),
     ("lib/tone", "crates/scene/src/tone.rs"),
     ("lib/wind", "crates/scene/src/motion/wind.rs"),
-    ("pass/mesh_light", "crates/cpu/src/proxies.rs"),
+    ("lib/surface_light", "crates/cpu/src/proxies.rs"),
     ("pass/meshes", "crates/cpu/src/proxies.rs"),
     (
         "pass/multiple_tables",
@@ -26,7 +26,6 @@ const TWIN_FILES: [(&str, &str); 15] = [
     ("pass/preview", "crates/render/src/passes/preview.rs"),
     ("pass/project", "crates/cpu/src/project.rs"),
     ("pass/proxies", "crates/cpu/src/proxies.rs"),
-    ("pass/proxy_light", "crates/cpu/src/proxies.rs"),
     ("pass/shade", "crates/render/src/passes/painted.rs"),
     ("pass/shadow_map", "crates/cpu/src/shadow_map.rs"),
     ("pass/transmittance", "crates/cpu/src/transmittance.rs"),
