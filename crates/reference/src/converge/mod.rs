@@ -1,0 +1,291 @@
+//! From a fast picture to the truth: path tracing corrects a picture only as far as it is surer than
+//! the picture.
+//!
+//! Every pixel that shows anything takes camera samples of an [`Integrator`]; what counts is by how much
+//! they differ from the fast picture. Their mean would be the truth with all its noise. Instead the
+//! difference is taken apart by scale ([`shrink`]), from the whole picture down to single pixels, and
+//! each part is believed as far as it exceeds its own noise. So a few samples mend what is wrong over
+//! large areas, noise never adds more than it mends, and with more samples the picture goes to the
+//! truth, which the samples' means are without bias.
+//!
+//! The same numbers say how wrong the picture still is: see [`Converged`].
+
+mod shrink;
+#[cfg(test)]
+mod tests;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+use strandlight_scattering::random::SplitMix64;
+use strandlight_scene::background::background_at;
+use strandlight_scene::camera::view_uniform;
+use strandlight_scene::{Picture, PreparedScene};
+
+use crate::film::{MAX_SAMPLES, camera_ray};
+use crate::integrator::Integrator;
+use shrink::{Field, Shrunk, shrink};
+
+/// Side in pixels of the tiles whose error is told.
+pub const TILE: u32 = 16;
+
+/// A fast picture, and how samples of the truth differ from it.
+#[derive(Clone, Debug)]
+pub struct Convergence {
+    /// Radiance times coverage, and coverage, over nothing.
+    fast: Picture,
+    /// Pixels that take samples: those that show anything, and their neighbours.
+    pixels: Vec<u32>,
+    /// Of each of them.
+    sums: Vec<Sums>,
+    n_samples: u32,
+    seed: u64,
+}
+
+/// Sums over the samples of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Sums {
+    /// Sample less fast picture.
+    difference: [f64; 3],
+    squares: [f64; 3],
+}
+
+/// The picture so far, and how far it may be from the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Converged {
+    /// Radiance times coverage, and coverage, over nothing.
+    pub picture: Picture,
+    /// Standard error of each pixel, rows one after another.
+    pub error: Vec<[f32; 3]>,
+    /// Standard errors of means over tiles of [`TILE`] pixels from the upper left corner on, rows of
+    /// tiles one after another.
+    pub tile_error: Vec<[f32; 3]>,
+    /// Samples of each pixel.
+    pub samples: u32,
+    /// Relative RMSE of means over 4x4 pixels that is to be expected, and what it was for the fast
+    /// picture; infinite before there are two samples.
+    pub relative_error: f64,
+    /// See `relative_error`.
+    pub relative_error_of_fast: f64,
+}
+
+impl Convergence {
+    /// From `fast`, radiance times coverage over nothing, with the random numbers of `seed`.
+    pub fn new(fast: Picture, seed: u64) -> Self {
+        let [width, height] = [fast.width as usize, fast.height as usize];
+        // Samples meet what lists do not have, along edges.
+        let shows = |x: usize, y: usize| {
+            let rows = y.saturating_sub(1)..(y + 2).min(height);
+            rows.flat_map(|y| {
+                let columns = x.saturating_sub(1)..(x + 2).min(width);
+                columns.map(move |x| y * width + x)
+            })
+            .any(|ix| fast.rgba[ix][3] > 0.0)
+        };
+        let pixels: Vec<u32> = (0..width * height)
+            .filter(|ix| shows(ix % width, ix / width))
+            .map(|ix| ix as u32)
+            .collect();
+        Convergence {
+            sums: vec![Sums::default(); pixels.len()],
+            pixels,
+            fast,
+            n_samples: 0,
+            seed,
+        }
+    }
+
+    /// Samples of each pixel so far.
+    pub fn samples(&self) -> u32 {
+        self.n_samples
+    }
+
+    /// Adds `n_samples` samples of what `scene`'s camera sees to each pixel that shows anything.
+    /// `observer` receives the share that is done, by any thread. The samples of two calls are those
+    /// of one, whatever the number of threads.
+    ///
+    /// # Panics
+    /// If there would be more than [`MAX_SAMPLES`].
+    pub fn trace(
+        &mut self,
+        scene: &PreparedScene,
+        integrator: &dyn Integrator,
+        n_samples: u32,
+        observer: &(dyn Fn(f64) + Sync),
+    ) {
+        assert!(
+            n_samples <= MAX_SAMPLES - self.n_samples,
+            "too many samples"
+        );
+        let samples = self.n_samples..self.n_samples + n_samples;
+        let width = self.fast.width as usize;
+        let size = [self.fast.width, self.fast.height];
+        let view = view_uniform(&scene.camera, &scene.strands, size, 1.0);
+        let done = AtomicU64::new(0);
+        let n_pixels = self.pixels.len().max(1) as f64;
+        let (fast, seed) = (&self.fast.rgba, self.seed);
+        self.pixels
+            .par_chunks(64)
+            .zip(self.sums.par_chunks_mut(64))
+            .for_each(|(pixels, sums)| {
+                for (&pixel, sums) in pixels.iter().zip(sums) {
+                    let ix = pixel as usize;
+                    let at = [ix % width, ix / width].map(|x| x as f64);
+                    let pixel_key = SplitMix64::of_item(seed, u64::from(pixel)).next_u64();
+                    for sample in samples.clone() {
+                        let mut random = SplitMix64::of_item(pixel_key, u64::from(sample));
+                        let ray = camera_ray(&view, at, pixel_key, sample);
+                        let seen = integrator.sample(&ray, &mut random);
+                        let hair = seen.total();
+                        for c in 0..3 {
+                            let difference = hair[c] + seen.matte[c] - f64::from(fast[ix][c]);
+                            sums.difference[c] += difference;
+                            sums.squares[c] += difference * difference;
+                        }
+                    }
+                }
+                let n = pixels.len() as u64;
+                let done = done.fetch_add(n, Ordering::Relaxed) + n;
+                observer(done as f64 / n_pixels);
+            });
+        self.n_samples += n_samples;
+    }
+
+    /// The mean of the samples, noise and all, and its variance in each pixel: pictures without any
+    /// shrinking.
+    pub fn plain(&self) -> (Picture, Vec<[f32; 3]>) {
+        let mut picture = self.fast.clone();
+        let mut variances = vec![[0.0; 3]; picture.rgba.len()];
+        for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
+            let (mean, variance) = sums.mean_and_variance(self.n_samples);
+            let rgba = &mut picture.rgba[pixel as usize];
+            for (value, mean) in rgba.iter_mut().zip(mean) {
+                *value += mean;
+            }
+            variances[pixel as usize] = variance;
+        }
+        (picture, variances)
+    }
+
+    /// The picture as far as the samples so far tell.
+    pub fn converged(&self) -> Converged {
+        let size = [self.fast.width as usize, self.fast.height as usize];
+        if self.n_samples < 2 {
+            // No sample says how noisy it is.
+            let tiles = size.map(|side| side.div_ceil(TILE as usize));
+            return Converged {
+                picture: self.fast.clone(),
+                error: vec![[f32::INFINITY; 3]; size[0] * size[1]],
+                tile_error: vec![[f32::INFINITY; 3]; tiles[0] * tiles[1]],
+                samples: self.n_samples,
+                relative_error: f64::INFINITY,
+                relative_error_of_fast: f64::INFINITY,
+            };
+        }
+        let mut field = Field::new(size, self.scales());
+        for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
+            let (mean, variance) = sums.mean_and_variance(self.n_samples);
+            field.set(pixel as usize, mean, variance);
+        }
+        let Shrunk {
+            correction,
+            pixels,
+            blocks,
+            tiles,
+        } = shrink(&field, TILE as usize);
+        let mut picture = self.fast.clone();
+        for (rgba, correction) in picture.rgba.iter_mut().zip(&correction) {
+            for (value, correction) in rgba.iter_mut().zip(correction) {
+                *value += *correction;
+            }
+        }
+        let radiance = block_norm(&picture);
+        let deviation = |variance: &[f32; 3]| variance.map(f32::sqrt);
+        let tiles = tiles.within(size);
+        Converged {
+            error: pixels.of.iter().map(deviation).collect(),
+            tile_error: tiles.of.iter().map(deviation).collect(),
+            samples: self.n_samples,
+            relative_error: (blocks.sum.max(0.0) / radiance).sqrt(),
+            relative_error_of_fast: (blocks.sum_of_zero.max(0.0) / radiance).sqrt(),
+            picture,
+        }
+    }
+
+    /// What differences are likely to go with: the fast picture, and where it is black some of what is
+    /// elsewhere.
+    fn scales(&self) -> Vec<[f32; 3]> {
+        /// Share of the mean radiance of the hair.
+        const FLOOR: f64 = 0.05;
+        /// Coverage that pixels have at least.
+        const LEAST: f64 = 1.0 / 64.0;
+        let mut mean = [0.0; 3];
+        let mut coverage = 0.0;
+        for rgba in &self.fast.rgba {
+            for (mean, value) in mean.iter_mut().zip(rgba) {
+                *mean += f64::from(*value);
+            }
+            coverage += f64::from(rgba[3]);
+        }
+        let overall = mean.iter().sum::<f64>() / 3.0;
+        let floor = mean.map(|x| FLOOR * (x + 0.1 * overall) / f64::max(coverage, 1.0));
+        let mut scales = vec![[0.0; 3]; self.fast.rgba.len()];
+        for &pixel in &self.pixels {
+            let rgba = self.fast.rgba[pixel as usize].map(f64::from);
+            let covered = rgba[3].max(LEAST);
+            scales[pixel as usize] =
+                std::array::from_fn(|c| (rgba[c].max(0.0) + floor[c] * covered + 1e-12) as f32);
+        }
+        scales
+    }
+}
+
+impl Sums {
+    /// The mean of `n_samples` differences, and the variance of that mean.
+    fn mean_and_variance(&self, n_samples: u32) -> ([f32; 3], [f32; 3]) {
+        let n = f64::from(n_samples.max(1));
+        let mean = self.difference.map(|sum| sum / n);
+        let variance = std::array::from_fn(|c| {
+            let squares = self.squares[c] - n * mean[c] * mean[c];
+            (squares / (n - 1.0).max(1.0) / n).max(0.0) as f32
+        });
+        (mean.map(|x| x as f32), variance)
+    }
+}
+
+/// `picture`, which is over nothing, over what is behind the hair of `scene`.
+pub fn over_background(picture: &Picture, scene: &PreparedScene) -> Picture {
+    let size = [picture.width, picture.height];
+    let view = view_uniform(&scene.camera, &scene.strands, size, 1.0);
+    let width = picture.width as usize;
+    let over = |(ix, &[r, g, b, a]): (usize, &[f32; 4])| {
+        let at = [ix % width, ix / width].map(|x| x as f32 + 0.5);
+        match background_at(scene, &view, at) {
+            None => [r, g, b, a],
+            Some(behind) => {
+                let open = 1.0 - a;
+                let [x, y, z] = behind.map(|behind| open * behind);
+                [r + x, g + y, b + z, 1.0]
+            }
+        }
+    };
+    Picture {
+        rgba: picture.rgba.par_iter().enumerate().map(over).collect(),
+        ..*picture
+    }
+}
+
+/// Sum of the squares of means over 4x4 pixels, channels together.
+fn block_norm(picture: &Picture) -> f64 {
+    let [width, height] = [picture.width as usize, picture.height as usize];
+    let blocks = [width.div_ceil(4), height.div_ceil(4)];
+    let mut sums = vec![[0.0_f64; 3]; blocks[0] * blocks[1]];
+    for (ix, rgba) in picture.rgba.iter().enumerate() {
+        let sum = &mut sums[ix / width / 4 * blocks[0] + ix % width / 4];
+        for (sum, value) in sum.iter_mut().zip(rgba) {
+            *sum += f64::from(*value);
+        }
+    }
+    let squares = sums.iter().flatten().map(|sum| sum * sum).sum::<f64>();
+    (squares / 256.0).max(f64::MIN_POSITIVE)
+}
