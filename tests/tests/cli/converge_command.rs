@@ -14,7 +14,7 @@ fn scene_in(folder: &Path) {
     let groom = curtain(60, 8, 0.1, 0.0);
     write_small_scene(folder, &groom, key_and_sky(), |scene| {
         scene.hair.diameter_cm = Some(0.05);
-        scene.render.size = [48, 32];
+        scene.render.size = [96, 64];
     });
 }
 
@@ -40,7 +40,7 @@ fn refused(folder: &Path, line: &str, needle: &str) {
 const CONVERGE: &str = "render a.toml --converge --backend cpu --json --quiet -o";
 
 #[test]
-fn pictures_go_to_the_truth_and_say_how_far_they_are() {
+fn slow_pictures_go_to_the_truth_and_say_how_far_they_are() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);
@@ -51,7 +51,7 @@ fn pictures_go_to_the_truth_and_say_how_far_they_are() {
         let [a, b] = [a, b].map(|layer| layer.clone().boxed(4));
         compare(&a, &b).expect("comparable").hair.relative_rmse
     };
-    let truth = "reference a.toml --method path --samples 3000 --seed 5 --quiet -o truth.exr";
+    let truth = "reference a.toml --method path --samples 1000 --seed 5 --quiet -o truth.exr";
     assert!(output(at, truth).status.success());
     assert!(
         output(at, "render a.toml --backend cpu --quiet -o fast.exr")
@@ -61,7 +61,7 @@ fn pictures_go_to_the_truth_and_say_how_far_they_are() {
     let truth = layer("truth.exr", None);
     let fast = off(&layer("fast.exr", None), &truth);
     let mut errors = Vec::new();
-    for samples in [8, 400] {
+    for samples in [8, 200] {
         let line = format!("{CONVERGE} c.exr --until {samples}");
         let report = json(at, &line);
         let converge = &report["converge"];
@@ -91,7 +91,7 @@ fn pictures_go_to_the_truth_and_say_how_far_they_are() {
 }
 
 #[test]
-fn the_same_samples_give_the_same_bytes() {
+fn slow_same_samples_give_the_same_bytes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);
@@ -118,7 +118,7 @@ fn the_same_samples_give_the_same_bytes() {
 }
 
 #[test]
-fn goals_end_it_and_what_cannot_be_is_refused() {
+fn slow_goals_end_it_and_what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);
@@ -148,7 +148,7 @@ fn goals_end_it_and_what_cannot_be_is_refused() {
 }
 
 #[test]
-fn errors_are_measured_by_seeds() {
+fn slow_errors_are_measured_by_seeds() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     scene_in(at);

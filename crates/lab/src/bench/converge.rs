@@ -227,7 +227,7 @@ pub fn converge(
     let mut points = vec![Point::default(); options.samples.len()];
     let share = 1.0 / f64::from(options.seeds);
     for _ in 0..options.seeds {
-        let mut convergence = Convergence::new(fast.clone(), seeds.next_u64());
+        let mut convergence = Convergence::new(fast.clone(), &base, seeds.next_u64());
         let mut core_seconds = Some(0.0);
         for ((&samples, point), sums) in options.samples.iter().zip(&mut points).zip(&mut sums) {
             let more = samples - convergence.samples();
@@ -276,7 +276,7 @@ fn estimate(
     samples: u32,
     seeds: &mut SplitMix64,
 ) -> (Picture, Vec<[f32; 3]>) {
-    let mut convergence = Convergence::new(fast.clone(), seeds.next_u64());
+    let mut convergence = Convergence::new(fast.clone(), scene, seeds.next_u64());
     convergence.trace(scene, tracer, samples, &|_| ());
     convergence.plain()
 }

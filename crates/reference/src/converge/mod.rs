@@ -18,10 +18,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 use strandlight_scattering::random::SplitMix64;
-use strandlight_scene::background::background_at;
 use strandlight_scene::camera::view_uniform;
 use strandlight_scene::{Picture, PreparedScene};
 
+use crate::backdrop::Backdrop;
 use crate::film::{MAX_SAMPLES, camera_ray};
 use crate::integrator::Integrator;
 use shrink::{Field, Shrunk, shrink};
@@ -34,6 +34,8 @@ pub const TILE: u32 = 16;
 pub struct Convergence {
     /// Radiance times coverage, and coverage, over nothing.
     fast: Picture,
+    /// Radiance behind each pixel; none where the picture is transparent.
+    behind: Vec<Option<[f32; 3]>>,
     /// Pixels that take samples: those that show anything, and their neighbours.
     pixels: Vec<u32>,
     /// Of each of them.
@@ -53,7 +55,7 @@ struct Sums {
 /// The picture so far, and how far it may be from the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converged {
-    /// Radiance times coverage, and coverage, over nothing.
+    /// Over the scene's background.
     pub picture: Picture,
     /// Standard error of each pixel, rows one after another.
     pub error: Vec<[f32; 3]>,
@@ -63,15 +65,16 @@ pub struct Converged {
     /// Samples of each pixel.
     pub samples: u32,
     /// Relative RMSE of means over 4x4 pixels that is to be expected, and what it was for the fast
-    /// picture; infinite before there are two samples.
+    /// picture; no less than what can be told from noise. Infinite before there are two samples.
     pub relative_error: f64,
     /// See `relative_error`.
     pub relative_error_of_fast: f64,
 }
 
 impl Convergence {
-    /// From `fast`, radiance times coverage over nothing, with the random numbers of `seed`.
-    pub fn new(fast: Picture, seed: u64) -> Self {
+    /// From `fast`, radiance times coverage over nothing, to what `scene` has over its background, with
+    /// the random numbers of `seed`.
+    pub fn new(fast: Picture, scene: &PreparedScene, seed: u64) -> Self {
         let [width, height] = [fast.width as usize, fast.height as usize];
         // Samples meet what lists do not have, along edges.
         let shows = |x: usize, y: usize| {
@@ -89,6 +92,7 @@ impl Convergence {
         Convergence {
             sums: vec![Sums::default(); pixels.len()],
             pixels,
+            behind: Backdrop::of(scene, [fast.width, fast.height]).behind,
             fast,
             n_samples: 0,
             seed,
@@ -123,7 +127,7 @@ impl Convergence {
         let view = view_uniform(&scene.camera, &scene.strands, size, 1.0);
         let done = AtomicU64::new(0);
         let n_pixels = self.pixels.len().max(1) as f64;
-        let (fast, seed) = (&self.fast.rgba, self.seed);
+        let (fast, behind, seed) = (&self.fast.rgba, &self.behind, self.seed);
         self.pixels
             .par_chunks(64)
             .zip(self.sums.par_chunks_mut(64))
@@ -131,14 +135,20 @@ impl Convergence {
                 for (&pixel, sums) in pixels.iter().zip(sums) {
                     let ix = pixel as usize;
                     let at = [ix % width, ix / width].map(|x| x as f64);
+                    let behind = behind[ix].unwrap_or_default().map(f64::from);
+                    let [r, g, b, alpha] = fast[ix].map(f64::from);
+                    let shown: [f64; 3] =
+                        std::array::from_fn(|c| [r, g, b][c] + (1.0 - alpha) * behind[c]);
                     let pixel_key = SplitMix64::of_item(seed, u64::from(pixel)).next_u64();
                     for sample in samples.clone() {
                         let mut random = SplitMix64::of_item(pixel_key, u64::from(sample));
                         let ray = camera_ray(&view, at, pixel_key, sample);
                         let seen = integrator.sample(&ray, &mut random);
                         let hair = seen.total();
+                        let is_open = !seen.is_covered && !seen.is_matte;
                         for c in 0..3 {
-                            let difference = hair[c] + seen.matte[c] - f64::from(fast[ix][c]);
+                            let open = if is_open { behind[c] } else { 0.0 };
+                            let difference = hair[c] + seen.matte[c] + open - shown[c];
                             sums.difference[c] += difference;
                             sums.squares[c] += difference * difference;
                         }
@@ -154,7 +164,7 @@ impl Convergence {
     /// The mean of the samples, noise and all, and its variance in each pixel: pictures without any
     /// shrinking.
     pub fn plain(&self) -> (Picture, Vec<[f32; 3]>) {
-        let mut picture = self.fast.clone();
+        let mut picture = self.over_background();
         let mut variances = vec![[0.0; 3]; picture.rgba.len()];
         for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
             let (mean, variance) = sums.mean_and_variance(self.n_samples);
@@ -174,7 +184,7 @@ impl Convergence {
             // No sample says how noisy it is.
             let tiles = size.map(|side| side.div_ceil(TILE as usize));
             return Converged {
-                picture: self.fast.clone(),
+                picture: self.over_background(),
                 error: vec![[f32::INFINITY; 3]; size[0] * size[1]],
                 tile_error: vec![[f32::INFINITY; 3]; tiles[0] * tiles[1]],
                 samples: self.n_samples,
@@ -193,22 +203,45 @@ impl Convergence {
             blocks,
             tiles,
         } = shrink(&field, TILE as usize);
-        let mut picture = self.fast.clone();
+        let mut picture = self.over_background();
         for (rgba, correction) in picture.rgba.iter_mut().zip(&correction) {
             for (value, correction) in rgba.iter_mut().zip(correction) {
                 *value += *correction;
             }
         }
-        let radiance = block_norm(&picture);
+        // Where nothing is seen but the background errors would look small.
+        let mut shown = Picture {
+            rgba: vec![[0.0; 4]; picture.rgba.len()],
+            ..picture
+        };
+        for &pixel in &self.pixels {
+            shown.rgba[pixel as usize] = picture.rgba[pixel as usize];
+        }
+        let radiance = block_norm(&shown);
         let deviation = |variance: &[f32; 3]| variance.map(f32::sqrt);
         let tiles = tiles.within(size);
         Converged {
             error: pixels.of.iter().map(deviation).collect(),
             tile_error: tiles.of.iter().map(deviation).collect(),
             samples: self.n_samples,
-            relative_error: (blocks.sum.max(0.0) / radiance).sqrt(),
+            relative_error: (blocks.sum.max(blocks.doubt) / radiance).sqrt(),
             relative_error_of_fast: (blocks.sum_of_zero.max(0.0) / radiance).sqrt(),
             picture,
+        }
+    }
+
+    /// The fast picture over what is behind it.
+    fn over_background(&self) -> Picture {
+        let over = |(&[r, g, b, a], behind): (&[f32; 4], &Option<[f32; 3]>)| match behind {
+            None => [r, g, b, a],
+            Some(behind) => {
+                let [x, y, z] = behind.map(|behind| (1.0 - a) * behind);
+                [r + x, g + y, b + z, 1.0]
+            }
+        };
+        Picture {
+            rgba: self.fast.rgba.iter().zip(&self.behind).map(over).collect(),
+            ..self.fast
         }
     }
 
@@ -250,28 +283,6 @@ impl Sums {
             (squares / (n - 1.0).max(1.0) / n).max(0.0) as f32
         });
         (mean.map(|x| x as f32), variance)
-    }
-}
-
-/// `picture`, which is over nothing, over what is behind the hair of `scene`.
-pub fn over_background(picture: &Picture, scene: &PreparedScene) -> Picture {
-    let size = [picture.width, picture.height];
-    let view = view_uniform(&scene.camera, &scene.strands, size, 1.0);
-    let width = picture.width as usize;
-    let over = |(ix, &[r, g, b, a]): (usize, &[f32; 4])| {
-        let at = [ix % width, ix / width].map(|x| x as f32 + 0.5);
-        match background_at(scene, &view, at) {
-            None => [r, g, b, a],
-            Some(behind) => {
-                let open = 1.0 - a;
-                let [x, y, z] = behind.map(|behind| open * behind);
-                [r + x, g + y, b + z, 1.0]
-            }
-        }
-    };
-    Picture {
-        rgba: picture.rgba.par_iter().enumerate().map(over).collect(),
-        ..*picture
     }
 }
 

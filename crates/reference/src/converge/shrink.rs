@@ -5,10 +5,10 @@
 //! down to single pixels, what the ratio of a block differs from that of the block twice its size is
 //! multiplied by
 //!
-//! `g = max(0, 1 - 1.5 noise / measured)`,
+//! `g = max(0, 1 - (1 + 3 sqrt(2/n)) noise / measured)`,
 //!
-//! both summed over the blocks around it (James and Stein 1961): where the differences are no larger
-//! than their noise there is none. The largest blocks differ from 0, the picture as it was. All is
+//! both summed over the n blocks around it (James and Stein 1961): where the differences are no larger
+//! than noise may be there is none. The largest blocks differ from 0, the picture as it was. All is
 //! averaged over several places of the grid of blocks, so that its lines do not show.
 //!
 //! The error that is left is told by Stein's estimate (1981), without knowing the truth, less what the
@@ -28,9 +28,8 @@ const BLOCK: usize = 4;
 /// Blocks to each side over which noise and signal are told apart.
 const REACH: usize = 4;
 
-/// Differences count as far as they exceed their noise by this factor: noise that happens to be large is
-/// not taken for more, and of what is there hardly any is lost.
-const CAUTION: f32 = 1.5;
+/// Differences count as far as they exceed what noise comes to by so many of its standard deviations.
+const CAUTION: f32 = 3.0;
 
 /// Places of the grid.
 const N_SHIFTS: usize = 8;
@@ -71,8 +70,10 @@ pub(super) struct Errors {
     side: usize,
     /// Of each block.
     pub of: Vec<[f32; 3]>,
-    /// Sum over blocks and channels.
+    /// Sum over blocks and channels, and how far that may be off.
     pub sum: f64,
+    /// See `sum`.
+    pub doubt: f64,
     /// The same without any correction.
     pub sum_of_zero: f64,
 }
@@ -114,6 +115,8 @@ struct Estimate {
     noise: [f32; 3],
     /// Mean square of the block's sum without noise, its error without correction; likewise.
     signal: [f32; 3],
+    /// How far the own part of the error may be off, all channels.
+    doubt: f32,
 }
 
 /// What a block differs from the larger one by.
@@ -184,6 +187,7 @@ struct Means {
     /// By block: the means of the correction and their squares, errors, and noise let in.
     blocks: Vec<[[f32; 3]; 4]>,
     sum_of_zero: f64,
+    square_of_doubt: f64,
 }
 
 impl Means {
@@ -194,6 +198,7 @@ impl Means {
             size,
             blocks: vec![[[0.0; 3]; 4]; size[0] * size[1]],
             sum_of_zero: 0.0,
+            square_of_doubt: 0.0,
         }
     }
 
@@ -234,6 +239,18 @@ impl Means {
         let signals = estimates.iter().flat_map(|estimate| estimate.signal);
         let signal: f64 = signals.map(f64::from).sum();
         self.sum_of_zero += signal / f64::from(area * area) / N_SHIFTS as f64;
+        for (ix, (_, estimates)) in levels.iter().enumerate() {
+            let side_above = 1 << ix;
+            if side_above < self.side {
+                continue;
+            }
+            // Of a larger block its part has the share of its sum, and there are so many of them.
+            let parts = (side_above * side_above) as f64 / f64::from(area);
+            let doubts = estimates.iter().map(|estimate| f64::from(estimate.doubt));
+            let squares: f64 = doubts.map(|doubt| doubt * doubt).sum();
+            let scale = 1.0 / (parts * f64::from(area * area));
+            self.square_of_doubt += squares * scale * scale / N_SHIFTS as f64;
+        }
     }
 
     fn finish(self) -> Errors {
@@ -253,6 +270,7 @@ impl Means {
             side: self.side,
             of: errors.collect(),
             sum: total,
+            doubt: self.square_of_doubt.sqrt(),
             sum_of_zero: self.sum_of_zero,
         }
     }
@@ -416,10 +434,12 @@ fn estimate(
     } else {
         1.0
     };
-    let gain = (1.0 - CAUTION * share_of_noise).max(0.0);
+    // A mean square of n numbers scatters by sqrt(2 / n) of itself.
+    let caution = 1.0 + CAUTION * (2.0 / around.count).sqrt();
+    let gain = (1.0 - caution * share_of_noise).max(0.0);
     // How the gain follows the differences themselves, in Stein's estimate.
     let slope = match gain > 0.0 {
-        true => 4.0 * CAUTION * share_of_noise / around.count,
+        true => 4.0 * caution * share_of_noise / around.count,
         false => 0.0,
     };
     for c in 0..3 {
@@ -435,6 +455,8 @@ fn estimate(
         estimate.error[c] = share * share * above.error[c] + risk;
         estimate.noise[c] = share * share * above.noise[c] + gain * gain * noise;
         estimate.signal[c] = share * share * above.signal[c] + measured - noise;
+        // Channels share their paths.
+        estimate.doubt += (1.0 - gain).powi(2) * std::f32::consts::SQRT_2 * noise;
     }
     estimate
 }

@@ -8,12 +8,12 @@ use serde_json::{Value, json};
 use strandlight_formats::{Background, Scattering, Scene};
 use strandlight_images::Map;
 use strandlight_images::exr_file::{self, floats};
-use strandlight_reference::converge::{Converged, Convergence, TILE, over_background};
+use strandlight_reference::converge::{Converged, Convergence, TILE};
 use strandlight_reference::environment::{LightSampler, MapSampler};
 use strandlight_reference::{Environment, MAX_SAMPLES, TracedScene};
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::{Provenance, Recorder};
-use strandlight_scene::{Picture, PreparedScene, SceneError};
+use strandlight_scene::{PreparedScene, SceneError};
 
 use super::args::{Args, Format};
 use super::report::{inputs, report};
@@ -124,17 +124,17 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
         backend.render(size, samples, &|_| ())
     });
     let (fast, stats) = drawn?;
+    prepared.background = background;
     let traced = TracedScene::new(&prepared);
     let traced = traced.map_err(|error| Failure::file(&args.scene, error))?;
     let tracer = traced.tracer(&environment);
-    let mut convergence = Convergence::new(fast, args.seed);
+    let mut convergence = Convergence::new(fast, &prepared, args.seed);
     let converged = pursue(args, start, &mut |n| {
         convergence.trace(&prepared, &tracer, n, &|_| ());
         convergence.converged()
     });
 
-    prepared.background = background;
-    let picture = over_background(&converged.picture, &prepared);
+    let picture = &converged.picture;
     let until: Vec<String> = args.until.iter().map(Until::to_string).collect();
     let provenance = provenance
         .drawn(converged.samples, &stats.backend)
@@ -148,13 +148,14 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
         Format::Png => picture
             .to_png_of(prepared.exposure, prepared.tone_map, &provenance)
             .map_err(Failure::input)?,
-        Format::Exr => exr_of(&picture, &converged, &provenance)
-            .map_err(|error| Failure::file(&args.output, error))?,
+        Format::Exr => {
+            exr_of(&converged, &provenance).map_err(|error| Failure::file(&args.output, error))?
+        }
     };
     write_output(&args.output, &bytes)?;
     let seconds = start.elapsed().as_secs_f64();
     if args.json {
-        let mut document = report(&args.output, &picture, &stats);
+        let mut document = report(&args.output, picture, &stats);
         document["time"] = json!(args.time);
         document["inputs"] = inputs(&provenance);
         document["converge"] = converge_report(&converged, seconds);
@@ -246,11 +247,8 @@ fn converge_report(converged: &Converged, seconds: f64) -> Value {
 }
 
 /// The picture with its errors as layers.
-fn exr_of(
-    picture: &Picture,
-    converged: &Converged,
-    provenance: &Provenance,
-) -> Result<Vec<u8>, exr::error::Error> {
+fn exr_of(converged: &Converged, provenance: &Provenance) -> Result<Vec<u8>, exr::error::Error> {
+    let picture = &converged.picture;
     let [width, height] = [picture.width as usize, picture.height as usize];
     let across = width.div_ceil(TILE as usize);
     let tile = |ix: usize| ix / width / TILE as usize * across + ix % width / TILE as usize;
