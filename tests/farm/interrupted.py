@@ -1,10 +1,11 @@
 """Bakes that are ended at random moments, by SIGTERM, by SIGKILL and by a full disk, and resumed.
 
-python interrupted.py STRANDLIGHT TMPDIR [--maps 200] [--moments 20] [--count 2]
+python interrupted.py STRANDLIGHT TMPDIR [--maps 200] [--moments 20] [--count 2] [--cache]
 
 Each time: nothing that lies there under an output's name differs from the whole run's, and the next run
 ends with the same bytes and leaves nothing else. Full disks are small ones in memory (tmpfs), so it needs
-root. Exit code 1, with a line for each, if one is off.
+root. With --cache what is made again comes from a cache: maps are not fitted again, so that many runs take
+little time. Exit code 1, with a line for each, if one is off.
 """
 
 import argparse
@@ -50,6 +51,7 @@ class Interrupted:
         self.binary = os.path.abspath(args.strandlight)
         self.folder = os.path.abspath(args.folder)
         self.count = args.count
+        self.cache = ["--cache", os.path.join(self.folder, "cache")] if args.cache else []
         self.failures = []
         self.ends = collections.Counter()
 
@@ -57,7 +59,7 @@ class Interrupted:
         manifest = os.path.join(self.folder, "bake.toml")
         with open(manifest, "w") as file:
             file.write(MANIFEST.format(folder=self.folder, out=out, count=self.count))
-        return [self.binary, "bake", manifest, "--quiet", "--jobs", "2", "--threads", "1"]
+        return [self.binary, "bake", manifest, "--quiet", "--jobs", "2", "--threads", "1", *self.cache]
 
     def check(self, holds, what):
         if not holds:
@@ -117,6 +119,7 @@ def main():
     parser.add_argument("--maps", type=int, default=200)
     parser.add_argument("--moments", type=int, default=20, help="of each kind")
     parser.add_argument("--count", type=int, default=2, help="lights of a set")
+    parser.add_argument("--cache", action="store_true")
     args = parser.parse_args()
     os.makedirs(args.folder, exist_ok=True)
     maps.make(os.path.join(args.folder, "maps"), args.maps, width=64, height=32)
@@ -131,6 +134,13 @@ def main():
     subprocess.run(test.command(out), check=True, stdout=subprocess.DEVNULL)
     again = time.monotonic() - start
     test.check(files(out) == whole, "a second run changes files")
+    if args.cache:
+        # As long as the runs that are to be ended.
+        shutil.rmtree(out)
+        start = time.monotonic()
+        subprocess.run(test.command(out), check=True, stdout=subprocess.DEVNULL)
+        seconds = time.monotonic() - start
+        test.check(files(out) == whole, "the cache has other files")
     print(f"{args.maps} maps: {seconds:.1f} s, {len(whole)} files, {n_bytes} bytes; the second run {again:.2f} s")
     rng = random.Random(1)
     kinds = {

@@ -44,13 +44,13 @@ pub struct Convergence {
     seed: u64,
 }
 
-/// Sums over the samples of a pixel.
+/// Sequences of samples of a pixel, independent of each other: what their means differ tells the noise,
+/// which samples of one sequence, spread evenly as they are, do not.
+const N_SEQUENCES: u32 = 4;
+
+/// Sums over the samples of a pixel, by sequence: sample less fast picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Sums {
-    /// Sample less fast picture.
-    difference: [f64; 3],
-    squares: [f64; 3],
-}
+struct Sums([[f64; 3]; N_SEQUENCES as usize]);
 
 /// The picture so far, and how far it may be from the truth.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,18 +139,21 @@ impl Convergence {
                     let [r, g, b, alpha] = fast[ix].map(f64::from);
                     let shown: [f64; 3] =
                         std::array::from_fn(|c| [r, g, b][c] + (1.0 - alpha) * behind[c]);
-                    let pixel_key = SplitMix64::of_item(seed, u64::from(pixel)).next_u64();
+                    let mut keys = SplitMix64::of_item(seed, u64::from(pixel));
+                    let keys: [u64; N_SEQUENCES as usize] =
+                        std::array::from_fn(|_| keys.next_u64());
                     for sample in samples.clone() {
-                        let mut random = SplitMix64::of_item(pixel_key, u64::from(sample));
-                        let ray = camera_ray(&view, at, pixel_key, sample);
+                        let sequence = (sample % N_SEQUENCES) as usize;
+                        let (key, sample) = (keys[sequence], sample / N_SEQUENCES);
+                        let sum = &mut sums.0[sequence];
+                        let mut random = SplitMix64::of_item(key, u64::from(sample));
+                        let ray = camera_ray(&view, at, key, sample);
                         let seen = integrator.sample(&ray, &mut random);
                         let hair = seen.total();
                         let is_open = !seen.is_covered && !seen.is_matte;
                         for c in 0..3 {
                             let open = if is_open { behind[c] } else { 0.0 };
-                            let difference = hair[c] + seen.matte[c] + open - shown[c];
-                            sums.difference[c] += difference;
-                            sums.squares[c] += difference * difference;
+                            sum[c] += hair[c] + seen.matte[c] + open - shown[c];
                         }
                     }
                 }
@@ -277,12 +280,22 @@ impl Sums {
     /// The mean of `n_samples` differences, and the variance of that mean.
     fn mean_and_variance(&self, n_samples: u32) -> ([f32; 3], [f32; 3]) {
         let n = f64::from(n_samples.max(1));
-        let mean = self.difference.map(|sum| sum / n);
-        let variance = std::array::from_fn(|c| {
-            let squares = self.squares[c] - n * mean[c] * mean[c];
-            (squares / (n - 1.0).max(1.0) / n).max(0.0) as f32
-        });
-        (mean.map(|x| x as f32), variance)
+        let mean: [f64; 3] =
+            std::array::from_fn(|c| self.0.iter().map(|sum| sum[c]).sum::<f64>() / n);
+        let mut variance = [0.0; 3];
+        for (ix, sum) in (0..).zip(&self.0) {
+            // The first sequences have one more where they do not share evenly.
+            let of_sequence = f64::from((n_samples + N_SEQUENCES - 1 - ix) / N_SEQUENCES);
+            for c in 0..3 {
+                variance[c] += (sum[c] - of_sequence * mean[c]).powi(2) / (n * n);
+            }
+        }
+        let n_sequences = f64::from(n_samples.clamp(2, N_SEQUENCES));
+        let unbiased = n_sequences / (n_sequences - 1.0);
+        (
+            mean.map(|x| x as f32),
+            variance.map(|x| (unbiased * x) as f32),
+        )
     }
 }
 
