@@ -2,7 +2,7 @@
 
 python farm_check.py STRANDLIGHT TMPDIR
 
-Shards by hand, xargs, Ninja, openjd-cli, a Kubernetes job against the schema, and a Slurm of one node
+Shards by hand, xargs, Ninja, Snakemake, openjd-cli, a Kubernetes job against the schema, and a Slurm of one node
 with a task that is killed and requeued and the node drained in the middle. Exit code 1, with a line for
 each, if one is off.
 """
@@ -11,6 +11,7 @@ import glob
 import hashlib
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -103,6 +104,21 @@ def ninja(whole):
     check(changed == ["map0003.lights", "map0003.png"], f"Ninja makes what depends on a changed map: {changed}")
 
 
+def snakemake(whole):
+    folder = project("snakemake")
+    examples = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../examples/farm")
+    shutil.copy(os.path.join(examples, "Snakefile"), folder)
+    shutil.copy(os.path.join(examples, "bake.yaml"), folder)
+    tool = os.path.join(os.path.dirname(sys.executable), "snakemake")
+    command = (tool, "--cores", "2", "--config", f"program={BINARY}", "maps=maps/*.hdr")
+    run(*command, cwd=folder)
+    check(outputs(folder) == whole, "Snakemake with 3 shards gives the bytes of one run")
+    report = json.load(open(os.path.join(folder, "report.json")))
+    check(len(report["items"]) == N_MAPS, "Snakemake puts the report together")
+    again = subprocess.run((*command, "--dry-run"), cwd=folder, capture_output=True, text=True)
+    check("Nothing to be done" in again.stdout + again.stderr, "Snakemake has nothing to do the second time")
+
+
 def openjd(whole):
     folder = project("openjd")
     template = os.path.join(folder, "job.yaml")
@@ -110,7 +126,9 @@ def openjd(whole):
     tool = os.path.join(os.path.dirname(sys.executable), "openjd")
     run(tool, "check", template, cwd=folder)
     manifest = os.path.join(folder, "bake.toml")
-    run(tool, "run", template, "--step", "Bake", "-p", f"Manifest={manifest}", cwd=folder)
+    said = run(tool, "run", template, "--step", "Bake", "-p", f"Manifest={manifest}", cwd=folder)
+    percents = re.findall(r"openjd_progress: ([0-9.]+)", said)
+    check(percents.count("100.0") == 3, f"openjd-cli is told the progress of 3 tasks: {len(percents)} lines")
     check(outputs(folder) == whole, "openjd-cli runs the template and gives the bytes of one run")
 
 
@@ -175,7 +193,7 @@ def main():
     check(len(whole) == 2 * N_MAPS, f"one run makes {len(whole)} files")
     again = json.loads(run(BINARY, "bake", "bake.toml", "--json", cwd=folder))
     check(again["made"] == 0, f"a second run makes nothing: {again}")
-    steps = (shards, commands, ninja, openjd, slurm)
+    steps = (shards, commands, ninja, snakemake, openjd, slurm)
     for step in steps:
         try:
             step(whole)

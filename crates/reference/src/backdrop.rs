@@ -8,7 +8,7 @@ use strandlight_scene::camera::view_uniform;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Backdrop {
     /// Radiance behind each pixel; none where the picture is transparent.
-    pub(super) behind: Vec<Option<[f32; 3]>>,
+    pub(crate) behind: Vec<Option<[f32; 3]>>,
     /// Does the scene have proxies?
     pub(super) has_proxies: bool,
 }

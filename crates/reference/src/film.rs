@@ -248,7 +248,12 @@ impl Add for Pixel {
 }
 
 /// The ray of one sample of the pixel whose upper left corner is `at`.
-fn camera_ray(view: &ViewUniform, at: [f64; 2], pixel_key: u64, sample: u32) -> CameraRay {
+pub(super) fn camera_ray(
+    view: &ViewUniform,
+    at: [f64; 2],
+    pixel_key: u64,
+    sample: u32,
+) -> CameraRay {
     let [x, y] = in_pixel(pixel_key, sample);
     let [x, y] = [at[0] + x, at[1] + y];
     let across = (x - 0.5 * f64::from(view.size[0])) as f32;

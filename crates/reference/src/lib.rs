@@ -24,6 +24,8 @@
 
 mod backdrop;
 pub mod compare;
+#[doc(hidden)]
+pub mod converge;
 mod decode;
 mod directional;
 #[doc(hidden)]
@@ -46,6 +48,7 @@ mod stored;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod traced_scene;
 mod world;
 
 #[doc(hidden)]
@@ -78,5 +81,7 @@ pub use ray_shoot::{Densities, RayShoot};
 pub use spans::samples_of_part;
 #[doc(hidden)]
 pub use surface::Surface;
+#[doc(hidden)]
+pub use traced_scene::TracedScene;
 #[doc(hidden)]
 pub use world::{Met, World};

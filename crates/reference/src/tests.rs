@@ -261,7 +261,7 @@ fn behind_other_fibres_dual_scattering_is_that_of_quadrature() {
 }
 
 /// Forty curved strands in a folder's files.
-fn scene() -> PreparedScene {
+pub(super) fn scene() -> PreparedScene {
     let folder = tempfile::tempdir().unwrap();
     let mut groom = Groom::default();
     groom.strand_offsets.push(0);

@@ -562,6 +562,22 @@ fn a_report_lists_the_worst_first_and_what_changed() {
 }
 
 #[test]
+fn render_managers_read_how_far_it_is() {
+    let folder = project(GROOMS, 4);
+    let at = folder.path();
+    done(at, "bake bake.toml --shard 0/4");
+    let text = done(at, "bake bake.toml --progress openjd --jobs 2");
+    let lines: Vec<&str> = text.lines().collect();
+    let percents = [25, 50, 75, 100].map(|percent| format!("openjd_progress: {percent}.0"));
+    assert_eq!(lines[..4], percents, "{text}");
+    assert!(lines[4].starts_with("3 made, 1 up to date"), "{text}");
+    let line = "bake bake.toml --progress openjd --events -";
+    refused(at, line, &["both write to standard output"]);
+    let line = "bake bake.toml --progress openjd --json";
+    refused(at, line, &["cannot be used with"]);
+}
+
+#[test]
 fn plans_have_a_task_for_each_shard() {
     let folder = project(GROOMS, 3);
     let at = folder.path();

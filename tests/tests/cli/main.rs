@@ -6,6 +6,7 @@ mod bake_command;
 mod bake_kills;
 mod bench_command;
 mod compare_command;
+mod converge_command;
 mod docs;
 mod formats_commands;
 mod groom_commands;

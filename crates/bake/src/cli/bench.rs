@@ -1,6 +1,7 @@
 //! `strandlight bench`: run time against error.
 
 mod against;
+mod converge;
 mod edit;
 mod frames;
 mod growth;
@@ -25,6 +26,7 @@ enum What {
     Edit(edit::Args),
     Frames(frames::Args),
     Peers(peers::Args),
+    Converge(converge::Args),
     Growth(growth::Args),
     Single(single::Args),
     Multiple(multiple::Args),
@@ -38,6 +40,7 @@ pub fn run(args: &Args) -> Outcome {
         What::Edit(args) => edit::run(args),
         What::Frames(args) => frames::run(args),
         What::Peers(args) => peers::run(args),
+        What::Converge(args) => converge::run(args),
         What::Growth(args) => growth::run(args),
         What::Single(args) => single::run(args),
         What::Multiple(args) => multiple::run(args),

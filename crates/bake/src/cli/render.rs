@@ -3,6 +3,7 @@
 mod aov;
 mod args;
 mod backend;
+mod converge;
 mod frames;
 mod layers;
 mod report;
@@ -49,6 +50,9 @@ pub fn run(args: &Args) -> Outcome {
     scene.render.shadow_maps = args.shadow_maps.unwrap_or(scene.render.shadow_maps);
     scene.render.scattering = args.scattering.unwrap_or(scene.render.scattering);
     (scene.render.size, scene.render.samples) = (size, samples);
+    if args.converge {
+        return converge::run(args, &scene, format, size);
+    }
     if !args.aov.is_empty() {
         if !matches!(format, Format::Exr) {
             return Err(Failure::file(

@@ -130,11 +130,12 @@ exit "$code"
 }
 
 fn open_jd(job: &Job) -> String {
-    let words = job.words(
+    let mut words = job.words(
         "{{Param.Manifest}}",
         &format!("{{{{Task.Param.Shard}}}}/{}", job.shards),
         "{{Param.Threads}}",
     );
+    words.splice(2..2, ["--progress", "openjd"].map(str::to_owned));
     let args = words[1..].iter();
     let args: String = args
         .map(|word| format!("            - {}\n", yaml(word)))

@@ -16,8 +16,8 @@ use strandlight_scene::progress::timed;
 use strandlight_scene::{Backend, Picture, PreparedScene, RenderError, SceneError, Stats};
 
 use super::edits::{self, median};
-use super::peers::blocks;
 use super::process_clock::{core_seconds, since};
+use super::truth::blocks;
 
 /// Radians that lights and views turn by: 5 degrees.
 const TURN: f32 = 0.087_266_46;

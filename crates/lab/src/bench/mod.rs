@@ -16,6 +16,7 @@
 mod accuracy;
 mod brute_force;
 mod configuration;
+pub mod converge;
 pub mod cpu_frames;
 mod curves;
 pub mod edit;
@@ -32,6 +33,7 @@ pub mod plot;
 mod process_clock;
 mod timing;
 mod transmittance;
+mod truth;
 
 pub use accuracy::{Errors, Measured, N_SUMS, Reference, SUM_NAMES};
 pub use brute_force::BruteForce;

@@ -68,7 +68,26 @@ pub struct Teller {
     progress: Arc<Progress>,
     /// Failures are told when they happen; otherwise the run ends with the first.
     tells_failures: bool,
+    openjd: Option<OpenJd>,
     timings: Mutex<Vec<(String, Value)>>,
+}
+
+/// Progress in the words of Open Job Description.
+struct OpenJd {
+    n_items: usize,
+    n_done: Mutex<usize>,
+}
+
+impl OpenJd {
+    /// One more item is over.
+    fn advance(&self) {
+        // Held while the line is written: percentages only grow.
+        let mut n_done = self.n_done.lock().unwrap_or_else(PoisonError::into_inner);
+        *n_done += 1;
+        let percent = 100.0 * *n_done as f64 / self.n_items as f64;
+        // Who no longer listens does not end the work.
+        let _ = writeln!(io::stdout(), "openjd_progress: {percent:.1}");
+    }
 }
 
 impl Teller {
@@ -78,7 +97,27 @@ impl Teller {
             events,
             progress,
             tells_failures,
+            openjd: None,
             timings: Mutex::default(),
+        }
+    }
+
+    /// One that also prints progress as Open Job Description has it.
+    pub fn with_openjd(self, n_items: usize) -> Self {
+        Teller {
+            openjd: Some(OpenJd {
+                n_items,
+                n_done: Mutex::new(0),
+            }),
+            ..self
+        }
+    }
+
+    /// One more item is over.
+    fn advance(&self) {
+        self.progress.advance(1);
+        if let Some(openjd) = &self.openjd {
+            openjd.advance();
         }
     }
 
@@ -149,7 +188,7 @@ impl Observer for Teller {
                 self.write(json!({
                     "event": "skipped", "item": item.name(), "key": judgement.key(),
                 }));
-                self.progress.advance(1);
+                self.advance();
             }
             Event::Started(item, judgement) => self.write(json!({
                 "event": "start",
@@ -176,7 +215,7 @@ impl Observer for Teller {
                 let (name, why) = (item.name(), judgement.why());
                 self.progress
                     .say(&format!("{name}: {error}{seconds:.2} s{from} ({why})"));
-                self.progress.advance(1);
+                self.advance();
                 self.keep_timing(name, seconds, is_cached);
             }
             Event::Failed {
@@ -193,7 +232,7 @@ impl Observer for Teller {
                     // An error, which --quiet does not silence.
                     let _ = writeln!(io::stderr(), "strandlight: {}: {failure}", item.name());
                 }
-                self.progress.advance(1);
+                self.advance();
             }
             Event::Note(line) => {
                 self.write(json!({ "event": "note", "message": line }));

@@ -47,12 +47,22 @@ pub struct RunArgs {
     /// Write what happens as JSON Lines, with times, - for standard output
     #[arg(long, value_name = "F.jsonl")]
     events: Option<PathBuf>,
+    /// Print progress as a render manager reads it from standard output
+    #[arg(long, value_enum, value_name = "FORMAT", conflicts_with_all = ["json", "dry_run"])]
+    progress: Option<ProgressFormat>,
     /// Write how long each item took as JSON
     #[arg(long, value_name = "T.json")]
     timings: Option<PathBuf>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
+}
+
+/// Whose lines tell how far a run is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum ProgressFormat {
+    /// Open Job Description: `openjd_progress: 42.0`, in percent
+    Openjd,
 }
 
 /// The items of a share.
@@ -72,6 +82,10 @@ pub fn run(args: &RunArgs) -> Outcome {
     let items = share(items, args.shard.shard.unwrap_or(Shard::WHOLE));
     if args.dry_run {
         return dry_run(&items, args);
+    }
+    if args.progress.is_some() && args.events.as_deref() == Some(Path::new("-")) {
+        let message = "--progress and --events - both write to standard output";
+        return Err(Failure::Input(message.to_owned()));
     }
     let outputs = [&args.depfile, &args.events, &args.timings];
     let outputs: Vec<&Path> = outputs
@@ -96,6 +110,10 @@ pub fn run(args: &RunArgs) -> Outcome {
 
     let progress = Arc::new(progress("baking", items.len() as u64));
     let teller = Teller::new(events, Arc::clone(&progress), args.keep_going);
+    let teller = match args.progress {
+        Some(ProgressFormat::Openjd) => teller.with_openjd(items.len()),
+        None => teller,
+    };
     teller.start(items.len(), args.shard.shard);
     let kitchen = Kitchen::new(Arc::clone(&progress));
     let (summary, seconds) = timed(|| manifest::run(&items, &kitchen, &options, &teller));

@@ -14,6 +14,7 @@ use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, 
 use strandlight_scene::shadow_maps::MAX_SHADOW_MAPS;
 
 use super::aov::{Aov, aov, parse_group};
+use super::converge::{Until, parse_until};
 use crate::cli::progress::is_quiet;
 use crate::cli::shard::ShardArg;
 use crate::cli::{Failure, Outcome, is_stream, transmittance_method};
@@ -52,6 +53,21 @@ pub struct Args {
     /// Group lights into one layer of --aov lights, as NAME=0,3; repeatable
     #[arg(long, value_name = "NAME=LIGHTS", value_parser = parse_group)]
     pub light_group: Vec<Group>,
+    /// Go on from the picture to path-traced truth, with errors as layers of an .exr
+    #[arg(long, conflicts_with_all = ["script", "turntable", "aov", "transmittance"])]
+    pub converge: bool,
+    /// End at the first of these: an expected error of means over 4x4 pixels (1%), a time (30s, 5m,
+    /// 2h), samples per pixel (64)
+    #[arg(long, value_name = "GOAL", value_parser = parse_until, value_delimiter = ',',
+        default_value = "3%", requires = "converge")]
+    pub until: Vec<Until>,
+    /// Converge to the light of this OpenEXR or Radiance map, rotated and scaled as in the scene,
+    /// rather than of the light set
+    #[arg(long, value_name = "MAP", requires = "converge")]
+    pub map: Option<PathBuf>,
+    /// Random seed of what is traced
+    #[arg(long, value_name = "S", default_value_t = 0, requires = "converge")]
+    pub seed: u64,
     #[arg(long, value_name = "WxH", value_parser = parse_size, help = size_help())]
     pub size: Option<[u32; 2]>,
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MAX_SAMPLES.into()),

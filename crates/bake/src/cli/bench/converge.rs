@@ -1,0 +1,156 @@
+//! `strandlight bench converge`.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+use strandlight_formats::Scene;
+use strandlight_lab::bench::converge::{
+    ConvergeError, Convergences, Options, converge, figure, n_steps,
+};
+use strandlight_scene::RenderError;
+use strandlight_scene::budget::{MAX_TARGET_SIDE, check_target};
+
+use crate::cli::progress::progress;
+use crate::cli::render::parse_size;
+use crate::cli::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
+
+/// Measure how fast `render --converge` goes to path-traced truth
+///
+/// For each number of samples: core-seconds; the error of the samples' plain means, of the converged
+/// picture, and what it expects; the share of 16x16 tiles within its 95 % interval. Errors are relative
+/// RMSEs of means over 4x4 pixels; the truth is path tracing too, two independent halves of it, so that
+/// its noise does not count.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene files (TOML)
+    #[arg(value_name = "SCENE.toml", required = true)]
+    scenes: Vec<PathBuf>,
+    #[arg(long, value_name = "WxH", value_parser = parse_size,
+        help = format!("Width and height in pixels, each 1..={MAX_TARGET_SIDE} [default: the scene's]"))]
+    size: Option<[u32; 2]>,
+    /// Samples per pixel at which errors are measured, each 2..=65536
+    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [2, 4, 8, 16, 32],
+        value_parser = clap::value_parser!(u32).range(2..=65_536))]
+    samples: Vec<u32>,
+    /// Samples per pixel of each half of the truth, 2..=1048576
+    #[arg(long, value_name = "N", default_value_t = 256,
+        value_parser = clap::value_parser!(u32).range(2..=1 << 20))]
+    truth_samples: u32,
+    /// Runs with other random numbers, 1..=4096
+    #[arg(long, value_name = "N", default_value_t = 4,
+        value_parser = clap::value_parser!(u32).range(1..=4096))]
+    seeds: u32,
+    /// Random seed
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// Write the curves as SVG
+    #[arg(long, value_name = "OUT.svg")]
+    svg: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    if let Some(svg) = &args.svg {
+        check_extension(svg, "svg")?;
+        let inputs: Vec<&Path> = args.scenes.iter().map(PathBuf::as_path).collect();
+        check_outputs(&inputs, &[svg])?;
+    }
+    let mut samples = args.samples.clone();
+    samples.sort_unstable();
+    samples.dedup();
+    let options = Options {
+        size: args.size,
+        samples,
+        truth_samples: args.truth_samples,
+        seeds: args.seeds,
+        seed: args.seed,
+    };
+    // Read before anything is measured.
+    let read = |path: &PathBuf| Scene::read(path).map_err(Failure::input);
+    let scenes: Vec<Scene> = args.scenes.iter().map(read).collect::<Result<_, _>>()?;
+    let (mut documents, mut panels) = (Vec::new(), Vec::new());
+    for (path, scene) in args.scenes.iter().zip(&scenes) {
+        let size = args.size.unwrap_or(scene.render.size);
+        check_target(size).map_err(|error| Failure::file(path, error))?;
+        let progress = progress("pictures", n_steps(&options));
+        let found = converge(scene, &options, &|| progress.advance(1));
+        progress.finish();
+        let found = found.map_err(|error| match error {
+            ConvergeError::Render(RenderError::Scene(error)) => Failure::input(error.in_file(path)),
+            error => Failure::file(path, error),
+        })?;
+        panels.push(found.panel(&path.display().to_string()));
+        if args.json {
+            documents.push(document(path, &found));
+        } else {
+            print_converge(path, &found)?;
+        }
+    }
+    if let Some(svg) = &args.svg {
+        write_output(svg, figure(panels).to_svg().as_bytes())?;
+    }
+    match args.json {
+        true => print_line(json!({
+            "truth_samples": args.truth_samples,
+            "seed": args.seed,
+            "scenes": documents,
+        })),
+        false => Ok(()),
+    }
+}
+
+fn document(path: &Path, found: &Convergences) -> Value {
+    let mut document = found.to_json();
+    document["scene"] = json!(path.display().to_string());
+    document
+}
+
+fn print_converge(path: &Path, found: &Convergences) -> Outcome {
+    let [strands, points, lights] = found.counts;
+    let [width, height] = found.size;
+    let percent = |value: Option<f64>, digits: usize| match value {
+        Some(value) => format!("{:.digits$} %", 100.0 * value),
+        None => "-".to_owned(),
+    };
+    let seconds = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.1}"));
+    print_line(format_args!(
+        "{}: {strands} strands, {points} points, {lights} lights, {width}x{height}, {} seeds",
+        path.display(),
+        found.seeds
+    ))?;
+    print_line(format_args!(
+        "  fast picture: {}, {} core-s; noise of the truth {}, taken out",
+        percent(found.fast_error, 2),
+        seconds(found.fast_core_seconds),
+        percent(Some(found.truth_noise), 2),
+    ))?;
+    print_line(format_args!(
+        "  {:>8} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8}",
+        "samples", "core-s", "paths", "converged", "expected", "inside", "mean"
+    ))?;
+    for point in &found.points {
+        print_line(format_args!(
+            "  {:>8} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8.4}",
+            point.samples,
+            seconds(point.core_seconds),
+            percent(point.plain, 2),
+            percent(point.converged, 2),
+            percent(Some(point.expected), 2),
+            percent(Some(point.inside), 1),
+            point.mean_ratio,
+        ))?;
+    }
+    let [plain, converged] = found.slopes();
+    let slope = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
+    print_line(format_args!(
+        "  errors fall as n^{} and n^{}; paths alone take {} times as long to the last error",
+        slope(plain),
+        slope(converged),
+        found
+            .gain()
+            .map_or("-".to_owned(), |gain| format!("{gain:.1}")),
+    ))
+}

@@ -1,0 +1,288 @@
+//! `strandlight render --converge`: a picture that goes on to the truth.
+
+use std::cell::Cell;
+use std::fmt;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use strandlight_formats::{Background, Scattering, Scene};
+use strandlight_images::Map;
+use strandlight_images::exr_file::{self, floats};
+use strandlight_reference::converge::{Converged, Convergence, TILE};
+use strandlight_reference::environment::{LightSampler, MapSampler};
+use strandlight_reference::{Environment, MAX_SAMPLES, TracedScene};
+use strandlight_scene::files::Files;
+use strandlight_scene::provenance::{Provenance, Recorder};
+use strandlight_scene::{PreparedScene, SceneError};
+
+use super::args::{Args, Format};
+use super::report::{inputs, report};
+use crate::cli::progress::progress;
+use crate::cli::{Failure, Outcome, note, print_line, write_output};
+
+/// Most pixels: some 300 bytes are kept of each.
+const MAX_PIXELS: u64 = 1 << 24;
+
+/// Samples that are taken before the error is looked at, at most this share of those there are.
+const GROWTH: f64 = 0.5;
+
+/// And at most as many as take this long.
+const LONGEST: Duration = Duration::from_secs(5);
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Until {
+    /// At this relative error of means over 4x4 pixels.
+    Error(f64),
+    /// After so long.
+    Time(Duration),
+    /// With so many samples of each pixel.
+    Samples(u32),
+}
+
+/// A goal on the command line: `1%`, `30s`, `5m`, `2h` or a number of samples.
+pub fn parse_until(text: &str) -> Result<Until, String> {
+    let number = |text: &str| {
+        text.parse::<f64>()
+            .ok()
+            .filter(|x| x.is_finite() && *x > 0.0)
+    };
+    let parsed = match text.char_indices().last() {
+        Some((at, '%')) => {
+            let percent = number(&text[..at]).filter(|percent| *percent <= 100.0);
+            percent.map(|percent| Until::Error(0.01 * percent))
+        }
+        Some((at, unit @ ('s' | 'm' | 'h'))) => {
+            let unit = match unit {
+                's' => 1.0,
+                'm' => 60.0,
+                _ => 3600.0,
+            };
+            let seconds = number(&text[..at]).map(|x| x * unit);
+            let seconds = seconds.filter(|seconds| *seconds <= 1e7);
+            seconds.map(|seconds| Until::Time(Duration::from_secs_f64(seconds)))
+        }
+        _ => {
+            let samples = text.parse().ok();
+            let samples = samples.filter(|n| (2..=MAX_SAMPLES).contains(n));
+            samples.map(Until::Samples)
+        }
+    };
+    parsed.ok_or_else(|| {
+        format!(
+            "an error like 1%, a time like 30s, 5m or 2h, or a number of samples, 2..={MAX_SAMPLES}"
+        )
+    })
+}
+
+impl fmt::Display for Until {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Until::Error(error) => write!(f, "{} %", 100.0 * error),
+            Until::Time(time) => write!(f, "{} s", time.as_secs_f64()),
+            Until::Samples(samples) => write!(f, "{samples} samples"),
+        }
+    }
+}
+
+/// Renders `scene` at `size` to the output.
+pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcome {
+    let refused = |text: String| Err(Failure::file(&args.scene, text));
+    if u64::from(size[0]) * u64::from(size[1]) > MAX_PIXELS {
+        return refused(format!(
+            "--converge draws at most {MAX_PIXELS} pixels; {}x{} is more",
+            size[0], size[1]
+        ));
+    }
+    if scene.render.scattering != Scattering::Total {
+        return refused(format!(
+            "--converge traces all scattering, not {} alone; leave it total",
+            scene.render.scattering.name()
+        ));
+    }
+    let start = Instant::now();
+    let in_scene = |error: SceneError| Failure::input(error.in_file(&args.scene));
+    let mut prepared = PreparedScene::load_at(scene, args.time).map_err(in_scene)?;
+    let provenance = Recorder::new(&Files::Disk).record(scene, args.time);
+    let mut provenance = provenance.map_err(in_scene)?;
+    let environment = match &args.map {
+        None => Environment::Lights(LightSampler::new(&prepared.lights)),
+        Some(path) => {
+            let map = Map::read(path).map_err(Failure::input)?;
+            provenance = provenance.with("map", &map.source().hash);
+            let turn = scene.lights.rotate_deg.to_radians() as f32;
+            let intensity = scene.lights.intensity as f32;
+            Environment::Map(MapSampler::new(&map, turn, intensity))
+        }
+    };
+    // What is behind the hair comes last.
+    let background = std::mem::replace(&mut prepared.background, Background::None);
+    let samples = scene.render.samples;
+    let drawn = args.on_backend(|open| {
+        let mut backend = open(prepared.clone())?;
+        backend.shade_view_only();
+        backend.render(size, samples, &|_| ())
+    });
+    let (fast, stats) = drawn?;
+    prepared.background = background;
+    let traced = TracedScene::new(&prepared);
+    let traced = traced.map_err(|error| Failure::file(&args.scene, error))?;
+    let tracer = traced.tracer(&environment);
+    let mut convergence = Convergence::new(fast, &prepared, args.seed);
+    let converged = pursue(args, start, &mut |n| {
+        convergence.trace(&prepared, &tracer, n, &|_| ());
+        convergence.converged()
+    });
+
+    let picture = &converged.picture;
+    let until: Vec<String> = args.until.iter().map(Until::to_string).collect();
+    let provenance = provenance
+        .drawn(converged.samples, &stats.backend)
+        .with("seed", args.seed)
+        .with("until", until.join(", "))
+        .with("relative_error", converged.relative_error);
+    if args.stats {
+        note!("{stats}");
+    }
+    let bytes = match format {
+        Format::Png => picture
+            .to_png_of(prepared.exposure, prepared.tone_map, &provenance)
+            .map_err(Failure::input)?,
+        Format::Exr => {
+            exr_of(&converged, &provenance).map_err(|error| Failure::file(&args.output, error))?
+        }
+    };
+    write_output(&args.output, &bytes)?;
+    let seconds = start.elapsed().as_secs_f64();
+    if args.json {
+        let mut document = report(&args.output, picture, &stats);
+        document["time"] = json!(args.time);
+        document["inputs"] = inputs(&provenance);
+        document["converge"] = converge_report(&converged, seconds);
+        return print_line(document);
+    }
+    print_line(format_args!(
+        "{}: {}x{}, {} samples, expected error {:.2} % ({:.1} % without samples), {seconds:.1} s, {} bytes",
+        args.output.display(),
+        size[0],
+        size[1],
+        converged.samples,
+        100.0 * converged.relative_error,
+        100.0 * converged.relative_error_of_fast,
+        bytes.len()
+    ))
+}
+
+/// Takes samples by `trace`, which is told how many, until a goal is reached.
+fn pursue(args: &Args, start: Instant, trace: &mut dyn FnMut(u32) -> Converged) -> Converged {
+    const STEPS: u64 = 1000;
+    let progress = progress("converging", STEPS);
+    let most = |goal: &Until| match goal {
+        Until::Samples(samples) => *samples,
+        _ => MAX_SAMPLES,
+    };
+    let most = args.until.iter().map(most).min().unwrap_or(MAX_SAMPLES);
+    // How far: the largest share of any goal.
+    let first_error = Cell::new(None);
+    let share = |converged: &Converged| {
+        let first = first_error.get().unwrap_or(converged.relative_error);
+        first_error.set(Some(first));
+        let shares = args.until.iter().map(|goal| match goal {
+            // Errors fall as the root of the samples at best.
+            Until::Error(error) if converged.relative_error <= *error => 1.0,
+            Until::Error(error) => {
+                let left = (converged.relative_error / error).ln() / (first / error).ln();
+                (1.0 - left).clamp(0.0, 0.999)
+            }
+            Until::Time(time) => start.elapsed().as_secs_f64() / time.as_secs_f64(),
+            Until::Samples(samples) => f64::from(converged.samples) / f64::from(*samples),
+        });
+        shares.fold(0.0, f64::max)
+    };
+    let is_time = |goal: &Until| match goal {
+        Until::Time(time) => Some(*time),
+        _ => None,
+    };
+    let end = args.until.iter().filter_map(is_time).min();
+    let mut next = 2_u32;
+    let mut told = 0.0;
+    loop {
+        let before = Instant::now();
+        let converged = trace(next);
+        let of_one = before.elapsed().as_secs_f64() / f64::from(next);
+        let done = share(&converged);
+        progress.reach((done.min(1.0) * STEPS as f64) as u64);
+        // Each time that the work has doubled.
+        if f64::from(converged.samples) >= 2.0 * told {
+            told = f64::from(converged.samples);
+            progress.say(&format!(
+                "{} samples, {:.1} s: expected error {:.2} %",
+                converged.samples,
+                start.elapsed().as_secs_f64(),
+                100.0 * converged.relative_error
+            ));
+        }
+        if done >= 1.0 || converged.samples >= most {
+            progress.finish();
+            return converged;
+        }
+        let mut longest = LONGEST;
+        if let Some(end) = end {
+            longest = longest.min(end.saturating_sub(start.elapsed()));
+        }
+        let by_time = longest.as_secs_f64() / of_one.max(1e-9);
+        let by_growth = GROWTH * f64::from(converged.samples);
+        next = (by_time.min(by_growth) as u32).clamp(1, most - converged.samples);
+    }
+}
+
+/// What `--json` tells beyond any picture.
+fn converge_report(converged: &Converged, seconds: f64) -> Value {
+    json!({
+        "samples": converged.samples,
+        "relative_error": converged.relative_error,
+        "relative_error_of_fast": converged.relative_error_of_fast,
+        "seconds": seconds,
+    })
+}
+
+/// The picture with its errors as layers.
+fn exr_of(converged: &Converged, provenance: &Provenance) -> Result<Vec<u8>, exr::error::Error> {
+    let picture = &converged.picture;
+    let [width, height] = [picture.width as usize, picture.height as usize];
+    let across = width.div_ceil(TILE as usize);
+    let tile = |ix: usize| ix / width / TILE as usize * across + ix % width / TILE as usize;
+    let mut channels = Vec::new();
+    for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+        let of_picture = picture.rgba.iter().map(|rgba| rgba[c]);
+        channels.push(floats(name, of_picture.collect()));
+        let of_pixels = converged.error.iter().map(|error| error[c]);
+        channels.push(floats(format!("error.{name}"), of_pixels.collect()));
+        let of_tiles = (0..width * height).map(|ix| converged.tile_error[tile(ix)][c]);
+        channels.push(floats(format!("tile_error.{name}"), of_tiles.collect()));
+    }
+    let alpha = picture.rgba.iter().map(|rgba| rgba[3]);
+    channels.push(floats("A", alpha.collect()));
+    exr_file::encode((width, height), channels, provenance.entries())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goals_have_units() {
+        assert_eq!(parse_until("1%"), Ok(Until::Error(0.01)));
+        assert_eq!(parse_until("0.5%"), Ok(Until::Error(0.005)));
+        let seconds = |n| Ok(Until::Time(Duration::from_secs(n)));
+        assert_eq!(parse_until("30s"), seconds(30));
+        assert_eq!(parse_until("5m"), seconds(300));
+        assert_eq!(parse_until("2h"), seconds(7200));
+        assert_eq!(parse_until("64"), Ok(Until::Samples(64)));
+        for text in [
+            "", "%", "s", "0%", "-1%", "101%", "1", "0", "1.5", "é", "infs", "nan%", "1e9h",
+        ] {
+            assert!(parse_until(text).is_err(), "{text}");
+        }
+    }
+}

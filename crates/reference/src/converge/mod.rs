@@ -1,0 +1,315 @@
+//! From a fast picture to the truth: path tracing corrects a picture only as far as it is surer than
+//! the picture.
+//!
+//! Every pixel that shows anything takes camera samples of an [`Integrator`]; what counts is by how much
+//! they differ from the fast picture. Their mean would be the truth with all its noise. Instead the
+//! difference is taken apart by scale ([`shrink`]), from the whole picture down to single pixels, and
+//! each part is believed as far as it exceeds its own noise. So a few samples mend what is wrong over
+//! large areas, noise never adds more than it mends, and with more samples the picture goes to the
+//! truth, which the samples' means are without bias.
+//!
+//! The same numbers say how wrong the picture still is: see [`Converged`].
+
+mod shrink;
+#[cfg(test)]
+mod tests;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+use strandlight_scattering::random::SplitMix64;
+use strandlight_scene::camera::view_uniform;
+use strandlight_scene::{Picture, PreparedScene};
+
+use crate::backdrop::Backdrop;
+use crate::film::{MAX_SAMPLES, camera_ray};
+use crate::integrator::Integrator;
+use shrink::{Field, Shrunk, shrink};
+
+/// Side in pixels of the tiles whose error is told.
+pub const TILE: u32 = 16;
+
+/// A fast picture, and how samples of the truth differ from it.
+#[derive(Clone, Debug)]
+pub struct Convergence {
+    /// Radiance times coverage, and coverage, over nothing.
+    fast: Picture,
+    /// Radiance behind each pixel; none where the picture is transparent.
+    behind: Vec<Option<[f32; 3]>>,
+    /// Pixels that take samples: those that show anything, and their neighbours.
+    pixels: Vec<u32>,
+    /// Of each of them.
+    sums: Vec<Sums>,
+    n_samples: u32,
+    seed: u64,
+}
+
+/// Sequences of samples of a pixel, independent of each other: what their means differ tells the noise,
+/// which samples of one sequence, spread evenly as they are, do not.
+const N_SEQUENCES: u32 = 4;
+
+/// Sums over the samples of a pixel, by sequence: sample less fast picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Sums([[f64; 3]; N_SEQUENCES as usize]);
+
+/// The picture so far, and how far it may be from the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Converged {
+    /// Over the scene's background.
+    pub picture: Picture,
+    /// Standard error of each pixel, rows one after another.
+    pub error: Vec<[f32; 3]>,
+    /// Standard errors of means over tiles of [`TILE`] pixels from the upper left corner on, rows of
+    /// tiles one after another.
+    pub tile_error: Vec<[f32; 3]>,
+    /// Samples of each pixel.
+    pub samples: u32,
+    /// Relative RMSE of means over 4x4 pixels that is to be expected, and what it was for the fast
+    /// picture; no less than what can be told from noise. Infinite before there are two samples.
+    pub relative_error: f64,
+    /// See `relative_error`.
+    pub relative_error_of_fast: f64,
+}
+
+impl Convergence {
+    /// From `fast`, radiance times coverage over nothing, to what `scene` has over its background, with
+    /// the random numbers of `seed`.
+    pub fn new(fast: Picture, scene: &PreparedScene, seed: u64) -> Self {
+        let [width, height] = [fast.width as usize, fast.height as usize];
+        // Samples meet what lists do not have, along edges.
+        let shows = |x: usize, y: usize| {
+            let rows = y.saturating_sub(1)..(y + 2).min(height);
+            rows.flat_map(|y| {
+                let columns = x.saturating_sub(1)..(x + 2).min(width);
+                columns.map(move |x| y * width + x)
+            })
+            .any(|ix| fast.rgba[ix][3] > 0.0)
+        };
+        let pixels: Vec<u32> = (0..width * height)
+            .filter(|ix| shows(ix % width, ix / width))
+            .map(|ix| ix as u32)
+            .collect();
+        Convergence {
+            sums: vec![Sums::default(); pixels.len()],
+            pixels,
+            behind: Backdrop::of(scene, [fast.width, fast.height]).behind,
+            fast,
+            n_samples: 0,
+            seed,
+        }
+    }
+
+    /// Samples of each pixel so far.
+    pub fn samples(&self) -> u32 {
+        self.n_samples
+    }
+
+    /// Adds `n_samples` samples of what `scene`'s camera sees to each pixel that shows anything.
+    /// `observer` receives the share that is done, by any thread. The samples of two calls are those
+    /// of one, whatever the number of threads.
+    ///
+    /// # Panics
+    /// If there would be more than [`MAX_SAMPLES`].
+    pub fn trace(
+        &mut self,
+        scene: &PreparedScene,
+        integrator: &dyn Integrator,
+        n_samples: u32,
+        observer: &(dyn Fn(f64) + Sync),
+    ) {
+        assert!(
+            n_samples <= MAX_SAMPLES - self.n_samples,
+            "too many samples"
+        );
+        let samples = self.n_samples..self.n_samples + n_samples;
+        let width = self.fast.width as usize;
+        let size = [self.fast.width, self.fast.height];
+        let view = view_uniform(&scene.camera, &scene.strands, size, 1.0);
+        let done = AtomicU64::new(0);
+        let n_pixels = self.pixels.len().max(1) as f64;
+        let (fast, behind, seed) = (&self.fast.rgba, &self.behind, self.seed);
+        self.pixels
+            .par_chunks(64)
+            .zip(self.sums.par_chunks_mut(64))
+            .for_each(|(pixels, sums)| {
+                for (&pixel, sums) in pixels.iter().zip(sums) {
+                    let ix = pixel as usize;
+                    let at = [ix % width, ix / width].map(|x| x as f64);
+                    let behind = behind[ix].unwrap_or_default().map(f64::from);
+                    let [r, g, b, alpha] = fast[ix].map(f64::from);
+                    let shown: [f64; 3] =
+                        std::array::from_fn(|c| [r, g, b][c] + (1.0 - alpha) * behind[c]);
+                    let mut keys = SplitMix64::of_item(seed, u64::from(pixel));
+                    let keys: [u64; N_SEQUENCES as usize] =
+                        std::array::from_fn(|_| keys.next_u64());
+                    for sample in samples.clone() {
+                        let sequence = (sample % N_SEQUENCES) as usize;
+                        let (key, sample) = (keys[sequence], sample / N_SEQUENCES);
+                        let sum = &mut sums.0[sequence];
+                        let mut random = SplitMix64::of_item(key, u64::from(sample));
+                        let ray = camera_ray(&view, at, key, sample);
+                        let seen = integrator.sample(&ray, &mut random);
+                        let hair = seen.total();
+                        let is_open = !seen.is_covered && !seen.is_matte;
+                        for c in 0..3 {
+                            let open = if is_open { behind[c] } else { 0.0 };
+                            sum[c] += hair[c] + seen.matte[c] + open - shown[c];
+                        }
+                    }
+                }
+                let n = pixels.len() as u64;
+                let done = done.fetch_add(n, Ordering::Relaxed) + n;
+                observer(done as f64 / n_pixels);
+            });
+        self.n_samples += n_samples;
+    }
+
+    /// The mean of the samples, noise and all, and its variance in each pixel: pictures without any
+    /// shrinking.
+    pub fn plain(&self) -> (Picture, Vec<[f32; 3]>) {
+        let mut picture = self.over_background();
+        let mut variances = vec![[0.0; 3]; picture.rgba.len()];
+        for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
+            let (mean, variance) = sums.mean_and_variance(self.n_samples);
+            let rgba = &mut picture.rgba[pixel as usize];
+            for (value, mean) in rgba.iter_mut().zip(mean) {
+                *value += mean;
+            }
+            variances[pixel as usize] = variance;
+        }
+        (picture, variances)
+    }
+
+    /// The picture as far as the samples so far tell.
+    pub fn converged(&self) -> Converged {
+        let size = [self.fast.width as usize, self.fast.height as usize];
+        if self.n_samples < 2 {
+            // No sample says how noisy it is.
+            let tiles = size.map(|side| side.div_ceil(TILE as usize));
+            return Converged {
+                picture: self.over_background(),
+                error: vec![[f32::INFINITY; 3]; size[0] * size[1]],
+                tile_error: vec![[f32::INFINITY; 3]; tiles[0] * tiles[1]],
+                samples: self.n_samples,
+                relative_error: f64::INFINITY,
+                relative_error_of_fast: f64::INFINITY,
+            };
+        }
+        let mut field = Field::new(size, self.scales());
+        for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
+            let (mean, variance) = sums.mean_and_variance(self.n_samples);
+            field.set(pixel as usize, mean, variance);
+        }
+        let Shrunk {
+            correction,
+            pixels,
+            blocks,
+            tiles,
+        } = shrink(&field, TILE as usize);
+        let mut picture = self.over_background();
+        for (rgba, correction) in picture.rgba.iter_mut().zip(&correction) {
+            for (value, correction) in rgba.iter_mut().zip(correction) {
+                *value += *correction;
+            }
+        }
+        // Where nothing is seen but the background errors would look small.
+        let mut shown = Picture {
+            rgba: vec![[0.0; 4]; picture.rgba.len()],
+            ..picture
+        };
+        for &pixel in &self.pixels {
+            shown.rgba[pixel as usize] = picture.rgba[pixel as usize];
+        }
+        let radiance = block_norm(&shown);
+        let deviation = |variance: &[f32; 3]| variance.map(f32::sqrt);
+        let tiles = tiles.within(size);
+        Converged {
+            error: pixels.of.iter().map(deviation).collect(),
+            tile_error: tiles.of.iter().map(deviation).collect(),
+            samples: self.n_samples,
+            relative_error: (blocks.sum.max(blocks.doubt) / radiance).sqrt(),
+            relative_error_of_fast: (blocks.sum_of_zero.max(0.0) / radiance).sqrt(),
+            picture,
+        }
+    }
+
+    /// The fast picture over what is behind it.
+    fn over_background(&self) -> Picture {
+        let over = |(&[r, g, b, a], behind): (&[f32; 4], &Option<[f32; 3]>)| match behind {
+            None => [r, g, b, a],
+            Some(behind) => {
+                let [x, y, z] = behind.map(|behind| (1.0 - a) * behind);
+                [r + x, g + y, b + z, 1.0]
+            }
+        };
+        Picture {
+            rgba: self.fast.rgba.iter().zip(&self.behind).map(over).collect(),
+            ..self.fast
+        }
+    }
+
+    /// What differences are likely to go with: the fast picture, and where it is black some of what is
+    /// elsewhere.
+    fn scales(&self) -> Vec<[f32; 3]> {
+        /// Share of the mean radiance of the hair.
+        const FLOOR: f64 = 0.05;
+        /// Coverage that pixels have at least.
+        const LEAST: f64 = 1.0 / 64.0;
+        let mut mean = [0.0; 3];
+        let mut coverage = 0.0;
+        for rgba in &self.fast.rgba {
+            for (mean, value) in mean.iter_mut().zip(rgba) {
+                *mean += f64::from(*value);
+            }
+            coverage += f64::from(rgba[3]);
+        }
+        let overall = mean.iter().sum::<f64>() / 3.0;
+        let floor = mean.map(|x| FLOOR * (x + 0.1 * overall) / f64::max(coverage, 1.0));
+        let mut scales = vec![[0.0; 3]; self.fast.rgba.len()];
+        for &pixel in &self.pixels {
+            let rgba = self.fast.rgba[pixel as usize].map(f64::from);
+            let covered = rgba[3].max(LEAST);
+            scales[pixel as usize] =
+                std::array::from_fn(|c| (rgba[c].max(0.0) + floor[c] * covered + 1e-12) as f32);
+        }
+        scales
+    }
+}
+
+impl Sums {
+    /// The mean of `n_samples` differences, and the variance of that mean.
+    fn mean_and_variance(&self, n_samples: u32) -> ([f32; 3], [f32; 3]) {
+        let n = f64::from(n_samples.max(1));
+        let mean: [f64; 3] =
+            std::array::from_fn(|c| self.0.iter().map(|sum| sum[c]).sum::<f64>() / n);
+        let mut variance = [0.0; 3];
+        for (ix, sum) in (0..).zip(&self.0) {
+            // The first sequences have one more where they do not share evenly.
+            let of_sequence = f64::from((n_samples + N_SEQUENCES - 1 - ix) / N_SEQUENCES);
+            for c in 0..3 {
+                variance[c] += (sum[c] - of_sequence * mean[c]).powi(2) / (n * n);
+            }
+        }
+        let n_sequences = f64::from(n_samples.clamp(2, N_SEQUENCES));
+        let unbiased = n_sequences / (n_sequences - 1.0);
+        (
+            mean.map(|x| x as f32),
+            variance.map(|x| (unbiased * x) as f32),
+        )
+    }
+}
+
+/// Sum of the squares of means over 4x4 pixels, channels together.
+fn block_norm(picture: &Picture) -> f64 {
+    let [width, height] = [picture.width as usize, picture.height as usize];
+    let blocks = [width.div_ceil(4), height.div_ceil(4)];
+    let mut sums = vec![[0.0_f64; 3]; blocks[0] * blocks[1]];
+    for (ix, rgba) in picture.rgba.iter().enumerate() {
+        let sum = &mut sums[ix / width / 4 * blocks[0] + ix % width / 4];
+        for (sum, value) in sum.iter_mut().zip(rgba) {
+            *sum += f64::from(*value);
+        }
+    }
+    let squares = sums.iter().flatten().map(|sum| sum * sum).sum::<f64>();
+    (squares / 256.0).max(f64::MIN_POSITIVE)
+}

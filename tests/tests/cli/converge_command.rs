@@ -1,0 +1,176 @@
+//! `strandlight render --converge` and `strandlight bench converge` from the outside.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use serde_json::Value;
+use strandlight_reference::compare::{Layer, compare};
+use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
+use strandlight_tests::{assert_done, strandlight};
+
+/// A curtain of hair with something behind it.
+fn scene_in(folder: &Path) {
+    let groom = curtain(60, 8, 0.1, 0.0);
+    write_small_scene(folder, &groom, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.05);
+        scene.render.size = [96, 64];
+    });
+}
+
+fn output(folder: &Path, line: &str) -> Output {
+    let mut command = strandlight();
+    command.current_dir(folder).args(line.split(' '));
+    command.output().expect("runs")
+}
+
+fn json(folder: &Path, line: &str) -> Value {
+    let output = output(folder, line);
+    assert!(output.status.success(), "{line}: {output:?}");
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+fn refused(folder: &Path, line: &str, needle: &str) {
+    let output = output(folder, line);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{line}: {stderr}");
+    assert!(stderr.contains(needle), "{line}: {stderr}");
+}
+
+const CONVERGE: &str = "render a.toml --converge --backend cpu --json --quiet -o";
+
+#[test]
+fn slow_pictures_go_to_the_truth_and_say_how_far_they_are() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let layer = |name: &str, layer: Option<&str>| {
+        Layer::read(&at.join(name), layer).unwrap_or_else(|error| panic!("{name}: {error}"))
+    };
+    let off = |a: &Layer, b: &Layer| {
+        let [a, b] = [a, b].map(|layer| layer.clone().boxed(4));
+        compare(&a, &b).expect("comparable").hair.relative_rmse
+    };
+    let truth = "reference a.toml --method path --samples 1000 --seed 5 --quiet -o truth.exr";
+    assert!(output(at, truth).status.success());
+    assert!(
+        output(at, "render a.toml --backend cpu --quiet -o fast.exr")
+            .status
+            .success()
+    );
+    let truth = layer("truth.exr", None);
+    let fast = off(&layer("fast.exr", None), &truth);
+    let mut errors = Vec::new();
+    for samples in [8, 200] {
+        let line = format!("{CONVERGE} c.exr --until {samples}");
+        let report = json(at, &line);
+        let converge = &report["converge"];
+        assert_eq!(converge["samples"], samples);
+        let expected = converge["relative_error"].as_f64().expect("a number");
+        let found = off(&layer("c.exr", None), &truth);
+        println!("{samples}: fast {fast:.4}, found {found:.4}, expected {expected:.4}");
+        assert!(
+            (0.4..2.5).contains(&(found / expected)),
+            "{found} {expected}"
+        );
+        errors.push(found);
+    }
+    assert!(
+        errors[0] < fast && errors[1] < 0.5 * errors[0],
+        "{fast} {errors:?}"
+    );
+    // What is behind the hair is there, and errors where the hair is.
+    let picture = layer("c.exr", None);
+    assert!(picture.alpha.iter().all(|alpha| *alpha == 1.0));
+    for name in ["error", "tile_error"] {
+        let error = layer("c.exr", Some(name));
+        let all = error.rgb.iter().flatten();
+        assert!(all.clone().all(|x| x.is_finite() && *x >= 0.0), "{name}");
+        assert!(all.clone().any(|x| *x > 0.0), "{name}");
+    }
+}
+
+#[test]
+fn slow_same_samples_give_the_same_bytes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    for (out, more) in [
+        ("a.exr", "--threads 1"),
+        ("b.exr", "--threads 3"),
+        ("c.exr", "--seed 1"),
+        ("d.png", "--threads 2"),
+        ("e.exr", "--until 6,90% --set render.background=none"),
+    ] {
+        let until = if more.contains("--until") {
+            ""
+        } else {
+            " --until 6"
+        };
+        json(at, &format!("{CONVERGE} {out}{until} {more}"));
+    }
+    let bytes = |name: &str| fs::read(at.join(name)).expect("written");
+    assert!(bytes("a.exr") == bytes("b.exr"));
+    assert!(bytes("a.exr") != bytes("c.exr"));
+    assert!(bytes("d.png").starts_with(b"\x89PNG"));
+    let open = Layer::read(&at.join("e.exr"), None).expect("read");
+    assert!(open.alpha.contains(&0.0), "nothing is behind the hair");
+}
+
+#[test]
+fn slow_goals_end_it_and_what_cannot_be_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let report = json(at, &format!("{CONVERGE} a.exr --until 20%"));
+    let error = report["converge"]["relative_error"].as_f64();
+    assert!(error.is_some_and(|error| error <= 0.2), "{error:?}");
+    let report = json(at, &format!("{CONVERGE} a.exr --until 0.0001%,1s"));
+    let seconds = report["converge"]["seconds"].as_f64();
+    assert!(seconds.is_some_and(|seconds| seconds >= 1.0), "{seconds:?}");
+    for (more, needle) in [
+        ("--until 0%", "an error like 1%"),
+        ("--until 1", "an error like 1%"),
+        (
+            "--scattering single",
+            "traces all scattering, not single alone",
+        ),
+        ("--aov lights", "cannot be used with"),
+        ("--turntable 4", "cannot be used with"),
+        ("--map no.exr", "no.exr"),
+        ("--size 8000x4000", "at most 16777216 pixels"),
+    ] {
+        refused(at, &format!("{CONVERGE} a.exr {more}"), needle);
+    }
+    refused(at, "render a.toml -o a.png --until 1%", "--converge");
+    let line = "render a.toml --converge --set hair.eccentricity=0.9 --until 2 -o a.png --quiet";
+    refused(at, line, "only circular fibres");
+}
+
+#[test]
+fn slow_errors_are_measured_by_seeds() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let line = "bench converge a.toml --samples 8,2 --truth-samples 200 --seeds 2 --json --quiet --svg c.svg";
+    let report = json(at, line);
+    let scene = &report["scenes"][0];
+    let measured = scene["measured"].as_array().expect("a list");
+    let samples: Vec<u64> = measured
+        .iter()
+        .filter_map(|m| m["samples"].as_u64())
+        .collect();
+    assert_eq!(samples, [2, 8]);
+    for point in measured {
+        for key in ["plain", "converged", "expected", "inside", "mean_ratio"] {
+            let value = point[key].as_f64();
+            assert!(value.is_some_and(|x| x > 0.0 && x < 2.0), "{key}: {point}");
+        }
+    }
+    let svg = fs::read_to_string(at.join("c.svg")).expect("written");
+    assert!(svg.contains("core-seconds"));
+    let mut text = strandlight();
+    text.current_dir(at)
+        .args("bench converge a.toml --samples 2 --truth-samples 20 --seeds 1".split(' '));
+    assert_done(&mut text);
+}
