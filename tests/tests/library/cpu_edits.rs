@@ -5,13 +5,25 @@ use serde_json::{Value, json};
 use std::time::Duration;
 
 use strandlight_cpu::{CpuRenderer, InteractiveRenderer};
-use strandlight_formats::{CameraSection, MotionSection, SrbfLight, WindSection};
+use strandlight_formats::{CameraSection, MotionSection, ProxySection, SrbfLight, WindSection};
 use strandlight_runtime::script::Script;
 use strandlight_runtime::{Display, InteractiveBackend, Session, Viewer};
 use strandlight_scene::Backend;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 
 const SIZE: [u32; 2] = [24, 16];
+
+/// Beside the hair of [`curtain`], and in the picture.
+fn head() -> ProxySection {
+    ProxySection::ellipsoid([2.0, -2.0, 0.0], [1.0, 2.0, 1.0])
+}
+
+fn ground() -> ProxySection {
+    ProxySection::Ground {
+        height: -6.0,
+        albedo: [0.5, 0.4, 0.3],
+    }
+}
 
 /// Draws after each step of `script`, and of a fresh viewer of the same document at the same time.
 fn check(session: &Session, script: Value) {
@@ -95,6 +107,7 @@ fn interactive_pictures_end_as_fresh_ones() {
     let at = write_small_scene(folder.path(), &hair, lights.collect(), |scene| {
         scene.hair.diameter_cm = Some(0.1);
         scene.render.size = SIZE;
+        scene.proxies = vec![head()];
     });
     let session = Session::open(&at).expect("a scene");
     let mut viewer = interactive(session.clone());
@@ -238,6 +251,34 @@ fn edits_run_only_the_stages_that_they_touch() {
     }
 }
 
+/// Light on what stands beside the hair is found for all colours and views at once.
+#[test]
+fn light_on_proxies_is_kept() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.proxies = vec![head(), ground()];
+    });
+    let viewer = Viewer::on(Session::open(&at).expect("a scene"), |scene| {
+        Ok(Box::new(CpuRenderer::new(scene)) as Box<dyn Backend>)
+    });
+    let mut viewer = viewer.expect("a scene that can be drawn");
+    viewer.frame(SIZE, 4).expect("a picture");
+    for (keys, is_found) in [
+        (json!({"hair.eta": 1.7}), false),
+        (json!({"lights.tint": [1, 0.5, 0.2]}), false),
+        (json!({"lights.muted": [1]}), false),
+        (json!({"lights.muted": []}), false),
+        (json!({"camera.position": [1, -2, 12]}), false),
+        (json!({"lights.rotate_deg": 40}), true),
+        (json!({"hair.diameter_cm": 0.05}), true),
+        (json!({"proxy.0.albedo": [0.1, 0.1, 0.1]}), true),
+    ] {
+        let found = stages(&mut viewer, keys.clone());
+        assert_eq!(found.contains(&"light on proxies"), is_found, "{keys}");
+    }
+}
+
 #[test]
 fn slow_edits_draw_what_a_fresh_scene_draws() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -259,6 +300,7 @@ fn slow_edits_draw_what_a_fresh_scene_draws() {
                     wind: Some(WindSection::default()),
                     ..MotionSection::default()
                 });
+                scene.proxies = vec![head(), ground()];
             },
         );
         let session = Session::open(&at).expect("a scene");
