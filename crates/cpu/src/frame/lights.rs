@@ -1,10 +1,16 @@
 //! The lights of the scene as stages read them.
 
+use strandlight_formats::SrbfLight;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan};
+use strandlight_scene::volume::{largest, power};
 
 use super::{Frame, Stage};
+
+/// Share of all power up to which a light that should have maps may do without: four times that from
+/// which on it gets some.
+const LITTLE: f32 = 0.008;
 
 /// The lights of a scene, and which maps they get.
 pub(super) struct Lights {
@@ -29,7 +35,7 @@ impl Frame {
             light.rgb = *rgb;
         }
         let mut plan = ShadowPlan::new(&lights, &scene.strands, scene.shadow_maps);
-        if scene.reference_amplitudes.is_some() || !serves(&plan, &now) {
+        if scene.reference_amplitudes.is_some() || !serves(&plan, &now, &scene.lights) {
             plan = now;
         }
         let before = self.lights.take();
@@ -67,10 +73,14 @@ impl Frame {
     }
 }
 
-/// Has `plan` maps of all lights that have some by the plan `now`? Amplitudes share out the maps, but
-/// those of other amplitudes are as right.
-fn serves(plan: &ShadowPlan, now: &ShadowPlan) -> bool {
-    let mut pairs = plan.slots.iter().zip(&now.slots);
+/// Has `plan` maps of all `lights` that have some by the plan `now`, but for some of hardly any power?
+/// Amplitudes share out the maps, but those of other amplitudes are as right; and a light that is tinted
+/// or off lifts others just above the share from which on there are maps, which is no reason to draw all
+/// of them again.
+fn serves(plan: &ShadowPlan, now: &ShadowPlan, lights: &[SrbfLight]) -> bool {
+    let power: Vec<f32> = lights.iter().map(|light| largest(power(light))).collect();
+    let least = LITTLE * power.iter().sum::<f32>();
+    let mut pairs = plan.slots.iter().zip(&now.slots).zip(&power);
     plan.slots.len() == now.slots.len()
-        && pairs.all(|(slot, now)| *slot != NO_SLOT || *now == NO_SLOT)
+        && pairs.all(|((slot, now), power)| *slot != NO_SLOT || *now == NO_SLOT || *power < least)
 }
