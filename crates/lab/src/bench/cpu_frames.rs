@@ -125,7 +125,8 @@ impl PictureCost {
 }
 
 /// An edit of a scene that is drawn; its argument says whether to edit there or back.
-pub(super) type Edit = Box<dyn Fn(&mut dyn Backend, &PreparedScene, bool) -> Result<(), RenderError>>;
+pub(super) type Edit =
+    Box<dyn Fn(&mut dyn Backend, &PreparedScene, bool) -> Result<(), RenderError>>;
 
 /// Names of the edits of a uniform parameter of the hair, which Xu's frame rates are of.
 pub const HAIR_EDITS: [&str; 3] = ["colour of the hair", "widths", "index of refraction"];
