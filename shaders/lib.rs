@@ -86,7 +86,6 @@ modules!(
     "pass/composite",
     "pass/deform",
     "pass/display",
-    "pass/mesh_light",
     "pass/meshes",
     "pass/multiple_tables",
     "pass/noise",

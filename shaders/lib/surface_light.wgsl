@@ -1,4 +1,4 @@
-// Light that reaches the surfaces of proxies through the hair. Twin: crates/cpu/src/proxies.rs.
+// Light that reaches the surfaces of proxies through the hair. Twin: crates/cpu/src/proxy_light.rs.
 // #import lib/grid
 
 // What directions at or below the horizon weigh, so that there is a mean where all of them are.

@@ -40,38 +40,75 @@ pub(super) struct Arriving {
     n_filled: usize,
     /// Places where they are not yet; all where there are none given.
     missing: Option<Vec<u32>>,
-    /// `[place][number][column]`, unorm16: the unblocked share; three depths, see
+    /// `[place][number][column]`, whole vectors of columns, unorm16: the unblocked share; three depths, see
     /// [`ShadowRecords`](strandlight_scattering::wide::ShadowRecords), over [`MOST_DEPTH`]; the sine of
     /// the inclination of the hair that the light passes.
     numbers: Vec<u16>,
+}
+
+/// Eight columns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Columns {
+    columns: [usize; LANES],
+    /// One follows the other.
+    is_row: bool,
+}
+
+impl Columns {
+    /// At most eight columns; the last one takes the place of missing ones.
+    pub fn new(columns: &[usize]) -> Columns {
+        let last = columns.len().saturating_sub(1);
+        Columns {
+            columns: std::array::from_fn(|lane| {
+                columns.get(lane.min(last)).copied().unwrap_or_default()
+            }),
+            is_row: columns.first().is_some_and(|first| first % LANES == 0)
+                && columns.windows(2).all(|pair| pair[0] + 1 == pair[1]),
+        }
+    }
 }
 
 /// What arrives at one point, by column.
 #[derive(Clone, Copy)]
 pub(super) struct AtPoint<'a> {
     numbers: &'a [u16],
+    /// Numbers of a row, whole vectors.
     n: usize,
 }
 
 impl AtPoint<'_> {
-    /// Unblocked share of a light.
+    /// Unblocked shares.
     #[inline(always)]
-    pub fn unblocked(&self, column: usize) -> f32 {
-        f32::from(self.numbers[column]) * (1.0 / ONE)
+    pub fn unblocked(&self, columns: &Columns) -> [f32; LANES] {
+        self.eight(0, columns, 1.0)
     }
 
     /// Three depths, and the sine of the inclination.
     #[inline(always)]
-    pub fn record(&self, column: usize) -> [f32; 4] {
-        let at = |number: usize, one: f32| {
-            f32::from(self.numbers[number * self.n + column]) * (one / ONE)
-        };
+    pub fn records(&self, columns: &Columns) -> [[f32; LANES]; 4] {
         [
-            at(1, MOST_DEPTH),
-            at(2, MOST_DEPTH),
-            at(3, MOST_DEPTH),
-            at(4, 1.0),
+            self.eight(1, columns, MOST_DEPTH),
+            self.eight(2, columns, MOST_DEPTH),
+            self.eight(3, columns, MOST_DEPTH),
+            self.eight(4, columns, 1.0),
         ]
+    }
+
+    #[inline(always)]
+    fn eight(&self, number: usize, columns: &Columns, one: f32) -> [f32; LANES] {
+        let row = &self.numbers[number * self.n..][..self.n];
+        let mut values = [0.0; LANES];
+        if columns.is_row {
+            let numbers = &row[columns.columns[0]..][..LANES];
+            for (value, number) in values.iter_mut().zip(numbers) {
+                *value = f32::from(*number) * (one / ONE);
+            }
+        } else {
+            for (value, column) in values.iter_mut().zip(columns.columns) {
+                *value = f32::from(row[column]) * (one / ONE);
+            }
+        }
+        values
     }
 }
 
@@ -92,13 +129,18 @@ impl Arriving {
             lights: lights.to_vec(),
             n_filled: 0,
             missing: None,
-            numbers: vec![0; N_NUMBERS * lights.len() * n_places],
+            numbers: vec![0; N_NUMBERS * lights.len().next_multiple_of(LANES) * n_places],
         }
+    }
+
+    /// Numbers of a row.
+    fn row(&self) -> usize {
+        self.lights.len().next_multiple_of(LANES)
     }
 
     /// The same of other visible points: what is there of those that were visible `before` is kept.
     pub fn of_view(&self, before: &[u32], visible: &[u32]) -> Arriving {
-        let per_point = N_NUMBERS * self.lights.len();
+        let per_point = N_NUMBERS * self.row();
         let mut arriving = Arriving::new(&self.lights, visible.len());
         let mut missing = Vec::new();
         let mut was = (0..).zip(before).peekable();
@@ -171,9 +213,10 @@ impl Arriving {
         };
         let level = Level::new();
         let n_lanes = lifts.len();
-        let per_point = N_NUMBERS * n;
+        let n_row = self.row();
+        let per_point = N_NUMBERS * n_row;
         let write = |numbers: &mut [u16], row: [[u16; LANES]; N_NUMBERS]| {
-            for (numbers, row) in numbers.chunks_exact_mut(n).zip(row) {
+            for (numbers, row) in numbers.chunks_exact_mut(n_row).zip(row) {
                 numbers[first..first + n_lanes].copy_from_slice(&row[..n_lanes]);
             }
         };
@@ -215,7 +258,7 @@ impl Arriving {
 
     /// Takes the unblocked shares that shadow maps found, of the lights that have some.
     pub fn take_shares(&mut self, all: &[LightRecord], unblocked: &Unblocked, visible: &[u32]) {
-        let n = self.lights.len();
+        let per_point = N_NUMBERS * self.row();
         let columns: Vec<(usize, u32)> = self
             .lights
             .iter()
@@ -224,11 +267,11 @@ impl Arriving {
             .filter(|(_, slot)| *slot != NO_SLOT && unblocked.has(*slot))
             .collect();
         self.numbers
-            .par_chunks_mut(N_NUMBERS * n * CHUNK)
+            .par_chunks_mut(per_point * CHUNK)
             .zip(visible.par_chunks(CHUNK))
             .enumerate()
             .for_each(|(chunk, (numbers, points))| {
-                let places = numbers.chunks_exact_mut(N_NUMBERS * n).zip(points);
+                let places = numbers.chunks_exact_mut(per_point).zip(points);
                 for (ix, (numbers, &point)) in places.enumerate() {
                     let at = VisiblePoint {
                         place: CHUNK * chunk + ix,
@@ -244,7 +287,7 @@ impl Arriving {
     /// At a visible point.
     #[inline(always)]
     pub fn at(&self, place: usize) -> AtPoint<'_> {
-        let n = self.lights.len();
+        let n = self.row();
         AtPoint {
             numbers: &self.numbers[N_NUMBERS * n * place..][..N_NUMBERS * n],
             n,
@@ -306,8 +349,32 @@ mod tests {
         }
         let other = arriving.of_view(&[3, 7, 9], &[1, 3, 8, 9, 12]);
         assert_eq!(other.missing, Some(vec![0, 2, 4]));
-        assert_eq!(other.numbers[10..20], arriving.numbers[..10]);
-        assert_eq!(other.numbers[30..40], arriving.numbers[20..]);
-        assert!(!other.is_filled() && other.numbers.len() == 50);
+        // Five numbers of eight columns each.
+        assert_eq!(other.numbers[40..80], arriving.numbers[..40]);
+        assert_eq!(other.numbers[120..160], arriving.numbers[80..]);
+        assert!(!other.is_filled() && other.numbers.len() == 200);
+    }
+
+    #[test]
+    fn columns_are_the_same_in_a_row_and_one_by_one() {
+        let mut arriving = Arriving::new(&[0; 11], 2);
+        for (ix, number) in arriving.numbers.iter_mut().enumerate() {
+            *number = 7 * ix as u16;
+        }
+        let at = arriving.at(1);
+        for columns in [&[0, 1, 2, 3, 4, 5, 6, 7][..], &[8, 9, 10]] {
+            let row = Columns::new(columns);
+            let apart = Columns {
+                is_row: false,
+                ..row
+            };
+            assert!(row.is_row);
+            let n = columns.len();
+            assert_eq!(at.unblocked(&row)[..n], at.unblocked(&apart)[..n]);
+            for (row, apart) in at.records(&row).iter().zip(at.records(&apart)) {
+                assert_eq!(row[..n], apart[..n]);
+            }
+        }
+        assert!(!Columns::new(&[0, 2, 3]).is_row && !Columns::new(&[3, 4]).is_row);
     }
 }

@@ -37,6 +37,7 @@ mod interactive;
 mod list;
 mod project;
 mod proxies;
+mod proxy_light;
 mod raster;
 mod renderer;
 mod screen_point;

@@ -102,19 +102,20 @@ pub(super) struct VisibilityList {
     pub counts: [u64; 2],
 }
 
-/// A list that is being made, some tiles at a time.
+/// A list that is being made, some segments and then some tiles at a time.
 pub(super) struct Listing {
     points: Vec<ScreenPoint>,
+    /// Of the segments, a [`CHUNK`] each, as far as they are sorted into tiles.
     bins: Vec<Bins>,
-    tiles_across: u32,
-    n_tiles: usize,
+    /// Columns and rows of tiles.
+    n_tiles: [u32; 2],
     tiles: Vec<Tile>,
     /// Of the meshes, once they were asked for.
     triangles: Option<Triangles>,
 }
 
 impl Listing {
-    /// Projects `strands` as `view` sees them, and sorts their segments into tiles.
+    /// Projects `strands` as `view` sees them.
     pub fn new(view: &ViewUniform, strands: &Strands) -> Listing {
         let points: Vec<ScreenPoint> = strands
             .points
@@ -122,36 +123,40 @@ impl Listing {
             .zip(&strands.tangents)
             .map(|(point, tangent)| screen_point(view, point, tangent))
             .collect();
-        let [width, height] = view.size;
-        let tiles = [width.div_ceil(TILE), height.div_ceil(TILE)];
-        let bins: Vec<Bins> = strands
-            .segments
-            .par_chunks(CHUNK)
-            .map(|segments| Bins::new(segments, &points, tiles))
-            .collect();
         Listing {
             points,
-            bins,
-            tiles_across: tiles[0],
-            n_tiles: (tiles[0] * tiles[1]) as usize,
+            bins: Vec::new(),
+            n_tiles: view.size.map(|n| n.div_ceil(TILE)),
             tiles: Vec::new(),
             triangles: None,
         }
     }
 
-    /// Makes the next tiles, strands before and behind what is `beside` them; answers whether all are done.
-    pub fn step(&mut self, view: &ViewUniform, beside: &Beside) -> bool {
+    /// Sorts the next segments into tiles, or makes the next tiles, `strands` before and behind what is
+    /// `beside` them; answers whether all are done.
+    pub fn step(&mut self, view: &ViewUniform, strands: &Strands, beside: &Beside) -> bool {
+        let n_threads = rayon::current_num_threads();
+        let chunks = strands.segments.par_chunks(CHUNK);
+        if self.bins.len() < chunks.len() {
+            let chunks = chunks.skip(self.bins.len()).take(n_threads);
+            let (points, n_tiles) = (&self.points, self.n_tiles);
+            self.bins
+                .par_extend(chunks.map(|segments| Bins::new(segments, points, n_tiles)));
+            return false;
+        }
         let [width, height] = view.size;
         let triangles = &*self
             .triangles
             .get_or_insert_with(|| Triangles::new(view, beside));
         let level = Level::new();
-        let end = (self.tiles.len() + TILES_AT_ONCE).min(self.n_tiles);
+        let [n_across, n_down] = self.n_tiles;
+        let n_tiles = (n_across * n_down) as usize;
+        let end = (self.tiles.len() + TILES_AT_ONCE * n_threads).min(n_tiles);
         let tiles: Vec<Tile> = (self.tiles.len()..end)
             .into_par_iter()
             .map_init(Scratch::default, |scratch, ix| {
-                let x = TILE * (ix as u32 % self.tiles_across);
-                let y = TILE * (ix as u32 / self.tiles_across);
+                let x = TILE * (ix as u32 % n_across);
+                let y = TILE * (ix as u32 / n_across);
                 let size = [TILE.min(width - x), TILE.min(height - y)];
                 scratch.start(view, (beside, triangles), [x, y], size);
                 let ribbons = self.bins.iter().flat_map(|bins| bins.of_tile(ix));
@@ -161,7 +166,7 @@ impl Listing {
             })
             .collect();
         self.tiles.extend(tiles);
-        end == self.n_tiles
+        end == n_tiles
     }
 
     /// The list.
@@ -180,7 +185,7 @@ impl VisibilityList {
     #[cfg(test)]
     pub fn new(view: &ViewUniform, strands: &Strands, beside: &Beside) -> VisibilityList {
         let mut listing = Listing::new(view, strands);
-        while !listing.step(view, beside) {}
+        while !listing.step(view, strands, beside) {}
         listing.finish()
     }
 
@@ -327,8 +332,8 @@ impl Bins {
     }
 }
 
-/// Tiles that are made at a time.
-const TILES_AT_ONCE: usize = 256;
+/// Tiles that are made at a time, for each thread.
+const TILES_AT_ONCE: usize = 24;
 
 /// A ribbon in a pixel, until nothing can come before it any more.
 #[derive(Clone, Copy)]

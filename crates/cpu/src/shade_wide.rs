@@ -18,7 +18,8 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::{NO_SLOT, THROUGH_SLOT};
 
-use super::arriving::{Arriving, AtPoint};
+use super::arriving::{Arriving, AtPoint, Columns};
+use super::frame::kept::{half, n_numbers};
 use super::shade::{Counts, Terms};
 use super::transmittance::mix;
 use super::unblocked::{Unblocked, VisiblePoint};
@@ -39,34 +40,67 @@ pub(super) struct WideShader<'a> {
     terms: Terms,
     /// Of drafts, which leave to chance what hardly counts.
     peaks: Option<Peaks>,
-    /// The lights that are not black.
-    lights: Vec<Light>,
+    /// Colours of the lights that are not black, and their columns in [`Arriving`].
+    colors: Vec<[f32; 3]>,
+    columns: Vec<usize>,
+    /// The same lights, eight at a time.
+    lights: Vec<EightLights>,
     /// The same for single scattering.
     wide: WideLights,
 }
 
-/// A light as shading reads it.
-#[derive(Clone, Copy)]
-struct Light {
-    /// Its column in [`Arriving`].
-    column: usize,
-    direction: [f32; 3],
-    lambda: f32,
-    rgb: [f32; 3],
-    solid_angle: f32,
-    power: f32,
-    has_map: bool,
-    forward_weight: f32,
+/// Up to eight lights as shading reads them; missing lanes repeat the last one, and give nothing.
+struct EightLights {
+    n: usize,
+    columns: Columns,
+    /// Towards them: x, y, z.
+    direction: [[f32; LANES]; 3],
+    lambda: [f32; LANES],
+    rgb: [[f32; LANES]; 3],
+    brightest: [f32; LANES],
+    solid_angle: [f32; LANES],
+    power: [f32; LANES],
+    /// How much of TT's share is that of the light through to the eye.
+    forward_weight: [f32; LANES],
+}
+
+impl EightLights {
+    /// Of at most eight lights and their columns.
+    fn new(lights: &[(usize, &LightRecord)]) -> EightLights {
+        let columns: Vec<usize> = lights.iter().map(|(column, _)| *column).collect();
+        let last = lights.len() - 1;
+        let of = |number: &dyn Fn(&LightRecord) -> f32| -> [f32; LANES] {
+            std::array::from_fn(|lane| number(lights[lane.min(last)].1))
+        };
+        let mut solid_angle = of(&|light| light.solid_angle);
+        solid_angle[lights.len()..].fill(0.0);
+        EightLights {
+            n: lights.len(),
+            columns: Columns::new(&columns),
+            direction: [0, 1, 2].map(|axis: usize| of(&|light| light.direction[axis])),
+            lambda: of(&|light| light.lambda),
+            rgb: [0, 1, 2].map(|channel: usize| of(&|light| light.rgb[channel])),
+            brightest: of(&|light| light.rgb[0].max(light.rgb[1]).max(light.rgb[2])),
+            solid_angle,
+            power: of(&|light| light.power),
+            forward_weight: of(&|light| match light.shadow_index {
+                NO_SLOT => 0.0,
+                _ => light.forward_weight,
+            }),
+        }
+    }
 }
 
 /// What a thread shades points in.
 #[derive(Default)]
 struct Scratch {
     responses: Responses,
-    /// By light.
-    unblocked: Vec<f32>,
-    unblocked_tt: Vec<f32>,
-    weights: Vec<f32>,
+    /// By light, whole vectors.
+    unblocked: Vec<[f32; LANES]>,
+    unblocked_tt: Vec<[f32; LANES]>,
+    weights: Vec<[f32; LANES]>,
+    /// By channel and light, whole vectors: radiance for an amplitude of 1.
+    of_lights: [Vec<[f32; LANES]>; 3],
 }
 
 impl<'a> WideShader<'a> {
@@ -80,24 +114,13 @@ impl<'a> WideShader<'a> {
         through: Option<&'a Unblocked>,
         peaks: Option<Peaks>,
     ) -> WideShader<'a> {
-        let light = |(column, &ix): (usize, &u32)| {
-            let light = &lights[ix as usize];
-            Light {
-                column,
-                direction: light.direction,
-                lambda: light.lambda,
-                rgb: light.rgb,
-                solid_angle: light.solid_angle,
-                power: light.power,
-                has_map: light.shadow_index != NO_SLOT,
-                forward_weight: light.forward_weight,
-            }
-        };
         let columns = arriving.lights.iter().enumerate();
-        let lights = columns.map(light).filter(|light| light.power > 0.0);
-        let lights: Vec<Light> = lights.collect();
-        let directions: Vec<[f32; 3]> = lights.iter().map(|light| light.direction).collect();
-        let lambdas: Vec<f32> = lights.iter().map(|light| light.lambda).collect();
+        let lit: Vec<(usize, &LightRecord)> = columns
+            .map(|(column, &ix)| (column, &lights[ix as usize]))
+            .filter(|(_, light)| light.power > 0.0)
+            .collect();
+        let directions: Vec<[f32; 3]> = lit.iter().map(|(_, light)| light.direction).collect();
+        let lambdas: Vec<f32> = lit.iter().map(|(_, light)| light.lambda).collect();
         let shading = scene.hair.optics().shading(scene.tables.view());
         WideShader {
             scene,
@@ -110,35 +133,89 @@ impl<'a> WideShader<'a> {
             peaks,
             shading,
             wide: WideLights::new(&directions, &lambdas),
-            lights,
+            colors: lit.iter().map(|(_, light)| light.rgb).collect(),
+            columns: lit.iter().map(|(column, _)| *column).collect(),
+            lights: lit.chunks(LANES).map(EightLights::new).collect(),
         }
     }
 
     /// Radiance of some visible points, rgb times the view's radiance scale and zero.
     pub fn shade(&self, places: &[u32], visible: &[u32]) -> (Vec<[f32; 4]>, Counts) {
         let mut radiance = vec![[0.0; 4]; places.len()];
-        let level = Level::new();
         let counts = radiance
             .par_chunks_mut(CHUNK)
             .zip(places.par_chunks(CHUNK))
             .map_init(Scratch::default, |scratch, (radiance, places)| {
-                let mut counts = Counts::default();
-                dispatch!(level, simd => {
-                    for (radiance, &place) in radiance.iter_mut().zip(places) {
-                        let at = VisiblePoint {
-                            place: place as usize,
-                            point: visible[place as usize] as usize,
-                        };
-                        let sum = self.point(simd, at, scratch, &mut counts);
-                        for (value, sum) in radiance.iter_mut().zip(sum) {
-                            *value = sum * self.view.radiance_scale;
-                        }
-                    }
-                });
-                counts
+                self.points(places, visible, radiance, None, scratch)
             })
             .reduce(Counts::default, Counts::and);
         (radiance, counts)
+    }
+
+    /// [`WideShader::shade`], and by place what is [kept](super::frame::kept) of it.
+    pub fn shade_and_keep(
+        &self,
+        places: &[u32],
+        visible: &[u32],
+    ) -> (Vec<[f32; 4]>, Counts, Vec<u16>) {
+        let n = n_numbers(self.arriving.lights.len());
+        let mut radiance = vec![[0.0; 4]; places.len()];
+        let mut kept = vec![0; n * places.len()];
+        let counts = radiance
+            .par_chunks_mut(CHUNK)
+            .zip(kept.par_chunks_mut(CHUNK * n.max(1)))
+            .zip(places.par_chunks(CHUNK))
+            .map_init(Scratch::default, |scratch, ((radiance, kept), places)| {
+                self.points(places, visible, radiance, Some(kept), scratch)
+            })
+            .reduce(Counts::default, Counts::and);
+        (radiance, counts, kept)
+    }
+
+    fn points(
+        &self,
+        places: &[u32],
+        visible: &[u32],
+        radiance: &mut [[f32; 4]],
+        mut kept: Option<&mut [u16]>,
+        scratch: &mut Scratch,
+    ) -> Counts {
+        let n = n_numbers(self.arriving.lights.len());
+        let mut counts = Counts::default();
+        dispatch!(Level::new(), simd => {
+            for (ix, (radiance, &place)) in radiance.iter_mut().zip(places).enumerate() {
+                let at = VisiblePoint {
+                    place: place as usize,
+                    point: visible[place as usize] as usize,
+                };
+                let sum = self.point(simd, at, kept.is_some(), scratch, &mut counts);
+                for (value, sum) in radiance.iter_mut().zip(sum) {
+                    *value = sum * self.view.radiance_scale;
+                }
+                if let Some(kept) = &mut kept {
+                    self.keep(scratch, &mut kept[n * ix..][..n]);
+                }
+            }
+        });
+        counts
+    }
+
+    /// Writes down what each light came to at a point.
+    #[inline(always)]
+    fn keep(&self, scratch: &Scratch, kept: &mut [u16]) {
+        let n_row = kept.len() / 3;
+        for (row, of_lights) in kept.chunks_exact_mut(n_row.max(1)).zip(&scratch.of_lights) {
+            let of_lights = of_lights.as_flattened();
+            if self.columns.len() == self.arriving.lights.len() {
+                for (kept, value) in row.iter_mut().zip(of_lights) {
+                    *kept = half(*value);
+                }
+            } else {
+                for (&column, value) in self.columns.iter().zip(of_lights) {
+                    row[column] = half(*value);
+                }
+            }
+        }
     }
 
     /// What the eye sees at a point.
@@ -147,6 +224,7 @@ impl<'a> WideShader<'a> {
         &self,
         simd: S,
         at: VisiblePoint,
+        is_kept: bool,
         scratch: &mut Scratch,
         counts: &mut Counts,
     ) -> [f32; 3] {
@@ -166,30 +244,48 @@ impl<'a> WideShader<'a> {
             unblocked,
             unblocked_tt,
             weights,
+            of_lights,
         } = scratch;
+        if is_kept {
+            for of_lights in of_lights.iter_mut() {
+                of_lights.clear();
+                of_lights.resize(self.lights.len(), [0.0; LANES]);
+            }
+        }
         unblocked.clear();
         unblocked_tt.clear();
-        for light in &self.lights {
-            let share = arriving.unblocked(light.column);
-            let share_tt = match through {
-                Some(through) if light.has_map => mix(share, through, light.forward_weight),
-                _ => share,
-            };
-            unblocked.push(share);
-            unblocked_tt.push(share_tt);
+        for lights in &self.lights {
+            let shares = arriving.unblocked(&lights.columns);
+            let mut shares_tt = shares;
+            if let Some(through) = through {
+                for (share, weight) in shares_tt.iter_mut().zip(&lights.forward_weight) {
+                    *share = mix(*share, through, *weight);
+                }
+            }
+            unblocked.push(shares);
+            unblocked_tt.push(shares_tt);
         }
         let terms = &self.terms;
+        let n_lights = self.colors.len();
         let mut sum = [0.0; 3];
         if terms.bits & TERM_SINGLE != 0 {
             weights.clear();
             let mut n = 0;
-            for (ix, light) in self.lights.iter().enumerate() {
-                let share = unblocked[ix].max(unblocked_tt[ix]);
-                let is_wanted = share * light.power >= terms.min_power;
-                n += u64::from(is_wanted);
-                let brightest = light.rgb[0].max(light.rgb[1]).max(light.rgb[2]);
-                weights.push(if is_wanted { share * brightest } else { 0.0 });
+            for (lights, (unblocked, unblocked_tt)) in
+                self.lights.iter().zip(unblocked.iter().zip(&*unblocked_tt))
+            {
+                let mut of_lights = [0.0; LANES];
+                for lane in 0..lights.n {
+                    let share = unblocked[lane].max(unblocked_tt[lane]);
+                    if share * lights.power[lane] >= terms.min_power {
+                        n += 1;
+                        of_lights[lane] = share * lights.brightest[lane];
+                    }
+                }
+                weights.push(of_lights);
             }
+            let weights = weights.as_flattened();
+            let (unblocked, unblocked_tt) = (unblocked.as_flattened(), unblocked_tt.as_flattened());
             let roulette = self.peaks.map(|peaks| Roulette {
                 tolerance: TOLERANCE,
                 peaks,
@@ -207,22 +303,36 @@ impl<'a> WideShader<'a> {
                 } else {
                     unblocked[ix]
                 };
-                let light = &self.lights[ix];
+                let rgb = &self.colors[ix];
                 for (channel, sum) in sum.iter_mut().enumerate() {
-                    *sum += light.rgb[channel] * share * entry.rgb[channel];
+                    *sum += rgb[channel] * share * entry.rgb[channel];
+                }
+                if is_kept {
+                    for (of_lights, value) in of_lights.iter_mut().zip(entry.rgb) {
+                        of_lights.as_flattened_mut()[ix] += share * value;
+                    }
                 }
             }
             counts.terms[0][0] += n;
-            counts.terms[0][1] += self.lights.len() as u64 - n;
+            counts.terms[0][1] += n_lights as u64 - n;
         }
         if terms.bits & (TERM_LOCAL | TERM_GLOBAL) != 0 {
             let mut sums = [f32x8::splat(simd, 0.0); 3];
-            for (lights, unblocked) in self.lights.chunks(LANES).zip(unblocked.chunks(LANES)) {
-                self.add_multiple(simd, lights, unblocked, &arriving, &place, &mut sums);
-                for (term, bit) in [(1, TERM_LOCAL), (2, TERM_GLOBAL), (3, TERM_LOCAL)] {
-                    if terms.bits & bit != 0 {
-                        counts.terms[term][0] += lights.len() as u64;
+            for (ix, (lights, unblocked)) in self.lights.iter().zip(&*unblocked).enumerate() {
+                let found = self.multiple(simd, lights, unblocked, &arriving, &place);
+                for channel in 0..3 {
+                    let rgb = f32x8::load_array_ref(simd, &lights.rgb[channel]);
+                    sums[channel] += rgb * found[channel];
+                    if is_kept {
+                        let of_lights = &mut of_lights[channel][ix];
+                        let sum = f32x8::load_array_ref(simd, of_lights) + found[channel];
+                        sum.store_array(of_lights);
                     }
+                }
+            }
+            for (term, bit) in [(1, TERM_LOCAL), (2, TERM_GLOBAL), (3, TERM_LOCAL)] {
+                if terms.bits & bit != 0 {
+                    counts.terms[term][0] += n_lights as u64;
                 }
             }
             for (sum, sums) in sum.iter_mut().zip(sums) {
@@ -233,68 +343,36 @@ impl<'a> WideShader<'a> {
         sum
     }
 
-    /// Adds global, local and direct local scattering of up to eight lights.
+    /// Global, local and direct local scattering of up to eight lights, for an amplitude of 1 each.
     #[inline(always)]
-    fn add_multiple<S: Simd>(
+    fn multiple<S: Simd>(
         &self,
         simd: S,
-        lights: &[Light],
-        unblocked: &[f32],
+        lights: &EightLights,
+        unblocked: &[f32; LANES],
         arriving: &AtPoint,
         place: &Place,
-        sums: &mut [f32x8<S>; 3],
-    ) {
+    ) -> [f32x8<S>; 3] {
         let bits = self.terms.bits;
         let [density_forward, density_back] = self.terms.densities;
-        // Missing lanes repeat the last light, and give nothing.
-        let mut columns = [[0.0; LANES]; 13];
-        for lane in 0..LANES {
-            let ix = lane.min(lights.len() - 1);
-            let light = &lights[ix];
-            let [x, y, z] = light.direction;
-            let [r, g, b] = light.rgb;
-            let solid_angle = if lane == ix { light.solid_angle } else { 0.0 };
-            let [d_1, d_2, d_3, sine] = arriving.record(light.column);
-            let numbers = [
-                x,
-                y,
-                z,
-                light.lambda,
-                r,
-                g,
-                b,
-                solid_angle,
-                unblocked[ix],
-                d_1,
-                d_2,
-                d_3,
-                sine,
-            ];
-            for (column, number) in columns.iter_mut().zip(numbers) {
-                column[lane] = number;
-            }
-        }
         // Loops and no closures around vectors, which would be compiled without the instruction set.
         let zero = f32x8::splat(simd, 0.0);
-        let mut numbers = [zero; 13];
-        for (number, column) in numbers.iter_mut().zip(&columns) {
-            *number = f32x8::load_array_ref(simd, column);
+        let [x, y, z] = &lights.direction;
+        let x = f32x8::load_array_ref(simd, x);
+        let y = f32x8::load_array_ref(simd, y);
+        let z = f32x8::load_array_ref(simd, z);
+        let lambda = f32x8::load_array_ref(simd, &lights.lambda);
+        let solid_angle = f32x8::load_array_ref(simd, &lights.solid_angle);
+        let unblocked = f32x8::load_array_ref(simd, unblocked);
+        let mut rgb = [zero; 3];
+        for (channel, numbers) in rgb.iter_mut().zip(&lights.rgb) {
+            *channel = f32x8::load_array_ref(simd, numbers);
         }
-        let [
-            x,
-            y,
-            z,
-            lambda,
-            r,
-            g,
-            b,
-            solid_angle,
-            unblocked,
-            d_1,
-            d_2,
-            d_3,
-            sine,
-        ] = numbers;
+        let mut numbers = [zero; 4];
+        for (number, record) in numbers.iter_mut().zip(&arriving.records(&lights.columns)) {
+            *number = f32x8::load_array_ref(simd, record);
+        }
+        let [d_1, d_2, d_3, sine] = numbers;
         let mut along = [zero; 3];
         for (along, axis) in along.iter_mut().zip(&place.frame) {
             *along = x * axis[0] + y * axis[1] + z * axis[2];
@@ -303,7 +381,6 @@ impl<'a> WideShader<'a> {
         let view = &place.view;
         let cos_delta = at.cos_phi * view.cos_phi + at.sin_phi * view.sin_phi;
         let cos_delta = cos_delta.min(1.0).max(-1.0);
-        let rgb = [r, g, b];
         let record = ShadowRecords {
             depths: [d_1, d_2, d_3],
             sin_theta: sine,
@@ -320,6 +397,7 @@ impl<'a> WideShader<'a> {
                 self.tables
                     .direct_at_lights(at.theta, at.cos_theta, view.theta, cos_delta, lambda);
         }
+        let mut found = [zero; 3];
         for channel in 0..3 {
             let mut scattered = direct[channel] * unblocked * density_back;
             let gained = forward.gained[channel] * density_forward;
@@ -329,8 +407,9 @@ impl<'a> WideShader<'a> {
             if has_local {
                 scattered += gained * local[channel] * density_back;
             }
-            sums[channel] += rgb[channel] * solid_angle * scattered;
+            found[channel] = solid_angle * scattered;
         }
+        found
     }
 }
 

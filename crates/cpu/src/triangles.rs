@@ -19,6 +19,7 @@ const NEXT_TO_EYE: f32 = 0.01;
 const REACH: f32 = 1.0;
 
 /// A triangle of a mesh as the eye sees it.
+#[derive(Clone)]
 struct Triangle {
     /// For each corner, the side of the plane through the eye and the other two: a constant, and
     /// the growth along x and y.
@@ -28,6 +29,7 @@ struct Triangle {
 }
 
 /// The triangles of all meshes, sorted into tiles of the picture.
+#[derive(Clone)]
 pub(super) struct Triangles {
     triangles: Vec<Triangle>,
     tiles: [u32; 2],

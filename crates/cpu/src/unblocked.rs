@@ -4,6 +4,8 @@
 //! once, and what is above nothing that is looked up is not drawn. Strands side by side are drawn one after the other and texels
 //! side by side lie together, so that most of the memory that is touched is in a cache.
 
+use std::ops::Range;
+
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::wide::prelude::*;
@@ -19,6 +21,9 @@ const MAX_MAP_BYTES: usize = 256 << 20;
 
 /// Bytes that a map at work needs for each point of the hair, about.
 const BYTES_PER_POINT: usize = 13;
+
+/// Segments that are drawn into a map at a time.
+const SEGMENTS_AT_ONCE: u32 = 1 << 18;
 
 /// Side of the blocks of a map that are known to be looked up or not, texels.
 const BLOCK: i32 = 16;
@@ -97,11 +102,24 @@ pub(super) struct Casting {
     strips: Strips,
     /// Of [`Strips::seen`], once they were asked for.
     places: Option<beside::Places>,
-    /// What the maps at work are made in.
+    /// What the maps at work are made in, as many as there are at most.
     works: Vec<Work>,
+    /// How far those at work are; they keep in step.
+    part: Part,
     /// Of the slot under way, by place.
     sums: Vec<f32>,
     found: Unblocked,
+}
+
+/// A part of the work on a map.
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    /// Finding where points lie on it, and what is looked up.
+    Project,
+    /// Drawing, from this strip on.
+    Cast(usize),
+    /// Looking it up.
+    Receive,
 }
 
 impl Casting {
@@ -130,6 +148,7 @@ impl Casting {
             n_done: 0,
             places: None,
             works: Vec::new(),
+            part: Part::Project,
             sums: Vec::new(),
             found: Unblocked {
                 shares: vec![Vec::new(); n_slots as usize],
@@ -139,7 +158,7 @@ impl Casting {
         }
     }
 
-    /// Draws as many maps as there are threads and looks them up; answers whether all are done.
+    /// Works some milliseconds on as many maps as there are threads; answers whether all are done.
     pub fn step(&mut self, beside: &Beside) -> bool {
         let rest = &self.views[self.n_done..];
         let largest = rest.iter().map(|view| view.side as usize).max();
@@ -151,15 +170,37 @@ impl Casting {
         self.works
             .resize_with(n.max(self.works.len()), Work::default);
         let strips = &self.strips;
-        let places = &*self.places.get_or_insert_with(|| {
-            let seen = strips.seen.iter();
-            beside.places(seen.map(|seen| strips.position(seen)))
-        });
-        self.works
-            .par_iter_mut()
-            .zip(&rest[..n])
-            .for_each(|(work, view)| work.look_up(view, strips, (beside, places)));
-        for (work, view) in self.works.iter().zip(&rest[..n]) {
+        let works = self.works.par_iter_mut().zip(&rest[..n]);
+        match self.part {
+            Part::Project => {
+                works.for_each(|(work, view)| work.project(view, strips));
+                self.part = Part::Cast(0);
+            }
+            Part::Cast(first) => {
+                let range = strips.some(first);
+                let end = range.end;
+                works.for_each(|(work, view)| work.cast(view, strips, range.clone()));
+                self.part = match end == strips.strips.len() {
+                    true => Part::Receive,
+                    false => Part::Cast(end),
+                };
+            }
+            Part::Receive => {
+                let places = &*self.places.get_or_insert_with(|| {
+                    let seen = strips.seen.iter();
+                    beside.places(seen.map(|seen| strips.position(seen)))
+                });
+                works.for_each(|(work, view)| work.receive(view, strips, (beside, places)));
+                self.add(n);
+                self.part = Part::Project;
+            }
+        }
+        self.n_done == self.views.len()
+    }
+
+    /// Adds the next maps to the shares.
+    fn add(&mut self, n: usize) {
+        for (work, view) in self.works.iter().zip(&self.views[self.n_done..][..n]) {
             self.found.n_texels += work.n_texels;
             self.sums.resize(work.lit.len(), 0.0);
             let weight = view.weight / N_PLACES as f32;
@@ -174,7 +215,6 @@ impl Casting {
             }
         }
         self.n_done += n;
-        self.n_done == self.views.len()
     }
 
     /// What is found so far.
@@ -225,6 +265,19 @@ struct Seen {
 }
 
 impl Strips {
+    /// Strips from `first` on that are drawn at a time.
+    fn some(&self, first: usize) -> Range<usize> {
+        let mut n_segments = 0;
+        let is_enough = |strip: &Strip| {
+            n_segments += strip.n_segments;
+            n_segments >= SEGMENTS_AT_ONCE
+        };
+        match self.strips[first..].iter().position(is_enough) {
+            Some(last) => first..first + last + 1,
+            None => first..self.strips.len(),
+        }
+    }
+
     /// Of a point that is looked up, cm.
     fn position(&self, seen: &Seen) -> Vec3 {
         let [x, y, z, _] = &self.points;
@@ -310,8 +363,23 @@ struct Work {
 }
 
 impl Work {
-    /// Draws a map and looks it up.
-    fn look_up(
+    fn project(&mut self, view: &ShadowView, strips: &Strips) {
+        self.n_texels = 0;
+        dispatch!(Level::new(), simd => {
+            project(simd, view, strips, &mut self.at);
+            self.wanted.find(simd, view, strips, &self.at);
+        });
+        self.map.clear(view.side);
+    }
+
+    fn cast(&mut self, view: &ShadowView, strips: &Strips, range: Range<usize>) {
+        let strips = (&strips.strips[range], &strips.points[3][..]);
+        dispatch!(Level::new(), simd => {
+            self.n_texels += cast(simd, view, strips, self);
+        });
+    }
+
+    fn receive(
         &mut self,
         view: &ShadowView,
         strips: &Strips,
@@ -319,13 +387,7 @@ impl Work {
     ) {
         self.lit.clear();
         self.lit.resize(strips.n_places, N_PLACES as u8);
-        dispatch!(Level::new(), simd => {
-            project(simd, view, strips, &mut self.at);
-            self.wanted.find(simd, view, strips, &self.at);
-            self.map.clear(view.side);
-            self.n_texels = cast(simd, view, strips, self);
-            receive(simd, view, strips, self);
-        });
+        dispatch!(Level::new(), simd => receive(simd, view, strips, self));
         if !beside.is_empty() {
             let towards = beside.towards(Vec3::from(view.towards));
             for (ix, seen) in strips.seen.iter().enumerate() {
@@ -473,7 +535,12 @@ struct Segments {
 /// Draws the segments that are above something that is looked up; what each texel holds does not
 /// depend on their order.
 #[inline(always)]
-fn cast<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, work: &mut Work) -> u64 {
+fn cast<S: Simd>(
+    simd: S,
+    view: &ShadowView,
+    (strips, radii): (&[Strip], &[f32]),
+    work: &mut Work,
+) -> u64 {
     simd.vectorize(
         #[inline(always)]
         || {
@@ -481,10 +548,10 @@ fn cast<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, work: &mut Work) -
                 at, wanted, map, ..
             } = work;
             let mut n_texels = 0;
-            for strip in &strips.strips {
+            for strip in strips {
                 for segment in (0..strip.n_segments).step_by(LANES) {
                     let from = (strip.at + segment) as usize;
-                    let segments = segments(simd, view, wanted.side, from, at, &strips.points[3]);
+                    let segments = segments(simd, view, wanted.side, from, at, radii);
                     let n = (strip.n_segments - segment).min(LANES as u32) as usize;
                     for lane in 0..n {
                         let blocks = [0, 1, 2, 3].map(|ix: usize| segments.blocks[ix][lane]);

@@ -6,51 +6,80 @@ use strandlight_scattering::wide::{Level, dispatch};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::{CHANNELS, Grid};
 
-/// Segments splatted into one grid of sums before grids are added; few grids exist at a time.
-const MIN_CHUNK: usize = 1 << 14;
+/// Segments that a thread splats at a time. Each has a grid of sums of its own.
+const CHUNK: usize = 1 << 14;
 
 /// Area density and orientation of every voxel, x fastest: A, Qxx, Qyy, Qzz, Qxy, Qxz, Qyz, 0
 /// in 1/cm. A is the sum of length times diameter over h^3, Q the same weighted by u u^T.
 ///
 /// Sums are 64-bit fixed point, so their order does not matter.
 pub fn voxelise(strands: &Strands, grid: &Grid) -> Vec<[f32; 8]> {
-    let n_sums = grid.n_voxels() * CHANNELS as usize;
-    let chunk = strands
-        .segments
-        .len()
-        .div_ceil(rayon::current_num_threads())
-        .max(MIN_CHUNK);
-    let sums = strands
-        .segments
-        .par_chunks(chunk)
-        .map(|segments| {
-            let mut sums = vec![0_i64; n_sums];
-            // For the processor's rounding.
-            dispatch!(Level::new(), _simd => {
-                for &segment in segments {
-                    let first = segment as usize;
-                    let [a, b] = [first, first + 1].map(|ix| &strands.points[ix]);
-                    splat(grid, &mut sums, a, b);
+    let mut voxelising = Voxelising::new(strands, grid);
+    while !voxelising.step(strands, grid) {}
+    voxelising.finish(grid)
+}
+
+/// What [`voxelise`] answers, some segments at a time.
+pub(super) struct Voxelising {
+    /// By thread.
+    sums: Vec<Vec<i64>>,
+    n_done: usize,
+}
+
+impl Voxelising {
+    /// Nothing yet.
+    pub fn new(strands: &Strands, grid: &Grid) -> Voxelising {
+        let n_chunks = strands.segments.len().div_ceil(CHUNK);
+        let n_threads = rayon::current_num_threads().min(n_chunks).max(1);
+        Voxelising {
+            sums: vec![vec![0; grid.n_voxels() * CHANNELS as usize]; n_threads],
+            n_done: 0,
+        }
+    }
+
+    /// Splats the next segments; answers whether all are done.
+    pub fn step(&mut self, strands: &Strands, grid: &Grid) -> bool {
+        let rest = &strands.segments[self.n_done..];
+        let rest = &rest[..rest.len().min(CHUNK * self.sums.len())];
+        self.n_done += rest.len();
+        self.sums
+            .par_iter_mut()
+            .zip(rest.par_chunks(CHUNK))
+            .for_each(|(sums, segments)| {
+                // For the processor's rounding.
+                dispatch!(Level::new(), _simd => {
+                    for &segment in segments {
+                        let first = segment as usize;
+                        let [a, b] = [first, first + 1].map(|ix| &strands.points[ix]);
+                        splat(grid, sums, a, b);
+                    }
+                });
+            });
+        self.n_done == strands.segments.len()
+    }
+
+    /// The volume.
+    pub fn finish(mut self, grid: &Grid) -> Vec<[f32; 8]> {
+        let (first, others) = self.sums.split_at_mut(1);
+        let n = CHANNELS as usize;
+        let mut volume = vec![[0.0; 8]; grid.n_voxels()];
+        volume
+            .par_iter_mut()
+            .zip(first[0].par_chunks_mut(n))
+            .enumerate()
+            .with_min_len(1024)
+            .for_each(|(ix, (voxel, sums))| {
+                for other in others.iter() {
+                    for (sum, other) in sums.iter_mut().zip(&other[n * ix..]) {
+                        *sum += other;
+                    }
+                }
+                for (density, &sum) in voxel.iter_mut().zip(&*sums) {
+                    *density = density_of(sum, grid);
                 }
             });
-            sums
-        })
-        .reduce(
-            || vec![0; n_sums],
-            |mut a, b| {
-                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-                a
-            },
-        );
-    sums.chunks_exact(CHANNELS as usize)
-        .map(|sums| {
-            let mut voxel = [0.0; 8];
-            for (density, &sum) in voxel.iter_mut().zip(sums) {
-                *density = density_of(sum, grid);
-            }
-            voxel
-        })
-        .collect()
+        volume
+    }
 }
 
 /// Adds one segment in pieces of at most a third of a voxel.

@@ -319,6 +319,9 @@ fn pictures_are_measured_on_the_cpu() {
         "widths",
         "index of refraction",
         "colour of the lights",
+        "tint of the lights",
+        "a light off",
+        "exposure",
         "lights turned",
         "view",
         "wind",
@@ -396,6 +399,24 @@ fn pictures_are_measured_on_the_cpu() {
     assert_refused(
         &mut bench(&["--backend", "gpu", "--samples", "4"]),
         &["--samples", "--backend"],
+    );
+
+    let text = assert_done(&mut bench(&["--json", "--window"]));
+    let document: Value = serde_json::from_str(&text).unwrap();
+    let edits = document["scenes"][0]["edits"].as_array().unwrap();
+    let names: Vec<&str> = edits.iter().map(|f| f["name"].as_str().unwrap()).collect();
+    assert_eq!(names, all[1..]);
+    for edit in edits {
+        let of = |key: &str| edit[key].as_f64().unwrap();
+        let [first, last] = [of("first_milliseconds"), of("settled_milliseconds")];
+        assert!(first > 0.0 && first <= last, "{edit}");
+        assert!(of("longest_milliseconds") > 0.0, "{edit}");
+    }
+    let table = assert_done(&mut bench(&["--window"]));
+    assert!(all[1..].iter().all(|name| table.contains(name)), "{table}");
+    assert_refused(
+        &mut bench(&["--backend", "gpu", "--window"]),
+        &["--window", "--backend"],
     );
 }
 

@@ -5,13 +5,25 @@ use serde_json::{Value, json};
 use std::time::Duration;
 
 use strandlight_cpu::{CpuRenderer, InteractiveRenderer};
-use strandlight_formats::{CameraSection, MotionSection, SrbfLight, WindSection};
+use strandlight_formats::{CameraSection, MotionSection, ProxySection, SrbfLight, WindSection};
 use strandlight_runtime::script::Script;
 use strandlight_runtime::{Display, InteractiveBackend, Session, Viewer};
 use strandlight_scene::Backend;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 
 const SIZE: [u32; 2] = [24, 16];
+
+/// Beside the hair of [`curtain`], and in the picture.
+fn head() -> ProxySection {
+    ProxySection::ellipsoid([2.0, -2.0, 0.0], [1.0, 2.0, 1.0])
+}
+
+fn ground() -> ProxySection {
+    ProxySection::Ground {
+        height: -6.0,
+        albedo: [0.5, 0.4, 0.3],
+    }
+}
 
 /// Draws after each step of `script`, and of a fresh viewer of the same document at the same time.
 fn check(session: &Session, script: Value) {
@@ -95,6 +107,7 @@ fn interactive_pictures_end_as_fresh_ones() {
     let at = write_small_scene(folder.path(), &hair, lights.collect(), |scene| {
         scene.hair.diameter_cm = Some(0.1);
         scene.render.size = SIZE;
+        scene.proxies = vec![head()];
     });
     let session = Session::open(&at).expect("a scene");
     let mut viewer = interactive(session.clone());
@@ -238,6 +251,101 @@ fn edits_run_only_the_stages_that_they_touch() {
     }
 }
 
+/// A light that is tinted or off is there at the first step: what each light comes to is kept.
+#[test]
+fn other_colors_of_the_lights_show_at_once() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.1);
+        scene.render.size = SIZE;
+        scene.proxies = vec![head()];
+    });
+    let mut viewer = interactive(Session::open(&at).expect("a scene"));
+    finish(&mut viewer);
+    let mut before = shown(&viewer).pixels.to_vec();
+    for keys in [
+        json!({"lights.tint": [1, 0.5, 0.2]}),
+        json!({"lights.muted": [1]}),
+        json!({"lights.muted": []}),
+        json!({"lights.tint": [1, 1, 1]}),
+    ] {
+        let script = Script::from_json(&json!([{"set": keys}]).to_string()).expect("valid");
+        let done = script.run(&mut viewer, |_, _| {
+            Ok::<(), strandlight_runtime::ScriptError>(())
+        });
+        done.expect("a valid step");
+        let progress = viewer.advance(Duration::ZERO).expect("a step");
+        assert!(
+            progress.is_shown && progress.is_shaded && !progress.is_done,
+            "{keys}"
+        );
+        let first = shown(&viewer).pixels.to_vec();
+        assert!(first != before, "{keys} changes nothing");
+        finish(&mut viewer);
+        let last = shown(&viewer).pixels.to_vec();
+        let levels = first.as_flattened().iter().zip(last.as_flattened());
+        let most = levels.map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(most <= Some(2), "{keys}: {most:?}");
+        before = last;
+    }
+}
+
+/// A light below the power from which on there are maps is lifted above it when another is off.
+#[test]
+fn a_light_that_is_off_draws_no_maps_again() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let light = |x: f32, strength: f32| SrbfLight {
+        direction: [x, 0.6, 0.8 - 0.2 * x.abs()],
+        lambda: 0.2,
+        rgb: [strength; 3],
+    };
+    let mut lights = vec![light(-0.5, 1.0), light(0.0, 1.0), light(0.5, 0.0036)];
+    for light in &mut lights {
+        let length = light.direction.iter().map(|x| x * x).sum::<f32>().sqrt();
+        light.direction = light.direction.map(|x| x / length);
+    }
+    let at = write_small_scene(folder.path(), &hair, lights, |_| ());
+    let viewer = Viewer::on(Session::open(&at).expect("a scene"), |scene| {
+        Ok(Box::new(CpuRenderer::new(scene)) as Box<dyn Backend>)
+    });
+    let mut viewer = viewer.expect("a scene that can be drawn");
+    viewer.frame(SIZE, 4).expect("a picture");
+    assert_eq!(stages(&mut viewer, json!({"lights.muted": [0]})), ["shade"]);
+    // Alone it has all of the power.
+    let found = stages(&mut viewer, json!({"lights.muted": [0, 1]}));
+    assert!(found.contains(&"shadow maps"), "{found:?}");
+}
+
+/// Light on what stands beside the hair is found for all colours and views at once.
+#[test]
+fn light_on_proxies_is_kept() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.proxies = vec![head(), ground()];
+    });
+    let viewer = Viewer::on(Session::open(&at).expect("a scene"), |scene| {
+        Ok(Box::new(CpuRenderer::new(scene)) as Box<dyn Backend>)
+    });
+    let mut viewer = viewer.expect("a scene that can be drawn");
+    viewer.frame(SIZE, 4).expect("a picture");
+    for (keys, is_found) in [
+        (json!({"hair.eta": 1.7}), false),
+        (json!({"lights.tint": [1, 0.5, 0.2]}), false),
+        (json!({"lights.muted": [1]}), false),
+        (json!({"lights.muted": []}), false),
+        (json!({"camera.position": [1, -2, 12]}), false),
+        (json!({"lights.rotate_deg": 40}), true),
+        (json!({"hair.diameter_cm": 0.05}), true),
+        (json!({"proxy.0.albedo": [0.1, 0.1, 0.1]}), true),
+    ] {
+        let found = stages(&mut viewer, keys.clone());
+        assert_eq!(found.contains(&"light on proxies"), is_found, "{keys}");
+    }
+}
+
 #[test]
 fn slow_edits_draw_what_a_fresh_scene_draws() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -259,6 +367,7 @@ fn slow_edits_draw_what_a_fresh_scene_draws() {
                     wind: Some(WindSection::default()),
                     ..MotionSection::default()
                 });
+                scene.proxies = vec![head(), ground()];
             },
         );
         let session = Session::open(&at).expect("a scene");

@@ -17,7 +17,7 @@ const TWIN_FILES: [(&str, &str); 14] = [
     ("lib/proxy", "crates/scene/src/proxy.rs"),
     ("lib/tone", "crates/scene/src/tone.rs"),
     ("lib/wind", "crates/scene/src/motion/wind.rs"),
-    ("lib/surface_light", "crates/cpu/src/proxies.rs"),
+    ("lib/surface_light", "crates/cpu/src/proxy_light.rs"),
     ("pass/meshes", "crates/cpu/src/proxies.rs"),
     (
         "pass/multiple_tables",

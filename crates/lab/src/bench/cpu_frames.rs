@@ -125,7 +125,8 @@ impl PictureCost {
 }
 
 /// An edit of a scene that is drawn; its argument says whether to edit there or back.
-type Edit = Box<dyn Fn(&mut dyn Backend, &PreparedScene, bool) -> Result<(), RenderError>>;
+pub(super) type Edit =
+    Box<dyn Fn(&mut dyn Backend, &PreparedScene, bool) -> Result<(), RenderError>>;
 
 /// Names of the edits of a uniform parameter of the hair, which Xu's frame rates are of.
 pub const HAIR_EDITS: [&str; 3] = ["colour of the hair", "widths", "index of refraction"];
@@ -136,11 +137,16 @@ pub fn n_pictures(options: &Options) -> u64 {
     2 * kinds * (u64::from(options.repetitions) + 1) + u64::from(options.samples.is_some())
 }
 
+/// Edits that [`window_costs`](super::window_frames::window_costs) draws.
+pub fn n_window_pictures(options: &Options) -> u64 {
+    2 * N_EDITS * (u64::from(options.repetitions) + 1)
+}
+
 /// Edits of a scene whose hair can be painted.
-const N_EDITS: u64 = 9;
+const N_EDITS: u64 = 12;
 
 /// All kinds of edits. Paint comes last: hair that was painted once is shaded as painted hair.
-fn edits(scene: &PreparedScene) -> Vec<(&'static str, Edit)> {
+pub(super) fn edits(scene: &PreparedScene) -> Vec<(&'static str, Edit)> {
     let mut edits: Vec<(&'static str, Edit)> = vec![
         (
             "everything",
@@ -150,6 +156,16 @@ fn edits(scene: &PreparedScene) -> Vec<(&'static str, Edit)> {
         (HAIR_EDITS[1], Box::new(edits::widths)),
         (HAIR_EDITS[2], Box::new(edits::eta)),
         ("colour of the lights", Box::new(edits::light_colors)),
+        ("tint of the lights", Box::new(edits::tint)),
+        ("a light off", Box::new(edits::light_off)),
+        (
+            "exposure",
+            Box::new(|live, base, there| {
+                let exposure = base.exposure + if there { 0.5 } else { 0.0 };
+                live.set_grade(exposure, base.tone_map, base.background);
+                Ok(())
+            }),
+        ),
         (
             "lights turned",
             Box::new(|live, base, there| {

@@ -51,6 +51,32 @@ pub(super) fn light_colors(
     live.set_light_colors(&rgb)
 }
 
+/// All lights of another colour.
+pub(super) fn tint(
+    live: &mut dyn Backend,
+    base: &PreparedScene,
+    there: bool,
+) -> Result<(), RenderError> {
+    let tint = if there { [1.0, 0.9, 0.8] } else { [1.0; 3] };
+    let tinted =
+        |light: &SrbfLight| [0, 1, 2].map(|channel: usize| light.rgb[channel] * tint[channel]);
+    let rgb: Vec<_> = base.lights.iter().map(tinted).collect();
+    live.set_light_colors(&rgb)
+}
+
+/// Without the first light, which has most energy.
+pub(super) fn light_off(
+    live: &mut dyn Backend,
+    base: &PreparedScene,
+    there: bool,
+) -> Result<(), RenderError> {
+    let mut rgb: Vec<_> = base.lights.iter().map(|light| light.rgb).collect();
+    if let Some(first) = rgb.first_mut().filter(|_| there) {
+        *first = [0.0; 3];
+    }
+    live.set_light_colors(&rgb)
+}
+
 /// The lights of `base`, turned about +Y.
 pub(super) fn turn_lights(
     live: &mut dyn Backend,

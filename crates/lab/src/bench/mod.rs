@@ -6,7 +6,8 @@
 //!   [`adapter_costs`] measure [`Cost`]s side by side.
 //! - [`run_multiple`] does the same for the integrals of multiple scattering.
 //! - [`run_transmittance`] measures what hair leaves of a scene's lights, against ray shooting.
-//! - [`frames`]: what frames cost after an edit on a GPU; [`cpu_frames`]: on the CPU.
+//! - [`frames`]: what frames cost after an edit on a GPU; [`cpu_frames`]: on the CPU; [`window_frames`]: in
+//!   a window there.
 //! - [`estimate`]: what frames might cost on GPUs, estimated from what they counted.
 //! - [`growth`]: how frames grow with the scene and the picture.
 //! - [`pairs`]: frames of two builds side by side.
@@ -34,6 +35,7 @@ mod process_clock;
 mod timing;
 mod transmittance;
 mod truth;
+pub mod window_frames;
 
 pub use accuracy::{Errors, Measured, N_SUMS, Reference, SUM_NAMES};
 pub use brute_force::BruteForce;

@@ -3,7 +3,8 @@
 
 use super::covering::covering;
 use super::resources::{
-    bind, buffer_of, compute, compute_pass, groups_of_64, shader, step, storage, submit, write,
+    bind, buffer_of, compute, compute_pass, groups_of_64, module_with, shader, step, storage,
+    submit, write,
 };
 use super::stamp::Stamp;
 use crate::gpu::Context;
@@ -92,12 +93,12 @@ impl Meshes {
             corners.extend(triangles.map(|ix| first + ix));
             first += mesh.shape.mesh.positions.len() as u32;
         }
-        let light = shader(context, "pass/mesh_light")?;
+        let light = module_with(context, "pass/proxy_light", &[FEATURE])?;
         let drawn = shader(context, "pass/meshes")?;
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
         let points = u64::from(scene.strands.points.len().div_ceil(32) as u32) * 4;
         Ok(Some(Meshes {
-            light: compute(context, &light, "light_surfaces"),
+            light: compute(context, &light, "light_proxies"),
             draw: covering(
                 context,
                 "meshes",
@@ -199,10 +200,10 @@ impl Meshes {
                 (3, light.lit.as_entire_binding()),
                 (4, light.directions.as_entire_binding()),
                 (5, light.records.as_entire_binding()),
-                (6, self.surfaces.as_entire_binding()),
-                (7, self.hidden_surfaces.as_entire_binding()),
-                (8, self.hidden_voxels.as_entire_binding()),
-                (9, into.as_entire_binding()),
+                (6, into.as_entire_binding()),
+                (7, self.surfaces.as_entire_binding()),
+                (8, self.hidden_surfaces.as_entire_binding()),
+                (9, self.hidden_voxels.as_entire_binding()),
             ],
         );
         submit(context, |encoder| {

@@ -3,7 +3,9 @@
 
 use super::covering::covering;
 use super::meshes::{self, DrawnMeshes, Light, Meshes};
-use super::resources::{bind, buffer_of, compute, compute_pass, shader, step, submit, uniform};
+use super::resources::{
+    bind, buffer_of, compute, compute_pass, groups_of_64, shader, step, submit, uniform,
+};
 use super::stamp::Stamp;
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
@@ -147,17 +149,22 @@ impl Proxies {
                 (0, light.view.as_entire_binding()),
                 (1, light.batch.as_entire_binding()),
                 (2, light.grid.as_entire_binding()),
-                (3, self.records.as_entire_binding()),
-                (4, light.lit.as_entire_binding()),
-                (5, light.directions.as_entire_binding()),
-                (6, light.records.as_entire_binding()),
-                (7, self.maps[into].as_entire_binding()),
+                (3, light.lit.as_entire_binding()),
+                (4, light.directions.as_entire_binding()),
+                (5, light.records.as_entire_binding()),
+                (6, self.maps[into].as_entire_binding()),
+                (7, self.records.as_entire_binding()),
             ],
         );
         submit(context, |encoder| {
             let mut pass = compute_pass(encoder, stamp);
-            let groups = [(LIGHT_MAP_SIDE * LIGHT_MAP_SIDE).div_ceil(64), self.n];
-            step(&mut pass, &self.light, &group, groups);
+            let n_texels = LIGHT_MAP_SIDE * LIGHT_MAP_SIDE;
+            step(
+                &mut pass,
+                &self.light,
+                &group,
+                groups_of_64(self.n * n_texels),
+            );
         });
     }
 

@@ -10,10 +10,11 @@ use serde_json::{Value, json};
 use strandlight_bake::scenes::PaperScene;
 use strandlight_formats::Scene;
 use strandlight_lab::bench::cpu_frames::{
-    self, HAIR_EDITS, PictureCost, SceneCosts, n_pictures, scene_costs,
+    self, HAIR_EDITS, PictureCost, SceneCosts, n_pictures, n_window_pictures, scene_costs,
 };
 use strandlight_lab::bench::estimate::{GPUS, Gpu, Pass};
 use strandlight_lab::bench::frames::{FrameCost, Progress, frame_costs, n_frames};
+use strandlight_lab::bench::window_frames::{WindowCost, window_costs};
 use strandlight_render::gpu::Context;
 use strandlight_scene::budget::MAX_TARGET_SIDE;
 use strandlight_scene::{PreparedScene, RenderError, SceneError};
@@ -30,6 +31,9 @@ use crate::cli::{Failure, Outcome, print_line};
 /// shaded, as medians in milliseconds, ratios to the first frame of each group, and the slowest
 /// stage; the frames of a group are interleaved, and its results are printed on stderr as they come.
 ///
+/// `--window`: the same edits in a window on the CPU: time to the first picture of every light and term,
+/// seconds of all cores to it, time to the last one, and the longest time without an answer to input.
+///
 /// `--against PROGRAM` runs this build and another, each as `bench frames --json` in a process of its
 /// own, in the order this, other, other, this, and prints the other's time over ours.
 #[derive(clap::Args)]
@@ -44,6 +48,9 @@ pub struct Args {
     /// Compare with another build's `strandlight`
     #[arg(long, value_name = "PROGRAM", conflicts_with = "model")]
     against: Option<PathBuf>,
+    /// Pictures as a window on the CPU shows them, one after the other
+    #[arg(long, conflicts_with_all = ["model", "against", "samples", "table2"])]
+    window: bool,
     /// Estimate each picture on this GPU from what the CPU counted; nothing runs on it
     #[arg(long, value_name = "GPU", value_parser = gpu_model())]
     model: Option<Gpu>,
@@ -79,9 +86,11 @@ enum BackendArg {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let gpu = args.backend == BackendArg::Gpu;
-    if gpu && (args.samples.is_some() || args.model.is_some()) {
+    if gpu && (args.samples.is_some() || args.model.is_some() || args.window) {
         let option = if args.samples.is_some() {
             "--samples"
+        } else if args.window {
+            "--window"
         } else {
             "--model"
         };
@@ -111,6 +120,7 @@ pub fn run(args: &Args) -> Outcome {
     for (ix, (path, scene)) in paths.iter().zip(&scenes).enumerate() {
         let mut document = match &context {
             Some(context) => on_gpu(args, path, scene, context)?,
+            None if args.window => in_window(args, path, scene)?,
             None => on_cpu(args, path, scene)?,
         };
         document["scene"] = json!(path.display().to_string());
@@ -238,6 +248,51 @@ fn on_cpu(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> {
         document["frames"][ix]["model"] = estimate.to_json();
     }
     Ok(document)
+}
+
+/// As [`on_cpu`].
+fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> {
+    let options = cpu_frames::Options {
+        size: args.size,
+        repetitions: args.repetitions,
+        samples: None,
+    };
+    let progress = progress("edits", n_window_pictures(&options));
+    let costs = window_costs(scene, &options, &|| progress.advance(1));
+    progress.finish();
+    let costs = costs.map_err(|error| match error {
+        RenderError::Scene(error) => Failure::input(error.in_file(path)),
+        error => Failure::input(error),
+    })?;
+    if !args.json {
+        print_line(format_args!(
+            "{}: cpu: {} threads, in a window\n  {:20} {:>10} {:>8} {:>10} {:>10}",
+            path.display(),
+            rayon::current_num_threads(),
+            "",
+            "first, ms",
+            "core-s",
+            "last, ms",
+            "longest"
+        ))?;
+        let seconds = |seconds: Option<f64>| match seconds {
+            Some(seconds) => format!("{seconds:8.3}"),
+            None => format!("{:>8}", "-"),
+        };
+        costs.iter().try_for_each(|cost| {
+            print_line(format_args!(
+                "  {:20} {:10.1} {} {:10.1} {:10.1}",
+                cost.name,
+                cost.first_milliseconds,
+                seconds(cost.first_core_seconds),
+                cost.settled_milliseconds,
+                cost.longest_milliseconds,
+            ))
+        })?;
+    }
+    Ok(json!({
+        "edits": costs.iter().map(WindowCost::to_json).collect::<Vec<_>>(),
+    }))
 }
 
 /// A picture on a GPU that is not at hand.

@@ -1,0 +1,206 @@
+//! What each light comes to at the visible points, kept for lights of other colours.
+//!
+//! A light that is dimmed, tinted, off or on again then shows after a few multiplications a point. That is
+//! right but for the width of forward scattered light, which takes its mean over the channels with the
+//! light's colour, and for rounding; so the picture is shaded again as soon as that one is shown.
+
+use rayon::prelude::*;
+use strandlight_scattering::wide::LANES;
+use strandlight_scene::scene::LightRecord;
+
+/// Most bytes that are kept.
+const MAX_BYTES: usize = 64 << 20;
+
+/// Visible points that a thread works on at a time.
+const CHUNK: usize = 256;
+
+/// Radiance of the visible points by light, for an amplitude of 1.
+pub(super) struct Kept {
+    /// The lights, indices in the scene's list: a column each.
+    lights: Vec<u32>,
+    /// Columns that are found at all places.
+    is_found: Vec<bool>,
+    /// `[place][channel][column]`, whole vectors of columns: the upper halves of floats.
+    numbers: Vec<u16>,
+}
+
+/// Numbers of a place where there are `n_lights`.
+pub(in super::super) fn n_numbers(n_lights: usize) -> usize {
+    3 * n_lights.next_multiple_of(LANES)
+}
+
+/// The upper half of a float, rounded.
+#[inline(always)]
+pub(in super::super) fn half(value: f32) -> u16 {
+    ((value.to_bits() + 0x8000) >> 16) as u16
+}
+
+#[inline(always)]
+fn whole(half: u16) -> f32 {
+    f32::from_bits(u32::from(half) << 16)
+}
+
+impl Kept {
+    /// Nothing yet of some lights, indices, at `n_places` points; none if it is too much.
+    pub fn new(lights: &[u32], n_places: usize) -> Option<Kept> {
+        let n = n_numbers(lights.len()) * n_places;
+        (size_of::<u16>() * n <= MAX_BYTES).then(|| Kept {
+            lights: lights.to_vec(),
+            is_found: vec![false; lights.len()],
+            numbers: vec![0; n],
+        })
+    }
+
+    /// Has it room for what is found of these lights at as many points?
+    pub fn is_of(&self, lights: &[u32], n_places: usize) -> bool {
+        self.lights == lights && self.numbers.len() == n_numbers(lights.len()) * n_places
+    }
+
+    /// What was found is that of another scene.
+    pub fn forget(&mut self) {
+        self.is_found.fill(false);
+    }
+
+    /// Takes what was found of the lights of `all` that are not black, at some places.
+    pub fn take(&mut self, all: &[LightRecord], places: &[u32], found: &[u16]) {
+        let n = n_numbers(self.lights.len());
+        let n_row = n / 3;
+        let columns = self.lights.iter().enumerate();
+        let black: Vec<usize> = columns
+            .filter(|(_, light)| all[**light as usize].power <= 0.0)
+            .map(|(column, _)| column)
+            .collect();
+        for (&place, found) in places.iter().zip(found.chunks_exact(n)) {
+            let numbers = &mut self.numbers[n * place as usize..][..n];
+            let at = |channel: usize, column: usize| channel * n_row + column;
+            if black.is_empty() {
+                numbers.copy_from_slice(found);
+                continue;
+            }
+            for channel in 0..3 {
+                for column in 0..self.lights.len() {
+                    if !black.contains(&column) {
+                        numbers[at(channel, column)] = found[at(channel, column)];
+                    }
+                }
+            }
+        }
+    }
+
+    /// All is found of the lights that are not black.
+    pub fn is_taken(&mut self, all: &[LightRecord]) {
+        for (is_found, light) in self.is_found.iter_mut().zip(&self.lights) {
+            *is_found |= all[*light as usize].power > 0.0;
+        }
+    }
+
+    /// Is there all that shows of the lights?
+    pub fn serves(&self, all: &[LightRecord]) -> bool {
+        let column = |light: usize| self.lights.iter().position(|ix| *ix as usize == light);
+        all.iter().enumerate().all(|(ix, light)| {
+            light.power <= 0.0 || column(ix).is_some_and(|column| self.is_found[column])
+        })
+    }
+
+    /// Radiance of the visible points in the colours of `all`, times `scale`, and zero.
+    pub fn radiance(&self, all: &[LightRecord], scale: f32) -> Vec<[f32; 4]> {
+        let n = n_numbers(self.lights.len());
+        let n_row = n / 3;
+        let mut colors = vec![0.0; n];
+        for (column, light) in self.lights.iter().enumerate() {
+            let light = &all[*light as usize];
+            for (channel, value) in light.rgb.iter().enumerate() {
+                if light.power > 0.0 {
+                    colors[channel * n_row + column] = value * scale;
+                }
+            }
+        }
+        let mut radiance = vec![[0.0; 4]; self.numbers.len() / n.max(1)];
+        radiance
+            .par_chunks_mut(CHUNK)
+            .zip(self.numbers.par_chunks(n.max(1) * CHUNK))
+            .for_each(|(radiance, numbers)| {
+                for (radiance, numbers) in radiance.iter_mut().zip(numbers.chunks_exact(n)) {
+                    let rows = numbers.chunks_exact(n_row).zip(colors.chunks_exact(n_row));
+                    for (sum, (numbers, colors)) in radiance.iter_mut().zip(rows) {
+                        let mut sums = [0.0; LANES];
+                        let eights = numbers.as_chunks::<LANES>().0.iter();
+                        for (numbers, colors) in eights.zip(colors.as_chunks::<LANES>().0) {
+                            for lane in 0..LANES {
+                                sums[lane] += whole(numbers[lane]) * colors[lane];
+                            }
+                        }
+                        *sum = sums.iter().sum();
+                    }
+                }
+            });
+        radiance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_are_right_to_their_eight_bits() {
+        for ix in 0..10_000 {
+            let value = 1e-6 * 1.003_f32.powi(ix);
+            if value < 1e30 {
+                let error = (whole(half(value)) / value - 1.0).abs();
+                assert!(error <= 1.0 / 256.0, "{value}: {error}");
+            }
+        }
+        assert_eq!(whole(half(0.0)), 0.0);
+    }
+
+    fn light(rgb: [f32; 3]) -> LightRecord {
+        LightRecord {
+            rgb,
+            power: rgb[0].max(rgb[1]).max(rgb[2]),
+            ..bytemuck::Zeroable::zeroed()
+        }
+    }
+
+    #[test]
+    fn lights_add_up_in_their_colors() {
+        // Three of four lights, at two places, of which one is shaded later.
+        let lights = [3, 0, 1];
+        let mut kept = Kept::new(&lights, 2).expect("few bytes");
+        let n = n_numbers(3);
+        let found = |place: usize| -> Vec<u16> {
+            (0..n).map(|ix| half((ix + 100 * place) as f32)).collect()
+        };
+        let [red, green, white] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0; 3]];
+        let all = [red, green, white, white].map(light);
+        kept.take(&all, &[1], &found(1));
+        assert!(!kept.serves(&all));
+        kept.take(&all, &[0], &found(0));
+        kept.is_taken(&all);
+        assert!(
+            !kept.serves(&all),
+            "nothing was found of the light of index 2"
+        );
+        let all = [red, green, [0.0; 3], [2.0; 3]].map(light);
+        assert!(kept.serves(&all));
+        let radiance = kept.radiance(&all, 4.0);
+        // Columns 0, 1, 2 are the lights 3, 0, 1; rows are eight long.
+        assert_eq!(
+            radiance[0],
+            [4.0 * (0.0 + 1.0), 4.0 * (16.0 + 10.0), 4.0 * 32.0, 0.0]
+        );
+        assert_eq!(radiance[1][0], 4.0 * (200.0 + 101.0));
+        // What is black keeps what it had.
+        let without = [[0.0; 3], green, [0.0; 3], [2.0; 3]].map(light);
+        kept.take(&without, &[0, 1], &vec![0; 2 * n]);
+        kept.is_taken(&without);
+        assert_eq!(kept.radiance(&all, 4.0)[0], [4.0, 0.0, 0.0, 0.0]);
+        kept.forget();
+        assert!(!kept.serves(&all));
+    }
+
+    #[test]
+    fn too_much_is_not_kept() {
+        assert!(Kept::new(&[0; 1000], 100_000).is_none());
+    }
+}

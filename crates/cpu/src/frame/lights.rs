@@ -1,0 +1,86 @@
+//! The lights of the scene as stages read them.
+
+use strandlight_formats::SrbfLight;
+use strandlight_scene::PreparedScene;
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan};
+use strandlight_scene::volume::{largest, power};
+
+use super::{Frame, Stage};
+
+/// Share of all power up to which a light that should have maps may do without: four times that from
+/// which on it gets some.
+const LITTLE: f32 = 0.008;
+
+/// The lights of a scene, and which maps they get.
+pub(super) struct Lights {
+    pub plan: ShadowPlan,
+    pub records: Vec<LightRecord>,
+    pub sweeps: Vec<[f32; 4]>,
+    pub is_lit: Vec<bool>,
+    /// Those that are not black, narrow ones first.
+    pub lit: Vec<u32>,
+}
+
+impl Frame {
+    /// Finds the lights and their maps after an edit of them.
+    pub(super) fn prepare_lights(&mut self, scene: &PreparedScene) {
+        if self.are_lights_current {
+            return;
+        }
+        self.are_lights_current = true;
+        let now = scene.shadow_plan();
+        let mut lights = scene.lights.clone();
+        for (light, rgb) in lights.iter_mut().zip(&self.planned) {
+            light.rgb = *rgb;
+        }
+        let mut plan = ShadowPlan::new(&lights, &scene.strands, scene.shadow_maps);
+        if scene.reference_amplitudes.is_some() || !serves(&plan, &now, &scene.lights) {
+            plan = now;
+        }
+        let before = self.lights.take();
+        if before.is_none_or(|before| before.plan != plan) {
+            self.forget_kept();
+            self.forget(Stage::ShadowMaps);
+            self.forget(Stage::ThroughMaps);
+            (self.through_before, self.arriving_before) = (None, None);
+        }
+        let (records, sweeps) = scene.records_with(&plan);
+        let is_lit: Vec<bool> = records.iter().map(|light| light.power > 0.0).collect();
+        // Narrow lights first, so that the lanes of a vector ask for as many nodes.
+        let mut lit: Vec<u32> = (0..)
+            .zip(&is_lit)
+            .filter_map(|(ix, is)| is.then_some(ix))
+            .collect();
+        lit.sort_by(|&a, &b| {
+            let lambda = |ix: u32| records[ix as usize].lambda;
+            lambda(a).total_cmp(&lambda(b))
+        });
+        if let Some(before) = &self.records {
+            let mut pairs = before.is_lit.iter().zip(&is_lit);
+            if !pairs.all(|(before, now)| *before || !now) {
+                self.forget(Stage::Transmittance);
+                self.forget(Stage::ProxyLight);
+            }
+        }
+        self.lights = Some(Lights {
+            plan,
+            records,
+            sweeps,
+            is_lit,
+            lit,
+        });
+    }
+}
+
+/// Has `plan` maps of all `lights` that have some by the plan `now`, but for some of hardly any power?
+/// Amplitudes share out the maps, but those of other amplitudes are as right; and a light that is tinted
+/// or off lifts others just above the share from which on there are maps, which is no reason to draw all
+/// of them again.
+fn serves(plan: &ShadowPlan, now: &ShadowPlan, lights: &[SrbfLight]) -> bool {
+    let power: Vec<f32> = lights.iter().map(|light| largest(power(light))).collect();
+    let least = LITTLE * power.iter().sum::<f32>();
+    let mut pairs = plan.slots.iter().zip(&now.slots).zip(&power);
+    plan.slots.len() == now.slots.len()
+        && pairs.all(|((slot, now), power)| *slot != NO_SLOT || *now == NO_SLOT || *power < least)
+}

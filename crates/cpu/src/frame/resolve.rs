@@ -1,0 +1,88 @@
+//! The picture from its list and the radiance of its points.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::super::composite::composite;
+use super::super::list::{Tile, VisibilityList};
+use super::super::proxies::Proxies;
+use super::super::transmittance::mix;
+use super::{Frame, Picturing};
+
+impl Frame {
+    /// Linear radiance and coverage, row by row, as far as they are found.
+    pub(super) fn composite(&self, picturing: &Picturing) -> Vec<[f32; 4]> {
+        let [width, height] = self.size;
+        let mut rgba = vec![[0.0; 4]; (width * height) as usize];
+        if let (Some((list, _)), Some(shaded), Some(proxies)) =
+            (&self.list, &self.shaded, &self.proxies)
+        {
+            resolve(list, &shaded.radiance, proxies, self.size, &mut rgba);
+        }
+        composite(picturing.scene, &picturing.view, 1, &mut rgba);
+        rgba
+    }
+}
+
+/// Adds up what each pixel shows: rgb times the view's radiance scale, and coverage.
+fn resolve(
+    list: &VisibilityList,
+    radiance: &[[f32; 4]],
+    proxies: &Proxies,
+    size: [u32; 2],
+    rgba: &mut [[f32; 4]],
+) {
+    // A row of tiles is a band of the picture.
+    let across = list
+        .tiles
+        .iter()
+        .take_while(|tile| tile.origin[1] == 0)
+        .count();
+    let rows = list.tiles.chunks(across.max(1));
+    let mut bands = Vec::new();
+    let mut rest = rgba;
+    for tiles in rows {
+        let height = tiles[0].size[1];
+        let (band, after) = rest.split_at_mut((size[0] * height) as usize);
+        bands.push((tiles, band));
+        rest = after;
+    }
+    bands.into_par_iter().for_each(|(tiles, band)| {
+        for tile in tiles {
+            resolve_tile(tile, (radiance, proxies), size[0], band);
+        }
+    });
+}
+
+fn resolve_tile(
+    tile: &Tile,
+    (radiance, proxies): (&[[f32; 4]], &Proxies),
+    width: u32,
+    band: &mut [[f32; 4]],
+) {
+    let place = |pixel: usize| {
+        let [x, y] = [pixel as u32 % tile.size[0], pixel as u32 / tile.size[0]];
+        (tile.origin[0] + x + width * y) as usize
+    };
+    for (pixel, range) in tile.starts.windows(2).enumerate() {
+        let mut sum = [0.0; 4];
+        for entry in &tile.entries[range[0] as usize..range[1] as usize] {
+            let first = entry.first as usize;
+            let (a, b) = (&radiance[first], &radiance[first + 1]);
+            let t = entry.t();
+            for (channel, sum) in sum.iter_mut().enumerate().take(3) {
+                *sum += entry.weight * mix(a[channel], b[channel], t);
+            }
+            sum[3] += entry.weight;
+        }
+        band[place(pixel)] = sum;
+    }
+    for entry in &tile.proxies {
+        let sent_back = proxies.sent_back(entry.surface, Vec3::from(entry.position));
+        let sum = &mut band[place(entry.pixel as usize)];
+        for (channel, value) in sent_back.into_iter().enumerate() {
+            sum[channel] += entry.weight * value;
+        }
+        sum[3] += entry.weight;
+    }
+}

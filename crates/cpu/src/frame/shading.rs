@@ -1,0 +1,369 @@
+//! Radiance of the visible points.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::Vec3;
+use rayon::prelude::*;
+use strandlight_scattering::closed_form::{PackedRecord, TERM_GLOBAL, TERM_LOCAL};
+use strandlight_scattering::multiple_tables::MultipleTables;
+use strandlight_scattering::wide::Peaks;
+use strandlight_scene::PreparedScene;
+use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::paint::PaintedPoint;
+use strandlight_scene::progress::timed;
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::shadow_maps::{NO_SLOT, THROUGH_SLOT};
+use strandlight_scene::volume::{Grid, SELF_LIFT};
+
+use super::super::arriving::Arriving;
+use super::super::shade::{Counts, PointShader, record_at};
+use super::super::shade_wide::WideShader;
+use super::super::transmittance::mix;
+use super::super::unblocked::{Unblocked, VisiblePoint};
+use super::super::voxelise::grid_position;
+use super::kept::Kept;
+use super::{Frame, Picturing, Quality};
+
+/// Visible points that are shaded at a time: an eighth of them, within this.
+const SLICE: Range<usize> = 64..4096;
+
+/// Radiance that is being found.
+pub(super) struct Shading {
+    /// What it will be.
+    pub quality: Quality,
+    /// Lights, ranges of [`Lights::lit`], that are shaded one after the other.
+    pub groups: Vec<Range<usize>>,
+    pub group: usize,
+    /// Places of the points to shade, as in [`VisiblePoints::order`], and how many are the first.
+    order: Vec<u32>,
+    n_first: usize,
+    /// Points done in the group.
+    pub n_done: usize,
+    /// By visible point: rgb times the view's radiance scale, and zero.
+    pub radiance: Vec<[f32; 4]>,
+    counts: Counts,
+    /// Of drafts.
+    peaks: Option<Peaks>,
+}
+
+/// Radiance with some paint.
+pub(super) struct Painted {
+    pub radiance: Vec<[f32; 4]>,
+    pub paint: Option<Arc<Vec<PaintedPoint>>>,
+}
+
+impl Shading {
+    /// Keeps the radiance of the points whose paint is what it was.
+    fn only_repainted(&mut self, before: Painted, paint: Option<&[PaintedPoint]>, visible: &[u32]) {
+        let of = |paint: Option<&[PaintedPoint]>, point: usize| match paint {
+            Some(paint) => paint[point],
+            None => PaintedPoint::NONE,
+        };
+        let was = before.paint.as_ref().map(|paint| &paint[..]);
+        let is_other = |place: u32| {
+            let point = visible[place as usize] as usize;
+            of(was, point) != of(paint, point)
+        };
+        self.radiance = before.radiance;
+        self.order.retain(|place| is_other(*place));
+        // They are few.
+        self.n_first = self.order.len();
+        for place in &self.order {
+            self.radiance[*place as usize] = [0.0; 4];
+        }
+    }
+}
+
+/// Radiance that is shown.
+pub(super) struct Shaded {
+    /// The paint that it is of.
+    pub paint: Option<Arc<Vec<PaintedPoint>>>,
+    pub quality: Quality,
+    /// As in [`Shading`].
+    pub radiance: Vec<[f32; 4]>,
+}
+
+impl Frame {
+    pub(super) fn shade(&mut self, picturing: &Picturing) {
+        let ((), seconds) = timed(|| self.shade_some(picturing));
+        let bytes = self
+            .shaded
+            .as_ref()
+            .map_or(0, |shaded| size_of_val(&shaded.radiance[..]) as u64);
+        self.ran("shade", seconds, bytes);
+    }
+
+    fn shade_some(&mut self, picturing: &Picturing) {
+        let scene = picturing.scene;
+        let (Some(lights), Some((_, visible)), Some((grid, _)), Some(records)) =
+            (&self.lights, &self.list, &self.volume, &self.records)
+        else {
+            return;
+        };
+        let quality = match self.unblocked.is_some() && self.through.is_some() {
+            true => Quality::Whole,
+            false => Quality::Draft,
+        };
+        if self
+            .shading
+            .as_ref()
+            .is_some_and(|shading| shading.quality != quality)
+        {
+            self.shading = None;
+        }
+        let tables = self
+            .multiple
+            .as_ref()
+            .filter(|tables| self.needs_tables == Some(true) && serve(tables, scene));
+        let n_places = visible.points.len();
+        if tables.is_none() || scene.paint().is_some() {
+            self.kept = None;
+        }
+        if quality == Quality::Whole && picturing.has_drafts && self.shaded.is_none() {
+            let kept = self.kept.as_ref();
+            if let Some(kept) = kept.filter(|kept| kept.serves(&lights.records)) {
+                let radiance = kept.radiance(&lights.records, picturing.view.radiance_scale);
+                self.show(picturing, Quality::Recolored, radiance);
+                return;
+            }
+        }
+        let shading = self.shading.get_or_insert_with(|| {
+            let mut shading = Shading {
+                quality,
+                groups: match tables {
+                    Some(_) => Arriving::groups(&lights.lit, n_places),
+                    // Nothing is kept.
+                    None => std::iter::once(0..lights.lit.len()).collect(),
+                },
+                group: 0,
+                order: visible.order.clone(),
+                n_first: visible.n_first,
+                n_done: 0,
+                radiance: vec![[0.0; 4]; n_places],
+                counts: Counts::default(),
+                peaks: (quality == Quality::Draft).then(|| {
+                    let optics = scene.hair.optics();
+                    Peaks::of(&optics.shading(scene.tables.view()))
+                }),
+            };
+            if let Some(before) = self.before_paint.take() {
+                shading.only_repainted(before, scene.paint(), &visible.points);
+            }
+            shading
+        });
+        let Some(group) = shading.groups.get(shading.group).cloned() else {
+            // There is no light.
+            self.finish_shading(picturing);
+            return;
+        };
+        let of_group = &lights.lit[group];
+        let through = self.through.as_ref().or(self.through_before.as_ref());
+        let through = through.filter(|through| !through.is_empty());
+        let is_first_picture = self.shaded.is_none();
+        let places = &shading.order[shading.n_done..];
+        let slice = n_places.div_ceil(8).clamp(SLICE.start, SLICE.end);
+        let places = &places[..places.len().min(slice)];
+        let paint = scene.paint();
+        let is_plain = |place: &u32| {
+            let point = visible.points[*place as usize] as usize;
+            paint.is_none_or(|paint| !paint[point].is_painted())
+        };
+        let (plain, painted): (Vec<u32>, Vec<u32>) = match tables {
+            Some(_) => places.iter().partition(|place| is_plain(place)),
+            None => (Vec::new(), places.to_vec()),
+        };
+        let mut found = Vec::with_capacity(2);
+        if let Some(tables) = tables.filter(|_| !plain.is_empty()) {
+            let n_groups = shading.groups.len();
+            let serves = |arriving: &Arriving| match n_groups {
+                1 => of_group.iter().all(|ix| arriving.lights.contains(ix)),
+                _ => arriving.lights == of_group,
+            };
+            if !self.arriving.as_ref().is_some_and(serves) {
+                let before = self
+                    .arriving_before
+                    .take()
+                    .filter(|(before, _)| serves(before));
+                self.arriving = Some(match before {
+                    Some((before, points)) => before.of_view(&points, &visible.points),
+                    None => Arriving::new(of_group, n_places),
+                });
+            }
+            let Some(arriving) = &mut self.arriving else {
+                return;
+            };
+            if !arriving.is_filled() {
+                let from = (&lights.records[..], &records.packed[..]);
+                arriving.fill(scene, grid, from, &visible.points);
+                self.has_shares = false;
+                return;
+            }
+            if let Some(unblocked) = self.unblocked.as_ref().filter(|_| !self.has_shares) {
+                arriving.take_shares(&lights.records, unblocked, &visible.points);
+                self.has_shares = true;
+            }
+            let is_kept = picturing.has_drafts
+                && quality == Quality::Whole
+                && n_groups == 1
+                && paint.is_none()
+                && shading.order.len() == n_places;
+            if !is_kept {
+                self.kept = None;
+            } else if !self
+                .kept
+                .as_ref()
+                .is_some_and(|kept| kept.is_of(&arriving.lights, n_places))
+            {
+                self.kept = Kept::new(&arriving.lights, n_places);
+            }
+            let of_lights = (&*arriving, &lights.records[..]);
+            let view = &picturing.view;
+            let shader = WideShader::new(scene, view, tables, of_lights, through, shading.peaks);
+            let visible = &visible.points;
+            match &mut self.kept {
+                Some(kept) => {
+                    let (radiance, counts, of_lights) = shader.shade_and_keep(&plain, visible);
+                    kept.take(&lights.records, &plain, &of_lights);
+                    found.push(((radiance, counts), plain));
+                }
+                None => found.push((shader.shade(&plain, visible), plain)),
+            }
+        }
+        // These do all lights at once.
+        if !painted.is_empty() && shading.group == 0 {
+            let lit = Lit {
+                scene,
+                view: &picturing.view,
+                grid,
+                lights: &lights.records,
+                records: &records.packed,
+                unblocked: self.unblocked.as_ref(),
+                through,
+            };
+            found.push((lit.shade(&painted, &visible.points), painted));
+        }
+        shading.n_done += places.len();
+        for ((radiance, counts), places) in found {
+            for (&place, radiance) in places.iter().zip(radiance) {
+                let sum = &mut shading.radiance[place as usize];
+                for (sum, value) in sum.iter_mut().zip(radiance) {
+                    *sum += value;
+                }
+            }
+            shading.counts = shading.counts.and(counts);
+        }
+        let is_last = shading.group + 1 == shading.groups.len();
+        let is_first_done = shading.n_done >= shading.n_first;
+        if shading.n_done == shading.order.len() || quality == Quality::Draft && is_first_done {
+            shading.group += 1;
+            shading.n_done = 0;
+            if is_last {
+                self.finish_shading(picturing);
+            }
+        } else if is_last && is_first_done && picturing.has_drafts && is_first_picture {
+            let radiance = shading.radiance.clone();
+            self.show(picturing, Quality::Most, radiance);
+        }
+    }
+
+    fn finish_shading(&mut self, picturing: &Picturing) {
+        if let Some(shading) = self.shading.take() {
+            self.stats.set_terms(&shading.counts.terms);
+            let is_whole = shading.quality == Quality::Whole;
+            if let (Some(kept), Some(lights), true) = (&mut self.kept, &self.lights, is_whole) {
+                kept.is_taken(&lights.records);
+            }
+            self.show(picturing, shading.quality, shading.radiance);
+        }
+    }
+
+    fn show(&mut self, picturing: &Picturing, quality: Quality, mut radiance: Vec<[f32; 4]>) {
+        let Some((list, visible)) = &self.list else {
+            return;
+        };
+        if matches!(quality, Quality::Draft | Quality::Most) {
+            visible.fill(&mut radiance);
+        }
+        let n_points = picturing.scene.strands.points.len();
+        self.stats.list_entries = list.n_entries() as u64;
+        self.stats.visible_points = visible.points.len() as u64;
+        self.stats.points_skipped = (n_points - visible.points.len()) as u64;
+        if self.proxies.is_none() {
+            self.proxies = self.lit_proxies(picturing);
+        }
+        self.shaded = Some(Shaded {
+            paint: picturing.scene.shared_paint().cloned(),
+            quality,
+            radiance,
+        });
+        self.version += 1;
+    }
+}
+
+/// Are there points of the fibre that tables are of? Painted points have fibres of their own. Nor are
+/// there tables where pictures of single modes must add up to that of all, which those of their tables do
+/// to 0.1 %.
+pub(super) fn needs_tables(scene: &PreparedScene) -> bool {
+    let has_plain = match scene.paint() {
+        Some(paint) => paint.iter().any(|point| !point.is_painted()),
+        None => true,
+    };
+    has_plain && scene.reference_amplitudes.is_none()
+}
+
+/// Do the tables have all terms of multiple scattering that are drawn?
+fn serve(tables: &MultipleTables, scene: &PreparedScene) -> bool {
+    scene.terms() & (TERM_GLOBAL | TERM_LOCAL) & !tables.terms() == 0
+}
+
+/// What shades visible points that have fibres of their own, and elliptic ones.
+struct Lit<'a> {
+    scene: &'a PreparedScene,
+    view: &'a ViewUniform,
+    grid: &'a Grid,
+    lights: &'a [LightRecord],
+    records: &'a [PackedRecord],
+    unblocked: Option<&'a Unblocked>,
+    through: Option<&'a Unblocked>,
+}
+
+impl Lit<'_> {
+    /// Radiance of some visible points.
+    fn shade(&self, places: &[u32], visible: &[u32]) -> (Vec<[f32; 4]>, Counts) {
+        let shader = PointShader::new(self.scene, self.view);
+        let n_voxels = self.grid.n_voxels();
+        let lift = SELF_LIFT * self.grid.h;
+        let mut radiance = vec![[0.0; 4]; places.len()];
+        let counts = radiance
+            .par_iter_mut()
+            .zip(places)
+            .with_min_len(16)
+            .map(|(radiance, &place)| {
+                let at = VisiblePoint {
+                    place: place as usize,
+                    point: visible[place as usize] as usize,
+                };
+                let position = Vec3::from_slice(&self.scene.strands.points[at.point]);
+                let arriving = |ix: usize, light: &LightRecord| {
+                    let lifted = position + Vec3::from(light.direction) * lift;
+                    let g = grid_position(self.grid, lifted);
+                    let record = record_at(self.grid, &self.records[ix * n_voxels..], g);
+                    let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
+                    let slot = light.shadow_index;
+                    if let Some(maps) = self.unblocked.filter(|_| slot != NO_SLOT) {
+                        unblocked = maps.share(slot, at);
+                        unblocked_tt = unblocked;
+                        if let Some(through) = self.through {
+                            let through = through.share(THROUGH_SLOT, at);
+                            unblocked_tt = mix(unblocked, through, light.forward_weight);
+                        }
+                    }
+                    (record, unblocked, unblocked_tt)
+                };
+                shader.shade(at.point, self.lights, arriving, radiance)
+            })
+            .reduce(Counts::default, Counts::and);
+        (radiance, counts)
+    }
+}

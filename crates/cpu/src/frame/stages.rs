@@ -1,0 +1,300 @@
+//! The stages before shading, a step of each at a time.
+
+use rayon::prelude::*;
+use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scattering::multiple_tables::{Job, MultipleTables};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::beside::Places;
+use strandlight_scene::progress::timed;
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::volume::Grid;
+
+use super::super::list::Listing;
+use super::super::proxies::Proxies;
+use super::super::proxy_light::Surfaces;
+use super::super::transmittance::transmittance_beside;
+use super::super::unblocked::{Casting, Unblocked};
+use super::super::visible::VisiblePoints;
+use super::super::voxelise::Voxelising;
+use super::{Frame, Picturing};
+
+/// Shares at all points are kept if they have at most this many bytes.
+const MAX_SHARE_BYTES: usize = 256 << 20;
+
+/// What arrives of each light at the proxies is kept if it has at most this many bytes.
+const MAX_PROXY_BYTES: usize = 64 << 20;
+
+/// What the hair lets through, by the shadow volume.
+#[derive(Default)]
+pub(super) struct Records {
+    /// `[light][voxel]`; none of lights that were black.
+    pub packed: Vec<PackedRecord>,
+    /// By light as far as it is done: was it not black?
+    pub is_lit: Vec<bool>,
+    /// Of the voxels.
+    pub places: Places,
+}
+
+/// What arrives of the lights at the proxies.
+pub(super) struct ProxyLight {
+    surfaces: Surfaces,
+    /// Lights that are found.
+    n_done: usize,
+    /// `[light][surface]`: [`Surfaces::irradiance`], whatever the colours; nothing of lights that were black.
+    arriving: Vec<Vec<f32>>,
+    /// In place of it where it would be many bytes: the proxies in the light of the lights as they are.
+    lit: Option<Proxies>,
+}
+
+impl ProxyLight {
+    /// Is it that of lights of other colours too?
+    pub fn is_of_any_color(&self) -> bool {
+        self.lit.is_none()
+    }
+}
+
+impl Frame {
+    pub(super) fn voxelise(&mut self, scene: &PreparedScene) {
+        let strands = &scene.strands;
+        let (found, seconds) = timed(|| {
+            let (grid, voxelising) = self.voxelising.get_or_insert_with(|| {
+                let grid = Grid::around(strands);
+                (grid, Voxelising::new(strands, &grid))
+            });
+            voxelising.step(strands, grid).then_some(())?;
+            let (grid, voxelising) = self.voxelising.take()?;
+            Some((grid, voxelising.finish(&grid)))
+        });
+        let bytes = match &found {
+            Some((_, volume)) => size_of_val(&volume[..]) as u64,
+            None => 0,
+        };
+        if found.is_some() {
+            self.volume = found;
+        }
+        self.ran("voxelise", seconds, bytes);
+    }
+
+    pub(super) fn list(&mut self, picturing: &Picturing) {
+        let Picturing {
+            scene,
+            view,
+            beside,
+            ..
+        } = picturing;
+        let strands = &scene.strands;
+        let (found, seconds) = timed(|| match self.listing.take() {
+            None => {
+                self.listing = Some((Listing::new(view, strands), false));
+                None
+            }
+            Some((mut listing, false)) => {
+                let is_done = listing.step(view, strands, beside);
+                self.listing = Some((listing, is_done));
+                None
+            }
+            Some((mut listing, true)) => {
+                let mut list = listing.finish();
+                let visible = VisiblePoints::number(&mut list, strands);
+                Some((list, visible))
+            }
+        });
+        let mut bytes = 0;
+        if let Some((list, visible)) = found {
+            bytes = list.bytes() + size_of_val(&visible.points[..]) as u64;
+            self.stats.pixels_visited = list.counts[0];
+            self.list = Some((list, visible));
+        }
+        self.ran("list", seconds, bytes);
+    }
+
+    pub(super) fn cast(&mut self, picturing: &Picturing) {
+        let (Some(lights), Some((_, visible))) = (&self.lights, &self.list) else {
+            return;
+        };
+        let strands = &picturing.scene.strands;
+        let plan = &lights.plan;
+        let mut casting = self.casting.take();
+        let (is_done, seconds) = timed(|| {
+            let casting = casting.get_or_insert_with(|| {
+                let bytes = Unblocked::bytes_of(plan.n_slots, strands.points.len());
+                // Where there are drafts, other views are to come.
+                let is_turned = self.was_turned || picturing.has_drafts;
+                let is_everywhere = is_turned && bytes <= MAX_SHARE_BYTES;
+                let visible = (!is_everywhere).then_some(&visible.points[..]);
+                Casting::new(plan.n_slots, plan.views.clone(), strands, visible)
+            });
+            casting.step(&picturing.beside)
+        });
+        let mut bytes = 0;
+        match casting {
+            Some(casting) if is_done => {
+                let unblocked = casting.finish();
+                bytes = unblocked.bytes();
+                self.stats.texels_visited += unblocked.n_texels;
+                self.unblocked = Some(unblocked);
+                self.has_shares = false;
+            }
+            unfinished => self.casting = unfinished,
+        }
+        self.ran("shadow maps", seconds, bytes);
+    }
+
+    pub(super) fn cast_through(&mut self, picturing: &Picturing) {
+        let (Some(lights), Some((_, visible))) = (&self.lights, &self.list) else {
+            return;
+        };
+        let is_everywhere = self
+            .unblocked
+            .as_ref()
+            .is_some_and(Unblocked::is_everywhere);
+        let mut casting = self.through_casting.take();
+        let (is_done, seconds) = timed(|| {
+            let casting = casting.get_or_insert_with(|| {
+                let views = lights.plan.through(picturing.view.forward);
+                let n_slots = u32::from(!views.is_empty());
+                // At all points they serve the drafts of other views.
+                let visible = (!is_everywhere).then_some(&visible.points[..]);
+                Casting::new(n_slots, views, &picturing.scene.strands, visible)
+            });
+            casting.step(&picturing.beside)
+        });
+        let mut bytes = 0;
+        match casting {
+            Some(casting) if is_done => {
+                let through = casting.finish();
+                bytes = through.bytes();
+                self.stats.texels_visited += through.n_texels;
+                self.through = Some(through);
+                self.through_before = None;
+            }
+            unfinished => self.through_casting = unfinished,
+        }
+        self.ran("through maps", seconds, bytes);
+    }
+
+    /// Are there records of all lights?
+    pub(super) fn has_records(&self) -> bool {
+        let n = self.lights.as_ref().map(|lights| lights.records.len());
+        self.records.as_ref().map(|records| records.is_lit.len()) == n
+    }
+
+    pub(super) fn transmit(&mut self, picturing: &Picturing) {
+        let (Some(lights), Some((grid, volume))) = (&self.lights, &self.volume) else {
+            return;
+        };
+        let records = self.records.get_or_insert_with(|| Records {
+            packed: Vec::with_capacity(grid.n_voxels() * lights.records.len()),
+            is_lit: Vec::new(),
+            places: picturing.beside.places_of_voxels(grid),
+        });
+        let first = records.is_lit.len();
+        // The black ones are no work.
+        let mut n = 0;
+        let is_last = |is_lit: &bool| {
+            n += usize::from(*is_lit);
+            n == rayon::current_num_threads()
+        };
+        let range = match lights.is_lit[first..].iter().position(is_last) {
+            Some(last) => first..first + last + 1,
+            None => first..lights.is_lit.len(),
+        };
+        let ((), seconds) = timed(|| {
+            let of_range = &lights.records[range.clone()];
+            let beside = (&picturing.beside, &records.places);
+            let found = transmittance_beside(grid, volume, of_range, &lights.sweeps, beside);
+            records.packed.extend(found);
+            records.is_lit.extend(&lights.is_lit[range.clone()]);
+        });
+        let is_last = range.end == lights.is_lit.len();
+        let bytes = if is_last {
+            size_of_val(&records.packed[..]) as u64
+        } else {
+            0
+        };
+        self.ran("transmittance", seconds, bytes);
+    }
+
+    /// Is the light at the proxies found, of all lights?
+    pub(super) fn has_proxy_light(&self) -> bool {
+        let n = self.lights.as_ref().map(|lights| lights.records.len());
+        self.proxy_light.as_ref().map(|found| found.n_done) == n
+    }
+
+    /// Finds what arrives of the next light.
+    pub(super) fn light_proxies(&mut self, picturing: &Picturing) {
+        let Picturing { scene, beside, .. } = picturing;
+        let (Some(lights), Some((grid, _)), Some(records)) =
+            (&self.lights, &self.volume, &self.records)
+        else {
+            return;
+        };
+        let of_all = &lights.records;
+        let ((), seconds) = timed(|| {
+            let found = self.proxy_light.get_or_insert_with(|| {
+                let surfaces = Surfaces::new(beside);
+                let bytes = size_of::<f32>() * surfaces.list().len() * of_all.len();
+                ProxyLight {
+                    surfaces,
+                    n_done: 0,
+                    arriving: Vec::new(),
+                    lit: (bytes > MAX_PROXY_BYTES).then(|| Proxies::new(scene)),
+                }
+            });
+            // The black ones are no work.
+            let is_work = |light: &LightRecord| light.power > 0.0 && !beside.is_empty();
+            let next = of_all[found.n_done..].iter().position(is_work);
+            found.n_done = next.map_or(of_all.len(), |next| found.n_done + next);
+            let Some(light) = of_all.get(found.n_done) else {
+                return;
+            };
+            let n = grid.n_voxels();
+            let packed = &records.packed[n * found.n_done..][..n];
+            let of_light = (light, &lights.sweeps[..]);
+            let places = &records.places;
+            let arriving = found
+                .surfaces
+                .irradiance(beside, grid, of_light, packed, places);
+            match &mut found.lit {
+                Some(lit) => lit.add(&found.surfaces, &picturing.view, light.rgb, &arriving),
+                None => {
+                    found.arriving.resize(found.n_done, Vec::new());
+                    found.arriving.push(arriving);
+                }
+            }
+            found.n_done += 1;
+        });
+        if !beside.is_empty() {
+            self.ran("light on proxies", seconds, 0);
+        }
+    }
+
+    /// The proxies in the light of the lights as they are.
+    pub(super) fn lit_proxies(&self, picturing: &Picturing) -> Option<Proxies> {
+        let (lights, found) = (self.lights.as_ref()?, self.proxy_light.as_ref()?);
+        if let Some(lit) = &found.lit {
+            return Some(lit.clone());
+        }
+        let mut proxies = Proxies::new(picturing.scene);
+        for (light, arriving) in lights.records.iter().zip(&found.arriving) {
+            if light.power > 0.0 {
+                proxies.add(&found.surfaces, &picturing.view, light.rgb, arriving);
+            }
+        }
+        Some(proxies)
+    }
+
+    pub(super) fn fill_tables(&mut self, scene: &PreparedScene) {
+        let (tables, seconds) = timed(|| multiple_tables(scene));
+        self.ran("tables", seconds, tables.bytes() as u64);
+        self.multiple = Some(tables);
+    }
+}
+
+/// Tables of multiple scattering of the fibre, for the terms that are drawn.
+fn multiple_tables(scene: &PreparedScene) -> MultipleTables {
+    let shading = scene.hair.optics().shading(scene.tables.view());
+    MultipleTables::new(&shading, scene.hair.averages(), scene.terms(), |jobs| {
+        jobs.into_par_iter().for_each(Job::run);
+    })
+}

@@ -1,0 +1,172 @@
+//! Light that arrives at the proxies. Twin of `shaders/pass/proxy_light.wgsl`.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use glam::{UVec3, Vec3};
+use rayon::prelude::*;
+use strandlight_scattering::closed_form::{PackedRecord, irradiance, unpack_record};
+use strandlight_scene::beside::{Beside, Places, Surface, Towards};
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::volume::{Grid, SELF_LIFT};
+
+use super::voxelise::{grid_position, voxel_index};
+
+/// What directions at or below the horizon weigh, so that there is a mean where all of them are.
+const LEAST_COSINE: f32 = 1e-3;
+
+/// How far above the surface records are looked up where none beside it sees the light, voxels: a
+/// wide light is seen a little beyond the horizon of its middle.
+const HIGHER: f32 = 3.0;
+
+/// Where light is found on the proxies of a scene.
+pub(super) struct Surfaces {
+    list: Vec<Surface>,
+    places: Places,
+}
+
+impl Surfaces {
+    /// Those of all that stands `beside` the hair.
+    pub fn new(beside: &Beside) -> Surfaces {
+        let list = beside.surfaces();
+        Surfaces {
+            places: beside.places(list.iter().map(|surface| surface.position)),
+            list,
+        }
+    }
+
+    /// All of them, as in [`Beside::surfaces`].
+    pub fn list(&self) -> &[Surface] {
+        &self.list
+    }
+
+    /// Irradiance of a light of amplitude 1 behind the hair, by surface; `packed` are its records by voxel,
+    /// `voxels` the places of the voxels.
+    pub fn irradiance(
+        &self,
+        beside: &Beside,
+        grid: &Grid,
+        (light, sweeps): (&LightRecord, &[[f32; 4]]),
+        packed: &[PackedRecord],
+        voxels: &Places,
+    ) -> Vec<f32> {
+        let first = light.first_sweep as usize;
+        let directions = &sweeps[first..first + light.n_sweeps as usize];
+        let towards: Vec<Towards> = directions
+            .par_iter()
+            .map(|d| beside.towards(Vec3::from_slice(d)))
+            .collect();
+        let mut n_open: Vec<AtomicU8> = Vec::new();
+        n_open.resize_with(grid.n_voxels(), || AtomicU8::new(UNKNOWN));
+        let from = From {
+            grid,
+            towards: &towards,
+            packed,
+            voxels,
+            n_open: &n_open,
+        };
+        self.list
+            .par_iter()
+            .enumerate()
+            .with_min_len(64)
+            .map(|(ix, surface)| {
+                let cos = surface.normal.dot(Vec3::from(light.direction));
+                irradiance(cos, light.lambda) * from.share_of_light(surface, &self.places, ix)
+            })
+            .collect()
+    }
+}
+
+/// A light, and what it passes on its way to the proxies.
+struct From<'a> {
+    grid: &'a Grid,
+    /// By direction of the light.
+    towards: &'a [Towards<'a>],
+    /// By voxel.
+    packed: &'a [PackedRecord],
+    voxels: &'a Places,
+    /// By voxel, from how many directions light comes by the proxies; [`UNKNOWN`] until it is asked.
+    n_open: &'a [AtomicU8],
+}
+
+/// More directions than a light has.
+const UNKNOWN: u8 = u8::MAX;
+
+impl From<'_> {
+    /// How much of a light's irradiance in the open there is on `surface`, number `ix` of `places`.
+    fn share_of_light(&self, surface: &Surface, places: &Places, ix: usize) -> f32 {
+        let lift = SELF_LIFT * self.grid.h;
+        let mut inside = None;
+        let (mut above, mut arriving) = (0.0, 0.0);
+        for towards in self.towards {
+            let d = towards.direction();
+            let weight = surface.normal.dot(d).max(LEAST_COSINE);
+            above += weight;
+            if towards.is_behind_other(surface, places, ix) {
+                continue;
+            }
+            let share_at = |position: Vec3| self.share_at(grid_position(self.grid, position));
+            let share = match entry_of_volume(self.grid, surface.position, d) {
+                None => 1.0,
+                // The same place for all directions.
+                Some(0.0) => *inside.get_or_insert_with(|| {
+                    [lift, HIGHER * self.grid.h]
+                        .iter()
+                        .find_map(|&height| share_at(surface.position + surface.normal * height))
+                        .unwrap_or(0.0)
+                }),
+                Some(entry) => share_at(surface.position + d * entry).unwrap_or(0.0),
+            };
+            arriving += weight * share;
+        }
+        arriving / above.max(LEAST_COSINE)
+    }
+
+    /// Directions of the light that no proxy blocks at a voxel.
+    fn n_open(&self, voxel: UVec3) -> f32 {
+        let ix = voxel_index(self.grid, voxel.to_array());
+        let known = self.n_open[ix].load(Ordering::Relaxed);
+        if known != UNKNOWN {
+            return f32::from(known);
+        }
+        let centre = self.grid.centre(voxel.to_array());
+        let is_open = |towards: &&Towards| !towards.is_blocked(self.voxels, ix, centre);
+        // Some at most: `MAX_DIRECTIONS`.
+        let n = self.towards.iter().filter(is_open).count() as u8;
+        self.n_open[ix].store(n, Ordering::Relaxed);
+        f32::from(n)
+    }
+
+    /// Share that hair leaves of the light, by its records around `g`. They hold the mean over all
+    /// directions, none coming through proxies, and each voxel has a horizon of its own: voxels count
+    /// by the directions that are open there, those without any not at all.
+    fn share_at(&self, g: Vec3) -> Option<f32> {
+        let base = g.as_uvec3();
+        let f = g - base.as_vec3();
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for corner in 0..8_u32 {
+            let offset = UVec3::new(corner & 1, (corner >> 1) & 1, corner >> 2);
+            let voxel = base + offset;
+            let n_open = self.n_open(voxel);
+            if n_open > 0.0 {
+                let w = Vec3::select(offset.cmpeq(UVec3::ONE), f, 1.0 - f);
+                let weight = w.x * w.y * w.z;
+                let record = unpack_record(&self.packed[voxel_index(self.grid, voxel.to_array())]);
+                sum += weight * record.shares[0] * (self.towards.len() as f32 / n_open);
+                weights += weight;
+            }
+        }
+        (weights > 0.0).then(|| (sum / f32::max(weights, 1e-20)).min(1.0))
+    }
+}
+
+/// How far along a ray the middles of the outer voxels are reached.
+fn entry_of_volume(grid: &Grid, position: Vec3, direction: Vec3) -> Option<f32> {
+    let tiny = direction.abs().cmplt(Vec3::splat(1e-8));
+    let d = Vec3::select(tiny, Vec3::splat(1e-8), direction);
+    let origin = Vec3::from(grid.origin);
+    let dims = Vec3::from(grid.dims.map(|n| n as f32));
+    let low = (origin + 0.5 * grid.h - position) / d;
+    let high = (origin + (dims - 0.5) * grid.h - position) / d;
+    let entry = low.min(high).max_element().max(0.0);
+    (entry < low.max(high).min_element()).then_some(entry)
+}
