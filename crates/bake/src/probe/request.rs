@@ -8,7 +8,7 @@ use serde_json::error::Category;
 use strandlight_scattering::dual_scattering::Average;
 use strandlight_scattering::exact::Forward;
 use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::{HairParams, Lobe, Parameter, ParameterShape};
+use strandlight_scattering::{HairParams, Lobe, Model, Parameter, ParameterShape};
 
 use super::keys::{Keys, shortened};
 use super::unique::Unique;
@@ -283,8 +283,15 @@ const REQUIRED: [Parameter; 5] = [
 
 /// The fibre at `hair`.
 fn hair(keys: &Keys<'_>) -> Result<HairParams, String> {
-    let keys = keys.object("hair", &Parameter::ALL.map(Parameter::name))?;
+    let mut known = Parameter::ALL.map(Parameter::name).to_vec();
+    known.push("model");
+    let keys = keys.object("hair", &known)?;
     let mut hair = HairParams::default();
+    let accepted = Model::ALL.map(Model::name).join(" or ");
+    let model = keys.optional("model", |keys, key| {
+        keys.named(key, &accepted, Model::from_name)
+    })?;
+    hair.model = model.unwrap_or_default();
     for parameter in Parameter::ALL {
         let [low, high] = parameter.range();
         let read = |keys: &Keys<'_>, name: &str| match parameter.shape() {

@@ -11,14 +11,14 @@ use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::BernsteinRule;
 use strandlight_scattering::closed_form::{
     DEFAULT_NODES, DirectionInFrame, Fibre, GAUSS_HERMITE, LN_CULL, LightInFrame, Reflectance,
-    Shading, Tables, azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, eta_star, inclination,
-    lag_between, longitudinal, node_count, outer_node, outer_rule, pack_nodes, paper, sample_lobes,
+    Shading, Tables, azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, eta_star, fisher_lobe,
+    fisher_rule, inclination, lag_between, longitudinal, node_count, outer_node, outer_rule, pack_nodes, paper, sample_lobes,
     single_scattering, single_scattering_mode, table_cell,
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{DEFAULT_LOBE_TEXELS, LobeTable, LobeTexture, slice};
 use strandlight_scattering::table_layout::{C_CHANNELS, C_COLUMNS, C_ROWS};
-use strandlight_scattering::{HairParams, Lobe, ParamError};
+use strandlight_scattering::{HairParams, Lobe, Model, ParamError};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::tables::{ShadingTables, TablesError, lobe_table};
 
@@ -107,6 +107,24 @@ impl Method {
                 .map(|(n_theta, n_h)| Method::BruteForce { n_theta, n_h }),
         );
         methods
+    }
+
+    /// Those of [`Method::all`] that fibres of `model` have: of `energy` the renderer's alone.
+    pub fn all_of(model: Model) -> Vec<Method> {
+        let mut methods = Method::all();
+        methods.retain(|method| {
+            model == Model::Marschner || !matches!(method.family(), "paper" | "paper, dielectric" | "quadrature")
+        });
+        methods
+    }
+
+    /// The method that costs are compared with: the paper's default, or where that is none the
+    /// renderer's.
+    pub const fn base_of(model: Model) -> Method {
+        match model {
+            Model::Marschner => Method::BASE,
+            Model::Energy => Method::DEFAULT,
+        }
     }
 
     /// The method that costs are compared with: the paper's default.
@@ -517,7 +535,12 @@ impl OnFibre<'_> {
                     .collect()
             }
             Method::Runtime { .. } | Method::TableC { .. } | Method::LobeTexels { .. } => {
-                let rule = outer_rule(theta_j, lambda_j, view.theta, alpha, beta);
+                let rule = if fibre.is_energy() {
+                    let lobe = fisher_lobe(2.0 * alpha - view.theta, 4.0 * beta * beta);
+                    fisher_rule(theta_j, lambda_j, &lobe)
+                } else {
+                    outer_rule(theta_j, lambda_j, view.theta, alpha, beta)
+                };
                 if rule.ln_bound < LN_CULL {
                     return Vec::new();
                 }

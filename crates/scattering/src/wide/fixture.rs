@@ -89,10 +89,16 @@ impl Fixture {
 
     /// Any fibre.
     pub fn hair(&self, random: &mut SplitMix64, elliptic: bool) -> Hair {
+        self.hair_of(&params(random, elliptic))
+    }
+}
+
+/// Any parameters.
+pub fn params(random: &mut SplitMix64, elliptic: bool) -> HairParams {
         let degree = std::f64::consts::PI / 180.0;
         let shift = random.uniform(-10.0, 10.0) * degree;
         let width = random.log_uniform(2.0, 25.0) * degree;
-        self.hair_of(&HairParams {
+        HairParams {
             eta: random.uniform(1.3, 1.8),
             sigma_a: [(); 3].map(|()| random.log_uniform(0.01, 3.0)),
             shift: PerLobe {
@@ -111,8 +117,7 @@ impl Fixture {
                 false => 1.0,
             },
             ..HairParams::default()
-        })
-    }
+        }
 }
 
 impl Hair {
