@@ -404,11 +404,14 @@ impl HairMaterial {
         }
         let modes_differ = modes != self.modes;
         let changed = Parameter::ALL.map(|parameter| parameter.differs(&self.hair, hair));
-        if hair.model != self.hair.model {
-            // What has another form; the rest is made of these.
-            for (rule, is_made) in RULES.iter().zip(&mut self.made) {
-                *is_made &= !matches!(rule.part, Part::Fibre | Part::Averages);
-            }
+        // Of model `energy` the fibre and the averages hold more than their parameters say.
+        let is_other = hair.model != self.hair.model;
+        for (rule, is_made) in RULES.iter().zip(&mut self.made) {
+            *is_made &= match rule.part {
+                Part::Fibre => fibre == self.optics.fibre,
+                Part::Averages => !is_other,
+                _ => true,
+            };
         }
         self.hair = *hair;
         self.modes = modes;

@@ -352,6 +352,35 @@ mod tests {
     }
 
     #[test]
+    fn the_model_is_read_and_checked() {
+        let parse = |model: &str, eccentricity: &str| {
+            let hair = HAIR.replace(
+                r#""eccentricity":1.0"#,
+                &format!(r#""eccentricity":{eccentricity},"model":{model}"#),
+            );
+            Request::parse(&format!(
+                r#"{{"q":"average","name":"a_f","theta_d":0.2,"hair":{hair}}}"#
+            ))
+        };
+        for model in Model::ALL {
+            let request = parse(&format!("{:?}", model.name()), "1.0").unwrap();
+            assert_eq!(request.hair().unwrap().model, model);
+        }
+        for (model, eccentricity, needle) in [
+            (
+                r#""kajiya""#,
+                "1.0",
+                "hair.model is \"kajiya\", must be marschner or energy",
+            ),
+            ("3", "1.0", "hair.model is 3"),
+            (r#""energy""#, "0.9", "eccentricity of model energy is 0.9"),
+        ] {
+            let error = parse(model, eccentricity).unwrap_err();
+            assert!(error.contains(needle), "{error}");
+        }
+    }
+
+    #[test]
     fn faults_are_named() {
         for (line, needle) in [
             ("", "not JSON"),

@@ -10,10 +10,11 @@ use strandlight_render::probe::Scheme;
 use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::BernsteinRule;
 use strandlight_scattering::closed_form::{
-    DEFAULT_NODES, DirectionInFrame, Fibre, GAUSS_HERMITE, LN_CULL, LightInFrame, Reflectance,
-    Shading, Tables, azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, eta_star, fisher_lobe,
-    fisher_rule, inclination, lag_between, longitudinal, node_count, outer_node, outer_rule, pack_nodes, paper, sample_lobes,
-    single_scattering, single_scattering_mode, table_cell,
+    DEFAULT_NODES, DirectionInFrame, ENERGY_NODES, Fibre, GAUSS_HERMITE, LN_CULL, LightInFrame,
+    Reflectance, Shading, Tables, azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, eta_star,
+    fisher_lobe, fisher_rule, inclination, lag_between, longitudinal, node_count, outer_node,
+    outer_rule, pack_nodes, paper, sample_lobes, single_scattering, single_scattering_mode,
+    table_cell,
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{DEFAULT_LOBE_TEXELS, LobeTable, LobeTexture, slice};
@@ -87,6 +88,7 @@ const RUNTIME_NODES: [[u32; 3]; 8] = [
 /// The renderer's own.
 const DEFAULT_RUNTIME: [u32; 3] = [3, 2, 3];
 const _: () = assert!(pack_nodes(DEFAULT_RUNTIME) == DEFAULT_NODES);
+const _: () = assert!(pack_nodes([3, 3, 3]) == ENERGY_NODES);
 /// Sizes of the table C, the default 64 x 128 among them.
 const TABLE_C_SIZES: [[u32; 2]; 5] = [[8, 16], [16, 32], [32, 64], [64, 128], [128, 256]];
 /// Sizes of the lobe textures, the default among them.
@@ -109,13 +111,21 @@ impl Method {
         methods
     }
 
-    /// Those of [`Method::all`] that fibres of `model` have: of `energy` the renderer's alone.
+    /// Those that fibres of `model` have: of `energy` the renderer's scheme alone.
     pub fn all_of(model: Model) -> Vec<Method> {
-        let mut methods = Method::all();
-        methods.retain(|method| {
-            model == Model::Marschner || !matches!(method.family(), "paper" | "paper, dielectric" | "quadrature")
-        });
-        methods
+        match model {
+            Model::Marschner => Method::all(),
+            Model::Energy => [
+                [1, 1, 1],
+                [2, 2, 2],
+                [3, 2, 3],
+                [3, 3, 3],
+                [4, 4, 4],
+                [8, 8, 8],
+            ]
+            .map(|nodes| Method::Runtime { nodes })
+            .to_vec(),
+        }
     }
 
     /// The method that costs are compared with: the paper's default, or where that is none the
@@ -123,7 +133,7 @@ impl Method {
     pub const fn base_of(model: Model) -> Method {
         match model {
             Model::Marschner => Method::BASE,
-            Model::Energy => Method::DEFAULT,
+            Model::Energy => Method::Runtime { nodes: [3, 3, 3] },
         }
     }
 

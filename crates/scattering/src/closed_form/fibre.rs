@@ -75,6 +75,9 @@ pub const DEFAULT_SEGMENTS: u32 = 4;
 /// Nodes of the outer integral that the renderer uses: 3 of R, 2 of TT, 3 of TRT.
 pub const DEFAULT_NODES: u32 = pack_nodes([3, 2, 3]);
 
+/// Those of model `energy`, whose M_t cos(theta_i) falls to 0 less smoothly at the ends: 3 of each.
+pub const ENERGY_NODES: u32 = pack_nodes([3, 3, 3]);
+
 /// [`Fibre::nodes`] of these counts for R, TT, TRT, each clamped to 1..=15.
 pub const fn pack_nodes(counts: [u32; 3]) -> u32 {
     let mut packed = 0;
@@ -98,7 +101,7 @@ impl Fibre {
     /// The fibre with these parameters, rounded to single precision.
     ///
     /// `modes` lists what is enabled; the orders beyond TRT are those of a dielectric; `segments` is clamped to 2..=[`MAX_SEGMENTS`]; `nodes` are
-    /// [`DEFAULT_NODES`].
+    /// [`DEFAULT_NODES`] or [`ENERGY_NODES`].
     ///
     /// # Errors
     /// The first parameter outside its range ([`HairParams::validate`]).
@@ -106,9 +109,9 @@ impl Fibre {
         hair.validate()?;
         let per_lobe = |value: &crate::PerLobe<f64>| Lobe::ALL.map(|lobe| value.get(lobe) as f32);
         let [eta_1, eta_2] = hair.elliptic_indices();
-        let model = match hair.model {
-            Model::Marschner => 0,
-            Model::Energy => MODEL_ENERGY,
+        let (model, nodes) = match hair.model {
+            Model::Marschner => (0, DEFAULT_NODES),
+            Model::Energy => (MODEL_ENERGY, ENERGY_NODES),
         };
         let (further, further_scale) = further_orders_of(hair);
         Ok(Fibre {
@@ -121,7 +124,7 @@ impl Fibre {
             eta_mean: (0.5 * (eta_1 + eta_2)) as f32,
             eta_swing: (0.5 * (eta_1 - eta_2)) as f32,
             modes: modes.iter().fold(model, |bits, lobe| bits | 1 << lobe.p()),
-            nodes: DEFAULT_NODES,
+            nodes,
             further,
             further_scale,
             padding_0: 0,
@@ -156,7 +159,7 @@ impl Fibre {
 
 /// Scale of [`Fibre::further`] over sqrt(eta^2 - 1): what many reflections keep of next to no absorption
 /// changes fastest at grazing angles.
-const FURTHER_SCALE: f64 = 0.1;
+const FURTHER_SCALE: f64 = 0.2;
 
 /// The orders beyond TRT of a dielectric of model `energy`, interpolated at Chebyshev's points, and their
 /// scale; zeros and 1 of other models.

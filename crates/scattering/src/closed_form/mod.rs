@@ -51,12 +51,12 @@ pub use azimuthal_r::{Reflectance, azimuthal_r};
 pub use circular_gaussian::{c_0, lobe_integral, product_integral};
 pub use eccentric::{ETA_STAR_MAX, ETA_STAR_MIN, eta_star};
 pub use fibre::{
-    ALL_MODES, DEFAULT_NODES, DEFAULT_SEGMENTS, Fibre, MODE_R, MODE_TRT, MODE_TT, MODEL_ENERGY,
-    N_FURTHER, pack_nodes,
+    ALL_MODES, DEFAULT_NODES, DEFAULT_SEGMENTS, ENERGY_NODES, Fibre, MODE_R, MODE_TRT, MODE_TT,
+    MODEL_ENERGY, N_FURTHER, pack_nodes,
 };
 pub use fisher::{
-    FisherLobe, fisher_density, fisher_lobe, fisher_place, fisher_rule, forward_share, further_orders,
-    further_place,
+    FisherLobe, fisher_density, fisher_lobe, fisher_place, fisher_rule, forward_share,
+    further_orders, further_place,
 };
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
 pub use global_scattering::{global_scattering, global_scattering_mode};

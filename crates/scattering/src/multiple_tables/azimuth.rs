@@ -9,8 +9,8 @@
 use core::f32::consts::PI;
 
 use crate::closed_form::{
-    Lag, SampleLobes, Shading, further_orders, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
-    inclination,
+    Lag, SampleLobes, Shading, further_orders, half_circle_basis, half_circle_r, half_circle_trt,
+    half_circle_tt, inclination,
 };
 
 /// Odd harmonics before they are reduced.

@@ -8,8 +8,8 @@ use core::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use crate::closed_form::{
     AverageTexel, DirectionInFrame, Fibre, LN_CULL, LightInFrame, SQRT_PI, direct_local_scattering,
-    forward_share, half_circle, inclination, local_rule, local_scattering, mean_cosine, node_constants,
-    node_count, node_extent, node_place, outer_rule,
+    forward_share, half_circle, inclination, local_rule, local_scattering, mean_cosine,
+    node_constants, node_count, node_extent, node_place, outer_rule,
 };
 
 use super::azimuth::{Profiles, Row};

@@ -6,8 +6,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8};
 
 use crate::closed_form::{
-    CLAMP, COSINE_SHARPNESS, FISHER_CLAMP, GAUSS_HERMITE, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE, MIDDLE_END,
-    NARROW, NARROW_END, SQRT_PI, VIEW_PULL, node_count,
+    CLAMP, COSINE_SHARPNESS, FISHER_CLAMP, GAUSS_HERMITE, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE,
+    MIDDLE_END, NARROW, NARROW_END, SQRT_PI, VIEW_PULL, node_count,
 };
 
 use super::math::{clamp, exp, ln, sin};

@@ -4,8 +4,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, f32x8};
 
 use crate::closed_form::{
-    DirectionInFrame, LN_CULL, LightInFrame, MAX_NODES, MODE_R, Shading, fisher_lobe, further_orders,
-    inclination, single_scattering_mode,
+    DirectionInFrame, LN_CULL, LightInFrame, MAX_NODES, MODE_R, Shading, fisher_lobe,
+    further_orders, inclination, single_scattering_mode,
 };
 use core::f32::consts::PI;
 
@@ -382,7 +382,14 @@ fn mode_of_lights<S: Simd, L: SampleLobes>(
     };
     let fibre = shading.fibre;
     if fibre.is_energy() {
-        return energy_of_lights(simd, mode, [theta_j, variance_j, kappa_j], &lag, place, shading);
+        return energy_of_lights(
+            simd,
+            mode,
+            [theta_j, variance_j, kappa_j],
+            &lag,
+            place,
+            shading,
+        );
     }
     let (alpha, beta) = (fibre.alpha[mode], fibre.beta[mode]);
     let rules = outer_rules(theta_j, variance_j, view.theta, alpha, beta);
@@ -562,48 +569,51 @@ mod tests {
             *lambda = 0.03 * (1.0f32 / 0.03).powf(ix as f32 / 39.0);
         }
         for model in Model::ALL {
-        let hair = fixture.hair_of(&HairParams {
-            model,
-            ..HairParams::default()
-        });
-        let shading = hair.shading(&fixture);
-        let wide = WideLights::new(&directions, &lambdas);
-        let places: Vec<Place> = (4..1004).map(|view| place(&mut random, view)).collect();
-        let products = (places.len() * directions.len()) as f64;
-        let least_ns = |run: &mut dyn FnMut()| {
-            // The system counts in steps of some milliseconds.
-            let timed = |run: &mut dyn FnMut()| {
-                let start = thread_ns();
-                (0..30).for_each(|_| run());
-                (thread_ns() - start) / (30.0 * products)
-            };
-            (0..5).map(|_| timed(run)).fold(f64::INFINITY, f64::min)
-        };
-        let one = least_ns(&mut || {
-            for place in &places {
-                for (light, lambda) in directions.iter().zip(&lambdas) {
-                    let source = LightInFrame::from_vector(along(place, *light), *lambda);
-                    let all = closed_form::single_scattering(&source, &place.view, &shading);
-                    std::hint::black_box(all);
-                }
-            }
-        });
-        println!("{}: one light at a time: {one:.0} ns a product", model.name());
-        for (name, level) in levels() {
-            let mut responses = vec![Responses::default(); places.len()];
-            let eight = least_ns(&mut || {
-                single_scattering_at(
-                    level,
-                    &wide,
-                    &[1.0; 40],
-                    &places,
-                    &shading,
-                    None,
-                    &mut responses,
-                );
+            let hair = fixture.hair_of(&HairParams {
+                model,
+                ..HairParams::default()
             });
-            println!("eight, {name}: {eight:.0} ns, {:.1} times", one / eight);
-        }
+            let shading = hair.shading(&fixture);
+            let wide = WideLights::new(&directions, &lambdas);
+            let places: Vec<Place> = (4..1004).map(|view| place(&mut random, view)).collect();
+            let products = (places.len() * directions.len()) as f64;
+            let least_ns = |run: &mut dyn FnMut()| {
+                // The system counts in steps of some milliseconds.
+                let timed = |run: &mut dyn FnMut()| {
+                    let start = thread_ns();
+                    (0..30).for_each(|_| run());
+                    (thread_ns() - start) / (30.0 * products)
+                };
+                (0..5).map(|_| timed(run)).fold(f64::INFINITY, f64::min)
+            };
+            let one = least_ns(&mut || {
+                for place in &places {
+                    for (light, lambda) in directions.iter().zip(&lambdas) {
+                        let source = LightInFrame::from_vector(along(place, *light), *lambda);
+                        let all = closed_form::single_scattering(&source, &place.view, &shading);
+                        std::hint::black_box(all);
+                    }
+                }
+            });
+            println!(
+                "{}: one light at a time: {one:.0} ns a product",
+                model.name()
+            );
+            for (name, level) in levels() {
+                let mut responses = vec![Responses::default(); places.len()];
+                let eight = least_ns(&mut || {
+                    single_scattering_at(
+                        level,
+                        &wide,
+                        &[1.0; 40],
+                        &places,
+                        &shading,
+                        None,
+                        &mut responses,
+                    );
+                });
+                println!("eight, {name}: {eight:.0} ns, {:.1} times", one / eight);
+            }
         }
     }
 

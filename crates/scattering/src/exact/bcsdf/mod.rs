@@ -271,7 +271,10 @@ impl Bcsdf {
             longitudinal: lobes.map(Longitudinal::Fisher),
             shares,
             density_scale: shares,
-            form: Form::Energy(Further { kept: further, even }),
+            form: Form::Energy(Further {
+                kept: further,
+                even,
+            }),
         }
     }
 }

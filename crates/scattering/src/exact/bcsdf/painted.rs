@@ -6,8 +6,8 @@ use crate::quadrature::GaussLegendre;
 
 use super::layered::{LayeredTrt, Place};
 use super::{
-    Bcsdf, BcsdfError, BcsdfView, Form, Longitudinal, MASS_MIN, N_PLACES, Trt, angles, longitudinal,
-    place_of,
+    Bcsdf, BcsdfError, BcsdfView, Form, Longitudinal, MASS_MIN, N_PLACES, Trt, angles,
+    longitudinal, place_of,
 };
 
 /// Fibres of one eta and w_c whose absorption, widths and shifts differ from point to point, each

@@ -209,7 +209,8 @@ impl Energies {
 
     /// What of TRT's are orders beyond it; nothing of model `marschner`.
     pub fn further_at(&self, theta_d: f64) -> [f64; 3] {
-        self.column_at(Lobe::ALL.len(), theta_d).map(|kept| kept.max(0.0))
+        self.column_at(Lobe::ALL.len(), theta_d)
+            .map(|kept| kept.max(0.0))
     }
 
     fn column_at(&self, column: usize, theta_d: f64) -> [f64; 3] {
