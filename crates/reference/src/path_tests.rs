@@ -184,7 +184,7 @@ fn slow_a_white_groom_of_model_energy_vanishes_in_a_furnace() {
     }
     let (value, error) = walks.get(0);
     println!("walks: {value:.5} +- {error:.5}");
-    assert!(error < 2e-3 && (0.99..1.003).contains(&value), "{value}");
+    assert!(error < 6e-3 && (value - 1.0).abs() < 3.0 * error, "{value}");
 }
 
 /// A straight thick strand along an oblique axis and a light from aside.
