@@ -21,13 +21,14 @@ struct FisherLobe {
     norm: f32,
 }
 
-// The lobe around inclination `mean`, +-3 pi/2, of squared width width_2 (Xu's, of the full angle).
+// The lobe around inclination `mean` of squared width width_2 (Xu's, of the full angle).
 fn fisher_lobe(mean: f32, width_2: f32) -> FisherLobe {
     let inverse = max(2.0 / width_2, FISHER_LEAST);
-    let beyond = abs(mean) - HALF_PI;
-    var inside = mean;
-    if beyond > 0.0 {
-        inside = select(-1.0, 1.0, mean >= 0.0) * (HALF_PI - min(beyond, PI));
+    var inside = mean - 2.0 * PI * floor(mean * (0.5 / PI) + 0.5);
+    if inside > HALF_PI {
+        inside = PI - inside;
+    } else if inside < -HALF_PI {
+        inside = -PI - inside;
     }
     return FisherLobe(
         inside,

@@ -89,7 +89,11 @@ fn outer(
             let found = back(0.5 * (theta_i - view.theta));
             for c in 0..3 {
                 let sigma_b = found.width_2[c].sqrt();
-                let centre = found.shift[c] - view.theta;
+                let centre = match found.model {
+                    Model::Marschner => found.shift[c] - view.theta,
+                    // Many events take it round the sphere.
+                    Model::Energy => FisherLobe::new(found.shift[c] - view.theta, sigma_b).mean(),
+                };
                 first = first.min(centre - (REACH + 1.0) * sigma_b);
                 last = last.max(centre + (REACH + 1.0) * sigma_b);
                 narrowest = narrowest.min(sigma_b);
