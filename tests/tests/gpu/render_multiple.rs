@@ -66,9 +66,13 @@ fn both_backends_draw_hair_of_model_energy() {
         model: Model::Energy,
         ..HairParams::default()
     };
-    let mut scene = wig_scene(150);
-    scene.hair = textures(&energy, &Lobe::ALL);
-    scene.set_scattering(Scattering::Total);
+    let scene_with = |hair: &HairParams| {
+        let mut scene = wig_scene(150);
+        scene.hair = textures(hair, &Lobe::ALL);
+        scene.set_scattering(Scattering::Total);
+        scene
+    };
+    let scene = scene_with(&energy);
     let (cpu, _) = cpu::render(&scene, &scene.camera, SIZE, 8).unwrap();
     let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let (gpu, _) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
@@ -82,7 +86,7 @@ fn both_backends_draw_hair_of_model_energy() {
     };
     renderer.set_hair(&marschner, &Lobe::ALL).unwrap();
     let (edited, _) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
-    scene.hair = textures(&marschner, &Lobe::ALL);
+    let scene = scene_with(&marschner);
     let (other, _) = cpu::render(&scene, &scene.camera, SIZE, 8).unwrap();
     let error = picture_rmse(&edited, &other);
     println!("back to marschner: {error:.2e}");
