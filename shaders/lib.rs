@@ -51,6 +51,7 @@ modules!(
     "lib/constants",
     "lib/eccentric",
     "lib/fibre",
+    "lib/fisher",
     "lib/frame",
     "lib/global_scattering",
     "lib/grid",

@@ -10,6 +10,8 @@ struct Averages {
     attenuation_b: vec3f,
     shift_b: vec3f,
     width_b_2: vec3f,
+    // 1 where that light is a lobe of model energy.
+    energy: f32,
 }
 
 // Which fibre's.
@@ -36,5 +38,5 @@ fn sample_averages(averages: texture_2d<f32>, row: AverageRow, theta: f32) -> Av
     let x_1 = low_1 + (high_1 - low_1) * fraction;
     let x_2 = low_2 + (high_2 - low_2) * fraction;
     let x_3 = low_3 + (high_3 - low_3) * fraction;
-    return Averages(vec3f(x_0.w, x_1.w, x_2.w), x_3.xyz, x_0.xyz, x_1.xyz, x_2.xyz);
+    return Averages(vec3f(x_0.w, x_1.w, x_2.w), x_3.xyz, x_0.xyz, x_1.xyz, x_2.xyz, x_3.w);
 }

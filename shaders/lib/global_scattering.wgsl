@@ -61,6 +61,9 @@ fn global_mode_at_lag(
     tt: texture_2d<u32>,
     trt: texture_2d<u32>,
 ) -> vec3f {
+    if is_energy(shading.fibre) {
+        return global_energy_at_lag(mode, light, view, lag, sigma_f, scale, shading, tt, trt);
+    }
     var total = vec3f(0.0);
     let alpha = shading.fibre.alpha[mode];
     let rule = outer_rule(light.theta, sigma_f, view.theta, alpha, shading.fibre.beta[mode]);
@@ -93,4 +96,34 @@ fn global_mode_at_lag(
         }
     }
     return total;
+}
+
+// global_mode_at_lag of model energy: N_t^G at theta_o times the share of M_t.
+fn global_energy_at_lag(
+    mode: u32,
+    light: DirectionInFrame,
+    view: DirectionInFrame,
+    lag: Lag,
+    sigma_f: f32,
+    scale: f32,
+    shading: Shading,
+    tt: texture_2d<u32>,
+    trt: texture_2d<u32>,
+) -> vec3f {
+    let share = forward_share(mode, light.theta, view.theta, sigma_f, shading.fibre);
+    var value = vec3f(0.0);
+    if share <= 0.0 {
+        return value;
+    }
+    let incline = inclination(view.theta);
+    if mode == 0u {
+        value += half_circle_r(half_circle_basis(lag), incline, shading.reflectance);
+    } else if mode == 1u {
+        value = half_circle_tt(lag, lobes_tt_at(tt, shading, incline.cos_theta_d));
+    } else {
+        let further = further_orders(shading.fibre, incline.cos_theta_d);
+        let lobes = lobes_trt_at(trt, shading, shading.fibre.eta, incline.cos_theta_d);
+        value = half_circle_trt(lag, lobes) + (0.5 / PI) * further;
+    }
+    return scale * share * value;
 }

@@ -33,6 +33,8 @@ struct Averages {
     attenuation_b: vec3f,
     shift_b: vec3f,
     width_b_2: vec3f,
+    // As in lib/averages: painted hair is not of model energy.
+    energy: f32,
 }
 
 // What one event sends on.
@@ -153,6 +155,7 @@ fn sample_averages(averages: texture_2d<f32>, row: AverageRow, theta: f32) -> Av
         vec3f(r.x, g.x, b.x),
         row.shift_scale * vec3f(r.y, g.y, b.y),
         row.width_scale_2 * vec3f(r.z, g.z, b.z),
+        0.0,
     );
 }
 

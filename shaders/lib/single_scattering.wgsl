@@ -9,6 +9,7 @@
 // #import lib/azimuthal_r
 // #import lib/azimuthal
 // #import lib/outer_integral
+// #import lib/fisher
 // Eq 11: one spherical Gaussian light over the scattering function.
 // Twin: crates/scattering/src/closed_form/single_scattering.rs.
 
@@ -115,6 +116,9 @@ fn mode_at_lag(
     tt: texture_2d<u32>,
     trt: texture_2d<u32>,
 ) -> vec3f {
+    if is_energy(shading.fibre) {
+        return energy_mode_at_lag(mode, light, view, lag, shading, axes, c, tt, trt);
+    }
     var total = vec3f(0.0);
     let at = light.direction;
     let alpha = shading.fibre.alpha[mode];
@@ -142,6 +146,57 @@ fn mode_at_lag(
             let eta = eta_star(kappa, lag, shading.fibre);
             let lobes = lobes_trt_at(trt, shading, eta, incline.cos_theta_d);
             total += factor * azimuthal_trt(kappa, lag, lobes);
+        }
+    }
+    return total;
+}
+
+// mode_at_lag of model energy: N_t is that at theta_o for all nodes.
+fn energy_mode_at_lag(
+    mode: u32,
+    light: LightInFrame,
+    view: DirectionInFrame,
+    lag: Lag,
+    shading: Shading,
+    axes: TableAxes,
+    c: texture_2d<u32>,
+    tt: texture_2d<u32>,
+    trt: texture_2d<u32>,
+) -> vec3f {
+    var total = vec3f(0.0);
+    let at = light.direction;
+    let beta = shading.fibre.beta[mode];
+    let lobe = fisher_lobe(2.0 * shading.fibre.alpha[mode] - view.theta, 4.0 * beta * beta);
+    let rule = fisher_rule(at.theta, light.lambda, lobe);
+    if rule.ln_bound < LN_CULL {
+        return total;
+    }
+    let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
+    let incline = inclination(view.theta);
+    let extent = node_extent(rule);
+    let count = node_count(extent, (shading.fibre.nodes >> (4u * mode)) & 15u);
+    var lobes: Lobes;
+    var further = vec3f(0.0);
+    if mode == 1u {
+        lobes = lobes_tt_at(tt, shading, incline.cos_theta_d);
+    } else if mode == 2u {
+        further = further_orders(shading.fibre, incline.cos_theta_d);
+        lobes = lobes_trt_at(trt, shading, shading.fibre.eta, incline.cos_theta_d);
+    }
+    for (var ix = 0u; ix < count; ix++) {
+        let place = fisher_place(rule, node_constants(extent, count, ix));
+        let from_light = sin(0.5 * (rule.to_light + place.step));
+        let fall = rule.sharpness * (from_light * from_light);
+        let cos_i = max(cos(place.theta_i), 0.0);
+        let factor = place.weight * fisher_density(lobe, rule.to_lobe + place.step, cos_i, fall);
+        let kappa = kappa_j * cos_i;
+        if mode == 0u {
+            total += factor * azimuthal_r(kappa, lag, incline, shading.reflectance, axes, c);
+        } else if mode == 1u {
+            total += factor * azimuthal_tt(kappa, lag, lobes);
+        } else {
+            let even = bessel_i0e_fast(kappa);
+            total += factor * (azimuthal_trt(kappa, lag, lobes) + even * further);
         }
     }
     return total;

@@ -9,6 +9,7 @@
 // #import lib/half_circle
 // #import lib/mean_cosine
 // #import lib/outer_integral
+// #import lib/fisher
 // #import lib/multiple_tables
 
 @group(0) @binding(0) var<uniform> tables: MultipleLayout;
@@ -57,6 +58,13 @@ fn add_global(
     if (fibre.modes & (1u << mode)) == 0u {
         return;
     }
+    if is_energy(fibre) {
+        let share = forward_share(mode, light.theta, theta_o, sigma_f, fibre);
+        let cosine = mean_cosine(light.theta, light.cos_theta, sigma_f);
+        let cos_o = inclination(theta_o).cos_theta_d;
+        add(sum, mode, cos_o, share / (SQRT_PI * sigma_f * cosine));
+        return;
+    }
     let rule = outer_rule(light.theta, sigma_f, theta_o, fibre.alpha[mode], fibre.beta[mode]);
     if rule.ln_bound < LN_CULL {
         return;
@@ -95,7 +103,7 @@ fn direct_row(lambda: f32, theta_j: f32, theta_o: f32) -> vec4f {
         cosine = cosine_of_share(kappa, share);
     } else {
         // All light is on one side: any sharpness of this order does.
-        let mean = local_rule(theta_j, lambda, theta_o, averages, AverageRow()).mean;
+        let mean = local_rule(theta_j, lambda, theta_o, averages, AverageRow()).rule.mean;
         cosine = max(cos(clamp(mean, -HALF_PI, HALF_PI)), 0.0);
     }
     return vec4f(whole, cosine);

@@ -118,7 +118,9 @@ fn azimuthal_by_lobes(q: Query, shading: Shading) -> vec3f {
     }
     let eta = eta_star(kappa, lag, shading.fibre);
     let lobes = sample_lobes(lobes_trt, shading.trt, eta, at.cos_theta_d);
-    return azimuthal_trt(kappa, lag, lobes);
+    // None of model marschner.
+    let further = further_orders(shading.fibre, at.cos_theta_d);
+    return azimuthal_trt(kappa, lag, lobes) + bessel_i0e_fast(kappa) * further;
 }
 
 fn single_by_lobes(q: Query, shading: Shading) -> vec3f {

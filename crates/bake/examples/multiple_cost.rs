@@ -137,6 +137,7 @@ fn back(table: &AverageTable, theta: f64) -> Backscatter {
         attenuation,
         shift,
         width_2: width.map(|width| width * width),
+        model: table.model,
     }
 }
 

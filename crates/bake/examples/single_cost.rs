@@ -9,7 +9,8 @@
 //! ```
 //!
 //! Each repetition is 8 fibres x 16 lights x 16 views = 2048 evaluations of all modes, so the
-//! instructions per light and point are the difference of the two counts over 20 x 2048.
+//! instructions per light and point are the difference of the two counts over 20 x 2048. A set of
+//! `bench single` may follow: `wide`, or `energy` for fibres of that model.
 
 use std::hint::black_box;
 use std::process::ExitCode;
@@ -31,11 +32,17 @@ fn main() -> ExitCode {
 
 fn run() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [family, setting, repetitions] = &arguments[..] else {
-        return Err("usage: single_cost FAMILY SETTING REPETITIONS, as in single.csv".into());
+    let (set, arguments) = match &arguments[..] {
+        [rest @ .., set] if set == "wide" => (Set::Wide, rest),
+        [rest @ .., set] if set == "energy" => (Set::Energy, rest),
+        all => (Set::Accuracy, all),
+    };
+    let [family, setting, repetitions] = arguments else {
+        let usage = "usage: single_cost FAMILY SETTING REPETITIONS [wide|energy], as in single.csv";
+        return Err(usage.into());
     };
     let repetitions: u32 = repetitions.parse()?;
-    let method = Method::all()
+    let method = Method::all_of(set.model())
         .into_iter()
         .find(|method| method.family() == family && method.setting() == *setting)
         .ok_or_else(|| format!("there is no method '{family} {setting}'"))?;
@@ -43,7 +50,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
         method,
         &MethodTables::new(&bake_c_and_h(Fresnel::Schlick, &Progress::silent()))?,
     );
-    let scene = Scene::new(Set::Accuracy, 0, [8, 16, 16]);
+    let scene = Scene::new(set, 0, [8, 16, 16]);
     let fibres = scene
         .hair
         .iter()

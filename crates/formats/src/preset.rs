@@ -24,7 +24,7 @@ impl HairSection {
         overlaid(name, Table::new())
     }
 
-    /// This hair with the optics of the preset `name`; its thickness, modes and densities stay
+    /// This hair with the optics of the preset `name`; its thickness, model, modes and densities stay
     /// unless the preset has its own.
     ///
     /// # Errors
@@ -43,6 +43,11 @@ impl HairSection {
                 self.modes.clone()
             } else {
                 preset.modes
+            },
+            model: if preset.model == plain.model {
+                self.model
+            } else {
+                preset.model
             },
             density_forward: preset.density_forward.or(self.density_forward),
             density_back: preset.density_back.or(self.density_back),

@@ -1,5 +1,7 @@
 //! What the sections of a scene must be beyond the range of each value.
 
+use strandlight_scattering::Model;
+
 use crate::error::{Error, Result};
 use crate::light_set::MAX_LIGHTS;
 use crate::params;
@@ -15,7 +17,12 @@ impl HairSection {
             let range = "absent where hair.reflectance is given";
             return Err(Error::value("hair.melanin", format!("{melanin:?}"), range));
         }
-        params::HAIR.validate(self)
+        params::HAIR.validate(self)?;
+        if self.model == Model::Energy && self.eccentricity != 1.0 {
+            let range = "1 with hair.model = \"energy\"";
+            return Err(Error::value("hair.eccentricity", self.eccentricity, range));
+        }
+        Ok(())
     }
 }
 

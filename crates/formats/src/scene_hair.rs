@@ -3,7 +3,7 @@
 //! Ranges, units and help of every key are rows of [`params::HAIR`](crate::params::HAIR).
 
 use serde::{Deserialize, Serialize};
-use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scattering::{HairParams, Lobe, Model, PerLobe};
 
 /// Concentrations of the two pigments of hair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -91,6 +91,9 @@ macro_rules! hair_section {
 }
 
 hair_section! {
+    /// The fibre model; not in the file where it is Marschner's.
+    #[serde(skip_serializing_if = "is_marschner")]
+    model: Model = Model::Marschner;
     /// Colour of a whole head of such hair, linear RGB, from which the absorption is found.
     #[serde(skip_serializing_if = "Option::is_none")]
     reflectance: Option<[f64; 3]> = None;
@@ -141,6 +144,11 @@ fn is_zero(value: &f64) -> bool {
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it")]
 fn is_one(value: &f64) -> bool {
     *value == 1.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it")]
+fn is_marschner(value: &Model) -> bool {
+    *value == Model::Marschner
 }
 
 impl PartialEq for HairSection {

@@ -1,11 +1,11 @@
 //! What scatters: fibres that are all alike, or painted ones, each its own.
 
-use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::{
     AverageRow, PaintedAveragesView, average_row, sample_painted_averages, sample_painted_forward,
 };
 use strandlight_scattering::dual_scattering::{Average, AverageTable};
 use strandlight_scattering::exact::{Bcsdf, BcsdfView, PaintedBcsdf};
+use strandlight_scattering::{HairParams, Model};
 use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::strands::Strands;
 
@@ -108,6 +108,14 @@ impl AveragesAt<'_> {
                 let (a_f, beta_f_2) = sample_painted_forward(view, row, theta.sin().abs());
                 [a_f, beta_f_2]
             }
+        }
+    }
+
+    /// The model, which says the form of the lobes that these are shifts and widths of.
+    pub fn model(&self) -> Model {
+        match self {
+            AveragesAt::Alike(table) => table.model,
+            AveragesAt::Painted(..) => Model::Marschner,
         }
     }
 

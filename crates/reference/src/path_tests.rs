@@ -1,7 +1,7 @@
 use strandlight_formats::SrbfLight;
 use strandlight_scattering::exact::{Light, View, single};
 use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scattering::{HairParams, Lobe, Model};
 
 use super::super::environment::{LightSampler, MapSampler};
 use super::*;
@@ -152,6 +152,39 @@ fn slow_a_white_groom_vanishes_in_a_furnace() {
     );
     assert!((value - expected).abs() < 3.0 * error.hypot(spread));
     assert!((0.45..0.53).contains(&value), "{value}");
+}
+
+/// Of model `energy` it vanishes as it is.
+#[test]
+fn slow_a_white_groom_of_model_energy_vanishes_in_a_furnace() {
+    let strands = ball();
+    let rays = Rays::new(&strands);
+    let environment = furnace();
+    let bcsdf = bcsdf(&HairParams {
+        model: Model::Energy,
+        ..white()
+    });
+    for estimator in [Estimator::Both, Estimator::Fibre] {
+        let tracer =
+            PathTracer::new(&strands, &rays, &bcsdf, &environment).with_estimator(estimator);
+        let (mean, events, capped) = mean_of_ball(&tracer, 25_000, 1);
+        let (value, error) = mean.get(0);
+        println!("{estimator:?}: {value:.4} +- {error:.4}, {events:.1} events, {capped} capped");
+        assert!(events > 8.0, "the ball is not dense: {events}");
+        assert!(error < 0.01 && (0.99 - 2.0 * error..1.0 + 2.0 * error).contains(&value));
+    }
+    // Weights alone, without light: all that the sampler's tables lose.
+    let tracer = PathTracer::new(&strands, &rays, &bcsdf, &environment);
+    let mut walks = Mean::default();
+    for ix in 0..25_000 {
+        let (start, towards, mut random) = at_ball(2, ix);
+        if rays.is_blocked(&start, towards) {
+            walks.add(walk(&tracer, &start, towards, &mut random));
+        }
+    }
+    let (value, error) = walks.get(0);
+    println!("walks: {value:.5} +- {error:.5}");
+    assert!(error < 6e-3 && (value - 1.0).abs() < 3.0 * error, "{value}");
 }
 
 /// A straight thick strand along an oblique axis and a light from aside.

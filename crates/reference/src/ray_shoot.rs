@@ -19,7 +19,8 @@
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
-use strandlight_scattering::exact::BcsdfView;
+use strandlight_scattering::Model;
+use strandlight_scattering::exact::{BcsdfView, FisherLobe};
 use strandlight_scene::proxy::ProxyRecord;
 use strandlight_scene::strands::Strands;
 
@@ -227,7 +228,8 @@ impl Seen<'_> {
     }
 
     /// `A_b / cos^2(theta_d) g^u(theta_i; Delta_b - theta_o, sigma_b) cos(theta_i)` of channel `c`:
-    /// S_back (Xu 2011 Eq 31) without its azimuth and without the factor 2, times the cosine.
+    /// S_back (Xu 2011 Eq 31) without its azimuth and without the factor 2, times the cosine; of model
+    /// `energy` `A_b M`.
     fn back(&self, theta_i: f64, c: usize) -> f64 {
         let incident = 0.5 * (theta_i - self.theta_o);
         let averages = self.averages.backward(incident as f32);
@@ -235,6 +237,10 @@ impl Seen<'_> {
         // Where nothing is sent back no width is known either.
         if !(many > 0.0 && width > 0.0) {
             return 0.0;
+        }
+        if self.averages.model() == Model::Energy {
+            let lobe = FisherLobe::new(shift - self.theta_o, width);
+            return many * lobe.density(theta_i) / theta_i.cos().max(1e-6);
         }
         let z = (theta_i + self.theta_o - shift) / width;
         let cos_d = incident.cos().max(1e-6);

@@ -189,6 +189,7 @@ fn backscatter(averages: &AverageTable, theta: f64) -> Backscatter {
         attenuation: of(Average::Ab),
         shift: of(Average::DeltaB),
         width_2: of(Average::SigmaB).map(|width| width * width),
+        model: averages.model,
     }
 }
 

@@ -21,7 +21,7 @@ use strandlight_render::gpu::Context;
 use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
 use strandlight_scene::interactive::{Progress, RenderReport};
-use strandlight_scene::material::check_round;
+use strandlight_scene::material::check_paintable;
 use strandlight_scene::motion::{Motion, Wind};
 use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Picker};
 use strandlight_scene::scene::PreparedScene;
@@ -309,7 +309,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
         self.release()?;
-        check_round(&self.session.scene().hair.params()).map_err(SceneError::from)?;
+        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
         self.active_stroke = Some(ActiveStroke::new(brush).map_err(SceneError::from)?);
         Ok(())
     }
@@ -357,7 +357,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
         self.release()?;
-        check_round(&self.session.scene().hair.params()).map_err(SceneError::from)?;
+        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
         let size = self.size();
         let scene = self.renderer.scene();
         let picker = self

@@ -38,6 +38,41 @@ impl Lobe {
     }
 }
 
+/// The fibre model: the form of M_t, where N_t is taken, and which orders there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum Model {
+    /// Marschner's R, TT and TRT: a Gaussian M_t over `cos^2 theta_d`, N_t at theta_d. Reciprocal; loses
+    /// and gains energy.
+    #[default]
+    Marschner,
+    /// M_t of d'Eon 2011, a von Mises-Fisher lobe; N_t at theta_o; TRT with all orders beyond it. A
+    /// fibre without absorption sends on all of the light, whichever direction it is seen from.
+    Energy,
+}
+
+impl Model {
+    /// All of them.
+    pub const ALL: [Model; 2] = [Model::Marschner, Model::Energy];
+
+    /// The name used in files, flags and JSON: `marschner`, `energy`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Model::Marschner => "marschner",
+            Model::Energy => "energy",
+        }
+    }
+
+    /// The model called `name` (see [`Model::name`]), or `None`.
+    pub fn from_name(name: &str) -> Option<Model> {
+        Model::ALL.into_iter().find(|model| model.name() == name)
+    }
+}
+
 /// One value per mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
@@ -135,16 +170,18 @@ macro_rules! hair_params {
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct HairParams {
             $($(#[$doc])* pub $field: hair_params!(@type $shape),)*
+            /// The fibre model.
+            pub model: Model,
         }
 
         impl Default for HairParams {
             /// Brown hair: widths and shifts in the middle of Marschner's Table 1.
             fn default() -> Self {
-                HairParams { $($field: $default,)* }
+                HairParams { $($field: $default,)* model: Model::Marschner }
             }
         }
 
-        /// A field of [`HairParams`].
+        /// A field of [`HairParams`] that is numbers.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Parameter {
             $($(#[$doc])* $variant,)*
@@ -224,6 +261,9 @@ hair_params! {
     /// Factor on what each mode scatters; 1 is the fibre of the model.
     Intensity = intensity: per_lobe, 0.0, 1.0, PerLobe { r: 1.0, tt: 1.0, trt: 1.0 };
 }
+
+/// All that tells one fibre from another.
+pub type HairBits = (Model, [[u64; 3]; Parameter::ALL.len()]);
 
 impl Parameter {
     /// Does it differ between `a` and `b`, in any bit? -0 and 0 make textures that differ in
@@ -307,9 +347,10 @@ impl HairParams {
         }
     }
 
-    /// The bits of all numbers: hair of the same bits has the same textures.
-    pub fn bits(&self) -> [[u64; 3]; Parameter::ALL.len()] {
-        Parameter::ALL.map(|parameter| parameter.get(self).map(f64::to_bits))
+    /// The model and the bits of all numbers: hair of the same has the same textures.
+    pub fn bits(&self) -> HairBits {
+        let numbers = Parameter::ALL.map(|parameter| parameter.get(self).map(f64::to_bits));
+        (self.model, numbers)
     }
 
     /// Checks every field against its documented range; NaN is outside every range.
@@ -324,6 +365,10 @@ impl HairParams {
                 in_range(field, value, min, max)?;
             }
         }
-        Ok(())
+        match self.model {
+            Model::Marschner => Ok(()),
+            // All orders of an elliptic fibre would need their share at every half angle.
+            Model::Energy => in_range("eccentricity of model energy", self.eccentricity, 1.0, 1.0),
+        }
     }
 }

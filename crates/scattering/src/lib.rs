@@ -1,6 +1,6 @@
 //! Hair scattering under spherical Gaussian lights: the mathematics, without files or GPU.
 //!
-//! - [`HairParams`]: the parameters of Marschner's fibre model.
+//! - [`HairParams`]: the parameters of a fibre; [`Model`]: Marschner's, or one that keeps all energy.
 //! - [`Lobe`]: the scattering modes R, TT, TRT.
 //! - [`exact`]: the model in f64 by quadrature.
 //! - [`dual_scattering`]: the averages of one scattering event and of many, f64.
@@ -59,4 +59,4 @@ pub mod table_layout;
 #[doc(hidden)]
 pub mod wide;
 
-pub use hair::{HairParams, Lobe, ParamError, Parameter, ParameterShape, PerLobe};
+pub use hair::{HairBits, HairParams, Lobe, Model, ParamError, Parameter, ParameterShape, PerLobe};

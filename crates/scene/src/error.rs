@@ -190,6 +190,12 @@ pub enum EditError {
     /// The lobes of painted hair are those of round fibres.
     #[error("painted hair must be round: eccentricity is {0}, not 1")]
     PaintedEccentric(f64),
+    /// The lobes and averages of painted hair are Marschner's.
+    #[error("painted hair takes hair.model = \"marschner\", not \"energy\"")]
+    PaintedEnergy,
+    /// The orders beyond TRT are those of a dielectric.
+    #[error("hair.model = \"energy\" takes tables of the dielectric Fresnel term, not Schlick's")]
+    EnergySchlick,
 }
 
 /// Why a brush cannot be used: the name of its value and what it must be.

@@ -24,7 +24,7 @@ use strandlight_scattering::lobes::{
     LobeTexture, PackedShapes, PaintedTexture, Shares, slice_painted,
 };
 use strandlight_scattering::multiple_tables::MultipleSource;
-use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scattering::{HairParams, Lobe, Model};
 
 pub use crate::error::EditError;
 use crate::optics::{Optics, no_lobes};
@@ -343,11 +343,11 @@ impl HairMaterial {
     /// Takes the hair for painted with these factors, or for not painted: its parts come or go.
     ///
     /// # Errors
-    /// The hair is elliptic; nothing is changed then.
+    /// The hair is elliptic or of model `energy`; nothing is changed then.
     #[doc(hidden)]
     pub fn enable_paint(&mut self, paint: Option<PaintKinds>) -> Result<EditReport, EditError> {
         if paint.is_some() {
-            check_round(&self.hair)?;
+            check_paintable(&self.hair)?;
         }
         if paint != self.paint {
             let ix = RULES
@@ -392,7 +392,10 @@ impl HairMaterial {
             .collect();
         let fibre = Fibre::new(hair, &modes, self.segments)?;
         if self.paint.is_some() {
-            check_round(hair)?;
+            check_paintable(hair)?;
+        }
+        if hair.model == Model::Energy && self.fresnel != Fresnel::Dielectric {
+            return Err(EditError::EnergySchlick);
         }
         for &mode in &modes {
             if mode != Lobe::R && self.table(mode).is_none() {
@@ -401,6 +404,15 @@ impl HairMaterial {
         }
         let modes_differ = modes != self.modes;
         let changed = Parameter::ALL.map(|parameter| parameter.differs(&self.hair, hair));
+        // Of model `energy` the fibre and the averages hold more than their parameters say.
+        let is_other = hair.model != self.hair.model;
+        for (rule, is_made) in RULES.iter().zip(&mut self.made) {
+            *is_made &= match rule.part {
+                Part::Fibre => fibre == self.optics.fibre,
+                Part::Averages => !is_other,
+                _ => true,
+            };
+        }
         self.hair = *hair;
         self.modes = modes;
         Ok(self.update(fibre, changed, modes_differ))
@@ -641,12 +653,15 @@ impl HairMaterial {
     }
 }
 
-/// Painted hair must be round.
+/// Painted hair must be round and of Marschner's model.
 ///
 /// # Errors
-/// [`EditError::PaintedEccentric`] if it is not.
+/// [`EditError::PaintedEccentric`] or [`EditError::PaintedEnergy`] if it is not.
 #[doc(hidden)]
-pub fn check_round(hair: &HairParams) -> Result<(), EditError> {
+pub fn check_paintable(hair: &HairParams) -> Result<(), EditError> {
+    if hair.model == Model::Energy {
+        return Err(EditError::PaintedEnergy);
+    }
     match hair.eccentricity == 1.0 {
         true => Ok(()),
         false => Err(EditError::PaintedEccentric(hair.eccentricity)),

@@ -111,7 +111,7 @@ impl Optics {
     }
 }
 
-/// Byte for byte the struct `Shading` of the shaders (368 bytes).
+/// Byte for byte the struct `Shading` of the shaders (544 bytes).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct ShadingUniform {

@@ -3,7 +3,7 @@
 use strandlight_cpu as cpu;
 use strandlight_formats::Scattering;
 use strandlight_render::{Backend, ProgressiveRenderer};
-use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scattering::{HairParams, Lobe, Model};
 use strandlight_scene::PreparedScene;
 use strandlight_tests::render_common::{
     context, keep, picture_rmse, relative_rmse, textures, wig_scene,
@@ -55,6 +55,44 @@ fn both_backends_draw_every_choice_of_terms() {
         assert_eq!(gpu_stats.terms.len(), n_terms);
         assert_eq!(cpu_stats.terms.len(), n_terms);
     }
+}
+
+/// By tables and by the closed form; then another model on the same renderer.
+#[test]
+fn both_backends_draw_hair_of_model_energy() {
+    let context = context();
+    let energy = HairParams {
+        sigma_a: [0.0, 0.03, 0.15],
+        model: Model::Energy,
+        ..HairParams::default()
+    };
+    let scene_with = |hair: &HairParams| {
+        let mut scene = wig_scene(150);
+        scene.hair = textures(hair, &Lobe::ALL);
+        scene.set_scattering(Scattering::Total);
+        scene
+    };
+    let scene = scene_with(&energy);
+    let (cpu, _) = cpu::render(&scene, &scene.camera, SIZE, 8).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (gpu, _) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
+    keep("multiple-energy", &gpu);
+    let error = picture_rmse(&gpu, &cpu);
+    println!("energy: {error:.2e}");
+    assert!(error < 0.01, "{error}");
+    let marschner = HairParams {
+        model: Model::Marschner,
+        ..energy
+    };
+    renderer.set_hair(&marschner, &Lobe::ALL).unwrap();
+    let (edited, _) = renderer.render_to_image(&scene.camera, SIZE, 8).unwrap();
+    let scene = scene_with(&marschner);
+    let (other, _) = cpu::render(&scene, &scene.camera, SIZE, 8).unwrap();
+    let error = picture_rmse(&edited, &other);
+    println!("back to marschner: {error:.2e}");
+    assert!(error < 0.01, "{error}");
+    // The models are told apart.
+    assert!(picture_rmse(&gpu, &other) > 0.03);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use strandlight_scattering::closed_form::{
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{DEFAULT_PAINTED_TEXELS, slice_painted};
-use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scattering::{HairParams, Lobe, Model, PerLobe};
 use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::paint::PaintKinds;
@@ -116,8 +116,14 @@ fn compare_pointwise(name: &str, queries: &[Query], on_lavapipe: f64) {
     assert!(worst < held(on_lavapipe, 1.0), "{name}: {worst}");
 }
 
+/// Round, elliptic, and of model `energy`, which takes round fibres.
 fn hair(random: &mut SplitMix64) -> HairParams {
+    let model = match random.next_u64() % 3 {
+        0 => Model::Energy,
+        _ => Model::Marschner,
+    };
     HairParams {
+        model,
         eta: random.uniform(1.2, 2.0),
         sigma_a: [(); 3].map(|()| random.log_uniform(0.01, 4.0)),
         shift: PerLobe {
@@ -131,7 +137,7 @@ fn hair(random: &mut SplitMix64) -> HairParams {
             trt: random.uniform(0.1, 0.5),
         },
         caustic_width: random.uniform(0.05, 0.4),
-        eccentricity: if random.uniform(0.0, 1.0) < 0.5 {
+        eccentricity: if random.uniform(0.0, 1.0) < 0.5 || model == Model::Energy {
             1.0
         } else {
             random.uniform(0.8, 1.25)

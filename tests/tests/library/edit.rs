@@ -15,10 +15,11 @@ use strandlight_scattering::closed_form::{
 use strandlight_scattering::dual_scattering::{Average, AverageTable, N_INCLINATIONS};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{LobeAxes, LobeTable};
-use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scattering::{HairParams, Lobe, Model, PerLobe};
 use strandlight_scene::material::{
     EditError, EditReport, HairMaterial, LobeTables, Outcome, Parameter, Part, RULES,
 };
+use strandlight_scene::paint::PaintKinds;
 use strandlight_scene::tables::ShadingTables;
 use strandlight_tests::random::SplitMix64;
 use strandlight_tests::strandlight;
@@ -189,6 +190,63 @@ fn an_edit_makes_what_it_touches() {
         assert_eq!(report.bytes_to_upload(), 0);
         assert_eq!(report.microseconds(), 0.0);
     }
+}
+
+#[test]
+fn the_model_is_an_edit_of_fibre_and_averages() {
+    use Part::*;
+    let marschner = HairParams::default();
+    let energy = HairParams {
+        model: Model::Energy,
+        ..marschner
+    };
+    let dim = HairParams {
+        intensity: PerLobe {
+            trt: 0.5,
+            ..marschner.intensity
+        },
+        ..energy
+    };
+    let mut now = textures(&marschner, &Lobe::ALL);
+    now.enable_multiple(true);
+    for (hair, expected) in [
+        (energy, &[Fibre, Averages, Multiple][..]),
+        (energy, &[]),
+        // The orders beyond TRT have its intensity.
+        (
+            dim,
+            &[Fibre, Reflectance, LobesTt, LobesTrt, Averages, Multiple],
+        ),
+        (
+            energy,
+            &[Fibre, Reflectance, LobesTt, LobesTrt, Averages, Multiple],
+        ),
+        (marschner, &[Fibre, Averages, Multiple]),
+    ] {
+        let report = now.apply(&hair).unwrap();
+        assert_eq!(rebuilt(&report), expected);
+        let mut fresh = textures(&hair, &Lobe::ALL);
+        fresh.enable_multiple(true);
+        assert!(now == fresh);
+    }
+    // What is not offered is refused, and nothing is changed.
+    let elliptic = HairParams {
+        eccentricity: 0.8,
+        ..energy
+    };
+    let error = now.apply(&elliptic).unwrap_err().to_string();
+    assert!(
+        error.contains("eccentricity of model energy is 0.8"),
+        "{error}"
+    );
+    let schlick = HairMaterial::new(tables(), Fresnel::Schlick, &energy, &Lobe::ALL, 4);
+    assert_eq!(schlick.unwrap_err(), EditError::EnergySchlick);
+    let mut of_energy = textures(&energy, &Lobe::ALL);
+    let refused = of_energy.enable_paint(Some(PaintKinds::default()));
+    assert_eq!(refused.unwrap_err(), EditError::PaintedEnergy);
+    now.enable_paint(Some(PaintKinds::default())).unwrap();
+    assert_eq!(now.apply(&energy).unwrap_err(), EditError::PaintedEnergy);
+    assert_eq!(now.hair(), &marschner);
 }
 
 #[test]

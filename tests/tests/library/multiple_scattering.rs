@@ -5,14 +5,14 @@ use strandlight_formats::BakedFile;
 
 use strandlight_data::DEFAULT_TABLES;
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, direct_local_scattering, global_scattering_mode, half_circle,
+    DirectionInFrame, LightInFrame, direct_local_scattering, global_scattering_mode, half_circle,
     local_scattering, mean_cosine,
 };
-use strandlight_scattering::dual_scattering::{Average, AverageTable};
-use strandlight_scattering::exact::FibreSection;
+use strandlight_scattering::dual_scattering::{Average, AverageTable, Backscatter};
+use strandlight_scattering::exact::{self, FibreSection, Forward, Light, View};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::quadrature::GaussLegendre;
-use strandlight_scattering::{HairParams, Lobe, PerLobe};
+use strandlight_scattering::{HairParams, Lobe, Model, PerLobe};
 use strandlight_scene::material::HairMaterial;
 use strandlight_scene::tables::ShadingTables;
 use strandlight_tests::optics::multiple_textures;
@@ -294,7 +294,7 @@ fn local_scattering_is_that_of_quadrature() {
             back(theta_i, at.theta_o, &table).map(|value| inside * light / omega * value)
         });
         let found = direct_local_scattering(
-            &strandlight_scattering::closed_form::LightInFrame {
+            &LightInFrame {
                 direction: light,
                 lambda: at.sigma_f as f32,
             },
@@ -306,4 +306,74 @@ fn local_scattering_is_that_of_quadrature() {
     let errors = errors.map(|error| error.get());
     println!("local, direct local, relative RMSE: {errors:.5?}");
     assert!(errors.iter().all(|&error| error < 0.006), "{errors:?}");
+}
+
+/// Model `energy`, of white hair too, against the exact model; averages are those of the renderer.
+#[test]
+fn model_energy_is_that_of_the_exact_model() {
+    let mut random = SplitMix64(33);
+    let file = strandlight_formats::TableFile::from_bytes(DEFAULT_TABLES).unwrap();
+    let tables = ShadingTables::from_file(&file).unwrap();
+    let mut errors: [Rmse; 6] = Default::default();
+    for ix in 0..120 {
+        let mut at = configuration(&mut random);
+        at.hair.model = Model::Energy;
+        if ix % 4 == 0 {
+            at.hair.sigma_a = [0.0; 3];
+        }
+        let textures: HairMaterial = multiple_textures(&at.hair);
+        let shading = textures.optics().shading(tables.view());
+        let [light, view] = directions(&at);
+        let forward = Forward {
+            theta: at.theta_j,
+            phi: 0.0,
+            sigma_f: at.sigma_f,
+        };
+        let eye = View {
+            theta: at.theta_o,
+            phi: at.dphi,
+        };
+        let mut sums = ([0.0f32; 3], [0.0; 3]);
+        for lobe in Lobe::ALL {
+            let mode = lobe.p();
+            let exact = exact::global(lobe, forward, eye, &at.hair, Fresnel::Dielectric);
+            let found = global_scattering_mode(mode, &light, &view, at.sigma_f as f32, &shading);
+            errors[mode as usize].add(found, exact);
+            for c in 0..3 {
+                sums.0[c] += found[c];
+                sums.1[c] += exact[c];
+            }
+        }
+        errors[3].add(sums.0, sums.1);
+        let table = AverageTable::new(&at.hair, Fresnel::Dielectric);
+        let texels = strandlight_scattering::closed_form::pack_averages(&table);
+        let back = |theta: f64| {
+            let of = |average| table.get(average, theta as f32).map(f64::from);
+            Backscatter {
+                attenuation: of(Average::Ab),
+                shift: of(Average::DeltaB),
+                width_2: of(Average::SigmaB).map(|width| width * width),
+                model: Model::Energy,
+            }
+        };
+        let exact = exact::local(forward, eye, back);
+        let found = local_scattering(&light, &view, at.sigma_f as f32, &texels[..]);
+        errors[4].add(found, exact);
+        let lambda = at.sigma_f.min(1.2);
+        let source = Light {
+            theta: at.theta_j,
+            phi: 0.0,
+            lambda,
+        };
+        let exact = exact::direct_local(source, eye, back);
+        let source = LightInFrame {
+            direction: light,
+            lambda: lambda as f32,
+        };
+        errors[5].add(direct_local_scattering(&source, &view, &texels[..]), exact);
+    }
+    let errors = errors.map(|error| error.get());
+    println!("energy: global R, TT, TRT, all, local, direct local: {errors:.5?}");
+    assert!(errors[..4].iter().all(|&error| error < 0.006), "{errors:?}");
+    assert!(errors[4..].iter().all(|&error| error < 0.01), "{errors:?}");
 }

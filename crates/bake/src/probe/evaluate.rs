@@ -11,14 +11,14 @@ use strandlight_scattering::closed_form::paper::{
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fibre};
 use strandlight_scattering::dual_scattering::{AverageTable, event_separated, published};
 use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scattering::{HairBits, HairParams, Lobe, Model};
 use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::probe::{MODE_ALL, Query, evaluate};
 use strandlight_scene::tables::{ShadingTables, TablesError};
 
 use super::answer::Answer;
-use super::per_fibre::{Bits, PerFibre};
+use super::per_fibre::PerFibre;
 use super::reference::Reference;
 use super::request::Request;
 
@@ -174,12 +174,12 @@ impl Evaluator {
             .par_iter()
             .map(|request| match request {
                 Err(error) => Work::Answered(Err(error.clone())),
-                Ok(request) if self.is_beyond_paper(request) => Work::Answered(Err(
-                    "hair.intensity: the paper's scheme has none, each must be 1".to_owned(),
-                )),
-                Ok(request) => match self.apart(request) {
-                    Some(answer) => Work::Answered(answer.finite()),
-                    None => Work::Shade(request),
+                Ok(request) => match self.beyond_paper(request) {
+                    Some(fault) => Work::Answered(Err(fault.to_owned())),
+                    None => match self.apart(request) {
+                        Some(answer) => Work::Answered(answer.finite()),
+                        None => Work::Shade(request),
+                    },
                 },
             })
             .collect();
@@ -199,11 +199,17 @@ impl Evaluator {
         Ok(answers.collect())
     }
 
-    /// Does `request` ask the paper's scheme for what it does not have?
-    fn is_beyond_paper(&self, request: &Request) -> bool {
-        let plain = HairParams::default().intensity;
-        let is_scaled = request.hair().is_some_and(|hair| hair.intensity != plain);
-        is_scaled && matches!(self.scheme, Scheme::Paper(_))
+    /// What `request` asks the paper's scheme for that it does not have.
+    fn beyond_paper(&self, request: &Request) -> Option<&'static str> {
+        let hair = match self.scheme {
+            Scheme::Paper(_) => request.hair()?,
+            Scheme::Lobes(_) => return None,
+        };
+        if hair.model != Model::Marschner {
+            return Some("hair.model: the paper's scheme has \"marschner\" alone");
+        }
+        let is_scaled = hair.intensity != HairParams::default().intensity;
+        is_scaled.then_some("hair.intensity: the paper's scheme has none, each must be 1")
     }
 
     /// What the shading functions answer to requests, each under the place that came with it.
@@ -453,7 +459,7 @@ impl Evaluator {
 
 /// The fibres of some requests.
 struct Fibres {
-    places: HashMap<Bits, usize>,
+    places: HashMap<HairBits, usize>,
     failures: Vec<Option<String>>,
     optics: Vec<Optics>,
 }

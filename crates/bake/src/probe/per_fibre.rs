@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use strandlight_scattering::{HairParams, Parameter};
+use strandlight_scattering::{HairBits, HairParams};
 
 /// Fibres kept; one more and all are forgotten.
 const MAX_KEPT: usize = 1024;
 
 /// A value of each fibre asked for so far.
-pub struct PerFibre<T>(Mutex<HashMap<Bits, Arc<Slot<T>>>>);
+pub struct PerFibre<T>(Mutex<HashMap<HairBits, Arc<Slot<T>>>>);
 
 type Slot<T> = OnceLock<Arc<T>>;
 
@@ -33,9 +33,6 @@ impl<T> PerFibre<T> {
         Arc::clone(slot.get_or_init(|| Arc::new(make())))
     }
 }
-
-/// All that tells one fibre from another.
-pub type Bits = [[u64; 3]; Parameter::ALL.len()];
 
 #[cfg(test)]
 mod tests {

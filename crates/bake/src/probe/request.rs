@@ -8,7 +8,7 @@ use serde_json::error::Category;
 use strandlight_scattering::dual_scattering::Average;
 use strandlight_scattering::exact::Forward;
 use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::{HairParams, Lobe, Parameter, ParameterShape};
+use strandlight_scattering::{HairParams, Lobe, Model, Parameter, ParameterShape};
 
 use super::keys::{Keys, shortened};
 use super::unique::Unique;
@@ -283,8 +283,15 @@ const REQUIRED: [Parameter; 5] = [
 
 /// The fibre at `hair`.
 fn hair(keys: &Keys<'_>) -> Result<HairParams, String> {
-    let keys = keys.object("hair", &Parameter::ALL.map(Parameter::name))?;
+    let mut known = Parameter::ALL.map(Parameter::name).to_vec();
+    known.push("model");
+    let keys = keys.object("hair", &known)?;
     let mut hair = HairParams::default();
+    let accepted = Model::ALL.map(Model::name).join(" or ");
+    let model = keys.optional("model", |keys, key| {
+        keys.named(key, &accepted, Model::from_name)
+    })?;
+    hair.model = model.unwrap_or_default();
     for parameter in Parameter::ALL {
         let [low, high] = parameter.range();
         let read = |keys: &Keys<'_>, name: &str| match parameter.shape() {
@@ -341,6 +348,35 @@ mod tests {
             format!(r#"{{"q":"average","name":"sigma_b","theta_d":-1.5,"hair":{HAIR}}}"#),
         ] {
             Request::parse(&line).unwrap_or_else(|error| panic!("{line}: {error}"));
+        }
+    }
+
+    #[test]
+    fn the_model_is_read_and_checked() {
+        let parse = |model: &str, eccentricity: &str| {
+            let hair = HAIR.replace(
+                r#""eccentricity":1.0"#,
+                &format!(r#""eccentricity":{eccentricity},"model":{model}"#),
+            );
+            Request::parse(&format!(
+                r#"{{"q":"average","name":"a_f","theta_d":0.2,"hair":{hair}}}"#
+            ))
+        };
+        for model in Model::ALL {
+            let request = parse(&format!("{:?}", model.name()), "1.0").unwrap();
+            assert_eq!(request.hair().unwrap().model, model);
+        }
+        for (model, eccentricity, needle) in [
+            (
+                r#""kajiya""#,
+                "1.0",
+                "hair.model is \"kajiya\", must be marschner or energy",
+            ),
+            ("3", "1.0", "hair.model is 3"),
+            (r#""energy""#, "0.9", "eccentricity of model energy is 0.9"),
+        ] {
+            let error = parse(model, eccentricity).unwrap_err();
+            assert!(error.contains(needle), "{error}");
         }
     }
 

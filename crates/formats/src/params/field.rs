@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use strandlight_scattering::{Lobe, PerLobe};
+use strandlight_scattering::{Lobe, Model, PerLobe};
 
 use crate::scene::{Background, Scattering, ToneMap};
 
@@ -240,6 +240,16 @@ impl Plain for Vec<Lobe> {
 
     fn from_value(value: Value) -> Option<Vec<Lobe>> {
         texts(value, |name| Lobe::from_name(&name))
+    }
+}
+
+impl Plain for Model {
+    fn to_value(&self) -> Value {
+        Value::Text(self.name().to_owned())
+    }
+
+    fn from_value(value: Value) -> Option<Model> {
+        String::from_value(value).and_then(|name| Model::from_name(&name))
     }
 }
 

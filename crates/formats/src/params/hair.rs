@@ -39,7 +39,29 @@ const MODES: &[Word] = &[
     ),
 ];
 
+/// The models with what each is for.
+const MODELS: &[Word] = &[
+    (
+        "marschner",
+        "Marschner",
+        "R, TT and TRT as published: what the papers compare with. Loses energy in light hair.",
+    ),
+    (
+        "energy",
+        "Energy",
+        "All orders, and lobes that lose nothing at grazing angles: white hair stays white. Round, \
+             unpainted hair alone.",
+    ),
+];
+
 const PARAMS: &[Param<HairSection>] = &[
+    Param::new(
+        "model",
+        "Model",
+        Kind::Choice(MODELS),
+        at!(HairSection.model),
+    )
+    .help("The fibre model."),
     Param::new("preset", "Preset", Kind::Preset, at!(HairSection.preset))
         .group(Group::Color)
         .absent(Absent::Words("none"))
@@ -230,6 +252,7 @@ impl HairSection {
         for param in HAIR.params {
             param.put_in_model(self, &mut model);
         }
+        model.model = self.model;
         model.sigma_a = match (self.reflectance, self.melanin) {
             (Some(rgb), _) => sigma_a_from_reflectance(rgb, model.caustic_width),
             (None, Some(melanin)) => sigma_a_from_melanin(melanin.eumelanin, melanin.pheomelanin),

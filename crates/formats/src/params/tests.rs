@@ -1,4 +1,4 @@
-use strandlight_scattering::{HairParams, Parameter};
+use strandlight_scattering::{HairParams, Model, Parameter};
 use toml::{Table, Value as Toml};
 
 use super::*;
@@ -116,7 +116,11 @@ fn the_rows_are_all_the_keys_of_a_scene() {
     let colors: [fn(&mut HairSection); 3] = [
         |hair| hair.preset = Some("brown".to_owned()),
         |hair| hair.reflectance = Some([0.5; 3]),
-        |hair| (hair.reflectance, hair.melanin) = (None, Some(Melanin::default())),
+        |hair| {
+            (hair.reflectance, hair.melanin) = (None, Some(Melanin::default()));
+            // For round hair.
+            (hair.model, hair.eccentricity) = (Model::Energy, 1.0);
+        },
     ];
     let motions = [
         MotionSection {
@@ -229,6 +233,16 @@ fn words_and_lists_are_checked() {
     }
     assert_eq!(render, (RENDER.plain)());
     assert!(HAIR.param("etta").is_none());
+    let model = HAIR.param("model").expect("a row");
+    let energy = Some(Value::Text("energy".to_owned()));
+    model.set(&mut hair, energy).expect("a word");
+    assert_eq!(hair.params().model, Model::Energy);
+    hair.eccentricity = 0.9;
+    let error = hair.validate().expect_err("round alone").to_string();
+    assert!(
+        error.contains("hair.eccentricity") && error.contains("0.9"),
+        "{error}"
+    );
 }
 
 /// The page of the book holds the tables between its two marks, as they are now.

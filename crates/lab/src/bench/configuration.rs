@@ -4,7 +4,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 use strandlight_scattering::closed_form::{DirectionInFrame, LightInFrame};
 use strandlight_scattering::exact::{Light, View};
-use strandlight_scattering::{HairParams, PerLobe};
+use strandlight_scattering::{HairParams, Model, PerLobe};
 
 use strandlight_scattering::random::SplitMix64;
 
@@ -32,7 +32,7 @@ impl Configuration {
 
 /// How configurations are drawn.
 ///
-/// Both sets: `alpha_R` uniform in -8..-2 degrees, `alpha_TT = -alpha_R/2`, `alpha_TRT =
+/// All sets: `alpha_R` uniform in -8..-2 degrees, `alpha_TT = -alpha_R/2`, `alpha_TRT =
 /// -3 alpha_R/2`; `beta_R` uniform in 4..12 degrees standard deviation, `beta_TT = beta_R/2`,
 /// `beta_TRT = 2 beta_R`; sigma_a log-uniform in 0.03..2; lambda log-uniform in 0.05..1.2; the
 /// sines of both inclinations uniform in +-0.98, azimuths uniform; circular fibres.
@@ -42,6 +42,8 @@ pub enum Set {
     Accuracy,
     /// eta uniform in 1.45..1.65, w_c uniform in 0.08..0.3, sigma_a of each channel on its own.
     Wide,
+    /// As [`Set::Wide`], of model `energy`.
+    Energy,
 }
 
 impl Set {
@@ -50,6 +52,15 @@ impl Set {
         match self {
             Set::Accuracy => "accuracy",
             Set::Wide => "wide",
+            Set::Energy => "energy",
+        }
+    }
+
+    /// The fibre model.
+    pub const fn model(self) -> Model {
+        match self {
+            Set::Accuracy | Set::Wide => Model::Marschner,
+            Set::Energy => Model::Energy,
         }
     }
 
@@ -65,7 +76,7 @@ impl Set {
         let lambda = random.log_uniform(0.05, 1.2);
         let [theta_j, theta_o] = [(); 2].map(|()| random.uniform(-0.98, 0.98).asin());
         let [phi_j, phi_o] = [(); 2].map(|()| random.uniform(-PI, PI));
-        let wide = self == Set::Wide;
+        let wide = self != Set::Accuracy;
         Configuration {
             hair: HairParams {
                 eta: if wide { eta } else { 1.55 },
@@ -81,6 +92,7 @@ impl Set {
                     trt: 2.0 * beta,
                 },
                 caustic_width: if wide { caustic_width } else { 0.15 },
+                model: self.model(),
                 ..HairParams::default()
             },
             light: Light {

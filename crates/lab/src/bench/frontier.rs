@@ -77,7 +77,7 @@ pub struct Frontier {
     pub options: Options,
     /// The configuration that each worst value belongs to is found here.
     pub configurations: Vec<Configuration>,
-    /// Methods in the order of [`Method::all`].
+    /// Methods in the order of [`Method::all_of`].
     pub rows: Vec<Row>,
     /// The adapter that was timed.
     pub adapter_name: Option<String>,
@@ -97,13 +97,13 @@ pub fn run(
     let gpu = (options.adapter && options.repetitions > 0)
         .then(GpuBench::new)
         .transpose()?;
-    let methods: Vec<Prepared> = Method::all()
+    let methods: Vec<Prepared> = Method::all_of(options.set.model())
         .into_iter()
         .map(|method| Prepared::new(method, tables))
         .collect();
     let base = methods
         .iter()
-        .position(|method| method.method() == Method::BASE)
+        .position(|method| method.method() == Method::base_of(options.set.model()))
         .unwrap_or(0);
 
     let stage = progress("exact model", options.n as u64);
@@ -201,6 +201,7 @@ impl Frontier {
     /// Everything, the worst configurations as queries of `strandlight probe` included.
     pub fn to_json(&self) -> Value {
         let options = &self.options;
+        let base = Method::base_of(options.set.model());
         let rows: Vec<Value> = self.rows.iter().map(|row| self.row_json(row)).collect();
         json!({
             "set": options.set.name(),
@@ -208,7 +209,7 @@ impl Frontier {
             "seed": options.seed,
             "repetitions": options.repetitions,
             "tool_version": strandlight_formats::tool_version(),
-            "base": format!("{} {}", Method::BASE.family(), Method::BASE.setting()),
+            "base": format!("{} {}", base.family(), base.setting()),
             "adapter": self.adapter_name,
             "methods": rows,
         })

@@ -10,15 +10,16 @@ use strandlight_render::probe::Scheme;
 use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::BernsteinRule;
 use strandlight_scattering::closed_form::{
-    DEFAULT_NODES, DirectionInFrame, Fibre, GAUSS_HERMITE, LN_CULL, LightInFrame, Reflectance,
-    Shading, Tables, azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, eta_star, inclination,
-    lag_between, longitudinal, node_count, outer_node, outer_rule, pack_nodes, paper, sample_lobes,
-    single_scattering, single_scattering_mode, table_cell,
+    DEFAULT_NODES, DirectionInFrame, ENERGY_NODES, Fibre, GAUSS_HERMITE, LN_CULL, LightInFrame,
+    Reflectance, Shading, Tables, azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, eta_star,
+    fisher_lobe, fisher_rule, inclination, lag_between, longitudinal, node_count, outer_node,
+    outer_rule, pack_nodes, paper, sample_lobes, single_scattering, single_scattering_mode,
+    table_cell,
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{DEFAULT_LOBE_TEXELS, LobeTable, LobeTexture, slice};
 use strandlight_scattering::table_layout::{C_CHANNELS, C_COLUMNS, C_ROWS};
-use strandlight_scattering::{HairParams, Lobe, ParamError};
+use strandlight_scattering::{HairParams, Lobe, Model, ParamError};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::tables::{ShadingTables, TablesError, lobe_table};
 
@@ -87,6 +88,7 @@ const RUNTIME_NODES: [[u32; 3]; 8] = [
 /// The renderer's own.
 const DEFAULT_RUNTIME: [u32; 3] = [3, 2, 3];
 const _: () = assert!(pack_nodes(DEFAULT_RUNTIME) == DEFAULT_NODES);
+const _: () = assert!(pack_nodes([3, 3, 3]) == ENERGY_NODES);
 /// Sizes of the table C, the default 64 x 128 among them.
 const TABLE_C_SIZES: [[u32; 2]; 5] = [[8, 16], [16, 32], [32, 64], [64, 128], [128, 256]];
 /// Sizes of the lobe textures, the default among them.
@@ -107,6 +109,32 @@ impl Method {
                 .map(|(n_theta, n_h)| Method::BruteForce { n_theta, n_h }),
         );
         methods
+    }
+
+    /// Those that fibres of `model` have: of `energy` the renderer's scheme alone.
+    pub fn all_of(model: Model) -> Vec<Method> {
+        match model {
+            Model::Marschner => Method::all(),
+            Model::Energy => [
+                [1, 1, 1],
+                [2, 2, 2],
+                [3, 2, 3],
+                [3, 3, 3],
+                [4, 4, 4],
+                [8, 8, 8],
+            ]
+            .map(|nodes| Method::Runtime { nodes })
+            .to_vec(),
+        }
+    }
+
+    /// The method that costs are compared with: the paper's default, or where that is none the
+    /// renderer's.
+    pub const fn base_of(model: Model) -> Method {
+        match model {
+            Model::Marschner => Method::BASE,
+            Model::Energy => Method::Runtime { nodes: [3, 3, 3] },
+        }
     }
 
     /// The method that costs are compared with: the paper's default.
@@ -517,7 +545,12 @@ impl OnFibre<'_> {
                     .collect()
             }
             Method::Runtime { .. } | Method::TableC { .. } | Method::LobeTexels { .. } => {
-                let rule = outer_rule(theta_j, lambda_j, view.theta, alpha, beta);
+                let rule = if fibre.is_energy() {
+                    let lobe = fisher_lobe(2.0 * alpha - view.theta, 4.0 * beta * beta);
+                    fisher_rule(theta_j, lambda_j, &lobe)
+                } else {
+                    outer_rule(theta_j, lambda_j, view.theta, alpha, beta)
+                };
                 if rule.ln_bound < LN_CULL {
                     return Vec::new();
                 }

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use serde_json::{Value, json};
-use strandlight_scattering::{HairParams, Lobe, Parameter, ParameterShape};
+use strandlight_scattering::{HairParams, Lobe, Model, Parameter, ParameterShape};
 
 /// One evaluation; every number is a single-precision one, so that all sides get the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,5 +126,9 @@ pub fn hair_json(hair: &HairParams) -> Value {
         }
     };
     let entries = Parameter::ALL.map(|parameter| (parameter.name().to_owned(), value(parameter)));
-    Value::Object(entries.into_iter().collect())
+    let mut entries: serde_json::Map<String, Value> = entries.into_iter().collect();
+    if hair.model != Model::default() {
+        entries.insert("model".to_owned(), hair.model.name().into());
+    }
+    Value::Object(entries)
 }

@@ -22,11 +22,12 @@ impl HairRenderer {
     /// The first parameter outside its range, or a mode whose lobes were not loaded; nothing is
     /// changed then.
     pub fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<EditReport, EditError> {
-        let before = self.scene.hair.modes().to_vec();
+        let before = self.scene.hair.optics().fibre.modes;
         let report = self.scene.hair.edit(hair, modes)?;
         if report.rebuilt().next().is_some() {
             self.dirty.add_hair(&report);
-            let are_other = before != self.scene.hair.modes();
+            // Modes and model: what the pipelines are compiled for.
+            let are_other = before != self.scene.hair.optics().fibre.modes;
             self.dirty.mark(Inputs::TERMS, are_other);
             self.begin_report();
         }

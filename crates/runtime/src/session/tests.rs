@@ -210,6 +210,7 @@ fn every_parameter_of_the_hair_is_a_change() {
                 Value::Number(0.5 * (numbers.min + numbers.max))
             }
             (Kind::Numbers(_), None) => Value::Vector([0.5; 3]),
+            (Kind::Choice(words), _) => Value::Text(words[words.len() - 1].0.to_owned()),
             (Kind::Choices(_), _) => Value::Texts(vec!["R".to_owned()]),
             _ => Value::Text("brown".to_owned()),
         };

@@ -3,6 +3,7 @@
 
 use core::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
+use crate::Model;
 use crate::dual_scattering::{Average, AverageTable, N_INCLINATIONS};
 
 /// What many events send back and one sends on, at one inclination; linear RGB.
@@ -18,6 +19,8 @@ pub struct Averages {
     pub shift_b: [f32; 3],
     /// sigma_b^2: its squared width, Xu's, full angle; > 0.
     pub width_b_2: [f32; 3],
+    /// 1 where that light is a lobe of model `energy`, 0 where it is a Gaussian.
+    pub energy: f32,
 }
 
 /// What local scattering needs of them.
@@ -29,6 +32,8 @@ pub struct LocalAverages {
     pub shift_b: [f32; 3],
     /// As [`Averages::width_b_2`].
     pub width_b_2: [f32; 3],
+    /// As [`Averages::energy`].
+    pub energy: f32,
 }
 
 /// Where local scattering finds averages: those of one fibre, or of a painted point.
@@ -44,12 +49,13 @@ impl SampleAverages for [AverageTexel] {
             attenuation_b: at.attenuation_b,
             shift_b: at.shift_b,
             width_b_2: at.width_b_2,
+            energy: at.energy,
         }
     }
 }
 
 /// One inclination: four texels of the texture, (A_b, a_f of red), (Delta_b, a_f of green),
-/// (sigma_b^2, a_f of blue), (beta_f^2, 0).
+/// (sigma_b^2, a_f of blue), (beta_f^2, 1 of model `energy`).
 pub type AverageTexel = [f32; 16];
 
 /// Inclinations less one, the index of the last.
@@ -59,6 +65,7 @@ const _: () = assert!(N_INCLINATIONS == 128, "the shader has it as a number");
 
 /// The texels of a table, [`N_INCLINATIONS`] of them, evenly over -pi/2..=pi/2.
 pub fn pack_averages(table: &AverageTable) -> Vec<AverageTexel> {
+    let energy = f32::from(u8::from(table.model == Model::Energy));
     let pack = |row: &[[f32; 3]; Average::ALL.len()]| {
         let of = |average: Average| row[average as usize];
         let a_f = of(Average::AF);
@@ -67,7 +74,7 @@ pub fn pack_averages(table: &AverageTable) -> Vec<AverageTexel> {
         let b = of(Average::BetaF);
         [
             a[0], a[1], a[2], a_f[0], d[0], d[1], d[2], a_f[1], s[0], s[1], s[2], a_f[2], b[0],
-            b[1], b[2], 0.0,
+            b[1], b[2], energy,
         ]
     };
     table.rows.iter().map(pack).collect()
@@ -90,5 +97,6 @@ pub fn sample_averages(texels: &[AverageTexel], theta: f32) -> Averages {
         attenuation_b: [x[0], x[1], x[2]],
         shift_b: [x[4], x[5], x[6]],
         width_b_2: [x[8], x[9], x[10]],
+        energy: x[15],
     }
 }

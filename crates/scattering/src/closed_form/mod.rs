@@ -23,6 +23,7 @@ mod circular_gaussian;
 mod constants;
 mod eccentric;
 mod fibre;
+mod fisher;
 mod frame;
 mod global_scattering;
 mod half_circle;
@@ -49,7 +50,14 @@ pub use azimuthal::{azimuthal_trt, azimuthal_tt};
 pub use azimuthal_r::{Reflectance, azimuthal_r};
 pub use circular_gaussian::{c_0, lobe_integral, product_integral};
 pub use eccentric::{ETA_STAR_MAX, ETA_STAR_MIN, eta_star};
-pub use fibre::{DEFAULT_NODES, DEFAULT_SEGMENTS, Fibre, MODE_R, MODE_TRT, MODE_TT, pack_nodes};
+pub use fibre::{
+    ALL_MODES, DEFAULT_NODES, DEFAULT_SEGMENTS, ENERGY_NODES, Fibre, MODE_R, MODE_TRT, MODE_TT,
+    MODEL_ENERGY, N_FURTHER, pack_nodes,
+};
+pub use fisher::{
+    FisherLobe, fisher_density, fisher_lobe, fisher_place, fisher_rule, forward_share,
+    further_orders, further_place,
+};
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
 pub use global_scattering::{global_scattering, global_scattering_mode};
 pub use half_circle::{
@@ -98,6 +106,7 @@ pub use transmittance::{
 
 pub(crate) use constants::SQRT_PI;
 pub(crate) use eccentric::BUMP_SHARPNESS;
+pub(crate) use fisher::{FISHER_CLAMP, FISHER_SPREAD, INVERSE_FISHER_CLAMP};
 pub(crate) use multiple_scattering::LAST_FORWARD;
 pub(crate) use outer_integral::{
     CLAMP, COSINE_SHARPNESS, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE, MIDDLE_END, NARROW,

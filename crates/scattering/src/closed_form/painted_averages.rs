@@ -229,6 +229,8 @@ pub fn sample_averages(view: &PaintedAveragesView, row: &AverageRow, theta: f32)
         attenuation_b: [r[0], g[0], b[0]],
         shift_b: [r[1], g[1], b[1]].map(|x| row.shift_scale * x),
         width_b_2: [r[2], g[2], b[2]].map(|x| row.width_scale_2 * x),
+        // Painted hair is not of model `energy`.
+        energy: 0.0,
     }
 }
 

@@ -5,17 +5,20 @@
 //! integral over azimuth is R's polynomial on the table C, or TT's and TRT's lobes. With the
 //! default nodes that is at most 8 inner integrals and 13 fetches a light: one of C for each
 //! node of R, two 16-byte texels of the lobe texture for each of TT and TRT. An elliptic fibre
-//! reads as often, TRT's fetches being bilinear.
+//! reads as often, TRT's fetches being bilinear. Of model `energy` ([`super::fisher_lobe`]) TT and TRT read
+//! once for all nodes.
 
 use super::azimuthal::{azimuthal_trt, azimuthal_tt};
 use super::azimuthal_r::{Reflectance, azimuthal_r};
 use super::eccentric::eta_star;
 use super::fibre::{Fibre, MODE_R};
+use super::fisher::{fisher_density, fisher_lobe, fisher_place, fisher_rule, further_orders};
 use super::frame::{DirectionInFrame, Lag, LightInFrame, inclination, lag_between};
 use super::lobes::{LobeView, SampleLobes};
 use super::outer_integral::{
     LN_CULL, node_constants, node_count, node_extent, outer_node, outer_rule,
 };
+use super::special::bessel_i0e_fast;
 use super::tables::Tables;
 
 /// What the shading of one fibre, or of a painted point, reads. Parts of modes that are not enabled
@@ -88,6 +91,9 @@ fn mode_at_lag(
     lag: &Lag,
     shading: &Shading<impl SampleLobes>,
 ) -> [f32; 3] {
+    if shading.fibre.is_energy() {
+        return energy_mode_at_lag(mode, light, view, lag, shading);
+    }
     let mut total = [0.0f32; 3];
     let fibre = shading.fibre;
     let at = light.direction;
@@ -128,6 +134,70 @@ fn mode_at_lag(
             for channel in 0..3 {
                 total[channel] += factor * value[channel];
             }
+        }
+    }
+    total
+}
+
+/// [`mode_at_lag`] of model `energy`: the integral of g^c(theta_i; theta_j, lambda_j) M_t cos(theta_i)
+/// N_t(lambda', phi_o - phi_j, theta_o).
+fn energy_mode_at_lag(
+    mode: u32,
+    light: &LightInFrame,
+    view: &DirectionInFrame,
+    lag: &Lag,
+    shading: &Shading<impl SampleLobes>,
+) -> [f32; 3] {
+    let mut total = [0.0f32; 3];
+    let fibre = shading.fibre;
+    let at = light.direction;
+    let (alpha, beta) = (fibre.alpha[mode as usize], fibre.beta[mode as usize]);
+    let lobe = fisher_lobe(2.0 * alpha - view.theta, 4.0 * beta * beta);
+    let rule = fisher_rule(at.theta, light.lambda, &lobe);
+    if rule.ln_bound < LN_CULL {
+        return total;
+    }
+    let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
+    let incline = inclination(view.theta);
+    let extent = node_extent(&rule);
+    let count = node_count(extent, fibre.node_count(mode));
+    if mode == 0 {
+        for ix in 0..count {
+            let place = fisher_place(&rule, node_constants(extent, count, ix));
+            let from_light = (0.5 * (rule.to_light + place.step)).sin();
+            let fall = rule.sharpness * (from_light * from_light);
+            let cos_i = place.theta_i.cos().max(0.0);
+            let factor =
+                place.weight * fisher_density(&lobe, rule.to_lobe + place.step, cos_i, fall);
+            let kappa = kappa_j * cos_i;
+            let value =
+                factor * azimuthal_r(kappa, lag, &incline, shading.reflectance, &shading.tables);
+            total = total.map(|sum| sum + value);
+        }
+        return total;
+    }
+    let mut further = [0.0f32; 3];
+    let lobes = if mode == 1 {
+        shading.tt.lobes_at(fibre.eta, incline.cos_theta_d)
+    } else {
+        further = further_orders(fibre, incline.cos_theta_d);
+        shading.trt.lobes_at(fibre.eta, incline.cos_theta_d)
+    };
+    for ix in 0..count {
+        let place = fisher_place(&rule, node_constants(extent, count, ix));
+        let from_light = (0.5 * (rule.to_light + place.step)).sin();
+        let fall = rule.sharpness * (from_light * from_light);
+        let cos_i = place.theta_i.cos().max(0.0);
+        let factor = place.weight * fisher_density(&lobe, rule.to_lobe + place.step, cos_i, fall);
+        let kappa = kappa_j * cos_i;
+        let value = if mode == 1 {
+            azimuthal_tt(kappa, lag, &lobes)
+        } else {
+            azimuthal_trt(kappa, lag, &lobes)
+        };
+        let even = bessel_i0e_fast(kappa);
+        for channel in 0..3 {
+            total[channel] += factor * (value[channel] + even * further[channel]);
         }
     }
     total

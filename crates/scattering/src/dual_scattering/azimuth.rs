@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::circular_gaussian::{sharpness, wrap};
 use crate::exact::{FibreSection, eta_star};
 use crate::fresnel::Fresnel;
-use crate::hair::{HairParams, Lobe};
+use crate::hair::{HairParams, Lobe, Model};
 use crate::quadrature::GaussLegendre;
 use crate::special::{bessel_i_scaled, erfc};
 
@@ -171,6 +171,11 @@ impl AzimuthRule {
             };
             let kept = section.attenuation(lobe, sin, cos);
             see(forward, kept.map(|kept| weight * kept));
+            if lobe == Lobe::Trt && self.hair.model == Model::Energy {
+                // Further orders leave evenly.
+                let kept = section.residual(sin, cos);
+                see(0.5, kept.map(|kept| weight * kept));
+            }
         }
     }
 }

@@ -13,6 +13,7 @@
 //! with `<n>` the means over paths weighted by what they carry.
 
 use super::event::{Event, Moments};
+use crate::Model;
 
 /// Light that many events send back, per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,6 +24,8 @@ pub struct Backscatter {
     pub shift: [f64; 3],
     /// `sigma_b^2`, squared width (Xu's, full angle).
     pub width_2: [f64; 3],
+    /// The fibre model: the form of the lobe.
+    pub model: Model,
 }
 
 /// Least discriminant D of [`counts`]. Hair that loses less than some 1e-6 of the light at an
@@ -110,7 +113,10 @@ fn zinke_gap(a_f: f64) -> (f64, f64) {
 
 /// Applies `f` to `[a, alpha, beta^2]` forward and backward of each channel.
 fn by_channel(event: &Event, f: impl Fn([f64; 3], [f64; 3]) -> [f64; 3]) -> Backscatter {
-    let mut out = Backscatter::default();
+    let mut out = Backscatter {
+        model: event.model,
+        ..Backscatter::default()
+    };
     for c in 0..3 {
         let of = |it: &Moments| [it.attenuation[c], it.shift[c], it.width_2[c]];
         let [attenuation, shift, width_2] = f(of(&event.forward), of(&event.backward));
@@ -207,6 +213,7 @@ mod tests {
         let event = Event {
             forward: moments(0.6, 0.03, 0.02),
             backward: moments(0.25, -0.05, 0.3),
+            ..Event::default()
         };
         let [_, n_f, n_b] = counts(0.6, 0.25);
         let found = all_orders(&event);
@@ -241,6 +248,7 @@ mod tests {
             let event = Event {
                 forward: moments(a_f, 1.0, 0.0),
                 backward: moments(a_b, 0.0, 1.0),
+                ..Event::default()
             };
             let found = truncated(&event);
             close(found.attenuation[0], mass, 1e-12);
@@ -255,6 +263,7 @@ mod tests {
         let event = Event {
             forward: moments(0.5, 0.05, 0.1),
             backward: moments(0.3, -0.1, 0.1),
+            ..Event::default()
         };
         let (sum, approximate) = (truncated(&event).shift[0], published(&event).shift[0]);
         println!("sum {sum:.4}, Eq 16 with its sign set right {approximate:.4}");
@@ -275,6 +284,7 @@ mod tests {
                 let event = Event {
                     forward: moments(a_f, 0.1, 0.02),
                     backward: moments(a_b, -0.1, 0.3),
+                    ..Event::default()
                 };
                 for found in [all_orders(&event), truncated(&event), published(&event)] {
                     let [a, s, w] = [found.attenuation, found.shift, found.width_2].map(|x| x[0]);

@@ -3,7 +3,7 @@
 use super::azimuth::{AzimuthRule, Halves};
 use super::longitudinal::{full_angle, outgoing};
 use crate::fresnel::Fresnel;
-use crate::hair::{HairParams, Lobe};
+use crate::hair::{HairParams, Lobe, Model};
 use crate::quadrature::GaussLegendre;
 
 /// Averages over one half of the directions, per channel.
@@ -24,6 +24,8 @@ pub struct Event {
     pub forward: Moments,
     /// Light that turns back.
     pub backward: Moments,
+    /// The fibre model: the form of the lobe that these are shift and width of.
+    pub model: Model,
 }
 
 /// Mean and spread of the light of S itself over one half of the directions, per channel: other
@@ -72,6 +74,10 @@ fn per_mode(
     let rule = GaussLegendre::new(N_PANEL);
     for (ix, lobe) in Lobe::ALL.into_iter().enumerate() {
         let (shift, width) = full_angle(hair, lobe);
+        if hair.model == Model::Energy {
+            see(ix, shift, &azimuth.halves(lobe, theta.cos()));
+            continue;
+        }
         for node in outgoing(theta, shift, width, REACH, fineness.panel, &rule) {
             let mut halves = azimuth.halves(lobe, node.cos_theta_d);
             for q in halves.forward.iter_mut().chain(&mut halves.backward) {
@@ -116,6 +122,7 @@ pub(super) fn event_of_modes(hair: &HairParams, modes: &[Halves; 3]) -> Event {
     Event {
         forward: moments(|halves| &halves.forward),
         backward: moments(|halves| &halves.backward),
+        model: hair.model,
     }
 }
 
@@ -164,7 +171,7 @@ pub fn event_separated(theta: f64, hair: &HairParams, fresnel: Fresnel) -> Event
     event_of_modes(hair, &modes)
 }
 
-/// Mean and spread of S itself, forward and backward; see [`Mixture`].
+/// Mean and spread of S itself, forward and backward, of model `marschner`; see [`Mixture`].
 pub fn mixture(theta: f64, hair: &HairParams, fresnel: Fresnel) -> [Mixture; 2] {
     let mut sums = [[[0.0; 3]; 3]; 2];
     per_mode(theta, hair, fresnel, &FINE, |_, sum, halves| {

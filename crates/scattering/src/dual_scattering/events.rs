@@ -6,7 +6,7 @@ use super::azimuth::{AzimuthRule, Halves};
 use super::event::{BREATH, Event, event_of_modes};
 use super::longitudinal::{full_angle, outgoing};
 use crate::fresnel::Fresnel;
-use crate::hair::{HairParams, Lobe};
+use crate::hair::{HairParams, Lobe, Model};
 use crate::quadrature::GaussLegendre;
 
 /// Panels over cos(theta_d), even in `asinh(c / k)`, `k = sqrt(eta^2 - 1)` and at least this, and
@@ -28,6 +28,8 @@ const REACH: f64 = 6.0;
 #[derive(Clone, Debug)]
 pub struct Events {
     hair: HairParams,
+    /// Model `energy` takes q from here, at one inclination and not over all of them.
+    azimuth: AzimuthRule,
     /// `1 / k`, and panels per unit of asinh.
     scale: [f64; 2],
     /// `[mode][panel][node]`: q_f per channel, then q_b.
@@ -61,6 +63,7 @@ impl Events {
         });
         Events {
             hair: *hair,
+            azimuth,
             scale: [k.recip(), N_PANELS as f64 / length],
             values,
             nodes,
@@ -99,6 +102,10 @@ impl Events {
     pub fn at(&self, theta: f64) -> Event {
         let mut modes = [Halves::default(); 3];
         for (ix, (lobe, mode)) in Lobe::ALL.into_iter().zip(&mut modes).enumerate() {
+            if self.hair.model == Model::Energy {
+                *mode = self.azimuth.halves(lobe, theta.cos());
+                continue;
+            }
             let (shift, width) = full_angle(&self.hair, lobe);
             // As event() has it, a breath first, so that no share is 0 / 0.
             let mut sums = [1e-140; 6];

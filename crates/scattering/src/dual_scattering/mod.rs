@@ -25,6 +25,13 @@
 //! - TRT is blurred by w_c. For an elliptic fibre its index follows the half angle (Xu Eq 24), and
 //!   the averages are those over all turns of the fibre about its axis.
 //!
+//! [`Model::Energy`](crate::Model::Energy) keeps energy when the path of light is read backwards: light
+//! seen from `theta` came by `a_{f,t} = Int S_t cos(theta_i) domega_i = q_{f,t}(theta)` from the forward
+//! half, exactly, since M has unit mass and N_t is taken at theta. That stands for the above: the two are
+//! one for lobes without shift. q_TRT holds all orders beyond it, half of them forward; `a_f + a_b` is 1
+//! without absorption, and S_back has the model's own lobe of width sigma_b, which loses nothing at the
+//! ends however wide many events make it.
+//!
 //! [`event()`] has them by quadrature, [`Events`] for many inclinations of one fibre,
 //! [`event_separated`] by Xu's Eq 33, [`mixture`] has the mean and spread of S itself.
 //! [`Backscatter`] holds what many events make of them, `A_b`, `Delta_b` and `sigma_b`.

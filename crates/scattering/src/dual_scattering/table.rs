@@ -19,7 +19,7 @@ use super::backscatter::{Backscatter, all_orders};
 use super::event::{BREATH, Event, event_of_modes};
 use super::longitudinal::{full_angle, outgoing};
 use crate::fresnel::Fresnel;
-use crate::hair::{HairParams, Lobe};
+use crate::hair::{HairParams, Lobe, Model};
 use crate::quadrature::GaussLegendre;
 
 /// Inclinations of a table, evenly over -pi/2..=pi/2, ends included (Xu 2011 section 5: 128).
@@ -39,6 +39,8 @@ pub(super) const REACH: f64 = 3.5;
 /// All averages of one fibre over the incident inclination.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AverageTable {
+    /// The fibre model: the form of the lobes whose shifts and widths these are.
+    pub model: Model,
     /// `[inclination][column][channel]`, linear RGB; row `ix` is at `theta = pi (ix / 127 - 1/2)`,
     /// columns in the order of [`Average::ALL`], with `beta_f^2` and `beta_b^2` for widths of one
     /// event.
@@ -171,14 +173,38 @@ impl AverageTable {
     ///
     /// 0.8 ms on one core, 1.7 of an elliptic fibre (example `averages`).
     pub fn new(hair: &HairParams, fresnel: Fresnel) -> AverageTable {
+        let theta = |ix| PI * (ix as f64 / (N_INCLINATIONS - 1) as f64 - 0.5);
+        if hair.model == Model::Energy {
+            return AverageTable::of_energy(hair, fresnel, theta);
+        }
         let events = FastEvents::new(hair, fresnel);
         let rows = (0..N_INCLINATIONS).map(|ix| {
-            let theta = PI * (ix as f64 / (N_INCLINATIONS - 1) as f64 - 0.5);
-            let event = events.at(theta);
+            let event = events.at(theta(ix));
             row(&event, &all_orders(&event))
         });
         AverageTable {
+            model: hair.model,
             rows: rows.collect(),
+        }
+    }
+
+    /// [`AverageTable::new`] of model `energy`, for which q at the inclination itself is all: even in it.
+    fn of_energy(
+        hair: &HairParams,
+        fresnel: Fresnel,
+        theta: impl Fn(usize) -> f64,
+    ) -> AverageTable {
+        let azimuth = AzimuthRule::new(hair, fresnel, N_OFFSETS, N_TURNS);
+        let below = (0..N_INCLINATIONS / 2).map(|ix| {
+            let modes = Lobe::ALL.map(|lobe| azimuth.halves(lobe, theta(ix).cos()));
+            let event = event_of_modes(hair, &modes);
+            row(&event, &all_orders(&event))
+        });
+        let below: Vec<_> = below.collect();
+        let above = below.iter().rev().copied();
+        AverageTable {
+            model: hair.model,
+            rows: below.iter().copied().chain(above).collect(),
         }
     }
 

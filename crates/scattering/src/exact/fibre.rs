@@ -71,6 +71,31 @@ impl FibreSection {
         kept.map(|kept| self.intensity.get(lobe) * kept)
     }
 
+    /// What of a path through `h = sin gamma` leaves after more than two segments, per channel: of every
+    /// segment T, of every internal reflection F,
+    ///
+    /// `A_TRT (F T + F^2 T^2 + ...) = A_TRT F T / (1 - F T)` (d'Eon 2011 section 4.2); with TRT's
+    /// intensity.
+    pub fn residual(&self, sin_gamma: f64, cos_gamma: f64) -> [f64; 3] {
+        let through = self
+            .fresnel
+            .transmittance(self.eta, self.cos_theta_d * cos_gamma.abs());
+        let sin_t = sin_gamma / self.eta_eff;
+        let crossing = -2.0 * (1.0 - sin_t * sin_t).max(0.0).sqrt();
+        let reflected = 1.0 - through;
+        let intensity = self.intensity.get(Lobe::Trt);
+        self.sigma_eff.map(|sigma| {
+            let optical = sigma * crossing;
+            let kept = reflected * optical.exp();
+            // 1 - F T = (1 - F) + F (1 - T), without cancellation.
+            let lost = through - reflected * optical.exp_m1();
+            match lost > 0.0 {
+                true => intensity * optical.exp() * (through * kept) * (through * kept / lost),
+                false => 0.0,
+            }
+        })
+    }
+
     /// `phi(p, h) = 2 p gamma_t - 2 gamma_i + p pi` (Xu 2011 Eq 8), not wrapped.
     pub fn exit_azimuth(&self, lobe: Lobe, gamma: f64) -> f64 {
         let p = f64::from(lobe.p());

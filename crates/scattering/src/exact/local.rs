@@ -5,14 +5,17 @@
 //! s_b    = 1/pi where cos(phi_i - phi_o) > 0, else 0
 //! ```
 //!
+//! of model `energy` `S_back cos(theta_i) = A_b s_b M`, M of unit mass with the cosine ([`super::FisherLobe`]);
 //! without the papers' factor 2: M has unit mass in theta_i. A_b, Delta_b, sigma_b are taken at the
 //! inclination (theta_i - theta_o)/2 as in Eq 31.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::fisher::FisherLobe;
 use super::forward::{Forward, REACH};
 use super::half_circle::HalfCircle;
 use super::single::{Light, View};
+use crate::Model;
 use crate::circular_gaussian::{circular_gaussian, sharpness, unit_gaussian, wrap};
 use crate::dual_scattering::Backscatter;
 use crate::quadrature::GaussLegendre;
@@ -86,7 +89,11 @@ fn outer(
             let found = back(0.5 * (theta_i - view.theta));
             for c in 0..3 {
                 let sigma_b = found.width_2[c].sqrt();
-                let centre = found.shift[c] - view.theta;
+                let centre = match found.model {
+                    Model::Marschner => found.shift[c] - view.theta,
+                    // Many events take it round the sphere.
+                    Model::Energy => FisherLobe::new(found.shift[c] - view.theta, sigma_b).mean(),
+                };
                 first = first.min(centre - (REACH + 1.0) * sigma_b);
                 last = last.max(centre + (REACH + 1.0) * sigma_b);
                 narrowest = narrowest.min(sigma_b);
@@ -106,15 +113,24 @@ fn outer(
         let a = low + step * f64::from(ix);
         for (theta_i, weight) in rule.on(a, a + step) {
             let ratio = theta_i.cos() / (0.5 * (view.theta - theta_i)).cos();
-            let factor = weight * light(theta_i) * ratio * ratio;
-            if factor == 0.0 {
+            let lit = weight * light(theta_i);
+            if lit == 0.0 {
                 continue;
             }
             let found = back(0.5 * (theta_i - view.theta));
             for (c, total) in total.iter_mut().enumerate() {
                 let centre = found.shift[c] - view.theta;
-                let g = unit_gaussian(theta_i, centre, found.width_2[c].sqrt());
-                *total += factor * found.attenuation[c] * g;
+                let sigma_b = found.width_2[c].sqrt();
+                *total += match found.model {
+                    Model::Marschner => {
+                        let g = unit_gaussian(theta_i, centre, sigma_b);
+                        lit * ratio * ratio * found.attenuation[c] * g
+                    }
+                    Model::Energy => {
+                        let m = FisherLobe::new(centre, sigma_b);
+                        lit * found.attenuation[c] * m.density(theta_i)
+                    }
+                };
             }
         }
     }
@@ -253,6 +269,7 @@ mod tests {
             attenuation: [0.2; 3],
             shift: [0.0; 3],
             width_2: [0.1; 3],
+            ..Backscatter::default()
         };
         let behind = local(forward, view(PI), back)[0];
         let front = local(forward, view(0.0), back)[0];

@@ -2,7 +2,8 @@
 //!
 //! Marschner's R + TT + TRT of a dielectric cylinder; the true incidence cosine in the Fresnel
 //! term; TRT blurred by a normalised circular Gaussian of width w_c; the light an exact spherical
-//! Gaussian; M_t = g^u(theta_i; 2 alpha_t - theta_o, 2 beta_t) of unit mass in theta_i.
+//! Gaussian; M_t = g^u(theta_i; 2 alpha_t - theta_o, 2 beta_t) of unit mass in theta_i. Or that of
+//! [`Model::Energy`](crate::Model::Energy): M_t a [`FisherLobe`], N_t at theta_o, all orders.
 //!
 //! - [`azimuthal()`]: the inner integral over phi_i (Xu 2011 Eq 12), without solving for roots.
 //! - [`single()`]: the double integral of one light (Eq 11).
@@ -16,6 +17,7 @@ mod azimuthal;
 mod bcsdf;
 mod eccentric;
 mod fibre;
+mod fisher;
 mod forward;
 mod global;
 mod half_circle;
@@ -24,10 +26,12 @@ mod panels;
 mod roots;
 mod single;
 
+pub(crate) use azimuthal::further_mass;
 pub use azimuthal::{azimuthal, azimuthal_average, energy};
 pub use bcsdf::{Bcsdf, BcsdfError, BcsdfView, PaintedBcsdf, Sample, Scattered};
 pub use eccentric::{azimuthal_eccentric, eta_star};
 pub use fibre::FibreSection;
+pub use fisher::FisherLobe;
 pub use forward::Forward;
 pub use global::{azimuthal_global, global};
 pub use half_circle::HalfCircle;

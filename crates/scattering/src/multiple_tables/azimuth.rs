@@ -9,8 +9,8 @@
 use core::f32::consts::PI;
 
 use crate::closed_form::{
-    Lag, SampleLobes, Shading, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
-    inclination,
+    Lag, SampleLobes, Shading, further_orders, half_circle_basis, half_circle_r, half_circle_trt,
+    half_circle_tt, inclination,
 };
 
 /// Odd harmonics before they are reduced.
@@ -165,6 +165,13 @@ fn spectrum_of(
             for (sum, value) in sum.iter_mut().zip(value) {
                 *sum += factor / N_LAGS as f32 * value;
             }
+        }
+    }
+    if mode == 2 {
+        // Orders beyond TRT leave evenly; none of model `marschner`.
+        let further = further_orders(fibre, incline.cos_theta_d);
+        for (sum, further) in spectrum[0].iter_mut().zip(further) {
+            *sum += further / (2.0 * PI);
         }
     }
     spectrum

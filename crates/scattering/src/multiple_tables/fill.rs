@@ -7,9 +7,9 @@
 use core::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use crate::closed_form::{
-    AverageTexel, DirectionInFrame, Fibre, LN_CULL, LightInFrame, direct_local_scattering,
-    half_circle, inclination, local_rule, local_scattering, mean_cosine, node_constants,
-    node_count, node_extent, node_place, outer_rule,
+    AverageTexel, DirectionInFrame, Fibre, LN_CULL, LightInFrame, SQRT_PI, direct_local_scattering,
+    forward_share, half_circle, inclination, local_rule, local_scattering, mean_cosine,
+    node_constants, node_count, node_extent, node_place, outer_rule,
 };
 
 use super::azimuth::{Profiles, Row};
@@ -76,6 +76,13 @@ impl Source<'_> {
             if fibre.modes & (1 << mode) == 0 {
                 continue;
             }
+            if fibre.is_energy() {
+                let share = forward_share(mode, light.theta, theta_o, sigma_f, fibre);
+                let cos_o = inclination(theta_o).cos_theta_d;
+                // Of both Gaussians there is but the light's.
+                profiles.add(mode as usize, cos_o, scale * SQRT_PI * share, row);
+                continue;
+            }
             let (alpha, beta) = (fibre.alpha[mode as usize], fibre.beta[mode as usize]);
             let rule = outer_rule(light.theta, sigma_f, theta_o, alpha, beta);
             if rule.ln_bound < LN_CULL {
@@ -121,7 +128,7 @@ impl Source<'_> {
             cosine_of_share(kappa, share)
         } else {
             // All light is on one side: any sharpness of this order does.
-            let mean = local_rule(theta_j, lambda, theta_o, averages).mean;
+            let mean = local_rule(theta_j, lambda, theta_o, averages).rule.mean;
             mean.clamp(-FRAC_PI_2, FRAC_PI_2).cos().max(0.0)
         };
         [whole[0], whole[1], whole[2], cosine]

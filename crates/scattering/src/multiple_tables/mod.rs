@@ -35,7 +35,7 @@ mod wide;
 use core::f32::consts::PI;
 
 use crate::closed_form::{
-    AverageTexel, MODE_TRT, SampleLobes, Shading, TERM_GLOBAL, TERM_LOCAL, half_circle,
+    ALL_MODES, AverageTexel, MODE_TRT, SampleLobes, Shading, TERM_GLOBAL, TERM_LOCAL, half_circle,
     sample_averages,
 };
 use crate::dual_scattering::N_INCLINATIONS;
@@ -206,7 +206,7 @@ impl Plan {
         let fibre = shading.fibre;
         let has_averages = averages.len() >= N_INCLINATIONS;
         let is_round = fibre.eta_swing == 0.0 || fibre.modes & MODE_TRT == 0;
-        let has_global = terms & TERM_GLOBAL != 0 && is_round && fibre.modes != 0;
+        let has_global = terms & TERM_GLOBAL != 0 && is_round && fibre.modes & ALL_MODES != 0;
         let has_local = terms & TERM_LOCAL != 0 && has_averages;
         let least = Least::of(if has_averages { averages } else { &[] });
         let widths = (0..3).filter(|mode| fibre.modes & (1 << mode) != 0);

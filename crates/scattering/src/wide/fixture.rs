@@ -89,29 +89,34 @@ impl Fixture {
 
     /// Any fibre.
     pub fn hair(&self, random: &mut SplitMix64, elliptic: bool) -> Hair {
-        let degree = std::f64::consts::PI / 180.0;
-        let shift = random.uniform(-10.0, 10.0) * degree;
-        let width = random.log_uniform(2.0, 25.0) * degree;
-        self.hair_of(&HairParams {
-            eta: random.uniform(1.3, 1.8),
-            sigma_a: [(); 3].map(|()| random.log_uniform(0.01, 3.0)),
-            shift: PerLobe {
-                r: shift,
-                tt: -0.5 * shift,
-                trt: -1.5 * shift,
-            },
-            width: PerLobe {
-                r: width,
-                tt: 0.5 * width,
-                trt: 2.0 * width,
-            },
-            caustic_width: random.log_uniform(0.05, 0.5),
-            eccentricity: match elliptic {
-                true => random.log_uniform(0.75, 1.33),
-                false => 1.0,
-            },
-            ..HairParams::default()
-        })
+        self.hair_of(&params(random, elliptic))
+    }
+}
+
+/// Any parameters.
+pub fn params(random: &mut SplitMix64, elliptic: bool) -> HairParams {
+    let degree = std::f64::consts::PI / 180.0;
+    let shift = random.uniform(-10.0, 10.0) * degree;
+    let width = random.log_uniform(2.0, 25.0) * degree;
+    HairParams {
+        eta: random.uniform(1.3, 1.8),
+        sigma_a: [(); 3].map(|()| random.log_uniform(0.01, 3.0)),
+        shift: PerLobe {
+            r: shift,
+            tt: -0.5 * shift,
+            trt: -1.5 * shift,
+        },
+        width: PerLobe {
+            r: width,
+            tt: 0.5 * width,
+            trt: 2.0 * width,
+        },
+        caustic_width: random.log_uniform(0.05, 0.5),
+        eccentricity: match elliptic {
+            true => random.log_uniform(0.75, 1.33),
+            false => 1.0,
+        },
+        ..HairParams::default()
     }
 }
 

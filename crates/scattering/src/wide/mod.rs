@@ -27,6 +27,7 @@ mod azimuthal;
 mod azimuthal_r;
 mod dispatch;
 mod eccentric;
+mod fisher;
 #[cfg(test)]
 mod fixture;
 mod frame;

@@ -6,8 +6,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8};
 
 use crate::closed_form::{
-    CLAMP, COSINE_SHARPNESS, GAUSS_HERMITE, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE, MIDDLE_END,
-    NARROW, NARROW_END, SQRT_PI, VIEW_PULL, node_count,
+    CLAMP, COSINE_SHARPNESS, FISHER_CLAMP, GAUSS_HERMITE, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE,
+    MIDDLE_END, NARROW, NARROW_END, SQRT_PI, VIEW_PULL, node_count,
 };
 
 use super::math::{clamp, exp, ln, sin};
@@ -15,21 +15,29 @@ use super::math::{clamp, exp, ln, sin};
 /// Eight of [`crate::closed_form::OuterRule`], of one mode.
 #[derive(Clone, Copy)]
 pub(super) struct OuterRules<S: Simd> {
-    mean: f32x8<S>,
-    to_light: f32x8<S>,
-    to_lobe: f32x8<S>,
-    spread: f32x8<S>,
-    low: f32x8<S>,
-    high: f32x8<S>,
-    inverse_width: f32,
-    sharpness: f32x8<S>,
-    extent: f32x8<S>,
+    pub mean: f32x8<S>,
+    pub to_light: f32x8<S>,
+    pub to_lobe: f32x8<S>,
+    pub spread: f32x8<S>,
+    pub low: f32x8<S>,
+    pub high: f32x8<S>,
+    pub inverse_width: f32,
+    pub sharpness: f32x8<S>,
+    pub extent: f32x8<S>,
 }
 
 /// Inclinations and weights of one node.
 #[derive(Clone, Copy)]
 pub(super) struct OuterNodes<S: Simd> {
     pub theta_i: f32x8<S>,
+    pub weight: f32x8<S>,
+}
+
+/// Places and weights of one node, for integrands other than the light's circular Gaussian times M_t.
+#[derive(Clone, Copy)]
+pub(super) struct NodePlaces<S: Simd> {
+    pub theta_i: f32x8<S>,
+    pub step: f32x8<S>,
     pub weight: f32x8<S>,
 }
 
@@ -123,6 +131,22 @@ impl<S: Simd> OuterRules<S> {
     #[inline(always)]
     pub fn node(&self, counts: [u32; 3], ix: u32) -> OuterNodes<S> {
         outer_nodes(self, self.node_constants(counts, ix))
+    }
+
+    /// As [`OuterRules::node`], [`crate::closed_form::fisher_place`].
+    #[inline(always)]
+    pub fn fisher_place(&self, counts: [u32; 3], ix: u32) -> NodePlaces<S> {
+        let [u, weight, fall, growth] = self.node_constants(counts, ix);
+        let one = f32x8::splat(u.token(), 1.0);
+        let below = self.low * (fall * fall.sqrt()) + 1.0;
+        let above = self.high * (growth * growth.sqrt()) + 1.0;
+        let inverse = one / (below * above);
+        let step = self.spread * (u + ln(below * (below * inverse)) * FISHER_CLAMP);
+        NodePlaces {
+            theta_i: clamp(self.mean + step, -FRAC_PI_2, FRAC_PI_2),
+            step,
+            weight: weight * self.spread * (one - self.low * self.high) * inverse,
+        }
     }
 
     /// [`crate::closed_form::node_constants`].

@@ -4,7 +4,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, f32x8};
 
 use crate::closed_form::{
-    DirectionInFrame, LN_CULL, LightInFrame, MAX_NODES, MODE_R, Shading, single_scattering_mode,
+    DirectionInFrame, LN_CULL, LightInFrame, MAX_NODES, MODE_R, Shading, fisher_lobe,
+    further_orders, inclination, single_scattering_mode,
 };
 use core::f32::consts::PI;
 
@@ -13,10 +14,11 @@ use super::azimuthal::azimuthal_lobes;
 use super::azimuthal_r::{Columns, azimuthal_r};
 use super::dispatch;
 use super::eccentric::eta_star;
+use super::fisher::{fisher_bound, fisher_density, fisher_rules};
 use super::frame::{Directions, Lags, cos_view, lags_between};
 use super::lights::WideLights;
 use super::lobes::SampleLobes;
-use super::math::{cos, exp};
+use super::math::{bessel_i0e_fast, cos, exp, sin};
 use super::outer_integral::{OuterRules, outer_bound, outer_rules};
 
 /// Keeps 1 / cos(theta_d) finite; as the twin.
@@ -287,7 +289,12 @@ fn see<S: Simd, L: SampleLobes>(
                         continue;
                     }
                     let (alpha, beta) = (fibre.alpha[mode], fibre.beta[mode]);
-                    let bound = outer_bound(at.theta, variance_j, view.theta, alpha, beta);
+                    let bound = if fibre.is_energy() {
+                        let lobe = fisher_lobe(2.0 * alpha - view.theta, 4.0 * beta * beta);
+                        fisher_bound(at.theta, variance_j, &lobe)
+                    } else {
+                        outer_bound(at.theta, variance_j, view.theta, alpha, beta)
+                    };
                     let mut lanes = bound.simd_le(-LN_CULL).to_bitmask() as u32;
                     lanes &= (1 << chunk.len()) - 1;
                     // Light in both inclination and azimuth, spread by the longitudinal lobe.
@@ -374,6 +381,16 @@ fn mode_of_lights<S: Simd, L: SampleLobes>(
         cos_view: cos_view(view),
     };
     let fibre = shading.fibre;
+    if fibre.is_energy() {
+        return energy_of_lights(
+            simd,
+            mode,
+            [theta_j, variance_j, kappa_j],
+            &lag,
+            place,
+            shading,
+        );
+    }
     let (alpha, beta) = (fibre.alpha[mode], fibre.beta[mode]);
     let rules = outer_rules(theta_j, variance_j, view.theta, alpha, beta);
     let counts = OuterRules::<S>::node_counts(fibre.node_count(mode as u32));
@@ -425,13 +442,75 @@ fn mode_of_lights<S: Simd, L: SampleLobes>(
 
 const _: () = assert!(MODE_R == 1, "modes are bits in the order of p");
 
+/// [`mode_of_lights`] of model `energy`, for `[theta_j, variance_j, kappa_j]` of the lights: N_t is that at
+/// theta_o, the same for all lights and nodes.
+#[inline(always)]
+fn energy_of_lights<S: Simd, L: SampleLobes>(
+    simd: S,
+    mode: usize,
+    [theta_j, variance_j, kappa_j]: [f32x8<S>; 3],
+    lag: &Lags<S>,
+    place: &Place,
+    shading: &Shading<L>,
+) -> [[f32; LANES]; 3] {
+    let zero = f32x8::splat(simd, 0.0);
+    let fibre = shading.fibre;
+    let (alpha, beta) = (fibre.alpha[mode], fibre.beta[mode]);
+    let lobe = fisher_lobe(2.0 * alpha - place.view.theta, 4.0 * beta * beta);
+    let rules = fisher_rules(theta_j, variance_j, &lobe);
+    let counts = OuterRules::<S>::node_counts(fibre.node_count(mode as u32));
+    let n_nodes = (rules.most_nodes(counts) as usize).min(MAX_NODES as usize);
+    let mut nodes = [[zero; 2]; MAX_NODES as usize];
+    for (ix, node) in nodes[..n_nodes].iter_mut().enumerate() {
+        let at = rules.fisher_place(counts, ix as u32);
+        let light = sin((rules.to_light + at.step) * 0.5);
+        let cos_i = cos(at.theta_i).max(0.0);
+        let fall = rules.sharpness * (light * light);
+        let density = fisher_density(&lobe, rules.to_lobe + at.step, cos_i, fall);
+        *node = [kappa_j * cos_i, at.weight * density];
+    }
+    let cos_theta_d = f32x8::splat(simd, inclination(place.view.theta).cos_theta_d);
+    let mut total = [zero; 3];
+    if mode == 0 {
+        let table = (shading.tables.c, &shading.tables.axes);
+        let columns = Columns::new(&shading.tables.axes, lag.cos_half);
+        for [kappa, factor] in nodes[..n_nodes].iter().copied() {
+            let value = azimuthal_r(kappa, &columns, cos_theta_d, shading.reflectance, table);
+            total[0] += factor * value;
+        }
+    } else {
+        let eta = f32x8::splat(simd, fibre.eta);
+        let (lobes, sin_half, cos_half, further) = match mode {
+            1 => (&shading.tt, lag.cos_half, lag.sin_half, [0.0; 3]),
+            _ => {
+                let further = further_orders(fibre, inclination(place.view.theta).cos_theta_d);
+                (&shading.trt, lag.sin_half, lag.cos_half, further)
+            }
+        };
+        let lobes = lobes.lobes_at(eta, cos_theta_d);
+        for [kappa, factor] in nodes[..n_nodes].iter().copied() {
+            let value = azimuthal_lobes(kappa, sin_half, cos_half, &lobes);
+            let even = bessel_i0e_fast(kappa);
+            for ((total, value), further) in total.iter_mut().zip(value).zip(further) {
+                *total += factor * (value + even * further);
+            }
+        }
+    }
+    let mut values = [[0.0; LANES]; 3];
+    for (value, total) in values.iter_mut().zip(total) {
+        total.store_array(value);
+    }
+    values
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::closed_form::{self, LightInFrame};
     use crate::random::SplitMix64;
-    use crate::wide::fixture::{Fixture, lights, place};
+    use crate::wide::fixture::{Fixture, lights, params, place};
     use crate::wide::levels;
+    use crate::{HairParams, Model};
 
     /// A direction in the frame of a place.
     fn along(place: &Place, light: [f32; 3]) -> [f32; 3] {
@@ -485,48 +564,56 @@ mod tests {
     fn single_scattering_cost() {
         let fixture = Fixture::new();
         let mut random = SplitMix64(11);
-        let hair = fixture.hair_of(&crate::HairParams::default());
-        let shading = hair.shading(&fixture);
         let (directions, mut lambdas) = lights(&mut random, 40);
         for (ix, lambda) in lambdas.iter_mut().enumerate() {
             *lambda = 0.03 * (1.0f32 / 0.03).powf(ix as f32 / 39.0);
         }
-        let wide = WideLights::new(&directions, &lambdas);
-        let places: Vec<Place> = (4..1004).map(|view| place(&mut random, view)).collect();
-        let products = (places.len() * directions.len()) as f64;
-        let least_ns = |run: &mut dyn FnMut()| {
-            // The system counts in steps of some milliseconds.
-            let timed = |run: &mut dyn FnMut()| {
-                let start = thread_ns();
-                (0..30).for_each(|_| run());
-                (thread_ns() - start) / (30.0 * products)
-            };
-            (0..5).map(|_| timed(run)).fold(f64::INFINITY, f64::min)
-        };
-        let one = least_ns(&mut || {
-            for place in &places {
-                for (light, lambda) in directions.iter().zip(&lambdas) {
-                    let source = LightInFrame::from_vector(along(place, *light), *lambda);
-                    let all = closed_form::single_scattering(&source, &place.view, &shading);
-                    std::hint::black_box(all);
-                }
-            }
-        });
-        println!("one light at a time: {one:.0} ns a product");
-        for (name, level) in levels() {
-            let mut responses = vec![Responses::default(); places.len()];
-            let eight = least_ns(&mut || {
-                single_scattering_at(
-                    level,
-                    &wide,
-                    &[1.0; 40],
-                    &places,
-                    &shading,
-                    None,
-                    &mut responses,
-                );
+        for model in Model::ALL {
+            let hair = fixture.hair_of(&HairParams {
+                model,
+                ..HairParams::default()
             });
-            println!("eight, {name}: {eight:.0} ns, {:.1} times", one / eight);
+            let shading = hair.shading(&fixture);
+            let wide = WideLights::new(&directions, &lambdas);
+            let places: Vec<Place> = (4..1004).map(|view| place(&mut random, view)).collect();
+            let products = (places.len() * directions.len()) as f64;
+            let least_ns = |run: &mut dyn FnMut()| {
+                // The system counts in steps of some milliseconds.
+                let timed = |run: &mut dyn FnMut()| {
+                    let start = thread_ns();
+                    (0..30).for_each(|_| run());
+                    (thread_ns() - start) / (30.0 * products)
+                };
+                (0..5).map(|_| timed(run)).fold(f64::INFINITY, f64::min)
+            };
+            let one = least_ns(&mut || {
+                for place in &places {
+                    for (light, lambda) in directions.iter().zip(&lambdas) {
+                        let source = LightInFrame::from_vector(along(place, *light), *lambda);
+                        let all = closed_form::single_scattering(&source, &place.view, &shading);
+                        std::hint::black_box(all);
+                    }
+                }
+            });
+            println!(
+                "{}: one light at a time: {one:.0} ns a product",
+                model.name()
+            );
+            for (name, level) in levels() {
+                let mut responses = vec![Responses::default(); places.len()];
+                let eight = least_ns(&mut || {
+                    single_scattering_at(
+                        level,
+                        &wide,
+                        &[1.0; 40],
+                        &places,
+                        &shading,
+                        None,
+                        &mut responses,
+                    );
+                });
+                println!("eight, {name}: {eight:.0} ns, {:.1} times", one / eight);
+            }
         }
     }
 
@@ -555,7 +642,14 @@ mod tests {
         let mut n = 0;
         let mut worst = [0.0f32; 3];
         for ix in 0..48 {
-            let hair = fixture.hair(&mut random, ix % 3 == 0);
+            let model = match ix % 3 {
+                1 => Model::Energy,
+                _ => Model::Marschner,
+            };
+            let hair = fixture.hair_of(&HairParams {
+                model,
+                ..params(&mut random, ix % 3 == 0)
+            });
             let shading = hair.shading(&fixture);
             let (directions, lambdas) = lights(&mut random, 37);
             let wide = WideLights::new(&directions, &lambdas);

@@ -6,10 +6,10 @@ use strandlight_scattering::closed_form::paper::{
 use strandlight_scattering::closed_form::{
     AverageTexel, DirectionInFrame, GAUSS_HERMITE, LightInFrame, Shading, Tables, azimuthal_r,
     azimuthal_trt, azimuthal_tt, bessel_i0e, bessel_i0e_fast, bessel_i1e, c_0,
-    direct_local_scattering, erf_pair, eta_star, global_scattering, global_scattering_mode,
-    half_circle, inclination, lag_between, lobe_integral, local_scattering, mean_cosine,
-    outer_node, outer_rule, product_integral, sample_averages, sample_lobes, single_scattering,
-    single_scattering_mode, table_cell,
+    direct_local_scattering, erf_pair, eta_star, further_orders, global_scattering,
+    global_scattering_mode, half_circle, inclination, lag_between, lobe_integral, local_scattering,
+    mean_cosine, outer_node, outer_rule, product_integral, sample_averages, sample_lobes,
+    single_scattering, single_scattering_mode, table_cell,
 };
 
 use super::{Function, MODE_ALL, Query, Scheme};
@@ -149,7 +149,11 @@ fn by_lobes(q: &Query, shading: &Shading) -> [f32; 3] {
         }
         _ => {
             let eta = eta_star(kappa, &lag, shading.fibre);
-            azimuthal_trt(kappa, &lag, &sample_lobes(&shading.trt, eta, cos_theta_d))
+            let value = azimuthal_trt(kappa, &lag, &sample_lobes(&shading.trt, eta, cos_theta_d));
+            // None of model `marschner`.
+            let further = further_orders(shading.fibre, cos_theta_d);
+            let even = bessel_i0e_fast(kappa);
+            std::array::from_fn(|channel| value[channel] + even * further[channel])
         }
     }
 }

@@ -14,6 +14,13 @@
 //! `cos^2 theta_i / cos^2 theta_d` of far-field scattering is not 1 where M_t is wide or shifted:
 //! the albedo of a fibre without absorption exceeds 1 at some inclinations (numbers beside
 //! [`Bcsdf::albedo`]). Orders p >= 3 are left out, 0.7 % at normal incidence and eta 1.55.
+//!
+//! **[`Model::Energy`]**: `S = sum_t M_t(theta_i) N_t(phi; theta_o) / cos theta_i` with M_t of
+//! [`FisherLobe`], all orders p >= 3 in TRT. M_t cos(theta_i) has unit mass whatever theta_o, and N_t is
+//! the same for all theta_i, so that the albedo seen from theta_o is the sum of the masses of N_t there:
+//! 1 of a fibre without absorption. With N_t at theta_d it would be 0.72 to 1.04 at the default widths
+//! and shifts, since modes of different widths and shifts see it at different places. The price is
+//! reciprocity.
 
 mod layered;
 mod painted;
@@ -27,9 +34,10 @@ pub use painted::PaintedBcsdf;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::fibre::FibreSection;
+use super::fisher::FisherLobe;
 use crate::circular_gaussian::{sharpness, wrap};
 use crate::fresnel::Fresnel;
-use crate::hair::{HairParams, Lobe, ParamError};
+use crate::hair::{HairParams, Lobe, Model, ParamError};
 use crate::quadrature::GaussLegendre;
 use layered::{LayeredTrt, Place as LayerPlace};
 use table::{BlurredTrt, Energies};
@@ -48,6 +56,9 @@ pub enum BcsdfError {
         /// The eccentricity asked for.
         eccentricity: f64,
     },
+    /// Paint is not offered with [`Model::Energy`].
+    #[error("painted fibres take model \"marschner\" alone, not \"energy\"")]
+    PaintedEnergy,
 }
 
 /// A fibre whose scattering can be evaluated and sampled.
@@ -59,7 +70,7 @@ pub struct Bcsdf {
     enabled: [bool; 3],
     blurred_trt: Option<BlurredTrt>,
     energies: Energies,
-    /// At `N_PLACES` inclinations theta_o over +-pi/2.
+    /// At `N_PLACES` inclinations theta_o over +-pi/2; none of model `energy`.
     places: Vec<Place>,
 }
 
@@ -125,6 +136,9 @@ impl Bcsdf {
             energies: Energies::new(hair, fresnel),
             places: Vec::new(),
         };
+        if hair.model == Model::Energy {
+            return Ok(bcsdf);
+        }
         let rule = GaussLegendre::new(6);
         bcsdf.places = (0..N_PLACES)
             .map(|ix| {
@@ -163,11 +177,21 @@ impl Bcsdf {
     /// and shifts, it rises from 0.90 at -0.5 over 0.955 at 0 to 1.05 at 1.0, and to 1.6 within
     /// 0.02 of the fibre's own direction, where nothing is seen; its mean over the projected
     /// sphere is 0.939. Narrow lobes come to 1.09, unshifted ones stay below 0.973 up to 1.4.
+    ///
+    /// Of model `energy` it is the sum of the masses of N_t: 1 everywhere without absorption.
     pub fn albedo(&self, theta_o: f64) -> [f64; 3] {
         let rule = GaussLegendre::new(6);
         let mut total = [0.0; 3];
         for lobe in Lobe::ALL {
-            if self.enabled[lobe as usize] {
+            if !self.enabled[lobe as usize] {
+                continue;
+            }
+            if self.hair.model == Model::Energy {
+                let kept = self.energies.at(lobe, theta_o);
+                for c in 0..3 {
+                    total[c] += kept[c];
+                }
+            } else {
                 let mass = longitudinal(&self.hair, lobe, theta_o).mass;
                 let mean = self.mean_weight(lobe, theta_o, &rule);
                 for c in 0..3 {
@@ -181,6 +205,9 @@ impl Bcsdf {
     /// The fibre seen from the unit vector `omega_o` in its frame (u along the fibre).
     pub fn view(&self, omega_o: [f64; 3]) -> BcsdfView<'_> {
         let (theta_o, phi_o) = angles(omega_o);
+        if self.hair.model == Model::Energy {
+            return self.view_energy(theta_o, phi_o);
+        }
         let longitudinal = Lobe::ALL.map(|lobe| longitudinal(&self.hair, lobe, theta_o));
         let (ix, t) = place_of(theta_o);
         let (before, after) = (&self.places[ix], &self.places[ix + 1]);
@@ -205,12 +232,96 @@ impl Bcsdf {
             trt: self.blurred_trt.as_ref().map(Trt::Alike),
             theta_o,
             phi_o,
-            longitudinal,
+            longitudinal: longitudinal.map(Longitudinal::Gaussian),
             shares,
             density_scale: std::array::from_fn(|l| shares[l] * scale[l]),
-            factor_max: Some(before.factor_max.max(after.factor_max)),
+            form: Form::Kept(before.factor_max.max(after.factor_max)),
         }
     }
+
+    /// [`Bcsdf::view`] of model `energy`: modes are drawn by their albedo, which is exact.
+    fn view_energy(&self, theta_o: f64, phi_o: f64) -> BcsdfView<'_> {
+        let hair = &self.hair;
+        let kept = |lobe| {
+            let [r, g, b] = self.energies.at(lobe, theta_o);
+            (r + g + b) / 3.0
+        };
+        // A fibre that keeps nothing still has directions.
+        let mut shares = Lobe::ALL.map(|lobe| match self.enabled[lobe as usize] {
+            true => f64::max(kept(lobe), 1e-12),
+            false => 0.0,
+        });
+        let total: f64 = shares.iter().sum();
+        if total > 0.0 {
+            shares = shares.map(|share| share / total);
+        }
+        let further = self.energies.further_at(theta_o);
+        let [r, g, b] = further;
+        let even = ((r + g + b) / 3.0 / kept(Lobe::Trt).max(1e-12)).clamp(0.0, 1.0);
+        let lobes = Lobe::ALL.map(|lobe| {
+            let mean = 2.0 * hair.shift.get(lobe) - theta_o;
+            FisherLobe::new(mean, 2.0 * hair.width.get(lobe))
+        });
+        BcsdfView {
+            hair: *hair,
+            fresnel: self.fresnel,
+            trt: self.blurred_trt.as_ref().map(Trt::Alike),
+            theta_o,
+            phi_o,
+            longitudinal: lobes.map(Longitudinal::Fisher),
+            shares,
+            density_scale: shares,
+            form: Form::Energy(Further {
+                kept: further,
+                even,
+            }),
+        }
+    }
+}
+
+/// M_t as a function of theta_i, seen from one inclination.
+#[derive(Clone, Copy, Debug)]
+enum Longitudinal {
+    /// M_t.
+    Gaussian(Truncated),
+    /// `M_t cos(theta_i)`.
+    Fisher(FisherLobe),
+}
+
+impl Longitudinal {
+    fn density(&self, theta_i: f64) -> f64 {
+        match self {
+            Longitudinal::Gaussian(m) => m.density(theta_i),
+            Longitudinal::Fisher(m) => m.density(theta_i),
+        }
+    }
+
+    fn sample(&self, uniform: &mut impl FnMut() -> f64) -> f64 {
+        match self {
+            Longitudinal::Gaussian(m) => m.sample(uniform),
+            Longitudinal::Fisher(m) => m.sample(uniform),
+        }
+    }
+}
+
+/// How theta_i is drawn, and what stands beside M_t N_t in S.
+#[derive(Clone, Copy, Debug)]
+enum Form {
+    /// By M_t, kept by `cos^2 theta_i / cos^2 theta_d` over this bound of it.
+    Kept(f64),
+    /// By M_t alone.
+    Plain,
+    /// By `M_t cos(theta_i)`, model `energy`.
+    Energy(Further),
+}
+
+/// The orders beyond TRT, at one inclination.
+#[derive(Clone, Copy, Debug)]
+struct Further {
+    /// Their mass, per channel.
+    kept: [f64; 3],
+    /// The share of TRT's azimuths that are drawn evenly, for them.
+    even: f64,
 }
 
 /// M_t as a function of theta_i, seen from inclination `theta_o`.
@@ -254,13 +365,12 @@ pub struct BcsdfView<'a> {
     trt: Option<Trt<'a>>,
     theta_o: f64,
     phi_o: f64,
-    longitudinal: [Truncated; 3],
+    longitudinal: [Longitudinal; 3],
     /// Probability of each lobe; all 0 where nothing is scattered.
     shares: [f64; 3],
-    /// Share over the mass of `M_t cos^2 theta_i / cos^2 theta_d`, or of `M_t`.
+    /// Share over the mass of what theta_i is drawn by.
     density_scale: [f64; 3],
-    /// Bound of `cos^2 theta_i / cos^2 theta_d`; `None` where theta_i is drawn by M_t alone.
-    factor_max: Option<f64>,
+    form: Form,
 }
 
 impl BcsdfView<'_> {
@@ -268,19 +378,31 @@ impl BcsdfView<'_> {
     pub fn evaluate(&self, omega_i: [f64; 3]) -> Scattered {
         let (theta_i, phi_i) = angles(omega_i);
         let theta_d = 0.5 * (self.theta_o - theta_i);
-        let (sum, density) = self.at_angles(theta_i, theta_d, wrap(self.phi_o - phi_i));
-        let inverse = 1.0 / square(theta_d.cos().max(COS_MIN));
+        let at = self.azimuthal_inclination(theta_i);
+        let (sum, density) = self.at_angles(theta_i, at, wrap(self.phi_o - phi_i));
+        let inverse = match self.form {
+            Form::Kept(_) | Form::Plain => 1.0 / square(theta_d.cos().max(COS_MIN)),
+            Form::Energy(_) => 1.0 / square(theta_i.cos().max(COS_MIN)),
+        };
         Scattered {
             s: sum.map(|x| x * inverse),
             pdf: self.per_solid_angle(density, theta_i, theta_d),
         }
     }
 
+    /// Where N_t is taken: theta_d, of model `energy` theta_o.
+    fn azimuthal_inclination(&self, theta_i: f64) -> f64 {
+        match self.form {
+            Form::Kept(_) | Form::Plain => 0.5 * (self.theta_o - theta_i),
+            Form::Energy(_) => self.theta_o,
+        }
+    }
+
     /// `density` of [`BcsdfView::at_angles`] per solid angle.
     fn per_solid_angle(&self, density: f64, theta_i: f64, theta_d: f64) -> f64 {
-        match self.factor_max {
-            Some(_) => density * theta_i.cos().max(0.0) / square(theta_d.cos().max(COS_MIN)),
-            None => density / theta_i.cos().max(COS_MIN),
+        match self.form {
+            Form::Kept(_) => density * theta_i.cos().max(0.0) / square(theta_d.cos().max(COS_MIN)),
+            Form::Plain | Form::Energy(_) => density / theta_i.cos().max(COS_MIN),
         }
     }
 
@@ -290,8 +412,9 @@ impl BcsdfView<'_> {
     /// A lobe by its albedo; theta_i by its M_t, kept with a probability proportional to
     /// `cos^2 theta_i / cos^2 theta_d` (of painted fibres always); the azimuth by the path through
     /// an even h (for R more often a grazing one), with a circular Gaussian of width w_c added for
-    /// TRT. The density is that of all lobes together, so `weight * pdf = S cos(theta_i)`, and
-    /// weights stay near the albedo.
+    /// TRT. Of model `energy` theta_i by `M_t cos(theta_i)`, nothing being turned down, and TRT's azimuth
+    /// with the probability of its further orders anywhere. The density is that of all lobes together, so
+    /// `weight * pdf = S cos(theta_i)`, and weights stay near the albedo.
     pub fn sample(&self, uniform: &mut impl FnMut() -> f64) -> Option<Sample> {
         let mut pick = uniform();
         let lobe = Lobe::ALL.into_iter().find(|&lobe| {
@@ -310,13 +433,14 @@ impl BcsdfView<'_> {
         for _ in 0..1000 {
             theta_i = self.longitudinal[lobe as usize].sample(uniform);
             theta_d = 0.5 * (self.theta_o - theta_i);
-            let is_kept = |most: f64| uniform() * most <= cosine_ratio(theta_i, theta_d);
-            if self.factor_max.is_none_or(is_kept) {
-                break;
+            match self.form {
+                Form::Kept(most) if uniform() * most > cosine_ratio(theta_i, theta_d) => {}
+                _ => break,
             }
         }
         let hair = &self.hair;
-        let section = FibreSection::of(hair, hair.eta, theta_d, self.fresnel);
+        let at = self.azimuthal_inclination(theta_i);
+        let section = FibreSection::of(hair, hair.eta, at, self.fresnel);
         let gamma = if lobe == Lobe::R && uniform() < GRAZING_SHARE {
             grazing_angle(uniform)
         } else {
@@ -325,16 +449,21 @@ impl BcsdfView<'_> {
         let mut phi = section.exit_azimuth(lobe, gamma);
         if lobe == Lobe::Trt {
             phi += sample_circular(sharpness(hair.caustic_width), uniform);
+            if let Form::Energy(further) = &self.form
+                && uniform() < further.even
+            {
+                phi = 2.0 * PI * uniform();
+            }
         }
-        let (sum, density) = self.at_angles(theta_i, theta_d, wrap(phi));
+        let (sum, density) = self.at_angles(theta_i, at, wrap(phi));
         if !(density > 0.0 && density.is_finite()) {
             return None;
         }
         // S cos(theta_i) d omega_i = sum cos^2(theta_i)/cos^2(theta_d) d theta_i d phi_i; the
         // density has the same factor, or none.
-        let factor = match self.factor_max {
-            Some(_) => 1.0,
-            None => cosine_ratio(theta_i, theta_d),
+        let factor = match self.form {
+            Form::Kept(_) | Form::Energy(_) => 1.0,
+            Form::Plain => cosine_ratio(theta_i, theta_d),
         };
         let (sin, cos) = theta_i.sin_cos();
         let (sin_phi, cos_phi) = (self.phi_o - phi).sin_cos();
@@ -346,7 +475,8 @@ impl BcsdfView<'_> {
     }
 
     /// `sum_t M_t N_t`, and the sampler's density over theta_i and phi_i, both without their
-    /// factor `cos^2 theta_i / cos^2 theta_d`.
+    /// factor `cos^2 theta_i / cos^2 theta_d`; of model `energy` the sum times `cos(theta_i)`, and the whole
+    /// density. `theta_d` is [`BcsdfView::azimuthal_inclination`].
     fn at_angles(&self, theta_i: f64, theta_d: f64, phi: f64) -> ([f64; 3], f64) {
         let (mut sum, mut density) = ([0.0; 3], 0.0);
         let mut section = None;
@@ -360,7 +490,7 @@ impl BcsdfView<'_> {
                 continue;
             }
             let [r, g, b, even] = match (lobe, &self.trt) {
-                (Lobe::Trt, Some(table)) => table.at(theta_d, phi),
+                (Lobe::Trt, Some(table)) => self.with_further(table.at(theta_d, phi)),
                 (Lobe::Trt, None) => continue,
                 _ => {
                     let hair = &self.hair;
@@ -376,6 +506,19 @@ impl BcsdfView<'_> {
             density += self.density_scale[l] * m * even;
         }
         (sum, density)
+    }
+
+    /// TRT and its density with the orders beyond it.
+    fn with_further(&self, [r, g, b, density]: [f64; 4]) -> [f64; 4] {
+        match &self.form {
+            Form::Kept(_) | Form::Plain => [r, g, b, density],
+            Form::Energy(further) => {
+                let even = 1.0 / (2.0 * PI);
+                let [more_r, more_g, more_b] = further.kept.map(|kept| even * kept);
+                let density = (1.0 - further.even) * density + further.even * even;
+                [r + more_r, g + more_g, b + more_b, density]
+            }
+        }
     }
 }
 

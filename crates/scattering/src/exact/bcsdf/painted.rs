@@ -1,12 +1,13 @@
 //! The scattering function of painted fibres.
 
 use crate::fresnel::Fresnel;
-use crate::hair::{HairParams, Lobe};
+use crate::hair::{HairParams, Lobe, Model};
 use crate::quadrature::GaussLegendre;
 
 use super::layered::{LayeredTrt, Place};
 use super::{
-    Bcsdf, BcsdfError, BcsdfView, MASS_MIN, N_PLACES, Trt, angles, longitudinal, place_of,
+    Bcsdf, BcsdfError, BcsdfView, Form, Longitudinal, MASS_MIN, N_PLACES, Trt, angles,
+    longitudinal, place_of,
 };
 
 /// Fibres of one eta and w_c whose absorption, widths and shifts differ from point to point, each
@@ -31,8 +32,11 @@ impl PaintedBcsdf {
     /// narrowest caustics half a minute.
     ///
     /// # Errors
-    /// As [`Bcsdf::new`].
+    /// As [`Bcsdf::new`]; model `energy`.
     pub fn new(hair: &HairParams, fresnel: Fresnel, modes: &[Lobe]) -> Result<Self, BcsdfError> {
+        if hair.model == Model::Energy {
+            return Err(BcsdfError::PaintedEnergy);
+        }
         let clear = HairParams {
             sigma_a: [0.0, 1.0, 1.0],
             ..*hair
@@ -85,10 +89,10 @@ impl PaintedBcsdf {
             trt: trt.map(|trt| Trt::Layered(trt, hair.sigma_a.map(Place::of))),
             theta_o,
             phi_o,
-            longitudinal,
+            longitudinal: longitudinal.map(Longitudinal::Gaussian),
             shares,
             density_scale: std::array::from_fn(|l| shares[l] * scale[l]),
-            factor_max: None,
+            form: Form::Plain,
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::circular_gaussian::{circular_gaussian, circular_gaussian_integral, sharpness};
+use crate::exact::azimuthal::residual;
 use crate::exact::{FibreSection, energy};
 use crate::fresnel::Fresnel;
 use crate::hair::{HairParams, Lobe};
@@ -179,28 +180,44 @@ pub(super) fn columns_at(n_phi: usize, phi: f64) -> (usize, [f64; 4]) {
     (column, cubic(x - column as f64))
 }
 
-/// Masses of N_t over theta_d, per lobe and channel ([`energy`]).
+/// Masses of N_t over theta_d, per lobe and channel ([`energy`]), and of the orders beyond TRT that its
+/// own holds.
 #[derive(Clone, Debug)]
 pub(super) struct Energies {
     rows: Rows,
-    texels: Vec<[[f64; 3]; 3]>,
+    texels: Vec<[[f64; 3]; 4]>,
 }
 
 impl Energies {
     pub fn new(hair: &HairParams, fresnel: Fresnel) -> Self {
         let rows = Rows { n: 160 };
         let texels = (0..rows.len())
-            .map(|r| Lobe::ALL.map(|lobe| energy(lobe, rows.theta_d(r), hair, fresnel)))
+            .map(|r| {
+                let theta_d = rows.theta_d(r);
+                let [a, b, c] = Lobe::ALL.map(|lobe| energy(lobe, theta_d, hair, fresnel));
+                let section = FibreSection::of(hair, hair.eta, theta_d, fresnel);
+                [a, b, c, residual(Lobe::Trt, hair, &section)]
+            })
             .collect();
         Energies { rows, texels }
     }
 
     /// `Int N_t dphi` at `theta_d`; error below 1e-4.
     pub fn at(&self, lobe: Lobe, theta_d: f64) -> [f64; 3] {
+        self.column_at(lobe as usize, theta_d)
+    }
+
+    /// What of TRT's are orders beyond it; nothing of model `marschner`.
+    pub fn further_at(&self, theta_d: f64) -> [f64; 3] {
+        self.column_at(Lobe::ALL.len(), theta_d)
+            .map(|kept| kept.max(0.0))
+    }
+
+    fn column_at(&self, column: usize, theta_d: f64) -> [f64; 3] {
         let (row, weights) = self.rows.at(theta_d);
         let mut total = [0.0; 3];
         for (texel, weight) in self.texels[row..row + 4].iter().zip(weights) {
-            for (sum, x) in total.iter_mut().zip(texel[lobe as usize]) {
+            for (sum, x) in total.iter_mut().zip(texel[column]) {
                 *sum += weight * x;
             }
         }
