@@ -17,8 +17,12 @@
 mod choice;
 mod error;
 mod interactive;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod opening;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
 mod page;
+#[cfg(not(target_arch = "wasm32"))]
+mod plain_hair;
 pub mod script;
 pub mod session;
 pub mod timings;
@@ -27,6 +31,8 @@ pub mod ui;
 pub mod viewer;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
 pub mod web;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod work;
 
 pub use choice::{BackendChoice, Chosen, CpuReason};
 pub use error::{KeyError, ScriptError, SessionError, StepError};
