@@ -44,8 +44,10 @@ pub struct Picker {
     trouble: Option<String>,
     /// The typed name was chosen from the list: it does not narrow that.
     is_chosen: bool,
-    /// The text cursor goes to the end in the next frame.
+    /// The field is typed in from the next frame on, at its end.
     is_moved: bool,
+    /// The field of the path, once it was shown.
+    field: Option<egui::Id>,
 }
 
 /// What became of a frame of the picker.
@@ -70,6 +72,7 @@ impl Picker {
             trouble: None,
             is_chosen: purpose == Purpose::Save,
             is_moved: true,
+            field: None,
         }
     }
 
@@ -237,9 +240,12 @@ impl Picker {
     ) -> Picked {
         let mut picked = Picked::No;
         self.list();
-        // Taken before the field can have them.
-        let pressed =
-            |ui: &Ui, key| ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, key));
+        // Taken before the field can have them, unless a number beside it is typed.
+        let focused = ui.memory(|memory| memory.focused());
+        let is_mine = focused.is_none() || focused == self.field;
+        let pressed = |ui: &Ui, key| {
+            is_mine && ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, key))
+        };
         if pressed(ui, Key::ArrowDown) {
             self.step(1);
         }
@@ -267,12 +273,17 @@ impl Picker {
         let field = egui::TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY);
         let field = ui.add(field);
         changes.place("Path", &field);
-        field.request_focus();
+        self.field = Some(field.id);
         if std::mem::take(&mut self.is_moved) {
+            field.request_focus();
             cursor_to_end(ui, &field, &self.path);
         }
         if field.changed() {
             self.is_chosen = false;
+            if let Some(at) = restart(&self.path) {
+                self.path.drain(..at);
+                self.is_moved = true;
+            }
         }
         if let Some(entry) = self.rows(ui, height, changes, &mut picked) {
             self.choose(&entry);
@@ -371,6 +382,19 @@ fn cursor_to_end(ui: &Ui, field: &egui::Response, text: &str) {
     let end = CCursor::new(text.chars().count());
     state.cursor.set_char_range(Some(CCursorRange::one(end)));
     state.store(ui.ctx(), field.id);
+}
+
+/// Where a path begins anew that was typed after another one: `/a/b//c` is `/c`, and `/a/~/c` is `~/c`.
+fn restart(path: &str) -> Option<usize> {
+    if std::path::MAIN_SEPARATOR != '/' {
+        return None;
+    }
+    let root = path.rfind("//");
+    let home = path.rfind("/~/").or_else(|| {
+        let is_home = path.ends_with("/~");
+        is_home.then(|| path.len() - 2)
+    });
+    root.max(home).map(|at| at + 1)
 }
 
 /// The folder above, of whatever spelling.
@@ -493,6 +517,17 @@ mod tests {
         picker.list();
         let trouble = picker.trouble.clone().expect("it is not there");
         assert!(trouble.contains("nowhere"), "{trouble}");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_path_typed_after_another_begins_anew() {
+        let typed = |path: &str| restart(path).map(|at| path[at..].to_owned());
+        assert_eq!(typed("/a/b//").as_deref(), Some("/"));
+        assert_eq!(typed("/a/b//c/d").as_deref(), Some("/c/d"));
+        assert_eq!(typed("/a/~").as_deref(), Some("~"));
+        assert_eq!(typed("/a//b/~/c").as_deref(), Some("~/c"));
+        assert_eq!(typed("/a/b~c/d"), None);
     }
 
     #[test]
