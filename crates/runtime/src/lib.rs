@@ -18,6 +18,7 @@ mod choice;
 mod error;
 mod interactive;
 #[cfg(not(target_arch = "wasm32"))]
+#[doc(hidden)]
 pub mod opening;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
 mod page;
@@ -32,6 +33,7 @@ pub mod viewer;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
 pub mod web;
 #[cfg(not(target_arch = "wasm32"))]
+#[doc(hidden)]
 pub mod work;
 
 pub use choice::{BackendChoice, Chosen, CpuReason};

@@ -343,7 +343,7 @@ mod tests {
                 .expect("written");
             std::fs::write(at(&format!("head.{name}")), export.bytes).expect("written");
         }
-        groom.write(at("head.groom")).expect("written");
+        groom.write(&at("head.groom")).expect("written");
         std::fs::write(at("studio.lights"), SAMPLE_LIGHTS).expect("written");
         folder
     }

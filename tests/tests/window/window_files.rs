@@ -64,12 +64,6 @@ fn a_file_is_chosen_from_the_list_by_mouse_and_keys() {
         places.is_some_and(|places| !places["places"]["File dark.toml"].is_null())
     });
     // By keys: a part of the name is enough.
-    view.tool("xdotool", &["type", "--delay", "40", "smal"]);
-    view.key("Down");
-    view.key("Down");
-    view.key("Up");
-    view.key("Up");
-    view.tool("xdotool", &["type", "--delay", "40", ""]);
     view.key("Escape");
     view.wait_until_gone("Path");
     view.asked("open", |view| view.key("ctrl+o"));
