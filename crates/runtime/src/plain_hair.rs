@@ -43,7 +43,7 @@ fn strand(points: &mut Vec<[f32; 3]>, out: Vec3, seed: f32) {
         points.push(at.to_array());
         let away = (at / HEAD).normalize();
         let down = Vec3::NEG_Y - away * Vec3::NEG_Y.dot(away).min(0.0);
-        along = (along + 0.9 * down + 0.12 * (1.0 + spread) * away).normalize();
+        along = (along + 0.9 * down + 0.04 * (1.0 + spread) * away).normalize();
         at += step * along;
         // Hair lies on the head, in layers.
         let least = HEAD * (1.02 + 0.12 * (0.5 + spread));

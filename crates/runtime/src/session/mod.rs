@@ -190,6 +190,7 @@ impl Session {
                 assets,
                 paint: None,
                 paint_state: 0,
+                file_state: None,
             })))
         } else {
             None
@@ -338,6 +339,7 @@ impl Session {
                     if keeps_paint {
                         self.snapshot.paint = old.paint;
                         self.snapshot.paint_state = old.paint_state;
+                        self.snapshot.file_state = old.file_state;
                     }
                     let old = old.assets;
                     let new = &self.snapshot.assets;

@@ -37,7 +37,9 @@ impl Session {
 
     /// Is the paint other than the groom's file has it?
     pub fn is_repainted(&self) -> bool {
-        self.snapshot.paint_state != self.on_disk.paint_state
+        let state = self.snapshot.paint_state;
+        // Another groom that was put into the scene is as its own file has it.
+        state != self.on_disk.paint_state && Some(state) != self.snapshot.file_state
     }
 
     /// Has a file of the document been written by another program since it was read or saved?
@@ -203,6 +205,9 @@ impl Session {
         self.scene = scene;
         self.path = path.to_owned();
         let state = self.snapshot.paint_state;
+        if is_painted {
+            self.snapshot.file_state = Some(state);
+        }
         self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
         self.cli_overrides.clear();
         Ok(saved)
@@ -286,7 +291,8 @@ impl Session {
         let state = self.next_paint_state();
         let after = AssetSnapshot::new(assets, state)?;
         self.on_disk = OnDisk::new(&self.path, &scene, state, &self.files);
-        let before = std::mem::replace(&mut self.snapshot, after.clone());
+        let mut before = std::mem::replace(&mut self.snapshot, after.clone());
+        before.file_state = None;
         let step = Step::Scene {
             before: Box::new(std::mem::replace(&mut self.scene, scene.clone())),
             after: Box::new(scene),

@@ -146,6 +146,10 @@ impl Picker {
         let (_, typed) = self.parts();
         let typed = typed.to_lowercase();
         let is_narrowed = !self.is_chosen && !typed.is_empty();
+        let has_typed = |name: &str| match typed.starts_with('.') {
+            true => name.starts_with(&typed),
+            false => name.contains(&typed),
+        };
         let is_wanted = |entry: &&Entry| {
             let name = entry.name.to_lowercase();
             let is_hidden = name.starts_with('.') && !typed.starts_with('.');
@@ -155,7 +159,7 @@ impl Picker {
             };
             !is_hidden
                 && (entry.is_folder || self.is_all || of_kind())
-                && (!is_narrowed || name.contains(&typed))
+                && (!is_narrowed || has_typed(&name))
         };
         let entries = self.entries.iter().enumerate();
         entries
