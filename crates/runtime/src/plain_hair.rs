@@ -1,7 +1,7 @@
 //! Hair for a scene that has none: what lights are looked at on before there is a groom.
 
 use glam::Vec3;
-use strandlight_formats::Groom;
+use strandlight_formats::{Attribute, Domain, Groom};
 
 /// Strands, and points of each.
 const STRANDS: usize = 4000;
@@ -9,13 +9,24 @@ const POINTS: usize = 16;
 /// Radius of the head and length of the hair, cm.
 const HEAD: f32 = 9.0;
 const LENGTH: f32 = 22.0;
+/// Diameter, cm: that of real hair would need many times as many strands to cover a head.
+const DIAMETER: f32 = 0.03;
 /// Turns by this, a row of points on a sphere is spread evenly (the golden angle).
 const GOLDEN: f32 = 2.399_963;
 
 /// Straight hair on the upper part of a sphere, the same each time.
 pub fn groom() -> Groom {
-    let mut groom = Groom::default();
-    groom.strand_offsets = vec![0];
+    let diameter = Attribute {
+        name: "diameter".to_owned(),
+        domain: Domain::Groom,
+        components: 1,
+        data: vec![DIAMETER],
+    };
+    let mut groom = Groom {
+        strand_offsets: vec![0],
+        attributes: vec![diameter],
+        ..Groom::default()
+    };
     for ix in 0..STRANDS {
         // From the crown to a little below the middle, less in front.
         let share = (ix as f32 + 0.5) / STRANDS as f32;
@@ -43,7 +54,7 @@ fn strand(points: &mut Vec<[f32; 3]>, out: Vec3, seed: f32) {
         points.push(at.to_array());
         let away = (at / HEAD).normalize();
         let down = Vec3::NEG_Y - away * Vec3::NEG_Y.dot(away).min(0.0);
-        along = (along + 0.9 * down + 0.04 * (1.0 + spread) * away).normalize();
+        along = (along + 1.6 * down + 0.04 * (1.0 + spread) * away).normalize();
         at += step * along;
         // Hair lies on the head, in layers.
         let least = HEAD * (1.02 + 0.12 * (0.5 + spread));

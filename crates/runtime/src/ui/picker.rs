@@ -197,12 +197,11 @@ impl Picker {
     /// What was entered: a folder is gone into, anything else is the answer.
     fn enter(&mut self) -> Picked {
         let target = Picker::target(&self.path);
-        if !self.path.is_empty() && target.is_dir() {
-            if self.purpose == Purpose::Open || self.path.ends_with(is_separator) {
-                self.path = folder_text(&target);
-                (self.is_chosen, self.is_moved) = (false, true);
-                return Picked::No;
-            }
+        let is_gone_into = self.purpose == Purpose::Open || self.path.ends_with(is_separator);
+        if is_gone_into && !self.path.is_empty() && target.is_dir() {
+            self.path = folder_text(&target);
+            (self.is_chosen, self.is_moved) = (false, true);
+            return Picked::No;
         }
         // Of one that is left in the list no more has to be typed.
         let (_, typed) = self.parts();
