@@ -71,5 +71,15 @@ pub const SAMPLE_SCENE: &str = include_str!("sample/scene.toml");
 /// The environment map of the sample scene, lat-long OpenEXR.
 pub const SAMPLE_MAP: &[u8] = include_bytes!("sample/studio.exr");
 
+/// What `strandlight` makes the groom of the sample scene by, `@` standing for the folder.
+pub const SAMPLE_GROOM: &str =
+    "groom generate --style layered --strands 12000 --points-per-strand 40 -o @layered.groom";
+
+/// The same for the mesh of its head and shoulders.
+pub const SAMPLE_MESH: &str = "mesh generate -o @bust.mesh";
+
+/// Lights that `strandlight lights` fits to [`SAMPLE_MAP`], as a `.lights` file.
+pub const SAMPLE_LIGHTS: &[u8] = include_bytes!("sample/studio.lights");
+
 /// A script that paints the sample scene, JSON.
 pub const SAMPLE_SCRIPT: &str = include_str!("sample/painted.json");

@@ -17,8 +17,13 @@
 mod choice;
 mod error;
 mod interactive;
+#[cfg(not(target_arch = "wasm32"))]
+#[doc(hidden)]
+pub mod opening;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
 mod page;
+#[cfg(not(target_arch = "wasm32"))]
+mod plain_hair;
 pub mod script;
 pub mod session;
 pub mod timings;
@@ -27,6 +32,9 @@ pub mod ui;
 pub mod viewer;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
 pub mod web;
+#[cfg(not(target_arch = "wasm32"))]
+#[doc(hidden)]
+pub mod work;
 
 pub use choice::{BackendChoice, Chosen, CpuReason};
 pub use error::{KeyError, ScriptError, SessionError, StepError};

@@ -37,6 +37,7 @@ pub async fn open(canvas: HtmlCanvasElement, scene: String, say: Function) -> Re
         .await
         .map_err(|error| JsValue::from(error.to_string()))?;
     let launch = Launch {
+        name: path.display().to_string(),
         open: Box::new(move || Session::open_in(&path, files)),
         choice: BackendChoice::Auto,
         size: None,

@@ -32,6 +32,9 @@ pub enum Files {
     Disk,
     /// Files in memory by their paths. Clones share them.
     Memory(Arc<Mutex<BTreeMap<PathBuf, Bytes>>>),
+    /// The file system, and files in memory that hide those there: made and not written yet. Clones
+    /// share them.
+    Over(Arc<Mutex<BTreeMap<PathBuf, Bytes>>>),
 }
 
 /// What a container is read from.
@@ -49,15 +52,44 @@ impl Files {
         Files::Memory(Arc::new(Mutex::new(files)))
     }
 
+    /// The file system, with nothing over it yet: see [`Files::hold`].
+    pub fn over_disk() -> Files {
+        Files::Over(Arc::default())
+    }
+
+    /// Keeps a file in memory until [`Files::write`] writes to its path. On the plain file system
+    /// there is no such memory, and nothing happens.
+    pub fn hold(&self, path: &Path, bytes: impl Into<Arc<[u8]>>) {
+        if let Files::Memory(files) | Files::Over(files) = self {
+            let mut files = files.lock().unwrap_or_else(PoisonError::into_inner);
+            files.insert(plain(path), bytes.into());
+        }
+    }
+
+    /// A file that was made and is not written yet.
+    pub fn held(&self, path: &Path) -> Option<Arc<[u8]>> {
+        match self {
+            Files::Over(_) => self.bytes_in_memory(path),
+            _ => None,
+        }
+    }
+
+    /// Forgets a file that [`Files::hold`] keeps.
+    pub fn release(&self, path: &Path) {
+        if let Files::Over(files) = self {
+            let mut files = files.lock().unwrap_or_else(PoisonError::into_inner);
+            files.remove(&plain(path));
+        }
+    }
+
     /// All of a file of at most `limit` bytes.
     ///
     /// # Errors
     /// `Io` or `Value`, naming the path.
     pub fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
-        match self {
-            Files::Disk => read_file(path, limit),
-            Files::Memory(_) => {
-                let bytes = self.bytes(path)?;
+        match self.bytes(path)? {
+            None => read_file(path, limit),
+            Some(bytes) => {
                 if bytes.len() as u64 > limit {
                     return Err(Error::Value {
                         file: FileName(Some(path.to_owned())),
@@ -77,9 +109,9 @@ impl Files {
     /// # Errors
     /// `Io`, naming the path.
     pub fn hash(&self, path: &Path) -> Result<String, Error> {
-        match self {
-            Files::Disk => file_hash(path),
-            Files::Memory(_) => Ok(content_hash(&self.bytes(path)?)),
+        match self.bytes(path)? {
+            None => file_hash(path),
+            Some(bytes) => Ok(content_hash(&bytes)),
         }
     }
 
@@ -89,12 +121,13 @@ impl Files {
     /// What the file system answers; the path is named.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Error> {
         match self {
-            Files::Disk => {
-                write_file(path, bytes).map_err(|error| Error::from(error).in_file(path))
+            Files::Disk | Files::Over(_) => {
+                write_file(path, bytes).map_err(|error| Error::from(error).in_file(path))?;
+                self.release(path);
+                Ok(())
             }
-            Files::Memory(files) => {
-                let mut files = files.lock().unwrap_or_else(PoisonError::into_inner);
-                files.insert(plain(path), bytes.into());
+            Files::Memory(_) => {
+                self.hold(path, bytes);
                 Ok(())
             }
         }
@@ -106,7 +139,7 @@ impl Files {
     /// As [`Files::write`].
     pub fn check_writable(&self, path: &Path) -> Result<(), Error> {
         match self {
-            Files::Disk => check_writable(path)
+            Files::Disk | Files::Over(_) => check_writable(path)
                 .map(drop)
                 .map_err(|error| Error::from(error).in_file(path)),
             Files::Memory(_) => Ok(()),
@@ -115,17 +148,17 @@ impl Files {
 
     /// Is there something at `path`?
     pub fn exists(&self, path: &Path) -> bool {
-        match self {
-            Files::Disk => path.symlink_metadata().is_ok(),
-            Files::Memory(_) => self.bytes(path).is_ok(),
+        match self.bytes(path) {
+            Ok(None) => path.symlink_metadata().is_ok(),
+            found => found.is_ok(),
         }
     }
 
     /// When a file was last written; `None` where that is not known.
     pub fn modified(&self, path: &Path) -> Option<SystemTime> {
-        match self {
-            Files::Disk => path.metadata().and_then(|data| data.modified()).ok(),
-            Files::Memory(_) => None,
+        match self.bytes(path) {
+            Ok(None) => path.metadata().and_then(|data| data.modified()).ok(),
+            _ => None,
         }
     }
 
@@ -134,9 +167,9 @@ impl Files {
     /// # Errors
     /// As [`Scene::read`].
     pub fn scene(&self, path: &Path) -> Result<Scene, Error> {
-        match self {
-            Files::Disk => Scene::read(path),
-            Files::Memory(_) => Scene::from_bytes(&self.read(path, Scene::MAX_BYTES)?, path),
+        match self.bytes(path)? {
+            None => Scene::read(path),
+            Some(_) => Scene::from_bytes(&self.read(path, Scene::MAX_BYTES)?, path),
         }
     }
 
@@ -183,13 +216,12 @@ impl Files {
     }
 
     fn container(&self, path: &Path, kind: Kind) -> Result<Container<Box<dyn Source>>, Error> {
-        let (source, length): (Box<dyn Source>, u64) = match self {
-            Files::Disk => {
+        let (source, length): (Box<dyn Source>, u64) = match self.bytes(path)? {
+            None => {
                 let (file, length) = open_file(path)?;
                 (Box::new(file), length)
             }
-            Files::Memory(_) => {
-                let bytes = self.bytes(path)?;
+            Some(bytes) => {
                 let length = bytes.len() as u64;
                 (Box::new(Cursor::new(bytes)), length)
             }
@@ -197,18 +229,25 @@ impl Files {
         Container::new(source, length, kind)
     }
 
-    fn bytes(&self, path: &Path) -> Result<Bytes, Error> {
-        let found = match self {
+    /// A file in memory; `None` where the file system is to be asked.
+    fn bytes(&self, path: &Path) -> Result<Option<Bytes>, Error> {
+        match (self.bytes_in_memory(path), self) {
+            (None, Files::Memory(_)) => {
+                let missing = std::io::Error::new(std::io::ErrorKind::NotFound, "no such file");
+                Err(Error::from(missing).in_file(path))
+            }
+            (found, _) => Ok(found),
+        }
+    }
+
+    fn bytes_in_memory(&self, path: &Path) -> Option<Bytes> {
+        match self {
             Files::Disk => None,
-            Files::Memory(files) => {
+            Files::Memory(files) | Files::Over(files) => {
                 let files = files.lock().unwrap_or_else(PoisonError::into_inner);
                 files.get(&plain(path)).cloned()
             }
-        };
-        found.ok_or_else(|| {
-            let missing = std::io::Error::new(std::io::ErrorKind::NotFound, "no such file");
-            Error::from(missing).in_file(path)
-        })
+        }
     }
 }
 
@@ -269,6 +308,26 @@ mod tests {
         assert!(files.exists(Path::new("b.txt")), "clones share their files");
         let not = files.lights(Path::new("b.txt")).expect_err("no light set");
         assert!(not.to_string().contains("b.txt"), "{not}");
+    }
+
+    #[test]
+    fn files_over_the_disk_hide_it_until_they_are_written() {
+        let folder = std::env::temp_dir().join(format!("strandlight-over-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let path = folder.join("a.txt");
+        std::fs::write(&path, "disk").expect("written");
+        let files = Files::over_disk();
+        let read = |path: &Path| files.read(path, 10).expect("there");
+        assert_eq!((read(&path), files.held(&path)), (b"disk".to_vec(), None));
+        files.hold(&path, *b"held");
+        assert_eq!(read(&folder.join("./a.txt")), b"held");
+        assert!(files.held(&path).is_some() && files.modified(&path).is_none());
+        assert_eq!(std::fs::read(&path).expect("there"), b"disk");
+        files.write(&path, b"new").expect("written");
+        assert_eq!((read(&path), files.held(&path)), (b"new".to_vec(), None));
+        assert_eq!(std::fs::read(&path).expect("there"), b"new");
+        assert!(!files.exists(&folder.join("b.txt")));
+        std::fs::remove_dir_all(&folder).expect("removed");
     }
 
     #[test]

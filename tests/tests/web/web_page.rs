@@ -168,7 +168,7 @@ fn a_page_edits_paints_keeps_and_carries_on() {
     let opened = picture(&mut browser, "web-before");
 
     // A slider.
-    let [x0, y0, x1, y1] = place(&mut browser, "Index eta slider");
+    let [x0, y0, x1, y1] = place(&mut browser, "IOR slider");
     let middle = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
     let end = [x1 - 2.0, middle[1]];
     after(&mut browser, "edit", false, |browser| {
@@ -282,7 +282,7 @@ fn without_webgpu_the_cpu_draws_the_page() {
     assert!(difference < 0.1, "{difference} levels");
 
     // A slider and back.
-    let slider = place(&mut browser, "Index eta slider");
+    let slider = place(&mut browser, "IOR slider");
     let middle = [(slider[0] + slider[2]) / 2.0, (slider[1] + slider[3]) / 2.0];
     browser.drag(middle, [slider[2] - 2.0, middle[1]]);
     browser.wait_for(&is_done_on_cpu(false));

@@ -3,4 +3,6 @@
 mod window_common;
 mod window_cpu;
 mod window_edit;
+mod window_files;
+mod window_layout;
 mod window_robust;

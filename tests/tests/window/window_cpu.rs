@@ -59,7 +59,7 @@ fn the_cpu_follows_edits_views_strokes_and_sizes() {
     assert!(start.contrast() > 10.0, "the picture shows nothing");
 
     // A slider.
-    let slider = view.middle("Index eta slider");
+    let slider = view.middle("IOR slider");
     view.after("edit", |view| view.drag(1, slider, [25, 0]));
     println!("slider to pixels: {:.1} ms", latency(&view, "edit"));
     assert!(view.without_mouse().difference(&start) > 2.0 * SAME);

@@ -40,7 +40,7 @@ fn looking_around_is_no_edit_until_the_view_is_saved() {
 
     // Saving the scene keeps its camera, saving the view changes it.
     view.after("view", |view| view.drag(1, middle, [60, 20]));
-    view.after("edit", |view| view.type_number("Index eta", "1.6"));
+    view.after("edit", |view| view.type_number("IOR", "1.6"));
     let before = view.count("saved");
     view.key("ctrl+s");
     view.wait_for_next("saved", before);
@@ -109,7 +109,7 @@ fn another_scene_is_replaced_only_after_a_question() {
     std::fs::write(&other, SmallScene::text("eta = 1.4")).expect("it can be written");
     let theirs = std::fs::read(&other).expect("it is there");
     let mut view = View::open(&desktop, &scene.path, &[]);
-    view.after("edit", |view| view.type_number("Index eta", "1.8"));
+    view.after("edit", |view| view.type_number("IOR", "1.8"));
     view.asked("save as", |view| view.key("ctrl+shift+s"));
     view.asked("replace", |view| view.type_path(&other));
     assert_eq!(std::fs::read(&other).expect("it is there"), theirs);
@@ -138,7 +138,7 @@ fn another_scene_is_replaced_only_after_a_question() {
     assert_eq!(std::fs::read(&groom).expect("it is there"), hair);
     view.key("Escape");
     // The own scene is saved by one key.
-    view.after("edit", |view| view.type_number("Index eta", "1.7"));
+    view.after("edit", |view| view.type_number("IOR", "1.7"));
     let questions = view.count("question");
     view.key("ctrl+s");
     view.wait_for_next("saved", 1);
@@ -177,7 +177,7 @@ fn what_comes_in_one_slow_frame_is_not_lost() {
     );
     view.key("b");
     for eta in ["1.6", "1.7", "1.8"] {
-        view.after("edit", |view| view.type_number("Index eta", eta));
+        view.after("edit", |view| view.type_number("IOR", eta));
     }
     // Every key press counts, in order.
     view.after("undo", |view| {
@@ -198,7 +198,7 @@ fn values_are_dragged_typed_reset_undone_and_saved() {
     let start = view.picture();
     let plain = scene.read().hair.eta;
 
-    let slider = view.middle("Index eta slider");
+    let slider = view.middle("IOR slider");
     view.after("edit", |view| view.drag(1, slider, [25, 0]));
     let dragged = view.picture();
     assert!(dragged.difference(&start) > 2.0 * SAME);
@@ -244,7 +244,7 @@ fn closing_with_changes_asks_first() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let before = std::fs::read(&scene.path).expect("it is there");
     let mut view = View::open(&desktop, &scene.path, &[]);
-    view.after("edit", |view| view.type_number("Index eta", "1.8"));
+    view.after("edit", |view| view.type_number("IOR", "1.8"));
     view.key("ctrl+q");
     std::thread::sleep(std::time::Duration::from_millis(500));
     assert!(view.is_running());
@@ -262,7 +262,7 @@ fn escape_leaves_things_as_they_were() {
     let mut view = View::open(&desktop, &scene.path, &[]);
     let start = view.picture();
     // A number that is being typed.
-    let place = "Index eta number";
+    let place = "IOR number";
     view.until_drawn(place, |view| view.click(view.middle(place)));
     view.until_drawn(place, |view| {
         view.key("ctrl+a");

@@ -50,7 +50,7 @@ fn a_scene_that_changes_on_disk_is_shown_and_a_broken_one_is_not() {
     view.picture().assert_same(&changed);
 
     // With changes here, nothing is lost without being asked.
-    view.after("edit", |view| view.type_number("Index eta", "1.9"));
+    view.after("edit", |view| view.type_number("IOR", "1.9"));
     let mine = view.count("reloaded");
     std::fs::write(&scene.path, SmallScene::text("")).expect("it can be written");
     std::thread::sleep(Duration::from_millis(1600));
@@ -92,7 +92,7 @@ fn a_finished_picture_is_left_alone() {
 fn unsaved_edits_and_changes_on_disk_are_both_kept_until_the_user_decides() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let mut view = View::open(&desktop, &scene.path, &[]);
-    view.after("edit", |view| view.type_number("Index eta", "1.9"));
+    view.after("edit", |view| view.type_number("IOR", "1.9"));
     let theirs = SmallScene::text("eta = 1.45");
     std::fs::write(&scene.path, &theirs).expect("it can be written");
     let on_disk = || std::fs::read_to_string(&scene.path).expect("it is there");
@@ -110,7 +110,7 @@ fn unsaved_edits_and_changes_on_disk_are_both_kept_until_the_user_decides() {
     view.wait_for_next("saved", 0);
     assert_eq!(scene.read().hair.eta, 1.9);
     // Once decided, it is not asked again.
-    view.after("edit", |view| view.type_number("Index eta", "1.8"));
+    view.after("edit", |view| view.type_number("IOR", "1.8"));
     std::fs::write(&scene.path, SmallScene::text("")).expect("it can be written");
     view.wait_for("the notice", |events| {
         let places = events.iter().rev().find(|line| line["event"] == "places");

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use strandlight_data::{SAMPLE_MAP, SAMPLE_SCENE, SAMPLE_SCRIPT};
+use strandlight_data::{SAMPLE_GROOM, SAMPLE_MAP, SAMPLE_MESH, SAMPLE_SCENE, SAMPLE_SCRIPT};
 use strandlight_scene::progress::timed;
 
 use super::{Outcome, check_outputs, note, output_folder, print_line, write_output};
@@ -52,11 +52,11 @@ const STEPS: [Step; 6] = [
     },
     Step {
         purpose: "grow hair",
-        line: "groom generate --style layered --strands 12000 --points-per-strand 40 -o @layered.groom",
+        line: SAMPLE_GROOM,
     },
     Step {
         purpose: "make the head and shoulders that it lies on",
-        line: "mesh generate -o @bust.mesh",
+        line: SAMPLE_MESH,
     },
     Step {
         purpose: "verify what was baked",

@@ -105,7 +105,7 @@ const PARAMS: &[Param<HairSection>] = &[
         .help("Yellow to red pigment: 1 to 2 gives red hair."),
     Param::number(
         "eta",
-        "Index eta",
+        "IOR",
         Parameter::Eta.range(),
         at!(HairSection.eta),
     )
@@ -119,7 +119,7 @@ const PARAMS: &[Param<HairSection>] = &[
     ),
     Param::number(
         "caustic_width_deg",
-        "Caustic width",
+        "Glint width",
         [0.5, 60.0],
         at!(HairSection.caustic_width_deg),
     )
@@ -189,7 +189,7 @@ const PARAMS: &[Param<HairSection>] = &[
     .help("Enabled scattering modes, the light paths through a fibre."),
     Param::numbers(
         "shift_deg",
-        "Shift",
+        "Tilt",
         Shape::PerLobe,
         [-28.0, 28.0],
         at!(HairSection.shift_deg),
@@ -200,13 +200,13 @@ const PARAMS: &[Param<HairSection>] = &[
     .unit("°")
     .slider(-20.0, 20.0)
     .help(
-        "How far the tilted scales of the fibre move the highlight of a mode along the strand, \
+        "Cuticle tilt: how far the tilted scales of the fibre move the highlight of a mode along the strand, \
              towards root or tip. Human hair: R -5 to -10 degrees, TT half and TRT one and a half \
              times that the other way.",
     ),
     Param::numbers(
         "width_deg",
-        "Width",
+        "Roughness",
         Shape::PerLobe,
         [0.05, 60.0],
         at!(HairSection.width_deg),

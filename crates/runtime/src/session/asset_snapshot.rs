@@ -14,6 +14,8 @@ pub(super) struct AssetSnapshot {
     pub paint: Option<Arc<Paint>>,
     /// Number of the state that the paint is in: a stroke makes another, undoing it the old one.
     pub paint_state: u64,
+    /// The state that the groom's file has; none where that file was written by others since.
+    pub file_state: Option<u64>,
 }
 
 impl AssetSnapshot {
@@ -24,6 +26,7 @@ impl AssetSnapshot {
             assets,
             paint,
             paint_state,
+            file_state: Some(paint_state),
         })
     }
 }

@@ -21,6 +21,7 @@ pub use change::{EDITS, EditRule, Edits};
 pub use history::{MAX_STEPS, MAX_STROKE_POINTS};
 pub use keys::{parse_value, with_key};
 pub use save::Saved;
+pub(crate) use save::free_name;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -189,6 +190,7 @@ impl Session {
                 assets,
                 paint: None,
                 paint_state: 0,
+                file_state: None,
             })))
         } else {
             None
@@ -337,6 +339,7 @@ impl Session {
                     if keeps_paint {
                         self.snapshot.paint = old.paint;
                         self.snapshot.paint_state = old.paint_state;
+                        self.snapshot.file_state = old.file_state;
                     }
                     let old = old.assets;
                     let new = &self.snapshot.assets;

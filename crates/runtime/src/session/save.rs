@@ -30,9 +30,16 @@ impl Session {
         self.scene != self.on_disk.scene || self.snapshot.paint_state != self.on_disk.paint_state
     }
 
+    /// Is the scene one that was made here and never saved? Then [`Session::path`] is a suggestion.
+    pub fn is_unsaved(&self) -> bool {
+        self.files.held(&self.path).is_some()
+    }
+
     /// Is the paint other than the groom's file has it?
     pub fn is_repainted(&self) -> bool {
-        self.snapshot.paint_state != self.on_disk.paint_state
+        let state = self.snapshot.paint_state;
+        // Another groom that was put into the scene is as its own file has it.
+        state != self.on_disk.paint_state && Some(state) != self.snapshot.file_state
     }
 
     /// Has a file of the document been written by another program since it was read or saved?
@@ -124,7 +131,8 @@ impl Session {
     /// from stay where only values have changed. Files that it names stay where they
     /// are: relative paths are written so that they lead there. If the hair was painted since the
     /// groom was read or written, the groom goes to a new file beside the scene, called
-    /// `NAME-painted.groom` or with a number after that.
+    /// `NAME-painted.groom` or with a number after that. Grooms, light sets and meshes that were made
+    /// here and are in memory only are written beside the scene, under free names.
     ///
     /// # Errors
     /// What cannot be written, by name; a groom that was written before it stays.
@@ -145,9 +153,16 @@ impl Session {
         self.check_target(path)?;
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
         let mut scene = self.scene.clone();
+        let is_painted = self.is_repainted() || groom.is_some();
         move_to(&mut scene, &folder);
+        let made = self.place_held(&mut scene, is_painted);
         let mut saved = Saved::default();
-        if self.is_repainted() || groom.is_some() {
+        for Held { from, to, bytes } in &made {
+            self.files.write(to, bytes)?;
+            self.files.release(from);
+            saved.files.push(to.clone());
+        }
+        if is_painted {
             let to = groom.map_or_else(|| self.groom_to_write(path), Path::to_owned);
             // Asked before anything is written, so that not one of two files is.
             scene.groom.file = match to.strip_prefix(&folder) {
@@ -165,22 +180,70 @@ impl Session {
         let text = scene.to_toml_over(&old)?;
         self.files.write(path, text.as_bytes())?;
         saved.files.push(path.to_owned());
-        // What can be undone moves along, and keeps the groom's new file.
-        let old = self.scene.groom_path();
+        // What can be undone moves along, and keeps the new files.
+        let (old_groom, old_lights) = (self.scene.groom_path(), self.scene.lights_path());
         self.history.for_each_scene(|remembered| {
-            let is_same = remembered.groom_path() == old;
+            let has_groom = remembered.groom_path() == old_groom;
+            let has_lights = remembered.lights_path() == old_lights;
+            let meshes = remembered.mesh_paths();
             move_to(remembered, &folder);
-            if is_same {
+            if has_groom {
                 remembered.groom.file.clone_from(&scene.groom.file);
+            }
+            if has_lights {
+                remembered.lights.file.clone_from(&scene.lights.file);
+            }
+            for (ix, from) in meshes {
+                if let Some(ProxySection::Mesh { mesh, .. }) = remembered.proxies.get_mut(ix)
+                    && let Some(held) = made.iter().find(|held| held.from == from)
+                {
+                    *mesh = held.name();
+                }
             }
         });
         self.history.close();
         self.scene = scene;
         self.path = path.to_owned();
         let state = self.snapshot.paint_state;
+        if is_painted {
+            self.snapshot.file_state = Some(state);
+        }
         self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
         self.cli_overrides.clear();
         Ok(saved)
+    }
+
+    /// Free names beside `scene` for those of its files that are in memory only, by which it names
+    /// them from now on. The groom is not among them where its painted copy is written.
+    fn place_held(&self, scene: &mut Scene, is_painted: bool) -> Vec<Held> {
+        let folder = scene.folder.clone();
+        let mut made: Vec<Held> = Vec::new();
+        let mut place = |from: PathBuf, file: &mut PathBuf| {
+            if let Some(known) = made.iter().find(|held| held.from == from) {
+                *file = known.name();
+                return;
+            }
+            let Some(bytes) = self.files.held(&from) else {
+                return;
+            };
+            let is_taken =
+                |to: &Path| to.symlink_metadata().is_ok() || made.iter().any(|held| held.to == to);
+            let to = free_name(&folder.join(from.file_name().unwrap_or_default()), is_taken);
+            let held = Held { from, to, bytes };
+            *file = held.name();
+            made.push(held);
+        };
+        if !is_painted {
+            place(self.scene.groom_path(), &mut scene.groom.file);
+        }
+        place(self.scene.lights_path(), &mut scene.lights.file);
+        let meshes = self.scene.mesh_paths();
+        for (ix, from) in meshes {
+            if let Some(ProxySection::Mesh { mesh, .. }) = scene.proxies.get_mut(ix) {
+                place(from, mesh);
+            }
+        }
+        made
     }
 
     /// Where the painted groom of a scene at `path` goes by default.
@@ -228,7 +291,8 @@ impl Session {
         let state = self.next_paint_state();
         let after = AssetSnapshot::new(assets, state)?;
         self.on_disk = OnDisk::new(&self.path, &scene, state, &self.files);
-        let before = std::mem::replace(&mut self.snapshot, after.clone());
+        let mut before = std::mem::replace(&mut self.snapshot, after.clone());
+        before.file_state = None;
         let step = Step::Scene {
             before: Box::new(std::mem::replace(&mut self.scene, scene.clone())),
             after: Box::new(scene),
@@ -239,6 +303,36 @@ impl Session {
         self.history.close();
         Ok(Change::everything())
     }
+}
+
+/// A file that was made and is in memory only: where it is held, and where it is written.
+struct Held {
+    from: PathBuf,
+    to: PathBuf,
+    bytes: std::sync::Arc<[u8]>,
+}
+
+impl Held {
+    /// As a scene beside it names it.
+    fn name(&self) -> PathBuf {
+        PathBuf::from(self.to.file_name().unwrap_or_default())
+    }
+}
+
+/// `path`, or with a number before its extension where that `is_taken`.
+pub(crate) fn free_name(path: &Path, is_taken: impl Fn(&Path) -> bool) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let named = |ix: u32| {
+        let extension = path
+            .extension()
+            .map(|x| format!(".{}", x.to_string_lossy()));
+        path.with_file_name(format!("{stem}-{ix}{}", extension.unwrap_or_default()))
+    };
+    if !is_taken(path) {
+        return path.to_owned();
+    }
+    let free = (2..10_000).map(named).find(|path| !is_taken(path));
+    free.unwrap_or_else(|| named(10_000))
 }
 
 /// Makes the paths of `scene` lead from `folder` to the files that they lead to now.

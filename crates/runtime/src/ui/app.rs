@@ -8,10 +8,13 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy, OwnedDisplayHandle};
 use winit::window::{Window, WindowAttributes, WindowId};
 
-use super::launch::{Failure, Launch};
+use super::launch::{Failure, Launch, Rest};
 use super::screen::Screen;
+#[cfg(not(target_arch = "wasm32"))]
+use super::splash::Splash;
 use super::workspace::Workspace;
 use crate::choice::BackendChoice;
+use crate::session::Session;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::GpuError;
 
@@ -25,6 +28,9 @@ pub struct App {
     window: Option<Arc<Window>>,
     display: Option<OwnedDisplayHandle>,
     workspace: Option<Workspace>,
+    /// The scene is being read meanwhile.
+    #[cfg(not(target_arch = "wasm32"))]
+    splash: Option<Splash>,
     is_opening: bool,
     /// Why it ended, if not because it was closed.
     pub failure: Option<Failure>,
@@ -43,6 +49,8 @@ impl App {
             window: None,
             display,
             workspace: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            splash: None,
             is_opening: false,
             failure: None,
         }
@@ -112,7 +120,27 @@ impl App {
         let adapter = screen.context().map(|context| &context.adapter_name);
         let adapter = serde_json::json!({ "adapter": adapter });
         launch.log.write("device", adapter);
-        let (choice, session) = (launch.choice, (launch.open)()?);
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            self.splash = Some(Splash::new(window, screen, launch));
+            Ok(())
+        }
+        #[cfg(target_arch = "wasm32")]
+        {
+            let (open, rest) = launch.parts();
+            self.show(window, screen, rest, open()?)
+        }
+    }
+
+    /// Shows a document that was read.
+    fn show(
+        &mut self,
+        window: Arc<Window>,
+        screen: Screen,
+        mut launch: Rest,
+        session: Session,
+    ) -> Result<(), Failure> {
+        let choice = launch.choice;
         let viewer = Viewer::choose(choice, screen.chosen(choice)?, session)?;
         let reason = viewer.cpu_reason().map(ToString::to_string);
         let renderer = serde_json::json!({ "name": viewer.renderer().name(), "reason": reason });
@@ -127,6 +155,27 @@ impl App {
         #[cfg(target_arch = "wasm32")]
         crate::page::say("");
         Ok(())
+    }
+
+    /// Looks whether the scene was read meanwhile; answers when to look again.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn poll_splash(&mut self) -> Result<Option<Instant>, Failure> {
+        let Some(mut splash) = self.splash.take() else {
+            return Ok(None);
+        };
+        match splash.poll() {
+            Some(session) => {
+                let session = session?;
+                let (window, screen, launch) = splash.into_parts();
+                self.show(window, screen, launch, session)?;
+                Ok(None)
+            }
+            None => {
+                let next = splash.next_look();
+                self.splash = Some(splash);
+                Ok(Some(next))
+            }
+        }
     }
 
     fn end(&mut self, event_loop: &ActiveEventLoop, failure: Option<Failure>) {
@@ -175,12 +224,30 @@ impl ApplicationHandler<Opened> for App {
                 Ok(()) if !workspace.is_open() => self.end(event_loop, None),
                 Ok(()) => {}
             },
-            None if event == WindowEvent::CloseRequested => self.end(event_loop, None),
-            None => {}
+            None if event == WindowEvent::CloseRequested => {
+                #[cfg(not(target_arch = "wasm32"))]
+                if let Some(splash) = self.splash.take() {
+                    splash.stop();
+                }
+                self.end(event_loop, None);
+            }
+            None =>
+            {
+                #[cfg(not(target_arch = "wasm32"))]
+                if let Some(splash) = &mut self.splash {
+                    splash.on_event(&event);
+                }
+            }
         }
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        #[cfg(not(target_arch = "wasm32"))]
+        match self.poll_splash() {
+            Ok(Some(time)) => return event_loop.set_control_flow(ControlFlow::WaitUntil(time)),
+            Ok(None) => {}
+            Err(failure) => return self.end(event_loop, Some(failure)),
+        }
         let next: Option<Instant> = self.workspace.as_mut().and_then(Workspace::on_time);
         event_loop.set_control_flow(match next {
             Some(time) => ControlFlow::WaitUntil(time),

@@ -5,18 +5,35 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use web_time::Instant;
 
+#[cfg(not(target_arch = "wasm32"))]
+use super::desktop;
 use super::document::Document;
-use super::dropped::{Dropped, kind_of};
-use super::keys::Command;
+#[cfg(not(target_arch = "wasm32"))]
+use super::job::{Job, Made, News, Wanted};
+use super::keys::{Command, Side};
 use super::layout::{UiOutput, UiState};
+use super::looks::{Look, Shown};
+use super::orbit;
 use super::panel::motion::end_of;
 use super::pick;
+use super::picker::{Picker as FilePicker, Purpose};
+use super::presets;
 use super::questions::{Answer, Question, Then, name_of};
-use super::view::ViewportInput;
+use super::snapshot;
+use super::still::Still;
+use super::view::{Bounds, ViewportInput};
+use super::views::Views;
+#[cfg(not(target_arch = "wasm32"))]
+use super::workspace::LookJob;
 use super::workspace::Workspace;
 use crate::error::SessionError;
 use crate::session::Session;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::session::section_of;
 use crate::viewer::Viewer;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::work::Scratch;
+use strandlight_formats::Scene;
 use strandlight_scene::interactive::Progress;
 use strandlight_scene::paint::Picker;
 use strandlight_scene::{Camera, RenderError};
@@ -50,7 +67,16 @@ impl Workspace {
         }
         let is_moved = output.view.is_some();
         if let Some(view) = output.view {
-            self.look(view);
+            self.look(view, output.viewport.is_dragged);
+        }
+        if !output.viewport.is_dragged {
+            self.views.released();
+        }
+        if let Some(refused) = output.changes.refused {
+            self.fail(&refused);
+        }
+        if is_changed || !output.commands.is_empty() {
+            self.moved_on();
         }
         for command in output.commands {
             self.run(command);
@@ -98,10 +124,26 @@ impl Workspace {
         match command {
             Command::Undo | Command::Redo => self.step(command == Command::Undo),
             Command::Save => self.save(Then::Stay),
-            Command::SaveAs => self.ask(Question::SaveAs {
-                path: self.document.path_text(),
+            Command::SaveAs => self.ask_where(Then::Stay),
+            Command::Open => self.ask_what(),
+            Command::Sample => self.before_losing(Then::Sample),
+            Command::ForgetRecent => self.state.settings.forget(),
+            Command::Still => self.ask_still(),
+            Command::SavePreset => self.ask(Question::Preset {
+                name: String::new(),
                 failure: None,
             }),
+            Command::Panel => self.state.panel.toggle(),
+            Command::KeepLook => self.keep_look(),
+            Command::SwapLook => self.swap_look(),
+            Command::Wipe => {
+                if self.state.looks.kept().is_empty() {
+                    self.keep_look();
+                }
+                self.state.looks.is_wiping = !self.state.looks.is_wiping;
+            }
+            Command::CopyLook => self.copy_look(),
+            Command::PasteLook => self.paste_look(),
             Command::Reload => self.reload(),
             Command::Screenshot => self.screenshot(),
             Command::Paint => self.state.paint.is_on = !self.state.paint.is_on,
@@ -124,9 +166,24 @@ impl Workspace {
             }
             Command::Close => self.close(),
             Command::Home => {
+                self.views.close();
+                let from = self.viewer.prepared().camera;
+                self.views.left(from, false, Instant::now());
+                self.views.close();
                 self.viewer.reset_view();
                 self.changed("view", json!({}));
             }
+            Command::ViewBack | Command::ViewForward => {
+                let from = self.viewer.prepared().camera;
+                let view = match command {
+                    Command::ViewBack => self.views.back(from),
+                    _ => self.views.forward(from),
+                };
+                if let Some(view) = view {
+                    self.set_view(view);
+                }
+            }
+            Command::Look(side) => self.look_from(side),
             Command::SaveView => self.save_view(),
             // A view, as the mouse gives others.
             Command::Frame => {}
@@ -134,8 +191,31 @@ impl Workspace {
         self.is_outdated = true;
     }
 
-    /// Looks from elsewhere.
-    pub(super) fn look(&mut self, view: Camera) {
+    /// Looks from elsewhere, by a drag that may go on or at once.
+    pub(super) fn look(&mut self, view: Camera, is_drag: bool) {
+        let from = self.viewer.prepared().camera;
+        self.views.left(from, is_drag, Instant::now());
+        self.set_view(view);
+    }
+
+    /// Looks at all hair from a side.
+    fn look_from(&mut self, side: Side) {
+        let strands = &self.viewer.prepared().strands;
+        let bounds = Bounds {
+            centre: strands.centre,
+            radius: strands.radius,
+        };
+        let camera = self.viewer.prepared().camera;
+        let [width, height] = self.viewer.size().map(|side| side.max(1) as f32);
+        self.views.close();
+        self.look(
+            orbit::from_side(&camera, side, bounds, width / height),
+            false,
+        );
+        self.views.close();
+    }
+
+    fn set_view(&mut self, view: Camera) {
         match self.viewer.set_view(view) {
             Ok(()) => self.changed("view", json!({})),
             Err(error) => self.fail(&error.to_string()),
@@ -154,6 +234,137 @@ impl Workspace {
             }
             Err(error) => self.fail(&error.to_string()),
         }
+    }
+
+    /// Keeps the look with the picture that is shown.
+    fn keep_look(&mut self) {
+        let look = Look::of(self.viewer.session().scene());
+        let shown = self
+            .progress
+            .is_done
+            .then(|| snapshot::pixels(&self.viewer));
+        let shown = shown.and_then(Result::ok).and_then(|(size, pixels)| {
+            let camera = self.viewer.prepared().camera;
+            Shown::new(&self.egui, camera, size, &pixels)
+        });
+        let name = self.state.looks.keep(look, shown);
+        self.say(&format!("Kept the look as {name}"));
+        self.log.write("kept", json!({ "name": name }));
+    }
+
+    fn swap_look(&mut self) {
+        let now = Look::of(self.viewer.session().scene());
+        match self.state.looks.swap(now) {
+            Some((name, look)) => {
+                self.put_on(&format!("Swap to {name}"), |scene| look.put_on(scene))
+            }
+            None => self.say("Keep a look first: K"),
+        }
+    }
+
+    /// An edit of the look, as one step.
+    fn put_on(&mut self, label: &str, change: impl FnOnce(&mut Scene)) {
+        self.viewer.commit();
+        let changed = self.viewer.edit(label, change);
+        self.viewer.commit();
+        match changed {
+            Ok(change) if change.is_empty() => self.say("The look is the same"),
+            Ok(_) => {
+                self.say(label);
+                self.changed("edit", json!({ "label": label }));
+            }
+            Err(error) => self.fail(&error.to_string()),
+        }
+    }
+
+    /// The hair as text, as scene files have it.
+    fn copy_look(&mut self) {
+        match presets::to_text(&self.viewer.session().scene().hair) {
+            Ok(text) => {
+                self.clipboard.set_text(&text);
+                self.input.set_clipboard_text(text);
+                self.say("Copied the look as text");
+            }
+            Err(error) => self.fail(&error),
+        }
+    }
+
+    /// Puts on the hair of a text that was copied here, or from a scene file.
+    fn paste_look(&mut self) {
+        let own = self.input.clipboard_text();
+        let text = self.clipboard.text().or(own).unwrap_or_default();
+        match presets::from_text(&text) {
+            Ok(preset) => self.put_on("Paste look", |scene| {
+                scene.hair = presets::dressed(&scene.hair, &preset);
+            }),
+            Err(error) => self.fail(&format!("The clipboard holds no look: {error}")),
+        }
+    }
+
+    /// Draws the look that is compared for this view, in the background.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn draw_look(&mut self) {
+        use std::sync::mpsc::{TryRecvError, channel};
+        use strandlight_cpu::CpuRenderer;
+
+        if let Some(drawn) = &self.look_job {
+            match drawn.answer.try_recv() {
+                Ok(pixels) => {
+                    if let Some(drawn) = self.look_job.take()
+                        && let Some(pixels) = pixels
+                        && let Some(shown) =
+                            Shown::new(&self.egui, drawn.camera, drawn.size, &pixels)
+                    {
+                        self.state.looks.show(&drawn.name, shown);
+                        self.log.write("look", json!({ "name": drawn.name }));
+                    }
+                    self.window.request_redraw();
+                }
+                Err(TryRecvError::Disconnected) => self.look_job = None,
+                Err(TryRecvError::Empty) => return,
+            }
+        }
+        let camera = self.viewer.prepared().camera;
+        let size = self.viewer.size();
+        // What is edited comes first.
+        if !self.progress.is_done || !self.state.looks.wants(&camera, size) {
+            return;
+        }
+        let Some(kept) = self.state.looks.chosen() else {
+            return;
+        };
+        let (name, look) = (kept.name.clone(), kept.look.clone());
+        let mut session = self.viewer.session().clone();
+        let seconds = self.viewer.time();
+        let (tell, answer) = channel();
+        std::thread::spawn(move || {
+            let drawn = || -> Result<Vec<[u8; 4]>, SessionError> {
+                session.edit("look", |scene| {
+                    look.put_on(scene);
+                    scene.camera = Some(section_of(&camera));
+                })?;
+                let render = session.scene().render.clone();
+                let mut viewer: Viewer<CpuRenderer> =
+                    Viewer::on(session, |scene| Ok(Box::new(CpuRenderer::new(scene))))?;
+                viewer.set_time(seconds)?;
+                let (picture, _) = viewer.frame(size, render.samples)?;
+                let tone_map = viewer.prepared().tone_map;
+                let straight = picture.to_srgb8(render.exposure as f32, tone_map);
+                let times = |x: u8, a: u8| ((u32::from(x) * u32::from(a) + 127) / 255) as u8;
+                let pixels = straight
+                    .iter()
+                    .map(|&[r, g, b, a]| [times(r, a), times(g, a), times(b, a), a]);
+                Ok(pixels.collect())
+            };
+            // A look that cannot be drawn is not shown; putting it on says why.
+            let _ = tell.send(drawn().ok());
+        });
+        self.look_job = Some(LookJob {
+            name,
+            camera,
+            size,
+            answer,
+        });
     }
 
     /// Selects the light that adds most where the picture was clicked.
@@ -200,7 +411,9 @@ impl Workspace {
             target,
             ..camera
         };
-        self.look(moved);
+        self.views.close();
+        self.look(moved, false);
+        self.views.close();
     }
 
     /// Moves the brush. A stroke lasts as long as the button is down.
@@ -319,7 +532,8 @@ impl Workspace {
         match then {
             Then::Stay => {}
             Then::Close => self.is_open = false,
-            Then::Open(path) => self.open(&path),
+            Then::Open(path) => self.open(Some(path)),
+            Then::Sample => self.open(None),
         }
     }
 
@@ -331,10 +545,86 @@ impl Workspace {
         self.window.request_redraw();
     }
 
+    /// Asks for a file to open.
+    fn ask_what(&mut self) {
+        // A page has no files to choose from.
+        if cfg!(target_arch = "wasm32") {
+            return;
+        }
+        #[cfg(not(target_arch = "wasm32"))]
+        if desktop::has_dialogs() {
+            return self.ask_desktop(Wanted::Open);
+        }
+        self.list_files();
+    }
+
+    /// Asks for a file to open by the window's own list.
+    fn list_files(&mut self) {
+        let path = self.viewer.session().path();
+        let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let picker = FilePicker::in_folder_of(Purpose::Open, &whole, openable_extensions());
+        self.ask(Question::Open {
+            picker,
+            failure: None,
+        });
+    }
+
+    /// Asks where the scene is saved, and goes on with `then` once it is.
+    fn ask_where(&mut self, then: Then) {
+        #[cfg(not(target_arch = "wasm32"))]
+        if desktop::has_dialogs() {
+            return self.ask_desktop(Wanted::SaveAs(then));
+        }
+        self.list_places(then);
+    }
+
+    /// The same by the window's own list.
+    fn list_places(&mut self, then: Then) {
+        let path = self.document.path_text();
+        self.ask(save_as_question(path, then));
+    }
+
+    /// Asks by the desktop's dialog.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn ask_desktop(&mut self, wanted: Wanted) {
+        let path = self.viewer.session().path();
+        let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let title = "Choose a file in the desktop's dialog".to_owned();
+        self.begin(Job::start(title, move |_| {
+            let start = Instant::now();
+            let path = match &wanted {
+                Wanted::Open => desktop::open(&whole, &openable_extensions()),
+                Wanted::SaveAs(_) => desktop::save(&whole),
+            };
+            Ok(Made::Chosen {
+                is_missing: path.is_none() && start.elapsed() < desktop::GLANCE,
+                wanted,
+                path,
+            })
+        }));
+    }
+
+    fn ask_still(&mut self) {
+        let size = self.viewer.size();
+        let samples = self.viewer.session().scene().render.samples;
+        let path = self.document.next_picture();
+        let still = Box::new(Still::new(path, size, samples));
+        self.ask(Question::Still {
+            still,
+            failure: None,
+        });
+    }
+
     pub(super) fn answer(&mut self, answer: Answer) {
         match answer {
-            Answer::SaveAs(path) => self.save_as(path, false),
-            Answer::Replace(path) => self.save_as(path, true),
+            Answer::Open(path) => self.take_file(&path),
+            Answer::SaveAs(path, then) => self.save_as(path, then, false),
+            Answer::Still(still) => self.write_still(still, false),
+            Answer::Replace(asked, path) => match *asked {
+                Question::SaveAs { then, .. } => self.save_as(path, then, true),
+                Question::Still { still, .. } => self.write_still(still, true),
+                _ => {}
+            },
             Answer::Overwrite(then) => {
                 self.viewer.keep_mine();
                 self.state.is_stale = false;
@@ -346,8 +636,25 @@ impl Workspace {
                 self.viewer.keep_mine();
                 self.state.is_stale = false;
             }
+            Answer::Preset(name) => self.save_preset(&name),
         }
         self.is_outdated = true;
+    }
+
+    /// Saves the hair as a preset of one's own.
+    fn save_preset(&mut self, name: &str) {
+        let hair = self.viewer.session().scene().hair.clone();
+        match self.state.presets.save(name, &hair) {
+            Ok(()) => self.say(&format!("Saved the preset {}", name.trim())),
+            Err(failure) => {
+                self.log.write("error", json!({ "message": failure }));
+                let name = name.to_owned();
+                self.ask(Question::Preset {
+                    name,
+                    failure: Some(failure),
+                });
+            }
+        }
     }
 
     /// Saves where the scene is from and goes on with `then`; asks first where another program has
@@ -358,30 +665,42 @@ impl Workspace {
             let file = file.to_owned();
             return self.ask(Question::Overwrite { file, then });
         }
+        // One that was made here has no file yet.
+        if self.viewer.session().is_unsaved() {
+            return self.ask_where(then);
+        }
         match self.write(None) {
             Ok(()) => self.go_on(then),
             Err(error) => self.fail(&error.to_string()),
         }
     }
 
-    /// Saves to the path that was typed; asks before it replaces another file there.
-    fn save_as(&mut self, path: String, is_agreed: bool) {
+    /// Saves to the path that was typed and goes on with `then`; asks before it replaces another file
+    /// there.
+    fn save_as(&mut self, path: String, then: Then, is_agreed: bool) {
         let session = self.viewer.session();
         let typed = Path::new(&path);
-        let is_replacing = session.replaces_other(typed);
-        if !is_replacing && session.files().exists(typed) {
-            return self.save(Then::Stay);
+        let is_own = !session.is_unsaved() && !session.replaces_other(typed);
+        if is_own && session.files().exists(typed) {
+            return self.save(then);
         }
         // What cannot be written is not asked about.
         let can_be_written = session.check_target(typed).map_err(SaveError::from);
+        let is_replacing = match session.is_unsaved() {
+            true => typed.symlink_metadata().is_ok(),
+            false => !is_own,
+        };
         if can_be_written.is_ok() && is_replacing && !is_agreed {
-            return self.ask(Question::Replace { path });
+            let asked = Box::new(save_as_question(path.clone(), then));
+            return self.ask(Question::Replace { path, asked });
         }
-        if let Err(error) = can_be_written.and_then(|()| self.write(Some(typed))) {
-            let error = error.to_string();
-            self.log.write("error", json!({ "message": error }));
-            let failure = Some(error);
-            self.ask(Question::SaveAs { path, failure });
+        match can_be_written.and_then(|()| self.write(Some(typed))) {
+            Ok(()) => self.go_on(then),
+            Err(error) => {
+                let error = error.to_string();
+                self.log.write("error", json!({ "message": error }));
+                self.ask(save_as_question(path, then).failed(error));
+            }
         }
     }
 
@@ -397,82 +716,279 @@ impl Workspace {
         #[cfg(not(target_arch = "wasm32"))]
         let _ = saved;
         self.document.saved(&self.viewer);
+        #[cfg(not(target_arch = "wasm32"))]
+        self.state.settings.opened(self.viewer.session().path());
         self.say(&format!("Saved {}", self.document.path_text()));
         self.log
             .write("saved", json!({ "path": self.document.path_text() }));
         Ok(())
     }
 
-    /// Takes a file that was dropped on the window.
+    /// Takes a file that was chosen, or dropped on the window.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn take_file(&mut self, path: &Path) {
+        use crate::opening::{Openable, fit_map, import_hair, kind_of};
+        use strandlight_formats::BakedFile;
+
         self.end_stroke();
+        let from = path.to_owned();
+        let name = name_of(path);
         match kind_of(path) {
-            Ok(Dropped::Scene) => self.before_losing(Then::Open(path.to_owned())),
-            Ok(kind) => self.swap(kind, path),
+            Ok(Openable::Scene) => self.before_losing(Then::Open(from)),
+            Ok(kind @ (Openable::Groom | Openable::Lights)) => {
+                self.swap(kind, path, path);
+            }
+            Ok(Openable::Hair) => self.begin(Job::start(format!("Reading {name}"), move |_| {
+                let imported = import_hair(&from)?;
+                Ok(Made::Groom {
+                    bytes: imported.groom.to_bytes()?,
+                    notes: imported.notes,
+                    from,
+                })
+            })),
+            Ok(Openable::Map) => {
+                let title = format!("Fitting lights to {name}");
+                self.begin(Job::start(title, move |work| {
+                    let (bytes, figures) = fit_map(&from, work)?;
+                    Ok(Made::Lights {
+                        from,
+                        bytes,
+                        figures,
+                    })
+                }));
+            }
             Err(error) => self.fail(&error.to_string()),
         }
         self.window.request_redraw();
     }
 
-    /// Puts another groom or light set into the scene.
-    fn swap(&mut self, kind: Dropped, path: &Path) {
-        let file: PathBuf = self.viewer.session().path_in_scene(path);
-        let what = match kind {
-            Dropped::Lights => "Light set",
-            _ => "Groom",
-        };
-        let name = name_of(path);
-        let label = format!("{what} {name}");
+    /// A page has no files to choose from.
+    #[cfg(target_arch = "wasm32")]
+    pub(super) fn take_file(&mut self, _: &Path) {}
+
+    /// Waits for work; what was under way is stopped.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn begin(&mut self, job: Job) {
+        self.log.write("job", json!({ "title": job.title }));
+        if let Some(other) = self.job.replace(job) {
+            other.stop();
+        }
+        self.is_outdated = true;
+        self.window.request_redraw();
+    }
+
+    /// Takes up what work has made.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn poll_job(&mut self) {
+        use crate::opening::{Openable, beside};
+
+        let news = self.job.as_ref().map_or(News::None, Job::news);
+        if matches!(news, News::None) {
+            return;
+        }
+        self.job = None;
+        let files = self.viewer.session().files().clone();
+        match news {
+            News::None => {}
+            News::Failed(reason) => self.fail(&reason),
+            News::Stopped => self.say("Cancelled"),
+            News::Made(Made::Scene { from, session }) => self.show_session(from, *session),
+            News::Made(Made::Groom { from, bytes, notes }) => {
+                let path = std::path::absolute(&from).unwrap_or_else(|_| from.clone());
+                let path = beside(&path, "groom", &files);
+                files.hold(&path, bytes);
+                if self.swap(Openable::Groom, &path, &from) {
+                    self.say(&format!("{}: {}", name_of(&from), notes.join("; ")));
+                }
+            }
+            News::Made(Made::Lights {
+                from,
+                bytes,
+                figures,
+            }) => {
+                let path = std::path::absolute(&from).unwrap_or_else(|_| from.clone());
+                let path = beside(&path, "lights", &files);
+                files.hold(&path, bytes);
+                if self.swap(Openable::Lights, &path, &from) {
+                    self.say(&format!("{}: {figures}", name_of(&from)));
+                }
+            }
+            News::Made(Made::Chosen {
+                wanted,
+                path,
+                is_missing,
+            }) => match (wanted, path) {
+                (Wanted::Open, Some(path)) => self.take_file(&path),
+                (Wanted::SaveAs(then), Some(path)) => {
+                    self.save_as(path.display().to_string(), then, false);
+                }
+                (Wanted::Open, None) if is_missing => self.list_files(),
+                (Wanted::SaveAs(then), None) if is_missing => self.list_places(then),
+                _ => {}
+            },
+            News::Made(Made::Picture(path)) => {
+                let path = path.display().to_string();
+                self.say(&format!("Wrote {path}"));
+                self.log.write("picture", json!({ "path": path }));
+            }
+        }
+        self.window.request_redraw();
+    }
+
+    /// Puts another groom or light set into the scene, that of the file `from`; answers whether it is
+    /// another one.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn swap(&mut self, kind: crate::opening::Openable, path: &Path, from: &Path) -> bool {
+        use crate::opening::Openable;
+
+        let file = self.viewer.session().path_in_scene(path);
+        let name = name_of(from);
+        let label = format!("{} {name}", kind.name());
         self.viewer.commit();
         let changed = self.viewer.edit(&label, |scene| match kind {
-            Dropped::Lights if scene.lights.file != file => {
+            Openable::Lights if scene.lights.file != file => {
                 let lights = &mut scene.lights;
                 lights.file = file;
                 // These name lights of the old set by number.
                 (lights.muted, lights.solo, lights.adjust) = Default::default();
             }
-            Dropped::Lights => {}
+            Openable::Lights => {}
             _ => scene.groom.file = file,
         });
         self.viewer.commit();
         match changed {
             Ok(change) if change.is_empty() => {
                 self.say(&format!("The scene already uses {name}"));
+                false
             }
             Ok(_) => {
                 self.state.lights.forget();
+                self.state.settings.opened(from);
                 self.say(&label);
                 self.document.saved(&self.viewer);
                 self.changed("edit", json!({ "label": label }));
+                true
             }
-            Err(error) => self.fail(&error.to_string()),
+            Err(error) => {
+                self.fail(&error.to_string());
+                false
+            }
         }
     }
 
-    /// Opens another scene in place of this one, which stays if that fails.
-    fn open(&mut self, path: &Path) {
-        let opened = Session::open(path).and_then(|session| {
-            let chosen = self.screen.chosen(self.choice);
-            let chosen = chosen.map_err(|error| RenderError::Gpu(error.into()))?;
-            Viewer::choose(self.choice, chosen, session)
-        });
+    /// Opens another scene in place of this one, which stays if that fails; the sample where there is
+    /// no path.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn open(&mut self, path: Option<PathBuf>) {
+        self.begin(Job::open(path));
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn open(&mut self, _: Option<PathBuf>) {}
+
+    /// Shows a document that was opened, in place of this one.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn show_session(&mut self, from: Option<PathBuf>, session: Session) {
+        let chosen = self.screen.chosen(self.choice);
+        let chosen = chosen.map_err(|error| SessionError::from(RenderError::Gpu(error.into())));
+        let opened = chosen.and_then(|chosen| Viewer::choose(self.choice, chosen, session));
         match opened {
             Ok(viewer) => {
                 self.viewer = viewer;
                 self.document = Document::new(&self.viewer);
+                let old = std::mem::take(&mut self.state);
                 self.state = UiState {
-                    paint: std::mem::take(&mut self.state.paint),
-                    is_help_open: self.state.is_help_open,
+                    paint: old.paint,
+                    is_help_open: old.is_help_open,
+                    settings: old.settings,
+                    presets: old.presets,
+                    panel: old.panel,
                     ..UiState::default()
                 };
+                self.views = Views::default();
                 self.progress = Progress::default();
                 self.is_stuck = false;
-                self.say(&format!("Opened {}", path.display()));
-                self.changed("opened", json!({ "path": path.display().to_string() }));
+                let name = match &from {
+                    Some(path) => path.display().to_string(),
+                    None => "the sample".to_owned(),
+                };
+                if let Some(path) = &from {
+                    self.state.settings.opened(path);
+                }
+                self.say(&format!("Opened {name}"));
+                self.changed("opened", json!({ "path": name }));
             }
             Err(error) => self.fail(&error.to_string()),
         }
         self.window.request_redraw();
+    }
+
+    /// Writes a picture as it was asked for; asks before it replaces another file.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn write_still(&mut self, still: Box<Still>, is_agreed: bool) {
+        let path = still.path();
+        let asked = Question::Still {
+            still: still.clone(),
+            failure: None,
+        };
+        let is_known = ["png", "exr"].map(|kind| {
+            path.extension()
+                .is_some_and(|x| x.eq_ignore_ascii_case(kind))
+        });
+        let refused = match strandlight_formats::check_writable(&path) {
+            _ if !is_known.contains(&true) => Some("the name must end in .png or .exr".to_owned()),
+            Err(error) => Some(format!("{}: cannot be written: {error}", path.display())),
+            Ok(_) => None,
+        };
+        if let Some(refused) = refused {
+            self.log.write("error", json!({ "message": refused }));
+            return self.ask(asked.failed(refused));
+        }
+        if path.symlink_metadata().is_ok() && !is_agreed {
+            let path = path.display().to_string();
+            let asked = Box::new(asked);
+            return self.ask(Question::Replace { path, asked });
+        }
+        self.end_stroke();
+        let (mut session, view) = (
+            self.viewer.session().clone(),
+            section_of(&self.viewer.prepared().camera),
+        );
+        let (seconds, backend) = (self.viewer.time(), self.choice.name());
+        let title = format!("Rendering {}", name_of(&path));
+        self.begin(Job::start(title, move |work| {
+            // What the window shows, whether it is saved or not.
+            let scratch = Scratch::new().map_err(strandlight_formats::Error::from)?;
+            let scene = scratch.join("scene.toml");
+            session.edit("picture", |scene| {
+                scene.camera = Some(view);
+                scene.render.size = still.size;
+                scene.render.samples = still.samples;
+            })?;
+            session.save_as(&scene)?;
+            let seconds = seconds.to_string();
+            let (scene, out) = (scene.as_os_str(), path.as_os_str());
+            work.strandlight(
+                &format!("rendering {}", name_of(&path)),
+                [
+                    "render".as_ref(),
+                    scene,
+                    "-o".as_ref(),
+                    out,
+                    "--time".as_ref(),
+                    seconds.as_ref(),
+                    "--backend".as_ref(),
+                    backend.as_ref(),
+                ],
+            )?;
+            Ok(Made::Picture(path))
+        }));
+    }
+
+    /// A page has no other program to draw it.
+    #[cfg(target_arch = "wasm32")]
+    fn write_still(&mut self, _: Box<Still>, _: bool) {
+        self.screenshot();
     }
 
     pub(super) fn on_files(&mut self) {
@@ -514,6 +1030,11 @@ impl Workspace {
         self.log.write(event, more);
     }
 
+    /// Notes that the status line's message is no longer of the last thing that was done.
+    pub(super) fn moved_on(&mut self) {
+        self.state.message.clear();
+    }
+
     pub(super) fn say(&mut self, message: &str) {
         message.clone_into(&mut self.state.message);
         self.state.error = None;
@@ -527,4 +1048,20 @@ impl Workspace {
         }
         self.state.error = Some(message.to_owned());
     }
+}
+
+fn save_as_question(path: String, then: Then) -> Question {
+    Question::SaveAs {
+        picker: FilePicker::new(Purpose::Save, path, vec!["toml".to_owned()]),
+        failure: None,
+        then,
+    }
+}
+
+/// Endings of the files that can be opened.
+fn openable_extensions() -> Vec<String> {
+    let ours = ["toml", "groom", "lights", "exr", "hdr"].into_iter();
+    let formats = strandlight_formats::GROOM_FORMATS.iter();
+    let others = formats.flat_map(|format| format.info().extensions);
+    ours.chain(others.copied()).map(str::to_owned).collect()
 }

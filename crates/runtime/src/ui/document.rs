@@ -62,9 +62,39 @@ mod native {
             &self.name
         }
 
+        /// The name of the scene's file after that of its folder.
+        pub fn name_in_folder(&self) -> String {
+            let whole = std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone());
+            let folder = whole.parent().and_then(Path::file_name);
+            match folder {
+                Some(folder) => format!("{}/{}", folder.to_string_lossy(), self.name),
+                None => self.name.clone(),
+            }
+        }
+
         /// The path of the scene's file.
         pub fn path_text(&self) -> String {
             self.path.display().to_string()
+        }
+
+        /// The next free name of a picture beside the scene.
+        pub fn next_picture(&self) -> String {
+            self.free_picture(self.pictures).0.display().to_string()
+        }
+
+        /// The next free name of a picture after so many, and its number.
+        fn free_picture(&self, mut pictures: u32) -> (PathBuf, u32) {
+            let stem = Path::new(&self.name).file_stem().unwrap_or_default();
+            let stem = stem.to_string_lossy();
+            loop {
+                pictures += 1;
+                let path = self
+                    .path
+                    .with_file_name(format!("{stem}-{pictures:03}.png"));
+                if !path.exists() {
+                    return (path, pictures);
+                }
+            }
         }
 
         /// When to look at the files again.
@@ -96,16 +126,8 @@ mod native {
         /// The device's or the system's word.
         pub fn screenshot(&mut self, viewer: &Viewer) -> Result<String, SnapshotError> {
             let png = snapshot::png(viewer)?;
-            let stem = Path::new(&self.name).file_stem().unwrap_or_default();
-            let stem = stem.to_string_lossy().into_owned();
-            let path = loop {
-                self.pictures += 1;
-                let name = format!("{stem}-{:03}.png", self.pictures);
-                let path = self.path.with_file_name(name);
-                if !path.exists() {
-                    break path;
-                }
-            };
+            let (path, pictures) = self.free_picture(self.pictures);
+            self.pictures = pictures;
             match strandlight_formats::write_file(&path, &png) {
                 Ok(()) => Ok(path.display().to_string()),
                 Err(source) => Err(SnapshotError::Write { path, source }),
@@ -150,6 +172,16 @@ mod web {
         /// The name of the scene's file.
         pub fn name(&self) -> &str {
             self.path.rsplit('/').next().unwrap_or_default()
+        }
+
+        /// The same: a page shows where it is.
+        pub fn name_in_folder(&self) -> String {
+            self.name().to_owned()
+        }
+
+        /// A name for the next picture.
+        pub fn next_picture(&self) -> String {
+            "picture.png".to_owned()
         }
 
         /// The path of the scene's file, seen from the page.

@@ -1,11 +1,13 @@
 //! Rows of the panel: a name with its range, a slider, a number that is dragged or typed, and a
 //! reset. What they change is noted for undo.
 
+use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
 use egui::{Align, Color32, Layout, Rect, Response, RichText, Shape, Stroke, Ui, Vec2};
 use strandlight_formats::params::Numbers;
 
+use super::number::parse;
 use super::theme;
 
 /// What the controls of a frame changed.
@@ -15,6 +17,8 @@ pub struct Changes {
     pub label: Option<String>,
     /// The change is complete: the next one is another step of undo.
     pub is_complete: bool,
+    /// What was typed and not taken, and why.
+    pub refused: Option<String>,
     /// Where controls are, points, for the log: tests click on them.
     pub places: Vec<(String, Rect)>,
 }
@@ -198,16 +202,20 @@ impl Field {
                 if is_reset {
                     changes.note(&self.name);
                 }
-                let response = number(ui, NUMBER, value, |number| {
+                let typed = Typed {
+                    name: &self.name,
+                    range: self.range.clone(),
+                    unit: &self.unit,
+                };
+                let response = number(ui, NUMBER, value, &typed, changes, |number| {
                     number
-                        .range(self.range.clone())
                         .speed(self.speed())
                         .max_decimals(self.decimals)
                         .suffix(&self.unit)
                 });
                 changes.of(&self.name, &response);
                 changes.place(format!("{} number", self.name), &response);
-                response.on_hover_text("Drag, or click to type");
+                response.on_hover_text("Drag, or click to type: 1.6, 1.6mm, 2*0.8");
                 let slider = self.slider.clone().unwrap_or(self.range.clone());
                 ui.spacing_mut().slider_width = (ui.available_width() - 4.0).max(0.0);
                 let slider = egui::Slider::new(value, slider)
@@ -310,25 +318,66 @@ pub fn reset(ui: &mut Ui, to: Option<&str>) -> bool {
     response.on_hover_text(format!("Reset to {to}")).clicked()
 }
 
+/// What is typed into a number.
+pub struct Typed<'a> {
+    /// Of the number.
+    pub name: &'a str,
+    /// What it may be.
+    pub range: RangeInclusive<f64>,
+    /// What plain numbers are in.
+    pub unit: &'a str,
+}
+
+impl Typed<'_> {
+    /// What `text` says, held to the range; `refused` hears of what is not taken as it is.
+    fn parse(&self, text: &str, refused: &RefCell<Option<String>>) -> Option<f64> {
+        let Typed { name, range, unit } = self;
+        let (low, high) = (range.start(), range.end());
+        match parse(text, unit) {
+            Ok(value) if range.contains(&value) => Some(value),
+            Ok(value) => {
+                let taken = value.clamp(*low, *high);
+                *refused.borrow_mut() = Some(format!(
+                    "{name}: {} is outside {low} to {high}{unit}; {taken}{unit} is taken",
+                    text.trim()
+                ));
+                Some(taken)
+            }
+            Err(why) => {
+                *refused.borrow_mut() = Some(format!("{name}: {}: {why}", text.trim()));
+                None
+            }
+        }
+    }
+}
+
 /// A number that is dragged or typed, of `width`, as `dress` has it.
 pub fn number(
     ui: &mut Ui,
     width: f32,
     value: &mut f64,
+    typed: &Typed<'_>,
+    changes: &mut Changes,
     dress: impl FnOnce(egui::DragValue<'_>) -> egui::DragValue<'_>,
 ) -> Response {
     let before = *value;
+    let refused = RefCell::new(None);
     let number = egui::DragValue::new(value)
+        .range(typed.range.clone())
         .clamp_existing_to_range(false)
-        .update_while_editing(false);
+        .update_while_editing(false)
+        .custom_parser(|text| typed.parse(text, &refused));
     let response = ui.add_sized([width, ROW - 2.0], dress(number));
     // In the frame after that of Escape egui takes up what was typed all the same.
     let id = response.id.with("escaped");
-    if ui.data_mut(|data| data.remove_temp::<bool>(id)).is_some() {
+    let is_escaped = ui.data_mut(|data| data.remove_temp::<bool>(id)).is_some();
+    if is_escaped {
         *value = before;
     }
     if response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
         ui.data_mut(|data| data.insert_temp(id, true));
+    } else if let (Some(refused), false) = (refused.into_inner(), is_escaped) {
+        changes.refused = Some(refused);
     }
     response
 }

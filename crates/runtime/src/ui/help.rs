@@ -1,8 +1,8 @@
 //! The list of keys.
 
-use egui::{Align2, Key, KeyboardShortcut, Modifiers, RichText};
+use egui::{Align2, RichText};
 
-use super::keys::{Command, KEYS, MOUSE};
+use super::keys::{Command, KEYS, MOUSE, name_of};
 use super::theme;
 
 /// Shows the list while `is_open`.
@@ -13,6 +13,8 @@ pub fn show(ctx: &egui::Context, is_open: &mut bool) {
         .collapsible(false)
         .resizable(false)
         .show(ctx, |ui| {
+            let room = ui.ctx().content_rect();
+            egui::ScrollArea::vertical().max_height(room.height() - 120.0).show(ui, |ui| {
             egui::Grid::new("keys").spacing([24.0, 5.0]).show(ui, |ui| {
                 for (how, what) in MOUSE {
                     ui.label(RichText::new(how).strong());
@@ -31,27 +33,16 @@ pub fn show(ctx: &egui::Context, is_open: &mut bool) {
                     ui.end_row();
                 }
             });
+            });
             ui.add_space(6.0);
             ui.label(
                 RichText::new(
-                    "Numbers are dragged, or typed after a click. Hold Shift to drag finely. \
+                    "Numbers are dragged, or typed after a click: 1.6, 1.6mm, 2*0.8. Hold Shift to drag finely. \
                      Point at a name to read what it is for.",
                 )
                 .color(theme::WEAK),
             );
         });
-}
-
-/// A key as it is printed on a keyboard, with what is held down meanwhile.
-fn name_of(ctx: &egui::Context, modifiers: Modifiers, key: Key) -> String {
-    let shortcut = ctx.format_shortcut(&KeyboardShortcut::new(modifiers, key));
-    let sign = match key {
-        Key::OpenBracket => "[",
-        Key::CloseBracket => "]",
-        Key::Questionmark => "?",
-        _ => return shortcut,
-    };
-    shortcut.replace(key.name(), sign)
 }
 
 /// Every command once, in the order of the keys.

@@ -13,6 +13,12 @@ pub enum Command {
     Save,
     /// Asks for a name and saves there.
     SaveAs,
+    /// Asks for a file and opens it.
+    Open,
+    /// Opens the bundled sample.
+    Sample,
+    /// Forgets the files that were open.
+    ForgetRecent,
     /// Reads the scene's files again.
     Reload,
     /// Brings all hair into the picture.
@@ -21,8 +27,30 @@ pub enum Command {
     Home,
     /// Makes the view the scene's camera.
     SaveView,
+    /// Looks from where it looked before.
+    ViewBack,
+    /// Looks from where it looked before that was taken back.
+    ViewForward,
+    /// Looks at all hair from a side.
+    Look(Side),
     /// Writes the picture as a PNG.
     Screenshot,
+    /// Asks for size, samples, format and name, and writes the picture so.
+    Still,
+    /// Saves the hair as a preset of one's own.
+    SavePreset,
+    /// Keeps the look, to be compared.
+    KeepLook,
+    /// Goes to the look that is compared, or back.
+    SwapLook,
+    /// Shows both looks in one picture.
+    Wipe,
+    /// Copies the look as text.
+    CopyLook,
+    /// Puts on a look that was copied as text.
+    PasteLook,
+    /// Shows or hides the panel.
+    Panel,
     /// Switches between painting and orbiting.
     Paint,
     /// Makes the brush larger.
@@ -39,9 +67,40 @@ pub enum Command {
     Escape,
 }
 
+/// A side to look from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// From +Z.
+    Front,
+    /// From -Z.
+    Back,
+    /// From +X.
+    Right,
+    /// From -X.
+    Left,
+    /// From +Y.
+    Top,
+    /// From -Y.
+    Bottom,
+}
+
+impl Side {
+    /// All of them, with their names.
+    pub const ALL: [(Side, &str); 6] = [
+        (Side::Front, "Front"),
+        (Side::Back, "Back"),
+        (Side::Right, "Right"),
+        (Side::Left, "Left"),
+        (Side::Top, "Top"),
+        (Side::Bottom, "Bottom"),
+    ];
+}
+
 /// Keys and what they do.
-pub const KEYS: [(Modifiers, Key, Command, &str); 19] = {
+pub const KEYS: [(Modifiers, Key, Command, &str); 35] = {
     const NONE: Modifiers = Modifiers::NONE;
+    const SHIFT: Modifiers = Modifiers::SHIFT;
+    const ALT: Modifiers = Modifiers::ALT;
     const CTRL: Modifiers = Modifiers::COMMAND;
     const BOTH: Modifiers = Modifiers {
         shift: true,
@@ -54,6 +113,12 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 19] = {
         (CTRL, Key::Y, Command::Redo, "Redo"),
         (BOTH, Key::S, Command::SaveAs, "Save as ..."),
         (CTRL, Key::S, Command::Save, "Save scene and groom"),
+        (
+            CTRL,
+            Key::O,
+            Command::Open,
+            "Open a scene, hair, lights or a map",
+        ),
         (CTRL, Key::R, Command::Reload, "Reload from disk"),
         (CTRL, Key::Q, Command::Close, "Close the window"),
         (NONE, Key::F, Command::Frame, "Frame all hair"),
@@ -69,7 +134,47 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 19] = {
             Command::SaveView,
             "Save the view as the scene's camera",
         ),
-        (NONE, Key::P, Command::Screenshot, "Save a picture (PNG)"),
+        (ALT, Key::ArrowLeft, Command::ViewBack, "The view before"),
+        (ALT, Key::ArrowRight, Command::ViewForward, "The view after"),
+        (NONE, Key::Num1, Command::Look(Side::Front), "Front"),
+        (CTRL, Key::Num1, Command::Look(Side::Back), "Back"),
+        (NONE, Key::Num3, Command::Look(Side::Right), "Right side"),
+        (CTRL, Key::Num3, Command::Look(Side::Left), "Left side"),
+        (NONE, Key::Num7, Command::Look(Side::Top), "Top"),
+        (CTRL, Key::Num7, Command::Look(Side::Bottom), "Bottom"),
+        (
+            SHIFT,
+            Key::P,
+            Command::Still,
+            "Save a picture of any size (PNG, EXR)",
+        ),
+        (
+            NONE,
+            Key::P,
+            Command::Screenshot,
+            "Save the window's picture (PNG)",
+        ),
+        (BOTH, Key::C, Command::CopyLook, "Copy the look as text"),
+        (
+            BOTH,
+            Key::V,
+            Command::PasteLook,
+            "Put on a look that was copied",
+        ),
+        (NONE, Key::K, Command::KeepLook, "Keep the look"),
+        (
+            NONE,
+            Key::X,
+            Command::SwapLook,
+            "Swap with the look that was kept",
+        ),
+        (
+            NONE,
+            Key::W,
+            Command::Wipe,
+            "Wipe: the look that was kept on the left",
+        ),
+        (NONE, Key::Tab, Command::Panel, "Show or hide the panel"),
         (
             NONE,
             Key::B,
@@ -101,8 +206,33 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 19] = {
     ]
 };
 
+/// The first key of `command`, as menus show it; empty where it has none.
+pub fn shortcut(ctx: &egui::Context, command: Command) -> String {
+    let key = KEYS.iter().find(|(_, _, of, _)| *of == command);
+    key.map_or_else(String::new, |(modifiers, key, ..)| {
+        name_of(ctx, *modifiers, *key)
+    })
+}
+
+/// A key as it is printed on a keyboard, with what is held down meanwhile.
+pub fn name_of(ctx: &egui::Context, modifiers: Modifiers, key: Key) -> String {
+    let shortcut = ctx.format_shortcut(&egui::KeyboardShortcut::new(modifiers, key));
+    let sign = match key {
+        Key::OpenBracket => "[",
+        Key::CloseBracket => "]",
+        Key::Questionmark => "?",
+        // No arrow is in the font.
+        Key::ArrowLeft => "Left",
+        Key::ArrowRight => "Right",
+        _ => return shortcut,
+    };
+    shortcut
+        .replace(key.symbol_or_name(), sign)
+        .replace(key.name(), sign)
+}
+
 /// What the mouse does over the picture.
-pub const MOUSE: [(&str, &str); 7] = [
+pub const MOUSE: [(&str, &str); 8] = [
     ("Drag", "Orbit about the target; paint while painting"),
     ("Ctrl + drag", "Orbit while painting"),
     ("Middle drag, or Shift + drag", "Pan"),
@@ -114,9 +244,21 @@ pub const MOUSE: [(&str, &str); 7] = [
     ),
     (
         "Drop a file",
-        "Open a scene; replace the groom or the lights",
+        "Open a scene; replace the hair or the lights",
     ),
+    ("One finger, two fingers", "Orbit; pan and dolly"),
 ];
+
+/// Takes Tab out of what egui hears, which would move the focus by it; answers how often it was
+/// pressed alone.
+pub fn take_tabs(events: &mut Vec<Event>) -> usize {
+    let before = events.len();
+    events.retain(|event| {
+        !matches!(event, Event::Key { key: Key::Tab, pressed: true, modifiers, .. }
+            if *modifiers == Modifiers::NONE)
+    });
+    before - events.len()
+}
 
 /// Takes the keys pressed in this frame that are commands, all of them and in their order: a slow
 /// frame may have several. A field that is being typed in keeps its keys.

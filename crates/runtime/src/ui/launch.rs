@@ -5,16 +5,27 @@ use winit::error::{EventLoopError, OsError};
 use super::log::EventLog;
 use crate::choice::BackendChoice;
 use crate::error::SessionError;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::opening::CannotOpen;
 use crate::session::Session;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::work::Work;
 use strandlight_render::gpu::GpuError;
 
-/// Opens the scene of a window.
+/// Opens the scene of a window, while that shows how far it is.
+#[cfg(not(target_arch = "wasm32"))]
+pub type Open = Box<dyn FnOnce(&Work) -> Result<Session, CannotOpen> + Send>;
+
+/// Opens the scene of a page.
+#[cfg(target_arch = "wasm32")]
 pub type Open = Box<dyn FnOnce() -> Result<Session, SessionError>>;
 
 /// What a window is opened with.
 pub struct Launch {
     /// Opens the scene.
     pub open: Open,
+    /// What is opened, for people: a name.
+    pub name: String,
     /// Which renderer draws it.
     pub choice: BackendChoice,
     /// Width and height of the window in pixels; 1280 x 720 points by default.
@@ -28,6 +39,33 @@ pub struct Launch {
     /// What to draw in, all of it.
     #[cfg(target_arch = "wasm32")]
     pub canvas: web_sys::HtmlCanvasElement,
+}
+
+/// What is left of a launch while its scene is read.
+pub(super) struct Rest {
+    pub choice: BackendChoice,
+    pub seconds: f64,
+    pub log: EventLog,
+    pub loses_device: bool,
+    #[cfg_attr(
+        target_arch = "wasm32",
+        expect(dead_code, reason = "a page names itself")
+    )]
+    pub name: String,
+}
+
+impl Launch {
+    /// What opens the scene, and the rest.
+    pub(super) fn parts(self) -> (Open, Rest) {
+        let rest = Rest {
+            choice: self.choice,
+            seconds: self.seconds,
+            log: self.log,
+            loses_device: self.loses_device,
+            name: self.name,
+        };
+        (self.open, rest)
+    }
 }
 
 /// Why a window could not be opened, or had to close.
@@ -49,6 +87,10 @@ pub enum Failure {
     /// No device that can draw.
     #[error("{0}; --backend cpu draws without a GPU")]
     Gpu(#[from] GpuError),
+    /// The file cannot be opened.
+    #[cfg(not(target_arch = "wasm32"))]
+    #[error(transparent)]
+    Open(#[from] CannotOpen),
     /// The scene cannot be shown.
     #[error(transparent)]
     Session(#[from] SessionError),

@@ -5,21 +5,74 @@ use egui::{Align, Button, Key, Layout, Panel, RichText, Ui};
 use strandlight_formats::Scene;
 
 use super::field::Changes;
-use super::keys::{self, Command};
+use super::job::Job;
+use super::keys::{self, Command, Side};
+use super::looks::Looks;
 use super::panel::lights::LightsState;
 use super::panel::motion::MotionState;
 use super::panel::paint::PaintState;
 use super::panel::{self, section, statistics::FrameTimes};
-use super::questions::{self, Answer, Question};
+use super::presets::Presets;
+use super::questions::{self, Answer, Asked, Question};
+use super::settings::{self, Settings};
 use super::view::{self, Bounds, ViewportInput};
 use super::{help, orbit, theme};
 use crate::viewer::Viewer;
 use strandlight_scene::Camera;
 use strandlight_scene::interactive::Progress;
 
+/// Below this width, points, the panel lies over the picture, and the bar has menus only.
+const NARROW: f32 = 600.0;
+
+/// Whether the panel is shown: beside the picture in a wide window, over it in a narrow one.
+#[derive(Clone, Copy, Debug)]
+pub struct PanelState {
+    is_beside: bool,
+    is_over: bool,
+    is_narrow: bool,
+}
+
+impl Default for PanelState {
+    fn default() -> Self {
+        PanelState {
+            is_beside: true,
+            is_over: false,
+            is_narrow: false,
+        }
+    }
+}
+
+impl PanelState {
+    /// Is it shown?
+    pub fn is_open(self) -> bool {
+        match self.is_narrow {
+            true => self.is_over,
+            false => self.is_beside,
+        }
+    }
+
+    /// Shows or hides it.
+    pub fn toggle(&mut self) {
+        match self.is_narrow {
+            true => self.is_over = !self.is_over,
+            false => self.is_beside = !self.is_beside,
+        }
+    }
+}
+
 /// What the interface remembers between frames.
 #[derive(Debug, Default)]
 pub struct UiState {
+    /// Beside the picture or over it.
+    pub panel: PanelState,
+    /// Files that were open.
+    pub settings: Settings,
+    /// Hair of one's own.
+    pub presets: Presets,
+    /// Looks that were kept.
+    pub looks: Looks,
+    /// The last colour behind the hair.
+    pub backdrop: Option<[f32; 3]>,
     /// Of the section on lights.
     pub lights: LightsState,
     /// The brush.
@@ -54,6 +107,10 @@ pub struct UiInput<'a> {
     pub times: FrameTimes,
     /// The scene's file.
     pub name: &'a str,
+    /// Work that the window waits for.
+    pub job: Option<&'a Job>,
+    /// Are there views before and after this one?
+    pub can_look: [bool; 2],
 }
 
 /// Changes and commands that the user requested in a frame.
@@ -83,7 +140,8 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
         answer: None,
         viewport: ViewportInput::default(),
     };
-    let is_asking = state.question.is_some();
+    let is_asking = state.question.is_some() || input.job.is_some();
+    state.panel.is_narrow = ui.available_width() < NARROW;
     if !is_asking {
         output.commands = keys::pressed(ui.ctx());
     }
@@ -98,38 +156,45 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
         .exact_size(32.0)
         .resizable(false)
         .frame(frame(8))
-        .show(ui, |ui| bar(ui, input, &mut output));
+        .show(ui, |ui| bar(ui, input, state, &mut output));
     Panel::bottom("status")
         .exact_size(24.0)
         .resizable(false)
         .frame(frame(8))
-        .show(ui, |ui| status(ui, input, state));
+        .show(ui, |ui| status(ui, input, state, &mut output.changes));
     if state.error.is_some() || state.is_stale {
         Panel::top("notices")
             .resizable(false)
             .frame(frame(8).fill(egui::Color32::from_gray(44)))
             .show(ui, |ui| notices(ui, state, &mut output));
     }
-    Panel::right("panel")
-        .exact_size(theme::PANEL_WIDTH)
-        .resizable(false)
-        .frame(frame(8))
-        .show(ui, |ui| {
-            egui::ScrollArea::vertical()
-                .auto_shrink([false, false])
-                .show(ui, |ui| {
-                    // Room for the scroll bar, which would lie over the reset buttons.
-                    ui.set_max_width(ui.available_width() - 8.0);
-                    sections(ui, input, state, &mut output);
-                });
+    if !state.panel.is_narrow && state.panel.is_beside {
+        // As wide as the picture leaves room for.
+        let most = (ui.available_width() - 160.0).max(theme::PANEL_WIDTH);
+        Panel::right("panel")
+            .default_size(theme::PANEL_WIDTH)
+            .size_range(theme::PANEL_LEAST..=most)
+            .resizable(true)
+            .frame(frame(8))
+            .show(ui, |ui| panel_of(ui, input, state, &mut output));
+    }
+    let picture = ui.available_rect_before_wrap();
+    if state.panel.is_narrow && state.panel.is_over {
+        sheet(ui, picture, frame(8), |ui| {
+            panel_of(ui, input, state, &mut output);
         });
+    }
     let UiOutput { changes, view, .. } = &mut output;
     // A click that picks a light paints nothing.
     let is_brush = state.paint.is_on && !state.lights.is_picking;
     let camera = input.viewer.prepared().camera;
-    let (viewport, response) = view::show(ui, input.texture, &camera, input.bounds, is_brush);
+    let background = input.viewer.session().scene().render.background;
+    let is_see_through = background == strandlight_formats::Background::None;
+    let mode = (is_brush, is_see_through);
+    let (viewport, response) = view::show(ui, input.texture, &camera, input.bounds, mode);
     *view = viewport.camera.or(*view);
     changes.place("View", &response);
+    wipe(ui, state, &camera, &viewport, response.rect, changes);
     if state.lights.is_picking {
         response.on_hover_cursor(egui::CursorIcon::Crosshair);
     } else if let (true, Some(radius), Some(at)) =
@@ -145,8 +210,20 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     }
     output.viewport = viewport;
     help::show(ui.ctx(), &mut state.is_help_open);
-    let answer = questions::show(ui, &mut state.question, input.name, &mut output.changes);
-    output.answer = answer.or(output.answer.take());
+    if state.question.is_some() {
+        let places = places(input);
+        let asked = Asked {
+            scene: input.name,
+            places: &places,
+            window: input.viewer.size(),
+            scene_size: input.viewer.session().scene().render.size,
+        };
+        let answer = questions::show(ui, &mut state.question, &asked, &mut output.changes);
+        output.answer = answer.or(output.answer.take());
+    }
+    if let Some(job) = input.job {
+        job.show(ui, &mut output.changes);
+    }
     if !is_escape_taken && ui.input(|input| input.key_pressed(Key::Escape)) {
         output.commands.push(Command::Escape);
     }
@@ -159,6 +236,118 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     output
 }
 
+/// The look that was kept, left of a line that is dragged.
+fn wipe(
+    ui: &mut Ui,
+    state: &mut UiState,
+    camera: &Camera,
+    viewport: &ViewportInput,
+    rect: egui::Rect,
+    changes: &mut Changes,
+) {
+    let looks = &mut state.looks;
+    if !looks.is_wiping {
+        return;
+    }
+    let painter = ui.painter().with_clip_rect(rect);
+    let says = match looks.left(camera, viewport.size) {
+        Some(shown) => {
+            shown.paint(&painter, rect, looks.at);
+            String::new()
+        }
+        None => " ...".to_owned(),
+    };
+    let x = rect.left() + looks.at * rect.width();
+    let top = egui::pos2(x, rect.top());
+    let bottom = egui::pos2(x, rect.bottom());
+    // Wide enough to be taken hold of; the rest of the picture is the camera's.
+    let handle = egui::Rect::from_min_max(top, bottom).expand2(egui::vec2(7.0, 0.0));
+    let handle = handle.intersect(rect);
+    let id = egui::Id::unique("wipe");
+    let response = ui.interact(handle, id, egui::Sense::click_and_drag());
+    if let (true, Some(at)) = (response.dragged(), response.interact_pointer_pos()) {
+        looks.at = ((at.x - rect.left()) / rect.width().max(1.0)).clamp(0.0, 1.0);
+    }
+    changes.place("Wipe line", &response);
+    response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
+    let line = |width, gray: u8| egui::Stroke::new(width, egui::Color32::from_gray(gray));
+    painter.line_segment([top, bottom], line(3.0, 20));
+    painter.line_segment([top, bottom], line(1.0, 230));
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let label = |text: String, align: egui::Align2, at: egui::Pos2| {
+        // Dark under light: read on any hair.
+        for (shift, gray) in [(1.0, 0), (0.0, 235)] {
+            let at = at + egui::Vec2::splat(shift);
+            painter.text(
+                at,
+                align,
+                &text,
+                font.clone(),
+                egui::Color32::from_gray(gray),
+            );
+        }
+    };
+    if let Some(kept) = looks.chosen() {
+        let text = format!("{}{says}", kept.name);
+        label(text, egui::Align2::RIGHT_TOP, top + egui::vec2(-8.0, 6.0));
+        label(
+            "now".to_owned(),
+            egui::Align2::LEFT_TOP,
+            top + egui::vec2(8.0, 6.0),
+        );
+    }
+}
+
+/// The panel over the lower part of a narrow window, or the right part of a low one.
+fn sheet(ui: &Ui, room: egui::Rect, frame: egui::Frame, content: impl FnOnce(&mut Ui)) {
+    let mut rect = room;
+    if room.height() >= room.width() {
+        rect.set_top(room.top() + 0.45 * room.height());
+    } else {
+        rect.set_left(room.left() + 0.4 * room.width());
+    }
+    egui::Area::new(egui::Id::unique("sheet"))
+        .order(egui::Order::Middle)
+        .fixed_pos(rect.min)
+        .constrain(false)
+        .show(ui.ctx(), |ui| {
+            let frame = frame.stroke(egui::Stroke::new(1.0, egui::Color32::from_gray(70)));
+            frame.show(ui, |ui| {
+                let inside = rect.size() - egui::vec2(18.0, 10.0);
+                ui.set_min_size(inside.max(egui::Vec2::ZERO));
+                ui.set_max_size(inside.max(egui::Vec2::splat(1.0)));
+                content(ui);
+            });
+        });
+}
+
+fn panel_of(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOutput) {
+    egui::ScrollArea::vertical()
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            // Room for the scroll bar, which would lie over the reset buttons.
+            ui.set_max_width(ui.available_width() - 8.0);
+            sections(ui, input, state, output);
+        });
+}
+
+/// Folders that files are chosen from.
+fn places(input: &UiInput<'_>) -> Vec<(&'static str, std::path::PathBuf)> {
+    let mut places = Vec::new();
+    let path = input.viewer.session().path();
+    let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    if let Some(folder) = whole.parent() {
+        places.push(("Scene", folder.to_owned()));
+    }
+    if let Some(home) = settings::home_folder() {
+        places.push(("Home", home));
+    }
+    if let Ok(current) = std::env::current_dir() {
+        places.push(("Current", current));
+    }
+    places
+}
+
 fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOutput) {
     let UiOutput {
         scene,
@@ -169,7 +358,11 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
     } = output;
     section(ui, "Hair", true, changes, |ui, changes| {
         let own = input.viewer.session().assets().diameters;
-        panel::hair::show(ui, scene, own, changes);
+        let own_presets = &mut state.presets;
+        panel::hair::show(ui, scene, own, own_presets, changes, commands);
+    });
+    section(ui, "Looks", false, changes, |ui, changes| {
+        panel::looks::show(ui, &mut state.looks, changes, commands);
     });
     section(ui, "Paint", false, changes, |ui, changes| {
         panel::paint::show(ui, &mut state.paint, changes);
@@ -179,7 +372,7 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
         panel::lights::show(ui, scene, lights, &mut state.lights, changes);
     });
     section(ui, "Render", false, changes, |ui, changes| {
-        panel::picture::show(ui, scene, changes);
+        panel::picture::show(ui, scene, &mut state.backdrop, changes);
     });
     section(ui, "Motion", false, changes, |ui, changes| {
         panel::motion::show(ui, scene, &mut state.motion, changes);
@@ -191,21 +384,31 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
     section(ui, "Camera", false, changes, |ui, changes| {
         let camera = &input.viewer.prepared().camera;
         let is_moved = input.viewer.is_view_moved();
-        *view = panel::camera::show(ui, camera, is_moved, input.bounds, changes, commands);
+        let can_look = input.can_look;
+        *view = panel::camera::show(
+            ui,
+            camera,
+            is_moved,
+            can_look,
+            input.bounds,
+            changes,
+            commands,
+        );
     });
     section(ui, "Statistics", false, changes, |ui, _| {
         panel::statistics::show(ui, input.viewer, &input.progress, input.times);
     });
 }
 
-fn bar(ui: &mut Ui, input: &UiInput<'_>, output: &mut UiOutput) {
+fn bar(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOutput) {
     let session = input.viewer.session();
+    let is_narrow = state.panel.is_narrow;
+    let is_open = state.panel.is_open();
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-        let star = if session.is_modified() { " *" } else { "" };
-        ui.label(RichText::new(format!("{}{star}", input.name)).strong());
-        ui.add_space(8.0);
+        menus(ui, input, state, output);
         let mut button = |ui: &mut Ui, text: &str, is_enabled, help: &str, command| {
-            let button = ui.add_enabled(is_enabled, Button::new(text));
+            let selected = command == Command::Panel && is_open;
+            let button = ui.add_enabled(is_enabled, Button::new(text).selected(selected));
             output.changes.place(format!("{text} button"), &button);
             if button.on_hover_text(help).clicked() {
                 output.commands.push(command);
@@ -217,38 +420,113 @@ fn bar(ui: &mut Ui, input: &UiInput<'_>, output: &mut UiOutput) {
         };
         let undo = session.undo_label();
         let redo = session.redo_label();
-        let is_modified = session.is_modified();
-        button(ui, "Save", is_modified, "Ctrl+S", Command::Save);
-        button(
-            ui,
-            "Undo",
-            undo.is_some(),
-            &named("Undo", undo),
-            Command::Undo,
-        );
-        button(
-            ui,
-            "Redo",
-            redo.is_some(),
-            &named("Redo", redo),
-            Command::Redo,
-        );
-        if let Some(undo) = undo {
+        let is_modified = session.is_modified() || session.is_unsaved();
+        if !is_narrow {
+            button(ui, "Save", is_modified, "Ctrl+S", Command::Save);
+        }
+        let undo_help = named("Undo", undo);
+        button(ui, "Undo", undo.is_some(), &undo_help, Command::Undo);
+        let redo_help = named("Redo", redo);
+        button(ui, "Redo", redo.is_some(), &redo_help, Command::Redo);
+        if let (Some(undo), false) = (undo, is_narrow) {
             let last = RichText::new(format!("last: {undo}"));
             ui.label(last.small().color(theme::WEAK));
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            button(ui, "Help", true, "Keys and mouse: H", Command::Help);
-            let help = "Save the picture as a PNG next to the scene: P";
-            button(ui, "Picture", true, help, Command::Screenshot);
-            button(ui, "Home", true, "The scene's camera: Home", Command::Home);
-            button(ui, "Frame", true, "Frame all hair: F", Command::Frame);
+            let help = "Show or hide the panel: Tab";
+            button(ui, "Panel", true, help, Command::Panel);
+            if !is_narrow {
+                button(ui, "Help", true, "Keys and mouse: H", Command::Help);
+                let help = "Save the window's picture as a PNG next to the scene: P";
+                button(ui, "Picture", true, help, Command::Screenshot);
+                button(ui, "Home", true, "The scene's camera: Home", Command::Home);
+                button(ui, "Frame", true, "Frame all hair: F", Command::Frame);
+            }
+            let star = if session.is_modified() { " *" } else { "" };
+            let name = RichText::new(format!("{}{star}", input.name)).strong();
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let label = ui.add(egui::Label::new(name).truncate());
+                label.on_hover_text(session.path().display().to_string());
+            });
         });
     });
 }
 
-fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState) {
+/// The menus of the bar: files, and the view.
+fn menus(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOutput) {
+    let session = input.viewer.session();
+    let UiOutput {
+        changes,
+        commands,
+        answer,
+        ..
+    } = output;
+    let mut entry = |ui: &mut Ui, text: &str, is_enabled, command: Command| {
+        let button = Button::new(text).shortcut_text(keys::shortcut(ui.ctx(), command));
+        let button = ui.add_enabled(is_enabled, button);
+        changes.place(format!("{text} entry"), &button);
+        if button.clicked() {
+            commands.push(command);
+            ui.close();
+        }
+    };
+    let has_files = cfg!(not(target_arch = "wasm32"));
+    let file = ui.menu_button("File", |ui| {
+        ui.set_min_width(220.0);
+        if has_files {
+            entry(ui, "Open ...", true, Command::Open);
+            let recent: Vec<_> = state.settings.recent().map(ToOwned::to_owned).collect();
+            if !recent.is_empty() {
+                ui.label(RichText::new("Recent").small().color(theme::WEAK));
+            }
+            for path in recent.iter().take(8) {
+                let button = ui.button(questions::name_of(path));
+                if button.on_hover_text(path.display().to_string()).clicked() {
+                    *answer = Some(Answer::Open(path.clone()));
+                    ui.close();
+                }
+            }
+            if !recent.is_empty() {
+                entry(ui, "Forget these", true, Command::ForgetRecent);
+            }
+            entry(ui, "The sample", true, Command::Sample);
+            ui.separator();
+        }
+        let is_modified = session.is_modified() || session.is_unsaved();
+        entry(ui, "Save", is_modified, Command::Save);
+        entry(ui, "Save as ...", true, Command::SaveAs);
+        entry(ui, "Reload", !session.is_unsaved(), Command::Reload);
+        ui.separator();
+        entry(ui, "Save picture", true, Command::Screenshot);
+        if has_files {
+            entry(ui, "Save picture as ...", true, Command::Still);
+        }
+        ui.separator();
+        entry(ui, "Help", true, Command::Help);
+        entry(ui, "Close", true, Command::Close);
+    });
+    let view = ui.menu_button("View", |ui| {
+        ui.set_min_width(200.0);
+        entry(ui, "Frame all hair", true, Command::Frame);
+        entry(ui, "Scene's camera", true, Command::Home);
+        let is_moved = input.viewer.is_view_moved();
+        entry(ui, "Save view", is_moved, Command::SaveView);
+        entry(ui, "View before", input.can_look[0], Command::ViewBack);
+        entry(ui, "View after", input.can_look[1], Command::ViewForward);
+        ui.separator();
+        for (side, name) in Side::ALL {
+            entry(ui, name, true, Command::Look(side));
+        }
+        ui.separator();
+        entry(ui, "Panel", true, Command::Panel);
+    });
+    changes.place("File menu", &file.response);
+    changes.place("View menu", &view.response);
+}
+
+fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Changes) {
     let progress = input.progress;
+    let is_narrow = state.panel.is_narrow;
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
         let (what, share) = if progress.is_done && progress.total_samples == 0 {
             ("done".to_owned(), 1.0)
@@ -273,14 +551,28 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState) {
                 .fill(theme::ACCENT),
         );
         ui.label(RichText::new(what).small());
-        ui.label(RichText::new(&state.message).small().color(theme::WEAK));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let stats = &input.viewer.report().stats;
-            let text = format!("{} strands, {} lights", stats.strands, stats.lights);
-            ui.label(RichText::new(text).small().color(theme::WEAK));
-            let (name, help) = renderer(input.viewer);
-            ui.label(RichText::new(name).small().color(theme::WEAK))
-                .on_hover_text(help);
+            if !is_narrow {
+                let session = input.viewer.session();
+                let n_strands = session.groom().n_strands();
+                let lights = &session.scene().lights;
+                let n_lights = session.light_set().lights.len();
+                let n_on = (0..n_lights as u32).filter(|&ix| lights.is_on(ix)).count();
+                let lights = match n_on == n_lights {
+                    true => format!("{n_lights} lights"),
+                    false => format!("{n_on} of {n_lights} lights"),
+                };
+                let text = RichText::new(format!("{n_strands} strands, {lights}"));
+                ui.label(text.small().color(theme::WEAK));
+                let (name, help) = renderer(input.viewer);
+                ui.label(RichText::new(name).small().color(theme::WEAK))
+                    .on_hover_text(help);
+            }
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let message = RichText::new(&state.message).small().color(theme::WEAK);
+                let label = ui.add(egui::Label::new(message).truncate());
+                changes.place("Message", &label);
+            });
         });
     });
 }
@@ -300,7 +592,9 @@ fn notices(ui: &mut Ui, state: &mut UiState, output: &mut UiOutput) {
     if let Some(error) = state.error.clone() {
         ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(error).color(theme::ERROR));
-            if ui.button("Dismiss").clicked() {
+            let dismiss = ui.button("Dismiss");
+            output.changes.place("Dismiss button", &dismiss);
+            if dismiss.clicked() {
                 state.error = None;
             }
         });

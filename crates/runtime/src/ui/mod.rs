@@ -5,29 +5,43 @@
 //! scene file and scripts know the same parameters.
 
 mod app;
+mod clipboard;
 mod color;
 mod commands;
+#[cfg(not(target_arch = "wasm32"))]
+mod desktop;
 mod document;
-mod dropped;
 mod field;
 mod help;
 mod input;
+mod job;
 mod keys;
 mod launch;
 mod layout;
 mod log;
+mod looks;
+mod number;
 mod orbit;
 mod panel;
 mod param;
 mod pick;
+mod picker;
+mod presets;
 mod questions;
 mod scalp;
 mod screen;
+mod settings;
 mod snapshot;
+#[cfg(not(target_arch = "wasm32"))]
+mod splash;
+mod still;
 mod theme;
 mod view;
+mod views;
 mod workspace;
 
+#[cfg(not(target_arch = "wasm32"))]
+pub use job::sample;
 pub use launch::{Failure, Launch, Open};
 pub use log::EventLog;
 

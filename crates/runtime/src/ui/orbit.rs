@@ -1,11 +1,17 @@
 //! What mouse and keys do to a camera.
 //!
-//! The camera turns about its target in its own frame, so nothing special happens above or below
-//! the hair: it passes over the top and sees the hair upside down.
+//! The camera turns about the world's vertical and its own horizontal, and stops short of looking
+//! straight up or down: hair is not turned upside down by the mouse. A camera that a scene holds
+//! upside down stays so.
 
 use glam::{Quat, Vec3};
 
+use super::keys::Side;
+use super::view::Bounds;
 use strandlight_scene::Camera;
+
+/// Steepest view up or down that a drag leads to, radians.
+const STEEPEST: f32 = 89.0 * std::f32::consts::PI / 180.0;
 
 /// Nearest and farthest that the eye comes to its target, in radii of the hair.
 const DISTANCES: [f32; 2] = [1e-3, 200.0];
@@ -13,9 +19,18 @@ const DISTANCES: [f32; 2] = [1e-3, 200.0];
 /// Turns `camera` about its target: `yaw` about the world's vertical, then `pitch` about the
 /// picture's horizontal, radians. Positive angles move the hair right and down.
 pub fn orbit(camera: &Camera, yaw: f32, pitch: f32) -> Camera {
-    let (_, up, _) = camera.axes();
+    let (_, up, forward) = camera.axes();
     // Upside down, the hair still follows the mouse.
     let yaw = if up.y < 0.0 { -yaw } else { yaw };
+    let elevation = forward.y.clamp(-1.0, 1.0).asin();
+    let pitch = match up.y < 0.0 {
+        true => pitch,
+        // From beyond there is a way back, and none farther.
+        false => pitch.clamp(
+            (elevation - STEEPEST).min(0.0),
+            (elevation + STEEPEST).max(0.0),
+        ),
+    };
     let about_vertical = Quat::from_rotation_y(-yaw);
     let (right, up, forward) = {
         let (right, up, forward) = camera.axes();
@@ -77,6 +92,26 @@ pub fn frame(camera: &Camera, centre: Vec3, radius: f32, aspect: f32) -> Camera 
     }
 }
 
+/// Looks at all hair from a `side`, at a distance that fills a picture of `aspect`.
+pub fn from_side(camera: &Camera, side: Side, bounds: Bounds, aspect: f32) -> Camera {
+    let (from, up) = match side {
+        Side::Front => (Vec3::Z, Vec3::Y),
+        Side::Back => (Vec3::NEG_Z, Vec3::Y),
+        Side::Right => (Vec3::X, Vec3::Y),
+        Side::Left => (Vec3::NEG_X, Vec3::Y),
+        // The face is below, as seen from the front.
+        Side::Top => (Vec3::Y, Vec3::NEG_Z),
+        Side::Bottom => (Vec3::NEG_Y, Vec3::Z),
+    };
+    let turned = Camera {
+        eye: bounds.centre + from,
+        target: bounds.centre,
+        up,
+        ..*camera
+    };
+    frame(&turned, bounds.centre, bounds.radius, aspect)
+}
+
 /// `up`, or exactly +Y where that gives the same picture: files stay readable.
 fn tidy_up(right: Vec3, up: Vec3) -> Vec3 {
     if right.y.abs() < 1e-6 && up.y > 0.05 {
@@ -101,20 +136,53 @@ mod tests {
         let turned = orbit(&orbit(&start, 0.7, 0.0), -0.7, 0.0);
         assert!((turned.eye - start.eye).length() < 1e-4 * distance);
         assert_eq!(turned.up, Vec3::Y);
-        // 200 steps over both poles: no jump in the view, and back where it began.
-        let mut at = start;
-        let step = std::f32::consts::TAU / 200.0;
-        for _ in 0..200 {
-            let next = orbit(&at, 0.0, step);
-            let (r0, u0, f0) = at.axes();
-            let (r1, u1, f1) = next.axes();
-            for (a, b) in [(r0, r1), (u0, u1), (f0, f1)] {
-                assert!((a - b).length() < 1.5 * step, "{a} to {b}");
+        // Up to the pole and no farther, without a jump on the way, and back.
+        for sign in [1.0, -1.0] {
+            let mut at = start;
+            let step = sign * std::f32::consts::TAU / 200.0;
+            for _ in 0..200 {
+                let next = orbit(&at, 0.0, step);
+                let (r0, u0, f0) = at.axes();
+                let (r1, u1, f1) = next.axes();
+                for (a, b) in [(r0, r1), (u0, u1), (f0, f1)] {
+                    assert!((a - b).length() < 1.5 * step.abs(), "{a} to {b}");
+                }
+                assert!((next.eye.distance(next.target) / distance - 1.0).abs() < 1e-4);
+                assert!(u1.y > 0.0, "upside down");
+                at = next;
             }
-            assert!((next.eye.distance(next.target) / distance - 1.0).abs() < 1e-4);
-            at = next;
+            let (_, _, forward) = at.axes();
+            assert!(
+                (forward.y.asin().abs() - STEEPEST).abs() < 1e-3,
+                "{forward}"
+            );
+            let back = orbit(&at, 0.0, -step);
+            assert!(back.axes().1.y > at.axes().1.y);
         }
-        assert!((at.eye - start.eye).length() < 1e-3 * distance);
+    }
+
+    #[test]
+    fn sides_show_all_hair_and_are_left_without_a_jump() {
+        let bounds = Bounds {
+            centre: Vec3::new(1.0, 2.0, 3.0),
+            radius: 10.0,
+        };
+        for (side, name) in Side::ALL {
+            let view = from_side(&camera(), side, bounds, 1.5);
+            let framed = frame(&view, bounds.centre, bounds.radius, 1.5);
+            assert!((framed.eye - view.eye).length() < 1e-3, "{name}");
+            assert_eq!(view.target, bounds.centre, "{name}");
+            let turned = orbit(&view, 0.01, 0.0);
+            let (_, _, forward) = view.axes();
+            assert!((turned.axes().2 - forward).length() < 0.02, "{name}");
+        }
+        let front = from_side(&camera(), Side::Front, bounds, 1.5);
+        assert!(front.eye.z > 3.0 && (front.eye.x - 1.0).abs() < 1e-4);
+        let top = from_side(&camera(), Side::Top, bounds, 1.5);
+        let (right, up, _) = top.axes();
+        assert!(right.x > 0.99 && up.z < -0.99);
+        // And a drag down the picture cannot pass over the pole from there.
+        assert!(orbit(&top, 0.0, 0.5).axes().1.y >= -1e-3);
     }
 
     #[test]

@@ -54,27 +54,43 @@ impl<S> Rows<'_, S> {
         dress: impl Fn(Field, usize) -> Field,
         changes: &mut Changes,
     ) {
+        let Some(numbers) = param.spec.numbers() else {
+            return;
+        };
+        for (ix, part) in numbers.shape.label_suffixes().iter().enumerate() {
+            let label = format!("{}{part}{}", param.spec.label, self.suffix);
+            self.number(ui, param, ix, label, |field| dress(field, ix), changes);
+        }
+    }
+
+    /// A row called `label` for the number `ix` of `param`.
+    pub fn number(
+        &mut self,
+        ui: &mut Ui,
+        param: &Param<S>,
+        ix: usize,
+        label: String,
+        dress: impl FnOnce(Field) -> Field,
+        changes: &mut Changes,
+    ) {
         let (Some(numbers), Some(default)) = (param.spec.numbers(), self.default(param)) else {
             return;
         };
-        let Some(mut value) = param.get(self.target).or(Some(default.clone())) else {
+        let Some(value) = param.get(self.target).or(Some(default.clone())) else {
             return;
         };
-        let before = value.clone();
-        for (ix, part) in numbers.shape.label_suffixes().iter().enumerate() {
-            let label = format!("{}{part}{}", param.spec.label, self.suffix);
-            let default = default.number(ix).unwrap_or(numbers.min);
-            let mut shown = value.number(ix).unwrap_or(default);
-            let key = format!("{}{}", self.key(param), numbers.shape.suffixes()[ix]);
-            let field = Field::of(label, &key, numbers, default).help(param.spec.help);
-            if dress(field, ix).show(ui, &mut shown, changes) {
-                if numbers.shape == Shape::Whole {
-                    shown = shown.round().clamp(numbers.min, numbers.max);
-                }
-                value = value.with_number(ix, shown);
-            }
+        let plain = default.number(ix).unwrap_or(numbers.min);
+        let mut shown = value.number(ix).unwrap_or(plain);
+        let mut key = format!("{}{}", self.key(param), numbers.shape.suffixes()[ix]);
+        if !param.spec.symbol.is_empty() {
+            key += &format!(" ({})", param.spec.symbol);
         }
-        if value != before {
+        let field = Field::of(label, &key, numbers, plain).help(param.spec.help);
+        if dress(field).show(ui, &mut shown, changes) {
+            if numbers.shape == Shape::Whole {
+                shown = shown.round().clamp(numbers.min, numbers.max);
+            }
+            let value = value.with_number(ix, shown);
             // What may be absent is absent at its default.
             let is_absent = matches!(param.spec.absent, Absent::Number(_)) && value == default;
             self.put(param, (!is_absent).then_some(value));

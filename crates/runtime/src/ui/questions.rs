@@ -2,25 +2,45 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::{Key, Modal, RichText, Ui};
+use egui::{Modal, RichText, Ui};
 
 use super::field::Changes;
+use super::picker::{Picked, Picker};
+use super::still::{self, Still};
 use super::theme;
 
 /// What the window wants to know.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Question {
+    /// Which file to open.
+    Open {
+        /// The list of files.
+        picker: Picker,
+        /// Why it could not be opened.
+        failure: Option<String>,
+    },
     /// Where to save the scene.
     SaveAs {
-        /// The path as it is typed.
-        path: String,
+        /// The path as it is typed, and the list of files.
+        picker: Picker,
         /// Why it could not be saved there.
+        failure: Option<String>,
+        /// What is done once it is saved.
+        then: Then,
+    },
+    /// What picture to write, and where.
+    Still {
+        /// Size, samples and file.
+        still: Box<Still>,
+        /// Why it could not be written.
         failure: Option<String>,
     },
     /// There is a file at the path that was typed.
     Replace {
         /// That path.
         path: String,
+        /// What was asked for, and is again if the file is to stay.
+        asked: Box<Question>,
     },
     /// Another program has written a file that saving would replace.
     Overwrite {
@@ -34,6 +54,13 @@ pub enum Question {
         /// What comes next.
         then: Then,
     },
+    /// What a preset is called.
+    Preset {
+        /// Its name.
+        name: String,
+        /// Why it could not be saved.
+        failure: Option<String>,
+    },
 }
 
 /// What is done after saving.
@@ -45,15 +72,21 @@ pub enum Then {
     Close,
     /// This scene is opened.
     Open(PathBuf),
+    /// The bundled sample is opened.
+    Sample,
 }
 
 /// What was answered.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
-    /// Save the scene to this path.
-    SaveAs(String),
-    /// And replace what is there.
-    Replace(String),
+    /// Open this file.
+    Open(PathBuf),
+    /// Save the scene to this path, and go on.
+    SaveAs(String, Then),
+    /// Write this picture.
+    Still(Box<Still>),
+    /// Do what was asked for and replace what is there.
+    Replace(Box<Question>, String),
     /// Save over what another program has written.
     Overwrite(Then),
     /// Save first.
@@ -62,126 +95,218 @@ pub enum Answer {
     Discard(Then),
     /// Changes on disk are not wanted.
     KeepMine,
+    /// Save the hair as a preset of this name.
+    Preset(String),
 }
 
 impl Question {
     /// Its name in the log.
     pub fn name(&self) -> &'static str {
         match self {
+            Question::Open { .. } => "open",
             Question::SaveAs { .. } => "save as",
+            Question::Still { .. } => "picture",
             Question::Replace { .. } => "replace",
             Question::Overwrite { .. } => "overwrite",
             Question::Unsaved { .. } => "unsaved",
+            Question::Preset { .. } => "preset",
         }
+    }
+
+    /// The same question after `failure`.
+    pub fn failed(mut self, reason: String) -> Question {
+        match &mut self {
+            Question::Open { failure, .. }
+            | Question::SaveAs { failure, .. }
+            | Question::Still { failure, .. }
+            | Question::Preset { failure, .. } => *failure = Some(reason),
+            Question::Replace { .. } | Question::Overwrite { .. } | Question::Unsaved { .. } => {}
+        }
+        self
     }
 }
 
-/// Shows `question` of the scene called `scene` until it is answered or taken back.
+/// What questions are asked about.
+pub struct Asked<'a> {
+    /// The name of the scene.
+    pub scene: &'a str,
+    /// Folders to choose files from, by name.
+    pub places: &'a [(&'a str, PathBuf)],
+    /// Width and height of the window's picture.
+    pub window: [u32; 2],
+    /// Width and height that the scene has.
+    pub scene_size: [u32; 2],
+}
+
+/// Shows `question` until it is answered or taken back.
 pub fn show(
     ui: &mut Ui,
     question: &mut Option<Question>,
-    scene: &str,
+    asked: &Asked<'_>,
     changes: &mut Changes,
 ) -> Option<Answer> {
-    match question.take()? {
-        Question::SaveAs { path, failure } => {
-            let (left, answer) = save_as(ui, path, failure, changes);
-            *question = left;
-            answer
+    let shown = question.take()?;
+    let (left, answer) = match shown {
+        Question::Open { .. } | Question::SaveAs { .. } | Question::Still { .. } => {
+            form(ui, shown, asked, changes)
         }
-        Question::Replace { path } => {
+        Question::Preset { name, failure } => preset(ui, name, failure, changes),
+        Question::Replace { path, asked } => {
             let text = format!("{} exists. Replace it?", name_of(Path::new(&path)));
-            let chosen = choose(ui, "replacing", &text, &["Replace", "Cancel"], changes);
-            match chosen {
-                Some(0) => Some(Answer::Replace(path)),
+            match choose(ui, "replacing", &text, &["Replace", "Cancel"], changes) {
+                Some(0) => (None, Some(Answer::Replace(asked, path))),
                 // What was typed is not lost.
-                Some(_) => {
-                    let failure = None;
-                    *question = Some(Question::SaveAs { path, failure });
-                    None
-                }
-                None => {
-                    *question = Some(Question::Replace { path });
-                    None
-                }
+                Some(_) => (Some(*asked), None),
+                None => (Some(Question::Replace { path, asked }), None),
             }
         }
         Question::Overwrite { file, then } => {
             let name = name_of(&file);
             let text = format!("{name} was changed by another program. Overwrite it?");
             match choose(ui, "overwriting", &text, &["Overwrite", "Cancel"], changes) {
-                Some(0) => Some(Answer::Overwrite(then)),
-                Some(_) => None,
-                None => {
-                    *question = Some(Question::Overwrite { file, then });
-                    None
-                }
+                Some(0) => (None, Some(Answer::Overwrite(then))),
+                Some(_) => (None, None),
+                None => (Some(Question::Overwrite { file, then }), None),
             }
         }
         Question::Unsaved { then } => {
-            let (before, buttons) = match &then {
-                Then::Open(path) => (
-                    format!("opening {}", name_of(path)),
+            let opening = |name: String| {
+                (
+                    format!("opening {name}"),
                     ["Save and open", "Don't save", "Cancel"],
-                ),
+                )
+            };
+            let (before, buttons) = match &then {
+                Then::Open(path) => opening(name_of(path)),
+                Then::Sample => opening("the sample".to_owned()),
                 _ => (
                     "closing".to_owned(),
                     ["Save and close", "Don't save", "Cancel"],
                 ),
             };
+            let scene = asked.scene;
             let text = format!("Save the changes to {scene} before {before}?");
             match choose(ui, "unsaved", &text, &buttons, changes) {
-                Some(0) => Some(Answer::Save(then)),
-                Some(1) => Some(Answer::Discard(then)),
-                Some(_) => None,
-                None => {
-                    *question = Some(Question::Unsaved { then });
-                    None
-                }
+                Some(0) => (None, Some(Answer::Save(then))),
+                Some(1) => (None, Some(Answer::Discard(then))),
+                Some(_) => (None, None),
+                None => (Some(Question::Unsaved { then }), None),
             }
         }
-    }
+    };
+    *question = left;
+    answer
 }
 
-/// The field for a path; answers what is still asked, and the answer.
-fn save_as(
+/// A question about a file: its heading, the list of files, and two buttons.
+fn form(
     ui: &mut Ui,
-    mut path: String,
-    failure: Option<String>,
+    mut question: Question,
+    asked: &Asked<'_>,
     changes: &mut Changes,
 ) -> (Option<Question>, Option<Answer>) {
-    let mut answer = None;
+    let (heading, verb, place) = match &question {
+        Question::Open { .. } => ("Open", "Open", "Open file button"),
+        Question::Still { .. } => ("Save picture", "Save", "Save picture button"),
+        _ => ("Save scene as", "Save", "Save as button"),
+    };
+    let mut entered = None;
     let mut is_open = true;
-    let modal = Modal::new(egui::Id::unique("save as")).show(ui.ctx(), |ui| {
-        ui.set_width(440.0);
-        ui.label(RichText::new("Save scene as").strong());
-        let field = egui::TextEdit::singleline(&mut path).desired_width(f32::INFINITY);
-        let field = ui.add(field);
-        changes.place("Path", &field);
-        field.request_focus();
-        if let Some(failure) = &failure {
-            ui.label(RichText::new(failure).color(theme::ERROR));
+    let room = ui.ctx().content_rect().size();
+    let modal = Modal::new(egui::Id::unique(heading)).show(ui.ctx(), |ui| {
+        ui.set_width((room.x - 48.0).clamp(120.0, 520.0));
+        ui.label(RichText::new(heading).strong());
+        let of_options = match &question {
+            Question::Still { .. } => 130.0,
+            _ => 0.0,
+        };
+        let height = (room.y - 210.0 - of_options).clamp(40.0, 300.0);
+        let (picker, failure) = match &mut question {
+            Question::Open { picker, failure } => (picker, failure),
+            Question::SaveAs {
+                picker, failure, ..
+            } => (picker, failure),
+            Question::Still { still, failure } => {
+                still::show(ui, still, asked, changes);
+                (&mut still.picker, failure)
+            }
+            _ => return,
+        };
+        let picked = picker.show(ui, asked.places, height, changes);
+        if let Some(failure) = failure {
+            ui.label(RichText::new(failure.as_str()).color(theme::ERROR));
         }
         ui.add_space(6.0);
         ui.horizontal(|ui| {
-            let is_entered = ui.input(|input| input.key_pressed(Key::Enter));
-            let save = ui.button("Save");
-            changes.place("Save as button", &save);
-            if save.clicked() || is_entered {
-                answer = Some(Answer::SaveAs(path.clone()));
-                is_open = false;
-            }
+            let button = ui.button(verb);
+            changes.place(place, &button);
+            entered = match picked {
+                Picked::Path(path) => Some(path),
+                Picked::No if button.clicked() => match picker.press() {
+                    Picked::Path(path) => Some(path),
+                    Picked::No => None,
+                },
+                Picked::No => None,
+            };
             let cancel = ui.button("Cancel");
             changes.place("Cancel button", &cancel);
             is_open &= !cancel.clicked();
         });
     });
-    if is_open && !modal.should_close() {
-        return (Some(Question::SaveAs { path, failure }), None);
+    if let Some(path) = entered {
+        // Or the next key would still be typed.
+        ui.memory_mut(egui::Memory::stop_text_input);
+        let answer = match question {
+            Question::SaveAs { then, .. } => Answer::SaveAs(path, then),
+            Question::Still { still, .. } => Answer::Still(still),
+            _ => Answer::Open(PathBuf::from(path)),
+        };
+        return (None, Some(answer));
     }
-    // Or the next key would still be typed.
+    if is_open && !modal.should_close() {
+        return (Some(question), None);
+    }
     ui.memory_mut(egui::Memory::stop_text_input);
-    (None, answer)
+    (None, None)
+}
+
+/// The name of a preset.
+fn preset(
+    ui: &mut Ui,
+    mut name: String,
+    failure: Option<String>,
+    changes: &mut Changes,
+) -> (Option<Question>, Option<Answer>) {
+    let (mut is_entered, mut is_open) = (false, true);
+    let modal = Modal::new(egui::Id::unique("preset name")).show(ui.ctx(), |ui| {
+        ui.set_width(300.0);
+        ui.label(RichText::new("Save the hair as a preset").strong());
+        is_entered =
+            ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Enter));
+        let field = ui.add(egui::TextEdit::singleline(&mut name).desired_width(f32::INFINITY));
+        changes.place("Preset name", &field);
+        field.request_focus();
+        if let Some(failure) = &failure {
+            ui.label(RichText::new(failure).color(theme::ERROR));
+        }
+        ui.horizontal(|ui| {
+            let save = ui.button("Save");
+            changes.place("Save preset as button", &save);
+            is_entered |= save.clicked();
+            let cancel = ui.button("Cancel");
+            changes.place("Cancel button", &cancel);
+            is_open &= !cancel.clicked();
+        });
+    });
+    if is_entered {
+        ui.memory_mut(egui::Memory::stop_text_input);
+        return (None, Some(Answer::Preset(name)));
+    }
+    if is_open && !modal.should_close() {
+        return (Some(Question::Preset { name, failure }), None);
+    }
+    ui.memory_mut(egui::Memory::stop_text_input);
+    (None, None)
 }
 
 /// `text` over some buttons, the last of which takes the question back, as Escape does. Answers the
@@ -194,8 +319,9 @@ fn choose(
     changes: &mut Changes,
 ) -> Option<usize> {
     let mut chosen = None;
+    let room = ui.ctx().content_rect().width();
     let modal = Modal::new(egui::Id::unique(id)).show(ui.ctx(), |ui| {
-        ui.set_max_width(440.0);
+        ui.set_max_width((room - 48.0).clamp(120.0, 440.0));
         ui.label(RichText::new(text).strong());
         ui.add_space(8.0);
         ui.horizontal(|ui| {

@@ -55,6 +55,37 @@ pub fn png(viewer: &Viewer) -> Result<Vec<u8>, SnapshotError> {
     }
 }
 
+/// What `viewer` displays, sRGB times alpha, and its size.
+///
+/// # Errors
+/// What the device says.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn pixels(viewer: &Viewer) -> Result<([u32; 2], Vec<[u8; 4]>), SnapshotError> {
+    match (viewer.display(), viewer.renderer().device()) {
+        (Display::Texture(view), Some(context)) => {
+            let size = view.texture().size();
+            let bytes = context.read_buffer("snapshot", &copy_of(context, view))?;
+            let rows = bytes.chunks_exact(bytes_per_row(size) as usize);
+            let pixels = rows.flat_map(|row| row[..4 * size.width as usize].as_chunks::<4>().0);
+            Ok(([size.width, size.height], pixels.copied().collect()))
+        }
+        (Display::Pixels(shown), _) => Ok((shown.size, shown.pixels.to_vec())),
+        (Display::Texture(_), None) => Ok(([0, 0], Vec::new())),
+    }
+}
+
+/// The same in a page, which does not wait for a device: there is none then.
+///
+/// # Errors
+/// None.
+#[cfg(target_arch = "wasm32")]
+pub fn pixels(viewer: &Viewer) -> Result<([u32; 2], Vec<[u8; 4]>), SnapshotError> {
+    match viewer.display() {
+        Display::Pixels(shown) => Ok((shown.size, shown.pixels.to_vec())),
+        Display::Texture(_) => Ok(([0, 0], Vec::new())),
+    }
+}
+
 /// As `png`, without waiting: `done` is called when the picture is there.
 #[cfg(target_arch = "wasm32")]
 pub fn png_later(viewer: &Viewer, done: impl FnOnce(Result<Vec<u8>, SnapshotError>) + 'static) {

@@ -19,6 +19,8 @@ pub const ERROR: Color32 = Color32::from_rgb(232, 110, 100);
 
 /// Width of the panel in points.
 pub const PANEL_WIDTH: f32 = 348.0;
+/// Least width of it: names, numbers and a short slider.
+pub const PANEL_LEAST: f32 = 290.0;
 
 /// One font for everything: a second would be a thirtieth of the program.
 fn fonts() -> FontDefinitions {

@@ -40,20 +40,23 @@ pub struct ViewportInput {
     pub camera: Option<Camera>,
 }
 
-/// Shows `texture`, seen by `camera`, in all that is left of the window. Drags move the camera, or
-/// with `is_brush` the brush.
+/// Shows `texture`, seen by `camera`, in all that is left of the window, over a checkerboard where it
+/// `is_see_through`. Drags move the camera, or with `is_brush` the brush.
 pub fn show(
     ui: &mut Ui,
     texture: Option<egui::TextureId>,
     camera: &Camera,
     bounds: Bounds,
-    is_brush: bool,
+    (is_brush, is_see_through): (bool, bool),
 ) -> (ViewportInput, egui::Response) {
     let scale = ui.ctx().pixels_per_point();
     let rect = whole_pixels(ui.available_rect_before_wrap(), scale);
     let size = [rect.width(), rect.height()].map(|side| (side * scale).round().max(0.0) as u32);
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
     ui.painter().rect_filled(rect, 0.0, theme::BACKDROP);
+    if is_see_through {
+        checkerboard(ui, rect);
+    }
     if let Some(texture) = texture {
         let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
         ui.painter()
@@ -61,8 +64,9 @@ pub fn show(
     }
     let pixel = |place: egui::Pos2| (scale * (place - rect.min)).into();
     let at = |is_so: bool| response.interact_pointer_pos().filter(|_| is_so).map(pixel);
-    // With Ctrl the mouse is the camera's even then.
-    let is_brush = is_brush && !ui.input(|input| input.modifiers.command);
+    // With Ctrl the mouse is the camera's even then, and two fingers always are.
+    let is_camera = ui.input(|input| input.modifiers.command || input.multi_touch().is_some());
+    let is_brush = is_brush && !is_camera;
     let viewport = ViewportInput {
         size,
         clicked: at(response.clicked()),
@@ -113,7 +117,13 @@ fn move_camera(
     let drag = response.drag_delta();
     let shift = ui.input(|input| input.modifiers.shift);
     let dragged = |button| response.dragged_by(button) && drag != egui::Vec2::ZERO;
-    let moved = if dragged(PointerButton::Middle)
+    let touch = ui.input(egui::InputState::multi_touch);
+    let touch = touch.filter(|touch| response.rect.contains(touch.start_pos));
+    let moved = if let Some(touch) = touch {
+        let shift = touch.translation_delta / height;
+        let panned = orbit::pan(camera, shift.x, -shift.y);
+        orbit::dolly(&panned, 1.0 / touch.zoom_delta.max(1e-3), bounds.radius)
+    } else if dragged(PointerButton::Middle)
         || (dragged(PointerButton::Primary) && shift && !is_brush)
     {
         orbit::pan(camera, drag.x / height, -drag.y / height)
@@ -133,6 +143,25 @@ fn move_camera(
         return None;
     };
     (moved != *camera).then_some(moved)
+}
+
+/// Side of a field of the checkerboard, points.
+const FIELD: f32 = 12.0;
+
+/// What is behind a picture that is seen through.
+fn checkerboard(ui: &Ui, rect: Rect) {
+    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
+    painter.rect_filled(rect, 0.0, egui::Color32::from_gray(102));
+    let mut fields = egui::Mesh::default();
+    let count = |length: f32| (length / FIELD).ceil().max(0.0) as u32;
+    for y in 0..count(rect.height()) {
+        for x in (y % 2..count(rect.width())).step_by(2) {
+            let at = rect.min + FIELD * egui::vec2(x as f32, y as f32);
+            let field = Rect::from_min_size(at, egui::Vec2::splat(FIELD));
+            fields.add_colored_rect(field, egui::Color32::from_gray(153));
+        }
+    }
+    painter.add(fields);
 }
 
 /// The largest rectangle of whole pixels in `rect`: texels fall on pixels.

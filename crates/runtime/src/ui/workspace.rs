@@ -7,16 +7,23 @@ use serde_json::{Value, json};
 use web_time::Instant;
 use winit::event::WindowEvent;
 use winit::event_loop::OwnedDisplayHandle;
+use winit::keyboard::ModifiersState;
 use winit::window::Window;
 
+use super::clipboard::{self, Clipboard};
 use super::document::Document;
 use super::input::split;
+use super::job::Job;
+use super::keys::{self, Command};
 use super::layout::{self, UiInput, UiState};
 use super::log::EventLog;
 use super::panel::statistics::FrameTimes;
+use super::presets::Presets;
 use super::screen::{Painted, Screen};
+use super::settings::Settings;
 use super::theme;
 use super::view::Bounds;
+use super::views::Views;
 use crate::choice::BackendChoice;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::GpuError;
@@ -28,6 +35,15 @@ const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis
 
 /// Frames in a row that are made for what has no size yet.
 const MOST_ROUGH: u32 = 4;
+
+/// A look that is drawn in the background.
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) struct LookJob {
+    pub name: String,
+    pub camera: strandlight_scene::Camera,
+    pub size: [u32; 2],
+    pub answer: std::sync::mpsc::Receiver<Option<Vec<[u8; 4]>>>,
+}
 
 /// A window with a scene in it.
 pub struct Workspace {
@@ -45,7 +61,16 @@ pub struct Workspace {
     pub(super) choice: BackendChoice,
     pub(super) document: Document,
     pub(super) state: UiState,
+    pub(super) clipboard: Clipboard,
+    modifiers: ModifiersState,
     pub(super) log: EventLog,
+    /// Where the user looked from.
+    pub(super) views: Views,
+    /// Work that the window waits for.
+    pub(super) job: Option<Job>,
+    /// A look that is drawn meanwhile.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) look_job: Option<LookJob>,
     pub(super) progress: Progress,
     pub(super) times: FrameTimes,
     pub(super) last_frame: Instant,
@@ -93,6 +118,10 @@ impl Workspace {
             Some(screen.max_texture_side() as usize),
         );
         window.request_redraw();
+        let mut settings = Settings::read();
+        if !viewer.session().is_unsaved() && cfg!(not(target_arch = "wasm32")) {
+            settings.opened(viewer.session().path());
+        }
         Workspace {
             window,
             display,
@@ -102,7 +131,17 @@ impl Workspace {
             document: Document::new(&viewer),
             viewer,
             choice,
-            state: UiState::default(),
+            state: UiState {
+                settings,
+                presets: Presets::read(),
+                ..UiState::default()
+            },
+            views: Views::default(),
+            job: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            look_job: None,
+            clipboard: Clipboard::default(),
+            modifiers: ModifiersState::default(),
             log,
             progress: Progress::default(),
             times: FrameTimes::default(),
@@ -148,6 +187,14 @@ impl Workspace {
         if *event == WindowEvent::RedrawRequested {
             return self.redraw();
         }
+        if clipboard::pastes(event, self.modifiers)
+            && let Some(text) = self.clipboard.text()
+        {
+            self.input.set_clipboard_text(text);
+        }
+        if let WindowEvent::ModifiersChanged(modifiers) = event {
+            self.modifiers = modifiers.state();
+        }
         let response = self.input.on_window_event(&self.window, event);
         if response.repaint {
             self.window.request_redraw();
@@ -172,6 +219,11 @@ impl Workspace {
         let now = Instant::now();
         if self.document.poll(now) {
             self.on_files();
+        }
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            self.poll_job();
+            self.draw_look();
         }
         if self.wake.is_some_and(|wake| wake <= now) {
             self.wake = None;
@@ -226,7 +278,12 @@ impl Workspace {
 
     /// Lays the window out after the input `raw` and does what was asked for. Answers what to
     /// paint, and whether the user is dragging something.
-    fn lay_out(&mut self, raw: egui::RawInput) -> (egui::FullOutput, bool) {
+    fn lay_out(&mut self, mut raw: egui::RawInput) -> (egui::FullOutput, bool) {
+        if !self.state.is_typing && self.state.question.is_none() {
+            for _ in 0..keys::take_tabs(&mut raw.events) {
+                self.run(Command::Panel);
+            }
+        }
         let texture = self.screen.picture(self.viewer.display());
         let strands = &self.viewer.renderer().scene().strands;
         let shown = UiInput {
@@ -239,6 +296,8 @@ impl Workspace {
             },
             times: self.times,
             name: self.document.name(),
+            job: self.job.as_ref(),
+            can_look: self.views.can(),
         };
         let mut asked = None;
         let state = &mut self.state;
@@ -248,6 +307,11 @@ impl Workspace {
         // What was laid out without knowing its size looks right in the next frame.
         let is_rough = output.platform_output.requested_discard();
         self.n_rough = if is_rough { self.n_rough + 1 } else { 0 };
+        for command in &output.platform_output.commands {
+            if let egui::OutputCommand::CopyText(text) = command {
+                self.clipboard.set_text(text);
+            }
+        }
         self.input
             .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         let is_busy = match asked {
@@ -294,6 +358,18 @@ impl Workspace {
             .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
         let is_working = !self.progress.is_done && !self.is_stuck;
         let is_outdated = std::mem::take(&mut self.is_outdated);
+        // Work goes on elsewhere: how far it is is shown now and then.
+        #[cfg(not(target_arch = "wasm32"))]
+        let is_waiting = {
+            self.draw_look();
+            self.job.is_some() || self.look_job.is_some()
+        };
+        #[cfg(target_arch = "wasm32")]
+        let is_waiting = false;
+        let delay = match is_waiting {
+            true => delay.min(Duration::from_millis(100)),
+            false => delay,
+        };
         let is_next = match painted {
             Painted::Again => true,
             Painted::Presented => {
@@ -342,7 +418,8 @@ impl Workspace {
         let is_modified = self.viewer.session().is_modified();
         #[cfg(target_arch = "wasm32")]
         crate::page::note_modified(is_modified);
-        let title = title(self.document.name(), is_modified, &self.progress);
+        let name = self.document.name_in_folder();
+        let title = title(&name, is_modified, &self.progress);
         if title != self.title {
             self.window.set_title(&title);
             self.title = title;
@@ -394,6 +471,7 @@ impl Workspace {
         {
             self.fail(&error.to_string());
         }
+        self.state.looks.forget_pictures();
         // egui sends its fonts again to the new device, and remembers what was open.
         let memory = self.egui.memory(Clone::clone);
         self.egui = egui::Context::default();

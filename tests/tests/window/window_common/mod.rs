@@ -58,13 +58,25 @@ impl Desktop {
         }
     }
 
+    /// A file that the program keeps from one start to the next.
+    pub fn state(&self, name: &str) -> String {
+        let path = self.folder.path().join("state/strandlight").join(name);
+        std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    }
+
     /// `command` with this display and no other.
     pub fn on(&self, mut command: Command) -> Command {
         command
             .env("DISPLAY", &self.display)
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
+            // Nor a desktop with dialogs of its own.
+            .env_remove("DBUS_SESSION_BUS_ADDRESS")
             .env("XDG_RUNTIME_DIR", self.folder.path())
+            // What is remembered is the test's own.
+            .env("XDG_STATE_HOME", self.folder.path().join("state"))
+            .env("XDG_CONFIG_HOME", self.folder.path().join("config"))
+            .env("XDG_CACHE_HOME", self.folder.path().join("cache"))
             .env("WINIT_X11_SCALE_FACTOR", "1");
         command
     }
@@ -149,7 +161,12 @@ impl<'a> View<'a> {
         let folder = tempfile::tempdir().expect("a folder");
         let log = folder.path().join("log.json");
         let mut command = strandview();
-        command.arg(scene).arg("--log").arg(&log);
+        // Without a file it opens the sample, for somebody in the folder.
+        match scene.is_dir() {
+            true => command.current_dir(scene),
+            false => command.arg(scene),
+        };
+        command.arg("--log").arg(&log);
         if !more.contains(&"--size") {
             command.args(["--size", "760x480"]);
         }
@@ -175,6 +192,11 @@ impl<'a> View<'a> {
         view.window = view.window.lines().next().unwrap_or_default().to_owned();
         view.tool("xdotool", &["windowfocus", "--sync", &view.window]);
         view
+    }
+
+    /// Opens the sample from within `folder`.
+    pub fn open_in(desktop: &'a Desktop, folder: &Path, more: &[&str]) -> View<'a> {
+        Self::open_with(desktop, folder, more, &[])
     }
 
     /// All lines of the log.
@@ -440,6 +462,23 @@ impl<'a> View<'a> {
         });
     }
 
+    /// Waits until a control is on screen.
+    pub fn wait_for_place(&mut self, place: &str) {
+        self.wait_for(place, |events| {
+            let at = events.iter().rposition(|line| line["event"] == "places");
+            let rest = at.map_or(&[][..], |at| &events[at..]);
+            let is_there = |line: &Value| !line["places"][place].is_null();
+            rest.first().is_some_and(is_there) && rest.iter().any(|line| line["event"] == "drawn")
+        });
+        pause();
+    }
+
+    /// Gives the window the keyboard.
+    pub fn focus(&self) {
+        self.tool("xdotool", &["windowfocus", "--sync", &self.window]);
+        pause();
+    }
+
     /// Types a path over the one in the field, and enters it.
     pub fn type_path(&self, path: &Path) {
         self.key("ctrl+a");
@@ -553,6 +592,11 @@ impl Shot {
         };
         assert_eq!(shot.rgb.len(), 3 * shot.width * shot.height);
         shot
+    }
+
+    /// A part of it.
+    pub fn part(&self, at: [usize; 2], size: [usize; 2]) -> Shot {
+        self.cut(at, size)
     }
 
     fn cut(&self, [left, top]: [usize; 2], [width, height]: [usize; 2]) -> Shot {

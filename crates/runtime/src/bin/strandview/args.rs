@@ -11,8 +11,9 @@ use strandlight_runtime::session::parse_value;
 use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, check_frame};
 
 /// The first line of `--help`, appended to every error about the command line.
-pub const USAGE: &str = "usage: strandview SCENE.toml [--set KEY=VALUE]... [--size WxH] [--samples N], opens a \
-                         window; without one: --frame OUT.png | --turntable N --output DIR | --script EDITS.json --output DIR";
+pub const USAGE: &str = "usage: strandview [FILE] [--set KEY=VALUE]... [--size WxH] [--samples N], opens a window with a \
+                         scene, hair, a light set, an HDR map or the sample; without one: strandview SCENE.toml --frame \
+                         OUT.png | --turntable N --output DIR | --script EDITS.json --output DIR";
 
 /// The rest of `--help`.
 pub fn help() -> String {
@@ -68,8 +69,9 @@ pub enum Job {
 /// A command line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Args {
-    /// The scene file.
-    pub scene: PathBuf,
+    /// The scene file, or for a window another file that one is made around; without one a window
+    /// opens the sample.
+    pub scene: Option<PathBuf>,
     /// What is done with it.
     pub job: Job,
     /// Folder for frames.
@@ -151,8 +153,11 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
             _ => return Err(format!("unexpected argument {text}; {USAGE}")),
         }
     }
-    args.scene = scene.ok_or(USAGE)?;
     args.job = job.unwrap_or_default();
+    if scene.is_none() && args.job != Job::Window {
+        return Err(USAGE.to_owned());
+    }
+    args.scene = scene;
     args.set.extend(flags);
     let job = match args.job {
         Job::Window => None,

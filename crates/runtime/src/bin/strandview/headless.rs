@@ -39,8 +39,13 @@ pub fn run(args: &Args) -> Answer<()> {
     }
 }
 
+/// The scene: the command line has one where there is no window.
+fn scene_of(args: &Args) -> &Path {
+    args.scene.as_deref().unwrap_or(Path::new(""))
+}
+
 fn open(args: &Args) -> Answer<Session> {
-    let mut session = Session::open(&args.scene)?;
+    let mut session = Session::open(scene_of(args))?;
     session.set(&args.set)?;
     Ok(session)
 }
@@ -63,7 +68,7 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
         return Err(named("the name must end in .png".to_owned()).into());
     }
     let target = target.map_err(|error| named(format!("cannot be written: {error}")))?;
-    if let (OutputTarget::File(file), Ok(scene)) = (&target, args.scene.canonicalize())
+    if let (OutputTarget::File(file), Ok(scene)) = (&target, scene_of(args).canonicalize())
         && *file == scene
     {
         return Err(named("is the scene; name another output".to_owned()).into());
@@ -75,7 +80,9 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     viewer.set_time(args.time)?;
     let scene = viewer.session().scene();
     let (size, samples) = (scene.render.size, scene.render.samples);
+    let start = Instant::now();
     let (picture, stats) = viewer.frame(size, samples)?;
+    let seconds = start.elapsed().as_secs_f64();
     if !args.quiet {
         let _ = writeln!(std::io::stderr(), "{}", FrameStats(&stats));
     }
@@ -84,7 +91,7 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     match target {
         // It holds the picture.
         OutputTarget::Stdout => Ok(()),
-        _ => say(line_about(path, &picture, &stats)),
+        _ => say(line_about(path, &picture, &stats, seconds)),
     }
 }
 
@@ -121,7 +128,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         let path = out.join(&file);
         let provenance = provenance(&mut recorder, viewer, size, [samples, stats.samples])?;
         write(&path, &png(viewer, &picture, &provenance)?)?;
-        say(line_about(&path, &picture, &stats))?;
+        say(line_about(&path, &picture, &stats, 1e-3 * milliseconds))?;
         made.push(Made {
             file: file.display().to_string(),
             size,
@@ -134,7 +141,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         Ok(())
     })?;
     let backend = viewer.renderer().name();
-    let document = made.document(&args.scene.display().to_string(), &backend, opened);
+    let document = made.document(&scene_of(args).display().to_string(), &backend, opened);
     let text = serde_json::to_string_pretty(&document)? + "\n";
     write(&times, text.as_bytes())?;
     say(format!("{}: {} frames", times.display(), made.n_frames()))
@@ -197,10 +204,11 @@ fn cannot_write(path: &Path, error: &io::Error) -> String {
     format!("{}: cannot be written: {error}", path.display())
 }
 
-fn line_about(path: &Path, picture: &Picture, stats: &Stats) -> String {
+fn line_about(path: &Path, picture: &Picture, stats: &Stats, seconds: f64) -> String {
     let (width, height) = (picture.width, picture.height);
     let visibility = stats.visibility();
-    format!("{}: {width}x{height}, {visibility}", path.display())
+    let path = path.display();
+    format!("{path}: {width}x{height}, {visibility}, {seconds:.2} s")
 }
 
 /// Prints a line of the result; a closed pipe is no error.

@@ -18,26 +18,45 @@ pub fn run(args: &Args) -> Result<(), String> {
 /// One line that says why it could not be opened.
 #[cfg(feature = "ui")]
 pub fn run(args: &Args) -> Result<(), String> {
-    use strandlight_runtime::session::Session;
-    use strandlight_runtime::ui::{EventLog, Launch, run};
+    use std::path::Path;
+
+    use strandlight_formats::Scene;
+    use strandlight_runtime::opening::{self, Openable, kind_of};
+    use strandlight_runtime::ui::{EventLog, Launch, run, sample};
+    use strandlight_runtime::work::Work;
 
     let start = web_time::Instant::now();
     let mut set = args.set.clone();
     // The size is that of the window; the scene keeps its own.
     let size = set.remove("render.size");
     let size = size.and_then(|size| serde_json::from_value(size).ok());
-    // What is wrong with the files is said before a window opens.
-    let mut session = Session::open(&args.scene).map_err(|error| error.to_string())?;
-    session
-        .apply_cli_overrides(&set)
-        .map_err(|error| error.to_string())?;
+    // What is wrong with the scene's file is said before a window opens.
+    if let Some(path) = &args.scene
+        && kind_of(path).map_err(|error| error.to_string())? == Openable::Scene
+    {
+        Scene::read(path).map_err(|error| error.to_string())?;
+    }
+    let path = args.scene.clone();
+    let name = match path.as_deref().and_then(Path::file_name) {
+        Some(name) => name.to_string_lossy().into_owned(),
+        None => "the sample".to_owned(),
+    };
+    let open = move |work: &Work| {
+        let mut session = match &path {
+            Some(path) => opening::open(path, work)?,
+            None => sample(work)?,
+        };
+        session.apply_cli_overrides(&set)?;
+        Ok(session)
+    };
     let log = match &args.log {
         Some(path) => EventLog::to_file(start, path)
             .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?,
         None => EventLog::silent(start),
     };
     let launch = Launch {
-        open: Box::new(move || Ok(session)),
+        open: Box::new(open),
+        name,
         choice: args.backend,
         size,
         seconds: args.time,

@@ -4,17 +4,19 @@ use egui::Ui;
 use strandlight_formats::params::CAMERA;
 
 use crate::ui::field::{Changes, Field, row};
-use crate::ui::keys::Command;
+use crate::ui::keys::{Command, Side};
 use crate::ui::orbit;
 use crate::ui::view::Bounds;
 use strandlight_scene::Camera;
 
-/// Angle of view and distance of `camera`, which is not that of the scene if it `is_moved`. Answers
+/// Angle of view and distance of `camera`, which is not that of the scene if it `is_moved`; `can_look`
+/// says whether there are views before and after it. Answers
 /// where it is moved to. Looking around is no edit of the scene; saving the view is.
 pub fn show(
     ui: &mut Ui,
     camera: &Camera,
     is_moved: bool,
+    can_look: [bool; 2],
     bounds: Bounds,
     changes: &mut Changes,
     commands: &mut Vec<Command>,
@@ -38,6 +40,27 @@ pub fn show(
             let button = button.on_disabled_hover_text("The view matches the scene's camera.");
             if button.on_hover_text(help).clicked() {
                 commands.push(command);
+            }
+        }
+    });
+    row(ui, |ui| {
+        for (name, command, is_so, help) in [
+            ("View before", Command::ViewBack, can_look[0], "Alt+Left"),
+            ("View after", Command::ViewForward, can_look[1], "Alt+Right"),
+        ] {
+            let button = ui.add_enabled(is_so, egui::Button::new(name));
+            changes.place(format!("{name} button"), &button);
+            if button.on_hover_text(help).clicked() {
+                commands.push(command);
+            }
+        }
+    });
+    row(ui, |ui| {
+        for (side, name) in Side::ALL {
+            let button = ui.button(name);
+            changes.place(format!("{name} button"), &button);
+            if button.clicked() {
+                commands.push(Command::Look(side));
             }
         }
     });
@@ -69,5 +92,6 @@ pub fn show(
         moved.eye = orbit::dolly(camera, (wanted / distance) as f32, bounds.radius).eye;
     }
     changes.places.append(&mut of_view.places);
+    changes.refused = changes.refused.take().or(of_view.refused);
     (moved != *camera).then_some(moved)
 }

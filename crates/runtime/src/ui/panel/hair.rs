@@ -1,14 +1,17 @@
 //! The fibres' optics.
 
-use egui::Ui;
+use egui::{RichText, Ui};
 use strandlight_formats::params::{Group, HAIR, Kind, Param, Word};
-use strandlight_formats::{HairSection, Lobe, Melanin, Scene, preset_names};
+use strandlight_formats::{HairSection, Lobe, Melanin, Scene};
 use strandlight_scattering::color::{reflectance_from_sigma_a, sigma_a_from_melanin};
 
 use crate::ui::color::swatch;
-use crate::ui::field::{Changes, Field, named, rounded};
+use crate::ui::field::{Changes, Field, named, rounded, row};
+use crate::ui::keys::Command;
 use crate::ui::param::{Rows, help};
+use crate::ui::presets::{Presets, SHIPPED, dressed, label_of};
 use strandlight_scene::assets::Diameters;
+use strandlight_scene::tone;
 
 /// The ways to give the colour, as [`HairSection::COLOR_KEYS`] has them.
 const COLORS: [(&str, &str); 3] = [
@@ -28,9 +31,16 @@ const COLORS: [(&str, &str); 3] = [
 ];
 
 /// Preset, colour, shape of the fibre and the lobes of the modes. `own` are the groom's diameters.
-pub fn show(ui: &mut Ui, scene: &mut Scene, own: Option<Diameters>, changes: &mut Changes) {
+pub fn show(
+    ui: &mut Ui,
+    scene: &mut Scene,
+    own: Option<Diameters>,
+    presets: &mut Presets,
+    changes: &mut Changes,
+    commands: &mut Vec<Command>,
+) {
     let hair = &mut scene.hair;
-    preset(ui, hair, changes);
+    preset(ui, hair, presets, changes, commands);
     // What a value is reset to: that of the preset, or that of every scene.
     let plain = (hair.preset.as_deref())
         .and_then(|name| HairSection::preset(name).ok())
@@ -42,44 +52,179 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, own: Option<Diameters>, changes: &mu
         suffix: "",
     };
     color(ui, &mut rows, changes);
-    for group in [Group::Main, Group::Lobes] {
-        ui.separator();
-        for param in HAIR.params.iter().filter(|param| param.spec.group == group) {
-            match (param.spec.key, param.spec.kind) {
-                ("diameter_cm", _) => diameter(ui, &mut rows, param, own, changes),
-                (_, Kind::Choices(words)) => modes(ui, &mut rows, param, words, changes),
-                _ => rows.show(ui, param, changes),
+    ui.separator();
+    let of_group = |group| {
+        HAIR.params
+            .iter()
+            .filter(move |param| param.spec.group == group)
+    };
+    for param in of_group(Group::Main) {
+        match param.spec.key {
+            "diameter_cm" => diameter(ui, &mut rows, param, own, changes),
+            _ => rows.show(ui, param, changes),
+        }
+    }
+    ui.separator();
+    for param in of_group(Group::Lobes) {
+        if let Kind::Choices(words) = param.spec.kind {
+            modes(ui, &mut rows, param, words, changes);
+        }
+    }
+    for (ix, (lobe, help)) in LOBES.into_iter().enumerate() {
+        ui.label(RichText::new(lobe).strong()).on_hover_text(help);
+        for param in of_group(Group::Lobes) {
+            let Some(numbers) = param.spec.numbers() else {
+                continue;
+            };
+            let parts = numbers.shape.label_suffixes();
+            if parts.len() == LOBES.len() {
+                let label = format!("{}{}", param.spec.label, parts[ix]);
+                rows.number(ui, param, ix, label, |field| field, changes);
+            } else if param.spec.key.ends_with(INTENSITIES[ix]) {
+                rows.show(ui, param, changes);
             }
         }
     }
 }
 
-fn preset(ui: &mut Ui, hair: &mut HairSection, changes: &mut Changes) {
-    let help = "Measured or published hair. A preset replaces colour, index, shifts and widths.";
+/// The lobes in the trade's words, in the order of their letters.
+const LOBES: [(&str, &str); 3] = [
+    (
+        "Primary highlight (R)",
+        "Light reflected at the surface: the white highlight.",
+    ),
+    (
+        "Transmission (TT)",
+        "Light through the fibre: the glow of hair before a light.",
+    ),
+    (
+        "Secondary highlight (TRT)",
+        "Light reflected once inside the fibre: the coloured highlight and its glints.",
+    ),
+];
+
+/// What keys of the lobes' intensities end in.
+const INTENSITIES: [&str; 3] = ["_r", "_tt", "_trt"];
+
+fn preset(
+    ui: &mut Ui,
+    hair: &mut HairSection,
+    presets: &mut Presets,
+    changes: &mut Changes,
+    commands: &mut Vec<Command>,
+) {
+    let help = "Measured or published hair, and your own. A preset replaces colour, index, shifts and \
+                widths.";
+    let mut removed = None;
     named(ui, "Preset", help, |ui| {
         let current = hair.preset.clone();
         let is_changed = (current.as_deref())
             .is_some_and(|name| hair.with_preset(name).is_ok_and(|preset| preset != *hair));
-        let mut shown = current.clone().unwrap_or_else(|| "none".to_owned());
-        if is_changed {
-            shown += " (changed)";
-        }
-        egui::ComboBox::from_id_salt("preset")
-            .width(ui.available_width() - 8.0)
+        let own = presets.own().iter();
+        let mine = own
+            .clone()
+            .find(|(_, preset)| dressed(hair, preset) == *hair);
+        let shown = match (&current, mine) {
+            (_, Some((name, _))) => name.clone(),
+            (Some(name), None) if is_changed => format!("{} (changed)", label_of(name)),
+            (Some(name), None) => label_of(name).to_owned(),
+            (None, None) => "none".to_owned(),
+        };
+        let save = "Save ...";
+        let room = ui.available_width() - 70.0;
+        let combo = egui::ComboBox::from_id_salt("preset")
+            .width(room)
             .height(360.0)
+            .truncate()
             .selected_text(shown)
             .show_ui(ui, |ui| {
-                for name in preset_names() {
-                    let is_current = current.as_deref() == Some(name) && !is_changed;
-                    if ui.selectable_label(is_current, name).clicked()
-                        && let Ok(chosen) = hair.with_preset(name)
-                    {
-                        *hair = chosen;
-                        changes.note(&format!("Preset {name}"));
-                    }
+                let mut chosen = None;
+                for (name, preset) in own {
+                    let dressed = dressed(hair, preset);
+                    let is_current = mine.is_some_and(|(mine, _)| mine == name);
+                    row(ui, |ui| {
+                        let label = thumbnail(ui, &dressed, is_current, name, changes);
+                        if label.on_hover_text("Your own").clicked() {
+                            chosen = Some((name.clone(), dressed));
+                        }
+                        if ui.small_button("Remove").clicked() {
+                            removed = Some(name.clone());
+                        }
+                    });
                 }
+                for (name, label, source) in SHIPPED {
+                    let Ok(dressed) = hair.with_preset(name) else {
+                        continue;
+                    };
+                    let is_current = current.as_deref() == Some(name) && !is_changed;
+                    row(ui, |ui| {
+                        let response = thumbnail(ui, &dressed, is_current, label, changes);
+                        let text = format!("{source}\n{name}");
+                        if response.on_hover_text(text).clicked() {
+                            chosen = Some((label.to_owned(), dressed));
+                        }
+                    });
+                }
+                chosen
             });
+        changes.place("Preset choice", &combo.response);
+        if let Some((name, chosen)) = combo.inner.flatten() {
+            *hair = chosen;
+            changes.note(&format!("Preset {name}"));
+        }
+        let button = ui.button(save);
+        changes.place("Save preset button", &button);
+        if button
+            .on_hover_text("Save this hair as a preset of your own")
+            .clicked()
+        {
+            commands.push(Command::SavePreset);
+        }
     });
+    if let Some(name) = removed {
+        presets.remove(&name);
+    }
+}
+
+/// A row of the list of presets: what a head of such hair looks like, from the side that is lit to the
+/// highlight, and its name.
+fn thumbnail(
+    ui: &mut Ui,
+    hair: &HairSection,
+    is_current: bool,
+    name: &str,
+    changes: &mut Changes,
+) -> egui::Response {
+    let params = hair.params();
+    let rgb = reflectance_from_sigma_a(params.sigma_a, params.caustic_width);
+    let (rect, _) = ui.allocate_exact_size(egui::vec2(36.0, 14.0), egui::Sense::hover());
+    // Where the highlights are and how wide, along a strand that bends over 100 degrees.
+    const STEPS: usize = 18;
+    let lobe = |ix: usize, at: f64, strength: f64| {
+        let (shift, width) = match ix {
+            0 => (hair.shift_deg.r, hair.width_deg.r),
+            _ => (hair.shift_deg.trt, hair.width_deg.trt),
+        };
+        let off = (at - 2.0 * shift) / (2.0 * width.max(1.0));
+        strength * (-0.5 * off * off).exp() * (6.0 / width.max(2.0)).min(1.5)
+    };
+    for step in 0..STEPS {
+        let at = 100.0 * (step as f64 / (STEPS - 1) as f64 - 0.5);
+        let level = |color: f64| color * (0.5 + lobe(1, at, 0.9)) + lobe(0, at, 0.16);
+        let shown = tone::display(rgb.map(|x| level(x) as f32), tone::ToneMap::None);
+        let [r, g, b] = shown.map(|x| tone::level(x.clamp(0.0, 1.0), 0.0));
+        let width = rect.width() / STEPS as f32;
+        let left = rect.left() + step as f32 * width;
+        let stripe = egui::Rect::from_min_size(
+            egui::pos2(left, rect.top()),
+            egui::vec2(width + 0.5, rect.height()),
+        );
+        ui.painter()
+            .rect_filled(stripe, 0.0, egui::Color32::from_rgb(r, g, b));
+    }
+    let label = ui.selectable_label(is_current, name);
+    changes.place(format!("Preset {name}"), &label);
+    label
 }
 
 /// Which of [`COLORS`] it is.

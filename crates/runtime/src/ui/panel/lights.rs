@@ -119,6 +119,7 @@ fn list(
                         degrees(elevation),
                     ];
                     let color = match section.is_on(ix) {
+                        _ if is_selected => Color32::WHITE,
                         true => ui.visuals().text_color(),
                         false => theme::WEAK,
                     };
@@ -127,6 +128,7 @@ fn list(
                         "Number, power against the strongest, where it comes from: azimuth (0 is +Z, \
                          90 is +X) and elevation above the horizon. Click to change it alone.",
                     );
+                    changes.place(format!("Light {ix}"), &label);
                     if label.clicked() {
                         state.selected = (!is_selected).then_some(ix);
                     }

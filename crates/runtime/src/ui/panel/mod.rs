@@ -3,6 +3,7 @@
 pub mod camera;
 pub mod hair;
 pub mod lights;
+pub mod looks;
 pub mod motion;
 pub mod paint;
 pub mod picture;

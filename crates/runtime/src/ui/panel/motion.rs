@@ -78,6 +78,8 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, state: &mut MotionState, changes: &m
         .slider(slider)
         .help("Animation time in seconds.")
         .show(ui, &mut state.seconds, &mut of_clock);
+    changes.places.append(&mut of_clock.places);
+    changes.refused = changes.refused.take().or(of_clock.refused);
     if !motion.frames.is_empty() {
         let plain = MotionSection::default();
         let mut rows = Rows {

@@ -180,6 +180,7 @@ pub fn show(ui: &mut Ui, state: &mut PaintState, places: &mut Changes) {
     });
     mask(ui, state, &mut changes);
     places.places.append(&mut changes.places);
+    places.refused = places.refused.take().or(changes.refused);
 }
 
 fn mask(ui: &mut Ui, state: &mut PaintState, changes: &mut Changes) {

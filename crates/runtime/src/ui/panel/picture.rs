@@ -12,8 +12,14 @@ use crate::ui::param::{Rows, help};
 /// A colour behind the hair to begin with: middle grey.
 const BACKDROP: [f32; 3] = [0.18; 3];
 
-/// Scattering, grading, background, samples and shadow maps.
-pub fn show(ui: &mut Ui, scene: &mut Scene, changes: &mut Changes) {
+/// Scattering, grading, background, samples and shadow maps. `backdrop` is the last colour that was
+/// behind the hair.
+pub fn show(
+    ui: &mut Ui,
+    scene: &mut Scene,
+    backdrop: &mut Option<[f32; 3]>,
+    changes: &mut Changes,
+) {
     let plain = RenderSection::default();
     let mut rows = Rows {
         section: &RENDER,
@@ -31,7 +37,7 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, changes: &mut Changes) {
                     named,
                     words,
                     &numbers,
-                    &mut rows.target.background,
+                    (&mut rows.target.background, backdrop),
                     changes,
                 );
             }
@@ -47,9 +53,12 @@ fn background(
     (label, help): (&str, &str),
     words: &[Word],
     numbers: &Numbers,
-    background: &mut Background,
+    (background, backdrop): (&mut Background, &mut Option<[f32; 3]>),
     changes: &mut Changes,
 ) {
+    if let Background::Color(rgb) = background {
+        *backdrop = Some(*rgb);
+    }
     let kind = match background {
         Background::Lights => 0,
         Background::None => 1,
@@ -59,11 +68,12 @@ fn background(
         let words = words.iter().map(|(_, name, help)| (*name, *help));
         for (ix, (name, help)) in words.chain([("Colour", "A constant colour.")]).enumerate() {
             let choice = ui.selectable_label(kind == ix, name).on_hover_text(help);
+            changes.place(format!("{label} {name}"), &choice);
             if choice.clicked() && kind != ix {
                 *background = match ix {
                     0 => Background::Lights,
                     1 => Background::None,
-                    _ => Background::Color(BACKDROP),
+                    _ => Background::Color(backdrop.unwrap_or(BACKDROP)),
                 };
                 changes.note(label);
             }

@@ -61,10 +61,16 @@ pub fn show(ui: &mut Ui, viewer: &Viewer, progress: &Progress, times: FrameTimes
             };
             line("Driver", kind, "Graphics API");
         }
+        let groom = viewer.session().groom();
+        let (n_strands, n_points) = (groom.n_strands(), groom.points.len());
+        let drawn = match stats.points == n_points {
+            true => String::new(),
+            false => format!(", drawn with {}", stats.points),
+        };
         line(
             "Hair",
-            format!("{} strands, {} points", stats.strands, stats.points),
-            "After refinement",
+            format!("{n_strands} strands, {n_points} points{drawn}"),
+            "As the groom's file has them; long segments are drawn in pieces",
         );
         line(
             "Lights",

@@ -1,0 +1,127 @@
+//! A picture as a file: of which size, with how many samples, in which format, under which name.
+
+use std::path::PathBuf;
+
+use egui::Ui;
+
+use super::field::{Changes, Field, named};
+use super::picker::{Picker, Purpose};
+use super::questions::Asked;
+use strandlight_scene::budget::{MAX_SAMPLES, MAX_SIDE};
+
+/// Sizes that are asked for by name.
+const SIZES: [(&str, [u32; 2]); 4] = [
+    ("HD 1920x1080", [1920, 1080]),
+    ("4K UHD 3840x2160", [3840, 2160]),
+    ("4K DCI 4096x2160", [4096, 2160]),
+    ("8K UHD 7680x4320", [7680, 4320]),
+];
+
+/// A picture to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Still {
+    /// Its file.
+    pub picker: Picker,
+    /// Width and height.
+    pub size: [u32; 2],
+    /// Samples a pixel on the GPU.
+    pub samples: u32,
+}
+
+impl Still {
+    /// A picture of `size` to begin with.
+    pub fn new(path: String, size: [u32; 2], samples: u32) -> Self {
+        let kinds = ["png", "exr"].map(str::to_owned).to_vec();
+        Still {
+            picker: Picker::new(Purpose::Save, path, kinds),
+            size,
+            samples,
+        }
+    }
+
+    /// Where it goes.
+    pub fn path(&self) -> PathBuf {
+        Picker::target(&self.picker.path)
+    }
+
+    fn is_exr(&self) -> bool {
+        let path = self.path();
+        path.extension()
+            .is_some_and(|x| x.eq_ignore_ascii_case("exr"))
+    }
+}
+
+/// The controls beside the file.
+pub fn show(ui: &mut Ui, still: &mut Still, asked: &Asked<'_>, places: &mut Changes) {
+    // What is chosen here is no edit of the scene.
+    let mut changes = Changes::default();
+    let text = |size: [u32; 2]| format!("{}x{}", size[0], size[1]);
+    named(
+        ui,
+        "Size",
+        "Width and height of the picture in pixels",
+        |ui| {
+            let own = [
+                (format!("Window {}", text(asked.window)), asked.window),
+                (
+                    format!("Scene {}", text(asked.scene_size)),
+                    asked.scene_size,
+                ),
+            ];
+            let others = SIZES.map(|(name, size)| (name.to_owned(), size));
+            let all: Vec<(String, [u32; 2])> = own.into_iter().chain(others).collect();
+            let current = all.iter().find(|(_, size)| *size == still.size);
+            let shown = current.map_or_else(|| text(still.size), |(name, _)| name.clone());
+            let combo = egui::ComboBox::from_id_salt("picture size")
+                .width(170.0)
+                .selected_text(shown)
+                .show_ui(ui, |ui| {
+                    for (name, size) in &all {
+                        if ui.selectable_label(still.size == *size, name).clicked() {
+                            still.size = *size;
+                        }
+                    }
+                });
+            changes.place("Picture size", &combo.response);
+            for (is_exr, name) in [(false, "PNG"), (true, "OpenEXR")] {
+                let help = match is_exr {
+                    false => "As it is displayed, 8 bits a channel",
+                    true => "Linear radiance, 16 or 32 bits a channel",
+                };
+                let choice = ui.selectable_label(still.is_exr() == is_exr, name);
+                changes.place(format!("{name} format"), &choice);
+                if choice.on_hover_text(help).clicked() {
+                    let extension = if is_exr { "exr" } else { "png" };
+                    let path = PathBuf::from(&still.picker.path).with_extension(extension);
+                    still.picker.path = path.display().to_string();
+                }
+            }
+        },
+    );
+    let side = 1.0..=f64::from(MAX_SIDE);
+    for (ix, name) in ["Width", "Height"].into_iter().enumerate() {
+        let mut value = f64::from(still.size[ix]);
+        let default = f64::from(asked.window[ix]);
+        if Field::new(name, side.clone(), default)
+            .unit(" px")
+            .decimals(0)
+            .slider(16.0..=8192.0)
+            .logarithmic()
+            .show(ui, &mut value, &mut changes)
+        {
+            still.size[ix] = value as u32;
+        }
+    }
+    let mut samples = f64::from(still.samples);
+    if Field::new("Samples", 1.0..=f64::from(MAX_SAMPLES), samples)
+        .decimals(0)
+        .slider(1.0..=256.0)
+        .logarithmic()
+        .help("Samples per pixel on the GPU. The CPU draws without samples.")
+        .show(ui, &mut samples, &mut changes)
+    {
+        still.samples = samples as u32;
+    }
+    places.places.append(&mut changes.places);
+    places.refused = places.refused.take().or(changes.refused);
+}

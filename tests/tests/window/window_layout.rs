@@ -1,0 +1,287 @@
+//! Narrow and small windows, the panel, views and the clipboard.
+
+use crate::window_common::{Desktop, SAME, SmallScene, View};
+
+const CPU: [&str; 2] = ["--backend", "cpu"];
+
+/// Width of the picture, pixels.
+fn width_of_picture(view: &View) -> i32 {
+    let [left, _, right, _] = view.place("View");
+    right - left
+}
+
+#[test]
+fn the_panel_is_dragged_wider_hidden_and_shown() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let size = ["--backend", "cpu", "--size", "1000x600"];
+    let mut view = View::open(&desktop, &scene.path, &size);
+    assert_eq!(width_of_picture(&view), 1000 - 348);
+    let start = view.without_mouse();
+    // Tab hides it: the picture has its room.
+    view.key("Tab");
+    view.wait_until_gone("IOR slider");
+    view.settle();
+    assert_eq!(width_of_picture(&view), 1000);
+    view.key("Tab");
+    view.wait_for_place("IOR slider");
+    view.settle();
+    view.without_mouse().assert_same(&start);
+    // Its edge is dragged.
+    let edge = width_of_picture(&view);
+    view.drag(1, [edge, 300], [-80, 0]);
+    view.settle();
+    let wider = width_of_picture(&view);
+    assert!((edge - 110..edge - 50).contains(&wider), "{edge} {wider}");
+    view.after("edit", |view| view.type_number("IOR", "1.7"));
+    view.close();
+}
+
+#[test]
+fn a_window_as_narrow_as_a_phone_has_the_panel_over_the_picture() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let size = ["--backend", "cpu", "--size", "390x844"];
+    let mut view = View::open(&desktop, &scene.path, &size);
+    assert_eq!(width_of_picture(&view), 390);
+    assert!(!view.has_place("IOR slider"));
+    let start = view.without_mouse();
+    assert!(start.contrast() > 5.0, "the picture shows nothing");
+    // All of the bar is inside.
+    for name in [
+        "File menu",
+        "View menu",
+        "Undo button",
+        "Redo button",
+        "Panel button",
+    ] {
+        let [left, _, right, _] = view.place(name);
+        assert!(left >= 0 && right <= 390, "{name}: {left}..{right}");
+    }
+    view.click(view.middle("Panel button"));
+    view.wait_for_place("IOR slider");
+    for name in [
+        "IOR slider",
+        "IOR number",
+        "Preset choice",
+        "Save preset button",
+    ] {
+        let [left, top, right, bottom] = view.place(name);
+        assert!(left >= 0 && right <= 390, "{name}: {left}..{right}");
+        assert!(
+            top > 844 * 4 / 10 && bottom <= 844,
+            "{name}: {top}..{bottom}"
+        );
+    }
+    let slider = view.middle("IOR slider");
+    view.after("edit", |view| view.drag(1, slider, [25, 0]));
+    // The upper part of the picture is seen, and follows the mouse.
+    view.after("view", |view| view.drag(1, [190, 200], [40, 10]));
+    view.after("view", |view| view.key("Home"));
+    view.after("undo", |view| view.click(view.middle("Undo button")));
+    view.key("Tab");
+    view.wait_until_gone("IOR slider");
+    view.without_mouse().assert_same(&start);
+    // Questions fit too.
+    view.asked("save as", |view| view.key("ctrl+shift+s"));
+    for name in ["Path", "Save as button", "Cancel button"] {
+        let [left, top, right, bottom] = view.place(name);
+        assert!(
+            left >= 0 && right <= 390 && top >= 0 && bottom <= 844,
+            "{name}"
+        );
+    }
+    view.key("Escape");
+    view.wait_until_gone("Path");
+    // On its side it lies beside the picture's left part.
+    view.after("resized", |view| view.resize(590, 390));
+    view.key("Tab");
+    view.wait_for_place("IOR slider");
+    let [left, ..] = view.place("IOR slider");
+    assert!(left > 590 * 4 / 10, "{left}");
+    view.close();
+}
+
+#[test]
+fn views_have_an_undo_of_their_own_and_sides() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    let start = view.without_mouse();
+    let middle = view.middle("View");
+    view.after("view", |view| view.drag(1, middle, [60, 20]));
+    let turned = view.without_mouse();
+    turned.assert_different(&start);
+    view.after("edit", |view| view.type_number("IOR", "1.9"));
+    view.after("view", |view| view.key("3"));
+    let side = view.without_mouse();
+    side.assert_different(&turned);
+    view.after("view", |view| view.key("alt+Left"));
+    view.after("view", |view| view.key("alt+Left"));
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.without_mouse().assert_same(&start);
+    view.after("view", |view| view.key("alt+Right"));
+    view.without_mouse().assert_same(&turned);
+    view.after("view", |view| view.key("alt+Right"));
+    view.after("redo", |view| view.key("ctrl+y"));
+    view.without_mouse().assert_same(&side);
+    // Beyond the top nothing is upside down: a long drag down ends at the pole.
+    view.after("view", |view| view.key("1"));
+    let front = view.without_mouse();
+    for _ in 0..3 {
+        view.after("view", |view| view.drag(1, middle, [0, 150]));
+    }
+    let top = view.without_mouse();
+    top.assert_different(&front);
+    view.after("view", |view| view.drag(1, middle, [0, -60]));
+    view.without_mouse().assert_different(&top);
+    assert_eq!(view.count("edit"), 1);
+}
+
+#[test]
+fn numbers_are_typed_as_people_do_and_refusals_are_seen() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    let saved = |view: &mut View| {
+        let before = view.count("saved");
+        view.key("ctrl+s");
+        view.wait_for_next("saved", before);
+        scene.read()
+    };
+    for (typed, eta) in [("1,7", 1.7), ("2*0.9", 1.8), ("(1+2)/2", 1.5)] {
+        view.after("edit", |view| view.type_number("IOR", typed));
+        let scene = saved(&mut view);
+        assert_eq!(scene.hair.eta, eta, "{typed}");
+    }
+    view.after("edit", |view| view.click(view.middle("Diameter override")));
+    view.after("edit", |view| view.type_number("Diameter", "0.12mm"));
+    assert_eq!(saved(&mut view).hair.diameter_cm, Some(0.012));
+    let errors = view.count("error");
+    view.type_number("IOR", "lots");
+    view.wait_for_next("error", errors);
+    let events = view.events();
+    let error = events.iter().rev().find(|line| line["event"] == "error");
+    let said = error
+        .map(|line| line["message"].to_string())
+        .unwrap_or_default();
+    assert!(said.contains("IOR: lots"), "{said}");
+    view.after("edit", |view| view.type_number("IOR", "9"));
+    view.wait_for_next("error", errors + 1);
+    assert_eq!(saved(&mut view).hair.eta, 3.0, "the nearest that there is");
+}
+
+#[test]
+fn text_goes_from_window_to_window_by_the_clipboard() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut first = View::open(&desktop, &scene.path, &CPU);
+    first.after("edit", |view| view.type_number("IOR", "1.85"));
+    let place = "IOR number";
+    first.until_drawn(place, |view| view.click(view.middle(place)));
+    first.key("ctrl+a");
+    first.key("ctrl+c");
+    let other = SmallScene::new();
+    let mut second = View::open(&desktop, &other.path, &CPU);
+    second.focus();
+    second.until_drawn(place, |view| view.click(view.middle(place)));
+    second.until_drawn(place, |view| {
+        view.key("ctrl+a");
+        view.key("ctrl+v");
+    });
+    second.after("edit", |view| view.key("Return"));
+    let before = second.count("saved");
+    second.key("ctrl+s");
+    second.wait_for_next("saved", before);
+    assert_eq!(other.read().hair.eta, 1.85);
+}
+
+#[test]
+fn a_preset_of_ones_own_is_saved_and_chosen_and_the_background_is_kept() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let size = ["--backend", "cpu", "--size", "900x900"];
+    let mut view = View::open(&desktop, &scene.path, &size);
+    view.after("edit", |view| view.type_number("Absorption red", "4"));
+    let own = view.without_mouse();
+    view.asked("preset", |view| {
+        view.click(view.middle("Save preset button"))
+    });
+    view.tool("xdotool", &["type", "--delay", "40", "Mine"]);
+    view.key("Return");
+    view.wait_until_gone("Preset name");
+    view.after("edit", |view| view.type_number("Absorption red", "0.1"));
+    view.without_mouse().assert_different(&own);
+    view.click(view.middle("Preset choice"));
+    view.wait_for_place("Preset Mine");
+    view.after("edit", |view| view.click(view.middle("Preset Mine")));
+    view.without_mouse().assert_same(&own);
+    view.close();
+
+    // Another window knows it; a background of one's own comes back after another kind.
+    let mut view = View::open(&desktop, &scene.path, &size);
+    view.click(view.middle("Preset choice"));
+    view.wait_for_place("Preset Mine");
+    view.key("Escape");
+    view.after("places", |view| view.click(view.middle("Hair")));
+    view.after("places", |view| view.click(view.middle("Render")));
+    view.after("edit", |view| view.click(view.middle("Background Colour")));
+    view.after("edit", |view| view.type_number("Backdrop green", "0.7"));
+    let green = view.without_mouse();
+    view.after("edit", |view| view.click(view.middle("Background None")));
+    let none = view.without_mouse();
+    none.assert_different(&green);
+    view.after("edit", |view| view.click(view.middle("Background Colour")));
+    let back = view.without_mouse();
+    assert!(
+        back.difference(&green) < SAME,
+        "{}",
+        back.difference(&green)
+    );
+}
+
+#[test]
+fn looks_are_kept_swapped_and_wiped() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    let start = view.without_mouse();
+    let before = view.count("kept");
+    view.key("k");
+    view.wait_for_next("kept", before);
+    view.after("edit", |view| view.type_number("Absorption red", "6"));
+    let changed = view.without_mouse();
+    changed.assert_different(&start);
+    // One after the other, as edits.
+    view.after("edit", |view| view.key("x"));
+    view.without_mouse().assert_same(&start);
+    view.after("edit", |view| view.key("x"));
+    view.without_mouse().assert_same(&changed);
+    // Beside each other: the kept one on the left.
+    view.key("w");
+    view.wait_for_place("Wipe line");
+    let wiped = view.without_mouse();
+    let (width, height) = (start.width / 2 - 40, start.height - 60);
+    let left = |shot: &crate::window_common::Shot| shot.part([0, 50], [width, height]);
+    let right =
+        |shot: &crate::window_common::Shot| shot.part([start.width / 2 + 40, 50], [width, height]);
+    left(&wiped).assert_same(&left(&start));
+    right(&wiped).assert_same(&right(&changed));
+    assert!(left(&wiped).difference(&left(&changed)) > 2.0 * SAME);
+    // The line is dragged to the right edge: all of it is the kept one.
+    let line = view.middle("Wipe line");
+    view.drag(1, line, [width as i32 / 2, 0]);
+    let moved = view.without_mouse();
+    let strip = [start.width / 2 + 40, 50];
+    let size = [width / 4, height];
+    moved
+        .part(strip, size)
+        .assert_same(&start.part(strip, size));
+    // For another view the kept look is drawn again.
+    let drawn = view.count("look");
+    let at = [40, view.middle("View")[1]];
+    view.after("view", |view| view.drag(1, at, [60, 20]));
+    view.wait_for_next("look", drawn);
+    view.key("w");
+    view.wait_until_gone("Wipe line");
+    // Pasted from text, as an edit.
+    view.key("ctrl+shift+c");
+    view.after("edit", |view| view.type_number("Absorption red", "0.2"));
+    view.after("edit", |view| view.key("ctrl+shift+v"));
+    view.after("view", |view| view.key("Home"));
+    view.without_mouse().assert_same(&changed);
+    view.close();
+}
