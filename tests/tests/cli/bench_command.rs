@@ -336,6 +336,10 @@ fn pictures_are_measured_on_the_cpu() {
             .collect()
     };
     for name in all {
+        if name == "exposure" {
+            assert!(!stages(name).contains(&"shade"), "{:?}", stages(name));
+            continue;
+        }
         let count = |key: &str| row(name)[key].as_u64().unwrap();
         assert!(
             stages(name).contains(&"shade"),
@@ -648,7 +652,7 @@ fn builds_are_compared_in_turns() {
     assert_eq!(scenes.len(), 2);
     for scene in scenes {
         let frames = scene["frames"].as_array().unwrap();
-        assert_eq!(frames.len(), 10);
+        assert_eq!(frames.len(), 13);
         for frame in frames {
             let [ours, others] = [0, 1].map(|ix| frame["milliseconds"][ix].as_f64().unwrap());
             let ratio = frame["milliseconds_ratio"].as_f64().unwrap();
