@@ -377,11 +377,11 @@ mod tests {
         ] {
             assert_eq!(kind_of(&at(name)).expect(name), kind, "{name}");
         }
-        std::fs::write(at("notes.md"), "about hair").expect("written");
+        std::fs::write(at("notes.txt"), "about hair").expect("written");
         std::fs::write(at("photo.png"), b"\x89PNG\r\n\x1a\n").expect("written");
         std::fs::write(at("empty"), "").expect("written");
         for (name, needle) in [
-            ("notes.md", "some other text"),
+            ("notes.txt", "some other text"),
             ("photo.png", "no radiance"),
             ("empty", "empty"),
             ("gone.groom", "gone.groom"),

@@ -573,7 +573,7 @@ fn render_managers_read_how_far_it_is() {
     assert!(lines[4].starts_with("3 made, 1 up to date"), "{text}");
     let line = "bake bake.toml --progress openjd --events -";
     refused(at, line, &["both write to standard output"]);
-    let line = "bake bake.toml --progress openjd --json";
+    let line = "bake bake.toml --progress openjd --dry-run";
     refused(at, line, &["cannot be used with"]);
 }
 

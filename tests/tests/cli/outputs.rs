@@ -496,6 +496,7 @@ fn every_command_with_json_answers_failures_in_json() {
     let lines = [
         ("bake", "missing.toml"),
         ("bake status", "missing.toml"),
+        ("bench converge", "missing.toml"),
         ("bench edit", "--tables missing.tables"),
         ("bench frames", "missing.toml"),
         ("bench growth", "--svg a.groom"),

@@ -14,6 +14,7 @@ use super::keys::{Command, Side};
 use super::layout::{UiOutput, UiState};
 use super::looks::{Look, Shown};
 use super::orbit;
+use super::orbit::Bounds;
 use super::panel::motion::end_of;
 use super::pick;
 use super::picker::{Picker as FilePicker, Purpose};
@@ -21,7 +22,7 @@ use super::presets;
 use super::questions::{Answer, Question, Then, name_of};
 use super::snapshot;
 use super::still::Still;
-use super::view::{Bounds, ViewportInput};
+use super::view::ViewportInput;
 use super::views::Views;
 #[cfg(not(target_arch = "wasm32"))]
 use super::workspace::LookJob;

@@ -14,10 +14,10 @@ mod native {
     use egui::{Modal, RichText, Ui};
     use web_time::Instant;
 
-    use super::bar;
     use crate::opening::{self, CannotOpen};
     use crate::session::Session;
     use crate::ui::field::Changes;
+    use crate::ui::job::bar;
     use crate::ui::questions::Then;
     use crate::work::{Work, WorkError};
 

@@ -4,18 +4,20 @@
 use egui::{Align, Button, Key, Layout, Panel, RichText, Ui};
 use strandlight_formats::Scene;
 
+use super::asked::Asked;
 use super::field::Changes;
 use super::job::Job;
 use super::keys::{self, Command, Side};
 use super::looks::Looks;
+use super::orbit::Bounds;
 use super::panel::lights::LightsState;
 use super::panel::motion::MotionState;
 use super::panel::paint::PaintState;
 use super::panel::{self, section, statistics::FrameTimes};
 use super::presets::Presets;
-use super::questions::{self, Answer, Asked, Question};
+use super::questions::{self, Answer, Question};
 use super::settings::{self, Settings};
-use super::view::{self, Bounds, ViewportInput};
+use super::view::{self, ViewportInput};
 use super::{help, orbit, theme};
 use crate::viewer::Viewer;
 use strandlight_scene::Camera;

@@ -5,6 +5,7 @@
 //! scene file and scripts know the same parameters.
 
 mod app;
+mod asked;
 mod clipboard;
 mod color;
 mod commands;

@@ -7,8 +7,16 @@
 use glam::{Quat, Vec3};
 
 use super::keys::Side;
-use super::view::Bounds;
 use strandlight_scene::Camera;
+
+/// The sphere around the hair, cm.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// Its centre.
+    pub centre: Vec3,
+    /// Its radius.
+    pub radius: f32,
+}
 
 /// Steepest view up or down that a drag leads to, radians.
 const STEEPEST: f32 = 89.0 * std::f32::consts::PI / 180.0;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use egui::{Modal, RichText, Ui};
 
+use super::asked::Asked;
 use super::field::Changes;
 use super::picker::{Picked, Picker};
 use super::still::{self, Still};
@@ -124,18 +125,6 @@ impl Question {
         }
         self
     }
-}
-
-/// What questions are asked about.
-pub struct Asked<'a> {
-    /// The name of the scene.
-    pub scene: &'a str,
-    /// Folders to choose files from, by name.
-    pub places: &'a [(&'a str, PathBuf)],
-    /// Width and height of the window's picture.
-    pub window: [u32; 2],
-    /// Width and height that the scene has.
-    pub scene_size: [u32; 2],
 }
 
 /// Shows `question` until it is answered or taken back.

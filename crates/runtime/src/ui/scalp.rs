@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 use strandlight_formats::Groom;
 
-use super::view::Bounds;
+use super::orbit::Bounds;
 
 /// Most roots that are looked at.
 const ROOTS: usize = 4096;

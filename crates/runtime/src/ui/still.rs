@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use egui::Ui;
 
+use super::asked::Asked;
 use super::field::{Changes, Field, named};
 use super::picker::{Picker, Purpose};
-use super::questions::Asked;
 use strandlight_scene::budget::{MAX_SAMPLES, MAX_SIDE};
 
 /// Sizes that are asked for by name.

@@ -1,19 +1,10 @@
 //! The picture, and the camera under the mouse.
 
 use egui::{Event, PointerButton, Rect, Sense, Ui};
-use glam::Vec3;
 
-use super::{orbit, theme};
+use super::orbit::{self, Bounds};
+use super::theme;
 use strandlight_scene::Camera;
-
-/// The sphere around the hair, cm.
-#[derive(Clone, Copy, Debug)]
-pub struct Bounds {
-    /// Its centre.
-    pub centre: Vec3,
-    /// Its radius.
-    pub radius: f32,
-}
 
 /// Radians of a turn for a drag over one point of the window.
 const ORBIT_SPEED: f32 = 0.008;

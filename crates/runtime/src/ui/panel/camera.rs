@@ -6,7 +6,7 @@ use strandlight_formats::params::CAMERA;
 use crate::ui::field::{Changes, Field, row};
 use crate::ui::keys::{Command, Side};
 use crate::ui::orbit;
-use crate::ui::view::Bounds;
+use crate::ui::orbit::Bounds;
 use strandlight_scene::Camera;
 
 /// Angle of view and distance of `camera`, which is not that of the scene if it `is_moved`; `can_look`

@@ -5,9 +5,9 @@ use strandlight_formats::params::{MOTION, WIND};
 use strandlight_formats::{Groom, MAX_PROXIES, MotionSection, ProxySection, Scene, WindSection};
 
 use crate::ui::field::{Changes, Field, named, row};
+use crate::ui::orbit::Bounds;
 use crate::ui::param::Rows;
 use crate::ui::scalp;
-use crate::ui::view::Bounds;
 
 /// The clock of the motion.
 #[derive(Debug, Default)]
