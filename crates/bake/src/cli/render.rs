@@ -7,6 +7,7 @@ mod converge;
 mod frames;
 mod layers;
 mod report;
+mod until;
 
 use serde_json::json;
 use strandlight_formats::Scene;

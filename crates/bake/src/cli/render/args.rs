@@ -14,7 +14,7 @@ use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, 
 use strandlight_scene::shadow_maps::MAX_SHADOW_MAPS;
 
 use super::aov::{Aov, aov, parse_group};
-use super::converge::{Until, parse_until};
+use super::until::{Until, parse_until};
 use crate::cli::progress::is_quiet;
 use crate::cli::shard::ShardArg;
 use crate::cli::{Failure, Outcome, is_stream, transmittance_method};
