@@ -233,10 +233,12 @@ impl Picker {
         }
     }
 
-    /// Shows path and list; `places` are folders to go to, by name.
+    /// Shows path and list; `places` are folders to go to, by name. `focused` had the keys before anything
+    /// of this frame was shown: a number lets go of them when it is entered.
     pub fn show(
         &mut self,
         ui: &mut Ui,
+        focused: Option<egui::Id>,
         places: &[(&str, PathBuf)],
         height: f32,
         changes: &mut Changes,
@@ -244,7 +246,6 @@ impl Picker {
         let mut picked = Picked::No;
         self.list();
         // Taken before the field can have them, unless a number beside it is typed.
-        let focused = ui.memory(|memory| memory.focused());
         let is_mine = focused.is_none() || focused == self.field;
         let pressed = |ui: &Ui, key| {
             is_mine && ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, key))

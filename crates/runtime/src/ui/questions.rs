@@ -205,6 +205,7 @@ fn form(
     let modal = Modal::new(egui::Id::unique(heading)).show(ui.ctx(), |ui| {
         ui.set_width((room.x - 48.0).clamp(120.0, 520.0));
         ui.label(RichText::new(heading).strong());
+        let focused = ui.memory(egui::Memory::focused);
         let of_options = match &question {
             Question::Still { .. } => 130.0,
             _ => 0.0,
@@ -221,7 +222,7 @@ fn form(
             }
             _ => return,
         };
-        let picked = picker.show(ui, asked.places, height, changes);
+        let picked = picker.show(ui, focused, asked.places, height, changes);
         if let Some(failure) = failure {
             ui.label(RichText::new(failure.as_str()).color(theme::ERROR));
         }
