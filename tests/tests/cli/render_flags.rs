@@ -88,11 +88,11 @@ fn slow_every_pair_of_flags_is_honoured_or_refused_by_name() {
         long.starts_with("--").then(|| long.to_owned())
     });
     let of_all_commands = ["--output", "--help", "--version"];
-    // Refused without frames; `shard_command` tries it with them.
-    let of_frames = "--shard";
+    // Refused without frames, or without --converge; `shard_command` and `converge_command` try them.
+    let of_others = ["--shard", "--converge", "--until", "--map", "--seed"];
     for flag in listed {
         let is_known = FLAGS.iter().any(|(known, _)| flag == *known);
-        let is_elsewhere = of_all_commands.contains(&&*flag) || flag == of_frames;
+        let is_elsewhere = of_all_commands.contains(&&*flag) || of_others.contains(&&*flag);
         assert!(is_known || is_elsewhere, "{flag}");
     }
 
