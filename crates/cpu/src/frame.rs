@@ -6,100 +6,26 @@
 
 pub(super) mod kept;
 mod lights;
+mod parts;
 mod resolve;
 mod shading;
 mod stage;
 mod stages;
+mod state;
 
-use strandlight_scattering::multiple_tables::MultipleTables;
-use strandlight_scene::beside::Beside;
-use strandlight_scene::camera::{Camera, ViewUniform, view_uniform};
+use strandlight_scene::camera::{Camera, view_uniform};
 use strandlight_scene::progress::timed;
 use strandlight_scene::stats::{self, LIGHTING_SHARE, Observer};
-use strandlight_scene::volume::Grid;
 use strandlight_scene::{Picture, PreparedScene, Stats};
 
-use super::arriving::Arriving;
-use super::list::{Listing, VisibilityList};
-use super::proxies::Proxies;
-use super::unblocked::{Casting, Unblocked};
-use super::visible::VisiblePoints;
-use super::voxelise::Voxelising;
+use super::unblocked::Unblocked;
 
-use kept::Kept;
-use lights::Lights;
-use shading::{Painted, Shaded, Shading, needs_tables};
+use parts::{Painted, Quality, Shaded};
+use shading::needs_tables;
 pub(super) use stage::Edit;
 use stage::Stage;
-use stages::{ProxyLight, Records};
-
-/// How far radiance is that of the complete picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Quality {
-    /// Shadows are those of the volume, or the light through to the eye is that of the view before.
-    Draft,
-    /// Points that hardly count have the radiance of others.
-    Most,
-    /// It is what was [`Kept`] of lights of other colours.
-    Recolored,
-    Whole,
-}
-
-/// What all stages of a picture read.
-struct Picturing<'a> {
-    scene: &'a PreparedScene,
-    view: ViewUniform,
-    beside: Beside,
-    /// Shows what can be had soon first.
-    has_drafts: bool,
-}
-
-/// The stages' results, as far as they are up to date, and the stage under way.
-#[derive(Default)]
-pub(super) struct Frame {
-    size: [u32; 2],
-    /// Has there been a picture?
-    is_drawn: bool,
-    /// And one from elsewhere?
-    was_turned: bool,
-    /// Amplitudes that maps are shared out by, so that a light that is off and on again, or tinted,
-    /// keeps its maps; those of the scene where there are none.
-    pub planned: Vec<[f32; 3]>,
-    lights: Option<Lights>,
-    are_lights_current: bool,
-    voxelising: Option<(Grid, Voxelising)>,
-    volume: Option<(Grid, Vec<[f32; 8]>)>,
-    /// Are all of its tiles made?
-    listing: Option<(Listing, bool)>,
-    list: Option<(VisibilityList, VisiblePoints)>,
-    records: Option<Records>,
-    proxy_light: Option<ProxyLight>,
-    /// In the light of the lights as they are.
-    proxies: Option<Proxies>,
-    casting: Option<Casting>,
-    unblocked: Option<Unblocked>,
-    through_casting: Option<Casting>,
-    through: Option<Unblocked>,
-    /// That of the view before, for drafts.
-    through_before: Option<Unblocked>,
-    /// Are there points that tables serve? Unknown after an edit of the paint.
-    needs_tables: Option<bool>,
-    multiple: Option<MultipleTables>,
-    arriving: Option<Arriving>,
-    /// That of the view before, and its visible points.
-    arriving_before: Option<(Arriving, Vec<u32>)>,
-    /// Has it the shares of the shadow maps?
-    has_shares: bool,
-    /// Of the last complete picture.
-    kept: Option<Kept>,
-    shading: Option<Shading>,
-    shaded: Option<Shaded>,
-    /// Radiance before an edit of the paint.
-    before_paint: Option<Painted>,
-    /// Of the work since they were last taken.
-    stats: Stats,
-    version: u64,
-}
+pub(super) use state::Frame;
+use state::Picturing;
 
 impl Frame {
     /// Nothing yet of `scene`, whose amplitudes share out the maps.

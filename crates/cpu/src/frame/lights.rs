@@ -2,25 +2,16 @@
 
 use strandlight_formats::SrbfLight;
 use strandlight_scene::PreparedScene;
-use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan};
 use strandlight_scene::volume::{largest, power};
 
-use super::{Frame, Stage};
+use super::parts::Lights;
+use super::stage::Stage;
+use super::state::Frame;
 
 /// Share of all power up to which a light that should have maps may do without: four times that from
 /// which on it gets some.
 const LITTLE: f32 = 0.008;
-
-/// The lights of a scene, and which maps they get.
-pub(super) struct Lights {
-    pub plan: ShadowPlan,
-    pub records: Vec<LightRecord>,
-    pub sweeps: Vec<[f32; 4]>,
-    pub is_lit: Vec<bool>,
-    /// Those that are not black, narrow ones first.
-    pub lit: Vec<u32>,
-}
 
 impl Frame {
     /// Finds the lights and their maps after an edit of them.

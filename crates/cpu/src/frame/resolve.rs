@@ -7,7 +7,7 @@ use super::super::composite::composite;
 use super::super::list::{Tile, VisibilityList};
 use super::super::proxies::Proxies;
 use super::super::transmittance::mix;
-use super::{Frame, Picturing};
+use super::state::{Frame, Picturing};
 
 impl Frame {
     /// Linear radiance and coverage, row by row, as far as they are found.

@@ -1,7 +1,6 @@
 //! Radiance of the visible points.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -10,7 +9,6 @@ use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scattering::wide::Peaks;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::ViewUniform;
-use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::progress::timed;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::{NO_SLOT, THROUGH_SLOT};
@@ -23,66 +21,11 @@ use super::super::transmittance::mix;
 use super::super::unblocked::{Unblocked, VisiblePoint};
 use super::super::voxelise::grid_position;
 use super::kept::Kept;
-use super::{Frame, Picturing, Quality};
+use super::parts::{Quality, Shaded, Shading};
+use super::state::{Frame, Picturing};
 
 /// Visible points that are shaded at a time: an eighth of them, within this.
 const SLICE: Range<usize> = 64..4096;
-
-/// Radiance that is being found.
-pub(super) struct Shading {
-    /// What it will be.
-    pub quality: Quality,
-    /// Lights, ranges of [`Lights::lit`], that are shaded one after the other.
-    pub groups: Vec<Range<usize>>,
-    pub group: usize,
-    /// Places of the points to shade, as in [`VisiblePoints::order`], and how many are the first.
-    order: Vec<u32>,
-    n_first: usize,
-    /// Points done in the group.
-    pub n_done: usize,
-    /// By visible point: rgb times the view's radiance scale, and zero.
-    pub radiance: Vec<[f32; 4]>,
-    counts: Counts,
-    /// Of drafts.
-    peaks: Option<Peaks>,
-}
-
-/// Radiance with some paint.
-pub(super) struct Painted {
-    pub radiance: Vec<[f32; 4]>,
-    pub paint: Option<Arc<Vec<PaintedPoint>>>,
-}
-
-impl Shading {
-    /// Keeps the radiance of the points whose paint is what it was.
-    fn only_repainted(&mut self, before: Painted, paint: Option<&[PaintedPoint]>, visible: &[u32]) {
-        let of = |paint: Option<&[PaintedPoint]>, point: usize| match paint {
-            Some(paint) => paint[point],
-            None => PaintedPoint::NONE,
-        };
-        let was = before.paint.as_ref().map(|paint| &paint[..]);
-        let is_other = |place: u32| {
-            let point = visible[place as usize] as usize;
-            of(was, point) != of(paint, point)
-        };
-        self.radiance = before.radiance;
-        self.order.retain(|place| is_other(*place));
-        // They are few.
-        self.n_first = self.order.len();
-        for place in &self.order {
-            self.radiance[*place as usize] = [0.0; 4];
-        }
-    }
-}
-
-/// Radiance that is shown.
-pub(super) struct Shaded {
-    /// The paint that it is of.
-    pub paint: Option<Arc<Vec<PaintedPoint>>>,
-    pub quality: Quality,
-    /// As in [`Shading`].
-    pub radiance: Vec<[f32; 4]>,
-}
 
 impl Frame {
     pub(super) fn shade(&mut self, picturing: &Picturing) {

@@ -1,10 +1,8 @@
 //! The stages before shading, a step of each at a time.
 
 use rayon::prelude::*;
-use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scattering::multiple_tables::{Job, MultipleTables};
 use strandlight_scene::PreparedScene;
-use strandlight_scene::beside::Places;
 use strandlight_scene::progress::timed;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::volume::Grid;
@@ -16,42 +14,14 @@ use super::super::transmittance::transmittance_beside;
 use super::super::unblocked::{Casting, Unblocked};
 use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
-use super::{Frame, Picturing};
+use super::parts::{ProxyLight, Records};
+use super::state::{Frame, Picturing};
 
 /// Shares at all points are kept if they have at most this many bytes.
 const MAX_SHARE_BYTES: usize = 256 << 20;
 
 /// What arrives of each light at the proxies is kept if it has at most this many bytes.
 const MAX_PROXY_BYTES: usize = 64 << 20;
-
-/// What the hair lets through, by the shadow volume.
-#[derive(Default)]
-pub(super) struct Records {
-    /// `[light][voxel]`; none of lights that were black.
-    pub packed: Vec<PackedRecord>,
-    /// By light as far as it is done: was it not black?
-    pub is_lit: Vec<bool>,
-    /// Of the voxels.
-    pub places: Places,
-}
-
-/// What arrives of the lights at the proxies.
-pub(super) struct ProxyLight {
-    surfaces: Surfaces,
-    /// Lights that are found.
-    n_done: usize,
-    /// `[light][surface]`: [`Surfaces::irradiance`], whatever the colours; nothing of lights that were black.
-    arriving: Vec<Vec<f32>>,
-    /// In place of it where it would be many bytes: the proxies in the light of the lights as they are.
-    lit: Option<Proxies>,
-}
-
-impl ProxyLight {
-    /// Is it that of lights of other colours too?
-    pub fn is_of_any_color(&self) -> bool {
-        self.lit.is_none()
-    }
-}
 
 impl Frame {
     pub(super) fn voxelise(&mut self, scene: &PreparedScene) {

@@ -1,0 +1,127 @@
+//! What stages keep: their results and work under way.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scattering::wide::Peaks;
+use strandlight_scene::beside::Places;
+use strandlight_scene::paint::PaintedPoint;
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::shadow_maps::ShadowPlan;
+
+use super::super::proxies::Proxies;
+use super::super::proxy_light::Surfaces;
+use super::super::shade::Counts;
+
+/// How far radiance is that of the complete picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Quality {
+    /// Shadows are those of the volume, or the light through to the eye is that of the view before.
+    Draft,
+    /// Points that hardly count have the radiance of others.
+    Most,
+    /// It is what was [`Kept`] of lights of other colours.
+    Recolored,
+    Whole,
+}
+
+/// The lights of a scene, and which maps they get.
+pub(super) struct Lights {
+    pub plan: ShadowPlan,
+    pub records: Vec<LightRecord>,
+    pub sweeps: Vec<[f32; 4]>,
+    pub is_lit: Vec<bool>,
+    /// Those that are not black, narrow ones first.
+    pub lit: Vec<u32>,
+}
+
+/// What the hair lets through, by the shadow volume.
+#[derive(Default)]
+pub(super) struct Records {
+    /// `[light][voxel]`; none of lights that were black.
+    pub packed: Vec<PackedRecord>,
+    /// By light as far as it is done: was it not black?
+    pub is_lit: Vec<bool>,
+    /// Of the voxels.
+    pub places: Places,
+}
+
+/// What arrives of the lights at the proxies.
+pub(super) struct ProxyLight {
+    pub surfaces: Surfaces,
+    /// Lights that are found.
+    pub n_done: usize,
+    /// `[light][surface]`: [`Surfaces::irradiance`], whatever the colours; nothing of lights that were black.
+    pub arriving: Vec<Vec<f32>>,
+    /// In place of it where it would be many bytes: the proxies in the light of the lights as they are.
+    pub lit: Option<Proxies>,
+}
+
+impl ProxyLight {
+    /// Is it that of lights of other colours too?
+    pub fn is_of_any_color(&self) -> bool {
+        self.lit.is_none()
+    }
+}
+
+/// Radiance that is being found.
+pub(super) struct Shading {
+    /// What it will be.
+    pub quality: Quality,
+    /// Lights, ranges of [`Lights::lit`], that are shaded one after the other.
+    pub groups: Vec<Range<usize>>,
+    pub group: usize,
+    /// Places of the points to shade, as in [`VisiblePoints::order`], and how many are the first.
+    pub order: Vec<u32>,
+    pub n_first: usize,
+    /// Points done in the group.
+    pub n_done: usize,
+    /// By visible point: rgb times the view's radiance scale, and zero.
+    pub radiance: Vec<[f32; 4]>,
+    pub counts: Counts,
+    /// Of drafts.
+    pub peaks: Option<Peaks>,
+}
+
+/// Radiance with some paint.
+pub(super) struct Painted {
+    pub radiance: Vec<[f32; 4]>,
+    pub paint: Option<Arc<Vec<PaintedPoint>>>,
+}
+
+impl Shading {
+    /// Keeps the radiance of the points whose paint is what it was.
+    pub fn only_repainted(
+        &mut self,
+        before: Painted,
+        paint: Option<&[PaintedPoint]>,
+        visible: &[u32],
+    ) {
+        let of = |paint: Option<&[PaintedPoint]>, point: usize| match paint {
+            Some(paint) => paint[point],
+            None => PaintedPoint::NONE,
+        };
+        let was = before.paint.as_ref().map(|paint| &paint[..]);
+        let is_other = |place: u32| {
+            let point = visible[place as usize] as usize;
+            of(was, point) != of(paint, point)
+        };
+        self.radiance = before.radiance;
+        self.order.retain(|place| is_other(*place));
+        // They are few.
+        self.n_first = self.order.len();
+        for place in &self.order {
+            self.radiance[*place as usize] = [0.0; 4];
+        }
+    }
+}
+
+/// Radiance that is shown.
+pub(super) struct Shaded {
+    /// The paint that it is of.
+    pub paint: Option<Arc<Vec<PaintedPoint>>>,
+    pub quality: Quality,
+    /// As in [`Shading`].
+    pub radiance: Vec<[f32; 4]>,
+}

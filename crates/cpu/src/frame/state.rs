@@ -1,0 +1,72 @@
+//! What a picture is made of: the scene as stages read it, and what they keep.
+
+use strandlight_scattering::multiple_tables::MultipleTables;
+use strandlight_scene::beside::Beside;
+use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::volume::Grid;
+use strandlight_scene::{PreparedScene, Stats};
+
+use super::super::arriving::Arriving;
+use super::super::list::{Listing, VisibilityList};
+use super::super::proxies::Proxies;
+use super::super::unblocked::{Casting, Unblocked};
+use super::super::visible::VisiblePoints;
+use super::super::voxelise::Voxelising;
+use super::kept::Kept;
+use super::parts::{Lights, Painted, ProxyLight, Records, Shaded, Shading};
+
+/// What all stages of a picture read.
+pub(super) struct Picturing<'a> {
+    pub(super) scene: &'a PreparedScene,
+    pub(super) view: ViewUniform,
+    pub(super) beside: Beside,
+    /// Shows what can be had soon first.
+    pub(super) has_drafts: bool,
+}
+
+/// The stages' results, as far as they are up to date, and the stage under way.
+#[derive(Default)]
+pub(in super::super) struct Frame {
+    pub(super) size: [u32; 2],
+    /// Has there been a picture?
+    pub(super) is_drawn: bool,
+    /// And one from elsewhere?
+    pub(super) was_turned: bool,
+    /// Amplitudes that maps are shared out by, so that a light that is off and on again, or tinted,
+    /// keeps its maps; those of the scene where there are none.
+    pub planned: Vec<[f32; 3]>,
+    pub(super) lights: Option<Lights>,
+    pub(super) are_lights_current: bool,
+    pub(super) voxelising: Option<(Grid, Voxelising)>,
+    pub(super) volume: Option<(Grid, Vec<[f32; 8]>)>,
+    /// Are all of its tiles made?
+    pub(super) listing: Option<(Listing, bool)>,
+    pub(super) list: Option<(VisibilityList, VisiblePoints)>,
+    pub(super) records: Option<Records>,
+    pub(super) proxy_light: Option<ProxyLight>,
+    /// In the light of the lights as they are.
+    pub(super) proxies: Option<Proxies>,
+    pub(super) casting: Option<Casting>,
+    pub(super) unblocked: Option<Unblocked>,
+    pub(super) through_casting: Option<Casting>,
+    pub(super) through: Option<Unblocked>,
+    /// That of the view before, for drafts.
+    pub(super) through_before: Option<Unblocked>,
+    /// Are there points that tables serve? Unknown after an edit of the paint.
+    pub(super) needs_tables: Option<bool>,
+    pub(super) multiple: Option<MultipleTables>,
+    pub(super) arriving: Option<Arriving>,
+    /// That of the view before, and its visible points.
+    pub(super) arriving_before: Option<(Arriving, Vec<u32>)>,
+    /// Has it the shares of the shadow maps?
+    pub(super) has_shares: bool,
+    /// Of the last complete picture.
+    pub(super) kept: Option<Kept>,
+    pub(super) shading: Option<Shading>,
+    pub(super) shaded: Option<Shaded>,
+    /// Radiance before an edit of the paint.
+    pub(super) before_paint: Option<Painted>,
+    /// Of the work since they were last taken.
+    pub(super) stats: Stats,
+    pub(super) version: u64,
+}
