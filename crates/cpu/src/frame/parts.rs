@@ -21,7 +21,7 @@ pub(super) enum Quality {
     Draft,
     /// Points that hardly count have the radiance of others.
     Most,
-    /// It is what was [`Kept`] of lights of other colours.
+    /// It is what was kept of lights of other colours.
     Recolored,
     Whole,
 }
@@ -72,7 +72,7 @@ pub(super) struct Shading {
     /// Lights, ranges of [`Lights::lit`], that are shaded one after the other.
     pub groups: Vec<Range<usize>>,
     pub group: usize,
-    /// Places of the points to shade, as in [`VisiblePoints::order`], and how many are the first.
+    /// Places of the points to shade, as in `VisiblePoints::order`, and how many are the first.
     pub order: Vec<u32>,
     pub n_first: usize,
     /// Points done in the group.

@@ -3,7 +3,7 @@
 //!
 //! Every pixel that shows anything takes camera samples of an [`Integrator`]; what counts is by how much
 //! they differ from the fast picture. Their mean would be the truth with all its noise. Instead the
-//! difference is taken apart by scale ([`shrink`]), from the whole picture down to single pixels, and
+//! difference is taken apart by scale (in `shrink`), from the whole picture down to single pixels, and
 //! each part is believed as far as it exceeds its own noise. So a few samples mend what is wrong over
 //! large areas, noise never adds more than it mends, and with more samples the picture goes to the
 //! truth, which the samples' means are without bias.
