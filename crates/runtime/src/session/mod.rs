@@ -21,6 +21,7 @@ pub use change::{EDITS, EditRule, Edits};
 pub use history::{MAX_STEPS, MAX_STROKE_POINTS};
 pub use keys::{parse_value, with_key};
 pub use save::Saved;
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) use save::free_name;
 
 use std::collections::BTreeSet;

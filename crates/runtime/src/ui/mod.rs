@@ -4,6 +4,11 @@
 //! [`run`] opens it. Everything that a control changes is a change of the scene, so that undo, the
 //! scene file and scripts know the same parameters.
 
+#![cfg_attr(
+    target_arch = "wasm32",
+    allow(dead_code, unused_imports, reason = "a page opens and saves no files")
+)]
+
 mod app;
 mod asked;
 mod clipboard;
