@@ -78,6 +78,7 @@ modules!(
     "lib/special",
     "lib/surface_light",
     "lib/tables",
+    "lib/through",
     "lib/tone",
     "lib/transmittance",
     "lib/view",
@@ -102,6 +103,7 @@ modules!(
     "pass/shade",
     "pass/strands",
     "pass/shadow_map",
+    "pass/through_shares",
     "pass/transmittance",
     "pass/voxelise",
 );

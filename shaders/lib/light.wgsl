@@ -12,12 +12,11 @@ struct Light {
     solid_angle: f32,
     // Row in the answers of the shadow maps, or NO_SLOT.
     shadow_index: u32,
-    // How much of TT's unblocked share is that of the light through to the eye.
-    forward_weight: f32,
     // Place among the records of its batch.
     record: u32,
     pad_0: u32,
     pad_1: u32,
+    pad_2: u32,
 }
 
 // Twin in crates/scene/src/shadow_maps.rs.

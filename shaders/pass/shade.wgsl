@@ -45,7 +45,8 @@
 @group(0) @binding(14) var lobes_trt: texture_2d<u32>;
 @group(0) @binding(15) var averages: texture_2d<f32>;
 
-// Unblocked shares by shadow maps, [shadow_index / 4][point], eight bits a slot.
+// Unblocked shares by shadow maps, [shadow_index / 4][mode][point], eight bits a slot: of all modes but TT,
+// then of TT.
 @group(0) @binding(17) var<storage, read> visibility: array<u32>;
 
 // #if TABLES
@@ -79,9 +80,10 @@ fn count(counter: u32, n: u32) {
     }
 }
 
-// Of a slot at a point; slot 0 is the light that comes through to the eye.
-fn unblocked_share(shadow_index: u32, point_ix: u32) -> f32 {
-    let at = min(shadow_index / 4u * view.n_points + point_ix, arrayLength(&visibility) - 1u);
+// Of a slot at a point; `is_tt` is 1 for TT, 0 for the other modes.
+fn unblocked_share(shadow_index: u32, is_tt: u32, point_ix: u32) -> f32 {
+    let row = 2u * (shadow_index / 4u) + is_tt;
+    let at = min(row * view.n_points + point_ix, arrayLength(&visibility) - 1u);
     return f32((visibility[at] >> (8u * (shadow_index % 4u))) & 255u) / 255.0;
 }
 
@@ -156,7 +158,6 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     let eye = direction_in_frame(frame * (view.eye - position));
     let lift = SELF_LIFT * grid.h;
     let n_voxels = grid.dims.x * grid.dims.y * grid.dims.z;
-    let through = unblocked_share(0u, point_ix);
 // #if PAINTED
     let painted = unpack_paint(
         textureLoad(paint, vec2u(point_ix % PAINT_WIDTH, point_ix / PAINT_WIDTH), 0));
@@ -176,8 +177,8 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         var unblocked = record.shares.x;
         var unblocked_tt = unblocked;
         if light.shadow_index != NO_SLOT {
-            unblocked = unblocked_share(light.shadow_index, point_ix);
-            unblocked_tt = mix(unblocked, through, light.forward_weight);
+            unblocked = unblocked_share(light.shadow_index, 0u, point_ix);
+            unblocked_tt = unblocked_share(light.shadow_index, 1u, point_ix);
         }
         let direct_power = max(unblocked, unblocked_tt) * light.power;
         let source = light_in_frame(frame * light.direction, light.lambda);

@@ -20,9 +20,10 @@ struct ShadowView {
     n_segments: u32,
     n_points: u32,
     offset: f32,
+    // Its place among all maps.
+    map_index: u32,
     pad_0: u32,
     pad_1: u32,
-    pad_2: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: ShadowView;
@@ -36,8 +37,10 @@ struct ShadowView {
 @group(0) @binding(5) var<storage, read> normals: array<vec4f>;
 // [point], of the slot at work
 @group(0) @binding(6) var<storage, read_write> sums: array<f32>;
-// [shadow_index / 4][point], eight bits a slot
+// [shadow_index / 4][mode][point], eight bits a slot: TT's are written by pass/through_shares.
 @group(0) @binding(7) var<storage, read_write> visibility: array<u32>;
+// [map_index / 8][point], four bits a map: lit places.
+@group(0) @binding(10) var<storage, read_write> answers: array<u32>;
 
 // #if PROXIES
 @group(0) @binding(8) var<uniform> proxies: Proxies;
@@ -161,25 +164,28 @@ fn receive_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
         let apart = name_of(highest - point_ix + OWN_POINTS);
         lit += select(0u, 1u, !is_above || apart <= 2u * OWN_POINTS);
     }
-    var sum = view.weight * f32(lit) / f32(N_PLACES);
     // #if PROXIES
     for (var ix = 0u; ix < proxies.n; ix++) {
         if is_blocked_by(proxies.list[ix], point.xyz, view.towards) {
-            sum = 0.0;
+            lit = 0u;
         }
     }
     // #endif
     // #if MESHES
     if ((hidden_points[point_ix / 32u] >> (point_ix % 32u)) & 1u) == 1u {
-        sum = 0.0;
+        lit = 0u;
     }
     // #endif
+    let answer = view.map_index / 8u * view.n_points + point_ix;
+    let answer_bit = 4u * (view.map_index % 8u);
+    answers[answer] = (answers[answer] & ~(15u << answer_bit)) | (lit << answer_bit);
+    var sum = view.weight * f32(lit) / f32(N_PLACES);
     if (view.ends & 1u) == 0u {
         sum += sums[point_ix];
     }
     sums[point_ix] = sum;
     if (view.ends & 2u) != 0u {
-        let word = view.shadow_index / 4u * view.n_points + point_ix;
+        let word = 2u * (view.shadow_index / 4u) * view.n_points + point_ix;
         let shift = 8u * (view.shadow_index % 4u);
         let bits = u32(min(sum, 1.0) * 255.0 + 0.5) << shift;
         visibility[word] = (visibility[word] & ~(255u << shift)) | bits;

@@ -15,15 +15,16 @@ use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::NO_SLOT;
 use strandlight_scene::volume::{Grid, SELF_LIFT};
 
+use super::through_shares::{Maps, Scratch, ThroughShares};
 use super::transmittance::mix_all;
-use super::unblocked::{Unblocked, VisiblePoint};
+use super::unblocked::VisiblePoint;
 use super::voxelise::{grid_position, voxel_index};
 
 /// Visible points that a thread works on at a time.
 const CHUNK: usize = 64;
 
 /// Numbers of a light at a point.
-const N_NUMBERS: usize = 5;
+const N_NUMBERS: usize = 6;
 
 /// What 1 is in a number.
 const ONE: f32 = 65_535.0;
@@ -40,8 +41,8 @@ pub(super) struct Arriving {
     n_filled: usize,
     /// Places where they are not yet; all where there are none given.
     missing: Option<Vec<u32>>,
-    /// `[place][number][column]`, whole vectors of columns, unorm16: the unblocked share; three depths, see
-    /// [`ShadowRecords`](strandlight_scattering::wide::ShadowRecords), over [`MOST_DEPTH`]; the sine of
+    /// `[place][number][column]`, whole vectors of columns, unorm16: the unblocked share of all modes but TT; that
+    /// of TT; three depths, see [`ShadowRecords`](strandlight_scattering::wide::ShadowRecords), over [`MOST_DEPTH`]; the sine of
     /// the inclination of the hair that the light passes.
     numbers: Vec<u16>,
 }
@@ -77,20 +78,26 @@ pub(super) struct AtPoint<'a> {
 }
 
 impl AtPoint<'_> {
-    /// Unblocked shares.
+    /// Unblocked shares of all modes but TT.
     #[inline(always)]
     pub fn unblocked(&self, columns: &Columns) -> [f32; LANES] {
         self.eight(0, columns, 1.0)
+    }
+
+    /// Unblocked shares of TT.
+    #[inline(always)]
+    pub fn unblocked_tt(&self, columns: &Columns) -> [f32; LANES] {
+        self.eight(1, columns, 1.0)
     }
 
     /// Three depths, and the sine of the inclination.
     #[inline(always)]
     pub fn records(&self, columns: &Columns) -> [[f32; LANES]; 4] {
         [
-            self.eight(1, columns, MOST_DEPTH),
             self.eight(2, columns, MOST_DEPTH),
             self.eight(3, columns, MOST_DEPTH),
-            self.eight(4, columns, 1.0),
+            self.eight(4, columns, MOST_DEPTH),
+            self.eight(5, columns, 1.0),
         ]
     }
 
@@ -256,31 +263,47 @@ impl Arriving {
         }
     }
 
-    /// Takes the unblocked shares that shadow maps found, of the lights that have some.
-    pub fn take_shares(&mut self, all: &[LightRecord], unblocked: &Unblocked, visible: &[u32]) {
-        let per_point = N_NUMBERS * self.row();
+    /// Takes the unblocked shares that shadow maps found, of the lights of `all` that have some.
+    pub fn take_shares(
+        &mut self,
+        scene: &PreparedScene,
+        eye: [f32; 3],
+        (all, maps): (&[LightRecord], Maps),
+        visible: &[u32],
+    ) {
+        let n_row = self.row();
+        let per_point = N_NUMBERS * n_row;
         let columns: Vec<(usize, u32)> = self
             .lights
             .iter()
             .enumerate()
             .map(|(column, &light)| (column, all[light as usize].shadow_index))
-            .filter(|(_, slot)| *slot != NO_SLOT && unblocked.has(*slot))
+            .filter(|(_, slot)| *slot != NO_SLOT)
             .collect();
+        if columns.is_empty() {
+            return;
+        }
+        let pack = |share: f32| (share * ONE + 0.5) as u16;
+        let through = ThroughShares::new(&scene.strands, eye, maps);
         self.numbers
             .par_chunks_mut(per_point * CHUNK)
             .zip(visible.par_chunks(CHUNK))
             .enumerate()
-            .for_each(|(chunk, (numbers, points))| {
+            .for_each_init(Scratch::default, |scratch, (chunk, (numbers, points))| {
                 let places = numbers.chunks_exact_mut(per_point).zip(points);
-                for (ix, (numbers, &point)) in places.enumerate() {
-                    let at = VisiblePoint {
-                        place: CHUNK * chunk + ix,
-                        point: point as usize,
-                    };
-                    for &(column, slot) in &columns {
-                        numbers[column] = unblocked.packed_share(slot, at);
+                dispatch!(Level::new(), simd => {
+                    for (ix, (numbers, &point)) in places.enumerate() {
+                        let at = VisiblePoint {
+                            place: CHUNK * chunk + ix,
+                            point: point as usize,
+                        };
+                        through.find(simd, at, scratch);
+                        for &(column, slot) in &columns {
+                            numbers[column] = pack(maps.of_lights.share(slot, at));
+                            numbers[n_row + column] = pack(scratch.shares[slot as usize]);
+                        }
                     }
-                }
+                });
             });
     }
 
@@ -305,6 +328,7 @@ fn pack_row<S: Simd>(simd: S, [a, b, c, sine]: &[[f32; LANES]; 4]) -> [[u16; LAN
     ];
     let depths = depths_of_shares(shares);
     let all = [
+        shares[0],
         shares[0],
         depths[0] * (1.0 / MOST_DEPTH),
         depths[1] * (1.0 / MOST_DEPTH),
@@ -349,10 +373,10 @@ mod tests {
         }
         let other = arriving.of_view(&[3, 7, 9], &[1, 3, 8, 9, 12]);
         assert_eq!(other.missing, Some(vec![0, 2, 4]));
-        // Five numbers of eight columns each.
-        assert_eq!(other.numbers[40..80], arriving.numbers[..40]);
-        assert_eq!(other.numbers[120..160], arriving.numbers[80..]);
-        assert!(!other.is_filled() && other.numbers.len() == 200);
+        // Six numbers of eight columns each.
+        assert_eq!(other.numbers[48..96], arriving.numbers[..48]);
+        assert_eq!(other.numbers[144..192], arriving.numbers[96..]);
+        assert!(!other.is_filled() && other.numbers.len() == 240);
     }
 
     #[test]

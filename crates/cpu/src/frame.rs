@@ -101,8 +101,12 @@ impl Frame {
 
     /// Keeps what the next view can use, shadow maps too if they `are_kept`.
     fn keep_for_next_view(&mut self, are_kept: bool) {
-        if self.through.as_ref().is_some_and(Unblocked::is_everywhere) {
-            self.through_before = self.through.take();
+        let through = self.through.take();
+        if through
+            .as_ref()
+            .is_some_and(|through| through.maps.is_everywhere())
+        {
+            self.through_before = through;
         }
         // Shares of other maps would stay beside those of the volume.
         if are_kept || !self.has_shares {

@@ -44,6 +44,7 @@ mod screen_point;
 mod shade;
 mod shade_wide;
 mod shadow_map;
+mod through_shares;
 mod transmittance;
 mod triangles;
 mod unblocked;
@@ -207,17 +208,19 @@ fn light(
         ShadowSource::Points(_) => ShadowPlan::default(),
     };
     let (visibility, shadow_s) = timed(|| {
-        let mut visibility = vec![0; plan.n_words(scene.strands.points.len())];
+        let strands = &scene.strands;
+        let mut visibility = shadow_map::Visibility::new(&plan, strands.points.len());
         for views in [&plan.views, &plan.through(view.forward)] {
-            stats.texels_visited +=
-                shadow_map::draw_maps(&scene.strands, views, &beside, &mut visibility);
+            stats.texels_visited += shadow_map::draw_maps(strands, views, &beside, &mut visibility);
         }
+        let mixture = plan.mixture(view.forward);
+        shadow_map::through_shares(strands, view.eye, &mixture, &mut visibility);
         visibility
     });
     stats.stages.push(Stage {
         name: "shadow maps",
         milliseconds: 1e3 * shadow_s,
-        bytes: 4 * visibility.len() as u64,
+        bytes: 4 * (visibility.shares.len() + visibility.answers.len()) as u64,
         runs: 1,
         gpu_milliseconds: None,
     });
@@ -233,8 +236,17 @@ fn light(
         });
         sweep_s += seconds;
         bytes = bytes.max(found.bytes());
-        let (batch_counts, seconds) =
-            timed(|| shade::shade(scene, view, grid, batch, &found, &visibility, &mut radiance));
+        let (batch_counts, seconds) = timed(|| {
+            shade::shade(
+                scene,
+                view,
+                grid,
+                batch,
+                &found,
+                &visibility.shares,
+                &mut radiance,
+            )
+        });
         shade_s += seconds;
         if let Shadows::Volume(packed) = &found {
             proxies.light(view, grid, batch, &sweeps, packed, &voxels);

@@ -12,10 +12,10 @@ use strandlight_scattering::closed_form::{
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::{ViewUniform, screen_position};
 use strandlight_scene::scene::LightRecord;
-use strandlight_scene::shadow_maps::{NO_SLOT, THROUGH_SLOT, unblocked_share};
+use strandlight_scene::shadow_maps::{NO_SLOT, unblocked_share};
 use strandlight_scene::volume::{Grid, SELF_LIFT};
 
-use super::transmittance::{Shadows, mix, mix_all};
+use super::transmittance::{Shadows, mix_all};
 use super::voxelise::{grid_position, voxel_index};
 
 /// What one batch of lights came to.
@@ -74,11 +74,10 @@ pub(super) fn shade(
                     Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
                 };
                 let share_of =
-                    |shadow_index| unblocked_share(visibility, n_points, shadow_index, point);
+                    |is_tt| unblocked_share(visibility, n_points, light.shadow_index, is_tt, point);
                 let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
                 if has_maps && light.shadow_index != NO_SLOT {
-                    unblocked = share_of(light.shadow_index);
-                    unblocked_tt = mix(unblocked, share_of(THROUGH_SLOT), light.forward_weight);
+                    (unblocked, unblocked_tt) = (share_of(false), share_of(true));
                 }
                 (record, unblocked, unblocked_tt)
             };

@@ -16,13 +16,11 @@ use strandlight_scattering::wide::{
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::scene::LightRecord;
-use strandlight_scene::shadow_maps::{NO_SLOT, THROUGH_SLOT};
 
 use super::arriving::{Arriving, AtPoint, Columns};
 use super::frame::kept::{half, n_numbers};
 use super::shade::{Counts, Terms};
-use super::transmittance::mix;
-use super::unblocked::{Unblocked, VisiblePoint};
+use super::unblocked::VisiblePoint;
 
 /// Visible points that a thread shades at a time.
 const CHUNK: usize = 64;
@@ -34,7 +32,6 @@ pub(super) struct WideShader<'a> {
     /// Of the fibre.
     tables: &'a MultipleTables,
     arriving: &'a Arriving,
-    through: Option<&'a Unblocked>,
     shading: Shading<'a>,
     forward: ForwardTable,
     terms: Terms,
@@ -60,8 +57,6 @@ struct EightLights {
     brightest: [f32; LANES],
     solid_angle: [f32; LANES],
     power: [f32; LANES],
-    /// How much of TT's share is that of the light through to the eye.
-    forward_weight: [f32; LANES],
 }
 
 impl EightLights {
@@ -83,10 +78,6 @@ impl EightLights {
             brightest: of(&|light| light.rgb[0].max(light.rgb[1]).max(light.rgb[2])),
             solid_angle,
             power: of(&|light| light.power),
-            forward_weight: of(&|light| match light.shadow_index {
-                NO_SLOT => 0.0,
-                _ => light.forward_weight,
-            }),
         }
     }
 }
@@ -104,14 +95,12 @@ struct Scratch {
 }
 
 impl<'a> WideShader<'a> {
-    /// For the `lights` that arrive, as `view` sees `scene`; with shares of the light through to the eye.
-    /// By `peaks`, of drafts, what hardly counts is left to chance.
+    /// For the `lights` that arrive, as `view` sees `scene`. By `peaks`, of drafts, what hardly counts is left to chance.
     pub fn new(
         scene: &'a PreparedScene,
         view: &'a ViewUniform,
         tables: &'a MultipleTables,
         (arriving, lights): (&'a Arriving, &[LightRecord]),
-        through: Option<&'a Unblocked>,
         peaks: Option<Peaks>,
     ) -> WideShader<'a> {
         let columns = arriving.lights.iter().enumerate();
@@ -127,7 +116,6 @@ impl<'a> WideShader<'a> {
             view,
             tables,
             arriving,
-            through,
             forward: forward_table(scene.hair.averages()),
             terms: Terms::new(scene),
             peaks,
@@ -238,7 +226,6 @@ impl<'a> WideShader<'a> {
             view: DirectionInFrame::from_vector([u, v, w].map(|axis| axis.dot(towards))),
         };
         let arriving = self.arriving.at(at.place);
-        let through = self.through.map(|through| through.share(THROUGH_SLOT, at));
         let Scratch {
             responses,
             unblocked,
@@ -255,15 +242,8 @@ impl<'a> WideShader<'a> {
         unblocked.clear();
         unblocked_tt.clear();
         for lights in &self.lights {
-            let shares = arriving.unblocked(&lights.columns);
-            let mut shares_tt = shares;
-            if let Some(through) = through {
-                for (share, weight) in shares_tt.iter_mut().zip(&lights.forward_weight) {
-                    *share = mix(*share, through, *weight);
-                }
-            }
-            unblocked.push(shares);
-            unblocked_tt.push(shares_tt);
+            unblocked.push(arriving.unblocked(&lights.columns));
+            unblocked_tt.push(arriving.unblocked_tt(&lights.columns));
         }
         let terms = &self.terms;
         let n_lights = self.colors.len();

@@ -4,9 +4,11 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{Vec3, Vec3Swizzles};
 use rayon::prelude::*;
+use strandlight_scattering::closed_form::through_kernel;
 use strandlight_scene::beside::Beside;
 use strandlight_scene::shadow_maps::{
-    FIRST_OF_SLOT, LAST_OF_SLOT, SLOTS_PER_WORD, ShadowPlan, ShadowView,
+    FIRST_OF_SLOT, LAST_OF_SLOT, MAPS_PER_WORD, Mixture, N_PLACES, ShadowPlan, ShadowView,
+    share_place,
 };
 use strandlight_scene::strands::Strands;
 
@@ -14,23 +16,49 @@ pub(super) const NAME_BITS: u32 = 12;
 pub(super) const HEIGHT_UNITS: f32 = 1_048_575.0;
 pub(super) const OWN_POINTS: u32 = 3;
 pub(super) const CLEAR_RADII: f32 = 0.5;
-pub(super) const N_PLACES: u32 = 8;
 
-/// Unblocked share of the lights with maps at every point, `[shadow_index / 4][point]`, eight bits
-/// a slot: [`strandlight_scene::shadow_maps::unblocked_share`] reads it.
-pub fn shadow_maps(strands: &Strands, plan: &ShadowPlan) -> Vec<u32> {
-    let mut visibility = vec![0; plan.n_words(strands.points.len())];
-    draw_maps(strands, &plan.views, &Beside::none(), &mut visibility);
-    visibility
+/// What shadow maps say of every point.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Visibility {
+    /// Unblocked shares, `[shadow_index / 4][mode][point]`:
+    /// [`strandlight_scene::shadow_maps::unblocked_share`] reads them.
+    pub shares: Vec<u32>,
+    /// Lit places, `[map_index / 8][point]`, four bits a map.
+    pub answers: Vec<u32>,
 }
 
-/// Draws maps and writes their rows of the visibility buffer, with proxies `beside` that block light.
+impl Visibility {
+    /// Nothing yet of the maps of `plan` at `n_points` points.
+    pub fn new(plan: &ShadowPlan, n_points: usize) -> Visibility {
+        Visibility {
+            shares: vec![0; plan.n_words(n_points)],
+            answers: vec![0; plan.n_answer_words(n_points)],
+        }
+    }
+}
+
+/// Unblocked shares of the lights with maps at every point, for an `eye` that looks along `forward`:
+/// [`strandlight_scene::shadow_maps::unblocked_share`] reads them.
+pub fn shadow_maps(
+    strands: &Strands,
+    plan: &ShadowPlan,
+    (eye, forward): ([f32; 3], [f32; 3]),
+) -> Vec<u32> {
+    let mut visibility = Visibility::new(plan, strands.points.len());
+    for views in [&plan.views, &plan.through(forward)] {
+        draw_maps(strands, views, &Beside::none(), &mut visibility);
+    }
+    through_shares(strands, eye, &plan.mixture(forward), &mut visibility);
+    visibility.shares
+}
+
+/// Draws maps and writes their rows, with proxies `beside` that block light.
 /// Returns how many texels were drawn, those of every strand counted.
 pub(super) fn draw_maps(
     strands: &Strands,
     views: &[ShadowView],
     beside: &Beside,
-    visibility: &mut [u32],
+    visibility: &mut Visibility,
 ) -> u64 {
     let mut n_texels = 0;
     let n_points = strands.points.len();
@@ -48,8 +76,10 @@ pub(super) fn draw_maps(
             .with_min_len(1024)
             .map(|&first| cast_shadows(view, strands, first, &map))
             .sum::<u64>();
-        let row = (view.shadow_index / SLOTS_PER_WORD) as usize * n_points;
-        visibility[row..row + n_points]
+        let row = (view.map_index / MAPS_PER_WORD) as usize * n_points;
+        let bit = 4 * (view.map_index % MAPS_PER_WORD);
+        let answers = &mut visibility.answers[row..row + n_points];
+        answers
             .par_iter_mut()
             .zip(&mut sums)
             .enumerate()
@@ -58,21 +88,64 @@ pub(super) fn draw_maps(
                 let mut lit = receive_shadows(view, strands, point, &map);
                 let position = Vec3::from_slice(&strands.points[point]);
                 if towards.is_blocked(&places, point, position) {
-                    lit = 0.0;
+                    lit = 0;
                 }
+                *answer = *answer & !(15 << bit) | lit << bit;
+                let share = view.weight * lit as f32 / N_PLACES as f32;
                 *sum = if view.ends & FIRST_OF_SLOT == 0 {
-                    *sum + lit
+                    *sum + share
                 } else {
-                    lit
+                    share
                 };
-                if view.ends & LAST_OF_SLOT != 0 {
-                    let shift = 8 * (view.shadow_index % SLOTS_PER_WORD);
-                    let bits = ((sum.min(1.0) * 255.0 + 0.5) as u32) << shift;
-                    *answer = *answer & !(255 << shift) | bits;
-                }
             });
+        if view.ends & LAST_OF_SLOT != 0 {
+            let (row, bit) = share_place(n_points, view.shadow_index, false, 0);
+            write_shares(&mut visibility.shares[row..row + n_points], bit, &sums);
+        }
     }
     n_texels
+}
+
+/// Writes a slot's shares of all points.
+fn write_shares(words: &mut [u32], bit: u32, shares: &[f32]) {
+    words.par_iter_mut().zip(shares).for_each(|(word, share)| {
+        *word = *word & !(255 << bit) | ((share.min(1.0) * 255.0 + 0.5) as u32) << bit;
+    });
+}
+
+/// TT's shares for an `eye`, once all maps of `mixture` are drawn. Twin of
+/// `shaders/pass/through_shares.wgsl`.
+pub(super) fn through_shares(
+    strands: &Strands,
+    eye: [f32; 3],
+    mixture: &Mixture,
+    visibility: &mut Visibility,
+) {
+    let n_points = strands.points.len();
+    let n_maps = mixture.towards.len();
+    let answers = &visibility.answers;
+    for (slot, weights) in mixture.weights.chunks_exact(n_maps.max(1)).enumerate() {
+        let share_at = |point: usize| {
+            let u = Vec3::from_slice(&strands.tangents[point]);
+            let v = Vec3::from_slice(&strands.normals[point]);
+            let w = u.cross(v);
+            let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
+            let position = Vec3::from_slice(&strands.points[point]);
+            let eye = in_frame((Vec3::from(eye) - position).normalize_or_zero());
+            let (mut unblocked, mut all) = (0.0, 0.0);
+            for (ix, (weight, towards)) in weights.iter().zip(&mixture.towards).enumerate() {
+                let word = answers[ix / MAPS_PER_WORD as usize * n_points + point];
+                let lit = word >> (4 * (ix as u32 % MAPS_PER_WORD)) & 15;
+                let weight = weight * through_kernel(in_frame(Vec3::from(*towards)), eye);
+                all += weight;
+                unblocked += weight * lit as f32;
+            }
+            unblocked / (all * N_PLACES as f32)
+        };
+        let shares: Vec<f32> = (0..n_points).into_par_iter().map(share_at).collect();
+        let (row, bit) = share_place(n_points, slot as u32, true, 0);
+        write_shares(&mut visibility.shares[row..row + n_points], bit, &shares);
+    }
 }
 
 /// x and y in texels from the corner, z the height in cm.
@@ -146,13 +219,13 @@ fn cast_shadows(view: &ShadowView, strands: &Strands, first: u32, map: &[AtomicU
     n_texels
 }
 
-/// What this map adds to the unblocked share of a point.
+/// How many of [`N_PLACES`] places about a point are lit.
 fn receive_shadows(
     view: &ShadowView,
     strands: &Strands,
     point_ix: usize,
     map: &[AtomicU32],
-) -> f32 {
+) -> u32 {
     let point = &strands.points[point_ix];
     let (before, after) = (strands.tangents[point_ix][3], strands.normals[point_ix][3]);
     let middle = map_position(view, point);
@@ -183,5 +256,5 @@ fn receive_shadows(
         );
         lit += u32::from(!is_above || apart <= 2 * OWN_POINTS);
     }
-    view.weight * lit as f32 / N_PLACES as f32
+    lit
 }

@@ -1,4 +1,4 @@
-//! Shares of the lights that reach visible points straight, from shadow maps.
+//! What of shadow maps is lit at visible points, and so the shares of the lights that reach them straight.
 //!
 //! The maps are those of [`super::shadow_map`]; but each is one thread's own, every point is projected
 //! once, and what is above nothing that is looked up is not drawn. Strands side by side are drawn one after the other and texels
@@ -11,10 +11,10 @@ use rayon::prelude::*;
 use strandlight_scattering::wide::prelude::*;
 use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8, i32x8};
 use strandlight_scene::beside::{self, Beside};
-use strandlight_scene::shadow_maps::{LAST_OF_SLOT, ShadowView};
+use strandlight_scene::shadow_maps::{N_PLACES, NO_SLOT, ShadowView};
 use strandlight_scene::strands::Strands;
 
-use super::shadow_map::{CLEAR_RADII, HEIGHT_UNITS, N_PLACES, NAME_BITS, OWN_POINTS, name_of};
+use super::shadow_map::{CLEAR_RADII, HEIGHT_UNITS, NAME_BITS, OWN_POINTS, name_of};
 
 /// Maps at work at a time have at most this many bytes, or there is one.
 const MAX_MAP_BYTES: usize = 256 << 20;
@@ -28,14 +28,13 @@ const SEGMENTS_AT_ONCE: u32 = 1 << 18;
 /// Side of the blocks of a map that are known to be looked up or not, texels.
 const BLOCK: i32 = 16;
 
-/// What 1 is in a share.
-const ONE: f32 = 65_535.0;
-
-/// Unblocked shares of lights at visible points, or at all points.
+/// Answers of maps at visible points, or at all points.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unblocked {
-    /// `[slot][point]`, unorm16; none of slots without maps.
-    shares: Vec<Vec<u16>>,
+    /// `[map][point]`: how many of [`N_PLACES`] about the point are lit.
+    lit: Vec<Vec<u8>>,
+    /// By slot, the maps of a light.
+    maps_of: Vec<Range<usize>>,
     is_everywhere: bool,
     /// Texels of strands drawn into all maps.
     pub n_texels: u64,
@@ -56,45 +55,41 @@ impl Unblocked {
         self.is_everywhere
     }
 
-    /// Bytes of the shares of `n_slots` lights at `n_points` points.
-    pub fn bytes_of(n_slots: u32, n_points: usize) -> usize {
-        n_slots as usize * n_points * size_of::<u16>()
-    }
-
-    /// Has no light a map?
-    pub fn is_empty(&self) -> bool {
-        self.shares.is_empty()
+    /// Bytes of the answers of `n_maps` maps at `n_points` points.
+    pub fn bytes_of(n_maps: usize, n_points: usize) -> usize {
+        n_maps * n_points
     }
 
     /// The share of a slot at a visible point, 0..=1.
     pub fn share(&self, slot: u32, at: VisiblePoint) -> f32 {
-        f32::from(self.packed_share(slot, at)) * (1.0 / ONE)
+        let ix = self.index(at);
+        let maps = &self.lit[self.maps_of[slot as usize].clone()];
+        let sum: u32 = maps.iter().map(|lit| u32::from(lit[ix])).sum();
+        sum as f32 / (N_PLACES as usize * maps.len()) as f32
     }
 
-    /// [`Unblocked::share`], unorm16.
-    pub fn packed_share(&self, slot: u32, at: VisiblePoint) -> u16 {
-        let ix = if self.is_everywhere {
+    /// The answer of every map at a visible point, 0..=1.
+    pub fn answers(&self, at: VisiblePoint) -> impl Iterator<Item = f32> {
+        let ix = self.index(at);
+        let maps = self.lit.iter();
+        maps.map(move |lit| f32::from(lit[ix]) * (1.0 / N_PLACES as f32))
+    }
+
+    fn index(&self, at: VisiblePoint) -> usize {
+        if self.is_everywhere {
             at.point
         } else {
             at.place
-        };
-        self.shares[slot as usize][ix]
+        }
     }
 
-    /// Are there shares of this slot?
-    pub fn has(&self, slot: u32) -> bool {
-        let shares = self.shares.get(slot as usize);
-        shares.is_some_and(|shares| !shares.is_empty())
-    }
-
-    /// Bytes of the shares.
+    /// Bytes of the answers.
     pub fn bytes(&self) -> u64 {
-        let bytes = |shares: &Vec<u16>| size_of_val(&shares[..]) as u64;
-        self.shares.iter().map(bytes).sum()
+        self.lit.iter().map(|lit| lit.len() as u64).sum()
     }
 }
 
-/// Shares that are being found, a few maps at a time.
+/// Answers that are being found, a few maps at a time.
 pub(super) struct Casting {
     views: Vec<ShadowView>,
     /// Views that are done.
@@ -106,8 +101,6 @@ pub(super) struct Casting {
     works: Vec<Work>,
     /// How far those at work are; they keep in step.
     part: Part,
-    /// Of the slot under way, by place.
-    sums: Vec<f32>,
     found: Unblocked,
 }
 
@@ -125,12 +118,15 @@ enum Part {
 impl Casting {
     /// Of the maps of `views`, those of a slot one after the other, at `visible` points; at all points
     /// where there are none given.
-    pub fn new(
-        n_slots: u32,
-        views: Vec<ShadowView>,
-        strands: &Strands,
-        visible: Option<&[u32]>,
-    ) -> Casting {
+    pub fn new(views: Vec<ShadowView>, strands: &Strands, visible: Option<&[u32]>) -> Casting {
+        let mut maps_of = Vec::new();
+        for (ix, view) in views.iter().enumerate() {
+            if view.shadow_index != NO_SLOT {
+                let slot = view.shadow_index as usize;
+                maps_of.resize(maps_of.len().max(slot + 1), ix..ix);
+                maps_of[slot].end = ix + 1;
+            }
+        }
         let all: Vec<u32>;
         let looked_up = match visible {
             Some(visible) => visible,
@@ -149,9 +145,9 @@ impl Casting {
             places: None,
             works: Vec::new(),
             part: Part::Project,
-            sums: Vec::new(),
             found: Unblocked {
-                shares: vec![Vec::new(); n_slots as usize],
+                lit: Vec::new(),
+                maps_of,
                 is_everywhere: visible.is_none(),
                 n_texels: 0,
             },
@@ -198,21 +194,11 @@ impl Casting {
         self.n_done == self.views.len()
     }
 
-    /// Adds the next maps to the shares.
+    /// Takes the answers of the next maps.
     fn add(&mut self, n: usize) {
-        for (work, view) in self.works.iter().zip(&self.views[self.n_done..][..n]) {
+        for work in &mut self.works[..n] {
             self.found.n_texels += work.n_texels;
-            self.sums.resize(work.lit.len(), 0.0);
-            let weight = view.weight / N_PLACES as f32;
-            for (sum, lit) in self.sums.iter_mut().zip(&work.lit) {
-                *sum += weight * f32::from(*lit);
-            }
-            if view.ends & LAST_OF_SLOT != 0 {
-                let pack = |sum: &f32| (sum.min(1.0) * ONE + 0.5) as u16;
-                self.found.shares[view.shadow_index as usize] =
-                    self.sums.iter().map(pack).collect();
-                self.sums.clear();
-            }
+            self.found.lit.push(std::mem::take(&mut work.lit));
         }
         self.n_done += n;
     }
@@ -777,7 +763,7 @@ mod tests {
     use strandlight_formats::SrbfLight;
     use strandlight_scene::shadow_maps::{ShadowPlan, unblocked_share};
 
-    use super::super::shadow_map::draw_maps;
+    use super::super::shadow_map::{Visibility, draw_maps};
     use super::*;
 
     /// Strands criss-cross, thick and thin.
@@ -810,19 +796,20 @@ mod tests {
             })
             .collect();
         let plan = ShadowPlan::new(&lights, &strands, 30);
-        let mut words = vec![0; plan.n_words(strands.points.len())];
-        let n_texels = draw_maps(&strands, &plan.views, &Beside::none(), &mut words);
+        let mut visibility = Visibility::new(&plan, strands.points.len());
+        let n_texels = draw_maps(&strands, &plan.views, &Beside::none(), &mut visibility);
+        let words = visibility.shares;
         let visible: Vec<u32> = (0..strands.points.len() as u32).step_by(3).collect();
         let find = |visible: Option<&[u32]>| {
             let views = plan.views.clone();
-            let mut casting = Casting::new(plan.n_slots, views, &strands, visible);
+            let mut casting = Casting::new(views, &strands, visible);
             while !casting.step(&Beside::none()) {}
             casting.finish()
         };
         let (unblocked, everywhere) = (find(Some(&visible)), find(None));
         assert!(unblocked.n_texels < n_texels);
         let mut darkest = 1.0_f32;
-        for slot in 1..plan.n_slots {
+        for slot in 0..plan.n_slots {
             for (place, &point) in visible.iter().enumerate() {
                 let at = VisiblePoint {
                     place,
@@ -830,8 +817,9 @@ mod tests {
                 };
                 let share = unblocked.share(slot, at);
                 assert_eq!(everywhere.share(slot, at), share);
-                let exact = unblocked_share(&words, strands.points.len(), slot, point as usize);
-                // Both are rounded, the other to eight bits.
+                let n_points = strands.points.len();
+                let exact = unblocked_share(&words, n_points, slot, false, point as usize);
+                // The other is rounded to eight bits.
                 assert!(
                     (share - exact).abs() < 0.6 / 255.0,
                     "{slot} {point}: {share} {exact}"

@@ -142,7 +142,7 @@ impl Default for RenderSection {
             tone_map: ToneMap::Filmic,
             background: Background::Lights,
             scattering: Scattering::Total,
-            shadow_maps: 96,
+            shadow_maps: 64,
         }
     }
 }

@@ -31,6 +31,7 @@ mod directional;
 #[doc(hidden)]
 pub mod environment;
 mod exact;
+mod fibre_tables;
 mod fibres;
 mod file;
 mod file_error;
@@ -57,6 +58,8 @@ pub use backdrop::Backdrop;
 pub use directional::Directional;
 #[doc(hidden)]
 pub use environment::Environment;
+#[doc(hidden)]
+pub use fibre_tables::FibreTables;
 #[doc(hidden)]
 pub use fibres::{Averages, AveragesAt, Fibres, Painted};
 #[doc(hidden)]

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
-use strandlight_formats::{Background, Scattering, Scene, SrbfLight};
+use strandlight_formats::{Background, RenderSection, Scattering, Scene, SrbfLight};
 use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{
     DENSITY_BACK, DENSITY_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
@@ -20,7 +20,7 @@ use crate::material::{EditReport, HairMaterial};
 use crate::motion::{Motion, wind};
 use crate::paint::{Paint, PaintKinds, PaintedPoint};
 use crate::proxy::{Proxy, ProxyRecords};
-use crate::shadow_maps::{DEFAULT_SHADOW_MAPS, ShadowPlan, through_weight};
+use crate::shadow_maps::ShadowPlan;
 use crate::stats::Stats;
 use crate::strands::Strands;
 use crate::tables::ShadingTables;
@@ -95,17 +95,15 @@ pub struct LightRecord {
     pub solid_angle: f32,
     /// Its row in the answers of the shadow maps, or [`NO_SLOT`](crate::shadow_maps::NO_SLOT).
     pub shadow_index: u32,
-    /// How much of TT's unblocked share is that of the light through to the eye.
-    pub forward_weight: f32,
     /// Its place among the records of its batch.
     pub record: u32,
     /// Not used.
-    pub pad: [u32; 2],
+    pub pad: [u32; 3],
 }
 
 strandlight_scattering::mirrors! {
     LightRecord as "Light" in "lib/light" {
-        direction, lambda, rgb, power, first_sweep, n_sweeps, solid_angle, shadow_index, forward_weight, record,
+        direction, lambda, rgb, power, first_sweep, n_sweeps, solid_angle, shadow_index, record,
         pad,
     }
 }
@@ -226,7 +224,7 @@ impl PreparedScene {
             hair,
             densities: [DENSITY_FORWARD, DENSITY_BACK],
             negligible_share: NEGLIGIBLE_SHARE,
-            shadow_maps: DEFAULT_SHADOW_MAPS,
+            shadow_maps: RenderSection::default().shadow_maps,
             record_budget: RECORD_BUDGET,
             reference_amplitudes: None,
             scattering: Scattering::Total,
@@ -424,9 +422,8 @@ impl PreparedScene {
                     n_sweeps: sweeps.len() as u32 - first_sweep,
                     solid_angle: solid_angle(light.lambda.into()) as f32,
                     shadow_index,
-                    forward_weight: through_weight(light.lambda),
                     record: (ix % LIGHT_BATCH) as u32,
-                    pad: [0; 2],
+                    pad: [0; 3],
                 }
             })
             .collect();

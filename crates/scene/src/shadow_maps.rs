@@ -9,10 +9,18 @@
 //! neighbourhood (half way to the points before and after it) as no other strand stands above.
 //! What strands send on forward still comes from the volume.
 //!
+//! TT has an unblocked share of its own. It takes its light from directions about the line of sight,
+//! where the hair behind the strand stands, and with the mean share wide lights shine through it 20 to 30 % too
+//! bright. So a few more maps look along the line of sight, and TT's share of a light is the mean over the
+//! directions of all maps, weighed by the light's radiance from there, by
+//! [`through_kernel`](strandlight_scattering::closed_form::through_kernel), and by how
+//! densely maps lie there: see [`Mixture`].
+//!
 //! Maps depend on strands and lights alone: an edit of the hair and another view need none.
 
 use glam::Vec3;
 use strandlight_formats::SrbfLight;
+use strandlight_scattering::spherical_gaussian::solid_angle;
 
 use crate::strands::Strands;
 use crate::volume::{self, shifted_lobe_directions};
@@ -37,9 +45,6 @@ const COARSE_SIDE: f32 = 64.0;
 /// Lights narrower than this get [`FINE_SIDE`].
 const FINE_LAMBDA: f32 = 0.05;
 
-/// Maps of a scene by default.
-pub(crate) const DEFAULT_SHADOW_MAPS: u32 = 96;
-
 pub use strandlight_formats::MAX_SHADOW_MAPS;
 
 /// Lights with less than this share of the power of all get no map.
@@ -49,34 +54,23 @@ const LEAST_SHARE: f32 = 0.002;
 /// directions see the same shadows.
 const LAMBDA_PER_MAP: f32 = 0.006;
 
-/// Largest visibility buffer that every adapter binds.
+/// Largest buffer that every adapter binds.
 const MAX_BYTES: usize = 128 << 20;
 
-/// Row of the visibility buffer for line-of-sight shadows.
-///
-/// A wide light and its unblocked share as the mean over its lobe say too much of TT, which takes
-/// its light from a narrow lobe about the line of sight: there the hair behind the strand stands,
-/// and with the mean share wide lights shine through it 20 to 30 % too bright. So one more share is
-/// found for every view, that of a lobe of width `THROUGH_LAMBDA` along it, and TT's share of a
-/// light goes from the light's own to that one as `through_weight`.
-pub const THROUGH_SLOT: u32 = 0;
-
-/// Width of the lobe that TT takes its light from; found by comparing with exact shadows of every
-/// direction.
+/// Width of the lobe about the line of sight that maps for TT are drawn from.
 pub(crate) const THROUGH_LAMBDA: f32 = 0.45;
-
-/// How much of TT's share of a light of width `lambda` is that of the light through to the eye:
-/// where the product of both lobes has its centre.
-pub(crate) fn through_weight(lambda: f32) -> f32 {
-    let square = lambda * lambda;
-    square / (square + THROUGH_LAMBDA * THROUGH_LAMBDA)
-}
 
 /// Marks lights without maps.
 pub const NO_SLOT: u32 = u32::MAX;
 
 /// Lights whose shares fill a word of the visibility buffer, eight bits each.
 pub const SLOTS_PER_WORD: u32 = 4;
+
+/// Maps whose answers fill a word, four bits each.
+pub const MAPS_PER_WORD: u32 = 8;
+
+/// Places along the strand around a point where a map is looked up; its answer is how many are lit.
+pub const N_PLACES: u32 = 8;
 
 /// One map; mirrored by `ShadowView` in `shaders/pass/shadow_map.wgsl`.
 #[repr(C)]
@@ -98,7 +92,7 @@ pub struct ShadowView {
     pub centre: [f32; 3],
     /// Texels along a side.
     pub side: u32,
-    /// Row of the visibility buffer that this direction adds to.
+    /// Row of the visibility buffer that this direction adds to, or [`NO_SLOT`].
     pub shadow_index: u32,
     /// Bit 0: the first of its slot; bit 1: the last.
     pub ends: u32,
@@ -108,14 +102,16 @@ pub struct ShadowView {
     pub n_points: u32,
     /// Where in their strata the places along a strand lie, 0..1.
     pub offset: f32,
+    /// Its place among all maps, those of the line of sight last.
+    pub map_index: u32,
     /// Not used.
-    pub pad: [u32; 3],
+    pub pad: [u32; 2],
 }
 
 strandlight_scattering::mirrors! {
     ShadowView as "ShadowView" in "pass/shadow_map" {
         right, texels_per_cm, up, reach, towards, weight, centre, side, shadow_index, ends, n_segments,
-        n_points, offset, pad,
+        n_points, offset, map_index, pad,
     }
 }
 
@@ -131,10 +127,47 @@ pub struct ShadowPlan {
     pub views: Vec<ShadowView>,
     /// By light: its row of the visibility buffer, or [`NO_SLOT`].
     pub slots: Vec<u32>,
-    /// Number of rows, that of [`THROUGH_SLOT`] included; 0 where no light has maps.
+    /// Number of rows.
     pub n_slots: u32,
-    /// Maps for the light through to the eye, and one of them in any direction.
+    /// By row: direction and width of its light, and how many maps it has.
+    lobes: Vec<Lobe>,
+    /// Maps along the line of sight, and one of them in any direction.
     through: Option<(u32, ShadowView)>,
+}
+
+/// A lobe of directions that maps are drawn from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Lobe {
+    axis: Vec3,
+    lambda: f32,
+    n_maps: u32,
+}
+
+impl Lobe {
+    /// Its spherical Gaussian.
+    fn radiance(&self, towards: Vec3) -> f64 {
+        let lambda = f64::from(self.lambda);
+        (-f64::from(self.axis.distance_squared(towards)) / (lambda * lambda)).exp()
+    }
+
+    /// Its maps in a unit of solid angle.
+    fn density(&self, towards: Vec3) -> f64 {
+        f64::from(self.n_maps) * self.radiance(towards) / solid_angle(f64::from(self.lambda))
+    }
+}
+
+/// All maps of a view taken together: which directions they look in, and what each counts for each
+/// light with maps.
+///
+/// A light's integral over directions is estimated from the maps of all lights and those of the line of
+/// sight: sum of f G_j / q, with q the density of all of them (balance heuristic). Weighed by f = kernel
+/// times unblocked, over f = kernel, that is TT's share.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mixture {
+    /// By map: unit vector towards the light.
+    pub towards: Vec<[f32; 3]>,
+    /// `[slot][map]`: G_j / q.
+    pub weights: Vec<f32>,
 }
 
 impl ShadowPlan {
@@ -151,32 +184,44 @@ impl ShadowPlan {
             .collect();
         order.sort_by(|&a, &b| power[b].total_cmp(&power[a]).then(a.cmp(&b)));
         let words = MAX_BYTES / (4 * strands.points.len().max(1));
-        order.truncate((words * SLOTS_PER_WORD as usize).saturating_sub(1));
+        // Two rows of words for shares, and answers in a buffer of their own.
+        order.truncate(words / 2 * SLOTS_PER_WORD as usize);
+        let most_maps = words * MAPS_PER_WORD as usize;
+        let n_through = (budget / 6).clamp(4, 64);
+        order.truncate(most_maps.saturating_sub(n_through as usize));
         let any = ShadowView::towards([0.0, 1.0, 0.0], strands);
         let mut plan = ShadowPlan {
             slots: vec![NO_SLOT; lights.len()],
             ..ShadowPlan::default()
         };
         for (n_before, &ix) in order.iter().enumerate() {
-            let shadow_index = 1 + n_before;
             let light = &lights[ix];
             let useful = 1 + (light.lambda / LAMBDA_PER_MAP).min(1e6) as u32;
             let k = (budget as f32 * (power[ix] / total)).round() as u32;
-            let k = k.clamp(1, useful);
+            // Every light after it gets one.
+            let n_after = order.len() - n_before - 1 + n_through as usize;
+            let left = most_maps.saturating_sub(plan.views.len() + n_after);
+            let k = k.clamp(1, useful).min(left as u32);
             // Lights with a map or two look elsewhere each.
-            let shift = (0.5 + 0.618_034 * shadow_index as f64).fract();
+            let shift = (0.5 + 0.618_034 * (1 + n_before) as f64).fract();
+            let first = plan.views.len() as u32;
             plan.views
-                .extend(views_of(light, k, shift, shadow_index as u32, &any));
-            plan.slots[ix] = shadow_index as u32;
+                .extend(views_of(light, k, shift, (n_before as u32, first), &any));
+            plan.slots[ix] = n_before as u32;
+            plan.lobes.push(Lobe {
+                axis: Vec3::from(light.direction).normalize_or(Vec3::Y),
+                lambda: light.lambda,
+                n_maps: k,
+            });
         }
         if !order.is_empty() {
-            plan.n_slots = 1 + order.len() as u32;
-            plan.through = Some(((budget / 6).clamp(4, 64), any));
+            plan.n_slots = order.len() as u32;
+            plan.through = Some((n_through, any));
         }
         plan
     }
 
-    /// Maps for the light that comes through to an eye that looks along `forward`.
+    /// Maps along the line of sight of an eye that looks along `forward`.
     pub fn through(&self, forward: [f32; 3]) -> Vec<ShadowView> {
         let Some((k, any)) = &self.through else {
             return Vec::new();
@@ -186,22 +231,70 @@ impl ShadowPlan {
             lambda: THROUGH_LAMBDA,
             rgb: [1.0; 3],
         };
-        views_of(&lobe, *k, 0.5, THROUGH_SLOT, any)
+        let mut views = views_of(&lobe, *k, 0.5, (NO_SLOT, self.views.len() as u32), any);
+        for view in &mut views {
+            // They write no share.
+            view.ends = FIRST_OF_SLOT;
+        }
+        views
     }
 
-    /// Words of the visibility buffer, `[shadow_index / 4][point]`, eight bits a slot from the
-    /// lowest up.
+    /// All maps together with those of an eye that looks along `forward`.
+    pub fn mixture(&self, forward: [f32; 3]) -> Mixture {
+        let through = self.through(forward);
+        let maps = || self.views.iter().chain(&through);
+        let of_sight = Lobe {
+            axis: Vec3::from(forward).normalize_or(Vec3::Y),
+            lambda: THROUGH_LAMBDA,
+            n_maps: through.len() as u32,
+        };
+        let lobes = || self.lobes.iter().chain([&of_sight]);
+        let density = |view: &ShadowView| -> f64 {
+            let towards = Vec3::from(view.towards);
+            lobes().map(|lobe| lobe.density(towards)).sum()
+        };
+        let densities: Vec<f64> = maps().map(density).collect();
+        let weights = self.lobes.iter().flat_map(|lobe| {
+            let of_map = |(view, density): (&ShadowView, &f64)| {
+                let radiance = lobe.radiance(Vec3::from(view.towards));
+                if radiance > 0.0 {
+                    (radiance / density) as f32
+                } else {
+                    0.0
+                }
+            };
+            maps().zip(&densities).map(of_map).collect::<Vec<f32>>()
+        });
+        Mixture {
+            weights: weights.collect(),
+            towards: maps().map(|view| view.towards).collect(),
+        }
+    }
+
+    /// All maps, those of the line of sight included.
+    pub fn n_maps(&self) -> usize {
+        self.views.len() + self.through.map_or(0, |(k, _)| k as usize)
+    }
+
+    /// Words of the visibility buffer, `[shadow_index / 4][mode][point]`, eight bits a slot from the
+    /// lowest up: shares of all modes but TT, then of TT.
     pub fn n_words(&self, n_points: usize) -> usize {
-        self.n_slots.div_ceil(SLOTS_PER_WORD) as usize * n_points
+        2 * self.n_slots.div_ceil(SLOTS_PER_WORD) as usize * n_points
+    }
+
+    /// Words of the answers of all maps, `[map_index / 8][point]`, four bits a map from the lowest up:
+    /// how many of [`N_PLACES`] are lit.
+    pub fn n_answer_words(&self, n_points: usize) -> usize {
+        self.n_maps().div_ceil(MAPS_PER_WORD as usize) * n_points
     }
 }
 
-/// `k` maps of one light.
+/// `k` maps of one light, from the slot and the map index of the first on.
 fn views_of(
     light: &SrbfLight,
     k: u32,
     shift: f64,
-    shadow_index: u32,
+    (shadow_index, first_map): (u32, u32),
     any: &ShadowView,
 ) -> Vec<ShadowView> {
     let directions = shifted_lobe_directions(light, k, shift);
@@ -214,6 +307,7 @@ fn views_of(
             side,
             texels_per_cm: any.texels_per_cm * side as f32 / any.side as f32,
             shadow_index,
+            map_index: first_map + n,
             ends: first | last,
             weight: 1.0 / k as f32,
             offset: (n as f32 + 0.5) / k as f32,
@@ -250,15 +344,24 @@ fn map_side(strands: &Strands, reach: f32) -> u32 {
     wanted.min(over.sqrt() * SHADOW_SIDE as f32).max(1.0) as u32
 }
 
-/// The unblocked share of `shadow_index` at `point` in the visibility buffer of `n_points` points.
+/// The word of `shadow_index` at `point` in the visibility buffer of `n_points` points, of TT or of the
+/// other modes, and its lowest bit there.
+pub fn share_place(n_points: usize, shadow_index: u32, is_tt: bool, point: usize) -> (usize, u32) {
+    let row = 2 * (shadow_index / SLOTS_PER_WORD) as usize + usize::from(is_tt);
+    (row * n_points + point, 8 * (shadow_index % SLOTS_PER_WORD))
+}
+
+/// The unblocked share of `shadow_index` at `point` in the visibility buffer of `n_points` points, of TT
+/// or of the other modes.
 pub fn unblocked_share(
     visibility: &[u32],
     n_points: usize,
     shadow_index: u32,
+    is_tt: bool,
     point: usize,
 ) -> f32 {
-    let word = visibility[(shadow_index / SLOTS_PER_WORD) as usize * n_points + point];
-    ((word >> (8 * (shadow_index % SLOTS_PER_WORD))) & 255) as f32 / 255.0
+    let (word, bit) = share_place(n_points, shadow_index, is_tt, point);
+    (visibility[word] >> bit & 255) as f32 / 255.0
 }
 
 impl ShadowView {
@@ -281,7 +384,8 @@ impl ShadowView {
             n_segments: strands.segments.len() as u32,
             n_points: strands.points.len() as u32,
             offset: 0.5,
-            pad: [0; 3],
+            map_index: 0,
+            pad: [0; 2],
         };
         view.turned(direction)
     }

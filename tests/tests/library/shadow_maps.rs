@@ -4,6 +4,7 @@ use glam::Vec3;
 use strandlight_cpu as cpu;
 use strandlight_reference::rays::{Rays, Start};
 use strandlight_render::passes;
+use strandlight_scattering::closed_form::through_kernel;
 use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, unblocked_share};
 use strandlight_scene::strands::Strands;
 use strandlight_tests::render_common::{Random, context, light, relative_rmse, wig};
@@ -23,12 +24,15 @@ fn wig_strands(n: usize, diameter: f32) -> Strands {
     Strands::new(&points, &offsets, |_, _| diameter, true).expect("a valid groom")
 }
 
-/// Shares of the first light at every point.
-fn first_shares(strands: &Strands, plan: &ShadowPlan) -> Vec<f32> {
-    let visibility = cpu::shadow_maps(strands, plan);
+/// An eye, and where it looks.
+const EYE: ([f32; 3], [f32; 3]) = ([0.0, 0.0, 60.0], [0.0, 0.0, -1.0]);
+
+/// Shares of the first light at every point, of TT or of the other modes.
+fn first_shares(strands: &Strands, plan: &ShadowPlan, is_tt: bool) -> Vec<f32> {
+    let visibility = cpu::shadow_maps(strands, plan, EYE);
     let n_points = strands.points.len();
     (0..n_points)
-        .map(|point| unblocked_share(&visibility, n_points, 1, point))
+        .map(|point| unblocked_share(&visibility, n_points, 0, is_tt, point))
         .collect()
 }
 
@@ -52,7 +56,7 @@ fn a_strand_casts_no_shadow_on_itself() {
         let lights = [light(direction, 0.002, [1.0; 3])];
         for (strands, least) in [(&straight, 1.0), (&arc, 0.995), (&helix, 0.97)] {
             let plan = ShadowPlan::new(&lights, strands, 1);
-            let unblocked = first_shares(strands, &plan);
+            let unblocked = first_shares(strands, &plan, false);
             let mean = unblocked.iter().sum::<f32>() / unblocked.len() as f32;
             assert!(mean >= least, "{direction:?}: {mean}, not {least}");
         }
@@ -73,7 +77,7 @@ fn a_comb_lets_its_gaps_through() {
     let lights = [light([0.0, 1.0, 0.0], 0.002, [1.0; 3])];
     let plan = ShadowPlan::new(&lights, &strands, 4);
     assert_eq!(plan.views.len(), 1);
-    let unblocked = first_shares(&strands, &plan);
+    let unblocked = first_shares(&strands, &plan, false);
     let [mut low, mut n] = [0.0, 0.0];
     for (point, share) in strands.points.iter().zip(&unblocked) {
         if point[1] < 1.0 {
@@ -96,7 +100,7 @@ fn shares_are_those_of_rays() {
     let direction = Vec3::new(0.5, 0.6, 0.62).normalize();
     let lights = [light(direction.to_array(), 0.002, [1.0; 3])];
     let plan = ShadowPlan::new(&lights, &strands, 1);
-    let found = first_shares(&strands, &plan);
+    let found = first_shares(&strands, &plan, false);
     let (mut bias, mut square, mut mean, mut n) = (0.0, 0.0, 0.0, 0.0);
     for (segment, &first) in strands.segments.iter().enumerate() {
         // The point at the segment's start, where the strand goes on on both sides.
@@ -129,6 +133,60 @@ fn shares_are_those_of_rays() {
     assert!(rms < 0.2, "{rms}");
 }
 
+/// TT's share of a wide light is the mean over the directions that light comes from through the fibre to the
+/// eye, which the mean over the light is not.
+#[test]
+fn shares_of_tt_are_those_of_rays_through_the_fibre() {
+    const N_RAYS: usize = 1500;
+    let strands = wig_strands(1500, 0.02);
+    let rays = Rays::new(&strands);
+    let sky = light([0.2, 0.9, -0.3], 1.5, [1.0; 3]);
+    let plan = ShadowPlan::new(&[sky], &strands, 64);
+    let [of_tt, of_others] = [true, false].map(|is_tt| first_shares(&strands, &plan, is_tt));
+    let mut random = Random(5);
+    let mut sums = [[0.0_f64; 2]; 2];
+    let (mut mean, mut n) = (0.0, 0.0);
+    for (segment, &first) in strands.segments.iter().enumerate().step_by(97) {
+        let point = first as usize;
+        if strands.tangents[point][3] == 0.0 {
+            continue;
+        }
+        let u = Vec3::from_slice(&strands.tangents[point]);
+        let v = Vec3::from_slice(&strands.normals[point]);
+        let in_frame = |d: Vec3| [u.dot(d), v.dot(d), u.cross(v).dot(d)];
+        let position = Vec3::from_slice(&strands.points[point]);
+        let eye = in_frame((Vec3::from(EYE.0) - position).normalize());
+        let (mut open, mut all) = (0.0, 0.0);
+        for _ in 0..N_RAYS {
+            let towards = random.direction();
+            let weight = through_kernel(in_frame(towards), eye)
+                * (-towards.distance_squared(Vec3::from(sky.direction)) / sky.lambda.powi(2)).exp();
+            let share = 0.5 * random.uniform();
+            let start = if random.uniform() < 0.5 {
+                Start::inside(&strands, segment as u32 - 1, 1.0 - share)
+            } else {
+                Start::inside(&strands, segment as u32, share)
+            };
+            all += weight;
+            open += weight * f32::from(u8::from(!rays.is_blocked(&start, towards)));
+        }
+        for (sums, found) in sums.iter_mut().zip([&of_tt, &of_others]) {
+            let error = f64::from(found[point] - open / all);
+            sums[0] += error;
+            sums[1] += error * error;
+        }
+        mean += f64::from(open / all);
+        n += 1.0;
+    }
+    let [tt, others] = sums.map(|[bias, square]| [bias / n, (square / n).sqrt()]);
+    mean /= n;
+    println!(
+        "{n} points: mean {mean:.3}; bias and RMS of TT's {tt:.3?}, of the others' {others:.3?}"
+    );
+    assert!(tt[0].abs() < 0.03, "{tt:?}");
+    assert!(tt[1] < 0.6 * others[1], "{tt:?} {others:?}");
+}
+
 #[test]
 fn gpu_both_backends_answer_alike() {
     let context = context();
@@ -139,21 +197,26 @@ fn gpu_both_backends_answer_alike() {
         light([0.0, 1.0, 0.0], 1.4, [0.25, 0.3, 0.4]),
     ];
     let plan = ShadowPlan::new(&lights, &strands, 16);
-    assert_eq!(plan.n_slots, 1 + 3);
+    assert_eq!(plan.n_slots, 3);
     assert!(plan.views.len() > 10);
-    let on_cpu = cpu::shadow_maps(&strands, &plan);
-    let on_gpu = passes::shadow_maps(&context, &strands, &plan).unwrap();
+    let on_cpu = cpu::shadow_maps(&strands, &plan, EYE);
+    let on_gpu = passes::shadow_maps(&context, &strands, &plan, EYE).unwrap();
     let n_points = strands.points.len();
-    let shares = |visibility: &[u32]| -> Vec<f32> {
+    let shares = |visibility: &[u32], is_tt: bool| -> Vec<f32> {
         let slots = (0..plan.n_slots)
             .flat_map(|shadow_index| (0..n_points).map(move |p| (shadow_index, p)));
         slots
-            .map(|(shadow_index, point)| unblocked_share(visibility, n_points, shadow_index, point))
+            .map(|(slot, point)| unblocked_share(visibility, n_points, slot, is_tt, point))
             .collect()
     };
-    let error = relative_rmse(&shares(&on_gpu), &shares(&on_cpu));
-    println!("relative RMSE {error:.2e}");
-    assert!(error < 2e-3, "{error}");
+    for is_tt in [false, true] {
+        let error = relative_rmse(&shares(&on_gpu, is_tt), &shares(&on_cpu, is_tt));
+        println!("TT {is_tt}: relative RMSE {error:.2e}");
+        assert!(error < 2e-3, "{error}");
+    }
+    // The eye sees other light come through than arrives in the mean.
+    let apart = relative_rmse(&shares(&on_cpu, true), &shares(&on_cpu, false));
+    assert!(apart > 0.02, "{apart}");
 }
 
 #[test]
@@ -181,5 +244,5 @@ fn maps_go_to_the_lights_that_carry_most() {
     assert!(counts[1] > 2 * counts[0] && counts[2] == 1, "{counts:?}");
     let none = ShadowPlan::new(&lights, &strands, 0);
     assert!(none.views.is_empty() && none.slots == [NO_SLOT; 4]);
-    assert!(cpu::shadow_maps(&strands, &none).is_empty());
+    assert!(cpu::shadow_maps(&strands, &none, EYE).is_empty());
 }

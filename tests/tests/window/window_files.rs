@@ -196,7 +196,6 @@ fn a_window_opens_on_a_lone_groom_map_or_nothing_and_asks_where_to_save() {
 }
 
 #[test]
-#[ignore = "fails: what the window does here is not yet shown to be right"]
 fn a_picture_is_written_in_the_size_and_format_that_were_asked_for() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let mut view = View::open(&desktop, &scene.path, &CPU);

@@ -12,15 +12,16 @@ use strandlight_images::Map;
 use strandlight_reference::environment::{LightSampler, MapSampler};
 use strandlight_reference::rays::Rays;
 use strandlight_reference::{
-    Averages, Backdrop, Densities, Directional, Environment, Fibres, Film, Integrator, MAX_SAMPLES,
-    MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile, ReferencePart, samples_of_part,
+    Averages, Backdrop, Densities, Directional, Environment, FibreTables, Film, Integrator,
+    MAX_SAMPLES, MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile, ReferencePart,
+    samples_of_part,
 };
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PaintTexel;
 use strandlight_scattering::dual_scattering::{
     AverageTable, DEFAULT_AVERAGE_LAYERS, DEFAULT_SCALES, PaintedAverageTable,
 };
-use strandlight_scattering::exact::{Bcsdf, PaintedBcsdf};
+use strandlight_scattering::exact::Bcsdf;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::budget::check_target;
 use strandlight_scene::files::Files;
@@ -210,21 +211,9 @@ fn trace(args: &TraceArgs) -> Outcome {
 
     let hair = &prepared.hair;
     let failed = |error| Failure::file(&args.scene, error);
-    let tables = match prepared.paint() {
-        None => Tables::Alike(
-            Bcsdf::new(hair.hair(), hair.fresnel(), hair.modes()).map_err(failed)?,
-            AverageTable::new(hair.hair(), hair.fresnel()),
-        ),
-        Some(points) => Tables::Painted(
-            Painted {
-                hair: hair.hair(),
-                points,
-            },
-            PaintedBcsdf::new(hair.hair(), hair.fresnel(), hair.modes()).map_err(failed)?,
-            painted_averages(&prepared, method),
-        ),
-    };
-    let (fibres, averages) = tables.views();
+    let tables = FibreTables::new(&prepared).map_err(failed)?;
+    let fibres = tables.fibres();
+    let averages = AverageTables::new(&prepared, method);
     let white = args.energy_safe.then(|| {
         let white = HairParams {
             sigma_a: [0.0; 3],
@@ -259,7 +248,7 @@ fn trace(args: &TraceArgs) -> Outcome {
             proxies,
             meshes: &meshes,
             fibres,
-            averages,
+            averages: averages.view(),
             environment: &environment,
             n_draws: n_lights,
             densities,
@@ -325,20 +314,30 @@ fn write(args: &TraceArgs, file: ReferenceFile, backdrop: Backdrop, start: Insta
     ))
 }
 
-/// What the methods read of the fibres.
-enum Tables<'a> {
-    Alike(Bcsdf, AverageTable),
-    Painted(Painted<'a>, PaintedBcsdf, PaintedAverageTable),
+/// What fibres do on average.
+enum AverageTables<'a> {
+    Alike(AverageTable),
+    Painted(Painted<'a>, PaintedAverageTable),
 }
 
-impl Tables<'_> {
-    fn views(&self) -> (Fibres<'_>, Averages<'_>) {
+impl<'a> AverageTables<'a> {
+    /// Of the hair of `scene`, as `method` needs them.
+    fn new(scene: &'a PreparedScene, method: Method) -> Self {
+        let hair = scene.hair.hair();
+        match scene.paint() {
+            None => AverageTables::Alike(AverageTable::new(hair, scene.hair.fresnel())),
+            Some(points) => {
+                AverageTables::Painted(Painted { hair, points }, painted_averages(scene, method))
+            }
+        }
+    }
+
+    fn view(&self) -> Averages<'_> {
         match self {
-            Tables::Alike(bcsdf, averages) => (bcsdf.into(), averages.into()),
-            Tables::Painted(painted, bcsdf, averages) => (
-                Fibres::Painted(*painted, bcsdf),
-                Averages::Painted(*painted, averages.view()),
-            ),
+            AverageTables::Alike(averages) => averages.into(),
+            AverageTables::Painted(painted, averages) => {
+                Averages::Painted(*painted, averages.view())
+            }
         }
     }
 }

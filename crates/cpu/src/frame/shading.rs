@@ -6,19 +6,19 @@ use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{PackedRecord, TERM_GLOBAL, TERM_LOCAL};
 use strandlight_scattering::multiple_tables::MultipleTables;
-use strandlight_scattering::wide::Peaks;
+use strandlight_scattering::wide::{Level, Peaks, dispatch};
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::progress::timed;
 use strandlight_scene::scene::LightRecord;
-use strandlight_scene::shadow_maps::{NO_SLOT, THROUGH_SLOT};
+use strandlight_scene::shadow_maps::NO_SLOT;
 use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::super::arriving::Arriving;
 use super::super::shade::{Counts, PointShader, record_at};
 use super::super::shade_wide::WideShader;
-use super::super::transmittance::mix;
-use super::super::unblocked::{Unblocked, VisiblePoint};
+use super::super::through_shares::{Maps, Scratch, ThroughShares};
+use super::super::unblocked::VisiblePoint;
 use super::super::voxelise::grid_position;
 use super::kept::Kept;
 use super::parts::{Quality, Shaded, Shading};
@@ -102,7 +102,14 @@ impl Frame {
         };
         let of_group = &lights.lit[group];
         let through = self.through.as_ref().or(self.through_before.as_ref());
-        let through = through.filter(|through| !through.is_empty());
+        let maps = match (&self.unblocked, through) {
+            (Some(of_lights), Some(through)) if lights.plan.n_slots > 0 => Some(Maps {
+                plan: &lights.plan,
+                of_lights,
+                through,
+            }),
+            _ => None,
+        };
         let is_first_picture = self.shaded.is_none();
         let places = &shading.order[shading.n_done..];
         let slice = n_places.div_ceil(8).clamp(SLICE.start, SLICE.end);
@@ -142,8 +149,9 @@ impl Frame {
                 self.has_shares = false;
                 return;
             }
-            if let Some(unblocked) = self.unblocked.as_ref().filter(|_| !self.has_shares) {
-                arriving.take_shares(&lights.records, unblocked, &visible.points);
+            if let Some(maps) = maps.filter(|_| !self.has_shares) {
+                let maps = (&lights.records[..], maps);
+                arriving.take_shares(scene, picturing.view.eye, maps, &visible.points);
                 self.has_shares = true;
             }
             let is_kept = picturing.has_drafts
@@ -162,7 +170,7 @@ impl Frame {
             }
             let of_lights = (&*arriving, &lights.records[..]);
             let view = &picturing.view;
-            let shader = WideShader::new(scene, view, tables, of_lights, through, shading.peaks);
+            let shader = WideShader::new(scene, view, tables, of_lights, shading.peaks);
             let visible = &visible.points;
             match &mut self.kept {
                 Some(kept) => {
@@ -181,8 +189,7 @@ impl Frame {
                 grid,
                 lights: &lights.records,
                 records: &records.packed,
-                unblocked: self.unblocked.as_ref(),
-                through,
+                maps,
             };
             found.push((lit.shade(&painted, &visible.points), painted));
         }
@@ -267,8 +274,7 @@ struct Lit<'a> {
     grid: &'a Grid,
     lights: &'a [LightRecord],
     records: &'a [PackedRecord],
-    unblocked: Option<&'a Unblocked>,
-    through: Option<&'a Unblocked>,
+    maps: Option<Maps<'a>>,
 }
 
 impl Lit<'_> {
@@ -277,16 +283,22 @@ impl Lit<'_> {
         let shader = PointShader::new(self.scene, self.view);
         let n_voxels = self.grid.n_voxels();
         let lift = SELF_LIFT * self.grid.h;
+        let through = self
+            .maps
+            .map(|maps| ThroughShares::new(&self.scene.strands, self.view.eye, maps));
         let mut radiance = vec![[0.0; 4]; places.len()];
         let counts = radiance
             .par_iter_mut()
             .zip(places)
             .with_min_len(16)
-            .map(|(radiance, &place)| {
+            .map_init(Scratch::default, |scratch, (radiance, &place)| {
                 let at = VisiblePoint {
                     place: place as usize,
                     point: visible[place as usize] as usize,
                 };
+                if let Some(through) = &through {
+                    dispatch!(Level::new(), simd => through.find(simd, at, scratch));
+                }
                 let position = Vec3::from_slice(&self.scene.strands.points[at.point]);
                 let arriving = |ix: usize, light: &LightRecord| {
                     let lifted = position + Vec3::from(light.direction) * lift;
@@ -294,13 +306,9 @@ impl Lit<'_> {
                     let record = record_at(self.grid, &self.records[ix * n_voxels..], g);
                     let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
                     let slot = light.shadow_index;
-                    if let Some(maps) = self.unblocked.filter(|_| slot != NO_SLOT) {
-                        unblocked = maps.share(slot, at);
-                        unblocked_tt = unblocked;
-                        if let Some(through) = self.through {
-                            let through = through.share(THROUGH_SLOT, at);
-                            unblocked_tt = mix(unblocked, through, light.forward_weight);
-                        }
+                    if let Some(maps) = self.maps.filter(|_| slot != NO_SLOT) {
+                        unblocked = maps.of_lights.share(slot, at);
+                        unblocked_tt = scratch.shares[slot as usize];
                     }
                     (record, unblocked, unblocked_tt)
                 };

@@ -10,6 +10,7 @@ use strandlight_scene::volume::Grid;
 use super::super::list::Listing;
 use super::super::proxies::Proxies;
 use super::super::proxy_light::Surfaces;
+use super::super::through_shares::Through;
 use super::super::transmittance::transmittance_beside;
 use super::super::unblocked::{Casting, Unblocked};
 use super::super::visible::VisiblePoints;
@@ -87,12 +88,12 @@ impl Frame {
         let mut casting = self.casting.take();
         let (is_done, seconds) = timed(|| {
             let casting = casting.get_or_insert_with(|| {
-                let bytes = Unblocked::bytes_of(plan.n_slots, strands.points.len());
+                let bytes = Unblocked::bytes_of(plan.n_maps(), strands.points.len());
                 // Where there are drafts, other views are to come.
                 let is_turned = self.was_turned || picturing.has_drafts;
                 let is_everywhere = is_turned && bytes <= MAX_SHARE_BYTES;
                 let visible = (!is_everywhere).then_some(&visible.points[..]);
-                Casting::new(plan.n_slots, plan.views.clone(), strands, visible)
+                Casting::new(plan.views.clone(), strands, visible)
             });
             casting.step(&picturing.beside)
         });
@@ -122,21 +123,22 @@ impl Frame {
         let (is_done, seconds) = timed(|| {
             let casting = casting.get_or_insert_with(|| {
                 let views = lights.plan.through(picturing.view.forward);
-                let n_slots = u32::from(!views.is_empty());
                 // At all points they serve the drafts of other views.
                 let visible = (!is_everywhere).then_some(&visible.points[..]);
-                Casting::new(n_slots, views, &picturing.scene.strands, visible)
+                Casting::new(views, &picturing.scene.strands, visible)
             });
             casting.step(&picturing.beside)
         });
         let mut bytes = 0;
         match casting {
             Some(casting) if is_done => {
-                let through = casting.finish();
-                bytes = through.bytes();
-                self.stats.texels_visited += through.n_texels;
-                self.through = Some(through);
+                let maps = casting.finish();
+                bytes = maps.bytes();
+                self.stats.texels_visited += maps.n_texels;
+                let forward = picturing.view.forward;
+                self.through = Some(Through { maps, forward });
                 self.through_before = None;
+                self.has_shares = false;
             }
             unfinished => self.through_casting = unfinished,
         }

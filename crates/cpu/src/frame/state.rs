@@ -9,6 +9,7 @@ use strandlight_scene::{PreparedScene, Stats};
 use super::super::arriving::Arriving;
 use super::super::list::{Listing, VisibilityList};
 use super::super::proxies::Proxies;
+use super::super::through_shares::Through;
 use super::super::unblocked::{Casting, Unblocked};
 use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
@@ -49,9 +50,9 @@ pub(in super::super) struct Frame {
     pub(super) casting: Option<Casting>,
     pub(super) unblocked: Option<Unblocked>,
     pub(super) through_casting: Option<Casting>,
-    pub(super) through: Option<Unblocked>,
+    pub(super) through: Option<Through>,
     /// That of the view before, for drafts.
-    pub(super) through_before: Option<Unblocked>,
+    pub(super) through_before: Option<Through>,
     /// Are there points that tables serve? Unknown after an edit of the paint.
     pub(super) needs_tables: Option<bool>,
     pub(super) multiple: Option<MultipleTables>,

@@ -16,8 +16,8 @@ use strandlight_formats::{Background, Scattering, Scene};
 use strandlight_reference::compare::Layer;
 use strandlight_reference::environment::LightSampler;
 use strandlight_reference::rays::Rays;
-use strandlight_reference::{Directional, Environment, Fibres, Film, MeshRays, Painted};
-use strandlight_scattering::exact::{Bcsdf, BcsdfError, PaintedBcsdf};
+use strandlight_reference::{Directional, Environment, FibreTables, Fibres, Film, MeshRays};
+use strandlight_scattering::exact::BcsdfError;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::{Backend, PreparedScene, RenderError};
 
@@ -249,12 +249,12 @@ pub fn peers(scene: &Scene, options: &Options, done: &dyn Fn()) -> Result<Peers,
     let (picture, core_seconds, edit_core_seconds) = ours(&base, options, done)?;
 
     let (rays, hierarchy_core_seconds) = clocked(|| Rays::new(&base.strands));
-    let (fibre, fibre_core_seconds) = clocked(|| Tables::new(&base));
+    let (fibre, fibre_core_seconds) = clocked(|| FibreTables::new(&base));
     let fibre = fibre?;
     let brute = Tracer {
         scene: &base,
         rays: &rays,
-        fibres: fibre.view(),
+        fibres: fibre.fibres(),
         environment: Environment::Lights(LightSampler::new(&base.lights)),
         done,
     };
@@ -332,36 +332,6 @@ fn ours(
     let (picture, still) = drawn(&|live, _| live.set_scene(base.clone()))?;
     let (_, edit) = drawn(&|live, there| edits::color(live, base, there))?;
     Ok((blocks(&picture), still, edit))
-}
-
-/// The exact model of the scene's fibres.
-enum Tables<'a> {
-    Alike(Bcsdf),
-    Painted(Painted<'a>, PaintedBcsdf),
-}
-
-impl<'a> Tables<'a> {
-    fn new(scene: &'a PreparedScene) -> Result<Self, BcsdfError> {
-        let hair = &scene.hair;
-        let (params, fresnel, modes) = (hair.hair(), hair.fresnel(), hair.modes());
-        Ok(match scene.paint() {
-            None => Tables::Alike(Bcsdf::new(params, fresnel, modes)?),
-            Some(points) => Tables::Painted(
-                Painted {
-                    hair: params,
-                    points,
-                },
-                PaintedBcsdf::new(params, fresnel, modes)?,
-            ),
-        })
-    }
-
-    fn view(&self) -> Fibres<'_> {
-        match self {
-            Tables::Alike(bcsdf) => bcsdf.into(),
-            Tables::Painted(painted, bcsdf) => Fibres::Painted(*painted, bcsdf),
-        }
-    }
 }
 
 /// Brute force at work.

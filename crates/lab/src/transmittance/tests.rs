@@ -45,9 +45,8 @@ fn light(lambda: f32) -> (LightRecord, Vec<[f32; 4]>) {
         n_sweeps: directions.len() as u32,
         solid_angle: 1.0,
         shadow_index: strandlight_scene::shadow_maps::NO_SLOT,
-        forward_weight: 0.0,
         record: 0,
-        pad: [0; 2],
+        pad: [0; 3],
     };
     (record, directions)
 }

@@ -80,7 +80,7 @@ impl HairRenderer {
         );
         view.margin_px += self.margin * scene.size[0].max(scene.size[1]) as f32;
         self.lighting.begin(context, &view);
-        steps.extend(self.lighting.through_steps(view.forward));
+        steps.extend(self.lighting.through_steps(view.eye, view.forward));
         steps.extend(self.lighting.table_steps());
         steps.extend(self.lighting.shade_steps(chunk));
         self.is_projected &= !dirty.has(Inputs::POINTS);

@@ -38,6 +38,8 @@ pub(crate) const POINT_CHUNK: u32 = 1 << 15;
 pub(crate) enum Step {
     /// Draws a shadow map.
     Map(ShadowView),
+    /// Finds TT's unblocked shares for an eye.
+    Through { eye: [f32; 3], forward: [f32; 3] },
     /// Sweeps a batch of lights along a direction of each.
     Sweep { batch: usize, k: u32 },
     /// Fills the tables of multiple scattering.
@@ -52,7 +54,7 @@ impl Step {
     /// The stage it counts for.
     pub fn stage(&self) -> &'static str {
         match self {
-            Step::Map(_) => "shadow maps",
+            Step::Map(_) | Step::Through { .. } => "shadow maps",
             Step::Sweep { .. } => "transmittance",
             Step::Tables => "tables",
             Step::Shade { .. } => "shade",
@@ -106,8 +108,8 @@ pub(crate) struct Lighting {
     /// The lights whose power shared out the maps: one that is black by now keeps its own.
     planned_lights: Vec<SrbfLight>,
     plan: ShadowPlan,
-    /// Direction of the line-of-sight shadows in the visibility buffer.
-    through: Option<[f32; 3]>,
+    /// The eye whose shares of TT are in the visibility buffer, and where it looks.
+    through: Option<([f32; 3], [f32; 3])>,
     shades: Vec<Shade>,
     current: usize,
     scattering: super::scattering::Scattering,
@@ -421,15 +423,20 @@ impl Lighting {
         self.plan.views.iter().copied().map(Step::Map).collect()
     }
 
-    /// What finds the share of light through to an eye that looks along `forward`: nothing if the
-    /// last eye did.
-    pub fn through_steps(&mut self, forward: [f32; 3]) -> Vec<Step> {
-        if self.through == Some(forward) {
+    /// What finds the shares of TT for an eye that looks along `forward`: nothing if they are those of the
+    /// last one, and no maps if that one looked along it.
+    pub fn through_steps(&mut self, eye: [f32; 3], forward: [f32; 3]) -> Vec<Step> {
+        let before = self.through.replace((eye, forward));
+        if before == Some((eye, forward)) || self.plan.n_slots == 0 {
             return Vec::new();
         }
-        self.through = Some(forward);
-        let views = self.plan.through(forward);
-        views.into_iter().map(Step::Map).collect()
+        let is_turned = before.is_none_or(|(_, before)| before != forward);
+        let views = match is_turned {
+            true => self.plan.through(forward),
+            false => Vec::new(),
+        };
+        let maps = views.into_iter().map(Step::Map);
+        maps.chain([Step::Through { eye, forward }]).collect()
     }
 
     /// What fills the tables of multiple scattering: nothing if they are filled.
@@ -446,7 +453,7 @@ impl Lighting {
     /// lights.
     pub fn units(&self, step: &Step) -> f64 {
         match step {
-            Step::Map(_) | Step::Tables => 1.0,
+            Step::Map(_) | Step::Through { .. } | Step::Tables => 1.0,
             Step::Sweep { batch, .. } => {
                 let n = self.n_lights.saturating_sub(batch * LIGHT_BATCH);
                 n.clamp(1, LIGHT_BATCH) as f64
@@ -536,6 +543,10 @@ impl Lighting {
                     meshes.hide_points(context, view.towards.into());
                 }
                 self.maps.draw(context, view, stamp);
+            }
+            Step::Through { eye, forward } => {
+                self.maps
+                    .share(context, &self.plan, (*eye, *forward), stamp);
             }
             Step::Sweep { batch, k } => {
                 self.sweep.sweep(context, &volume.grid, *batch, *k, stamp);

@@ -50,6 +50,7 @@ impl DeviceBytes {
         let map = |side: u32| u64::from(side).pow(2) * 4;
         let maps = plan.views.iter().map(|view| map(view.side));
         let visibility = plan.n_words(n_points as usize) as u64 * 4;
+        let answers = plan.n_answer_words(n_points as usize) as u64 * 4;
         let map = match plan.views.is_empty() {
             true => 0,
             false => maps.fold(map(SHADOW_SIDE), u64::max),
@@ -80,7 +81,7 @@ impl DeviceBytes {
                 ),
                 part("the shadow volume", &[sums, 32 * n_voxels]),
                 kept,
-                part("shadow maps", &[visibility, map, 4 * n_points]),
+                part("shadow maps", &[visibility, answers, map, 4 * n_points]),
                 radiance,
                 ribbons,
                 picture,

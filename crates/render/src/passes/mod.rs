@@ -47,6 +47,7 @@ pub(crate) fn layouts() -> Vec<Layout> {
         preview::LAYOUTS,
         noise::LAYOUTS,
         screen::LAYOUTS,
+        shadow_map::LAYOUTS,
         shadows::LAYOUTS,
         strand_pass::LAYOUTS,
         target::LAYOUTS,
@@ -54,7 +55,7 @@ pub(crate) fn layouts() -> Vec<Layout> {
     .concat()
 }
 
-/// The visibility from the shadow maps of `plan` for `strands`, as
+/// The visibility from the shadow maps of `plan` for `strands` and an `eye` that looks along `forward`, as
 /// [`strandlight_scene::shadow_maps::unblocked_share`] reads them.
 ///
 /// # Errors
@@ -63,15 +64,17 @@ pub fn shadow_maps(
     context: &Context,
     strands: &Strands,
     plan: &ShadowPlan,
+    (eye, forward): ([f32; 3], [f32; 3]),
 ) -> Result<Vec<u32>, RenderError> {
     resources::guarded(context, || {
         let buffers = resources::StrandBuffers::new(context, strands);
         let mut maps = shadow_map::ShadowMaps::new(context, &buffers)?;
         maps.fit(context, &buffers, plan);
-        for view in &plan.views {
+        for view in plan.views.iter().chain(&plan.through(forward)) {
             maps.draw(context, view, Default::default());
             context.wait("shadow map").map_err(resources::failed)?;
         }
+        maps.share(context, plan, (eye, forward), Default::default());
         let mut visibility = resources::read_back(context, "unblocked", maps.visibility())?;
         // Buffers are never empty.
         visibility.truncate(plan.n_words(strands.points.len()));

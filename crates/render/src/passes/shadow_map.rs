@@ -8,19 +8,42 @@ use super::resources::{
 use super::stamp::Stamp;
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
-use strandlight_scene::shadow_maps::{SHADOW_SIDE, ShadowPlan, ShadowView};
+use strandlight_scene::shadow_maps::{SHADOW_SIDE, SLOTS_PER_WORD, ShadowPlan, ShadowView};
+
+/// The maps of a line of sight; mirrored by `Through` in `shaders/pass/through_shares.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Through {
+    eye: [f32; 3],
+    n_points: u32,
+    n_maps: u32,
+    n_rows: u32,
+    pad: [u32; 2],
+}
+
+strandlight_scattering::mirrors! {
+    Through as "Through" in "pass/through_shares" { eye, n_points, n_maps, n_rows, pad }
+}
 
 /// Pipelines of the maps, the current map and the visibility of all.
 pub(super) struct ShadowMaps {
     cast: wgpu::ComputePipeline,
     receive: wgpu::ComputePipeline,
+    share: wgpu::ComputePipeline,
     view: wgpu::Buffer,
     map: wgpu::Buffer,
     sums: wgpu::Buffer,
     visibility: wgpu::Buffer,
+    /// `[map_index / 8][point]`, four bits a map.
+    answers: wgpu::Buffer,
+    through: wgpu::Buffer,
+    /// Of the mixture of all maps: `[map]`, and `[row][map]` of four slots.
+    towards: wgpu::Buffer,
+    weights: wgpu::Buffer,
     /// What blocks light besides strands.
     proxies: Option<Blocker>,
-    groups: Option<[wgpu::BindGroup; 2]>,
+    /// To cast, receive and share.
+    groups: Option<[wgpu::BindGroup; 3]>,
     n_points: u32,
     n_segments: u32,
 }
@@ -28,14 +51,21 @@ pub(super) struct ShadowMaps {
 impl ShadowMaps {
     pub fn new(context: &Context, strands: &StrandBuffers) -> Result<Self, RenderError> {
         let module = shader(context, "pass/shadow_map")?;
+        let shares = shader(context, "pass/through_shares")?;
+        let through: Through = bytemuck::Zeroable::zeroed();
         let view: ShadowView = bytemuck::Zeroable::zeroed();
         Ok(ShadowMaps {
             cast: compute(context, &module, "cast_shadows"),
             receive: compute(context, &module, "receive_shadows"),
+            share: compute(context, &shares, "through_shares"),
             view: uniform(context, "shadow view", &view),
             map: storage(context, "shadow map", 0),
             sums: storage(context, "unblocked sums", 0),
             visibility: storage(context, "unblocked", 0),
+            answers: storage(context, "lit places", 0),
+            through: uniform(context, "line of sight", &through),
+            towards: storage(context, "directions of maps", 0),
+            weights: storage(context, "weights of maps", 0),
             proxies: None,
             groups: None,
             n_points: strands.n_points,
@@ -71,15 +101,25 @@ impl ShadowMaps {
         let through = u64::from(SHADOW_SIDE).pow(2) * 4;
         let map = plan.views.iter().map(bytes).fold(through, u64::max);
         let sums = u64::from(self.n_points) * 4;
-        let has_grown =
-            grow(context, &mut self.map, map) | grow(context, &mut self.sums, sums) | is_other;
+        let answers = plan.n_answer_words(self.n_points as usize) as u64 * 4;
+        let n_maps = plan.n_maps() as u64;
+        let has_grown = grow(context, &mut self.map, map)
+            | grow(context, &mut self.sums, sums)
+            | grow(context, &mut self.answers, answers)
+            | grow(context, &mut self.towards, 16 * n_maps)
+            | grow(
+                context,
+                &mut self.weights,
+                16 * n_maps * n_rows(plan) as u64,
+            )
+            | is_other;
         if has_grown || self.groups.is_none() {
             self.groups = Some(self.bind(context, strands));
         }
         is_other
     }
 
-    fn bind(&self, context: &Context, strands: &StrandBuffers) -> [wgpu::BindGroup; 2] {
+    fn bind(&self, context: &Context, strands: &StrandBuffers) -> [wgpu::BindGroup; 3] {
         let cast = bind(
             context,
             &self.cast.get_bind_group_layout(0),
@@ -98,16 +138,31 @@ impl ShadowMaps {
             (5, strands.normals.as_entire_binding()),
             (6, self.sums.as_entire_binding()),
             (7, self.visibility.as_entire_binding()),
+            (10, self.answers.as_entire_binding()),
         ];
         let blockers = self.proxies.iter();
         resources.extend(blockers.map(|one| (one.binding, one.buffer.as_entire_binding())));
         let layout = self.receive.get_bind_group_layout(0);
-        [cast, bind(context, &layout, &resources)]
+        let share = bind(
+            context,
+            &self.share.get_bind_group_layout(0),
+            &[
+                (0, self.through.as_entire_binding()),
+                (1, strands.points.as_entire_binding()),
+                (2, strands.tangents.as_entire_binding()),
+                (3, strands.normals.as_entire_binding()),
+                (4, self.towards.as_entire_binding()),
+                (5, self.weights.as_entire_binding()),
+                (6, self.answers.as_entire_binding()),
+                (7, self.visibility.as_entire_binding()),
+            ],
+        );
+        [cast, bind(context, &layout, &resources), share]
     }
 
     /// Draws one map of a plan that there is room for, and writes its row of the visibility buffer.
     pub fn draw(&self, context: &Context, view: &ShadowView, stamp: Stamp) {
-        let Some([cast, receive]) = &self.groups else {
+        let Some([cast, receive, _]) = &self.groups else {
             return;
         };
         context.write(&self.view, 0, bytemuck::bytes_of(view));
@@ -124,14 +179,60 @@ impl ShadowMaps {
         });
     }
 
+    /// Finds TT's shares for an eye that looks along `forward`, once all maps of a plan that there is
+    /// room for are drawn.
+    pub fn share(
+        &self,
+        context: &Context,
+        plan: &ShadowPlan,
+        (eye, forward): ([f32; 3], [f32; 3]),
+        stamp: Stamp,
+    ) {
+        let Some([_, _, share]) = &self.groups else {
+            return;
+        };
+        let mixture = plan.mixture(forward);
+        let n_maps = mixture.towards.len();
+        let towards: Vec<[f32; 4]> = mixture
+            .towards
+            .iter()
+            .map(|[x, y, z]| [*x, *y, *z, 0.0])
+            .collect();
+        let mut weights = vec![[0.0_f32; 4]; n_maps * n_rows(plan)];
+        for (slot, row) in mixture.weights.chunks_exact(n_maps.max(1)).enumerate() {
+            for (map, weight) in row.iter().enumerate() {
+                weights[slot / 4 * n_maps + map][slot % 4] = *weight;
+            }
+        }
+        let through = Through {
+            eye,
+            n_points: self.n_points,
+            n_maps: n_maps as u32,
+            n_rows: n_rows(plan) as u32,
+            pad: [0; 2],
+        };
+        context.write(&self.through, 0, bytemuck::bytes_of(&through));
+        context.write(&self.towards, 0, bytemuck::cast_slice(&towards));
+        context.write(&self.weights, 0, bytemuck::cast_slice(&weights));
+        submit(context, |encoder| {
+            let mut pass = compute_pass(encoder, stamp);
+            step(&mut pass, &self.share, share, groups_of_64(self.n_points));
+        });
+    }
+
     /// Unblocked shares, as [`strandlight_scene::shadow_maps::unblocked_share`] reads them.
     pub fn visibility(&self) -> &wgpu::Buffer {
         &self.visibility
     }
 
     pub fn bytes(&self) -> u64 {
-        self.visibility.size() + self.map.size() + self.sums.size()
+        self.visibility.size() + self.answers.size() + self.map.size() + self.sums.size()
     }
+}
+
+/// Rows of four slots.
+fn n_rows(plan: &ShadowPlan) -> usize {
+    plan.n_slots.div_ceil(SLOTS_PER_WORD) as usize
 }
 
 /// Bytes of a map.

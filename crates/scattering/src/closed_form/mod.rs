@@ -41,6 +41,7 @@ pub mod paper;
 mod single_scattering;
 mod special;
 mod tables;
+mod through;
 mod transmittance;
 
 pub use averages::{
@@ -99,6 +100,7 @@ pub use tables::{
     Cell, PackedShares, TableAxes, TableAxis, Tables, c_from_b, pack_shares, sample_c, sample_h,
     table_cell,
 };
+pub use through::{THROUGH_LEAST, THROUGH_PHI, THROUGH_THETA, through_kernel};
 pub use transmittance::{
     LEAST_SHARE, P_1, P_2, PackedRecord, RECORD_SCALE, ShadowRecord, add_to_record, depth_of_share,
     forward_events, pack_record, pass_through, transmitted, unpack_record,

@@ -38,6 +38,7 @@ mod multiple_scattering;
 mod outer_integral;
 pub(crate) mod rows;
 mod single_scattering;
+mod through;
 
 pub use fearless_simd::{Level, Simd, f32x8, i32x8, prelude};
 
@@ -52,6 +53,7 @@ pub use multiple_scattering::{
 pub use single_scattering::{
     Peaks, Place, Response, Responses, Roulette, single_scattering, single_scattering_at,
 };
+pub use through::through_kernel;
 
 /// Lanes of a vector.
 pub const LANES: usize = 8;

@@ -546,6 +546,15 @@ impl<'a> View<'a> {
         self.ended();
     }
 
+    /// Closes it and leaves its changes unsaved; asserts that it ended well.
+    pub fn close_unsaved(mut self) {
+        self.asked("unsaved", |view| view.key("ctrl+q"));
+        let place = "Don't save button";
+        self.click(self.middle(place));
+        assert_eq!(self.count("error"), 0, "{:?}", self.events().last());
+        self.ended();
+    }
+
     /// Waits for the end and asserts that it was a good one.
     pub fn ended(&mut self) {
         let start = Instant::now();
