@@ -214,8 +214,10 @@ fn a_picture_is_written_in_the_size_and_format_that_were_asked_for() {
     // What is there is not replaced unasked.
     view.asked("picture", |view| view.key("shift+p"));
     view.asked("replace", |view| view.type_path(&out));
-    view.answer("Cancel");
+    view.click(view.middle("Cancel button"));
+    view.wait_for_place("Path");
     view.key("Escape");
+    view.wait_until_gone("Path");
     // OpenEXR, of the view as it is.
     let out = scene.folder.path().join("still.exr");
     view.asked("picture", |view| view.key("shift+p"));

@@ -170,7 +170,8 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
             .frame(frame(8).fill(egui::Color32::from_gray(44)))
             .show(ui, |ui| notices(ui, state, &mut output));
     }
-    if !state.panel.is_narrow && state.panel.is_beside {
+    let is_beside = !state.panel.is_narrow && state.panel.is_beside;
+    if is_beside {
         // As wide as the picture leaves room for.
         let most = (ui.available_width() - 160.0).max(theme::PANEL_WIDTH);
         Panel::right("panel")
@@ -192,7 +193,7 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     let camera = input.viewer.prepared().camera;
     let background = input.viewer.session().scene().render.background;
     let is_see_through = background == strandlight_formats::Background::None;
-    let mode = (is_brush, is_see_through);
+    let mode = (is_brush, is_see_through, is_beside);
     let (viewport, response) = view::show(ui, input.texture, &camera, input.bounds, mode);
     *view = viewport.camera.or(*view);
     changes.place("View", &response);

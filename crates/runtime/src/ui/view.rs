@@ -32,18 +32,25 @@ pub struct ViewportInput {
 }
 
 /// Shows `texture`, seen by `camera`, in all that is left of the window, over a checkerboard where it
-/// `is_see_through`. Drags move the camera, or with `is_brush` the brush.
+/// `is_see_through`. Drags move the camera, or with `is_brush` the brush; those that begin at the edge of a panel that
+/// `is_beside` are its own.
 pub fn show(
     ui: &mut Ui,
     texture: Option<egui::TextureId>,
     camera: &Camera,
     bounds: Bounds,
-    (is_brush, is_see_through): (bool, bool),
+    (is_brush, is_see_through, is_beside): (bool, bool, bool),
 ) -> (ViewportInput, egui::Response) {
     let scale = ui.ctx().pixels_per_point();
     let rect = whole_pixels(ui.available_rect_before_wrap(), scale);
     let size = [rect.width(), rect.height()].map(|side| (side * scale).round().max(0.0) as u32);
-    let response = ui.allocate_rect(rect, Sense::click_and_drag());
+    let mut reach = rect;
+    if is_beside {
+        // The panel's edge is dragged from either side of it.
+        reach.max.x -= ui.style().interaction.resize_grab_radius_side;
+    }
+    let mut response = ui.allocate_rect(reach, Sense::click_and_drag());
+    response.rect = rect;
     ui.painter().rect_filled(rect, 0.0, theme::BACKDROP);
     if is_see_through {
         checkerboard(ui, rect);

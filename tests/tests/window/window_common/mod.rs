@@ -188,7 +188,10 @@ impl<'a> View<'a> {
         view.wait_for("the first picture", |events| {
             events.iter().any(|event| event["event"] == "frame")
         });
-        view.window = view.tool("xdotool", &["search", "--name", "^strandview - "]);
+        // Its own: there may be another on the same desktop.
+        let pid = view.child.id().to_string();
+        let search = ["search", "--all", "--pid", &pid, "--name", "^strandview - "];
+        view.window = view.tool("xdotool", &search);
         view.window = view.window.lines().next().unwrap_or_default().to_owned();
         view.tool("xdotool", &["windowfocus", "--sync", &view.window]);
         view
