@@ -265,7 +265,7 @@ fn scene() -> Scene {
             tone_map: ToneMap::None,
             background: Background::Color([0.25, 0.5, 1.0]),
             scattering: Scattering::Total,
-            shadow_maps: 96,
+            shadow_maps: 64,
         },
         proxies: Vec::new(),
         motion: None,
