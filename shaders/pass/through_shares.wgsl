@@ -27,7 +27,7 @@ struct Through {
 @group(0) @binding(7) var<storage, read_write> visibility: array<u32>;
 
 const MAPS_PER_WORD: u32 = 8u;
-const N_PLACES: f32 = 8.0;
+const N_PLACES: u32 = 8u;
 
 // One thread a point.
 @compute @workgroup_size(64)
@@ -55,7 +55,7 @@ fn through_shares(
             all_of_it += weight;
             unblocked += weight * f32(lit);
         }
-        let shares = min(unblocked / (max(all_of_it, vec4f(1e-30)) * N_PLACES), vec4f(1.0));
+        let shares = min(unblocked / (max(all_of_it, vec4f(1e-30)) * f32(N_PLACES)), vec4f(1.0));
         let bits = vec4u(shares * 255.0 + 0.5);
         visibility[(2u * row + 1u) * through.n_points + point_ix] =
             bits.x | (bits.y << 8u) | (bits.z << 16u) | (bits.w << 24u);

@@ -34,7 +34,7 @@ const TWIN_FILES: [(&str, &str); 14] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 2] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 5] = [
     (
         "pass/shade",
         "LAST_FORWARD",
@@ -44,6 +44,21 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 2] = [
         "pass/project",
         "MIN_WIDTH_PX",
         "crates/cpu/src/screen_point.rs",
+    ),
+    (
+        "pass/shadow_map",
+        "N_PLACES",
+        "crates/scene/src/shadow_maps.rs",
+    ),
+    (
+        "pass/through_shares",
+        "N_PLACES",
+        "crates/scene/src/shadow_maps.rs",
+    ),
+    (
+        "pass/through_shares",
+        "MAPS_PER_WORD",
+        "crates/scene/src/shadow_maps.rs",
     ),
 ];
 
