@@ -44,6 +44,7 @@ macro_rules! modules {
 }
 
 modules!(
+    "lib/along_segments",
     "lib/averages",
     "lib/azimuthal",
     "lib/azimuthal_r",

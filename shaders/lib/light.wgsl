@@ -14,9 +14,11 @@ struct Light {
     shadow_index: u32,
     // Place among the records of its batch.
     record: u32,
-    pad_0: u32,
-    pad_1: u32,
-    pad_2: u32,
+    // Of narrow lights, whose shadows are found along segments: the first of its maps, and how many; none of
+    // others.
+    first_map: u32,
+    n_maps: u32,
+    pad: u32,
 }
 
 // Twin in crates/scene/src/shadow_maps.rs.
@@ -36,6 +38,11 @@ struct Batch {
     density_back: f32,
     // d_b times the largest A_b: what local scattering makes of power at most.
     max_local: f32,
+    // 1 where single scattering of narrow lights is found along segments.
+    are_along: u32,
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
 }
 
 // L(omega) of one light (Xu 2011 Eq 1), in the form without cancellation.

@@ -9,6 +9,7 @@
 // #import lib/multiple_scattering
 // #import lib/global_scattering
 // #import lib/local_scattering
+// #import lib/along_segments
 // #if PAINTED
 // #import lib/paint
 // #endif
@@ -56,6 +57,14 @@
 @group(0) @binding(21) var direct: texture_3d<f32>;
 @group(0) @binding(22) var linear: sampler;
 // #endif
+
+// Lit places of all maps, [map_index / 4][point], eight bits a map.
+@group(0) @binding(23) var<storage, read> answers: array<u32>;
+// Single scattering of narrow lights, times the view's radiance scale: [point][half][place], see
+// lib/along_segments.
+@group(0) @binding(24) var<storage, read_write> along: array<vec4u>;
+
+const MAPS_PER_WORD: u32 = 4u;
 
 // The terms that are drawn; the others are not part of the pipeline.
 override TERMS: u32 = 7u;
@@ -187,7 +196,11 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         let cos_delta = clamp(
             eye.cos_phi * towards.cos_phi + eye.sin_phi * towards.sin_phi, -1.0, 1.0);
 // #endif
-        if (TERMS & TERM_SINGLE) != 0u && direct_power >= batch.min_power {
+        if batch.are_along != 0u && light.n_maps > 0u {
+            // `shade_narrow` adds it.
+            let is_lit = unblocked > 0.0 && light.power >= batch.min_power;
+            evaluated.x += select(0u, 1u, (TERMS & TERM_SINGLE) != 0u && is_lit);
+        } else if (TERMS & TERM_SINGLE) != 0u && direct_power >= batch.min_power {
             let shares = vec3f(unblocked, unblocked_tt, unblocked);
             let scattered = shadowed_single_scattering(
                 source, eye, shading, shares, axes, table_c, lobes_tt, lobes_trt);
@@ -264,5 +277,78 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     }
     if (TERMS & TERM_GLOBAL) != 0u {
         count_term(GLOBAL_COUNTER, evaluated.z);
+    }
+}
+
+// Single scattering of the narrow lights of the batch at the places about each point.
+@compute @workgroup_size(64)
+fn shade_narrow(@builtin(global_invocation_id) id: vec3u) {
+    let point_ix = batch.first_point + id.x;
+    if point_ix >= batch.end_point {
+        return;
+    }
+    let position = points[point_ix].xyz;
+    var sums = array<vec3f, 8>();
+    if in_view(screen_position(view, position)) {
+        let before = tangents[point_ix].w;
+        let after = normals[point_ix].w;
+        let others = vec3u(
+            select(point_ix, point_ix - 1u, before > 0.0),
+            point_ix,
+            select(point_ix, point_ix + 1u, after > 0.0),
+        );
+// #if PAINTED
+        let painted = unpack_paint(
+            textureLoad(paint, vec2u(point_ix % PAINT_WIDTH, point_ix / PAINT_WIDTH), 0));
+        let shading = painted_shading(hair, painted_fibre(hair.fibre, painted));
+// #endif
+        for (var ix = 0u; ix < batch.n_lights; ix++) {
+            let light = lights[batch.first_light + ix];
+            var n_lit = array<u32, 8>();
+            var is_lit = false;
+            for (var map = light.first_map; map < light.first_map + light.n_maps; map++) {
+                let word = answers[map / MAPS_PER_WORD * view.n_points + point_ix];
+                let answer = (word >> (8u * (map % MAPS_PER_WORD))) & 255u;
+                is_lit |= answer != 0u;
+                let lit = even_halves(answer, before, after);
+                for (var place = 0u; place < N_PLACES; place++) {
+                    n_lit[place] += (lit >> place) & 1u;
+                }
+            }
+            if !is_lit || light.power < batch.min_power {
+                continue;
+            }
+            // At the middle of the segment before, the point, and the middle of that after it.
+            var nodes = array<vec3f, 3>();
+            for (var node = 0u; node < 3u; node++) {
+                let other = others[node];
+                let u = normalize(tangents[point_ix].xyz + tangents[other].xyz);
+                let both = normals[point_ix].xyz + normals[other].xyz;
+                let v = normalize(both - u * dot(u, both));
+                let frame = transpose(mat3x3f(u, v, cross(u, v)));
+                let middle = 0.5 * (position + points[other].xyz);
+                let eye = direction_in_frame(frame * (view.eye - middle));
+                let source = light_in_frame(frame * light.direction, light.lambda);
+                let scattered = shadowed_single_scattering(
+                    source, eye, shading, vec3f(1.0), axes, table_c, lobes_tt, lobes_trt);
+                nodes[node] = light.rgb * scattered;
+            }
+            let of_map = view.radiance_scale / f32(light.n_maps);
+            for (var place = 0u; place < N_PLACES; place++) {
+                let half_ix = place / HALF;
+                let t = (f32(place % HALF) + 0.5) / f32(HALF);
+                let value = mix(nodes[half_ix], nodes[half_ix + 1u], t);
+                sums[place] += f32(n_lit[place]) * of_map * value;
+            }
+        }
+    }
+    for (var half_ix = 0u; half_ix < 2u; half_ix++) {
+        let at = HALF * half_ix;
+        along[2u * point_ix + half_ix] = vec4u(
+            pack_radiance(sums[at]),
+            pack_radiance(sums[at + 1u]),
+            pack_radiance(sums[at + 2u]),
+            pack_radiance(sums[at + 3u]),
+        );
     }
 }

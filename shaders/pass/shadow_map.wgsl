@@ -39,7 +39,7 @@ struct ShadowView {
 @group(0) @binding(6) var<storage, read_write> sums: array<f32>;
 // [shadow_index / 4][mode][point], eight bits a slot: TT's are written by pass/through_shares.
 @group(0) @binding(7) var<storage, read_write> visibility: array<u32>;
-// [map_index / 8][point], four bits a map: lit places.
+// [map_index / 4][point], eight bits a map: lit places, from the root on.
 @group(0) @binding(10) var<storage, read_write> answers: array<u32>;
 
 // #if PROXIES
@@ -60,6 +60,8 @@ const OWN_POINTS: u32 = 3u;
 const CLEAR_RADII: f32 = 0.5;
 // Places along the strand around a point.
 const N_PLACES: u32 = 8u;
+// Maps whose answers fill a word.
+const MAPS_PER_WORD: u32 = 4u;
 
 // x and y in texels from the corner, z the height in cm.
 fn map_position(position: vec3f) -> vec3f {
@@ -162,7 +164,7 @@ fn receive_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
         let highest = atomicLoad(&map[texel.x + i32(view.side) * texel.y]);
         let is_above = (highest >> NAME_BITS) > height_units(at.z + CLEAR_RADII * point.w);
         let apart = name_of(highest - point_ix + OWN_POINTS);
-        lit += select(0u, 1u, !is_above || apart <= 2u * OWN_POINTS);
+        lit |= select(0u, 1u, !is_above || apart <= 2u * OWN_POINTS) << ix;
     }
     // #if PROXIES
     for (var ix = 0u; ix < proxies.n; ix++) {
@@ -176,10 +178,10 @@ fn receive_shadows(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
         lit = 0u;
     }
     // #endif
-    let answer = view.map_index / 8u * view.n_points + point_ix;
-    let answer_bit = 4u * (view.map_index % 8u);
-    answers[answer] = (answers[answer] & ~(15u << answer_bit)) | (lit << answer_bit);
-    var sum = view.weight * f32(lit) / f32(N_PLACES);
+    let answer = view.map_index / MAPS_PER_WORD * view.n_points + point_ix;
+    let answer_bit = 8u * (view.map_index % MAPS_PER_WORD);
+    answers[answer] = (answers[answer] & ~(255u << answer_bit)) | (lit << answer_bit);
+    var sum = view.weight * f32(countOneBits(lit)) / f32(N_PLACES);
     if (view.ends & 1u) == 0u {
         sum += sums[point_ix];
     }

@@ -3,6 +3,9 @@
 // Twin: crates/cpu/src/raster.rs.
 // #import lib/view
 // #import lib/sampling
+// #if NARROW
+// #import lib/along_segments
+// #endif
 
 struct Pass {
     // 1/256 px
@@ -20,6 +23,10 @@ struct Pass {
 @group(0) @binding(3) var<storage, read> depth_coverage: array<vec4u>;
 @group(0) @binding(4) var<storage, read> spines: array<vec4f>;
 @group(0) @binding(5) var<storage, read> radiance: array<vec4f>;
+// #if NARROW
+// Of narrow lights, [point][half].
+@group(0) @binding(7) var<storage, read> along: array<vec4u>;
+// #endif
 
 // #if HOSTED
 // How the host of the pass projects.
@@ -50,6 +57,11 @@ struct Corner {
     @location(1) @interpolate(flat, first) here: vec4f,
     @location(2) @interpolate(flat, first) next: vec4f,
     @location(3) @interpolate(flat, first) segment: u32,
+// #if NARROW
+    // On the segment's first half, and on its second.
+    @location(4) @interpolate(flat, first) along_here: vec4u,
+    @location(5) @interpolate(flat, first) along_next: vec4u,
+// #endif
 }
 
 @vertex
@@ -66,6 +78,10 @@ fn ribbon(@builtin(vertex_index) vertex: u32) -> Corner {
     out.here = vec4f(radiance[point].rgb, bitcast<f32>(ends.y));
     out.next = vec4f(radiance[min(point + 1u, view.n_points - 1u)].rgb, bitcast<f32>(ends.z));
     out.segment = ends.w;
+// #if NARROW
+    out.along_here = along[2u * point + 1u];
+    out.along_next = along[min(2u * point + 2u, 2u * view.n_points - 1u)];
+// #endif
 // #if HOSTED
     let ndc = vec2f(edges[vertex]) / (128.0 * vec2f(view.size)) * vec2f(1.0, -1.0);
     let depth = mix(view.near, view.far, bitcast<f32>(ends.x));
@@ -95,7 +111,10 @@ fn cover(in: Corner) -> Covered {
     let moved = vec2f(0.0);
 // #endif
     let t = clamp(dot(pixel + 0.5 - moved - in.spine.xy, in.spine.zw), 0.0, 1.0);
-    let value = mix(in.here, in.next, t);
+    var value = mix(in.here, in.next, t);
+// #if NARROW
+    value += vec4f(along_segment(in.along_here, in.along_next, t), 0.0);
+// #endif
     let key = coverage_key(in.segment, u32(pixel.x), u32(pixel.y));
     var out: Covered;
 // #if HOSTED

@@ -21,12 +21,12 @@ struct Through {
 @group(0) @binding(4) var<storage, read> towards: array<vec4f>;
 // [row][map]: what it counts for four slots.
 @group(0) @binding(5) var<storage, read> weights: array<vec4f>;
-// [map / 8][point], four bits a map: lit places.
+// [map / 4][point], eight bits a map: lit places.
 @group(0) @binding(6) var<storage, read> answers: array<u32>;
 // [row][mode][point], eight bits a slot: those of TT are written.
 @group(0) @binding(7) var<storage, read_write> visibility: array<u32>;
 
-const MAPS_PER_WORD: u32 = 8u;
+const MAPS_PER_WORD: u32 = 4u;
 const N_PLACES: u32 = 8u;
 
 // One thread a point.
@@ -49,7 +49,7 @@ fn through_shares(
         var all_of_it = vec4f(0.0);
         for (var map = 0u; map < through.n_maps; map++) {
             let word = answers[map / MAPS_PER_WORD * through.n_points + point_ix];
-            let lit = (word >> (4u * (map % MAPS_PER_WORD))) & 15u;
+            let lit = countOneBits((word >> (8u * (map % MAPS_PER_WORD))) & 255u);
             let kernel = through_kernel(frame * towards[map].xyz, eye);
             let weight = weights[row * through.n_maps + map] * kernel;
             all_of_it += weight;

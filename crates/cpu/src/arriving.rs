@@ -283,7 +283,7 @@ impl Arriving {
         if columns.is_empty() {
             return;
         }
-        let pack = |share: f32| (share * ONE + 0.5) as u16;
+        let pack = |share: f32| (share * ONE + 0.5) as i32 as u16;
         let through = ThroughShares::new(&scene.strands, eye, maps);
         self.numbers
             .par_chunks_mut(per_point * CHUNK)

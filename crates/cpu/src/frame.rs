@@ -337,8 +337,8 @@ impl Frame {
             None => f64::from(u8::from(self.unblocked.is_some())),
         };
         let shade = self.shading.as_ref().map_or(0.0, |shading| {
-            let n = shading.radiance.len() * shading.groups.len().max(1);
-            let n_done = shading.radiance.len() * shading.group + shading.n_done;
+            let n = shading.radiance.at.len() * shading.groups.len().max(1);
+            let n_done = shading.radiance.at.len() * shading.group + shading.n_done;
             n_done as f64 / n.max(1) as f64
         });
         LIGHTING_SHARE * (0.1 * list + 0.6 * maps + 0.3 * shade)

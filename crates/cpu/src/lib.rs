@@ -29,6 +29,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod along_segments;
 mod arriving;
 mod composite;
 mod data_layers;
@@ -38,6 +39,7 @@ mod list;
 mod project;
 mod proxies;
 mod proxy_light;
+mod radiance;
 mod raster;
 mod renderer;
 mod screen_point;
@@ -59,6 +61,7 @@ pub use shadow_map::shadow_maps;
 pub use transmittance::{Shadows, transmittance, transmittance_beside};
 pub use voxelise::voxelise;
 
+use radiance::Radiance;
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::budget::{LIGHT_BATCH, check_frame};
 use strandlight_scene::camera::{Camera, ViewUniform, view_uniform};
@@ -126,7 +129,7 @@ pub(crate) fn render_observed(
         scene,
         (&grid, &volume),
         &view,
-        shadows,
+        (shadows, true),
         &mut proxies,
         &mut stats,
         observer,
@@ -172,33 +175,36 @@ pub fn point_radiance(
         scene,
         (&grid, &volume),
         &view,
-        ShadowSource::Sweep,
+        (ShadowSource::Sweep, false),
         &mut proxies::Proxies::new(scene),
         stats,
         &|_| (),
-    )?;
+    )?
+    .at;
     for value in radiance.iter_mut().flatten() {
         *value /= scale;
     }
     Ok(radiance)
 }
 
-/// Transmittance and shading, in batches of lights.
+/// Transmittance and shading, in batches of lights. The shadows of narrow lights are found along segments, or else
+/// at points.
 fn light(
     scene: &PreparedScene,
     (grid, volume): (&Grid, &[[f32; 8]]),
     view: &ViewUniform,
-    shadows: ShadowSource,
+    (shadows, are_along): (ShadowSource, bool),
     proxies: &mut proxies::Proxies,
     stats: &mut Stats,
     observer: Observer,
-) -> Result<Vec<[f32; 4]>, RenderError> {
+) -> Result<Radiance, RenderError> {
     let beside = scene.beside();
     if !beside.is_empty() && matches!(shadows, ShadowSource::Points(_)) {
         return Err(RenderError::ProxiesNeedSweeps);
     }
     let (lights, sweeps) = scene.light_records();
-    let mut radiance = vec![[0.0; 4]; scene.strands.points.len()];
+    let has_narrow = are_along && lights.iter().any(LightRecord::is_narrow);
+    let mut radiance = Radiance::black(scene.strands.points.len(), has_narrow);
     let (mut sweep_s, mut shade_s, mut bytes) = (0.0, 0.0, 0);
     let mut counts = shade::Counts::default();
     let mut done = 0;
@@ -236,17 +242,8 @@ fn light(
         });
         sweep_s += seconds;
         bytes = bytes.max(found.bytes());
-        let (batch_counts, seconds) = timed(|| {
-            shade::shade(
-                scene,
-                view,
-                grid,
-                batch,
-                &found,
-                &visibility.shares,
-                &mut radiance,
-            )
-        });
+        let (batch_counts, seconds) =
+            timed(|| shade::shade(scene, view, grid, batch, &found, &visibility, &mut radiance));
         shade_s += seconds;
         if let Shadows::Volume(packed) = &found {
             proxies.light(view, grid, batch, &sweeps, packed, &voxels);
@@ -267,7 +264,7 @@ fn light(
     stats.stages.push(Stage {
         name: "shade",
         milliseconds: 1e3 * shade_s,
-        bytes: 16 * radiance.len() as u64,
+        bytes: radiance.bytes(),
         runs: 1,
         gpu_milliseconds: None,
     });

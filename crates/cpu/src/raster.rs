@@ -17,8 +17,10 @@ use strandlight_scene::sampling::{
 use strandlight_scene::stats::{LIGHTING_SHARE, Observer};
 use strandlight_scene::strands::Strands;
 
+use super::along_segments::{Along, along_segment};
 use super::project::Projected;
 use super::proxies::Proxies;
+use super::radiance::Radiance;
 use super::transmittance::mix;
 
 /// Longest side of a tile in pixels; each is drawn by one thread.
@@ -58,7 +60,7 @@ struct Hair<'a> {
     view: &'a ViewUniform,
     strands: &'a Strands,
     projected: &'a [Projected],
-    radiance: &'a [[f32; 4]],
+    radiance: &'a Radiance,
     proxies: &'a Proxies,
     /// The segments in the picture, from front to back.
     ribbons: &'a [Ribbon],
@@ -70,7 +72,7 @@ pub(super) fn draw(
     view: &ViewUniform,
     strands: &Strands,
     projected: &[Projected],
-    radiance: &[[f32; 4]],
+    radiance: &Radiance,
     proxies: &Proxies,
     samples: u32,
     observer: Observer,
@@ -372,6 +374,8 @@ struct Spine<'a> {
     along: [f32; 2],
     coverage: [f32; 2],
     radiance: [&'a [f32; 4]; 2],
+    /// Of narrow lights about either end.
+    narrow: Option<[&'a Along; 2]>,
 }
 
 impl Tile {
@@ -453,7 +457,8 @@ impl Tile {
                 a: mid_a,
                 along: along.map(|x| x / squared),
                 coverage: [a.coverage, b.coverage],
-                radiance: [&hair.radiance[first], &hair.radiance[first + 1]],
+                radiance: [&hair.radiance.at[first], &hair.radiance.at[first + 1]],
+                narrow: hair.radiance.along_from(first),
             };
             let corners = ribbon.corners.map(|[x, y]| [x + jitter[0], y + jitter[1]]);
             let left_a = (corners[0], a.depth);
@@ -549,12 +554,18 @@ impl Tile {
             mask &= coverage_mask(alpha, pass, key);
         }
         let [a, b] = spine.radiance;
-        let color = [
+        let mut color = [
             mix(a[0], b[0], t),
             mix(a[1], b[1], t),
             mix(a[2], b[2], t),
             1.0,
         ];
+        if let Some([first, second]) = spine.narrow {
+            let light = along_segment(first, second, t);
+            for (value, light) in color.iter_mut().zip(light) {
+                *value += light;
+            }
+        }
         for (sample, depth) in depths.into_iter().enumerate() {
             if mask >> sample & 1 == 1 {
                 self.depth[index][sample] = depth;
@@ -666,10 +677,14 @@ mod tests {
     fn drawn(strands: &Strands, camera: &Camera, size: [u32; 2], sides: [i32; 2]) -> [Drawn; 2] {
         let view = view_uniform(camera, strands, size, 1.0);
         let projected = project(&view, strands);
-        let radiance: Vec<[f32; 4]> = (0..strands.points.len())
+        let at: Vec<[f32; 4]> = (0..strands.points.len())
             .map(|ix| [0.1, 0.2, 0.3].map(|x| x + (x * ix as f32).sin().abs()))
             .map(|[r, g, b]| [r, g, b, 0.0])
             .collect();
+        let radiance = Radiance {
+            at,
+            along: Vec::new(),
+        };
         let ribbons = ribbons(&view, strands, &projected);
         let proxies = Proxies::none();
         let hair = Hair {

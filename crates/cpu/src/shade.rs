@@ -15,7 +15,11 @@ use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::{NO_SLOT, unblocked_share};
 use strandlight_scene::volume::{Grid, SELF_LIFT};
 
+use super::along_segments::{Along, Answers, Nodes, PLACES, add_along, frames_about, shares_along};
+use super::radiance::Radiance;
+use super::shadow_map::Visibility;
 use super::transmittance::{Shadows, mix_all};
+use super::unblocked::VisiblePoint;
 use super::voxelise::{grid_position, voxel_index};
 
 /// What one batch of lights came to.
@@ -37,7 +41,7 @@ impl Counts {
     }
 }
 
-/// Adds the lights of a batch to `radiance` (rgb, 0), times the view's radiance scale.
+/// Adds the lights of a batch to the `radiance` of all points, times the view's radiance scale.
 /// `shadows` are those of the batch, `visibility` that of the shadow maps.
 pub(super) fn shade(
     scene: &PreparedScene,
@@ -45,18 +49,22 @@ pub(super) fn shade(
     grid: &Grid,
     lights: &[LightRecord],
     shadows: &Shadows,
-    visibility: &[u32],
-    radiance: &mut [[f32; 4]],
+    visibility: &Visibility,
+    radiance: &mut Radiance,
 ) -> Counts {
     let n_points = scene.strands.points.len();
     let n_voxels = grid.n_voxels();
-    let has_maps = matches!(shadows, Shadows::Volume(_)) && !visibility.is_empty();
+    let has_maps = matches!(shadows, Shadows::Volume(_)) && !visibility.shares.is_empty();
+    let answers = (visibility, n_points);
+    let Radiance { at, along } = radiance;
+    let mut along: Vec<Option<&mut Along>> = along.iter_mut().map(Some).collect();
+    along.resize_with(n_points, || None);
     let lift = SELF_LIFT * grid.h;
     let shader = PointShader::new(scene, view);
-    radiance
-        .par_iter_mut()
+    at.par_iter_mut()
+        .zip(along)
         .enumerate()
-        .map(|(point, radiance)| {
+        .map(|(point, (radiance, along))| {
             let position = Vec3::from_slice(&scene.strands.points[point]);
             if !in_view(view, screen_position(view, position)) {
                 return Counts {
@@ -73,15 +81,27 @@ pub(super) fn shade(
                     }
                     Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
                 };
-                let share_of =
-                    |is_tt| unblocked_share(visibility, n_points, light.shadow_index, is_tt, point);
+                let share_of = |is_tt| {
+                    unblocked_share(
+                        &visibility.shares,
+                        n_points,
+                        light.shadow_index,
+                        is_tt,
+                        point,
+                    )
+                };
                 let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
                 if has_maps && light.shadow_index != NO_SLOT {
                     (unblocked, unblocked_tt) = (share_of(false), share_of(true));
                 }
                 (record, unblocked, unblocked_tt)
             };
-            shader.shade(point, lights, arriving, radiance)
+            let at = VisiblePoint {
+                place: point,
+                point,
+            };
+            let along = along.map(|along| (&answers, along));
+            shader.shade(at, lights, arriving, radiance, along)
         })
         .reduce(Counts::default, Counts::and)
 }
@@ -112,15 +132,18 @@ impl<'a> PointShader<'a> {
 
     /// Adds `lights` to the radiance of a point (rgb, 0), times the view's radiance scale.
     /// `arriving` has, by light, its record there and its unblocked shares, of all modes and of TT.
+    /// Single scattering of narrow lights is added to that `along` the segments, by the answers of their maps, where there is one.
     pub fn shade(
         &self,
-        point: usize,
+        at: VisiblePoint,
         lights: &[LightRecord],
         arriving: impl Fn(usize, &LightRecord) -> (ShadowRecord, f32, f32),
         radiance: &mut [f32; 4],
+        along: Option<(&impl Answers, &mut Along)>,
     ) -> Counts {
         let PointShader { scene, terms, .. } = self;
         let strands = &scene.strands;
+        let point = at.point;
         let position = Vec3::from_slice(&strands.points[point]);
         let u = Vec3::from_slice(&strands.tangents[point]);
         let v = Vec3::from_slice(&strands.normals[point]);
@@ -142,24 +165,51 @@ impl<'a> PointShader<'a> {
         });
         let mut sum = [0.0; 3];
         let mut evaluated = [0; 4];
+        let (answers, mut along) = along.unzip();
+        let world_eye = Vec3::from(self.view.eye);
+        let frames = answers.map(|_| frames_about(strands, point, world_eye));
         for (ix, light) in lights.iter().enumerate() {
             let (record, unblocked, unblocked_tt) = arriving(ix, light);
             let direction = in_frame(Vec3::from(light.direction));
             let source = LightInFrame::from_vector(direction, light.lambda);
             let arriving = (&record, unblocked, unblocked_tt);
             let (sum, evaluated) = (&mut sum, &mut evaluated);
+            let along = match (answers, &frames, along.as_deref_mut()) {
+                (Some(answers), Some(frames), Some(along)) if light.is_narrow() => {
+                    let scale = self.view.radiance_scale;
+                    let shares = shares_along(strands, answers, light, at, scale);
+                    Some((shares, frames, along))
+                }
+                _ => None,
+            };
             match &painted {
                 Some((shading, averages)) => {
                     let forward = |sin_theta| {
                         sample_painted_forward(&averages.view, &averages.row, sin_theta)
                     };
                     let fibre = (shading, averages, forward);
-                    terms.add(light, &source, &eye, arriving, fibre, sum, evaluated);
+                    terms.add(
+                        light,
+                        (&source, &eye),
+                        arriving,
+                        fibre,
+                        sum,
+                        along,
+                        evaluated,
+                    );
                 }
                 None => {
                     let forward = |sin_theta| sample_forward(&self.forward, sin_theta);
                     let fibre = (&self.shading, scene.hair.averages(), forward);
-                    terms.add(light, &source, &eye, arriving, fibre, sum, evaluated);
+                    terms.add(
+                        light,
+                        (&source, &eye),
+                        arriving,
+                        fibre,
+                        sum,
+                        along,
+                        evaluated,
+                    );
                 }
             }
         }
@@ -176,6 +226,13 @@ impl<'a> PointShader<'a> {
         }
     }
 }
+
+/// Of a narrow light: the shares that reach the places about a point, if any is lit; the frames there; what is added to.
+type AlongOf<'a> = (
+    Option<[f32; PLACES]>,
+    &'a Nodes<([Vec3; 3], DirectionInFrame)>,
+    &'a mut Along,
+);
 
 /// The terms that are drawn.
 pub(super) struct Terms {
@@ -199,14 +256,19 @@ impl Terms {
         }
     }
 
-    /// Adds what `eye` sees of one light: scattered by a fibre, of which there are what single and
-    /// global scattering read, averages, and a_f and beta_f^2 by the sine of the inclination.
-    #[allow(clippy::too_many_arguments, reason = "two of them are sums")]
+    /// Is single scattering of a light drawn where it is unblocked?
+    pub fn has_single_of(&self, light: &LightRecord) -> bool {
+        self.bits & TERM_SINGLE != 0 && light.power >= self.min_power
+    }
+
+    /// Adds what the eye sees of one light: scattered by a fibre, of which there are what single and
+    /// global scattering read, averages, and a_f and beta_f^2 by the sine of the inclination. Single scattering of a
+    /// narrow light goes `along` the segments.
+    #[allow(clippy::too_many_arguments, reason = "three of them are sums")]
     fn add<A: SampleAverages + ?Sized>(
         &self,
         light: &LightRecord,
-        source: &LightInFrame,
-        eye: &DirectionInFrame,
+        (source, eye): (&LightInFrame, &DirectionInFrame),
         (record, unblocked, unblocked_tt): (&ShadowRecord, f32, f32),
         (shading, averages, forward): (
             &Shading<impl SampleLobes>,
@@ -214,8 +276,22 @@ impl Terms {
             impl Fn(f32) -> ([f32; 3], [f32; 3]),
         ),
         sum: &mut [f32; 3],
+        along: Option<AlongOf>,
         evaluated: &mut [u64; 4],
     ) {
+        let is_along = along.is_some();
+        if let Some((Some(shares), frames, along)) = along
+            && self.has_single_of(light)
+        {
+            let nodes = frames.map(|(frame, eye)| {
+                let direction = frame.map(|axis: Vec3| axis.dot(Vec3::from(light.direction)));
+                let source = LightInFrame::from_vector(direction, light.lambda);
+                let scattered = shadowed_single_scattering(&source, &eye, shading, [1.0; 3]);
+                [0, 1, 2].map(|channel: usize| light.rgb[channel] * scattered[channel])
+            });
+            add_along(along, &shares, &nodes);
+            evaluated[0] += 1;
+        }
         let mut add = |factor: [f32; 3], scattered: [f32; 3], term: usize| {
             for channel in 0..3 {
                 sum[channel] += factor[channel] * light.rgb[channel] * scattered[channel];
@@ -224,7 +300,8 @@ impl Terms {
         };
         let [density_forward, density_back] = self.densities;
         let direct_power = unblocked.max(unblocked_tt) * light.power;
-        if self.bits & TERM_SINGLE != 0 && direct_power >= self.min_power {
+        let has_single = self.bits & TERM_SINGLE != 0 && direct_power >= self.min_power;
+        if has_single && !is_along {
             let shares = [unblocked, unblocked_tt, unblocked];
             let scattered = shadowed_single_scattering(source, eye, shading, shares);
             add([1.0; 3], scattered, 0);

@@ -17,10 +17,12 @@ use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::scene::LightRecord;
 
+use super::along_segments::{Along, Nodes, PLACES, add_along, frames_about, shares_along};
 use super::arriving::{Arriving, AtPoint, Columns};
-use super::frame::kept::{half, n_numbers};
+use super::frame::kept::{N_NODES, half, n_numbers, narrow_columns};
+use super::radiance::Radiance;
 use super::shade::{Counts, Terms};
-use super::unblocked::VisiblePoint;
+use super::unblocked::{Unblocked, VisiblePoint};
 
 /// Visible points that a thread shades at a time.
 const CHUNK: usize = 64;
@@ -40,10 +42,27 @@ pub(super) struct WideShader<'a> {
     /// Colours of the lights that are not black, and their columns in [`Arriving`].
     colors: Vec<[f32; 3]>,
     columns: Vec<usize>,
+    /// Columns of what is kept.
+    n_columns: usize,
     /// The same lights, eight at a time.
     lights: Vec<EightLights>,
     /// The same for single scattering.
     wide: WideLights,
+    /// Those of them whose shadows are found along segments; none before there are shadow maps.
+    narrow: Vec<Narrow>,
+    /// The same for single scattering.
+    wide_narrow: WideLights,
+    /// What shadow maps say, once there are some.
+    maps: Option<&'a Unblocked>,
+}
+
+/// A narrow light.
+struct Narrow {
+    /// Its place among the lights that are not black.
+    light: usize,
+    record: LightRecord,
+    /// Its first column in what is kept.
+    column: usize,
 }
 
 /// Up to eight lights as shading reads them; missing lanes repeat the last one, and give nothing.
@@ -92,15 +111,46 @@ struct Scratch {
     weights: Vec<[f32; LANES]>,
     /// By channel and light, whole vectors: radiance for an amplitude of 1.
     of_lights: [Vec<[f32; LANES]>; 3],
+    /// By narrow light.
+    narrow: Vec<AlongOf>,
+    narrow_weights: Vec<f32>,
+}
+
+/// Of a narrow light: the shares that reach the places about a point, if any is lit, and what single
+/// scattering comes to at the nodes, unblocked, for an amplitude of 1.
+#[derive(Clone, Copy, Default)]
+struct AlongOf {
+    shares: Option<[f32; PLACES]>,
+    nodes: Nodes<[f32; 3]>,
+}
+
+/// What a thread writes of its points.
+struct Found<'a> {
+    /// rgb times the view's radiance scale, and zero.
+    radiance: &'a mut [[f32; 4]],
+    /// Of narrow lights; nothing where there are none.
+    along: &'a mut [Along],
+    /// See [`super::frame::kept`]; nothing where nothing is kept.
+    kept: &'a mut [u16],
+}
+
+/// What some visible points were shaded to.
+pub(super) struct WideShaded {
+    pub radiance: Radiance,
+    /// What is [kept](super::frame::kept) of each; nothing where that was not asked for.
+    pub kept: Vec<u16>,
+    pub counts: Counts,
 }
 
 impl<'a> WideShader<'a> {
-    /// For the `lights` that arrive, as `view` sees `scene`. By `peaks`, of drafts, what hardly counts is left to chance.
+    /// For the `lights` that arrive, as `view` sees `scene`, narrow ones along segments by `maps`, once there are some. By
+    /// `peaks`, of drafts, what hardly counts is left to chance.
     pub fn new(
         scene: &'a PreparedScene,
         view: &'a ViewUniform,
         tables: &'a MultipleTables,
         (arriving, lights): (&'a Arriving, &[LightRecord]),
+        maps: Option<&'a Unblocked>,
         peaks: Option<Peaks>,
     ) -> WideShader<'a> {
         let columns = arriving.lights.iter().enumerate();
@@ -111,6 +161,22 @@ impl<'a> WideShader<'a> {
         let directions: Vec<[f32; 3]> = lit.iter().map(|(_, light)| light.direction).collect();
         let lambdas: Vec<f32> = lit.iter().map(|(_, light)| light.lambda).collect();
         let shading = scene.hair.optics().shading(scene.tables.view());
+        let n_lights = arriving.lights.len();
+        let narrow_columns = narrow_columns(&arriving.lights, lights);
+        let narrow: Vec<Narrow> = (0..)
+            .zip(&lit)
+            .filter(|(_, (_, light))| maps.is_some() && light.is_narrow())
+            .map(|(light, (column, record))| {
+                let rank = narrow_columns.partition_point(|of| of < column);
+                Narrow {
+                    light,
+                    record: **record,
+                    column: n_lights + N_NODES * rank,
+                }
+            })
+            .collect();
+        let narrow_directions: Vec<_> = narrow.iter().map(|of| of.record.direction).collect();
+        let narrow_lambdas: Vec<_> = narrow.iter().map(|of| of.record.lambda).collect();
         WideShader {
             scene,
             view,
@@ -124,51 +190,57 @@ impl<'a> WideShader<'a> {
             colors: lit.iter().map(|(_, light)| light.rgb).collect(),
             columns: lit.iter().map(|(column, _)| *column).collect(),
             lights: lit.chunks(LANES).map(EightLights::new).collect(),
+            n_columns: n_lights + N_NODES * narrow_columns.len(),
+            wide_narrow: WideLights::new(&narrow_directions, &narrow_lambdas),
+            narrow,
+            maps,
         }
     }
 
-    /// Radiance of some visible points, rgb times the view's radiance scale and zero.
-    pub fn shade(&self, places: &[u32], visible: &[u32]) -> (Vec<[f32; 4]>, Counts) {
-        let mut radiance = vec![[0.0; 4]; places.len()];
-        let counts = radiance
-            .par_chunks_mut(CHUNK)
+    /// Shades some visible points; what they came to is written down by light if it `is_kept`.
+    pub fn shade(&self, places: &[u32], visible: &[u32], is_kept: bool) -> WideShaded {
+        let n_kept = if is_kept {
+            n_numbers(self.n_columns)
+        } else {
+            0
+        };
+        let mut radiance = Radiance::black(places.len(), !self.narrow.is_empty());
+        let mut kept = vec![0; n_kept * places.len()];
+        let mut along = radiance.along.chunks_mut(CHUNK);
+        let mut kept_chunks = kept.chunks_mut(CHUNK * n_kept.max(1));
+        let chunks = radiance.at.chunks_mut(CHUNK).map(|radiance| Found {
+            radiance,
+            along: along.next().unwrap_or_default(),
+            kept: kept_chunks.next().unwrap_or_default(),
+        });
+        let chunks: Vec<Found> = chunks.collect();
+        let counts = chunks
+            .into_par_iter()
             .zip(places.par_chunks(CHUNK))
-            .map_init(Scratch::default, |scratch, (radiance, places)| {
-                self.points(places, visible, radiance, None, scratch)
+            .map_init(Scratch::default, |scratch, (found, places)| {
+                self.points(places, visible, found, scratch)
             })
             .reduce(Counts::default, Counts::and);
-        (radiance, counts)
-    }
-
-    /// [`WideShader::shade`], and by place what is [kept](super::frame::kept) of it.
-    pub fn shade_and_keep(
-        &self,
-        places: &[u32],
-        visible: &[u32],
-    ) -> (Vec<[f32; 4]>, Counts, Vec<u16>) {
-        let n = n_numbers(self.arriving.lights.len());
-        let mut radiance = vec![[0.0; 4]; places.len()];
-        let mut kept = vec![0; n * places.len()];
-        let counts = radiance
-            .par_chunks_mut(CHUNK)
-            .zip(kept.par_chunks_mut(CHUNK * n.max(1)))
-            .zip(places.par_chunks(CHUNK))
-            .map_init(Scratch::default, |scratch, ((radiance, kept), places)| {
-                self.points(places, visible, radiance, Some(kept), scratch)
-            })
-            .reduce(Counts::default, Counts::and);
-        (radiance, counts, kept)
+        WideShaded {
+            radiance,
+            kept,
+            counts,
+        }
     }
 
     fn points(
         &self,
         places: &[u32],
         visible: &[u32],
-        radiance: &mut [[f32; 4]],
-        mut kept: Option<&mut [u16]>,
+        found: Found,
         scratch: &mut Scratch,
     ) -> Counts {
-        let n = n_numbers(self.arriving.lights.len());
+        let Found {
+            radiance,
+            along,
+            kept,
+        } = found;
+        let n_kept = kept.len() / places.len().max(1);
         let mut counts = Counts::default();
         dispatch!(Level::new(), simd => {
             for (ix, (radiance, &place)) in radiance.iter_mut().zip(places).enumerate() {
@@ -176,23 +248,45 @@ impl<'a> WideShader<'a> {
                     place: place as usize,
                     point: visible[place as usize] as usize,
                 };
-                let sum = self.point(simd, at, kept.is_some(), scratch, &mut counts);
+                let sum = self.point(simd, at, n_kept > 0, scratch, &mut counts);
                 for (value, sum) in radiance.iter_mut().zip(sum) {
                     *value = sum * self.view.radiance_scale;
                 }
-                if let Some(kept) = &mut kept {
-                    self.keep(scratch, &mut kept[n * ix..][..n]);
+                if let Some(along) = along.get_mut(ix) {
+                    self.add_narrow(scratch, along);
+                }
+                if n_kept > 0 {
+                    self.keep(scratch, &mut kept[n_kept * ix..][..n_kept]);
                 }
             }
         });
         counts
     }
 
+    /// Adds what narrow lights came to about a point.
+    #[inline(always)]
+    fn add_narrow(&self, scratch: &Scratch, along: &mut Along) {
+        for (narrow, of) in self.narrow.iter().zip(&scratch.narrow) {
+            if let Some(shares) = &of.shares {
+                let mut nodes = of.nodes;
+                for (value, color) in nodes
+                    .as_flattened_mut()
+                    .iter_mut()
+                    .zip(narrow.record.rgb.iter().cycle())
+                {
+                    *value *= color;
+                }
+                add_along(along, shares, &nodes);
+            }
+        }
+    }
+
     /// Writes down what each light came to at a point.
     #[inline(always)]
     fn keep(&self, scratch: &Scratch, kept: &mut [u16]) {
         let n_row = kept.len() / 3;
-        for (row, of_lights) in kept.chunks_exact_mut(n_row.max(1)).zip(&scratch.of_lights) {
+        let rows = kept.chunks_exact_mut(n_row.max(1));
+        for (channel, (row, of_lights)) in rows.zip(&scratch.of_lights).enumerate() {
             let of_lights = of_lights.as_flattened();
             if self.columns.len() == self.arriving.lights.len() {
                 for (kept, value) in row.iter_mut().zip(of_lights) {
@@ -201,6 +295,61 @@ impl<'a> WideShader<'a> {
             } else {
                 for (&column, value) in self.columns.iter().zip(of_lights) {
                     row[column] = half(*value);
+                }
+            }
+            for (narrow, of) in self.narrow.iter().zip(&scratch.narrow) {
+                for (kept, rgb) in row[narrow.column..].iter_mut().zip(&of.nodes) {
+                    *kept = half(rgb[channel]);
+                }
+            }
+        }
+    }
+
+    /// What single scattering of the narrow lights comes to about a point.
+    #[inline(always)]
+    fn narrow<S: Simd>(&self, simd: S, at: VisiblePoint, scratch: &mut Scratch) {
+        let strands = &self.scene.strands;
+        let Scratch {
+            responses,
+            narrow,
+            narrow_weights,
+            ..
+        } = scratch;
+        narrow.clear();
+        narrow_weights.clear();
+        for of in &self.narrow {
+            let maps = self.maps.filter(|_| self.terms.has_single_of(&of.record));
+            let scale = self.view.radiance_scale;
+            let shares = maps.and_then(|maps| shares_along(strands, maps, &of.record, at, scale));
+            narrow_weights.push(if shares.is_some() { 1.0 } else { 0.0 });
+            narrow.push(AlongOf {
+                shares,
+                ..AlongOf::default()
+            });
+        }
+        if narrow.iter().all(|of| of.shares.is_none()) {
+            return;
+        }
+        let eye = Vec3::from(self.view.eye);
+        for (node, (frame, view)) in frames_about(strands, at.point, eye).into_iter().enumerate() {
+            let place = Place {
+                frame: frame.map(|axis: Vec3| axis.to_array()),
+                view,
+            };
+            let (lights, shading) = (&self.wide_narrow, &self.shading);
+            single_scattering(
+                simd,
+                lights,
+                narrow_weights,
+                &place,
+                shading,
+                None,
+                responses,
+            );
+            for entry in responses.entries() {
+                let sum = &mut narrow[entry.light as usize].nodes[node];
+                for (sum, value) in sum.iter_mut().zip(entry.rgb) {
+                    *sum += value;
                 }
             }
         }
@@ -226,12 +375,15 @@ impl<'a> WideShader<'a> {
             view: DirectionInFrame::from_vector([u, v, w].map(|axis| axis.dot(towards))),
         };
         let arriving = self.arriving.at(at.place);
+        self.narrow(simd, at, scratch);
         let Scratch {
             responses,
             unblocked,
             unblocked_tt,
             weights,
             of_lights,
+            narrow,
+            ..
         } = scratch;
         if is_kept {
             for of_lights in of_lights.iter_mut() {
@@ -263,6 +415,12 @@ impl<'a> WideShader<'a> {
                     }
                 }
                 weights.push(of_lights);
+            }
+            for (of, along) in self.narrow.iter().zip(&*narrow) {
+                let weight = &mut weights.as_flattened_mut()[of.light];
+                n -= u64::from(*weight > 0.0);
+                n += u64::from(along.shares.is_some());
+                *weight = 0.0;
             }
             let weights = weights.as_flattened();
             let (unblocked, unblocked_tt) = (unblocked.as_flattened(), unblocked_tt.as_flattened());

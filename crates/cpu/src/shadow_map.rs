@@ -23,7 +23,7 @@ pub(super) struct Visibility {
     /// Unblocked shares, `[shadow_index / 4][mode][point]`:
     /// [`strandlight_scene::shadow_maps::unblocked_share`] reads them.
     pub shares: Vec<u32>,
-    /// Lit places, `[map_index / 8][point]`, four bits a map.
+    /// Lit places, `[map_index / 4][point]`, eight bits a map.
     pub answers: Vec<u32>,
 }
 
@@ -34,6 +34,12 @@ impl Visibility {
             shares: vec![0; plan.n_words(n_points)],
             answers: vec![0; plan.n_answer_words(n_points)],
         }
+    }
+
+    /// Which places about a point of `n_points` a map has lit, a bit each from the root on.
+    pub fn answer(&self, n_points: usize, map: u32, point: usize) -> u8 {
+        let word = self.answers[(map / MAPS_PER_WORD) as usize * n_points + point];
+        (word >> (8 * (map % MAPS_PER_WORD))) as u8
     }
 }
 
@@ -77,7 +83,7 @@ pub(super) fn draw_maps(
             .map(|&first| cast_shadows(view, strands, first, &map))
             .sum::<u64>();
         let row = (view.map_index / MAPS_PER_WORD) as usize * n_points;
-        let bit = 4 * (view.map_index % MAPS_PER_WORD);
+        let bit = 8 * (view.map_index % MAPS_PER_WORD);
         let answers = &mut visibility.answers[row..row + n_points];
         answers
             .par_iter_mut()
@@ -90,8 +96,8 @@ pub(super) fn draw_maps(
                 if towards.is_blocked(&places, point, position) {
                     lit = 0;
                 }
-                *answer = *answer & !(15 << bit) | lit << bit;
-                let share = view.weight * lit as f32 / N_PLACES as f32;
+                *answer = *answer & !(255 << bit) | lit << bit;
+                let share = view.weight * lit.count_ones() as f32 / N_PLACES as f32;
                 *sum = if view.ends & FIRST_OF_SLOT == 0 {
                     *sum + share
                 } else {
@@ -123,7 +129,6 @@ pub(super) fn through_shares(
 ) {
     let n_points = strands.points.len();
     let n_maps = mixture.towards.len();
-    let answers = &visibility.answers;
     for (slot, weights) in mixture.weights.chunks_exact(n_maps.max(1)).enumerate() {
         let share_at = |point: usize| {
             let u = Vec3::from_slice(&strands.tangents[point]);
@@ -134,8 +139,7 @@ pub(super) fn through_shares(
             let eye = in_frame((Vec3::from(eye) - position).normalize_or_zero());
             let (mut unblocked, mut all) = (0.0, 0.0);
             for (ix, (weight, towards)) in weights.iter().zip(&mixture.towards).enumerate() {
-                let word = answers[ix / MAPS_PER_WORD as usize * n_points + point];
-                let lit = word >> (4 * (ix as u32 % MAPS_PER_WORD)) & 15;
+                let lit = visibility.answer(n_points, ix as u32, point).count_ones();
                 let weight = weight * through_kernel(in_frame(Vec3::from(*towards)), eye);
                 all += weight;
                 unblocked += weight * lit as f32;
@@ -219,7 +223,7 @@ fn cast_shadows(view: &ShadowView, strands: &Strands, first: u32, map: &[AtomicU
     n_texels
 }
 
-/// How many of [`N_PLACES`] places about a point are lit.
+/// Which of [`N_PLACES`] places about a point are lit, a bit each from the root on.
 fn receive_shadows(
     view: &ShadowView,
     strands: &Strands,
@@ -254,7 +258,7 @@ fn receive_shadows(
                 .wrapping_sub(point_ix as u32)
                 .wrapping_add(OWN_POINTS),
         );
-        lit += u32::from(!is_above || apart <= 2 * OWN_POINTS);
+        lit |= u32::from(!is_above || apart <= 2 * OWN_POINTS) << ix;
     }
     lit
 }

@@ -31,7 +31,7 @@ const BLOCK: i32 = 16;
 /// Answers of maps at visible points, or at all points.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unblocked {
-    /// `[map][point]`: how many of [`N_PLACES`] about the point are lit.
+    /// `[map][point]`: which of [`N_PLACES`] about the point are lit, a bit each from the root on.
     lit: Vec<Vec<u8>>,
     /// By slot, the maps of a light.
     maps_of: Vec<Range<usize>>,
@@ -64,7 +64,7 @@ impl Unblocked {
     pub fn share(&self, slot: u32, at: VisiblePoint) -> f32 {
         let ix = self.index(at);
         let maps = &self.lit[self.maps_of[slot as usize].clone()];
-        let sum: u32 = maps.iter().map(|lit| u32::from(lit[ix])).sum();
+        let sum: u32 = maps.iter().map(|lit| lit[ix].count_ones()).sum();
         sum as f32 / (N_PLACES as usize * maps.len()) as f32
     }
 
@@ -72,7 +72,13 @@ impl Unblocked {
     pub fn answers(&self, at: VisiblePoint) -> impl Iterator<Item = f32> {
         let ix = self.index(at);
         let maps = self.lit.iter();
-        maps.map(move |lit| f32::from(lit[ix]) * (1.0 / N_PLACES as f32))
+        maps.map(move |lit| lit[ix].count_ones() as f32 * (1.0 / N_PLACES as f32))
+    }
+
+    /// Which places about a visible point a map has lit, a bit each from the root on.
+    #[inline(always)]
+    pub fn answer(&self, map: u32, at: VisiblePoint) -> u8 {
+        self.lit[map as usize][self.index(at)]
     }
 
     fn index(&self, at: VisiblePoint) -> usize {
@@ -342,7 +348,7 @@ struct Work {
     at: [Vec<f32>; 3],
     wanted: Wanted,
     map: Map,
-    /// By place: how many of the places along the strand about the point are lit.
+    /// By visible point: which of the places along the strand about it are lit.
     lit: Vec<u8>,
     /// Texels of strands that were drawn.
     n_texels: u64,
@@ -372,7 +378,7 @@ impl Work {
         (beside, places): (&Beside, &beside::Places),
     ) {
         self.lit.clear();
-        self.lit.resize(strips.n_places, N_PLACES as u8);
+        self.lit.resize(strips.n_places, u8::MAX);
         dispatch!(Level::new(), simd => receive(simd, view, strips, self));
         if !beside.is_empty() {
             let towards = beside.towards(Vec3::from(view.towards));
@@ -673,7 +679,7 @@ fn cast_segment<S: Simd>(
     n_texels
 }
 
-/// Counts the lit ones of [`N_PLACES`] places along the strand about each visible point.
+/// Finds the lit ones of [`N_PLACES`] places along the strand about each visible point.
 #[inline(always)]
 fn receive<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, work: &mut Work) {
     simd.vectorize(
@@ -754,7 +760,7 @@ fn receive_point<S: Simd>(
     let above = (highest >> NAME_BITS) & ((1 << (32 - NAME_BITS)) - 1);
     let apart = (highest - seen.point as i32 + OWN_POINTS as i32) & ((1 << NAME_BITS) - 1);
     let is_lit = above.simd_le(height) | apart.simd_le(2 * OWN_POINTS as i32);
-    is_lit.to_bitmask().count_ones() as u8
+    is_lit.to_bitmask() as u8
 }
 
 #[cfg(test)]

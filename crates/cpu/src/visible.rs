@@ -53,9 +53,9 @@ impl VisiblePoints {
     }
 
     /// Gives the points that are not among the first what those before them have.
-    pub fn fill(&self, radiance: &mut [[f32; 4]]) {
+    pub fn fill<T: Copy>(&self, radiance: &mut [T]) {
         let mut last = match self.order.first() {
-            Some(&first) if self.n_first > 0 => radiance[first as usize],
+            Some(&first) if self.n_first > 0 && !radiance.is_empty() => radiance[first as usize],
             _ => return,
         };
         let mut first = self.order[..self.n_first].iter().peekable();

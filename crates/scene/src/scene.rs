@@ -97,14 +97,25 @@ pub struct LightRecord {
     pub shadow_index: u32,
     /// Its place among the records of its batch.
     pub record: u32,
+    /// Of narrow lights, whose shadows are found along segments: the first of its maps, and how many; none of others.
+    pub first_map: u32,
+    /// See [`LightRecord::first_map`].
+    pub n_maps: u32,
     /// Not used.
-    pub pad: [u32; 3],
+    pub pad: u32,
+}
+
+impl LightRecord {
+    /// Are its shadows found along segments?
+    pub fn is_narrow(&self) -> bool {
+        self.n_maps > 0
+    }
 }
 
 strandlight_scattering::mirrors! {
     LightRecord as "Light" in "lib/light" {
         direction, lambda, rgb, power, first_sweep, n_sweeps, solid_angle, shadow_index, record,
-        pad,
+        first_map, n_maps, pad,
     }
 }
 
@@ -413,6 +424,7 @@ impl PreparedScene {
                         .iter()
                         .map(|&[x, y, z]| [x, y, z, 0.0]),
                 );
+                let maps = plan.maps_along_segments(shadow_index);
                 LightRecord {
                     direction: light.direction,
                     lambda: light.lambda,
@@ -423,7 +435,9 @@ impl PreparedScene {
                     solid_angle: solid_angle(light.lambda.into()) as f32,
                     shadow_index,
                     record: (ix % LIGHT_BATCH) as u32,
-                    pad: [0; 3],
+                    first_map: maps.start,
+                    n_maps: maps.len() as u32,
+                    pad: 0,
                 }
             })
             .collect();

@@ -18,6 +18,8 @@
 //!
 //! Maps depend on strands and lights alone: an edit of the hair and another view need none.
 
+use std::ops::Range;
+
 use glam::Vec3;
 use strandlight_formats::SrbfLight;
 use strandlight_scattering::spherical_gaussian::solid_angle;
@@ -45,6 +47,16 @@ const COARSE_SIDE: f32 = 64.0;
 /// Lights narrower than this get [`FINE_SIDE`].
 const FINE_LAMBDA: f32 = 0.05;
 
+/// The shadows of lights with maps that are narrower than this, suns, are found along segments; others at
+/// points. Wider ones throw no edges, and a map or two of each would only show more of its noise.
+pub const NARROW_LAMBDA: f32 = 0.03;
+
+/// Bytes of a point's two halves of segments in their light, on a device: four places each.
+pub const BYTES_ALONG: usize = 32;
+
+/// At most so many of them, the strongest: each takes three shadings of every point that it reaches.
+const MAX_NARROW: u32 = 4;
+
 pub use strandlight_formats::MAX_SHADOW_MAPS;
 
 /// Lights with less than this share of the power of all get no map.
@@ -52,7 +64,7 @@ const LEAST_SHARE: f32 = 0.002;
 
 /// A light of width lambda gets at most one map, and one more for every so much of lambda: closer
 /// directions see the same shadows.
-const LAMBDA_PER_MAP: f32 = 0.006;
+const LAMBDA_PER_MAP: f32 = 0.003;
 
 /// Largest buffer that every adapter binds.
 const MAX_BYTES: usize = 128 << 20;
@@ -66,10 +78,11 @@ pub const NO_SLOT: u32 = u32::MAX;
 /// Lights whose shares fill a word of the visibility buffer, eight bits each.
 pub const SLOTS_PER_WORD: u32 = 4;
 
-/// Maps whose answers fill a word, four bits each.
-pub const MAPS_PER_WORD: u32 = 8;
+/// Maps whose answers fill a word, eight bits each.
+pub const MAPS_PER_WORD: u32 = 4;
 
-/// Places along the strand around a point where a map is looked up; its answer is how many are lit.
+/// Places along the strand around a point where a map is looked up; its answer is which are lit, a bit each from the
+/// root on.
 pub const N_PLACES: u32 = 8;
 
 /// One map; mirrored by `ShadowView` in `shaders/pass/shadow_map.wgsl`.
@@ -133,6 +146,8 @@ pub struct ShadowPlan {
     lobes: Vec<Lobe>,
     /// Maps along the line of sight, and one of them in any direction.
     through: Option<(u32, ShadowView)>,
+    /// Are there few enough points for light along segments?
+    has_room_along: bool,
 }
 
 /// A lobe of directions that maps are drawn from.
@@ -192,6 +207,7 @@ impl ShadowPlan {
         let any = ShadowView::towards([0.0, 1.0, 0.0], strands);
         let mut plan = ShadowPlan {
             slots: vec![NO_SLOT; lights.len()],
+            has_room_along: strands.points.len() <= MAX_BYTES / BYTES_ALONG,
             ..ShadowPlan::default()
         };
         for (n_before, &ix) in order.iter().enumerate() {
@@ -282,8 +298,24 @@ impl ShadowPlan {
         2 * self.n_slots.div_ceil(SLOTS_PER_WORD) as usize * n_points
     }
 
-    /// Words of the answers of all maps, `[map_index / 8][point]`, four bits a map from the lowest up:
-    /// how many of [`N_PLACES`] are lit.
+    /// Maps of the light with this slot if its shadows are found along segments, by
+    /// [`ShadowView::map_index`]; else none.
+    pub fn maps_along_segments(&self, slot: u32) -> Range<u32> {
+        let is_narrow = |lobe: &&Lobe| self.has_room_along && lobe.lambda < NARROW_LAMBDA;
+        let Some(lobe) = self.lobes.get(slot as usize).filter(is_narrow) else {
+            return 0..0;
+        };
+        // Slots are in the order of power.
+        let before = &self.lobes[..slot as usize];
+        if before.iter().filter(is_narrow).count() >= MAX_NARROW as usize {
+            return 0..0;
+        }
+        let first = before.iter().map(|lobe| lobe.n_maps).sum();
+        first..first + lobe.n_maps
+    }
+
+    /// Words of the answers of all maps, `[map_index / 4][point]`, eight bits a map from the lowest up:
+    /// which of [`N_PLACES`] are lit.
     pub fn n_answer_words(&self, n_points: usize) -> usize {
         self.n_maps().div_ceil(MAPS_PER_WORD as usize) * n_points
     }

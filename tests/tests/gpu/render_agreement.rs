@@ -11,9 +11,9 @@ use strandlight_scattering::closed_form::unpack_record;
 use strandlight_scene::shadow_maps::{MAX_DEPTH_COMPLEXITY, SHADOW_SIDE};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::Grid;
-use strandlight_scene::{Camera, Picture, PreparedScene, Stats};
+use strandlight_scene::{Backend, Camera, Picture, PreparedScene, Stats};
 use strandlight_tests::render_common::{
-    self, Random, context, keep, picture_rmse, relative_rmse, wig_scene,
+    self, Random, context, keep, light, picture_rmse, relative_rmse, wig_scene,
 };
 use strandlight_tests::samples::{hair_file, real_file};
 
@@ -57,6 +57,49 @@ fn pictures_agree_for_every_background() {
         assert!(all(&cpu_stats) > 0);
         let covered = cpu.rgba.iter().filter(|p| p[3] > 0.0).count();
         assert!(covered > 1000, "{covered} pixels covered");
+    }
+}
+
+/// Suns, whose shadows are found along segments, of all backends; then without them.
+#[test]
+fn pictures_under_suns_agree() {
+    let context = context();
+    let mut scene = wig_scene(400);
+    let sky = scene.lights.clone();
+    let suns = [
+        light([0.5, 0.8, 0.6], 0.01, [4e3, 3.8e3, 3.4e3]),
+        light([-0.9, 0.3, 0.5], 0.02, [500.0, 520.0, 600.0]),
+    ];
+    scene.lights.extend(suns);
+    let (records, _) = scene.light_records();
+    assert_eq!(records.iter().filter(|light| light.is_narrow()).count(), 2);
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let tolerance = held(&context, PICTURE_TOLERANCE, 0.01);
+    let check = |what: &str, scene: &PreparedScene, renderer: &mut ProgressiveRenderer| {
+        let (gpu, gpu_stats) = renderer.render_to_image(&scene.camera, SIZE, 16).unwrap();
+        let (cpu, cpu_stats) = cpu::render(scene, &scene.camera, SIZE, 16).unwrap();
+        keep(&format!("agree-{what}-gpu"), &gpu);
+        keep(&format!("agree-{what}-cpu"), &cpu);
+        let error = picture_rmse(&gpu, &cpu);
+        println!("{what}: {error:.2e}");
+        assert!(error < tolerance, "{what}: {error}");
+        assert_eq!(gpu_stats.products(), cpu_stats.products());
+        cpu
+    };
+    let both = check("suns", &scene, &mut renderer);
+    // Shading of points has no edges.
+    let points = renderer.point_radiance(&scene.camera, SIZE).unwrap();
+    let on_cpu = cpu::point_radiance(&scene, &scene.camera, SIZE).unwrap();
+    let error = relative_rmse(points.as_flattened(), on_cpu.as_flattened());
+    assert!(error < held(&context, 2e-5, 1e-3), "{error}");
+    let again = check("suns-again", &scene, &mut renderer);
+    assert!(again.rgba == both.rgba);
+    // One, then none, and one again.
+    for n in [1, 0, 1] {
+        scene.lights = sky.iter().chain(&suns[..n]).copied().collect();
+        renderer.set_lights(scene.lights.clone()).unwrap();
+        let picture = check(&format!("suns-{n}"), &scene, &mut renderer);
+        assert!(picture_rmse(&picture, &both) > 0.05);
     }
 }
 

@@ -100,7 +100,8 @@ fn interactive_pictures_end_as_fresh_ones() {
         let turn = 0.7 * f64::from(ix);
         SrbfLight {
             direction: [0.8 * turn.cos(), 0.6, 0.8 * turn.sin()].map(|x| x as f32),
-            lambda: 0.05 + 0.04 * ix as f32,
+            // The first one is a sun.
+            lambda: 0.02 + 0.04 * ix as f32,
             rgb: [0.5, 0.4, 0.3],
         }
     });

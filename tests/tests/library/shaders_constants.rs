@@ -5,6 +5,7 @@ use std::fs;
 
 use strandlight_render::probe::{Function, Scheme};
 use strandlight_scattering::Parameter;
+use strandlight_scene::shadow_maps::N_PLACES;
 use strandlight_scene::stats::TERM_NAMES;
 use strandlight_shaders::{MODULES, resolve_with};
 use strandlight_tests::project_root;
@@ -34,7 +35,22 @@ const TWIN_FILES: [(&str, &str); 14] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 5] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 8] = [
+    (
+        "lib/along_segments",
+        "N_PLACES",
+        "crates/scene/src/shadow_maps.rs",
+    ),
+    (
+        "pass/shade",
+        "MAPS_PER_WORD",
+        "crates/scene/src/shadow_maps.rs",
+    ),
+    (
+        "pass/shadow_map",
+        "MAPS_PER_WORD",
+        "crates/scene/src/shadow_maps.rs",
+    ),
     (
         "pass/shade",
         "LAST_FORWARD",
@@ -76,6 +92,7 @@ fn values_elsewhere() -> Vec<(&'static str, &'static str, Vec<f64>)> {
     vec![
         ("lib/constants", "PI", vec![PI]),
         ("lib/constants", "HALF_PI", vec![FRAC_PI_2]),
+        ("lib/along_segments", "HALF", vec![f64::from(N_PLACES / 2)]),
         ("lib/paint", "WIDTH_MIN", vec![width_min]),
         ("lib/paint", "WIDTH_MAX", vec![width_max]),
         ("lib/paint", "SHIFT_MAX", vec![shift_max]),
@@ -114,7 +131,17 @@ fn values_elsewhere() -> Vec<(&'static str, &'static str, Vec<f64>)> {
 }
 
 /// Constants that mean nothing to Rust: module, name, why.
-const WGSL_ONLY: [(&str, &str, &str); 3] = [
+const WGSL_ONLY: [(&str, &str, &str); 5] = [
+    (
+        "lib/along_segments",
+        "MANTISSA_BITS",
+        "radiance is packed on the device alone",
+    ),
+    (
+        "lib/along_segments",
+        "EXPONENT_BIAS",
+        "radiance is packed on the device alone",
+    ),
     (
         "pass/preview",
         "FORWARD",

@@ -4,10 +4,12 @@ use glam::Vec3;
 use strandlight_cpu as cpu;
 use strandlight_reference::rays::{Rays, Start};
 use strandlight_render::passes;
+use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::through_kernel;
 use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, unblocked_share};
 use strandlight_scene::strands::Strands;
-use strandlight_tests::render_common::{Random, context, light, relative_rmse, wig};
+use strandlight_scene::{Backend, Camera};
+use strandlight_tests::render_common::{Random, context, light, relative_rmse, scene, wig};
 
 fn strands_of(strands: &[Vec<Vec3>], diameter: f32) -> Strands {
     let mut offsets = vec![0];
@@ -185,6 +187,65 @@ fn shares_of_tt_are_those_of_rays_through_the_fibre() {
     );
     assert!(tt[0].abs() < 0.03, "{tt:?}");
     assert!(tt[1] < 0.6 * others[1], "{tt:?} {others:?}");
+}
+
+/// A board over a strand throws a shadow with edges that are sharper than a segment, in the picture by its
+/// list and by samples.
+#[test]
+fn the_shadow_of_a_sun_has_edges_within_segments() {
+    const SIZE: [u32; 2] = [180, 20];
+    let lower = (0..7).map(|ix| Vec3::new(3.0 * ix as f32 - 9.0, 0.0, 0.0));
+    let board = vec![Vec3::new(2.0, 3.0, -2.0), Vec3::new(2.0, 3.0, 2.0)];
+    let drawn = |grown: Vec<Vec<Vec3>>, is_sampled: bool| {
+        let (mut offsets, mut points) = (vec![0], Vec::new());
+        for strand in &grown {
+            points.extend(strand.iter().map(|point| point.to_array()));
+            offsets.push(points.len() as u32);
+        }
+        let diameter = |strand: usize, _: usize| [0.2, 0.2, 3.0][strand];
+        let strands = Strands::new(&points, &offsets, diameter, false).expect("a valid groom");
+        let sun = light([0.0, 1.0, 0.0], 0.005, [1e4; 3]);
+        let mut scene = scene(strands, vec![sun], &HairParams::default());
+        // A tenth of a centimetre a pixel; the board is above the picture.
+        scene.camera = Camera {
+            eye: Vec3::new(0.0, 0.0, 40.0),
+            target: Vec3::ZERO,
+            fov_y: 2.0 * (1.0_f32 / 40.0).atan(),
+            ..scene.camera
+        };
+        let mut renderer = match is_sampled {
+            true => cpu::CpuRenderer::by_samples(scene),
+            false => cpu::CpuRenderer::new(scene),
+        };
+        let (picture, _) = renderer.render(SIZE, 64, &|_| ()).expect("a picture");
+        let of_column = |x: u32| -> f32 {
+            let rows = (0..SIZE[1]).map(|y| picture.rgba[(x + SIZE[0] * y) as usize][1]);
+            rows.sum()
+        };
+        (0..SIZE[0]).map(of_column).collect::<Vec<f32>>()
+    };
+    let lower: Vec<Vec3> = lower.collect();
+    // Segments of nearly the same number are taken for those of one strand.
+    let others = (0..9).map(|ix| Vec3::new(ix as f32, -9.0, 0.0)).collect();
+    let grown = vec![lower, others, board];
+    for is_sampled in [false, true] {
+        let open = drawn(grown[..2].to_vec(), is_sampled);
+        let shadowed = drawn(grown.clone(), is_sampled);
+        let mut counts = [0; 2];
+        for (x, (open, shadowed)) in open.iter().zip(&shadowed).enumerate() {
+            let at = 0.1 * (x as f32 + 0.5) - 9.0;
+            let share = shadowed / open;
+            // From 0.5 to 3.5 cm; a place is 0.375 cm long.
+            if (at - 2.0).abs() < 1.5 - 0.4 {
+                assert!(share < 0.01, "{is_sampled} {at}: {share}");
+                counts[0] += 1;
+            } else if (at - 2.0).abs() > 1.5 + 0.4 && at.abs() < 8.5 {
+                assert!((share - 1.0).abs() < 0.01, "{is_sampled} {at}: {share}");
+                counts[1] += 1;
+            }
+        }
+        assert!(counts[0] >= 20 && counts[1] > 100, "{counts:?}");
+    }
 }
 
 #[test]

@@ -7,6 +7,11 @@
 use rayon::prelude::*;
 use strandlight_scattering::wide::LANES;
 use strandlight_scene::scene::LightRecord;
+use strandlight_scene::strands::Strands;
+
+use super::super::along_segments::{Along, add_along, shares_along};
+use super::super::radiance::Radiance;
+use super::super::unblocked::{Unblocked, VisiblePoint};
 
 /// Most bytes that are kept.
 const MAX_BYTES: usize = 64 << 20;
@@ -18,15 +23,30 @@ const CHUNK: usize = 256;
 pub(super) struct Kept {
     /// The lights, indices in the scene's list: a column each.
     lights: Vec<u32>,
+    /// Columns of narrow lights. What single scattering of them comes to at the nodes about a place, unblocked,
+    /// has columns of its own after those of all lights, [`N_NODES`] each.
+    narrow: Vec<usize>,
     /// Columns that are found at all places.
     is_found: Vec<bool>,
     /// `[place][channel][column]`, whole vectors of columns: the upper halves of floats.
     numbers: Vec<u16>,
 }
 
-/// Numbers of a place where there are `n_lights`.
-pub(in super::super) fn n_numbers(n_lights: usize) -> usize {
-    3 * n_lights.next_multiple_of(LANES)
+/// Columns of single scattering of a narrow light.
+pub(in super::super) const N_NODES: usize = 3;
+
+/// Numbers of a place where there are `n_columns`.
+pub(in super::super) fn n_numbers(n_columns: usize) -> usize {
+    3 * n_columns.next_multiple_of(LANES)
+}
+
+/// Columns of narrow lights among those of `lights`, indices into `all`.
+pub(in super::super) fn narrow_columns(lights: &[u32], all: &[LightRecord]) -> Vec<usize> {
+    let columns = (0..).zip(lights);
+    columns
+        .filter(|(_, light)| all[**light as usize].is_narrow())
+        .map(|(column, _)| column)
+        .collect()
 }
 
 /// The upper half of a float, rounded.
@@ -41,19 +61,28 @@ fn whole(half: u16) -> f32 {
 }
 
 impl Kept {
-    /// Nothing yet of some lights, indices, at `n_places` points; none if it is too much.
-    pub fn new(lights: &[u32], n_places: usize) -> Option<Kept> {
-        let n = n_numbers(lights.len()) * n_places;
+    /// Nothing yet of some `lights` of `all`, at `n_places` points; none if it is too much.
+    pub fn new(lights: &[u32], all: &[LightRecord], n_places: usize) -> Option<Kept> {
+        let narrow = narrow_columns(lights, all);
+        let n = n_numbers(lights.len() + N_NODES * narrow.len()) * n_places;
         (size_of::<u16>() * n <= MAX_BYTES).then(|| Kept {
             lights: lights.to_vec(),
+            narrow,
             is_found: vec![false; lights.len()],
             numbers: vec![0; n],
         })
     }
 
-    /// Has it room for what is found of these lights at as many points?
-    pub fn is_of(&self, lights: &[u32], n_places: usize) -> bool {
-        self.lights == lights && self.numbers.len() == n_numbers(lights.len()) * n_places
+    /// Has it room for what is found of these `lights` of `all` at as many points?
+    pub fn is_of(&self, lights: &[u32], all: &[LightRecord], n_places: usize) -> bool {
+        self.lights == lights
+            && self.narrow == narrow_columns(lights, all)
+            && self.numbers.len() == self.n_numbers() * n_places
+    }
+
+    /// Numbers of a place.
+    fn n_numbers(&self) -> usize {
+        n_numbers(self.lights.len() + N_NODES * self.narrow.len())
     }
 
     /// What was found is that of another scene.
@@ -63,23 +92,23 @@ impl Kept {
 
     /// Takes what was found of the lights of `all` that are not black, at some places.
     pub fn take(&mut self, all: &[LightRecord], places: &[u32], found: &[u16]) {
-        let n = n_numbers(self.lights.len());
+        let n = self.n_numbers();
         let n_row = n / 3;
-        let columns = self.lights.iter().enumerate();
-        let black: Vec<usize> = columns
-            .filter(|(_, light)| all[**light as usize].power <= 0.0)
-            .map(|(column, _)| column)
+        let of_nodes = self.narrow.iter().flat_map(|column| [*column; N_NODES]);
+        let columns = (0..self.lights.len()).chain(of_nodes);
+        let is_lit: Vec<bool> = columns
+            .map(|column| all[self.lights[column] as usize].power > 0.0)
             .collect();
         for (&place, found) in places.iter().zip(found.chunks_exact(n)) {
             let numbers = &mut self.numbers[n * place as usize..][..n];
             let at = |channel: usize, column: usize| channel * n_row + column;
-            if black.is_empty() {
+            if is_lit.iter().all(|is_lit| *is_lit) {
                 numbers.copy_from_slice(found);
                 continue;
             }
             for channel in 0..3 {
-                for column in 0..self.lights.len() {
-                    if !black.contains(&column) {
+                for (column, is_lit) in is_lit.iter().enumerate() {
+                    if *is_lit {
                         numbers[at(channel, column)] = found[at(channel, column)];
                     }
                 }
@@ -102,9 +131,60 @@ impl Kept {
         })
     }
 
-    /// Radiance of the visible points in the colours of `all`, times `scale`, and zero.
-    pub fn radiance(&self, all: &[LightRecord], scale: f32) -> Vec<[f32; 4]> {
-        let n = n_numbers(self.lights.len());
+    /// Radiance of the `visible` points of `strands` in the colours of `all`, times `scale`, by the shadow
+    /// `maps`.
+    pub fn radiance(
+        &self,
+        all: &[LightRecord],
+        (strands, visible): (&Strands, &[u32]),
+        maps: &Unblocked,
+        scale: f32,
+    ) -> Radiance {
+        Radiance {
+            at: self.at(all, scale),
+            along: match self.narrow[..] {
+                [] => Vec::new(),
+                _ => self.along(all, (strands, visible), maps, scale),
+            },
+        }
+    }
+
+    /// Of narrow lights along segments.
+    fn along(
+        &self,
+        all: &[LightRecord],
+        (strands, visible): (&Strands, &[u32]),
+        maps: &Unblocked,
+        scale: f32,
+    ) -> Vec<Along> {
+        let n = self.n_numbers();
+        let n_row = n / 3;
+        let of_place = |(place, numbers): (usize, &[u16])| {
+            let point = visible[place] as usize;
+            let at = VisiblePoint { place, point };
+            let mut along = Along::default();
+            let columns = (self.lights.len()..).step_by(N_NODES);
+            for (column, of) in columns.zip(&self.narrow) {
+                let light = &all[self.lights[*of] as usize];
+                if light.power > 0.0
+                    && let Some(shares) = shares_along(strands, maps, light, at, scale)
+                {
+                    let nodes = [0, 1, 2].map(|node| {
+                        let value = |channel| whole(numbers[channel * n_row + column + node]);
+                        [0, 1, 2].map(|channel| light.rgb[channel] * value(channel))
+                    });
+                    add_along(&mut along, &shares, &nodes);
+                }
+            }
+            along
+        };
+        let numbers = self.numbers.par_chunks_exact(n);
+        numbers.enumerate().map(of_place).collect()
+    }
+
+    /// Of all but that: rgb, and zero.
+    fn at(&self, all: &[LightRecord], scale: f32) -> Vec<[f32; 4]> {
+        let n = self.n_numbers();
         let n_row = n / 3;
         let mut colors = vec![0.0; n];
         for (column, light) in self.lights.iter().enumerate() {
@@ -166,7 +246,8 @@ mod tests {
     fn lights_add_up_in_their_colors() {
         // Three of four lights, at two places, of which one is shaded later.
         let lights = [3, 0, 1];
-        let mut kept = Kept::new(&lights, 2).expect("few bytes");
+        let all = [[1.0; 3]; 4].map(light);
+        let mut kept = Kept::new(&lights, &all, 2).expect("few bytes");
         let n = n_numbers(3);
         let found = |place: usize| -> Vec<u16> {
             (0..n).map(|ix| half((ix + 100 * place) as f32)).collect()
@@ -183,7 +264,7 @@ mod tests {
         );
         let all = [red, green, [0.0; 3], [2.0; 3]].map(light);
         assert!(kept.serves(&all));
-        let radiance = kept.radiance(&all, 4.0);
+        let radiance = kept.at(&all, 4.0);
         // Columns 0, 1, 2 are the lights 3, 0, 1; rows are eight long.
         assert_eq!(
             radiance[0],
@@ -194,13 +275,14 @@ mod tests {
         let without = [[0.0; 3], green, [0.0; 3], [2.0; 3]].map(light);
         kept.take(&without, &[0, 1], &vec![0; 2 * n]);
         kept.is_taken(&without);
-        assert_eq!(kept.radiance(&all, 4.0)[0], [4.0, 0.0, 0.0, 0.0]);
+        assert_eq!(kept.at(&all, 4.0)[0], [4.0, 0.0, 0.0, 0.0]);
         kept.forget();
         assert!(!kept.serves(&all));
     }
 
     #[test]
     fn too_much_is_not_kept() {
-        assert!(Kept::new(&[0; 1000], 100_000).is_none());
+        let all = [light([1.0; 3])];
+        assert!(Kept::new(&[0; 1000], &all, 100_000).is_none());
     }
 }

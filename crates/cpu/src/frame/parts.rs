@@ -12,6 +12,7 @@ use strandlight_scene::shadow_maps::ShadowPlan;
 
 use super::super::proxies::Proxies;
 use super::super::proxy_light::Surfaces;
+use super::super::radiance::Radiance;
 use super::super::shade::Counts;
 
 /// How far radiance is that of the complete picture.
@@ -77,8 +78,7 @@ pub(super) struct Shading {
     pub n_first: usize,
     /// Points done in the group.
     pub n_done: usize,
-    /// By visible point: rgb times the view's radiance scale, and zero.
-    pub radiance: Vec<[f32; 4]>,
+    pub radiance: Radiance,
     pub counts: Counts,
     /// Of drafts.
     pub peaks: Option<Peaks>,
@@ -86,7 +86,7 @@ pub(super) struct Shading {
 
 /// Radiance with some paint.
 pub(super) struct Painted {
-    pub radiance: Vec<[f32; 4]>,
+    pub radiance: Radiance,
     pub paint: Option<Arc<Vec<PaintedPoint>>>,
 }
 
@@ -112,7 +112,7 @@ impl Shading {
         // They are few.
         self.n_first = self.order.len();
         for place in &self.order {
-            self.radiance[*place as usize] = [0.0; 4];
+            self.radiance.clear(*place as usize);
         }
     }
 }
@@ -122,6 +122,5 @@ pub(super) struct Shaded {
     /// The paint that it is of.
     pub paint: Option<Arc<Vec<PaintedPoint>>>,
     pub quality: Quality,
-    /// As in [`Shading`].
-    pub radiance: Vec<[f32; 4]>,
+    pub radiance: Radiance,
 }

@@ -3,9 +3,11 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::super::along_segments::along_segment;
 use super::super::composite::composite;
 use super::super::list::{Tile, VisibilityList};
 use super::super::proxies::Proxies;
+use super::super::radiance::Radiance;
 use super::super::transmittance::mix;
 use super::state::{Frame, Picturing};
 
@@ -27,7 +29,7 @@ impl Frame {
 /// Adds up what each pixel shows: rgb times the view's radiance scale, and coverage.
 fn resolve(
     list: &VisibilityList,
-    radiance: &[[f32; 4]],
+    radiance: &Radiance,
     proxies: &Proxies,
     size: [u32; 2],
     rgba: &mut [[f32; 4]],
@@ -56,7 +58,7 @@ fn resolve(
 
 fn resolve_tile(
     tile: &Tile,
-    (radiance, proxies): (&[[f32; 4]], &Proxies),
+    (radiance, proxies): (&Radiance, &Proxies),
     width: u32,
     band: &mut [[f32; 4]],
 ) {
@@ -68,10 +70,16 @@ fn resolve_tile(
         let mut sum = [0.0; 4];
         for entry in &tile.entries[range[0] as usize..range[1] as usize] {
             let first = entry.first as usize;
-            let (a, b) = (&radiance[first], &radiance[first + 1]);
+            let (a, b) = (&radiance.at[first], &radiance.at[first + 1]);
             let t = entry.t();
             for (channel, sum) in sum.iter_mut().enumerate().take(3) {
                 *sum += entry.weight * mix(a[channel], b[channel], t);
+            }
+            if let Some([first, second]) = radiance.along_from(first) {
+                let light = along_segment(first, second, t);
+                for (sum, light) in sum.iter_mut().zip(light) {
+                    *sum += entry.weight * light;
+                }
             }
             sum[3] += entry.weight;
         }

@@ -15,6 +15,7 @@ use strandlight_scene::shadow_maps::NO_SLOT;
 use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::super::arriving::Arriving;
+use super::super::radiance::Radiance;
 use super::super::shade::{Counts, PointShader, record_at};
 use super::super::shade_wide::WideShader;
 use super::super::through_shares::{Maps, Scratch, ThroughShares};
@@ -33,7 +34,7 @@ impl Frame {
         let bytes = self
             .shaded
             .as_ref()
-            .map_or(0, |shaded| size_of_val(&shaded.radiance[..]) as u64);
+            .map_or(0, |shaded| shaded.radiance.bytes());
         self.ran("shade", seconds, bytes);
     }
 
@@ -65,12 +66,17 @@ impl Frame {
         }
         if quality == Quality::Whole && picturing.has_drafts && self.shaded.is_none() {
             let kept = self.kept.as_ref();
-            if let Some(kept) = kept.filter(|kept| kept.serves(&lights.records)) {
-                let radiance = kept.radiance(&lights.records, picturing.view.radiance_scale);
+            let kept = kept.filter(|kept| kept.serves(&lights.records));
+            if let (Some(kept), Some(maps)) = (kept, &self.unblocked) {
+                let scale = picturing.view.radiance_scale;
+                let seen = (&*scene.strands, &visible.points[..]);
+                let radiance = kept.radiance(&lights.records, seen, maps, scale);
                 self.show(picturing, Quality::Recolored, radiance);
                 return;
             }
         }
+        let has_narrow =
+            quality == Quality::Whole && lights.records.iter().any(LightRecord::is_narrow);
         let shading = self.shading.get_or_insert_with(|| {
             let mut shading = Shading {
                 quality,
@@ -83,7 +89,7 @@ impl Frame {
                 order: visible.order.clone(),
                 n_first: visible.n_first,
                 n_done: 0,
-                radiance: vec![[0.0; 4]; n_places],
+                radiance: Radiance::black(n_places, has_narrow),
                 counts: Counts::default(),
                 peaks: (quality == Quality::Draft).then(|| {
                     let optics = scene.hair.optics();
@@ -164,22 +170,19 @@ impl Frame {
             } else if !self
                 .kept
                 .as_ref()
-                .is_some_and(|kept| kept.is_of(&arriving.lights, n_places))
+                .is_some_and(|kept| kept.is_of(&arriving.lights, &lights.records, n_places))
             {
-                self.kept = Kept::new(&arriving.lights, n_places);
+                self.kept = Kept::new(&arriving.lights, &lights.records, n_places);
             }
             let of_lights = (&*arriving, &lights.records[..]);
             let view = &picturing.view;
-            let shader = WideShader::new(scene, view, tables, of_lights, shading.peaks);
-            let visible = &visible.points;
-            match &mut self.kept {
-                Some(kept) => {
-                    let (radiance, counts, of_lights) = shader.shade_and_keep(&plain, visible);
-                    kept.take(&lights.records, &plain, &of_lights);
-                    found.push(((radiance, counts), plain));
-                }
-                None => found.push((shader.shade(&plain, visible), plain)),
+            let maps = maps.map(|maps| maps.of_lights);
+            let shader = WideShader::new(scene, view, tables, of_lights, maps, shading.peaks);
+            let shaded = shader.shade(&plain, &visible.points, self.kept.is_some());
+            if let Some(kept) = &mut self.kept {
+                kept.take(&lights.records, &plain, &shaded.kept);
             }
+            found.push((shaded.radiance, shaded.counts, plain));
         }
         // These do all lights at once.
         if !painted.is_empty() && shading.group == 0 {
@@ -191,16 +194,12 @@ impl Frame {
                 records: &records.packed,
                 maps,
             };
-            found.push((lit.shade(&painted, &visible.points), painted));
+            let (radiance, counts) = lit.shade(&painted, &visible.points, has_narrow);
+            found.push((radiance, counts, painted));
         }
         shading.n_done += places.len();
-        for ((radiance, counts), places) in found {
-            for (&place, radiance) in places.iter().zip(radiance) {
-                let sum = &mut shading.radiance[place as usize];
-                for (sum, value) in sum.iter_mut().zip(radiance) {
-                    *sum += value;
-                }
-            }
+        for (radiance, counts, places) in found {
+            shading.radiance.add(&places, &radiance);
             shading.counts = shading.counts.and(counts);
         }
         let is_last = shading.group + 1 == shading.groups.len();
@@ -228,12 +227,13 @@ impl Frame {
         }
     }
 
-    fn show(&mut self, picturing: &Picturing, quality: Quality, mut radiance: Vec<[f32; 4]>) {
+    fn show(&mut self, picturing: &Picturing, quality: Quality, mut radiance: Radiance) {
         let Some((list, visible)) = &self.list else {
             return;
         };
         if matches!(quality, Quality::Draft | Quality::Most) {
-            visible.fill(&mut radiance);
+            visible.fill(&mut radiance.at);
+            visible.fill(&mut radiance.along);
         }
         let n_points = picturing.scene.strands.points.len();
         self.stats.list_entries = list.n_entries() as u64;
@@ -278,20 +278,25 @@ struct Lit<'a> {
 }
 
 impl Lit<'_> {
-    /// Radiance of some visible points.
-    fn shade(&self, places: &[u32], visible: &[u32]) -> (Vec<[f32; 4]>, Counts) {
+    /// Radiance of some visible points, along segments where there are narrow lights.
+    fn shade(&self, places: &[u32], visible: &[u32], has_narrow: bool) -> (Radiance, Counts) {
         let shader = PointShader::new(self.scene, self.view);
         let n_voxels = self.grid.n_voxels();
         let lift = SELF_LIFT * self.grid.h;
         let through = self
             .maps
             .map(|maps| ThroughShares::new(&self.scene.strands, self.view.eye, maps));
-        let mut radiance = vec![[0.0; 4]; places.len()];
-        let counts = radiance
+        let answers = self.maps.map(|maps| maps.of_lights);
+        let mut found = Radiance::black(places.len(), has_narrow);
+        let mut along: Vec<_> = found.along.iter_mut().map(Some).collect();
+        along.resize_with(places.len(), || None);
+        let counts = found
+            .at
             .par_iter_mut()
+            .zip(along)
             .zip(places)
             .with_min_len(16)
-            .map_init(Scratch::default, |scratch, (radiance, &place)| {
+            .map_init(Scratch::default, |scratch, ((radiance, along), &place)| {
                 let at = VisiblePoint {
                     place: place as usize,
                     point: visible[place as usize] as usize,
@@ -312,9 +317,9 @@ impl Lit<'_> {
                     }
                     (record, unblocked, unblocked_tt)
                 };
-                shader.shade(at.point, self.lights, arriving, radiance)
+                shader.shade(at, self.lights, arriving, radiance, answers.zip(along))
             })
             .reduce(Counts::default, Counts::and);
-        (radiance, counts)
+        (found, counts)
     }
 }

@@ -5,6 +5,7 @@ use strandlight_scene::proxy::{GROUND, Proxy};
 
 use super::super::project::project;
 use super::super::proxies::Proxies;
+use super::super::radiance::Radiance;
 use super::super::raster;
 use super::*;
 
@@ -103,14 +104,17 @@ fn differences(samples: [u32; 3]) -> [(f64, f64); 3] {
         let strands = strands(n_strands, diameter);
         let camera = Camera::framing(strands.centre, strands.radius, 0.5);
         let view = view_uniform(&camera, &strands, size, 1.0);
-        let radiance = radiance_of(&strands);
+        let radiance = Radiance {
+            at: radiance_of(&strands),
+            along: Vec::new(),
+        };
         let list = VisibilityList::new(&view, &strands, &no_proxies());
         let projected = project(&view, &strands);
         let none = Proxies::none();
         let drawn = raster::draw(&view, &strands, &projected, &radiance, &none, n, &|_| ());
         let mean = |sums: &[f32; 4]| sums.map(|sum| f64::from(sum) / f64::from(n));
         let samples: Vec<[f64; 4]> = drawn.sums.iter().map(mean).collect();
-        let (error, ratio) = compare(&resolved(&list, &radiance, size), &samples, size);
+        let (error, ratio) = compare(&resolved(&list, &radiance.at, size), &samples, size);
         println!(
             "{diameter}, {n} samples: {:.3} %, {ratio:.5}",
             100.0 * error

@@ -46,7 +46,9 @@ fn light(lambda: f32) -> (LightRecord, Vec<[f32; 4]>) {
         solid_angle: 1.0,
         shadow_index: strandlight_scene::shadow_maps::NO_SLOT,
         record: 0,
-        pad: [0; 3],
+        first_map: 0,
+        n_maps: 0,
+        pad: 0,
     };
     (record, directions)
 }

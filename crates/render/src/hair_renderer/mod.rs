@@ -155,11 +155,8 @@ impl HairRenderer {
         let lighting = Lighting::new(context, &scene, &volume, &strands, N_RADIANCE)?;
         let projection = Projection::new(context)?;
         let ribbons = Ribbons::new(context, &projection, &strands);
-        let radiance = [0, 1].map(|ix| lighting.radiance(ix));
-        let strand_pass = match &options {
-            Some(options) => StrandPass::for_host(context, options, &ribbons, &radiance)?,
-            None => StrandPass::for_film(context, &ribbons, &radiance)?,
-        };
+        let lit = lighting.lit_points();
+        let strand_pass = StrandPass::new(context, options.as_ref(), &ribbons, &lit)?;
         Ok(HairRenderer {
             context: context.clone(),
             volume,

@@ -4,6 +4,7 @@ use super::HairRenderer;
 use super::job::{DirtyFlags, ShadingJob, Stepped};
 use crate::invalidation::Inputs;
 use crate::passes::deform::Deform;
+use crate::passes::strand_pass::StrandPass;
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::view_uniform;
 
@@ -50,6 +51,11 @@ impl HairRenderer {
             && self.lighting.set_colors(context, scene, &self.strands)
         {
             steps.extend(self.lighting.map_steps());
+        }
+        if !self.strand_pass.is_narrow && self.lighting.has_along() {
+            let lit = self.lighting.lit_points();
+            self.strand_pass =
+                StrandPass::new(context, self.options.as_ref(), &self.ribbons, &lit)?;
         }
         if dirty.has(Inputs::PROXIES) {
             let (volume, strands) = (&self.volume, &self.strands);

@@ -34,6 +34,9 @@ strandlight_scattering::mirrors! {
     Chunk as "Chunk" in "pass/ribbons" { first_segment, n_segments }
 }
 
+/// Radiance of the points, and of narrow lights along the segments, where there is some.
+pub(crate) type LitPoints<'a> = (&'a wgpu::Buffer, Option<&'a wgpu::Buffer>);
+
 /// Pipelines that find where strands are on the screen.
 pub(crate) struct Projection {
     project: wgpu::ComputePipeline,
@@ -123,11 +126,11 @@ impl Ribbons {
         &self,
         context: &Context,
         layout: &wgpu::BindGroupLayout,
-        radiance: &[&wgpu::Buffer],
+        lit: &[LitPoints],
         further: &[(u32, wgpu::BindingResource)],
     ) -> Vec<wgpu::BindGroup> {
         let [edges, depth_coverage, spines] = &self.points;
-        let of_radiance = |radiance: &&wgpu::Buffer| {
+        let of_lit = |(radiance, along): &LitPoints| {
             let mut resources = vec![
                 (0, self.view.as_entire_binding()),
                 (1, self.pass.as_entire_binding()),
@@ -136,10 +139,11 @@ impl Ribbons {
                 (4, spines.as_entire_binding()),
                 (5, radiance.as_entire_binding()),
             ];
+            resources.extend(along.map(|along| (7, along.as_entire_binding())));
             resources.extend_from_slice(further);
             bind(context, layout, &resources)
         };
-        radiance.iter().map(of_radiance).collect()
+        lit.iter().map(of_lit).collect()
     }
 
     /// Takes another view.

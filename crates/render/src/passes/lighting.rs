@@ -21,13 +21,14 @@ use crate::gpu::Context;
 use strandlight_formats::SrbfLight;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scattering::closed_form::TERM_SINGLE;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::LIGHT_BATCH;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::material::{EditReport, HairMaterial};
 use strandlight_scene::paint::PaintKinds;
 use strandlight_scene::scene::{LightRecord, PreparedScene};
-use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, ShadowView};
+use strandlight_scene::shadow_maps::{BYTES_ALONG, NO_SLOT, ShadowPlan, ShadowView};
 
 /// Points shaded by one step by default: at most some seconds of work on a
 /// software device.
@@ -46,6 +47,8 @@ pub(crate) enum Step {
     Tables,
     /// Shades points with a batch of lights.
     Shade { batch: usize, points: Range<u32> },
+    /// Shades the segments about points with narrow lights.
+    Narrow { points: Range<u32> },
     /// Adds what the proxies send back of a batch of lights.
     Proxies { batch: usize },
 }
@@ -57,7 +60,7 @@ impl Step {
             Step::Map(_) | Step::Through { .. } => "shadow maps",
             Step::Sweep { .. } => "transmittance",
             Step::Tables => "tables",
-            Step::Shade { .. } => "shade",
+            Step::Shade { .. } | Step::Narrow { .. } => "shade",
             Step::Proxies { .. } => "proxies",
         }
     }
@@ -90,9 +93,22 @@ impl Kind {
 /// A compiled kind, and its bind groups by batch of lights and buffer of radiance.
 struct Shade {
     kind: Kind,
+    module: wgpu::ShaderModule,
     pipeline: wgpu::ComputePipeline,
     groups: Vec<((usize, usize), wgpu::BindGroup)>,
+    /// Of narrow lights along segments, once there are some.
+    narrow: Option<Narrow>,
 }
+
+/// What shades segments with narrow lights.
+struct Narrow {
+    pipeline: wgpu::ComputePipeline,
+    /// By buffer of radiance.
+    groups: Vec<wgpu::BindGroup>,
+}
+
+/// Bindings of what depends on the fibre that single scattering alone reads too.
+const SINGLE_BINDINGS: [u32; 6] = [3, 11, 12, 13, 14, 20];
 
 /// The lights of a batch that are not black, in the list of those.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -117,6 +133,14 @@ pub(crate) struct Lighting {
     batch: wgpu::Buffer,
     counters: wgpu::Buffer,
     radiance: Vec<wgpu::Buffer>,
+    /// By buffer of radiance, single scattering of narrow lights along segments, `[point][half]`; none until
+    /// there are such lights.
+    along: Vec<wgpu::Buffer>,
+    /// Are narrow lights shaded along segments, or at points?
+    pub are_along: bool,
+    /// The narrow lights that are not black.
+    narrow: wgpu::Buffer,
+    n_narrow: u32,
     proxies: Option<Proxies>,
     /// All lights, as the sweeps read them.
     lights: wgpu::Buffer,
@@ -164,6 +188,10 @@ impl Lighting {
             radiance: (0..n_radiance)
                 .map(|_| storage(context, "radiance", a_point))
                 .collect(),
+            along: Vec::new(),
+            are_along: true,
+            narrow: lights("narrow lights"),
+            n_narrow: 0,
             proxies: Proxies::new(context, scene, n_radiance)?,
             lights: lights("lights"),
             directions: buffer_of::<[f32; 4]>(context, "directions", &[], usage),
@@ -402,6 +430,8 @@ impl Lighting {
             kind,
             pipeline: compute_with(context, &module, "shade", &constants),
             groups: Vec::new(),
+            narrow: None,
+            module,
         });
         self.current = self.shades.len() - 1;
         Ok(())
@@ -461,6 +491,9 @@ impl Lighting {
             Step::Shade { batch, points } => {
                 f64::from(points.end - points.start) * f64::from(self.batches[*batch].n.max(1))
             }
+            Step::Narrow { points } => {
+                f64::from(points.end - points.start) * 3.0 * f64::from(self.n_narrow)
+            }
             Step::Proxies { batch } => f64::from(self.batches[*batch].n.max(1)),
         }
     }
@@ -483,6 +516,13 @@ impl Lighting {
             if self.proxies.is_some() {
                 steps.push(Step::Proxies { batch });
             }
+        }
+        // Without narrow lights by now it clears what others left.
+        if !self.along.is_empty() {
+            let chunks = (0..self.n_points).step_by(chunk.max(64) as usize);
+            steps.extend(chunks.map(|first| Step::Narrow {
+                points: first..(first + chunk.max(64)).min(self.n_points),
+            }));
         }
         steps
     }
@@ -511,12 +551,19 @@ impl Lighting {
         into: usize,
         stamp: Stamp,
     ) -> Result<(), RenderError> {
+        self.clear_along(context, into);
         let drafted = Drafted {
             view: &self.view,
             radiance: &self.radiance[into],
             proxies: self.proxies.as_ref().map(|proxies| (proxies, into)),
         };
         preview::take(context, scene, strands, &drafted, stamp)
+    }
+
+    fn clear_along(&self, context: &Context, into: usize) {
+        if let Some(along) = self.along.get(into) {
+            submit(context, |encoder| encoder.clear_buffer(along, 0, None));
+        }
     }
 
     /// Makes all points black.
@@ -567,6 +614,23 @@ impl Lighting {
                     step(&mut pass, &shade.pipeline, group, [x, y]);
                 });
             }
+            Step::Narrow { points } => {
+                self.bind_narrow(context, strands);
+                let has_single = self.shades[self.current].kind.terms & TERM_SINGLE != 0;
+                let n = match self.are_along && has_single {
+                    true => self.n_narrow,
+                    false => 0,
+                };
+                self.write_lights(context, Lit { first: 0, n }, points.clone());
+                let Some(narrow) = &self.shades[self.current].narrow else {
+                    return;
+                };
+                let groups = groups_of_64(points.end - points.start);
+                submit(context, |encoder| {
+                    let mut pass = compute_pass(encoder, stamp);
+                    step(&mut pass, &narrow.pipeline, &narrow.groups[into], groups);
+                });
+            }
             Step::Proxies { batch } => {
                 let Some(proxies) = &self.proxies else {
                     return;
@@ -586,7 +650,10 @@ impl Lighting {
     }
 
     fn write_batch(&self, context: &Context, batch: usize, points: Range<u32>) {
-        let lit = self.batches[batch];
+        self.write_lights(context, self.batches[batch], points);
+    }
+
+    fn write_lights(&self, context: &Context, lit: Lit, points: Range<u32>) {
         let uniform = Batch {
             first_light: lit.first,
             n_lights: lit.n,
@@ -596,6 +663,8 @@ impl Lighting {
             density_forward: self.densities[0],
             density_back: self.densities[1],
             max_local: self.max_local,
+            are_along: u32::from(self.are_along && !self.along.is_empty()),
+            pad: [0; 3],
         };
         let bytes = bytemuck::bytes_of(&uniform);
         context.write(&self.batch, 0, bytes);
@@ -628,6 +697,46 @@ impl Lighting {
             })
             .collect();
         self.shades[self.current].groups.extend(groups);
+    }
+
+    /// Makes pipeline and bind groups of narrow lights, unless they are there.
+    fn bind_narrow(&mut self, context: &Context, strands: &StrandBuffers) {
+        let shade = &mut self.shades[self.current];
+        if shade.narrow.is_some() || self.along.is_empty() {
+            return;
+        }
+        let constants = [("MODES", f64::from(shade.kind.modes))];
+        let pipeline = compute_with(context, &shade.module, "shade_narrow", &constants);
+        let layout = pipeline.get_bind_group_layout(0);
+        let of_along = |along: &wgpu::Buffer| {
+            let mut resources = vec![
+                (0, self.view.as_entire_binding()),
+                (1, self.batch.as_entire_binding()),
+                (4, strands.points.as_entire_binding()),
+                (5, strands.tangents.as_entire_binding()),
+                (6, strands.normals.as_entire_binding()),
+                (7, self.narrow.as_entire_binding()),
+                (23, self.maps.answers().as_entire_binding()),
+                (24, along.as_entire_binding()),
+            ];
+            let of_fibre = self.scattering.bindings().into_iter();
+            resources.extend(of_fibre.filter(|(binding, _)| SINGLE_BINDINGS.contains(binding)));
+            bind(context, &layout, &resources)
+        };
+        let groups = self.along.iter().map(of_along).collect();
+        shade.narrow = Some(Narrow { pipeline, groups });
+    }
+
+    /// Were there narrow lights, which segments are shaded with?
+    pub fn has_along(&self) -> bool {
+        !self.along.is_empty()
+    }
+
+    /// What strands are drawn with: see [`Lighting::radiance`], and of narrow lights along segments, once
+    /// there are some.
+    pub fn lit_points(&self) -> Vec<(&wgpu::Buffer, Option<&wgpu::Buffer>)> {
+        let along = (0..).map(|ix: usize| self.along.get(ix));
+        self.radiance.iter().zip(along).collect()
     }
 
     /// `[point]` (rgb, 0), times the view's radiance scale.
@@ -669,7 +778,8 @@ impl Lighting {
 
     /// Bytes by stage of [`Step::stage`].
     pub fn bytes(&self) -> [(&'static str, u64); 4] {
-        let radiance: u64 = self.radiance.iter().map(wgpu::Buffer::size).sum();
+        let radiance = self.radiance.iter().chain(&self.along);
+        let radiance: u64 = radiance.map(wgpu::Buffer::size).sum();
         let proxies = self.proxies.as_ref().map_or(0, Proxies::bytes);
         [
             ("shadow maps", self.maps.bytes()),
@@ -703,7 +813,17 @@ impl Lighting {
             self.batches.push(Lit::default());
         }
         self.n_lit = lit.len() as u32;
-        if write(context, &mut self.lit, &lit) {
+        let is_narrow = |light: &&LightRecord| light.is_narrow();
+        let narrow: Vec<LightRecord> = lit.iter().filter(is_narrow).copied().collect();
+        self.n_narrow = narrow.len() as u32;
+        if self.n_narrow > 0 && self.along.is_empty() {
+            let bytes = BYTES_ALONG as u64 * u64::from(self.n_points);
+            self.along = (0..self.radiance.len())
+                .map(|_| storage(context, "radiance along segments", bytes))
+                .collect();
+        }
+        let has_grown = write(context, &mut self.narrow, &narrow);
+        if write(context, &mut self.lit, &lit) | has_grown {
             self.forget_groups();
         }
     }
@@ -711,6 +831,7 @@ impl Lighting {
     fn forget_groups(&mut self) {
         for shade in &mut self.shades {
             shade.groups.clear();
+            shade.narrow = None;
         }
     }
 }

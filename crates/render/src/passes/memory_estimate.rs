@@ -8,7 +8,7 @@ use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::LIGHT_BATCH;
 use strandlight_scene::scene::PreparedScene;
-use strandlight_scene::shadow_maps::SHADOW_SIDE;
+use strandlight_scene::shadow_maps::{BYTES_ALONG, SHADOW_SIDE};
 use strandlight_scene::volume::{CHANNELS, Grid};
 
 /// One of the things that a scene needs.
@@ -64,7 +64,14 @@ impl DeviceBytes {
         };
         let of_points = 16 * n_points;
         let sums = n_voxels * u64::from(CHANNELS) * 8;
-        let radiance = part("the light of the points", &[of_points; 2]);
+        let along = match (0..plan.n_slots).all(|slot| plan.maps_along_segments(slot).is_empty()) {
+            true => 0,
+            false => BYTES_ALONG as u64 * n_points,
+        };
+        let radiance = part(
+            "the light of the points",
+            &[of_points, of_points, along, along],
+        );
         let mut ribbons = part("the strands on the screen", &[of_points; 3]);
         ribbons.bytes += 24 * n_segments;
         ribbons.largest = ribbons.largest.max(corners);

@@ -34,7 +34,7 @@ pub(super) struct ShadowMaps {
     map: wgpu::Buffer,
     sums: wgpu::Buffer,
     visibility: wgpu::Buffer,
-    /// `[map_index / 8][point]`, four bits a map.
+    /// `[map_index / 4][point]`, eight bits a map.
     answers: wgpu::Buffer,
     through: wgpu::Buffer,
     /// Of the mixture of all maps: `[map]`, and `[row][map]` of four slots.
@@ -90,22 +90,22 @@ impl ShadowMaps {
         Ok(())
     }
 
-    /// Makes room for the maps of `plan`. Returns whether the visibility buffer was replaced, which
-    /// puts bind groups out of date.
+    /// Makes room for the maps of `plan`. Returns whether what shading reads of them was replaced,
+    /// which puts bind groups out of date.
     pub fn fit(&mut self, context: &Context, strands: &StrandBuffers, plan: &ShadowPlan) -> bool {
         if plan.views.is_empty() {
             return false;
         }
         let visibility = plan.n_words(self.n_points as usize) as u64 * 4;
-        let is_other = grow(context, &mut self.visibility, visibility);
         let through = u64::from(SHADOW_SIDE).pow(2) * 4;
         let map = plan.views.iter().map(bytes).fold(through, u64::max);
         let sums = u64::from(self.n_points) * 4;
         let answers = plan.n_answer_words(self.n_points as usize) as u64 * 4;
         let n_maps = plan.n_maps() as u64;
+        let is_other = grow(context, &mut self.visibility, visibility)
+            | grow(context, &mut self.answers, answers);
         let has_grown = grow(context, &mut self.map, map)
             | grow(context, &mut self.sums, sums)
-            | grow(context, &mut self.answers, answers)
             | grow(context, &mut self.towards, 16 * n_maps)
             | grow(
                 context,
@@ -223,6 +223,11 @@ impl ShadowMaps {
     /// Unblocked shares, as [`strandlight_scene::shadow_maps::unblocked_share`] reads them.
     pub fn visibility(&self) -> &wgpu::Buffer {
         &self.visibility
+    }
+
+    /// Lit places about every point, by map.
+    pub fn answers(&self) -> &wgpu::Buffer {
+        &self.answers
     }
 
     pub fn bytes(&self) -> u64 {

@@ -35,6 +35,8 @@ pub(super) struct Batch {
     pub density_forward: f32,
     pub density_back: f32,
     pub max_local: f32,
+    pub are_along: u32,
+    pub pad: [u32; 3],
 }
 
 /// Which slice of the volume a dispatch sweeps, and along which of its lights' directions; mirrored
@@ -49,7 +51,7 @@ struct Step {
 strandlight_scattering::mirrors! {
     Batch as "Batch" in "lib/light" {
         first_light, n_lights, first_point, end_point, min_power, density_forward, density_back,
-        max_local,
+        max_local, are_along, pad,
     }
     Step as "Step" in "pass/transmittance" { k, slice_ix }
 }

@@ -1,15 +1,18 @@
 //! Strands in a render pass: of a host, with its formats, its samples and its depth, or of a film.
 
 use super::covering::covering;
-use super::draw::Ribbons;
+use super::draw::{LitPoints, Ribbons};
 use super::film::viewport_side;
-use super::resources::{module_with, shader, uniform};
+use super::resources::{module_with, uniform};
 use crate::gpu::{Context, ResourceCounters};
 use crate::hair_options::HairOptions;
 use strandlight_scene::RenderError;
 
 /// Turns on what strands in a host's pass take.
-const FEATURE: &str = "HOSTED";
+const HOSTED: &str = "HOSTED";
+
+/// Turns on light of narrow lights along segments.
+const NARROW: &str = "NARROW";
 
 /// Entry points of the vertices and the fragments.
 const ENTRIES: [&str; 2] = ["ribbon", "cover"];
@@ -43,36 +46,62 @@ pub(crate) struct StrandPass {
     host: Option<wgpu::Buffer>,
     /// By buffer of radiance.
     groups: Vec<wgpu::BindGroup>,
+    /// Does it draw light of narrow lights?
+    pub is_narrow: bool,
+}
+
+fn is_narrow(lit: &[LitPoints]) -> bool {
+    lit.iter().any(|(_, along)| along.is_some())
+}
+
+/// What the shader is to have.
+fn features(lit: &[LitPoints], hosted: Option<&'static str>) -> Vec<&'static str> {
+    let narrow = is_narrow(lit).then_some(NARROW);
+    hosted.into_iter().chain(narrow).collect()
 }
 
 impl StrandPass {
-    /// Draws `ribbons`, lit by one of the buffers of `radiance`, into films.
-    pub fn for_film(
+    /// Draws `ribbons`, lit by one of `lit`, as `options` of a host say, or else into films.
+    pub fn new(
+        context: &Context,
+        options: Option<&HairOptions>,
+        ribbons: &Ribbons,
+        lit: &[LitPoints],
+    ) -> Result<StrandPass, RenderError> {
+        match options {
+            Some(options) => StrandPass::for_host(context, options, ribbons, lit),
+            None => StrandPass::for_film(context, ribbons, lit),
+        }
+    }
+
+    /// Draws `ribbons`, lit by one of `lit`, into films.
+    fn for_film(
         context: &Context,
         ribbons: &Ribbons,
-        radiance: &[&wgpu::Buffer],
+        lit: &[LitPoints],
     ) -> Result<StrandPass, RenderError> {
-        let module = shader(context, "pass/strands")?;
+        let module = module_with(context, "pass/strands", &features(lit, None))?;
         // Corners are in 1/256 px from the middle.
         let clip_per_unit = 1.0 / (128.0 * f64::from(viewport_side(context)));
         let constants = [("CLIP_PER_UNIT", clip_per_unit)];
         let pipeline = covering(context, "strands", &module, ENTRIES, &constants);
         let layout = pipeline.get_bind_group_layout(0);
         Ok(StrandPass {
-            groups: ribbons.bind_strands(context, &layout, radiance, &[]),
+            groups: ribbons.bind_strands(context, &layout, lit, &[]),
+            is_narrow: is_narrow(lit),
             pipeline,
             host: None,
         })
     }
 
-    /// Draws `ribbons`, lit by one of the buffers of `radiance`, as `options` say.
-    pub fn for_host(
+    /// Draws `ribbons`, lit by one of `lit`, as `options` say.
+    fn for_host(
         context: &Context,
         options: &HairOptions,
         ribbons: &Ribbons,
-        radiance: &[&wgpu::Buffer],
+        lit: &[LitPoints],
     ) -> Result<StrandPass, RenderError> {
-        let module = module_with(context, "pass/strands", &[FEATURE])?;
+        let module = module_with(context, "pass/strands", &features(lit, Some(HOSTED)))?;
         ResourceCounters::add(&context.resource_counters().pipelines);
         let compare = match options.reverse_z {
             true => wgpu::CompareFunction::Greater,
@@ -113,8 +142,9 @@ impl StrandPass {
         let host = uniform(context, "host", &host);
         let layout = pipeline.get_bind_group_layout(0);
         let further = [(6, host.as_entire_binding())];
-        let groups = ribbons.bind_strands(context, &layout, radiance, &further);
+        let groups = ribbons.bind_strands(context, &layout, lit, &further);
         Ok(StrandPass {
+            is_narrow: is_narrow(lit),
             pipeline,
             host: Some(host),
             groups,

@@ -98,11 +98,15 @@ impl ProgressiveRenderer {
         self.hair
             .lighting
             .clear(&self.hair.context, 1 - self.hair.front);
+        self.hair.lighting.are_along = false;
         let lit = self.light_whole(&|_| ());
+        self.hair.lighting.are_along = true;
         let scale = self.hair.front_scale.unwrap_or(1.0);
         let radiance = self.hair.lighting.radiance(self.hair.front);
         let radiance = lit.and_then(|()| read_back(&self.hair.context, "radiance", radiance));
         self.hair.set_size(before);
+        // Pictures have the light of narrow lights along segments.
+        self.hair.dirty.inputs |= Inputs::VIEW;
         let mut radiance: Vec<[f32; 4]> = radiance?;
         for value in radiance.iter_mut().flatten() {
             *value /= scale;
