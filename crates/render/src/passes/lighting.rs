@@ -740,6 +740,7 @@ impl Lighting {
     }
 
     /// `[point]` (rgb, 0), times the view's radiance scale.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn radiance(&self, ix: usize) -> &wgpu::Buffer {
         &self.radiance[ix]
     }
