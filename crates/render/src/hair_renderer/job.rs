@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::invalidation::{Inputs, is_stale};
-use crate::passes::lighting::Step;
+use crate::passes::step::Step;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::material::EditReport;
 

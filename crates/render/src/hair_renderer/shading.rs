@@ -52,7 +52,7 @@ impl HairRenderer {
         {
             steps.extend(self.lighting.map_steps());
         }
-        if !self.strand_pass.is_narrow && self.lighting.has_along() {
+        if !self.strand_pass.is_narrow && self.lighting.narrow().have_room() {
             let lit = self.lighting.lit_points();
             self.strand_pass =
                 StrandPass::new(context, self.options.as_ref(), &self.ribbons, &lit)?;

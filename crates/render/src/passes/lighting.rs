@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use super::meshes::{Light, Meshes};
+use super::narrow::{NarrowLights, NarrowPass};
 use super::preview::{self, Drafted};
 use super::proxies::Proxies;
 use super::resources::{
@@ -16,6 +17,7 @@ use super::resources::{
 use super::shadow_map::ShadowMaps;
 use super::shadows::{Batch, Sweep, SweptLights};
 use super::stamp::Stamp;
+use super::step::Step;
 use super::volume::Volume;
 use crate::gpu::Context;
 use strandlight_formats::SrbfLight;
@@ -28,43 +30,11 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::material::{EditReport, HairMaterial};
 use strandlight_scene::paint::PaintKinds;
 use strandlight_scene::scene::{LightRecord, PreparedScene};
-use strandlight_scene::shadow_maps::{BYTES_ALONG, NO_SLOT, ShadowPlan, ShadowView};
+use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan};
 
 /// Points shaded by one step by default: at most some seconds of work on a
 /// software device.
 pub(crate) const POINT_CHUNK: u32 = 1 << 15;
-
-/// Pieces of work that depend on those before them; what each wrote stays.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Step {
-    /// Draws a shadow map.
-    Map(ShadowView),
-    /// Finds TT's unblocked shares for an eye.
-    Through { eye: [f32; 3], forward: [f32; 3] },
-    /// Sweeps a batch of lights along a direction of each.
-    Sweep { batch: usize, k: u32 },
-    /// Fills the tables of multiple scattering.
-    Tables,
-    /// Shades points with a batch of lights.
-    Shade { batch: usize, points: Range<u32> },
-    /// Shades the segments about points with narrow lights.
-    Narrow { points: Range<u32> },
-    /// Adds what the proxies send back of a batch of lights.
-    Proxies { batch: usize },
-}
-
-impl Step {
-    /// The stage it counts for.
-    pub fn stage(&self) -> &'static str {
-        match self {
-            Step::Map(_) | Step::Through { .. } => "shadow maps",
-            Step::Sweep { .. } => "transmittance",
-            Step::Tables => "tables",
-            Step::Shade { .. } | Step::Narrow { .. } => "shade",
-            Step::Proxies { .. } => "proxies",
-        }
-    }
-}
 
 /// What a pipeline of shading is compiled for: what is not there is not in its code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -97,18 +67,8 @@ struct Shade {
     pipeline: wgpu::ComputePipeline,
     groups: Vec<((usize, usize), wgpu::BindGroup)>,
     /// Of narrow lights along segments, once there are some.
-    narrow: Option<Narrow>,
+    narrow: Option<NarrowPass>,
 }
-
-/// What shades segments with narrow lights.
-struct Narrow {
-    pipeline: wgpu::ComputePipeline,
-    /// By buffer of radiance.
-    groups: Vec<wgpu::BindGroup>,
-}
-
-/// Bindings of what depends on the fibre that single scattering alone reads too.
-const SINGLE_BINDINGS: [u32; 6] = [3, 11, 12, 13, 14, 20];
 
 /// The lights of a batch that are not black, in the list of those.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -133,14 +93,7 @@ pub(crate) struct Lighting {
     batch: wgpu::Buffer,
     counters: wgpu::Buffer,
     radiance: Vec<wgpu::Buffer>,
-    /// By buffer of radiance, single scattering of narrow lights along segments, `[point][half]`; none until
-    /// there are such lights.
-    along: Vec<wgpu::Buffer>,
-    /// Are narrow lights shaded along segments, or at points?
-    pub are_along: bool,
-    /// The narrow lights that are not black.
-    narrow: wgpu::Buffer,
-    n_narrow: u32,
+    narrow: NarrowLights,
     proxies: Option<Proxies>,
     /// All lights, as the sweeps read them.
     lights: wgpu::Buffer,
@@ -188,10 +141,7 @@ impl Lighting {
             radiance: (0..n_radiance)
                 .map(|_| storage(context, "radiance", a_point))
                 .collect(),
-            along: Vec::new(),
-            are_along: true,
-            narrow: lights("narrow lights"),
-            n_narrow: 0,
+            narrow: NarrowLights::new(context),
             proxies: Proxies::new(context, scene, n_radiance)?,
             lights: lights("lights"),
             directions: buffer_of::<[f32; 4]>(context, "directions", &[], usage),
@@ -492,7 +442,7 @@ impl Lighting {
                 f64::from(points.end - points.start) * f64::from(self.batches[*batch].n.max(1))
             }
             Step::Narrow { points } => {
-                f64::from(points.end - points.start) * 3.0 * f64::from(self.n_narrow)
+                f64::from(points.end - points.start) * 3.0 * f64::from(self.narrow.n())
             }
             Step::Proxies { batch } => f64::from(self.batches[*batch].n.max(1)),
         }
@@ -518,7 +468,7 @@ impl Lighting {
             }
         }
         // Without narrow lights by now it clears what others left.
-        if !self.along.is_empty() {
+        if self.narrow.have_room() {
             let chunks = (0..self.n_points).step_by(chunk.max(64) as usize);
             steps.extend(chunks.map(|first| Step::Narrow {
                 points: first..(first + chunk.max(64)).min(self.n_points),
@@ -551,19 +501,13 @@ impl Lighting {
         into: usize,
         stamp: Stamp,
     ) -> Result<(), RenderError> {
-        self.clear_along(context, into);
+        self.narrow.clear(context, into);
         let drafted = Drafted {
             view: &self.view,
             radiance: &self.radiance[into],
             proxies: self.proxies.as_ref().map(|proxies| (proxies, into)),
         };
         preview::take(context, scene, strands, &drafted, stamp)
-    }
-
-    fn clear_along(&self, context: &Context, into: usize) {
-        if let Some(along) = self.along.get(into) {
-            submit(context, |encoder| encoder.clear_buffer(along, 0, None));
-        }
     }
 
     /// Makes all points black.
@@ -616,20 +560,17 @@ impl Lighting {
             }
             Step::Narrow { points } => {
                 self.bind_narrow(context, strands);
+                // None of them: black.
                 let has_single = self.shades[self.current].kind.terms & TERM_SINGLE != 0;
-                let n = match self.are_along && has_single {
-                    true => self.n_narrow,
+                let n = match self.narrow.are_along && has_single {
+                    true => self.narrow.n(),
                     false => 0,
                 };
                 self.write_lights(context, Lit { first: 0, n }, points.clone());
                 let Some(narrow) = &self.shades[self.current].narrow else {
                     return;
                 };
-                let groups = groups_of_64(points.end - points.start);
-                submit(context, |encoder| {
-                    let mut pass = compute_pass(encoder, stamp);
-                    step(&mut pass, &narrow.pipeline, &narrow.groups[into], groups);
-                });
+                narrow.run(context, points.end - points.start, into, stamp);
             }
             Step::Proxies { batch } => {
                 let Some(proxies) = &self.proxies else {
@@ -663,7 +604,7 @@ impl Lighting {
             density_forward: self.densities[0],
             density_back: self.densities[1],
             max_local: self.max_local,
-            are_along: u32::from(self.are_along && !self.along.is_empty()),
+            are_along: u32::from(self.narrow.are_along && self.narrow.have_room()),
             pad: [0; 3],
         };
         let bytes = bytemuck::bytes_of(&uniform);
@@ -702,40 +643,31 @@ impl Lighting {
     /// Makes pipeline and bind groups of narrow lights, unless they are there.
     fn bind_narrow(&mut self, context: &Context, strands: &StrandBuffers) {
         let shade = &mut self.shades[self.current];
-        if shade.narrow.is_some() || self.along.is_empty() {
+        if shade.narrow.is_some() {
             return;
         }
-        let constants = [("MODES", f64::from(shade.kind.modes))];
-        let pipeline = compute_with(context, &shade.module, "shade_narrow", &constants);
-        let layout = pipeline.get_bind_group_layout(0);
-        let of_along = |along: &wgpu::Buffer| {
-            let mut resources = vec![
-                (0, self.view.as_entire_binding()),
-                (1, self.batch.as_entire_binding()),
-                (4, strands.points.as_entire_binding()),
-                (5, strands.tangents.as_entire_binding()),
-                (6, strands.normals.as_entire_binding()),
-                (7, self.narrow.as_entire_binding()),
-                (23, self.maps.answers().as_entire_binding()),
-                (24, along.as_entire_binding()),
-            ];
-            let of_fibre = self.scattering.bindings().into_iter();
-            resources.extend(of_fibre.filter(|(binding, _)| SINGLE_BINDINGS.contains(binding)));
-            bind(context, &layout, &resources)
-        };
-        let groups = self.along.iter().map(of_along).collect();
-        shade.narrow = Some(Narrow { pipeline, groups });
+        let mut bindings = vec![
+            (0, self.view.as_entire_binding()),
+            (1, self.batch.as_entire_binding()),
+            (4, strands.points.as_entire_binding()),
+            (5, strands.tangents.as_entire_binding()),
+            (6, strands.normals.as_entire_binding()),
+            (23, self.maps.answers().as_entire_binding()),
+        ];
+        bindings.extend(self.scattering.single_bindings());
+        let shader = (&shade.module, shade.kind.modes);
+        shade.narrow = Some(NarrowPass::new(context, shader, &self.narrow, &bindings));
     }
 
-    /// Were there narrow lights, which segments are shaded with?
-    pub fn has_along(&self) -> bool {
-        !self.along.is_empty()
+    /// Narrow lights, which segments are shaded with.
+    pub fn narrow(&mut self) -> &mut NarrowLights {
+        &mut self.narrow
     }
 
     /// What strands are drawn with: see [`Lighting::radiance`], and of narrow lights along segments, once
     /// there are some.
     pub fn lit_points(&self) -> Vec<(&wgpu::Buffer, Option<&wgpu::Buffer>)> {
-        let along = (0..).map(|ix: usize| self.along.get(ix));
+        let along = (0..).map(|ix: usize| self.narrow.along().get(ix));
         self.radiance.iter().zip(along).collect()
     }
 
@@ -779,7 +711,7 @@ impl Lighting {
 
     /// Bytes by stage of [`Step::stage`].
     pub fn bytes(&self) -> [(&'static str, u64); 4] {
-        let radiance = self.radiance.iter().chain(&self.along);
+        let radiance = self.radiance.iter().chain(self.narrow.along());
         let radiance: u64 = radiance.map(wgpu::Buffer::size).sum();
         let proxies = self.proxies.as_ref().map_or(0, Proxies::bytes);
         [
@@ -814,16 +746,8 @@ impl Lighting {
             self.batches.push(Lit::default());
         }
         self.n_lit = lit.len() as u32;
-        let is_narrow = |light: &&LightRecord| light.is_narrow();
-        let narrow: Vec<LightRecord> = lit.iter().filter(is_narrow).copied().collect();
-        self.n_narrow = narrow.len() as u32;
-        if self.n_narrow > 0 && self.along.is_empty() {
-            let bytes = BYTES_ALONG as u64 * u64::from(self.n_points);
-            self.along = (0..self.radiance.len())
-                .map(|_| storage(context, "radiance along segments", bytes))
-                .collect();
-        }
-        let has_grown = write(context, &mut self.narrow, &narrow);
+        let room = (self.n_points, self.radiance.len());
+        let has_grown = self.narrow.write(context, &lit, room);
         if write(context, &mut self.lit, &lit) | has_grown {
             self.forget_groups();
         }

@@ -15,6 +15,9 @@ use strandlight_scene::material::{EditReport, HairMaterial, Part};
 use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::scene::PreparedScene;
 
+/// Bindings that single scattering reads: fibre, paint, tables and lobes.
+const SINGLE_BINDINGS: [u32; 6] = [3, 11, 12, 13, 14, 20];
+
 /// What the terms of scattering read: the hair's textures and the table C.
 pub(super) struct Scattering {
     optics: GpuOptics,
@@ -126,6 +129,12 @@ impl Scattering {
         let painted = self.painted.as_mut();
         let is_other = painted.is_some_and(|painted| painted.update(context, hair, report));
         written.needs_rebind || is_other
+    }
+
+    /// Bindings of single scattering alone.
+    pub fn single_bindings(&self) -> impl Iterator<Item = (u32, wgpu::BindingResource<'_>)> {
+        let bindings = self.bindings().into_iter();
+        bindings.filter(|(binding, _)| SINGLE_BINDINGS.contains(binding))
     }
 
     /// Bindings of the shading pass.

@@ -98,9 +98,9 @@ impl ProgressiveRenderer {
         self.hair
             .lighting
             .clear(&self.hair.context, 1 - self.hair.front);
-        self.hair.lighting.are_along = false;
+        self.hair.lighting.narrow().are_along = false;
         let lit = self.light_whole(&|_| ());
-        self.hair.lighting.are_along = true;
+        self.hair.lighting.narrow().are_along = true;
         let scale = self.hair.front_scale.unwrap_or(1.0);
         let radiance = self.hair.lighting.radiance(self.hair.front);
         let radiance = lit.and_then(|()| read_back(&self.hair.context, "radiance", radiance));

@@ -1,0 +1,37 @@
+//! The steps of shading.
+
+use std::ops::Range;
+
+use strandlight_scene::shadow_maps::ShadowView;
+
+/// Pieces of work that depend on those before them; what each wrote stays.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Step {
+    /// Draws a shadow map.
+    Map(ShadowView),
+    /// Finds TT's unblocked shares for an eye.
+    Through { eye: [f32; 3], forward: [f32; 3] },
+    /// Sweeps a batch of lights along a direction of each.
+    Sweep { batch: usize, k: u32 },
+    /// Fills the tables of multiple scattering.
+    Tables,
+    /// Shades points with a batch of lights.
+    Shade { batch: usize, points: Range<u32> },
+    /// Shades the segments about points with narrow lights.
+    Narrow { points: Range<u32> },
+    /// Adds what the proxies send back of a batch of lights.
+    Proxies { batch: usize },
+}
+
+impl Step {
+    /// The stage it counts for.
+    pub fn stage(&self) -> &'static str {
+        match self {
+            Step::Map(_) | Step::Through { .. } => "shadow maps",
+            Step::Sweep { .. } => "transmittance",
+            Step::Tables => "tables",
+            Step::Shade { .. } | Step::Narrow { .. } => "shade",
+            Step::Proxies { .. } => "proxies",
+        }
+    }
+}
