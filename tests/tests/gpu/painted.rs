@@ -9,13 +9,15 @@ use strandlight_scattering::HairParams;
 use strandlight_scene::material::{EditError, Outcome, Part};
 use strandlight_scene::paint::{ActiveStroke, Brush, BrushEffect, Paint, PaintedPoint, Picker};
 use strandlight_scene::{Picture, PreparedScene};
-use strandlight_tests::render_common::{context, keep, lights, picture_rmse, wig_scene};
+use strandlight_tests::render_common::{context, keep, light, lights, picture_rmse, wig_scene};
 
 const SIZE: [u32; 2] = [120, 90];
 
-/// A wig under the lights of the tests, all terms drawn.
+/// A wig under the lights of the tests and a sun, all terms drawn.
 fn wig() -> PreparedScene {
     let mut scene = wig_scene(200);
+    let sun = light([0.5, 0.8, 0.6], 0.01, [2e3, 1.9e3, 1.7e3]);
+    scene.lights.push(sun);
     scene.set_scattering(Scattering::Total);
     scene
 }
