@@ -3,12 +3,15 @@
 
 const TONE_NONE: u32 = 0u;
 const TONE_FILMIC: u32 = 1u;
+const TONE_AGX: u32 = 2u;
 
 // sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied).
 fn display(rgb: vec3f, tone_map: u32) -> vec3f {
     var mapped = rgb;
     if tone_map == TONE_FILMIC {
         mapped = filmic(rgb);
+    } else if tone_map == TONE_AGX {
+        mapped = agx(rgb);
     }
     let x = clamp(mapped, vec3f(0.0), vec3f(1.0));
     return vec3f(srgb_from_linear(x.x), srgb_from_linear(x.y), srgb_from_linear(x.z));
@@ -29,6 +32,29 @@ fn filmic(rgb: vec3f) -> vec3f {
     let v = into * bounded;
     let curved = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.432951) + 0.238081);
     return clamp(out_of * curved, vec3f(0.0), vec3f(1.0));
+}
+
+// Benjamin Wrensch's fit of AgX, linear Rec.709 in and out.
+fn agx(rgb: vec3f) -> vec3f {
+    let bounded = clamp(rgb, vec3f(0.0), vec3f(1e6));
+    // By columns.
+    let into = mat3x3f(
+        0.8424791, 0.042328242, 0.042375655,
+        0.0784336, 0.8784686, 0.0784336,
+        0.079223745, 0.07916613, 0.87914297);
+    let out_of = mat3x3f(
+        1.196879, -0.052896857, -0.052971635,
+        -0.09802088, 1.1519031, -0.09804345,
+        -0.099029744, -0.09896118, 1.1510737);
+    // Stops at which the curve begins and ends.
+    let first = -12.47393;
+    let last = 4.026069;
+    let stops = clamp(log2(max(into * bounded, vec3f(1e-10))), vec3f(first), vec3f(last));
+    let x = (stops - first) / (last - first);
+    let above = (15.5 * x - 40.14) * x + 31.96;
+    let curved = (((above * x - 6.868) * x + 0.4298) * x + 0.1191) * x - 0.00232;
+    // The curve is made for a display of gamma 2.2.
+    return pow(clamp(out_of * curved, vec3f(0.0), vec3f(1.0)), vec3f(2.2));
 }
 
 // The sRGB transfer curve (IEC 61966-2-1), 0..=1 to 0..=1.

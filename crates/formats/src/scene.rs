@@ -188,18 +188,21 @@ impl Scattering {
 pub enum ToneMap {
     /// Highlights roll off.
     Filmic,
+    /// AgX: highlights roll off further and turn white; colours keep their hue.
+    Agx,
     /// Clipped at 1.
     None,
 }
 
 impl ToneMap {
     /// All choices.
-    pub const ALL: [ToneMap; 2] = [ToneMap::Filmic, ToneMap::None];
+    pub const ALL: [ToneMap; 3] = [ToneMap::Filmic, ToneMap::Agx, ToneMap::None];
 
     /// Its name in scene files.
     pub const fn name(self) -> &'static str {
         match self {
             ToneMap::Filmic => "filmic",
+            ToneMap::Agx => "agx",
             ToneMap::None => "none",
         }
     }

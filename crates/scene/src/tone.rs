@@ -6,11 +6,14 @@ pub use strandlight_formats::ToneMap;
 pub const TONE_NONE: u32 = 0;
 /// [`ToneMap::Filmic`] in shaders.
 pub const TONE_FILMIC: u32 = 1;
+/// [`ToneMap::Agx`] in shaders.
+pub const TONE_AGX: u32 = 2;
 
 /// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied).
 pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [f32; 3] {
     let rgb = match tone_map {
         ToneMap::Filmic => filmic(rgb),
+        ToneMap::Agx => agx(rgb),
         ToneMap::None => rgb,
     };
     rgb.map(|x| srgb_from_linear(x.clamp(0.0, 1.0)))
@@ -40,14 +43,43 @@ pub fn filmic(rgb: [f32; 3]) -> [f32; 3] {
         [-0.10208, 1.10813, -0.00605],
         [-0.00327, -0.07276, 1.07602],
     ];
-    let transform = |m: &[[f32; 3]; 3], v: [f32; 3]| {
-        [0, 1, 2].map(|row: usize| m[row][0] * v[0] + m[row][1] * v[1] + m[row][2] * v[2])
-    };
     // Beyond this the curve is flat, and squares would overflow.
     let bounded = rgb.map(|x| (x * 1.8).clamp(0.0, 1e6));
     let curved = transform(&IN, bounded)
         .map(|v| (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.432951) + 0.238081));
     transform(&OUT, curved).map(|x| x.clamp(0.0, 1.0))
+}
+
+fn transform(m: &[[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
+    [0, 1, 2].map(|row: usize| m[row][0] * v[0] + m[row][1] * v[1] + m[row][2] * v[2])
+}
+
+/// AgX (Troy Sobotka, 2022) by Benjamin Wrensch's fit of its curve (2023), linear Rec.709 in and out: a
+/// curve over 16.5 stops, in primaries so far inside Rec.709's that bright colours turn white. 0.18 in is 0.21
+/// out.
+pub fn agx(rgb: [f32; 3]) -> [f32; 3] {
+    const IN: [[f32; 3]; 3] = [
+        [0.842_479_1, 0.078_433_6, 0.079_223_745],
+        [0.042_328_242, 0.878_468_6, 0.079_166_13],
+        [0.042_375_655, 0.078_433_6, 0.879_142_97],
+    ];
+    const OUT: [[f32; 3]; 3] = [
+        [1.196_879, -0.098_020_88, -0.099_029_744],
+        [-0.052_896_857, 1.151_903_1, -0.098_961_18],
+        [-0.052_971_635, -0.098_043_45, 1.151_073_7],
+    ];
+    // Stops at which the curve begins and ends.
+    const FIRST: f32 = -12.473_93;
+    const LAST: f32 = 4.026_069;
+    let bounded = rgb.map(|x| x.clamp(0.0, 1e6));
+    let curved = transform(&IN, bounded).map(|v| {
+        let stops = v.max(1e-10).log2().clamp(FIRST, LAST);
+        let x = (stops - FIRST) / (LAST - FIRST);
+        let above = (15.5 * x - 40.14) * x + 31.96;
+        (((above * x - 6.868) * x + 0.4298) * x + 0.1191) * x - 0.00232
+    });
+    // The curve is made for a display of gamma 2.2.
+    transform(&OUT, curved).map(|x| x.clamp(0.0, 1.0).powf(2.2))
 }
 
 /// The sRGB transfer curve (IEC 61966-2-1), 0..=1 to 0..=1.
@@ -123,6 +155,26 @@ mod tests {
         assert!(filmic([1e30; 3])[0] > 0.99);
         let clipped = display([f32::MAX, 0.0, -1.0], ToneMap::None);
         assert!((clipped[0] - 1.0).abs() < 1e-6 && clipped[1..] == [0.0, 0.0]);
+    }
+
+    #[test]
+    fn agx_is_monotone_keeps_grey_and_turns_bright_colours_white() {
+        let grey = agx([0.18; 3]);
+        assert!((grey[0] - 0.2145).abs() < 1e-3, "{grey:?}");
+        let mut last = -1.0;
+        for step in 0..300 {
+            let x = (step as f32 * 0.1 - 16.0).exp2();
+            let y = agx([x; 3]);
+            assert!(y[1] >= last && y[1] <= 1.0, "{x} {y:?}");
+            assert!((y[0] - y[1]).abs() < 1e-3 && (y[1] - y[2]).abs() < 1e-3);
+            last = y[1];
+        }
+        assert_eq!(agx([0.0; 3]), [0.0; 3]);
+        assert_eq!(agx([f32::NAN, -1.0, 0.0])[1..], [0.0; 2]);
+        let [red, bright] = [1.0, 50.0].map(|x| agx([x, 0.0, 0.0]));
+        assert!(red[0] > 0.7 && red[1] < 0.05, "{red:?}");
+        assert!(bright[0] > 0.99 && bright[1] > 0.7, "{bright:?}");
+        assert!(agx([1e30; 3])[0] > 0.99);
     }
 
     #[test]

@@ -364,21 +364,23 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
     let apart = apart.map(|(a, b)| a.abs_diff(*b)).max();
     assert!(apart <= Some(1), "{apart:?}");
     // Without a background the screen's colours are multiplied by alpha.
-    progressive.set_grade(-1.0, ToneMap::None, Background::None);
-    let picture = progressive.finish(SAMPLES).unwrap();
-    let shown = progressive.read_display().unwrap();
-    let straight = picture.to_srgb8(-1.0, ToneMap::None);
-    let mut n_covered = 0;
-    for (shown, straight) in shown.iter().zip(straight) {
-        let [.., alpha] = straight;
-        n_covered += usize::from(alpha > 0 && alpha < 255);
-        for channel in 0..3 {
-            let wanted = f32::from(straight[channel]) * f32::from(alpha) / 255.0;
-            let apart = (f32::from(shown[channel]) - wanted).abs();
-            assert!(apart <= 2.1 && shown[3] == alpha, "{shown:?} {straight:?}");
+    for curve in [ToneMap::None, ToneMap::Agx] {
+        progressive.set_grade(-1.0, curve, Background::None);
+        let picture = progressive.finish(SAMPLES).unwrap();
+        let shown = progressive.read_display().unwrap();
+        let straight = picture.to_srgb8(-1.0, curve);
+        let mut n_covered = 0;
+        for (shown, straight) in shown.iter().zip(straight) {
+            let [.., alpha] = straight;
+            n_covered += usize::from(alpha > 0 && alpha < 255);
+            for channel in 0..3 {
+                let wanted = f32::from(straight[channel]) * f32::from(alpha) / 255.0;
+                let apart = (f32::from(shown[channel]) - wanted).abs();
+                assert!(apart <= 2.1 && shown[3] == alpha, "{shown:?} {straight:?}");
+            }
         }
+        assert!(n_covered > 100, "{n_covered}");
     }
-    assert!(n_covered > 100, "{n_covered}");
 
     let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     progressive.set_waiting(false);

@@ -110,6 +110,11 @@ const TERMS: &[Word] = &[
 const TONE_MAPS: &[Word] = &[
     ("filmic", "Filmic", "Filmic curve with highlight roll-off."),
     (
+        "agx",
+        "AgX",
+        "AgX: softer than filmic; bright colours turn white and keep their hue.",
+    ),
+    (
         "none",
         "None",
         "No curve, clipped at white, for measurements.",

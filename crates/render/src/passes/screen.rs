@@ -8,7 +8,7 @@ use super::stamp::Stamp;
 use super::target::{Target, texture};
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
-use strandlight_scene::tone::{TONE_FILMIC, TONE_NONE, ToneMap};
+use strandlight_scene::tone::{TONE_AGX, TONE_FILMIC, TONE_NONE, ToneMap};
 
 /// Mirrored by `Grade` in `shaders/pass/display.wgsl`.
 #[repr(C)]
@@ -108,6 +108,7 @@ impl Screen {
             tone_map: match tone_map {
                 ToneMap::None => TONE_NONE,
                 ToneMap::Filmic => TONE_FILMIC,
+                ToneMap::Agx => TONE_AGX,
             },
             pad: [0; 2],
         };
