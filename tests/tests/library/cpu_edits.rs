@@ -102,7 +102,10 @@ fn interactive_pictures_end_as_fresh_ones() {
             direction: [0.8 * turn.cos(), 0.6, 0.8 * turn.sin()].map(|x| x as f32),
             // The first one is a sun.
             lambda: 0.02 + 0.04 * ix as f32,
-            rgb: [0.5, 0.4, 0.3],
+            rgb: match ix {
+                0 => [400.0, 380.0, 340.0],
+                _ => [0.5, 0.4, 0.3],
+            },
         }
     });
     let at = write_small_scene(folder.path(), &hair, lights.collect(), |scene| {

@@ -75,8 +75,16 @@ impl Frame {
                 return;
             }
         }
-        let has_narrow =
-            quality == Quality::Whole && lights.records.iter().any(LightRecord::is_narrow);
+        let through = self.through.as_ref().or(self.through_before.as_ref());
+        let maps = match (&self.unblocked, through) {
+            (Some(of_lights), Some(through)) if lights.plan.n_slots > 0 => Some(Maps {
+                plan: &lights.plan,
+                of_lights,
+                through,
+            }),
+            _ => None,
+        };
+        let has_narrow = maps.is_some() && lights.records.iter().any(LightRecord::is_narrow);
         let shading = self.shading.get_or_insert_with(|| {
             let mut shading = Shading {
                 quality,
@@ -107,15 +115,7 @@ impl Frame {
             return;
         };
         let of_group = &lights.lit[group];
-        let through = self.through.as_ref().or(self.through_before.as_ref());
-        let maps = match (&self.unblocked, through) {
-            (Some(of_lights), Some(through)) if lights.plan.n_slots > 0 => Some(Maps {
-                plan: &lights.plan,
-                of_lights,
-                through,
-            }),
-            _ => None,
-        };
+        let has_narrow = !shading.radiance.along.is_empty();
         let is_first_picture = self.shaded.is_none();
         let places = &shading.order[shading.n_done..];
         let slice = n_places.div_ceil(8).clamp(SLICE.start, SLICE.end);
@@ -176,7 +176,7 @@ impl Frame {
             }
             let of_lights = (&*arriving, &lights.records[..]);
             let view = &picturing.view;
-            let maps = maps.map(|maps| maps.of_lights);
+            let maps = maps.filter(|_| has_narrow).map(|maps| maps.of_lights);
             let shader = WideShader::new(scene, view, tables, of_lights, maps, shading.peaks);
             let shaded = shader.shade(&plain, &visible.points, self.kept.is_some());
             if let Some(kept) = &mut self.kept {
