@@ -125,11 +125,9 @@ pub fn output_folder(folder: &Path) -> Outcome {
     if folder == Path::new("-") {
         return refused("is standard output, and several files are written; name a folder");
     }
-    if !folder.is_dir()
-        && folder
-            .symlink_metadata()
-            .is_ok_and(|data| !data.is_symlink())
-    {
+    // Asked once: another shard may make it at the same time.
+    let is_other = |data: fs::Metadata| !data.is_symlink() && !data.is_dir();
+    if folder.symlink_metadata().is_ok_and(is_other) {
         return refused("is not a folder, and several files are written; name a folder");
     }
     fs::create_dir_all(folder)
