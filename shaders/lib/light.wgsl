@@ -25,7 +25,7 @@ struct Light {
 const NO_SLOT: u32 = 0xffffffffu;
 
 // Lights and points that a dispatch works on. Twin: Batch in
-// crates/runtime/src/render/shadows.rs.
+// crates/render/src/passes/shadows.rs.
 struct Batch {
     first_light: u32,
     n_lights: u32,

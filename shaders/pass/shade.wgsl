@@ -75,7 +75,7 @@ const GLOBAL_COUNTER: u32 = 5u;
 const LOCAL_COUNTER: u32 = 7u;
 
 // #if PAINTED
-// Texels a row of the paint; twin in crates/runtime/src/render/painted.rs.
+// Texels a row of the paint; twin in crates/render/src/passes/painted.rs.
 const PAINT_WIDTH: u32 = 1024u;
 // #else
 // Sines less one, the index of the last.
@@ -322,9 +322,16 @@ fn shade_narrow(@builtin(global_invocation_id) id: vec3u) {
             var nodes = array<vec3f, 3>();
             for (var node = 0u; node < 3u; node++) {
                 let other = others[node];
-                let u = normalize(tangents[point_ix].xyz + tangents[other].xyz);
-                let both = normals[point_ix].xyz + normals[other].xyz;
-                let v = normalize(both - u * dot(u, both));
+                let along_both = tangents[point_ix].xyz + tangents[other].xyz;
+                var u = along_both / max(length(along_both), 1e-20);
+                let across_both = normals[point_ix].xyz + normals[other].xyz;
+                var v = across_both - u * dot(u, across_both);
+                // Where a strand turns straight back there is none between.
+                if dot(v, v) < LEAST_NORMAL || dot(u, u) < 0.5 {
+                    u = tangents[point_ix].xyz;
+                    v = normals[point_ix].xyz;
+                }
+                v = normalize(v);
                 let frame = transpose(mat3x3f(u, v, cross(u, v)));
                 let middle = 0.5 * (position + points[other].xyz);
                 let eye = direction_in_frame(frame * (view.eye - middle));

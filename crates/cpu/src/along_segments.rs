@@ -22,6 +22,9 @@ pub(super) const PLACES: usize = N_PLACES as usize;
 
 const HALF: usize = PLACES / 2;
 
+/// Square of the length below which the sum of two normals, across the sum of the tangents, has no direction.
+const LEAST_NORMAL: f32 = 1e-6;
+
 /// Numbers at the middle of the segment before a point, at the point, and at the middle of that after it.
 pub(super) type Nodes<T> = [T; 3];
 
@@ -67,9 +70,15 @@ pub(super) fn frames_about(
     others.map(|other| {
         let of_both =
             |list: &[[f32; 4]]| Vec3::from_slice(&list[point]) + Vec3::from_slice(&list[other]);
-        let u = of_both(&strands.tangents).normalize_or(Vec3::X);
+        let mut u = of_both(&strands.tangents).normalize_or_zero();
         let v = of_both(&strands.normals);
-        let v = (v - u * u.dot(v)).normalize_or(u.any_orthonormal_vector());
+        let mut v = v - u * u.dot(v);
+        // Where a strand turns straight back there is none between.
+        if v.length_squared() < LEAST_NORMAL || u == Vec3::ZERO {
+            u = Vec3::from_slice(&strands.tangents[point]);
+            v = Vec3::from_slice(&strands.normals[point]);
+        }
+        let v = v.normalize();
         let frame = [u, v, u.cross(v)];
         let towards = eye - 0.5 * of_both(&strands.points);
         let towards = frame.map(|axis: Vec3| axis.dot(towards));
@@ -161,6 +170,33 @@ mod tests {
         // At ends all places of the answer lie in one half.
         assert_eq!(even_halves(0b1100_1111, [0.0, 0.5]) >> 4, 0b1011);
         assert_eq!(even_halves(0b1100_1111, [0.5, 0.0]) & 15, 0b1011);
+    }
+
+    #[test]
+    fn frames_about_points_are_right_angled_even_where_a_strand_turns_back() {
+        // There and back again, and a bend.
+        let back = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+        ];
+        let bend = [
+            [0.0, 2.0, 0.0],
+            [1.0, 2.0, 0.0],
+            [1.5, 3.0, 0.2],
+            [1.0, 4.0, 1.0],
+        ];
+        let points: Vec<[f32; 3]> = back.into_iter().chain(bend).collect();
+        let strands = Strands::new(&points, &[0, 4, 8], |_, _| 0.01, false).expect("valid");
+        for point in 0..strands.points.len() {
+            for (frame, eye) in frames_about(&strands, point, Vec3::new(0.3, 5.0, 9.0)) {
+                let [u, v, w] = frame;
+                assert!(frame.iter().all(|axis| (axis.length() - 1.0).abs() < 1e-5));
+                assert!(u.dot(v).abs() < 1e-5 && w.dot(u).abs() < 1e-5 && w.dot(v).abs() < 1e-5);
+                assert!(eye.theta.is_finite());
+            }
+        }
     }
 
     #[test]

@@ -132,7 +132,8 @@ impl<'a> PointShader<'a> {
 
     /// Adds `lights` to the radiance of a point (rgb, 0), times the view's radiance scale.
     /// `arriving` has, by light, its record there and its unblocked shares, of all modes and of TT.
-    /// Single scattering of narrow lights is added to that `along` the segments, by the answers of their maps, where there is one.
+    /// Single scattering of narrow lights is added to that `along` the segments, where there is one,
+    /// by the answers of their maps.
     pub fn shade(
         &self,
         at: VisiblePoint,
@@ -172,8 +173,8 @@ impl<'a> PointShader<'a> {
             let (record, unblocked, unblocked_tt) = arriving(ix, light);
             let direction = in_frame(Vec3::from(light.direction));
             let source = LightInFrame::from_vector(direction, light.lambda);
+            let of_light = (light, &source, &eye);
             let arriving = (&record, unblocked, unblocked_tt);
-            let (sum, evaluated) = (&mut sum, &mut evaluated);
             let along = match (answers, &frames, along.as_deref_mut()) {
                 (Some(answers), Some(frames), Some(along)) if light.is_narrow() => {
                     let scale = self.view.radiance_scale;
@@ -182,34 +183,19 @@ impl<'a> PointShader<'a> {
                 }
                 _ => None,
             };
+            let sums = (&mut sum, along, &mut evaluated);
             match &painted {
                 Some((shading, averages)) => {
                     let forward = |sin_theta| {
                         sample_painted_forward(&averages.view, &averages.row, sin_theta)
                     };
                     let fibre = (shading, averages, forward);
-                    terms.add(
-                        light,
-                        (&source, &eye),
-                        arriving,
-                        fibre,
-                        sum,
-                        along,
-                        evaluated,
-                    );
+                    terms.add(of_light, arriving, fibre, sums);
                 }
                 None => {
                     let forward = |sin_theta| sample_forward(&self.forward, sin_theta);
                     let fibre = (&self.shading, scene.hair.averages(), forward);
-                    terms.add(
-                        light,
-                        (&source, &eye),
-                        arriving,
-                        fibre,
-                        sum,
-                        along,
-                        evaluated,
-                    );
+                    terms.add(of_light, arriving, fibre, sums);
                 }
             }
         }
@@ -227,8 +213,9 @@ impl<'a> PointShader<'a> {
     }
 }
 
-/// Of a narrow light: the shares that reach the places about a point, if any is lit; the frames there; what is added to.
-type AlongOf<'a> = (
+/// Where a narrow light goes: the shares that reach the places about a point, if any is lit, the frames
+/// there, and what is added to.
+type NarrowSum<'a> = (
     Option<[f32; PLACES]>,
     &'a Nodes<([Vec3; 3], DirectionInFrame)>,
     &'a mut Along,
@@ -262,22 +249,18 @@ impl Terms {
     }
 
     /// Adds what the eye sees of one light: scattered by a fibre, of which there are what single and
-    /// global scattering read, averages, and a_f and beta_f^2 by the sine of the inclination. Single scattering of a
-    /// narrow light goes `along` the segments.
-    #[allow(clippy::too_many_arguments, reason = "three of them are sums")]
+    /// global scattering read, averages, and a_f and beta_f^2 by the sine of the inclination. Single
+    /// scattering of a narrow light goes along the segments.
     fn add<A: SampleAverages + ?Sized>(
         &self,
-        light: &LightRecord,
-        (source, eye): (&LightInFrame, &DirectionInFrame),
+        (light, source, eye): (&LightRecord, &LightInFrame, &DirectionInFrame),
         (record, unblocked, unblocked_tt): (&ShadowRecord, f32, f32),
         (shading, averages, forward): (
             &Shading<impl SampleLobes>,
             &A,
             impl Fn(f32) -> ([f32; 3], [f32; 3]),
         ),
-        sum: &mut [f32; 3],
-        along: Option<AlongOf>,
-        evaluated: &mut [u64; 4],
+        (sum, along, evaluated): (&mut [f32; 3], Option<NarrowSum>, &mut [u64; 4]),
     ) {
         let is_along = along.is_some();
         if let Some((Some(shares), frames, along)) = along

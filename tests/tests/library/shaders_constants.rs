@@ -35,7 +35,12 @@ const TWIN_FILES: [(&str, &str); 14] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 8] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 9] = [
+    (
+        "lib/along_segments",
+        "LEAST_NORMAL",
+        "crates/cpu/src/along_segments.rs",
+    ),
     (
         "lib/along_segments",
         "N_PLACES",
