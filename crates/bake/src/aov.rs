@@ -11,9 +11,10 @@
 use strandlight_formats::{Background, Scattering};
 use strandlight_scattering::Lobe;
 use strandlight_scene::layers::{
-    BACKGROUND, COVERAGE, Content, LAYERS, Layer, PICTURE, Split, TOTAL,
+    BACKGROUND, COVERAGE, Content, LAYERS, Layer, PICTURE, PROXIES, Split, TOTAL,
 };
 use strandlight_scene::provenance::Provenance;
+use strandlight_scene::proxy::Proxy;
 use strandlight_scene::stats::FrameStats;
 use strandlight_scene::{
     Backend, GroupFault, Picture, PreparedScene, RenderError, SceneError, Stats, memory,
@@ -208,8 +209,8 @@ pub struct LightLayer {
 }
 
 impl LightLayer {
-    /// The member `part` of `layer`, with the radiance of `planes`.
-    fn new(layer: &Layer, part: &str, planes: [Vec<f32>; 3]) -> LightLayer {
+    /// The member `part` of `layer`, with the values of its channels.
+    fn new(layer: &Layer, part: &str, planes: Vec<Vec<f32>>) -> LightLayer {
         LightLayer {
             name: layer.name_of(part),
             channels: layer.channels_of(part).into_iter().zip(planes).collect(),
@@ -259,37 +260,55 @@ impl Layers {
             modes: scene.hair.modes().to_vec(),
             lights: None,
         };
-        let mut draw = |spec: &Spec, background| {
-            let drawn = draw(backend, &scene, spec, background, (size, samples))?;
-            let (picture, stats) = drawn;
-            Ok::<_, RenderError>((picture, stats))
+        let draw = |backend: &mut dyn Backend, spec: &Spec, background| {
+            draw(backend, &scene, spec, background, (size, samples))
         };
         let text = |stats: &Stats| FrameStats(stats).to_string();
-        let (beauty, of_picture) = draw(&whole, scene.background)?;
+        let (beauty, of_picture) = draw(backend, &whole, scene.background)?;
         let mut stats = vec![(PICTURE.name.to_owned(), text(&of_picture))];
-        let hair = match scene.background {
+        let seen = match scene.background {
             Background::None => beauty.clone(),
             _ => {
-                let (hair, hair_stats) = draw(&whole, Background::None)?;
-                stats.push((whole.name(), text(&hair_stats)));
+                let (seen, of_seen) = draw(backend, &whole, Background::None)?;
+                stats.push(("picture without background".to_owned(), text(&of_seen)));
+                seen
+            }
+        };
+        // Proxies are in no layer of the hair: black from here on, where they are not yet.
+        let is_black = |proxy: &Proxy| proxy.albedo() == [0.0; 3];
+        let hair = match scene.proxies.iter().all(is_black) {
+            true => seen.clone(),
+            false => {
+                let mut black = scene.proxies.clone();
+                black.iter_mut().for_each(|it| *it.albedo_mut() = [0.0; 3]);
+                backend.set_proxies(black);
+                let (hair, of_hair) = draw(backend, &whole, Background::None)?;
+                stats.push((whole.name(), text(&of_hair)));
                 hair
             }
         };
-        let coverage = hair.rgba.iter().map(|rgba| rgba[3]).collect();
-        let mut layers = vec![LightLayer::new(&TOTAL, "", planes(&hair))];
+        let mut coverage = hair.rgba.iter().map(|rgba| rgba[3]).collect();
+        let mut layers = vec![LightLayer::new(&TOTAL, "", planes(&hair).into())];
         if scene.background != Background::None {
-            let behind = |c: usize| {
-                let pixels = beauty.rgba.iter().zip(&hair.rgba);
-                pixels.map(|(all, hair)| all[c] - hair[c]).collect()
-            };
-            let behind = [behind(0), behind(1), behind(2)];
-            layers.push(LightLayer::new(&BACKGROUND, "", behind));
+            let behind = difference(&beauty, &seen);
+            layers.push(LightLayer::new(&BACKGROUND, "", behind.into()));
+        }
+        if !scene.proxies.is_empty() {
+            let [of_hair, of_proxies] = cpu::coverage(&scene, &scene.camera, size)?;
+            coverage = of_hair;
+            let mut planes = Vec::from(difference(&seen, &hair));
+            planes.push(of_proxies);
+            layers.push(LightLayer::new(&PROXIES, "", planes));
         }
         for (ix, spec) in specs.iter().enumerate() {
             observe((ix + 1) as f64 / (specs.len() + 1) as f64);
-            let (picture, spec_stats) = draw(spec, Background::None)?;
+            let (picture, spec_stats) = draw(backend, spec, Background::None)?;
             stats.push((spec.name(), text(&spec_stats)));
-            layers.push(LightLayer::new(spec.layer, &spec.part, planes(&picture)));
+            layers.push(LightLayer::new(
+                spec.layer,
+                &spec.part,
+                planes(&picture).into(),
+            ));
         }
         Ok(Layers {
             beauty,
@@ -323,6 +342,15 @@ impl Layers {
         let size = (self.beauty.width as usize, self.beauty.height as usize);
         encode(size, channels, provenance.entries())
     }
+}
+
+/// Red, green and blue of `whole` less those of `part`.
+fn difference(whole: &Picture, part: &Picture) -> [Vec<f32>; 3] {
+    let of = |c: usize| {
+        let pixels = whole.rgba.iter().zip(&part.rgba);
+        pixels.map(|(whole, part)| whole[c] - part[c]).collect()
+    };
+    [0, 1, 2].map(of)
 }
 
 /// Red, green and blue of a picture.

@@ -19,6 +19,7 @@ use strandlight_scene::proxy::entry_distance;
 use strandlight_scene::strands::Strands;
 use strandlight_scene::{PreparedScene, RenderError};
 
+use super::list::VisibilityList;
 use super::project::project;
 use super::raster::ribbons;
 use super::transmittance::mix;
@@ -41,7 +42,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// The channels of `data`; none of coverage, which is the picture's alpha.
+    /// The channels of `data`; none of coverage, which is filtered.
     fn value(&self, data: Data) -> Option<[f32; 3]> {
         Some(match data {
             Data::Coverage => return None,
@@ -56,7 +57,7 @@ impl Seen {
 }
 
 /// The channels of those `layers` that are data, for `scene` as `camera` sees it: names, and values in
-/// rows, top first. Those of coverage are left to the picture, whose alpha they are.
+/// rows, top first. None of coverage: see [`coverage`].
 ///
 /// # Errors
 /// A size out of range.
@@ -70,6 +71,37 @@ pub fn data_layers(
     let strands = &scene.strands;
     let view = view_uniform(camera, strands, size, 1.0);
     Ok(channels(strands, &scene.beside(), &view, layers))
+}
+
+/// Shares of each pixel that hair and that proxies cover, for `scene` as `camera` sees it, in rows, top
+/// first.
+///
+/// # Errors
+/// A size out of range.
+pub fn coverage(
+    scene: &PreparedScene,
+    camera: &Camera,
+    size: [u32; 2],
+) -> Result<[Vec<f32>; 2], RenderError> {
+    check_frame(size, 1)?;
+    let strands = &scene.strands;
+    let view = view_uniform(camera, strands, size, 1.0);
+    let list = VisibilityList::new(&view, strands, &scene.beside());
+    let mut shares = [0, 1].map(|_| vec![0.0; (size[0] * size[1]) as usize]);
+    for tile in &list.tiles {
+        let place = |pixel: usize| {
+            let [x, y] = [pixel as u32 % tile.size[0], pixel as u32 / tile.size[0]];
+            (tile.origin[0] + x + size[0] * (tile.origin[1] + y)) as usize
+        };
+        for (pixel, range) in tile.starts.windows(2).enumerate() {
+            let entries = &tile.entries[range[0] as usize..range[1] as usize];
+            shares[0][place(pixel)] = entries.iter().map(|entry| entry.weight).sum();
+        }
+        for entry in &tile.proxies {
+            shares[1][place(entry.pixel as usize)] += entry.weight;
+        }
+    }
+    Ok(shares)
 }
 
 fn channels(

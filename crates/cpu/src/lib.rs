@@ -53,7 +53,7 @@ mod unblocked;
 mod visible;
 mod voxelise;
 
-pub use data_layers::data_layers;
+pub use data_layers::{coverage, data_layers};
 pub use interactive::{Display, InteractiveRenderer};
 pub use renderer::CpuRenderer;
 pub use shade::record_at_point;

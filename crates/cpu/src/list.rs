@@ -182,7 +182,6 @@ impl Listing {
 
 impl VisibilityList {
     /// The list of `strands` before and behind what is `beside` them as `view` sees it.
-    #[cfg(test)]
     pub fn new(view: &ViewUniform, strands: &Strands, beside: &Beside) -> VisibilityList {
         let mut listing = Listing::new(view, strands);
         while !listing.step(view, strands, beside) {}

@@ -49,6 +49,11 @@ impl Surfaces {
         packed: &[PackedRecord],
         voxels: &Places,
     ) -> Vec<f32> {
+        // Black ones send nothing back whatever they receive.
+        let is_black = |surface: &Surface| surface.albedo == [0.0; 3];
+        if self.list.iter().all(is_black) {
+            return vec![0.0; self.list.len()];
+        }
         let first = light.first_sweep as usize;
         let directions = &sweeps[first..first + light.n_sweeps as usize];
         let towards: Vec<Towards> = directions
@@ -69,6 +74,9 @@ impl Surfaces {
             .enumerate()
             .with_min_len(64)
             .map(|(ix, surface)| {
+                if is_black(surface) {
+                    return 0.0;
+                }
                 let cos = surface.normal.dot(Vec3::from(light.direction));
                 irradiance(cos, light.lambda) * from.share_of_light(surface, &self.places, ix)
             })

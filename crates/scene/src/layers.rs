@@ -40,6 +40,8 @@ pub enum Written {
     Always,
     /// With every `--aov`, unless the scene has no background.
     WithBackground,
+    /// With every `--aov`, in scenes with proxies.
+    WithProxies,
     /// With these splits of the light.
     Splits(&'static [Split]),
     /// With `data`, and with its own name.
@@ -56,6 +58,8 @@ pub enum Content {
     Total,
     /// What is seen between the strands.
     Background,
+    /// The proxies, and how much of each pixel they cover.
+    Proxies,
     /// One term of scattering.
     Term(Scattering),
     /// One mode of a term of scattering.
@@ -75,7 +79,7 @@ pub enum Content {
 pub enum Data {
     /// Depth along the optical axis.
     Depth,
-    /// Share of the pixel: alpha of the picture before a background.
+    /// Share of the pixel that hair covers.
     Coverage,
     /// Direction of the strand.
     Tangent,
@@ -195,7 +199,17 @@ pub const BACKGROUND: Layer = Layer {
     )
 };
 
-/// The picture's alpha before a background, which every file of layers has.
+/// The proxies.
+pub const PROXIES: Layer = light(
+    "proxies",
+    &["proxies.R", "proxies.G", "proxies.B", "proxies.Y"],
+    Content::Proxies,
+    Written::WithProxies,
+    "radiance of the proxies times what they cover of each pixel, and that share",
+);
+
+/// What hair covers, which every file of layers has: the picture's alpha before a background, less
+/// what proxies cover.
 pub const COVERAGE: Layer = Layer {
     written: Written::Always,
     ..data(
@@ -211,10 +225,11 @@ pub const COVERAGE: Layer = Layer {
 ///
 /// Depth without hair is 0 and not infinite: infinity becomes NaN once a compositor multiplies it by
 /// alpha or filters it, and no strand has depth 0.
-pub static LAYERS: [Layer; 18] = [
+pub static LAYERS: [Layer; 19] = [
     PICTURE,
     TOTAL,
     BACKGROUND,
+    PROXIES,
     light(
         "single",
         rgb!("single"),

@@ -140,6 +140,14 @@ impl Proxy {
     }
 
     /// Share of light that it sends back, linear RGB, 0..=1.
+    pub fn albedo(&self) -> [f32; 3] {
+        match self {
+            Proxy::Ellipsoid { albedo, .. } | Proxy::Ground { albedo, .. } => *albedo,
+            Proxy::Mesh(mesh) => mesh.albedo,
+        }
+    }
+
+    /// Share of light that it sends back, linear RGB, 0..=1.
     pub fn albedo_mut(&mut self) -> &mut [f32; 3] {
         match self {
             Proxy::Ellipsoid { albedo, .. } | Proxy::Ground { albedo, .. } => albedo,

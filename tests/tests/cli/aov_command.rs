@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use strandlight_cpu as cpu;
-use strandlight_formats::{Background, BakedFile, LightSet, Lobe, Scene};
+use strandlight_formats::{Background, BakedFile, LightSet, Lobe, ProxySection, Scene};
 use strandlight_reference::compare::Layer;
 use strandlight_runtime::Session;
 use strandlight_scene::PreparedScene;
@@ -193,6 +193,60 @@ fn gpu_layers_add_up_to_the_picture() {
     }
 }
 
+/// Light of the things beside the hair is in a layer of its own, and so is what they cover.
+#[test]
+fn gpu_layers_of_the_hair_leave_proxies_out() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let mut scene = Scene::read(at.join("a.toml")).expect("valid");
+    scene.proxies = vec![ProxySection::Ellipsoid {
+        centre: [0.8, -2.0, -0.8],
+        radii: [1.2; 3],
+        tilt_deg: 0.0,
+        albedo: [0.8, 0.5, 0.3],
+    }];
+    write_scene(at, "head.toml", &scene);
+    let is_black = |rgb: &[f32; 3]| rgb.iter().all(|&x| x == 0.0);
+    for backend in ["gpu", "cpu"] {
+        let file = at.join(format!("{backend}.exr"));
+        let args = ["render", "head.toml", "--backend", backend, "-o"];
+        let mut command = strandlight();
+        command.current_dir(at).args(args).arg(&file);
+        assert_done(command.args(["--aov", "terms,lights"]));
+        let read = |name: &str| layer(&file, Some(name));
+        let [total, proxies] = ["total", "proxies"].map(read);
+        let check = |layers: &[&str], whole: &[[f32; 3]]| {
+            let layers: Vec<_> = layers.iter().map(|name| read(name)).collect();
+            let error = relative(&sum(&layers), whole);
+            assert!(error < 1e-3, "{backend}: {layers:?}: {error}");
+        };
+        check(&["single", "global", "local"], &total);
+        check(
+            &["light.000", "light.001", "light.002", "light.004"],
+            &total,
+        );
+        check(&["total", "proxies", "background"], &layer(&file, None));
+        // Where only one of them is, the other is not.
+        let channels = channels(&file);
+        let [of_hair, of_proxies] = ["coverage.Y", "proxies.Y"].map(|name| &channels[name]);
+        let mut n_alone = [0, 0];
+        for (pixel, (total, proxies)) in total.iter().zip(&proxies).enumerate() {
+            if of_hair[pixel] == 0.0 && of_proxies[pixel] == 1.0 {
+                assert!(is_black(total), "{backend}: pixel {pixel}: {total:?}");
+                assert!(!is_black(proxies), "{backend}: pixel {pixel}");
+                n_alone[0] += 1;
+            }
+            if of_hair[pixel] > 0.3 && of_proxies[pixel] == 0.0 {
+                assert!(proxies.iter().all(|x| x.abs() < 1e-6), "{proxies:?}");
+                n_alone[1] += 1;
+            }
+        }
+        println!("{backend}: {n_alone:?} pixels of the proxy alone, of hair alone");
+        assert!(n_alone.iter().all(|&n| n > 5), "{backend}: {n_alone:?}");
+    }
+}
+
 #[test]
 fn groups_of_lights_and_fewer_modes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -336,6 +390,7 @@ fn reference() -> [String; 2] {
         let written = match layer.written {
             Written::Always => "always".to_owned(),
             Written::WithBackground => "unless the background is `none`".to_owned(),
+            Written::WithProxies => "in scenes with proxies".to_owned(),
             Written::Splits(splits) => {
                 code(&splits.iter().map(|split| split.name()).collect::<Vec<_>>())
             }
