@@ -176,8 +176,9 @@ fn stats_name() -> String {
     format!("cpu: {} threads", rayon::current_num_threads())
 }
 
-/// What a screen shows of `picture`: the twin of `show` in `shaders/pass/display.wgsl`.
-fn levels(picture: &Picture, (scale, tone_map): (f32, ToneMap), pixels: &mut Vec<[u8; 4]>) {
+/// What a screen shows of `picture`, in place of what `pixels` had: radiance times `scale`, tone-mapped, in
+/// sRGB times alpha. The twin of `show` in `shaders/pass/display.wgsl`.
+pub fn levels(picture: &Picture, (scale, tone_map): (f32, ToneMap), pixels: &mut Vec<[u8; 4]>) {
     pixels.resize(picture.rgba.len(), [0; 4]);
     let width = picture.width.max(1) as usize;
     let rows = pixels

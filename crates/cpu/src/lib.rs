@@ -54,7 +54,7 @@ mod visible;
 mod voxelise;
 
 pub use data_layers::{coverage, data_layers};
-pub use interactive::{Display, InteractiveRenderer};
+pub use interactive::{Display, InteractiveRenderer, levels};
 pub use renderer::CpuRenderer;
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;

@@ -7,9 +7,10 @@ use exr::prelude::{AttributeValue, FlatSamples, ReadChannels, ReadLayers, Text, 
 use strandlight_formats::content_hash;
 use strandlight_images::exr_file::Channel;
 
+use super::camera::MAX_SAMPLES;
 use super::exact::{has_all_sums, most_channels, read_all_sums, read_bits};
 use super::file_error::FileError;
-use super::film::{Film, MAX_SAMPLES};
+use super::film::Film;
 use super::spans::spans_of;
 use super::stored::Stored;
 

@@ -1,19 +1,28 @@
 //! The light from outside, for tracing paths: its radiance, and directions drawn by it.
 
+mod cumulative;
+#[cfg(feature = "files")]
+mod map_sampler;
+
 use std::f64::consts::PI;
 
 use glam::Vec3;
 use strandlight_formats::SrbfLight;
 use strandlight_scene::volume::power;
 
-use strandlight_images::{LatLong, Map};
 use strandlight_scattering::random::SplitMix64;
+
+use cumulative::{Cumulative, mean};
+
+#[cfg(feature = "files")]
+pub use map_sampler::MapSampler;
 
 /// Light from infinitely far.
 pub enum Environment {
     /// A sum of spherical Gaussians.
     Lights(LightSampler),
     /// A map, constant over each pixel.
+    #[cfg(feature = "files")]
     Map(MapSampler),
 }
 
@@ -34,6 +43,7 @@ impl Environment {
     pub fn radiance(&self, omega: Vec3) -> ([f32; 3], f32) {
         match self {
             Environment::Lights(lights) => lights.radiance(omega),
+            #[cfg(feature = "files")]
             Environment::Map(map) => map.radiance(omega),
         }
     }
@@ -61,6 +71,7 @@ impl Environment {
     pub fn at(&self, u: [f64; 3]) -> Option<Emitted> {
         let direction = match self {
             Environment::Lights(lights) => lights.direction_at(u)?,
+            #[cfg(feature = "files")]
             Environment::Map(map) => map.direction_at(u)?,
         };
         let (radiance, pdf) = self.radiance(direction);
@@ -69,38 +80,6 @@ impl Environment {
             radiance,
             pdf,
         })
-    }
-}
-
-fn mean(rgb: [f32; 3]) -> f64 {
-    rgb.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0
-}
-
-/// Running sums of `weights`, from which items are drawn in proportion; black ones never.
-struct Cumulative(Vec<f64>);
-
-impl Cumulative {
-    fn new(weights: impl Iterator<Item = f64>) -> Self {
-        let mut sum = 0.0;
-        Cumulative(
-            weights
-                .map(|weight| {
-                    sum += weight;
-                    sum
-                })
-                .collect(),
-        )
-    }
-
-    fn total(&self) -> f64 {
-        self.0.last().copied().unwrap_or(0.0)
-    }
-
-    /// The first item whose running sum exceeds `u` (0..1) of the total.
-    fn pick(&self, u: f64) -> usize {
-        let target = u * self.total();
-        let found = self.0.partition_point(|&sum| sum <= target);
-        found.min(self.0.len().saturating_sub(1))
     }
 }
 
@@ -160,77 +139,11 @@ impl LightSampler {
     }
 }
 
-/// A map, its pixels drawn by power.
-pub struct MapSampler {
-    pixels: Vec<[f32; 3]>,
-    grid: LatLong,
-    /// Running sums over the pixels of each row, rows one after another.
-    powers: Cumulative,
-    /// Cosine and sine of the map's turn about +Y.
-    turn: (f32, f32),
-}
-
-impl MapSampler {
-    /// `map` turned by `turn` radians about +Y, its radiance times `intensity`.
-    pub fn new(map: &Map, turn: f32, intensity: f32) -> Self {
-        let grid = map.grid();
-        let pixels: Vec<[f32; 3]> = map
-            .pixels()
-            .iter()
-            .map(|pixel| pixel.map(|x| x * intensity))
-            .collect();
-        let power =
-            |(ix, pixel): (usize, &[f32; 3])| mean(*pixel) * grid.solid_angle(ix / grid.width);
-        MapSampler {
-            powers: Cumulative::new(pixels.iter().enumerate().map(power)),
-            pixels,
-            grid,
-            turn: (turn.cos(), turn.sin()),
-        }
-    }
-
-    fn radiance(&self, omega: Vec3) -> ([f32; 3], f32) {
-        let (cos, sin) = self.turn;
-        let unturned = [
-            cos * omega.x - sin * omega.z,
-            omega.y,
-            sin * omega.x + cos * omega.z,
-        ];
-        let [x, y] = self.grid.position(unturned.map(f64::from));
-        let i = (x as usize).min(self.grid.width - 1);
-        let j = (y as usize).min(self.grid.height - 1);
-        let pixel = self.pixels[j * self.grid.width + i];
-        let total = self.powers.total();
-        let pdf = if total > 0.0 {
-            mean(pixel) / total
-        } else {
-            0.0
-        };
-        (pixel, pdf as f32)
-    }
-
-    fn direction_at(&self, u: [f64; 3]) -> Option<Vec3> {
-        let total = self.powers.total();
-        if !(total > 0.0 && total.is_finite()) {
-            return None;
-        }
-        let ix = self.powers.pick(u[0]);
-        let (i, j) = (ix % self.grid.width, ix / self.grid.width);
-        let x = i as f64 + u[1];
-        // Evenly in the sine of the latitude.
-        let sin_at = |y: f64| (PI * (0.5 - y / self.grid.height as f64)).sin();
-        let share = u[2];
-        let sin = sin_at(j as f64) * (1.0 - share) + sin_at(j as f64 + 1.0) * share;
-        let y = (0.5 - sin.clamp(-1.0, 1.0).asin() / PI) * self.grid.height as f64;
-        let [a, b, c] = self.grid.direction(x, y).map(|x| x as f32);
-        let (cos, sin) = self.turn;
-        Some(Vec3::new(cos * a + sin * c, b, cos * c - sin * a).normalize())
-    }
-}
-
-#[cfg(test)]
+#[cfg(all(test, feature = "files"))]
 mod tests {
     use super::*;
+
+    use strandlight_images::Map;
 
     fn lights() -> Environment {
         let light = |direction: [f32; 3], lambda, rgb| SrbfLight {

@@ -1,22 +1,18 @@
-//! Camera rays, and the sums of what they see.
+//! Sums of what camera rays see.
 
 use std::ops::Add;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scene::PreparedScene;
-use strandlight_scene::camera::{ViewUniform, view_uniform};
+use strandlight_scene::camera::view_uniform;
 
+use super::camera::{MAX_SAMPLES, camera_ray};
 use super::compare::Layer;
-use super::integrator::{CameraRay, Integrator, Layers};
+use super::integrator::{Integrator, Layers};
 use super::spans::{Span, push, spans_of};
-use crate::rays::Start;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::background::background_at;
-
-/// Most samples of a pixel.
-pub const MAX_SAMPLES: u32 = 1 << 24;
 
 /// Sums over a pixel's samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -245,37 +241,4 @@ impl Add for Pixel {
             squares: rgb(self.squares, other.squares),
         }
     }
-}
-
-/// The ray of one sample of the pixel whose upper left corner is `at`.
-pub(super) fn camera_ray(
-    view: &ViewUniform,
-    at: [f64; 2],
-    pixel_key: u64,
-    sample: u32,
-) -> CameraRay {
-    let [x, y] = in_pixel(pixel_key, sample);
-    let [x, y] = [at[0] + x, at[1] + y];
-    let across = (x - 0.5 * f64::from(view.size[0])) as f32;
-    let upwards = (0.5 * f64::from(view.size[1]) - y) as f32;
-    let forward = Vec3::from(view.forward);
-    let direction =
-        (forward * view.focal_px + Vec3::from(view.right) * across + Vec3::from(view.up) * upwards)
-            .normalize();
-    let mut start = Start::camera(Vec3::from(view.eye));
-    start.t_min = view.near / direction.dot(forward).max(1e-6);
-    CameraRay {
-        start,
-        direction,
-        pixel_key,
-        sample,
-    }
-}
-
-/// Point `sample` in the unit square of a sequence that fills it evenly, turned by `key`.
-fn in_pixel(key: u64, sample: u32) -> [f64; 2] {
-    // 1/g and 1/g^2, g the plastic number (g^3 = g + 1).
-    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-    let mut turn = SplitMix64(key);
-    STEPS.map(|step| (turn.uniform(0.0, 1.0) + f64::from(sample) * step).fract())
 }

@@ -13,6 +13,9 @@
 //! width, lit as seen from the axis. Geometry is f32, light f64. Every random number is a hash of
 //! seed, pixel and sample, so neither threads nor runs matter.
 //!
+//! Without the feature `files` there are no files, no comparison and no maps: what a viewer needs to go to
+//! ground truth.
+//!
 //! ```
 //! use strandlight_reference::compare::{Layer, compare};
 //!
@@ -23,37 +26,49 @@
 //! ```
 
 mod backdrop;
+mod camera;
+#[cfg(feature = "files")]
 pub mod compare;
 #[doc(hidden)]
 pub mod converge;
+#[cfg(feature = "files")]
 mod decode;
 mod directional;
 #[doc(hidden)]
 pub mod environment;
+#[cfg(feature = "files")]
 mod exact;
 mod fibre_tables;
 mod fibres;
+#[cfg(feature = "files")]
 mod file;
+#[cfg(feature = "files")]
 mod file_error;
+#[cfg(feature = "files")]
 mod film;
 mod frame;
 mod integrator;
 mod mesh_rays;
+#[cfg(feature = "files")]
 mod part;
 mod path;
 mod ray_shoot;
 #[doc(hidden)]
 pub mod rays;
+#[cfg(feature = "files")]
 mod spans;
+#[cfg(feature = "files")]
 mod stored;
 mod surface;
-#[cfg(test)]
+#[cfg(all(test, feature = "files"))]
 mod tests;
 mod traced_scene;
 mod world;
 
 #[doc(hidden)]
 pub use backdrop::Backdrop;
+#[doc(hidden)]
+pub use camera::MAX_SAMPLES;
 #[doc(hidden)]
 pub use directional::Directional;
 #[doc(hidden)]
@@ -62,24 +77,29 @@ pub use environment::Environment;
 pub use fibre_tables::FibreTables;
 #[doc(hidden)]
 pub use fibres::{Averages, AveragesAt, Fibres, Painted};
+#[cfg(feature = "files")]
 #[doc(hidden)]
 pub use file::{MAP, OPTIONS, ReferenceFile};
+#[cfg(feature = "files")]
 #[doc(hidden)]
 pub use file_error::FileError;
+#[cfg(feature = "files")]
 #[doc(hidden)]
-pub use film::{Film, MAX_SAMPLES};
+pub use film::Film;
 #[doc(hidden)]
 pub use frame::Frame;
 #[doc(hidden)]
 pub use integrator::{CameraRay, Integrator, Layers, Method};
 #[doc(hidden)]
 pub use mesh_rays::MeshRays;
+#[cfg(feature = "files")]
 #[doc(hidden)]
 pub use part::{PartInfo, PartsError, ReferencePart, order_of_parts};
 #[doc(hidden)]
 pub use path::{Estimator, MAX_EVENTS, PathTracer, ROULETTE_FROM, Traced};
 #[doc(hidden)]
 pub use ray_shoot::{Densities, RayShoot};
+#[cfg(feature = "files")]
 #[doc(hidden)]
 pub use spans::samples_of_part;
 #[doc(hidden)]

@@ -16,6 +16,8 @@
 
 mod choice;
 mod error;
+#[cfg(not(target_arch = "wasm32"))]
+mod ground_truth;
 mod interactive;
 #[cfg(not(target_arch = "wasm32"))]
 #[doc(hidden)]
@@ -38,6 +40,8 @@ pub mod work;
 
 pub use choice::{BackendChoice, Chosen, CpuReason};
 pub use error::{KeyError, ScriptError, SessionError, StepError};
+#[cfg(not(target_arch = "wasm32"))]
+pub use ground_truth::{TruthError, TruthProgress};
 pub use interactive::{Display, InteractiveBackend};
 pub use session::Session;
 pub use viewer::Viewer;

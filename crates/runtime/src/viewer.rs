@@ -9,10 +9,12 @@ use std::time::Duration;
 
 use glam::Vec3;
 use serde_json::{Map, Value};
-use strandlight_formats::Scene;
+use strandlight_formats::{Background, Scene};
 
 use crate::choice::{BackendChoice, Chosen, CpuReason};
 use crate::error::SessionError;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::ground_truth::{self, GroundTruth, Subject, TruthError, TruthProgress};
 use crate::interactive::{Display, InteractiveBackend};
 use crate::session::{Change, Edits, Saved, Session, section_of};
 use strandlight_cpu::InteractiveRenderer;
@@ -48,6 +50,9 @@ pub struct Viewer<B: Backend + ?Sized = dyn InteractiveBackend> {
     picker: Option<Picker>,
     /// The stroke that is being made.
     active_stroke: Option<ActiveStroke>,
+    /// Where the picture goes on to ground truth.
+    #[cfg(not(target_arch = "wasm32"))]
+    ground_truth: Option<GroundTruth>,
 }
 
 impl Viewer {
@@ -109,6 +114,9 @@ impl Viewer {
     /// # Errors
     /// As [`Backend::set_size`].
     pub fn set_window(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
+        if self.window != Some(size) {
+            self.truth_is_outdated();
+        }
         self.window = Some(size);
         self.renderer.set_size(size)
     }
@@ -122,6 +130,7 @@ impl Viewer {
         if self.renderer.device().is_none() {
             return Ok(());
         }
+        self.truth_is_outdated();
         let scene = unmuted_scene(&self.session)?;
         self.renew_on(scene, |renderer, scene| renderer.set_device(context, scene))
     }
@@ -131,12 +140,86 @@ impl Viewer {
     /// # Errors
     /// As there.
     pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
-        self.renderer.advance(budget)
+        let progress = self.renderer.advance(budget)?;
+        #[cfg(not(target_arch = "wasm32"))]
+        self.go_to_ground_truth(&progress)?;
+        Ok(progress)
     }
 
-    /// See [`InteractiveBackend::display`].
+    /// See [`InteractiveBackend::display`]; or the picture on its way to ground truth.
     pub fn display(&self) -> Display<'_> {
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(display) = self.ground_truth.as_ref().and_then(GroundTruth::display) {
+            return Display::Pixels(display);
+        }
         self.renderer.display()
+    }
+
+    /// Lets the picture go on to ground truth once it is finished and as long as nothing changes, or no
+    /// longer.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn set_ground_truth(&mut self, is_wanted: bool) {
+        self.ground_truth = is_wanted.then(GroundTruth::default);
+    }
+
+    /// How far it is to ground truth; `None` where that is not wanted.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn ground_truth(&self) -> Option<Result<TruthProgress, &TruthError>> {
+        let truth = self.ground_truth.as_ref()?;
+        Some(truth.error().map_or(Ok(truth.progress()), Err))
+    }
+
+    /// When [`Viewer::advance`] has something new without any edit, about; `None` for never.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn next_truth(&self) -> Option<Duration> {
+        let truth = self.ground_truth.as_ref()?;
+        truth.is_working().then_some(ground_truth::PERIOD)
+    }
+
+    /// Starts to trace the picture once it is finished, and takes up what was traced.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn go_to_ground_truth(&mut self, progress: &Progress) -> Result<(), RenderError> {
+        let size = self.size();
+        let Some(truth) = &mut self.ground_truth else {
+            return Ok(());
+        };
+        if truth.wants_subject(progress) {
+            let scene = self.renderer.scene();
+            match GroundTruth::check(scene, size) {
+                Err(error) => truth.refuse(error),
+                Ok(()) => {
+                    let subject = self.subject(size)?;
+                    if let Some(truth) = &mut self.ground_truth {
+                        truth.start(subject);
+                    }
+                }
+            }
+        }
+        let scene = self.renderer.scene();
+        let grade = (scene.exposure, scene.tone_map);
+        if let Some(truth) = &mut self.ground_truth {
+            truth.follow(grade);
+        }
+        Ok(())
+    }
+
+    /// The finished picture, over nothing, and what it shows.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn subject(&mut self, size: [u32; 2]) -> Result<Subject, RenderError> {
+        let renderer = &mut self.renderer;
+        let mut scene = renderer.scene().clone();
+        let (exposure, tone_map) = (scene.exposure, scene.tone_map);
+        renderer.set_grade(exposure, tone_map, Background::None);
+        let drawn = renderer.render(size, scene.samples, &|_| ());
+        renderer.set_grade(exposure, tone_map, scene.background);
+        // A device bends hair in the wind for itself.
+        if let (Some(motion @ Motion::Wind(_)), Some(_)) = (&mut self.motion, renderer.device()) {
+            scene.strands = motion.strands_at(&scene.strands, self.time)?.into();
+        }
+        Ok(Subject {
+            fast: drawn?.0,
+            scene,
+        })
     }
 
     /// See [`InteractiveBackend::report`].
@@ -173,6 +256,8 @@ impl<B: Backend + ?Sized> Viewer<B> {
             changes: Change::everything(),
             picker: None,
             active_stroke: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            ground_truth: None,
         };
         viewer.set_light_colors()?;
         viewer.move_hair()?;
@@ -227,15 +312,30 @@ impl<B: Backend + ?Sized> Viewer<B> {
         scene.camera = Some(section_of(&view));
         scene.validate().map_err(SceneError::from)?;
         self.view = Some(view);
-        self.renderer.set_camera(view);
+        self.show_view(view);
         Ok(())
+    }
+
+    fn show_view(&mut self, view: Camera) {
+        if self.renderer.scene().camera != view {
+            self.truth_is_outdated();
+            self.renderer.set_camera(view);
+        }
+    }
+
+    /// What is shown is another picture from now on.
+    fn truth_is_outdated(&mut self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(truth) = &mut self.ground_truth {
+            truth.outdated();
+        }
     }
 
     /// Looks from the scene's camera again.
     pub fn reset_view(&mut self) {
         self.view = None;
         let camera = self.scene_camera();
-        self.renderer.set_camera(camera);
+        self.show_view(camera);
     }
 
     /// Is the picture seen from elsewhere than the scene has it?
@@ -430,6 +530,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
 
     /// Moves the hair to where it is at the time.
     fn move_hair(&mut self) -> Result<(), RenderError> {
+        if self.motion.is_some() {
+            self.truth_is_outdated();
+        }
         let renderer = &mut self.renderer;
         match &mut self.motion {
             Some(Motion::Wind(section)) => {
@@ -489,6 +592,12 @@ impl<B: Backend + ?Sized> Viewer<B> {
         }
         if change.has(Edits::CAMERA) {
             self.view = None;
+        }
+        // How it is graded can change while it goes on.
+        let of_picture = Edits::all() - (Edits::GRADE | Edits::SAMPLES | Edits::LABEL);
+        let background = self.session.scene().render.background;
+        if change.has(of_picture) || background != self.renderer.scene().background {
+            self.truth_is_outdated();
         }
         let has_motion = self.motion.is_some();
         if change.inputs().is_all() || change.has(Edits::DIAMETER) && has_motion {

@@ -5,6 +5,7 @@ mod circles;
 mod cpu_edits;
 mod edit;
 mod golden_pictures;
+mod ground_truth;
 mod invalid_parameters;
 mod invalidation;
 mod mesh;

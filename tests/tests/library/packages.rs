@@ -47,3 +47,12 @@ fn preparing_a_scene_takes_no_gpu() {
         assert!(!has(&tree, "wgpu"), "{package}: {tree}");
     }
 }
+
+#[test]
+fn the_viewer_takes_paths_to_ground_truth_but_no_openexr() {
+    let tree = dependencies("strandlight-runtime", &[]);
+    assert!(has(&tree, "strandlight-reference"), "{tree}");
+    for package in ["exr", "strandlight-images", "clap"] {
+        assert!(!has(&tree, package), "{package} in {tree}");
+    }
+}

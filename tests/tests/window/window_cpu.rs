@@ -118,6 +118,54 @@ fn a_finished_picture_of_the_cpu_is_left_alone() {
     view.assert_at_rest("edited");
 }
 
+/// Of the last line on ground truth: samples and expected error.
+fn truth(events: &[Value]) -> Option<(u64, Option<f64>)> {
+    let line = events.iter().rfind(|event| event["event"] == "truth")?;
+    Some((line["samples"].as_u64()?, line["relative_error"].as_f64()))
+}
+
+#[test]
+fn the_finished_picture_goes_on_to_ground_truth_on_both_renderers() {
+    for backend in ["cpu", "gpu"] {
+        let (desktop, scene) = (Desktop::start(), SmallScene::new());
+        let mut view = View::open(&desktop, &scene.path, &["--backend", backend]);
+        let fast = view.without_mouse();
+
+        view.key("g");
+        let is_traced = |events: &[Value]| truth(events).is_some_and(|(samples, _)| samples >= 8);
+        view.wait_for("8 samples", is_traced);
+        assert!(view.has_place("Ground truth"), "the status line tells");
+        let (samples, error) = truth(&view.events()).expect("traced");
+        let error = error.expect("an error");
+        assert!(error > 0.0 && error < 0.5, "{backend}: {samples}, {error}");
+        let traced = view.without_mouse();
+        assert!(traced.difference(&fast) > SAME, "{backend}: nothing shows");
+
+        // Looking from elsewhere goes back to fast pictures, which are traced in turn.
+        let middle = view.middle("View");
+        view.drag(1, middle, [60, 20]);
+        let is_back = |events: &[Value]| {
+            let view = events.iter().rposition(|event| event["event"] == "view");
+            let rest = view.map_or(&[][..], |view| &events[view..]);
+            let lines = rest.iter().filter(|event| event["event"] == "truth");
+            let mut samples = lines.filter_map(|line| line["samples"].as_u64());
+            // From the start again.
+            samples.find(|&samples| samples > 0) == Some(2)
+                && truth(rest).is_some_and(|(samples, _)| samples >= 4)
+        };
+        view.wait_for("samples of another view", is_back);
+
+        // Back, and off: the picture of before, and nothing to do.
+        view.after("view", |view| view.key("Home"));
+        view.after("ground_truth", |view| view.key("g"));
+        view.settle();
+        view.without_mouse().assert_same(&fast);
+        assert!(!view.has_place("Ground truth"));
+        view.assert_at_rest("off again");
+        view.close();
+    }
+}
+
 #[test]
 fn without_a_hardware_gpu_the_cpu_draws_and_the_window_says_why() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());

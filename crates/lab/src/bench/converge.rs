@@ -231,7 +231,7 @@ pub fn converge(
         let mut core_seconds = Some(0.0);
         for ((&samples, point), sums) in options.samples.iter().zip(&mut points).zip(&mut sums) {
             let more = samples - convergence.samples();
-            let (_, seconds) = clocked(|| convergence.trace(&base, &tracer, more, &|_| ()));
+            let (_, seconds) = clocked(|| convergence.trace(&base, &tracer, more));
             core_seconds = core_seconds.zip(seconds).map(|(sum, more)| sum + more);
             let converged = convergence.converged();
             point.samples = samples;
@@ -277,7 +277,7 @@ fn estimate(
     seeds: &mut SplitMix64,
 ) -> (Picture, Vec<[f32; 3]>) {
     let mut convergence = Convergence::new(fast.clone(), scene, seeds.next_u64());
-    convergence.trace(scene, tracer, samples, &|_| ());
+    convergence.trace(scene, tracer, samples);
     convergence.plain()
 }
 

@@ -14,15 +14,13 @@ mod shrink;
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use rayon::prelude::*;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::camera::view_uniform;
 use strandlight_scene::{Picture, PreparedScene};
 
 use crate::backdrop::Backdrop;
-use crate::film::{MAX_SAMPLES, camera_ray};
+use crate::camera::{MAX_SAMPLES, camera_ray};
 use crate::integrator::Integrator;
 use shrink::{Field, Shrunk, shrink};
 
@@ -104,19 +102,29 @@ impl Convergence {
         self.n_samples
     }
 
-    /// Adds `n_samples` samples of what `scene`'s camera sees to each pixel that shows anything.
-    /// `observer` receives the share that is done, by any thread. The samples of two calls are those
-    /// of one, whatever the number of threads.
+    /// Adds `n_samples` samples of what `scene`'s camera sees to each pixel that shows anything. The
+    /// samples of two calls are those of one, whatever the number of threads.
     ///
     /// # Panics
     /// If there would be more than [`MAX_SAMPLES`].
-    pub fn trace(
+    pub fn trace(&mut self, scene: &PreparedScene, integrator: &dyn Integrator, n_samples: u32) {
+        // It always is.
+        let _ = self.trace_while(scene, integrator, n_samples, &|| true);
+    }
+
+    /// [`Convergence::trace`] as long as it `is_wanted`, which any thread asks every few milliseconds.
+    /// Answers [`None`] where it was no longer: then some pixels have more samples than others, and
+    /// nothing can be done with them.
+    ///
+    /// # Panics
+    /// As [`Convergence::trace`].
+    pub fn trace_while(
         &mut self,
         scene: &PreparedScene,
         integrator: &dyn Integrator,
         n_samples: u32,
-        observer: &(dyn Fn(f64) + Sync),
-    ) {
+        is_wanted: &(dyn Fn() -> bool + Sync),
+    ) -> Option<()> {
         assert!(
             n_samples <= MAX_SAMPLES - self.n_samples,
             "too many samples"
@@ -125,14 +133,15 @@ impl Convergence {
         let width = self.fast.width as usize;
         let size = [self.fast.width, self.fast.height];
         let view = view_uniform(&scene.camera, &scene.strands, size, 1.0);
-        let done = AtomicU64::new(0);
-        let n_pixels = self.pixels.len().max(1) as f64;
         let (fast, behind, seed) = (&self.fast.rgba, &self.behind, self.seed);
         self.pixels
             .par_chunks(64)
             .zip(self.sums.par_chunks_mut(64))
-            .for_each(|(pixels, sums)| {
+            .try_for_each(|(pixels, sums)| {
                 for (&pixel, sums) in pixels.iter().zip(sums) {
+                    if !is_wanted() {
+                        return None;
+                    }
                     let ix = pixel as usize;
                     let at = [ix % width, ix / width].map(|x| x as f64);
                     let behind = behind[ix].unwrap_or_default().map(f64::from);
@@ -157,11 +166,10 @@ impl Convergence {
                         }
                     }
                 }
-                let n = pixels.len() as u64;
-                let done = done.fetch_add(n, Ordering::Relaxed) + n;
-                observer(done as f64 / n_pixels);
-            });
+                Some(())
+            })?;
         self.n_samples += n_samples;
+        Some(())
     }
 
     /// The mean of the samples, noise and all, and its variance in each pixel: pictures without any

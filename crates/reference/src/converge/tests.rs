@@ -99,7 +99,7 @@ fn without_noise_it_is_the_mean_of_the_samples() {
     film.expose(&scene, &noisy, 256, 5, &|_| ());
     let mut convergence = Convergence::new(fast, &scene, 5);
     // The same in each sequence: there is no noise.
-    convergence.trace(&scene, &noisy, 256, &|_| ());
+    convergence.trace(&scene, &noisy, 256);
     for sums in &mut convergence.sums {
         let mean = [0, 1, 2].map(|c: usize| sums.0.iter().map(|sum| sum[c]).sum::<f64>() / 4.0);
         sums.0 = [mean; 4];
@@ -137,7 +137,7 @@ fn noise_never_adds_more_than_it_mends() {
         (&wrong, 256),
     ] {
         let mut convergence = Convergence::new(fast.clone(), &scene, 9);
-        convergence.trace(&scene, &noisy, samples, &|_| ());
+        convergence.trace(&scene, &noisy, samples);
         let converged = convergence.converged();
         let before = relative_error(fast, &truth);
         let after = relative_error(&converged.picture, &truth);
@@ -171,7 +171,7 @@ fn expected_errors_are_those_that_are_found() {
         let (mut inside, mut n_tiles) = (0, 0);
         for seed in 0..16 {
             let mut convergence = Convergence::new(fast.clone(), &scene, seed);
-            convergence.trace(&scene, &noisy, samples, &|_| ());
+            convergence.trace(&scene, &noisy, samples);
             let converged = convergence.converged();
             found += block_error(&converged.picture, &truth);
             expected += converged.relative_error.powi(2) * block_norm(&converged.picture);
@@ -212,7 +212,7 @@ fn samples_of_two_calls_are_those_of_one() {
         pool.unwrap().install(|| {
             let mut convergence = Convergence::new(fast.clone(), &scene, 3);
             for &n in parts {
-                convergence.trace(&scene, &tracer, n, &|_| ());
+                convergence.trace(&scene, &tracer, n);
             }
             convergence.converged()
         })

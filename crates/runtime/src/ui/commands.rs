@@ -143,6 +143,7 @@ impl Workspace {
                 }
                 self.state.looks.is_wiping = !self.state.looks.is_wiping;
             }
+            Command::GroundTruth => self.toggle_ground_truth(),
             Command::CopyLook => self.copy_look(),
             Command::PasteLook => self.paste_look(),
             Command::Reload => self.reload(),
@@ -251,6 +252,24 @@ impl Workspace {
         let name = self.state.looks.keep(look, shown);
         self.say(&format!("Kept the look as {name}"));
         self.log.write("kept", json!({ "name": name }));
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn toggle_ground_truth(&mut self) {
+        let is_wanted = self.viewer.ground_truth().is_none();
+        self.viewer.set_ground_truth(is_wanted);
+        self.truth = None;
+        self.log
+            .write("ground_truth", json!({ "is_wanted": is_wanted }));
+        self.say(match is_wanted {
+            true => "The finished picture goes on to ground truth while nothing changes",
+            false => "Back to the fast picture",
+        });
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn toggle_ground_truth(&mut self) {
+        self.say("Ground truth needs strandview on a desktop");
     }
 
     fn swap_look(&mut self) {

@@ -49,6 +49,8 @@ pub enum Command {
     CopyLook,
     /// Puts on a look that was copied as text.
     PasteLook,
+    /// Lets the finished picture go on to ground truth, or no longer.
+    GroundTruth,
     /// Shows or hides the panel.
     Panel,
     /// Switches between painting and orbiting.
@@ -97,7 +99,7 @@ impl Side {
 }
 
 /// Keys and what they do.
-pub const KEYS: [(Modifiers, Key, Command, &str); 35] = {
+pub const KEYS: [(Modifiers, Key, Command, &str); 36] = {
     const NONE: Modifiers = Modifiers::NONE;
     const SHIFT: Modifiers = Modifiers::SHIFT;
     const ALT: Modifiers = Modifiers::ALT;
@@ -173,6 +175,12 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 35] = {
             Key::W,
             Command::Wipe,
             "Wipe: the look that was kept on the left",
+        ),
+        (
+            NONE,
+            Key::G,
+            Command::GroundTruth,
+            "Go on to ground truth by path tracing, or stop",
         ),
         (NONE, Key::Tab, Command::Panel, "Show or hide the panel"),
         (

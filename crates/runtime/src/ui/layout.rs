@@ -521,6 +521,14 @@ fn menus(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiO
             entry(ui, name, true, Command::Look(side));
         }
         ui.separator();
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            let text = match input.viewer.ground_truth() {
+                None => "Go on to ground truth",
+                Some(_) => "Stop at the fast picture",
+            };
+            entry(ui, text, true, Command::GroundTruth);
+        }
         entry(ui, "Panel", true, Command::Panel);
     });
     changes.place("File menu", &file.response);
@@ -554,6 +562,11 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Chang
                 .fill(theme::ACCENT),
         );
         ui.label(RichText::new(what).small());
+        if let Some((text, help)) = ground_truth(input.viewer) {
+            let label = ui.label(RichText::new(text).small());
+            changes.place("Ground truth", &label);
+            label.on_hover_text(help);
+        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if !is_narrow {
                 let session = input.viewer.session();
@@ -578,6 +591,34 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Chang
             });
         });
     });
+}
+
+/// How far the picture is to ground truth, where that is wanted, and what that means.
+#[cfg(not(target_arch = "wasm32"))]
+fn ground_truth(viewer: &Viewer) -> Option<(String, String)> {
+    let help = "Path tracing corrects the finished picture while nothing changes. The error is the relative \
+                RMSE over blocks of 4x4 pixels that is to be expected";
+    Some(match viewer.ground_truth()? {
+        Err(error) => ("no ground truth".to_owned(), error.to_string()),
+        Ok(truth) if truth.samples == 0 => ("ground truth: starting".to_owned(), help.to_owned()),
+        Ok(truth) => {
+            let [error, of_fast] =
+                [truth.relative_error, truth.relative_error_of_fast].map(|error| 100.0 * error);
+            let verb = if truth.is_done { "done" } else { "tracing" };
+            (
+                format!(
+                    "ground truth: {verb}, {} samples, expected error {error:.1} %",
+                    truth.samples
+                ),
+                format!("{help}; of the fast picture {of_fast:.1} %"),
+            )
+        }
+    })
+}
+
+#[cfg(target_arch = "wasm32")]
+fn ground_truth(_: &Viewer) -> Option<(String, String)> {
+    None
 }
 
 /// Which renderer draws, and why.

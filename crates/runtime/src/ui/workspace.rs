@@ -25,6 +25,8 @@ use super::settings::Settings;
 use super::theme;
 use super::views::Views;
 use crate::choice::BackendChoice;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::ground_truth::TruthProgress;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::GpuError;
 use strandlight_scene::RenderError;
@@ -72,6 +74,9 @@ pub struct Workspace {
     #[cfg(not(target_arch = "wasm32"))]
     pub(super) look_job: Option<LookJob>,
     pub(super) progress: Progress,
+    /// What was last told of ground truth.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) truth: Option<TruthProgress>,
     pub(super) times: FrameTimes,
     pub(super) last_frame: Instant,
     pub(super) last_look: Instant,
@@ -144,6 +149,8 @@ impl Workspace {
             modifiers: ModifiersState::default(),
             log,
             progress: Progress::default(),
+            #[cfg(not(target_arch = "wasm32"))]
+            truth: None,
             times: FrameTimes::default(),
             last_frame: Instant::now(),
             last_look: Instant::now(),
@@ -352,6 +359,8 @@ impl Workspace {
         if painted == Painted::Presented {
             self.log.write("drawn", json!({}));
             self.note_picture();
+            #[cfg(not(target_arch = "wasm32"))]
+            self.note_truth();
         }
         self.set_title();
         let delay = (output.viewport_output.get(&egui::ViewportId::ROOT))
@@ -370,6 +379,11 @@ impl Workspace {
             true => delay.min(Duration::from_millis(100)),
             false => delay,
         };
+        #[cfg(not(target_arch = "wasm32"))]
+        let delay = self
+            .viewer
+            .next_truth()
+            .map_or(delay, |next| delay.min(next));
         let is_next = match painted {
             Painted::Again => true,
             Painted::Presented => {
@@ -410,6 +424,28 @@ impl Workspace {
                     context.device.destroy();
                 }
                 self.window.request_redraw();
+            }
+        }
+    }
+
+    /// Tells how far the picture on screen is to ground truth, where that is news.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn note_truth(&mut self) {
+        let truth = self.viewer.ground_truth().and_then(Result::ok);
+        if truth != self.truth {
+            self.truth = truth;
+            // The status line was laid out before.
+            self.window.request_redraw();
+            if let Some(truth) = truth {
+                let error = truth.relative_error;
+                self.log.write(
+                    "truth",
+                    json!({
+                        "samples": truth.samples,
+                        "relative_error": error.is_finite().then_some(error),
+                        "is_done": truth.is_done,
+                    }),
+                );
             }
         }
     }

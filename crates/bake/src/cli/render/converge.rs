@@ -74,7 +74,7 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
     let tracer = traced.tracer(&environment);
     let mut convergence = Convergence::new(fast, &prepared, args.seed);
     let converged = pursue(args, start, &mut |n| {
-        convergence.trace(&prepared, &tracer, n, &|_| ());
+        convergence.trace(&prepared, &tracer, n);
         convergence.converged()
     });
 

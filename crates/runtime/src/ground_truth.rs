@@ -1,0 +1,277 @@
+//! From the picture on screen to ground truth: while nothing changes, paths of the exact fibre model
+//! correct the finished picture, in a thread of their own.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use strandlight_cpu::{Display, levels};
+use strandlight_formats::Scattering;
+use strandlight_reference::converge::{Converged, Convergence};
+use strandlight_reference::environment::LightSampler;
+use strandlight_reference::{Environment, MAX_SAMPLES, TracedScene};
+use strandlight_scattering::exact::BcsdfError;
+use strandlight_scene::interactive::Progress;
+use strandlight_scene::tone::ToneMap;
+use strandlight_scene::{Picture, PreparedScene};
+
+/// How long nothing changes before paths are traced: what they need takes a while to make.
+const REST: Duration = Duration::from_millis(400);
+
+/// How often there is something new to show, about.
+pub const PERIOD: Duration = Duration::from_millis(150);
+
+/// Expected error at which the picture is good enough.
+const GOAL: f64 = 0.01;
+
+/// Samples of the next step, at most this share of those there are, and as many as take [`LONGEST`].
+const GROWTH: f64 = 0.5;
+const LONGEST: Duration = Duration::from_millis(1000);
+
+/// Most pixels: some 300 bytes are kept of each.
+const MAX_PIXELS: u64 = 1 << 23;
+
+/// The seed of all samples, that of `strandlight render --converge`.
+const SEED: u64 = 0;
+
+/// How far the picture on screen is from ground truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TruthProgress {
+    /// Samples of each pixel.
+    pub samples: u32,
+    /// Relative RMSE of means over 4x4 pixels that is to be expected; infinite before there are samples.
+    pub relative_error: f64,
+    /// What it was for the picture that the samples correct.
+    pub relative_error_of_fast: f64,
+    /// It is good enough, and nothing is traced any more.
+    pub is_done: bool,
+}
+
+/// What cannot be traced.
+#[derive(Debug, thiserror::Error)]
+pub enum TruthError {
+    /// A part of the light.
+    #[error("ground truth has all scattering, not {} alone", .0.name())]
+    Scattering(Scattering),
+    /// Too many pixels.
+    #[error("ground truth has at most {MAX_PIXELS} pixels; {}x{} is more", .0[0], .0[1])]
+    TooLarge([u32; 2]),
+    /// Fibres without an exact model.
+    #[error(transparent)]
+    Fibres(#[from] BcsdfError),
+}
+
+/// Ground truth of what a [`Viewer`](crate::Viewer) shows, from when it is asked for on.
+#[derive(Default)]
+pub struct GroundTruth {
+    run: Option<Run>,
+    /// Since when nothing changes.
+    rest: Option<Instant>,
+    /// What is shown of the last picture.
+    shown: Option<Shown>,
+    version: u64,
+    /// What is wrong with the scene as it is.
+    error: Option<TruthError>,
+}
+
+/// What is to be corrected.
+pub struct Subject {
+    /// The finished picture, over nothing.
+    pub fast: Picture,
+    /// What it shows.
+    pub scene: PreparedScene,
+}
+
+/// A thread that traces paths until it is no longer wanted.
+struct Run {
+    is_wanted: Arc<AtomicBool>,
+    found: Arc<Mutex<Found>>,
+}
+
+/// What a thread has found so far.
+#[derive(Default)]
+struct Found {
+    converged: Option<Arc<Converged>>,
+    error: Option<BcsdfError>,
+    is_done: bool,
+}
+
+/// A picture as a screen has it.
+struct Shown {
+    converged: Arc<Converged>,
+    grade: (f32, ToneMap),
+    pixels: Vec<[u8; 4]>,
+}
+
+impl GroundTruth {
+    /// What is shown is another thing now.
+    pub fn outdated(&mut self) {
+        (self.run, self.rest, self.shown, self.error) = (None, None, None, None);
+    }
+
+    /// Is the finished picture wanted, to be corrected? `progress` is how far it is.
+    pub fn wants_subject(&mut self, progress: &Progress) -> bool {
+        if !(progress.is_done && progress.is_shown) {
+            self.rest = None;
+            return false;
+        }
+        let rest = *self.rest.get_or_insert_with(Instant::now);
+        self.run.is_none() && self.error.is_none() && rest.elapsed() >= REST
+    }
+
+    /// Can pictures of `scene` in `size` be traced?
+    ///
+    /// # Errors
+    /// Why not, but for fibres without an exact model, which show later.
+    pub fn check(scene: &PreparedScene, size: [u32; 2]) -> Result<(), TruthError> {
+        match scene.scattering() {
+            Scattering::Total if u64::from(size[0]) * u64::from(size[1]) > MAX_PIXELS => {
+                Err(TruthError::TooLarge(size))
+            }
+            Scattering::Total => Ok(()),
+            part => Err(TruthError::Scattering(part)),
+        }
+    }
+
+    /// Traces nothing until something is changed.
+    pub fn refuse(&mut self, error: TruthError) {
+        self.error = Some(error);
+    }
+
+    /// Starts to trace, once [`GroundTruth::wants_subject`].
+    pub fn start(&mut self, subject: Subject) {
+        self.run = Some(Run::start(subject));
+    }
+
+    /// Takes up what was found meanwhile, to be shown with `grade`: exposure in stops and tone map.
+    pub fn follow(&mut self, (exposure, tone_map): (f32, ToneMap)) {
+        let Some(run) = &self.run else {
+            return;
+        };
+        let mut found = run.found.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(error) = found.error.take() {
+            self.error = Some(error.into());
+        }
+        let Some(converged) = found.converged.clone() else {
+            return;
+        };
+        drop(found);
+        let grade = (exposure.exp2(), tone_map);
+        let is_shown =
+            |shown: &Shown| Arc::ptr_eq(&shown.converged, &converged) && shown.grade == grade;
+        if self.shown.as_ref().is_some_and(is_shown) {
+            return;
+        }
+        let mut pixels = self.shown.take().map_or(Vec::new(), |shown| shown.pixels);
+        levels(&converged.picture, grade, &mut pixels);
+        self.version += 1;
+        self.shown = Some(Shown {
+            converged,
+            grade,
+            pixels,
+        });
+    }
+
+    /// The picture; none before there is one.
+    pub fn display(&self) -> Option<Display<'_>> {
+        let shown = self.shown.as_ref()?;
+        let Picture { width, height, .. } = shown.converged.picture;
+        Some(Display {
+            pixels: &shown.pixels,
+            size: [width, height],
+            // None of a renderer's own.
+            version: 1 << 63 | self.version,
+        })
+    }
+
+    /// How far it is.
+    pub fn progress(&self) -> TruthProgress {
+        let is_done = self.run.as_ref().is_some_and(Run::is_done);
+        let of_none = TruthProgress {
+            samples: 0,
+            relative_error: f64::INFINITY,
+            relative_error_of_fast: f64::INFINITY,
+            is_done,
+        };
+        self.shown.as_ref().map_or(of_none, |shown| TruthProgress {
+            samples: shown.converged.samples,
+            relative_error: shown.converged.relative_error,
+            relative_error_of_fast: shown.converged.relative_error_of_fast,
+            is_done,
+        })
+    }
+
+    /// What is wrong with the scene as it is.
+    pub fn error(&self) -> Option<&TruthError> {
+        self.error.as_ref()
+    }
+
+    /// Will there be something new without an edit?
+    pub fn is_working(&self) -> bool {
+        self.error.is_none() && !self.run.as_ref().is_some_and(Run::is_done)
+    }
+}
+
+impl Run {
+    fn start(subject: Subject) -> Run {
+        let run = Run {
+            is_wanted: Arc::new(AtomicBool::new(true)),
+            found: Arc::default(),
+        };
+        let (is_wanted, found) = (run.is_wanted.clone(), run.found.clone());
+        std::thread::spawn(move || trace(subject, &is_wanted, &found));
+        run
+    }
+
+    fn is_done(&self) -> bool {
+        self.found
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .is_done
+    }
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        self.is_wanted.store(false, Ordering::Relaxed);
+    }
+}
+
+/// Traces `subject` until it is good enough or no longer wanted, and tells each picture.
+fn trace(subject: Subject, is_wanted: &AtomicBool, found: &Mutex<Found>) {
+    let tell = |change: &dyn Fn(&mut Found)| {
+        change(&mut found.lock().unwrap_or_else(PoisonError::into_inner));
+    };
+    let Subject { fast, scene } = subject;
+    let environment = Environment::Lights(LightSampler::new(&scene.lights));
+    let traced = match TracedScene::new(&scene) {
+        Ok(traced) => traced,
+        Err(error) => {
+            return tell(&|found| (found.error, found.is_done) = (Some(error.clone()), true));
+        }
+    };
+    let tracer = traced.tracer(&environment);
+    let mut convergence = Convergence::new(fast, &scene, SEED);
+    let mut next = 2;
+    loop {
+        let start = Instant::now();
+        let wanted = || is_wanted.load(Ordering::Relaxed);
+        if convergence
+            .trace_while(&scene, &tracer, next, &wanted)
+            .is_none()
+        {
+            return;
+        }
+        let converged = Arc::new(convergence.converged());
+        let samples = converged.samples;
+        let is_done = converged.relative_error <= GOAL || samples >= MAX_SAMPLES;
+        tell(&|found| (found.converged, found.is_done) = (Some(converged.clone()), is_done));
+        if is_done || !wanted() {
+            return;
+        }
+        let of_one = start.elapsed().as_secs_f64() / f64::from(next);
+        let by_time = LONGEST.as_secs_f64() / of_one.max(1e-9);
+        let by_growth = GROWTH * f64::from(samples);
+        next = (by_time.min(by_growth) as u32).clamp(1, MAX_SAMPLES - samples);
+    }
+}

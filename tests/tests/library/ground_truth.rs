@@ -1,0 +1,164 @@
+//! A viewer whose finished picture goes on to ground truth.
+
+use std::time::{Duration, Instant};
+
+use strandlight_cpu::levels;
+use strandlight_formats::{Background, Scattering};
+use strandlight_reference::converge::Convergence;
+use strandlight_reference::environment::LightSampler;
+use strandlight_reference::{Environment, TracedScene};
+use strandlight_runtime::{
+    BackendChoice, Chosen, CpuReason, Display, Session, TruthProgress, Viewer,
+};
+use strandlight_scene::Backend;
+use strandlight_tests::scenes::{curtain, light, write_small_scene};
+
+const SIZE: [u32; 2] = [40, 30];
+
+fn viewer(folder: &std::path::Path) -> Viewer {
+    let lights = vec![
+        light([-0.6, 0.0, 0.8], 0.2, [20.0, 8.0, 2.0]),
+        light([0.6, 0.0, -0.8], 0.5, [1.0, 2.0, 4.0]),
+    ];
+    let path = write_small_scene(folder, &curtain(80, 5, 0.05, 2.0), lights, |scene| {
+        scene.hair.diameter_cm = Some(0.06);
+        scene.render.size = SIZE;
+        scene.render.background = Background::Color([0.1, 0.2, 0.3]);
+    });
+    let session = Session::open(&path).expect("a scene");
+    let chosen = Chosen::Cpu(CpuReason::Asked);
+    Viewer::choose(BackendChoice::Cpu, chosen, session).expect("the CPU draws it")
+}
+
+/// The pixels that are shown once the picture is finished.
+fn finished(viewer: &mut Viewer) -> Vec<[u8; 4]> {
+    while !viewer
+        .advance(Duration::from_millis(5))
+        .expect("drawn")
+        .is_done
+    {}
+    shown(viewer)
+}
+
+fn shown(viewer: &Viewer) -> Vec<[u8; 4]> {
+    match viewer.display() {
+        Display::Pixels(display) => {
+            assert_eq!(display.size, SIZE);
+            display.pixels.to_vec()
+        }
+        Display::Texture(_) => panic!("the CPU has no textures"),
+    }
+}
+
+/// Waits for `n` samples.
+fn traced(viewer: &mut Viewer, n: u32) -> TruthProgress {
+    let start = Instant::now();
+    loop {
+        viewer.advance(Duration::from_millis(5)).expect("drawn");
+        let truth = viewer.ground_truth().expect("wanted").expect("traced");
+        if truth.samples >= n {
+            return truth;
+        }
+        assert!(start.elapsed() < Duration::from_secs(120), "{truth:?}");
+        assert!(viewer.next_truth().is_some(), "nothing more comes");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn finished_pictures_go_on_to_ground_truth_and_edits_go_back() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut viewer = viewer(folder.path());
+    let fast = finished(&mut viewer);
+    assert!(viewer.ground_truth().is_none() && viewer.next_truth().is_none());
+
+    viewer.set_ground_truth(true);
+    let truth = traced(&mut viewer, 8);
+    assert!(truth.relative_error < truth.relative_error_of_fast);
+    // What is shown are the same samples over the same fast picture, however they were cut up.
+    let mut scene = viewer.prepared().clone();
+    let mut of_fast = strandlight_cpu::CpuRenderer::new(scene.clone());
+    of_fast.set_grade(scene.exposure, scene.tone_map, Background::None);
+    let (picture, _) = of_fast.render(SIZE, 1, &|_| ()).expect("drawn");
+    let environment = Environment::Lights(LightSampler::new(&scene.lights));
+    let expected = |samples: u32, exposure: f32| {
+        let traced = TracedScene::new(&scene).expect("round fibres");
+        let mut convergence = Convergence::new(picture.clone(), &scene, 0);
+        convergence.trace(&scene, &traced.tracer(&environment), samples);
+        let mut pixels = Vec::new();
+        let grade = (exposure.exp2(), scene.tone_map);
+        levels(&convergence.converged().picture, grade, &mut pixels);
+        pixels
+    };
+    assert!(shown(&viewer) == expected(truth.samples, 0.0));
+    assert!(shown(&viewer) != fast);
+
+    // Another exposure is seen at once and traces nothing again.
+    let brighter = viewer.edit("Exposure", |scene| scene.render.exposure = 1.0);
+    brighter.expect("valid");
+    let after = traced(&mut viewer, truth.samples);
+    assert!(shown(&viewer) == expected(after.samples, 1.0));
+    viewer
+        .edit("Exposure", |scene| scene.render.exposure = 0.0)
+        .expect("valid");
+
+    // Another view has a fast picture first.
+    let mut view = viewer.prepared().camera;
+    view.eye.x += 1.0;
+    viewer.set_view(view).expect("a view");
+    let truth = viewer.ground_truth().expect("wanted").expect("traced");
+    assert_eq!(truth.samples, 0);
+    let turned = finished(&mut viewer);
+    assert!(turned != fast);
+    let truth = traced(&mut viewer, 4);
+    scene.camera = view;
+    assert!(truth.samples >= 4 && shown(&viewer) != turned);
+    // And so has other hair.
+    viewer
+        .edit("Colour", |scene| scene.hair.sigma_a = [0.1, 0.5, 1.0])
+        .expect("valid");
+    let truth = viewer.ground_truth().expect("wanted").expect("traced");
+    assert_eq!(truth.samples, 0);
+
+    viewer.set_ground_truth(false);
+    viewer.reset_view();
+    viewer.undo().expect("drawn");
+    assert!(finished(&mut viewer) == fast);
+}
+
+#[test]
+fn what_cannot_be_traced_is_said_until_it_is_changed() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut viewer = viewer(folder.path());
+    viewer.set_ground_truth(true);
+    let mut refused = |change: &dyn Fn(&mut strandlight_formats::Scene), wanted: &str| {
+        viewer.edit("Edit", change).expect("valid");
+        let start = Instant::now();
+        let error = loop {
+            viewer.advance(Duration::from_millis(5)).expect("drawn");
+            match viewer.ground_truth().expect("wanted") {
+                Err(error) => break error.to_string(),
+                Ok(truth) => assert_eq!(truth.samples, 0),
+            }
+            assert!(start.elapsed() < Duration::from_secs(120), "no answer");
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        assert!(error.contains(wanted), "{error}");
+        assert_eq!(viewer.next_truth(), None);
+    };
+    refused(
+        &|scene| scene.render.scattering = Scattering::Single,
+        "not single alone",
+    );
+    refused(
+        &|scene| {
+            scene.render.scattering = Scattering::Total;
+            scene.hair.eccentricity = 1.2;
+        },
+        "eccentricity 1.2",
+    );
+    viewer
+        .edit("Round", |scene| scene.hair.eccentricity = 1.0)
+        .expect("valid");
+    traced(&mut viewer, 2);
+}
