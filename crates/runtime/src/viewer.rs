@@ -9,7 +9,9 @@ use std::time::Duration;
 
 use glam::Vec3;
 use serde_json::{Map, Value};
-use strandlight_formats::{Background, Scene};
+#[cfg(not(target_arch = "wasm32"))]
+use strandlight_formats::Background;
+use strandlight_formats::Scene;
 
 use crate::choice::{BackendChoice, Chosen, CpuReason};
 use crate::error::SessionError;
