@@ -6,3 +6,4 @@ mod window_edit;
 mod window_files;
 mod window_layout;
 mod window_robust;
+mod window_sessions;

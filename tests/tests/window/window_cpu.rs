@@ -27,7 +27,7 @@ fn latency(view: &View, event: &str) -> f64 {
     ms(drawn.expect("it is drawn")) - ms(&rest[0])
 }
 
-fn png(path: &Path) -> Shot {
+pub fn png(path: &Path) -> Shot {
     let bytes = std::fs::read(path).expect("a picture");
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
         .read_info()

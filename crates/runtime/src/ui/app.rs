@@ -96,7 +96,9 @@ impl App {
             Some([width, height]) => PhysicalSize::new(width, height).into(),
             None => LogicalSize::new(1280.0, 720.0).into(),
         };
-        attributes.with_inner_size(size)
+        attributes
+            .with_inner_size(size)
+            .with_min_inner_size(LogicalSize::new(320.0, 240.0))
     }
 
     /// In the page's canvas, whose size is the page's affair.

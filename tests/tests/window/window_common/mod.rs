@@ -164,7 +164,11 @@ impl<'a> View<'a> {
         // Without a file it opens the sample, for somebody in the folder.
         match scene.is_dir() {
             true => command.current_dir(scene),
-            false => command.arg(scene),
+            // What is written without a folder comes beside it.
+            false => match scene.parent() {
+                Some(parent) if scene.is_absolute() => command.arg(scene).current_dir(parent),
+                _ => command.arg(scene),
+            },
         };
         command.arg("--log").arg(&log);
         if !more.contains(&"--size") {
@@ -209,6 +213,13 @@ impl<'a> View<'a> {
         text.lines()
             .filter_map(|line| serde_json::from_str(line).ok())
             .collect()
+    }
+
+    /// Where the document was saved last.
+    pub fn saved(&self) -> Option<PathBuf> {
+        let events = self.events();
+        let saved = events.iter().rfind(|event| event["event"] == "saved")?;
+        Some(PathBuf::from(saved["path"].as_str()?))
     }
 
     /// How often the log has `event`.
