@@ -184,6 +184,11 @@ impl GroundTruth {
         })
     }
 
+    /// What is shown.
+    pub fn converged(&self) -> Option<&Converged> {
+        Some(&self.shown.as_ref()?.converged)
+    }
+
     /// How far it is.
     pub fn progress(&self) -> TruthProgress {
         let is_done = self.run.as_ref().is_some_and(Run::is_done);

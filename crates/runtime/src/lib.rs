@@ -18,6 +18,8 @@ mod choice;
 mod error;
 #[cfg(not(target_arch = "wasm32"))]
 mod ground_truth;
+#[cfg(not(target_arch = "wasm32"))]
+mod inspection;
 mod interactive;
 #[cfg(not(target_arch = "wasm32"))]
 #[doc(hidden)]
@@ -42,6 +44,8 @@ pub use choice::{BackendChoice, Chosen, CpuReason};
 pub use error::{KeyError, ScriptError, SessionError, StepError};
 #[cfg(not(target_arch = "wasm32"))]
 pub use ground_truth::{TruthError, TruthProgress};
+#[cfg(not(target_arch = "wasm32"))]
+pub use inspection::{BANDS, Inspection};
 pub use interactive::{Display, InteractiveBackend};
 pub use session::Session;
 pub use viewer::Viewer;

@@ -4,19 +4,22 @@
 //! of it to recompute, and no more. Windows and pages have an [`InteractiveBackend`], on the GPU or
 //! the CPU; frames of a script can come from any.
 
+#[cfg(not(target_arch = "wasm32"))]
+mod shown;
+
 use std::path::Path;
 use std::time::Duration;
 
 use glam::Vec3;
 use serde_json::{Map, Value};
-#[cfg(not(target_arch = "wasm32"))]
-use strandlight_formats::Background;
 use strandlight_formats::Scene;
 
 use crate::choice::{BackendChoice, Chosen, CpuReason};
 use crate::error::SessionError;
 #[cfg(not(target_arch = "wasm32"))]
-use crate::ground_truth::{self, GroundTruth, Subject, TruthError, TruthProgress};
+use crate::ground_truth::GroundTruth;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::inspection::Inspector;
 use crate::interactive::{Display, InteractiveBackend};
 use crate::session::{Change, Edits, Saved, Session, section_of};
 use strandlight_cpu::InteractiveRenderer;
@@ -55,6 +58,12 @@ pub struct Viewer<B: Backend + ?Sized = dyn InteractiveBackend> {
     /// Where the picture goes on to ground truth.
     #[cfg(not(target_arch = "wasm32"))]
     ground_truth: Option<GroundTruth>,
+    /// What is shown in place of the picture's colours.
+    #[cfg(not(target_arch = "wasm32"))]
+    inspector: Option<Inspector>,
+    /// Another number for every other picture, whatever it is graded with.
+    #[cfg(not(target_arch = "wasm32"))]
+    n_outdated: u64,
 }
 
 impl Viewer {
@@ -117,7 +126,7 @@ impl Viewer {
     /// As [`Backend::set_size`].
     pub fn set_window(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         if self.window != Some(size) {
-            self.truth_is_outdated();
+            self.picture_is_outdated();
         }
         self.window = Some(size);
         self.renderer.set_size(size)
@@ -132,7 +141,7 @@ impl Viewer {
         if self.renderer.device().is_none() {
             return Ok(());
         }
-        self.truth_is_outdated();
+        self.picture_is_outdated();
         let scene = unmuted_scene(&self.session)?;
         self.renew_on(scene, |renderer, scene| renderer.set_device(context, scene))
     }
@@ -144,84 +153,21 @@ impl Viewer {
     pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
         let progress = self.renderer.advance(budget)?;
         #[cfg(not(target_arch = "wasm32"))]
-        self.go_to_ground_truth(&progress)?;
+        {
+            self.go_to_ground_truth(&progress)?;
+            self.inspect(&progress)?;
+        }
         Ok(progress)
     }
 
-    /// See [`InteractiveBackend::display`]; or the picture on its way to ground truth.
+    /// See [`InteractiveBackend::display`]; or the picture on its way to ground truth, or what is inspected
+    /// of it.
     pub fn display(&self) -> Display<'_> {
         #[cfg(not(target_arch = "wasm32"))]
-        if let Some(display) = self.ground_truth.as_ref().and_then(GroundTruth::display) {
-            return Display::Pixels(display);
+        if let Some(display) = self.override_display() {
+            return display;
         }
         self.renderer.display()
-    }
-
-    /// Lets the picture go on to ground truth once it is finished and as long as nothing changes, or no
-    /// longer.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn set_ground_truth(&mut self, is_wanted: bool) {
-        self.ground_truth = is_wanted.then(GroundTruth::default);
-    }
-
-    /// How far it is to ground truth; `None` where that is not wanted.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn ground_truth(&self) -> Option<Result<TruthProgress, &TruthError>> {
-        let truth = self.ground_truth.as_ref()?;
-        Some(truth.error().map_or(Ok(truth.progress()), Err))
-    }
-
-    /// When [`Viewer::advance`] has something new without any edit, about; `None` for never.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub fn next_truth(&self) -> Option<Duration> {
-        let truth = self.ground_truth.as_ref()?;
-        truth.is_working().then_some(ground_truth::PERIOD)
-    }
-
-    /// Starts to trace the picture once it is finished, and takes up what was traced.
-    #[cfg(not(target_arch = "wasm32"))]
-    fn go_to_ground_truth(&mut self, progress: &Progress) -> Result<(), RenderError> {
-        let size = self.size();
-        let Some(truth) = &mut self.ground_truth else {
-            return Ok(());
-        };
-        if truth.wants_subject(progress) {
-            let scene = self.renderer.scene();
-            match GroundTruth::check(scene, size) {
-                Err(error) => truth.refuse(error),
-                Ok(()) => {
-                    let subject = self.subject(size)?;
-                    if let Some(truth) = &mut self.ground_truth {
-                        truth.start(subject);
-                    }
-                }
-            }
-        }
-        let scene = self.renderer.scene();
-        let grade = (scene.exposure, scene.tone_map);
-        if let Some(truth) = &mut self.ground_truth {
-            truth.follow(grade);
-        }
-        Ok(())
-    }
-
-    /// The finished picture, over nothing, and what it shows.
-    #[cfg(not(target_arch = "wasm32"))]
-    fn subject(&mut self, size: [u32; 2]) -> Result<Subject, RenderError> {
-        let renderer = &mut self.renderer;
-        let mut scene = renderer.scene().clone();
-        let (exposure, tone_map) = (scene.exposure, scene.tone_map);
-        renderer.set_grade(exposure, tone_map, Background::None);
-        let drawn = renderer.render(size, scene.samples, &|_| ());
-        renderer.set_grade(exposure, tone_map, scene.background);
-        // A device bends hair in the wind for itself.
-        if let (Some(motion @ Motion::Wind(_)), Some(_)) = (&mut self.motion, renderer.device()) {
-            scene.strands = motion.strands_at(&scene.strands, self.time)?.into();
-        }
-        Ok(Subject {
-            fast: drawn?.0,
-            scene,
-        })
     }
 
     /// See [`InteractiveBackend::report`].
@@ -260,6 +206,10 @@ impl<B: Backend + ?Sized> Viewer<B> {
             active_stroke: None,
             #[cfg(not(target_arch = "wasm32"))]
             ground_truth: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            inspector: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            n_outdated: 0,
         };
         viewer.set_light_colors()?;
         viewer.move_hair()?;
@@ -320,16 +270,19 @@ impl<B: Backend + ?Sized> Viewer<B> {
 
     fn show_view(&mut self, view: Camera) {
         if self.renderer.scene().camera != view {
-            self.truth_is_outdated();
+            self.picture_is_outdated();
             self.renderer.set_camera(view);
         }
     }
 
     /// What is shown is another picture from now on.
-    fn truth_is_outdated(&mut self) {
+    fn picture_is_outdated(&mut self) {
         #[cfg(not(target_arch = "wasm32"))]
-        if let Some(truth) = &mut self.ground_truth {
-            truth.outdated();
+        {
+            self.n_outdated += 1;
+            if let Some(truth) = &mut self.ground_truth {
+                truth.outdated();
+            }
         }
     }
 
@@ -533,7 +486,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// Moves the hair to where it is at the time.
     fn move_hair(&mut self) -> Result<(), RenderError> {
         if self.motion.is_some() {
-            self.truth_is_outdated();
+            self.picture_is_outdated();
         }
         let renderer = &mut self.renderer;
         match &mut self.motion {
@@ -599,7 +552,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         let of_picture = Edits::all() - (Edits::GRADE | Edits::SAMPLES | Edits::LABEL);
         let background = self.session.scene().render.background;
         if change.has(of_picture) || background != self.renderer.scene().background {
-            self.truth_is_outdated();
+            self.picture_is_outdated();
         }
         let has_motion = self.motion.is_some();
         if change.inputs().is_all() || change.has(Edits::DIAMETER) && has_motion {

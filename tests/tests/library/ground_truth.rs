@@ -8,7 +8,7 @@ use strandlight_reference::converge::Convergence;
 use strandlight_reference::environment::LightSampler;
 use strandlight_reference::{Environment, TracedScene};
 use strandlight_runtime::{
-    BackendChoice, Chosen, CpuReason, Display, Session, TruthProgress, Viewer,
+    BackendChoice, Chosen, CpuReason, Display, Inspection, Session, TruthProgress, Viewer,
 };
 use strandlight_scene::Backend;
 use strandlight_tests::scenes::{curtain, light, write_small_scene};
@@ -124,6 +124,54 @@ fn finished_pictures_go_on_to_ground_truth_and_edits_go_back() {
     viewer.reset_view();
     viewer.undo().expect("drawn");
     assert!(finished(&mut viewer) == fast);
+}
+
+#[test]
+fn inspections_are_of_the_picture_and_follow_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut viewer = viewer(folder.path());
+    let picture = finished(&mut viewer);
+    for (inspection, name) in Inspection::ALL {
+        viewer.set_inspection(Some(inspection));
+        let pixels = finished(&mut viewer);
+        if inspection == Inspection::Error {
+            // Nothing tells it yet.
+            assert!(pixels == picture, "{name}");
+            continue;
+        }
+        assert!(pixels != picture, "{name}");
+        let mut colors = pixels.clone();
+        colors.sort_unstable();
+        colors.dedup();
+        assert!(colors.len() > 1, "{name} shows nothing");
+        assert_eq!(
+            inspection.is_of_light(),
+            viewer.readout([20.0, 15.0]).is_some()
+        );
+    }
+    viewer.set_inspection(Some(Inspection::FalseColor));
+    let colors = finished(&mut viewer);
+    // Without hair there is the background: (0.1, 0.2, 0.3) is 0.047 stops above middle grey.
+    let ([r, g, b, a], stops) = viewer.readout([0.5, 0.5]).expect("inspected");
+    assert_eq!([r, g, b, a], [0.1, 0.2, 0.3, 1.0]);
+    assert!((stops - 0.047).abs() < 0.001, "{stops}");
+    assert!(viewer.readout([-1.0, 0.0]).is_none() && viewer.readout([40.0, 0.0]).is_none());
+    viewer
+        .edit("Exposure", |scene| scene.render.exposure = 2.0)
+        .expect("valid");
+    assert!(finished(&mut viewer) != colors);
+    let (_, brighter) = viewer.readout([0.5, 0.5]).expect("inspected");
+    assert!((brighter - stops - 2.0).abs() < 1e-4);
+    viewer.undo().expect("drawn");
+    assert!(finished(&mut viewer) == colors);
+    // The error comes with ground truth.
+    viewer.set_inspection(Some(Inspection::Error));
+    viewer.set_ground_truth(true);
+    traced(&mut viewer, 4);
+    assert!(finished(&mut viewer) != picture);
+    viewer.set_ground_truth(false);
+    viewer.set_inspection(None);
+    assert!(finished(&mut viewer) == picture);
 }
 
 #[test]

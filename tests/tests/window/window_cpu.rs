@@ -167,6 +167,41 @@ fn the_finished_picture_goes_on_to_ground_truth_on_both_renderers() {
 }
 
 #[test]
+fn other_than_colours_is_shown_on_both_renderers() {
+    for backend in ["cpu", "gpu"] {
+        let (desktop, scene) = (Desktop::start(), SmallScene::new());
+        let mut view = View::open(&desktop, &scene.path, &["--backend", backend]);
+        let picture = view.without_mouse();
+        let mut before = picture.clone();
+        for name in ["False colour", "Clipping", "Coverage", "Depth"] {
+            view.key("n");
+            view.wait_for(name, |events| {
+                let last = events.iter().rfind(|event| event["event"] == "inspect");
+                last.is_some_and(|event| event["inspection"] == name)
+            });
+            view.settle();
+            let shown = view.without_mouse();
+            assert!(shown.difference(&before) > 2.0 * SAME, "{backend}: {name}");
+            before = shown;
+        }
+        // From the menu, and back.
+        view.click(view.middle("View menu"));
+        view.wait_for_place("Tangent entry");
+        view.click(view.middle("Tangent entry"));
+        view.wait_until_gone("Tangent entry");
+        assert!(view.without_mouse().difference(&before) > 2.0 * SAME);
+        view.click(view.middle("View menu"));
+        view.wait_for_place("Picture entry");
+        view.click(view.middle("Picture entry"));
+        view.wait_until_gone("Picture entry");
+        view.settle();
+        view.without_mouse().assert_same(&picture);
+        view.assert_at_rest("the picture again");
+        view.close();
+    }
+}
+
+#[test]
 fn without_a_hardware_gpu_the_cpu_draws_and_the_window_says_why() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let view = View::open(&desktop, &scene.path, &["--samples", "64"]);

@@ -28,6 +28,8 @@ use super::views::Views;
 use super::workspace::LookJob;
 use super::workspace::Workspace;
 use crate::error::SessionError;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::inspection::Inspection;
 use crate::session::Session;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::session::section_of;
@@ -144,6 +146,9 @@ impl Workspace {
                 self.state.looks.is_wiping = !self.state.looks.is_wiping;
             }
             Command::GroundTruth => self.toggle_ground_truth(),
+            #[cfg(not(target_arch = "wasm32"))]
+            Command::Inspect(inspection) => self.inspect(inspection),
+            Command::NextInspection => self.inspect_next(),
             Command::CopyLook => self.copy_look(),
             Command::PasteLook => self.paste_look(),
             Command::Reload => self.reload(),
@@ -265,6 +270,33 @@ impl Workspace {
             true => "The finished picture goes on to ground truth while nothing changes",
             false => "Back to the fast picture",
         });
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn inspect(&mut self, inspection: Option<Inspection>) {
+        self.viewer.set_inspection(inspection);
+        let name = inspection.map(Inspection::name);
+        self.log.write("inspect", json!({ "inspection": name }));
+        if inspection == Some(Inspection::Error) && self.viewer.ground_truth().is_none() {
+            self.say("The error is told on the way to ground truth: G");
+        } else {
+            self.say(name.unwrap_or("The picture"));
+        }
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn inspect_next(&mut self) {
+        let all = Inspection::ALL.map(|(inspection, _)| inspection);
+        let next = match self.viewer.inspection() {
+            None => all.first(),
+            Some(now) => all.iter().skip_while(|&&it| it != now).nth(1),
+        };
+        self.inspect(next.copied());
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn inspect_next(&mut self) {
+        self.say("Only strandview on a desktop shows more than the picture");
     }
 
     #[cfg(target_arch = "wasm32")]

@@ -2,6 +2,9 @@
 
 use egui::{Event, Key, Modifiers};
 
+#[cfg(not(target_arch = "wasm32"))]
+use crate::inspection::Inspection;
+
 /// What a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
@@ -51,6 +54,11 @@ pub enum Command {
     PasteLook,
     /// Lets the finished picture go on to ground truth, or no longer.
     GroundTruth,
+    /// Shows something else than the picture's colours, or them again.
+    #[cfg(not(target_arch = "wasm32"))]
+    Inspect(Option<Inspection>),
+    /// Goes to the next thing that is shown in place of the picture's colours.
+    NextInspection,
     /// Shows or hides the panel.
     Panel,
     /// Switches between painting and orbiting.
@@ -99,7 +107,7 @@ impl Side {
 }
 
 /// Keys and what they do.
-pub const KEYS: [(Modifiers, Key, Command, &str); 36] = {
+pub const KEYS: [(Modifiers, Key, Command, &str); 37] = {
     const NONE: Modifiers = Modifiers::NONE;
     const SHIFT: Modifiers = Modifiers::SHIFT;
     const ALT: Modifiers = Modifiers::ALT;
@@ -181,6 +189,12 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 36] = {
             Key::G,
             Command::GroundTruth,
             "Go on to ground truth by path tracing, or stop",
+        ),
+        (
+            NONE,
+            Key::N,
+            Command::NextInspection,
+            "Next of picture, false colour, clipping, depth ...",
         ),
         (NONE, Key::Tab, Command::Panel, "Show or hide the panel"),
         (

@@ -8,6 +8,8 @@ use super::asked::Asked;
 use super::field::Changes;
 use super::job::Job;
 use super::keys::{self, Command, Side};
+#[cfg(not(target_arch = "wasm32"))]
+use super::legend;
 use super::looks::Looks;
 use super::orbit::Bounds;
 use super::panel::lights::LightsState;
@@ -19,6 +21,8 @@ use super::questions::{self, Answer, Question};
 use super::settings::{self, Settings};
 use super::view::{self, ViewportInput};
 use super::{help, orbit, theme};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::inspection::Inspection;
 use crate::viewer::Viewer;
 use strandlight_scene::Camera;
 use strandlight_scene::interactive::Progress;
@@ -198,6 +202,8 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     *view = viewport.camera.or(*view);
     changes.place("View", &response);
     wipe(ui, state, &camera, &viewport, response.rect, changes);
+    #[cfg(not(target_arch = "wasm32"))]
+    legend::show(ui, input.viewer, viewport.hover, response.rect);
     if state.lights.is_picking {
         response.on_hover_cursor(egui::CursorIcon::Crosshair);
     } else if let (true, Some(radius), Some(at)) =
@@ -528,6 +534,20 @@ fn menus(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiO
                 Some(_) => "Stop at the fast picture",
             };
             entry(ui, text, true, Command::GroundTruth);
+            ui.separator();
+            let now = input.viewer.inspection();
+            if now.is_some() {
+                entry(ui, "Picture", true, Command::Inspect(None));
+            }
+            for (inspection, name) in Inspection::ALL {
+                entry(
+                    ui,
+                    name,
+                    now != Some(inspection),
+                    Command::Inspect(Some(inspection)),
+                );
+            }
+            ui.separator();
         }
         entry(ui, "Panel", true, Command::Panel);
     });

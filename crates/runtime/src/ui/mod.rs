@@ -24,6 +24,8 @@ mod job;
 mod keys;
 mod launch;
 mod layout;
+#[cfg(not(target_arch = "wasm32"))]
+mod legend;
 mod log;
 mod looks;
 mod number;

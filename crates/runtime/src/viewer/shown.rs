@@ -1,0 +1,169 @@
+//! What is shown once a picture is finished: its way to ground truth, and what is inspected of it.
+
+use std::time::Duration;
+
+use strandlight_formats::Background;
+use strandlight_scene::interactive::Progress;
+use strandlight_scene::motion::Motion;
+use strandlight_scene::{PreparedScene, RenderError};
+
+use super::Viewer;
+use crate::ground_truth::{self, GroundTruth, Subject, TruthError, TruthProgress};
+use crate::inspection::{self, Inspected, Inspection, Inspector, Radiance};
+use crate::interactive::Display;
+
+impl Viewer {
+    /// Lets the picture go on to ground truth once it is finished and as long as nothing changes, or no
+    /// longer.
+    pub fn set_ground_truth(&mut self, is_wanted: bool) {
+        self.ground_truth = is_wanted.then(GroundTruth::default);
+    }
+
+    /// How far it is to ground truth; `None` where that is not wanted.
+    pub fn ground_truth(&self) -> Option<Result<TruthProgress, &TruthError>> {
+        let truth = self.ground_truth.as_ref()?;
+        Some(truth.error().map_or(Ok(truth.progress()), Err))
+    }
+
+    /// When [`Viewer::advance`] has something new without any edit, about; `None` for never.
+    pub fn next_truth(&self) -> Option<Duration> {
+        let truth = self.ground_truth.as_ref()?;
+        truth.is_working().then_some(ground_truth::PERIOD)
+    }
+
+    /// Shows something else than the picture's colours, or them again. What is of the light shows once the
+    /// picture is finished; an error needs [`Viewer::set_ground_truth`].
+    pub fn set_inspection(&mut self, inspection: Option<Inspection>) {
+        self.inspector = inspection.map(|inspection| Inspector {
+            inspection,
+            inspected: Inspected::default(),
+            of: None,
+            picture: None,
+        });
+    }
+
+    /// What is shown in place of the picture's colours.
+    pub fn inspection(&self) -> Option<Inspection> {
+        Some(self.inspector.as_ref()?.inspection)
+    }
+
+    /// Linear radiance times 2^exposure and alpha of a pixel of the picture that is inspected for its light, and
+    /// its luminance in stops from middle grey.
+    pub fn readout(&self, [x, y]: [f32; 2]) -> Option<([f32; 4], f32)> {
+        let inspector = self.inspector.as_ref()?;
+        inspector.of.filter(|(n, ..)| *n == self.n_outdated)?;
+        let picture = inspector.picture.as_ref()?;
+        let (width, height) = (picture.width as f32, picture.height as f32);
+        let is_inside = x >= 0.0 && y >= 0.0 && x < width && y < height;
+        let at = is_inside.then(|| y as usize * picture.width as usize + x as usize)?;
+        let [r, g, b, a] = *picture.rgba.get(at)?;
+        let scale = self.renderer.scene().exposure.exp2();
+        let [r, g, b] = [r, g, b].map(|x| scale * x);
+        let luminance = inspection::luminance([r, g, b]);
+        Some(([r, g, b, a], inspection::stops(luminance)))
+    }
+
+    /// Makes what is inspected anew where the picture is another one.
+    pub(super) fn inspect(&mut self, progress: &Progress) -> Result<(), RenderError> {
+        let size = self.size();
+        let Some(inspector) = &self.inspector else {
+            return Ok(());
+        };
+        let scene = self.renderer.scene();
+        let grade = (scene.exposure, scene.tone_map);
+        let converged = self.ground_truth.as_ref().and_then(GroundTruth::converged);
+        let samples = converged.map_or(0, |converged| converged.samples);
+        let state = (self.n_outdated, grade, samples);
+        let is_finished = progress.is_done && progress.is_shown;
+        let inspection = inspector.inspection;
+        let is_ready = is_finished || !inspection.is_of_light();
+        if inspector.of == Some(state) || !is_ready || size.contains(&0) {
+            return Ok(());
+        }
+        let (pixels, picture) = if inspection.is_of_light() {
+            let picture = match converged {
+                Some(converged) => converged.picture.clone(),
+                None => {
+                    self.renderer
+                        .render(size, self.renderer.scene().samples, &|_| ())?
+                        .0
+                }
+            };
+            let converged = self.ground_truth.as_ref().and_then(GroundTruth::converged);
+            let radiance = Radiance {
+                picture: &picture,
+                grade,
+                converged,
+            };
+            (inspection::of_light(inspection, &radiance), Some(picture))
+        } else {
+            let scene = self.moved_scene()?;
+            let pixels = inspection::of_strands(inspection, &scene, &scene.camera, size)?;
+            (Some(pixels), None)
+        };
+        if let Some(inspector) = &mut self.inspector {
+            inspector.inspected.take(pixels.unwrap_or_default(), size);
+            (inspector.of, inspector.picture) = (Some(state), picture);
+        }
+        Ok(())
+    }
+
+    /// The scene with its hair where it is now, which a device may have bent for itself.
+    fn moved_scene(&mut self) -> Result<PreparedScene, RenderError> {
+        let mut scene = self.renderer.scene().clone();
+        let device = self.renderer.device();
+        if let (Some(motion @ Motion::Wind(_)), Some(_)) = (&mut self.motion, device) {
+            scene.strands = motion.strands_at(&scene.strands, self.time)?.into();
+        }
+        Ok(scene)
+    }
+
+    /// Starts to trace the picture once it is finished, and takes up what was traced.
+    pub(super) fn go_to_ground_truth(&mut self, progress: &Progress) -> Result<(), RenderError> {
+        let size = self.size();
+        let Some(truth) = &mut self.ground_truth else {
+            return Ok(());
+        };
+        if truth.wants_subject(progress) {
+            let scene = self.renderer.scene();
+            match GroundTruth::check(scene, size) {
+                Err(error) => truth.refuse(error),
+                Ok(()) => {
+                    let subject = self.subject(size)?;
+                    if let Some(truth) = &mut self.ground_truth {
+                        truth.start(subject);
+                    }
+                }
+            }
+        }
+        let scene = self.renderer.scene();
+        let grade = (scene.exposure, scene.tone_map);
+        if let Some(truth) = &mut self.ground_truth {
+            truth.follow(grade);
+        }
+        Ok(())
+    }
+
+    /// The finished picture, over nothing, and what it shows.
+    fn subject(&mut self, size: [u32; 2]) -> Result<Subject, RenderError> {
+        let scene = self.moved_scene()?;
+        let renderer = &mut self.renderer;
+        let (exposure, tone_map) = (scene.exposure, scene.tone_map);
+        renderer.set_grade(exposure, tone_map, Background::None);
+        let drawn = renderer.render(size, scene.samples, &|_| ());
+        renderer.set_grade(exposure, tone_map, scene.background);
+        Ok(Subject {
+            fast: drawn?.0,
+            scene,
+        })
+    }
+
+    /// What is inspected, or the picture on its way to ground truth; none where the renderer's own is shown.
+    pub(super) fn override_display(&self) -> Option<Display<'_>> {
+        let is_current = |it: &&Inspector| it.of.is_some_and(|(n, ..)| n == self.n_outdated);
+        let inspector = self.inspector.as_ref().filter(is_current);
+        let inspected = inspector.and_then(|inspector| inspector.inspected.display());
+        let truth = || self.ground_truth.as_ref().and_then(GroundTruth::display);
+        inspected.or_else(truth).map(Display::Pixels)
+    }
+}
