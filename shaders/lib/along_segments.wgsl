@@ -6,7 +6,7 @@
 const N_PLACES: u32 = 8u;
 const HALF: u32 = 4u;
 
-// Square of the length below which the sum of two normals, across the sum of the tangents, has no direction.
+// Square of the length below which the sum of two tangents, or of two normals across that, has no direction.
 const LEAST_NORMAL: f32 = 1e-6;
 
 // Bits of the mantissas of packed radiance, and how far its exponent is off.

@@ -327,7 +327,7 @@ fn shade_narrow(@builtin(global_invocation_id) id: vec3u) {
                 let across_both = normals[point_ix].xyz + normals[other].xyz;
                 var v = across_both - u * dot(u, across_both);
                 // Where a strand turns straight back there is none between.
-                if dot(v, v) < LEAST_NORMAL || dot(u, u) < 0.5 {
+                if dot(along_both, along_both) < LEAST_NORMAL || dot(v, v) < LEAST_NORMAL {
                     u = tangents[point_ix].xyz;
                     v = normals[point_ix].xyz;
                 }

@@ -22,7 +22,7 @@ pub(super) const PLACES: usize = N_PLACES as usize;
 
 const HALF: usize = PLACES / 2;
 
-/// Square of the length below which the sum of two normals, across the sum of the tangents, has no direction.
+/// Square of the length below which the sum of two tangents, or of two normals across that, has no direction.
 const LEAST_NORMAL: f32 = 1e-6;
 
 /// Numbers at the middle of the segment before a point, at the point, and at the middle of that after it.
@@ -70,11 +70,12 @@ pub(super) fn frames_about(
     others.map(|other| {
         let of_both =
             |list: &[[f32; 4]]| Vec3::from_slice(&list[point]) + Vec3::from_slice(&list[other]);
-        let mut u = of_both(&strands.tangents).normalize_or_zero();
+        let along_both = of_both(&strands.tangents);
+        let mut u = along_both.normalize_or_zero();
         let v = of_both(&strands.normals);
         let mut v = v - u * u.dot(v);
         // Where a strand turns straight back there is none between.
-        if v.length_squared() < LEAST_NORMAL || u == Vec3::ZERO {
+        if along_both.length_squared() < LEAST_NORMAL || v.length_squared() < LEAST_NORMAL {
             u = Vec3::from_slice(&strands.tangents[point]);
             v = Vec3::from_slice(&strands.normals[point]);
         }

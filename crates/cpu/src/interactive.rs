@@ -125,6 +125,22 @@ impl InteractiveRenderer {
         }
     }
 
+    /// The finished picture, linear, without anything behind it; drawn anew where it is not finished or of
+    /// another size. Nothing that is shown changes.
+    ///
+    /// # Errors
+    /// As [`Backend::render`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn over_nothing(&mut self, size: [u32; 2]) -> Result<Picture, RenderError> {
+        if let (true, Some(picture)) = (self.is_done, self.renderer.shown_over_nothing(size)) {
+            return Ok(picture);
+        }
+        let mut scene = self.scene().clone();
+        scene.background = Background::None;
+        let samples = scene.samples;
+        Ok(CpuRenderer::new(scene).render(size, samples, &|_| ())?.0)
+    }
+
     /// What was recomputed since the last edit, and what that took.
     pub fn report(&self) -> &RenderReport {
         &self.report

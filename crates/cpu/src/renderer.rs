@@ -143,6 +143,20 @@ impl CpuRenderer {
         })
     }
 
+    /// [`CpuRenderer::shown`] without what is behind it.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn shown_over_nothing(&self, size: [u32; 2]) -> Option<Picture> {
+        let mut scene = self.drawn.clone()?;
+        scene.background = Background::None;
+        let rgba = self.frame.shown(&scene, &scene.camera, size)?;
+        let [width, height] = size;
+        Some(Picture {
+            width,
+            height,
+            rgba,
+        })
+    }
+
     /// What the work since the last picture took.
     pub(super) fn take_stats(&mut self) -> Stats {
         self.frame.take_stats()

@@ -2,18 +2,22 @@
 //! correct the finished picture, in a thread of their own.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use strandlight_cpu::{Display, levels};
 use strandlight_formats::Scattering;
-use strandlight_reference::converge::{Converged, Convergence};
+use strandlight_reference::converge::{Converged, Convergence, next_step};
 use strandlight_reference::environment::LightSampler;
 use strandlight_reference::{Environment, MAX_SAMPLES, TracedScene};
 use strandlight_scattering::exact::BcsdfError;
 use strandlight_scene::interactive::Progress;
 use strandlight_scene::tone::ToneMap;
-use strandlight_scene::{Picture, PreparedScene};
+use strandlight_scene::{Picture, PreparedScene, RenderError};
+
+use crate::interactive::new_version;
 
 /// How long nothing changes before paths are traced: what they need takes a while to make.
 const REST: Duration = Duration::from_millis(400);
@@ -24,8 +28,7 @@ pub const PERIOD: Duration = Duration::from_millis(150);
 /// Expected error at which the picture is good enough.
 const GOAL: f64 = 0.01;
 
-/// Samples of the next step, at most this share of those there are, and as many as take [`LONGEST`].
-const GROWTH: f64 = 0.5;
+/// Samples of a step take this long, or as long as its picture.
 const LONGEST: Duration = Duration::from_millis(1000);
 
 /// Most pixels: some 300 bytes are kept of each.
@@ -59,17 +62,23 @@ pub enum TruthError {
     /// Fibres without an exact model.
     #[error(transparent)]
     Fibres(#[from] BcsdfError),
+    /// There is no picture to be corrected.
+    #[error(transparent)]
+    Render(#[from] RenderError),
 }
 
 /// Ground truth of what a [`Viewer`](crate::Viewer) shows, from when it is asked for on.
 #[derive(Default)]
 pub struct GroundTruth {
     run: Option<Run>,
+    /// Is nothing traced any more, as far as it was told?
+    is_done: bool,
+    /// A thread that is no longer wanted, and may not have noticed.
+    ending: Option<JoinHandle<()>>,
     /// Since when nothing changes.
     rest: Option<Instant>,
     /// What is shown of the last picture.
     shown: Option<Shown>,
-    version: u64,
     /// What is wrong with the scene as it is.
     error: Option<TruthError>,
 }
@@ -86,6 +95,7 @@ pub struct Subject {
 struct Run {
     is_wanted: Arc<AtomicBool>,
     found: Arc<Mutex<Found>>,
+    thread: Option<JoinHandle<()>>,
 }
 
 /// What a thread has found so far.
@@ -101,12 +111,16 @@ struct Shown {
     converged: Arc<Converged>,
     grade: (f32, ToneMap),
     pixels: Vec<[u8; 4]>,
+    version: u64,
 }
 
 impl GroundTruth {
     /// What is shown is another thing now.
     pub fn outdated(&mut self) {
-        (self.run, self.rest, self.shown, self.error) = (None, None, None, None);
+        if let Some(mut run) = self.run.take() {
+            self.ending = run.thread.take();
+        }
+        (self.is_done, self.rest, self.shown, self.error) = (false, None, None, None);
     }
 
     /// Is the finished picture wanted, to be corrected? `progress` is how far it is.
@@ -116,7 +130,10 @@ impl GroundTruth {
             return false;
         }
         let rest = *self.rest.get_or_insert_with(Instant::now);
-        self.run.is_none() && self.error.is_none() && rest.elapsed() >= REST
+        // One scene after another: threads keep theirs until they end.
+        let is_ending = self.ending.as_ref().is_some_and(|it| !it.is_finished());
+        let is_free = self.run.is_none() && self.error.is_none() && !is_ending;
+        is_free && rest.elapsed() >= REST
     }
 
     /// Can pictures of `scene` in `size` be traced?
@@ -148,10 +165,13 @@ impl GroundTruth {
         let Some(run) = &self.run else {
             return;
         };
+        // Before the lock: what was found last is there then.
+        let is_over = run.thread.as_ref().is_none_or(JoinHandle::is_finished);
         let mut found = run.found.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(error) = found.error.take() {
             self.error = Some(error.into());
         }
+        self.is_done = found.is_done || is_over;
         let Some(converged) = found.converged.clone() else {
             return;
         };
@@ -164,11 +184,11 @@ impl GroundTruth {
         }
         let mut pixels = self.shown.take().map_or(Vec::new(), |shown| shown.pixels);
         levels(&converged.picture, grade, &mut pixels);
-        self.version += 1;
         self.shown = Some(Shown {
             converged,
             grade,
             pixels,
+            version: new_version(),
         });
     }
 
@@ -179,8 +199,7 @@ impl GroundTruth {
         Some(Display {
             pixels: &shown.pixels,
             size: [width, height],
-            // None of a renderer's own.
-            version: 1 << 63 | self.version,
+            version: shown.version,
         })
     }
 
@@ -191,7 +210,7 @@ impl GroundTruth {
 
     /// How far it is.
     pub fn progress(&self) -> TruthProgress {
-        let is_done = self.run.as_ref().is_some_and(Run::is_done);
+        let is_done = self.is_done;
         let of_none = TruthProgress {
             samples: 0,
             relative_error: f64::INFINITY,
@@ -200,8 +219,8 @@ impl GroundTruth {
         };
         self.shown.as_ref().map_or(of_none, |shown| TruthProgress {
             samples: shown.converged.samples,
-            relative_error: shown.converged.relative_error,
-            relative_error_of_fast: shown.converged.relative_error_of_fast,
+            relative_error: known(shown.converged.relative_error),
+            relative_error_of_fast: known(shown.converged.relative_error_of_fast),
             is_done,
         })
     }
@@ -213,27 +232,44 @@ impl GroundTruth {
 
     /// Will there be something new without an edit?
     pub fn is_working(&self) -> bool {
-        self.error.is_none() && !self.run.as_ref().is_some_and(Run::is_done)
+        let has_begun = self.run.is_some() || self.rest.is_some();
+        self.error.is_none() && has_begun && !self.is_done
+    }
+}
+
+/// An error that is no number is not known.
+fn known(error: f64) -> f64 {
+    match error.is_nan() {
+        true => f64::INFINITY,
+        false => error,
     }
 }
 
 impl Run {
     fn start(subject: Subject) -> Run {
-        let run = Run {
+        let mut run = Run {
             is_wanted: Arc::new(AtomicBool::new(true)),
             found: Arc::default(),
+            thread: None,
         };
         let (is_wanted, found) = (run.is_wanted.clone(), run.found.clone());
-        std::thread::spawn(move || trace(subject, &is_wanted, &found));
+        run.thread = Some(std::thread::spawn(move || {
+            let trace = || trace(subject, &is_wanted, &found);
+            match threads() {
+                Some(threads) => threads.install(trace),
+                None => trace(),
+            }
+        }));
         run
     }
+}
 
-    fn is_done(&self) -> bool {
-        self.found
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .is_done
-    }
+/// The threads that trace: with those of the renderer the window would wait for them.
+fn threads() -> Option<&'static ThreadPool> {
+    static THREADS: OnceLock<Option<ThreadPool>> = OnceLock::new();
+    THREADS
+        .get_or_init(|| ThreadPoolBuilder::new().build().ok())
+        .as_ref()
 }
 
 impl Drop for Run {
@@ -248,6 +284,7 @@ fn trace(subject: Subject, is_wanted: &AtomicBool, found: &Mutex<Found>) {
         change(&mut found.lock().unwrap_or_else(PoisonError::into_inner));
     };
     let Subject { fast, scene } = subject;
+    let wanted = || is_wanted.load(Ordering::Relaxed);
     let environment = Environment::Lights(LightSampler::new(&scene.lights));
     let traced = match TracedScene::new(&scene) {
         Ok(traced) => traced,
@@ -256,17 +293,20 @@ fn trace(subject: Subject, is_wanted: &AtomicBool, found: &Mutex<Found>) {
         }
     };
     let tracer = traced.tracer(&environment);
+    if !wanted() {
+        return;
+    }
     let mut convergence = Convergence::new(fast, &scene, SEED);
     let mut next = 2;
     loop {
         let start = Instant::now();
-        let wanted = || is_wanted.load(Ordering::Relaxed);
         if convergence
             .trace_while(&scene, &tracer, next, &wanted)
             .is_none()
         {
             return;
         }
+        let traced = start.elapsed();
         let converged = Arc::new(convergence.converged());
         let samples = converged.samples;
         let is_done = converged.relative_error <= GOAL || samples >= MAX_SAMPLES;
@@ -274,9 +314,8 @@ fn trace(subject: Subject, is_wanted: &AtomicBool, found: &Mutex<Found>) {
         if is_done || !wanted() {
             return;
         }
-        let of_one = start.elapsed().as_secs_f64() / f64::from(next);
-        let by_time = LONGEST.as_secs_f64() / of_one.max(1e-9);
-        let by_growth = GROWTH * f64::from(samples);
-        next = (by_time.min(by_growth) as u32).clamp(1, MAX_SAMPLES - samples);
+        let of_one = traced.as_secs_f64() / f64::from(next);
+        let of_picture = (start.elapsed() - traced).as_secs_f64();
+        next = next_step(samples, [of_one, of_picture], LONGEST);
     }
 }

@@ -9,6 +9,8 @@ use strandlight_scene::layers::{self, Data, Layer};
 use strandlight_scene::tone::{ToneMap, graded};
 use strandlight_scene::{Picture, PreparedScene, RenderError};
 
+use crate::interactive::new_version;
+
 /// What is shown of a picture in place of its colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Inspection {
@@ -102,20 +104,22 @@ pub struct Inspected {
 }
 
 impl Inspected {
+    /// Rows of pixels from the top.
+    pub fn new(pixels: Vec<[u8; 4]>, size: [u32; 2]) -> Inspected {
+        Inspected {
+            pixels,
+            size,
+            version: new_version(),
+        }
+    }
+
     /// The picture; none before there is one.
     pub fn display(&self) -> Option<Display<'_>> {
         (!self.pixels.is_empty()).then_some(Display {
             pixels: &self.pixels,
             size: self.size,
-            // None of a renderer's own, nor of ground truth.
-            version: 3 << 62 | self.version,
+            version: self.version,
         })
-    }
-
-    /// Takes pixels up.
-    pub fn take(&mut self, pixels: Vec<[u8; 4]>, size: [u32; 2]) {
-        (self.pixels, self.size) = (pixels, size);
-        self.version += 1;
     }
 }
 
@@ -253,8 +257,12 @@ fn band(luminance: f32) -> [u8; 3] {
     band.map_or(BANDS[BANDS.len() - 1].1, |(_, rgb)| *rgb)
 }
 
-fn clipping([r, g, b, _]: [f32; 4]) -> [u8; 3] {
+fn clipping([r, g, b, a]: [f32; 4]) -> [u8; 3] {
     let rgb = [r, g, b];
+    if a == 0.0 {
+        // Nothing is there to be black.
+        return [20; 3];
+    }
     if rgb.iter().any(|&x| x >= CLIPPED) {
         return [255, 40, 40];
     }
@@ -308,7 +316,8 @@ mod tests {
         assert_eq!(pixels, [opaque(BANDS[7].1), opaque(BANDS[0].1)]);
         // 1.44 is more than white.
         let pixels = of_light(Inspection::Clipping, &radiance).expect("pixels");
-        assert_eq!(pixels, [[255, 40, 40, 255], [40, 60, 220, 255]]);
+        assert_eq!(pixels, [[255, 40, 40, 255], [20, 20, 20, 255]]);
+        assert_eq!(clipping([0.0, 0.001, 0.0, 1.0]), [40, 60, 220]);
         assert_eq!(of_light(Inspection::Error, &radiance), None);
     }
 

@@ -1,10 +1,16 @@
 //! What a window asks of a renderer beyond [`Backend`].
 
+#[cfg(not(target_arch = "wasm32"))]
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use strandlight_cpu::InteractiveRenderer;
+#[cfg(not(target_arch = "wasm32"))]
+use strandlight_formats::Background;
 use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
+#[cfg(not(target_arch = "wasm32"))]
+use strandlight_scene::Picture;
 use strandlight_scene::interactive::{Progress, RenderReport};
 use strandlight_scene::{Backend, PreparedScene, RenderError};
 
@@ -21,6 +27,13 @@ pub trait InteractiveBackend: Backend {
 
     /// The last good picture, of the size that was set last from the first picture of that size on.
     fn display(&self) -> Display<'_>;
+
+    /// The picture of the scene as it is, of `size`, linear, without anything behind it.
+    ///
+    /// # Errors
+    /// As [`Backend::render`].
+    #[cfg(not(target_arch = "wasm32"))]
+    fn over_nothing(&mut self, size: [u32; 2]) -> Result<Picture, RenderError>;
 
     /// The device that draws; none on the CPU.
     fn device(&self) -> Option<&Context>;
@@ -41,6 +54,14 @@ pub enum Display<'a> {
     Pixels(strandlight_cpu::Display<'a>),
 }
 
+/// A [`strandlight_cpu::Display::version`] that no other picture has, of any viewer: no renderer's own comes
+/// that far.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn new_version() -> u64 {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    1 << 63 | COUNT.fetch_add(1, Ordering::Relaxed)
+}
+
 impl InteractiveBackend for ProgressiveRenderer {
     fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
         self.advance(budget)
@@ -52,6 +73,19 @@ impl InteractiveBackend for ProgressiveRenderer {
 
     fn display(&self) -> Display<'_> {
         Display::Texture(self.display())
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn over_nothing(&mut self, size: [u32; 2]) -> Result<Picture, RenderError> {
+        let scene = self.scene();
+        let (exposure, tone_map, background) = (scene.exposure, scene.tone_map, scene.background);
+        let samples = scene.samples;
+        self.set_grade(exposure, tone_map, Background::None);
+        let drawn = self.render(size, samples, &|_| ());
+        self.set_grade(exposure, tone_map, background);
+        // What is shown has its background again before anybody sees it without.
+        self.advance(Duration::ZERO)?;
+        Ok(drawn?.0)
     }
 
     fn device(&self) -> Option<&Context> {
@@ -75,6 +109,11 @@ impl InteractiveBackend for InteractiveRenderer {
 
     fn display(&self) -> Display<'_> {
         Display::Pixels(self.display())
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn over_nothing(&mut self, size: [u32; 2]) -> Result<Picture, RenderError> {
+        self.over_nothing(size)
     }
 
     fn device(&self) -> Option<&Context> {

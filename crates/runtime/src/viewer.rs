@@ -549,7 +549,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
             self.view = None;
         }
         // How it is graded can change while it goes on.
-        let of_picture = Edits::all() - (Edits::GRADE | Edits::SAMPLES | Edits::LABEL);
+        let mut of_picture = Edits::all() - (Edits::GRADE | Edits::SAMPLES | Edits::LABEL);
+        // The window's picture has its own.
+        of_picture.set(Edits::SIZE, self.window.is_none());
         let background = self.session.scene().render.background;
         if change.has(of_picture) || background != self.renderer.scene().background {
             self.picture_is_outdated();

@@ -424,7 +424,8 @@ mod tests {
     fn data_has_up_to_three_channels_and_light_three() {
         for layer in &LAYERS {
             let n_channels = match layer.content {
-                Content::Picture => 4..=4,
+                // And what is covered.
+                Content::Picture | Content::Proxies => 4..=4,
                 Content::Data(_) => 1..=3,
                 _ => 3..=3,
             };

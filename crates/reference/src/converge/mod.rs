@@ -11,8 +11,10 @@
 //! The same numbers say how wrong the picture still is: see [`Converged`].
 
 mod shrink;
-#[cfg(test)]
+#[cfg(all(test, feature = "files"))]
 mod tests;
+
+use std::time::Duration;
 
 use rayon::prelude::*;
 use strandlight_scattering::random::SplitMix64;
@@ -40,6 +42,17 @@ pub struct Convergence {
     sums: Vec<Sums>,
     n_samples: u32,
     seed: u64,
+}
+
+/// Samples of the next step, at most this share of those there are.
+const GROWTH: f64 = 0.5;
+
+/// How many samples to take after `samples`, where each takes `of_one` seconds and the picture of a step
+/// `of_picture` seconds: as many as take as long as its picture, or `longest`, and not too many at once.
+pub fn next_step(samples: u32, [of_one, of_picture]: [f64; 2], longest: Duration) -> u32 {
+    let by_time = longest.as_secs_f64().max(of_picture) / of_one.max(1e-9);
+    let by_growth = GROWTH * f64::from(samples);
+    (by_time.min(by_growth) as u32).clamp(1, MAX_SAMPLES.saturating_sub(samples).max(1))
 }
 
 /// Sequences of samples of a pixel, independent of each other: what their means differ tells the noise,
@@ -108,11 +121,11 @@ impl Convergence {
     /// # Panics
     /// If there would be more than [`MAX_SAMPLES`].
     pub fn trace(&mut self, scene: &PreparedScene, integrator: &dyn Integrator, n_samples: u32) {
-        // It always is.
+        // Never none: it is always wanted.
         let _ = self.trace_while(scene, integrator, n_samples, &|| true);
     }
 
-    /// [`Convergence::trace`] as long as it `is_wanted`, which any thread asks every few milliseconds.
+    /// [`Convergence::trace`] as long as it `is_wanted`, which any thread asks before each pixel.
     /// Answers [`None`] where it was no longer: then some pixels have more samples than others, and
     /// nothing can be done with them.
     ///

@@ -246,10 +246,12 @@ impl Workspace {
     /// Keeps the look with the picture that is shown.
     fn keep_look(&mut self) {
         let look = Look::of(self.viewer.session().scene());
-        let shown = self
-            .progress
-            .is_done
-            .then(|| snapshot::pixels(&self.viewer));
+        // Of the fast picture alone: others are compared with it.
+        #[cfg(not(target_arch = "wasm32"))]
+        let is_plain = self.viewer.inspection().is_none() && self.viewer.ground_truth().is_none();
+        #[cfg(target_arch = "wasm32")]
+        let is_plain = true;
+        let shown = (self.progress.is_done && is_plain).then(|| snapshot::pixels(&self.viewer));
         let shown = shown.and_then(Result::ok).and_then(|(size, pixels)| {
             let camera = self.viewer.prepared().camera;
             Shown::new(&self.egui, camera, size, &pixels)
@@ -945,7 +947,9 @@ impl Workspace {
         let chosen = chosen.map_err(|error| SessionError::from(RenderError::Gpu(error.into())));
         let opened = chosen.and_then(|chosen| Viewer::choose(self.choice, chosen, session));
         match opened {
-            Ok(viewer) => {
+            Ok(mut viewer) => {
+                viewer.set_ground_truth(self.viewer.ground_truth().is_some());
+                viewer.set_inspection(self.viewer.inspection());
                 self.viewer = viewer;
                 self.document = Document::new(&self.viewer);
                 let old = std::mem::take(&mut self.state);

@@ -284,17 +284,7 @@ fn wipe(
     painter.line_segment([top, bottom], line(1.0, 230));
     let font = egui::TextStyle::Body.resolve(ui.style());
     let label = |text: String, align: egui::Align2, at: egui::Pos2| {
-        // Dark under light: read on any hair.
-        for (shift, gray) in [(1.0, 0), (0.0, 235)] {
-            let at = at + egui::Vec2::splat(shift);
-            painter.text(
-                at,
-                align,
-                &text,
-                font.clone(),
-                egui::Color32::from_gray(gray),
-            );
-        }
+        theme::outlined(&painter, at, align, &text, &font);
     };
     if let Some(kept) = looks.chosen() {
         let text = format!("{}{says}", kept.name);

@@ -3,6 +3,7 @@
 
 use egui::{Align2, Color32, Rect, Ui, pos2, vec2};
 
+use super::theme;
 use crate::inspection::{BANDS, Inspection};
 use crate::viewer::Viewer;
 
@@ -17,11 +18,7 @@ pub fn show(ui: &Ui, viewer: &Viewer, hover: Option<[f32; 2]>, rect: Rect) {
     let painter = ui.painter().with_clip_rect(rect);
     let font = egui::TextStyle::Small.resolve(ui.style());
     let text = |at: egui::Pos2, align: Align2, text: &str| {
-        // Dark under light: read on any picture.
-        for (shift, gray) in [(1.0, 0), (0.0, 235)] {
-            let colour = Color32::from_gray(gray);
-            painter.text(at + vec2(shift, shift), align, text, font.clone(), colour);
-        }
+        theme::outlined(&painter, at, align, text, &font);
     };
     let mut line = inspection.name().to_owned();
     if let Some(([r, g, b, _], stops)) = hover.and_then(|at| viewer.readout(at)) {

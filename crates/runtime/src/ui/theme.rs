@@ -92,6 +92,21 @@ pub fn apply(ctx: &egui::Context) {
     });
 }
 
+/// Text that is read on any picture: dark under light.
+pub fn outlined(
+    painter: &egui::Painter,
+    at: egui::Pos2,
+    align: egui::Align2,
+    text: &str,
+    font: &egui::FontId,
+) {
+    for (shift, gray) in [(1.0, 0), (0.0, 235)] {
+        let at = at + egui::Vec2::splat(shift);
+        let colour = egui::Color32::from_gray(gray);
+        painter.text(at, align, text, font.clone(), colour);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use egui::{Event, Modifiers, PointerButton, RawInput, Rect, Sense, pos2, vec2};

@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use strandlight_formats::Background;
 use strandlight_scene::interactive::Progress;
 use strandlight_scene::motion::Motion;
 use strandlight_scene::{PreparedScene, RenderError};
@@ -31,8 +30,8 @@ impl Viewer {
         truth.is_working().then_some(ground_truth::PERIOD)
     }
 
-    /// Shows something else than the picture's colours, or them again. What is of the light shows once the
-    /// picture is finished; an error needs [`Viewer::set_ground_truth`].
+    /// Shows something else than the picture's colours once the picture is finished, or them again. An error
+    /// needs [`Viewer::set_ground_truth`].
     pub fn set_inspection(&mut self, inspection: Option<Inspection>) {
         self.inspector = inspection.map(|inspection| Inspector {
             inspection,
@@ -76,8 +75,12 @@ impl Viewer {
         let state = (self.n_outdated, grade, samples);
         let is_finished = progress.is_done && progress.is_shown;
         let inspection = inspector.inspection;
-        let is_ready = is_finished || !inspection.is_of_light();
-        if inspector.of == Some(state) || !is_ready || size.contains(&0) {
+        let is_current = match inspection.is_of_light() {
+            true => inspector.of == Some(state),
+            // Light changes nothing of the strands.
+            false => inspector.of.is_some_and(|(n, ..)| n == self.n_outdated),
+        };
+        if is_current || !is_finished || size.contains(&0) {
             return Ok(());
         }
         let (pixels, picture) = if inspection.is_of_light() {
@@ -102,7 +105,7 @@ impl Viewer {
             (Some(pixels), None)
         };
         if let Some(inspector) = &mut self.inspector {
-            inspector.inspected.take(pixels.unwrap_or_default(), size);
+            inspector.inspected = Inspected::new(pixels.unwrap_or_default(), size);
             (inspector.of, inspector.picture) = (Some(state), picture);
         }
         Ok(())
@@ -129,9 +132,13 @@ impl Viewer {
             match GroundTruth::check(scene, size) {
                 Err(error) => truth.refuse(error),
                 Ok(()) => {
-                    let subject = self.subject(size)?;
+                    let subject = self.subject(size);
                     if let Some(truth) = &mut self.ground_truth {
-                        truth.start(subject);
+                        match subject {
+                            Ok(subject) => truth.start(subject),
+                            Err(error @ RenderError::DeviceLost(_)) => return Err(error),
+                            Err(error) => truth.refuse(error.into()),
+                        }
                     }
                 }
             }
@@ -147,15 +154,8 @@ impl Viewer {
     /// The finished picture, over nothing, and what it shows.
     fn subject(&mut self, size: [u32; 2]) -> Result<Subject, RenderError> {
         let scene = self.moved_scene()?;
-        let renderer = &mut self.renderer;
-        let (exposure, tone_map) = (scene.exposure, scene.tone_map);
-        renderer.set_grade(exposure, tone_map, Background::None);
-        let drawn = renderer.render(size, scene.samples, &|_| ());
-        renderer.set_grade(exposure, tone_map, scene.background);
-        Ok(Subject {
-            fast: drawn?.0,
-            scene,
-        })
+        let fast = self.renderer.over_nothing(size)?;
+        Ok(Subject { fast, scene })
     }
 
     /// What is inspected, or the picture on its way to ground truth; none where the renderer's own is shown.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use strandlight_formats::{Background, Scattering, Scene};
 use strandlight_images::Map;
 use strandlight_images::exr_file::{self, floats};
-use strandlight_reference::converge::{Converged, Convergence, TILE};
+use strandlight_reference::converge::{Converged, Convergence, TILE, next_step};
 use strandlight_reference::environment::{LightSampler, MapSampler};
 use strandlight_reference::{Environment, MAX_SAMPLES, TracedScene};
 use strandlight_scene::files::Files;
@@ -23,10 +23,7 @@ use crate::cli::{Failure, Outcome, note, print_line, write_output};
 /// Most pixels: some 300 bytes are kept of each.
 const MAX_PIXELS: u64 = 1 << 24;
 
-/// Samples that are taken before the error is looked at, at most this share of those there are.
-const GROWTH: f64 = 0.5;
-
-/// And at most as many as take this long.
+/// Samples that are taken before the error is looked at take at most this long, or as long as looking.
 const LONGEST: Duration = Duration::from_secs(5);
 
 /// Renders `scene` at `size` to the output.
@@ -74,8 +71,13 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
     let tracer = traced.tracer(&environment);
     let mut convergence = Convergence::new(fast, &prepared, args.seed);
     let converged = pursue(args, start, &mut |n| {
+        let start = Instant::now();
         convergence.trace(&prepared, &tracer, n);
-        convergence.converged()
+        let traced = start.elapsed();
+        let converged = convergence.converged();
+        let of_one = traced.as_secs_f64() / f64::from(n);
+        let of_picture = (start.elapsed() - traced).as_secs_f64();
+        (converged, [of_one, of_picture])
     });
 
     let picture = &converged.picture;
@@ -117,8 +119,13 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
     ))
 }
 
-/// Takes samples by `trace`, which is told how many, until a goal is reached.
-fn pursue(args: &Args, start: Instant, trace: &mut dyn FnMut(u32) -> Converged) -> Converged {
+/// Takes samples by `trace`, which is told how many and answers what a sample and the picture take in
+/// seconds as well, until a goal is reached.
+fn pursue(
+    args: &Args,
+    start: Instant,
+    trace: &mut dyn FnMut(u32) -> (Converged, [f64; 2]),
+) -> Converged {
     const STEPS: u64 = 1000;
     let progress = progress("converging", STEPS);
     let most = |goal: &Until| match goal {
@@ -151,9 +158,7 @@ fn pursue(args: &Args, start: Instant, trace: &mut dyn FnMut(u32) -> Converged) 
     let mut next = 2_u32;
     let mut told = 0.0;
     loop {
-        let before = Instant::now();
-        let converged = trace(next);
-        let of_one = before.elapsed().as_secs_f64() / f64::from(next);
+        let (converged, seconds) = trace(next);
         let done = share(&converged);
         progress.reach((done.min(1.0) * STEPS as f64) as u64);
         // Each time that the work has doubled.
@@ -174,9 +179,9 @@ fn pursue(args: &Args, start: Instant, trace: &mut dyn FnMut(u32) -> Converged) 
         if let Some(end) = end {
             longest = longest.min(end.saturating_sub(start.elapsed()));
         }
-        let by_time = longest.as_secs_f64() / of_one.max(1e-9);
-        let by_growth = GROWTH * f64::from(converged.samples);
-        next = (by_time.min(by_growth) as u32).clamp(1, most - converged.samples);
+        let [of_one, of_picture] = seconds;
+        let seconds = [of_one, of_picture.min(longest.as_secs_f64())];
+        next = next_step(converged.samples, seconds, longest).min(most - converged.samples);
     }
 }
 
