@@ -1,8 +1,8 @@
 //! Sessions of random input: whatever is pressed, clicked, dragged and typed, the window lives, answers,
 //! and saves what it shows.
 //!
-//! `STRANDLIGHT_SESSION_SECONDS` has each of the three sizes take longer than 12 s, and
-//! `STRANDLIGHT_SESSION_SEED` another way.
+//! `STRANDLIGHT_SESSION_SECONDS` has each of the three sizes take longer than 12 s,
+//! `STRANDLIGHT_SESSION_SEED` another way, and `STRANDLIGHT_SESSION_BACKEND=gpu` the GPU's renderer.
 
 use std::fmt::Debug;
 use std::path::Path;
@@ -185,7 +185,8 @@ fn put_away(view: &mut View) {
 fn session(size: [u32; 2], seed: u64) {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let text = format!("{}x{}", size[0], size[1]);
-    let more = ["--size", &text, "--backend", "cpu"];
+    let backend = setting("STRANDLIGHT_SESSION_BACKEND", "cpu".to_owned());
+    let more = ["--size", &text, "--backend", &backend];
     let mut view = View::open(&desktop, &scene.path, &more);
     let mut session = Session {
         random: SplitMix64(seed),
@@ -239,7 +240,7 @@ fn session(size: [u32; 2], seed: u64) {
     let shown = view.without_mouse();
     let frame = saved.with_file_name("frame.png");
     let _ = std::fs::remove_file(&frame);
-    render(&saved, [shown.width, shown.height], &frame);
+    render(&saved, &backend, [shown.width, shown.height], &frame);
     let difference = png(&frame).difference(&shown);
     assert!(
         difference < crate::window_common::SAME,
@@ -248,12 +249,12 @@ fn session(size: [u32; 2], seed: u64) {
     );
 }
 
-fn render(scene: &Path, [width, height]: [usize; 2], to: &Path) {
+fn render(scene: &Path, backend: &str, [width, height]: [usize; 2], to: &Path) {
     let mut command = strandview();
     let size = format!("{width}x{height}");
     command
         .arg(scene)
-        .args(["--backend", "cpu", "--size", &size]);
+        .args(["--backend", backend, "--size", &size]);
     assert_done(command.arg("--frame").arg(to));
 }
 
