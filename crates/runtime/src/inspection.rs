@@ -180,15 +180,16 @@ pub fn of_strands(
     camera: &Camera,
     size: [u32; 2],
 ) -> Result<Vec<[u8; 4]>, RenderError> {
-    let channels = |data: Data| {
-        let layer = layers::data_layers().find(|(_, other)| *other == data);
-        let layers: Vec<&Layer> = layer.into_iter().map(|(layer, _)| layer).collect();
+    // In the order of the table; one drawing of the strands has all of them.
+    let channels = |wanted: &[Data]| {
+        let layers = layers::data_layers().filter(|(_, data)| wanted.contains(data));
+        let layers: Vec<&Layer> = layers.map(|(layer, _)| layer).collect();
         let found = data_layers(scene, camera, size, &layers)?;
         Ok::<Vec<Vec<f32>>, RenderError>(found.into_iter().map(|(_, values)| values).collect())
     };
     let n_pixels = (size[0] * size[1]) as usize;
     let one = |data: Data| {
-        let first = channels(data)?.into_iter().next();
+        let first = channels(&[data])?.into_iter().next();
         Ok::<Vec<f32>, RenderError>(first.unwrap_or_else(|| vec![0.0; n_pixels]))
     };
     Ok(match inspection {
@@ -214,7 +215,7 @@ pub fn of_strands(
                 .collect()
         }
         Inspection::Tangent => {
-            let axes = channels(Data::Tangent)?;
+            let axes = channels(&[Data::Tangent])?;
             let level = |value: f32| (255.0 * (0.5 + 0.5 * value.clamp(-1.0, 1.0))) as u8;
             (0..n_pixels)
                 .map(|pixel| {
@@ -227,8 +228,9 @@ pub fn of_strands(
                 .collect()
         }
         Inspection::RootDistance => {
-            let (along, ids) = (one(Data::RootDistance)?, one(Data::StrandId)?);
-            let shown = along.iter().zip(&ids);
+            let found = channels(&[Data::StrandId, Data::RootDistance])?;
+            let [ids, along] = [0, 1].map(|ix| found.get(ix).map_or(&[][..], Vec::as_slice));
+            let shown = along.iter().zip(ids);
             shown
                 .map(|(&along, &id)| match id >= 0.0 {
                     true => grey(0.1 + 0.9 * along),
