@@ -56,8 +56,10 @@ impl Work {
         if !beside.is_empty() {
             let towards = beside.towards(Vec3::from(view.towards));
             for (ix, seen) in strips.seen.iter().enumerate() {
-                if towards.is_blocked(places, ix, strips.position(seen)) {
-                    self.lit[seen.place as usize] = 0;
+                let lit = &mut self.lit[seen.place as usize];
+                // Dearer than what hair says, so only where that leaves something.
+                if *lit != 0 && towards.is_blocked(places, ix, strips.position(seen)) {
+                    *lit = 0;
                 }
             }
         }
@@ -107,13 +109,29 @@ impl Map {
         let blocks = side.div_ceil(4);
         self.blocks = blocks as i32;
         self.texels.clear();
-        self.texels.resize((16 * blocks * blocks) as usize, 0);
+        self.texels.resize(self.n_texels() as usize + LANES, 0);
     }
 
-    /// A block is a line of the cache.
+    /// After them come eight that are not on the map.
+    fn n_texels(&self) -> i32 {
+        16 * self.blocks * self.blocks
+    }
+
+    /// Of eight texels of the map. A block is a line of the cache.
     #[inline(always)]
-    fn index(&self, x: i32, y: i32) -> usize {
-        (((x >> 2) + self.blocks * (y >> 2)) << 4 | (y & 3) << 2 | x & 3) as usize
+    fn indices<S: Simd>(&self, x: i32x8<S>, y: i32x8<S>) -> i32x8<S> {
+        (((x >> 2) + (y >> 2) * self.blocks) << 4) | ((y & 3) << 2) | (x & 3)
+    }
+
+    /// Raises eight texels that are below `values`. Without a branch for those that are not to be: a
+    /// wrong guess of the processor costs more than a texel.
+    #[inline(always)]
+    fn raise<S: Simd>(&mut self, indices: i32x8<S>, values: i32x8<S>) {
+        let (indices, values) = (<[i32; LANES]>::from(indices), <[i32; LANES]>::from(values));
+        for (index, value) in indices.into_iter().zip(values) {
+            let texel = &mut self.texels[index as usize];
+            *texel = (*texel).max(value as u32);
+        }
     }
 }
 
@@ -317,6 +335,8 @@ fn cast_segment<S: Simd>(
     let (start, half_width) = (segments.along[lane], segments.half_width[lane]);
     let (last, side) = (segments.last[lane], view.side as i32);
     let lanes = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+    let columns = i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]);
+    let unused = columns + map.n_texels();
     let mut n_texels = 0;
     let mut column = segments.first[lane];
     while column < last {
@@ -325,26 +345,21 @@ fn cast_segment<S: Simd>(
         let y = along * segments.rise[lane] + segments.across[lane];
         let bottom = rows_from(y - half_width, side);
         let top = rows_from(y + half_width, side);
-        // Most columns of a thin strand cover no row: those that do are found without a branch each.
-        let in_range = 0xff >> (8 - (last - column).min(8));
-        let mut columns = top.simd_gt(bottom).to_bitmask() as u32 & in_range;
-        if columns != 0 {
+        let at = columns + column;
+        let is_column = at.simd_lt(last);
+        let mut row = bottom;
+        let mut covered = row.simd_lt(top) & is_column;
+        if covered.any_true() {
             let height = (along * segments.climb[lane] + segments.height[lane]) * 0.5 / view.reach;
             let height = (height + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS;
-            let height: [i32; 8] = height.to_int::<i32x8<S>>().into();
-            let (bottom, top): ([i32; 8], [i32; 8]) = (bottom.into(), top.into());
-            while columns != 0 {
-                let lane = columns.trailing_zeros() as usize & 7;
-                columns &= columns - 1;
-                let value = (height[lane] as u32) << NAME_BITS | name;
-                let at = column + lane as i32;
-                for row in bottom[lane]..top[lane] {
-                    let (x, y) = if is_steep { (row, at) } else { (at, row) };
-                    let index = map.index(x, y);
-                    let texel = &mut map.texels[index];
-                    *texel = (*texel).max(value);
-                    n_texels += 1;
-                }
+            let values = height.to_int::<i32x8<S>>() << NAME_BITS | name as i32;
+            // Thin strands cover a row of a column or none.
+            while covered.any_true() {
+                let (x, y) = if is_steep { (row, at) } else { (at, row) };
+                map.raise(covered.select(map.indices(x, y), unused), values);
+                n_texels += u64::from(covered.to_bitmask().count_ones());
+                row += 1;
+                covered = row.simd_lt(top) & is_column;
             }
         }
         column += 8;
@@ -420,8 +435,7 @@ fn receive_point<S: Simd>(
     let last = view.side as f32 - 1.0;
     let x = x.max(0.0).min(last).to_int::<i32x8<S>>();
     let y = y.max(0.0).min(last).to_int::<i32x8<S>>();
-    let index = (((x >> 2) + (y >> 2) * map.blocks) << 4) | ((y & 3) << 2) | (x & 3);
-    let index: [i32; 8] = index.into();
+    let index: [i32; 8] = map.indices(x, y).into();
     let height =
         ((z * (0.5 / view.reach) + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS).to_int::<i32x8<S>>();
     let mut highest = [0; 8];

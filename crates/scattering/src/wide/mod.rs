@@ -7,6 +7,7 @@
 //! - [`WideLights`]: the lights of a scene; [`single_scattering()`] fills [`Responses`] with what a
 //!   [`Place`] answers to those that are wanted, each mode for itself.
 //! - [`sample_forward`], [`forward_light`]: what multiple scattering starts from.
+//! - [`Stretch`], [`add_to_record`]: what hair leaves of a light, in eight voxels.
 //! - [`math`]: elementary and special functions.
 //!
 //! Functions are generic over the instruction set, a [`Simd`] token, and inlined into their caller.
@@ -39,6 +40,7 @@ mod outer_integral;
 pub(crate) mod rows;
 mod single_scattering;
 mod through;
+mod transmittance;
 
 pub use fearless_simd::{Level, Simd, f32x8, i32x8, prelude};
 
@@ -50,10 +52,12 @@ pub use multiple_scattering::{
     ForwardAverages, ForwardLights, MOST_DEPTH, ShadowRecords, depths_of_shares, forward_light,
     sample_forward,
 };
+pub use rows::transpose;
 pub use single_scattering::{
     Peaks, Place, Response, Responses, Roulette, single_scattering, single_scattering_at,
 };
 pub use through::through_kernel;
+pub use transmittance::{RecordSums, Stretch, add_to_record};
 
 /// Lanes of a vector.
 pub const LANES: usize = 8;

@@ -10,7 +10,7 @@ use super::LANES;
 
 /// Numbers `[column][lane]` from rows `[lane][column]`.
 #[inline(always)]
-pub(crate) fn transpose<S: Simd>(rows: [f32x8<S>; LANES]) -> [f32x8<S>; LANES] {
+pub fn transpose<S: Simd>(rows: [f32x8<S>; LANES]) -> [f32x8<S>; LANES] {
     // A zip of rows four apart turns the six bits (lane, column) of a number's place by one.
     let mut rows = rows;
     for _ in 0..3 {
