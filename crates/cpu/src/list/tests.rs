@@ -1,5 +1,6 @@
 //! The visibility list against samples.
 
+use glam::Vec3;
 use strandlight_scene::camera::{Camera, view_uniform};
 use strandlight_scene::proxy::{GROUND, Proxy};
 

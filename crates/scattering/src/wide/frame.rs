@@ -7,6 +7,15 @@ use crate::closed_form::DirectionInFrame;
 
 use super::math::atan2;
 
+/// Where a fibre is looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Axes (u, v, w) of the fibre in the world; u is the tangent.
+    pub frame: [[f32; 3]; 3],
+    /// Towards the eye.
+    pub view: DirectionInFrame,
+}
+
 /// Eight of [`DirectionInFrame`].
 #[derive(Clone, Copy, Debug)]
 pub struct Directions<S: Simd> {

@@ -37,7 +37,9 @@ mod lobes;
 pub mod math;
 mod multiple_scattering;
 mod outer_integral;
+mod roulette;
 pub(crate) mod rows;
+mod seen;
 mod single_scattering;
 mod through;
 mod transmittance;
@@ -45,17 +47,16 @@ mod transmittance;
 pub use fearless_simd::{Level, Simd, f32x8, i32x8, prelude};
 
 pub use dispatch::dispatch;
-pub use frame::Directions;
+pub use frame::{Directions, Place};
 pub use lights::WideLights;
 pub use lobes::{Lobes, SampleLobes};
 pub use multiple_scattering::{
     ForwardAverages, ForwardLights, MOST_DEPTH, ShadowRecords, depths_of_shares, forward_light,
     sample_forward,
 };
+pub use roulette::{Peaks, Roulette};
 pub use rows::transpose;
-pub use single_scattering::{
-    Peaks, Place, Response, Responses, Roulette, single_scattering, single_scattering_at,
-};
+pub use single_scattering::{Response, Responses, single_scattering, single_scattering_at};
 pub use through::through_kernel;
 pub use transmittance::{RecordSums, Stretch, add_to_record};
 
