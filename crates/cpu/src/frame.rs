@@ -18,6 +18,7 @@ use strandlight_scene::progress::timed;
 use strandlight_scene::stats::{self, LIGHTING_SHARE, Observer};
 use strandlight_scene::{Picture, PreparedScene, Stats};
 
+use super::radiance::RadianceBefore;
 use super::unblocked::Unblocked;
 
 use parts::{Painted, Quality, Shaded};
@@ -56,6 +57,18 @@ impl Frame {
             }
         } else if Stage::Shade.inputs().contains(&edit) {
             self.before_paint = None;
+        }
+        if !Stage::Shade.inputs().contains(&edit) {
+            // What is shown is still that of the scene.
+        } else if edit.keeps_shadows() {
+            let whole = self
+                .shaded
+                .take_if(|shaded| shaded.quality == Quality::Whole);
+            if let Some(shaded) = whole {
+                self.before = Some(RadianceBefore::new(shaded.radiance));
+            }
+        } else {
+            self.before = None;
         }
         if edit != Edit::Colors && Stage::Shade.inputs().contains(&edit) {
             self.forget_kept();

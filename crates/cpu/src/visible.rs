@@ -3,19 +3,28 @@
 use strandlight_scene::strands::Strands;
 
 use super::list::VisibilityList;
+use super::radiance::{Radiance, RadianceBefore};
 
 /// Share of all weight that the points which are shaded first have.
 const FIRST_SHARE: f64 = 0.99;
+
+/// Of neighbours along a strand that have such weight, one in so many is shaded first.
+const STRIDE: usize = 3;
 
 /// Both ends of every segment in a visibility list: what has to be lit and shaded.
 #[derive(Clone, Debug, Default)]
 pub(super) struct VisiblePoints {
     /// Indices of [`Strands::points`], growing.
     pub points: Vec<u32>,
-    /// Places in `points`: first, growing, those that make up nearly all of the picture; then the rest.
+    /// Places in `points`: first one in three of those that make up nearly all of the picture, then the others
+    /// of these, then the rest.
     pub order: Vec<u32>,
-    /// How many of `order` are the first.
+    /// How many of `order` are one in three.
+    pub n_thinned: usize,
+    /// How many make up nearly all of the picture.
     pub n_first: usize,
+    /// By place: is the next one the other end of a segment?
+    is_joined: Vec<bool>,
 }
 
 impl VisiblePoints {
@@ -35,38 +44,120 @@ impl VisiblePoints {
             places[point] = points.len() as u32;
             points.push(point as u32);
         }
+        let mut is_joined = vec![false; points.len()];
         for entry in list.tiles.iter_mut().flat_map(|tile| &mut tile.entries) {
             entry.first = places[entry.first as usize];
+            is_joined[entry.first as usize] = true;
         }
-        let weight_of = |place: &u32| weights[points[*place as usize] as usize];
-        let all = 0..points.len() as u32;
-        let least = least_of_first(all.clone().map(|place| weight_of(&place)).collect());
-        let (mut order, rest): (Vec<u32>, Vec<u32>) =
-            all.partition(|place| weight_of(place) >= least);
+        let weights: Vec<f32> = points.iter().map(|ix| weights[*ix as usize]).collect();
+        let least = least_of_first(weights.clone());
+        let has_weight: Vec<bool> = weights.iter().map(|weight| *weight >= least).collect();
+        VisiblePoints::in_order(points, &has_weight, is_joined)
+    }
+
+    /// By place: does it have much weight, and is the next one the other end of a segment?
+    fn in_order(points: Vec<u32>, has_weight: &[bool], is_joined: Vec<bool>) -> VisiblePoints {
+        let is_thinned = thinned(has_weight, &is_joined);
+        let places = 0..points.len() as u32;
+        let (mut order, others): (Vec<u32>, Vec<u32>) =
+            places.partition(|place| is_thinned[*place as usize]);
+        let n_thinned = order.len();
+        let (much, little): (Vec<u32>, Vec<u32>) = others
+            .into_iter()
+            .partition(|place| has_weight[*place as usize]);
+        order.extend(much);
         let n_first = order.len();
-        order.extend(rest);
+        order.extend(little);
         VisiblePoints {
             points,
             order,
+            n_thinned,
             n_first,
+            is_joined,
         }
     }
 
-    /// Gives the points that are not among the first what those before them have.
-    pub fn fill<T: Copy>(&self, radiance: &mut [T]) {
-        let mut last = match self.order.first() {
-            Some(&first) if self.n_first > 0 && !radiance.is_empty() => radiance[first as usize],
-            _ => return,
-        };
-        let mut first = self.order[..self.n_first].iter().peekable();
-        for (place, radiance) in (0..).zip(radiance) {
-            if first.next_if_eq(&&place).is_some() {
-                last = *radiance;
-            } else {
-                *radiance = last;
+    /// Interpolates from the `n_done` places of the order that are done to the others; where it is known what
+    /// was there `before`, in its shadows.
+    pub fn fill(&self, radiance: &mut Radiance, n_done: usize, before: Option<&RadianceBefore>) {
+        if n_done == 0 || n_done == self.order.len() {
+            return;
+        }
+        let mut is_done = vec![false; self.points.len()];
+        for &place in &self.order[..n_done] {
+            is_done[place as usize] = true;
+        }
+        let between = between(&is_done, &self.is_joined);
+        for &place in &self.order[n_done..] {
+            let place = place as usize;
+            let Between { ends, t } = between[place];
+            match before {
+                Some(before) => radiance.mix_as(place, ends, t, before),
+                None => radiance.mix(place, ends, t),
             }
         }
     }
+}
+
+/// Two places that are done, and how far a place lies from the one to the other, 0..1.
+struct Between {
+    ends: [usize; 2],
+    t: f32,
+}
+
+/// By place: is it one of those in three? They are the middles of neighbours along a strand, and ends that no
+/// middle is beside.
+fn thinned(has_weight: &[bool], is_joined: &[bool]) -> Vec<bool> {
+    let goes_on = |place: usize| {
+        is_joined[place] && has_weight[place] && has_weight.get(place + 1) == Some(&true)
+    };
+    let mut position = 0;
+    (0..has_weight.len())
+        .map(|place| {
+            position = match place > 0 && goes_on(place - 1) {
+                true => (position + 1) % STRIDE,
+                false => 0,
+            };
+            let is_end = position == 0 && !goes_on(place);
+            has_weight[place] && (position == STRIDE / 2 || is_end)
+        })
+        .collect()
+}
+
+/// By place: those about it that are done. Where there are none on its strand, one of another.
+fn between(is_done: &[bool], is_joined: &[bool]) -> Vec<Between> {
+    let n = is_done.len();
+    let mut before: Vec<Option<usize>> = vec![None; n];
+    let mut after = before.clone();
+    for place in 0..n {
+        before[place] = match (is_done[place], place) {
+            (true, _) => Some(place),
+            (false, 1..) if is_joined[place - 1] => before[place - 1],
+            _ => None,
+        };
+    }
+    for place in (0..n).rev() {
+        after[place] = match is_done[place] {
+            true => Some(place),
+            false if is_joined[place] => after.get(place + 1).copied().flatten(),
+            false => None,
+        };
+    }
+    let mut last = is_done.iter().position(|is_done| *is_done).unwrap_or(0);
+    before
+        .into_iter()
+        .zip(after)
+        .enumerate()
+        .map(|(place, about)| {
+            let (a, b, t) = match about {
+                (Some(a), Some(b)) if a < b => (a, b, (place - a) as f32 / (b - a) as f32),
+                (Some(a), _) | (None, Some(a)) => (a, a, 0.0),
+                (None, None) => (last, last, 0.0),
+            };
+            last = b;
+            Between { ends: [a, b], t }
+        })
+        .collect()
 }
 
 /// The least weight of those that add up to [`FIRST_SHARE`] of all.
@@ -94,15 +185,54 @@ mod tests {
         assert_eq!(least_of_first(Vec::new()), 0.0);
     }
 
+    /// Two strands and, on the first, two points of little weight.
+    fn visible() -> VisiblePoints {
+        let has_weight = [
+            true, true, true, true, true, false, false, true, true, true, true,
+        ];
+        let mut is_joined = [true; 11];
+        (is_joined[6], is_joined[10]) = (false, false);
+        VisiblePoints::in_order((0..11).collect(), &has_weight, is_joined.to_vec())
+    }
+
     #[test]
-    fn the_rest_have_what_their_neighbours_have() {
-        let visible = VisiblePoints {
-            points: vec![0, 1, 5, 7, 8],
-            order: vec![1, 3, 0, 2, 4],
-            n_first: 2,
-        };
-        let mut radiance = [0.0, 1.0, 0.0, 3.0, 0.0].map(|x| [x; 4]);
-        visible.fill(&mut radiance);
-        assert_eq!(radiance.map(|x| x[0]), [1.0, 1.0, 1.0, 3.0, 3.0]);
+    fn every_third_neighbour_is_the_first() {
+        let visible = visible();
+        assert_eq!(visible.order, [1, 4, 8, 10, 0, 2, 3, 7, 9, 5, 6]);
+        assert_eq!((visible.n_thinned, visible.n_first), (4, 9));
+    }
+
+    #[test]
+    fn others_are_interpolated_along_their_strand() {
+        let visible = visible();
+        let mut radiance = Radiance::black(11, true);
+        for place in [1, 4, 8, 10] {
+            radiance.at[place] = [place as f32, 0.0, 0.0, 0.0];
+            radiance.along[place] = [[place as f32; 3]; _];
+        }
+        visible.fill(&mut radiance, visible.n_thinned, None);
+        let expected = [1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 8.0, 8.0, 9.0, 10.0];
+        for (place, expected) in expected.into_iter().enumerate() {
+            assert!((radiance.at[place][0] - expected).abs() < 1e-5, "{place}");
+            assert!(
+                (radiance.along[place][0][2] - expected).abs() < 1e-5,
+                "{place}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_strand_without_first_places_has_what_another_has() {
+        let visible = VisiblePoints::in_order(
+            (0..4).collect(),
+            &[false, true, false, false],
+            vec![false, false, true, false],
+        );
+        let mut radiance = Radiance::black(4, false);
+        radiance.at[1] = [1.0; 4];
+        visible.fill(&mut radiance, visible.n_thinned, None);
+        assert_eq!(radiance.at, [[1.0; 4]; 4]);
+        VisiblePoints::default().fill(&mut radiance, 0, None);
+        assert_eq!(radiance.at, [[1.0; 4]; 4]);
     }
 }

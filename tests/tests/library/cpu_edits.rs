@@ -295,6 +295,70 @@ fn other_colors_of_the_lights_show_at_once() {
     }
 }
 
+/// The first picture after an edit of the hair, of one in three points, hardly differs from the last: shadows
+/// are where they were.
+#[test]
+fn first_pictures_after_edits_are_close_to_the_last() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut lights = key_and_sky();
+    lights.push(SrbfLight {
+        direction: [0.6, 0.64, 0.48],
+        lambda: 0.02,
+        rgb: [900.0, 850.0, 800.0],
+    });
+    let at = write_small_scene(
+        folder.path(),
+        &curtain(400, 24, 0.3, 0.3),
+        lights,
+        |scene| {
+            scene.render.size = [96, 64];
+        },
+    );
+    let mut viewer = interactive(Session::open(&at).expect("a scene"));
+    viewer.set_window([96, 64]).expect("a size");
+    finish(&mut viewer);
+    for keys in [
+        json!({"hair.sigma_a": [0.1, 0.4, 0.8]}),
+        json!({"hair.eta": 1.35}),
+        json!({"hair.density_back": 0.3}),
+        json!({"hair.width_deg": {"r": 10, "tt": 5, "trt": 14}}),
+    ] {
+        let before = shown(&viewer).pixels.to_vec();
+        let script = Script::from_json(&json!([{"set": keys}]).to_string()).expect("valid");
+        let done = script.run(&mut viewer, |_, _| {
+            Ok::<(), strandlight_runtime::ScriptError>(())
+        });
+        done.expect("a valid step");
+        while !viewer.advance(Duration::ZERO).expect("a step").is_shaded {}
+        let first = shown(&viewer).pixels.to_vec();
+        finish(&mut viewer);
+        let last = shown(&viewer).pixels.to_vec();
+        let (step, edit) = (distance(&first, &last), distance(&before, &last));
+        println!("{keys}: {step:.4} of {edit:.4}");
+        assert!(
+            first != last && step < 0.03 && step < edit,
+            "{keys}: {step} of {edit}"
+        );
+    }
+}
+
+/// Between pictures of 96 pixels in a row, in means over 4 x 4, over their brightness.
+fn distance(a: &[[u8; 4]], b: &[[u8; 4]]) -> f64 {
+    let means = |pixels: &[[u8; 4]]| {
+        let mut sums = vec![0.0; 3 * 24 * pixels.len() / (4 * 96)];
+        for (ix, pixel) in pixels.iter().enumerate() {
+            let tile = ix % 96 / 4 + 24 * (ix / 96 / 4);
+            for channel in 0..3 {
+                sums[3 * tile + channel] += f64::from(pixel[channel]);
+            }
+        }
+        sums
+    };
+    let (a, b) = (means(a), means(b));
+    let off: f64 = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum();
+    (off / b.iter().map(|b| b * b).sum::<f64>()).sqrt()
+}
+
 /// A light below the power from which on there are maps is lifted above it when another is off.
 #[test]
 fn a_light_that_is_off_draws_no_maps_again() {

@@ -20,7 +20,7 @@ use super::super::shade::Counts;
 pub(super) enum Quality {
     /// Shadows are those of the volume, or the light through to the eye is that of the view before.
     Draft,
-    /// Points that hardly count have the radiance of others.
+    /// Some points are shaded, the others are interpolated.
     Most,
     /// It is what was kept of lights of other colours.
     Recolored,

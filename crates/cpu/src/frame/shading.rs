@@ -86,6 +86,8 @@ impl Frame {
         };
         let has_narrow = maps.is_some() && lights.records.iter().any(LightRecord::is_narrow);
         let shading = self.shading.get_or_insert_with(|| {
+            let radiance = Radiance::black(n_places, has_narrow);
+            let has_before = (self.before.as_ref()).is_some_and(|before| before.is_like(&radiance));
             let mut shading = Shading {
                 quality,
                 groups: match tables {
@@ -95,9 +97,12 @@ impl Frame {
                 },
                 group: 0,
                 order: visible.order.clone(),
-                n_first: visible.n_first,
+                n_first: match has_before {
+                    true => visible.n_thinned,
+                    false => visible.n_first,
+                },
                 n_done: 0,
-                radiance: Radiance::black(n_places, has_narrow),
+                radiance,
                 counts: Counts::default(),
                 peaks: (quality == Quality::Draft).then(|| {
                     let optics = scene.hair.optics();
@@ -119,7 +124,11 @@ impl Frame {
         let is_first_picture = self.shaded.is_none();
         let places = &shading.order[shading.n_done..];
         let slice = n_places.div_ceil(8).clamp(SLICE.start, SLICE.end);
-        let places = &places[..places.len().min(slice)];
+        let n_left = match shading.n_first - shading.n_done.min(shading.n_first) {
+            0 => places.len(),
+            n_left => n_left,
+        };
+        let places = &places[..n_left.min(slice)];
         let paint = scene.paint();
         let is_plain = |place: &u32| {
             let point = visible.points[*place as usize] as usize;
@@ -211,13 +220,17 @@ impl Frame {
                 self.finish_shading(picturing);
             }
         } else if is_last && is_first_done && picturing.has_drafts && is_first_picture {
-            let radiance = shading.radiance.clone();
+            let mut radiance = shading.radiance.clone();
+            visible.fill(&mut radiance, shading.n_done, self.before.as_ref());
             self.show(picturing, Quality::Most, radiance);
         }
     }
 
     fn finish_shading(&mut self, picturing: &Picturing) {
-        if let Some(shading) = self.shading.take() {
+        if let Some(mut shading) = self.shading.take() {
+            if let (Quality::Draft, Some((_, visible))) = (shading.quality, &self.list) {
+                visible.fill(&mut shading.radiance, shading.n_first, None);
+            }
             self.stats.set_terms(&shading.counts.terms);
             let is_whole = shading.quality == Quality::Whole;
             if let (Some(kept), Some(lights), true) = (&mut self.kept, &self.lights, is_whole) {
@@ -227,14 +240,10 @@ impl Frame {
         }
     }
 
-    fn show(&mut self, picturing: &Picturing, quality: Quality, mut radiance: Radiance) {
+    fn show(&mut self, picturing: &Picturing, quality: Quality, radiance: Radiance) {
         let Some((list, visible)) = &self.list else {
             return;
         };
-        if matches!(quality, Quality::Draft | Quality::Most) {
-            visible.fill(&mut radiance.at);
-            visible.fill(&mut radiance.along);
-        }
         let n_points = picturing.scene.strands.points.len();
         self.stats.list_entries = list.n_entries() as u64;
         self.stats.visible_points = visible.points.len() as u64;

@@ -27,6 +27,16 @@ pub(in super::super) enum Edit {
     Background,
 }
 
+impl Edit {
+    /// Is each point as bright beside its neighbours as before, but for what the hair or a light does to all of them?
+    pub const fn keeps_shadows(self) -> bool {
+        matches!(
+            self,
+            Edit::Hair | Edit::Terms | Edit::Densities | Edit::Colors
+        )
+    }
+}
+
 /// A part of the work for a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stage {

@@ -9,6 +9,7 @@ use strandlight_scene::{PreparedScene, Stats};
 use super::super::arriving::Arriving;
 use super::super::list::{Listing, VisibilityList};
 use super::super::proxies::Proxies;
+use super::super::radiance::RadianceBefore;
 use super::super::through_shares::Through;
 use super::super::unblocked::{Casting, Unblocked};
 use super::super::visible::VisiblePoints;
@@ -65,6 +66,8 @@ pub(in super::super) struct Frame {
     pub(super) kept: Option<Kept>,
     pub(super) shading: Option<Shading>,
     pub(super) shaded: Option<Shaded>,
+    /// Radiance before edits that left points and shadows as they are.
+    pub(super) before: Option<RadianceBefore>,
     /// Radiance before an edit of the paint.
     pub(super) before_paint: Option<Painted>,
     /// Of the work since they were last taken.
