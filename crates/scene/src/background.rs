@@ -29,8 +29,8 @@ pub fn ray_direction(view: &ViewUniform, x: f32, y: f32) -> Vec3 {
         .normalize()
 }
 
-/// L(omega) of all lights (Xu 2011 Eq 1), in the form without cancellation.
-fn radiance(lights: &[SrbfLight], omega: Vec3) -> [f32; 3] {
+/// L(omega) of all lights (Xu 2011 Eq 1), linear RGB, in the form without cancellation; `omega` is a unit vector.
+pub fn radiance(lights: &[SrbfLight], omega: Vec3) -> [f32; 3] {
     let mut sum = [0.0; 3];
     for light in lights {
         let d = omega - Vec3::from(light.direction);

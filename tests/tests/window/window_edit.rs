@@ -385,3 +385,27 @@ fn a_highlight_names_its_light_and_lights_go_out() {
     });
     view.without_mouse().assert_different(&start);
 }
+
+#[test]
+fn lights_are_turned_by_their_map() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    let start = view.without_mouse();
+    view.after("places", |view| view.click(view.middle("Hair")));
+    view.after("places", |view| view.click(view.middle("Lights")));
+    let [left, top, right, bottom] = view.place("Light map");
+    assert_eq!((right - left + 1) / 2, bottom - top);
+    view.after("edit", |view| {
+        view.drag(1, [left + 20, bottom - 10], [(right - left) / 4, 0]);
+    });
+    view.picture().assert_different(&start);
+    view.key("ctrl+s");
+    view.wait_for("saved", |events| {
+        events.iter().any(|e| e["event"] == "saved")
+    });
+    // A quarter of the map is a quarter of a turn; the drag loses what it takes to be one.
+    let rotate_deg = scene.read().lights.rotate_deg;
+    assert!((-91.0..-80.0).contains(&rotate_deg), "{rotate_deg}");
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.without_mouse().assert_same(&start);
+}

@@ -225,6 +225,28 @@ fn a_picture_is_written_in_the_size_and_format_that_were_asked_for() {
     view.wait_for_next("picture", 1);
     let start = std::fs::read(&out).expect("a picture");
     assert!(start.starts_with(b"\x76\x2f\x31\x01"));
+    // The same in layers.
+    view.asked("picture", |view| view.key("shift+p"));
+    view.click(view.middle("OpenEXR format"));
+    view.after("places", |view| view.click(view.middle("Layers")));
+    let layers = scene.folder.path().join("layers.exr");
+    view.type_path(&layers);
+    view.wait_for_next("picture", 2);
+    let layers = std::fs::read(&layers).expect("a picture");
+    let has = |file: &[u8], name: &[u8]| file.windows(name.len()).any(|found| found == name);
+    assert!(has(&layers, b"coverage") && !has(&start, b"coverage"));
+    // A turntable.
+    view.asked("picture", |view| view.key("shift+p"));
+    view.type_number("Width", "60");
+    view.type_number("Height", "40");
+    view.type_number("Turntable frames", "3");
+    view.type_path(&scene.folder.path().join("turn_##.png"));
+    view.wait_for_next("picture", 3);
+    let frames = [0, 1, 2].map(|ix| {
+        let path = scene.folder.path().join(format!("turn_{ix:02}.png"));
+        std::fs::read(path).expect("a frame")
+    });
+    assert!(frames[0] != frames[1] && frames[1] != frames[2]);
     view.asked("picture", |view| view.key("shift+p"));
     view.asked("picture", |view| {
         view.type_path(&scene.folder.path().join("still.gif"))

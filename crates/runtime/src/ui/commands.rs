@@ -21,7 +21,6 @@ use super::picker::{Picker as FilePicker, Purpose};
 use super::presets;
 use super::questions::{Answer, Question, Then, name_of};
 use super::snapshot;
-use super::still::Still;
 use super::view::ViewportInput;
 use super::views::Views;
 #[cfg(not(target_arch = "wasm32"))]
@@ -34,8 +33,6 @@ use crate::session::Session;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::session::section_of;
 use crate::viewer::Viewer;
-#[cfg(not(target_arch = "wasm32"))]
-use crate::work::Scratch;
 use strandlight_formats::Scene;
 use strandlight_scene::interactive::Progress;
 use strandlight_scene::paint::Picker;
@@ -658,17 +655,6 @@ impl Workspace {
         }));
     }
 
-    fn ask_still(&mut self) {
-        let size = self.viewer.size();
-        let samples = self.viewer.session().scene().render.samples;
-        let path = self.document.next_picture();
-        let still = Box::new(Still::new(path, size, samples));
-        self.ask(Question::Still {
-            still,
-            failure: None,
-        });
-    }
-
     pub(super) fn answer(&mut self, answer: Answer) {
         match answer {
             Answer::Open(path) => self.take_file(&path),
@@ -822,7 +808,7 @@ impl Workspace {
 
     /// Waits for work; what was under way is stopped.
     #[cfg(not(target_arch = "wasm32"))]
-    fn begin(&mut self, job: Job) {
+    pub(super) fn begin(&mut self, job: Job) {
         self.log.write("job", json!({ "title": job.title }));
         if let Some(other) = self.job.replace(job) {
             other.stop();
@@ -880,10 +866,15 @@ impl Workspace {
                 (Wanted::SaveAs(then), None) if is_missing => self.list_places(then),
                 _ => {}
             },
-            News::Made(Made::Picture(path)) => {
-                let path = path.display().to_string();
-                self.say(&format!("Wrote {path}"));
-                self.log.write("picture", json!({ "path": path }));
+            News::Made(Made::Pictures(paths)) => {
+                let (first, n) = (paths.first().map(|path| path.display()), paths.len());
+                let first = first.map(|path| path.to_string()).unwrap_or_default();
+                self.say(&match n {
+                    1 => format!("Wrote {first}"),
+                    _ => format!("Wrote {n} frames, the first one {first}"),
+                });
+                self.log
+                    .write("picture", json!({ "path": first, "frames": n }));
             }
         }
         self.window.request_redraw();
@@ -977,74 +968,6 @@ impl Workspace {
             Err(error) => self.fail(&error.to_string()),
         }
         self.window.request_redraw();
-    }
-
-    /// Writes a picture as it was asked for; asks before it replaces another file.
-    #[cfg(not(target_arch = "wasm32"))]
-    fn write_still(&mut self, still: Box<Still>, is_agreed: bool) {
-        let path = still.path();
-        let asked = Question::Still {
-            still: still.clone(),
-            failure: None,
-        };
-        let is_known = ["png", "exr"].map(|kind| {
-            path.extension()
-                .is_some_and(|x| x.eq_ignore_ascii_case(kind))
-        });
-        let refused = match strandlight_formats::check_writable(&path) {
-            _ if !is_known.contains(&true) => Some("the name must end in .png or .exr".to_owned()),
-            Err(error) => Some(format!("{}: cannot be written: {error}", path.display())),
-            Ok(_) => None,
-        };
-        if let Some(refused) = refused {
-            self.log.write("error", json!({ "message": refused }));
-            return self.ask(asked.failed(refused));
-        }
-        if path.symlink_metadata().is_ok() && !is_agreed {
-            let path = path.display().to_string();
-            let asked = Box::new(asked);
-            return self.ask(Question::Replace { path, asked });
-        }
-        self.end_stroke();
-        let (mut session, view) = (
-            self.viewer.session().clone(),
-            section_of(&self.viewer.prepared().camera),
-        );
-        let (seconds, backend) = (self.viewer.time(), self.choice.name());
-        let title = format!("Rendering {}", name_of(&path));
-        self.begin(Job::start(title, move |work| {
-            // What the window shows, whether it is saved or not.
-            let scratch = Scratch::new().map_err(strandlight_formats::Error::from)?;
-            let scene = scratch.join("scene.toml");
-            session.edit("picture", |scene| {
-                scene.camera = Some(view);
-                scene.render.size = still.size;
-                scene.render.samples = still.samples;
-            })?;
-            session.save_as(&scene)?;
-            let seconds = seconds.to_string();
-            let (scene, out) = (scene.as_os_str(), path.as_os_str());
-            work.strandlight(
-                &format!("rendering {}", name_of(&path)),
-                [
-                    "render".as_ref(),
-                    scene,
-                    "-o".as_ref(),
-                    out,
-                    "--time".as_ref(),
-                    seconds.as_ref(),
-                    "--backend".as_ref(),
-                    backend.as_ref(),
-                ],
-            )?;
-            Ok(Made::Picture(path))
-        }));
-    }
-
-    /// A page has no other program to draw it.
-    #[cfg(target_arch = "wasm32")]
-    fn write_still(&mut self, _: Box<Still>, _: bool) {
-        self.screenshot();
     }
 
     pub(super) fn on_files(&mut self) {

@@ -57,8 +57,8 @@ mod native {
             /// It was closed before anybody could have seen it: there is no dialog.
             is_missing: bool,
         },
-        /// A picture was written here.
-        Picture(PathBuf),
+        /// Pictures were written here: one, or the frames of a turntable.
+        Pictures(Vec<PathBuf>),
     }
 
     /// What a file is wanted for.

@@ -368,7 +368,8 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
     });
     section(ui, "Lights", false, changes, |ui, changes| {
         let lights = &input.viewer.session().light_set().lights;
-        panel::lights::show(ui, scene, lights, &mut state.lights, changes);
+        let lit = &input.viewer.prepared().lights;
+        panel::lights::show(ui, scene, [lights, lit], &mut state.lights, changes);
     });
     section(ui, "Render", false, changes, |ui, changes| {
         panel::picture::show(ui, scene, &mut state.backdrop, changes);

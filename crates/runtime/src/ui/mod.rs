@@ -38,11 +38,14 @@ mod presets;
 mod questions;
 mod scalp;
 mod screen;
+#[cfg(not(target_arch = "wasm32"))]
+mod sequence;
 mod settings;
 mod snapshot;
 #[cfg(not(target_arch = "wasm32"))]
 mod splash;
 mod still;
+mod still_job;
 mod theme;
 mod view;
 mod views;

@@ -207,7 +207,7 @@ fn form(
         ui.label(RichText::new(heading).strong());
         let focused = ui.memory(egui::Memory::focused);
         let of_options = match &question {
-            Question::Still { .. } => 130.0,
+            Question::Still { .. } => 180.0,
             _ => 0.0,
         };
         let height = (room.y - 210.0 - of_options).clamp(40.0, 300.0);

@@ -1,4 +1,5 @@
-//! A picture as a file: of which size, with how many samples, in which format, under which name.
+//! A picture as a file: of which size, with how many samples, in which format, under which name; or the
+//! frames of a turntable, or a picture in layers.
 
 use std::path::PathBuf;
 
@@ -7,6 +8,9 @@ use egui::Ui;
 use super::asked::Asked;
 use super::field::{Changes, Field, named};
 use super::picker::{Picker, Purpose};
+#[cfg(not(target_arch = "wasm32"))]
+use super::sequence::file_of;
+use crate::script::MAX_FRAMES;
 use strandlight_scene::budget::{MAX_SAMPLES, MAX_SIDE};
 
 /// Sizes that are asked for by name.
@@ -26,6 +30,10 @@ pub struct Still {
     pub size: [u32; 2],
     /// Samples a pixel on the GPU.
     pub samples: u32,
+    /// Frames of a full turn about the vertical; 1: a picture.
+    pub frames: u32,
+    /// With all layers beside the picture, in an OpenEXR file.
+    pub has_layers: bool,
 }
 
 impl Still {
@@ -36,12 +44,29 @@ impl Still {
             picker: Picker::new(Purpose::Save, path, kinds),
             size,
             samples,
+            frames: 1,
+            has_layers: false,
         }
     }
 
     /// Where it goes.
     pub fn path(&self) -> PathBuf {
         Picker::target(&self.picker.path)
+    }
+
+    /// The files that it makes.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn files(&self) -> Vec<PathBuf> {
+        let path = self.path();
+        match self.frames {
+            1 => vec![path],
+            n => (0..n).map(|ix| file_of(&path, ix)).collect(),
+        }
+    }
+
+    /// Is it one picture in layers?
+    pub fn is_layered(&self) -> bool {
+        self.has_layers && self.is_exr() && self.frames == 1
     }
 
     fn is_exr(&self) -> bool {
@@ -122,6 +147,35 @@ pub fn show(ui: &mut Ui, still: &mut Still, asked: &Asked<'_>, places: &mut Chan
     {
         still.samples = samples as u32;
     }
+    let mut frames = f64::from(still.frames);
+    if Field::new("Turntable frames", 1.0..=f64::from(MAX_FRAMES), 1.0)
+        .decimals(0)
+        .slider(1.0..=240.0)
+        .logarithmic()
+        .help(
+            "More than 1: frames of a full turn of the camera about the vertical. Their number takes the place of \
+             %04d or #### in the name, or stands before its end.",
+        )
+        .show(ui, &mut frames, &mut changes)
+    {
+        still.frames = frames as u32;
+    }
+    let can_be_layered = still.is_exr() && still.frames == 1;
+    named(
+        ui,
+        "Layers",
+        "Besides the picture: its parts by mode and by term, depth, tangent and more, as `render --aov` writes them; \
+         OpenEXR, one picture",
+        |ui| {
+            let mut is_layered = still.is_layered();
+            let checkbox = egui::Checkbox::without_text(&mut is_layered);
+            let checkbox = ui.add_enabled(can_be_layered, checkbox);
+            changes.place("Layers", &checkbox);
+            if checkbox.changed() {
+                still.has_layers = is_layered;
+            }
+        },
+    );
     places.places.append(&mut changes.places);
     places.refused = places.refused.take().or(changes.refused);
 }

@@ -4,11 +4,11 @@ use egui::{Color32, RichText, Sense, Ui};
 use strandlight_formats::params::{ADJUST, LIGHTS};
 use strandlight_formats::{LightAdjust, Scene, SrbfLight};
 
+use super::light_map::{LightMap, MINUS, power};
 use crate::ui::field::{Changes, row};
 use crate::ui::param::Rows;
 use crate::ui::theme;
 use strandlight_scene::tone;
-use strandlight_scene::volume;
 
 /// What the panel remembers of the lights between frames.
 #[derive(Debug, Default)]
@@ -21,6 +21,8 @@ pub struct LightsState {
     pub picked: Option<String>,
     /// The list follows the selection once.
     pub reveal: bool,
+    /// The lights around the hair.
+    map: LightMap,
 }
 
 impl LightsState {
@@ -30,16 +32,20 @@ impl LightsState {
     }
 }
 
-/// Rotation, strength and tint of all, the list, and the selected light. `lights` are those of the
-/// light set's file.
+/// The map of the lights, rotation, strength and tint of all, the list, and the selected light. `lights` are those
+/// of the light set's file, and as they are `lit` and turned in the picture.
 pub fn show(
     ui: &mut Ui,
     scene: &mut Scene,
-    lights: &[SrbfLight],
+    [lights, lit]: [&[SrbfLight]; 2],
     state: &mut LightsState,
     changes: &mut Changes,
 ) {
     let section = &mut scene.lights;
+    let before = state.selected;
+    let LightsState { map, selected, .. } = state;
+    map.show(ui, lit, section, selected, changes);
+    state.reveal |= state.selected != before;
     let plain = (LIGHTS.plain)();
     let mut rows = Rows {
         section: &LIGHTS,
@@ -85,7 +91,7 @@ pub fn show(
     });
     list(ui, scene, lights, state, changes);
     if let Some(ix) = state.selected.filter(|&ix| (ix as usize) < lights.len()) {
-        selected(ui, scene, ix, changes);
+        adjust(ui, scene, ix, changes);
     }
 }
 
@@ -146,9 +152,6 @@ fn list(
         });
 }
 
-/// As wide as a digit, which a hyphen is not.
-const MINUS: &str = "\u{2212}";
-
 /// Where the columns of the list end, points.
 const COLUMNS: [f32; 4] = [20.0, 70.0, 132.0, 196.0];
 
@@ -176,11 +179,6 @@ fn order(lights: &[SrbfLight]) -> Vec<u32> {
         b.total_cmp(&a)
     });
     order
-}
-
-/// Power in all channels.
-fn power(light: &SrbfLight) -> f32 {
-    volume::power(light).iter().sum::<f64>() as f32
 }
 
 /// Azimuth and elevation in degrees, turned as the scene says.
@@ -222,7 +220,7 @@ fn toggle(
     }
 }
 
-fn selected(ui: &mut Ui, scene: &mut Scene, ix: u32, changes: &mut Changes) {
+fn adjust(ui: &mut Ui, scene: &mut Scene, ix: u32, changes: &mut Changes) {
     let section = &mut scene.lights;
     let own = section.adjust.iter().find(|own| own.light == ix);
     let plain = LightAdjust::new(ix);
