@@ -409,3 +409,29 @@ fn lights_are_turned_by_their_map() {
     view.after("undo", |view| view.key("ctrl+z"));
     view.without_mouse().assert_same(&start);
 }
+
+#[test]
+fn views_are_locked_kept_and_set_by_focal_length() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &["--size", "760x900"]);
+    for closed in ["Hair", "Camera"] {
+        view.after("places", |view| view.click(view.middle(closed)));
+    }
+    let start = view.without_mouse();
+    view.after("places", |view| view.click(view.middle("Keep view button")));
+    view.type_number("Focal length", "85");
+    let nearer = view.picture();
+    nearer.assert_different(&start);
+    // Looking around is no edit.
+    assert_eq!(view.count("edit"), 0);
+    view.click(view.middle("View 1"));
+    view.picture().assert_same(&start);
+    view.click(view.middle("Lock"));
+    let [left, top, right, bottom] = view.place("View");
+    view.drag(1, [(left + right) / 2, (top + bottom) / 2], [60, 0]);
+    view.picture().assert_same(&start);
+    view.click(view.middle("Lock"));
+    view.drag(1, [(left + right) / 2, (top + bottom) / 2], [60, 0]);
+    view.picture().assert_different(&start);
+    view.close();
+}

@@ -12,6 +12,7 @@ use super::keys::{self, Command, Side};
 use super::legend;
 use super::looks::Looks;
 use super::orbit::Bounds;
+use super::panel::camera::CameraState;
 use super::panel::lights::LightsState;
 use super::panel::motion::MotionState;
 use super::panel::paint::PaintState;
@@ -85,6 +86,8 @@ pub struct UiState {
     pub paint: PaintState,
     /// The clock of the motion.
     pub motion: MotionState,
+    /// Of the section on the camera.
+    pub camera: CameraState,
     /// The list of keys is shown.
     pub is_help_open: bool,
     /// What the window waits to be answered.
@@ -199,8 +202,15 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     let is_see_through = background == strandlight_formats::Background::None;
     let mode = (is_brush, is_see_through, is_beside);
     let (viewport, response) = view::show(ui, input.texture, &camera, input.bounds, mode);
-    *view = viewport.camera.or(*view);
+    *view = viewport
+        .camera
+        .filter(|_| !state.camera.is_locked)
+        .or(*view);
     changes.place("View", &response);
+    if state.camera.has_frame {
+        let size = input.viewer.session().scene().render.size;
+        panel::camera::frame(ui, response.rect, size);
+    }
     wipe(ui, state, &camera, &viewport, response.rect, changes);
     #[cfg(not(target_arch = "wasm32"))]
     legend::show(ui, input.viewer, viewport.hover, response.rect);
@@ -385,15 +395,8 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
         let camera = &input.viewer.prepared().camera;
         let is_moved = input.viewer.is_view_moved();
         let can_look = input.can_look;
-        *view = panel::camera::show(
-            ui,
-            camera,
-            is_moved,
-            can_look,
-            input.bounds,
-            changes,
-            commands,
-        );
+        let (of_view, looks) = ((camera, input.bounds), (is_moved, can_look));
+        *view = panel::camera::show(ui, of_view, looks, &mut state.camera, changes, commands);
     });
     section(ui, "Statistics", false, changes, |ui, _| {
         panel::statistics::show(ui, input.viewer, &input.progress, input.times);
