@@ -398,7 +398,7 @@ fn lights_are_turned_by_their_map() {
     view.after("edit", |view| {
         view.drag(1, [left + 20, bottom - 10], [(right - left) / 4, 0]);
     });
-    view.picture().assert_different(&start);
+    view.without_mouse().assert_different(&start);
     view.key("ctrl+s");
     view.wait_for("saved", |events| {
         events.iter().any(|e| e["event"] == "saved")
@@ -420,18 +420,18 @@ fn views_are_locked_kept_and_set_by_focal_length() {
     let start = view.without_mouse();
     view.after("places", |view| view.click(view.middle("Keep view button")));
     view.type_number("Focal length", "85");
-    let nearer = view.picture();
+    let nearer = view.without_mouse();
     nearer.assert_different(&start);
     // Looking around is no edit.
     assert_eq!(view.count("edit"), 0);
     view.click(view.middle("View 1"));
-    view.picture().assert_same(&start);
+    view.without_mouse().assert_same(&start);
     view.click(view.middle("Lock"));
     let [left, top, right, bottom] = view.place("View");
     view.drag(1, [(left + right) / 2, (top + bottom) / 2], [60, 0]);
-    view.picture().assert_same(&start);
+    view.without_mouse().assert_same(&start);
     view.click(view.middle("Lock"));
     view.drag(1, [(left + right) / 2, (top + bottom) / 2], [60, 0]);
-    view.picture().assert_different(&start);
+    view.without_mouse().assert_different(&start);
     view.close();
 }
