@@ -29,6 +29,8 @@ pub enum Openable {
     Lights,
     /// An environment map, to which lights are fitted.
     Map,
+    /// A LUT for the display.
+    Lut,
 }
 
 impl Openable {
@@ -39,6 +41,7 @@ impl Openable {
             Openable::Groom | Openable::Hair => "Groom",
             Openable::Lights => "Light set",
             Openable::Map => "Map",
+            Openable::Lut => "LUT",
         }
     }
 }
@@ -51,7 +54,7 @@ pub enum CannotOpen {
     #[error(transparent)]
     File(#[from] Error),
     /// It is something else.
-    #[error("{name} is {what}; open a scene, hair, a light set or an HDR map{advice}")]
+    #[error("{name} is {what}; open a scene, hair, a light set, an HDR map or a LUT{advice}")]
     Kind {
         /// Name of the file.
         name: String,
@@ -92,6 +95,9 @@ pub fn kind_of(path: &Path) -> Result<Openable, CannotOpen> {
         FileKind::Ours(Kind::Lights) => Ok(Openable::Lights),
         FileKind::Hair(_) => Ok(Openable::Hair),
         FileKind::Map(_) => Ok(Openable::Map),
+        FileKind::Cube => Ok(Openable::Lut),
+        // After long comments; what is wrong with it is said by line.
+        FileKind::Text if is_called("cube") => Ok(Openable::Lut),
         FileKind::Ours(Kind::Mesh) => {
             let advice = "; a scene names meshes in [[proxy]]";
             Err(cannot_open(path, found.name(), advice))
@@ -197,8 +203,8 @@ fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Opens any file: a scene, or a scene made around a groom, hair of another program, a light set or an
-/// environment map, with what is built in for the rest. Such a scene is called after the file and was
+/// Opens any file: a scene, or a scene made around a groom, hair of another program, a light set, an
+/// environment map or a LUT, with what is built in for the rest. Such a scene is called after the file and was
 /// never saved.
 ///
 /// # Errors
@@ -211,6 +217,7 @@ pub fn open(path: &Path, work: &Work) -> Result<Session, CannotOpen> {
     }
     let whole = std::path::absolute(path).map_err(Error::from)?;
     let (groom, lights) = match kind {
+        Openable::Lut => (None, None),
         Openable::Groom => (Some(whole.clone()), None),
         Openable::Hair => {
             let groom = beside(&whole, "groom", &files);
@@ -224,10 +231,11 @@ pub fn open(path: &Path, work: &Work) -> Result<Session, CannotOpen> {
         }
         Openable::Lights | Openable::Scene => (None, Some(whole.clone())),
     };
-    Ok(around(&whole, groom, lights, files)?)
+    let lut = (kind == Openable::Lut).then(|| whole.clone());
+    Ok(around(&whole, groom, lights, lut, files)?)
 }
 
-/// A scene around a groom, a light set or neither, called after `path`.
+/// A scene around a groom, a light set, a LUT or none of them, called after `path`.
 ///
 /// # Errors
 /// What cannot be read or drawn, by name.
@@ -235,6 +243,7 @@ fn around(
     path: &Path,
     groom: Option<PathBuf>,
     lights: Option<PathBuf>,
+    lut: Option<PathBuf>,
     files: Files,
 ) -> Result<Session, SessionError> {
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
@@ -253,6 +262,7 @@ fn around(
         Err(_) => path,
     };
     let mut scene = Scene::new(name(groom), name(lights));
+    scene.render.lut = lut.map(name);
     scene.hair = scene.hair.with_preset("brown")?;
     let scene_path = beside(path, "toml", &files);
     files.hold(&scene_path, scene.to_toml_string()?.into_bytes());
@@ -318,7 +328,7 @@ fn hold(files: &Files, home: &Path, file: &mut PathBuf, bytes: Vec<u8>) {
 /// None but bugs.
 pub fn plain(home: &Path) -> Result<Session, CannotOpen> {
     let path = home.join("plain.groom");
-    Ok(around(&path, None, None, Files::over_disk())?)
+    Ok(around(&path, None, None, None, Files::over_disk())?)
 }
 
 #[cfg(test)]
