@@ -293,6 +293,8 @@ fn opaque([r, g, b]: [u8; 3]) -> [u8; 4] {
 
 #[cfg(test)]
 mod tests {
+    use strandlight_scene::tone::ToneMap;
+
     use super::*;
 
     #[test]

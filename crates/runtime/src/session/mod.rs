@@ -384,3 +384,8 @@ impl Direction {
         }
     }
 }
+
+/// Are pictures shown by another LUT, or by one and by none?
+fn has_other_lut(a: &Assets, b: &Assets) -> bool {
+    a.lut.as_ref().map(Arc::as_ptr) != b.lut.as_ref().map(Arc::as_ptr)
+}

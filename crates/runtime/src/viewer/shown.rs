@@ -50,7 +50,10 @@ impl Viewer {
     /// its luminance in stops from middle grey.
     pub fn readout(&self, [x, y]: [f32; 2]) -> Option<([f32; 4], f32)> {
         let inspector = self.inspector.as_ref()?;
-        inspector.of.filter(|(n, ..)| *n == self.n_outdated)?;
+        inspector
+            .of
+            .as_ref()
+            .filter(|(n, ..)| *n == self.n_outdated)?;
         let picture = inspector.picture.as_ref()?;
         let (width, height) = (picture.width as f32, picture.height as f32);
         let is_inside = x >= 0.0 && y >= 0.0 && x < width && y < height;

@@ -43,7 +43,13 @@ pub fn show(
                     changes,
                 );
             }
-            Kind::File => lut(ui, param.spec, &rows.key(param), &mut rows.target.lut, changes),
+            Kind::File => lut(
+                ui,
+                param.spec,
+                &rows.key(param),
+                &mut rows.target.lut,
+                changes,
+            ),
             // Of no effect without one.
             _ if param.spec.key == "lut_input" && rows.target.lut.is_none() => {}
             _ if param.spec.key == "tone_map" && rows.target.lut.is_some() => {}
@@ -55,13 +61,7 @@ pub fn show(
 }
 
 /// The LUT in place of the tone map, and a button that takes it away.
-fn lut(
-    ui: &mut Ui,
-    spec: ParamSpec,
-    key: &str,
-    file: &mut Option<PathBuf>,
-    changes: &mut Changes,
-) {
+fn lut(ui: &mut Ui, spec: ParamSpec, key: &str, file: &mut Option<PathBuf>, changes: &mut Changes) {
     named(ui, spec.label, &help(spec.help, key), |ui| {
         let Some(path) = &*file else {
             ui.weak("none; drop a .cube file");
