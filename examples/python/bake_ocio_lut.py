@@ -4,7 +4,7 @@ python bake_ocio_lut.py OUT.cube [--config CONFIG] [--display DISPLAY] [--view V
 
 Needs `pip install opencolorio numpy`. Without options: the ACES 2.0 view of OpenColorIO's own config,
 for an sRGB display. The file takes radiance encoded as `render.lut_input = "log2"` says, which is the
-default there: (log2(v / 0.18) + 10) / 16.5 of scene-linear Rec.709 v.
+default there: (log2(v / 0.18) + 10) / 20 of scene-linear Rec.709 v.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import PyOpenColorIO as ocio
 # Names of scene-linear Rec.709 in the configs that are about.
 SOURCES = ["Linear Rec.709 (sRGB)", "lin_rec709", "Utility - Linear - sRGB", "Linear Rec.709"]
 # Stops below and above middle grey that the LUT covers; `LutInput::Log2` in crates/scene/src/lut.rs.
-BELOW, ABOVE = 10.0, 6.5
+BELOW, ABOVE = 10.0, 10.0
 
 
 def linear(encoded: np.ndarray) -> np.ndarray:

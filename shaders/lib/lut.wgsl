@@ -14,8 +14,8 @@ fn encoded(v: f32, input: u32) -> f32 {
     if input == LUT_LINEAR {
         return clamp(v, -1e30, 1e30);
     }
-    // 2^-10 and 2^6.5 times middle grey lie at 0 and 1.
-    return clamp((log2(clamp(v, 1e-10, 1e10) / 0.18) + 10.0) / 16.5, 0.0, 1.0);
+    // Ten stops on either side of middle grey.
+    return clamp((log2(clamp(v, 1e-10, 1e10) / 0.18) + 10.0) / 20.0, 0.0, 1.0);
 }
 
 // Where v lies among samples 0 to size - 1 at inputs from low to high.

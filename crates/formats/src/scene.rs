@@ -220,8 +220,8 @@ impl ToneMap {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LutInput {
-    /// `(log2(v / 0.18) + 10) / 16.5`, clipped to 0..=1: the stops from 10 below middle grey to 6.5
-    /// above it.
+    /// `(log2(v / 0.18) + 10) / 20`, clipped to 0..=1: ten stops below middle grey and ten above it,
+    /// which lies at 0.5.
     #[default]
     Log2,
     /// Clipped to 0..=1 and encoded by the curve of sRGB, as a picture without tone map is.

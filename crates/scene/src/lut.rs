@@ -47,8 +47,8 @@ impl Lut {
 /// Linear radiance as a LUT takes it.
 pub fn encoded(v: f32, input: LutInput) -> f32 {
     match input {
-        // 2^-10 and 2^6.5 times middle grey lie at 0 and 1.
-        LutInput::Log2 => (((v.clamp(1e-10, 1e10) / 0.18).log2() + 10.0) / 16.5).clamp(0.0, 1.0),
+        // Ten stops on either side of middle grey.
+        LutInput::Log2 => (((v.clamp(1e-10, 1e10) / 0.18).log2() + 10.0) / 20.0).clamp(0.0, 1.0),
         LutInput::Srgb => srgb_from_linear(v.clamp(0.0, 1.0)),
         LutInput::Linear => v.clamp(-1e30, 1e30),
     }
@@ -148,9 +148,9 @@ mod tests {
     #[test]
     fn middle_grey_and_the_ends_of_the_stops_are_where_they_are_said_to_be() {
         for (stops, wanted) in [
-            (0.0, 10.0 / 16.5),
+            (0.0, 0.5),
             (-10.0, 0.0),
-            (6.5, 1.0),
+            (10.0, 1.0),
             (-40.0, 0.0),
             (40.0, 1.0),
         ] {

@@ -125,7 +125,7 @@ const LUT_INPUTS: &[Word] = &[
     (
         "log2",
         "Log2",
-        "`(log2(v / 0.18) + 10) / 16.5`, clipped to 0..1: 10 stops below middle grey to 6.5 above.",
+        "`(log2(v / 0.18) + 10) / 20`, clipped to 0..1: ten stops on either side of middle grey.",
     ),
     (
         "srgb",
