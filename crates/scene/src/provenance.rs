@@ -195,6 +195,8 @@ mod tests {
             ("b.groom", b"hair".to_vec()),
             ("c.groom", b"other hair".to_vec()),
             ("a.lights", b"lights".to_vec()),
+            ("a.cube", b"look".to_vec()),
+            ("b.cube", b"look".to_vec()),
         ])
     }
 
@@ -217,6 +219,16 @@ mod tests {
         edited.hair.eta = 1.6;
         let edited = recorded(&edited, 0.0);
         assert!(edited.get(GROOM) == first.get(GROOM) && edited.get(SCENE) != first.get(SCENE));
+        let mut shown = scene.clone();
+        shown.render.lut = Some("a.cube".into());
+        let through = recorded(&shown, 0.0);
+        assert_eq!(
+            through.get("strandlight/lut"),
+            Some(&*content_hash(b"look"))
+        );
+        assert_ne!(through.get(SCENE), first.get(SCENE));
+        shown.render.lut = Some("b.cube".into());
+        assert_eq!(through, recorded(&shown, 0.0));
         let missing = Recorder::new(&files()).record(&Scene::new("x.groom", "a.lights"), 0.0);
         let missing = missing.expect_err("not there").to_string();
         assert!(missing.contains("x.groom"), "{missing}");
