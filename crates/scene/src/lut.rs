@@ -45,7 +45,7 @@ impl Lut {
 }
 
 /// Linear radiance as a LUT takes it.
-pub fn encoded(v: f32, input: LutInput) -> f32 {
+fn encoded(v: f32, input: LutInput) -> f32 {
     match input {
         // Ten stops on either side of middle grey.
         LutInput::Log2 => (((v.clamp(1e-10, 1e10) / 0.18).log2() + 10.0) / 20.0).clamp(0.0, 1.0),
@@ -55,7 +55,7 @@ pub fn encoded(v: f32, input: LutInput) -> f32 {
 }
 
 /// Where `v` lies among samples 0 to `size` - 1 at inputs from `low` to `high`.
-pub fn place(v: f32, low: f32, high: f32, size: u32) -> f32 {
+fn place(v: f32, low: f32, high: f32, size: u32) -> f32 {
     ((v - low) / (high - low)).clamp(0.0, 1.0) * (size - 1) as f32
 }
 
@@ -83,7 +83,7 @@ fn in_grid(grid: &CubeTable, v: [f32; 3]) -> [f32; 3] {
 
 /// The four samples of a grid around the place `at`, in units of samples, and their weights, which
 /// add up to 1.
-pub fn tetrahedron(at: [f32; 3], size: u32) -> ([u32; 4], [f32; 4]) {
+fn tetrahedron(at: [f32; 3], size: u32) -> ([u32; 4], [f32; 4]) {
     let base = at.map(|x| (x as u32).min(size - 2));
     let [r, g, b] = std::array::from_fn(|ix| at[ix] - base[ix] as f32);
     // Steps along the axes: that of the largest fraction first, then the middle one.
