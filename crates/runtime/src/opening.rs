@@ -374,12 +374,16 @@ mod tests {
         std::fs::write(at("studio.exr"), strandlight_data::SAMPLE_MAP).expect("written");
         std::fs::write(at("scene.txt"), SAMPLE_SCENE).expect("written");
         std::fs::write(at("broken.toml"), "version = \n[").expect("written");
+        std::fs::write(at("look.txt"), "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n").expect("written");
+        std::fs::write(at("BROKEN.CUBE"), "0 0 0\n# no size\nx\n").expect("written");
         // The name says nothing.
         std::fs::rename(at("head.abc"), at("head.txt")).expect("renamed");
         for (name, kind) in [
             ("studio.exr", Openable::Map),
             ("scene.txt", Openable::Scene),
             ("broken.toml", Openable::Scene),
+            ("look.txt", Openable::Lut),
+            ("BROKEN.CUBE", Openable::Lut),
             ("head.txt", Openable::Hair),
             ("head.hair", Openable::Hair),
             ("head.groom", Openable::Groom),
@@ -433,6 +437,12 @@ mod tests {
         // A light set alone has plain hair, a groom alone the built-in lights.
         let lights = open(&folder.path().join("studio.lights"), &work).expect("opened");
         assert!(lights.groom().n_strands() > 1000);
+        let path = folder.path().join("look.cube");
+        std::fs::write(&path, "LUT_1D_SIZE 2\n0 0 0\n0.5 1 1\n").expect("written");
+        let look = open(&path, &work).expect("opened");
+        assert_eq!(look.scene().render.lut, Some("look.cube".into()));
+        let shown = look.prepared().expect("drawable").display;
+        assert_eq!(shown.display([1e9; 3]), [0.5, 1.0, 1.0]);
         let groom = open(&folder.path().join("head.groom"), &work).expect("opened");
         let known = LightSet::from_bytes(SAMPLE_LIGHTS).expect("a light set");
         assert_eq!(groom.light_set().lights, known.lights);

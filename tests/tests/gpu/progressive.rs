@@ -388,6 +388,10 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
     for lut in luts() {
         progressive.set_grade(scene.exposure, lut.clone(), scene.background);
         while !progressive.advance(Duration::from_secs(1)).unwrap().is_done {}
+        // Nothing is lit or drawn again.
+        let report = progressive.report();
+        let names: Vec<_> = report.stages.iter().map(|stage| stage.name).collect();
+        assert_eq!(names, ["composite", "display"]);
         let shown = progressive.read_display().unwrap();
         let wanted = expected.to_srgb8(scene.exposure, &lut);
         let apart = shown.iter().flatten().zip(wanted.iter().flatten());
