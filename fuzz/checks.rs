@@ -3,7 +3,7 @@
 //! broken.
 
 use strandlight_formats::{
-    BakedFile, ExportOptions, GROOM_FORMATS, Groom, ImportOptions, LightSet, Mesh, Scene,
+    BakedFile, Cube, ExportOptions, GROOM_FORMATS, Groom, ImportOptions, LightSet, Mesh, Scene,
     SourceFile, TableFile, UpAxis, groom_format,
 };
 use xxhash_rust::xxh3::xxh3_64;
@@ -73,6 +73,24 @@ pub fn scene(bytes: &[u8]) -> bool {
         .to_toml_string()
         .expect("what was read can be written");
     assert!(Scene::from_toml(&again).expect("what was written can be read") == scene);
+    true
+}
+
+/// A `.cube` file is refused, or has all the samples that it says, finite, over ranges that are not
+/// empty.
+pub fn cube(bytes: &[u8]) -> bool {
+    let Ok(cube) = Cube::from_bytes(bytes) else {
+        return false;
+    };
+    assert!(cube.curves.is_some() || cube.grid.is_some());
+    for (table, power) in [(cube.curves, 1), (cube.grid, 3)] {
+        let Some(table) = table else {
+            continue;
+        };
+        assert!(table.size >= 2 && table.samples.len() == (table.size as usize).pow(power));
+        assert!(table.samples.as_flattened().iter().all(|x| x.is_finite()));
+        assert!((0..3).all(|ix| table.low[ix] < table.high[ix]));
+    }
     true
 }
 

@@ -59,6 +59,7 @@ modules!(
     "lib/half_circle",
     "lib/irradiance",
     "lib/light",
+    "lib/lut",
     "lib/lobes",
     "lib/local_scattering",
     "lib/longitudinal",

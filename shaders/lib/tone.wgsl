@@ -4,6 +4,7 @@
 const TONE_NONE: u32 = 0u;
 const TONE_FILMIC: u32 = 1u;
 const TONE_AGX: u32 = 2u;
+const TONE_LUT: u32 = 3u;
 
 // sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied).
 fn display(rgb: vec3f, tone_map: u32) -> vec3f {

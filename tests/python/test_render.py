@@ -87,6 +87,32 @@ def test_pictures_are_arrays_that_know_how_they_are_shown(folder, tmp_path, stra
     assert np.array_equal(np.asarray(Image.open(out).convert("RGBA")), eight)
 
 
+def test_pictures_are_shown_through_the_lut_of_their_scene(folder, tmp_path, strandlight, monkeypatch):
+    from PIL import Image
+
+    lut = tmp_path / "swapped.cube"
+    rows = [f"{b} {g} {r}" for b in (0, 1) for g in (0, 1) for r in (0, 1)]
+    lut.write_text("LUT_3D_SIZE 2\n" + "\n".join(rows) + "\n")
+    keys = {"render.lut": lut, "render.lut_input": "srgb", "render.exposure": 1.0}
+    picture = sl.render(folder / "scene.toml", set=keys)
+    assert (picture.lut, picture.lut_input) == (str(lut), "srgb")
+    again = pickle.loads(pickle.dumps(picture))
+    assert again.lut == str(lut) and np.array_equal(again.srgb8(), picture.srgb8())
+    plain = sl.to_srgb8(picture, exposure=1.0, tone_map="none")
+    eight = picture.srgb8()
+    assert np.abs(eight[..., [2, 1, 0]].astype(int) - plain[..., :3]).max() <= 1
+    assert np.array_equal(eight, sl.to_srgb8(picture, exposure=1.0, lut=lut, lut_input="srgb"))
+    out = tmp_path / "its.png"
+    given = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
+    strandlight("render", folder / "scene.toml", "--backend", "cpu", "-o", out, *given)
+    assert np.array_equal(np.asarray(Image.open(out).convert("RGBA")), eight)
+    # Of a groom in memory too, by a path that starts from the working folder.
+    monkeypatch.chdir(tmp_path)
+    groom, lights = sl.Groom.open(folder / "bob.groom"), sl.LightSet.open(folder / "sky.lights")
+    small = {"render": {"size": [16, 12], "lut": "swapped.cube"}}
+    assert sl.render(small, groom=groom, lights=lights).lut == str(lut)
+
+
 @pytest.mark.parametrize(
     ("call", "kind", "words"),
     [
@@ -109,6 +135,10 @@ def test_pictures_are_arrays_that_know_how_they_are_shown(folder, tmp_path, stra
         (lambda f: sl.render(f / "scene.toml").save("no/folder/a.png"), "io", ["no/folder/a.png"]),
         (lambda f: sl.to_srgb8(np.ones((2, 2, 3))), "value", ["(2, 2, 3)"]),
         (lambda f: sl.to_srgb8(np.ones((2, 2, 4)), tone_map="x"), "value", ["filmic"]),
+        (lambda f: sl.to_srgb8(np.ones((2, 2, 4)), lut="not/there.cube"), "io", ["not/there.cube"]),
+        (lambda f: sl.to_srgb8(np.ones((2, 2, 4)), lut=f / "sky.lights"), "format", [".cube"]),
+        (lambda f: sl.to_srgb8(np.ones((2, 2, 4)), lut="x.cube", lut_input="log"), "value", ["log2"]),
+        (lambda f: sl.render(f / "scene.toml", set={"render.lut": "none.cube"}), "io", ["render.lut", "none.cube"]),
     ],
 )
 def test_errors_say_what_is_wrong(folder, call, kind, words):

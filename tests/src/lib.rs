@@ -106,6 +106,7 @@ fn run(command: &mut Command) -> Output {
 
 pub mod corners;
 pub mod generated;
+pub mod luts;
 pub mod optics;
 pub mod oracle;
 pub mod random;

@@ -241,7 +241,7 @@ pub fn picture_rmse(a: &Picture, b: &Picture) -> f64 {
 /// Writes a picture where a person can look at it, if `STRANDLIGHT_PICTURES` names a folder.
 pub fn keep(name: &str, picture: &Picture) {
     if let Some(folder) = std::env::var_os("STRANDLIGHT_PICTURES") {
-        let png = picture.to_png(0.0, ToneMap::Filmic).expect("a PNG");
+        let png = picture.to_png(0.0, &ToneMap::Filmic.into()).expect("a PNG");
         let path = std::path::Path::new(&folder).join(format!("{name}.png"));
         std::fs::write(path, png).expect("the folder can be written");
     }

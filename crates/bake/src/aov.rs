@@ -174,7 +174,7 @@ fn draw(
     backend.set_scattering(spec.scattering);
     let colors: Vec<[f32; 3]> = whole.lights.iter().map(|light| light.rgb).collect();
     backend.set_light_colors(&masked(&colors, spec))?;
-    backend.set_grade(whole.exposure, whole.tone_map, background);
+    backend.set_grade(whole.exposure, whole.display.clone(), background);
     backend.render(size, samples, &|_| ())
 }
 

@@ -15,8 +15,10 @@ use strandlight_scene::progress::{Deadline, timed};
 use strandlight_scene::proxy::Proxy;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_scene::stats::Observer;
-use strandlight_scene::tone::{self, ToneMap};
-use strandlight_scene::{Backend, Camera, Picture, PreparedScene, RenderError, Stats};
+use strandlight_scene::tone;
+use strandlight_scene::{
+    Backend, Camera, DisplayTransform, Picture, PreparedScene, RenderError, Stats,
+};
 
 use super::CpuRenderer;
 
@@ -168,7 +170,7 @@ impl InteractiveRenderer {
     /// Takes up a picture, and what it took.
     fn show(&mut self, picture: &Picture, stats: Stats) {
         let scene = self.renderer.scene();
-        let grade = (scene.exposure.exp2(), scene.tone_map);
+        let grade = (scene.exposure.exp2(), &scene.display);
         let ((), seconds) = timed(|| levels(picture, grade, &mut self.pixels));
         self.shown = [picture.width, picture.height];
         self.version += 1;
@@ -192,9 +194,13 @@ fn stats_name() -> String {
     format!("cpu: {} threads", rayon::current_num_threads())
 }
 
-/// What a screen shows of `picture`, in place of what `pixels` had: radiance times `scale`, tone-mapped, in
-/// sRGB times alpha. The twin of `show` in `shaders/pass/display.wgsl`.
-pub fn levels(picture: &Picture, (scale, tone_map): (f32, ToneMap), pixels: &mut Vec<[u8; 4]>) {
+/// What a screen shows of `picture`, in place of what `pixels` had: radiance times `scale`, through `display`,
+/// in sRGB times alpha. The twin of `show` in `shaders/pass/display.wgsl`.
+pub fn levels(
+    picture: &Picture,
+    (scale, display): (f32, &DisplayTransform),
+    pixels: &mut Vec<[u8; 4]>,
+) {
     pixels.resize(picture.rgba.len(), [0; 4]);
     let width = picture.width.max(1) as usize;
     let rows = pixels
@@ -202,10 +208,10 @@ pub fn levels(picture: &Picture, (scale, tone_map): (f32, ToneMap), pixels: &mut
         .zip(picture.rgba.par_chunks(width));
     rows.enumerate().for_each(|(y, (pixels, row))| {
         // Much of a picture is one colour: what is behind the hair.
-        let mut last = ([0.0; 4], tone::graded([0.0; 4], scale, tone_map));
+        let mut last = ([0.0; 4], display.graded([0.0; 4], scale));
         for (x, (pixel, &rgba)) in pixels.iter_mut().zip(row).enumerate() {
             if rgba != last.0 {
-                last = (rgba, tone::graded(rgba, scale, tone_map));
+                last = (rgba, display.graded(rgba, scale));
             }
             let [r, g, b, a] = last.1;
             let dither = tone::dither([x as u32, y as u32]);
@@ -313,8 +319,8 @@ impl Backend for InteractiveRenderer {
         self.renderer.set_samples(samples);
     }
 
-    fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background) {
-        self.renderer.set_grade(exposure, tone_map, background);
+    fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background) {
+        self.renderer.set_grade(exposure, display, background);
         self.edited();
     }
 

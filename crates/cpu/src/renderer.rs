@@ -13,8 +13,9 @@ use strandlight_scene::proxy::Proxy;
 use strandlight_scene::scene::check_lights;
 use strandlight_scene::stats::Observer;
 use strandlight_scene::strands::Strands;
-use strandlight_scene::tone::ToneMap;
-use strandlight_scene::{Backend, Camera, Picture, PreparedScene, RenderError, SceneError, Stats};
+use strandlight_scene::{
+    Backend, Camera, DisplayTransform, Picture, PreparedScene, RenderError, SceneError, Stats,
+};
 
 use super::frame::{Edit, Frame};
 use super::{PointShadows, ShadowSource, render_observed};
@@ -312,9 +313,9 @@ impl Backend for CpuRenderer {
         self.scene.samples = samples;
     }
 
-    fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background) {
+    fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background) {
         let scene = &mut self.scene;
-        (scene.exposure, scene.tone_map, scene.background) = (exposure, tone_map, background);
+        (scene.exposure, scene.display, scene.background) = (exposure, display, background);
         self.edited(Edit::Background);
     }
 

@@ -6,6 +6,7 @@
 //! - [`LightSet`]: an environment as spherical Gaussian lights, as a `.lights` file.
 //! - [`Scene`]: a TOML file that names the others, with camera and parameters.
 //! - [`Mesh`]: a head for the hair to stand on, as a `.mesh` file.
+//! - [`Cube`]: a LUT for the display, read from a `.cube` file.
 //!
 //! (And [`TableFile`]: baked tables that describe their own axes.)
 //!
@@ -54,6 +55,7 @@ mod bytes;
 #[doc(hidden)]
 pub mod container;
 mod ct2hair;
+mod cube;
 mod curves;
 mod error;
 mod groom;
@@ -106,6 +108,7 @@ pub use baked_file::BakedFile;
 #[doc(hidden)]
 pub use container::Container;
 pub use container::Kind;
+pub use cube::{Cube, CubeTable, MAX_CURVE_SIZE, MAX_GRID_SIZE};
 pub use error::{Error, FileName, Result};
 pub use groom::{Attribute, Domain, Groom, GroomSource, Original, UpAxis};
 pub use groom_diameter::{DiameterRange, DiameterSource};
@@ -132,8 +135,8 @@ pub use preset::preset_names;
 #[doc(hidden)]
 pub use provenance::{content_hash, tool_version};
 pub use scene::{
-    Background, CameraSection, GroomSection, MAX_SAMPLES, MAX_SHADOW_MAPS, MAX_SIDE, RenderSection,
-    Scattering, Scene, TablesSection, ToneMap,
+    Background, CameraSection, GroomSection, LutInput, MAX_SAMPLES, MAX_SHADOW_MAPS, MAX_SIDE,
+    RenderSection, Scattering, Scene, TablesSection, ToneMap,
 };
 pub use scene_hair::{HairSection, Melanin};
 pub use scene_lights::{LightAdjust, LightsSection};

@@ -125,6 +125,12 @@ pub struct RenderSection {
     pub exposure: f64,
     /// Curve from linear radiance to the 8-bit picture.
     pub tone_map: ToneMap,
+    /// A `.cube` file that takes the place of the curve.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lut: Option<PathBuf>,
+    /// What `lut` takes; of no effect without it.
+    #[serde(skip_serializing_if = "LutInput::is_default")]
+    pub lut_input: LutInput,
     /// What is seen between the strands.
     pub background: Background,
     /// Which terms of scattering are drawn.
@@ -140,6 +146,8 @@ impl Default for RenderSection {
             samples: 64,
             exposure: 0.0,
             tone_map: ToneMap::Filmic,
+            lut: None,
+            lut_input: LutInput::Log2,
             background: Background::Lights,
             scattering: Scattering::Total,
             shadow_maps: 64,
@@ -205,6 +213,39 @@ impl ToneMap {
             ToneMap::Agx => "agx",
             ToneMap::None => "none",
         }
+    }
+}
+
+/// How linear radiance, exposed, is encoded for a LUT.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LutInput {
+    /// `(log2(v / 0.18) + 10) / 20`, clipped to 0..=1: ten stops below middle grey and ten above it,
+    /// which lies at 0.5.
+    #[default]
+    Log2,
+    /// Clipped to 0..=1 and encoded by the curve of sRGB, as a picture without tone map is.
+    Srgb,
+    /// As it is. The LUT's own range, or its curves, say what of it is kept.
+    Linear,
+}
+
+impl LutInput {
+    /// All choices.
+    pub const ALL: [LutInput; 3] = [LutInput::Log2, LutInput::Srgb, LutInput::Linear];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            LutInput::Log2 => "log2",
+            LutInput::Srgb => "srgb",
+            LutInput::Linear => "linear",
+        }
+    }
+
+    /// Scenes without a LUT do not mention it.
+    fn is_default(&self) -> bool {
+        *self == LutInput::default()
     }
 }
 

@@ -145,6 +145,11 @@ impl Scene {
             .map(|tables| self.resolve(&tables.file))
     }
 
+    /// The path of the LUT, if there is one.
+    pub fn lut_path(&self) -> Option<PathBuf> {
+        self.render.lut.as_ref().map(|lut| self.resolve(lut))
+    }
+
     /// Checks every value against its documented range.
     ///
     /// # Errors

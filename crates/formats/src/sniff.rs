@@ -23,6 +23,8 @@ pub enum FileKind {
     Hair(&'static FormatInfo),
     /// Curves, meshes or whole scenes of another program.
     Foreign(&'static str),
+    /// A LUT, as a `.cube` file.
+    Cube,
     /// An OpenEXR or Radiance picture.
     Map(&'static str),
     /// A picture that no light can be taken from.
@@ -133,6 +135,7 @@ impl FileKind {
             FileKind::OursUnknown => "a file of a kind unknown to this program",
             FileKind::Scene => "a scene",
             FileKind::Hair(format) => format.title,
+            FileKind::Cube => "a LUT (.cube)",
             Foreign(name) | Map(name) | Picture(name) => name,
             FileKind::Text => "some other text",
             FileKind::Unknown => "of an unknown format",
@@ -148,6 +151,7 @@ impl FileKind {
             FileKind::Ours(Kind::Mesh) => "a scene names it in a [[proxy]] of kind mesh",
             FileKind::OursUnknown => "a newer version may read it",
             FileKind::Scene => "`strandlight render` draws it",
+            FileKind::Cube => "a scene names it as render.lut",
             FileKind::Hair(_) => "`strandlight groom import` makes a groom of it",
             Foreign("an OBJ file" | "a glTF file (binary)" | "a glTF file (JSON)") => {
                 "`strandlight mesh import` makes a mesh of it for a [[proxy]]"
@@ -214,6 +218,9 @@ fn text_kind(text: &str) -> FileKind {
     if lines().any(is_line_of_a_scene) {
         return FileKind::Scene;
     }
+    if lines().any(is_size_of_cube) {
+        return FileKind::Cube;
+    }
     if lines().next().is_some() && lines().any(is_vertex) && lines().take(8).all(is_line_of_obj) {
         return Foreign("an OBJ file");
     }
@@ -229,6 +236,13 @@ fn is_line_of_a_scene(line: &str) -> bool {
         header.is_some_and(|rest| rest.trim_start().starts_with(']'))
             || key.is_some_and(|rest| rest.starts_with(['.', '=']))
     })
+}
+
+/// What every `.cube` file has.
+fn is_size_of_cube(line: &str) -> bool {
+    let line = line.trim_start_matches('\u{feff}');
+    let word = line.split_whitespace().next();
+    word.is_some_and(|word| ["LUT_1D_SIZE", "LUT_3D_SIZE"].contains(&word))
 }
 
 fn is_line_of_obj(line: &str) -> bool {
@@ -317,6 +331,11 @@ mod tests {
             (b"version = 1\n[groom]\nfile = 'a'".to_vec(), "a scene"),
             (b"version=1\ngroom.file='a'".to_vec(), "a scene"),
             (b"# hair\nversion = 1\n[ lights ]\n".to_vec(), "a scene"),
+            (
+                b"# a look\nLUT_3D_SIZE 33\n0 0 0\n".to_vec(),
+                "a LUT (.cube)",
+            ),
+            (b"\xef\xbb\xbfLUT_1D_SIZE 2\r\n".to_vec(), "a LUT (.cube)"),
             (b"1 0\n2\n-20 8 10 0.5\n".to_vec(), "some other text"),
             (b"hair is not a header".to_vec(), "some other text"),
             (b"version = 1".to_vec(), "some other text"),
@@ -333,7 +352,7 @@ mod tests {
             );
             n_checked += 1;
         }
-        assert_eq!(n_checked, 45);
+        assert_eq!(n_checked, 47);
     }
 
     #[test]

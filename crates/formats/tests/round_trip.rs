@@ -94,8 +94,8 @@ mod random {
     use proptest::prelude::*;
     use strandlight_formats::{
         Attribute, Axis, Background, BakedFile, CameraSection, Domain, FitReport, Groom,
-        GroomSource, LightSet, LightSetInfo, Lobe, MotionSection, Original, ProxySection, Scene,
-        Spacing, SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis,
+        GroomSource, LightSet, LightSetInfo, Lobe, LutInput, MotionSection, Original, ProxySection,
+        Scene, Spacing, SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis,
         WindSection,
     };
 
@@ -257,6 +257,8 @@ mod random {
             scene.render.size = size;
             scene.render.samples = samples;
             scene.render.tone_map = if samples % 2 == 0 { ToneMap::None } else { ToneMap::Filmic };
+            scene.render.lut = (samples % 3 == 0).then(|| "looks/\u{e9}.cube".into());
+            scene.render.lut_input = LutInput::ALL[samples as usize % 3];
             scene.render.background = background;
             scene.proxies = (0..samples as usize % 9).map(|ix| ProxySection::Ground {
                 height: 1e6 * numbers[ix % 8],

@@ -1,13 +1,15 @@
 //! Pictures: arrays `(height, width, 4)` of linear radiance, premultiplied.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use numpy::{PyArrayDyn, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use strandlight_formats::{Error, ToneMap};
+use strandlight_formats::{Cube, Error, LutInput, ToneMap};
 use strandlight_images::picture::exr_file;
-use strandlight_scene::Picture;
+use strandlight_scene::lut::Lut;
+use strandlight_scene::{DisplayTransform, Picture};
 
 use crate::arrays::{shaped, values};
 use crate::fault::{Fault, Outcome};
@@ -39,6 +41,21 @@ pub fn tone_map(name: &str) -> Outcome<ToneMap> {
     })
 }
 
+/// What shows pictures: the LUT at the path `lut`, or else the tone map.
+fn display(tone_map: &str, lut: Option<PathBuf>, lut_input: &str) -> Outcome<DisplayTransform> {
+    let tone_map = self::tone_map(tone_map)?;
+    let Some(path) = lut else {
+        return Ok(tone_map.into());
+    };
+    let input = LutInput::ALL.into_iter().find(|it| it.name() == lut_input);
+    let input = input.ok_or_else(|| {
+        let names = LutInput::ALL.map(LutInput::name).join(", ");
+        Fault::value(format!("lut_input is {lut_input:?}, must be one of {names}"))
+    })?;
+    let cube = Arc::new(Cube::read(&path)?);
+    Ok(DisplayTransform::Lut(Lut { cube, input }))
+}
+
 /// 8-bit sRGB with straight alpha, `(height, width, 4)`.
 #[pyfunction]
 pub fn to_srgb8<'py>(
@@ -46,14 +63,16 @@ pub fn to_srgb8<'py>(
     pixels: PyReadonlyArray3<'_, f32>,
     exposure: f32,
     tone_map: &str,
+    lut: Option<PathBuf>,
+    lut_input: &str,
 ) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
     let make = || {
-        let curve = self::tone_map(tone_map)?;
-        Ok((picture(&pixels)?, curve))
+        let display = display(tone_map, lut, lut_input)?;
+        Ok((picture(&pixels)?, display))
     };
-    let (picture, curve) = make().map_err(|fault: Fault| fault.raise(py))?;
+    let (picture, display) = make().map_err(|fault: Fault| fault.raise(py))?;
     let shape = [picture.height as usize, picture.width as usize, 4];
-    let bytes = py.detach(|| picture.to_srgb8(exposure, curve));
+    let bytes = py.detach(|| picture.to_srgb8(exposure, &display));
     shaped(py, bytes.into_flattened(), &shape)
 }
 
@@ -65,15 +84,17 @@ pub fn picture_file<'py>(
     linear: bool,
     exposure: f32,
     tone_map: &str,
+    lut: Option<PathBuf>,
+    lut_input: &str,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let make = || {
-        let curve = self::tone_map(tone_map)?;
-        Ok((picture(&pixels)?, curve))
+        let display = display(tone_map, lut, lut_input)?;
+        Ok((picture(&pixels)?, display))
     };
-    let (picture, curve) = make().map_err(|fault: Fault| fault.raise(py))?;
+    let (picture, display) = make().map_err(|fault: Fault| fault.raise(py))?;
     let bytes = py.detach(|| match linear {
         true => exr_file(&picture).map_err(|error| Fault::new("render", error.to_string())),
-        false => picture.to_png(exposure, curve).map_err(Fault::from),
+        false => picture.to_png(exposure, &display).map_err(Fault::from),
     });
     let bytes = bytes.map_err(|fault| fault.raise(py))?;
     Ok(PyBytes::new(py, &bytes))

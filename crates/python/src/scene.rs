@@ -111,6 +111,7 @@ fn files(scene: &Scene, groom: Option<&Groom>, lights: Option<&LightSet>) -> Out
     for path in scene
         .tables_path()
         .into_iter()
+        .chain(scene.lut_path())
         .chain(meshes)
         .chain(scene.frame_paths())
     {
@@ -124,7 +125,7 @@ fn of_disk(path: &Path) -> Outcome<(PathBuf, Vec<u8>)> {
 }
 
 /// The scene at `path`, or in JSON; with `groom` and `lights` in place of its files. Answers the
-/// pixels `(height, width, 4)` and what shows them: exposure and tone map.
+/// pixels `(height, width, 4)` and what shows them: exposure, tone map and LUT.
 #[pyfunction]
 #[allow(
     clippy::too_many_arguments,
@@ -159,7 +160,7 @@ pub fn render<'py>(
     let (source, keys) = make().map_err(|fault| fault.raise(py))?;
     let groom = groom.map(|groom| groom.to_groom(py)).transpose()?;
     let lights = lights.map(|lights| lights.0.clone());
-    let (picture, exposure, tone_map) = work::run(py, progress, move |watch| {
+    let (picture, render, lut) = work::run(py, progress, move |watch| {
         if !(0.0..=MAX_SECONDS).contains(&time) {
             let what = format!("time is {time}, must be in 0..={MAX_SECONDS}");
             return Err(Fault::value(what));
@@ -186,19 +187,22 @@ pub fn render<'py>(
         let prepared = source.name(prepare(&scene, &files, time))?;
         drop(files);
         let (size, n) = (prepared.size, prepared.samples);
-        let (exposure, tone_map) = (prepared.exposure, prepared.tone_map);
         let mut renderer = match samples {
             None => CpuRenderer::new(prepared),
             Some(_) => CpuRenderer::by_samples(prepared),
         };
         renderer.shade_view_only();
         let (picture, _) = renderer.render(size, n, &|done| watch.reach(done))?;
-        Ok((picture, exposure, tone_map))
+        Ok((picture, scene.render.clone(), scene.lut_path()))
     })?;
     let shape = [picture.height as usize, picture.width as usize, 4];
     let shown = PyDict::new(py);
-    shown.set_item("exposure", exposure)?;
-    shown.set_item("tone_map", tone_map.name())?;
+    shown.set_item("exposure", render.exposure as f32)?;
+    shown.set_item("tone_map", render.tone_map.name())?;
+    // It may be shown from another folder.
+    let lut = lut.map(|path| std::path::absolute(&path).unwrap_or(path));
+    shown.set_item("lut", lut)?;
+    shown.set_item("lut_input", render.lut_input.name())?;
     Ok((shaped(py, picture.rgba.into_flattened(), &shape)?, shown))
 }
 

@@ -141,7 +141,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         height: SIZE[1],
         rgba: pixels,
     };
-    std::fs::write(&out, picture.to_png(0.0, ToneMap::Filmic)?)?;
+    std::fs::write(&out, picture.to_png(0.0, &ToneMap::Filmic.into())?)?;
     println!("{out}");
     Ok(())
 }

@@ -13,8 +13,8 @@ use strandlight_reference::converge::{Converged, Convergence, next_step};
 use strandlight_reference::environment::LightSampler;
 use strandlight_reference::{Environment, MAX_SAMPLES, TracedScene};
 use strandlight_scattering::exact::BcsdfError;
+use strandlight_scene::DisplayTransform;
 use strandlight_scene::interactive::Progress;
-use strandlight_scene::tone::ToneMap;
 use strandlight_scene::{Picture, PreparedScene, RenderError};
 
 use crate::interactive::new_version;
@@ -109,7 +109,7 @@ struct Found {
 /// A picture as a screen has it.
 struct Shown {
     converged: Arc<Converged>,
-    grade: (f32, ToneMap),
+    grade: (f32, DisplayTransform),
     pixels: Vec<[u8; 4]>,
     version: u64,
 }
@@ -160,8 +160,9 @@ impl GroundTruth {
         self.run = Some(Run::start(subject));
     }
 
-    /// Takes up what was found meanwhile, to be shown with `grade`: exposure in stops and tone map.
-    pub fn follow(&mut self, (exposure, tone_map): (f32, ToneMap)) {
+    /// Takes up what was found meanwhile, to be shown with `grade`: exposure in stops and display
+    /// transform.
+    pub fn follow(&mut self, (exposure, display): (f32, &DisplayTransform)) {
         let Some(run) = &self.run else {
             return;
         };
@@ -176,17 +177,20 @@ impl GroundTruth {
             return;
         };
         drop(found);
-        let grade = (exposure.exp2(), tone_map);
-        let is_shown =
-            |shown: &Shown| Arc::ptr_eq(&shown.converged, &converged) && shown.grade == grade;
+        let scale = exposure.exp2();
+        let is_shown = |shown: &Shown| {
+            let (own_scale, own_display) = &shown.grade;
+            let is_graded = *own_scale == scale && own_display == display;
+            Arc::ptr_eq(&shown.converged, &converged) && is_graded
+        };
         if self.shown.as_ref().is_some_and(is_shown) {
             return;
         }
         let mut pixels = self.shown.take().map_or(Vec::new(), |shown| shown.pixels);
-        levels(&converged.picture, grade, &mut pixels);
+        levels(&converged.picture, (scale, display), &mut pixels);
         self.shown = Some(Shown {
             converged,
-            grade,
+            grade: (scale, display.clone()),
             pixels,
             version: new_version(),
         });

@@ -6,8 +6,7 @@ use strandlight_reference::converge::Converged;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::camera::Camera;
 use strandlight_scene::layers::{self, Data, Layer};
-use strandlight_scene::tone::{ToneMap, graded};
-use strandlight_scene::{Picture, PreparedScene, RenderError};
+use strandlight_scene::{DisplayTransform, Picture, PreparedScene, RenderError};
 
 use crate::interactive::new_version;
 
@@ -85,12 +84,13 @@ impl Inspection {
     }
 }
 
-/// Linear radiance times alpha, and alpha, with what it is shown with: exposure in stops and tone map.
+/// Linear radiance times alpha, and alpha, with what it is shown with: exposure in stops and display
+/// transform.
 pub struct Radiance<'a> {
     /// The picture.
     pub picture: &'a Picture,
     /// The grade.
-    pub grade: (f32, ToneMap),
+    pub grade: (f32, &'a DisplayTransform),
     /// On its way to ground truth, where it is.
     pub converged: Option<&'a Converged>,
 }
@@ -135,14 +135,14 @@ pub struct Inspector {
     pub picture: Option<Picture>,
 }
 
-/// A picture: number, exposure and tone map, and samples of ground truth.
-pub type InspectedState = (u64, (f32, ToneMap), u32);
+/// A picture: number, exposure and display transform, and samples of ground truth.
+pub type InspectedState = (u64, (f32, DisplayTransform), u32);
 
 /// `inspection` of light; of an error none where there is nothing that tells it.
 pub fn of_light(inspection: Inspection, radiance: &Radiance) -> Option<Vec<[u8; 4]>> {
     let Radiance {
         picture,
-        grade: (exposure, tone_map),
+        grade: (exposure, display),
         converged,
     } = *radiance;
     let scale = exposure.exp2();
@@ -152,7 +152,7 @@ pub fn of_light(inspection: Inspection, radiance: &Radiance) -> Option<Vec<[u8; 
             .map(|&[r, g, b, _]| opaque(band(scale * luminance([r, g, b]))))
             .collect(),
         Inspection::Clipping => pixels
-            .map(|&rgba| opaque(clipping(graded(rgba, scale, tone_map))))
+            .map(|&rgba| opaque(clipping(display.graded(rgba, scale))))
             .collect(),
         Inspection::Error => {
             let converged = converged?;
@@ -293,6 +293,8 @@ fn opaque([r, g, b]: [u8; 3]) -> [u8; 4] {
 
 #[cfg(test)]
 mod tests {
+    use strandlight_scene::tone::ToneMap;
+
     use super::*;
 
     #[test]
@@ -311,7 +313,7 @@ mod tests {
         };
         let radiance = Radiance {
             picture: &picture,
-            grade: (3.0, ToneMap::None),
+            grade: (3.0, &ToneMap::None.into()),
             converged: None,
         };
         let pixels = of_light(Inspection::FalseColor, &radiance).expect("pixels");

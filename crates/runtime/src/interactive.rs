@@ -78,11 +78,12 @@ impl InteractiveBackend for ProgressiveRenderer {
     #[cfg(not(target_arch = "wasm32"))]
     fn over_nothing(&mut self, size: [u32; 2]) -> Result<Picture, RenderError> {
         let scene = self.scene();
-        let (exposure, tone_map, background) = (scene.exposure, scene.tone_map, scene.background);
+        let (exposure, background) = (scene.exposure, scene.background);
+        let display = scene.display.clone();
         let samples = scene.samples;
-        self.set_grade(exposure, tone_map, Background::None);
+        self.set_grade(exposure, display.clone(), Background::None);
         let drawn = self.render(size, samples, &|_| ());
-        self.set_grade(exposure, tone_map, background);
+        self.set_grade(exposure, display, background);
         // What is shown has its background again before anybody sees it without.
         self.advance(Duration::ZERO)?;
         Ok(drawn?.0)

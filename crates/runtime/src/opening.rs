@@ -29,6 +29,8 @@ pub enum Openable {
     Lights,
     /// An environment map, to which lights are fitted.
     Map,
+    /// A LUT for the display.
+    Lut,
 }
 
 impl Openable {
@@ -39,6 +41,7 @@ impl Openable {
             Openable::Groom | Openable::Hair => "Groom",
             Openable::Lights => "Light set",
             Openable::Map => "Map",
+            Openable::Lut => "LUT",
         }
     }
 }
@@ -51,7 +54,7 @@ pub enum CannotOpen {
     #[error(transparent)]
     File(#[from] Error),
     /// It is something else.
-    #[error("{name} is {what}; open a scene, hair, a light set or an HDR map{advice}")]
+    #[error("{name} is {what}; open a scene, hair, a light set, an HDR map or a LUT{advice}")]
     Kind {
         /// Name of the file.
         name: String,
@@ -92,6 +95,9 @@ pub fn kind_of(path: &Path) -> Result<Openable, CannotOpen> {
         FileKind::Ours(Kind::Lights) => Ok(Openable::Lights),
         FileKind::Hair(_) => Ok(Openable::Hair),
         FileKind::Map(_) => Ok(Openable::Map),
+        FileKind::Cube => Ok(Openable::Lut),
+        // After long comments; what is wrong with it is said by line.
+        FileKind::Text if is_called("cube") => Ok(Openable::Lut),
         FileKind::Ours(Kind::Mesh) => {
             let advice = "; a scene names meshes in [[proxy]]";
             Err(cannot_open(path, found.name(), advice))
@@ -197,8 +203,8 @@ fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Opens any file: a scene, or a scene made around a groom, hair of another program, a light set or an
-/// environment map, with what is built in for the rest. Such a scene is called after the file and was
+/// Opens any file: a scene, or a scene made around a groom, hair of another program, a light set, an
+/// environment map or a LUT, with what is built in for the rest. Such a scene is called after the file and was
 /// never saved.
 ///
 /// # Errors
@@ -211,6 +217,7 @@ pub fn open(path: &Path, work: &Work) -> Result<Session, CannotOpen> {
     }
     let whole = std::path::absolute(path).map_err(Error::from)?;
     let (groom, lights) = match kind {
+        Openable::Lut => (None, None),
         Openable::Groom => (Some(whole.clone()), None),
         Openable::Hair => {
             let groom = beside(&whole, "groom", &files);
@@ -224,10 +231,11 @@ pub fn open(path: &Path, work: &Work) -> Result<Session, CannotOpen> {
         }
         Openable::Lights | Openable::Scene => (None, Some(whole.clone())),
     };
-    Ok(around(&whole, groom, lights, files)?)
+    let lut = (kind == Openable::Lut).then(|| whole.clone());
+    Ok(around(&whole, groom, lights, lut, files)?)
 }
 
-/// A scene around a groom, a light set or neither, called after `path`.
+/// A scene around a groom, a light set, a LUT or none of them, called after `path`.
 ///
 /// # Errors
 /// What cannot be read or drawn, by name.
@@ -235,6 +243,7 @@ fn around(
     path: &Path,
     groom: Option<PathBuf>,
     lights: Option<PathBuf>,
+    lut: Option<PathBuf>,
     files: Files,
 ) -> Result<Session, SessionError> {
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
@@ -253,6 +262,7 @@ fn around(
         Err(_) => path,
     };
     let mut scene = Scene::new(name(groom), name(lights));
+    scene.render.lut = lut.map(name);
     scene.hair = scene.hair.with_preset("brown")?;
     let scene_path = beside(path, "toml", &files);
     files.hold(&scene_path, scene.to_toml_string()?.into_bytes());
@@ -318,7 +328,7 @@ fn hold(files: &Files, home: &Path, file: &mut PathBuf, bytes: Vec<u8>) {
 /// None but bugs.
 pub fn plain(home: &Path) -> Result<Session, CannotOpen> {
     let path = home.join("plain.groom");
-    Ok(around(&path, None, None, Files::over_disk())?)
+    Ok(around(&path, None, None, None, Files::over_disk())?)
 }
 
 #[cfg(test)]
@@ -364,12 +374,16 @@ mod tests {
         std::fs::write(at("studio.exr"), strandlight_data::SAMPLE_MAP).expect("written");
         std::fs::write(at("scene.txt"), SAMPLE_SCENE).expect("written");
         std::fs::write(at("broken.toml"), "version = \n[").expect("written");
+        std::fs::write(at("look.txt"), "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n").expect("written");
+        std::fs::write(at("BROKEN.CUBE"), "0 0 0\n# no size\nx\n").expect("written");
         // The name says nothing.
         std::fs::rename(at("head.abc"), at("head.txt")).expect("renamed");
         for (name, kind) in [
             ("studio.exr", Openable::Map),
             ("scene.txt", Openable::Scene),
             ("broken.toml", Openable::Scene),
+            ("look.txt", Openable::Lut),
+            ("BROKEN.CUBE", Openable::Lut),
             ("head.txt", Openable::Hair),
             ("head.hair", Openable::Hair),
             ("head.groom", Openable::Groom),
@@ -423,6 +437,12 @@ mod tests {
         // A light set alone has plain hair, a groom alone the built-in lights.
         let lights = open(&folder.path().join("studio.lights"), &work).expect("opened");
         assert!(lights.groom().n_strands() > 1000);
+        let path = folder.path().join("look.cube");
+        std::fs::write(&path, "LUT_1D_SIZE 2\n0 0 0\n0.5 1 1\n").expect("written");
+        let look = open(&path, &work).expect("opened");
+        assert_eq!(look.scene().render.lut, Some("look.cube".into()));
+        let shown = look.prepared().expect("drawable").display;
+        assert_eq!(shown.display([1e9; 3]), [0.5, 1.0, 1.0]);
         let groom = open(&folder.path().join("head.groom"), &work).expect("opened");
         let known = LightSet::from_bytes(SAMPLE_LIGHTS).expect("a light set");
         assert_eq!(groom.light_set().lights, known.lights);

@@ -600,7 +600,8 @@ impl<B: Backend + ?Sized> Viewer<B> {
         }
         if change.has(Edits::GRADE) {
             let render = &scene.render;
-            renderer.set_grade(render.exposure as f32, render.tone_map, render.background);
+            let display = assets.display(render);
+            renderer.set_grade(render.exposure as f32, display, render.background);
         }
         Ok(())
     }

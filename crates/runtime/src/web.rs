@@ -57,6 +57,7 @@ async fn fetched(path: &Path) -> Result<Files, WebError> {
     let tables = scene.tables_path().unwrap_or_else(|| DEFAULT_FILE.into());
     let mut names = vec![scene.groom_path(), scene.lights_path(), tables];
     names.extend(scene.frame_paths());
+    names.extend(scene.lut_path());
     names.extend(scene.mesh_paths().into_iter().map(|(_, path)| path));
     names.sort();
     names.dedup();

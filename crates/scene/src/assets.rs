@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 use strandlight_formats::{
-    Attribute, CameraSection, Domain, Groom, HairSection, LightSet, LightsSection, Scene,
-    SrbfLight, TableFile, TableReader,
+    Attribute, CameraSection, Cube, Domain, Groom, HairSection, LightSet, LightsSection,
+    RenderSection, Scene, SrbfLight, TableFile, TableReader,
 };
 use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
@@ -17,8 +17,10 @@ use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::table_names;
 
 use crate::camera::{Camera, DEFAULT_FOV_Y};
+use crate::display::DisplayTransform;
 use crate::error::SceneError;
 use crate::files::Files;
+use crate::lut::Lut;
 use crate::material::{HairMaterial, LobeTables};
 use crate::mesh::MeshShape;
 use crate::proxy::Proxy;
@@ -53,6 +55,8 @@ pub struct Assets {
     pub tables: Arc<SceneTables>,
     /// The meshes of proxies, by their paths.
     pub meshes: Arc<BTreeMap<PathBuf, Arc<MeshShape>>>,
+    /// The LUT that pictures are shown by, where there is one.
+    pub lut: Option<Arc<Cube>>,
     /// The groom's own fibre diameters; `None` where its file has none.
     pub diameters: Option<Diameters>,
 }
@@ -160,6 +164,7 @@ impl Assets {
             lights: Arc::new(lights),
             tables: Arc::new(tables(scene, files, modes)?),
             meshes: Arc::new(meshes(scene, files, &BTreeMap::new())?),
+            lut: lut(scene, files)?,
         };
         check_lights_named(&scene.lights, &assets.lights)?;
         Ok(assets)
@@ -188,6 +193,9 @@ impl Assets {
         }
         if after.mesh_paths() != before.mesh_paths() {
             assets.meshes = Arc::new(meshes(after, files, &self.meshes)?);
+        }
+        if after.lut_path() != before.lut_path() {
+            assets.lut = lut(after, files)?;
         }
         check_lights_named(&after.lights, &assets.lights)?;
         Ok(assets)
@@ -223,6 +231,17 @@ impl Assets {
         of.collect()
     }
 
+    /// What pictures are shown by: the LUT, or else the tone map of `section`.
+    pub fn display(&self, section: &RenderSection) -> DisplayTransform {
+        match &self.lut {
+            Some(cube) => DisplayTransform::Lut(Lut {
+                cube: cube.clone(),
+                input: section.lut_input,
+            }),
+            None => section.tone_map.into(),
+        }
+    }
+
     /// The view of a scene that says none: all of the groom.
     pub fn framing(&self) -> Camera {
         let (low, high) = self.groom.bounds();
@@ -255,6 +274,16 @@ impl Assets {
             })
             .collect()
     }
+}
+
+/// Reads the LUT that `scene` names.
+fn lut(scene: &Scene, files: &Files) -> Result<Option<Arc<Cube>>, SceneError> {
+    let Some(path) = scene.lut_path() else {
+        return Ok(None);
+    };
+    let cube = files.cube(&path);
+    let cube = cube.map_err(|error| SceneError::from(error).at_key("render.lut"))?;
+    Ok(Some(Arc::new(cube)))
 }
 
 /// Reads the meshes that `scene` names and that are not among those `known`.

@@ -6,6 +6,7 @@ use strandlight_formats::{Background, Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
 
 use crate::camera::Camera;
+use crate::display::DisplayTransform;
 use crate::error::RenderError;
 use crate::motion::Wind;
 use crate::paint::Paint;
@@ -15,7 +16,6 @@ use crate::proxy::Proxy;
 use crate::scene::PreparedScene;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::stats::{Observer, Stats};
-use crate::tone::ToneMap;
 
 /// A renderer with a scene on it. Setters edit the scene, [`Backend::render`] draws it as last set.
 ///
@@ -102,7 +102,7 @@ pub trait Backend {
     fn set_samples(&mut self, samples: u32);
 
     /// Sets how radiance becomes a picture on a screen, and what is seen between the strands.
-    fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background);
+    fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background);
 
     /// Shades only the strands in the view, for a single picture. Otherwise a device may shade some
     /// around it, so that the camera can turn.

@@ -9,7 +9,7 @@ use std::time::SystemTime;
 
 use strandlight_formats::container::{Container, Kind};
 use strandlight_formats::{
-    BakedFile, Error, FileName, Groom, GroomHeader, LightSet, Mesh, Scene, TableReader,
+    BakedFile, Cube, Error, FileName, Groom, GroomHeader, LightSet, Mesh, Scene, TableReader,
     check_writable, content_hash, file_hash, open_file, read_file, write_file,
 };
 
@@ -203,6 +203,15 @@ impl Files {
         self.container(path, Kind::Mesh)
             .and_then(Mesh::from_container)
             .map_err(|error| error.in_file(path))
+    }
+
+    /// Reads a LUT.
+    ///
+    /// # Errors
+    /// As [`Cube::read`].
+    pub fn cube(&self, path: &Path) -> Result<Cube, Error> {
+        let bytes = self.read(path, Cube::MAX_BYTES)?;
+        Cube::from_bytes(&bytes).map_err(|error| error.in_file(path))
     }
 
     /// Opens tables to read single ones from.

@@ -24,6 +24,7 @@ pub mod background;
 pub mod beside;
 pub mod budget;
 pub mod camera;
+pub mod display;
 mod error;
 pub mod files;
 pub mod interactive;
@@ -32,6 +33,7 @@ pub mod interactive;
 pub mod keys;
 pub mod layers;
 mod limits;
+pub mod lut;
 pub mod material;
 #[doc(hidden)]
 pub mod memory;
@@ -64,6 +66,7 @@ use strandlight_scattering::layout::Layout;
 
 pub use backend::Backend;
 pub use camera::Camera;
+pub use display::DisplayTransform;
 pub use error::{GroupFault, RenderError, SceneError};
 /// The version whose types appear in signatures.
 pub use glam;

@@ -1,8 +1,9 @@
 //! Linear pictures and their 8-bit form.
 
+use crate::display::DisplayTransform;
 use crate::error::RenderError;
 use crate::provenance::Provenance;
-use crate::tone::{self, ToneMap};
+use crate::tone;
 
 /// A linear picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,15 +18,17 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// 8-bit sRGB with straight alpha: radiance times `2^exposure` through `tone_map`, dithered.
-    pub fn to_srgb8(&self, exposure: f32, tone_map: ToneMap) -> Vec<[u8; 4]> {
+    /// 8-bit sRGB with straight alpha: radiance times `2^exposure` through `display`, dithered.
+    pub fn to_srgb8(&self, exposure: f32, display: &DisplayTransform) -> Vec<[u8; 4]> {
         let scale = exposure.exp2();
         let width = self.width.max(1);
         (0..)
             .zip(&self.rgba)
             .map(|(ix, &rgba): (u32, _)| {
                 let dither = tone::dither([ix % width, ix / width]);
-                tone::graded(rgba, scale, tone_map).map(|value| tone::level(value, dither))
+                display
+                    .graded(rgba, scale)
+                    .map(|value| tone::level(value, dither))
             })
             .collect()
     }
@@ -34,8 +37,12 @@ impl Picture {
     ///
     /// # Errors
     /// What the encoder says.
-    pub fn to_png(&self, exposure: f32, tone_map: ToneMap) -> Result<Vec<u8>, RenderError> {
-        self.to_png_of(exposure, tone_map, &Provenance::default())
+    pub fn to_png(
+        &self,
+        exposure: f32,
+        display: &DisplayTransform,
+    ) -> Result<Vec<u8>, RenderError> {
+        self.to_png_of(exposure, display, &Provenance::default())
     }
 
     /// [`Picture::to_png`] with what the picture was made from as `tEXt` chunks.
@@ -45,10 +52,10 @@ impl Picture {
     pub fn to_png_of(
         &self,
         exposure: f32,
-        tone_map: ToneMap,
+        display: &DisplayTransform,
         provenance: &Provenance,
     ) -> Result<Vec<u8>, RenderError> {
-        let pixels = self.to_srgb8(exposure, tone_map);
+        let pixels = self.to_srgb8(exposure, display);
         let opaque = pixels.iter().all(|pixel| pixel[3] == 255);
         let bytes: Vec<u8> = if opaque {
             pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()

@@ -8,6 +8,7 @@
 //! | `strandlight/version` | name and version of the program |
 //! | `strandlight/scene` | hash of the scene with all that the command line says; its files count by their content |
 //! | `strandlight/groom`, `strandlight/lights`, `strandlight/tables` | hashes of the files' bytes |
+//! | `strandlight/lut` | hash of the LUT's bytes, if there is one |
 //! | `strandlight/paint` | hash of the paint, if it is not the groom's own |
 //! | `strandlight/time` | seconds since the start of the motion, if the hair moves |
 //! | `strandlight/samples`, `strandlight/backend` | samples a pixel; what drew it |
@@ -117,6 +118,11 @@ impl Recorder {
                 *mesh = self.hash(&path)?.into();
             }
         }
+        let lut = match scene.lut_path() {
+            Some(path) => Some(self.hash(&path)?),
+            None => None,
+        };
+        nameless.render.lut = lut.as_ref().map(PathBuf::from);
         let motion = Motion::new(scene, &self.files);
         if let (Some(motion), Some(section)) = (&motion, &mut nameless.motion) {
             let mut frames = Vec::new();
@@ -132,6 +138,9 @@ impl Recorder {
             .with("groom", groom)
             .with("lights", lights)
             .with("tables", tables);
+        if let Some(lut) = lut {
+            provenance = provenance.with("lut", lut);
+        }
         if motion.is_some() {
             provenance = provenance.with("time", seconds);
         }
@@ -186,6 +195,8 @@ mod tests {
             ("b.groom", b"hair".to_vec()),
             ("c.groom", b"other hair".to_vec()),
             ("a.lights", b"lights".to_vec()),
+            ("a.cube", b"look".to_vec()),
+            ("b.cube", b"look".to_vec()),
         ])
     }
 
@@ -208,6 +219,16 @@ mod tests {
         edited.hair.eta = 1.6;
         let edited = recorded(&edited, 0.0);
         assert!(edited.get(GROOM) == first.get(GROOM) && edited.get(SCENE) != first.get(SCENE));
+        let mut shown = scene.clone();
+        shown.render.lut = Some("a.cube".into());
+        let through = recorded(&shown, 0.0);
+        assert_eq!(
+            through.get("strandlight/lut"),
+            Some(&*content_hash(b"look"))
+        );
+        assert_ne!(through.get(SCENE), first.get(SCENE));
+        shown.render.lut = Some("b.cube".into());
+        assert_eq!(through, recorded(&shown, 0.0));
         let missing = Recorder::new(&files()).record(&Scene::new("x.groom", "a.lights"), 0.0);
         let missing = missing.expect_err("not there").to_string();
         assert!(missing.contains("x.groom"), "{missing}");

@@ -14,6 +14,7 @@ use crate::assets::{Assets, ModesToRead, camera, densities};
 use crate::beside::Beside;
 use crate::budget::LIGHT_BATCH;
 use crate::camera::Camera;
+use crate::display::DisplayTransform;
 use crate::error::{RenderError, SceneError};
 use crate::files::Files;
 use crate::material::{EditReport, HairMaterial};
@@ -24,7 +25,6 @@ use crate::shadow_maps::ShadowPlan;
 use crate::stats::Stats;
 use crate::strands::Strands;
 use crate::tables::ShadingTables;
-use crate::tone::ToneMap;
 use crate::volume::{Grid, largest, power, sweep_directions};
 use strandlight_scattering::multiple_tables::MultipleSource;
 use strandlight_scattering::spherical_gaussian::solid_angle;
@@ -61,10 +61,10 @@ pub struct PreparedScene {
     pub camera: Camera,
     /// What is seen between the strands.
     pub background: Background,
-    /// Stops: radiance is multiplied by `2^exposure` before the tone map.
+    /// Stops: radiance is multiplied by `2^exposure` before the display transform.
     pub exposure: f32,
-    /// Curve to the 8-bit picture.
-    pub tone_map: ToneMap,
+    /// Curve or LUT to the 8-bit picture.
+    pub display: DisplayTransform,
     /// What else stands in the light and in the view; at most
     /// [`MAX_PROXIES`](strandlight_formats::MAX_PROXIES) count.
     pub proxies: Vec<Proxy>,
@@ -202,7 +202,7 @@ impl PreparedScene {
             camera,
             background: scene.render.background,
             exposure: scene.render.exposure as f32,
-            tone_map: scene.render.tone_map,
+            display: assets.display(&scene.render),
             proxies: assets.proxies(scene),
             size: scene.render.size,
             samples: scene.render.samples,
@@ -244,7 +244,7 @@ impl PreparedScene {
             camera,
             background,
             exposure: 0.0,
-            tone_map: ToneMap::Filmic,
+            display: DisplayTransform::default(),
             proxies: Vec::new(),
             size: [720, 480],
             samples: 64,

@@ -8,6 +8,8 @@ pub const TONE_NONE: u32 = 0;
 pub const TONE_FILMIC: u32 = 1;
 /// [`ToneMap::Agx`] in shaders.
 pub const TONE_AGX: u32 = 2;
+/// A LUT in place of the curve in shaders.
+pub const TONE_LUT: u32 = 3;
 
 /// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied).
 pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [f32; 3] {
@@ -17,15 +19,6 @@ pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [f32; 3] {
         ToneMap::None => rgb,
     };
     rgb.map(|x| srgb_from_linear(x.clamp(0.0, 1.0)))
-}
-
-/// Linear radiance multiplied by alpha, and alpha, as straight sRGB and alpha in 0..=1; `scale` is
-/// 2^exposure.
-pub fn graded([r, g, b, a]: [f32; 4], scale: f32, tone_map: ToneMap) -> [f32; 4] {
-    // A pixel without coverage has no colour.
-    let factor = if a > 0.0 { scale / a } else { 0.0 };
-    let [r, g, b] = display([r * factor, g * factor, b * factor], tone_map);
-    [r, g, b, a.clamp(0.0, 1.0)]
 }
 
 /// Stephen Hill's fit of the ACES reference rendering and output transforms (BakingLab, 2016),

@@ -44,7 +44,7 @@ fn pictures_in(folder: &Path) {
         }
         fs::write(folder.join(name), exr_file(&picture).expect("an EXR")).expect("written");
         let png = picture
-            .to_png(0.0, strandlight_scene::tone::ToneMap::None)
+            .to_png(0.0, &strandlight_scene::tone::ToneMap::None.into())
             .expect("a PNG");
         fs::write(folder.join(name).with_extension("png"), png).expect("written");
     }

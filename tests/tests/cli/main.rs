@@ -22,6 +22,7 @@ mod reference_command;
 mod render_command;
 mod render_files;
 mod render_flags;
+mod render_lut;
 mod scenes_command;
 mod script_command;
 mod shard_command;

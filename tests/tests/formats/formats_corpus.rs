@@ -105,6 +105,11 @@ fn ct2hair() {
 }
 
 #[test]
+fn cube() {
+    replay("cube", checks::cube);
+}
+
+#[test]
 fn usd() {
     replay("usd", checks::usd);
 }
@@ -122,7 +127,7 @@ fn changed_corpus() {
         (state >> 33) as usize % below.max(1)
     };
     type Check = fn(&[u8]) -> bool;
-    let targets: [(&str, &str, Check); 23] = [
+    let targets: [(&str, &str, Check); 25] = [
         ("groom", "good_v1", checks::groom),
         ("groom", "good_v1_1", checks::groom),
         ("lights", "good_v1", checks::lights),
@@ -143,6 +148,8 @@ fn changed_corpus() {
         ("ply", "good_binary", checks::ply),
         ("npy", "good_single", checks::npy),
         ("ct2hair", "good", checks::ct2hair),
+        ("cube", "good_grid", checks::cube),
+        ("cube", "good_both", checks::cube),
         ("usd", "good_text", checks::usd),
         ("usd", "good_binary", checks::usd),
         ("usd", "good_package", checks::usd),
@@ -169,5 +176,5 @@ fn changed_corpus() {
             n_checked += 1;
         }
     }
-    assert_eq!(n_checked, 69_000);
+    assert_eq!(n_checked, 75_000);
 }

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use strandlight_formats::{
     Attribute, Axis, Background, BakedFile, CameraSection, Domain, ExportOptions, FitReport, Groom,
     GroomSection, GroomSource, HairSection, ImportOptions, LightKind, LightSet, LightSetInfo,
-    LightsSection, Lobe, Mesh, MeshSource, Original, PerLobe, RenderSection, Scattering, Scene,
-    SourceFile, Spacing, SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap, UpAxis,
-    groom_format,
+    LightsSection, Lobe, LutInput, Mesh, MeshSource, Original, PerLobe, RenderSection, Scattering,
+    Scene, SourceFile, Spacing, SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap,
+    UpAxis, groom_format,
 };
 use strandlight_tests::project_root;
 
@@ -263,6 +263,8 @@ fn scene() -> Scene {
             samples: 16,
             exposure: -1.5,
             tone_map: ToneMap::None,
+            lut: None,
+            lut_input: LutInput::Log2,
             background: Background::Color([0.25, 0.5, 1.0]),
             scattering: Scattering::Total,
             shadow_maps: 64,

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use glam::{Quat, Vec3};
-use strandlight_formats::{Background, Scattering};
+use strandlight_formats::{Background, LutInput, Scattering};
 use strandlight_render::gpu::{Context, ResourceCounts};
 use strandlight_render::invalidation::{Inputs, STAGES, StageRule, stale_stages};
 use strandlight_render::passes::DeviceBytes;
@@ -13,7 +13,8 @@ use strandlight_render::{Backend, ProgressiveRenderer};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::tone::ToneMap;
-use strandlight_scene::{Camera, Picture, PreparedScene, RenderError};
+use strandlight_scene::{Camera, DisplayTransform, Picture, PreparedScene, RenderError};
+use strandlight_tests::luts::{grid_cube, grid_rows, lut_of};
 use strandlight_tests::render_common::{self, context, keep, picture_rmse, wig_scene};
 
 /// A row of the display's texels is 512 bytes, as copies want it.
@@ -38,6 +39,27 @@ fn turned(camera: &Camera, degrees: f32) -> Camera {
         eye: camera.target + turn * (camera.eye - camera.target),
         ..*camera
     }
+}
+
+/// Grids and curves, with ranges of their own or without, for each way to encode radiance.
+fn luts() -> [DisplayTransform; 4] {
+    let warm = |[r, g, b]: [f32; 3]| [r.sqrt(), g * (0.5 + 0.5 * r), 0.8 * b * b + 0.1 * r];
+    let curves = "0 0.1 0\n0.3 0.2 0.6\n0.5 0.8 0.7\n1 1 0.9\n";
+    let both = format!(
+        "LUT_1D_SIZE 4\nLUT_1D_INPUT_RANGE 0 0.7\nLUT_3D_SIZE 5\n\
+         LUT_3D_INPUT_RANGE -0.1 1.1\n{curves}{}",
+        grid_rows(5, warm)
+    );
+    let wide = format!(
+        "DOMAIN_MIN 0 -1 0\nDOMAIN_MAX 2 3 0.5\n{}",
+        grid_cube(33, warm)
+    );
+    [
+        lut_of(&grid_cube(17, warm), LutInput::Log2),
+        lut_of(&format!("LUT_1D_SIZE 4\n{curves}"), LutInput::Srgb),
+        lut_of(&both, LutInput::Linear),
+        lut_of(&wide, LutInput::Linear),
+    ]
 }
 
 /// With what is read without waiting.
@@ -170,8 +192,8 @@ const CASES: [Case; 9] = [
         inputs: Inputs::GRADE,
         edit: |progressive, scene| {
             scene.background = Background::Color([0.1, 0.2, 0.3]);
-            (scene.exposure, scene.tone_map) = (0.7, ToneMap::None);
-            progressive.set_grade(scene.exposure, scene.tone_map, scene.background);
+            (scene.exposure, scene.display) = (0.7, ToneMap::None.into());
+            progressive.set_grade(scene.exposure, scene.display.clone(), scene.background);
         },
         is_free: true,
     },
@@ -358,17 +380,33 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
     assert!(n_turns > 20 && samples.is_sorted());
     assert!(picture_rmse(&progressive.finish(SAMPLES).unwrap(), &expected) < 1e-6);
     let shown = progressive.read_display().unwrap();
-    let wanted = expected.to_srgb8(scene.exposure, scene.tone_map);
+    let wanted = expected.to_srgb8(scene.exposure, &scene.display);
     assert_eq!(shown.len(), wanted.len());
     let apart = shown.iter().flatten().zip(wanted.iter().flatten());
     let apart = apart.map(|(a, b)| a.abs_diff(*b)).max();
     assert!(apart <= Some(1), "{apart:?}");
+    for lut in luts() {
+        progressive.set_grade(scene.exposure, lut.clone(), scene.background);
+        while !progressive.advance(Duration::from_secs(1)).unwrap().is_done {}
+        // Nothing is lit or drawn again.
+        let report = progressive.report();
+        let names: Vec<_> = report.stages.iter().map(|stage| stage.name).collect();
+        assert_eq!(names, ["composite", "display"]);
+        let shown = progressive.read_display().unwrap();
+        let wanted = expected.to_srgb8(scene.exposure, &lut);
+        let apart = shown.iter().flatten().zip(wanted.iter().flatten());
+        let apart: Vec<u8> = apart.map(|(a, b)| a.abs_diff(*b)).collect();
+        let others = apart.iter().filter(|&&x| x > 0).count();
+        println!("{others} of {} levels are others", apart.len());
+        assert!(apart.iter().all(|&x| x <= 1) && others * 100 < apart.len());
+    }
     // Without a background the screen's colours are multiplied by alpha.
-    for curve in [ToneMap::None, ToneMap::Agx] {
-        progressive.set_grade(-1.0, curve, Background::None);
+    let transforms = [ToneMap::None.into(), ToneMap::Agx.into()];
+    for transform in transforms.into_iter().chain(luts()) {
+        progressive.set_grade(-1.0, transform.clone(), Background::None);
         let picture = progressive.finish(SAMPLES).unwrap();
         let shown = progressive.read_display().unwrap();
-        let straight = picture.to_srgb8(-1.0, curve);
+        let straight = picture.to_srgb8(-1.0, &transform);
         let mut n_covered = 0;
         for (shown, straight) in shown.iter().zip(straight) {
             let [.., alpha] = straight;

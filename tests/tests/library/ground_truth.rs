@@ -86,7 +86,7 @@ fn finished_pictures_go_on_to_ground_truth_and_edits_go_back() {
     // What is shown are the same samples over the same fast picture, however they were cut up.
     let mut scene = viewer.prepared().clone();
     let mut of_fast = strandlight_cpu::CpuRenderer::new(scene.clone());
-    of_fast.set_grade(scene.exposure, scene.tone_map, Background::None);
+    of_fast.set_grade(scene.exposure, scene.display.clone(), Background::None);
     let (picture, _) = of_fast.render(SIZE, 1, &|_| ()).expect("drawn");
     let environment = Environment::Lights(LightSampler::new(&scene.lights));
     let expected = |scene: &PreparedScene, picture: &Picture, samples: u32, exposure: f32| {
@@ -94,7 +94,7 @@ fn finished_pictures_go_on_to_ground_truth_and_edits_go_back() {
         let mut convergence = Convergence::new(picture.clone(), scene, 0);
         convergence.trace(scene, &traced.tracer(&environment), samples);
         let mut pixels = Vec::new();
-        let grade = (exposure.exp2(), scene.tone_map);
+        let grade = (exposure.exp2(), &scene.display);
         levels(&convergence.converged().picture, grade, &mut pixels);
         pixels
     };

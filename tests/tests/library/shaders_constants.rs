@@ -12,9 +12,10 @@ use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
-const TWIN_FILES: [(&str, &str); 14] = [
+const TWIN_FILES: [(&str, &str); 15] = [
     ("lib/grid", "crates/scene/src/volume.rs"),
     ("lib/light", "crates/scene/src/shadow_maps.rs"),
+    ("lib/lut", "crates/scene/src/lut.rs"),
     ("lib/proxy", "crates/scene/src/proxy.rs"),
     ("lib/tone", "crates/scene/src/tone.rs"),
     ("lib/wind", "crates/scene/src/motion/wind.rs"),

@@ -47,7 +47,7 @@ fn native(folder: &Path, size: [usize; 2]) -> Pixels {
     let (picture, _) = renderer
         .render_to_image(&prepared.camera, scene.render.size, SAMPLES)
         .expect("a picture");
-    let texels = picture.to_srgb8(prepared.exposure, prepared.tone_map);
+    let texels = picture.to_srgb8(prepared.exposure, &prepared.display);
     Pixels {
         width: size[0],
         height: size[1],
@@ -247,11 +247,11 @@ fn is_done_on_cpu(is_saved: bool) -> String {
 fn native_on_cpu(folder: &Path, size: [usize; 2]) -> Pixels {
     let scene = Scene::read(folder.join("scene.toml")).expect("a scene");
     let prepared = PreparedScene::load(&scene).expect("all files");
-    let (exposure, tone_map) = (prepared.exposure, prepared.tone_map);
+    let (exposure, display) = (prepared.exposure, prepared.display.clone());
     let (picture, _) = CpuRenderer::new(prepared)
         .render(size.map(|side| side as u32), SAMPLES, &|_| ())
         .expect("a picture");
-    let texels = picture.to_srgb8(exposure, tone_map);
+    let texels = picture.to_srgb8(exposure, &display);
     Pixels {
         width: size[0],
         height: size[1],

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use strandlight_formats::{BakedFile, Groom, LightSet, Scene};
+use strandlight_tests::luts::grid_cube;
 use strandlight_tests::{assert_done, project_root, strandlight};
 
 use crate::window_common::{DIFFERENT, Desktop, SmallScene, View};
@@ -121,6 +122,31 @@ fn hair_of_another_program_and_a_map_are_swapped_in_and_saved_beside_the_scene()
 }
 
 #[test]
+fn a_lut_is_dropped_saved_and_removed() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let lut = scene.folder.path().join("swapped.cube");
+    let swapped = grid_cube(9, |[r, g, b]| [b, 1.0 - g, r]);
+    std::fs::write(&lut, swapped).expect("written");
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    view.after("places", |view| view.click(view.middle("Hair")));
+    view.after("places", |view| view.click(view.middle("Render")));
+    let start = view.without_mouse();
+    view.after("edit", |view| view.drop_files(&[&lut]));
+    let shown = view.without_mouse();
+    shown.assert_different(&start);
+    view.key("ctrl+s");
+    view.wait_for_next("saved", 0);
+    assert_eq!(scene.read().render.lut, Some("swapped.cube".into()));
+    view.after("edit", |view| view.click(view.middle("LUT remove")));
+    view.without_mouse().assert_same(&start);
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.without_mouse().assert_same(&shown);
+    view.close();
+    let view = View::open(&desktop, &scene.path, &CPU);
+    view.without_mouse().assert_same(&shown);
+}
+
+#[test]
 fn what_cannot_be_opened_is_refused_by_what_it_is() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let at = |name: &str| scene.folder.path().join(name);
@@ -128,12 +154,14 @@ fn what_cannot_be_opened_is_refused_by_what_it_is() {
     std::fs::write(at("photo.jpg"), b"\xff\xd8\xff\xe0 photo").expect("written");
     std::fs::write(at("broken.exr"), b"\x76\x2f\x31\x01 map").expect("written");
     std::fs::write(at("broken.hair"), b"HAIR\x01\0\0\0").expect("written");
+    std::fs::write(at("broken.cube"), "LUT_1D_SIZE 2\n0 0 0\n0 nan 0\n").expect("written");
     let mut view = View::open(&desktop, &scene.path, &CPU);
     for (name, needle) in [
         ("notes.txt", "some other text"),
         ("photo.jpg", "JPEG"),
         ("broken.exr", "broken.exr"),
         ("broken.hair", "broken.hair"),
+        ("broken.cube", "broken.cube:3: row is 0 nan 0"),
     ] {
         let errors = view.count("error");
         view.drop_files(&[&at(name)]);

@@ -135,6 +135,7 @@ pub fn run(args: &Args) -> Outcome {
         Content::Kind(Kind::Groom) => return export_groom(input, output, &args.groom),
         Content::Kind(_) => return Err(Failure::file(input, "no other format is available")),
         Content::Hair(format) => return Err(not_ours(input, FileKind::Hair(format))),
+        Content::Lut => return Err(not_ours(input, FileKind::Cube)),
         Content::Scene => return Err(not_ours(input, FileKind::Scene)),
     };
     let paths: Vec<&Path> = outputs.iter().map(|output| &*output.path).collect();

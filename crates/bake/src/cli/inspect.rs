@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use serde::{Serialize, Serializer};
 use strandlight_bake::lights::exchange;
 use strandlight_formats::{
-    Axis, BakedFile, Container, FileKind, FitReport, FormatInfo, Groom, Guesses, ImportOptions,
-    Kind, LightSet, Mesh, Note, NoteKind, SNIFF_BYTES, Scene, SourceFile, SrbfLight, TableFile,
-    read_start,
+    Axis, BakedFile, Container, Cube, CubeTable, FileKind, FitReport, FormatInfo, Groom, Guesses,
+    ImportOptions, Kind, LightSet, Mesh, Note, NoteKind, SNIFF_BYTES, Scene, SourceFile, SrbfLight,
+    TableFile, read_start,
 };
 
 use super::{Failure, Outcome, is_stream, note, print_line};
 
-/// Summarize a file: .tables, .lights, .groom, .mesh, a scene, or hair of another program
+/// Summarize a file: .tables, .lights, .groom, .mesh, .cube, a scene, or hair of another program
 #[derive(clap::Args)]
 pub struct Args {
     /// File to inspect, - for standard input
@@ -50,6 +50,7 @@ pub fn run(args: &Args) -> Outcome {
                 args,
             )
         }
+        Content::Lut => show(&lut(path)?, args.json, text_of_lut),
         Content::Scene => {
             let scene = Scene::read(path).map_err(Failure::input)?;
             let text = scene.to_toml_string().map_err(Failure::input)?;
@@ -78,6 +79,8 @@ pub enum Content {
     Kind(Kind),
     /// Hair of another program.
     Hair(&'static FormatInfo),
+    /// A LUT.
+    Lut,
     /// A scene.
     Scene,
 }
@@ -86,17 +89,20 @@ impl Content {
     /// Looks at the file's start.
     pub fn of(path: &Path) -> Result<Content, Failure> {
         let start = read_start(path, SNIFF_BYTES as u64).map_err(Failure::input)?;
-        let is_toml = path
-            .extension()
-            .is_some_and(|extension| extension == "toml");
+        let extension = path.extension();
+        let is_toml = extension.is_some_and(|extension| extension == "toml");
+        let is_cube = extension.is_some_and(|extension| extension.eq_ignore_ascii_case("cube"));
         match FileKind::of(&start) {
             FileKind::Ours(kind) => Ok(Content::Kind(kind)),
             FileKind::Hair(format) => Ok(Content::Hair(format)),
             FileKind::Scene => Ok(Content::Scene),
+            FileKind::Cube => Ok(Content::Lut),
+            // After long comments; what is wrong with it is said by line.
+            FileKind::Text if is_cube => Ok(Content::Lut),
             // Why it is no scene is said by the reader. A pipe need not have a name that tells.
             kind if is_toml || (kind == FileKind::Text && is_stream(path)) => Ok(Content::Scene),
             other => {
-                let what = "not a table file, light set, hair file or scene (.toml)";
+                let what = "not a table file, light set, hair file, LUT (.cube) or scene (.toml)";
                 let what = format!("{what}: {}", other.describe());
                 Err(Failure::file(path, what))
             }
@@ -496,6 +502,69 @@ fn text_of_mesh(info: &MeshInfo) -> Vec<String> {
         lines.push(format!("source: hash {}", info.source_hash));
     }
     lines.extend(parameters(&info.parameters, &info.tool_version));
+    lines
+}
+
+/// Curves or a grid: samples along an axis, and the inputs at the first and the last.
+#[derive(Serialize)]
+struct CubeTableInfo {
+    size: u32,
+    input_min: [f32; 3],
+    input_max: [f32; 3],
+}
+
+#[derive(Serialize)]
+struct LutInfo {
+    kind: &'static str,
+    title: Option<String>,
+    /// Null where there are none.
+    curves: Option<CubeTableInfo>,
+    /// Null where there is none.
+    grid: Option<CubeTableInfo>,
+    /// Least and largest value of each channel, of the grid where there is one.
+    output_min: [f32; 3],
+    output_max: [f32; 3],
+}
+
+fn lut(path: &Path) -> Result<LutInfo, Failure> {
+    let cube = Cube::read(path).map_err(Failure::input)?;
+    let last = cube.grid.as_ref().or(cube.curves.as_ref());
+    let samples = last.map_or(&[][..], |table| &table.samples);
+    let extreme = |pick: fn(f32, f32) -> f32| {
+        let of = |channel: usize| samples.iter().map(|rgb| rgb[channel]).reduce(pick);
+        [0, 1, 2].map(|channel| of(channel).unwrap_or_default())
+    };
+    let table = |table: &CubeTable| CubeTableInfo {
+        size: table.size,
+        input_min: table.low,
+        input_max: table.high,
+    };
+    Ok(LutInfo {
+        kind: "lut",
+        curves: cube.curves.as_ref().map(table),
+        grid: cube.grid.as_ref().map(table),
+        output_min: extreme(f32::min),
+        output_max: extreme(f32::max),
+        title: cube.title,
+    })
+}
+
+fn text_of_lut(info: &LutInfo) -> Vec<String> {
+    let of = |what: String, table: &CubeTableInfo| {
+        let (min, max) = (table.input_min, table.input_max);
+        format!("{what}, input {min:?} to {max:?}")
+    };
+    let title = info.title.as_deref().unwrap_or_default();
+    let mut lines = vec![format!("LUT (.cube) {title}").trim_end().to_owned()];
+    if let Some(table) = &info.curves {
+        lines.push(of(format!("1D: {} samples", table.size), table));
+    }
+    if let Some(table) = &info.grid {
+        let n = table.size;
+        lines.push(of(format!("3D: {n} x {n} x {n} samples"), table));
+    }
+    let (min, max) = (info.output_min, info.output_max);
+    lines.push(format!("output {min:?} to {max:?}"));
     lines
 }
 

@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     let bytes = match format {
         Format::Png => picture
-            .to_png_of(prepared.exposure, prepared.tone_map, &provenance)
+            .to_png_of(prepared.exposure, &prepared.display, &provenance)
             .map_err(Failure::input)?,
         Format::Exr => exr_file_of(&picture, &provenance)
             .map_err(|error| Failure::file(&args.output, error))?,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use strandlight_scattering::{Lobe, Model, PerLobe};
 
-use crate::scene::{Background, Scattering, ToneMap};
+use crate::scene::{Background, LutInput, Scattering, ToneMap};
 
 /// A value of any parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -272,6 +272,17 @@ impl Plain for ToneMap {
     fn from_value(value: Value) -> Option<ToneMap> {
         let name = String::from_value(value)?;
         ToneMap::ALL.into_iter().find(|curve| curve.name() == name)
+    }
+}
+
+impl Plain for LutInput {
+    fn to_value(&self) -> Value {
+        Value::Text(self.name().to_owned())
+    }
+
+    fn from_value(value: Value) -> Option<LutInput> {
+        let name = String::from_value(value)?;
+        LutInput::ALL.into_iter().find(|input| input.name() == name)
     }
 }
 

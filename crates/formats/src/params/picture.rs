@@ -121,6 +121,24 @@ const TONE_MAPS: &[Word] = &[
     ),
 ];
 
+const LUT_INPUTS: &[Word] = &[
+    (
+        "log2",
+        "Log2",
+        "`(log2(v / 0.18) + 10) / 20`, clipped to 0..1: ten stops on either side of middle grey.",
+    ),
+    (
+        "srgb",
+        "sRGB",
+        "clipped to 0..1 and encoded as sRGB, for looks made on finished pictures.",
+    ),
+    (
+        "linear",
+        "Linear",
+        "as it is, for LUTs with a range or curves of their own.",
+    ),
+];
+
 const BACKGROUNDS: &[Word] = &[
     ("lights", "Lights", "The environment of the lights."),
     ("none", "None", "Transparent in saved pictures."),
@@ -165,6 +183,17 @@ pub const RENDER: Section<RenderSection> = Section {
             at!(RenderSection.tone_map),
         )
         .help("Tone curve for the display"),
+        Param::new("lut", "LUT", Kind::File, at!(RenderSection.lut)).help(
+            "A `.cube` file, 1D or 3D, in place of the tone map: from exposed radiance, encoded as \
+             `lut_input` says, to sRGB as displayed.",
+        ),
+        Param::new(
+            "lut_input",
+            "LUT input",
+            Kind::Choice(LUT_INPUTS),
+            at!(RenderSection.lut_input),
+        )
+        .help("How exposed linear Rec.709 radiance v is encoded for the LUT"),
         Param::new(
             "background",
             "Background",

@@ -3,7 +3,8 @@ use toml::{Table, Value as Toml};
 
 use super::*;
 use crate::{
-    Background, HairSection, LightAdjust, Melanin, MotionSection, ProxySection, Scene, WindSection,
+    Background, HairSection, LightAdjust, LutInput, Melanin, MotionSection, ProxySection, Scene,
+    WindSection,
 };
 
 /// The numbers just outside a range, and those outside every range.
@@ -102,6 +103,8 @@ fn the_rows_are_all_the_keys_of_a_scene() {
         ProxySection::mesh("head.mesh"),
     ];
     scene.render.background = Background::Color([0.5; 3]);
+    scene.render.lut = Some("look.cube".into());
+    scene.render.lut_input = LutInput::Srgb;
     for param in HAIR.params {
         // What is left out at its default is written otherwise.
         let (Some(numbers), true) = (param.spec.numbers(), param.spec.group != Group::Color) else {
@@ -224,6 +227,8 @@ fn words_and_lists_are_checked() {
     let mut render = (RENDER.plain)();
     for (key, value) in [
         ("tone_map", Value::Text("sepia".to_owned())),
+        ("lut", Value::Text(String::new())),
+        ("lut_input", Value::Text("log".to_owned())),
         ("samples", Value::Number(1.5)),
         ("size", Value::Numbers(vec![100.0])),
         ("background", Value::Number(1.0)),

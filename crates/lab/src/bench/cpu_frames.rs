@@ -162,7 +162,7 @@ pub(super) fn edits(scene: &PreparedScene) -> Vec<(&'static str, Edit)> {
             "exposure",
             Box::new(|live, base, there| {
                 let exposure = base.exposure + if there { 0.5 } else { 0.0 };
-                live.set_grade(exposure, base.tone_map, base.background);
+                live.set_grade(exposure, base.display.clone(), base.background);
                 Ok(())
             }),
         ),

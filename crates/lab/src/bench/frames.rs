@@ -167,7 +167,7 @@ fn edits(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderE
         kind("grade", |renderer, base, there| {
             let scene = &base.scene;
             let exposure = scene.exposure + if there { 0.5 } else { 0.0 };
-            renderer.set_grade(exposure, scene.tone_map, scene.background);
+            renderer.set_grade(exposure, scene.display.clone(), scene.background);
             Ok(())
         }),
     ];

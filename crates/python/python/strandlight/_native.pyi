@@ -117,9 +117,18 @@ def render(
     progress: _Progress | None,
 ) -> tuple[NDArray[np.float32], dict[str, Any]]: ...
 def to_srgb8(
-    pixels: NDArray[np.float32], exposure: float, tone_map: str
+    pixels: NDArray[np.float32],
+    exposure: float,
+    tone_map: str,
+    lut: str | None,
+    lut_input: str,
 ) -> NDArray[np.uint8]: ...
 def picture_file(
-    pixels: NDArray[np.float32], linear: bool, exposure: float, tone_map: str
+    pixels: NDArray[np.float32],
+    linear: bool,
+    exposure: float,
+    tone_map: str,
+    lut: str | None,
+    lut_input: str,
 ) -> bytes: ...
 def write_file(path: str, data: bytes) -> None: ...

@@ -18,29 +18,38 @@ from ._lights import LightSet, Progress
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-ToneMap = Literal["filmic", "none"]
+ToneMap = Literal["filmic", "agx", "none"]
+LutInput = Literal["log2", "srgb", "linear"]
 
 
 class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
     """A picture as an array ``(height, width, 4)``: linear Rec.709 radiance, premultiplied, and alpha.
 
-    It is an array like any other, and knows how its scene shows it: ``exposure`` (stops) and
-    ``tone_map``. What is computed from it is one too; ``np.asarray`` makes it a plain array.
+    It is an array like any other, and knows how its scene shows it: ``exposure`` (stops), ``tone_map``
+    and, in its place where there is one, ``lut``, the path of a .cube file that takes radiance encoded
+    as ``lut_input`` says. What is computed from it is one too; ``np.asarray`` makes it a plain array.
     """
 
     exposure: float
     tone_map: ToneMap
+    lut: str | None
+    lut_input: LutInput
 
     def __array_finalize__(self, obj: object) -> None:
         self.exposure = getattr(obj, "exposure", 0.0)
         self.tone_map = getattr(obj, "tone_map", "filmic")
+        self.lut = getattr(obj, "lut", None)
+        self.lut_input = getattr(obj, "lut_input", "log2")
 
     def __reduce__(self) -> Any:
-        return (_picture, (np.asarray(self), self.exposure, self.tone_map))
+        return (_picture, (np.asarray(self), *self._shown()))
+
+    def _shown(self) -> tuple[float, ToneMap, str | None, LutInput]:
+        return (self.exposure, self.tone_map, self.lut, self.lut_input)
 
     def srgb8(self) -> NDArray[np.uint8]:
         """8-bit sRGB with straight alpha, ``(height, width, 4)``."""
-        return to_srgb8(self, exposure=self.exposure, tone_map=self.tone_map)
+        return _native.to_srgb8(_pixels(self), *self._shown())
 
     def save(self, path: PathLike) -> None:
         """Writes a .png (8-bit sRGB) or .exr (linear float) file."""
@@ -48,19 +57,27 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         ending = os.path.splitext(name)[1].lower()
         if ending not in (".png", ".exr"):
             raise Error(f"{name}: the name must end in .png or .exr", name)
-        data = _native.picture_file(_pixels(self), ending == ".exr", self.exposure, self.tone_map)
+        data = _native.picture_file(_pixels(self), ending == ".exr", *self._shown())
         _native.write_file(name, data)
 
     def _repr_png_(self) -> bytes | None:
         if self.ndim != 3 or self.shape[2] != 4:
             return None
-        return _native.picture_file(_pixels(self), False, self.exposure, self.tone_map)
+        return _native.picture_file(_pixels(self), False, *self._shown())
 
 
-def _picture(pixels: NDArray[np.float32], exposure: float, tone_map: ToneMap) -> Picture:
+def _picture(
+    pixels: NDArray[np.float32],
+    exposure: float,
+    tone_map: ToneMap,
+    lut: str | None = None,
+    lut_input: LutInput = "log2",
+) -> Picture:
     picture = pixels.view(Picture)
     picture.exposure = exposure
     picture.tone_map = tone_map
+    picture.lut = lut
+    picture.lut_input = lut_input
     return picture
 
 
@@ -69,11 +86,17 @@ def _pixels(picture: ArrayLike) -> NDArray[np.float32]:
 
 
 def to_srgb8(
-    picture: ArrayLike, *, exposure: float = 0.0, tone_map: ToneMap = "filmic"
+    picture: ArrayLike,
+    *,
+    exposure: float = 0.0,
+    tone_map: ToneMap = "filmic",
+    lut: PathLike | None = None,
+    lut_input: LutInput = "log2",
 ) -> NDArray[np.uint8]:
     """A linear picture ``(height, width, 4)`` in 8-bit sRGB with straight alpha: radiance times
-    ``2**exposure`` through the tone map."""
-    return _native.to_srgb8(_pixels(picture), exposure, tone_map)
+    ``2**exposure`` through the tone map, or through the .cube file ``lut`` in its place."""
+    path = None if lut is None else as_path(lut, "lut")
+    return _native.to_srgb8(_pixels(picture), exposure, tone_map, path, lut_input)
 
 
 def render(
@@ -114,7 +137,8 @@ def render(
         float(time),
         progress,
     )
-    return _picture(pixels, shown["exposure"], shown["tone_map"])
+    lut = None if shown["lut"] is None else os.fspath(shown["lut"])
+    return _picture(pixels, shown["exposure"], shown["tone_map"], lut, shown["lut_input"])
 
 
 def _side(side: int | None, name: str) -> int | None:

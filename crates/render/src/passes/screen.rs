@@ -1,14 +1,18 @@
 //! The picture on the screen: tone-mapped and encoded.
 
+use std::sync::Arc;
+
 use super::draw::Ribbons;
-use super::resources::{bind, compute, compute_pass, shader, step, submit, uniform};
+use super::resources::{bind, buffer_of, compute, compute_pass, shader, step, submit, uniform};
 #[cfg(not(target_arch = "wasm32"))]
 use super::resources::{failed, labelled};
 use super::stamp::Stamp;
 use super::target::{Target, texture};
 use crate::gpu::Context;
-use strandlight_scene::RenderError;
-use strandlight_scene::tone::{TONE_AGX, TONE_FILMIC, TONE_NONE, ToneMap};
+use strandlight_formats::Cube;
+use strandlight_scene::lut::{LUT_LINEAR, LUT_LOG2, LUT_SRGB, Lut, LutInput};
+use strandlight_scene::tone::{TONE_AGX, TONE_FILMIC, TONE_LUT, TONE_NONE, ToneMap};
+use strandlight_scene::{DisplayTransform, RenderError};
 
 /// Mirrored by `Grade` in `shaders/pass/display.wgsl`.
 #[repr(C)]
@@ -16,17 +20,100 @@ use strandlight_scene::tone::{TONE_AGX, TONE_FILMIC, TONE_NONE, ToneMap};
 struct Grade {
     scale: f32,
     tone_map: u32,
-    pad: [u32; 2],
+    lut_input: u32,
+    curve_size: u32,
+    curve_low: [f32; 3],
+    grid_size: u32,
+    curve_high: [f32; 3],
+    pad: u32,
+    grid_low: [f32; 3],
+    pad2: u32,
+    grid_high: [f32; 3],
+    pad3: u32,
 }
 
 strandlight_scattering::mirrors! {
-    Grade as "Grade" in "pass/display" { scale, tone_map, pad }
+    Grade as "Grade" in "pass/display" {
+        scale, tone_map, lut_input, curve_size, curve_low, grid_size, curve_high, pad, grid_low,
+        pad2, grid_high, pad3,
+    }
+}
+
+impl Grade {
+    fn new(exposure: f32, display: &DisplayTransform) -> Grade {
+        let plain = Grade {
+            scale: exposure.exp2(),
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let Lut { cube, input } = match display {
+            DisplayTransform::Lut(lut) => lut,
+            DisplayTransform::ToneMap(tone_map) => {
+                return Grade {
+                    tone_map: match tone_map {
+                        ToneMap::None => TONE_NONE,
+                        ToneMap::Filmic => TONE_FILMIC,
+                        ToneMap::Agx => TONE_AGX,
+                    },
+                    ..plain
+                };
+            }
+        };
+        let mut grade = Grade {
+            tone_map: TONE_LUT,
+            lut_input: match input {
+                LutInput::Log2 => LUT_LOG2,
+                LutInput::Srgb => LUT_SRGB,
+                LutInput::Linear => LUT_LINEAR,
+            },
+            ..plain
+        };
+        if let Some(curves) = &cube.curves {
+            grade.curve_size = curves.size;
+            (grade.curve_low, grade.curve_high) = (curves.low, curves.high);
+        }
+        if let Some(grid) = &cube.grid {
+            grade.grid_size = grid.size;
+            (grade.grid_low, grade.grid_high) = (grid.low, grid.high);
+        }
+        grade
+    }
 }
 
 /// The pipeline of the last pass.
 pub(crate) struct DisplayPipeline {
     pipeline: wgpu::ComputePipeline,
     grade: wgpu::Buffer,
+    lut: LutOnDevice,
+}
+
+/// Samples of the LUT that is in use; a single zero without one.
+struct LutOnDevice {
+    of: Option<Arc<Cube>>,
+    samples: wgpu::Buffer,
+    /// Goes up with every other buffer, which puts bind groups out of date.
+    version: u64,
+}
+
+impl LutOnDevice {
+    fn samples(context: &Context, of: Option<&Cube>) -> wgpu::Buffer {
+        let tables = of.into_iter().flat_map(|cube| [&cube.curves, &cube.grid]);
+        let samples = tables.flatten().flat_map(|table| &table.samples);
+        let samples: Vec<[f32; 3]> = samples.copied().collect();
+        let values: &[f32] = bytemuck::cast_slice(&samples);
+        buffer_of(context, "LUT", values, wgpu::BufferUsages::STORAGE)
+    }
+
+    fn set(&mut self, context: &Context, display: &DisplayTransform) {
+        let cube = match display {
+            DisplayTransform::Lut(lut) => Some(&lut.cube),
+            DisplayTransform::ToneMap(_) => None,
+        };
+        if self.of.as_ref().map(Arc::as_ptr) != cube.map(Arc::as_ptr) {
+            self.samples = LutOnDevice::samples(context, cube.map(|cube| &**cube));
+            self.of = cube.cloned();
+            self.version += 1;
+        }
+    }
 }
 
 impl DisplayPipeline {
@@ -35,6 +122,11 @@ impl DisplayPipeline {
         Ok(DisplayPipeline {
             pipeline: compute(context, &shader(context, "pass/display")?, "show"),
             grade: uniform(context, "grade", &grade),
+            lut: LutOnDevice {
+                of: None,
+                samples: LutOnDevice::samples(context, None),
+                version: 0,
+            },
         })
     }
 }
@@ -42,7 +134,8 @@ impl DisplayPipeline {
 /// A picture for the screen: sRGB multiplied by alpha, `rgba8unorm`.
 pub(crate) struct Screen {
     view: wgpu::TextureView,
-    group: Option<wgpu::BindGroup>,
+    /// With the version of the LUT in it.
+    group: Option<(u64, wgpu::BindGroup)>,
 }
 
 impl Screen {
@@ -97,25 +190,19 @@ impl Screen {
     pub fn show(
         &mut self,
         context: &Context,
-        show: &DisplayPipeline,
+        show: &mut DisplayPipeline,
         (ribbons, target): (&Ribbons, &Target),
-        exposure: f32,
-        tone_map: ToneMap,
+        (exposure, display): (f32, &DisplayTransform),
         stamp: Stamp,
     ) {
-        let grade = Grade {
-            scale: exposure.exp2(),
-            tone_map: match tone_map {
-                ToneMap::None => TONE_NONE,
-                ToneMap::Filmic => TONE_FILMIC,
-                ToneMap::Agx => TONE_AGX,
-            },
-            pad: [0; 2],
-        };
+        let grade = Grade::new(exposure, display);
         let bytes = bytemuck::bytes_of(&grade);
         context.write(&show.grade, 0, bytes);
-        let group = self.group.get_or_insert_with(|| {
-            bind(
+        show.lut.set(context, display);
+        let version = show.lut.version;
+        self.group = self.group.take().filter(|(of, _)| *of == version);
+        let (_, group) = self.group.get_or_insert_with(|| {
+            let group = bind(
                 context,
                 &show.pipeline.get_bind_group_layout(0),
                 &[
@@ -123,8 +210,10 @@ impl Screen {
                     (1, show.grade.as_entire_binding()),
                     (2, target.picture().as_entire_binding()),
                     (3, wgpu::BindingResource::TextureView(&self.view)),
+                    (4, show.lut.samples.as_entire_binding()),
                 ],
-            )
+            );
+            (version, group)
         });
         submit(context, |encoder| {
             let mut pass = compute_pass(encoder, stamp);

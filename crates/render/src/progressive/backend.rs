@@ -13,8 +13,7 @@ use strandlight_scene::paint::Paint;
 use strandlight_scene::proxy::Proxy;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_scene::stats::Observer;
-use strandlight_scene::tone::ToneMap;
-use strandlight_scene::{Backend, PreparedScene, RenderError, SceneError};
+use strandlight_scene::{Backend, DisplayTransform, PreparedScene, RenderError, SceneError};
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_scene::{Picture, Stats};
 
@@ -104,11 +103,11 @@ impl Backend for ProgressiveRenderer {
         }
     }
 
-    fn set_grade(&mut self, exposure: f32, tone_map: ToneMap, background: Background) {
+    fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background) {
         let scene = &mut self.hair.scene;
-        let before = (scene.exposure, scene.tone_map, scene.background);
-        if before != (exposure, tone_map, background) {
-            (scene.exposure, scene.tone_map, scene.background) = (exposure, tone_map, background);
+        let before = (scene.exposure, &scene.display, scene.background);
+        if before != (exposure, &display, background) {
+            (scene.exposure, scene.display, scene.background) = (exposure, display, background);
             self.hair.begin_report();
             self.picture.shown = 0;
         }

@@ -206,13 +206,13 @@ impl ProgressiveRenderer {
                 };
                 let (context, ribbons) = (&self.hair.context, &self.hair.ribbons);
                 let stamp = self.hair.clock.stamp("display");
-                let (exposure, tone_map) = (self.hair.scene.exposure, self.hair.scene.tone_map);
+                let grade = (self.hair.scene.exposure, &self.hair.scene.display);
                 if let Some(next) = self.next_screen.take() {
                     self.screen = next;
                 }
                 let from = (ribbons, target);
                 self.screen
-                    .show(context, &self.show, from, exposure, tone_map, stamp);
+                    .show(context, &mut self.show, from, grade, stamp);
                 self.picture.shown = self.picture.passes;
                 self.submitted("display", 1.0)
             }

@@ -19,7 +19,7 @@ bitflags::bitflags! {
         const SIZE = 1 << 1;
         /// Samples per pixel that are asked for.
         const SAMPLES = 1 << 2;
-        /// Exposure, tone map or background.
+        /// Exposure, tone map, LUT or background.
         const GRADE = 1 << 3;
         /// Optical parameters of the fibres: tables, see [`strandlight_scene::material::RULES`].
         const HAIR = 1 << 4;
@@ -139,6 +139,10 @@ impl Change {
             edits.contains(Edits::LIGHTS) || has_other_lights,
         );
         edits |= edits_of_hair(&before.hair, hair) | edits_of_render(&before.render, render);
+        edits.set(
+            Edits::GRADE,
+            edits.contains(Edits::GRADE) || before.lut_path() != after.lut_path(),
+        );
         Change { edits, paint: None }
     }
 
@@ -256,6 +260,8 @@ fn edits_of_render(before: &RenderSection, after: &RenderSection) -> Edits {
         samples,
         exposure,
         tone_map,
+        lut,
+        lut_input,
         background,
         scattering,
         shadow_maps,
@@ -265,6 +271,8 @@ fn edits_of_render(before: &RenderSection, after: &RenderSection) -> Edits {
     edits.set(Edits::SAMPLES, before.samples != *samples);
     let has_other_grade = before.exposure != *exposure
         || before.tone_map != *tone_map
+        || before.lut != *lut
+        || before.lut_input != *lut_input
         || before.background != *background;
     edits.set(Edits::GRADE, has_other_grade);
     edits.set(Edits::SCATTERING, before.scattering != *scattering);

@@ -177,14 +177,14 @@ impl Session {
         }
         after.validate()?;
         check_size(&after)?;
-        let assets = &self.snapshot.assets;
+        let before = &self.snapshot.assets;
         let change = Change::between(&self.scene, &after);
-        let assets = assets.reread(&self.scene, &after, &self.files)?;
+        let assets = before.reread(&self.scene, &after, &self.files)?;
         let snapshot = if change.has(Edits::GEOMETRY) {
             let after = AssetSnapshot::new(assets, self.next_paint_state())?;
             let before = std::mem::replace(&mut self.snapshot, after.clone());
             Some(Box::new([before, after]))
-        } else if change.has(Edits::LIGHTS | Edits::TABLES) {
+        } else if change.has(Edits::LIGHTS | Edits::TABLES) || has_other_lut(&assets, before) {
             let before = std::mem::replace(&mut self.snapshot.assets, assets.clone());
             // The groom is the same, so its paint is not the step's business.
             Some(Box::new([before, assets].map(|assets| AssetSnapshot {
@@ -348,6 +348,7 @@ impl Session {
                         (Edits::GEOMETRY, !Arc::ptr_eq(&old.groom, &new.groom)),
                         (Edits::LIGHTS, !Arc::ptr_eq(&old.lights, &new.lights)),
                         (Edits::TABLES, !Arc::ptr_eq(&old.tables, &new.tables)),
+                        (Edits::GRADE, has_other_lut(&old, new)),
                     ] {
                         change.edits.set(edit, is_other || change.has(edit));
                     }
@@ -382,4 +383,9 @@ impl Direction {
             Direction::After => after,
         }
     }
+}
+
+/// Are pictures shown by another LUT, or by one and by none?
+fn has_other_lut(a: &Assets, b: &Assets) -> bool {
+    a.lut.as_ref().map(Arc::as_ptr) != b.lut.as_ref().map(Arc::as_ptr)
 }

@@ -20,6 +20,7 @@ impl OnDisk {
         let written = [path.to_owned(), scene.groom_path(), scene.lights_path()]
             .into_iter()
             .chain(scene.tables_path())
+            .chain(scene.lut_path())
             .chain(scene.frame_paths())
             .chain(scene.mesh_paths().into_iter().map(|(_, path)| path))
             .map(|path| {

@@ -104,6 +104,7 @@ impl Session {
             ("groom", Some(scene.groom_path())),
             ("light set", Some(scene.lights_path())),
             ("tables", scene.tables_path()),
+            ("LUT", scene.lut_path()),
         ];
         let frames = scene.frame_paths().into_iter();
         let frames = frames.map(|frame| ("groom of a frame", Some(frame)));
@@ -343,13 +344,15 @@ fn move_to(scene: &mut Scene, folder: &Path) {
     let from = std::mem::replace(&mut scene.folder, folder.to_owned());
     let files = [&mut scene.groom.file, &mut scene.lights.file];
     let tables = scene.tables.as_mut().map(|tables| &mut tables.file);
+    let lut = scene.render.lut.as_mut();
     let motion = scene.motion.iter_mut();
     let frames = motion.flat_map(|motion| &mut motion.frames);
     let meshes = scene.proxies.iter_mut().filter_map(|proxy| match proxy {
         ProxySection::Mesh { mesh, .. } => Some(mesh),
         _ => None,
     });
-    for file in files.into_iter().chain(tables).chain(frames).chain(meshes) {
+    let files = files.into_iter().chain(tables).chain(lut);
+    for file in files.chain(frames).chain(meshes) {
         *file = path_from(folder, &from.join(&*file), file);
     }
 }

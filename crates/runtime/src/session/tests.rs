@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 use strandlight_formats::{
-    BakedFile, CameraSection, Groom, LightAdjust, LightSet, Melanin, MotionSection, ProxySection,
+    BakedFile, CameraSection, Groom, LightAdjust, LightSet, LutInput, Melanin, MotionSection, ProxySection,
     Scene, SrbfLight, TablesSection, WindSection,
 };
 
@@ -49,6 +49,9 @@ fn files() -> Files {
         ("/s/taller.groom", groom(2.0)),
         ("/b.lights", lights()),
         ("/s/other.tables", DEFAULT_TABLES.to_vec()),
+        ("/s/dark.cube", b"LUT_1D_SIZE 2\n0 0 0\n.5 .5 .5\n".to_vec()),
+        ("/s/light.cube", b"LUT_1D_SIZE 2\n.5 .5 .5\n1 1 1\n".to_vec()),
+        ("/s/bad.cube", b"LUT_1D_SIZE 2\n0 0 0\n0 nan 0\n".to_vec()),
     ])
 }
 
@@ -88,6 +91,8 @@ fn every_key_of_a_scene_is_covered() {
         intensity: 2.0,
         tint: [0.5; 3],
     }];
+    full.render.lut = Some("dark.cube".into());
+    full.render.lut_input = LutInput::Srgb;
     full.motion = Some(MotionSection {
         wind: Some(WindSection::default()),
         ..MotionSection::default()
@@ -135,6 +140,8 @@ fn every_key_of_a_scene_is_covered() {
                 "proxy.2.mesh" => json!("other.mesh"),
                 "motion.frames.0" => json!("2.groom"),
                 "render.tone_map" => json!("none"),
+                "render.lut" => json!("other.cube"),
+                "render.lut_input" => json!("linear"),
                 "render.background" => json!("none"),
                 "render.scattering" => json!("single"),
                 "lights.muted.0" => json!(0),
@@ -240,6 +247,9 @@ fn changes_name_what_depends_on_them_and_no_more() {
     assert_eq!(names("lights.tint", json!([1, 0.5, 0.5])), "light_colors");
     assert_eq!(names("camera.position", json!([0, 0, 9])), "camera");
     assert_eq!(names("render.exposure", json!(1)), "grade");
+    assert_eq!(names("render.lut", json!("dark.cube")), "grade");
+    assert_eq!(names("render.lut", json!("./dark.cube")), "grade");
+    assert_eq!(names("render.lut_input", json!("srgb")), "grade");
     assert_eq!(names("render.size", json!([20, 10])), "size");
     assert_eq!(names("groom.file", json!("taller.groom")), "geometry");
     assert_eq!(names("tables", json!({"file": "other.tables"})), "tables");
@@ -327,6 +337,8 @@ fn refused_edits_change_nothing() {
         ("lights.file", json!("a.groom"), "a.groom"),
         ("tables", json!({"file": "a.groom"}), "a.groom"),
         ("lights.muted", json!([2]), "lights.muted"),
+        ("render.lut", json!("none.cube"), "render.lut: "),
+        ("render.lut", json!("bad.cube"), "bad.cube:3: row is 0 nan 0"),
         ("render.size", json!([16_384, 16_384]), "render.size"),
     ] {
         let values: Map<String, Value> = [(key.to_owned(), value)].into_iter().collect();
@@ -362,6 +374,53 @@ fn another_groom_comes_and_goes_with_its_step() {
         session.camera(),
         section_of(&session.prepared().expect("drawable").camera)
     );
+}
+
+#[test]
+fn a_lut_comes_and_goes_with_its_step_and_is_saved() {
+    let mut session = session();
+    let white = |session: &Session| {
+        let shown = session.prepared().expect("drawable").display;
+        shown.display([1e6; 3])[0]
+    };
+    let with_tone_map = white(&session);
+    let put = |session: &mut Session, name: &str| {
+        session.commit();
+        let lut = session.path_in_scene(Path::new(name));
+        let change = edit(session, "LUT", |s| s.render.lut = Some(lut));
+        assert_eq!(change.names(), ["grade"]);
+    };
+    put(&mut session, "/s/dark.cube");
+    assert_eq!(session.scene().render.lut, Some("dark.cube".into()));
+    assert_eq!(white(&session), 0.5);
+    put(&mut session, "/s/light.cube");
+    assert_eq!(white(&session), 1.0);
+    assert_eq!(session.undo().expect("a step").names(), ["grade"]);
+    assert_eq!(white(&session), 0.5);
+    session.undo();
+    assert_eq!(white(&session), with_tone_map);
+    session.redo();
+    assert_eq!(white(&session), 0.5);
+    // Another folder names it from there.
+    session.save_as(Path::new("/t/b.toml")).expect("written");
+    assert_eq!(session.scene().render.lut, Some("../s/dark.cube".into()));
+    let again = Session::open_in(Path::new("/t/b.toml"), session.files().clone());
+    assert_eq!(white(&again.expect("readable")), 0.5);
+    let over = session.save_as(Path::new("/s/dark.cube"));
+    let over = over.expect_err("the scene is made of it").to_string();
+    assert!(over.contains("LUT"), "{over}");
+    edit(&mut session, "no LUT", |s| s.render.lut = None);
+    assert_eq!(white(&session), with_tone_map);
+    session.undo();
+    assert_eq!(white(&session), 0.5);
+    // A file that was written again is another one once it is read again.
+    let light = session.files().read(Path::new("/s/light.cube"), 100);
+    let (path, bytes) = (Path::new("/s/dark.cube"), light.expect("there"));
+    session.files().write(path, &bytes).expect("written");
+    session.reload().expect("read");
+    assert_eq!(white(&session), 1.0);
+    assert!(session.undo().expect("a step").has(Edits::GRADE));
+    assert_eq!(white(&session), 0.5);
 }
 
 #[test]

@@ -399,8 +399,8 @@ impl Workspace {
                     Viewer::on(session, |scene| Ok(Box::new(CpuRenderer::new(scene))))?;
                 viewer.set_time(seconds)?;
                 let (picture, _) = viewer.frame(size, render.samples)?;
-                let tone_map = viewer.prepared().tone_map;
-                let straight = picture.to_srgb8(render.exposure as f32, tone_map);
+                let display = &viewer.prepared().display;
+                let straight = picture.to_srgb8(render.exposure as f32, display);
                 let times = |x: u8, a: u8| ((u32::from(x) * u32::from(a) + 127) / 255) as u8;
                 let pixels = straight
                     .iter()
@@ -775,7 +775,7 @@ impl Workspace {
         let name = name_of(path);
         match kind_of(path) {
             Ok(Openable::Scene) => self.before_losing(Then::Open(from)),
-            Ok(kind @ (Openable::Groom | Openable::Lights)) => {
+            Ok(kind @ (Openable::Groom | Openable::Lights | Openable::Lut)) => {
                 self.swap(kind, path, path);
             }
             Ok(Openable::Hair) => self.begin(Job::start(format!("Reading {name}"), move |_| {
@@ -880,7 +880,7 @@ impl Workspace {
         self.window.request_redraw();
     }
 
-    /// Puts another groom or light set into the scene, that of the file `from`; answers whether it is
+    /// Puts another groom, light set or LUT into the scene, that of the file `from`; answers whether it is
     /// another one.
     #[cfg(not(target_arch = "wasm32"))]
     fn swap(&mut self, kind: crate::opening::Openable, path: &Path, from: &Path) -> bool {
@@ -898,6 +898,7 @@ impl Workspace {
                 (lights.muted, lights.solo, lights.adjust) = Default::default();
             }
             Openable::Lights => {}
+            Openable::Lut => scene.render.lut = Some(file),
             _ => scene.groom.file = file,
         });
         self.viewer.commit();
@@ -1039,7 +1040,7 @@ fn save_as_question(path: String, then: Then) -> Question {
 
 /// Endings of the files that can be opened.
 fn openable_extensions() -> Vec<String> {
-    let ours = ["toml", "groom", "lights", "exr", "hdr"].into_iter();
+    let ours = ["toml", "groom", "lights", "exr", "hdr", "cube"].into_iter();
     let formats = strandlight_formats::GROOM_FORMATS.iter();
     let others = formats.flat_map(|format| format.info().extensions);
     ours.chain(others.copied()).map(str::to_owned).collect()

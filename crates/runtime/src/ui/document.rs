@@ -46,7 +46,11 @@ mod native {
                 None => "scene".to_owned(),
             };
             let files = [Some(self.path.clone()), Some(scene.groom_path())];
-            let others = [Some(scene.lights_path()), scene.tables_path()];
+            let others = [
+                Some(scene.lights_path()),
+                scene.tables_path(),
+                scene.lut_path(),
+            ];
             let meshes = scene.mesh_paths().into_iter().map(|(_, path)| path);
             self.seen = (files.into_iter().chain(others).flatten())
                 .chain(meshes)

@@ -50,7 +50,10 @@ impl Viewer {
     /// its luminance in stops from middle grey.
     pub fn readout(&self, [x, y]: [f32; 2]) -> Option<([f32; 4], f32)> {
         let inspector = self.inspector.as_ref()?;
-        inspector.of.filter(|(n, ..)| *n == self.n_outdated)?;
+        inspector
+            .of
+            .as_ref()
+            .filter(|(n, ..)| *n == self.n_outdated)?;
         let picture = inspector.picture.as_ref()?;
         let (width, height) = (picture.width as f32, picture.height as f32);
         let is_inside = x >= 0.0 && y >= 0.0 && x < width && y < height;
@@ -69,16 +72,19 @@ impl Viewer {
             return Ok(());
         };
         let scene = self.renderer.scene();
-        let grade = (scene.exposure, scene.tone_map);
+        let (exposure, display) = (scene.exposure, scene.display.clone());
         let converged = self.ground_truth.as_ref().and_then(GroundTruth::converged);
         let samples = converged.map_or(0, |converged| converged.samples);
-        let state = (self.n_outdated, grade, samples);
+        let state = (self.n_outdated, (exposure, display), samples);
         let is_finished = progress.is_done && progress.is_shown;
         let inspection = inspector.inspection;
         let is_current = match inspection.is_of_light() {
-            true => inspector.of == Some(state),
+            true => inspector.of.as_ref() == Some(&state),
             // Light changes nothing of the strands.
-            false => inspector.of.is_some_and(|(n, ..)| n == self.n_outdated),
+            false => inspector
+                .of
+                .as_ref()
+                .is_some_and(|(n, ..)| *n == self.n_outdated),
         };
         if is_current || !is_finished || size.contains(&0) {
             return Ok(());
@@ -95,7 +101,7 @@ impl Viewer {
             let converged = self.ground_truth.as_ref().and_then(GroundTruth::converged);
             let radiance = Radiance {
                 picture: &picture,
-                grade,
+                grade: (exposure, &state.1.1),
                 converged,
             };
             (inspection::of_light(inspection, &radiance), Some(picture))
@@ -144,7 +150,7 @@ impl Viewer {
             }
         }
         let scene = self.renderer.scene();
-        let grade = (scene.exposure, scene.tone_map);
+        let grade = (scene.exposure, &scene.display);
         if let Some(truth) = &mut self.ground_truth {
             truth.follow(grade);
         }
@@ -160,7 +166,8 @@ impl Viewer {
 
     /// What is inspected, or the picture on its way to ground truth; none where the renderer's own is shown.
     pub(super) fn override_display(&self) -> Option<Display<'_>> {
-        let is_current = |it: &&Inspector| it.of.is_some_and(|(n, ..)| n == self.n_outdated);
+        let is_current =
+            |it: &&Inspector| it.of.as_ref().is_some_and(|(n, ..)| *n == self.n_outdated);
         let inspector = self.inspector.as_ref().filter(is_current);
         let inspected = inspector.and_then(|inspector| inspector.inspected.display());
         let truth = || self.ground_truth.as_ref().and_then(GroundTruth::display);

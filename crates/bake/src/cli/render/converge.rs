@@ -92,7 +92,7 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
     }
     let bytes = match format {
         Format::Png => picture
-            .to_png_of(prepared.exposure, prepared.tone_map, &provenance)
+            .to_png_of(prepared.exposure, &prepared.display, &provenance)
             .map_err(Failure::input)?,
         Format::Exr => {
             exr_of(&converged, &provenance).map_err(|error| Failure::file(&args.output, error))?

@@ -157,7 +157,7 @@ impl Out<'_> {
         let scene = viewer.prepared();
         let bytes = match format_of(&path)? {
             Format::Png => picture
-                .to_png_of(scene.exposure, scene.tone_map, &provenance)
+                .to_png_of(scene.exposure, &scene.display, &provenance)
                 .map_err(Failure::input)?,
             Format::Exr => {
                 exr_file_of(picture, &provenance).map_err(|error| Failure::file(&path, error))?

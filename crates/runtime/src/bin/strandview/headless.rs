@@ -193,7 +193,7 @@ fn png(
     provenance: &Provenance,
 ) -> Result<Vec<u8>, RenderError> {
     let exposure = viewer.session().scene().render.exposure as f32;
-    picture.to_png_of(exposure, viewer.prepared().tone_map, provenance)
+    picture.to_png_of(exposure, &viewer.prepared().display, provenance)
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {

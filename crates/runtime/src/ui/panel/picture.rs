@@ -1,7 +1,9 @@
 //! What is drawn of the light, and how radiance becomes a picture.
 
+use std::path::PathBuf;
+
 use egui::Ui;
-use strandlight_formats::params::{Kind, Numbers, RENDER, Shape, Word};
+use strandlight_formats::params::{Kind, Numbers, ParamSpec, RENDER, Shape, Word};
 use strandlight_formats::{Background, RenderSection, Scene};
 
 use crate::ui::color::ColorField;
@@ -41,11 +43,41 @@ pub fn show(
                     changes,
                 );
             }
+            Kind::File => lut(
+                ui,
+                param.spec,
+                &rows.key(param),
+                &mut rows.target.lut,
+                changes,
+            ),
+            // Of no effect without one.
+            _ if param.spec.key == "lut_input" && rows.target.lut.is_none() => {}
+            _ if param.spec.key == "tone_map" && rows.target.lut.is_some() => {}
             // The size is that of the window's picture.
             Kind::Numbers(numbers) if numbers.shape == Shape::Size => {}
             _ => rows.show(ui, param, changes),
         }
     }
+}
+
+/// The LUT in place of the tone map, and a button that takes it away.
+fn lut(ui: &mut Ui, spec: ParamSpec, key: &str, file: &mut Option<PathBuf>, changes: &mut Changes) {
+    named(ui, spec.label, &help(spec.help, key), |ui| {
+        let Some(path) = &*file else {
+            ui.weak("none; drop a .cube file");
+            return;
+        };
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        let name = name.to_string_lossy();
+        let label = egui::Label::new(&*name).truncate();
+        ui.add(label).on_hover_text(path.display().to_string());
+        let remove = ui.button("Remove").on_hover_text("Back to the tone map");
+        changes.place(format!("{} remove", spec.label), &remove);
+        if remove.clicked() {
+            *file = None;
+            changes.note("Remove LUT");
+        }
+    });
 }
 
 fn background(
