@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -30,6 +32,13 @@ class Strands:
         assert np.all(rows[:, 3] == rows[0, 3]), "one radius for all"
         return Strands(rows[:, :3], [len(curve) for curve in curves], radius)
 
+    def smooth(self, times: int, radius: float) -> Strands:
+        """With corners cut (Chaikin), each time to half their turn; of another radius."""
+        smooth = self.strands()
+        for _ in range(times):
+            smooth = [cut_corners(points) for points in smooth]
+        return Strands(np.concatenate(smooth), [len(points) for points in smooth], radius)
+
     def strands(self) -> list[Array]:
         return np.split(self.points, np.cumsum(self.lengths)[:-1])
 
@@ -49,6 +58,20 @@ class Strands:
         starts = np.cumsum([0, *self.lengths[:-1]])
         return np.concatenate([start + np.arange(n - 1) for start, n in zip(starts, self.lengths)]).astype(np.uint32)
 
+    def write_hair(self, file: str) -> None:
+        """As a .hair file (Cem Yuksel's), polylines of constant thickness. Strandlight takes a text of curves of
+        Mitsuba's for B-splines where it can."""
+        info = b"polylines in cm, y up".ljust(88, b"\0")
+        has_segments_and_points = 3
+        header = struct.pack(
+            "<4s4I5f88s", b"HAIR", len(self.lengths), len(self.points), has_segments_and_points, 0,
+            2.0 * self.radius, 0.0, 1.0, 1.0, 1.0, info,
+        )  # fmt: skip
+        with open(file, "wb") as out:
+            out.write(header)
+            out.write(np.array([n - 1 for n in self.lengths], "<u2").tobytes())
+            out.write(self.points.astype("<f4").tobytes())
+
     def write(self, file: str, phantom_ends: bool = False) -> None:
         """As text of curves; with a control point beyond each end, so that a uniform B-spline through the
         points begins and ends where the polyline does."""
@@ -58,6 +81,13 @@ class Strands:
                     points = np.concatenate([2 * points[:1] - points[1:2], points, 2 * points[-1:] - points[-2:-1]])
                 rows = [f"{x:.9g} {y:.9g} {z:.9g} {self.radius:.9g}\n" for x, y, z in points]
                 text.write("".join(rows) + "\n")
+
+
+def cut_corners(points: Array) -> Array:
+    """Points at a quarter and three quarters of each segment, and both ends."""
+    a, b = points[:-1], points[1:]
+    cut = np.stack([0.75 * a + 0.25 * b, 0.25 * a + 0.75 * b], 1).reshape(-1, 3)
+    return np.concatenate([points[:1], cut[1:-1], points[-1:]])
 
 
 class FibreBsdf(mi.BSDF):

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 # Nodes of the table of TRT over theta_d in 0..pi/2 and phi in 0..pi.
-N_THETA, N_PHI = 512, 1024
+N_THETA, N_PHI = 1024, 2048
 # Cosines of theta below this are grazing: both M and what arrives there are next to nothing.
 MIN_COS = 1e-4
 

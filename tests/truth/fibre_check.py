@@ -25,8 +25,9 @@ MODES = ("R", "TT", "TRT")
 # Width of the light that the probe is asked about: S hardly changes across it.
 LAMBDA = 0.03
 QUERIES = 150
-# Relative to the value, and to the mode's largest: what is below it is not looked at.
-TOLERANCE, FLOOR = 2e-4, 1e-3
+# Relative to the value, or to this share of the mode's largest where the value is less: the table of TRT is
+# as good as its peak, not as its tails.
+TOLERANCE, FLOOR = 2e-4, 1e-2
 
 
 def random_fibre(rng: np.random.Generator) -> Fibre:
@@ -74,7 +75,7 @@ def to_mitsuba(omega: Array) -> mi.Vector3f:
     return mi.Vector3f(np.ascontiguousarray(omega.reshape(-1, 3).T.astype(np.float32)))
 
 
-def lit_by(scattering: Scattering, axis: Array, eye: Array, n_radial: int = 24, n_turn: int = 48) -> Array:
+def lit_by(scattering: Scattering, axis: Array, eye: Array, n_radial: int = 48, n_turn: int = 96) -> Array:
     """Integral of S cos theta_i under the light exp(2 (omega . axis - 1) / LAMBDA^2), [query, colour]."""
     # t = 1 - cos of the angle to the axis, where the light is exp(-2 t / LAMBDA^2).
     x, w = np.polynomial.legendre.leggauss(n_radial)
@@ -112,14 +113,15 @@ def check_probe(strandlight: str, check: Check) -> None:
                 for a, b, c, d in zip(theta[0], phi[0], theta[1], phi[1])
             ]
             expected, found = ask(strandlight, queries), lit_by(one, light, eye)
-            counts = expected > FLOOR * expected.max()
-            worst = float((np.abs(found - expected) / np.where(counts, expected, 1.0))[counts].max())
+            off = np.abs(found - expected) / np.maximum(expected, FLOOR * expected.max())
+            looked_at = off[expected > FLOOR * expected.max()]
             check(
-                worst < TOLERANCE and bool(counts.sum() > QUERIES),
-                f"fibre {number}, {mode}: S at {counts.sum()} values differs from the probe's by at most {worst:.1e}",
+                bool(off.max() < TOLERANCE and len(looked_at) >= QUERIES // 3),
+                f"fibre {number}, {mode}: S at {off.size} values is off the probe's by {off.max():.1e} at most, "
+                f"{np.median(looked_at):.1e} in the median of {len(looked_at)}",
             )
         error = Scattering(fibre).trt.worst_error()
-        check(error < 2e-4, f"fibre {number}: the table of TRT is off by at most {error:.1e} of its peak")
+        check(error < 1e-4, f"fibre {number}: the table of TRT is off by {error:.1e} of its peak at most")
 
 
 def albedo(fibre: Fibre, theta_o: float) -> Array:

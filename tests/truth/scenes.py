@@ -129,13 +129,15 @@ class Work:
         scene, hair = self.scene, self.scene.hair
         self.pixels = radiance(scene.name).astype(np.float32).astype(np.float64)
         mi.Bitmap(self.pixels.astype(np.float32)).write(self.at(".exr"))
-        words = ["--style", scene.style, "--strands", scene.strands, "--points-per-strand", 96, "--seed", 4]
-        self.run("groom", "generate", *words, "-o", self.at(".groom"))
+        # The path tracer takes its light from --map; a scene needs a light set all the same.
         self.run("lights", self.at(".exr"), "--count", 4, "--no-report", "-o", self.at(".lights"))
-        self.run("export", self.at(".groom"), "--to", "mitsuba", "-o", self.at(".curves.txt"))
-        strands = Strands.read(self.at(".curves.txt"))
-        self.strands = Strands(strands.points, strands.lengths, 0.5 * scene.diameter)
+        words = ["--style", scene.style, "--strands", scene.strands, "--points-per-strand", 64, "--seed", 4]
+        self.run("groom", "generate", *words, "-o", self.at(".coarse.groom"))
+        self.run("export", self.at(".coarse.groom"), "--to", "mitsuba", "-o", self.at(".coarse.txt"))
+        self.strands = Strands.read(self.at(".coarse.txt")).smooth(2, 0.5 * scene.diameter)
         self.strands.write(self.at(".txt"))
+        self.strands.write_hair(self.at(".hair"))
+        self.run("groom", "import", self.at(".hair"), "--unit", "cm", "--up", "y", "-o", self.at(".groom"))
         self.strands.write(self.at(".spline.txt"), phantom_ends=True)
         names = ("r", "tt", "trt")
         table = {
