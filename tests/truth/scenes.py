@@ -109,10 +109,11 @@ def energy(pixels: Array) -> Array:
 class Work:
     """A scene's files in a folder, and both renderers of it."""
 
-    def __init__(self, strandlight: str, folder: str, scene: Scene) -> None:
+    def __init__(self, strandlight: str, folder: str, scene: Scene, model: str = "marschner") -> None:
         self.strandlight = os.path.abspath(strandlight)
         self.folder = os.path.abspath(folder)
         self.scene = scene
+        self.model = model
         self._make()
 
     def at(self, ending: str) -> str:
@@ -148,7 +149,7 @@ class Work:
         with open(self.at(".toml"), "w", encoding="utf-8") as file:
             file.write(
                 f"version = 1\n[groom]\nfile = '{scene.name}.groom'\n[lights]\nfile = '{scene.name}.lights'\n"
-                f"[hair]\nsigma_a = {list(hair.sigma_a)}\neta = {hair.eta}\n"
+                f"[hair]\nmodel = '{self.model}'\nsigma_a = {list(hair.sigma_a)}\neta = {hair.eta}\n"
                 f"shift_deg = {{ {inline['shift_deg']} }}\nwidth_deg = {{ {inline['width_deg']} }}\n"
                 f"caustic_width_deg = {hair.caustic_width_deg}\ndiameter_cm = {scene.diameter}\n"
                 f"[camera]\nposition = {list(EYE)}\ntarget = {list(TARGET)}\nup = [0.0, 1.0, 0.0]\n"
