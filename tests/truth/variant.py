@@ -10,7 +10,7 @@ import os
 
 LIBRARIES = [
     "/usr/lib/*-linux-gnu/libLLVM.so.19.1",
-    "/usr/lib/llvm-19/lib/libLLVM.so*",
+    "/usr/lib/*-linux-gnu/libLLVM-19.so*",
     "/usr/lib64/libLLVM.so.19*",
 ]
 
