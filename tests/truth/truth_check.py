@@ -1,0 +1,239 @@
+"""An outside judge of ground truth: Mitsuba 3 traces the same strands, fibres, camera and map as
+`strandlight reference --method path --map`.
+
+python truth_check.py STRANDLIGHT TMPDIR [--quick]
+
+Run with a Python that has mitsuba and numpy. Checks, with a line for each:
+
+1. the fibre of `fibre.py`, written from the documentation's formulas, against `strandlight probe`;
+2. single and total scattering of two scenes against Mitsuba's path tracer with that fibre, by statistics of tiles;
+3. that the same comparison fails for fibres a little off;
+4. `hair.model = "energy"` without tilt, against Mitsuba's own hair material: the same model there;
+and says how far Mitsuba's own material is from Marschner's model, and what both path tracers cost.
+
+`--quick` traces a quarter of the samples. Exit code 1 if a check fails; TMPDIR/truth.json has the numbers.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import variant  # noqa: F401
+from fibre_check import check_itself, check_probe
+from scenes import SCENES, Hair, Scene, Work, energy, energy_in_mitsuba, mi, traced
+from statistics_of import Verdict, compare
+
+Array = NDArray[np.float64]
+
+# Pictures of each side, whose spread is the noise, and samples per pixel of each.
+PICTURES = 16
+OUR_SAMPLES, MITSUBA_SAMPLES = 64, 256
+DEPTHS = {"single": 2, "total": -1}
+# Fibres that are a little off, which the comparison must notice.
+WRONG: dict[str, dict[str, Any]] = {
+    "cuticle tilted the other way": {"shift_deg": (7.0, -3.5, -10.5)},
+    "eta 1.50": {"eta": 1.50},
+    "a tenth wider lobes": {"width_deg": (7.7, 3.85, 15.4)},
+    "a tenth less absorption": {},
+}
+
+FAILURES: list[str] = []
+FOUND: dict[str, Any] = {}
+
+
+def check(is_right: bool, what: str) -> None:
+    print(("ok      " if is_right else "FAILED  ") + what, flush=True)
+    if not is_right:
+        FAILURES.append(what)
+
+
+def note(key: str, verdict: Verdict) -> None:
+    """Keeps a verdict's numbers."""
+    numbers = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(verdict).items()}
+    FOUND[key] = numbers | {"agrees": verdict.agrees()}
+
+
+@dataclass
+class Timed:
+    """Pictures and the processor time that they took."""
+
+    pictures: Array
+    core_seconds: float
+
+    def seconds_to(self, error: float) -> float:
+        """Core-seconds until tiles of the whole picture err by this share of their mean, by noise alone."""
+        parts = tiles_of(self.pictures)
+        share = parts.var(0, ddof=1).mean() / parts.mean() ** 2
+        return float(share / error**2 * self.core_seconds / len(self.pictures))
+
+
+def tiles_of(pictures: Array) -> Array:
+    """Grey tiles of 8 x 8 pixels where there is hair, [picture, tile]."""
+    from statistics_of import FLOOR, tiles
+
+    grey = tiles(pictures).mean(-1)
+    return grey[:, grey.mean(0) > FLOOR * grey.mean()]
+
+
+def used() -> float:
+    """Processor time of this process and its children so far, seconds."""
+    usage = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(part.ru_utime + part.ru_stime for part in usage)
+
+
+def ours_of(work: Work, samples: int, seed: int = 0) -> dict[str, Timed]:
+    """Layers of `reference`, each picture with its own seed; time without what a picture of one sample takes."""
+    start = used()
+    work.ours(seed, 1)
+    overhead = used() - start
+    start = used()
+    pictures = [work.ours(seed + number, samples) for number in range(PICTURES)]
+    seconds = used() - start - PICTURES * overhead
+    return {name: Timed(np.array([picture[name] for picture in pictures]), seconds) for name in pictures[0]}
+
+
+def mitsubas(scene: mi.Scene, depth: int, samples: int, seed: int) -> Timed:
+    """Pictures rgba of Mitsuba; time without that of the first call, which compiles."""
+    traced(scene, depth, seed, 1)
+    start = used()
+    pictures = [traced(scene, depth, seed + 1 + number, samples) for number in range(PICTURES)]
+    return Timed(np.array(pictures), used() - start)
+
+
+def check_scene(strandlight: str, folder: str, scene: Scene, share: float) -> None:
+    """A scene with both renderers, then with fibres that are a little off."""
+    work = Work(strandlight, folder, scene)
+    longest, turn = work.is_as_given()
+    check(longest < 1.0 and turn < 8.0, f"{scene.name}: {len(work.strands.points)} points, which Strandlight takes as they are")
+    mitsuba = work.mitsuba(work.scattering())
+    off = np.abs(energy_in_mitsuba(mitsuba) / energy(work.pixels) - 1.0).max()
+    check(off < 1e-4, f"{scene.name}: the map's energy in Mitsuba is off by {off:.1e}")
+    ours = ours_of(work, round(share * OUR_SAMPLES))
+    samples = round(share * MITSUBA_SAMPLES)
+    theirs = {name: mitsubas(mitsuba, depth, samples, 1000 * (k + 1)) for k, (name, depth) in enumerate(DEPTHS.items())}
+    alpha = compare(ours["alpha"].pictures, np.repeat(theirs["single"].pictures[..., 3:], 3, -1))
+    note(f"{scene.name} coverage", alpha)
+    check(alpha.agrees(), f"{scene.name}, coverage: {alpha}")
+    for name in DEPTHS:
+        verdict = compare(ours[name].pictures, theirs[name].pictures[..., :3])
+        note(f"{scene.name} {name}", verdict)
+        check(verdict.agrees(), f"{scene.name}, {name}: {verdict}")
+    costs = {"ours": ours["total"].seconds_to(0.01), "mitsuba": theirs["total"].seconds_to(0.01)}
+    FOUND[f"{scene.name} core-seconds to 1 % of tiles"] = costs
+    print(f"        {scene.name}: core-seconds to 1 % noise of tiles of 8 x 8 pixels, total: "
+          f"{costs['ours']:.1f} here, {costs['mitsuba']:.1f} Mitsuba")  # fmt: skip
+    check_wrong(work, ours, samples)
+    beside_mitsubas_hair(work, ours, samples)
+
+
+def check_wrong(work: Work, ours: dict[str, Timed], samples: int) -> None:
+    """The comparison notices fibres that are a little off."""
+    for number, (what, changes) in enumerate(WRONG.items()):
+        sigma = tuple(0.9 * x for x in work.scene.hair.sigma_a)
+        wrong = work.mitsuba(work.scattering(**(changes or {"sigma_a": sigma})))
+        theirs = mitsubas(wrong, DEPTHS["total"], samples, 10_000 * (number + 1))
+        verdict = compare(ours["total"].pictures, theirs.pictures[..., :3])
+        note(f"{work.scene.name} {what}", verdict)
+        check(
+            not verdict.agrees(),
+            f"{work.scene.name}, {what}: noticed; {verdict.z_of_ratio():.1f} standard errors of the mean colour, "
+            f"{verdict.z_of_tiles():.1f} of the tiles' z^2",
+        )
+
+
+def own_hair(hair: Hair, azimuthal_roughness: float) -> dict[str, Any]:
+    """Mitsuba's material (Chiang et al. 2016) for these fibres: the same index and absorption, the same variance of
+    R, TT and TRT along the fibre, and R shifted alike. Its TT is then shifted alike, TRT by 4/3 of it."""
+    # Full-angle variance of R; that of TT is a quarter, of TRT four times this, as in `hair`.
+    deviation = 2.0 * np.radians(hair.width_deg[0])
+    assert hair.width_deg == tuple(hair.width_deg[0] * x for x in (1.0, 0.5, 2.0))
+    roughness = np.linspace(0.0, 1.0, 100_001)
+    of_roughness = 0.726 * roughness + 0.812 * roughness**2 + 3.7 * roughness**20
+    scale = max(hair.sigma_a)
+    return {
+        "type": "hair",
+        "longitudinal_roughness": float(np.interp(deviation, of_roughness, roughness)),
+        "azimuthal_roughness": azimuthal_roughness,
+        "scale_tilt": hair.shift_deg[0],
+        "int_ior": hair.eta,
+        "ext_ior": 1.0,
+        # A colour may not be above 1.
+        "sigma_a": {"type": "rgb", "value": [x / scale for x in hair.sigma_a]},
+        "scale": scale,
+    }
+
+
+def roughness_of(deviation_deg: float) -> float:
+    """Mitsuba's azimuthal roughness for this standard deviation of its logistic distribution."""
+    roughness = np.linspace(0.0, 1.0, 100_001)
+    s = np.sqrt(np.pi / 8.0) * (0.265 * roughness + 1.194 * roughness**2 + 5.372 * roughness**22)
+    return float(np.interp(np.radians(deviation_deg), s * np.pi / np.sqrt(3.0), roughness))
+
+
+def beside_mitsubas_hair(work: Work, ours: dict[str, Timed], samples: int) -> None:
+    """How far Mitsuba's own material is; another model, so no check."""
+    name = work.scene.name
+    for what, deviation in [("as blurred as TRT here", work.scene.hair.caustic_width_deg), ("of default roughness", None)]:
+        roughness = 0.3 if deviation is None else roughness_of(deviation)
+        scene = work.mitsuba_with_its_hair(own_hair(work.scene.hair, roughness))
+        for k, (layer, depth) in enumerate(DEPTHS.items()):
+            verdict = compare(mitsubas(scene, depth, samples, 50_000 + k).pictures[..., :3], ours[layer].pictures)
+            note(f"{name} {layer} by Mitsuba's hair {what}", verdict)
+            ratio = " ".join(f"{x:.3f}" for x in verdict.ratio)
+            print(f"        {name}, {layer}, Mitsuba's own hair {what} ({roughness:.2f}): {ratio} of it, tiles differ by "
+                  f"{' '.join(f'{100 * x:.1f}' for x in verdict.rms)} %", flush=True)  # fmt: skip
+
+
+def check_energy(strandlight: str, folder: str, scene: Scene, share: float) -> None:
+    """Model `energy` without tilt and with sharp TRT is Mitsuba's material with next to no azimuthal roughness: lobes
+    of d'Eon, N at theta_o, all orders. Mitsuba takes the offset h from the hit, which is even on average."""
+    hair = replace(scene.hair, shift_deg=(0.0, 0.0, 0.0), caustic_width_deg=1.0)
+    work = Work(strandlight, folder, replace(scene, name=scene.name, hair=hair), model="energy")
+    samples = round(share * MITSUBA_SAMPLES)
+    ours = ours_of(work, round(share * OUR_SAMPLES), seed=500)
+    mitsuba = work.mitsuba_with_its_hair(own_hair(hair, roughness_of(1.0)))
+    for k, (layer, depth) in enumerate(DEPTHS.items()):
+        theirs = mitsubas(mitsuba, depth, samples, 80_000 + 1000 * k)
+        verdict = compare(ours[layer].pictures, theirs.pictures[..., :3])
+        note(f"{scene.name} {layer} energy", verdict)
+        check(verdict.agrees(), f"{scene.name}, {layer}, model energy against Mitsuba's own hair: {verdict}")
+
+
+def timed(what: str, step: Callable[[], None]) -> None:
+    start = time.monotonic()
+    step()
+    print(f"        {what}: {time.monotonic() - start:.0f} s", flush=True)
+
+
+def main() -> int:
+    words = [word for word in sys.argv[1:] if word != "--quick"]
+    if len(words) != 2:
+        sys.exit(__doc__)
+    strandlight, folder = os.path.abspath(words[0]), os.path.abspath(words[1])
+    share = 0.25 if "--quick" in sys.argv else 1.0
+    os.makedirs(folder, exist_ok=True)
+    timed("the fibre", lambda: check_probe(strandlight, check))
+    timed("its draws", lambda: check_itself(SCENES[1].hair.fibre(), check))
+    for scene in SCENES:
+        timed(scene.name, lambda: check_scene(strandlight, folder, scene, share))
+    for scene in SCENES:
+        timed(scene.name, lambda: check_energy(strandlight, folder, scene, share))
+    with open(os.path.join(folder, "truth.json"), "w", encoding="utf-8") as file:
+        json.dump(FOUND | {"failures": FAILURES}, file, indent=1)
+    if FAILURES:
+        print(*FAILURES, sep="\n", file=sys.stderr)
+    return 1 if FAILURES else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
