@@ -1,0 +1,149 @@
+//! Looks that are kept, compared, copied and pasted.
+
+use serde_json::json;
+use strandlight_formats::Scene;
+
+use crate::error::SessionError;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::session::section_of;
+use crate::ui::looks::{Look, Shown};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::ui::workspace::LookJob;
+use crate::ui::workspace::Workspace;
+use crate::ui::{presets, snapshot};
+use crate::viewer::Viewer;
+
+impl Workspace {
+    /// Keeps the look with the picture that is shown.
+    pub(super) fn keep_look(&mut self) {
+        let look = Look::of(self.viewer.session().scene());
+        // Of the fast picture alone: others are compared with it.
+        #[cfg(not(target_arch = "wasm32"))]
+        let is_plain = self.viewer.inspection().is_none() && self.viewer.ground_truth().is_none();
+        #[cfg(target_arch = "wasm32")]
+        let is_plain = true;
+        let shown = (self.progress.is_done && is_plain).then(|| snapshot::pixels(&self.viewer));
+        let shown = shown.and_then(Result::ok).and_then(|(size, pixels)| {
+            let camera = self.viewer.prepared().camera;
+            Shown::new(&self.egui, camera, size, &pixels)
+        });
+        let name = self.state.looks.keep(look, shown);
+        self.say(&format!("Kept the look as {name}"));
+        self.log.write("kept", json!({ "name": name }));
+    }
+
+    pub(super) fn swap_look(&mut self) {
+        let now = Look::of(self.viewer.session().scene());
+        match self.state.looks.swap(now) {
+            Some((name, look)) => {
+                self.put_on(&format!("Swap to {name}"), |scene| look.put_on(scene))
+            }
+            None => self.say("Keep a look first: K"),
+        }
+    }
+
+    /// An edit of the look, as one step.
+    fn put_on(&mut self, label: &str, change: impl FnOnce(&mut Scene)) {
+        self.viewer.commit();
+        let changed = self.viewer.edit(label, change);
+        self.viewer.commit();
+        match changed {
+            Ok(change) if change.is_empty() => self.say("The look is the same"),
+            Ok(_) => {
+                self.say(label);
+                self.changed("edit", json!({ "label": label }));
+            }
+            Err(error) => self.fail(&error.to_string()),
+        }
+    }
+
+    /// The hair as text, as scene files have it.
+    pub(super) fn copy_look(&mut self) {
+        match presets::to_text(&self.viewer.session().scene().hair) {
+            Ok(text) => {
+                self.clipboard.set_text(&text);
+                self.input.set_clipboard_text(text);
+                self.say("Copied the look as text");
+            }
+            Err(error) => self.fail(&error),
+        }
+    }
+
+    /// Puts on the hair of a text that was copied here, or from a scene file.
+    pub(super) fn paste_look(&mut self) {
+        let own = self.input.clipboard_text();
+        let text = self.clipboard.text().or(own).unwrap_or_default();
+        match presets::from_text(&text) {
+            Ok(preset) => self.put_on("Paste look", |scene| {
+                scene.hair = presets::dressed(&scene.hair, &preset);
+            }),
+            Err(error) => self.fail(&format!("The clipboard holds no look: {error}")),
+        }
+    }
+
+    /// Draws the look that is compared for this view, in the background.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(in crate::ui) fn draw_look(&mut self) {
+        use std::sync::mpsc::{TryRecvError, channel};
+        use strandlight_cpu::CpuRenderer;
+
+        if let Some(drawn) = &self.look_job {
+            match drawn.answer.try_recv() {
+                Ok(pixels) => {
+                    if let Some(drawn) = self.look_job.take()
+                        && let Some(pixels) = pixels
+                        && let Some(shown) =
+                            Shown::new(&self.egui, drawn.camera, drawn.size, &pixels)
+                    {
+                        self.state.looks.show(&drawn.name, shown);
+                        self.log.write("look", json!({ "name": drawn.name }));
+                    }
+                    self.window.request_redraw();
+                }
+                Err(TryRecvError::Disconnected) => self.look_job = None,
+                Err(TryRecvError::Empty) => return,
+            }
+        }
+        let camera = self.viewer.prepared().camera;
+        let size = self.viewer.size();
+        // What is edited comes first.
+        if !self.progress.is_done || !self.state.looks.wants(&camera, size) {
+            return;
+        }
+        let Some(kept) = self.state.looks.chosen() else {
+            return;
+        };
+        let (name, look) = (kept.name.clone(), kept.look.clone());
+        let mut session = self.viewer.session().clone();
+        let seconds = self.viewer.time();
+        let (tell, answer) = channel();
+        std::thread::spawn(move || {
+            let drawn = || -> Result<Vec<[u8; 4]>, SessionError> {
+                session.edit("look", |scene| {
+                    look.put_on(scene);
+                    scene.camera = Some(section_of(&camera));
+                })?;
+                let render = session.scene().render.clone();
+                let mut viewer: Viewer<CpuRenderer> =
+                    Viewer::on(session, |scene| Ok(Box::new(CpuRenderer::new(scene))))?;
+                viewer.set_time(seconds)?;
+                let (picture, _) = viewer.frame(size, render.samples)?;
+                let display = &viewer.prepared().display;
+                let straight = picture.to_srgb8(render.exposure as f32, display);
+                let times = |x: u8, a: u8| ((u32::from(x) * u32::from(a) + 127) / 255) as u8;
+                let pixels = straight
+                    .iter()
+                    .map(|&[r, g, b, a]| [times(r, a), times(g, a), times(b, a), a]);
+                Ok(pixels.collect())
+            };
+            // A look that cannot be drawn is not shown; putting it on says why.
+            let _ = tell.send(drawn().ok());
+        });
+        self.look_job = Some(LookJob {
+            name,
+            camera,
+            size,
+            answer,
+        });
+    }
+}

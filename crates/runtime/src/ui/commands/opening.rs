@@ -1,0 +1,219 @@
+//! Files that are opened, and work in the background.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+use strandlight_scene::RenderError;
+use strandlight_scene::interactive::Progress;
+
+use crate::error::SessionError;
+use crate::session::Session;
+use crate::ui::document::Document;
+use crate::ui::job::{Job, Made, News, Wanted};
+use crate::ui::layout::UiState;
+use crate::ui::questions::{Then, name_of};
+use crate::ui::views::Views;
+use crate::ui::workspace::Workspace;
+use crate::viewer::Viewer;
+
+impl Workspace {
+    /// Takes a file that was chosen, or dropped on the window.
+    pub(in crate::ui) fn take_file(&mut self, path: &Path) {
+        use crate::opening::{Openable, fit_map, import_hair, kind_of};
+        use strandlight_formats::BakedFile;
+
+        self.end_stroke();
+        let from = path.to_owned();
+        let name = name_of(path);
+        match kind_of(path) {
+            Ok(Openable::Scene) => self.before_losing(Then::Open(from)),
+            Ok(kind @ (Openable::Groom | Openable::Lights | Openable::Lut)) => {
+                self.swap(kind, path, path);
+            }
+            Ok(Openable::Hair) => self.begin(Job::start(format!("Reading {name}"), move |_| {
+                let imported = import_hair(&from)?;
+                Ok(Made::Groom {
+                    bytes: imported.groom.to_bytes()?,
+                    notes: imported.notes,
+                    from,
+                })
+            })),
+            Ok(Openable::Map) => {
+                let title = format!("Fitting lights to {name}");
+                self.begin(Job::start(title, move |work| {
+                    let (bytes, figures) = fit_map(&from, work)?;
+                    Ok(Made::Lights {
+                        from,
+                        bytes,
+                        figures,
+                    })
+                }));
+            }
+            Err(error) => self.fail(&error.to_string()),
+        }
+        self.window.request_redraw();
+    }
+
+    /// A page has no files to choose from.
+    /// Waits for work; what was under way is stopped.
+    pub(in crate::ui) fn begin(&mut self, job: Job) {
+        self.log.write("job", json!({ "title": job.title }));
+        if let Some(other) = self.job.replace(job) {
+            other.stop();
+        }
+        self.is_outdated = true;
+        self.window.request_redraw();
+    }
+
+    /// Takes up what work has made.
+    pub(in crate::ui) fn poll_job(&mut self) {
+        use crate::opening::{Openable, beside};
+
+        let news = self.job.as_ref().map_or(News::None, Job::news);
+        if matches!(news, News::None) {
+            return;
+        }
+        self.job = None;
+        let files = self.viewer.session().files().clone();
+        match news {
+            News::None => {}
+            News::Failed(reason) => self.fail(&reason),
+            News::Stopped => self.say("Cancelled"),
+            News::Made(Made::Scene { from, session }) => self.show_session(from, *session),
+            News::Made(Made::Groom { from, bytes, notes }) => {
+                let path = std::path::absolute(&from).unwrap_or_else(|_| from.clone());
+                let path = beside(&path, "groom", &files);
+                files.hold(&path, bytes);
+                if self.swap(Openable::Groom, &path, &from) {
+                    self.say(&format!("{}: {}", name_of(&from), notes.join("; ")));
+                }
+            }
+            News::Made(Made::Lights {
+                from,
+                bytes,
+                figures,
+            }) => {
+                let path = std::path::absolute(&from).unwrap_or_else(|_| from.clone());
+                let path = beside(&path, "lights", &files);
+                files.hold(&path, bytes);
+                if self.swap(Openable::Lights, &path, &from) {
+                    self.say(&format!("{}: {figures}", name_of(&from)));
+                }
+            }
+            News::Made(Made::Chosen {
+                wanted,
+                path,
+                is_missing,
+            }) => match (wanted, path) {
+                (Wanted::Open, Some(path)) => self.take_file(&path),
+                (Wanted::SaveAs(then), Some(path)) => {
+                    self.save_as(path.display().to_string(), then, false);
+                }
+                (Wanted::Open, None) if is_missing => self.list_files(),
+                (Wanted::SaveAs(then), None) if is_missing => self.list_places(then),
+                _ => {}
+            },
+            News::Made(Made::Pictures(paths)) => {
+                let (first, n) = (paths.first().map(|path| path.display()), paths.len());
+                let first = first.map(|path| path.to_string()).unwrap_or_default();
+                self.say(&match n {
+                    1 => format!("Wrote {first}"),
+                    _ => format!("Wrote {n} frames, the first one {first}"),
+                });
+                self.log
+                    .write("picture", json!({ "path": first, "frames": n }));
+            }
+        }
+        self.window.request_redraw();
+    }
+
+    /// Puts another groom, light set or LUT into the scene, that of the file `from`; answers whether it is
+    /// another one.
+    pub(super) fn swap(
+        &mut self,
+        kind: crate::opening::Openable,
+        path: &Path,
+        from: &Path,
+    ) -> bool {
+        use crate::opening::Openable;
+
+        let file = self.viewer.session().path_in_scene(path);
+        let name = name_of(from);
+        let label = format!("{} {name}", kind.name());
+        self.viewer.commit();
+        let changed = self.viewer.edit(&label, |scene| match kind {
+            Openable::Lights if scene.lights.file != file => {
+                let lights = &mut scene.lights;
+                lights.file = file;
+                // These name lights of the old set by number.
+                (lights.muted, lights.solo, lights.adjust) = Default::default();
+            }
+            Openable::Lights => {}
+            Openable::Lut => scene.render.lut = Some(file),
+            _ => scene.groom.file = file,
+        });
+        self.viewer.commit();
+        match changed {
+            Ok(change) if change.is_empty() => {
+                self.say(&format!("The scene already uses {name}"));
+                false
+            }
+            Ok(_) => {
+                self.state.lights.forget();
+                self.state.settings.opened(from);
+                self.say(&label);
+                self.document.saved(&self.viewer);
+                self.changed("edit", json!({ "label": label }));
+                true
+            }
+            Err(error) => {
+                self.fail(&error.to_string());
+                false
+            }
+        }
+    }
+
+    /// Opens another scene in place of this one, which stays if that fails; the sample where there is
+    /// no path.
+    pub(super) fn open(&mut self, path: Option<PathBuf>) {
+        self.begin(Job::open(path));
+    }
+
+    /// Shows a document that was opened, in place of this one.
+    fn show_session(&mut self, from: Option<PathBuf>, session: Session) {
+        let chosen = self.screen.chosen(self.choice);
+        let chosen = chosen.map_err(|error| SessionError::from(RenderError::Gpu(error.into())));
+        let opened = chosen.and_then(|chosen| Viewer::choose(self.choice, chosen, session));
+        match opened {
+            Ok(mut viewer) => {
+                viewer.set_ground_truth(self.viewer.ground_truth().is_some());
+                viewer.set_inspection(self.viewer.inspection());
+                self.viewer = viewer;
+                self.document = Document::new(&self.viewer);
+                let old = std::mem::take(&mut self.state);
+                self.state = UiState {
+                    paint: old.paint,
+                    is_help_open: old.is_help_open,
+                    settings: old.settings,
+                    presets: old.presets,
+                    panel: old.panel,
+                    ..UiState::default()
+                };
+                self.views = Views::default();
+                self.progress = Progress::default();
+                self.is_stuck = false;
+                let name = match &from {
+                    Some(path) => path.display().to_string(),
+                    None => "the sample".to_owned(),
+                };
+                if let Some(path) = &from {
+                    self.state.settings.opened(path);
+                }
+                self.say(&format!("Opened {name}"));
+                self.changed("opened", json!({ "path": name }));
+            }
+            Err(error) => self.fail(&error.to_string()),
+        }
+        self.window.request_redraw();
+    }
+}

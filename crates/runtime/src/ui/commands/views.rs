@@ -1,0 +1,153 @@
+//! Where the user looks from, and at what.
+
+use serde_json::json;
+use strandlight_scene::Camera;
+use web_time::Instant;
+
+#[cfg(not(target_arch = "wasm32"))]
+use crate::inspection::Inspection;
+use crate::ui::keys::Side;
+use crate::ui::orbit::Bounds;
+use crate::ui::workspace::Workspace;
+use crate::ui::{orbit, pick};
+
+impl Workspace {
+    /// Looks from elsewhere, by a drag that may go on or at once.
+    pub(in crate::ui) fn look(&mut self, view: Camera, is_drag: bool) {
+        let from = self.viewer.prepared().camera;
+        self.views.left(from, is_drag, Instant::now());
+        self.set_view(view);
+    }
+
+    /// Looks at all hair from a side.
+    pub(super) fn look_from(&mut self, side: Side) {
+        let strands = &self.viewer.prepared().strands;
+        let bounds = Bounds {
+            centre: strands.centre,
+            radius: strands.radius,
+        };
+        let camera = self.viewer.prepared().camera;
+        let [width, height] = self.viewer.size().map(|side| side.max(1) as f32);
+        self.views.close();
+        self.look(
+            orbit::from_side(&camera, side, bounds, width / height),
+            false,
+        );
+        self.views.close();
+    }
+
+    pub(super) fn set_view(&mut self, view: Camera) {
+        match self.viewer.set_view(view) {
+            Ok(()) => self.changed("view", json!({})),
+            Err(error) => self.fail(&error.to_string()),
+        }
+    }
+
+    /// Makes the view the scene's camera.
+    pub(in crate::ui) fn save_view(&mut self) {
+        match self.viewer.save_view() {
+            Ok(change) if change.is_empty() => {
+                self.say("The view already matches the scene's camera")
+            }
+            Ok(_) => {
+                self.say("Saved the view as the scene's camera");
+                self.changed("edit", json!({ "label": "Save view" }));
+            }
+            Err(error) => self.fail(&error.to_string()),
+        }
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn toggle_ground_truth(&mut self) {
+        let is_wanted = self.viewer.ground_truth().is_none();
+        self.viewer.set_ground_truth(is_wanted);
+        self.truth = None;
+        self.log
+            .write("ground_truth", json!({ "is_wanted": is_wanted }));
+        self.say(match is_wanted {
+            true => "The finished picture goes on to ground truth while nothing changes",
+            false => "Back to the fast picture",
+        });
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn inspect(&mut self, inspection: Option<Inspection>) {
+        self.viewer.set_inspection(inspection);
+        let name = inspection.map(Inspection::name);
+        self.log.write("inspect", json!({ "inspection": name }));
+        if inspection == Some(Inspection::Error) && self.viewer.ground_truth().is_none() {
+            self.say("The error is told on the way to ground truth: G");
+        } else {
+            self.say(name.unwrap_or("The picture"));
+        }
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn inspect_next(&mut self) {
+        let all = Inspection::ALL.map(|(inspection, _)| inspection);
+        let next = match self.viewer.inspection() {
+            None => all.first(),
+            Some(now) => all.iter().skip_while(|&&it| it != now).nth(1),
+        };
+        self.inspect(next.copied());
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    pub(super) fn inspect_next(&mut self) {
+        self.say("Only strandview on a desktop shows more than the picture");
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    pub(super) fn toggle_ground_truth(&mut self) {
+        self.say("Ground truth needs strandview on a desktop");
+    }
+
+    /// Selects the light that adds most where the picture was clicked.
+    pub(in crate::ui) fn pick(&mut self, place: [f32; 2]) {
+        let hit = self.viewer.pick(place);
+        let (scene, session) = (self.viewer.prepared(), self.viewer.session());
+        let section = &session.scene().lights;
+        let mut lights = session.assets().turned_lights(section);
+        for (light, rgb) in lights
+            .iter_mut()
+            .zip(session.assets().light_colors(section))
+        {
+            light.rgb = rgb;
+        }
+        let found = hit
+            .and_then(|position| pick::nearest(&scene.strands, position))
+            .and_then(|point| pick::brightest(scene, &lights, scene.camera.eye, point));
+        let light = found.map(|found| found.light);
+        self.log.write("picked", json!({ "light": light }));
+        let state = &mut self.state.lights;
+        state.is_picking = false;
+        state.picked = Some(match found {
+            Some(found) => {
+                state.selected = Some(found.light as u32);
+                state.reveal = true;
+                format!(
+                    "Light {} contributes most there: about {:.0} % of single scattering.",
+                    found.light,
+                    100.0 * found.share
+                )
+            }
+            None => "No lit hair there: click on a strand.".to_owned(),
+        });
+    }
+
+    /// Brings the strand under the mouse to the middle of the picture.
+    pub(in crate::ui) fn look_at(&mut self, place: [f32; 2]) {
+        let Some(target) = self.viewer.pick(place) else {
+            return;
+        };
+        let camera = self.viewer.prepared().camera;
+        let moved = Camera {
+            eye: camera.eye + target - camera.target,
+            target,
+            ..camera
+        };
+        self.views.close();
+        self.look(moved, false);
+        self.views.close();
+    }
+}
