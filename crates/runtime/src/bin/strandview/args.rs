@@ -12,7 +12,7 @@ use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, 
 
 /// The first line of `--help`, appended to every error about the command line.
 pub const USAGE: &str = "usage: strandview [FILE] [--set KEY=VALUE]... [--size WxH] [--samples N], opens a window with a \
-                         scene, hair, a light set, an HDR map or the sample; without one: strandview SCENE.toml --frame \
+                         scene, hair, a light set, an HDR map, a LUT or the sample; without one: strandview SCENE.toml --frame \
                          OUT.png | --turntable N --output DIR | --script EDITS.json --output DIR";
 
 /// The rest of `--help`.
