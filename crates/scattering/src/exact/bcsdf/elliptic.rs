@@ -35,10 +35,12 @@ pub(super) struct EllipticTrt {
     density_rows: Rows,
     /// `[row][phi][N_TURNS]` over theta_d and phi: density of the sampler's azimuth.
     densities: Vec<[f32; N_TURNS]>,
+    /// `Int N_TRT dphi` at theta_d and each of the turns, less its mean over all.
+    swings: Vec<[[f64; 3]; N_TURNS]>,
 }
 
 /// Places of 2 phi_o that the sampler has densities for, over 0..=pi.
-const N_TURNS: usize = 9;
+const N_TURNS: usize = 17;
 
 /// Azimuths phi that the sampler takes indices for, most often within this of 0: most of TRT goes back.
 const NEAR: f64 = 1.5;
@@ -119,8 +121,10 @@ impl EllipticTrt {
             texels: texels.collect(),
             density_rows: Rows::new((6.0 / width).ceil().clamp(64.0, 400.0) as usize),
             densities: Vec::new(),
+            swings: Vec::new(),
         };
         table.fill_densities(shape);
+        table.fill_swings();
         table
     }
 
@@ -225,6 +229,55 @@ impl EllipticTrt {
             }
         }
         self.densities = densities;
+    }
+
+    /// How far `Int N_TRT dphi` at `theta_d` seen from the azimuth phi_o is from its mean over all
+    /// azimuths, per channel; within 2 % of the mean.
+    pub fn energy_swing(&self, theta_d: f64, phi_o: f64) -> [f64; 3] {
+        let (turn, fraction) = turn_of(phi_o);
+        let (row, weights) = self.density_rows.at(theta_d);
+        let mut total = [0.0; 3];
+        for (turns, weight) in self.swings[row..row + 4].iter().zip(weights) {
+            for (c, sum) in total.iter_mut().enumerate() {
+                let [low, high] = [turns[turn][c], turns[turn + 1][c]];
+                *sum += weight * ((1.0 - fraction) * low + fraction * high);
+            }
+        }
+        total
+    }
+
+    fn fill_swings(&mut self) {
+        // Two a width, which blurred lobes need no more than.
+        let n = (self.n_phi / 2).max(24);
+        let step = PI / n as f64;
+        let of_row = |r: usize| {
+            let theta_d = self.density_rows.theta_d(r);
+            let mut turns: [[f64; 3]; N_TURNS] = std::array::from_fn(|turn| {
+                let phi_o = 0.5 * angle_of(turn);
+                let mut total = [0.0; 3];
+                for ix in 0..2 * n {
+                    let phi = step * ix as f64 - PI;
+                    let n = self.azimuthal(theta_d, phi, phi_o);
+                    total = std::array::from_fn(|c| total[c] + step * n[c]);
+                }
+                total
+            });
+            // Trapezoids, as look-ups see it.
+            let weight = |turn: usize| match turn {
+                0 => 0.5,
+                turn if turn == N_TURNS - 1 => 0.5,
+                _ => 1.0,
+            };
+            let mean: [f64; 3] = std::array::from_fn(|c| {
+                let sum: f64 = (0..N_TURNS).map(|turn| weight(turn) * turns[turn][c]).sum();
+                sum / (N_TURNS - 1) as f64
+            });
+            for turn in &mut turns {
+                *turn = std::array::from_fn(|c| turn[c] - mean[c]);
+            }
+            turns
+        };
+        self.swings = (0..self.density_rows.len()).map(of_row).collect();
     }
 
     /// Size in bytes.

@@ -189,7 +189,8 @@ impl Bcsdf {
     /// 0.02 of the fibre's own direction, where nothing is seen; its mean over the projected
     /// sphere is 0.939. Narrow lobes come to 1.09, unshifted ones stay below 0.973 up to 1.4.
     ///
-    /// Of model `energy` it is the sum of the masses of N_t: 1 everywhere without absorption.
+    /// Of model `energy` it is the sum of the masses of N_t: 1 everywhere without absorption. Of an elliptic
+    /// fibre with TRT it is the mean over all azimuths; [`Bcsdf::albedo_from`] has each.
     pub fn albedo(&self, theta_o: f64) -> [f64; 3] {
         let rule = GaussLegendre::new(6);
         let mut total = [0.0; 3];
@@ -213,7 +214,30 @@ impl Bcsdf {
         total
     }
 
-    /// The fibre seen from the unit vector `omega_o` in its frame (u along the fibre).
+    /// [`Bcsdf::albedo`] seen from the azimuth `phi_o` (0 along v), which matters for elliptic fibres with
+    /// TRT: a cosine of 2 phi_o at first order. TRT's part within 2 %.
+    pub fn albedo_from(&self, theta_o: f64, phi_o: f64) -> [f64; 3] {
+        let mut total = self.albedo(theta_o);
+        if let Some(TrtTable::Elliptic(table)) = &self.trt {
+            let m = longitudinal(&self.hair, Lobe::Trt, theta_o);
+            let swing = m.average(&GaussLegendre::new(6), |theta_i| {
+                let theta_d = 0.5 * (theta_o - theta_i);
+                let factor = cosine_ratio(theta_i, theta_d);
+                table.energy_swing(theta_d, phi_o).map(|e| factor * e)
+            });
+            for (total, swing) in total.iter_mut().zip(swing) {
+                *total += m.mass * swing;
+            }
+        }
+        total
+    }
+
+    /// Whether it looks another when it is turned about its axis: elliptic, with TRT.
+    pub fn has_roll(&self) -> bool {
+        matches!(self.trt, Some(TrtTable::Elliptic(_)))
+    }
+
+    /// The fibre seen from the unit vector `omega_o` in its frame (u along the fibre, phi 0 along v).
     pub fn view(&self, omega_o: [f64; 3]) -> BcsdfView<'_> {
         let (theta_o, phi_o) = angles(omega_o);
         if self.hair.model == Model::Energy {
