@@ -95,7 +95,7 @@ fn roll_is_seen() {
 /// The scene of the other tests with `hair`.
 fn scene_of(hair: &HairParams) -> PreparedScene {
     let mut scene = scene();
-    scene.set_hair(hair).unwrap();
+    scene.hair.apply(hair).unwrap();
     scene
 }
 

@@ -127,8 +127,8 @@ pub struct Sample {
 
 impl Bcsdf {
     /// The scattering function of the `modes` of a fibre of `hair`; a mode named twice counts
-    /// once. Takes about 0.1 s, up to 2 s for the narrowest caustics; ten times that of an elliptic fibre
-    /// with TRT.
+    /// once. Takes about 0.1 s, up to 2 s for the narrowest caustics; of an elliptic fibre with TRT 0.6 s, up to
+    /// a minute.
     ///
     /// # Errors
     /// A parameter outside its range.
@@ -215,7 +215,7 @@ impl Bcsdf {
     }
 
     /// [`Bcsdf::albedo`] seen from the azimuth `phi_o` (0 along v), which matters for elliptic fibres with
-    /// TRT: a cosine of 2 phi_o at first order. TRT's part within 2 %.
+    /// TRT. TRT's part is within 2 % at eccentricity 0.85, 6 % at 1.25 and 14 % at 2; its mean is exact.
     pub fn albedo_from(&self, theta_o: f64, phi_o: f64) -> [f64; 3] {
         let mut total = self.albedo(theta_o);
         if let Some(TrtTable::Elliptic(table)) = &self.trt {

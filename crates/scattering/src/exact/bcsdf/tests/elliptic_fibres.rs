@@ -152,7 +152,9 @@ fn slow_mean_weights_are_the_albedo() {
                 assert!((mean - expected).abs() < 4.0 * error + 1e-3 * expected);
             }
             println!("fibre {ix}, {theta_o}: albedo_from is off by {worst:.4} at most");
-            assert!(worst < 1.0, "{worst}");
+            // A straight line between turns where TRT ends within one of them.
+            let most = [0.03, 0.08, 0.08, 0.16][ix];
+            assert!(worst < most, "{worst}");
             let albedo = bcsdf.albedo(theta_o)[0];
             println!("fibre {ix}, {theta_o}: {all:.5}, albedo {albedo:.5}");
             assert!((all / albedo - 1.0).abs() < 5e-3, "{all} {albedo}");
