@@ -96,7 +96,7 @@ impl EllipticTrt {
                 let own = (first + node as f64 / nodes_per_unit).exp();
                 let table = BlurredTrt::of_sections(width, rows, |r| {
                     let v = rows.v(r);
-                    let effective = MIDDLE / (greatest_angle * v * v).max(1e-8).tan();
+                    let effective = MIDDLE / (greatest_angle * v * v).clamp(1e-8, 1.57).tan();
                     section_of(hair, fresnel, own, effective)
                 });
                 (1.0 / normal_reflectance(own.hypot(1.0)) as f32, table)
