@@ -9,6 +9,8 @@
 //! The exact S loses energy at every event: a white groom does not vanish in a furnace
 //! ([`PathTracer::with_energy_of`] makes it).
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use glam::Vec3;
 use strandlight_scattering::exact::{Bcsdf, BcsdfView};
 use strandlight_scene::proxy::ProxyRecord;
@@ -71,12 +73,21 @@ pub struct PathTracer<'a> {
     fibres: Fibres<'a>,
     environment: &'a Environment,
     estimator: Estimator,
-    /// What S is divided by, at theta_o spread evenly over +-pi/2.
-    albedo: Option<Vec<f64>>,
+    /// What S is divided by.
+    albedo: Option<Albedo>,
 }
 
 /// Inclinations of the albedo that S is divided by.
 const N_ALBEDOS: u32 = 2001;
+
+/// Azimuths of that of an elliptic fibre, over a quarter turn.
+const N_TURNS: u32 = 17;
+
+/// Albedo, mean of the channels, at theta_o spread evenly over +-pi/2.
+struct Albedo {
+    /// Of an elliptic fibre at each of [`N_TURNS`] azimuths phi_o over 0..=pi/2; else one.
+    turns: Vec<Vec<f64>>,
+}
 
 /// Weight of a draw of density `own` beside another way of density `other`.
 fn power_heuristic(own: f64, other: f64) -> f64 {
@@ -131,16 +142,8 @@ impl<'a> PathTracer<'a> {
     /// at theta_o, so that a fibre without absorption returns exactly 1 (the "energy
     /// safe" model). Not the exact model, and not reciprocal: it shows what the model loses.
     pub fn with_energy_of(self, white: &Bcsdf) -> Self {
-        let albedo = (0..N_ALBEDOS)
-            .map(|ix| std::f64::consts::PI * (f64::from(ix) / f64::from(N_ALBEDOS - 1) - 0.5))
-            .map(|theta| {
-                let [r, g, b] = white.albedo(theta);
-                // Nothing is scattered along the fibre by lobes that are all shifted beyond it.
-                ((r + g + b) / 3.0).max(1e-6)
-            })
-            .collect();
         PathTracer {
-            albedo: Some(albedo),
+            albedo: Some(Albedo::of(white)),
             ..self
         }
     }
@@ -173,7 +176,7 @@ impl<'a> PathTracer<'a> {
             };
             let start = place.start;
             if let (Some(albedo), Scatterer::Fibre { omega_o, .. }) = (&self.albedo, &place.by) {
-                let inverse = 1.0 / albedo_at(albedo, *omega_o);
+                let inverse = 1.0 / albedo.at(*omega_o);
                 carried = carried.map(|x| x * inverse);
             }
 
@@ -408,13 +411,43 @@ impl Traced {
     }
 }
 
-/// `albedo` at the inclination of the unit vector `omega` in the fibre's frame.
-fn albedo_at(albedo: &[f64], omega: [f64; 3]) -> f64 {
-    let theta = omega[0].atan2(omega[1].hypot(omega[2]));
-    let x = (theta / std::f64::consts::PI + 0.5) * (albedo.len() - 1) as f64;
-    let ix = (x.max(0.0) as usize).min(albedo.len() - 2);
-    let t = x - ix as f64;
-    albedo[ix] * (1.0 - t) + albedo[ix + 1] * t
+impl Albedo {
+    fn of(fibre: &Bcsdf) -> Albedo {
+        let n_turns = if fibre.has_roll() { N_TURNS } else { 1 };
+        let of_turn = |turn: u32| {
+            let phi_o = FRAC_PI_2 * f64::from(turn) / f64::from(N_TURNS - 1);
+            let at = |ix: u32| {
+                let theta_o = PI * (f64::from(ix) / f64::from(N_ALBEDOS - 1) - 0.5);
+                let [r, g, b] = fibre.albedo_from(theta_o, phi_o);
+                // Nothing is scattered along the fibre by lobes that are all shifted beyond it.
+                ((r + g + b) / 3.0).max(1e-6)
+            };
+            (0..N_ALBEDOS).map(at).collect()
+        };
+        Albedo {
+            turns: (0..n_turns).map(of_turn).collect(),
+        }
+    }
+
+    /// Seen from the unit vector `omega_o` in the fibre's frame.
+    fn at(&self, omega_o: [f64; 3]) -> f64 {
+        let [u, v, w] = omega_o;
+        let theta = u.atan2(v.hypot(w));
+        let between = |albedo: &[f64]| {
+            let x = (theta / PI + 0.5) * (albedo.len() - 1) as f64;
+            let ix = (x.max(0.0) as usize).min(albedo.len() - 2);
+            let t = x - ix as f64;
+            albedo[ix] * (1.0 - t) + albedo[ix + 1] * t
+        };
+        if let [round] = &*self.turns {
+            return between(round);
+        }
+        // The same at phi_o + pi and, the two axes being those of the section, at -phi_o.
+        let x = w.abs().atan2(v.abs()) / FRAC_PI_2 * f64::from(N_TURNS - 1);
+        let ix = (x as usize).min(self.turns.len() - 2);
+        let t = x - ix as f64;
+        between(&self.turns[ix]) * (1.0 - t) + between(&self.turns[ix + 1]) * t
+    }
 }
 
 #[cfg(test)]

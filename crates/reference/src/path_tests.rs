@@ -187,6 +187,27 @@ fn slow_a_white_groom_of_model_energy_vanishes_in_a_furnace() {
     assert!(error < 6e-3 && (value - 1.0).abs() < 3.0 * error, "{value}");
 }
 
+/// Elliptic hair made to return all vanishes too: its albedo follows the azimuth.
+#[test]
+fn slow_a_white_elliptic_groom_vanishes_in_a_furnace() {
+    let strands = ball();
+    let rays = Rays::new(&strands);
+    let environment = furnace();
+    let bcsdf = bcsdf(&HairParams {
+        eccentricity: 1.25,
+        ..white()
+    });
+    let tracer = PathTracer::new(&strands, &rays, &bcsdf, &environment).with_energy_of(&bcsdf);
+    let (mean, events, capped) = mean_of_ball(&tracer, 25_000, 1);
+    let (value, error) = mean.get(0);
+    println!("{value:.4} +- {error:.4}, {events:.1} events");
+    assert_eq!(capped, 0);
+    assert!(
+        error < 0.008 && (value - 1.0).abs() < 3.0 * error,
+        "{value}"
+    );
+}
+
 /// A straight thick strand along an oblique axis and a light from aside.
 fn lone_strand() -> (Strands, SrbfLight) {
     let along = Vec3::new(0.3, 1.0, 0.2);

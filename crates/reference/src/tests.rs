@@ -1,5 +1,7 @@
 //! The methods against quadrature of the exact model, and the film against itself.
 
+#[path = "elliptic_tests.rs"]
+mod elliptic;
 #[path = "painted_tests.rs"]
 mod painted;
 #[path = "part_tests.rs"]

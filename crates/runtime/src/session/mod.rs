@@ -13,6 +13,8 @@ mod history;
 mod keys;
 mod on_disk;
 mod save;
+#[cfg(test)]
+mod tests;
 
 pub use change::Change;
 // The table of ARCHITECTURE.md is made from them.

@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 use strandlight_formats::{
-    BakedFile, CameraSection, Groom, LightAdjust, LightSet, LutInput, Melanin, MotionSection, ProxySection,
-    Scene, SrbfLight, TablesSection, WindSection,
+    BakedFile, CameraSection, Groom, LightAdjust, LightSet, LutInput, Melanin, MotionSection,
+    ProxySection, Scene, SrbfLight, TablesSection, WindSection,
 };
 
 use super::*;
@@ -50,7 +50,10 @@ fn files() -> Files {
         ("/b.lights", lights()),
         ("/s/other.tables", DEFAULT_TABLES.to_vec()),
         ("/s/dark.cube", b"LUT_1D_SIZE 2\n0 0 0\n.5 .5 .5\n".to_vec()),
-        ("/s/light.cube", b"LUT_1D_SIZE 2\n.5 .5 .5\n1 1 1\n".to_vec()),
+        (
+            "/s/light.cube",
+            b"LUT_1D_SIZE 2\n.5 .5 .5\n1 1 1\n".to_vec(),
+        ),
         ("/s/bad.cube", b"LUT_1D_SIZE 2\n0 0 0\n0 nan 0\n".to_vec()),
     ])
 }
@@ -338,7 +341,11 @@ fn refused_edits_change_nothing() {
         ("tables", json!({"file": "a.groom"}), "a.groom"),
         ("lights.muted", json!([2]), "lights.muted"),
         ("render.lut", json!("none.cube"), "render.lut: "),
-        ("render.lut", json!("bad.cube"), "bad.cube:3: row is 0 nan 0"),
+        (
+            "render.lut",
+            json!("bad.cube"),
+            "bad.cube:3: row is 0 nan 0",
+        ),
         ("render.size", json!([16_384, 16_384]), "render.size"),
     ] {
         let values: Map<String, Value> = [(key.to_owned(), value)].into_iter().collect();

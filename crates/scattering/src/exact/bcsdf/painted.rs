@@ -32,10 +32,14 @@ impl PaintedBcsdf {
     /// narrowest caustics half a minute.
     ///
     /// # Errors
-    /// As [`Bcsdf::new`]; model `energy`.
+    /// As [`Bcsdf::new`]; model `energy`; TRT of fibres that are not round.
     pub fn new(hair: &HairParams, fresnel: Fresnel, modes: &[Lobe]) -> Result<Self, BcsdfError> {
         if hair.model == Model::Energy {
             return Err(BcsdfError::PaintedEnergy);
+        }
+        if modes.contains(&Lobe::Trt) && hair.eccentricity != 1.0 {
+            let eccentricity = hair.eccentricity;
+            return Err(BcsdfError::PaintedEccentric { eccentricity });
         }
         let clear = HairParams {
             sigma_a: [0.0, 1.0, 1.0],
@@ -51,7 +55,7 @@ impl PaintedBcsdf {
             })
         });
         let kept = kept.collect();
-        let has_trt = bcsdf.blurred_trt.is_some();
+        let has_trt = bcsdf.trt.is_some();
         Ok(PaintedBcsdf {
             fresnel,
             enabled: bcsdf.enabled,

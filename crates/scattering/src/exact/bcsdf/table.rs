@@ -4,13 +4,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::circular_gaussian::{circular_gaussian, circular_gaussian_integral, sharpness};
 use crate::exact::azimuthal::residual;
-use crate::exact::{FibreSection, energy};
+use crate::exact::{FibreSection, energy, eta_star};
 use crate::fresnel::Fresnel;
 use crate::hair::{HairParams, Lobe};
 use crate::quadrature::GaussLegendre;
 
 /// Weights of the cubic through values at -1, 0, 1, 2, at `t` in 0..=1.
-fn cubic(t: f64) -> [f64; 4] {
+pub(super) fn cubic(t: f64) -> [f64; 4] {
     let (a, b, c) = (t + 1.0, t - 1.0, t - 2.0);
     [
         -t * b * c / 6.0,
@@ -29,19 +29,33 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    fn len(self) -> usize {
+    /// `n` rows for v in 0..=1, two or more.
+    pub fn new(n: usize) -> Self {
+        Rows { n }
+    }
+
+    pub fn len(self) -> usize {
         self.n + 2
     }
 
+    /// v of row `r`; outside 0..=1 in the first and the last row.
+    pub fn v(self, r: usize) -> f64 {
+        (r as f64 - 1.0) / (self.n as f64 - 1.0)
+    }
+
     /// theta_d of row `r`; below 0 in the last row, which lies across the end.
-    fn theta_d(self, r: usize) -> f64 {
-        let v = (r as f64 - 1.0) / (self.n as f64 - 1.0);
+    pub fn theta_d(self, r: usize) -> f64 {
+        let v = self.v(r);
         FRAC_PI_2 * (1.0 - v * v)
     }
 
     /// The first of the four rows around `theta_d`, and their weights.
     pub fn at(self, theta_d: f64) -> (usize, [f64; 4]) {
-        let v = (1.0 - theta_d.abs() / FRAC_PI_2).max(0.0).sqrt();
+        self.at_v((1.0 - theta_d.abs() / FRAC_PI_2).max(0.0).sqrt())
+    }
+
+    /// The same around `v`, at least 0.
+    pub fn at_v(self, v: f64) -> (usize, [f64; 4]) {
         let x = v * (self.n as f64 - 1.0);
         let first = (x as usize).min(self.n - 2);
         (first, cubic(x - first as f64))
@@ -73,10 +87,21 @@ impl BlurredTrt {
     /// w_c.
     pub fn new(hair: &HairParams, fresnel: Fresnel) -> Self {
         let width = hair.caustic_width;
-        let n_phi = (PI * PHI_PER_WIDTH / width).ceil().max(48.0) as usize + 1;
         let rows = Rows {
             n: (6.0 / width).ceil().clamp(64.0, 400.0) as usize,
         };
+        BlurredTrt::of_sections(width, rows, |r| {
+            FibreSection::of(hair, hair.eta, rows.theta_d(r), fresnel)
+        })
+    }
+
+    /// The same with other sections in its rows, blurred by `width`.
+    pub fn of_sections(
+        width: f64,
+        rows: Rows,
+        section_of_row: impl Fn(usize) -> FibreSection,
+    ) -> Self {
+        let n_phi = (PI * PHI_PER_WIDTH / width).ceil().max(48.0) as usize + 1;
         // Neighbouring paths leave less than w_c apart.
         let rule = GaussLegendre::new((20.0 / width).ceil().max(192.0) as usize);
         let paths: Vec<(f64, f64)> = rule.on(0.0, 1.0).collect();
@@ -88,9 +113,7 @@ impl BlurredTrt {
         let mut sums = vec![[0.0; 4]; n_phi];
         for r in 0..rows.len() {
             sums.fill([0.0; 4]);
-            let theta_d = rows.theta_d(r);
-            let section = FibreSection::of(hair, hair.eta, theta_d, fresnel);
-            table.add_paths(&section, width, &paths, &mut sums);
+            table.add_paths(&section_of_row(r), width, &paths, &mut sums);
             let row = &mut table.texels[r * (n_phi + 2)..(r + 1) * (n_phi + 2)];
             for (texel, sum) in row[1..].iter_mut().zip(&sums) {
                 *texel = sum.map(|x| x as f32);
@@ -180,8 +203,30 @@ pub(super) fn columns_at(n_phi: usize, phi: f64) -> (usize, [f64; 4]) {
     (column, cubic(x - column as f64))
 }
 
-/// Masses of N_t over theta_d, per lobe and channel ([`energy`]), and of the orders beyond TRT that its
-/// own holds.
+/// Half angles that the mean mass is taken over: a smooth, even function of their cosine.
+const N_HALF_ANGLES: u32 = 12;
+
+/// `Int N_TRT dphi` of an elliptic fibre at `theta_d`, per channel, its mean over all half angles:
+/// what it comes to on the mean over all azimuths phi_o.
+fn mean_energy(theta_d: f64, hair: &HairParams, fresnel: Fresnel) -> [f64; 3] {
+    let mut total = [0.0; 3];
+    for ix in 0..N_HALF_ANGLES {
+        let phi_h = FRAC_PI_2 * (f64::from(ix) + 0.5) / f64::from(N_HALF_ANGLES);
+        let round = HairParams {
+            eta: eta_star(hair.eta, hair.eccentricity, phi_h),
+            eccentricity: 1.0,
+            ..*hair
+        };
+        let own = energy(Lobe::Trt, theta_d, &round, fresnel);
+        for (total, own) in total.iter_mut().zip(own) {
+            *total += own / f64::from(N_HALF_ANGLES);
+        }
+    }
+    total
+}
+
+/// Masses of N_t over theta_d, per lobe and channel ([`energy`]; of an elliptic fibre TRT's mean over all
+/// azimuths), and of the orders beyond TRT that its own holds.
 #[derive(Clone, Debug)]
 pub(super) struct Energies {
     rows: Rows,
@@ -194,7 +239,10 @@ impl Energies {
         let texels = (0..rows.len())
             .map(|r| {
                 let theta_d = rows.theta_d(r);
-                let [a, b, c] = Lobe::ALL.map(|lobe| energy(lobe, theta_d, hair, fresnel));
+                let [a, b, c] = Lobe::ALL.map(|lobe| match lobe {
+                    Lobe::Trt if hair.eccentricity != 1.0 => mean_energy(theta_d, hair, fresnel),
+                    _ => energy(lobe, theta_d, hair, fresnel),
+                });
                 let section = FibreSection::of(hair, hair.eta, theta_d, fresnel);
                 [a, b, c, residual(Lobe::Trt, hair, &section)]
             })
