@@ -2,6 +2,7 @@
 
 mod architecture;
 mod circles;
+mod compiled_files;
 mod cpu_edits;
 mod edit;
 mod golden_pictures;
