@@ -75,7 +75,7 @@ def to_mitsuba(omega: Array) -> mi.Vector3f:
     return mi.Vector3f(np.ascontiguousarray(omega.reshape(-1, 3).T.astype(np.float32)))
 
 
-def lit_by(scattering: Scattering, axis: Array, eye: Array, n_radial: int = 48, n_turn: int = 96) -> Array:
+def lit_by(scattering: Scattering, axis: Array, eye: Array, n_radial: int, n_turn: int) -> Array:
     """Integral of S cos theta_i under the light exp(2 (omega . axis - 1) / LAMBDA^2), [query, colour]."""
     # t = 1 - cos of the angle to the axis, where the light is exp(-2 t / LAMBDA^2).
     x, w = np.polynomial.legendre.leggauss(n_radial)
@@ -112,7 +112,9 @@ def check_probe(strandlight: str, check: Check) -> None:
                 query | {"light": {"theta": a, "phi": b, "lambda": LAMBDA}, "view": {"theta": c, "phi": d}}
                 for a, b, c, d in zip(theta[0], phi[0], theta[1], phi[1])
             ]
-            expected, found = ask(strandlight, queries), lit_by(one, light, eye)
+            # R has a kink at phi = pi, which takes a finer rule.
+            nodes = (96, 288) if mode == "R" else (48, 96)
+            expected, found = ask(strandlight, queries), lit_by(one, light, eye, *nodes)
             off = np.abs(found - expected) / np.maximum(expected, FLOOR * expected.max())
             looked_at = off[expected > FLOOR * expected.max()]
             check(

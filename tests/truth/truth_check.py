@@ -197,7 +197,7 @@ def check_energy(strandlight: str, folder: str, scene: Scene, share: float) -> N
     """Model `energy` without tilt and with sharp TRT is Mitsuba's material with next to no azimuthal roughness: lobes
     of d'Eon, N at theta_o, all orders. Mitsuba takes the offset h from the hit, which is even on average."""
     hair = replace(scene.hair, shift_deg=(0.0, 0.0, 0.0), caustic_width_deg=1.0)
-    work = Work(strandlight, folder, replace(scene, name=scene.name, hair=hair), model="energy")
+    work = Work(strandlight, folder, replace(scene, hair=hair), model="energy")
     samples = round(share * MITSUBA_SAMPLES)
     ours = ours_of(work, round(share * OUR_SAMPLES), seed=500)
     mitsuba = work.mitsuba_with_its_hair(own_hair(hair, roughness_of(1.0)))
