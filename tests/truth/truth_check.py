@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 import variant  # noqa: F401
 from fibre_check import check_itself, check_probe
 from scenes import SCENES, Hair, Scene, Work, energy, energy_in_mitsuba, mi, traced
-from statistics_of import Verdict, compare
+from statistics_of import FLOOR, Verdict, compare, tiles
 
 Array = NDArray[np.float64]
 
@@ -79,10 +79,8 @@ class Timed:
 
 
 def tiles_of(pictures: Array) -> Array:
-    """Grey tiles of 8 x 8 pixels where there is hair, [picture, tile]."""
-    from statistics_of import FLOOR, tiles
-
-    grey = tiles(pictures).mean(-1)
+    """Grey tiles of 8 x 8 pixels where there is hair, [picture, tile]; alpha is left out."""
+    grey = tiles(pictures)[..., :3].mean(-1)
     return grey[:, grey.mean(0) > FLOOR * grey.mean()]
 
 
