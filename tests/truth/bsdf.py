@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import struct
-
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -58,29 +56,18 @@ class Strands:
         starts = np.cumsum([0, *self.lengths[:-1]])
         return np.concatenate([start + np.arange(n - 1) for start, n in zip(starts, self.lengths)]).astype(np.uint32)
 
-    def write_hair(self, file: str) -> None:
-        """As a .hair file (Cem Yuksel's), polylines of constant thickness. Strandlight takes a text of curves of
-        Mitsuba's for B-splines where it can."""
-        info = b"polylines in cm, y up".ljust(88, b"\0")
-        has_segments_and_points = 3
-        header = struct.pack(
-            "<4s4I5f88s", b"HAIR", len(self.lengths), len(self.points), has_segments_and_points, 0,
-            2.0 * self.radius, 0.0, 1.0, 1.0, 1.0, info,
-        )  # fmt: skip
-        with open(file, "wb") as out:
-            out.write(header)
-            out.write(np.array([n - 1 for n in self.lengths], "<u2").tobytes())
-            out.write(self.points.astype("<f4").tobytes())
-
     def write(self, file: str, phantom_ends: bool = False) -> None:
-        """As text of curves; with a control point beyond each end, so that a uniform B-spline through the
-        points begins and ends where the polyline does."""
+        """As text of curves, polylines as the first line says to Strandlight. `phantom_ends` puts a control point
+        beyond each end instead, so that a uniform B-spline begins and ends where the polyline does."""
+        note = "" if phantom_ends else " # linearcurve"
         with open(file, "w", encoding="utf-8") as text:
             for points in self.strands():
                 if phantom_ends:
                     points = np.concatenate([2 * points[:1] - points[1:2], points, 2 * points[-1:] - points[-2:-1]])
                 rows = [f"{x:.9g} {y:.9g} {z:.9g} {self.radius:.9g}\n" for x, y, z in points]
+                rows[0] = rows[0].replace("\n", note + "\n")
                 text.write("".join(rows) + "\n")
+                note = ""
 
 
 def cut_corners(points: Array) -> Array:

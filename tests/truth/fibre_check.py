@@ -24,7 +24,7 @@ Check = Callable[[bool, str], None]
 MODES = ("R", "TT", "TRT")
 # Width of the light that the probe is asked about: S hardly changes across it.
 LAMBDA = 0.03
-QUERIES = 150
+QUERIES = 100
 # Relative to the value, or to this share of the mode's largest where the value is less: the table of TRT is
 # as good as its peak, not as its tails.
 TOLERANCE, FLOOR = 2e-4, 1e-2
@@ -75,7 +75,7 @@ def to_mitsuba(omega: Array) -> mi.Vector3f:
     return mi.Vector3f(np.ascontiguousarray(omega.reshape(-1, 3).T.astype(np.float32)))
 
 
-def lit_by(scattering: Scattering, axis: Array, eye: Array, n_radial: int = 48, n_turn: int = 96) -> Array:
+def lit_by(scattering: Scattering, axis: Array, eye: Array, n_radial: int, n_turn: int) -> Array:
     """Integral of S cos theta_i under the light exp(2 (omega . axis - 1) / LAMBDA^2), [query, colour]."""
     # t = 1 - cos of the angle to the axis, where the light is exp(-2 t / LAMBDA^2).
     x, w = np.polynomial.legendre.leggauss(n_radial)
@@ -96,9 +96,9 @@ def lit_by(scattering: Scattering, axis: Array, eye: Array, n_radial: int = 48, 
 
 
 def check_probe(strandlight: str, check: Check) -> None:
-    """S of each mode at random directions of light and eye, of three fibres."""
+    """S of each mode at random directions of light and eye, of two fibres."""
     rng = np.random.default_rng(5)
-    for number in range(3):
+    for number in range(2):
         fibre = random_fibre(rng)
         theta = rng.uniform(-1.1, 1.1, (2, QUERIES))
         # Near the lobes, where there is something to compare.
@@ -112,7 +112,9 @@ def check_probe(strandlight: str, check: Check) -> None:
                 query | {"light": {"theta": a, "phi": b, "lambda": LAMBDA}, "view": {"theta": c, "phi": d}}
                 for a, b, c, d in zip(theta[0], phi[0], theta[1], phi[1])
             ]
-            expected, found = ask(strandlight, queries), lit_by(one, light, eye)
+            # R has a kink at phi = pi, which takes a finer rule.
+            nodes = (96, 288) if mode == "R" else (48, 96)
+            expected, found = ask(strandlight, queries), lit_by(one, light, eye, *nodes)
             off = np.abs(found - expected) / np.maximum(expected, FLOOR * expected.max())
             looked_at = off[expected > FLOOR * expected.max()]
             check(

@@ -137,8 +137,7 @@ class Work:
         self.run("export", self.at(".coarse.groom"), "--to", "mitsuba", "-o", self.at(".coarse.txt"))
         self.strands = Strands.read(self.at(".coarse.txt")).smooth(2, 0.5 * scene.diameter)
         self.strands.write(self.at(".txt"))
-        self.strands.write_hair(self.at(".hair"))
-        self.run("groom", "import", self.at(".hair"), "--unit", "cm", "--up", "y", "-o", self.at(".groom"))
+        self.run("groom", "import", self.at(".txt"), "--unit", "cm", "--up", "y", "-o", self.at(".groom"))
         self.strands.write(self.at(".spline.txt"), phantom_ends=True)
         names = ("r", "tt", "trt")
         table = {
