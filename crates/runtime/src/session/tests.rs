@@ -408,14 +408,14 @@ fn a_lut_comes_and_goes_with_its_step_and_is_saved() {
     assert_eq!(white(&session), with_tone_map);
     session.redo();
     assert_eq!(white(&session), 0.5);
+    let over = session.save_as(Path::new("/s/dark.cube"));
+    let over = over.expect_err("the scene is made of it").to_string();
+    assert!(over.contains("LUT"), "{over}");
     // Another folder names it from there.
     session.save_as(Path::new("/t/b.toml")).expect("written");
     assert_eq!(session.scene().render.lut, Some("../s/dark.cube".into()));
     let again = Session::open_in(Path::new("/t/b.toml"), session.files().clone());
     assert_eq!(white(&again.expect("readable")), 0.5);
-    let over = session.save_as(Path::new("/s/dark.cube"));
-    let over = over.expect_err("the scene is made of it").to_string();
-    assert!(over.contains("LUT"), "{over}");
     edit(&mut session, "no LUT", |s| s.render.lut = None);
     assert_eq!(white(&session), with_tone_map);
     session.undo();
