@@ -221,7 +221,9 @@ impl Frame {
             }
         } else if is_last && is_first_done && picturing.has_drafts && is_first_picture {
             let mut radiance = shading.radiance.clone();
-            visible.fill(&mut radiance, shading.n_done, self.before.as_ref());
+            let before = self.before.as_ref();
+            let before = before.filter(|before| before.is_like(&radiance));
+            visible.fill(&mut radiance, shading.n_done, before);
             self.show(picturing, Quality::Most, radiance);
         }
     }
@@ -233,6 +235,9 @@ impl Frame {
             }
             self.stats.set_terms(&shading.counts.terms);
             let is_whole = shading.quality == Quality::Whole;
+            if is_whole {
+                self.before = None;
+            }
             if let (Some(kept), Some(lights), true) = (&mut self.kept, &self.lights, is_whole) {
                 kept.is_taken(&lights.records);
             }
