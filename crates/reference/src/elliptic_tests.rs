@@ -2,6 +2,7 @@
 
 use super::*;
 
+use crate::film::Pixel;
 use crate::{PathTracer, TracedScene};
 
 const FRESNEL: Fresnel = Fresnel::Dielectric;
@@ -101,26 +102,23 @@ fn scene_of(hair: &HairParams) -> PreparedScene {
 
 /// Sums over the pixels of the single layer of each channel, and their variance.
 fn single_layer(scene: &PreparedScene, integrator: &dyn Integrator, n: u32) -> [[f64; 2]; 3] {
-    let mut film = Film::new([48, 32]);
-    let mut sums = [[0.0; 2]; 3];
     // Seeds are independent, samples of one pixel are not.
     let n_seeds = 8;
-    let mut of_seed = vec![[0.0; 3]; n_seeds];
-    for (seed, sums) in of_seed.iter_mut().enumerate() {
-        film = Film::new(film.size());
-        film.expose(scene, integrator, n, 100 + seed as u64, &|_| ());
-        for pixel in film.pixels() {
-            for c in 0..3 {
-                sums[c] += pixel.single[c] / f64::from(n);
-            }
-        }
-    }
-    for c in 0..3 {
-        let mean = of_seed.iter().map(|sums| sums[c]).sum::<f64>() / n_seeds as f64;
+    let of_seed = (0..n_seeds).map(|seed| {
+        let mut film = Film::new([48, 32]);
+        film.expose(scene, integrator, n, 100 + seed, &|_| ());
+        let add = |sums: [f64; 3], pixel: Pixel| {
+            std::array::from_fn(|c| sums[c] + pixel.single[c] / f64::from(n))
+        };
+        film.pixels().fold([0.0; 3], add)
+    });
+    let of_seed: Vec<[f64; 3]> = of_seed.collect();
+    let n_seeds = n_seeds as f64;
+    std::array::from_fn(|c| {
+        let mean = of_seed.iter().map(|sums| sums[c]).sum::<f64>() / n_seeds;
         let squares: f64 = of_seed.iter().map(|sums| (sums[c] - mean).powi(2)).sum();
-        sums[c] = [mean, squares / ((n_seeds - 1) * n_seeds) as f64];
-    }
-    sums
+        [mean, squares / ((n_seeds - 1.0) * n_seeds)]
+    })
 }
 
 /// Two estimators that share neither directions nor densities.

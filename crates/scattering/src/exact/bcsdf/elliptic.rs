@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use super::table::{BlurredTrt, Rows, columns_at, cubic};
 use crate::exact::{FibreSection, eta_star};
 use crate::fresnel::Fresnel;
-use crate::hair::{HairParams, Lobe};
+use crate::hair::HairParams;
 
 /// N_TRT over (index eta*, theta_d, phi), and what the sampler draws its azimuth by.
 ///
@@ -328,6 +328,7 @@ fn proposed_phi(u: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::exact::azimuthal;
+    use crate::hair::Lobe;
     use std::time::Instant;
 
     /// Worst and root mean square error in units of the peak over phi, over `n` places.
