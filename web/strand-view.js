@@ -43,6 +43,12 @@ const program = () => {
   return compiled;
 };
 
+// Of the GPU the viewer says its name as well.
+const rendererOf = ({ name, reason }, wanted) => {
+  if (name !== "cpu") return { renderer: "gpu" };
+  return wanted === "cpu" ? { renderer: "cpu" } : { renderer: "cpu", reason };
+};
+
 // JSON has no numbers that are none: they would take keys away.
 const json = (values) =>
   JSON.stringify(values, (key, value) => {
@@ -198,7 +204,7 @@ export class StrandView extends Element {
     const shown = new Promise((resolve, reject) => {
       const tell = (name, detail) => {
         if (turn !== this.#turn) return;
-        if (name === "renderer") renderer = { renderer: detail.name, reason: detail.reason };
+        if (name === "renderer") renderer = rendererOf(detail, this.renderer);
         else if (name !== "say") this.#tell(name, detail);
         else if (detail === "") resolve();
         else if (isShown) this.#fail(new Error(detail));

@@ -356,6 +356,7 @@ fn the_folder_holds_a_page_and_is_nobody_elses() {
         "five.lights",
         "index.html",
         "scene.toml",
+        "strand-view.js",
         "strandview.js",
         "strandview_bg.wasm",
     ];

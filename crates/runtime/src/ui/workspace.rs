@@ -256,6 +256,12 @@ impl Workspace {
     }
 
     fn redraw(&mut self) -> Result<(), GpuError> {
+        // A canvas has no size before the page is laid out or while it is hidden, and egui would take
+        // that for a huge one. A frame follows when it has.
+        #[cfg(target_arch = "wasm32")]
+        if <[u32; 2]>::from(self.window.inner_size()).contains(&0) {
+            return Ok(());
+        }
         match self.screen.check() {
             Err(GpuError::Lost { reason }) => self.recover(&reason)?,
             Err(error) => self.fail(&error.to_string()),
