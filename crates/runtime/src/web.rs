@@ -172,7 +172,10 @@ async fn fetched(scene: &str, tables: &str) -> Result<(PathBuf, Files), WebError
     let mut files = vec![(path.clone(), bytes)];
     let own = read.tables_path();
     if own.is_none() {
-        files.push((DEFAULT_FILE.into(), fetch(Path::new(DEFAULT_FILE), tables).await?));
+        files.push((
+            DEFAULT_FILE.into(),
+            fetch(Path::new(DEFAULT_FILE), tables).await?,
+        ));
     }
     let mut names: Vec<PathBuf> = own.into_iter().collect();
     names.extend([read.groom_path(), read.lights_path()]);

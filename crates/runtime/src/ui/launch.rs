@@ -92,8 +92,14 @@ pub enum Failure {
     #[error("the window could not be opened: {0}")]
     Window(#[from] OsError),
     /// No device that can draw.
-    #[cfg_attr(not(target_arch = "wasm32"), error("{0}; --backend cpu draws without a GPU"))]
-    #[cfg_attr(target_arch = "wasm32", error("{0}; the renderer \"cpu\" draws without a GPU"))]
+    #[cfg_attr(
+        not(target_arch = "wasm32"),
+        error("{0}; --backend cpu draws without a GPU")
+    )]
+    #[cfg_attr(
+        target_arch = "wasm32",
+        error("{0}; the renderer \"cpu\" draws without a GPU")
+    )]
     Gpu(#[from] GpuError),
     /// The file cannot be opened.
     #[cfg(not(target_arch = "wasm32"))]

@@ -53,10 +53,10 @@ mod view;
 mod views;
 mod workspace;
 
-#[cfg(not(target_arch = "wasm32"))]
-pub use job::sample;
 #[cfg(target_arch = "wasm32")]
 pub use hosted::{Hosted, HostedError};
+#[cfg(not(target_arch = "wasm32"))]
+pub use job::sample;
 pub use launch::{Failure, Launch, Open};
 pub use log::EventLog;
 
