@@ -84,7 +84,8 @@ export class StrandView extends Element {
   }
 
   connectedCallback() {
-    this.#loadSoon();
+    // One that was moved goes on.
+    if (!this.#view && !this.#cancel) this.#loadSoon();
   }
 
   disconnectedCallback() {
