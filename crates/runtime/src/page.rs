@@ -4,6 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::path::PathBuf;
 
 use js_sys::{Array, Function, Promise, Uint8Array};
+use serde_json::Value;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{Blob, BlobPropertyBag, HtmlAnchorElement, Url};
@@ -12,15 +13,15 @@ use crate::session::Saved;
 use strandlight_scene::files::Files;
 
 thread_local! {
-    /// Shows a sentence in place of the canvas, or nothing for an empty one.
-    static SAY: RefCell<Option<Function>> = const { RefCell::new(None) };
+    /// Takes the name of something that happened and what there is to say of it.
+    static TELL: RefCell<Option<Function>> = const { RefCell::new(None) };
     /// Has the scene changes that were not saved?
     static IS_MODIFIED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Takes the function of the page that [`say`] calls.
-pub(crate) fn set_say(say: Function) {
-    SAY.with_borrow_mut(|of_page| *of_page = Some(say));
+/// Takes the function of the page that [`tell`] calls, or none any more.
+pub(crate) fn set_tell(tell: Option<Function>) {
+    TELL.with_borrow_mut(|of_page| *of_page = tell);
 }
 
 /// Does the browser offer a GPU? A canvas that was asked for it and got none shows nothing else.
@@ -39,18 +40,22 @@ pub async fn has_webgpu() -> bool {
     adapter.is_ok_and(|adapter| !adapter.is_null() && !adapter.is_undefined())
 }
 
-/// Shows `text` in place of the canvas, or the canvas if it is empty.
-pub fn say(text: &str) {
-    SAY.with_borrow(|say| {
-        if let Some(say) = say {
-            // A page that cannot show text has nowhere to say so either.
-            let _ = say.call1(&JsValue::NULL, &text.into());
+/// Tells the page that `event` happened. It must not call back before this returns.
+pub(crate) fn tell(event: &str, detail: &Value) {
+    TELL.with_borrow(|tell| {
+        if let Some(tell) = tell {
+            // A page that cannot be told has nowhere to say so either.
+            let _ = tell.call2(&JsValue::NULL, &event.into(), &detail.to_string().into());
         }
     });
 }
 
+/// Shows `text` in place of the canvas, or the canvas if it is empty.
+pub fn say(text: &str) {
+    tell("say", &Value::from(text));
+}
+
 /// Has the scene changes that would be lost with the page?
-#[wasm_bindgen]
 pub fn is_modified() -> bool {
     IS_MODIFIED.get()
 }
@@ -85,6 +90,14 @@ pub enum WebError {
     Save {
         /// Its name.
         name: String,
+        /// What the browser says.
+        reason: String,
+    },
+    /// An address that is none.
+    #[error("{address}: not an address: {reason}")]
+    Address {
+        /// As it was given.
+        address: String,
         /// What the browser says.
         reason: String,
     },

@@ -333,7 +333,9 @@ fn parse_fault(words: &[String]) -> Option<String> {
             }
             None
         }
-        "tests/run" | "web/build" | "release/build" | "release/check" => is_there(program),
+        "tests/run" | "web/build" | "web/package" | "release/build" | "release/check" => {
+            is_there(program)
+        }
         "cat"
         | "echo"
         | "python3"

@@ -1,5 +1,7 @@
 //! What a browser shows: the viewer in a web page, reports.
 
+mod bundle;
+mod element;
 mod report_page;
 mod web_common;
 mod web_page;

@@ -2,14 +2,10 @@
 
 use std::path::Path;
 
-use strandlight_cpu::CpuRenderer;
 use strandlight_formats::{BakedFile, Groom, Scene};
-use strandlight_render::ProgressiveRenderer;
-use strandlight_scene::{Backend, PreparedScene};
-use strandlight_tests::render_common;
 
 use crate::web_common::browser::{Browser, WITH_WEBGPU, WITHOUT_WEBGPU};
-use crate::web_common::picture::Pixels;
+use crate::web_common::picture::{Pixels, keep, native, native_on_cpu};
 use crate::web_common::server::serve;
 use crate::web_common::{SAMPLES, SCENE, build, page};
 
@@ -23,36 +19,11 @@ fn is_done(is_saved: bool) -> String {
     format!("document.querySelector('canvas')?.getAttribute('alt') === {title:?}")
 }
 
-fn keep(name: &str, png: &[u8]) {
-    if let Some(folder) = std::env::var_os("STRANDLIGHT_PICTURES") {
-        let path = Path::new(&folder).join(format!("{name}.png"));
-        std::fs::write(path, png).expect("the folder can be written");
-    }
-}
-
 /// The page as it looks, kept under `name` for people to see.
 fn look(browser: &mut Browser, name: &str) -> Pixels {
     let png = browser.screenshot();
     keep(name, &png);
     Pixels::from_png(&png)
-}
-
-/// What the native renderer draws of the page's scene.
-fn native(folder: &Path, size: [usize; 2]) -> Pixels {
-    let mut scene = Scene::read(folder.join("scene.toml")).expect("a scene");
-    scene.render.size = size.map(|side| side as u32);
-    let prepared = PreparedScene::load(&scene).expect("all files");
-    let context = render_common::context();
-    let mut renderer = ProgressiveRenderer::new(&context, prepared.clone()).expect("a renderer");
-    let (picture, _) = renderer
-        .render_to_image(&prepared.camera, scene.render.size, SAMPLES)
-        .expect("a picture");
-    let texels = picture.to_srgb8(prepared.exposure, &prepared.display);
-    Pixels {
-        width: size[0],
-        height: size[1],
-        rgb: texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
-    }
 }
 
 #[test]
@@ -243,22 +214,6 @@ fn is_done_on_cpu(is_saved: bool) -> String {
     is_done(is_saved).replace(&format!("{SAMPLES}/{SAMPLES}"), "done")
 }
 
-/// What the CPU renderer draws of the page's scene without a browser.
-fn native_on_cpu(folder: &Path, size: [usize; 2]) -> Pixels {
-    let scene = Scene::read(folder.join("scene.toml")).expect("a scene");
-    let prepared = PreparedScene::load(&scene).expect("all files");
-    let (exposure, display) = (prepared.exposure, prepared.display.clone());
-    let (picture, _) = CpuRenderer::new(prepared)
-        .render(size.map(|side| side as u32), SAMPLES, &|_| ())
-        .expect("a picture");
-    let texels = picture.to_srgb8(exposure, &display);
-    Pixels {
-        width: size[0],
-        height: size[1],
-        rgb: texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
-    }
-}
-
 #[test]
 fn without_webgpu_the_cpu_draws_the_page() {
     let folder = page();
@@ -356,6 +311,7 @@ fn the_folder_holds_a_page_and_is_nobody_elses() {
         "five.lights",
         "index.html",
         "scene.toml",
+        "strand-view.js",
         "strandview.js",
         "strandview_bg.wasm",
     ];

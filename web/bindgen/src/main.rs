@@ -1,7 +1,15 @@
 //! `strandlight-bindgen PROGRAM.wasm FOLDER`: writes `strandview.js` and `strandview_bg.wasm`, for
 //! a page that loads them as modules.
+//!
+//! The module exports a function `instantiate`, and each call of it has an instance of the program
+//! to itself: several viewers on a page do not share memory, and one that is let go of is collected
+//! as a whole.
 
+use std::path::Path;
 use std::process::ExitCode;
+
+/// What wasm-bindgen calls what it makes where there are no modules.
+const GLOBAL: &str = "wasm_bindgen";
 
 fn main() -> ExitCode {
     let words: Vec<_> = std::env::args_os().skip(1).collect();
@@ -13,16 +21,29 @@ fn main() -> ExitCode {
     bindgen
         .input_path(program)
         .out_name("strandview")
-        .omit_default_module_path(false)
+        .omit_default_module_path(true)
         .typescript(false);
-    match bindgen
-        .web(true)
+    // Modules would have their instance in a variable of their own, one for all who import them.
+    let made = bindgen
+        .no_modules(true)
         .and_then(|bindgen| bindgen.generate(folder))
-    {
+        .map_err(|error| format!("{error:#}"));
+    match made.and_then(|()| wrap(&Path::new(folder).join("strandview.js"))) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("strandlight-bindgen: {error:#}");
+            eprintln!("strandlight-bindgen: {error}");
             ExitCode::from(1)
         }
     }
+}
+
+/// Makes a module of the script at `path`.
+fn wrap(path: &Path) -> Result<(), String> {
+    let script = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
+    let start = format!("let {GLOBAL} = ");
+    if !script.starts_with(&start) {
+        return Err(format!("{}: does not begin with {start:?}", path.display()));
+    }
+    let module = format!("export function instantiate() {{\n{script}\nreturn {GLOBAL};\n}}\n");
+    std::fs::write(path, module).map_err(|error| error.to_string())
 }

@@ -18,13 +18,19 @@ use crate::session::Session;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::GpuError;
 
-/// Sent to the event loop when a device has come, which in a browser takes a while.
-pub struct Opened(pub Result<Screen, GpuError>);
+/// Sent to the event loop.
+pub enum Sent {
+    /// A device has come, which in a browser takes a while.
+    Opened(Result<Screen, GpuError>),
+    /// The page wants the window no more.
+    #[cfg(target_arch = "wasm32")]
+    Close,
+}
 
 /// The program with a window.
 pub struct App {
     launch: Option<Launch>,
-    proxy: EventLoopProxy<Opened>,
+    proxy: EventLoopProxy<Sent>,
     window: Option<Arc<Window>>,
     display: Option<OwnedDisplayHandle>,
     workspace: Option<Workspace>,
@@ -40,7 +46,7 @@ impl App {
     /// Waits for the event loop to start.
     pub fn new(
         launch: Launch,
-        proxy: EventLoopProxy<Opened>,
+        proxy: EventLoopProxy<Sent>,
         display: Option<OwnedDisplayHandle>,
     ) -> Self {
         App {
@@ -77,7 +83,7 @@ impl App {
             (None, None) => BackendChoice::Auto,
         };
         let opening = async move {
-            let opened = Opened(Screen::open(window, display, choice).await);
+            let opened = Sent::Opened(Screen::open(window, display, choice).await);
             // Without a loop there is no window left to show an error in.
             let _ = proxy.send_event(opened);
         };
@@ -107,7 +113,8 @@ impl App {
         use winit::platform::web::WindowAttributesExtWebSys;
 
         let canvas = self.launch.as_ref().map(|launch| launch.canvas.clone());
-        attributes.with_canvas(canvas)
+        // Which of its elements has the keyboard is the page's affair as well.
+        attributes.with_canvas(canvas).with_active(false)
     }
 
     fn open_scene(&mut self, screen: Screen) -> Result<(), Failure> {
@@ -153,6 +160,8 @@ impl App {
         if launch.loses_device {
             workspace.lose_device();
         }
+        #[cfg(target_arch = "wasm32")]
+        workspace.show_panel(launch.has_panel);
         self.workspace = Some(workspace);
         #[cfg(target_arch = "wasm32")]
         crate::page::say("");
@@ -180,6 +189,22 @@ impl App {
         }
     }
 
+    /// What is shown, for the page that shows it.
+    #[cfg(target_arch = "wasm32")]
+    pub fn workspace(&mut self) -> Option<&mut Workspace> {
+        self.workspace.as_mut()
+    }
+
+    /// Gives back what takes memory, without waiting for the event loop.
+    #[cfg(target_arch = "wasm32")]
+    pub fn release(&mut self) {
+        self.launch = None;
+        if let Some(workspace) = self.workspace.take() {
+            workspace.release();
+        }
+        self.window = None;
+    }
+
     fn end(&mut self, event_loop: &ActiveEventLoop, failure: Option<Failure>) {
         if let Some(workspace) = &mut self.workspace {
             workspace.closed();
@@ -194,7 +219,7 @@ impl App {
     }
 }
 
-impl ApplicationHandler<Opened> for App {
+impl ApplicationHandler<Sent> for App {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.window.is_some() {
             return;
@@ -204,8 +229,12 @@ impl ApplicationHandler<Opened> for App {
         }
     }
 
-    fn user_event(&mut self, event_loop: &ActiveEventLoop, Opened(screen): Opened) {
-        let opened = screen.map_err(Failure::Gpu);
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, sent: Sent) {
+        let opened = match sent {
+            Sent::Opened(screen) => screen.map_err(Failure::Gpu),
+            #[cfg(target_arch = "wasm32")]
+            Sent::Close => return self.end(event_loop, None),
+        };
         if let Err(failure) = opened.and_then(|screen| self.open_scene(screen)) {
             self.end(event_loop, Some(failure));
         }

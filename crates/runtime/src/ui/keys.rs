@@ -77,6 +77,20 @@ pub enum Command {
     Escape,
 }
 
+impl Command {
+    /// Does it no more than look at the scene from elsewhere?
+    pub fn is_view(&self) -> bool {
+        matches!(
+            self,
+            Command::Frame
+                | Command::Home
+                | Command::ViewBack
+                | Command::ViewForward
+                | Command::Look(_)
+        )
+    }
+}
+
 /// A side to look from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {

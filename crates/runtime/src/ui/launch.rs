@@ -39,6 +39,9 @@ pub struct Launch {
     /// What to draw in, all of it.
     #[cfg(target_arch = "wasm32")]
     pub canvas: web_sys::HtmlCanvasElement,
+    /// Shows bar, panel and status line, or the picture alone.
+    #[cfg(target_arch = "wasm32")]
+    pub has_panel: bool,
 }
 
 /// What is left of a launch while its scene is read.
@@ -52,6 +55,8 @@ pub(super) struct Rest {
         expect(dead_code, reason = "a page names itself")
     )]
     pub name: String,
+    #[cfg(target_arch = "wasm32")]
+    pub has_panel: bool,
 }
 
 impl Launch {
@@ -63,6 +68,8 @@ impl Launch {
             log: self.log,
             loses_device: self.loses_device,
             name: self.name,
+            #[cfg(target_arch = "wasm32")]
+            has_panel: self.has_panel,
         };
         (self.open, rest)
     }
@@ -85,7 +92,14 @@ pub enum Failure {
     #[error("the window could not be opened: {0}")]
     Window(#[from] OsError),
     /// No device that can draw.
-    #[error("{0}; --backend cpu draws without a GPU")]
+    #[cfg_attr(
+        not(target_arch = "wasm32"),
+        error("{0}; --backend cpu draws without a GPU")
+    )]
+    #[cfg_attr(
+        target_arch = "wasm32",
+        error("{0}; the renderer \"cpu\" draws without a GPU")
+    )]
     Gpu(#[from] GpuError),
     /// The file cannot be opened.
     #[cfg(not(target_arch = "wasm32"))]

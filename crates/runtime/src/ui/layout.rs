@@ -72,6 +72,8 @@ impl PanelState {
 pub struct UiState {
     /// Beside the picture or over it.
     pub panel: PanelState,
+    /// The picture alone is shown, and keys do no more than look at it from elsewhere.
+    pub is_bare: bool,
     /// Files that were open.
     pub settings: Settings,
     /// Hair of one's own.
@@ -154,6 +156,9 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     if !is_asking {
         output.commands = keys::pressed(ui.ctx());
     }
+    if state.is_bare {
+        output.commands.retain(|command| command.is_view());
+    }
     // Fields and lists that Escape closes are gone once they have been shown.
     let is_escape_taken = is_asking || state.is_typing || egui::Popup::is_any_open(ui.ctx());
     let frame = |margin| {
@@ -161,23 +166,25 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
             .fill(theme::PANEL)
             .inner_margin(egui::Margin::symmetric(margin, 4))
     };
-    Panel::top("bar")
-        .exact_size(32.0)
-        .resizable(false)
-        .frame(frame(8))
-        .show(ui, |ui| bar(ui, input, state, &mut output));
-    Panel::bottom("status")
-        .exact_size(24.0)
-        .resizable(false)
-        .frame(frame(8))
-        .show(ui, |ui| status(ui, input, state, &mut output.changes));
-    if state.error.is_some() || state.is_stale {
+    if !state.is_bare {
+        Panel::top("bar")
+            .exact_size(32.0)
+            .resizable(false)
+            .frame(frame(8))
+            .show(ui, |ui| bar(ui, input, state, &mut output));
+        Panel::bottom("status")
+            .exact_size(24.0)
+            .resizable(false)
+            .frame(frame(8))
+            .show(ui, |ui| status(ui, input, state, &mut output.changes));
+    }
+    if !state.is_bare && (state.error.is_some() || state.is_stale) {
         Panel::top("notices")
             .resizable(false)
             .frame(frame(8).fill(egui::Color32::from_gray(44)))
             .show(ui, |ui| notices(ui, state, &mut output));
     }
-    let is_beside = !state.panel.is_narrow && state.panel.is_beside;
+    let is_beside = !state.is_bare && !state.panel.is_narrow && state.panel.is_beside;
     if is_beside {
         // As wide as the picture leaves room for.
         let most = (ui.available_width() - 160.0).max(theme::PANEL_WIDTH);
@@ -189,7 +196,7 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
             .show(ui, |ui| panel_of(ui, input, state, &mut output));
     }
     let picture = ui.available_rect_before_wrap();
-    if state.panel.is_narrow && state.panel.is_over {
+    if !state.is_bare && state.panel.is_narrow && state.panel.is_over {
         sheet(ui, picture, frame(8), |ui| {
             panel_of(ui, input, state, &mut output);
         });

@@ -1,5 +1,5 @@
 //! What happened in the window, as JSON lines, for tests and timings: `--log FILE`, or in a page an
-//! array called `strandview_log`.
+//! array called `strandview_log`. A page is told of those events besides that it can have use for.
 //!
 //! Every line has `event` and `ms`, milliseconds since the program started. Events:
 //! `device` (the window is open, and the device if there is one; the scene is read next), `renderer` (which draws, and the
@@ -12,6 +12,13 @@
 
 use serde_json::{Value, json};
 use web_time::Instant;
+
+/// Events that a page is told.
+#[cfg(target_arch = "wasm32")]
+const TOLD: [&str; 11] = [
+    "renderer", "progress", "frame", "view", "edit", "stroke", "undo", "redo", "reloaded", "error",
+    "saved",
+];
 
 /// Writes events, or nothing where no file was asked for.
 #[derive(Debug)]
@@ -35,7 +42,7 @@ impl EventLog {
         }
     }
 
-    /// A log that appends to the page's global array `strandview_log`, if it has one.
+    /// A log that tells the page, and appends to its global array `strandview_log` if it has one.
     #[cfg(target_arch = "wasm32")]
     pub fn in_page(start: Instant) -> Self {
         use wasm_bindgen::JsCast;
@@ -74,6 +81,10 @@ impl EventLog {
 
     /// Writes `event` with the keys of `more`, an object.
     pub fn write(&mut self, event: &str, more: Value) {
+        #[cfg(target_arch = "wasm32")]
+        if TOLD.contains(&event) {
+            crate::page::tell(event, &more);
+        }
         if !self.is_on() {
             return;
         }

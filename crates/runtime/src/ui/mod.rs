@@ -19,6 +19,8 @@ mod desktop;
 mod document;
 mod field;
 mod help;
+#[cfg(target_arch = "wasm32")]
+mod hosted;
 mod input;
 mod job;
 mod keys;
@@ -51,6 +53,8 @@ mod view;
 mod views;
 mod workspace;
 
+#[cfg(target_arch = "wasm32")]
+pub use hosted::{Hosted, HostedError};
 #[cfg(not(target_arch = "wasm32"))]
 pub use job::sample;
 pub use launch::{Failure, Launch, Open};
@@ -64,7 +68,7 @@ pub use log::EventLog;
 pub fn run(launch: Launch) -> Result<(), Failure> {
     use winit::event_loop::EventLoop;
 
-    let event_loop = EventLoop::<app::Opened>::with_user_event()
+    let event_loop = EventLoop::<app::Sent>::with_user_event()
         .build()
         .map_err(Failure::Display)?;
     let display = Some(event_loop.owned_display_handle());
@@ -76,19 +80,22 @@ pub fn run(launch: Launch) -> Result<(), Failure> {
     }
 }
 
-/// Opens a window in a page's canvas and returns; what ends it is said in the page.
+/// Opens a window in a page's canvas and returns; what ends it is said in the page, which has hold
+/// of it by the answer.
 ///
 /// # Errors
 /// Any of [`Failure`].
 #[cfg(target_arch = "wasm32")]
-pub fn start(launch: Launch) -> Result<(), Failure> {
+pub fn start(launch: Launch) -> Result<Hosted, Failure> {
     use winit::event_loop::EventLoop;
     use winit::platform::web::EventLoopExtWebSys;
 
-    let event_loop = EventLoop::<app::Opened>::with_user_event()
+    let event_loop = EventLoop::<app::Sent>::with_user_event()
         .build()
         .map_err(Failure::Display)?;
-    let app = app::App::new(launch, event_loop.create_proxy(), None);
+    let proxy = event_loop.create_proxy();
+    let app = app::App::new(launch, proxy.clone(), None);
+    let (hosted, app) = Hosted::new(app, proxy);
     event_loop.spawn_app(app);
-    Ok(())
+    Ok(hosted)
 }

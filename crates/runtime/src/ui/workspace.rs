@@ -89,6 +89,9 @@ pub struct Workspace {
     pub(super) is_first: bool,
     /// The finished picture of what is shown now was not logged yet.
     pub(super) is_stale: bool,
+    /// What the page was last told of the picture.
+    #[cfg(target_arch = "wasm32")]
+    pub(super) told: Progress,
     /// The picture cannot be made as it is asked for now.
     pub(super) is_stuck: bool,
     pub(super) loses_device: bool,
@@ -161,6 +164,8 @@ impl Workspace {
             is_empty: true,
             is_first: true,
             is_stale: true,
+            #[cfg(target_arch = "wasm32")]
+            told: Progress::default(),
             is_stuck: false,
             loses_device: false,
             wake: None,
@@ -251,6 +256,12 @@ impl Workspace {
     }
 
     fn redraw(&mut self) -> Result<(), GpuError> {
+        // A canvas has no size before the page is laid out or while it is hidden, and egui would take
+        // that for a huge one. A frame follows when it has.
+        #[cfg(target_arch = "wasm32")]
+        if <[u32; 2]>::from(self.window.inner_size()).contains(&0) {
+            return Ok(());
+        }
         match self.screen.check() {
             Err(GpuError::Lost { reason }) => self.recover(&reason)?,
             Err(error) => self.fail(&error.to_string()),
@@ -358,6 +369,8 @@ impl Workspace {
         }
         if painted == Painted::Presented {
             self.log.write("drawn", json!({}));
+            #[cfg(target_arch = "wasm32")]
+            self.note_progress();
             self.note_picture();
             #[cfg(not(target_arch = "wasm32"))]
             self.note_truth();

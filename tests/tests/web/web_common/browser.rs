@@ -235,6 +235,41 @@ impl Browser {
         );
     }
 
+    /// Turns the wheel by some pixels, down where they are positive.
+    pub fn wheel(&mut self, [x, y]: [f64; 2], pixels: f64) {
+        self.call(
+            "Input.dispatchMouseEvent",
+            json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": pixels,
+                    "pointerType": "mouse" }),
+        );
+    }
+
+    /// Drags fingers, each from one place to another, at the same time.
+    pub fn touch(&mut self, fingers: &[([f64; 2], [f64; 2])]) {
+        const STEPS: u32 = 8;
+        for step in 0..=STEPS {
+            let t = f64::from(step) / f64::from(STEPS);
+            let at = |(id, (from, to)): (usize, &([f64; 2], [f64; 2]))| {
+                let [x, y] = [0, 1].map(|axis: usize| from[axis] + t * (to[axis] - from[axis]));
+                json!({ "x": x, "y": y, "id": id })
+            };
+            let points: Vec<Value> = fingers.iter().enumerate().map(at).collect();
+            let kind = if step == 0 { "touchStart" } else { "touchMove" };
+            let touch = json!({ "type": kind, "touchPoints": points });
+            self.call("Input.dispatchTouchEvent", touch);
+            std::thread::sleep(Duration::from_millis(30));
+        }
+        let end = json!({ "type": "touchEnd", "touchPoints": [] });
+        self.call("Input.dispatchTouchEvent", end);
+    }
+
+    /// Presses Tab.
+    pub fn tab(&mut self) {
+        for kind in ["rawKeyDown", "keyUp"] {
+            self.key_event(kind, 0, "Tab", "Tab", 9);
+        }
+    }
+
     /// Presses a letter's key while Control is held.
     pub fn control(&mut self, letter: char) {
         self.key_event("rawKeyDown", 2, "Control", "ControlLeft", 17);

@@ -68,10 +68,26 @@ pub fn page() -> &'static Path {
     })
 }
 
+/// The folder that `web/package` makes; made once for all tests of a program.
+pub fn package() -> &'static Path {
+    static PACKAGE: OnceLock<PathBuf> = OnceLock::new();
+    PACKAGE.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("strand-view");
+        let _ = std::fs::remove_dir_all(&folder);
+        run("web/package", &[&folder]).expect("web/package makes the package");
+        folder
+    })
+}
+
 /// Runs `web/build`; its words where it fails.
 pub fn build(scene: &Path, out: &Path) -> Result<String, String> {
-    let output = Command::new(project_root().join("web/build"))
-        .args([scene, out])
+    run("web/build", &[scene, out])
+}
+
+/// Runs a command of the project; its words where it fails.
+pub fn run(command: &str, arguments: &[&Path]) -> Result<String, String> {
+    let output = Command::new(project_root().join(command))
+        .args(arguments)
         .output()
         .map_err(|error| error.to_string())?;
     let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();

@@ -1,4 +1,14 @@
-//! Pictures of pages, and what in them is the viewer's picture.
+//! Pictures of pages, what in them is the viewer's picture, and what that should be.
+
+use std::path::Path;
+
+use strandlight_cpu::CpuRenderer;
+use strandlight_formats::Scene;
+use strandlight_render::ProgressiveRenderer;
+use strandlight_scene::{Backend, PreparedScene};
+use strandlight_tests::render_common;
+
+use super::SAMPLES;
 
 /// 8-bit colours, row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,5 +72,47 @@ impl Pixels {
         let pairs = self.rgb.iter().flatten().zip(other.rgb.iter().flatten());
         let sum: f64 = pairs.map(|(&a, &b)| f64::from(a.abs_diff(b))).sum();
         sum / (3 * self.rgb.len()) as f64
+    }
+}
+
+/// Keeps a picture under `name` for people to see, where they ask for it.
+pub fn keep(name: &str, png: &[u8]) {
+    if let Some(folder) = std::env::var_os("STRANDLIGHT_PICTURES") {
+        let path = Path::new(&folder).join(format!("{name}.png"));
+        std::fs::write(path, png).expect("the folder can be written");
+    }
+}
+
+/// What the native renderer draws of the page's scene.
+pub fn native(folder: &Path, size: [usize; 2]) -> Pixels {
+    let mut scene = Scene::read(folder.join("scene.toml")).expect("a scene");
+    scene.render.size = size.map(|side| side as u32);
+    let prepared = PreparedScene::load(&scene).expect("all files");
+    let context = render_common::context();
+    let mut renderer = ProgressiveRenderer::new(&context, prepared.clone()).expect("a renderer");
+    let (picture, _) = renderer
+        .render_to_image(&prepared.camera, scene.render.size, SAMPLES)
+        .expect("a picture");
+    let texels = picture.to_srgb8(prepared.exposure, &prepared.display);
+    Pixels {
+        width: size[0],
+        height: size[1],
+        rgb: texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
+    }
+}
+
+/// What the CPU renderer draws of the page's scene without a browser.
+pub fn native_on_cpu(folder: &Path, size: [usize; 2]) -> Pixels {
+    let scene = Scene::read(folder.join("scene.toml")).expect("a scene");
+    let prepared = PreparedScene::load(&scene).expect("all files");
+    let (exposure, display) = (prepared.exposure, prepared.display.clone());
+    let (picture, _) = CpuRenderer::new(prepared)
+        .render(size.map(|side| side as u32), SAMPLES, &|_| ())
+        .expect("a picture");
+    let texels = picture.to_srgb8(exposure, &display);
+    Pixels {
+        width: size[0],
+        height: size[1],
+        rgb: texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
     }
 }

@@ -2,9 +2,9 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path};
 
-/// Serves the files of `folder` (no folders in it) until the program ends; answers its address.
+/// Serves the files of `folder` until the program ends; answers its address.
 pub fn serve(folder: &Path) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("bound");
@@ -31,10 +31,11 @@ fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
     // All that these tests' names have of what addresses cannot.
     let name = name.replace("%20", " ");
     let name = if name.is_empty() { "index.html" } else { &name };
-    let path = folder.join(PathBuf::from(name).file_name().unwrap_or_default());
+    let path = folder.join(name);
+    let is_inside = |part| matches!(part, Component::Normal(_));
     let (status, body) = match std::fs::read(&path) {
-        Ok(body) => ("200 OK", body),
-        Err(_) => ("404 Not Found", Vec::new()),
+        Ok(body) if Path::new(name).components().all(is_inside) => ("200 OK", body),
+        _ => ("404 Not Found", Vec::new()),
     };
     let kind = match path.extension().and_then(|extension| extension.to_str()) {
         Some("html") => "text/html",

@@ -1,0 +1,314 @@
+// `<strand-view src="scene.toml">`: hair under environment lighting, drawn in a page. What it takes
+// and answers is in strand-view.d.ts.
+
+import { instantiate } from "./strandview.js";
+
+const text = (error) => (error instanceof Error ? error.message : String(error));
+
+// What the events of the viewer are to a page.
+const CHANGES = new Set(["edit", "stroke", "undo", "redo", "reloaded", "view"]);
+
+// Without weight: any rule of the page comes before these.
+const STYLE = `
+:where(strand-view) { display: block; position: relative; aspect-ratio: 3 / 2; overflow: hidden; background: #17181a; color: #d8d8d8; }
+:where(strand-view > canvas) { position: absolute; inset: 0; width: 100%; height: 100%; touch-action: none; }
+:where(strand-view > canvas:not(:focus-visible)) { outline: none; }
+:where(strand-view > [role="status"]) { position: absolute; inset: 0; margin: 0; padding: 2em; display: grid; place-content: center; text-align: center; background: inherit; }
+`;
+
+const addStyle = () => {
+  const sheet = new CSSStyleSheet();
+  sheet.replaceSync(STYLE);
+  document.adoptedStyleSheets.push(sheet);
+};
+
+// Compiled once for all elements, each of which has an instance to itself.
+let compiled;
+
+const compile = async () => {
+  const address = String(StrandView.program);
+  const response = await fetch(address);
+  if (!response.ok) throw new Error(`cannot fetch ${address}: HTTP status ${response.status}`);
+  // Servers that do not know programs send them as bytes, which browsers do not compile as they come.
+  const isKnown = response.headers.get("content-type")?.startsWith("application/wasm");
+  return isKnown ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
+};
+
+const program = () => {
+  compiled ??= compile().catch((error) => {
+    // The next element tries again.
+    compiled = undefined;
+    throw error;
+  });
+  return compiled;
+};
+
+// Of the GPU the viewer says its name as well.
+const rendererOf = ({ name, reason }, wanted) => {
+  if (name !== "cpu") return { renderer: "gpu" };
+  return wanted === "cpu" ? { renderer: "cpu" } : { renderer: "cpu", reason };
+};
+
+// JSON has no numbers that are none: they would take keys away.
+const json = (values) =>
+  JSON.stringify(values, (key, value) => {
+    if (typeof value === "number" && !Number.isFinite(value)) throw new TypeError(`${key}: ${value} is no number of a scene`);
+    return value === undefined ? null : value;
+  });
+
+// A server that renders pages imports modules without having elements.
+const Element = globalThis.HTMLElement ?? class {};
+
+export class StrandView extends Element {
+  static observedAttributes = ["src", "panel", "renderer"];
+
+  static program = new URL("./strandview_bg.wasm", import.meta.url);
+
+  static tables = new URL("./default.tables", import.meta.url);
+
+  #view; // of the program
+  #canvas;
+  #message;
+  #cancel; // refuses the promise of what is being loaded
+  #turn = 0; // of what is loaded or was; another one is another scene
+  #isDue = false;
+  #waiting = []; // for the finished picture
+
+  constructor() {
+    super();
+    // Before the viewer, which keeps what it gets: without controls nothing in it takes the key that
+    // goes on in the page, and the wheel scrolls the page until the picture has been clicked.
+    this.addEventListener("keydown", (event) => this.#pass(event, event.key === "Tab"), true);
+    const wheels = (event) => this.#pass(event, !event.ctrlKey && document.activeElement !== this.#canvas);
+    this.addEventListener("wheel", wheels, { capture: true, passive: true });
+  }
+
+  connectedCallback() {
+    // One that was moved goes on.
+    if (!this.#view && !this.#cancel) this.#loadSoon();
+  }
+
+  disconnectedCallback() {
+    // An element that is moved is back at once.
+    queueMicrotask(() => {
+      if (!this.isConnected) this.dispose();
+    });
+  }
+
+  attributeChangedCallback(name, before, after) {
+    if (before === after) return;
+    if (name === "panel") {
+      try {
+        this.#view?.show_panel(this.panel);
+      } catch {
+        // It has no scene yet, and looks at the attribute when it has.
+      }
+    } else {
+      this.#loadSoon();
+    }
+  }
+
+  get src() {
+    return this.getAttribute("src") ?? "";
+  }
+
+  set src(address) {
+    this.setAttribute("src", address);
+  }
+
+  get panel() {
+    return this.hasAttribute("panel");
+  }
+
+  set panel(isShown) {
+    this.toggleAttribute("panel", Boolean(isShown));
+  }
+
+  get renderer() {
+    return this.getAttribute("renderer") ?? "auto";
+  }
+
+  set renderer(name) {
+    this.setAttribute("renderer", name);
+  }
+
+  get isModified() {
+    return this.#view?.is_modified() ?? false;
+  }
+
+  get camera() {
+    const { fov_deg: fov, ...places } = JSON.parse(this.#shown().camera());
+    return { ...places, fov };
+  }
+
+  set camera({ fov, ...keys }) {
+    this.#shown().set_camera(json(fov === undefined ? keys : { ...keys, fov_deg: fov }));
+  }
+
+  async load(address) {
+    this.#end(new DOMException("strand-view: another scene is loaded", "AbortError"));
+    const turn = this.#turn;
+    const cancelled = new Promise((_, reject) => (this.#cancel = reject));
+    try {
+      const detail = await Promise.race([this.#open(address, turn), cancelled]);
+      this.#cancel = undefined;
+      this.#say("");
+      this.#emit("load", detail);
+    } catch (error) {
+      if (turn === this.#turn) this.#fail(error);
+      throw error;
+    }
+  }
+
+  set(key, value) {
+    this.#shown().set(json(typeof key === "object" ? key : { [key]: value }));
+  }
+
+  get(key) {
+    const value = this.#shown().get(key);
+    return value === undefined ? undefined : JSON.parse(value);
+  }
+
+  async snapshot() {
+    const view = this.#shown();
+    while (!view.is_done()) {
+      await new Promise((resolve, reject) => this.#waiting.push({ resolve, reject }));
+    }
+    return new Blob([await view.snapshot()], { type: "image/png" });
+  }
+
+  focus(options) {
+    this.#canvas?.focus(options);
+  }
+
+  dispose() {
+    this.#end(new DOMException("strand-view: the element was disposed of", "AbortError"));
+    this.#say("");
+  }
+
+  // Opens a scene in a canvas of its own, and goes no further once there is another turn.
+  async #open(address, turn) {
+    if (!document.contains(this)) throw new Error("must be in the document, and not in a shadow tree");
+    this.#say("Loading ...");
+    const scene = new URL(address, document.baseURI).href;
+    const tables = new URL(StrandView.tables, document.baseURI).href;
+    const module = await program();
+    if (turn !== this.#turn) return;
+    const instance = instantiate();
+    await instance({ module_or_path: module });
+    if (turn !== this.#turn) return;
+    this.#canvas = document.createElement("canvas");
+    this.prepend(this.#canvas);
+    let renderer;
+    let isShown = false;
+    let later;
+    const shown = new Promise((resolve, reject) => {
+      const tell = (name, detail) => {
+        if (turn !== this.#turn) return;
+        if (name === "renderer") renderer = rendererOf(detail, this.renderer);
+        else if (name !== "say") this.#tell(name, detail);
+        else if (detail === "") resolve();
+        else if (isShown) this.#fail(new Error(detail));
+        else reject(new Error(detail));
+      };
+      // Not from within calls of the viewer: listeners may call it.
+      later = (name, detail) => queueMicrotask(() => tell(name, JSON.parse(detail)));
+    });
+    // What is said of a scene that could not be opened at all is the other promise's.
+    shown.catch(() => {});
+    const view = await instance.open(this.#canvas, scene, tables, this.renderer, this.panel, later);
+    if (turn !== this.#turn) return view.close();
+    this.#view = view;
+    await shown;
+    isShown = true;
+    if (turn === this.#turn) view.show_panel(this.panel);
+    return renderer;
+  }
+
+  #shown() {
+    if (!this.#view) throw new Error("strand-view: no scene is shown");
+    return this.#view;
+  }
+
+  #pass(event, isPages) {
+    if (isPages && !this.panel) event.stopPropagation();
+  }
+
+  // Attributes that change together are one scene.
+  #loadSoon() {
+    if (this.#isDue) return;
+    this.#isDue = true;
+    queueMicrotask(() => {
+      this.#isDue = false;
+      // What fails is told by the event.
+      if (this.isConnected && this.src !== "") this.load(this.src).catch(() => {});
+    });
+  }
+
+  // Ends what waits for the picture.
+  #settle(error) {
+    for (const { resolve, reject } of this.#waiting.splice(0)) {
+      if (error) reject(error);
+      else resolve();
+    }
+  }
+
+  #tell(name, detail) {
+    if (name === "progress") {
+      this.#emit("progress", detail);
+    } else if (name === "frame") {
+      this.#settle();
+      this.#emit("done", { samples: detail.samples });
+    } else if (name === "error") {
+      this.#refuse(new Error(detail.message));
+    } else if (CHANGES.has(name)) {
+      this.#emit("change", { kind: name, ...detail });
+    }
+  }
+
+  #emit(name, detail) {
+    this.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+
+  #refuse(error) {
+    this.#settle(error);
+    this.#emit("error", { message: text(error), error });
+  }
+
+  #fail(error) {
+    this.#end(error);
+    this.#say(`strandview: ${text(error)}`);
+    this.#refuse(error);
+  }
+
+  // Gives back what there is.
+  #end(reason) {
+    this.#turn += 1;
+    try {
+      this.#view?.close();
+    } catch {
+      // What has failed as a whole is collected with its memory.
+    }
+    this.#view = undefined;
+    this.#canvas?.remove();
+    this.#canvas = undefined;
+    this.#cancel?.(reason);
+    this.#cancel = undefined;
+    this.#settle(reason);
+  }
+
+  #say(sentence) {
+    this.#message?.remove();
+    this.#message = undefined;
+    if (sentence === "") return;
+    this.#message = document.createElement("p");
+    this.#message.setAttribute("role", "status");
+    this.#message.textContent = sentence;
+    this.append(this.#message);
+  }
+}
+
+if (globalThis.customElements && !customElements.get("strand-view")) {
+  addStyle();
+  customElements.define("strand-view", StrandView);
+}
