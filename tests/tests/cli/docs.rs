@@ -338,6 +338,7 @@ fn parse_fault(words: &[String]) -> Option<String> {
         }
         "cat"
         | "echo"
+        | "printf"
         | "python3"
         | "mdbook"
         | "sbatch"
