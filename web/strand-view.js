@@ -81,6 +81,9 @@ export class StrandView extends Element {
     this.addEventListener("keydown", (event) => this.#pass(event, event.key === "Tab"), true);
     const wheels = (event) => this.#pass(event, !event.ctrlKey && document.activeElement !== this.#canvas);
     this.addEventListener("wheel", wheels, { capture: true, passive: true });
+    // The viewer focuses its canvas when it is pressed, which browsers take for the keyboard's doing.
+    this.addEventListener("pointerdown", () => this.#outline("none"), true);
+    this.addEventListener("focusout", () => this.#outline(""));
   }
 
   connectedCallback() {
@@ -148,6 +151,8 @@ export class StrandView extends Element {
   async load(address) {
     this.#end(new DOMException("strand-view: another scene is loaded", "AbortError"));
     const turn = this.#turn;
+    // Attributes that were set just before are those of this scene.
+    this.#isDue = false;
     const cancelled = new Promise((_, reject) => (this.#cancel = reject));
     try {
       const detail = await Promise.race([this.#open(address, turn), cancelled]);
@@ -230,6 +235,10 @@ export class StrandView extends Element {
     return this.#view;
   }
 
+  #outline(style) {
+    if (this.#canvas) this.#canvas.style.outline = style;
+  }
+
   #pass(event, isPages) {
     if (isPages && !this.panel) event.stopPropagation();
   }
@@ -239,9 +248,10 @@ export class StrandView extends Element {
     if (this.#isDue) return;
     this.#isDue = true;
     queueMicrotask(() => {
+      const isDue = this.#isDue;
       this.#isDue = false;
       // What fails is told by the event.
-      if (this.isConnected && this.src !== "") this.load(this.src).catch(() => {});
+      if (isDue && this.isConnected && this.src !== "") this.load(this.src).catch(() => {});
     });
   }
 

@@ -329,7 +329,8 @@ fn has_control(browser: &mut Browser, name: &str) -> bool {
 
 #[test]
 fn the_panel_is_shown_where_it_is_wanted_and_keys_and_fingers_are_the_pages_else() {
-    let elements = "<strand-view id=view src=scene.toml></strand-view><button id=next>Next</button>\
+    let elements = "<strand-view id=view src=scene.toml style='width: 690px; height: 400px'></strand-view>\
+         <button id=next>Next</button>\
          <div style='height: 3000px'></div>";
     let (_, address) = site(&plain(elements));
     let mut browser = Browser::start(WITHOUT_WEBGPU, [700, 460]);
@@ -337,7 +338,10 @@ fn the_panel_is_shown_where_it_is_wanted_and_keys_and_fingers_are_the_pages_else
     browser.go(&address);
     browser.wait_for("globalThis.told?.some((event) => event[1] === 'done')");
     assert!(has_control(&mut browser, "View"));
-    assert!(!has_control(&mut browser, "Help"), "there is a bar");
+    assert!(!has_control(&mut browser, "IOR slider"), "there is a panel");
+    let line = "strandview_log.findLast((line) => line.includes('\"places\"'))";
+    let place = browser.evaluate(&format!("JSON.parse({line}).places.View"));
+    assert_eq!(place, serde_json::json!([0.0, 0.0, 690.0, 400.0]));
     assert_eq!(
         browser.evaluate("document.activeElement === document.body"),
         true
@@ -379,10 +383,8 @@ fn the_panel_is_shown_where_it_is_wanted_and_keys_and_fingers_are_the_pages_else
     ]);
     browser.wait_for(&format!("{distance} < 0.8 * {far}"));
 
-    browser
-        .evaluate("view.style.width = '690px', view.style.height = '400px', view.panel = true, 0");
+    browser.evaluate("view.panel = true, 0");
     browser.wait_until("a panel", |browser| has_control(browser, "IOR slider"));
-    assert!(has_control(&mut browser, "Help"));
     browser.evaluate("view.removeAttribute('panel'), 0");
     browser.wait_until("no panel", |browser| !has_control(browser, "IOR slider"));
     assert_eq!(browser.console, Vec::<String>::new());

@@ -46,6 +46,18 @@ pub fn split(mut raw: RawInput) -> Vec<RawInput> {
     whole
 }
 
+/// Has all fingers on one screen: winit names a device for each in a page, and the interface sees
+/// two fingers together on one device only.
+#[cfg(target_arch = "wasm32")]
+pub fn on_one_screen(mut raw: RawInput) -> RawInput {
+    for event in &mut raw.events {
+        if let Event::Touch { device_id, .. } = event {
+            *device_id = egui::TouchDeviceId(0);
+        }
+    }
+    raw
+}
+
 #[cfg(test)]
 mod tests {
     use egui::{Key, Modifiers, PointerButton, pos2};

@@ -270,7 +270,10 @@ impl Workspace {
         let progress = self.progress;
         let mut is_busy = false;
         let mut output: Option<egui::FullOutput> = None;
-        for raw in split(self.input.take_egui_input(&self.window)) {
+        let raw = self.input.take_egui_input(&self.window);
+        #[cfg(target_arch = "wasm32")]
+        let raw = super::input::on_one_screen(raw);
+        for raw in split(raw) {
             let (next, is_moving) = self.lay_out(raw);
             is_busy |= is_moving;
             match &mut output {
