@@ -341,7 +341,7 @@ fn the_panel_is_shown_where_it_is_wanted_and_keys_and_fingers_are_the_pages_else
     assert!(!has_control(&mut browser, "IOR slider"), "there is a panel");
     let line = "strandview_log.findLast((line) => line.includes('\"places\"'))";
     let place = browser.evaluate(&format!("JSON.parse({line}).places.View"));
-    assert_eq!(place, serde_json::json!([0.0, 0.0, 690.0, 400.0]));
+    assert_eq!(place, serde_json::json!([0, 0, 690, 400]));
     assert_eq!(
         browser.evaluate("document.activeElement === document.body"),
         true

@@ -255,8 +255,8 @@ fn a_picture_is_written_in_the_size_and_format_that_were_asked_for() {
     assert!(start.starts_with(b"\x76\x2f\x31\x01"));
     // The same in layers.
     view.asked("picture", |view| view.key("shift+p"));
-    view.click(view.middle("OpenEXR format"));
-    view.after("places", |view| view.click(view.middle("Layers")));
+    view.until_drawn("Layers", |view| view.click(view.middle("OpenEXR format")));
+    view.until_drawn("Layers", |view| view.click(view.middle("Layers")));
     let layers = scene.folder.path().join("layers.exr");
     view.type_path(&layers);
     view.wait_for_next("picture", 2);
