@@ -37,30 +37,22 @@ impl Radiance {
         }
     }
 
-    /// Gives a place what lies at share `t` of the way between two others.
-    pub fn mix(&mut self, place: usize, ends: [usize; 2], t: f32) {
-        mix(&mut self.at, place, ends, t);
+    /// Gives a place what lies between two others.
+    pub fn mix(&mut self, place: usize, between: &Between) {
+        mix(&mut self.at, place, between);
         if !self.along.is_empty() {
-            mix(&mut self.along, place, ends, t);
+            mix(&mut self.along, place, between);
         }
     }
 
-    /// The same, and as much brighter or darker than the ends as `before` was: shadows stay where they were.
-    pub fn mix_as(&mut self, place: usize, ends: [usize; 2], t: f32, before: &RadianceBefore) {
-        self.mix(place, ends, t);
-        contrast(
-            &mut self.at,
-            &before.radiance.at,
-            (place, ends, t),
-            before.least[0],
-        );
+    /// Gives a place what it was `before`, as much brighter or darker as the places about it have become:
+    /// shadows stay where they were.
+    pub fn mix_as(&mut self, place: usize, between: &Between, before: &RadianceBefore) {
+        let [at, along] = before.least;
+        let before = &before.radiance;
+        change(&mut self.at, &before.at, (place, between), at);
         if !self.along.is_empty() {
-            contrast(
-                &mut self.along,
-                &before.radiance.along,
-                (place, ends, t),
-                before.least[1],
-            );
+            change(&mut self.along, &before.along, (place, between), along);
         }
     }
 
@@ -114,36 +106,80 @@ impl RadianceBefore {
     }
 }
 
-/// What lies at share `t` of the way from `a` to `b`.
-#[inline(always)]
-fn between(a: f32, b: f32, t: f32) -> f32 {
-    a + (b - a) * t
+/// Where a place lies among others of its strand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Between {
+    /// The nearest ones before and after it.
+    pub ends: [usize; 2],
+    /// The next ones beyond these; an end itself where there is none.
+    pub beyond: [usize; 2],
+    /// How far it lies from the one end to the other, 0..1; outside where there is none on the other side.
+    pub t: f32,
+}
+
+impl Between {
+    /// Weights of what is before, both ends, and after in a cubic through the ends, whose slopes there are those
+    /// between the places on either side; in a line outside.
+    fn weights(&self) -> [f32; 4] {
+        let Between { ends, beyond, t } = *self;
+        let [a, b] = ends.map(|place| place as f32);
+        let [before, after] = beyond.map(|place| place as f32);
+        let way = b - a;
+        if way <= 0.0 {
+            return [0.0, 1.0, 0.0, 0.0];
+        }
+        if !(0.0..=1.0).contains(&t) {
+            return [0.0, 1.0 - t, t, 0.0];
+        }
+        let (rest, rest_of_t) = (1.0 - t, t * (1.0 - t));
+        let [from_a, from_b] = [rest_of_t * rest, -rest_of_t * t];
+        let [slope_a, slope_b] = [way / (b - before), way / (after - a)];
+        let of_b = t * t * (3.0 - 2.0 * t);
+        [
+            -from_a * slope_a,
+            1.0 - of_b - from_b * slope_b,
+            of_b + from_a * slope_a,
+            from_b * slope_b,
+        ]
+    }
 }
 
 /// Interpolates a place.
 #[inline(always)]
-fn mix<T: Numbers>(values: &mut [T], place: usize, [a, b]: [usize; 2], t: f32) {
-    let (a, b) = (values[a], values[b]);
+fn mix<T: Numbers>(values: &mut [T], place: usize, Between { ends, t, .. }: &Between) {
+    let ([a, b], t) = (ends.map(|end| values[end]), t.clamp(0.0, 1.0));
     let ends = a.numbers().iter().zip(b.numbers());
     for (value, (a, b)) in values[place].numbers_mut().iter_mut().zip(ends) {
-        *value = between(*a, *b, t);
+        *value = a + (b - a) * t;
     }
 }
 
-/// Multiplies an interpolated place by what it was over what was interpolated there.
+/// Multiplies what a place had `before` by the interpolated factor by which those about it changed. Of radiance
+/// up to `least` there is no telling.
 #[inline(always)]
-fn contrast<T: Numbers>(
+fn change<T: Numbers>(
     values: &mut [T],
     before: &[T],
-    (place, [a, b], t): (usize, [usize; 2], f32),
+    (place, between): (usize, &Between),
     least: f32,
 ) {
-    const MOST: f32 = 8.0;
-    let (was, a, b) = (before[place], before[a], before[b]);
-    let ends = a.numbers().iter().zip(b.numbers());
-    let was = was.numbers().iter().zip(ends);
-    for (value, (was, (a, b))) in values[place].numbers_mut().iter_mut().zip(was) {
-        *value *= ((was + least) / (between(*a, *b, t) + least)).min(MOST);
+    let weights = between.weights();
+    let Between { ends, beyond, .. } = between;
+    let about = [beyond[0], ends[0], ends[1], beyond[1]];
+    let (was, is) = (about.map(|at| before[at]), about.map(|at| values[at]));
+    for (ix, value) in values[place].numbers_mut().iter_mut().enumerate() {
+        let factor_of =
+            |at: usize| (is[at].numbers()[ix] + least) / (was[at].numbers()[ix] + least);
+        let factors = [0, 1, 2, 3].map(factor_of);
+        let [_, a, b, _] = factors;
+        let factor: f32 = weights
+            .iter()
+            .zip(factors)
+            .map(|(w, factor)| w * factor)
+            .sum();
+        // A cubic swings beyond its ends.
+        let factor = factor.clamp(0.5 * a.min(b), 2.0 * a.max(b));
+        *value = ((before[place].numbers()[ix] + least) * factor - least).max(0.0);
     }
 }
 
@@ -168,5 +204,56 @@ impl Numbers for Along {
     }
     fn numbers_mut(&mut self) -> &mut [f32] {
         self.as_flattened_mut()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Places 1, 4, 6 and 9 on a strand.
+    fn at(place: usize) -> Between {
+        let (ends, beyond) = ([4, 6], [1, 9]);
+        let t = (place as f32 - 4.0) / 2.0;
+        Between { ends, beyond, t }
+    }
+
+    #[test]
+    fn weights_are_exact_on_lines_and_go_through_the_ends() {
+        for place in [4, 5, 6, 7] {
+            let weights = at(place).weights();
+            let values = [1.0, 4.0, 6.0, 9.0];
+            let found: f32 = weights.iter().zip(values).map(|(w, x)| w * x).sum();
+            assert!((found - place as f32).abs() < 1e-5, "{place}: {found}");
+        }
+        assert_eq!(at(4).weights(), [0.0, 1.0, 0.0, 0.0]);
+        let alone = Between {
+            ends: [3, 3],
+            beyond: [3, 3],
+            t: 2.0,
+        };
+        assert_eq!(alone.weights(), [0.0, 1.0, 0.0, 0.0]);
+    }
+
+    /// Radiance with a shadow at place 5 that doubles towards one end, cubically.
+    #[test]
+    fn shadows_stay_where_they_were() {
+        let shadow = |place: usize| if place == 5 { 0.25 } else { 1.0 };
+        let factor = |place: usize| 1.0 + (place as f32 / 9.0).powi(2);
+        let mut before = Radiance::black(10, false);
+        let mut now = before.clone();
+        for place in 0..10 {
+            before.at[place] = [100.0 * shadow(place); 4];
+            if [1, 4, 6, 9].contains(&place) {
+                now.at[place] = [before.at[place][0] * factor(place); 4];
+            }
+        }
+        now.mix_as(5, &at(5), &RadianceBefore::new(before));
+        let expected = 25.0 * factor(5);
+        assert!(
+            (now.at[5][0] / expected - 1.0).abs() < 0.01,
+            "{} {expected}",
+            now.at[5][0]
+        );
     }
 }

@@ -3,7 +3,7 @@
 use strandlight_scene::strands::Strands;
 
 use super::list::VisibilityList;
-use super::radiance::{Radiance, RadianceBefore};
+use super::radiance::{Between, Radiance, RadianceBefore};
 
 /// Share of all weight that the points which are shaded first have.
 const FIRST_SHARE: f64 = 0.99;
@@ -90,19 +90,12 @@ impl VisiblePoints {
         let between = between(&is_done, &self.is_joined);
         for &place in &self.order[n_done..] {
             let place = place as usize;
-            let Between { ends, t } = between[place];
             match before {
-                Some(before) => radiance.mix_as(place, ends, t, before),
-                None => radiance.mix(place, ends, t),
+                Some(before) => radiance.mix_as(place, &between[place], before),
+                None => radiance.mix(place, &between[place]),
             }
         }
     }
-}
-
-/// Two places that are done, and how far a place lies from the one to the other, 0..1.
-struct Between {
-    ends: [usize; 2],
-    t: f32,
 }
 
 /// By place: is it one of those in three? They are the middles of neighbours along a strand, and ends that no
@@ -143,19 +136,34 @@ fn between(is_done: &[bool], is_joined: &[bool]) -> Vec<Between> {
             false => None,
         };
     }
+    // The next done one on the same strand, away from `place`.
+    let beyond_before = |place: usize| match place {
+        1.. if is_joined[place - 1] => before[place - 1],
+        _ => None,
+    };
+    let beyond_after = |place: usize| match is_joined[place] {
+        true => after.get(place + 1).copied().flatten(),
+        false => None,
+    };
     let mut last = is_done.iter().position(|is_done| *is_done).unwrap_or(0);
-    before
-        .into_iter()
-        .zip(after)
-        .enumerate()
-        .map(|(place, about)| {
-            let (a, b, t) = match about {
-                (Some(a), Some(b)) if a < b => (a, b, (place - a) as f32 / (b - a) as f32),
-                (Some(a), _) | (None, Some(a)) => (a, a, 0.0),
-                (None, None) => (last, last, 0.0),
+    (0..n)
+        .map(|place| {
+            let ends = match (before[place], after[place]) {
+                (Some(a), Some(b)) if a < b => [a, b],
+                // Done itself.
+                (Some(a), Some(_)) => [a, a],
+                // Beyond the last one, or before the first.
+                (Some(a), None) => [beyond_before(a).unwrap_or(a), a],
+                (None, Some(b)) => [b, beyond_after(b).unwrap_or(b)],
+                (None, None) => [last, last],
             };
+            let [a, b] = ends;
             last = b;
-            Between { ends: [a, b], t }
+            Between {
+                ends,
+                beyond: [beyond_before(a).unwrap_or(a), beyond_after(b).unwrap_or(b)],
+                t: (place as f32 - a as f32) / (b - a).max(1) as f32,
+            }
         })
         .collect()
 }
