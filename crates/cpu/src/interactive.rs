@@ -21,6 +21,7 @@ use strandlight_scene::{
 };
 
 use super::CpuRenderer;
+use super::fade::Fade;
 
 /// What a screen shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +42,8 @@ pub struct InteractiveRenderer {
     /// Of the pictures to come; a side of zero: none is drawn.
     size: [u32; 2],
     pixels: Vec<[u8; 4]>,
+    /// What `pixels` becomes, where a refinement would be seen to jump.
+    fade: Option<Fade>,
     /// Of `pixels`.
     shown: [u32; 2],
     version: u64,
@@ -48,6 +51,8 @@ pub struct InteractiveRenderer {
     frame_version: u64,
     /// Is there a picture of the view and size as last set?
     is_shown: bool,
+    /// Is what is shown of the scene as it was last set, so that what follows refines it?
+    is_current: bool,
     /// Is it lit as the scene was last set?
     is_shaded: bool,
     /// And nothing left to do?
@@ -68,10 +73,12 @@ impl InteractiveRenderer {
             size: scene.size,
             renderer: CpuRenderer::new(scene),
             pixels: Vec::new(),
+            fade: None,
             shown: [0, 0],
             version: 0,
             frame_version: 0,
             is_shown: false,
+            is_current: false,
             is_shaded: false,
             is_done: false,
             report,
@@ -95,6 +102,12 @@ impl InteractiveRenderer {
             (self.is_shaded, self.is_done) = (true, true);
             return Ok(self.progress());
         }
+        if self.fade.as_mut().is_some_and(|fade| {
+            self.version += 1;
+            fade.advance(&mut self.pixels)
+        }) {
+            self.fade = None;
+        }
         let advance = self.renderer.advance(self.size, Deadline::after(budget));
         if (advance.version != self.frame_version || !self.is_shown)
             && let Some(picture) = self.renderer.shown(self.size)
@@ -103,8 +116,8 @@ impl InteractiveRenderer {
             let stats = self.renderer.take_stats();
             self.show(&picture, stats);
         }
-        self.is_shaded = advance.is_complete;
-        self.is_done = advance.is_done;
+        self.is_shaded = advance.is_complete && self.fade.is_none();
+        self.is_done = advance.is_done && self.fade.is_none();
         Ok(self.progress())
     }
 
@@ -158,6 +171,7 @@ impl InteractiveRenderer {
         if self.is_done {
             self.report.stages.clear();
         }
+        (self.fade, self.is_current) = (None, false);
         (self.is_shaded, self.is_done) = (false, false);
     }
 
@@ -171,10 +185,26 @@ impl InteractiveRenderer {
     fn show(&mut self, picture: &Picture, stats: Stats) {
         let scene = self.renderer.scene();
         let grade = (scene.exposure.exp2(), &scene.display);
-        let ((), seconds) = timed(|| levels(picture, grade, &mut self.pixels));
-        self.shown = [picture.width, picture.height];
+        let size = [picture.width, picture.height];
+        let is_refined = self.is_current && self.shown == size;
+        let (pixels, seconds) = timed(|| {
+            let mut pixels = Vec::new();
+            levels(picture, grade, &mut pixels);
+            pixels
+        });
+        self.fade = None;
+        let fade = match is_refined {
+            true => Fade::new(&self.pixels, pixels),
+            false => Err(pixels),
+        };
+        match fade {
+            Ok(fade) => self.fade = Some(fade),
+            Err(pixels) => self.pixels = pixels,
+        }
+        self.shown = size;
         self.version += 1;
         self.is_shown = !self.renderer.has_waiting_view();
+        self.is_current = !self.renderer.has_waiting();
         let report = &mut self.report;
         for stage in &stats.stages {
             report.ran(stage.name);

@@ -33,6 +33,7 @@ mod along_segments;
 mod arriving;
 mod composite;
 mod data_layers;
+mod fade;
 mod frame;
 mod interactive;
 mod list;

@@ -99,6 +99,11 @@ impl CpuRenderer {
         self.waiting.contains(&Edit::View)
     }
 
+    /// Does any edit wait for the picture before it?
+    pub(super) fn has_waiting(&self) -> bool {
+        !self.waiting.is_empty()
+    }
+
     /// Takes up the edits that waited.
     fn take_edits(&mut self) {
         if !self.waiting.is_empty() {

@@ -14,6 +14,7 @@ mod motion;
 mod multiple_scattering;
 mod packages;
 mod public_api;
+mod refinements;
 mod shaders_constants;
 mod shaders_names;
 mod shaders_tables;
