@@ -25,6 +25,7 @@ use parts::{Painted, Quality, Shaded};
 use shading::needs_tables;
 pub(super) use stage::Edit;
 use stage::Stage;
+use stages::can_be_everywhere;
 pub(super) use state::Frame;
 use state::Picturing;
 
@@ -39,7 +40,11 @@ impl Frame {
 
     /// Forgets what `edit` makes stale.
     pub fn edited(&mut self, edit: Edit) {
-        let are_kept = edit == Edit::View && self.has_maps_of_any_view();
+        // Maps of this view, and those under way that will serve any.
+        let are_kept =
+            edit == Edit::View && (self.unblocked.as_ref()).is_some_and(Unblocked::is_everywhere);
+        let is_cast_on = edit == Edit::View
+            && (self.casting.as_ref()).is_some_and(|casting| casting.found().is_everywhere());
         if edit == Edit::View {
             self.keep_for_next_view(are_kept);
         } else if Stage::ShadowMaps.inputs().contains(&edit) {
@@ -75,9 +80,12 @@ impl Frame {
         }
         for stage in Stage::ALL {
             let is_stale = stage.inputs().contains(&edit);
-            if is_stale && !(are_kept && stage == Stage::ShadowMaps) {
-                self.forget(stage);
+            if !is_stale || are_kept && stage == Stage::ShadowMaps {
+                continue;
             }
+            let casting = self.casting.take_if(|_| is_cast_on);
+            self.forget(stage);
+            self.casting = casting.or(self.casting.take());
         }
         if matches!(
             edit,
@@ -100,16 +108,6 @@ impl Frame {
             self.needs_tables = None;
         }
         self.was_turned |= edit == Edit::View && self.is_drawn;
-    }
-
-    /// Are the maps, or those under way, looked up at all points?
-    fn has_maps_of_any_view(&self) -> bool {
-        let maps = match (&self.unblocked, &self.casting) {
-            (Some(unblocked), _) => Some(unblocked),
-            (None, Some(casting)) => Some(casting.found()),
-            (None, None) => None,
-        };
-        maps.is_some_and(Unblocked::is_everywhere)
     }
 
     /// Keeps what the next view can use, shadow maps too if they `are_kept`.
@@ -287,6 +285,26 @@ impl Frame {
             Some(Stage::MultipleTables)
         } else if self.quality() != Some(Quality::Whole) {
             Some(Stage::Shade)
+        } else {
+            self.to_be_extended(picturing)
+        }
+    }
+
+    /// The maps that are there at the points that this view shows, and are not yet at all points for other views
+    /// to come.
+    fn to_be_extended(&self, picturing: &Picturing) -> Option<Stage> {
+        let (lights, of_lights, through) = (
+            self.lights.as_ref()?,
+            self.unblocked.as_ref()?,
+            self.through.as_ref()?,
+        );
+        let n_points = picturing.scene.strands.points.len();
+        if !picturing.has_drafts || !can_be_everywhere(&lights.plan, n_points) {
+            None
+        } else if !of_lights.is_everywhere() {
+            Some(Stage::ShadowMaps)
+        } else if !through.maps.is_everywhere() {
+            Some(Stage::ThroughMaps)
         } else {
             None
         }

@@ -116,6 +116,11 @@ impl InteractiveRenderer {
             let stats = self.renderer.take_stats();
             self.show(&picture, stats);
         }
+        if advance.is_done {
+            // Of maps for other views to come.
+            let stats = self.renderer.take_stats();
+            self.note(&stats);
+        }
         self.is_shaded = advance.is_complete && self.fade.is_none();
         self.is_done = advance.is_done && self.fade.is_none();
         Ok(self.progress())
@@ -181,6 +186,14 @@ impl InteractiveRenderer {
         self.is_shown = false;
     }
 
+    /// Notes what stages took.
+    fn note(&mut self, stats: &Stats) {
+        for stage in &stats.stages {
+            self.report.ran(stage.name);
+            self.report.took(stage.name, 1e-3 * stage.milliseconds);
+        }
+    }
+
     /// Takes up a picture, and what it took.
     fn show(&mut self, picture: &Picture, stats: Stats) {
         let scene = self.renderer.scene();
@@ -205,11 +218,8 @@ impl InteractiveRenderer {
         self.version += 1;
         self.is_shown = !self.renderer.has_waiting_view();
         self.is_current = !self.renderer.has_waiting();
+        self.note(&stats);
         let report = &mut self.report;
-        for stage in &stats.stages {
-            report.ran(stage.name);
-            report.took(stage.name, 1e-3 * stage.milliseconds);
-        }
         report.ran("display");
         report.took("display", seconds);
         let is_lit = stats.stages.iter().any(|stage| stage.name == "shade");

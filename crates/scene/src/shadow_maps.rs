@@ -28,8 +28,9 @@ use crate::strands::Strands;
 use crate::volume::{self, shifted_lobe_directions};
 
 /// Texels along a map's side. Texels are wider than fibres, which cover as many texels as they
-/// should in the mean; four times as many change the error by nothing.
-pub const SHADOW_SIDE: u32 = 1024;
+/// should in the mean; twice as many texels along a side change the error of single scattering from 7.9, 5.6, 6.8, 10.3 %
+/// to 8.3, 5.6, 6.6, 10.1 % in four scenes, and cost half as much again.
+pub const SHADOW_SIDE: u32 = 512;
 
 /// Texels along a side for lights narrower than 0.05, whose shadows are sharp: on a head
 /// of hair 30 cm wide a texel is as wide as a fibre.

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use strandlight_cpu::{CpuRenderer, InteractiveRenderer};
 use strandlight_formats::{
-    Background, CameraSection, MotionSection, ProxySection, SrbfLight, WindSection,
+    Background, CameraSection, MotionSection, ProxySection, Scene, SrbfLight, WindSection,
 };
 use strandlight_runtime::script::Script;
 use strandlight_runtime::{Display, InteractiveBackend, Session, Viewer};
-use strandlight_scene::Backend;
+use strandlight_scene::{Backend, PreparedScene};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 
 const SIZE: [u32; 2] = [24, 16];
@@ -294,6 +294,59 @@ fn other_colors_of_the_lights_show_at_once() {
         let most = levels.map(|(a, b)| a.abs_diff(*b)).max();
         assert!(most <= Some(2), "{keys}: {most:?}");
         before = last;
+    }
+}
+
+/// Maps are looked up for the view that is shown first. Then they are at all points, so that other views find them
+/// ready; one that comes while they are under way waits for them, and is right.
+#[test]
+fn shadow_maps_serve_other_views_after_the_first_picture() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.1);
+        scene.render.size = SIZE;
+    });
+    let mut scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    // Half of the hair is out of view.
+    scene.camera.eye = scene.camera.eye.lerp(scene.camera.target, 0.7);
+    let fresh = |scene: &PreparedScene| {
+        let mut live = InteractiveRenderer::new(scene.clone());
+        while !live.advance(Duration::ZERO).expect("a step").is_done {}
+        live.display().pixels.to_vec()
+    };
+    let mut other = scene.clone();
+    other.camera.eye.x -= 2.0;
+    other.camera.target.x -= 2.0;
+    // How many steps there are until the first complete picture, and until all is done.
+    let mut live = InteractiveRenderer::new(scene.clone());
+    let mut steps = [0, 0];
+    loop {
+        let progress = live.advance(Duration::ZERO).expect("a step");
+        steps[0] += usize::from(!progress.is_shaded);
+        steps[1] += 1;
+        if progress.is_done {
+            break;
+        }
+    }
+    assert!(steps[1] > steps[0] + 3, "{steps:?}");
+    assert!(live.display().pixels == fresh(&scene));
+    live.set_camera(other.camera);
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    assert!(live.display().pixels == fresh(&other));
+    let has_run = |name| live.report().stage(name).is_some();
+    assert!(has_run("through maps") && !has_run("shadow maps"));
+    for n in steps[0]..steps[1] {
+        let mut live = InteractiveRenderer::new(scene.clone());
+        for _ in 0..n {
+            live.advance(Duration::ZERO).expect("a step");
+        }
+        live.set_camera(other.camera);
+        while !live.advance(Duration::ZERO).expect("a step").is_done {}
+        assert!(
+            live.display().pixels == fresh(&other),
+            "after {n} of {steps:?} steps"
+        );
     }
 }
 

@@ -46,8 +46,8 @@ pub(super) enum Stage {
     Transmittance,
     /// What each pixel shows.
     List,
-    /// Unblocked shares of the lights. They are found at visible points; from the second view on, and
-    /// where there are drafts, at all, and then serve any.
+    /// Unblocked shares of the lights. They are found at visible points; from the second view on, or where there are
+    /// drafts once the picture is complete, at all, and then serve any.
     ShadowMaps,
     /// The share of the light through to the eye.
     ThroughMaps,

@@ -5,6 +5,7 @@ use strandlight_scattering::multiple_tables::{Job, MultipleTables};
 use strandlight_scene::PreparedScene;
 use strandlight_scene::progress::timed;
 use strandlight_scene::scene::LightRecord;
+use strandlight_scene::shadow_maps::ShadowPlan;
 use strandlight_scene::volume::Grid;
 
 use super::super::list::Listing;
@@ -23,6 +24,11 @@ const MAX_SHARE_BYTES: usize = 256 << 20;
 
 /// What arrives of each light at the proxies is kept if it has at most this many bytes.
 const MAX_PROXY_BYTES: usize = 64 << 20;
+
+/// Are answers of the maps of `plan` at all points few enough to be kept, so that they serve any view?
+pub(super) fn can_be_everywhere(plan: &ShadowPlan, n_points: usize) -> bool {
+    plan.n_slots > 0 && Unblocked::bytes_of(plan.n_maps(), n_points) <= MAX_SHARE_BYTES
+}
 
 impl Frame {
     pub(super) fn voxelise(&mut self, scene: &PreparedScene) {
@@ -85,13 +91,16 @@ impl Frame {
         };
         let strands = &picturing.scene.strands;
         let plan = &lights.plan;
+        let is_extended = self.unblocked.is_some();
         let mut casting = self.casting.take();
         let (is_done, seconds) = timed(|| {
             let casting = casting.get_or_insert_with(|| {
-                let bytes = Unblocked::bytes_of(plan.n_maps(), strands.points.len());
-                // Where there are drafts, other views are to come.
-                let is_turned = self.was_turned || picturing.has_drafts;
-                let is_everywhere = is_turned && bytes <= MAX_SHARE_BYTES;
+                // Where there are drafts, other views are to come, but this one's picture first.
+                let is_wanted = match picturing.has_drafts {
+                    true => is_extended,
+                    false => self.was_turned,
+                };
+                let is_everywhere = is_wanted && can_be_everywhere(plan, strands.points.len());
                 let visible = (!is_everywhere).then_some(&visible.points[..]);
                 Casting::new(plan.views.clone(), strands, visible)
             });
@@ -104,7 +113,8 @@ impl Frame {
                 bytes = unblocked.bytes();
                 self.stats.texels_visited += unblocked.n_texels;
                 self.unblocked = Some(unblocked);
-                self.has_shares = false;
+                // Those at more points are the same at these.
+                self.has_shares &= is_extended;
             }
             unfinished => self.casting = unfinished,
         }
@@ -115,16 +125,13 @@ impl Frame {
         let (Some(lights), Some((_, visible))) = (&self.lights, &self.list) else {
             return;
         };
-        let is_everywhere = self
-            .unblocked
-            .as_ref()
-            .is_some_and(Unblocked::is_everywhere);
+        let is_extended = self.through.is_some();
         let mut casting = self.through_casting.take();
         let (is_done, seconds) = timed(|| {
             let casting = casting.get_or_insert_with(|| {
                 let views = lights.plan.through(picturing.view.forward);
-                // At all points they serve the drafts of other views.
-                let visible = (!is_everywhere).then_some(&visible.points[..]);
+                // At all points they serve the drafts of other views, after this one's picture.
+                let visible = (!is_extended).then_some(&visible.points[..]);
                 Casting::new(views, &picturing.scene.strands, visible)
             });
             casting.step(&picturing.beside)
@@ -136,9 +143,11 @@ impl Frame {
                 bytes = maps.bytes();
                 self.stats.texels_visited += maps.n_texels;
                 let forward = picturing.view.forward;
+                self.has_shares &= is_extended;
+                if maps.is_everywhere() {
+                    self.through_before = None;
+                }
                 self.through = Some(Through { maps, forward });
-                self.through_before = None;
-                self.has_shares = false;
             }
             unfinished => self.through_casting = unfinished,
         }

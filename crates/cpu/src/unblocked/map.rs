@@ -12,7 +12,7 @@ use super::super::shadow_map::{CLEAR_RADII, HEIGHT_UNITS, NAME_BITS, OWN_POINTS,
 use super::strips::{Seen, Strip, Strips};
 
 /// Side of the blocks of a map that are known to be looked up or not, texels.
-const BLOCK: i32 = 16;
+const BLOCK: i32 = 8;
 
 /// A map at work.
 #[derive(Default)]
@@ -231,6 +231,7 @@ fn cast<S: Simd>(
                 at, wanted, map, ..
             } = work;
             let mut n_texels = 0;
+            let mut batch = Batch::default();
             for strip in strips {
                 for segment in (0..strip.n_segments).step_by(LANES) {
                     let from = (strip.at + segment) as usize;
@@ -240,14 +241,99 @@ fn cast<S: Simd>(
                         let blocks = [0, 1, 2, 3].map(|ix: usize| segments.blocks[ix][lane]);
                         if wanted.is_above(blocks, segments.highest[lane]) {
                             let name = name_of(strip.first + segment + lane as u32);
-                            n_texels += cast_segment(simd, view, &segments, lane, name, map);
+                            batch.push(&segments, lane, name);
+                            if batch.n == LANES {
+                                n_texels += batch.draw(simd, view, map);
+                            }
                         }
                     }
                 }
             }
-            n_texels
+            n_texels + batch.draw(simd, view, map)
         },
     )
+}
+
+/// Segments that are drawn at once, a lane each: those of hair are about as long.
+#[derive(Default)]
+struct Batch {
+    n: usize,
+    /// As in [`Segments`].
+    along: [f32; LANES],
+    across: [f32; LANES],
+    rise: [f32; LANES],
+    climb: [f32; LANES],
+    height: [f32; LANES],
+    half_width: [f32; LANES],
+    first: [i32; LANES],
+    last: [i32; LANES],
+    /// -1 or 0.
+    is_steep: [i32; LANES],
+    name: [i32; LANES],
+}
+
+impl Batch {
+    #[inline(always)]
+    fn push(&mut self, segments: &Segments, lane: usize, name: u32) {
+        let to = self.n;
+        self.along[to] = segments.along[lane];
+        self.across[to] = segments.across[lane];
+        self.rise[to] = segments.rise[lane];
+        self.climb[to] = segments.climb[lane];
+        self.height[to] = segments.height[lane];
+        self.half_width[to] = segments.half_width[lane];
+        self.first[to] = segments.first[lane];
+        self.last[to] = segments.last[lane];
+        self.is_steep[to] = -((segments.is_steep >> lane & 1) as i32);
+        self.name[to] = name as i32;
+        self.n += 1;
+    }
+
+    /// Draws them, a column of each at a time, and empties the batch; answers how many texels they cover.
+    #[inline(always)]
+    fn draw<S: Simd>(&mut self, simd: S, view: &ShadowView, map: &mut Map) -> u64 {
+        for lane in self.n..LANES {
+            self.last[lane] = self.first[lane];
+        }
+        self.n = 0;
+        let columns = self.first.iter().zip(&self.last);
+        let n_columns = columns.map(|(first, last)| last - first).max().unwrap_or(0);
+        let floats = |numbers: [f32; LANES]| f32x8::simd_from(simd, numbers);
+        let (start, across) = (floats(self.along), floats(self.across));
+        let (rise, climb) = (floats(self.rise), floats(self.climb));
+        let (height, half_width) = (floats(self.height), floats(self.half_width));
+        let last = i32x8::simd_from(simd, self.last);
+        let is_steep = i32x8::simd_from(simd, self.is_steep).simd_lt(0);
+        let name = i32x8::simd_from(simd, self.name);
+        let unused = i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]) + map.n_texels();
+        let side = view.side as i32;
+        let mut n_texels = 0;
+        let mut column = i32x8::simd_from(simd, self.first);
+        for _ in 0..n_columns {
+            // As `shadow_map::cast_shadows`.
+            let along = column.to_float::<f32x8<S>>() + 0.5 - start;
+            let y = along * rise + across;
+            let mut row = rows_from(y - half_width, side);
+            let top = rows_from(y + half_width, side);
+            let is_column = column.simd_lt(last);
+            let mut covered = row.simd_lt(top) & is_column;
+            if covered.any_true() {
+                let height = (along * climb + height) * 0.5 / view.reach;
+                let height = (height + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS;
+                let values = height.to_int::<i32x8<S>>() << NAME_BITS | name;
+                // Thin strands cover a row of a column or none.
+                while covered.any_true() {
+                    let (x, y) = (is_steep.select(row, column), is_steep.select(column, row));
+                    map.raise(covered.select(map.indices(x, y), unused), values);
+                    n_texels += u64::from(covered.to_bitmask().count_ones());
+                    row += 1;
+                    covered = row.simd_lt(top) & is_column;
+                }
+            }
+            column += 1;
+        }
+        n_texels
+    }
 }
 
 /// The segments from eight points in a row to the next each.
@@ -320,51 +406,6 @@ fn segments<S: Simd>(
 fn rows_from<S: Simd>(y: f32x8<S>, side: i32) -> i32x8<S> {
     let rows = (y - 0.5).ceil().max(0.0).min(side as f32);
     rows.to_int()
-}
-
-#[inline(always)]
-fn cast_segment<S: Simd>(
-    simd: S,
-    view: &ShadowView,
-    segments: &Segments,
-    lane: usize,
-    name: u32,
-    map: &mut Map,
-) -> u64 {
-    let is_steep = segments.is_steep >> lane & 1 == 1;
-    let (start, half_width) = (segments.along[lane], segments.half_width[lane]);
-    let (last, side) = (segments.last[lane], view.side as i32);
-    let lanes = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-    let columns = i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]);
-    let unused = columns + map.n_texels();
-    let mut n_texels = 0;
-    let mut column = segments.first[lane];
-    while column < last {
-        // As `shadow_map::cast_shadows`, for eight columns.
-        let along = lanes + (column as f32 + 0.5 - start);
-        let y = along * segments.rise[lane] + segments.across[lane];
-        let bottom = rows_from(y - half_width, side);
-        let top = rows_from(y + half_width, side);
-        let at = columns + column;
-        let is_column = at.simd_lt(last);
-        let mut row = bottom;
-        let mut covered = row.simd_lt(top) & is_column;
-        if covered.any_true() {
-            let height = (along * segments.climb[lane] + segments.height[lane]) * 0.5 / view.reach;
-            let height = (height + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS;
-            let values = height.to_int::<i32x8<S>>() << NAME_BITS | name as i32;
-            // Thin strands cover a row of a column or none.
-            while covered.any_true() {
-                let (x, y) = if is_steep { (row, at) } else { (at, row) };
-                map.raise(covered.select(map.indices(x, y), unused), values);
-                n_texels += u64::from(covered.to_bitmask().count_ones());
-                row += 1;
-                covered = row.simd_lt(top) & is_column;
-            }
-        }
-        column += 8;
-    }
-    n_texels
 }
 
 /// Finds the lit ones of [`N_PLACES`] places along the strand about each visible point.
