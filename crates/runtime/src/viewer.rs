@@ -6,6 +6,7 @@
 
 #[cfg(not(target_arch = "wasm32"))]
 mod shown;
+mod varied;
 
 use std::path::Path;
 use std::time::Duration;
@@ -33,6 +34,7 @@ use strandlight_scene::motion::{Motion, Wind};
 use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Picker};
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::{Backend, RenderError, SceneError};
+use varied::VariedPaint;
 
 /// A scene that is open, and drawn.
 pub struct Viewer<B: Backend + ?Sized = dyn InteractiveBackend> {
@@ -53,6 +55,8 @@ pub struct Viewer<B: Backend + ?Sized = dyn InteractiveBackend> {
     changes: Change,
     /// Of the hair where it is now; none until it is asked for.
     picker: Option<Picker>,
+    /// Of strands that vary, once that or the paint changes.
+    varied: Option<VariedPaint>,
     /// The stroke that is being made.
     active_stroke: Option<ActiveStroke>,
     /// Where the picture goes on to ground truth.
@@ -203,6 +207,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             time: 0.0,
             changes: Change::everything(),
             picker: None,
+            varied: None,
             active_stroke: None,
             #[cfg(not(target_arch = "wasm32"))]
             ground_truth: None,
@@ -560,6 +565,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
         if change.inputs().is_all() || change.has(Edits::DIAMETER) && has_motion {
             return self.renew();
         }
+        if change.has(Edits::VARIATION) && self.needs_less_paint() {
+            return self.renew();
+        }
         let scene = self.session.scene();
         let (assets, renderer) = (self.session.assets(), &mut self.renderer);
         if change.has(Edits::HAIR | Edits::MODES) {
@@ -572,12 +580,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
             renderer.set_densities(densities(&scene.hair));
         }
         if change.has(Edits::DIAMETER) {
-            let strands = assets.strands(&scene.hair)?;
+            let strands = assets.strands(scene)?;
             let radii: Vec<f32> = strands.points.iter().map(|point| point[3]).collect();
             renderer.set_radii(&radii)?;
-        }
-        if let (Some(changed), Some(paint)) = (&change.paint, self.session.paint()) {
-            renderer.set_paint(paint, changed.clone())?;
         }
         if change.has(Edits::LIGHTS) {
             renderer.set_lights(assets.turned_lights(&scene.lights))?;
@@ -603,7 +608,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             let display = assets.display(render);
             renderer.set_grade(render.exposure as f32, display, render.background);
         }
-        Ok(())
+        self.show_paint(change)
     }
 
     /// Puts the document on the renderer again.
@@ -617,7 +622,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         scene: PreparedScene,
         put: impl FnOnce(&mut B, PreparedScene) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
-        self.picker = None;
+        (self.picker, self.varied) = (None, None);
         self.framing = (scene.strands.centre, scene.strands.radius);
         put(&mut self.renderer, scene)?;
         self.set_light_colors()?;

@@ -377,6 +377,9 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
         let own_presets = &mut state.presets;
         panel::hair::show(ui, scene, own, own_presets, changes, commands);
     });
+    section(ui, "Variation", false, changes, |ui, changes| {
+        panel::variation::show(ui, scene, changes);
+    });
     section(ui, "Looks", false, changes, |ui, changes| {
         panel::looks::show(ui, &mut state.looks, changes, commands);
     });
