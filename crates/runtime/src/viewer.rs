@@ -4,6 +4,7 @@
 //! of it to recompute, and no more. Windows and pages have an [`InteractiveBackend`], on the GPU or
 //! the CPU; frames of a script can come from any.
 
+mod painting;
 #[cfg(not(target_arch = "wasm32"))]
 mod shown;
 mod varied;

@@ -295,13 +295,10 @@ fn edits_run_only_the_stages_that_they_touch() {
             json!({"camera.position": [1, -3, 12]}),
             &["list", "through maps", "shade"],
         ),
-        (
-            json!({"variation.melanin_strand": 0.3}),
-            &["tables", "shade"],
-        ),
+        (json!({"render.scattering": "single"}), &["tables", "shade"]),
+        (json!({"variation.melanin_strand": 0.3}), &["shade"]),
         (json!({"variation.melanin_strand": 0.4}), &["shade"]),
         (json!({"variation.seed": 1}), &["shade"]),
-        (json!({"render.scattering": "single"}), &["tables", "shade"]),
     ] {
         assert_eq!(stages(&mut viewer, keys.clone()), expected, "{keys}");
     }
