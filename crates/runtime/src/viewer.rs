@@ -30,9 +30,8 @@ use strandlight_render::gpu::Context;
 use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
 use strandlight_scene::interactive::{Progress, RenderReport};
-use strandlight_scene::material::check_paintable;
 use strandlight_scene::motion::{Motion, Wind};
-use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Picker};
+use strandlight_scene::paint::{ActiveStroke, Picker};
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::{Backend, RenderError, SceneError};
 use varied::VariedPaint;
@@ -362,75 +361,6 @@ impl<B: Backend + ?Sized> Viewer<B> {
             .picker
             .get_or_insert_with(|| Picker::new(&scene.strands));
         picker.pick(&scene.camera, size, cursor)
-    }
-
-    /// A brush goes down. A stroke that was being made ends.
-    ///
-    /// # Errors
-    /// The first value of the brush outside its range; whatever the device refuses.
-    pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
-        self.release()?;
-        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
-        self.active_stroke = Some(ActiveStroke::new(brush).map_err(SceneError::from)?);
-        Ok(())
-    }
-
-    /// The brush is dragged to `cursor`, px from the upper left corner of the picture; what it
-    /// paints is seen at once. Without a brush down nothing happens.
-    ///
-    /// # Errors
-    /// Whatever the device refuses.
-    pub fn drag(&mut self, cursor: [f32; 2]) -> Result<(), RenderError> {
-        let Some(mut active_stroke) = self.active_stroke.take() else {
-            return Ok(());
-        };
-        let size = self.size();
-        let scene = self.renderer.scene();
-        let picker = self
-            .picker
-            .get_or_insert_with(|| Picker::new(&scene.strands));
-        let paint = self.session.paint_mut();
-        let changed = active_stroke.drag(picker, paint, &scene.camera, size, cursor);
-        self.active_stroke = Some(active_stroke);
-        match changed {
-            Some(range) => self.show(&Change::painted(range)),
-            None => Ok(()),
-        }
-    }
-
-    /// The brush goes up: its stroke is one step to undo.
-    ///
-    /// # Errors
-    /// Whatever the device refuses.
-    pub fn release(&mut self) -> Result<Change, RenderError> {
-        let Some(active_stroke) = self.active_stroke.take() else {
-            return Ok(Change::default());
-        };
-        let stroke = active_stroke.finish(self.session.paint_mut());
-        let change = self.session.stroke(stroke);
-        self.show(&change)?;
-        Ok(change)
-    }
-
-    /// A whole stroke, as a script has it.
-    ///
-    /// # Errors
-    /// The first value of the brush outside its range; whatever the device refuses.
-    pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
-        self.release()?;
-        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
-        let size = self.size();
-        let scene = self.renderer.scene();
-        let picker = self
-            .picker
-            .get_or_insert_with(|| Picker::new(&scene.strands));
-        let paint = self.session.paint_mut();
-        let stroke = picker
-            .stroke(paint, &scene.camera, size, stroke)
-            .map_err(SceneError::from)?;
-        let change = self.session.stroke(stroke);
-        self.show(&change)?;
-        Ok(change)
     }
 
     /// Width and height of the picture: the window's, or the scene's.

@@ -198,6 +198,19 @@ fn edits_of_the_variation_end_as_fresh_scenes() {
         {"set": {"variation": null}}
     ]);
     check(&Session::open(&at).expect("a scene"), script);
+    // Brushes that read the paint lie over the variation as well.
+    let with = |effect: &str| json!({"radius_cm": 1.5, "effect": effect});
+    let script = json!([
+        {"set": {"variation.melanin_strand": 0.5}},
+        {"stroke": {"brush": brush([0.1, 0.9, 2.0]), "path": [[8, 6], [14, 8]]}},
+        {"stroke": {"brush": with("smear"), "path": [[12, 8], [14, 12]]}},
+        {"stroke": {"brush": with("blur"), "path": [[8, 6], [14, 8]]}},
+        {"flood": {"effect": "blur", "radius_cm": 3}},
+        {"flood": {"effect": {"width_scale": 2}, "strength": 0.5, "mask": {"from": 0.5}}},
+        {"undo": 1},
+        {"redo": 1},
+    ]);
+    check(&Session::open(&at).expect("a scene"), script);
     // Without any paint: the painted path goes when the variation does.
     let script = json!([
         {"set": {"variation.roughness_strand": 0.5}},

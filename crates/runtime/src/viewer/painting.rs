@@ -1,13 +1,121 @@
-//! What the renderer is told of paint, and of what lies under it.
+//! Brushes, and what the renderer is told of paint and of what lies under it.
 
-use strandlight_scene::paint::PaintKinds;
-use strandlight_scene::{Backend, RenderError};
+use strandlight_scene::material::check_paintable;
+use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, PaintKinds, Picker};
+use strandlight_scene::{Backend, RenderError, SceneError};
 
 use super::Viewer;
 use super::varied::VariedPaint;
 use crate::session::{Change, Edits};
 
 impl<B: Backend + ?Sized> Viewer<B> {
+    /// A brush goes down. A stroke that was being made ends.
+    ///
+    /// # Errors
+    /// The first value of the brush outside its range; whatever the device refuses.
+    pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
+        self.release()?;
+        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
+        self.active_stroke = Some(ActiveStroke::new(brush).map_err(SceneError::from)?);
+        Ok(())
+    }
+
+    /// The brush is dragged to `cursor`, px from the upper left corner of the picture; what it
+    /// paints is seen at once. Without a brush down nothing happens.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn drag(&mut self, cursor: [f32; 2]) -> Result<(), RenderError> {
+        let Some(mut active_stroke) = self.active_stroke.take() else {
+            return Ok(());
+        };
+        let size = self.size();
+        let scene = self.renderer.scene();
+        let picker = self
+            .picker
+            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let paint = self.session.paint_mut();
+        let changed = active_stroke.drag(picker, paint, &scene.camera, size, cursor);
+        self.active_stroke = Some(active_stroke);
+        match changed {
+            Some(range) => self.show(&Change::painted(range)),
+            None => Ok(()),
+        }
+    }
+
+    /// The brush goes up: its stroke is one step to undo.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn release(&mut self) -> Result<Change, RenderError> {
+        let Some(active_stroke) = self.active_stroke.take() else {
+            return Ok(Change::default());
+        };
+        let stroke = active_stroke.finish(self.session.paint_mut());
+        let change = self.session.stroke(stroke);
+        self.show(&change)?;
+        Ok(change)
+    }
+
+    /// A whole stroke, as a script has it.
+    ///
+    /// # Errors
+    /// The first value of the brush outside its range; whatever the device refuses.
+    pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
+        self.release()?;
+        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
+        let size = self.size();
+        let scene = self.renderer.scene();
+        let picker = self
+            .picker
+            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let paint = self.session.paint_mut();
+        let stroke = picker
+            .stroke(paint, &scene.camera, size, stroke)
+            .map_err(SceneError::from)?;
+        let change = self.session.stroke(stroke);
+        self.show(&change)?;
+        Ok(change)
+    }
+
+    /// A brush over all hair, as one step to undo: see [`Picker::flood`].
+    ///
+    /// # Errors
+    /// As [`Viewer::stroke`].
+    pub fn flood(&mut self, brush: &Brush) -> Result<Change, RenderError> {
+        self.release()?;
+        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
+        let scene = self.renderer.scene();
+        let picker = self
+            .picker
+            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let stroke = picker.flood(self.session.paint_mut(), brush);
+        let change = self.session.stroke(stroke.map_err(SceneError::from)?);
+        self.show(&change)?;
+        Ok(change)
+    }
+
+    /// Presses the brush that is down with a share of its strength, 0..=1, from the next drag on.
+    pub fn set_pressure(&mut self, pressure: f32) {
+        if let Some(stroke) = &mut self.active_stroke {
+            stroke.set_pressure(pressure);
+        }
+    }
+
+    /// Absorption of the hair that is seen at `cursor`, per fibre radius, with its paint and variation; [`None`]
+    /// beside the hair.
+    pub fn pick_sigma_a(&mut self, cursor: [f32; 2]) -> Option<[f64; 3]> {
+        let size = self.size();
+        let scene = self.renderer.scene();
+        let picker = self
+            .picker
+            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let point = picker.pick_point(&scene.camera, size, cursor)?;
+        let hair = scene.hair.hair();
+        let paint = scene.paint().and_then(|paint| paint.get(point));
+        Some(paint.map_or(hair.sigma_a, |paint| paint.on(hair).sigma_a))
+    }
+
     /// Tells the renderer what has changed of the paint or of the fibres under it.
     pub(super) fn show_paint(&mut self, change: &Change) -> Result<(), RenderError> {
         let is_other = change.has(Edits::VARIATION);
