@@ -19,9 +19,9 @@ pub struct Sequence {
     kept: Vec<(usize, Vec<[f32; 3]>)>,
     offsets: Option<Vec<u32>>,
     groom: PathBuf,
-    variation: VariationSection,
+    variation: Box<VariationSection>,
     /// Bends the frames; known with `offsets`.
-    shape: Option<ShapeVariation>,
+    shape: Option<Box<ShapeVariation>>,
 }
 
 impl Sequence {
@@ -34,7 +34,7 @@ impl Sequence {
             kept: Vec::new(),
             offsets: None,
             groom: scene.groom_path(),
-            variation: scene.variation.clone(),
+            variation: Box::new(scene.variation.clone()),
             shape: None,
         }
     }
@@ -92,7 +92,7 @@ impl Sequence {
         let at_key = |error: SceneError| error.at_key(format!("motion.frames[{frame}]"));
         if self.offsets.is_none() {
             let groom = self.files.groom(&self.groom).map_err(at_key)?;
-            self.shape = ShapeVariation::new(&self.variation, &groom);
+            self.shape = ShapeVariation::new(&self.variation, &groom).map(Box::new);
             self.offsets = Some(groom.strand_offsets);
         }
         let path = &self.frames[frame];
