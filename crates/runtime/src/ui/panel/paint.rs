@@ -131,30 +131,9 @@ pub fn show(
         }
     });
     let help = "Effect of the brush on the strands. Paint is saved with the groom.";
-    named(ui, "Brush", help, |ui| {
-        for (what, name, help) in [
-            (What::Dye, "Colour", "Dyes the hair."),
-            (
-                What::Width,
-                "Gloss",
-                "Scales the widths of all lobes; below 1 is glossier.",
-            ),
-            (
-                What::Shift,
-                "Shift",
-                "Scales the shifts of the highlights along the strand.",
-            ),
-            (What::Erase, "Erase", "Removes all paint."),
-            (What::Blur, "Blur", "Evens out the paint under the brush."),
-            (What::Smear, "Smear", "Drags paint along the stroke."),
-        ] {
-            let label = ui.selectable_label(state.what == what, name);
-            changes.place(format!("{name} brush"), &label);
-            if label.on_hover_text(help).clicked() {
-                state.what = what;
-            }
-        }
-    });
+    brushes(ui, "Brush", help, &BRUSHES, state, &mut changes);
+    let help = "Brushes for the paint that is there.";
+    brushes(ui, "Blend", help, &BLENDING, state, &mut changes);
     let scale = f64::from(MIN_SCALE)..=f64::from(MAX_SCALE);
     match state.what {
         What::Dye => {
@@ -213,6 +192,50 @@ pub fn show(
     });
     places.places.append(&mut changes.places);
     places.refused = places.refused.take().or(changes.refused);
+}
+
+type NamedBrush = (What, &'static str, &'static str);
+
+/// What puts something on hair, with what each does.
+const BRUSHES: [NamedBrush; 4] = [
+    (What::Dye, "Colour", "Dyes the hair."),
+    (
+        What::Width,
+        "Gloss",
+        "Scales the widths of all lobes; below 1 is glossier.",
+    ),
+    (
+        What::Shift,
+        "Shift",
+        "Scales the shifts of the highlights along the strand.",
+    ),
+    (What::Erase, "Erase", "Removes all paint."),
+];
+
+/// What spreads what is there.
+const BLENDING: [NamedBrush; 2] = [
+    (What::Blur, "Blur", "Evens out the paint under the brush."),
+    (What::Smear, "Smear", "Drags paint along the stroke."),
+];
+
+/// A row of brushes to choose from.
+fn brushes(
+    ui: &mut Ui,
+    label: &str,
+    help: &str,
+    of: &[NamedBrush],
+    state: &mut PaintState,
+    changes: &mut Changes,
+) {
+    named(ui, label, help, |ui| {
+        for &(what, name, help) in of {
+            let label = ui.selectable_label(state.what == what, name);
+            changes.place(format!("{name} brush"), &label);
+            if label.on_hover_text(help).clicked() {
+                state.what = what;
+            }
+        }
+    });
 }
 
 /// Where the dye's colour may come from.
