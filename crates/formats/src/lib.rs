@@ -90,6 +90,7 @@ mod scene_motion;
 mod scene_place;
 mod scene_proxy;
 mod scene_text;
+mod scene_variation;
 mod sniff;
 mod strand_list;
 mod suggest;
@@ -142,6 +143,7 @@ pub use scene_hair::{HairSection, Melanin};
 pub use scene_lights::{LightAdjust, LightsSection};
 pub use scene_motion::{MotionSection, WindSection};
 pub use scene_proxy::{MAX_PROXIES, ProxySection};
+pub use scene_variation::VariationSection;
 pub use sniff::FileKind;
 #[doc(hidden)]
 pub use sniff::SNIFF_BYTES;

@@ -26,6 +26,7 @@ use crate::scene_hair::HairSection;
 use crate::scene_lights::LightsSection;
 use crate::scene_motion::MotionSection;
 use crate::scene_proxy::ProxySection;
+use crate::scene_variation::VariationSection;
 
 /// A scene: which groom under which lights, seen from where.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +44,9 @@ pub struct Scene {
     /// The fibres' optics.
     #[serde(default)]
     pub hair: HairSection,
+    /// How strands differ from each other; if absent, they do not.
+    #[serde(default, skip_serializing_if = "VariationSection::is_default")]
+    pub variation: VariationSection,
     /// The view; if absent, the whole groom seen from +Z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<CameraSection>,

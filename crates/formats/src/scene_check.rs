@@ -10,6 +10,7 @@ use crate::scene_hair::HairSection;
 use crate::scene_lights::LightsSection;
 use crate::scene_motion::MotionSection;
 use crate::scene_proxy::{MAX_PROXIES, ProxySection};
+use crate::scene_variation::VariationSection;
 
 impl HairSection {
     pub(crate) fn validate(&self) -> Result<()> {
@@ -23,6 +24,25 @@ impl HairSection {
             return Err(Error::value("hair.eccentricity", self.eccentricity, range));
         }
         Ok(())
+    }
+}
+
+impl VariationSection {
+    /// Fibres that vary are shaded as painted ones are, which are round and of model `marschner`.
+    pub(crate) fn validate(&self, hair: &HairSection) -> Result<()> {
+        params::VARIATION.validate(self)?;
+        let range = if hair.model == Model::Energy {
+            "0 with hair.model = \"energy\""
+        } else if hair.eccentricity != 1.0 {
+            "0 where hair.eccentricity is not 1"
+        } else {
+            return Ok(());
+        };
+        let mut amounts = self.fibre_amounts().into_iter();
+        match amounts.find(|&(_, amount)| amount > 0.0) {
+            Some((key, amount)) => Err(Error::value(format!("variation.{key}"), amount, range)),
+            None => Ok(()),
+        }
     }
 }
 

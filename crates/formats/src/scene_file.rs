@@ -14,6 +14,7 @@ use crate::scene_hair::HairSection;
 use crate::scene_lights::LightsSection;
 use crate::scene_place::{key_at, line_of};
 use crate::scene_proxy::ProxySection;
+use crate::scene_variation::VariationSection;
 use crate::sniff::{FileKind, SNIFF_BYTES};
 use crate::suggest::did_you_mean;
 
@@ -32,6 +33,7 @@ impl Scene {
             lights: LightsSection::new(lights),
             tables: None,
             hair: HairSection::default(),
+            variation: VariationSection::default(),
             camera: None,
             render: RenderSection::default(),
             proxies: Vec::new(),
@@ -168,6 +170,7 @@ impl Scene {
         }
         self.lights.validate()?;
         self.hair.validate()?;
+        self.variation.validate(&self.hair)?;
         if let Some(camera) = &self.camera {
             camera.validate()?;
         }

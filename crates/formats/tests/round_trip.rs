@@ -264,6 +264,8 @@ mod random {
                 height: 1e6 * numbers[ix % 8],
                 albedo: [numbers[1], 0.0, 1.0],
             }).collect();
+            scene.variation.frizz = numbers[0];
+            scene.variation.seed = samples;
             scene.motion = (size[0] % 2 == 0).then(|| MotionSection {
                 wind: Some(WindSection { speed: 30.0 * numbers[0], ..WindSection::default() }),
                 ..MotionSection::default()

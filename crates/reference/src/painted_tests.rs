@@ -112,12 +112,41 @@ fn various(strands: &Strands) -> Paint {
 
 #[test]
 fn slow_the_renderer_draws_painted_hair_as_the_reference_does() {
+    let bare = scene();
+    let mut painted = bare.clone();
+    let paint = various(&painted.strands);
+    painted.set_paint(Some(&paint)).unwrap();
+    assert_drawn_alike(painted, bare);
+}
+
+#[test]
+fn slow_the_renderer_draws_varied_hair_as_the_reference_does() {
+    let varied = changed_scene(|scene| {
+        scene.variation = strandlight_formats::VariationSection {
+            seed: 1,
+            lock_size_cm: 0.5,
+            melanin_strand: 0.6,
+            melanin_lock: 0.4,
+            redness_lock: 1.0,
+            roughness_strand: 0.4,
+            grey: 0.3,
+            clump: 0.3,
+            frizz: 0.3,
+            ..Default::default()
+        };
+    });
+    assert!(varied.paint().is_some());
+    let mut bare = varied.clone();
+    bare.set_paint(None).unwrap();
+    assert_drawn_alike(varied, bare);
+}
+
+/// The renderer's pictures of `scene` are those of the integrators; without its paint, `bare`, it is other hair.
+fn assert_drawn_alike(mut scene: PreparedScene, mut bare: PreparedScene) {
     let size = [72, 48];
-    let mut scene = scene();
-    scene.camera.eye = scene.strands.centre + 0.5 * (scene.camera.eye - scene.strands.centre);
-    let bare = scene.clone();
-    let paint = various(&scene.strands);
-    scene.set_paint(Some(&paint)).unwrap();
+    let centre = scene.strands.centre;
+    scene.camera.eye = centre + 0.5 * (scene.camera.eye - centre);
+    bare.camera = scene.camera;
     let hair = scene.hair.clone();
     let painted = Painted {
         hair: hair.hair(),

@@ -265,6 +265,11 @@ fn behind_other_fibres_dual_scattering_is_that_of_quadrature() {
 
 /// Forty curved strands in a folder's files.
 pub(super) fn scene() -> PreparedScene {
+    changed_scene(|_| ())
+}
+
+/// [`scene`], its file changed.
+pub(super) fn changed_scene(change: impl FnOnce(&mut Scene)) -> PreparedScene {
     let folder = tempfile::tempdir().unwrap();
     let mut groom = Groom::default();
     groom.strand_offsets.push(0);
@@ -287,6 +292,7 @@ pub(super) fn scene() -> PreparedScene {
     let mut scene = Scene::new("a.groom", "a.lights");
     scene.hair.diameter_cm = Some(0.06);
     scene.render.background = strandlight_formats::Background::None;
+    change(&mut scene);
     let path = folder.path().join("a.toml");
     std::fs::write(&path, scene.to_toml_string().unwrap()).unwrap();
     PreparedScene::load(&Scene::read(&path).unwrap()).unwrap()

@@ -159,7 +159,7 @@ pub enum StepError {
     #[error("stroke.path: must be a list of points [x_px, y_px], or [x, y, z] in cm")]
     StrokePath,
     /// Nothing to do, or several things.
-    #[error("must be one of set, stroke, time, undo, redo and frame")]
+    #[error("must be one of set, stroke, flood, time, undo, redo and frame")]
     NotOneStep,
     /// `samples` or `size` without a frame.
     #[error("samples and size belong to a frame")]

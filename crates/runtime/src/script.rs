@@ -16,6 +16,7 @@
 //! |---|---|
 //! | `set` | sets values by the names of their keys in a scene file, as one step to undo |
 //! | `stroke` | paints; see [`BrushStroke`] |
+//! | `flood` | a [`Brush`] over all hair |
 //! | `time` | seconds since the start of the motion |
 //! | `undo`, `redo` | takes so many steps back, or does them again |
 //! | `frame` | makes a picture; `samples` and `size` in place of the scene's |
@@ -58,6 +59,8 @@ pub enum Step {
     Set(Map<String, Value>),
     /// A stroke of a brush. Its path in pixels is one in a picture of the scene's size.
     Stroke(BrushStroke),
+    /// A brush over all hair.
+    Flood(Brush),
     /// Seconds since the start of the motion.
     Time(f64),
     /// Steps to take back.
@@ -75,11 +78,12 @@ pub struct Script {
     pub steps: Vec<Step>,
 }
 
-/// A step as it stands in the file: one of the first six.
+/// A step as it stands in the file: one of the first seven.
 #[derive(Default)]
 struct Entry {
     set: Option<Map<String, Value>>,
     stroke: Option<BrushStroke>,
+    flood: Option<Brush>,
     time: Option<f64>,
     undo: Option<u32>,
     redo: Option<u32>,
@@ -89,8 +93,8 @@ struct Entry {
 }
 
 impl Entry {
-    const KEYS: [&str; 8] = [
-        "set", "stroke", "time", "undo", "redo", "frame", "samples", "size",
+    const KEYS: [&str; 9] = [
+        "set", "stroke", "flood", "time", "undo", "redo", "frame", "samples", "size",
     ];
 
     /// Key by key, so that each complaint names its key.
@@ -104,6 +108,7 @@ impl Entry {
             match at {
                 "set" => step.set = Some(typed(at, value)?),
                 "stroke" => step.stroke = Some(stroke(value)?),
+                "flood" => step.flood = Some(brush(at, value)?),
                 "time" => step.time = Some(typed(at, value)?),
                 "undo" => step.undo = Some(typed(at, value)?),
                 "redo" => step.redo = Some(typed(at, value)?),
@@ -134,6 +139,18 @@ fn unknown(of: &str, key: &str, known: &'static [&'static str]) -> StepError {
     }
 }
 
+/// The brush at `key`, whose complaints name its own key.
+fn brush(key: &str, value: Value) -> Result<Brush, StepError> {
+    if let Value::Object(keys) = &value {
+        // Each of its keys may stand alone.
+        for (name, value) in keys {
+            let alone = Map::from_iter([(name.clone(), value.clone())]);
+            typed::<Brush>(&format!("{key}.{name}"), Value::Object(alone))?;
+        }
+    }
+    typed(key, value)
+}
+
 /// A stroke, whose complaints name the key of the brush.
 fn stroke(value: Value) -> Result<BrushStroke, StepError> {
     let Value::Object(keys) = &value else {
@@ -141,16 +158,7 @@ fn stroke(value: Value) -> Result<BrushStroke, StepError> {
     };
     for (key, value) in keys {
         match (&**key, value) {
-            ("brush", Value::Object(brush)) => {
-                // Each of its keys may stand alone.
-                for (name, value) in brush {
-                    let alone = Map::from_iter([(name.clone(), value.clone())]);
-                    typed::<Brush>(&format!("stroke.brush.{name}"), Value::Object(alone))?;
-                }
-            }
-            ("brush", _) => {
-                typed::<Brush>("stroke.brush", value.clone())?;
-            }
+            ("brush", value) => drop(brush("stroke.brush", value.clone())?),
             ("path", path) => {
                 if serde_json::from_value::<StrokePath>(path.clone()).is_err() {
                     return Err(StepError::StrokePath);
@@ -228,7 +236,7 @@ impl Script {
                 Step::Set(values) => session.set(values).map(drop),
                 Step::Undo(n) => (0..*n).try_for_each(|_| undone(session.undo())),
                 Step::Redo(n) => (0..*n).try_for_each(|_| redone(session.redo())),
-                Step::Stroke(_) => break,
+                Step::Stroke(_) | Step::Flood(_) => break,
                 Step::Time(_) | Step::Frame(_) => Ok(()),
             };
             done.map_err(|error| ScriptError::at(ix, error))?;
@@ -249,6 +257,7 @@ impl Script {
             let done = match step {
                 Step::Set(values) => viewer.set(values).map(drop),
                 Step::Stroke(stroke) => viewer.stroke(stroke).map(drop).map_err(Into::into),
+                Step::Flood(brush) => viewer.flood(brush).map(drop).map_err(Into::into),
                 Step::Time(seconds) => viewer.set_time(*seconds).map_err(Into::into),
                 Step::Undo(n) => (0..*n).try_for_each(|_| undone(viewer.undo()?)),
                 Step::Redo(n) => (0..*n).try_for_each(|_| redone(viewer.redo()?)),
@@ -277,6 +286,7 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, StepError> {
     let mut steps: Vec<Step> = [
         entry.set.map(Step::Set),
         entry.stroke.map(Step::Stroke),
+        entry.flood.map(Step::Flood),
         entry.time.map(Step::Time),
         entry.undo.map(Step::Undo),
         entry.redo.map(Step::Redo),
@@ -350,10 +360,11 @@ mod tests {
         let script = Script::from_json(
             r#"[{"set": {"hair.eta": 1.6}}, {"time": 0.5},
                 {"stroke": {"path": [[1, 2], [3, 4]]}}, {"undo": 2}, {"redo": 1},
+                {"flood": {"effect": "blur", "strength": 0.5}},
                 {"frame": "a", "samples": 8, "size": [20, 10]}, {"frame": "b.exr"}]"#,
         )
         .expect("valid");
-        assert_eq!(script.steps.len(), 7);
+        assert_eq!(script.steps.len(), 8);
         assert_eq!(script.steps[3], Step::Undo(2));
         let names: Vec<&str> = script.frames().map(|frame| frame.name.as_str()).collect();
         assert_eq!(names, ["a", "b.exr"]);
@@ -392,6 +403,11 @@ mod tests {
                 r#"[{"stroke": {"path": [[1]]}}]"#,
                 "stroke.path: must be a list",
             ),
+            (
+                r#"[{"flood": {"effect": "smudge"}}]"#,
+                "step 0: flood.effect: unknown variant",
+            ),
+            (r#"[{"flood": []}]"#, "step 0: flood"),
             (r#"[{"stroke": {"pth": []}}]"#, "stroke.pth: unknown key"),
             (r#"[{"undo": 1, "samples": 4}]"#, "belong to a frame"),
             (r#"[{"frame": "../a"}]"#, "no path"),

@@ -4,8 +4,10 @@
 //! of it to recompute, and no more. Windows and pages have an [`InteractiveBackend`], on the GPU or
 //! the CPU; frames of a script can come from any.
 
+mod painting;
 #[cfg(not(target_arch = "wasm32"))]
 mod shown;
+mod varied;
 
 use std::path::Path;
 use std::time::Duration;
@@ -28,11 +30,11 @@ use strandlight_render::gpu::Context;
 use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
 use strandlight_scene::interactive::{Progress, RenderReport};
-use strandlight_scene::material::check_paintable;
 use strandlight_scene::motion::{Motion, Wind};
-use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Picker};
+use strandlight_scene::paint::{ActiveStroke, Picker};
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::{Backend, RenderError, SceneError};
+use varied::VariedPaint;
 
 /// A scene that is open, and drawn.
 pub struct Viewer<B: Backend + ?Sized = dyn InteractiveBackend> {
@@ -53,6 +55,8 @@ pub struct Viewer<B: Backend + ?Sized = dyn InteractiveBackend> {
     changes: Change,
     /// Of the hair where it is now; none until it is asked for.
     picker: Option<Picker>,
+    /// Of strands that vary, once that or the paint changes.
+    varied: Option<VariedPaint>,
     /// The stroke that is being made.
     active_stroke: Option<ActiveStroke>,
     /// Where the picture goes on to ground truth.
@@ -203,6 +207,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             time: 0.0,
             changes: Change::everything(),
             picker: None,
+            varied: None,
             active_stroke: None,
             #[cfg(not(target_arch = "wasm32"))]
             ground_truth: None,
@@ -358,75 +363,6 @@ impl<B: Backend + ?Sized> Viewer<B> {
         picker.pick(&scene.camera, size, cursor)
     }
 
-    /// A brush goes down. A stroke that was being made ends.
-    ///
-    /// # Errors
-    /// The first value of the brush outside its range; whatever the device refuses.
-    pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
-        self.release()?;
-        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
-        self.active_stroke = Some(ActiveStroke::new(brush).map_err(SceneError::from)?);
-        Ok(())
-    }
-
-    /// The brush is dragged to `cursor`, px from the upper left corner of the picture; what it
-    /// paints is seen at once. Without a brush down nothing happens.
-    ///
-    /// # Errors
-    /// Whatever the device refuses.
-    pub fn drag(&mut self, cursor: [f32; 2]) -> Result<(), RenderError> {
-        let Some(mut active_stroke) = self.active_stroke.take() else {
-            return Ok(());
-        };
-        let size = self.size();
-        let scene = self.renderer.scene();
-        let picker = self
-            .picker
-            .get_or_insert_with(|| Picker::new(&scene.strands));
-        let paint = self.session.paint_mut();
-        let changed = active_stroke.drag(picker, paint, &scene.camera, size, cursor);
-        self.active_stroke = Some(active_stroke);
-        match changed {
-            Some(range) => self.show(&Change::painted(range)),
-            None => Ok(()),
-        }
-    }
-
-    /// The brush goes up: its stroke is one step to undo.
-    ///
-    /// # Errors
-    /// Whatever the device refuses.
-    pub fn release(&mut self) -> Result<Change, RenderError> {
-        let Some(active_stroke) = self.active_stroke.take() else {
-            return Ok(Change::default());
-        };
-        let stroke = active_stroke.finish(self.session.paint_mut());
-        let change = self.session.stroke(stroke);
-        self.show(&change)?;
-        Ok(change)
-    }
-
-    /// A whole stroke, as a script has it.
-    ///
-    /// # Errors
-    /// The first value of the brush outside its range; whatever the device refuses.
-    pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
-        self.release()?;
-        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
-        let size = self.size();
-        let scene = self.renderer.scene();
-        let picker = self
-            .picker
-            .get_or_insert_with(|| Picker::new(&scene.strands));
-        let paint = self.session.paint_mut();
-        let stroke = picker
-            .stroke(paint, &scene.camera, size, stroke)
-            .map_err(SceneError::from)?;
-        let change = self.session.stroke(stroke);
-        self.show(&change)?;
-        Ok(change)
-    }
-
     /// Width and height of the picture: the window's, or the scene's.
     pub fn size(&self) -> [u32; 2] {
         self.window.unwrap_or(self.session.scene().render.size)
@@ -560,6 +496,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
         if change.inputs().is_all() || change.has(Edits::DIAMETER) && has_motion {
             return self.renew();
         }
+        if change.has(Edits::VARIATION) && self.needs_less_paint() {
+            return self.renew();
+        }
         let scene = self.session.scene();
         let (assets, renderer) = (self.session.assets(), &mut self.renderer);
         if change.has(Edits::HAIR | Edits::MODES) {
@@ -572,12 +511,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
             renderer.set_densities(densities(&scene.hair));
         }
         if change.has(Edits::DIAMETER) {
-            let strands = assets.strands(&scene.hair)?;
+            let strands = assets.strands(scene)?;
             let radii: Vec<f32> = strands.points.iter().map(|point| point[3]).collect();
             renderer.set_radii(&radii)?;
-        }
-        if let (Some(changed), Some(paint)) = (&change.paint, self.session.paint()) {
-            renderer.set_paint(paint, changed.clone())?;
         }
         if change.has(Edits::LIGHTS) {
             renderer.set_lights(assets.turned_lights(&scene.lights))?;
@@ -603,7 +539,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             let display = assets.display(render);
             renderer.set_grade(render.exposure as f32, display, render.background);
         }
-        Ok(())
+        self.show_paint(change)
     }
 
     /// Puts the document on the renderer again.
@@ -617,7 +553,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         scene: PreparedScene,
         put: impl FnOnce(&mut B, PreparedScene) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
-        self.picker = None;
+        (self.picker, self.varied) = (None, None);
         self.framing = (scene.strands.centre, scene.strands.radius);
         put(&mut self.renderer, scene)?;
         self.set_light_colors()?;

@@ -22,6 +22,17 @@ pub fn sigma_a_from_melanin(eumelanin: f64, pheomelanin: f64) -> [f64; 3] {
     })
 }
 
+/// Factors on the absorption (linear RGB) of melanin that is by so much redder:
+/// `(P_c / E_c)^redness` over the geometric mean of the three, P pheomelanin's and E eumelanin's
+/// absorption. 1 turns the spectrum of [`EUMELANIN`] into that of [`PHEOMELANIN`], -1 is as far the
+/// other way, 0 leaves it. The geometric mean of absorption stays, so hair changes its hue and
+/// keeps its darkness, about; other pigments, such as dyes, are turned the same way.
+pub fn redness_factors(redness: f64) -> [f64; 3] {
+    let ratio: [f64; 3] = std::array::from_fn(|c| (PHEOMELANIN[c] / EUMELANIN[c]).ln());
+    let mean = ratio.iter().sum::<f64>() / 3.0;
+    ratio.map(|ratio| (redness * (ratio - mean)).exp())
+}
+
 /// Chiang et al. 2016's azimuthal roughness beta_N, 0..=1, of lobes that are blurred as TRT is
 /// here by `caustic_width` (Xu's w_c, radians).
 ///
@@ -71,6 +82,24 @@ pub fn reflectance_from_sigma_a(sigma_a: [f64; 3], caustic_width: f64) -> [f64; 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn redness_leads_from_eumelanin_to_pheomelanin() {
+        let mean = |rgb: [f64; 3]| rgb.iter().product::<f64>().cbrt();
+        let factors = redness_factors(1.0);
+        let turned: [f64; 3] = std::array::from_fn(|c| EUMELANIN[c] * factors[c]);
+        for c in 0..3 {
+            let expected = PHEOMELANIN[c] / mean(PHEOMELANIN);
+            assert!((turned[c] / mean(turned) - expected).abs() < 1e-12);
+        }
+        assert_eq!(redness_factors(0.0), [1.0; 3]);
+        for redness in [-2.0, -0.5, 0.3, 4.0] {
+            let factors = redness_factors(redness);
+            assert!((mean(factors) - 1.0).abs() < 1e-12);
+            // Less in red, more in blue: redder.
+            assert_eq!(factors[0] < 1.0 && factors[2] > 1.0, redness > 0.0);
+        }
+    }
 
     #[test]
     fn melanin_is_that_of_the_presets() {

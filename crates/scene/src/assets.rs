@@ -26,6 +26,7 @@ use crate::mesh::MeshShape;
 use crate::proxy::Proxy;
 use crate::strands::Strands;
 use crate::tables::{ShadingTables, TablesError};
+use crate::variation::ShapeVariation;
 
 /// Segments m of the outer integral, as Xu 2011 published.
 const SEGMENTS: u32 = 4;
@@ -85,8 +86,8 @@ impl Diameters {
     }
 }
 
-/// The strands of `groom` as `hair` has them drawn: see [`Assets::strands`].
-fn strands(groom: &Groom, hair: &HairSection) -> Result<Strands, SceneError> {
+/// The strands of `groom`, which lie at `points`, as `hair` has them drawn: see [`Assets::strands`].
+fn strands(groom: &Groom, points: &[[f32; 3]], hair: &HairSection) -> Result<Strands, SceneError> {
     let fallback = hair.diameter_cm.unwrap_or(HairSection::DEFAULT_DIAMETER_CM) as f32;
     let attribute = match hair.diameter_cm {
         Some(_) => None,
@@ -103,7 +104,7 @@ fn strands(groom: &Groom, hair: &HairSection) -> Result<Strands, SceneError> {
         }
         None => fallback,
     };
-    let (points, offsets) = (&groom.points, &groom.strand_offsets);
+    let offsets = &groom.strand_offsets;
     let is_per_point = attribute.is_some_and(|a| a.domain == Domain::Point);
     if hair.taper == 0.0 || is_per_point {
         return Strands::new(points, offsets, untapered, true);
@@ -212,12 +213,14 @@ impl Assets {
         Ok(material)
     }
 
-    /// The groom's strands, refined, with the scene's or the groom's fibre diameter.
+    /// The groom's strands, in the shape that the scene's variation gives them, refined, with the scene's or the
+    /// groom's fibre diameter.
     ///
     /// # Errors
     /// As [`Strands::new`].
-    pub fn strands(&self, hair: &HairSection) -> Result<Strands, SceneError> {
-        strands(&self.groom, hair)
+    pub fn strands(&self, scene: &Scene) -> Result<Strands, SceneError> {
+        let points = ShapeVariation::points(&scene.variation, &self.groom);
+        strands(&self.groom, &points, &scene.hair)
     }
 
     /// The proxies of `scene`, whose meshes have been read.
@@ -444,7 +447,7 @@ mod tests {
             }],
             ..Groom::default()
         };
-        let strands = strands(&groom, hair).expect("valid");
+        let strands = strands(&groom, &groom.points, hair).expect("valid");
         let at = |at: [f32; 3]| {
             let point = strands.points.iter().find(|p| p[..3] == at);
             2.0 * point.expect("knots are kept")[3]

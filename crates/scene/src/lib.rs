@@ -59,6 +59,7 @@ pub mod strands;
 #[doc(hidden)]
 pub mod tables;
 pub mod tone;
+pub mod variation;
 #[doc(hidden)]
 pub mod volume;
 

@@ -25,6 +25,7 @@ use crate::shadow_maps::ShadowPlan;
 use crate::stats::Stats;
 use crate::strands::Strands;
 use crate::tables::ShadingTables;
+use crate::variation::varied_paint;
 use crate::volume::{Grid, largest, power, sweep_directions};
 use strandlight_scattering::multiple_tables::MultipleSource;
 use strandlight_scattering::spherical_gaussian::solid_angle;
@@ -174,7 +175,22 @@ impl PreparedScene {
     /// # Errors
     /// What cannot be drawn, by name.
     pub fn new(scene: &Scene, assets: &Assets) -> Result<Self, SceneError> {
-        let mut strands = assets.strands(&scene.hair)?;
+        let paint = Paint::from_groom(&assets.groom);
+        let paint = paint.map_err(|error| SceneError::from(error).at_key("groom.file"))?;
+        PreparedScene::with_paint(scene, assets, paint.as_ref())
+    }
+
+    /// [`PreparedScene::new`] with `paint` in place of the groom's own, over the variation of the
+    /// strands.
+    ///
+    /// # Errors
+    /// As there; not one entry for each point of the groom.
+    pub fn with_paint(
+        scene: &Scene,
+        assets: &Assets,
+        paint: Option<&Paint>,
+    ) -> Result<Self, SceneError> {
+        let mut strands = assets.strands(scene)?;
         if let Some(section) = scene
             .motion
             .as_ref()
@@ -208,10 +224,8 @@ impl PreparedScene {
             samples: scene.render.samples,
         };
         prepared.set_scattering(scene.render.scattering);
-        let paint = Paint::from_groom(&assets.groom);
-        let paint = paint.map_err(|error| SceneError::from(error).at_key("groom.file"))?;
-        if let Some(paint) = &paint {
-            prepared.set_paint(Some(paint))?;
+        if let Some(paint) = varied_paint(scene, &assets.groom, paint)? {
+            prepared.set_paint(Some(&paint))?;
         }
         Ok(prepared)
     }

@@ -13,7 +13,7 @@ use strandlight_formats::{
     GroomSection, GroomSource, HairSection, ImportOptions, LightKind, LightSet, LightSetInfo,
     LightsSection, Lobe, LutInput, Mesh, MeshSource, Original, PerLobe, RenderSection, Scattering,
     Scene, SourceFile, Spacing, SrbfLight, Table, TableFile, TableInfo, TablesSection, ToneMap,
-    UpAxis, groom_format,
+    UpAxis, VariationSection, groom_format,
 };
 use strandlight_tests::project_root;
 
@@ -270,6 +270,7 @@ fn scene() -> Scene {
             shadow_maps: 64,
         },
         proxies: Vec::new(),
+        variation: VariationSection::default(),
         motion: None,
         folder: project_root().join("tests/golden"),
     }

@@ -9,4 +9,5 @@ mod render_agreement;
 mod render_multiple;
 mod render_physics;
 mod twins_gpu;
+mod variation;
 mod viewer;

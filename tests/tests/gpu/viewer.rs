@@ -153,6 +153,9 @@ fn edits_run_the_stages_of_their_rules() {
         ("lights.rotate_deg", json!(30.0)),
         ("proxy", json!([{"kind": "ground", "height": -20.0}])),
         ("hair.diameter_cm", json!(0.05)),
+        ("variation.melanin_strand", json!(0.3)),
+        ("variation.seed", json!(1)),
+        ("hair.sigma_a", json!([0.3, 0.6, 1.2])),
         ("render.size", json!([100, 80])),
     ] {
         let values = [(key.to_owned(), value)].into_iter().collect();

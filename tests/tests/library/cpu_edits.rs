@@ -165,6 +165,63 @@ fn interactive_pictures_end_as_fresh_ones() {
     }
 }
 
+/// Strands that vary, and paint over them, whatever is edited first.
+#[test]
+fn edits_of_the_variation_end_as_fresh_scenes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.1);
+        scene.render.size = SIZE;
+    });
+    let brush = |dye: [f64; 3]| json!({"radius_cm": 1.5, "effect": {"dye": dye}});
+    let script = json!([
+        {"set": {"variation.melanin_strand": 0.5}},
+        {"set": {"variation.seed": 3}},
+        {"set": {"hair.sigma_a": [0.1, 0.4, 0.8]}},
+        {"set": {"hair.eta": 1.7}},
+        {"stroke": {"brush": brush([0.1, 0.9, 2.0]), "path": [[8, 6], [14, 8]]}},
+        {"stroke": {"brush": brush([2.0, 0.9, 0.1]), "path": [[8, 8], [14, 10]]}},
+        {"undo": 1},
+        {"set": {"hair.sigma_a": [0.5, 0.4, 0.3]}},
+        {"set": {"variation.roughness_lock": 0.5, "variation.lock_size_cm": 0.5}},
+        {"set": {"variation.frizz": 0.5}},
+        {"set": {"variation.grey": 0.5}},
+        {"stroke": {"brush": brush([2.0, 0.9, 0.1]), "path": [[8, 8], [14, 10]]}},
+        {"set": {"hair.diameter_cm": 0.05}},
+        {"set": {"variation.roughness_lock": 0}},
+        {"set": {"variation.clump": 0.7}},
+        {"set": {"variation.grey": 0, "variation.melanin_strand": 0}},
+        {"stroke": {"brush": brush([0.2, 0.2, 0.2]), "path": [[8, 2], [14, 2]]}},
+        {"undo": 1},
+        {"undo": 1},
+        {"set": {"variation": null}}
+    ]);
+    check(&Session::open(&at).expect("a scene"), script);
+    // Brushes that read the paint lie over the variation as well.
+    let with = |effect: &str| json!({"radius_cm": 1.5, "effect": effect});
+    let script = json!([
+        {"set": {"variation.melanin_strand": 0.5}},
+        {"stroke": {"brush": brush([0.1, 0.9, 2.0]), "path": [[8, 6], [14, 8]]}},
+        {"stroke": {"brush": with("smear"), "path": [[12, 8], [14, 12]]}},
+        {"stroke": {"brush": with("blur"), "path": [[8, 6], [14, 8]]}},
+        {"flood": {"effect": "blur", "radius_cm": 3}},
+        {"flood": {"effect": {"width_scale": 2}, "strength": 0.5, "mask": {"from": 0.5}}},
+        {"undo": 1},
+        {"redo": 1},
+    ]);
+    check(&Session::open(&at).expect("a scene"), script);
+    // Without any paint: the painted path goes when the variation does.
+    let script = json!([
+        {"set": {"variation.roughness_strand": 0.5}},
+        {"set": {"hair.sigma_a": [0.5, 0.4, 0.3]}},
+        {"set": {"variation.roughness_strand": 0}},
+        {"set": {"variation.melanin_lock": 0.5}},
+        {"undo": 1},
+    ]);
+    check(&Session::open(&at).expect("a scene"), script);
+}
+
 /// A scene that is replaced before its picture is complete shows one for each.
 #[test]
 fn every_scene_has_a_picture_though_another_follows() {
@@ -252,6 +309,9 @@ fn edits_run_only_the_stages_that_they_touch() {
             &["list", "through maps", "shade"],
         ),
         (json!({"render.scattering": "single"}), &["tables", "shade"]),
+        (json!({"variation.melanin_strand": 0.3}), &["shade"]),
+        (json!({"variation.melanin_strand": 0.4}), &["shade"]),
+        (json!({"variation.seed": 1}), &["shade"]),
     ] {
         assert_eq!(stages(&mut viewer, keys.clone()), expected, "{keys}");
     }

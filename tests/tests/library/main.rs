@@ -22,3 +22,4 @@ mod shaders_valid;
 mod shadow_maps;
 mod toolchain;
 mod twins_closed_form;
+mod variation;

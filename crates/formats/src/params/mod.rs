@@ -1,8 +1,8 @@
 //! Every parameter of a scene, once: key, label, symbol, unit, range, default, help, and how it is
 //! read and set.
 //!
-//! - [`HAIR`], [`LIGHTS`], [`ADJUST`], [`CAMERA`], [`RENDER`], [`MOTION`], [`WIND`], [`ELLIPSOID`],
-//!   [`GROUND`], [`MESH`]: a [`Section`] of a scene with its [`Param`]s.
+//! - [`HAIR`], [`VARIATION`], [`LIGHTS`], [`ADJUST`], [`CAMERA`], [`RENDER`], [`MOTION`], [`WIND`],
+//!   [`ELLIPSOID`], [`GROUND`], [`MESH`]: a [`Section`] of a scene with its [`Param`]s.
 //! - [`ParamSpec`]: what is said of a parameter; [`SECTIONS`] lists them without the types of the
 //!   sections.
 //! - [`reference_markdown`]: the tables of the scene reference.
@@ -30,6 +30,7 @@ mod section;
 mod spec;
 #[cfg(test)]
 mod tests;
+mod variation;
 
 pub use field::{Field, Value};
 pub use hair::HAIR;
@@ -39,11 +40,12 @@ pub use picture::{CAMERA, GROOM, RENDER, TABLES};
 pub use reference::reference_markdown;
 pub use section::{Param, Section, SectionSpec};
 pub use spec::{Absent, Group, Kind, Numbers, ParamSpec, Shape, Word};
+pub use variation::VARIATION;
 
 /// Every section of a scene, in the order of the reference.
-pub const SECTIONS: [&dyn SectionSpec; 12] = [
-    &GROOM, &LIGHTS, &ADJUST, &TABLES, &HAIR, &CAMERA, &RENDER, &MOTION, &WIND, &ELLIPSOID,
-    &GROUND, &MESH,
+pub const SECTIONS: [&dyn SectionSpec; 13] = [
+    &GROOM, &LIGHTS, &ADJUST, &TABLES, &HAIR, &VARIATION, &CAMERA, &RENDER, &MOTION, &WIND,
+    &ELLIPSOID, &GROUND, &MESH,
 ];
 
 /// The keys of all parameters, such as `hair.eta`.

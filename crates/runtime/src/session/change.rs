@@ -49,6 +49,11 @@ bitflags::bitflags! {
         const MOTION = 1 << 16;
         /// What only the file holds: the name of a preset, the same number in another notation.
         const LABEL = 1 << 17;
+        /// Fibres of strands that differ, or the hair's own where those go by it: what points are
+        /// painted with.
+        const VARIATION = 1 << 18;
+        /// Clumps and frizz.
+        const SHAPE = 1 << 19;
     }
 }
 
@@ -69,7 +74,7 @@ const fn rule(name: &'static str, edit: Edits, inputs: Inputs) -> EditRule {
 }
 
 /// What every edit sets on a renderer: the roots of the invalidation graph.
-pub const EDITS: [EditRule; 18] = [
+pub const EDITS: [EditRule; 20] = [
     rule("camera", Edits::CAMERA, Inputs::VIEW),
     rule("size", Edits::SIZE, Inputs::VIEW),
     rule("samples", Edits::SAMPLES, Inputs::empty()),
@@ -89,6 +94,8 @@ pub const EDITS: [EditRule; 18] = [
     rule("geometry", Edits::GEOMETRY, Inputs::all()),
     rule("tables", Edits::TABLES, Inputs::all()),
     rule("paint", Edits::PAINT, Inputs::PAINT),
+    rule("variation", Edits::VARIATION, Inputs::PAINT),
+    rule("shape", Edits::SHAPE, Inputs::all()),
     rule("proxies", Edits::PROXIES, Inputs::PROXIES),
     rule("motion", Edits::MOTION, Inputs::all()),
     rule("label", Edits::LABEL, Inputs::empty()),
@@ -113,6 +120,7 @@ impl Change {
             lights,
             tables,
             hair,
+            variation,
             camera,
             render,
             proxies,
@@ -139,6 +147,10 @@ impl Change {
             edits.contains(Edits::LIGHTS) || has_other_lights,
         );
         edits |= edits_of_hair(&before.hair, hair) | edits_of_render(&before.render, render);
+        edits |= edits_of_variation(before, after);
+        let is_label = edits.contains(Edits::LABEL)
+            || before.variation != *variation && !edits.intersects(Edits::VARIATION | Edits::SHAPE);
+        edits.set(Edits::LABEL, is_label);
         edits.set(
             Edits::GRADE,
             edits.contains(Edits::GRADE) || before.lut_path() != after.lut_path(),
@@ -251,6 +263,17 @@ fn edits_of_hair(before: &HairSection, after: &HairSection) -> Edits {
         || before.density_forward != *density_forward
         || before.density_back != *density_back;
     edits.set(Edits::LABEL, has_other_label);
+    edits
+}
+
+fn edits_of_variation(before: &Scene, after: &Scene) -> Edits {
+    let [old, new] = [&before.variation, &after.variation];
+    let sigma_a = |scene: &Scene| scene.hair.params().sigma_a.map(f64::to_bits);
+    let goes_by_hair = new.varies_absorption() && sigma_a(before) != sigma_a(after);
+    let mut edits = Edits::empty();
+    let has_other_fibres = old.of_fibres() != new.of_fibres();
+    edits.set(Edits::VARIATION, has_other_fibres || goes_by_hair);
+    edits.set(Edits::SHAPE, old.of_shape() != new.of_shape());
     edits
 }
 

@@ -146,11 +146,7 @@ impl Session {
     /// # Errors
     /// What cannot be drawn, by name.
     pub fn prepared(&self) -> Result<PreparedScene, SceneError> {
-        let mut prepared = PreparedScene::new(&self.scene, &self.snapshot.assets)?;
-        if let Some(paint) = self.paint() {
-            prepared.set_paint(Some(paint))?;
-        }
-        Ok(prepared)
+        PreparedScene::with_paint(&self.scene, &self.snapshot.assets, self.paint())
     }
 
     /// The scene's camera, or the one that stands for it where there is none.

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 use strandlight_formats::{
     BakedFile, CameraSection, Groom, LightAdjust, LightSet, LutInput, Melanin, MotionSection,
-    ProxySection, Scene, SrbfLight, TablesSection, WindSection,
+    ProxySection, Scene, SrbfLight, TablesSection, VariationSection, WindSection,
 };
 
 use super::*;
@@ -100,6 +100,19 @@ fn every_key_of_a_scene_is_covered() {
         wind: Some(WindSection::default()),
         ..MotionSection::default()
     });
+    full.variation = VariationSection {
+        seed: 1,
+        melanin_strand: 0.2,
+        melanin_lock: 0.2,
+        redness_strand: 0.2,
+        redness_lock: 0.2,
+        roughness_strand: 0.2,
+        roughness_lock: 0.2,
+        grey: 0.2,
+        clump: 0.2,
+        frizz: 0.2,
+        ..VariationSection::default()
+    };
     full.proxies = vec![
         ProxySection::Ellipsoid {
             centre: [0.0; 3],
@@ -167,7 +180,7 @@ fn every_key_of_a_scene_is_covered() {
         }
         assert!(Change::between(&base, &base).is_empty());
     }
-    assert!(n_keys > 120, "{n_keys}");
+    assert!(n_keys > 150, "{n_keys}");
 }
 
 fn pointer(key: &str) -> String {
@@ -245,6 +258,20 @@ fn changes_name_what_depends_on_them_and_no_more() {
     assert_eq!(names("hair.density_back", json!(0.5)), "densities label");
     assert_eq!(names("hair.diameter_cm", json!(0.01)), "diameter");
     assert_eq!(names("hair.taper", json!(0.6)), "diameter");
+    assert_eq!(names("variation.seed", json!(5)), "label", "nothing varies");
+    assert_eq!(names("variation.roughness_lock", json!(0.2)), "variation");
+    assert_eq!(names("hair.sigma_a", json!([1, 2, 3])), "hair");
+    assert_eq!(names("variation.grey", json!(0.2)), "variation");
+    assert_eq!(names("hair.sigma_a", json!([1, 2, 4])), "hair variation");
+    assert_eq!(names("hair.eta", json!(1.5)), "hair");
+    assert_eq!(names("variation.clump", json!(0.2)), "shape");
+    assert_eq!(names("variation.seed", json!(6)), "variation shape");
+    assert_eq!(
+        names("variation.frizz_length_cm", json!(2)),
+        "label",
+        "no frizz"
+    );
+    assert_eq!(names("variation", Value::Null), "variation shape");
     assert_eq!(names("lights.rotate_deg", json!(10)), "lights");
     assert_eq!(names("lights.muted", json!([1])), "light_colors");
     assert_eq!(names("lights.tint", json!([1, 0.5, 0.5])), "light_colors");

@@ -7,6 +7,7 @@ mod opening;
 mod views;
 
 use serde_json::{Value, json};
+use strandlight_scattering::color::reflectance_from_sigma_a;
 use strandlight_scene::paint::Picker;
 use web_time::Instant;
 
@@ -60,6 +61,13 @@ impl Workspace {
             .filter(|_| self.state.lights.is_picking)
         {
             self.pick(place);
+        }
+        if let Some(place) = output
+            .viewport
+            .clicked
+            .filter(|_| self.state.paint.is_picking)
+        {
+            self.pick_color(place);
         }
         self.paint(&output.viewport);
         self.move_clock();
@@ -121,6 +129,7 @@ impl Workspace {
             Command::Reload => self.reload(),
             Command::Screenshot => self.screenshot(),
             Command::Paint => self.state.paint.is_on = !self.state.paint.is_on,
+            Command::Flood => self.flood(),
             Command::LargerBrush => self.state.paint.scale(1.25),
             Command::SmallerBrush => self.state.paint.scale(0.8),
             Command::Play => {
@@ -131,7 +140,8 @@ impl Workspace {
             Command::Escape => {
                 let state = &mut self.state;
                 let (help, picking) = (&mut state.is_help_open, &mut state.lights.is_picking);
-                if let Some(open) = [help, picking, &mut state.paint.is_on]
+                let paint = &mut state.paint;
+                if let Some(open) = [help, picking, &mut paint.is_picking, &mut paint.is_on]
                     .into_iter()
                     .find(|is_open| **is_open)
                 {
@@ -177,13 +187,22 @@ impl Workspace {
             let mut places = path.iter();
             places.try_for_each(|&place| viewer.drag(place))
         };
+        let press = |viewer: &mut Viewer| {
+            if let Some(pressure) = viewport.pressure {
+                viewer.set_pressure(pressure);
+            }
+        };
         let painted = match (&viewport.brush, self.is_stroking) {
             (Some(path), false) => {
                 self.is_stroking = true;
                 let pressed = self.viewer.press(brush);
+                press(&mut self.viewer);
                 pressed.and_then(|()| drag(&mut self.viewer, path))
             }
-            (Some(path), true) => drag(&mut self.viewer, path),
+            (Some(path), true) => {
+                press(&mut self.viewer);
+                drag(&mut self.viewer, path)
+            }
             (None, true) => {
                 self.is_stroking = false;
                 self.end_stroke();
@@ -201,6 +220,31 @@ impl Workspace {
         }
         // The circle around the mouse was drawn before it was known.
         self.is_outdated |= self.state.paint.radius_px != circle;
+    }
+
+    /// Paints all hair with the brush.
+    fn flood(&mut self) {
+        let brush = self.state.paint.brush(self.viewer.session().scene());
+        match self.viewer.flood(&brush) {
+            Ok(change) if change.is_empty() => self.say("Nothing to paint there"),
+            Ok(_) => self.changed("flood", json!({})),
+            Err(error) => self.fail(&error.to_string()),
+        }
+    }
+
+    /// The dye takes the colour of the hair where the picture was clicked.
+    fn pick_color(&mut self, place: [f32; 2]) {
+        let caustic_width = self.viewer.session().scene().hair.params().caustic_width;
+        let sigma_a = self.viewer.pick_sigma_a(place);
+        self.log.write("color", json!({ "sigma_a": sigma_a }));
+        self.state.paint.is_picking = false;
+        match sigma_a {
+            Some(sigma_a) => {
+                let color = reflectance_from_sigma_a(sigma_a, caustic_width);
+                self.state.paint.dye(color);
+            }
+            None => self.say("No hair there: click on a strand."),
+        }
     }
 
     /// Ends the stroke that is being made, if one is: it can be undone and saved from then on.

@@ -63,6 +63,8 @@ pub enum Command {
     Panel,
     /// Switches between painting and orbiting.
     Paint,
+    /// Paints all hair with the brush.
+    Flood,
     /// Makes the brush larger.
     LargerBrush,
     /// Makes it smaller.

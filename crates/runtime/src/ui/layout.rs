@@ -202,8 +202,9 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
         });
     }
     let UiOutput { changes, view, .. } = &mut output;
-    // A click that picks a light paints nothing.
-    let is_brush = state.paint.is_on && !state.lights.is_picking;
+    // A click that picks a light or a colour paints nothing.
+    let is_picking = state.lights.is_picking || state.paint.is_picking;
+    let is_brush = state.paint.is_on && !is_picking;
     let camera = input.viewer.prepared().camera;
     let background = input.viewer.session().scene().render.background;
     let is_see_through = background == strandlight_formats::Background::None;
@@ -221,7 +222,8 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     wipe(ui, state, &camera, &viewport, response.rect, changes);
     #[cfg(not(target_arch = "wasm32"))]
     legend::show(ui, input.viewer, viewport.hover, response.rect);
-    if state.lights.is_picking {
+    state.paint.show_photo(ui.ctx(), changes);
+    if is_picking {
         response.on_hover_cursor(egui::CursorIcon::Crosshair);
     } else if let (true, Some(radius), Some(at)) =
         (state.paint.is_on, state.paint.radius_px, viewport.hover)
@@ -377,11 +379,14 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
         let own_presets = &mut state.presets;
         panel::hair::show(ui, scene, own, own_presets, changes, commands);
     });
+    section(ui, "Variation", false, changes, |ui, changes| {
+        panel::variation::show(ui, scene, changes);
+    });
     section(ui, "Looks", false, changes, |ui, changes| {
         panel::looks::show(ui, &mut state.looks, changes, commands);
     });
     section(ui, "Paint", false, changes, |ui, changes| {
-        panel::paint::show(ui, &mut state.paint, changes);
+        panel::paint::show(ui, &mut state.paint, changes, commands);
     });
     section(ui, "Lights", false, changes, |ui, changes| {
         let lights = &input.viewer.session().light_set().lights;

@@ -2,17 +2,18 @@
 //! picture, or one after the other.
 
 use egui::{ColorImage, Rect, TextureHandle, TextureOptions};
-use strandlight_formats::{HairSection, LightsSection, RenderSection, Scene};
+use strandlight_formats::{HairSection, LightsSection, RenderSection, Scene, VariationSection};
 
 use strandlight_scene::Camera;
 
 /// Most looks that are kept; each holds a picture.
 pub const MOST: usize = 16;
 
-/// What a look is: all that an artist judges by the eye, and neither shape nor view.
+/// What a look is: all that an artist judges by the eye, and neither groom nor view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
     hair: HairSection,
+    variation: VariationSection,
     lights: LightsSection,
     render: RenderSection,
 }
@@ -22,6 +23,7 @@ impl Look {
     pub fn of(scene: &Scene) -> Look {
         Look {
             hair: scene.hair.clone(),
+            variation: scene.variation.clone(),
             lights: scene.lights.clone(),
             render: scene.render.clone(),
         }
@@ -31,6 +33,7 @@ impl Look {
     pub fn put_on(&self, scene: &mut Scene) {
         let (size, samples) = (scene.render.size, scene.render.samples);
         scene.hair = self.hair.clone();
+        scene.variation = self.variation.clone();
         scene.lights = self.lights.clone();
         scene.render = RenderSection {
             size,

@@ -34,6 +34,7 @@ mod number;
 mod orbit;
 mod panel;
 mod param;
+mod photo;
 mod pick;
 mod picker;
 mod presets;

@@ -27,6 +27,8 @@ pub struct ViewportInput {
     pub hover: Option<[f32; 2]>,
     /// Where the brush went while it was down; none where it is up.
     pub brush: Option<Vec<[f32; 2]>>,
+    /// Force of the touch in this frame, 0..=1, where the device tells it.
+    pub pressure: Option<f32>,
     /// Where the mouse moved the camera to.
     pub camera: Option<Camera>,
 }
@@ -73,9 +75,21 @@ pub fn show(
         hover: response.hover_pos().map(pixel),
         brush: at(is_brush && response.is_pointer_button_down_on() && primary_down(ui))
             .map(|last| brush_path(ui).map(pixel).chain([last]).collect()),
+        pressure: touch_force(ui),
         camera: move_camera(ui, &response, camera, bounds, is_brush),
     };
     (viewport, response)
+}
+
+/// Force of the last touch of this frame; none of a mouse, and of screens that do not measure it.
+fn touch_force(ui: &Ui) -> Option<f32> {
+    ui.input(|input| {
+        let mut forces = input.events.iter().rev().filter_map(|event| match event {
+            Event::Touch { force, .. } => *force,
+            _ => None,
+        });
+        forces.find(|&force| force > 0.0)
+    })
 }
 
 fn primary_down(ui: &Ui) -> bool {

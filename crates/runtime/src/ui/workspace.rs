@@ -524,6 +524,9 @@ impl Workspace {
             self.fail(&error.to_string());
         }
         self.state.looks.forget_pictures();
+        if let Some(photo) = &mut self.state.paint.photo {
+            photo.forget_texture();
+        }
         // egui sends its fonts again to the new device, and remembers what was open.
         let memory = self.egui.memory(Clone::clone);
         self.egui = egui::Context::default();

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use strandlight_formats::{MotionSection, Scene};
+use strandlight_formats::{MotionSection, Scene, VariationSection};
 
 use crate::error::SceneError;
 use crate::files::Files;
 use crate::strands::Strands;
+use crate::variation::ShapeVariation;
 
 /// The frames of a scene's motion. The two that the last time lay between are kept.
 #[derive(Clone, Debug)]
@@ -18,6 +19,9 @@ pub struct Sequence {
     kept: Vec<(usize, Vec<[f32; 3]>)>,
     offsets: Option<Vec<u32>>,
     groom: PathBuf,
+    variation: Box<VariationSection>,
+    /// Bends the frames; known with `offsets`.
+    shape: Option<Box<ShapeVariation>>,
 }
 
 impl Sequence {
@@ -30,6 +34,8 @@ impl Sequence {
             kept: Vec::new(),
             offsets: None,
             groom: scene.groom_path(),
+            variation: Box::new(scene.variation.clone()),
+            shape: None,
         }
     }
 
@@ -50,14 +56,18 @@ impl Sequence {
             found.map_or(&[][..], |(_, points)| points)
         };
         let (a, b) = (points(wanted[0]), points(wanted[1]));
+        let resampled = |points: &[[f32; 3]]| match &self.shape {
+            Some(shape) => rest.resampled(&shape.bend(points)?),
+            None => rest.resampled(points),
+        };
         if fraction == 0.0 {
-            return rest.resampled(a);
+            return resampled(a);
         }
         let mix = |(a, b): (&[f32; 3], &[f32; 3])| {
             [0, 1, 2].map(|axis: usize| a[axis] + fraction * (b[axis] - a[axis]))
         };
         let between: Vec<[f32; 3]> = a.iter().zip(b).map(mix).collect();
-        rest.resampled(&between)
+        resampled(&between)
     }
 
     /// The files of the frames around a time in seconds.
@@ -81,8 +91,9 @@ impl Sequence {
         }
         let at_key = |error: SceneError| error.at_key(format!("motion.frames[{frame}]"));
         if self.offsets.is_none() {
-            let groom = self.files.groom(&self.groom);
-            self.offsets = Some(groom.map_err(at_key)?.strand_offsets);
+            let groom = self.files.groom(&self.groom).map_err(at_key)?;
+            self.shape = ShapeVariation::new(&self.variation, &groom).map(Box::new);
+            self.offsets = Some(groom.strand_offsets);
         }
         let path = &self.frames[frame];
         let groom = self.files.groom(path).map_err(at_key)?;

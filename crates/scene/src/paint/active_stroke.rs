@@ -4,7 +4,10 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::{Brush, BrushError, BrushStroke, Paint, PaintedPoint, Picker, Stroke, StrokePath};
+use super::mean::{Mean, Smear};
+use super::{
+    Brush, BrushEffect, BrushError, BrushStroke, Paint, PaintedPoint, Picker, Stroke, StrokePath,
+};
 use crate::camera::Camera;
 
 /// From dab to dab, in radii of the brush: closer ones look the same.
@@ -24,7 +27,7 @@ struct Touched {
 
 /// Between press and release: dabs change the paint at once, [`ActiveStroke::finish`] says what the
 /// stroke did. What a point gets depends on the dab nearest to it alone, so neither on how many
-/// places of the cursor were seen nor on their order.
+/// places of the cursor were seen nor on their order; but for smear, which goes one way.
 #[derive(Clone, Debug)]
 pub struct ActiveStroke {
     brush: Brush,
@@ -34,6 +37,10 @@ pub struct ActiveStroke {
     places: Vec<u32>,
     /// Where the cursor was, and where the hair under it, when it was over hair.
     last: Option<([f32; 2], Option<Vec3>)>,
+    /// Share of the brush's strength, 0..=1.
+    pressure: f32,
+    /// What smear carries, and its mirror image.
+    smears: [Smear; 2],
 }
 
 impl ActiveStroke {
@@ -48,7 +55,17 @@ impl ActiveStroke {
             touched: Vec::new(),
             places: Vec::new(),
             last: None,
+            pressure: 1.0,
+            smears: Default::default(),
         })
+    }
+
+    /// Dabs have this share of the brush's strength from now on, 0..=1; all of it where it is no number.
+    pub fn set_pressure(&mut self, pressure: f32) {
+        self.pressure = match pressure.is_nan() {
+            true => 1.0,
+            false => pressure.clamp(0.0, 1.0),
+        };
     }
 
     /// The cursor is at `cursor`, px from the upper left corner of a picture of `size`: dabs from
@@ -119,10 +136,10 @@ impl ActiveStroke {
         paint: &mut Paint,
         centre: Vec3,
     ) -> Option<Range<usize>> {
-        let mut changed = self.dab_once(picker, paint, centre);
+        let mut changed = self.dab_once(picker, paint, centre, 0);
         if self.brush.is_symmetric {
             let mirrored = Vec3::new(-centre.x, centre.y, centre.z);
-            changed = joined(changed, self.dab_once(picker, paint, mirrored));
+            changed = joined(changed, self.dab_once(picker, paint, mirrored, 1));
         }
         changed
     }
@@ -132,10 +149,13 @@ impl ActiveStroke {
         picker: &Picker,
         paint: &mut Paint,
         centre: Vec3,
+        side: usize,
     ) -> Option<Range<usize>> {
         let brush = self.brush;
         self.places.resize(paint.points.len(), 0);
         let found = picker.around(centre, brush.radius_cm, |distance| brush.nearness(distance));
+        let laid = self.laid(paint, &found, centre, side);
+        let pressure = self.pressure;
         let mut changed: Option<Range<usize>> = None;
         for (point, nearness) in found {
             let Some(strand) = picker.strand_of(point) else {
@@ -170,8 +190,11 @@ impl ActiveStroke {
                     return false;
                 }
                 touched.nearness = carried;
-                let coverage = brush.coverage(carried, picker.arc(at) / length);
-                *paint = brush.applied(&touched.before, coverage);
+                let coverage = pressure * brush.coverage(carried, picker.arc(at) / length);
+                *paint = match &laid {
+                    Some(laid) => touched.before.towards(laid, coverage),
+                    None => brush.applied(&touched.before, coverage),
+                };
                 changed = Some(match changed.take() {
                     Some(range) => range.start.min(at as usize)..range.end.max(at as usize + 1),
                     None => at as usize..at as usize + 1,
@@ -190,6 +213,36 @@ impl ActiveStroke {
             }
         }
         changed
+    }
+
+    /// What blur and smear lay on in a dab over the points of `found`, from the paint that these had before
+    /// the stroke; [`None`] of other brushes.
+    fn laid(
+        &mut self,
+        paint: &Paint,
+        found: &[(u32, f32)],
+        centre: Vec3,
+        side: usize,
+    ) -> Option<PaintedPoint> {
+        let effect = self.brush.effect;
+        if !matches!(effect, BrushEffect::Blur | BrushEffect::Smear) {
+            return None;
+        }
+        let mut mean = Mean::default();
+        for &(point, nearness) in found {
+            let before = match self.places.get(point as usize) {
+                Some(0) | None => paint.points.get(point as usize),
+                Some(&place) => Some(&self.touched[place as usize - 1].before),
+            };
+            if let Some(before) = before {
+                mean.add(before, nearness);
+            }
+        }
+        let mean = mean.point()?;
+        match effect {
+            BrushEffect::Smear => Some(self.smears[side].carry(mean, centre, self.brush.radius_cm)),
+            _ => Some(mean),
+        }
     }
 
     /// The brush goes up: what the stroke did to `paint`, which stays as it is.
@@ -304,6 +357,149 @@ mod tests {
         let mut after = paint.clone();
         after.apply(&stroke);
         (stroke, after)
+    }
+
+    /// The left half of the curtain is dyed.
+    fn half_dyed(strands: &Strands) -> Paint {
+        let mut paint = Paint::unpainted(strands.n_groom_points());
+        for (point, origin) in strands.points.iter().zip(strands.origins()) {
+            if origin.fraction == 0.0 && point[0] < 0.0 {
+                paint.points[origin.point as usize] = PaintedPoint {
+                    sigma_a: [0.1, 2.0, 3.0],
+                    weight: 1.0,
+                    width_scale: 2.0,
+                    ..PaintedPoint::NONE
+                };
+            }
+        }
+        paint
+    }
+
+    /// Paint of the groom's point of the curtain at x and 5 cm below the root, after a stroke over it.
+    fn after(brush: Brush, path: [[f32; 3]; 2]) -> impl Fn(f32) -> PaintedPoint {
+        let strands = curtain();
+        let mut paint = half_dyed(&strands);
+        let stroke = BrushStroke {
+            brush,
+            path: StrokePath::World(path.to_vec()),
+        };
+        let picker = Picker::new(&strands);
+        let stroke = picker.stroke(&paint, &camera(), SIZE, &stroke).unwrap();
+        let before = paint.clone();
+        paint.apply(&stroke);
+        let mut undone = paint.clone();
+        undone.revert(&stroke);
+        assert_eq!(undone, before);
+        move |x| paint.points[(11.0 * (2.0 * (x + 10.0))) as usize + 5]
+    }
+
+    #[test]
+    fn blur_softens_an_edge_and_leaves_what_is_even() {
+        let brush = Brush {
+            radius_cm: 2.0,
+            effect: BrushEffect::Blur,
+            ..Brush::default()
+        };
+        let at = after(brush, [[-6.0, -5.0, 0.0], [6.0, -5.0, 0.0]]);
+        let weights: Vec<f32> = (-5..=5).map(|x| at(x as f32).weight).collect();
+        assert!(
+            weights.windows(2).all(|pair| pair[0] >= pair[1]),
+            "{weights:?}"
+        );
+        assert!((0.3..0.7).contains(&at(0.0).weight), "{weights:?}");
+        let soft = weights
+            .iter()
+            .filter(|weight| (0.01..0.99).contains(*weight));
+        assert!(soft.count() >= 3, "{weights:?}");
+        let width = at(0.0).width_scale;
+        assert!((1.1..1.9).contains(&width), "{width}");
+        // Away from the edge there is nothing to soften.
+        assert_eq!((weights[0], weights[10]), (1.0, 0.0));
+        assert_eq!(at(-4.5).sigma_a, [0.1, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn smear_drags_paint_the_way_that_it_goes() {
+        let brush = Brush {
+            radius_cm: 1.0,
+            effect: BrushEffect::Smear,
+            softness: 0.0,
+            ..Brush::default()
+        };
+        let path = [[-4.0, -5.0, 0.0], [4.0, -5.0, 0.0]];
+        let right = after(brush, path);
+        let left = after(brush, [path[1], path[0]]);
+        // Dye comes into the bare half, or bareness into the dyed one; less and less.
+        let [near, far] = [right(1.0).weight, right(3.0).weight];
+        assert!(near > 0.3 && far < near && far > 0.0, "{near} {far}");
+        assert_eq!(right(-3.0).weight, 1.0);
+        let [near, far] = [left(-1.0).weight, left(-3.0).weight];
+        assert!(near < 0.7 && far > near, "{near} {far}");
+        assert_eq!(left(3.0).weight, 0.0);
+        assert!((1.0..2.0).contains(&left(-2.0).width_scale));
+    }
+
+    #[test]
+    fn pressure_is_a_share_of_the_strength() {
+        let strands = curtain();
+        let picker = Picker::new(&strands);
+        let weight = |pressure: f32| {
+            let mut paint = Paint::unpainted(strands.n_groom_points());
+            let mut stroke = ActiveStroke::new(Brush::default()).unwrap();
+            stroke.set_pressure(pressure);
+            stroke.dab(&picker, &mut paint, Vec3::new(2.0, -5.0, 0.0));
+            paint
+                .points
+                .iter()
+                .map(|point| point.weight)
+                .fold(0.0, f32::max)
+        };
+        assert_eq!(
+            [0.0, 0.25, 1.0, 3.0, f32::NAN].map(weight),
+            [0.0, 0.25, 1.0, 1.0, 1.0]
+        );
+    }
+
+    #[test]
+    fn floods_cover_all_hair_within_the_mask() {
+        let strands = curtain();
+        let picker = Picker::new(&strands);
+        let paint = half_dyed(&strands);
+        let mut brush = Brush {
+            strength: 0.5,
+            effect: BrushEffect::Erase,
+            mask: BrushMask {
+                from: 0.5,
+                to: 1.0,
+                soft: 0.0,
+            },
+            ..Brush::default()
+        };
+        let stroke = picker.flood(&paint, &brush).unwrap();
+        // Twenty strands are dyed, six of eleven points of each lie in the mask.
+        assert_eq!(stroke.changed.len(), 20 * 6);
+        assert!(stroke.changed.iter().all(|(.., after)| after.weight == 0.5));
+        brush.effect = BrushEffect::Dye([1.0; 3]);
+        let stroke = picker.flood(&paint, &brush).unwrap();
+        assert_eq!(stroke.changed.len(), 42 * 6);
+        brush.effect = BrushEffect::Smear;
+        assert!(picker.flood(&paint, &brush).unwrap().is_empty());
+        // Strands that are even stay as they are; a tip that is dyed fades into the rest.
+        brush = Brush {
+            radius_cm: 3.0,
+            effect: BrushEffect::Blur,
+            ..Brush::default()
+        };
+        let mut paint = Paint::unpainted(strands.n_groom_points());
+        paint.points[10].weight = 1.0;
+        let mut after = paint.clone();
+        after.apply(&picker.flood(&paint, &brush).unwrap());
+        let weights: Vec<f32> = after.points[6..11].iter().map(|it| it.weight).collect();
+        assert!(weights.windows(2).all(|pair| pair[0] < pair[1]) || weights[0] == 0.0);
+        assert!(weights[4] < 0.8 && weights[3] > 0.1, "{weights:?}");
+        assert!(after.points[11..].iter().all(|it| it.weight == 0.0));
+        brush.radius_cm = f32::NAN;
+        assert!(picker.flood(&paint, &brush).is_err());
     }
 
     #[test]

@@ -17,6 +17,10 @@ pub enum BrushEffect {
     ShiftScale(f32),
     /// Takes all paint off.
     Erase,
+    /// Towards the mean paint of the hair in the ball.
+    Blur,
+    /// Takes up the paint that it goes over and lays it on along its way.
+    Smear,
 }
 
 /// Where along a strand a brush works, in shares of its length: 0 at the root, 1 at the tip.
@@ -157,7 +161,8 @@ impl Brush {
     }
 
     /// `point` under the brush with this coverage, 0..=1. Dye covers what is there; scales go
-    /// towards the brush's by factors.
+    /// towards the brush's by factors. What blur and smear lay on depends on the hair around: here they do
+    /// nothing.
     pub fn applied(&self, point: &PaintedPoint, coverage: f32) -> PaintedPoint {
         if coverage <= 0.0 {
             return *point;
@@ -186,6 +191,7 @@ impl Brush {
             BrushEffect::ShiftScale(scale) => {
                 painted.shift_scale = towards(point.shift_scale, scale)
             }
+            BrushEffect::Blur | BrushEffect::Smear => return *point,
             BrushEffect::Erase => {
                 painted.weight *= 1.0 - a;
                 painted.width_scale = towards(point.width_scale, 1.0);

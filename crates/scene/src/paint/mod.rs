@@ -21,8 +21,10 @@
 mod active_stroke;
 mod attributes;
 mod brush;
+mod flood;
 mod grid;
 mod kinds;
+mod mean;
 mod optics;
 mod picker;
 mod point;

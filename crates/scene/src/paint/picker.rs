@@ -86,6 +86,16 @@ impl Picker {
     /// Where the nearest strand lies that passes within [`PICK_PX`] of `cursor` (px from the upper
     /// left corner of a picture of `size`): of several the one in front.
     pub fn pick(&self, camera: &Camera, size: [u32; 2], cursor: [f32; 2]) -> Option<Vec3> {
+        self.find(camera, size, cursor).map(|found| found.position)
+    }
+
+    /// The one of [`Strands::points`] at or before the place that [`Picker::pick`] finds.
+    pub fn pick_point(&self, camera: &Camera, size: [u32; 2], cursor: [f32; 2]) -> Option<usize> {
+        self.find(camera, size, cursor)
+            .map(|found| found.ix as usize)
+    }
+
+    fn find(&self, camera: &Camera, size: [u32; 2], cursor: [f32; 2]) -> Option<Candidate> {
         let [width, height] = size.map(|side| side.max(1) as f32);
         let focal = 0.5 * height / (0.5 * camera.fov_y).tan();
         let (right, up, forward) = camera.axes();
@@ -135,11 +145,10 @@ impl Picker {
         let front = found.iter().map(|it| it.depth).reduce(f32::min)?;
         // Of the strand in front that place which the cursor is nearest to.
         let behind = front * (1.0 + 2.0 * PICK_PX / focal);
-        let nearest = found
-            .iter()
+        found
+            .into_iter()
             .filter(|it| it.depth <= behind)
-            .min_by(|a, b| a.apart.total_cmp(&b.apart).then(a.ix.cmp(&b.ix)))?;
-        Some(nearest.position)
+            .min_by(|a, b| a.apart.total_cmp(&b.apart).then(a.ix.cmp(&b.ix)))
     }
 
     /// Points of the groom whose hair lies within `radius` cm of `centre`, each once and in
@@ -171,6 +180,11 @@ impl Picker {
         found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
         found.dedup_by_key(|entry| entry.0);
         found
+    }
+
+    /// Points of the groom of each strand that can be seen, ascending.
+    pub(super) fn strands(&self) -> &[Range<u32>] {
+        &self.strands
     }
 
     /// Points of the groom on the strand of `point`; [`None`] if it cannot be seen.

@@ -74,6 +74,26 @@ impl PaintedPoint {
         }
     }
 
+    /// [`PaintedPoint::mix`], factors going by their logarithms, as brushes have it.
+    pub fn towards(&self, other: &PaintedPoint, t: f32) -> PaintedPoint {
+        if t <= 0.0 || t >= 1.0 {
+            return self.mix(other, t);
+        }
+        let factor = |a: f32, b: f32| {
+            if a == b {
+                a
+            } else {
+                a.powf(1.0 - t) * b.powf(t)
+            }
+        };
+        PaintedPoint {
+            width_scale: factor(self.width_scale, other.width_scale),
+            shift_scale: factor(self.shift_scale, other.shift_scale),
+            ..self.mix(other, t)
+        }
+        .clamped()
+    }
+
     /// The parameters of hair with this paint, for those who look at one fibre at a time: widths
     /// and shifts are kept in their ranges.
     pub fn on(&self, hair: &HairParams) -> HairParams {

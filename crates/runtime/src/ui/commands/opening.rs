@@ -11,6 +11,7 @@ use crate::session::Session;
 use crate::ui::document::Document;
 use crate::ui::job::{Job, Made, News, Wanted};
 use crate::ui::layout::UiState;
+use crate::ui::photo::Photo;
 use crate::ui::questions::{Then, name_of};
 use crate::ui::views::Views;
 use crate::ui::workspace::Workspace;
@@ -23,6 +24,18 @@ impl Workspace {
         use strandlight_formats::BakedFile;
 
         self.end_stroke();
+        if path
+            .extension()
+            .is_some_and(|it| it.eq_ignore_ascii_case("png"))
+        {
+            match Photo::read(path) {
+                Ok(photo) => self.state.paint.open_photo(photo),
+                Err(error) => self.fail(&error.to_string()),
+            }
+            self.is_outdated = true;
+            self.window.request_redraw();
+            return;
+        }
         let from = path.to_owned();
         let name = name_of(path);
         match kind_of(path) {

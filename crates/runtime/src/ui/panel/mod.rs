@@ -9,6 +9,7 @@ pub mod motion;
 pub mod paint;
 pub mod picture;
 pub mod statistics;
+pub mod variation;
 
 use egui::{CollapsingHeader, RichText, Ui};
 
