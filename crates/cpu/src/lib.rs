@@ -35,6 +35,7 @@ mod composite;
 mod data_layers;
 mod frame;
 mod interactive;
+mod light_reaching;
 mod list;
 mod project;
 mod proxies;
@@ -55,6 +56,7 @@ mod voxelise;
 
 pub use data_layers::{coverage, data_layers};
 pub use interactive::{Display, InteractiveRenderer, levels};
+pub use light_reaching::transmittance_seen;
 pub use renderer::CpuRenderer;
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;

@@ -1,7 +1,7 @@
 //! Every parameter of a scene, once: key, label, symbol, unit, range, default, help, and how it is
 //! read and set.
 //!
-//! - [`HAIR`], [`LIGHTS`], [`ADJUST`], [`CAMERA`], [`RENDER`], [`MOTION`], [`WIND`], [`ELLIPSOID`],
+//! - [`HAIR`], [`LIGHTS`], [`ADJUST`], [`ADDED`], [`CAMERA`], [`RENDER`], [`MOTION`], [`WIND`], [`ELLIPSOID`],
 //!   [`GROUND`], [`MESH`]: a [`Section`] of a scene with its [`Param`]s.
 //! - [`ParamSpec`]: what is said of a parameter; [`SECTIONS`] lists them without the types of the
 //!   sections.
@@ -33,7 +33,7 @@ mod tests;
 
 pub use field::{Field, Value};
 pub use hair::HAIR;
-pub use lights::{ADJUST, LIGHTS};
+pub use lights::{ADDED, ADJUST, LIGHTS};
 pub use motion::{ELLIPSOID, GROUND, MESH, MOTION, WIND};
 pub use picture::{CAMERA, GROOM, RENDER, TABLES};
 pub use reference::reference_markdown;
@@ -41,8 +41,8 @@ pub use section::{Param, Section, SectionSpec};
 pub use spec::{Absent, Group, Kind, Numbers, ParamSpec, Shape, Word};
 
 /// Every section of a scene, in the order of the reference.
-pub const SECTIONS: [&dyn SectionSpec; 12] = [
-    &GROOM, &LIGHTS, &ADJUST, &TABLES, &HAIR, &CAMERA, &RENDER, &MOTION, &WIND, &ELLIPSOID,
+pub const SECTIONS: [&dyn SectionSpec; 13] = [
+    &GROOM, &LIGHTS, &ADJUST, &ADDED, &TABLES, &HAIR, &CAMERA, &RENDER, &MOTION, &WIND, &ELLIPSOID,
     &GROUND, &MESH,
 ];
 
