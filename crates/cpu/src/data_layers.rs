@@ -104,6 +104,28 @@ pub fn coverage(
     Ok(shares)
 }
 
+/// `values` of the points, between them along the strand that is seen at the centre of each pixel of `view`, in
+/// rows, top first; none where no strand is.
+pub(super) fn seen_of_points(
+    strands: &Strands,
+    beside: &Beside,
+    view: &ViewUniform,
+    values: &[f32],
+) -> Vec<Option<f32>> {
+    let nearest = nearest(strands, beside, view);
+    let pixels = nearest.into_par_iter().enumerate();
+    pixels
+        .map(|(pixel, nearest)| {
+            let segment = nearest as u32;
+            (segment != NO_SEGMENT).then(|| {
+                let first = strands.segments[segment as usize] as usize;
+                let share = Spine::new(view, strands, segment).share(centre(view, pixel));
+                mix(values[first], values[first + 1], share)
+            })
+        })
+        .collect()
+}
+
 fn channels(
     strands: &Strands,
     beside: &Beside,

@@ -36,6 +36,7 @@ mod data_layers;
 mod fade;
 mod frame;
 mod interactive;
+mod light_reaching;
 mod list;
 mod project;
 mod proxies;
@@ -56,6 +57,7 @@ mod voxelise;
 
 pub use data_layers::{coverage, data_layers};
 pub use interactive::{Display, InteractiveRenderer, levels};
+pub use light_reaching::transmittance_seen;
 pub use renderer::CpuRenderer;
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;

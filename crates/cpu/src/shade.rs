@@ -53,13 +53,11 @@ pub(super) fn shade(
     radiance: &mut Radiance,
 ) -> Counts {
     let n_points = scene.strands.points.len();
-    let n_voxels = grid.n_voxels();
-    let has_maps = matches!(shadows, Shadows::Volume(_)) && !visibility.shares.is_empty();
     let answers = (visibility, n_points);
     let Radiance { at, along } = radiance;
     let mut along: Vec<Option<&mut Along>> = along.iter_mut().map(Some).collect();
     along.resize_with(n_points, || None);
-    let lift = SELF_LIFT * grid.h;
+    let reaching = Reaching::new(scene, grid, shadows, visibility);
     let shader = PointShader::new(scene, view);
     at.par_iter_mut()
         .zip(along)
@@ -72,30 +70,7 @@ pub(super) fn shade(
                     ..Counts::default()
                 };
             }
-            let arriving = |ix: usize, light: &LightRecord| {
-                let record = match shadows {
-                    Shadows::Volume(records) => {
-                        let lifted = position + Vec3::from(light.direction) * lift;
-                        let g = grid_position(grid, lifted);
-                        record_at(grid, &records[ix * n_voxels..], g)
-                    }
-                    Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
-                };
-                let share_of = |is_tt| {
-                    unblocked_share(
-                        &visibility.shares,
-                        n_points,
-                        light.shadow_index,
-                        is_tt,
-                        point,
-                    )
-                };
-                let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
-                if has_maps && light.shadow_index != NO_SLOT {
-                    (unblocked, unblocked_tt) = (share_of(false), share_of(true));
-                }
-                (record, unblocked, unblocked_tt)
-            };
+            let arriving = |ix: usize, light: &LightRecord| reaching.at(point, ix, light);
             let at = VisiblePoint {
                 place: point,
                 point,
@@ -104,6 +79,52 @@ pub(super) fn shade(
             shader.shade(at, lights, arriving, radiance, along)
         })
         .reduce(Counts::default, Counts::and)
+}
+
+/// What of a batch of lights reaches the points of a scene.
+pub(super) struct Reaching<'a> {
+    points: &'a [[f32; 4]],
+    grid: &'a Grid,
+    shadows: &'a Shadows,
+    visibility: &'a Visibility,
+    has_maps: bool,
+}
+
+impl<'a> Reaching<'a> {
+    /// By `shadows`, those of the batch, and `visibility`, that of the shadow maps.
+    pub fn new(
+        scene: &'a PreparedScene,
+        grid: &'a Grid,
+        shadows: &'a Shadows,
+        visibility: &'a Visibility,
+    ) -> Reaching<'a> {
+        let has_maps = matches!(shadows, Shadows::Volume(_)) && !visibility.shares.is_empty();
+        Reaching {
+            points: &scene.strands.points,
+            grid,
+            shadows,
+            visibility,
+            has_maps,
+        }
+    }
+
+    /// The record of light `ix` of the batch at a point, and its unblocked shares, of all modes and of TT.
+    pub fn at(&self, point: usize, ix: usize, light: &LightRecord) -> (ShadowRecord, f32, f32) {
+        let n_points = self.points.len();
+        let record = match self.shadows {
+            Shadows::Volume(records) => {
+                let of_light = &records[ix * self.grid.n_voxels()..];
+                record_at_point(self.grid, of_light, &self.points[point], light.direction)
+            }
+            Shadows::Points(records) => unpack_record(&records[ix * n_points + point]),
+        };
+        if !self.has_maps || light.shadow_index == NO_SLOT {
+            return (record, record.shares[0], record.shares[0]);
+        }
+        let shares = &self.visibility.shares;
+        let share_of = |is_tt| unblocked_share(shares, n_points, light.shadow_index, is_tt, point);
+        (record, share_of(false), share_of(true))
+    }
 }
 
 /// Shades points by the closed forms.

@@ -140,7 +140,7 @@ pub use scene::{
     RenderSection, Scattering, Scene, TablesSection, ToneMap,
 };
 pub use scene_hair::{HairSection, Melanin};
-pub use scene_lights::{LightAdjust, LightsSection};
+pub use scene_lights::{AddedLight, LightAdjust, LightsSection, MAX_ADDED_LIGHTS};
 pub use scene_motion::{MotionSection, WindSection};
 pub use scene_proxy::{MAX_PROXIES, ProxySection};
 pub use scene_variation::VariationSection;

@@ -7,7 +7,7 @@ use crate::light_set::MAX_LIGHTS;
 use crate::params;
 use crate::scene::CameraSection;
 use crate::scene_hair::HairSection;
-use crate::scene_lights::LightsSection;
+use crate::scene_lights::{LightsSection, MAX_ADDED_LIGHTS};
 use crate::scene_motion::MotionSection;
 use crate::scene_proxy::{MAX_PROXIES, ProxySection};
 use crate::scene_variation::VariationSection;
@@ -59,6 +59,14 @@ impl LightsSection {
         self.adjust.iter().try_for_each(|own| {
             let name = |key: &str| format!("lights.adjust of light {}: {key}", own.light);
             params::ADJUST.validate_as(own, name)
+        })?;
+        if self.added.len() > MAX_ADDED_LIGHTS {
+            let most = format!("at most {MAX_ADDED_LIGHTS}");
+            return Err(Error::value("lights.added", self.added.len(), most));
+        }
+        let mut added = self.added.iter().enumerate();
+        added.try_for_each(|(ix, own)| {
+            params::ADDED.validate_as(own, |key| format!("lights.added[{ix}].{key}"))
         })
     }
 }

@@ -24,6 +24,9 @@ pub enum Environment {
     /// A map, constant over each pixel.
     #[cfg(feature = "files")]
     Map(MapSampler),
+    /// Both at once: a map, and lights that a scene adds.
+    #[cfg(feature = "files")]
+    MapAndLights(MapSampler, LightSampler),
 }
 
 /// A direction drawn from an [`Environment`].
@@ -38,6 +41,15 @@ pub struct Emitted {
 }
 
 impl Environment {
+    /// `map` and `lights` that are added to it.
+    #[cfg(feature = "files")]
+    pub fn with_added(map: MapSampler, lights: &[SrbfLight]) -> Environment {
+        match lights {
+            [] => Environment::Map(map),
+            _ => Environment::MapAndLights(map, LightSampler::new(lights)),
+        }
+    }
+
     /// Radiance from the unit vector `omega`, and the density with which [`Environment::sample`]
     /// draws it: proportional to the mean of the channels, 0 where there is no light at all.
     pub fn radiance(&self, omega: Vec3) -> ([f32; 3], f32) {
@@ -45,6 +57,14 @@ impl Environment {
             Environment::Lights(lights) => lights.radiance(omega),
             #[cfg(feature = "files")]
             Environment::Map(map) => map.radiance(omega),
+            #[cfg(feature = "files")]
+            Environment::MapAndLights(map, lights) => {
+                let (of_map, of_lights) = (map.radiance(omega), lights.radiance(omega));
+                let share = map_share(map, lights);
+                let sum = [0, 1, 2].map(|c: usize| of_map.0[c] + of_lights.0[c]);
+                let pdf = share * f64::from(of_map.1) + (1.0 - share) * f64::from(of_lights.1);
+                (sum, pdf as f32)
+            }
         }
     }
 
@@ -73,6 +93,14 @@ impl Environment {
             Environment::Lights(lights) => lights.direction_at(u)?,
             #[cfg(feature = "files")]
             Environment::Map(map) => map.direction_at(u)?,
+            #[cfg(feature = "files")]
+            Environment::MapAndLights(map, lights) => {
+                let share = map_share(map, lights);
+                match u[0] < share {
+                    true => map.direction_at([u[0] / share, u[1], u[2]])?,
+                    false => lights.direction_at([(u[0] - share) / (1.0 - share), u[1], u[2]])?,
+                }
+            }
         };
         let (radiance, pdf) = self.radiance(direction);
         Some(Emitted {
@@ -80,6 +108,16 @@ impl Environment {
             radiance,
             pdf,
         })
+    }
+}
+
+/// Share of the map in the power of both; 1 where there is none at all.
+#[cfg(feature = "files")]
+fn map_share(map: &MapSampler, lights: &LightSampler) -> f64 {
+    let (of_map, of_lights) = (map.total(), lights.powers.total());
+    match of_lights > 0.0 {
+        true => of_map / (of_map + of_lights),
+        false => 1.0,
     }
 }
 
@@ -235,6 +273,28 @@ mod tests {
         for (c, (mean, error)) in integral(&environment, |_| 1.0).into_iter().enumerate() {
             let expected = 2.0 * energy[c];
             // Draws on the edge of a pixel may round into its neighbour.
+            assert!(
+                (mean - expected).abs() < 4.0 * error + 1e-3 * expected,
+                "{c}: {mean} {expected} {error}"
+            );
+        }
+    }
+
+    #[test]
+    fn draws_integrate_a_map_and_lights() {
+        let (map, of_map) = map();
+        let Environment::Map(sampler) = of_map else {
+            unreachable!()
+        };
+        let key = SrbfLight {
+            direction: [0.0, 0.6, 0.8],
+            lambda: 0.3,
+            rgb: [40.0, 20.0, 0.0],
+        };
+        let both = Environment::with_added(sampler, &[key]);
+        let angle = PI * 0.09 * (1.0 - (-4.0f64 / 0.09).exp());
+        for (c, (mean, error)) in integral(&both, |_| 1.0).into_iter().enumerate() {
+            let expected = 2.0 * map.energy()[c] + f64::from(key.rgb[c]) * angle;
             assert!(
                 (mean - expected).abs() < 4.0 * error + 1e-3 * expected,
                 "{c}: {mean} {expected} {error}"

@@ -1,7 +1,9 @@
 //! What of a picture is shown in place of its colours: exposure in false colours, what is clipped, data of
-//! the strands, and errors.
+//! the strands, errors, and parts of the light.
 
-use strandlight_cpu::{Display, coverage, data_layers};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+use strandlight_cpu::{Display, coverage, data_layers, levels, transmittance_seen};
 use strandlight_reference::converge::Converged;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::camera::Camera;
@@ -9,6 +11,7 @@ use strandlight_scene::layers::{self, Data, Layer};
 use strandlight_scene::{DisplayTransform, Picture, PreparedScene, RenderError};
 
 use crate::interactive::new_version;
+use crate::light_layer::LightLayer;
 
 /// What is shown of a picture in place of its colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +32,10 @@ pub enum Inspection {
     Strands,
     /// Expected error on the way to ground truth over radiance, 20 % white.
     Error,
+    /// A part of the light alone, as the picture is graded.
+    Layer(LightLayer),
+    /// Share of the lights' power that reaches the strand unblocked.
+    Transmittance,
 }
 
 /// Luminances up to a number of stops from middle grey (0.18), and their colour.
@@ -53,11 +60,15 @@ const CLIPPED: f32 = 254.5 / 255.0;
 /// And nothing darker.
 const BLACK: f32 = 0.5 / 255.0;
 
+/// Where no strand is, in pictures whose strands may be black.
+const NO_HAIR: [u8; 3] = [24, 28, 48];
+
 /// Relative error that is white.
 const WORST_ERROR: f32 = 0.2;
 
 impl Inspection {
-    /// All of them, with what menus call them.
+    /// What is made of the picture and of the strands, with what menus call it. Parts of the light are
+    /// [`LightLayer::ALL`].
     pub const ALL: [(Inspection, &str); 8] = [
         (Inspection::FalseColor, "False colour"),
         (Inspection::Clipping, "Clipping"),
@@ -70,16 +81,38 @@ impl Inspection {
     ];
 
     /// What menus call it.
-    pub fn name(self) -> &'static str {
-        let found = Inspection::ALL.iter().find(|(other, _)| *other == self);
-        found.map_or("", |(_, name)| name)
+    pub fn name(self) -> String {
+        match self {
+            Inspection::Layer(layer) => layer.name(),
+            Inspection::Transmittance => "Transmittance".to_owned(),
+            _ => {
+                let found = Inspection::ALL.iter().find(|(other, _)| *other == self);
+                found.map_or("", |(_, name)| name).to_owned()
+            }
+        }
     }
 
-    /// Is it of the light, and not of the strands alone?
+    /// What is drawn apart from the picture, a thread of its own working on it: parts of the light, and how much
+    /// of it arrives.
+    pub fn of_arriving_light() -> impl Iterator<Item = Inspection> {
+        let layers = LightLayer::ALL.into_iter().map(Inspection::Layer);
+        layers.chain([Inspection::Transmittance])
+    }
+
+    /// Is it among those, or the layer of a light?
+    pub fn is_drawn_apart(self) -> bool {
+        matches!(self, Inspection::Layer(_) | Inspection::Transmittance)
+    }
+
+    /// Is it of the light, and not of the strands alone? Then pixels have values: see
+    /// [`Viewer::readout`](crate::Viewer::readout).
     pub fn is_of_light(self) -> bool {
         matches!(
             self,
-            Inspection::FalseColor | Inspection::Clipping | Inspection::Error
+            Inspection::FalseColor
+                | Inspection::Clipping
+                | Inspection::Error
+                | Inspection::Layer(_)
         )
     }
 }
@@ -133,6 +166,109 @@ pub struct Inspector {
     pub of: Option<InspectedState>,
     /// The radiance that is shown, over what is behind it.
     pub picture: Option<Picture>,
+    /// What is drawn apart.
+    pub apart: Apart,
+}
+
+/// What is drawn apart from the picture.
+#[derive(Default)]
+pub struct Apart {
+    /// What was last drawn, of the picture of that number, and where it comes from.
+    asked: Option<(OfPicture, Receiver<Result<Drawn, RenderError>>)>,
+    /// It is on its way.
+    is_drawing: bool,
+    /// What came of it.
+    drawn: Option<(OfPicture, Drawn)>,
+}
+
+/// What is inspected, and the number of the picture.
+pub type OfPicture = (Inspection, u64);
+
+/// Linear radiance over black, or a share of each pixel's light.
+pub enum Drawn {
+    /// Of a [`LightLayer`].
+    Light(Picture),
+    /// Of [`Inspection::Transmittance`].
+    Shares(Vec<Option<f32>>),
+}
+
+impl Apart {
+    /// Is it on its way?
+    pub fn is_drawing(&self) -> bool {
+        self.is_drawing
+    }
+
+    /// Takes up what has been drawn. Answers an error once.
+    ///
+    /// # Errors
+    /// What could not be drawn.
+    pub fn take(&mut self) -> Result<(), RenderError> {
+        if let (true, Some((of, answer))) = (self.is_drawing, &self.asked) {
+            match answer.try_recv() {
+                Ok(drawn) => {
+                    self.is_drawing = false;
+                    self.drawn = Some((*of, drawn?));
+                }
+                Err(TryRecvError::Disconnected) => self.is_drawing = false,
+                Err(TryRecvError::Empty) => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// What was drawn of that picture; of another nothing.
+    pub fn of(&self, wanted: OfPicture) -> Option<&Drawn> {
+        let drawn = self.drawn.as_ref();
+        drawn
+            .filter(|(of, _)| *of == wanted)
+            .map(|(_, drawn)| drawn)
+    }
+
+    /// Has it to be drawn? One thread draws at a time, and what failed is not tried again.
+    pub fn wants(&self, wanted: OfPicture) -> bool {
+        !self.is_drawing && self.asked.as_ref().is_none_or(|(of, _)| *of != wanted)
+    }
+
+    /// Starts to draw what is `wanted` of `scene`.
+    pub fn start(&mut self, wanted: OfPicture, scene: PreparedScene, size: [u32; 2]) {
+        let (tell, answer) = channel();
+        (self.asked, self.is_drawing) = (Some((wanted, answer)), true);
+        std::thread::spawn(move || {
+            // Nobody listens any more where the picture alone is shown by now.
+            let _ = tell.send(drawn_apart(wanted.0, scene, size));
+        });
+    }
+}
+
+fn drawn_apart(
+    inspection: Inspection,
+    scene: PreparedScene,
+    size: [u32; 2],
+) -> Result<Drawn, RenderError> {
+    let Inspection::Layer(layer) = inspection else {
+        let shares = transmittance_seen(&scene, &scene.camera, size)?;
+        return Ok(Drawn::Shares(shares));
+    };
+    let mut picture = layer.draw(scene, size)?;
+    // Over black, as what is inspected is opaque.
+    picture.rgba.iter_mut().for_each(|rgba| rgba[3] = 1.0);
+    Ok(Drawn::Light(picture))
+}
+
+/// The pixels of what was drawn apart, with exposure in stops and display transform.
+pub fn of_drawn(drawn: &Drawn, (exposure, display): (f32, &DisplayTransform)) -> Vec<[u8; 4]> {
+    match drawn {
+        Drawn::Light(picture) => {
+            let mut pixels = Vec::new();
+            levels(picture, (exposure.exp2(), display), &mut pixels);
+            pixels
+        }
+        // Half the light is half the level.
+        Drawn::Shares(shares) => shares
+            .iter()
+            .map(|share| share.map_or(opaque(NO_HAIR), grey))
+            .collect(),
+    }
 }
 
 /// A picture: number, exposure and display transform, and samples of ground truth.
@@ -239,7 +375,11 @@ pub fn of_strands(
                 .collect()
         }
         Inspection::Strands => one(Data::StrandId)?.into_iter().map(strand).collect(),
-        Inspection::FalseColor | Inspection::Clipping | Inspection::Error => Vec::new(),
+        Inspection::FalseColor
+        | Inspection::Clipping
+        | Inspection::Error
+        | Inspection::Layer(_)
+        | Inspection::Transmittance => Vec::new(),
     })
 }
 

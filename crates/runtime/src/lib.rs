@@ -22,6 +22,8 @@ mod ground_truth;
 mod inspection;
 mod interactive;
 #[cfg(not(target_arch = "wasm32"))]
+mod light_layer;
+#[cfg(not(target_arch = "wasm32"))]
 #[doc(hidden)]
 pub mod opening;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
@@ -47,5 +49,7 @@ pub use ground_truth::{TruthError, TruthProgress};
 #[cfg(not(target_arch = "wasm32"))]
 pub use inspection::{BANDS, Inspection};
 pub use interactive::{Display, InteractiveBackend};
+#[cfg(not(target_arch = "wasm32"))]
+pub use light_layer::LightLayer;
 pub use session::Session;
 pub use viewer::Viewer;

@@ -353,6 +353,19 @@ impl<B: Backend + ?Sized> Viewer<B> {
         Ok(change)
     }
 
+    /// See [`Session::go_to`].
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    pub fn go_to(&mut self, n_done: usize) -> Result<Option<Change>, RenderError> {
+        self.release()?;
+        let change = self.session.go_to(n_done);
+        if let Some(change) = &change {
+            self.show(change)?;
+        }
+        Ok(change)
+    }
+
     /// Where the hair is that is seen at `cursor`, px from the upper left corner of the picture.
     pub fn pick(&mut self, cursor: [f32; 2]) -> Option<glam::Vec3> {
         let size = self.size();
@@ -516,7 +529,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             renderer.set_radii(&radii)?;
         }
         if change.has(Edits::LIGHTS) {
-            renderer.set_lights(assets.turned_lights(&scene.lights))?;
+            renderer.set_lights(assets.planned_lights(&scene.lights))?;
         }
         if change.has(Edits::LIGHTS | Edits::LIGHT_COLORS) {
             renderer.set_light_colors(&assets.light_colors(&scene.lights))?;
@@ -579,6 +592,6 @@ impl<B: Backend + ?Sized> Viewer<B> {
 /// switching one off and on again, here or in the file, gives the same picture.
 fn unmuted_scene(session: &Session) -> Result<PreparedScene, SceneError> {
     let mut prepared = session.prepared()?;
-    prepared.lights = session.assets().turned_lights(&session.scene().lights);
+    prepared.lights = session.assets().planned_lights(&session.scene().lights);
     Ok(prepared)
 }

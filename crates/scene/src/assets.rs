@@ -8,13 +8,14 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 use strandlight_formats::{
-    Attribute, CameraSection, Cube, Domain, Groom, HairSection, LightSet, LightsSection,
-    RenderSection, Scene, SrbfLight, TableFile, TableReader,
+    AddedLight, Attribute, CameraSection, Cube, Domain, Groom, HairSection, LightSet,
+    LightsSection, RenderSection, Scene, SrbfLight, TableFile, TableReader,
 };
 use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::table_names;
+use strandlight_scattering::spherical_gaussian::solid_angle;
 
 use crate::camera::{Camera, DEFAULT_FOV_Y};
 use crate::display::DisplayTransform;
@@ -27,6 +28,7 @@ use crate::proxy::Proxy;
 use crate::strands::Strands;
 use crate::tables::{ShadingTables, TablesError};
 use crate::variation::ShapeVariation;
+use crate::volume::power;
 
 /// Segments m of the outer integral, as Xu 2011 published.
 const SEGMENTS: u32 = 4;
@@ -256,26 +258,48 @@ impl Assets {
         Camera::framing(centre, radius, DEFAULT_FOV_Y)
     }
 
-    /// All lights of the set, turned as `section` says, with the amplitudes of the set.
+    /// All lights of the set, turned as `section` says, with the amplitudes of the set; then those that `section`
+    /// adds.
     pub fn turned_lights(&self, section: &LightsSection) -> Vec<SrbfLight> {
         let turn = Quat::from_rotation_y(section.rotate_deg.to_radians() as f32);
         let turned = |light: &SrbfLight| SrbfLight {
             direction: (turn * Vec3::from(light.direction)).normalize().to_array(),
             ..*light
         };
-        self.lights.lights.iter().map(turned).collect()
+        let of_set = self.lights.lights.iter().map(turned);
+        of_set
+            .chain(section.added.iter().map(AddedLight::light))
+            .collect()
     }
 
-    /// Amplitudes of all lights of the set as `section` changes them; black where they are off.
+    /// The same, with the amplitudes that shadow maps are shared out by while `section` is edited: a light that it adds
+    /// counts as half the set, whatever its intensity, so that no picture depends on the edits before it.
+    pub fn planned_lights(&self, section: &LightsSection) -> Vec<SrbfLight> {
+        let mut lights = self.turned_lights(section);
+        let (of_set, added) = lights.split_at_mut(self.lights.lights.len());
+        let sum: f64 = of_set.iter().flat_map(power).sum();
+        for light in added {
+            let amplitude = 0.5 * sum / 3.0 / solid_angle(f64::from(light.lambda));
+            light.rgb = [(amplitude as f32).min(MAX_AMPLITUDE); 3];
+        }
+        lights
+    }
+
+    /// Amplitudes of all these lights as `section` changes them; black where they are off.
     pub fn light_colors(&self, section: &LightsSection) -> Vec<[f32; 3]> {
         let factors = (0..).map(|ix| section.factor(ix).map(|x| x as f32));
-        let lights = self.lights.lights.iter().zip(factors);
-        lights
-            .map(|(light, factor)| {
-                let colored = |channel| light.rgb[channel] * factor[channel];
-                std::array::from_fn(|channel| f32::min(colored(channel), MAX_AMPLITUDE))
-            })
-            .collect()
+        let of_set = self.lights.lights.iter().zip(factors);
+        let of_set = of_set.map(|(light, factor)| {
+            let colored = |channel| light.rgb[channel] * factor[channel];
+            std::array::from_fn(|channel| f32::min(colored(channel), MAX_AMPLITUDE))
+        });
+        let numbers = self.lights.lights.len() as u32..;
+        let added = numbers.zip(&section.added);
+        let added = added.map(|(ix, light)| match section.is_on(ix) {
+            true => light.light().rgb,
+            false => [0.0; 3],
+        });
+        of_set.chain(added).collect()
     }
 }
 
@@ -313,15 +337,15 @@ fn meshes(
     Ok(meshes)
 }
 
-/// Refuses keys that name a light the set does not have.
+/// Refuses keys that name a light which is not there.
 fn check_lights_named(section: &LightsSection, set: &LightSet) -> Result<(), SceneError> {
-    match section.largest_light() {
-        Some((key, light)) if light as usize >= set.lights.len() => Err(SceneError::NoLight {
+    match section.missing_light(set.lights.len()) {
+        Some((key, light)) => Err(SceneError::NoLight {
             key,
             light,
             last: set.lights.len() - 1,
         }),
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 

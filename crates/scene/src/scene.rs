@@ -35,8 +35,8 @@ use strandlight_scattering::spherical_gaussian::solid_angle;
 pub struct PreparedScene {
     /// The hair, world space, cm.
     pub strands: Arc<Strands>,
-    /// All lights of the set in its order, turned and scaled as the scene says; those that are off
-    /// are black. So an index is the light's number in the set, as in files, layers and the viewer.
+    /// All lights of the set in its order, turned and scaled as the scene says, then those that it adds; those that
+    /// are off are black. So an index is the light's number, as in files, layers and the viewer.
     pub lights: Vec<SrbfLight>,
     /// The hair's parameters, the modes to draw, and the textures made of them.
     pub hair: HairMaterial,

@@ -67,7 +67,7 @@ fn traced(viewer: &mut Viewer, n: u32) -> TruthProgress {
             return truth;
         }
         assert!(start.elapsed() < Duration::from_secs(120), "{truth:?}");
-        let is_more = !progress.is_done || viewer.next_truth().is_some();
+        let is_more = !progress.is_done || viewer.next_update().is_some();
         assert!(is_more, "nothing more comes");
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -78,7 +78,7 @@ fn finished_pictures_go_on_to_ground_truth_and_edits_go_back() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut viewer = viewer(folder.path());
     let fast = finished(&mut viewer);
-    assert!(viewer.ground_truth().is_none() && viewer.next_truth().is_none());
+    assert!(viewer.ground_truth().is_none() && viewer.next_update().is_none());
 
     viewer.set_ground_truth(true);
     let truth = traced(&mut viewer, 8);
@@ -208,7 +208,7 @@ fn what_cannot_be_traced_is_said_until_it_is_changed() {
             std::thread::sleep(Duration::from_millis(5));
         };
         assert!(error.contains(wanted), "{error}");
-        assert_eq!(viewer.next_truth(), None);
+        assert_eq!(viewer.next_update(), None);
     };
     refused(
         &|scene| scene.render.scattering = Scattering::Single,

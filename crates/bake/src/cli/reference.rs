@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use serde_json::json;
-use strandlight_formats::{Scene, content_hash};
+use strandlight_formats::{Scene, SrbfLight, content_hash};
 use strandlight_images::Map;
 use strandlight_reference::environment::{LightSampler, MapSampler};
 use strandlight_reference::rays::Rays;
@@ -376,7 +376,14 @@ fn environment(
         scene.lights.rotate_deg,
         scene.lights.intensity
     );
-    Ok((Environment::Map(sampler), decided))
+    let added = added_lights(scene, prepared);
+    Ok((Environment::with_added(sampler, added), decided))
+}
+
+/// The lights that `scene` adds to its set, as they are lit.
+pub(super) fn added_lights<'a>(scene: &Scene, prepared: &'a PreparedScene) -> &'a [SrbfLight] {
+    let n_set = prepared.lights.len() - scene.lights.added.len();
+    &prepared.lights[n_set..]
 }
 
 /// Hash of what decides the picture.

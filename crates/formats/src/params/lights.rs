@@ -1,15 +1,16 @@
-//! `[lights]` and `[[lights.adjust]]`.
+//! `[lights]`, `[[lights.adjust]]` and `[[lights.added]]`.
 
 use super::section::{Param, Section, at};
 use super::spec::{Absent, Kind, Shape};
-use crate::scene_lights::{LightAdjust, LightsSection};
+use crate::scene_lights::{AddedLight, LightAdjust, LightsSection};
 
 /// The environment.
 pub const LIGHTS: Section<LightsSection> = Section {
     name: "lights",
     heading: "[lights]",
     kind: None,
-    help: "The environment. Lights are named by their place in the light set's file, from 0.",
+    help: "The environment. Lights are named by their place in the light set's file, from 0; those of \
+           `[[lights.added]]` follow.",
     params: &[
         Param::new("file", "Light set", Kind::File, at!(LightsSection.file))
             .absent(Absent::Refused)
@@ -23,7 +24,7 @@ pub const LIGHTS: Section<LightsSection> = Section {
         .unit("°")
         .slider(-180.0, 180.0)
         .decimals(1)
-        .help("Rotation of the environment about +Y, counter-clockwise seen from above."),
+        .help("Rotation of the light set about +Y, counter-clockwise seen from above."),
         Param::number(
             "intensity",
             "Intensity",
@@ -31,10 +32,10 @@ pub const LIGHTS: Section<LightsSection> = Section {
             at!(LightsSection.intensity),
         )
         .slider(0.0, 8.0)
-        .help("Intensity factor of all lights."),
+        .help("Intensity factor of all lights of the set."),
         Param::numbers("tint", "Tint", Shape::Rgb, TINT, at!(LightsSection.tint))
             .decimals(3)
-            .help("Colour factor of all lights."),
+            .help("Colour factor of all lights of the set."),
         Param::new("muted", "Mute", Kind::Lights, at!(LightsSection.muted))
             .help("Disabled lights."),
         Param::new("solo", "Solo", Kind::Lights, at!(LightsSection.solo)).help(
@@ -74,6 +75,55 @@ pub const ADJUST: Section<LightAdjust> = Section {
             .help("Colour factor of this light."),
     ],
     plain: || LightAdjust::new(0),
+};
+
+/// A light beside those of the set.
+pub const ADDED: Section<AddedLight> = Section {
+    name: "lights.added",
+    heading: "[[lights.added]]",
+    kind: None,
+    help: "A Gaussian light beside those of the set, such as a key or rim light; at most 64. It stands in the world: \
+           rotation, intensity and tint of `[lights]` do not apply. Its number follows those of the set.",
+    params: &[
+        Param::number(
+            "azimuth_deg",
+            "Azimuth",
+            [-3600.0, 3600.0],
+            at!(AddedLight.azimuth_deg),
+        )
+        .unit("°")
+        .slider(-180.0, 180.0)
+        .decimals(1)
+        .help("Where the light comes from, about +Y: 0 is +Z, 90 is +X."),
+        Param::number(
+            "elevation_deg",
+            "Elevation",
+            [-90.0, 90.0],
+            at!(AddedLight.elevation_deg),
+        )
+        .unit("°")
+        .decimals(1)
+        .help("Where the light comes from, above the horizon."),
+        Param::number("width_deg", "Width", [0.1, 90.0], at!(AddedLight.width_deg))
+            .unit("°")
+            .slider(0.5, 60.0)
+            .decimals(1)
+            .logarithmic()
+            .symbol("lambda")
+            .help("Standard deviation of the Gaussian: narrow lights throw hard shadows."),
+        Param::number(
+            "intensity",
+            "Intensity",
+            INTENSITY,
+            at!(AddedLight.intensity),
+        )
+        .slider(0.0, 8.0)
+        .help("Radiance integrated over the sphere: as strong at any width."),
+        Param::numbers("color", "Colour", Shape::Rgb, TINT, at!(AddedLight.color))
+            .decimals(3)
+            .help("Colour of the light, times the intensity."),
+    ],
+    plain: AddedLight::default,
 };
 
 /// Range of a factor on a light.

@@ -1,8 +1,8 @@
 //! Every parameter of a scene, once: key, label, symbol, unit, range, default, help, and how it is
 //! read and set.
 //!
-//! - [`HAIR`], [`VARIATION`], [`LIGHTS`], [`ADJUST`], [`CAMERA`], [`RENDER`], [`MOTION`], [`WIND`],
-//!   [`ELLIPSOID`], [`GROUND`], [`MESH`]: a [`Section`] of a scene with its [`Param`]s.
+//! - [`HAIR`], [`VARIATION`], [`LIGHTS`], [`ADJUST`], [`ADDED`], [`CAMERA`], [`RENDER`], [`MOTION`],
+//!   [`WIND`], [`ELLIPSOID`], [`GROUND`], [`MESH`]: a [`Section`] of a scene with its [`Param`]s.
 //! - [`ParamSpec`]: what is said of a parameter; [`SECTIONS`] lists them without the types of the
 //!   sections.
 //! - [`reference_markdown`]: the tables of the scene reference.
@@ -34,7 +34,7 @@ mod variation;
 
 pub use field::{Field, Value};
 pub use hair::HAIR;
-pub use lights::{ADJUST, LIGHTS};
+pub use lights::{ADDED, ADJUST, LIGHTS};
 pub use motion::{ELLIPSOID, GROUND, MESH, MOTION, WIND};
 pub use picture::{CAMERA, GROOM, RENDER, TABLES};
 pub use reference::reference_markdown;
@@ -43,8 +43,8 @@ pub use spec::{Absent, Group, Kind, Numbers, ParamSpec, Shape, Word};
 pub use variation::VARIATION;
 
 /// Every section of a scene, in the order of the reference.
-pub const SECTIONS: [&dyn SectionSpec; 13] = [
-    &GROOM, &LIGHTS, &ADJUST, &TABLES, &HAIR, &VARIATION, &CAMERA, &RENDER, &MOTION, &WIND,
+pub const SECTIONS: [&dyn SectionSpec; 14] = [
+    &GROOM, &LIGHTS, &ADJUST, &ADDED, &TABLES, &HAIR, &VARIATION, &CAMERA, &RENDER, &MOTION, &WIND,
     &ELLIPSOID, &GROUND, &MESH,
 ];
 

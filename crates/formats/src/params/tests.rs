@@ -3,8 +3,8 @@ use toml::{Table, Value as Toml};
 
 use super::*;
 use crate::{
-    Background, HairSection, LightAdjust, LutInput, Melanin, MotionSection, ProxySection, Scene,
-    WindSection,
+    AddedLight, Background, HairSection, LightAdjust, LutInput, Melanin, MotionSection,
+    ProxySection, Scene, WindSection,
 };
 
 /// The numbers just outside a range, and those outside every range.
@@ -54,6 +54,7 @@ fn every_number_keeps_its_range() {
     let n_checked = [
         numbers_keep_their_ranges(&LIGHTS),
         numbers_keep_their_ranges(&ADJUST),
+        numbers_keep_their_ranges(&ADDED),
         numbers_keep_their_ranges(&HAIR),
         numbers_keep_their_ranges(&VARIATION),
         numbers_keep_their_ranges(&CAMERA),
@@ -97,6 +98,7 @@ fn the_rows_are_all_the_keys_of_a_scene() {
     scene.lights.muted = vec![1];
     scene.lights.solo = vec![2];
     scene.lights.adjust = vec![LightAdjust::new(3)];
+    scene.lights.added = vec![AddedLight::default()];
     scene.camera = Some(crate::CameraSection::new([0.0, 0.0, 9.0], [0.0; 3]));
     scene.proxies = vec![
         ProxySection::ground(0.0),

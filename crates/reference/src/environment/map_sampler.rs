@@ -56,6 +56,11 @@ impl MapSampler {
         (pixel, pdf as f32)
     }
 
+    /// Mean of the channels, integrated over the sphere.
+    pub(super) fn total(&self) -> f64 {
+        self.powers.total()
+    }
+
     pub(super) fn direction_at(&self, u: [f64; 3]) -> Option<Vec3> {
         let total = self.powers.total();
         if !(total > 0.0 && total.is_finite()) {

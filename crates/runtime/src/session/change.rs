@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use strandlight_formats::{
-    GroomSection, HairSection, LightsSection, RenderSection, Scene, TablesSection,
+    AddedLight, GroomSection, HairSection, LightsSection, RenderSection, Scene, TablesSection,
 };
 
 use strandlight_render::invalidation::Inputs;
@@ -226,14 +226,25 @@ fn edits_of_lights(before: &LightsSection, after: &LightsSection) -> Edits {
         muted,
         solo,
         adjust,
+        added,
     } = after;
     let mut edits = Edits::empty();
-    edits.set(Edits::LIGHTS, before.rotate_deg != *rotate_deg);
+    let shape = |light: &AddedLight| AddedLight {
+        intensity: 1.0,
+        color: [1.0; 3],
+        ..*light
+    };
+    let has_other_added = !before.added.iter().map(shape).eq(added.iter().map(shape));
+    edits.set(
+        Edits::LIGHTS,
+        before.rotate_deg != *rotate_deg || has_other_added,
+    );
     let has_other_colors = before.intensity != *intensity
         || before.tint != *tint
         || before.muted != *muted
         || before.solo != *solo
-        || before.adjust != *adjust;
+        || before.adjust != *adjust
+        || before.added != *added;
     edits.set(Edits::LIGHT_COLORS, has_other_colors);
     edits
 }

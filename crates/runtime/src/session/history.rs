@@ -43,6 +43,8 @@ impl Step {
 pub(super) struct Entry {
     pub label: String,
     pub step: Step,
+    /// Number of the state after it.
+    pub state: u64,
 }
 
 /// What was done and can be undone, what was undone and can be done again.
@@ -52,6 +54,10 @@ pub(super) struct History {
     undone: Vec<Entry>,
     /// May the newest step take in another of the same label?
     is_open: bool,
+    /// Number of the state before the oldest step.
+    first_state: u64,
+    /// States so far, but for the first.
+    n_states: u64,
 }
 
 impl History {
@@ -74,14 +80,39 @@ impl History {
     }
 
     fn add(&mut self, label: &str, step: Option<Step>) {
-        let label = label.to_owned();
-        self.done.extend(step.map(|step| Entry { label, step }));
+        self.n_states += 1;
+        let entry = step.map(|step| Entry {
+            label: label.to_owned(),
+            step,
+            state: self.n_states,
+        });
+        self.done.extend(entry);
         let mut points: usize = self.done.iter().map(|e| e.step.stroke_points()).sum();
         // The newest step stays, however large.
         while self.done.len() > MAX_STEPS || (points > MAX_STROKE_POINTS && self.done.len() > 1) {
-            let oldest = self.done.pop_front();
-            points -= oldest.map_or(0, |entry| entry.step.stroke_points());
+            let Some(oldest) = self.done.pop_front() else {
+                break;
+            };
+            points -= oldest.step.stroke_points();
+            self.first_state = oldest.state;
         }
+    }
+
+    /// Steps that can be undone, oldest first, then those that can be done again: their labels, and numbers of the states
+    /// after them.
+    pub fn steps(&self) -> impl Iterator<Item = (&str, u64)> {
+        let all = self.done.iter().chain(self.undone.iter().rev());
+        all.map(|entry| (entry.label.as_str(), entry.state))
+    }
+
+    /// How many can be undone.
+    pub fn n_done(&self) -> usize {
+        self.done.len()
+    }
+
+    /// Number of the state before all of them.
+    pub fn first_state(&self) -> u64 {
+        self.first_state
     }
 
     /// Closes the newest step: the next one is a step of its own.
@@ -157,5 +188,52 @@ fn joined(first: Step, second: Step) -> Option<Step> {
             })
         }
         (_, second) => Some(second),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(eta: f64) -> Step {
+        let scene = |eta| {
+            let mut scene = Scene::new("a", "b");
+            scene.hair.eta = eta;
+            Box::new(scene)
+        };
+        Step::Scene {
+            before: scene(eta - 0.1),
+            after: scene(eta),
+            snapshot: None,
+        }
+    }
+
+    #[test]
+    fn states_keep_their_numbers_and_the_oldest_are_forgotten() {
+        let mut history = History::default();
+        history.push("a", step(1.4));
+        // More of the same step is another state.
+        history.push("a", step(1.5));
+        history.close();
+        history.push("b", step(1.6));
+        let of = |history: &History| -> Vec<(String, u64)> {
+            let steps = history.steps();
+            steps
+                .map(|(label, state)| (label.to_owned(), state))
+                .collect()
+        };
+        let both = [("a".to_owned(), 2), ("b".to_owned(), 3)];
+        assert_eq!((of(&history), history.n_done()), (both.to_vec(), 2));
+        history.undo().expect("b");
+        assert_eq!((of(&history), history.n_done()), (both.to_vec(), 1));
+        history.redo().expect("b");
+        assert_eq!(of(&history), both);
+        for _ in 0..MAX_STEPS {
+            history.close();
+            history.push("c", step(1.7));
+        }
+        // State 3 was that before the oldest step that is left.
+        assert_eq!((history.n_done(), history.first_state()), (MAX_STEPS, 3));
+        assert_eq!(history.steps().next(), Some(("c", 4)));
     }
 }

@@ -310,6 +310,44 @@ impl Session {
         self.history.labels()[1]
     }
 
+    /// Steps that can be undone, oldest first, then those that can be done again: label, and a number of the state after
+    /// it that no other state has.
+    pub fn steps(&self) -> impl Iterator<Item = (&str, u64)> {
+        self.history.steps()
+    }
+
+    /// How many of [`Session::steps`] can be undone.
+    pub fn n_done(&self) -> usize {
+        self.history.n_done()
+    }
+
+    /// Number of the state after the first `n_done` steps; that before all of them where there are fewer.
+    pub fn state_after(&self, n_done: usize) -> u64 {
+        let last = n_done.checked_sub(1);
+        let step = last.and_then(|last| self.history.steps().nth(last));
+        step.map_or(self.history.first_state(), |(_, state)| state)
+    }
+
+    /// Undoes or does again until the first `n_done` of [`Session::steps`] are done, or as many as there are. `None` where
+    /// they are already.
+    pub fn go_to(&mut self, n_done: usize) -> Option<Change> {
+        let mut all: Option<Change> = None;
+        loop {
+            let stepped = match self.n_done().cmp(&n_done) {
+                std::cmp::Ordering::Greater => self.undo(),
+                std::cmp::Ordering::Less => self.redo(),
+                std::cmp::Ordering::Equal => None,
+            };
+            let Some(change) = stepped else {
+                return all;
+            };
+            all = Some(match all {
+                Some(all) => all.and(change),
+                None => change,
+            });
+        }
+    }
+
     /// Takes the last step back for good: it could not be shown.
     pub(crate) fn abandon(&mut self) -> Option<Change> {
         let step = self.history.undo()?;

@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 use strandlight_formats::{
-    BakedFile, CameraSection, Groom, LightAdjust, LightSet, LutInput, Melanin, MotionSection,
-    ProxySection, Scene, SrbfLight, TablesSection, VariationSection, WindSection,
+    AddedLight, BakedFile, CameraSection, Groom, LightAdjust, LightSet, LutInput, Melanin,
+    MotionSection, ProxySection, Scene, SrbfLight, TablesSection, VariationSection, WindSection,
 };
 
 use super::*;
@@ -94,6 +94,7 @@ fn every_key_of_a_scene_is_covered() {
         intensity: 2.0,
         tint: [0.5; 3],
     }];
+    full.lights.added = vec![AddedLight::default()];
     full.render.lut = Some("dark.cube".into());
     full.render.lut_input = LutInput::Srgb;
     full.motion = Some(MotionSection {

@@ -1,6 +1,7 @@
 //! Command handlers of the window: edits, strokes, undo and redo.
 
 mod files;
+mod lights;
 mod looks;
 #[cfg(not(target_arch = "wasm32"))]
 mod opening;
@@ -52,15 +53,17 @@ impl Workspace {
         for command in output.commands {
             self.run(command);
         }
+        #[cfg(not(target_arch = "wasm32"))]
+        self.inspect_selected();
         if let Some(answer) = output.answer {
             self.answer(answer);
         }
-        if let Some(place) = output
-            .viewport
-            .clicked
-            .filter(|_| self.state.lights.is_picking)
-        {
-            self.pick(place);
+        if let Some(place) = output.viewport.clicked {
+            match &self.state.lights {
+                lights if lights.is_picking => self.pick(place),
+                lights if lights.is_placing => self.place_highlight(place),
+                _ => {}
+            }
         }
         if let Some(place) = output
             .viewport
@@ -101,6 +104,7 @@ impl Workspace {
     pub(super) fn run(&mut self, command: Command) {
         match command {
             Command::Undo | Command::Redo => self.step(command == Command::Undo),
+            Command::GoTo(n_done) => self.go_to(n_done),
             Command::Save => self.save(Then::Stay),
             Command::SaveAs => self.ask_where(Then::Stay),
             Command::Open => self.ask_what(),
@@ -124,6 +128,9 @@ impl Workspace {
             #[cfg(not(target_arch = "wasm32"))]
             Command::Inspect(inspection) => self.inspect(inspection),
             Command::NextInspection => self.inspect_next(),
+            Command::NextLightLayer => self.inspect_next_layer(),
+            Command::NextLights => self.next_light_set(true),
+            Command::LightsBefore => self.next_light_set(false),
             Command::CopyLook => self.copy_look(),
             Command::PasteLook => self.paste_look(),
             Command::Reload => self.reload(),
@@ -139,9 +146,11 @@ impl Workspace {
             Command::Help => self.state.is_help_open = !self.state.is_help_open,
             Command::Escape => {
                 let state = &mut self.state;
-                let (help, picking) = (&mut state.is_help_open, &mut state.lights.is_picking);
-                let paint = &mut state.paint;
-                if let Some(open) = [help, picking, &mut paint.is_picking, &mut paint.is_on]
+                let (help, lights, paint) =
+                    (&mut state.is_help_open, &mut state.lights, &mut state.paint);
+                let (picking, placing) = (&mut lights.is_picking, &mut lights.is_placing);
+                let (color, painting) = (&mut paint.is_picking, &mut paint.is_on);
+                if let Some(open) = [help, picking, placing, color, painting]
                     .into_iter()
                     .find(|is_open| **is_open)
                 {
@@ -290,6 +299,20 @@ impl Workspace {
             Ok(Some(_)) => {
                 let event = if is_back { "undo" } else { "redo" };
                 self.changed(event, json!({}));
+            }
+            Ok(None) => {}
+            Err(error) => self.fail(&error.to_string()),
+        }
+    }
+
+    /// Goes to the state after the first `n_done` steps.
+    pub(super) fn go_to(&mut self, n_done: usize) {
+        let before = self.viewer.session().n_done();
+        match self.viewer.go_to(n_done) {
+            Ok(Some(_)) => {
+                let event = if n_done < before { "undo" } else { "redo" };
+                let n_steps = n_done.abs_diff(before);
+                self.changed(event, json!({ "steps": n_steps }));
             }
             Ok(None) => {}
             Err(error) => self.fail(&error.to_string()),

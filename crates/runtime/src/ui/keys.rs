@@ -42,6 +42,8 @@ pub enum Command {
     Still,
     /// Saves the hair as a preset of one's own.
     SavePreset,
+    /// Undoes or does again until as many steps are done.
+    GoTo(usize),
     /// Keeps the look, to be compared.
     KeepLook,
     /// Goes to the look that is compared, or back.
@@ -59,6 +61,12 @@ pub enum Command {
     Inspect(Option<Inspection>),
     /// Goes to the next thing that is shown in place of the picture's colours.
     NextInspection,
+    /// Goes to the next part of the light.
+    NextLightLayer,
+    /// Takes the next light set of the folder.
+    NextLights,
+    /// Takes the one before.
+    LightsBefore,
     /// Shows or hides the panel.
     Panel,
     /// Switches between painting and orbiting.
@@ -75,7 +83,7 @@ pub enum Command {
     Help,
     /// Closes the window; asks first where there are changes.
     Close,
-    /// Closes the help; ends picking a light, or painting.
+    /// Closes the help; ends picking or placing a light, or painting.
     Escape,
 }
 
@@ -123,7 +131,7 @@ impl Side {
 }
 
 /// Keys and what they do.
-pub const KEYS: [(Modifiers, Key, Command, &str); 37] = {
+pub const KEYS: [(Modifiers, Key, Command, &str); 40] = {
     const NONE: Modifiers = Modifiers::NONE;
     const SHIFT: Modifiers = Modifiers::SHIFT;
     const ALT: Modifiers = Modifiers::ALT;
@@ -207,10 +215,28 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 37] = {
             "Go on to ground truth by path tracing, or stop",
         ),
         (
+            SHIFT,
+            Key::N,
+            Command::NextLightLayer,
+            "Next part of the light: R, TT, TRT, single, multiple ...",
+        ),
+        (
             NONE,
             Key::N,
             Command::NextInspection,
             "Next of picture, false colour, clipping, depth ...",
+        ),
+        (
+            NONE,
+            Key::Period,
+            Command::NextLights,
+            "Next light set of the folder",
+        ),
+        (
+            NONE,
+            Key::Comma,
+            Command::LightsBefore,
+            "Light set before it",
         ),
         (NONE, Key::Tab, Command::Panel, "Show or hide the panel"),
         (
@@ -259,6 +285,8 @@ pub fn name_of(ctx: &egui::Context, modifiers: Modifiers, key: Key) -> String {
         Key::OpenBracket => "[",
         Key::CloseBracket => "]",
         Key::Questionmark => "?",
+        Key::Comma => ",",
+        Key::Period => ".",
         // No arrow is in the font.
         Key::ArrowLeft => "Left",
         Key::ArrowRight => "Right",
@@ -270,10 +298,11 @@ pub fn name_of(ctx: &egui::Context, modifiers: Modifiers, key: Key) -> String {
 }
 
 /// What the mouse does over the picture.
-pub const MOUSE: [(&str, &str); 8] = [
+pub const MOUSE: [(&str, &str); 9] = [
     ("Drag", "Orbit about the target; paint while painting"),
     ("Ctrl + drag", "Orbit while painting"),
     ("Middle drag, or Shift + drag", "Pan"),
+    ("Ctrl + Shift + drag", "Turn the lights of the set"),
     ("Wheel, or right drag", "Dolly in and out"),
     ("Double click", "Centre the view on that strand"),
     (

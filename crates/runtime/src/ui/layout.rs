@@ -7,10 +7,11 @@ use strandlight_formats::Scene;
 use super::asked::Asked;
 use super::field::Changes;
 use super::job::Job;
-use super::keys::{self, Command, Side};
+use super::keys::{self, Command};
 #[cfg(not(target_arch = "wasm32"))]
 use super::legend;
 use super::looks::Looks;
+use super::menus::{self, MenuInput};
 use super::orbit::Bounds;
 use super::panel::camera::CameraState;
 use super::panel::lights::LightsState;
@@ -20,10 +21,9 @@ use super::panel::{self, section, statistics::FrameTimes};
 use super::presets::Presets;
 use super::questions::{self, Answer, Question};
 use super::settings::{self, Settings};
+use super::thumbnails::Thumbnails;
 use super::view::{self, ViewportInput};
 use super::{help, orbit, theme};
-#[cfg(not(target_arch = "wasm32"))]
-use crate::inspection::Inspection;
 use crate::viewer::Viewer;
 use strandlight_scene::Camera;
 use strandlight_scene::interactive::Progress;
@@ -80,6 +80,8 @@ pub struct UiState {
     pub presets: Presets,
     /// Looks that were kept.
     pub looks: Looks,
+    /// Small pictures of the steps.
+    pub thumbnails: Thumbnails,
     /// The last colour behind the hair.
     pub backdrop: Option<[f32; 3]>,
     /// Of the section on lights.
@@ -201,10 +203,16 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
             panel_of(ui, input, state, &mut output);
         });
     }
-    let UiOutput { changes, view, .. } = &mut output;
+    let UiOutput {
+        scene,
+        changes,
+        view,
+        ..
+    } = &mut output;
     // A click that picks a light or a colour paints nothing.
-    let is_picking = state.lights.is_picking || state.paint.is_picking;
-    let is_brush = state.paint.is_on && !is_picking;
+    let lights = &state.lights;
+    let is_clicking = lights.is_picking || lights.is_placing || state.paint.is_picking;
+    let is_brush = state.paint.is_on && !is_clicking;
     let camera = input.viewer.prepared().camera;
     let background = input.viewer.session().scene().render.background;
     let is_see_through = background == strandlight_formats::Background::None;
@@ -215,6 +223,11 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
         .filter(|_| !state.camera.is_locked)
         .or(*view);
     changes.place("View", &response);
+    if let Some(turn_deg) = viewport.turn_lights_deg {
+        scene.lights.rotate_deg = panel::lights::turned(scene.lights.rotate_deg, turn_deg);
+        changes.label = Some("Rotate".to_owned());
+    }
+    changes.is_complete |= response.drag_stopped();
     if state.camera.has_frame {
         let size = input.viewer.session().scene().render.size;
         panel::camera::frame(ui, response.rect, size);
@@ -223,7 +236,7 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     #[cfg(not(target_arch = "wasm32"))]
     legend::show(ui, input.viewer, viewport.hover, response.rect);
     state.paint.show_photo(ui.ctx(), changes);
-    if is_picking {
+    if is_clicking {
         response.on_hover_cursor(egui::CursorIcon::Crosshair);
     } else if let (true, Some(radius), Some(at)) =
         (state.paint.is_on, state.paint.radius_px, viewport.hover)
@@ -384,14 +397,19 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
     });
     section(ui, "Looks", false, changes, |ui, changes| {
         panel::looks::show(ui, &mut state.looks, changes, commands);
+        let session = input.viewer.session();
+        panel::history::show(ui, session, &state.thumbnails, changes, commands);
     });
     section(ui, "Paint", false, changes, |ui, changes| {
         panel::paint::show(ui, &mut state.paint, changes, commands);
     });
     section(ui, "Lights", false, changes, |ui, changes| {
-        let lights = &input.viewer.session().light_set().lights;
-        let lit = &input.viewer.prepared().lights;
-        panel::lights::show(ui, scene, [lights, lit], &mut state.lights, changes);
+        let prepared = input.viewer.prepared();
+        let lights = input.viewer.session().assets();
+        let lights = lights.turned_lights(&scene.lights);
+        let key = panel::lights::key_direction(&prepared.camera);
+        let of_scene = [&lights[..], &prepared.lights];
+        panel::lights::show(ui, scene, of_scene, key, &mut state.lights, changes);
     });
     section(ui, "Render", false, changes, |ui, changes| {
         panel::picture::show(ui, scene, &mut state.backdrop, changes);
@@ -420,7 +438,14 @@ fn bar(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOut
     let is_narrow = state.panel.is_narrow;
     let is_open = state.panel.is_open();
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-        menus(ui, input, state, output);
+        let of_menus = MenuInput {
+            viewer: input.viewer,
+            settings: &state.settings,
+            can_look: input.can_look,
+            selected_light: state.lights.selected,
+        };
+        let (changes, commands) = (&mut output.changes, &mut output.commands);
+        menus::show(ui, &of_menus, changes, commands, &mut output.answer);
         let mut button = |ui: &mut Ui, text: &str, is_enabled, help: &str, command| {
             let selected = command == Command::Panel && is_open;
             let button = ui.add_enabled(is_enabled, Button::new(text).selected(selected));
@@ -467,100 +492,6 @@ fn bar(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOut
     });
 }
 
-/// The menus of the bar: files, and the view.
-fn menus(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOutput) {
-    let session = input.viewer.session();
-    let UiOutput {
-        changes,
-        commands,
-        answer,
-        ..
-    } = output;
-    let mut entry = |ui: &mut Ui, text: &str, is_enabled, command: Command| {
-        let button = Button::new(text).shortcut_text(keys::shortcut(ui.ctx(), command));
-        let button = ui.add_enabled(is_enabled, button);
-        changes.place(format!("{text} entry"), &button);
-        if button.clicked() {
-            commands.push(command);
-            ui.close();
-        }
-    };
-    let has_files = cfg!(not(target_arch = "wasm32"));
-    let file = ui.menu_button("File", |ui| {
-        ui.set_min_width(220.0);
-        if has_files {
-            entry(ui, "Open ...", true, Command::Open);
-            let recent: Vec<_> = state.settings.recent().map(ToOwned::to_owned).collect();
-            if !recent.is_empty() {
-                ui.label(RichText::new("Recent").small().color(theme::WEAK));
-            }
-            for path in recent.iter().take(8) {
-                let button = ui.button(questions::name_of(path));
-                if button.on_hover_text(path.display().to_string()).clicked() {
-                    *answer = Some(Answer::Open(path.clone()));
-                    ui.close();
-                }
-            }
-            if !recent.is_empty() {
-                entry(ui, "Forget these", true, Command::ForgetRecent);
-            }
-            entry(ui, "The sample", true, Command::Sample);
-            ui.separator();
-        }
-        let is_modified = session.is_modified() || session.is_unsaved();
-        entry(ui, "Save", is_modified, Command::Save);
-        entry(ui, "Save as ...", true, Command::SaveAs);
-        entry(ui, "Reload", !session.is_unsaved(), Command::Reload);
-        ui.separator();
-        entry(ui, "Save picture", true, Command::Screenshot);
-        if has_files {
-            entry(ui, "Save picture as ...", true, Command::Still);
-        }
-        ui.separator();
-        entry(ui, "Help", true, Command::Help);
-        entry(ui, "Close", true, Command::Close);
-    });
-    let view = ui.menu_button("View", |ui| {
-        ui.set_min_width(200.0);
-        entry(ui, "Frame all hair", true, Command::Frame);
-        entry(ui, "Scene's camera", true, Command::Home);
-        let is_moved = input.viewer.is_view_moved();
-        entry(ui, "Save view", is_moved, Command::SaveView);
-        entry(ui, "View before", input.can_look[0], Command::ViewBack);
-        entry(ui, "View after", input.can_look[1], Command::ViewForward);
-        ui.separator();
-        for (side, name) in Side::ALL {
-            entry(ui, name, true, Command::Look(side));
-        }
-        ui.separator();
-        #[cfg(not(target_arch = "wasm32"))]
-        {
-            let text = match input.viewer.ground_truth() {
-                None => "Go on to ground truth",
-                Some(_) => "Stop at the fast picture",
-            };
-            entry(ui, text, true, Command::GroundTruth);
-            ui.separator();
-            let now = input.viewer.inspection();
-            if now.is_some() {
-                entry(ui, "Picture", true, Command::Inspect(None));
-            }
-            for (inspection, name) in Inspection::ALL {
-                entry(
-                    ui,
-                    name,
-                    now != Some(inspection),
-                    Command::Inspect(Some(inspection)),
-                );
-            }
-            ui.separator();
-        }
-        entry(ui, "Panel", true, Command::Panel);
-    });
-    changes.place("File menu", &file.response);
-    changes.place("View menu", &view.response);
-}
-
 fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Changes) {
     let progress = input.progress;
     let is_narrow = state.panel.is_narrow;
@@ -598,7 +529,7 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Chang
                 let session = input.viewer.session();
                 let n_strands = session.groom().n_strands();
                 let lights = &session.scene().lights;
-                let n_lights = session.light_set().lights.len();
+                let n_lights = input.viewer.prepared().lights.len();
                 let n_on = (0..n_lights as u32).filter(|&ix| lights.is_on(ix)).count();
                 let lights = match n_on == n_lights {
                     true => format!("{n_lights} lights"),

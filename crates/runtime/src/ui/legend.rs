@@ -20,7 +20,10 @@ pub fn show(ui: &Ui, viewer: &Viewer, hover: Option<[f32; 2]>, rect: Rect) {
     let text = |at: egui::Pos2, align: Align2, text: &str| {
         theme::outlined(&painter, at, align, text, &font);
     };
-    let mut line = inspection.name().to_owned();
+    let mut line = inspection.name();
+    if inspection.is_drawn_apart() && !viewer.is_inspection_shown() {
+        line += " ...";
+    }
     if let Some(([r, g, b, _], stops)) = hover.and_then(|at| viewer.readout(at)) {
         line += &format!(": {r:.4} {g:.4} {b:.4}, {stops:+.1} stops from middle grey");
     }

@@ -66,6 +66,22 @@ pub fn brightest(
     })
 }
 
+/// Where a light comes from whose reflection R the eye sees brightest at a point, a unit vector: at the
+/// inclination `2 alpha_R - theta_o`, at the azimuth of the eye.
+pub fn highlight(scene: &PreparedScene, eye: Vec3, point: usize) -> Vec3 {
+    let strands = &scene.strands;
+    let position = Vec3::from_slice(&strands.points[point]);
+    let u = Vec3::from_slice(&strands.tangents[point]);
+    let wo = (eye - position).normalize_or(Vec3::Z);
+    let sin_theta_o = u.dot(wo).clamp(-1.0, 1.0);
+    let across = (wo - u * sin_theta_o).try_normalize();
+    let across = across.unwrap_or_else(|| Vec3::from_slice(&strands.normals[point]));
+    let shift = scene.hair.hair().shift.r as f32;
+    let half_pi = std::f32::consts::FRAC_PI_2;
+    let theta_i = (2.0 * shift - sin_theta_o.asin()).clamp(-half_pi, half_pi);
+    u * theta_i.sin() + across * theta_i.cos()
+}
+
 /// Share of a light from `towards` that no hair blocks: `exp(-n)` with n fibres crossed, counted
 /// in a tube around the ray.
 fn unblocked(strands: &Strands, from: Vec3, towards: Vec3) -> f32 {
@@ -132,6 +148,29 @@ mod tests {
             direction,
             lambda: 0.2,
             rgb: [strength; 3],
+        }
+    }
+
+    /// The light that [`highlight`] places is reflected more than any other near it.
+    #[test]
+    fn the_highlight_is_brightest_where_it_is_placed() {
+        let scene = scene(&[Lobe::R]);
+        let point = nearest(&scene.strands, Vec3::ZERO).expect("a point");
+        for eye in [[0.0, 0.0, 10.0], [3.0, 6.0, 8.0], [0.0, -7.0, 2.0]].map(Vec3::from) {
+            let placed = highlight(&scene, eye, point);
+            assert!((placed.length() - 1.0).abs() < 1e-5);
+            let across = placed.cross(Vec3::Y).normalize();
+            // Up and down, and about the strand.
+            let others = [
+                glam::Quat::from_axis_angle(across, 0.1) * placed,
+                glam::Quat::from_axis_angle(across, -0.1) * placed,
+                glam::Quat::from_rotation_y(0.5) * placed,
+                glam::Quat::from_rotation_y(-0.5) * placed,
+            ];
+            let mut lights = vec![light(placed.to_array(), 1.0)];
+            lights.extend(others.map(|other| light(other.to_array(), 1.0)));
+            let found = brightest(&scene, &lights, eye, point).expect("a light");
+            assert_eq!(found.light, 0, "{eye}");
         }
     }
 

@@ -31,6 +31,8 @@ pub struct ViewportInput {
     pub pressure: Option<f32>,
     /// Where the mouse moved the camera to.
     pub camera: Option<Camera>,
+    /// Degrees that it turned the lights by, counter-clockwise seen from above.
+    pub turn_lights_deg: Option<f64>,
 }
 
 /// Shows `texture`, seen by `camera`, in all that is left of the window, over a checkerboard where it
@@ -67,6 +69,10 @@ pub fn show(
     // With Ctrl the mouse is the camera's even then, and two fingers always are.
     let is_camera = ui.input(|input| input.modifiers.command || input.multi_touch().is_some());
     let is_brush = is_brush && !is_camera;
+    // Lights in front of the hair follow the mouse.
+    let is_turning = ui.input(|input| input.modifiers.command && input.modifiers.shift)
+        && response.dragged_by(PointerButton::Primary);
+    let turn = f64::from((response.drag_delta().x * ORBIT_SPEED).to_degrees());
     let viewport = ViewportInput {
         size,
         clicked: at(response.clicked()),
@@ -76,7 +82,11 @@ pub fn show(
         brush: at(is_brush && response.is_pointer_button_down_on() && primary_down(ui))
             .map(|last| brush_path(ui).map(pixel).chain([last]).collect()),
         pressure: touch_force(ui),
-        camera: move_camera(ui, &response, camera, bounds, is_brush),
+        camera: match is_turning {
+            true => None,
+            false => move_camera(ui, &response, camera, bounds, is_brush),
+        },
+        turn_lights_deg: (is_turning && turn != 0.0).then_some(turn),
     };
     (viewport, response)
 }

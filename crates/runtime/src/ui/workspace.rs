@@ -77,6 +77,9 @@ pub struct Workspace {
     /// What was last told of ground truth.
     #[cfg(not(target_arch = "wasm32"))]
     pub(super) truth: Option<TruthProgress>,
+    /// The log was told that what is inspected is shown.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) is_inspection_noted: bool,
     pub(super) times: FrameTimes,
     pub(super) last_frame: Instant,
     pub(super) last_look: Instant,
@@ -154,6 +157,8 @@ impl Workspace {
             progress: Progress::default(),
             #[cfg(not(target_arch = "wasm32"))]
             truth: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            is_inspection_noted: false,
             times: FrameTimes::default(),
             last_frame: Instant::now(),
             last_look: Instant::now(),
@@ -376,7 +381,10 @@ impl Workspace {
             self.note_progress();
             self.note_picture();
             #[cfg(not(target_arch = "wasm32"))]
-            self.note_truth();
+            {
+                self.note_truth();
+                self.note_inspection();
+            }
         }
         self.set_title();
         let delay = (output.viewport_output.get(&egui::ViewportId::ROOT))
@@ -398,7 +406,7 @@ impl Workspace {
         #[cfg(not(target_arch = "wasm32"))]
         let delay = self
             .viewer
-            .next_truth()
+            .next_update()
             .map_or(delay, |next| delay.min(next));
         let is_next = match painted {
             Painted::Again => true,
@@ -435,6 +443,8 @@ impl Workspace {
         if self.progress.is_done && std::mem::take(&mut self.is_stale) {
             let samples = self.progress.samples;
             self.log.write("frame", json!({ "samples": samples }));
+            #[cfg(not(target_arch = "wasm32"))]
+            self.keep_thumbnail();
             if std::mem::take(&mut self.loses_device) {
                 if let Some(context) = self.screen.context() {
                     context.device.destroy();
@@ -527,6 +537,7 @@ impl Workspace {
         if let Some(photo) = &mut self.state.paint.photo {
             photo.forget_texture();
         }
+        self.state.thumbnails.forget();
         // egui sends its fonts again to the new device, and remembers what was open.
         let memory = self.egui.memory(Clone::clone);
         self.egui = egui::Context::default();

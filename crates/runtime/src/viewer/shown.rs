@@ -8,7 +8,7 @@ use strandlight_scene::{PreparedScene, RenderError};
 
 use super::Viewer;
 use crate::ground_truth::{self, GroundTruth, Subject, TruthError, TruthProgress};
-use crate::inspection::{self, Inspected, Inspection, Inspector, Radiance};
+use crate::inspection::{self, Drawn, Inspected, InspectedState, Inspection, Inspector, Radiance};
 use crate::interactive::Display;
 
 impl Viewer {
@@ -25,20 +25,39 @@ impl Viewer {
     }
 
     /// When [`Viewer::advance`] has something new without any edit, about; `None` for never.
-    pub fn next_truth(&self) -> Option<Duration> {
-        let truth = self.ground_truth.as_ref()?;
-        truth.is_working().then_some(ground_truth::PERIOD)
+    pub fn next_update(&self) -> Option<Duration> {
+        let is_tracing = self
+            .ground_truth
+            .as_ref()
+            .is_some_and(GroundTruth::is_working);
+        let inspector = self.inspector.as_ref();
+        let is_drawing = inspector.is_some_and(|inspector| inspector.apart.is_drawing());
+        (is_tracing || is_drawing).then_some(ground_truth::PERIOD)
     }
 
     /// Shows something else than the picture's colours once the picture is finished, or them again. An error
     /// needs [`Viewer::set_ground_truth`].
     pub fn set_inspection(&mut self, inspection: Option<Inspection>) {
+        // What is on its way is waited for before something else is drawn.
+        let apart = self.inspector.take().map(|inspector| inspector.apart);
         self.inspector = inspection.map(|inspection| Inspector {
             inspection,
             inspected: Inspected::default(),
             of: None,
             picture: None,
+            apart: apart.unwrap_or_default(),
         });
+    }
+
+    /// Is what is inspected of the picture as it is now? If not, the picture itself is shown.
+    pub fn is_inspection_shown(&self) -> bool {
+        self.current_inspector().is_some()
+    }
+
+    fn current_inspector(&self) -> Option<&Inspector> {
+        let inspector = self.inspector.as_ref()?;
+        let (number, ..) = inspector.of.as_ref()?;
+        (*number == self.n_outdated).then_some(inspector)
     }
 
     /// What is shown in place of the picture's colours.
@@ -49,12 +68,7 @@ impl Viewer {
     /// Linear radiance times 2^exposure and alpha of a pixel of the picture that is inspected for its light, and
     /// its luminance in stops from middle grey.
     pub fn readout(&self, [x, y]: [f32; 2]) -> Option<([f32; 4], f32)> {
-        let inspector = self.inspector.as_ref()?;
-        inspector
-            .of
-            .as_ref()
-            .filter(|(n, ..)| *n == self.n_outdated)?;
-        let picture = inspector.picture.as_ref()?;
+        let picture = self.current_inspector()?.picture.as_ref()?;
         let (width, height) = (picture.width as f32, picture.height as f32);
         let is_inside = x >= 0.0 && y >= 0.0 && x < width && y < height;
         let at = is_inside.then(|| y as usize * picture.width as usize + x as usize)?;
@@ -86,6 +100,10 @@ impl Viewer {
                 .as_ref()
                 .is_some_and(|(n, ..)| *n == self.n_outdated),
         };
+        if inspection.is_drawn_apart() {
+            let is_wanted = is_finished && !size.contains(&0);
+            return self.inspect_apart(state, is_current, is_wanted);
+        }
         if is_current || !is_finished || size.contains(&0) {
             return Ok(());
         }
@@ -113,6 +131,39 @@ impl Viewer {
         if let Some(inspector) = &mut self.inspector {
             inspector.inspected = Inspected::new(pixels.unwrap_or_default(), size);
             (inspector.of, inspector.picture) = (Some(state), picture);
+        }
+        Ok(())
+    }
+
+    /// Takes up what is drawn apart of the picture, and has it drawn where that `is_wanted`.
+    fn inspect_apart(
+        &mut self,
+        state: InspectedState,
+        is_current: bool,
+        is_wanted: bool,
+    ) -> Result<(), RenderError> {
+        let (size, number) = (self.size(), self.n_outdated);
+        let Some(inspector) = &mut self.inspector else {
+            return Ok(());
+        };
+        let wanted = (inspector.inspection, number);
+        inspector.apart.take()?;
+        if let Some(drawn) = inspector.apart.of(wanted) {
+            if !is_current {
+                let (_, (exposure, display), _) = &state;
+                let pixels = inspection::of_drawn(drawn, (*exposure, display));
+                inspector.picture = match drawn {
+                    Drawn::Light(picture) => Some(picture.clone()),
+                    Drawn::Shares(_) => None,
+                };
+                inspector.inspected = Inspected::new(pixels, size);
+                inspector.of = Some(state);
+            }
+        } else if is_wanted && inspector.apart.wants(wanted) {
+            let scene = self.moved_scene()?;
+            if let Some(inspector) = &mut self.inspector {
+                inspector.apart.start(wanted, scene, size);
+            }
         }
         Ok(())
     }
@@ -166,9 +217,7 @@ impl Viewer {
 
     /// What is inspected, or the picture on its way to ground truth; none where the renderer's own is shown.
     pub(super) fn override_display(&self) -> Option<Display<'_>> {
-        let is_current =
-            |it: &&Inspector| it.of.as_ref().is_some_and(|(n, ..)| *n == self.n_outdated);
-        let inspector = self.inspector.as_ref().filter(is_current);
+        let inspector = self.current_inspector();
         let inspected = inspector.and_then(|inspector| inspector.inspected.display());
         let truth = || self.ground_truth.as_ref().and_then(GroundTruth::display);
         inspected.or_else(truth).map(Display::Pixels)

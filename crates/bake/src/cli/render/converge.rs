@@ -18,6 +18,7 @@ use super::args::{Args, Format};
 use super::report::{inputs, report};
 use super::until::Until;
 use crate::cli::progress::progress;
+use crate::cli::reference::added_lights;
 use crate::cli::{Failure, Outcome, note, print_line, write_output};
 
 /// Most pixels: some 300 bytes are kept of each.
@@ -53,7 +54,8 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
             provenance = provenance.with("map", &map.source().hash);
             let turn = scene.lights.rotate_deg.to_radians() as f32;
             let intensity = scene.lights.intensity as f32;
-            Environment::Map(MapSampler::new(&map, turn, intensity))
+            let sampler = MapSampler::new(&map, turn, intensity);
+            Environment::with_added(sampler, added_lights(scene, &prepared))
         }
     };
     // What is behind the hair comes last.

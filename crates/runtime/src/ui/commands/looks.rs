@@ -42,6 +42,28 @@ impl Workspace {
         }
     }
 
+    /// Keeps a small version of the finished picture for the history, where the state of the document has none.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(in crate::ui) fn keep_thumbnail(&mut self) {
+        let session = self.viewer.session();
+        let n_done = session.n_done();
+        let state = session.state_after(n_done);
+        let is_plain = self.viewer.inspection().is_none() && self.viewer.ground_truth().is_none();
+        if !is_plain || self.state.thumbnails.of(state).is_some() {
+            return;
+        }
+        let Ok((size, pixels)) = snapshot::pixels(&self.viewer) else {
+            return;
+        };
+        let mut states: Vec<u64> = session.steps().map(|(_, state)| state).collect();
+        states.push(session.state_after(0));
+        let thumbnails = &mut self.state.thumbnails;
+        thumbnails.retain(|state| states.contains(&state));
+        thumbnails.keep(&self.egui, state, size, &pixels);
+        self.log.write("thumbnail", json!({ "step": n_done }));
+        self.window.request_redraw();
+    }
+
     /// An edit of the look, as one step.
     fn put_on(&mut self, label: &str, change: impl FnOnce(&mut Scene)) {
         self.viewer.commit();

@@ -140,9 +140,23 @@ impl Workspace {
         self.window.request_redraw();
     }
 
-    /// Puts another groom, light set or LUT into the scene, that of the file `from`; answers whether it is
-    /// another one.
+    /// Puts another groom, light set or LUT into the scene, that of the file `from`, which is remembered; answers
+    /// whether it is another one.
     pub(super) fn swap(
+        &mut self,
+        kind: crate::opening::Openable,
+        path: &Path,
+        from: &Path,
+    ) -> bool {
+        let is_other = self.put_in(kind, path, from);
+        if is_other {
+            self.state.settings.opened(from);
+        }
+        is_other
+    }
+
+    /// [`Workspace::swap`] of which nothing is remembered.
+    pub(super) fn put_in(
         &mut self,
         kind: crate::opening::Openable,
         path: &Path,
@@ -153,13 +167,18 @@ impl Workspace {
         let file = self.viewer.session().path_in_scene(path);
         let name = name_of(from);
         let label = format!("{} {name}", kind.name());
+        let session = self.viewer.session();
+        let n_before = session.light_set().lights.len();
+        // Where it cannot be read the edit says so.
+        let n_after = match kind {
+            Openable::Lights => session.files().lights(path).ok(),
+            _ => None,
+        };
+        let n_after = n_after.map_or(n_before, |set| set.lights.len());
         self.viewer.commit();
         let changed = self.viewer.edit(&label, |scene| match kind {
             Openable::Lights if scene.lights.file != file => {
-                let lights = &mut scene.lights;
-                lights.file = file;
-                // These name lights of the old set by number.
-                (lights.muted, lights.solo, lights.adjust) = Default::default();
+                scene.lights.change_set(file, n_before, n_after);
             }
             Openable::Lights => {}
             Openable::Lut => scene.render.lut = Some(file),
@@ -173,7 +192,6 @@ impl Workspace {
             }
             Ok(_) => {
                 self.state.lights.forget();
-                self.state.settings.opened(from);
                 self.say(&label);
                 self.document.saved(&self.viewer);
                 self.changed("edit", json!({ "label": label }));

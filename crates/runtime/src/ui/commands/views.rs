@@ -6,6 +6,8 @@ use web_time::Instant;
 
 #[cfg(not(target_arch = "wasm32"))]
 use crate::inspection::Inspection;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::light_layer::LightLayer;
 use crate::ui::keys::Side;
 use crate::ui::orbit::Bounds;
 use crate::ui::workspace::Workspace;
@@ -73,13 +75,41 @@ impl Workspace {
     #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn inspect(&mut self, inspection: Option<Inspection>) {
         self.viewer.set_inspection(inspection);
+        self.is_inspection_noted = false;
         let name = inspection.map(Inspection::name);
         self.log.write("inspect", json!({ "inspection": name }));
         if inspection == Some(Inspection::Error) && self.viewer.ground_truth().is_none() {
             self.say("The error is told on the way to ground truth: G");
         } else {
-            self.say(name.unwrap_or("The picture"));
+            self.say(name.as_deref().unwrap_or("The picture"));
         }
+    }
+
+    /// The light that is shown alone is the one that is selected.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(in crate::ui) fn inspect_selected(&mut self) {
+        let Some(Inspection::Layer(LightLayer::Light(shown))) = self.viewer.inspection() else {
+            return;
+        };
+        let selected = self.state.lights.selected;
+        if let Some(selected) = selected.filter(|&selected| selected != shown) {
+            self.inspect(Some(Inspection::Layer(LightLayer::Light(selected))));
+        }
+    }
+
+    /// Tells the log once when what is drawn apart from the picture is shown.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(in crate::ui) fn note_inspection(&mut self) {
+        let is_shown = self.viewer.is_inspection_shown();
+        if let (Some(inspection), true, false) =
+            (self.viewer.inspection(), is_shown, self.is_inspection_noted)
+        {
+            self.log
+                .write("inspected", json!({ "inspection": inspection.name() }));
+            // The legend was laid out before.
+            self.window.request_redraw();
+        }
+        self.is_inspection_noted = is_shown;
     }
 
     #[cfg(not(target_arch = "wasm32"))]
@@ -90,6 +120,24 @@ impl Workspace {
             Some(now) => all.iter().skip_while(|&&it| it != now).nth(1),
         };
         self.inspect(next.copied());
+    }
+
+    /// R, TT and TRT, the terms, transmittance and the light that is selected, one after the other.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn inspect_next_layer(&mut self) {
+        let selected = self.state.lights.selected.map(LightLayer::Light);
+        let mut all = Inspection::of_arriving_light().chain(selected.map(Inspection::Layer));
+        let now = self.viewer.inspection();
+        let next = match now.filter(|now| now.is_drawn_apart()) {
+            None => all.next(),
+            Some(now) => all.skip_while(|&it| it != now).nth(1),
+        };
+        self.inspect(next);
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    pub(super) fn inspect_next_layer(&mut self) {
+        self.inspect_next();
     }
 
     #[cfg(target_arch = "wasm32")]

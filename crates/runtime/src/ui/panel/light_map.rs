@@ -1,4 +1,4 @@
-//! The environment as its lights make it, as a map: click a light, drag to turn all.
+//! The environment as its lights make it, as a map: click a light, drag to turn those of the set, drag or add others.
 
 use std::f32::consts::PI;
 
@@ -6,7 +6,7 @@ use egui::{
     Color32, ColorImage, Rect, Sense, Stroke, TextureHandle, TextureOptions, Ui, pos2, vec2,
 };
 use glam::Vec3;
-use strandlight_formats::{LightsSection, SrbfLight};
+use strandlight_formats::{LightsSection, MAX_ADDED_LIGHTS, SrbfLight};
 use strandlight_scene::background;
 use strandlight_scene::tone::{self, ToneMap};
 use strandlight_scene::volume;
@@ -29,6 +29,8 @@ pub struct LightMap {
     /// The lights it is of.
     lights: Vec<SrbfLight>,
     texture: Option<TextureHandle>,
+    /// The light that is dragged, by its place among those that the scene adds.
+    dragged: Option<usize>,
 }
 
 impl std::fmt::Debug for LightMap {
@@ -38,22 +40,24 @@ impl std::fmt::Debug for LightMap {
 }
 
 impl LightMap {
-    /// Shows `lights`, those of the scene as they are lit and turned; a click changes which one is `selected`, a
-    /// drag turns all of them.
+    /// Shows `lights`, those of the scene as they are lit and turned, `n_set` of them of the set; a click changes
+    /// which one is `selected`, a drag turns those of the set or moves one that is added. Answers where a
+    /// double click asks for another light.
     pub fn show(
         &mut self,
         ui: &mut Ui,
         lights: &[SrbfLight],
         section: &mut LightsSection,
+        n_set: usize,
         selected: &mut Option<u32>,
         changes: &mut Changes,
-    ) {
+    ) -> Option<[f64; 3]> {
         let width = ui.available_width();
         let (rect, response) =
             ui.allocate_exact_size(vec2(width, 0.5 * width), Sense::click_and_drag());
         changes.place("Light map", &response);
         if !ui.is_rect_visible(rect) {
-            return;
+            return None;
         }
         let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
@@ -92,8 +96,36 @@ impl LightMap {
                 Stroke::new(1.0, Color32::from_black_alpha(120)),
             );
             painter.circle_stroke(*at, radius, Stroke::new(width, color));
+            if ix as usize >= n_set {
+                // It can be dragged by itself.
+                painter.circle_filled(*at, 2.0, color);
+            }
         }
-        if response.dragged() {
+        let on_map = |at: egui::Pos2| {
+            let [u, v] = [at.x - rect.left(), at.y - rect.top()];
+            let at = [u / rect.width().max(1.0), v / rect.height().max(1.0)];
+            // Short of the poles, where there is no azimuth.
+            let at = [at[0], at[1].clamp(0.001, 0.999)];
+            direction(at).to_array().map(f64::from)
+        };
+        if response.drag_started() {
+            let start = ui.input(|input| input.pointer.press_origin());
+            let of_set = start.and_then(near).map(|ix| ix as usize);
+            self.dragged = of_set.and_then(|ix| ix.checked_sub(n_set));
+            if let Some(at) = self.dragged {
+                *selected = Some((n_set + at) as u32);
+            }
+        }
+        let dragged = self.dragged.and_then(|at| section.added.get_mut(at));
+        if let (true, Some(light), Some(at)) =
+            (response.dragged(), dragged, response.interact_pointer_pos())
+        {
+            let before = *light;
+            light.point_to(on_map(at));
+            if *light != before {
+                changes.label = Some("Move light".to_owned());
+            }
+        } else if response.dragged() {
             let turn = -360.0 * response.drag_delta().x / rect.width().max(1.0);
             if turn != 0.0 {
                 section.rotate_deg = turned(section.rotate_deg, f64::from(turn));
@@ -101,17 +133,24 @@ impl LightMap {
             }
         }
         changes.is_complete |= response.drag_stopped();
-        if response.clicked() {
+        let has_room = section.added.len() < MAX_ADDED_LIGHTS;
+        let added = response
+            .interact_pointer_pos()
+            .filter(|_| response.double_clicked() && hovered.is_none() && has_room)
+            .map(on_map);
+        if response.clicked() && !response.double_clicked() {
             *selected = hovered.filter(|&ix| *selected != Some(ix));
         }
         response.on_hover_ui_at_pointer(|ui| {
             ui.label(match hovered {
                 Some(ix) => says(ix, lights),
                 None => "The lights around the hair, +Z in the middle, +X left of it. Click a light to change it \
-                         alone; drag to turn all of them about the vertical."
+                         alone; drag to turn those of the set about the vertical. Double click to add a light, \
+                         which is dragged by itself."
                     .to_owned(),
             });
         });
+        added
     }
 
     /// The map of `lights`, drawn if it is not that of the last frame.
@@ -190,7 +229,7 @@ fn direction([u, v]: [f32; 2]) -> Vec3 {
 }
 
 /// Degrees after a further turn, in -180..180, as the slider has them.
-fn turned(rotate_deg: f64, turn: f64) -> f64 {
+pub fn turned(rotate_deg: f64, turn: f64) -> f64 {
     let turned = (rotate_deg + turn + 180.0).rem_euclid(360.0) - 180.0;
     (10.0 * turned).round() / 10.0
 }

@@ -1,14 +1,18 @@
 //! The environment and its lights.
 
 use egui::{Color32, RichText, Sense, Ui};
-use strandlight_formats::params::{ADJUST, LIGHTS};
-use strandlight_formats::{LightAdjust, Scene, SrbfLight};
+use glam::Vec3;
+use strandlight_formats::params::{ADDED, ADJUST, LIGHTS};
+use strandlight_formats::{
+    AddedLight, LightAdjust, LightsSection, MAX_ADDED_LIGHTS, Scene, SrbfLight,
+};
 
+pub use super::light_map::turned;
 use super::light_map::{LightMap, MINUS, power};
 use crate::ui::field::{Changes, row};
 use crate::ui::param::Rows;
 use crate::ui::theme;
-use strandlight_scene::tone;
+use strandlight_scene::{Camera, tone};
 
 /// What the panel remembers of the lights between frames.
 #[derive(Debug, Default)]
@@ -17,6 +21,8 @@ pub struct LightsState {
     pub selected: Option<u32>,
     /// The next click in the picture asks which light shines there.
     pub is_picking: bool,
+    /// The next click in the picture says where the selected light, which the scene adds, makes its highlight.
+    pub is_placing: bool,
     /// What the last such click found.
     pub picked: Option<String>,
     /// The list follows the selection once.
@@ -33,18 +39,24 @@ impl LightsState {
 }
 
 /// The map of the lights, rotation, strength and tint of all, the list, and the selected light. `lights` are those
-/// of the light set's file, and as they are `lit` and turned in the picture.
+/// of the light set and those that the scene adds, turned, and as they are `lit` in the picture. A light that is added
+/// comes from `key`.
 pub fn show(
     ui: &mut Ui,
     scene: &mut Scene,
     [lights, lit]: [&[SrbfLight]; 2],
+    key: [f64; 3],
     state: &mut LightsState,
     changes: &mut Changes,
 ) {
     let section = &mut scene.lights;
+    let n_set = lights.len() - section.added.len();
     let before = state.selected;
     let LightsState { map, selected, .. } = state;
-    map.show(ui, lit, section, selected, changes);
+    let added = map.show(ui, lit, section, n_set, selected, changes);
+    if let Some(direction) = added {
+        add(section, direction, lights, selected, changes);
+    }
     state.reveal |= state.selected != before;
     let plain = (LIGHTS.plain)();
     let mut rows = Rows {
@@ -69,6 +81,16 @@ pub fn show(
         changes.place("Pick button", &button);
         if button.clicked() {
             state.is_picking = !state.is_picking;
+            state.is_placing = false;
+        }
+        let help = "Adds a Gaussian light, half as strong as the set. Drag it on the map, or place its highlight.";
+        let has_room = section.added.len() < MAX_ADDED_LIGHTS;
+        let button = ui.add_enabled(has_room, egui::Button::new("Add light"));
+        let button = button.on_hover_text(help);
+        changes.place("Add light button", &button);
+        if button.clicked() {
+            add(section, key, lights, &mut state.selected, changes);
+            state.reveal = true;
         }
         let is_any = !section.solo.is_empty() || !section.muted.is_empty();
         if ui
@@ -90,9 +112,96 @@ pub fn show(
         ui.label(head);
     });
     list(ui, scene, lights, state, changes);
-    if let Some(ix) = state.selected.filter(|&ix| (ix as usize) < lights.len()) {
-        adjust(ui, scene, ix, changes);
+    let Some(ix) = state.selected else {
+        return;
+    };
+    match (ix as usize).checked_sub(n_set) {
+        None => adjust(ui, scene, ix, changes),
+        Some(at) if at < scene.lights.added.len() => {
+            added_light(ui, scene, [at, n_set], state, changes);
+        }
+        // It was added a moment ago, or taken away.
+        Some(_) => {}
     }
+}
+
+/// Adds a light from `direction`, half as strong as all `lights` are, and selects it.
+fn add(
+    section: &mut LightsSection,
+    direction: [f64; 3],
+    lights: &[SrbfLight],
+    selected: &mut Option<u32>,
+    changes: &mut Changes,
+) {
+    let mut added = AddedLight::default();
+    added.point_to(direction);
+    let mean = lights
+        .iter()
+        .map(|light| f64::from(power(light)))
+        .sum::<f64>()
+        / 3.0;
+    if mean > 0.0 {
+        // Two digits.
+        let unit = 10f64.powf(mean.log10().floor() - 1.0);
+        added.intensity = ((0.5 * mean / unit).round() * unit).clamp(0.0, 1e6);
+    }
+    section.added.push(added);
+    *selected = Some(lights.len() as u32);
+    changes.note("Add light");
+}
+
+/// Rows of a light that the scene adds: number `at` of those, after `n_set` of the set.
+fn added_light(
+    ui: &mut Ui,
+    scene: &mut Scene,
+    [at, n_set]: [usize; 2],
+    state: &mut LightsState,
+    changes: &mut Changes,
+) {
+    let ix = n_set + at;
+    let mut is_removed = false;
+    row(ui, |ui| {
+        ui.label(RichText::new(format!("Light {ix}, added")).strong());
+        let text = match state.is_placing {
+            true => "Click a strand ...",
+            false => "Place highlight",
+        };
+        let button = egui::Button::new(text).selected(state.is_placing);
+        let help = "Click a strand in the picture: the light comes from where the fibre reflects it to the eye.";
+        let button = ui.add(button).on_hover_text(help);
+        changes.place("Place highlight button", &button);
+        if button.clicked() {
+            state.is_placing = !state.is_placing;
+            state.is_picking = false;
+        }
+        let button = ui.button("Remove");
+        changes.place("Remove light button", &button);
+        is_removed = button.clicked();
+    });
+    let plain = (ADDED.plain)();
+    let mut rows = Rows {
+        section: &ADDED,
+        target: &mut scene.lights.added[at],
+        plain: &plain,
+        suffix: &format!(" of {ix}"),
+    };
+    for param in ADDED.params {
+        rows.show(ui, param, changes);
+    }
+    if is_removed {
+        scene.lights.remove_added(at, n_set);
+        (state.selected, state.is_placing) = (None, false);
+        changes.note("Remove light");
+    }
+}
+
+/// Where a light that is added comes from at first: left of the eye and above, as photographers have it.
+pub fn key_direction(camera: &Camera) -> [f64; 3] {
+    let towards_eye = (camera.eye - camera.target).normalize_or(Vec3::Z);
+    let right = camera.up.cross(towards_eye).normalize_or(Vec3::X);
+    let up = towards_eye.cross(right);
+    let direction = towards_eye - right + up;
+    direction.normalize().to_array().map(f64::from)
 }
 
 fn list(
@@ -116,7 +225,7 @@ fn list(
                     color_of(ui, light);
                     let is_selected = state.selected == Some(ix);
                     let share = 100.0 * power(light) / brightest;
-                    let [azimuth, elevation] = place(light, section.rotate_deg);
+                    let [azimuth, elevation] = place(light);
                     let degrees = |x: f32| format!("{x:.0}°").replace('-', MINUS);
                     let cells = [
                         ix.to_string(),
@@ -181,12 +290,11 @@ fn order(lights: &[SrbfLight]) -> Vec<u32> {
     order
 }
 
-/// Azimuth and elevation in degrees, turned as the scene says.
-fn place(light: &SrbfLight, rotate_deg: f64) -> [f32; 2] {
+/// Azimuth and elevation in degrees.
+fn place(light: &SrbfLight) -> [f32; 2] {
     let [x, y, z] = light.direction;
-    let azimuth = x.atan2(z).to_degrees() + rotate_deg as f32;
-    let azimuth = (azimuth + 180.0).rem_euclid(360.0) - 180.0;
-    [azimuth, y.clamp(-1.0, 1.0).asin().to_degrees()]
+    let elevation = y.clamp(-1.0, 1.0).asin();
+    [x.atan2(z).to_degrees(), elevation.to_degrees()]
 }
 
 fn color_of(ui: &mut Ui, light: &SrbfLight) {

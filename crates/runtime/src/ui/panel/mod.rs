@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod hair;
+pub mod history;
 mod light_map;
 pub mod lights;
 pub mod looks;

@@ -1,0 +1,141 @@
+//! The menus of the bar: files, and the view.
+
+use egui::{Button, RichText, Ui};
+
+use super::field::Changes;
+use super::keys::{self, Command, Side};
+use super::questions::{self, Answer};
+use super::settings::Settings;
+use super::theme;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::inspection::Inspection;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::light_layer::LightLayer;
+use crate::viewer::Viewer;
+
+/// What the menus know of.
+pub struct MenuInput<'a> {
+    /// Scene and picture.
+    pub viewer: &'a Viewer,
+    /// Files that were open.
+    pub settings: &'a Settings,
+    /// Are there views before and after this one?
+    pub can_look: [bool; 2],
+    /// The light whose own values are shown.
+    #[cfg_attr(
+        target_arch = "wasm32",
+        expect(dead_code, reason = "pages inspect nothing")
+    )]
+    pub selected_light: Option<u32>,
+}
+
+/// Shows the menus; what is chosen comes to `commands` and `answer`.
+pub fn show(
+    ui: &mut Ui,
+    input: &MenuInput<'_>,
+    changes: &mut Changes,
+    commands: &mut Vec<Command>,
+    answer: &mut Option<Answer>,
+) {
+    let session = input.viewer.session();
+    let mut entry = |ui: &mut Ui, text: &str, is_enabled, command: Command| {
+        let button = Button::new(text).shortcut_text(keys::shortcut(ui.ctx(), command));
+        let button = ui.add_enabled(is_enabled, button);
+        changes.place(format!("{text} entry"), &button);
+        if button.clicked() {
+            commands.push(command);
+            ui.close();
+        }
+    };
+    let has_files = cfg!(not(target_arch = "wasm32"));
+    let file = ui.menu_button("File", |ui| {
+        ui.set_min_width(220.0);
+        if has_files {
+            entry(ui, "Open ...", true, Command::Open);
+            let recent: Vec<_> = input.settings.recent().map(ToOwned::to_owned).collect();
+            if !recent.is_empty() {
+                ui.label(RichText::new("Recent").small().color(theme::WEAK));
+            }
+            for path in recent.iter().take(8) {
+                let button = ui.button(questions::name_of(path));
+                if button.on_hover_text(path.display().to_string()).clicked() {
+                    *answer = Some(Answer::Open(path.clone()));
+                    ui.close();
+                }
+            }
+            if !recent.is_empty() {
+                entry(ui, "Forget these", true, Command::ForgetRecent);
+            }
+            entry(ui, "The sample", true, Command::Sample);
+            ui.separator();
+        }
+        let is_modified = session.is_modified() || session.is_unsaved();
+        entry(ui, "Save", is_modified, Command::Save);
+        entry(ui, "Save as ...", true, Command::SaveAs);
+        entry(ui, "Reload", !session.is_unsaved(), Command::Reload);
+        ui.separator();
+        entry(ui, "Save picture", true, Command::Screenshot);
+        if has_files {
+            entry(ui, "Save picture as ...", true, Command::Still);
+        }
+        ui.separator();
+        entry(ui, "Help", true, Command::Help);
+        entry(ui, "Close", true, Command::Close);
+    });
+    #[cfg(not(target_arch = "wasm32"))]
+    let mut arriving = None;
+    let view = ui.menu_button("View", |ui| {
+        ui.set_min_width(200.0);
+        entry(ui, "Frame all hair", true, Command::Frame);
+        entry(ui, "Scene's camera", true, Command::Home);
+        let is_moved = input.viewer.is_view_moved();
+        entry(ui, "Save view", is_moved, Command::SaveView);
+        entry(ui, "View before", input.can_look[0], Command::ViewBack);
+        entry(ui, "View after", input.can_look[1], Command::ViewForward);
+        ui.separator();
+        for (side, name) in Side::ALL {
+            entry(ui, name, true, Command::Look(side));
+        }
+        ui.separator();
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            let text = match input.viewer.ground_truth() {
+                None => "Go on to ground truth",
+                Some(_) => "Stop at the fast picture",
+            };
+            entry(ui, text, true, Command::GroundTruth);
+            ui.separator();
+            let now = input.viewer.inspection();
+            if now.is_some() {
+                entry(ui, "Picture", true, Command::Inspect(None));
+            }
+            let mut inspect = |ui: &mut Ui, text: &str, inspection| {
+                let is_other = now != Some(inspection);
+                entry(ui, text, is_other, Command::Inspect(Some(inspection)));
+            };
+            for (inspection, name) in Inspection::ALL {
+                inspect(ui, name, inspection);
+            }
+            let menu = ui.menu_button("Parts of the light", |ui| {
+                for inspection in Inspection::of_arriving_light() {
+                    inspect(ui, &inspection.name(), inspection);
+                }
+                match input.selected_light.map(LightLayer::Light) {
+                    Some(light) => inspect(ui, &light.name(), Inspection::Layer(light)),
+                    None => {
+                        ui.label(RichText::new("One light: select it").color(theme::WEAK));
+                    }
+                }
+            });
+            arriving = Some(menu.response);
+            ui.separator();
+        }
+        entry(ui, "Panel", true, Command::Panel);
+    });
+    changes.place("File menu", &file.response);
+    changes.place("View menu", &view.response);
+    #[cfg(not(target_arch = "wasm32"))]
+    if let Some(arriving) = arriving {
+        changes.place("Parts of the light menu", &arriving);
+    }
+}
