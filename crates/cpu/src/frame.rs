@@ -305,7 +305,10 @@ impl Frame {
             Some(Stage::Transmittance)
         } else if !self.has_proxy_light() {
             Some(Stage::ProxyLight)
-        } else if self.bounce.is_none() && picturing.scene.has_bounce() {
+        } else if self.bounce.is_none()
+            && picturing.scene.has_bounce()
+            && !self.is_recolored(picturing)
+        {
             Some(Stage::Bounce)
         } else if self.multiple.is_none() && self.needs_tables == Some(true) {
             Some(Stage::MultipleTables)
@@ -314,6 +317,15 @@ impl Frame {
         } else {
             None
         }
+    }
+
+    /// Can lights of other colours be shown at once, by what was kept?
+    fn is_recolored(&self, picturing: &Picturing) -> bool {
+        let kept = self.kept.as_ref().zip(self.lights.as_ref());
+        picturing.has_drafts
+            && self.shaded.is_none()
+            && (self.unblocked.is_some() && self.through.is_some())
+            && kept.is_some_and(|(kept, lights)| kept.serves(&lights.records))
     }
 
     fn quality(&self) -> Option<Quality> {

@@ -82,6 +82,17 @@ impl Proxies {
         &self.sent_back
     }
 
+    /// The sum of it.
+    pub fn total(&self) -> [f32; 3] {
+        let mut sums = [0.0; 3];
+        for sent_back in &self.sent_back {
+            for (sum, value) in sums.iter_mut().zip(sent_back) {
+                *sum += value;
+            }
+        }
+        sums
+    }
+
     /// Takes the view that [`Proxies::cover`] and [`Proxies::sent_back`] are asked of.
     pub fn look(&mut self, view: &ViewUniform) {
         self.triangles = Some(Triangles::new(view, &self.beside));

@@ -16,6 +16,7 @@ use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::super::arriving::Arriving;
 use super::super::bounce::BounceLight;
+use super::super::proxies::Proxies;
 use super::super::radiance::Radiance;
 use super::super::shade::{Counts, PointShader, record_at};
 use super::super::shade_wide::WideShader;
@@ -72,11 +73,18 @@ impl Frame {
                 let scale = picturing.view.radiance_scale;
                 let seen = (&*scene.strands, &visible.points[..]);
                 let mut radiance = kept.radiance(&lights.records, seen, maps, scale);
-                // In the colours of before.
-                radiance.add_at(&self.bounced);
+                if !self.bounced.is_empty() {
+                    let lit = self.lit_proxies(picturing);
+                    radiance.add_at(&recolored(&self.bounced, self.sent_back, lit.as_ref()));
+                }
                 self.show(picturing, Quality::Recolored, radiance);
                 return;
             }
+        }
+        if self.bounce.is_none() && scene.has_bounce() {
+            // It was put off for what was kept, which does not serve.
+            self.kept = None;
+            return;
         }
         let through = self.through.as_ref().or(self.through_before.as_ref());
         let maps = match (&self.unblocked, through) {
@@ -195,6 +203,7 @@ impl Frame {
                 let bounced = shader.shade_bounce(bounce, &plain, &visible.points);
                 shaded.radiance.add_at(&bounced);
                 if self.kept.is_some() {
+                    self.sent_back = self.proxies.as_ref().map_or([0.0; 3], Proxies::total);
                     self.bounced.resize(n_places, [0.0; 4]);
                     for (&place, value) in plain.iter().zip(bounced) {
                         self.bounced[place as usize] = value;
@@ -279,6 +288,21 @@ impl Frame {
         });
         self.version += 1;
     }
+}
+
+/// Bounce light of proxies that sent back so much in all, as they are `lit` now: about, since they may be
+/// lit from elsewhere.
+fn recolored(bounced: &[[f32; 4]], before: [f32; 3], lit: Option<&Proxies>) -> Vec<[f32; 4]> {
+    let now = lit.map_or(before, Proxies::total);
+    let factor = |channel: usize| match before[channel] > 0.0 {
+        true => now[channel] / before[channel],
+        false => 0.0,
+    };
+    let [r, g, b] = [0, 1, 2].map(factor);
+    let bounced = bounced.iter();
+    bounced
+        .map(|of| [r * of[0], g * of[1], b * of[2], 0.0])
+        .collect()
 }
 
 /// Are there points of the fibre that tables are of? Painted points have fibres of their own. Nor are

@@ -70,6 +70,8 @@ pub(in super::super) struct Frame {
     pub(super) kept: Option<Kept>,
     /// Radiance of bounce light at the visible points of the last complete picture.
     pub(super) bounced: Vec<[f32; 4]>,
+    /// What the proxies sent back then, summed up over their surfaces.
+    pub(super) sent_back: [f32; 3],
     pub(super) shading: Option<Shading>,
     pub(super) shaded: Option<Shaded>,
     /// Radiance before edits that left points and shadows as they are.
