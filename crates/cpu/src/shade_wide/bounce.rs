@@ -94,8 +94,9 @@ impl WideShader<'_> {
             let found = self.multiple(simd, &eight, &shares[0].into(), &records, &place);
             for (channel, (sum, found)) in sum.iter_mut().zip(found).enumerate() {
                 let found: [f32; LANES] = found.into();
-                for lane in 0..N_LOBES {
-                    *sum += eight.rgb[channel][lane] * found[lane];
+                let lanes = eight.rgb[channel].iter().zip(found);
+                for (rgb, found) in lanes.take(N_LOBES) {
+                    *sum += rgb * found;
                 }
             }
         }

@@ -33,7 +33,8 @@ impl WideLights {
             true => [1, 0],
             false => [0, 1],
         };
-        (self.lights.clear(), self.order.clear());
+        self.lights.clear();
+        self.order.clear();
         for ix in order {
             let [x, y, z] = directions[ix];
             self.lights.push([x, y, z, lambdas[ix]]);
