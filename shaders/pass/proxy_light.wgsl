@@ -24,6 +24,8 @@
 @group(0) @binding(5) var<storage, read> records: array<vec2u>;
 // [proxy][row][column], then [mesh][vertex] (rgb, 0), times the view's radiance scale.
 @group(0) @binding(6) var<storage, read_write> light_maps: array<vec4f>;
+// By channel, what the three shares of a record weigh: see passed_weights in crates/scene/src/bounce.rs.
+@group(0) @binding(10) var<uniform> passed: array<vec4f, 3>;
 // #if MESHES
 // [surface] position, normal, albedo
 @group(0) @binding(7) var<storage, read> surfaces: array<array<vec4f, 3>>;
@@ -116,14 +118,14 @@ fn count_open(light: Light, voxel: vec3u) -> f32 {
     return n_open;
 }
 
-// Share that hair leaves of a light, by its records around g. They hold the mean over all
+// Shares that hair leaves of a light at three exponents, by its records around g. They hold the mean over all
 // directions, none coming through proxies, and each voxel has a horizon of its own: voxels count by
 // the directions that are open there, those without any not at all. Below 0 where that is all of them.
-fn share_at(light: Light, g: vec3f) -> f32 {
+fn share_at(light: Light, g: vec3f) -> vec3f {
     let first = light.record * grid.dims.x * grid.dims.y * grid.dims.z;
     let base = vec3u(g);
     let f = g - vec3f(base);
-    var sum = 0.0;
+    var sum = vec3f(0.0);
     var weights = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
         let offset = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
@@ -133,21 +135,21 @@ fn share_at(light: Light, g: vec3f) -> f32 {
             let w = select(1.0 - f, f, offset == vec3u(1u));
             let weight = w.x * w.y * w.z;
             let record = unpack_record(records[first + voxel_index(grid, voxel)]);
-            sum += weight * record.shares.x * (f32(light.n_sweeps) / n_open);
+            sum += weight * record.shares * (f32(light.n_sweeps) / n_open);
             weights += weight;
         }
     }
-    return select(-1.0, min(sum / max(weights, 1e-20), 1.0), weights > 0.0);
+    return select(vec3f(-1.0), min(sum / max(weights, 1e-20), vec3f(1.0)), weights > 0.0);
 }
 
-// How much of a light's irradiance in the open there is on surface `own`.
-fn share_of_light(light: Light, own: u32, surface: Surface) -> f32 {
+// How much of a light's irradiance in the open there is on surface `own`, at three exponents.
+fn share_of_light(light: Light, own: u32, surface: Surface) -> vec3f {
     let lift = SELF_LIFT * grid.h;
     let position = surface.position;
     let normal = surface.normal;
-    var inside = -1.0;
+    var inside = vec3f(-1.0);
     var above = 0.0;
-    var arriving = 0.0;
+    var arriving = vec3f(0.0);
     for (var k = 0u; k < light.n_sweeps; k++) {
         let d = sweeps[light.first_sweep + k].xyz;
         let weight = max(dot(normal, d), LEAST_COSINE);
@@ -155,17 +157,17 @@ fn share_of_light(light: Light, own: u32, surface: Surface) -> f32 {
         if is_behind_other(own, position, light.first_sweep + k) {
             continue;
         }
-        var share = 1.0;
+        var share = vec3f(1.0);
         let entry = entry_of_volume(grid, position, d);
         if entry > 0.0 {
-            share = max(share_at(light, grid_position(grid, position + d * entry)), 0.0);
+            share = max(share_at(light, grid_position(grid, position + d * entry)), vec3f(0.0));
         } else if entry == 0.0 {
             // The same place for all directions.
-            if inside < 0.0 {
+            if inside.x < 0.0 {
                 inside = share_at(light, grid_position(grid, position + normal * lift));
-                if inside < 0.0 {
+                if inside.x < 0.0 {
                     let higher = position + normal * (HIGHER * grid.h);
-                    inside = max(share_at(light, grid_position(grid, higher)), 0.0);
+                    inside = max(share_at(light, grid_position(grid, higher)), vec3f(0.0));
                 }
             }
             share = inside;
@@ -189,7 +191,10 @@ fn light_proxies(
     for (var ix = 0u; ix < batch.n_lights; ix++) {
         let light = lights[batch.first_light + ix];
         let open = irradiance(dot(surface.normal, light.direction), light.lambda);
-        sum += light.rgb * (open * share_of_light(light, own, surface));
+        let shares = share_of_light(light, own, surface);
+        let arriving = vec3f(
+            dot(passed[0].xyz, shares), dot(passed[1].xyz, shares), dot(passed[2].xyz, shares));
+        sum += light.rgb * (open * arriving);
     }
     let sent_back = surface.albedo * 0.31830987;
     // The first batch overwrites what was there.

@@ -10,6 +10,9 @@
 // #import lib/global_scattering
 // #import lib/local_scattering
 // #import lib/along_segments
+// #if BOUNCE
+// #import lib/bounce
+// #endif
 // #if PAINTED
 // #import lib/paint
 // #endif
@@ -34,8 +37,13 @@
 @group(0) @binding(5) var<storage, read> tangents: array<vec4f>;
 @group(0) @binding(6) var<storage, read> normals: array<vec4f>;
 @group(0) @binding(7) var<storage, read> lights: array<Light>;
+// #if BOUNCE
+// What proxies send back in place of lights, see pass/bounce. The grid is that of its nodes.
+@group(0) @binding(8) var<storage, read> bounced: array<vec4f>;
+// #else
 // Packed records, [light of the batch][voxel].
 @group(0) @binding(8) var<storage, read> records: array<vec2u>;
+// #endif
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4f>;
 // 64 bit each, low word first: points skipped; then for each term of SINGLE_COUNTER.. how many
 // products of point and light were evaluated, and how many skipped.
@@ -96,6 +104,23 @@ fn unblocked_share(shadow_index: u32, is_tt: u32, point_ix: u32) -> f32 {
     return f32((visibility[at] >> (8u * (shadow_index % 4u))) & 255u) / 255.0;
 }
 
+// #if BOUNCE
+// Numbers of all lobes at a place, three vectors each: trilinear look-up.
+fn bounced_at(g: vec3f) -> array<vec4f, 6> {
+    let base = vec3u(g);
+    let f = g - vec3f(base);
+    var sums = array<vec4f, 6>();
+    for (var corner = 0u; corner < 8u; corner++) {
+        let offset = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+        let w = select(1.0 - f, f, offset == vec3u(1u));
+        let first = 6u * voxel_index(grid, base + offset);
+        for (var ix = 0u; ix < 6u; ix++) {
+            sums[ix] += (w.x * w.y * w.z) * bounced[first + ix];
+        }
+    }
+    return sums;
+}
+// #else
 fn record_numbers(at: u32) -> vec4f {
     let record = unpack_record(records[at]);
     return vec4f(record.shares, record.sin_theta);
@@ -115,6 +140,7 @@ fn record_at(first: u32, g: vec3f) -> ShadowRecord {
     let numbers = mix(mix(x00, x10, f.y), mix(x01, x11, f.y), f.z);
     return ShadowRecord(numbers.xyz, numbers.w);
 }
+// #endif
 
 // Whether a point at this place of the screen can touch the picture.
 fn in_view(screen: vec3f) -> bool {
@@ -157,7 +183,10 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     }
     let position = points[point_ix].xyz;
     if !in_view(screen_position(view, position)) {
+// #if BOUNCE
+// #else
         count(0u, 1u);
+// #endif
         return;
     }
     let u = tangents[point_ix].xyz;
@@ -178,7 +207,17 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
 // #endif
     var sum = vec3f(0.0);
     var evaluated = vec4u(0u);
+// #if BOUNCE
+    var lobes = bounced_at(grid_position(grid, position));
+// #endif
     for (var ix = 0u; ix < batch.n_lights; ix++) {
+// #if BOUNCE
+        let scale = 1.0 / view.radiance_scale;
+        let light = lobe_light(lobes[3u * ix + 1u].xyz * scale, lobes[3u * ix + 2u].xyz * scale);
+        let record = ShadowRecord(exp(-lobes[3u * ix].xyz), lobes[3u * ix].w);
+        let unblocked = record.shares.x;
+        let unblocked_tt = unblocked;
+// #else
         let light = lights[batch.first_light + ix];
         // A strand does not shadow itself, but its voxel holds it: a little towards the light it
         // holds less of it.
@@ -189,6 +228,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             unblocked = unblocked_share(light.shadow_index, 0u, point_ix);
             unblocked_tt = unblocked_share(light.shadow_index, 1u, point_ix);
         }
+// #endif
         let direct_power = max(unblocked, unblocked_tt) * light.power;
         let source = light_in_frame(frame * light.direction, light.lambda);
 // #if TABLES
@@ -268,6 +308,8 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         before = radiance[point_ix];
     }
     radiance[point_ix] = before + vec4f(sum * view.radiance_scale, 0.0);
+// #if BOUNCE
+// #else
     if (TERMS & TERM_SINGLE) != 0u {
         count_term(SINGLE_COUNTER, evaluated.x);
     }
@@ -278,6 +320,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     if (TERMS & TERM_GLOBAL) != 0u {
         count_term(GLOBAL_COUNTER, evaluated.z);
     }
+// #endif
 }
 
 // Single scattering of the narrow lights of the batch at the places about each point.

@@ -91,8 +91,20 @@ impl Frame {
             edit,
             Edit::Points | Edit::Lights | Edit::Colors | Edit::Proxies
         ) {
-            (self.are_lights_current, self.proxies) = (false, None);
+            self.are_lights_current = false;
+            self.forget_lit_proxies();
             // By now only colours can have changed where there is some.
+            if self
+                .proxy_light
+                .as_ref()
+                .is_some_and(|found| !found.is_of_any_color())
+            {
+                self.forget(Stage::ProxyLight);
+            }
+        }
+        // What is scattered forward reaches them too.
+        if matches!(edit, Edit::Hair | Edit::Terms | Edit::Densities) {
+            self.forget_lit_proxies();
             if self
                 .proxy_light
                 .as_ref()
@@ -130,7 +142,13 @@ impl Frame {
         }
     }
 
+    /// The proxies are in other light.
+    fn forget_lit_proxies(&mut self) {
+        (self.proxies, self.bounce) = (None, None);
+    }
+
     fn forget_kept(&mut self) {
+        self.bounced.clear();
         if let Some(kept) = &mut self.kept {
             kept.forget();
         }
@@ -147,7 +165,11 @@ impl Frame {
                 (self.casting, self.unblocked, self.arriving) = (None, None, None);
             }
             Stage::ThroughMaps => (self.through_casting, self.through) = (None, None),
-            Stage::ProxyLight => (self.proxy_light, self.proxies) = (None, None),
+            Stage::ProxyLight => {
+                self.proxy_light = None;
+                self.forget_lit_proxies();
+            }
+            Stage::Bounce => (self.bounce_rays, self.bounce) = (None, None),
             Stage::MultipleTables => self.multiple = None,
             Stage::Shade => (self.shading, self.shaded) = (None, None),
         }
@@ -281,6 +303,11 @@ impl Frame {
             Some(Stage::Transmittance)
         } else if !self.has_proxy_light() {
             Some(Stage::ProxyLight)
+        } else if self.bounce.is_none()
+            && picturing.scene.has_bounce()
+            && !self.is_recolored(picturing)
+        {
+            Some(Stage::Bounce)
         } else if self.multiple.is_none() && self.needs_tables == Some(true) {
             Some(Stage::MultipleTables)
         } else if self.quality() != Some(Quality::Whole) {
@@ -310,6 +337,15 @@ impl Frame {
         }
     }
 
+    /// Can lights of other colours be shown at once, by what was kept?
+    fn is_recolored(&self, picturing: &Picturing) -> bool {
+        let kept = self.kept.as_ref().zip(self.lights.as_ref());
+        picturing.has_drafts
+            && self.shaded.is_none()
+            && (self.unblocked.is_some() && self.through.is_some())
+            && kept.is_some_and(|(kept, lights)| kept.serves(&lights.records))
+    }
+
     fn quality(&self) -> Option<Quality> {
         self.shaded.as_ref().map(|shaded| shaded.quality)
     }
@@ -334,6 +370,7 @@ impl Frame {
             Stage::ThroughMaps => self.cast_through(picturing),
             Stage::Transmittance => self.transmit(picturing),
             Stage::ProxyLight => self.light_proxies(picturing),
+            Stage::Bounce => self.find_bounce(picturing),
             Stage::MultipleTables => self.fill_tables(scene),
             Stage::Shade => self.shade(picturing),
         }

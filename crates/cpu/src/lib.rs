@@ -31,6 +31,7 @@
 
 mod along_segments;
 mod arriving;
+mod bounce;
 mod composite;
 mod data_layers;
 mod fade;
@@ -64,8 +65,10 @@ pub use shadow_map::shadow_maps;
 pub use transmittance::{Shadows, transmittance, transmittance_beside};
 pub use voxelise::voxelise;
 
+use bounce::BounceRays;
 use radiance::Radiance;
 use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scene::bounce::passed_weights;
 use strandlight_scene::budget::{LIGHT_BATCH, check_frame};
 use strandlight_scene::camera::{Camera, ViewUniform, view_uniform};
 use strandlight_scene::sampling::PASS_SAMPLES;
@@ -249,13 +252,21 @@ fn light(
             timed(|| shade::shade(scene, view, grid, batch, &found, &visibility, &mut radiance));
         shade_s += seconds;
         if let Shadows::Volume(packed) = &found {
-            proxies.light(view, grid, batch, &sweeps, packed, &voxels);
+            let of_view = (view, &passed_weights(scene));
+            proxies.light(of_view, grid, batch, &sweeps, packed, &voxels);
         }
         done += batch.len();
         observer(LIGHTING_SHARE * done as f64 / lights.len() as f64);
         // Each batch of lights counts the same points.
         counts.points_skipped = 0;
         counts = counts.and(batch_counts);
+    }
+    if let (Some(rays), ShadowSource::Sweep) = (BounceRays::new(scene, grid, volume), shadows) {
+        let ((), seconds) = timed(|| {
+            let bounce = rays.light(proxies.at_surfaces());
+            shade::shade_bounce(scene, view, &bounce, &mut radiance);
+        });
+        shade_s += seconds;
     }
     stats.stages.push(Stage {
         name: "transmittance",

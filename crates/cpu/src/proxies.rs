@@ -5,6 +5,7 @@ use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::background::ray_direction;
 use strandlight_scene::beside::{Beside, Places};
+use strandlight_scene::bounce::PassedWeights;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::mesh::barycentric;
 use strandlight_scene::proxy::{GROUND, LIGHT_MAP_SIDE, entry_distance, light_map_place};
@@ -76,6 +77,22 @@ impl Proxies {
         self.beside.is_empty()
     }
 
+    /// What is sent back at each of [`Beside::surfaces`]: rgb, times the view's radiance scale.
+    pub fn at_surfaces(&self) -> &[[f32; 3]] {
+        &self.sent_back
+    }
+
+    /// The sum of it.
+    pub fn total(&self) -> [f32; 3] {
+        let mut sums = [0.0; 3];
+        for sent_back in &self.sent_back {
+            for (sum, value) in sums.iter_mut().zip(sent_back) {
+                *sum += value;
+            }
+        }
+        sums
+    }
+
     /// Takes the view that [`Proxies::cover`] and [`Proxies::sent_back`] are asked of.
     pub fn look(&mut self, view: &ViewUniform) {
         self.triangles = Some(Triangles::new(view, &self.beside));
@@ -85,7 +102,7 @@ impl Proxies {
     /// voxels.
     pub fn light(
         &mut self,
-        view: &ViewUniform,
+        (view, passed): (&ViewUniform, &PassedWeights),
         grid: &Grid,
         lights: &[LightRecord],
         sweeps: &[[f32; 4]],
@@ -98,7 +115,7 @@ impl Proxies {
             if light.power > 0.0 {
                 let of_light = (light, sweeps);
                 let arriving = surfaces.irradiance(&self.beside, grid, of_light, packed, voxels);
-                self.add(&surfaces, view, light.rgb, &arriving);
+                self.add(&surfaces, (view, passed), light.rgb, &arriving);
             }
         }
     }
@@ -107,15 +124,17 @@ impl Proxies {
     pub fn add(
         &mut self,
         surfaces: &Surfaces,
-        view: &ViewUniform,
+        (view, passed): (&ViewUniform, &PassedWeights),
         rgb: [f32; 3],
-        arriving: &[f32],
+        arriving: &[[f32; 3]],
     ) {
         let surfaces = surfaces.list().iter().zip(arriving);
         for (sum, (surface, arriving)) in self.sent_back.iter_mut().zip(surfaces) {
             for (channel, sum) in sum.iter_mut().enumerate() {
                 // 1 / pi
                 let sent_back = surface.albedo[channel] * 0.318_309_87;
+                let [a, b, c, _] = passed[channel];
+                let arriving = a * arriving[0] + b * arriving[1] + c * arriving[2];
                 *sum += sent_back * rgb[channel] * arriving * view.radiance_scale;
             }
         }

@@ -39,7 +39,7 @@ impl Surfaces {
         &self.list
     }
 
-    /// Irradiance of a light of amplitude 1 behind the hair, by surface; `packed` are its records by voxel,
+    /// Irradiance of a light of amplitude 1 behind the hair at the three exponents of its records, by surface; `packed` are its records by voxel,
     /// `voxels` the places of the voxels.
     pub fn irradiance(
         &self,
@@ -48,11 +48,11 @@ impl Surfaces {
         (light, sweeps): (&LightRecord, &[[f32; 4]]),
         packed: &[PackedRecord],
         voxels: &Places,
-    ) -> Vec<f32> {
+    ) -> Vec<[f32; 3]> {
         // Black ones send nothing back whatever they receive.
         let is_black = |surface: &Surface| surface.albedo == [0.0; 3];
         if self.list.iter().all(is_black) {
-            return vec![0.0; self.list.len()];
+            return vec![[0.0; 3]; self.list.len()];
         }
         let first = light.first_sweep as usize;
         let directions = &sweeps[first..first + light.n_sweeps as usize];
@@ -75,10 +75,12 @@ impl Surfaces {
             .with_min_len(64)
             .map(|(ix, surface)| {
                 if is_black(surface) {
-                    return 0.0;
+                    return [0.0; 3];
                 }
                 let cos = surface.normal.dot(Vec3::from(light.direction));
-                irradiance(cos, light.lambda) * from.share_of_light(surface, &self.places, ix)
+                let open = irradiance(cos, light.lambda);
+                let shares = from.share_of_light(surface, &self.places, ix);
+                shares.map(|share| open * share)
             })
             .collect()
     }
@@ -100,11 +102,11 @@ struct From<'a> {
 const UNKNOWN: u8 = u8::MAX;
 
 impl From<'_> {
-    /// How much of a light's irradiance in the open there is on `surface`, number `ix` of `places`.
-    fn share_of_light(&self, surface: &Surface, places: &Places, ix: usize) -> f32 {
+    /// How much of a light's irradiance in the open there is on `surface`, number `ix` of `places`, at three exponents.
+    fn share_of_light(&self, surface: &Surface, places: &Places, ix: usize) -> [f32; 3] {
         let lift = SELF_LIFT * self.grid.h;
         let mut inside = None;
-        let (mut above, mut arriving) = (0.0, 0.0);
+        let (mut above, mut arriving) = (0.0, [0.0; 3]);
         for towards in self.towards {
             let d = towards.direction();
             let weight = surface.normal.dot(d).max(LEAST_COSINE);
@@ -113,20 +115,22 @@ impl From<'_> {
                 continue;
             }
             let share_at = |position: Vec3| self.share_at(grid_position(self.grid, position));
-            let share = match entry_of_volume(self.grid, surface.position, d) {
-                None => 1.0,
+            let shares = match entry_of_volume(self.grid, surface.position, d) {
+                None => [1.0; 3],
                 // The same place for all directions.
                 Some(0.0) => *inside.get_or_insert_with(|| {
                     [lift, HIGHER * self.grid.h]
                         .iter()
                         .find_map(|&height| share_at(surface.position + surface.normal * height))
-                        .unwrap_or(0.0)
+                        .unwrap_or_default()
                 }),
-                Some(entry) => share_at(surface.position + d * entry).unwrap_or(0.0),
+                Some(entry) => share_at(surface.position + d * entry).unwrap_or_default(),
             };
-            arriving += weight * share;
+            for (arriving, share) in arriving.iter_mut().zip(shares) {
+                *arriving += weight * share;
+            }
         }
-        arriving / above.max(LEAST_COSINE)
+        arriving.map(|arriving| arriving / above.max(LEAST_COSINE))
     }
 
     /// Directions of the light that no proxy blocks at a voxel.
@@ -144,13 +148,13 @@ impl From<'_> {
         f32::from(n)
     }
 
-    /// Share that hair leaves of the light, by its records around `g`. They hold the mean over all
+    /// Shares that hair leaves of the light at three exponents, by its records around `g`. They hold the mean over all
     /// directions, none coming through proxies, and each voxel has a horizon of its own: voxels count
     /// by the directions that are open there, those without any not at all.
-    fn share_at(&self, g: Vec3) -> Option<f32> {
+    fn share_at(&self, g: Vec3) -> Option<[f32; 3]> {
         let base = g.as_uvec3();
         let f = g - base.as_vec3();
-        let (mut sum, mut weights) = (0.0, 0.0);
+        let (mut sums, mut weights) = ([0.0; 3], 0.0);
         for corner in 0..8_u32 {
             let offset = UVec3::new(corner & 1, (corner >> 1) & 1, corner >> 2);
             let voxel = base + offset;
@@ -159,11 +163,13 @@ impl From<'_> {
                 let w = Vec3::select(offset.cmpeq(UVec3::ONE), f, 1.0 - f);
                 let weight = w.x * w.y * w.z;
                 let record = unpack_record(&self.packed[voxel_index(self.grid, voxel.to_array())]);
-                sum += weight * record.shares[0] * (self.towards.len() as f32 / n_open);
+                for (sum, share) in sums.iter_mut().zip(record.shares) {
+                    *sum += weight * share * (self.towards.len() as f32 / n_open);
+                }
                 weights += weight;
             }
         }
-        (weights > 0.0).then(|| (sum / f32::max(weights, 1e-20)).min(1.0))
+        (weights > 0.0).then(|| sums.map(|sum| (sum / f32::max(weights, 1e-20)).min(1.0)))
     }
 }
 

@@ -56,6 +56,18 @@ impl Radiance {
         }
     }
 
+    /// Adds to that at the places, one after the other.
+    pub fn add_at(&mut self, found: &[[f32; 4]]) {
+        for (sum, value) in self
+            .at
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(found.as_flattened())
+        {
+            *sum += value;
+        }
+    }
+
     /// Adds what was found at some places.
     pub fn add(&mut self, places: &[u32], found: &Radiance) {
         for (&place, values) in places.iter().zip(&found.at) {

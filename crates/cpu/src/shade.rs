@@ -16,6 +16,7 @@ use strandlight_scene::shadow_maps::{NO_SLOT, unblocked_share};
 use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::along_segments::{Along, Answers, Nodes, PLACES, add_along, frames_about, shares_along};
+use super::bounce::BounceLight;
 use super::radiance::Radiance;
 use super::shadow_map::Visibility;
 use super::transmittance::{Shadows, mix_all};
@@ -127,6 +128,26 @@ impl<'a> Reaching<'a> {
     }
 }
 
+/// Adds what the proxies send back to the `radiance` of all points, times the view's radiance scale.
+pub(super) fn shade_bounce(
+    scene: &PreparedScene,
+    view: &ViewUniform,
+    bounce: &BounceLight,
+    radiance: &mut Radiance,
+) {
+    let shader = PointShader::new(scene, view);
+    let points = radiance.at.par_iter_mut().enumerate();
+    points.for_each(|(point, radiance)| {
+        let position = Vec3::from_slice(&scene.strands.points[point]);
+        if in_view(view, screen_position(view, position)) {
+            let found = shader.shade_bounce(bounce, point);
+            for (sum, value) in radiance.iter_mut().zip(found) {
+                *sum += value;
+            }
+        }
+    });
+}
+
 /// Shades points by the closed forms.
 pub(super) struct PointShader<'a> {
     scene: &'a PreparedScene,
@@ -231,6 +252,27 @@ impl<'a> PointShader<'a> {
                 _ => [evaluated[ix], lights.len() as u64 - evaluated[ix]],
             }),
         }
+    }
+}
+
+impl PointShader<'_> {
+    /// Bounce light at a point: rgb times the view's radiance scale, and zero.
+    pub fn shade_bounce(&self, bounce: &BounceLight, point: usize) -> [f32; 4] {
+        let position = Vec3::from_slice(&self.scene.strands.points[point]);
+        let found = bounce.lights_at(position, self.view.radiance_scale);
+        let lights = found.map(|(light, _)| light);
+        let arriving = |ix: usize, _: &LightRecord| {
+            let record = found[ix].1;
+            (record, record.shares[0], record.shares[0])
+        };
+        let at = VisiblePoint {
+            place: point,
+            point,
+        };
+        let mut radiance = [0.0; 4];
+        let along: Option<(&(&Visibility, usize), _)> = None;
+        self.shade(at, &lights, arriving, &mut radiance, along);
+        radiance
     }
 }
 

@@ -17,8 +17,10 @@ use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::scene::LightRecord;
 
+mod bounce;
+
 use super::along_segments::{Along, Nodes, PLACES, add_along, frames_about, shares_along};
-use super::arriving::{Arriving, AtPoint, Columns};
+use super::arriving::{Arriving, Columns};
 use super::frame::kept::{N_NODES, half, n_numbers, narrow_columns};
 use super::radiance::Radiance;
 use super::shade::{Counts, Terms};
@@ -66,6 +68,7 @@ struct Narrow {
 }
 
 /// Up to eight lights as shading reads them; missing lanes repeat the last one, and give nothing.
+#[derive(Clone, Copy)]
 struct EightLights {
     n: usize,
     columns: Columns,
@@ -355,6 +358,20 @@ impl<'a> WideShader<'a> {
         }
     }
 
+    /// The frame of a point of the hair, and the eye in it.
+    #[inline(always)]
+    fn place(&self, point: usize) -> Place {
+        let strands = &self.scene.strands;
+        let u = Vec3::from_slice(&strands.tangents[point]);
+        let v = Vec3::from_slice(&strands.normals[point]);
+        let w = u.cross(v);
+        let towards = Vec3::from(self.view.eye) - Vec3::from_slice(&strands.points[point]);
+        Place {
+            frame: [u, v, w].map(|axis: Vec3| axis.to_array()),
+            view: DirectionInFrame::from_vector([u, v, w].map(|axis| axis.dot(towards))),
+        }
+    }
+
     /// What the eye sees at a point.
     #[inline(always)]
     fn point<S: Simd>(
@@ -365,15 +382,7 @@ impl<'a> WideShader<'a> {
         scratch: &mut Scratch,
         counts: &mut Counts,
     ) -> [f32; 3] {
-        let strands = &self.scene.strands;
-        let u = Vec3::from_slice(&strands.tangents[at.point]);
-        let v = Vec3::from_slice(&strands.normals[at.point]);
-        let w = u.cross(v);
-        let towards = Vec3::from(self.view.eye) - Vec3::from_slice(&strands.points[at.point]);
-        let place = Place {
-            frame: [u, v, w].map(|axis: Vec3| axis.to_array()),
-            view: DirectionInFrame::from_vector([u, v, w].map(|axis| axis.dot(towards))),
-        };
+        let place = self.place(at.point);
         let arriving = self.arriving.at(at.place);
         self.narrow(simd, at, scratch);
         let Scratch {
@@ -457,7 +466,8 @@ impl<'a> WideShader<'a> {
         if terms.bits & (TERM_LOCAL | TERM_GLOBAL) != 0 {
             let mut sums = [f32x8::splat(simd, 0.0); 3];
             for (ix, (lights, unblocked)) in self.lights.iter().zip(&*unblocked).enumerate() {
-                let found = self.multiple(simd, lights, unblocked, &arriving, &place);
+                let records = arriving.records(&lights.columns);
+                let found = self.multiple(simd, lights, unblocked, &records, &place);
                 for channel in 0..3 {
                     let rgb = f32x8::load_array_ref(simd, &lights.rgb[channel]);
                     sums[channel] += rgb * found[channel];
@@ -488,7 +498,7 @@ impl<'a> WideShader<'a> {
         simd: S,
         lights: &EightLights,
         unblocked: &[f32; LANES],
-        arriving: &AtPoint,
+        records: &[[f32; LANES]; 4],
         place: &Place,
     ) -> [f32x8<S>; 3] {
         let bits = self.terms.bits;
@@ -507,7 +517,7 @@ impl<'a> WideShader<'a> {
             *channel = f32x8::load_array_ref(simd, numbers);
         }
         let mut numbers = [zero; 4];
-        for (number, record) in numbers.iter_mut().zip(&arriving.records(&lights.columns)) {
+        for (number, record) in numbers.iter_mut().zip(records) {
             *number = f32x8::load_array_ref(simd, record);
         }
         let [d_1, d_2, d_3, sine] = numbers;

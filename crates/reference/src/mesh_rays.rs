@@ -1,14 +1,7 @@
 //! Rays against meshes.
 
-use std::time::Duration;
-
-use glam::{Vec3, Vec3A};
-use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
-use obvhs::ray::{Ray, RayHit};
-use strandlight_scene::mesh::{MeshProxy, barycentric};
+use glam::Vec3;
+use strandlight_scene::mesh::{self, MeshProxy, MetMesh, barycentric};
 
 use crate::surface::Surface;
 
@@ -17,153 +10,62 @@ use crate::surface::Surface;
 /// Rays that leave places inside start on the surface, as the renderer has it; and what leaves
 /// through a triangle is not held up by it. Normals are those of the vertices, interpolated.
 pub struct MeshRays {
-    proxy: MeshProxy,
-    /// In the order of the hierarchy's leaves.
-    triangles: Vec<Triangle>,
-    bvh: CwBvh,
-}
-
-struct Triangle {
-    from: Vec3,
-    /// From the first corner to the others.
-    edges: [Vec3; 2],
-    /// Number in the mesh.
-    ix: u32,
-}
-
-impl Triangle {
-    /// Distance along a ray, and whether it comes from outside (Moeller and Trumbore 1997).
-    fn meet(&self, origin: Vec3, direction: Vec3) -> Option<(f32, bool)> {
-        let [u, v] = self.edges;
-        let across = direction.cross(v);
-        let determinant = u.dot(across);
-        if determinant == 0.0 {
-            return None;
-        }
-        let from = origin - self.from;
-        let share_u = from.dot(across) / determinant;
-        let other = from.cross(u);
-        let share_v = direction.dot(other) / determinant;
-        // A little beyond the edges, so that none is left open.
-        let is_on = share_u >= -1e-6 && share_v >= -1e-6 && share_u + share_v <= 1.0 + 1e-6;
-        let t = v.dot(other) / determinant;
-        (is_on && t > 0.0).then_some((t, determinant > 0.0))
-    }
+    rays: mesh::MeshRays,
 }
 
 impl MeshRays {
     /// Of a mesh as it stands in a scene.
     pub fn new(proxy: &MeshProxy) -> MeshRays {
-        let corners = |ix: usize| proxy.corners(ix);
-        let n = proxy.shape.mesh.triangles.len();
-        let boxes: Vec<Aabb> = (0..n)
-            .map(|ix| {
-                let [a, b, c] = corners(ix);
-                let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-                // Rounding of the box test.
-                let reach = 4e-6 * low.abs().max(high.abs()) + 1e-6;
-                Aabb::new(Vec3A::from(low - reach), Vec3A::from(high + reach))
-            })
-            .collect();
-        let mut bvh = build_cwbvh(
-            &boxes,
-            BvhBuildParams::medium_build(),
-            &mut Duration::default(),
-        );
-        let triangles = bvh.primitive_indices.iter().map(|&ix| {
-            let [a, b, c] = corners(ix as usize);
-            Triangle {
-                from: a,
-                edges: [b - a, c - a],
-                ix,
-            }
-        });
-        let triangles = triangles.collect();
-        bvh.primitive_indices = Vec::new();
         MeshRays {
-            proxy: proxy.clone(),
-            triangles,
-            bvh,
+            rays: mesh::MeshRays::new(proxy),
         }
     }
 
     /// Distance along a unit vector from outside, and the triangle.
     pub(crate) fn seen(&self, origin: Vec3, direction: Vec3) -> Option<(f32, Surface)> {
-        self.nearest(origin, direction, |_| true)
+        let (t, triangle) = self.rays.seen(origin, direction)?;
+        Some((t, self.surface(triangle, origin + t * direction)))
     }
 
     /// The same from a fibre or a surface.
     pub(crate) fn met(&self, origin: Vec3, direction: Vec3) -> Option<(f32, Surface)> {
-        let placed = self.proxy.place(origin);
-        if placed.normal.dot(direction) < 0.0 {
-            // None from inside, where it is met at once.
-            let position = placed.position + self.proxy.offset;
-            let surface = Surface {
-                position,
-                normal: placed.normal,
-                albedo: self.proxy.albedo.map(f64::from),
-            };
-            return Some((0.0, surface));
-        }
-        let from = placed.position + self.proxy.offset;
-        self.nearest(from, direction, |is_from_outside| is_from_outside)
+        Some(match self.rays.met(origin, direction)? {
+            MetMesh::Here { position, normal } => {
+                let albedo = self.rays.proxy().albedo.map(f64::from);
+                let surface = Surface {
+                    position,
+                    normal,
+                    albedo,
+                };
+                (0.0, surface)
+            }
+            MetMesh::At {
+                distance,
+                triangle,
+                from,
+            } => (
+                distance,
+                self.surface(triangle, from + distance * direction),
+            ),
+        })
     }
 
     /// Whether it stands before a light in `direction`.
     pub(crate) fn is_blocked(&self, origin: Vec3, direction: Vec3) -> bool {
-        let placed = self.proxy.place(origin);
-        if placed.normal.dot(direction) < 0.0 {
-            return true;
-        }
-        let from = placed.position + self.proxy.offset;
-        let missed = self.bvh.ray_traverse_miss(ray(from, direction), |_, ix| {
-            let met = self.triangles[ix].meet(from, direction);
-            match met {
-                Some((t, true)) => t,
-                _ => f32::INFINITY,
-            }
-        });
-        !missed
+        self.rays.is_blocked(origin, direction)
     }
 
-    fn nearest(
-        &self,
-        origin: Vec3,
-        direction: Vec3,
-        counts: impl Fn(bool) -> bool,
-    ) -> Option<(f32, Surface)> {
-        let mut hit = RayHit::none();
-        let mut nearest = None;
-        self.bvh
-            .ray_traverse(ray(origin, direction), &mut hit, |ray, ix| {
-                match self.triangles[ix].meet(origin, direction) {
-                    Some((t, is_from_outside)) if counts(is_from_outside) && t < ray.tmax => {
-                        nearest = Some((t, ix));
-                        t
-                    }
-                    _ => f32::INFINITY,
-                }
-            });
-        nearest.map(|(t, ix)| (t, self.surface(ix, origin + t * direction)))
-    }
-
-    fn surface(&self, ix: usize, position: Vec3) -> Surface {
-        let ix = self.triangles[ix].ix as usize;
-        let mesh = &self.proxy.shape.mesh;
-        let corners = self.proxy.corners(ix);
-        let shares = barycentric(corners, position);
-        let normals = mesh.triangles[ix].map(|corner| Vec3::from(mesh.normals[corner as usize]));
+    fn surface(&self, triangle: usize, position: Vec3) -> Surface {
+        let proxy = self.rays.proxy();
+        let mesh = &proxy.shape.mesh;
+        let shares = barycentric(proxy.corners(triangle), position);
+        let normals =
+            mesh.triangles[triangle].map(|corner| Vec3::from(mesh.normals[corner as usize]));
         let normal: Vec3 = (0..3).map(|corner| shares[corner] * normals[corner]).sum();
         Surface {
             position,
             normal: normal.normalize_or(Vec3::Y),
-            albedo: self.proxy.albedo.map(f64::from),
+            albedo: proxy.albedo.map(f64::from),
         }
     }
-}
-
-fn ray(origin: Vec3, direction: Vec3) -> Ray {
-    // The sum has no -0, whose inverse has not the sign that the hierarchy sorts boxes by.
-    let direction = Vec3A::from(direction) + Vec3A::ZERO;
-    Ray::new(origin.into(), direction, 0.0, f32::INFINITY)
 }

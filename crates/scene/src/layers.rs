@@ -205,7 +205,7 @@ pub const PROXIES: Layer = light(
     &["proxies.R", "proxies.G", "proxies.B", "proxies.Y"],
     Content::Proxies,
     Written::WithProxies,
-    "radiance of the proxies times what they cover of each pixel, and that share",
+    "light of the proxies: what is seen of them and what they send back to the hair; and the share of each pixel that they cover",
 );
 
 /// What hair covers, which every file of layers has: the picture's alpha before a background, less

@@ -22,6 +22,8 @@ pub mod backend;
 pub mod background;
 #[doc(hidden)]
 pub mod beside;
+#[doc(hidden)]
+pub mod bounce;
 pub mod budget;
 pub mod camera;
 pub mod display;
@@ -79,6 +81,7 @@ pub use stats::Stats;
 #[doc(hidden)]
 pub fn layouts() -> Vec<Layout> {
     let layouts = [
+        bounce::LAYOUTS,
         camera::LAYOUTS,
         motion::wind::LAYOUTS,
         optics::LAYOUTS,

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
-use strandlight_formats::{Background, RenderSection, Scattering, Scene, SrbfLight};
+use strandlight_formats::{Background, MAX_PROXIES, RenderSection, Scattering, Scene, SrbfLight};
 use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{
     DENSITY_BACK, DENSITY_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
@@ -384,6 +384,13 @@ impl PreparedScene {
         self.densities[1] * hair.largest_local()
     }
 
+    /// Do proxies send light back?
+    #[doc(hidden)]
+    pub fn has_bounce(&self) -> bool {
+        let mut proxies = self.proxies.iter().take(MAX_PROXIES);
+        proxies.any(|proxy| proxy.albedo() != [0.0; 3])
+    }
+
     /// The proxies as the passes on the CPU ask about them.
     #[doc(hidden)]
     pub fn beside(&self) -> Beside {
@@ -491,6 +498,9 @@ impl PreparedScene {
         }
         if self.paint.is_none() {
             skipped.push("paint: no point has any".to_owned());
+        }
+        if !self.has_bounce() {
+            skipped.push("bounce light: no proxy sends light back".to_owned());
         }
         if self.scattering == Scattering::Single {
             skipped.push("averages of multiple scattering: single scattering alone".to_owned());

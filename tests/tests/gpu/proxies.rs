@@ -85,7 +85,7 @@ fn hair_behind_a_head_is_dark_and_hair_before_it_is_not() {
             centre: Vec3::ZERO,
             radii: Vec3::splat(2.0),
             turn: Quat::IDENTITY,
-            albedo: [0.5; 3],
+            albedo: [0.0; 3],
         }];
         let context = Context::new().expect("an adapter");
         let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
@@ -128,7 +128,7 @@ fn roots_on_a_head_are_lit_where_they_face_the_light() {
         centre: Vec3::ZERO,
         radii: Vec3::splat(8.0),
         turn: Quat::IDENTITY,
-        albedo: [0.5; 3],
+        albedo: [0.0; 3],
     }];
     let beside = cpu::point_radiance(&scene, &scene.camera, [64, 64]).unwrap();
     let brightest = open.iter().fold(0.0, |a, rgb| f32::max(a, rgb[0]));
@@ -244,6 +244,55 @@ fn the_gpu_draws_proxies_as_the_cpu_does() {
         let error = picture_rmse(&gpu, &cpu);
         println!("{scattering:?}: relative RMSE {error:.2e}");
         assert!(error < 0.01, "{error}");
+    }
+}
+
+/// Fibres high above a ground are lit by it as by a wide light from below.
+#[test]
+fn the_ground_lights_hair() {
+    let sun = light(Vec3::new(0.3, 1.0, 0.2), 0.05);
+    for scattering in [Scattering::Single, Scattering::Total] {
+        let mut scene = scene(two_fibres(), vec![sun], &HairParams::default());
+        scene.set_scattering(scattering);
+        let at = |scene: &PreparedScene| {
+            let context = Context::new().expect("an adapter");
+            let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+            [
+                cpu::point_radiance(scene, &scene.camera, [64, 64]).unwrap(),
+                renderer.point_radiance(&scene.camera, [64, 64]).unwrap(),
+            ]
+        };
+        let with_albedo = |albedo: f32| {
+            let mut scene = scene.clone();
+            scene.proxies = vec![Proxy::Ground {
+                height: -30.0,
+                albedo: [albedo; 3],
+            }];
+            at(&scene)
+        };
+        let (black, white) = (with_albedo(0.0), with_albedo(1.0));
+        // An even half of the sky, of the mean cosine of such light.
+        let kappa = 1.8_f32;
+        let sent_back = irradiance(sun.direction[1], sun.lambda) / std::f32::consts::PI;
+        let power = std::f32::consts::TAU * sent_back;
+        let solid_angle = std::f32::consts::TAU * (1.0 - (-2.0 * kappa).exp()) / kappa;
+        let mut alone = scene.clone();
+        alone.shadow_maps = 0;
+        alone.lights = vec![SrbfLight {
+            direction: [0.0, -1.0, 0.0],
+            lambda: (2.0 / kappa).sqrt(),
+            rgb: sun.rgb.map(|x| x * power / solid_angle),
+        }];
+        for ((black, white), alone) in black.iter().zip(&white).zip(at(&alone)) {
+            for (point, wanted) in alone.iter().enumerate() {
+                for channel in 0..3 {
+                    let found = white[point][channel] - black[point][channel];
+                    let error = found / wanted[channel] - 1.0;
+                    println!("{scattering:?} {point} {channel}: {error:+.4}");
+                    assert!(error.abs() < 0.1, "{found} {wanted:?}");
+                }
+            }
+        }
     }
 }
 

@@ -12,7 +12,8 @@ use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
-const TWIN_FILES: [(&str, &str); 15] = [
+const TWIN_FILES: [(&str, &str); 17] = [
+    ("lib/bounce", "crates/scene/src/bounce.rs"),
     ("lib/grid", "crates/scene/src/volume.rs"),
     ("lib/light", "crates/scene/src/shadow_maps.rs"),
     ("lib/lut", "crates/scene/src/lut.rs"),
@@ -20,6 +21,7 @@ const TWIN_FILES: [(&str, &str); 15] = [
     ("lib/tone", "crates/scene/src/tone.rs"),
     ("lib/wind", "crates/scene/src/motion/wind.rs"),
     ("lib/surface_light", "crates/cpu/src/proxy_light.rs"),
+    ("pass/bounce", "crates/cpu/src/bounce.rs"),
     ("pass/meshes", "crates/cpu/src/proxies.rs"),
     (
         "pass/multiple_tables",
@@ -36,7 +38,7 @@ const TWIN_FILES: [(&str, &str); 15] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 9] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 10] = [
     (
         "lib/along_segments",
         "LEAST_NORMAL",
@@ -47,6 +49,7 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 9] = [
         "N_PLACES",
         "crates/scene/src/shadow_maps.rs",
     ),
+    ("pass/bounce", "NO_SURFACE", "crates/scene/src/bounce.rs"),
     (
         "pass/shade",
         "MAPS_PER_WORD",

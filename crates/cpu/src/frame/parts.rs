@@ -53,8 +53,8 @@ pub(super) struct ProxyLight {
     pub surfaces: Surfaces,
     /// Lights that are found.
     pub n_done: usize,
-    /// `[light][surface]`: [`Surfaces::irradiance`], whatever the colours; nothing of lights that were black.
-    pub arriving: Vec<Vec<f32>>,
+    /// `[light][surface]`: [`Surfaces::irradiance`], whatever the colours and the fibre; nothing of lights that were black.
+    pub arriving: Vec<Vec<[f32; 3]>>,
     /// In place of it where it would be many bytes: the proxies in the light of the lights as they are.
     pub lit: Option<Proxies>,
 }

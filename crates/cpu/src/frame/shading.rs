@@ -15,6 +15,8 @@ use strandlight_scene::shadow_maps::NO_SLOT;
 use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::super::arriving::Arriving;
+use super::super::bounce::BounceLight;
+use super::super::proxies::Proxies;
 use super::super::radiance::Radiance;
 use super::super::shade::{Counts, PointShader, record_at};
 use super::super::shade_wide::WideShader;
@@ -70,10 +72,19 @@ impl Frame {
             if let (Some(kept), Some(maps)) = (kept, &self.unblocked) {
                 let scale = picturing.view.radiance_scale;
                 let seen = (&*scene.strands, &visible.points[..]);
-                let radiance = kept.radiance(&lights.records, seen, maps, scale);
+                let mut radiance = kept.radiance(&lights.records, seen, maps, scale);
+                if !self.bounced.is_empty() {
+                    let lit = self.lit_proxies(picturing);
+                    radiance.add_at(&recolored(&self.bounced, self.sent_back, lit.as_ref()));
+                }
                 self.show(picturing, Quality::Recolored, radiance);
                 return;
             }
+        }
+        if self.bounce.is_none() && scene.has_bounce() {
+            // It was put off for what was kept, which does not serve.
+            self.kept = None;
+            return;
         }
         let through = self.through.as_ref().or(self.through_before.as_ref());
         let maps = match (&self.unblocked, through) {
@@ -187,7 +198,18 @@ impl Frame {
             let view = &picturing.view;
             let maps = maps.filter(|_| has_narrow).map(|maps| maps.of_lights);
             let shader = WideShader::new(scene, view, tables, of_lights, maps, shading.peaks);
-            let shaded = shader.shade(&plain, &visible.points, self.kept.is_some());
+            let mut shaded = shader.shade(&plain, &visible.points, self.kept.is_some());
+            if let Some(bounce) = self.bounce.as_ref().filter(|_| shading.group == 0) {
+                let bounced = shader.shade_bounce(bounce, &plain, &visible.points);
+                shaded.radiance.add_at(&bounced);
+                if self.kept.is_some() {
+                    self.sent_back = self.proxies.as_ref().map_or([0.0; 3], Proxies::total);
+                    self.bounced.resize(n_places, [0.0; 4]);
+                    for (&place, value) in plain.iter().zip(bounced) {
+                        self.bounced[place as usize] = value;
+                    }
+                }
+            }
             if let Some(kept) = &mut self.kept {
                 kept.take(&lights.records, &plain, &shaded.kept);
             }
@@ -203,7 +225,10 @@ impl Frame {
                 records: &records.packed,
                 maps,
             };
-            let (radiance, counts) = lit.shade(&painted, &visible.points, has_narrow);
+            let (mut radiance, counts) = lit.shade(&painted, &visible.points, has_narrow);
+            if let Some(bounce) = &self.bounce {
+                radiance.add_at(&lit.shade_bounce(bounce, &painted, &visible.points));
+            }
             found.push((radiance, counts, painted));
         }
         shading.n_done += places.len();
@@ -263,6 +288,21 @@ impl Frame {
         });
         self.version += 1;
     }
+}
+
+/// Bounce light of proxies that sent back so much in all, as they are `lit` now: about, since they may be
+/// lit from elsewhere.
+fn recolored(bounced: &[[f32; 4]], before: [f32; 3], lit: Option<&Proxies>) -> Vec<[f32; 4]> {
+    let now = lit.map_or(before, Proxies::total);
+    let factor = |channel: usize| match before[channel] > 0.0 {
+        true => now[channel] / before[channel],
+        false => 0.0,
+    };
+    let [r, g, b] = [0, 1, 2].map(factor);
+    let bounced = bounced.iter();
+    bounced
+        .map(|of| [r * of[0], g * of[1], b * of[2], 0.0])
+        .collect()
 }
 
 /// Are there points of the fibre that tables are of? Painted points have fibres of their own. Nor are
@@ -335,5 +375,12 @@ impl Lit<'_> {
             })
             .reduce(Counts::default, Counts::and);
         (found, counts)
+    }
+
+    /// Bounce light at some visible points: rgb times the view's radiance scale, and zero.
+    fn shade_bounce(&self, bounce: &BounceLight, places: &[u32], visible: &[u32]) -> Vec<[f32; 4]> {
+        let shader = PointShader::new(self.scene, self.view);
+        let of_place = |&place: &u32| shader.shade_bounce(bounce, visible[place as usize] as usize);
+        places.par_iter().with_min_len(16).map(of_place).collect()
     }
 }

@@ -53,6 +53,9 @@ pub(super) enum Stage {
     ThroughMaps,
     /// What arrives of the lights at the proxies.
     ProxyLight,
+    /// What the proxies send back to the hair: what rays meet, and in [`Frame::bounce`](super::state::Frame::bounce) their
+    /// light, which is stale whenever that of the proxies is.
+    Bounce,
     /// Tables of multiple scattering.
     MultipleTables,
     /// Radiance of the visible points.
@@ -61,13 +64,14 @@ pub(super) enum Stage {
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Stage; 8] = [
+    pub const ALL: [Stage; 9] = [
         Stage::Voxelise,
         Stage::Transmittance,
         Stage::List,
         Stage::ShadowMaps,
         Stage::ThroughMaps,
         Stage::ProxyLight,
+        Stage::Bounce,
         Stage::MultipleTables,
         Stage::Shade,
     ];
@@ -80,6 +84,7 @@ impl Stage {
         match self {
             Stage::Voxelise => &[Points],
             Stage::Transmittance | Stage::ProxyLight => &[Points, Lights, Proxies],
+            Stage::Bounce => &[Points, Proxies],
             Stage::List => &[Points, Proxies, View],
             Stage::ShadowMaps | Stage::ThroughMaps => &[Points, Lights, Proxies, View],
             Stage::MultipleTables => &[Hair, Terms],

@@ -3,11 +3,13 @@
 use rayon::prelude::*;
 use strandlight_scattering::multiple_tables::{Job, MultipleTables};
 use strandlight_scene::PreparedScene;
+use strandlight_scene::bounce::passed_weights;
 use strandlight_scene::progress::timed;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::ShadowPlan;
 use strandlight_scene::volume::Grid;
 
+use super::super::bounce::{BounceLight, BounceRays};
 use super::super::list::Listing;
 use super::super::proxies::Proxies;
 use super::super::proxy_light::Surfaces;
@@ -211,10 +213,11 @@ impl Frame {
             return;
         };
         let of_all = &lights.records;
+        let passed = passed_weights(scene);
         let ((), seconds) = timed(|| {
             let found = self.proxy_light.get_or_insert_with(|| {
                 let surfaces = Surfaces::new(beside);
-                let bytes = size_of::<f32>() * surfaces.list().len() * of_all.len();
+                let bytes = size_of::<[f32; 3]>() * surfaces.list().len() * of_all.len();
                 ProxyLight {
                     surfaces,
                     n_done: 0,
@@ -237,7 +240,12 @@ impl Frame {
                 .surfaces
                 .irradiance(beside, grid, of_light, packed, places);
             match &mut found.lit {
-                Some(lit) => lit.add(&found.surfaces, &picturing.view, light.rgb, &arriving),
+                Some(lit) => lit.add(
+                    &found.surfaces,
+                    (&picturing.view, &passed),
+                    light.rgb,
+                    &arriving,
+                ),
                 None => {
                     found.arriving.resize(found.n_done, Vec::new());
                     found.arriving.push(arriving);
@@ -250,6 +258,30 @@ impl Frame {
         }
     }
 
+    /// Finds what rays to the proxies meet, then the light that comes along them.
+    pub(super) fn find_bounce(&mut self, picturing: &Picturing) {
+        let Some((grid, volume)) = &self.volume else {
+            return;
+        };
+        let seconds = match &self.bounce_rays {
+            None => {
+                let (rays, seconds) = timed(|| BounceRays::new(picturing.scene, grid, volume));
+                self.bounce_rays = rays;
+                seconds
+            }
+            Some(rays) => {
+                let (lit, seconds) = timed(|| {
+                    let lit = self.lit_proxies(picturing)?;
+                    Some((rays.light(lit.at_surfaces()), lit))
+                });
+                (self.bounce, self.proxies) = lit.unzip();
+                seconds
+            }
+        };
+        let bytes = self.bounce.as_ref().map_or(0, BounceLight::bytes);
+        self.ran("bounce", seconds, bytes);
+    }
+
     /// The proxies in the light of the lights as they are.
     pub(super) fn lit_proxies(&self, picturing: &Picturing) -> Option<Proxies> {
         let (lights, found) = (self.lights.as_ref()?, self.proxy_light.as_ref()?);
@@ -257,9 +289,10 @@ impl Frame {
             return Some(lit.clone());
         }
         let mut proxies = Proxies::new(picturing.scene);
+        let of_view = (&picturing.view, &passed_weights(picturing.scene));
         for (light, arriving) in lights.records.iter().zip(&found.arriving) {
             if light.power > 0.0 {
-                proxies.add(&found.surfaces, &picturing.view, light.rgb, arriving);
+                proxies.add(&found.surfaces, of_view, light.rgb, arriving);
             }
         }
         Some(proxies)

@@ -7,6 +7,7 @@ use strandlight_scene::volume::Grid;
 use strandlight_scene::{PreparedScene, Stats};
 
 use super::super::arriving::Arriving;
+use super::super::bounce::{BounceLight, BounceRays};
 use super::super::list::{Listing, VisibilityList};
 use super::super::proxies::Proxies;
 use super::super::radiance::RadianceBefore;
@@ -48,6 +49,9 @@ pub(in super::super) struct Frame {
     pub(super) proxy_light: Option<ProxyLight>,
     /// In the light of the lights as they are.
     pub(super) proxies: Option<Proxies>,
+    pub(super) bounce_rays: Option<BounceRays>,
+    /// What the proxies send back to the hair, in the same light; where it is nothing, none.
+    pub(super) bounce: Option<BounceLight>,
     pub(super) casting: Option<Casting>,
     pub(super) unblocked: Option<Unblocked>,
     pub(super) through_casting: Option<Casting>,
@@ -64,6 +68,10 @@ pub(in super::super) struct Frame {
     pub(super) has_shares: bool,
     /// Of the last complete picture.
     pub(super) kept: Option<Kept>,
+    /// Radiance of bounce light at the visible points of the last complete picture.
+    pub(super) bounced: Vec<[f32; 4]>,
+    /// What the proxies sent back then, summed up over their surfaces.
+    pub(super) sent_back: [f32; 3],
     pub(super) shading: Option<Shading>,
     pub(super) shaded: Option<Shaded>,
     /// Radiance before edits that left points and shadows as they are.

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::bounce::{self, BouncePass};
 use super::meshes::{Light, Meshes};
 use super::narrow::{NarrowLights, NarrowPass};
 use super::preview::{self, Drafted};
@@ -25,6 +26,7 @@ use strandlight_formats::SrbfLight;
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scattering::closed_form::TERM_SINGLE;
 use strandlight_scene::RenderError;
+use strandlight_scene::bounce::{N_LOBES, PassedWeights, passed_weights};
 use strandlight_scene::budget::LIGHT_BATCH;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::material::{EditReport, HairMaterial};
@@ -58,6 +60,24 @@ impl Kind {
             has_tables: scene.multiple().is_some(),
         }
     }
+
+    /// The shader with what it needs, and more `features`; its entry point.
+    fn compile(
+        &self,
+        context: &Context,
+        more: &[&'static str],
+    ) -> Result<(wgpu::ShaderModule, wgpu::ComputePipeline), RenderError> {
+        let mut features = self.paint.map_or(Vec::new(), PaintKinds::features);
+        features.extend(self.has_tables.then_some("TABLES"));
+        features.extend(more);
+        let module = module_with(context, "pass/shade", &features)?;
+        let constants = [
+            ("TERMS", f64::from(self.terms)),
+            ("MODES", f64::from(self.modes)),
+        ];
+        let pipeline = compute_with(context, &module, "shade", &constants);
+        Ok((module, pipeline))
+    }
 }
 
 /// A compiled kind, and its bind groups by batch of lights and buffer of radiance.
@@ -68,6 +88,8 @@ struct Shade {
     groups: Vec<((usize, usize), wgpu::BindGroup)>,
     /// Of narrow lights along segments, once there are some.
     narrow: Option<NarrowPass>,
+    /// Of bounce light, if there is some.
+    bounce: Option<wgpu::ComputePipeline>,
 }
 
 /// The lights of a batch that are not black, in the list of those.
@@ -95,6 +117,9 @@ pub(crate) struct Lighting {
     radiance: Vec<wgpu::Buffer>,
     narrow: NarrowLights,
     proxies: Option<Proxies>,
+    bounce: Option<BouncePass>,
+    /// What light on the proxies depends on of the fibre.
+    passed: (wgpu::Buffer, PassedWeights),
     /// All lights, as the sweeps read them.
     lights: wgpu::Buffer,
     directions: wgpu::Buffer,
@@ -143,6 +168,11 @@ impl Lighting {
                 .collect(),
             narrow: NarrowLights::new(context),
             proxies: Proxies::new(context, scene, n_radiance)?,
+            bounce: BouncePass::new(context, scene)?,
+            passed: {
+                let weights = passed_weights(scene);
+                (uniform(context, "passed", &weights), weights)
+            },
             lights: lights("lights"),
             directions: buffer_of::<[f32; 4]>(context, "directions", &[], usage),
             lit: lights("lit lights"),
@@ -178,6 +208,7 @@ impl Lighting {
         strands: &StrandBuffers,
     ) {
         self.plan_maps(context, scene, strands);
+        self.stale_bounce();
         let (records, directions) = scene.records_with(&self.plan);
         self.n_lights = records.len();
         self.n_directions = records.chunks(LIGHT_BATCH).map(most_directions).collect();
@@ -203,6 +234,7 @@ impl Lighting {
         scene: &PreparedScene,
         strands: &StrandBuffers,
     ) -> bool {
+        self.stale_bounce();
         let wanted = scene.shadow_plan();
         let has_all = self
             .plan
@@ -228,6 +260,11 @@ impl Lighting {
         volume: &Volume,
         strands: &StrandBuffers,
     ) -> Result<(), RenderError> {
+        let mut bounce = self.bounce.as_mut();
+        if !bounce.as_mut().is_some_and(|it| it.refresh(context, scene)) {
+            self.bounce = BouncePass::new(context, scene)?;
+        }
+        self.set_kind(context, scene)?;
         let records = scene.proxy_records();
         let has_meshes = !scene.beside().meshes().is_empty();
         if let Some(proxies) = &self.proxies
@@ -289,6 +326,9 @@ impl Lighting {
     ) {
         if let Some(proxies) = &self.proxies {
             proxies.write(context, &scene.proxy_records());
+        }
+        if let Some(bounce) = &mut self.bounce {
+            bounce.refresh(context, scene);
         }
         self.plan_maps(context, scene, strands);
         let is_hidden = self.meshes().is_some();
@@ -365,25 +405,34 @@ impl Lighting {
         scene: &PreparedScene,
     ) -> Result<(), RenderError> {
         let kind = Kind::of(scene);
-        if let Some(ix) = self.shades.iter().position(|shade| shade.kind == kind) {
-            self.current = ix;
-            return Ok(());
+        if self.proxies.is_some() {
+            let weights = passed_weights(scene);
+            if weights != self.passed.1 {
+                context.write(&self.passed.0, 0, bytemuck::bytes_of(&weights));
+                self.passed.1 = weights;
+                self.stale_bounce();
+            }
         }
-        let mut features = kind.paint.map_or(Vec::new(), PaintKinds::features);
-        features.extend(kind.has_tables.then_some("TABLES"));
-        let module = module_with(context, "pass/shade", &features)?;
-        let constants = [
-            ("TERMS", f64::from(kind.terms)),
-            ("MODES", f64::from(kind.modes)),
-        ];
-        self.shades.push(Shade {
-            kind,
-            pipeline: compute_with(context, &module, "shade", &constants),
-            groups: Vec::new(),
-            narrow: None,
-            module,
-        });
-        self.current = self.shades.len() - 1;
+        self.current = match self.shades.iter().position(|shade| shade.kind == kind) {
+            Some(ix) => ix,
+            None => {
+                let (module, pipeline) = kind.compile(context, &[])?;
+                self.shades.push(Shade {
+                    kind,
+                    pipeline,
+                    groups: Vec::new(),
+                    narrow: None,
+                    bounce: None,
+                    module,
+                });
+                self.shades.len() - 1
+            }
+        };
+        let shade = &mut self.shades[self.current];
+        if self.bounce.is_some() && shade.bounce.is_none() {
+            let (_, pipeline) = kind.compile(context, &[bounce::FEATURE])?;
+            shade.bounce = Some(pipeline);
+        }
         Ok(())
     }
 
@@ -445,6 +494,8 @@ impl Lighting {
                 f64::from(points.end - points.start) * 3.0 * f64::from(self.narrow.n())
             }
             Step::Proxies { batch } => f64::from(self.batches[*batch].n.max(1)),
+            Step::Bounce => 1.0,
+            Step::ShadeBounce { points } => f64::from(points.end - points.start) * N_LOBES as f64,
         }
     }
 
@@ -466,6 +517,13 @@ impl Lighting {
             if self.proxies.is_some() {
                 steps.push(Step::Proxies { batch });
             }
+        }
+        if let Some(bounce) = self.bounce.as_ref().filter(|_| self.n_lit > 0) {
+            steps.extend(bounce.is_stale.then_some(Step::Bounce));
+            let chunks = (0..self.n_points).step_by(chunk.max(64) as usize);
+            steps.extend(chunks.map(|first| Step::ShadeBounce {
+                points: first..(first + chunk.max(64)).min(self.n_points),
+            }));
         }
         // Without narrow lights by now it clears what others left.
         if self.narrow.have_room() {
@@ -584,10 +642,69 @@ impl Lighting {
                     lit: &self.lit,
                     directions: &self.directions,
                     records: self.sweep.records(*batch),
+                    passed: &self.passed.0,
                 };
                 proxies.light(context, &light, into, stamp);
             }
+            Step::Bounce => {
+                if let (Some(bounce), Some(proxies)) = (&mut self.bounce, &self.proxies) {
+                    bounce.find(context, volume, proxies.light_map(into), stamp);
+                }
+            }
+            Step::ShadeBounce { points } => {
+                self.shade_bounce(context, strands, points.clone(), into, stamp);
+            }
         }
+    }
+
+    /// The light that comes from the proxies is another.
+    fn stale_bounce(&mut self) {
+        if let Some(bounce) = &mut self.bounce {
+            bounce.is_stale = true;
+        }
+    }
+
+    /// Adds bounce light to points.
+    fn shade_bounce(
+        &self,
+        context: &Context,
+        strands: &StrandBuffers,
+        points: Range<u32>,
+        into: usize,
+        stamp: Stamp,
+    ) {
+        let shade = &self.shades[self.current];
+        let (Some(pipeline), Some(bounce)) = (&shade.bounce, &self.bounce) else {
+            return;
+        };
+        // Not the first, which overwrites what was there.
+        let lobes = Lit {
+            first: 1,
+            n: N_LOBES as u32,
+        };
+        self.write_lights(context, lobes, points.clone());
+        let [grid, bounced] = bounce.found();
+        let mut resources = vec![
+            (0, self.view.as_entire_binding()),
+            (1, self.batch.as_entire_binding()),
+            (2, grid.as_entire_binding()),
+            (4, strands.points.as_entire_binding()),
+            (5, strands.tangents.as_entire_binding()),
+            (6, strands.normals.as_entire_binding()),
+            (8, bounced.as_entire_binding()),
+            (9, self.radiance[into].as_entire_binding()),
+        ];
+        resources.extend(self.scattering.bindings());
+        let group = bind(context, &pipeline.get_bind_group_layout(0), &resources);
+        submit(context, |encoder| {
+            let mut pass = compute_pass(encoder, stamp);
+            step(
+                &mut pass,
+                pipeline,
+                &group,
+                groups_of_64(points.end - points.start),
+            );
+        });
     }
 
     fn write_batch(&self, context: &Context, batch: usize, points: Range<u32>) {
@@ -713,7 +830,8 @@ impl Lighting {
     pub fn bytes(&self) -> [(&'static str, u64); 4] {
         let radiance = self.radiance.iter().chain(self.narrow.along());
         let radiance: u64 = radiance.map(wgpu::Buffer::size).sum();
-        let proxies = self.proxies.as_ref().map_or(0, Proxies::bytes);
+        let proxies = self.proxies.as_ref().map_or(0, Proxies::bytes)
+            + self.bounce.as_ref().map_or(0, BouncePass::bytes);
         [
             ("shadow maps", self.maps.bytes()),
             ("transmittance", self.sweep.bytes()),

@@ -45,6 +45,8 @@ pub(super) struct Light<'a> {
     pub lit: &'a wgpu::Buffer,
     pub directions: &'a wgpu::Buffer,
     pub records: &'a wgpu::Buffer,
+    /// Of the fibre: [`strandlight_scene::bounce::passed_weights`].
+    pub passed: &'a wgpu::Buffer,
 }
 
 fn numbers(surface: &Surface) -> [[f32; 4]; 3] {
@@ -204,6 +206,7 @@ impl Meshes {
                 (7, self.surfaces.as_entire_binding()),
                 (8, self.hidden_surfaces.as_entire_binding()),
                 (9, self.hidden_voxels.as_entire_binding()),
+                (10, light.passed.as_entire_binding()),
             ],
         );
         submit(context, |encoder| {

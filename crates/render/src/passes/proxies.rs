@@ -154,6 +154,7 @@ impl Proxies {
                 (5, light.records.as_entire_binding()),
                 (6, self.maps[into].as_entire_binding()),
                 (7, self.records.as_entire_binding()),
+                (10, light.passed.as_entire_binding()),
             ],
         );
         submit(context, |encoder| {

@@ -21,6 +21,10 @@ pub(crate) enum Step {
     Narrow { points: Range<u32> },
     /// Adds what the proxies send back of a batch of lights.
     Proxies { batch: usize },
+    /// Finds what of that comes to the hair.
+    Bounce,
+    /// Shades points with it.
+    ShadeBounce { points: Range<u32> },
 }
 
 impl Step {
@@ -30,8 +34,8 @@ impl Step {
             Step::Map(_) | Step::Through { .. } => "shadow maps",
             Step::Sweep { .. } => "transmittance",
             Step::Tables => "tables",
-            Step::Shade { .. } | Step::Narrow { .. } => "shade",
-            Step::Proxies { .. } => "proxies",
+            Step::Shade { .. } | Step::Narrow { .. } | Step::ShadeBounce { .. } => "shade",
+            Step::Proxies { .. } | Step::Bounce => "proxies",
         }
     }
 }

@@ -27,6 +27,21 @@ impl WideLights {
         }
     }
 
+    /// Takes two lights of any width for those there were, without new memory.
+    pub fn take_pair(&mut self, directions: [[f32; 3]; 2], lambdas: [f32; 2]) {
+        let order = match lambdas[1] < lambdas[0] {
+            true => [1, 0],
+            false => [0, 1],
+        };
+        self.lights.clear();
+        self.order.clear();
+        for ix in order {
+            let [x, y, z] = directions[ix];
+            self.lights.push([x, y, z, lambdas[ix]]);
+            self.order.push(ix as u32);
+        }
+    }
+
     /// Number of lights.
     pub fn len(&self) -> usize {
         self.lights.len()

@@ -3,11 +3,13 @@
 //! - [`MeshShape`]: a mesh, and how far every place is from its surface. Made once a file.
 //! - `HeightMap`: its highest surface towards one direction, so that asking whether a place is in
 //!   its shadow takes the same time whatever the number of triangles.
+//! - `MeshRays`: a hierarchy over its triangles, for rays.
 //! - `Placed`: where a place counts as lying. As with the other proxies, places inside count as
 //!   if they lay on the surface.
 
 mod distances;
 mod heights;
+mod rays;
 
 use std::fmt;
 use std::sync::Arc;
@@ -18,6 +20,8 @@ use strandlight_formats::{Mesh, content_hash};
 use distances::Distances;
 #[doc(hidden)]
 pub use heights::{HeightMap, Placed};
+#[doc(hidden)]
+pub use rays::{MeshRays, MetMesh};
 
 /// How near to the surface a place counts as lying on it, cells of [`Distances`].
 const ON_SURFACE: f32 = 0.1;

@@ -1,0 +1,209 @@
+//! Bounce light at the nodes of its grid. Twin of `shaders/pass/bounce.wgsl`.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use strandlight_scattering::closed_form::{
+    LEAST_SHARE, ShadowRecord, depth_of_share, pass_through,
+};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::bounce::{Bounce, BounceLayout, N_LOBES, NO_SURFACE, lobe_light, lobe_of};
+use strandlight_scene::scene::LightRecord;
+use strandlight_scene::volume::Grid;
+
+use super::voxelise::{grid_position, voxel_index};
+
+/// What hair lets pass where there is none.
+const OPEN: [f32; 4] = [1.0, 1.0, 1.0, 0.0];
+
+/// Optical depth from which on a ray is not followed.
+const MOST_DEPTH: f32 = 100.0;
+
+/// Solid angle of a ray, sr.
+const OF_RAY: f32 = 0.261_799_4;
+
+/// A ray that meets a proxy.
+#[derive(Clone, Copy)]
+struct Passed {
+    direction: Vec3,
+    /// Index of the surface it meets.
+    surface: u32,
+    /// What the hair before it lets pass: see [`pass_through`].
+    here: [f32; 4],
+}
+
+/// What rays from the nodes meet, and the hair before it: the same for lights of any colour and for any hair.
+pub(super) struct BounceRays {
+    grid: Grid,
+    layout: BounceLayout,
+    nodes: Vec<u32>,
+    /// By node of these.
+    passed: Vec<Vec<Passed>>,
+}
+
+/// Of a lobe at a node: of the hair that its light passes, -ln of the three shares, whose interpolation holds on to
+/// the exponential, and the sine of the inclination; its power, rgb, and 0; the sum of the channels times unit vectors to where they come from, and 0. Powers are times the view's radiance
+/// scale.
+type Lobe = [[f32; 4]; 3];
+
+/// Bounce light at the nodes.
+pub(super) struct BounceLight {
+    grid: Grid,
+    /// By voxel of the grid.
+    nodes: Vec<[Lobe; N_LOBES]>,
+}
+
+impl BounceRays {
+    /// Of `scene`; `None` where nothing is sent back.
+    pub fn new(scene: &PreparedScene, grid: &Grid, volume: &[[f32; 8]]) -> Option<BounceRays> {
+        let bounce = Bounce::new(scene)?;
+        let of_node = |node: &u32| {
+            let start = bounce.start(*node);
+            let rays = bounce.rays.iter();
+            let passed = rays.filter_map(|&direction| {
+                let hit = bounce.hit(start, direction);
+                (hit.surface != NO_SURFACE).then(|| Passed {
+                    direction,
+                    surface: hit.surface,
+                    here: pass_hair(grid, volume, start, direction, hit.distance),
+                })
+            });
+            passed.collect()
+        };
+        Some(BounceRays {
+            passed: bounce.nodes.par_iter().map(of_node).collect(),
+            layout: bounce.layout(),
+            grid: bounce.grid,
+            nodes: bounce.nodes,
+        })
+    }
+
+    /// The light where the surfaces send back so much, rgb times the view's radiance scale.
+    pub fn light(&self, sent_back: &[[f32; 3]]) -> BounceLight {
+        let lobes = self.passed.par_iter();
+        let lobes: Vec<_> = lobes.map(|passed| self.lobes(passed, sent_back)).collect();
+        let mut nodes = vec![[Lobe::default(); N_LOBES]; self.grid.n_voxels()];
+        for (node, lobes) in self.nodes.iter().zip(lobes) {
+            nodes[*node as usize] = lobes;
+        }
+        BounceLight {
+            grid: self.grid,
+            nodes,
+        }
+    }
+
+    fn lobes(&self, passed: &[Passed], sent_back: &[[f32; 3]]) -> [Lobe; N_LOBES] {
+        let mut lobes = [Lobe::default(); N_LOBES];
+        let mut depths = [0.0; N_LOBES];
+        for ray in passed {
+            let rgb = sent_back[ray.surface as usize].map(|radiance| radiance * OF_RAY);
+            let all = rgb[0] + rgb[1] + rgb[2];
+            let ix = lobe_of(&self.layout, ray.surface);
+            let [record, power, vector] = &mut lobes[ix];
+            for (sum, value) in record.iter_mut().zip(ray.here) {
+                *sum += all * value;
+            }
+            for (sum, value) in power.iter_mut().zip(rgb) {
+                *sum += value;
+            }
+            for (sum, value) in vector.iter_mut().zip(ray.direction.to_array()) {
+                *sum += all * value;
+            }
+            depths[ix] += all * depth_of_share(ray.here[2]);
+        }
+        for ([record, power, _], depth) in lobes.iter_mut().zip(depths) {
+            let all = power[0] + power[1] + power[2];
+            let sin_2 = record[3] / depth.max(1e-6 * all).max(1e-30);
+            *record = match all > 0.0 {
+                true => record.map(|sum| -(sum / all).max(LEAST_SHARE).ln()),
+                false => [0.0; 4],
+            };
+            record[3] = sin_2.clamp(0.0, 1.0).sqrt();
+        }
+        lobes
+    }
+}
+
+impl BounceLight {
+    /// Bytes of what is known at the nodes.
+    pub fn bytes(&self) -> u64 {
+        size_of_val(&self.nodes[..]) as u64
+    }
+
+    /// The lights at a place, their amplitudes over `scale`, the view's radiance scale; and their records.
+    #[inline(always)]
+    pub fn lights_at(&self, position: Vec3, scale: f32) -> [(LightRecord, ShadowRecord); N_LOBES] {
+        let g = grid_position(&self.grid, position);
+        let base = g.as_uvec3();
+        let f = g - base.as_vec3();
+        let mut lobes = [Lobe::default(); N_LOBES];
+        for corner in 0..8_u32 {
+            let offset = [corner & 1, (corner >> 1) & 1, corner >> 2];
+            let mut weight = 1.0;
+            for (axis, offset) in offset.iter().enumerate() {
+                weight *= if *offset == 1 { f[axis] } else { 1.0 - f[axis] };
+            }
+            let node = [base.x + offset[0], base.y + offset[1], base.z + offset[2]];
+            let numbers = self.nodes[voxel_index(&self.grid, node)].as_flattened();
+            let sums = lobes.as_flattened_mut().as_flattened_mut();
+            for (sum, number) in sums.iter_mut().zip(numbers.as_flattened()) {
+                *sum += weight * number;
+            }
+        }
+        lobes.map(
+            |[[a, b, c, sin_theta], [red, green, blue, _], [x, y, z, _]]| {
+                let rgb = [red, green, blue].map(|power| power / scale);
+                let record = ShadowRecord {
+                    shares: [a, b, c].map(|depth: f32| (-depth).exp()),
+                    sin_theta,
+                };
+                (lobe_light(rgb, Vec3::new(x, y, z) / scale), record)
+            },
+        )
+    }
+}
+
+/// What hair lets pass on `distance` cm from `start`.
+fn pass_hair(
+    grid: &Grid,
+    volume: &[[f32; 8]],
+    start: Vec3,
+    direction: Vec3,
+    distance: f32,
+) -> [f32; 4] {
+    let tiny = direction.abs().cmplt(Vec3::splat(1e-8));
+    let d = Vec3::select(tiny, Vec3::splat(1e-8), direction);
+    let origin = Vec3::from(grid.origin);
+    let dims = Vec3::from(grid.dims.map(|n| n as f32));
+    let low = (origin - start) / d;
+    let high = (origin + dims * grid.h - start) / d;
+    let entry = low.min(high).max_element().max(0.0);
+    let exit = low.max(high).min_element().min(distance);
+    if exit <= entry {
+        return OPEN;
+    }
+    let n = ((exit - entry) / grid.h).ceil();
+    let step = (exit - entry) / n;
+    let last = dims - 1.0;
+    let (mut depth, mut sin_2_depth) = (0.0, 0.0);
+    for ix in 0..n as u32 {
+        let position = start + d * (entry + (ix as f32 + 0.5) * step);
+        let at = ((position - origin) / grid.h)
+            .floor()
+            .clamp(Vec3::ZERO, last);
+        let voxel = &volume[voxel_index(grid, at.as_uvec3().to_array())];
+        let [a, xx, yy, zz, xy, xz, yz, _] = *voxel;
+        let along = d.x * d.x * xx
+            + d.y * d.y * yy
+            + d.z * d.z * zz
+            + 2.0 * (d.x * d.y * xy + d.x * d.z * xz + d.y * d.z * yz);
+        let sigma_t = (a * (a - along)).max(0.0).sqrt();
+        let sin_2 = (along / a.max(1e-20)).clamp(0.0, 1.0);
+        depth += sigma_t * step;
+        sin_2_depth += sigma_t * step * sin_2;
+        if depth > MOST_DEPTH {
+            break;
+        }
+    }
+    let [a, b, c, _] = pass_through(OPEN, depth, 0.0);
+    [a, b, c, sin_2_depth]
+}
