@@ -46,6 +46,10 @@ impl Frame {
         let is_cast_on = edit == Edit::View
             && (self.casting.as_ref()).is_some_and(|casting| casting.found().is_everywhere());
         if edit == Edit::View {
+            // The next view starts with what this one shows, if it shows anything.
+            if let (Some((_, visible)), Some(shaded)) = (&self.list, self.shaded.take()) {
+                self.before_view = Some((visible.points.clone(), shaded.radiance));
+            }
             self.keep_for_next_view(are_kept);
         } else if Stage::ShadowMaps.inputs().contains(&edit) {
             (self.through_before, self.arriving_before) = (None, None);
@@ -74,9 +78,12 @@ impl Frame {
             }
         } else {
             self.before = None;
+            self.before_view.take_if(|_| edit != Edit::View);
         }
         if edit != Edit::Colors && Stage::Shade.inputs().contains(&edit) {
             self.forget_kept();
+            // Paint is no matter of plain points.
+            self.bounced.take_if(|_| edit != Edit::Paint);
         }
         for stage in Stage::ALL {
             let is_stale = stage.inputs().contains(&edit);
@@ -145,10 +152,12 @@ impl Frame {
     /// The proxies are in other light.
     fn forget_lit_proxies(&mut self) {
         (self.proxies, self.bounce) = (None, None);
+        if let Some(bounced) = &mut self.bounced {
+            bounced.is_current = false;
+        }
     }
 
     fn forget_kept(&mut self) {
-        self.bounced.clear();
         if let Some(kept) = &mut self.kept {
             kept.forget();
         }

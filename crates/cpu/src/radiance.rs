@@ -46,8 +46,12 @@ impl Radiance {
     }
 
     /// Gives a place what it was `before`, as much brighter or darker as the places about it have become:
-    /// shadows stay where they were.
+    /// shadows stay where they were. What was not seen is interpolated.
     pub fn mix_as(&mut self, place: usize, between: &Between, before: &RadianceBefore) {
+        if !before.has(place, between) {
+            self.mix(place, between);
+            return;
+        }
         let [at, along] = before.least;
         let before = &before.radiance;
         change(&mut self.at, &before.at, (place, between), at);
@@ -90,10 +94,12 @@ impl Radiance {
     }
 }
 
-/// Radiance of the same points before an edit that left shadows as they were.
+/// Radiance of the same points before an edit that left shadows as they were, or another view.
 #[derive(Clone, Debug)]
 pub(super) struct RadianceBefore {
     radiance: Radiance,
+    /// By place: was it seen then? All were where there is none.
+    was_seen: Option<Vec<bool>>,
     /// Radiance of which there is hardly more than noise: at the points, and along segments.
     least: [f32; 2],
 }
@@ -107,8 +113,38 @@ impl RadianceBefore {
         let along = mean(radiance.along.as_flattened().as_flattened());
         RadianceBefore {
             radiance,
+            was_seen: None,
             least: [at, along].map(|mean| (LEAST * mean).max(f32::MIN_POSITIVE)),
         }
+    }
+
+    /// Of a picture that showed the points `seen`, at those that are `visible` now; indices that grow.
+    pub fn of_view(seen: &[u32], radiance: &Radiance, visible: &[u32]) -> RadianceBefore {
+        let mut found = Radiance::black(visible.len(), !radiance.along.is_empty());
+        let mut was_seen = vec![false; visible.len()];
+        let mut from = 0;
+        for (place, point) in visible.iter().enumerate() {
+            from += seen[from..].iter().take_while(|seen| *seen < point).count();
+            if seen.get(from) == Some(point) {
+                found.at[place] = radiance.at[from];
+                if let Some(along) = found.along.get_mut(place) {
+                    *along = radiance.along[from];
+                }
+                was_seen[place] = true;
+            }
+        }
+        RadianceBefore {
+            was_seen: Some(was_seen),
+            ..RadianceBefore::new(found)
+        }
+    }
+
+    /// Were all of these places seen?
+    fn has(&self, place: usize, Between { ends, beyond, .. }: &Between) -> bool {
+        self.was_seen.as_ref().is_none_or(|was_seen| {
+            let mut about = ends.iter().chain(beyond);
+            was_seen[place] && about.all(|place| was_seen[*place])
+        })
     }
 
     /// Has it what `radiance` has, so that the one can be compared with the other?
@@ -158,7 +194,7 @@ impl Between {
 
 /// Interpolates a place.
 #[inline(always)]
-fn mix<T: Numbers>(values: &mut [T], place: usize, Between { ends, t, .. }: &Between) {
+pub(super) fn mix<T: Numbers>(values: &mut [T], place: usize, Between { ends, t, .. }: &Between) {
     let ([a, b], t) = (ends.map(|end| values[end]), t.clamp(0.0, 1.0));
     let ends = a.numbers().iter().zip(b.numbers());
     for (value, (a, b)) in values[place].numbers_mut().iter_mut().zip(ends) {
@@ -196,7 +232,7 @@ fn change<T: Numbers>(
 }
 
 /// Numbers of a place.
-trait Numbers: Copy {
+pub(super) trait Numbers: Copy {
     fn numbers(&self) -> &[f32];
     fn numbers_mut(&mut self) -> &mut [f32];
 }
@@ -267,5 +303,24 @@ mod tests {
             "{} {expected}",
             now.at[5][0]
         );
+    }
+    #[test]
+    fn another_view_has_what_was_seen_before() {
+        let mut radiance = Radiance::black(4, false);
+        for (place, at) in radiance.at.iter_mut().enumerate() {
+            *at = [place as f32; 4];
+        }
+        let before = RadianceBefore::of_view(&[2, 3, 5, 9], &radiance, &[0, 3, 4, 5, 6, 9]);
+        let found: Vec<f32> = before.radiance.at.iter().map(|at| at[0]).collect();
+        assert_eq!(found, [0.0, 1.0, 0.0, 2.0, 0.0, 3.0]);
+        let seen = [false, true, false, true, false, true];
+        assert_eq!(before.was_seen.as_deref(), Some(&seen[..]));
+        let between = |ends| Between {
+            ends,
+            beyond: ends,
+            t: 0.5,
+        };
+        assert!(before.has(3, &between([1, 5])) && !before.has(2, &between([1, 3])));
+        assert!(!before.has(3, &between([1, 4])));
     }
 }

@@ -3,7 +3,7 @@
 use strandlight_scene::strands::Strands;
 
 use super::list::VisibilityList;
-use super::radiance::{Between, Radiance, RadianceBefore};
+use super::radiance::{Between, Radiance, RadianceBefore, mix};
 
 /// Share of all weight that the points which are shaded first have.
 const FIRST_SHARE: f64 = 0.99;
@@ -83,11 +83,7 @@ impl VisiblePoints {
         if n_done == 0 || n_done == self.order.len() {
             return;
         }
-        let mut is_done = vec![false; self.points.len()];
-        for &place in &self.order[..n_done] {
-            is_done[place as usize] = true;
-        }
-        let between = between(&is_done, &self.is_joined);
+        let between = self.between(n_done);
         for &place in &self.order[n_done..] {
             let place = place as usize;
             match before {
@@ -95,6 +91,24 @@ impl VisiblePoints {
                 None => radiance.mix(place, &between[place]),
             }
         }
+    }
+
+    /// Interpolates values from the places that are one in three to all others.
+    pub fn spread(&self, values: &mut [[f32; 4]]) {
+        let between = self.between(self.n_thinned);
+        for &place in &self.order[self.n_thinned..] {
+            let place = place as usize;
+            mix(values, place, &between[place]);
+        }
+    }
+
+    /// By place: those about it of the first `n_done` of the order.
+    fn between(&self, n_done: usize) -> Vec<Between> {
+        let mut is_done = vec![false; self.points.len()];
+        for &place in &self.order[..n_done] {
+            is_done[place as usize] = true;
+        }
+        between(&is_done, &self.is_joined)
     }
 }
 

@@ -465,6 +465,40 @@ fn first_pictures_after_edits_are_close_to_the_last() {
     );
 }
 
+/// So does the first picture of another view, lit at one point in three that both show.
+#[test]
+fn first_pictures_of_views_are_close_to_the_last() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut hair = curtain(100, 48, 0.04, 4.0);
+    for [_, y, z] in &mut hair.points {
+        (*y, *z) = (0.25 * *y, 0.1 * *z);
+    }
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.05);
+        scene.render.background = Background::Color([0.0; 3]);
+        scene.render.size = [96, 64];
+    });
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    let mut live = InteractiveRenderer::new(scene.clone());
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    for turn in [0.1, 0.3, -0.4] {
+        let before = live.display().pixels.to_vec();
+        let mut camera = scene.camera;
+        camera.eye.x += turn * camera.eye.distance(camera.target);
+        live.set_camera(camera);
+        while !live.advance(Duration::ZERO).expect("a step").is_shown {}
+        let first = live.display().pixels.to_vec();
+        while !live.advance(Duration::ZERO).expect("a step").is_done {}
+        let last = live.display().pixels.to_vec();
+        let (step, edit) = (distance(&first, &last), distance(&before, &last));
+        println!("{turn}: {step:.4} of {edit:.4}");
+        assert!(
+            step > 0.0 && step < 0.02 && edit > 2.0 * step,
+            "{turn}: {step} of {edit}"
+        );
+    }
+}
+
 /// Between pictures of 96 pixels in a row, in means over 4 x 4, over their brightness.
 fn distance(a: &[[u8; 4]], b: &[[u8; 4]]) -> f64 {
     let means = |pixels: &[[u8; 4]]| {

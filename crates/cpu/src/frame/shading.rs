@@ -24,7 +24,7 @@ use super::super::through_shares::{Maps, Scratch, ThroughShares};
 use super::super::unblocked::VisiblePoint;
 use super::super::voxelise::grid_position;
 use super::kept::Kept;
-use super::parts::{Quality, Shaded, Shading};
+use super::parts::{Bounced, Quality, Shaded, Shading};
 use super::state::{Frame, Picturing};
 
 /// Visible points that are shaded at a time: an eighth of them, within this.
@@ -73,9 +73,9 @@ impl Frame {
                 let scale = picturing.view.radiance_scale;
                 let seen = (&*scene.strands, &visible.points[..]);
                 let mut radiance = kept.radiance(&lights.records, seen, maps, scale);
-                if !self.bounced.is_empty() {
+                if let Some(bounced) = &self.bounced {
                     let lit = self.lit_proxies(picturing);
-                    radiance.add_at(&recolored(&self.bounced, self.sent_back, lit.as_ref()));
+                    radiance.add_at(&recolored(bounced, lit.as_ref()));
                 }
                 self.show(picturing, Quality::Recolored, radiance);
                 return;
@@ -198,17 +198,33 @@ impl Frame {
             let view = &picturing.view;
             let maps = maps.filter(|_| has_narrow).map(|maps| maps.of_lights);
             let shader = WideShader::new(scene, view, tables, of_lights, maps, shading.peaks);
-            let mut shaded = shader.shade(&plain, &visible.points, self.kept.is_some());
-            if let Some(bounce) = self.bounce.as_ref().filter(|_| shading.group == 0) {
-                let bounced = shader.shade_bounce(bounce, &plain, &visible.points);
-                shaded.radiance.add_at(&bounced);
-                if self.kept.is_some() {
-                    self.sent_back = self.proxies.as_ref().map_or([0.0; 3], Proxies::total);
-                    self.bounced.resize(n_places, [0.0; 4]);
-                    for (&place, value) in plain.iter().zip(bounced) {
-                        self.bounced[place as usize] = value;
+            let bounce = self.bounce.as_ref().filter(|_| shading.group == 0);
+            if let Some(bounce) = bounce {
+                let bounced = self.bounced.take_if(|bounced| bounced.is_current);
+                let bounced = self.bounced.insert(bounced.unwrap_or_else(|| Bounced {
+                    at: vec![[0.0; 4]; n_places],
+                    n_done: 0,
+                    sent_back: self.proxies.as_ref().map_or([0.0; 3], Proxies::total),
+                    is_current: true,
+                }));
+                let missing = &visible.order[bounced.n_done..visible.n_thinned];
+                let missing = &missing[..missing.len().min(slice)];
+                if !missing.is_empty() {
+                    let found = shader.shade_bounce(bounce, missing, &visible.points);
+                    for (&place, found) in missing.iter().zip(found) {
+                        bounced.at[place as usize] = found;
                     }
+                    bounced.n_done += missing.len();
+                    if bounced.n_done == visible.n_thinned {
+                        visible.spread(&mut bounced.at);
+                    }
+                    return;
                 }
+            }
+            let mut shaded = shader.shade(&plain, &visible.points, self.kept.is_some());
+            if let (Some(_), Some(bounced)) = (bounce, &self.bounced) {
+                let of_plain = plain.iter().map(|place| bounced.at[*place as usize]);
+                shaded.radiance.add_at(&of_plain.collect::<Vec<_>>());
             }
             if let Some(kept) = &mut self.kept {
                 kept.take(&lights.records, &plain, &shaded.kept);
@@ -256,7 +272,9 @@ impl Frame {
     fn finish_shading(&mut self, picturing: &Picturing) {
         if let Some(mut shading) = self.shading.take() {
             if let (Quality::Draft, Some((_, visible))) = (shading.quality, &self.list) {
-                visible.fill(&mut shading.radiance, shading.n_first, None);
+                let before = self.before.as_ref();
+                let before = before.filter(|before| before.is_like(&shading.radiance));
+                visible.fill(&mut shading.radiance, shading.n_first, before);
             }
             self.stats.set_terms(&shading.counts.terms);
             let is_whole = shading.quality == Quality::Whole;
@@ -290,16 +308,16 @@ impl Frame {
     }
 }
 
-/// Bounce light of proxies that sent back so much in all, as they are `lit` now: about, since they may be
-/// lit from elsewhere.
-fn recolored(bounced: &[[f32; 4]], before: [f32; 3], lit: Option<&Proxies>) -> Vec<[f32; 4]> {
+/// Bounce light of the proxies as they are `lit` now: about, since they may be lit from elsewhere.
+fn recolored(bounced: &Bounced, lit: Option<&Proxies>) -> Vec<[f32; 4]> {
+    let before = bounced.sent_back;
     let now = lit.map_or(before, Proxies::total);
     let factor = |channel: usize| match before[channel] > 0.0 {
         true => now[channel] / before[channel],
         false => 0.0,
     };
     let [r, g, b] = [0, 1, 2].map(factor);
-    let bounced = bounced.iter();
+    let bounced = bounced.at.iter();
     bounced
         .map(|of| [r * of[0], g * of[1], b * of[2], 0.0])
         .collect()

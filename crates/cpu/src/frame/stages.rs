@@ -13,6 +13,7 @@ use super::super::bounce::{BounceLight, BounceRays};
 use super::super::list::Listing;
 use super::super::proxies::Proxies;
 use super::super::proxy_light::Surfaces;
+use super::super::radiance::RadianceBefore;
 use super::super::through_shares::Through;
 use super::super::transmittance::transmittance_beside;
 use super::super::unblocked::{Casting, Unblocked};
@@ -82,6 +83,9 @@ impl Frame {
         if let Some((list, visible)) = found {
             bytes = list.bytes() + size_of_val(&visible.points[..]) as u64;
             self.stats.pixels_visited = list.counts[0];
+            if let Some((seen, radiance)) = self.before_view.take() {
+                self.before = Some(RadianceBefore::of_view(&seen, &radiance, &visible.points));
+            }
             self.list = Some((list, visible));
         }
         self.ran("list", seconds, bytes);

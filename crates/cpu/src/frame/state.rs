@@ -10,13 +10,13 @@ use super::super::arriving::Arriving;
 use super::super::bounce::{BounceLight, BounceRays};
 use super::super::list::{Listing, VisibilityList};
 use super::super::proxies::Proxies;
-use super::super::radiance::RadianceBefore;
+use super::super::radiance::{Radiance, RadianceBefore};
 use super::super::through_shares::Through;
 use super::super::unblocked::{Casting, Unblocked};
 use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
 use super::kept::Kept;
-use super::parts::{Lights, Painted, ProxyLight, Records, Shaded, Shading};
+use super::parts::{Bounced, Lights, Painted, ProxyLight, Records, Shaded, Shading};
 
 /// What all stages of a picture read.
 pub(super) struct Picturing<'a> {
@@ -68,14 +68,14 @@ pub(in super::super) struct Frame {
     pub(super) has_shares: bool,
     /// Of the last complete picture.
     pub(super) kept: Option<Kept>,
-    /// Radiance of bounce light at the visible points of the last complete picture.
-    pub(super) bounced: Vec<[f32; 4]>,
-    /// What the proxies sent back then, summed up over their surfaces.
-    pub(super) sent_back: [f32; 3],
+    /// Light of the proxies that the visible points scatter.
+    pub(super) bounced: Option<Bounced>,
     pub(super) shading: Option<Shading>,
     pub(super) shaded: Option<Shaded>,
-    /// Radiance before edits that left points and shadows as they are.
+    /// Radiance before edits that left points and shadows as they are, or of the view before.
     pub(super) before: Option<RadianceBefore>,
+    /// The visible points and radiance of the view before, until it is known what the next one shows.
+    pub(super) before_view: Option<(Vec<u32>, Radiance)>,
     /// Radiance before an edit of the paint.
     pub(super) before_paint: Option<Painted>,
     /// Of the work since they were last taken.
