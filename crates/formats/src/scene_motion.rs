@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
 /// Most frames of a sequence: an hour at 24 a second, and some.
 pub const MAX_FRAMES: usize = 100_000;
@@ -16,11 +16,81 @@ pub struct MotionSection {
     pub wind: Option<WindSection>,
     /// `.groom` files, one pose each, with the strands and points of `groom.file`; the first at
     /// time 0. Between two the hair moves straight; after the last it stays.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "files_or_numbered"
+    )]
     pub frames: Vec<PathBuf>,
     /// Frames a second; [`MotionSection::DEFAULT_FPS`] if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fps: Option<f64>,
+}
+
+/// What `motion.frames` may be.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a list of files, or { files, first, last } with %04d or #### in files"
+)]
+enum Frames {
+    Files(Vec<PathBuf>),
+    Numbered(NumberedFiles),
+}
+
+/// Files whose names differ in a number.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NumberedFiles {
+    /// With `%d`, `%04d` or `####` in it.
+    files: String,
+    first: u32,
+    last: u32,
+}
+
+fn files_or_numbered<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<PathBuf>, D::Error> {
+    match Frames::deserialize(from)? {
+        Frames::Files(files) => Ok(files),
+        Frames::Numbered(numbered) => numbered.paths().map_err(D::Error::custom),
+    }
+}
+
+impl NumberedFiles {
+    /// From the first to the last one.
+    fn paths(&self) -> Result<Vec<PathBuf>, String> {
+        let NumberedFiles { files, first, last } = self;
+        let Some((before, width, after)) = split_at_number(files) else {
+            return Err(format!(
+                "motion.frames.files is {files:?}, must have %04d or #### in it"
+            ));
+        };
+        match last.checked_sub(*first) {
+            Some(n) if (n as usize) < MAX_FRAMES => Ok((*first..=*last)
+                .map(|n| PathBuf::from(format!("{before}{n:0width$}{after}")))
+                .collect()),
+            Some(_) => Err(format!(
+                "motion.frames has {first} to {last}, must be at most {MAX_FRAMES} files"
+            )),
+            None => Err(format!(
+                "motion.frames.last is {last}, must be at least first, {first}"
+            )),
+        }
+    }
+}
+
+/// What stands before the number in the name of a file of a sequence, its digits at least, and what stands after.
+fn split_at_number(name: &str) -> Option<(&str, usize, &str)> {
+    if let Some((before, rest)) = name.split_once('%') {
+        let (digits, after) = rest.split_once('d')?;
+        let is_width = digits.is_empty() || digits.starts_with('0') && digits.len() <= 3;
+        let width = match digits {
+            "" => 1,
+            digits => digits.parse::<usize>().ok()?,
+        };
+        return (is_width && width <= 16).then_some((before, width, after));
+    }
+    let start = name.find('#')?;
+    let after = name[start..].trim_start_matches('#');
+    Some((&name[..start], name.len() - start - after.len(), after))
 }
 
 /// Wind; ranges are those of [`params::WIND`](crate::params::WIND).
@@ -85,6 +155,60 @@ mod tests {
                 .unwrap()
                 .contains("motion")
         );
+    }
+
+    #[test]
+    fn numbered_files_are_all_from_first_to_last() {
+        let read = |text: &str| {
+            let scene = Scene::from_lines(&format!("[motion]\nframes = {text}\n"))?;
+            let frames = scene.motion.expect("motion").frames;
+            Ok::<Vec<String>, crate::Error>(
+                frames
+                    .iter()
+                    .map(|frame| frame.display().to_string())
+                    .collect(),
+            )
+        };
+        for (text, expected) in [
+            (
+                "{ files = 'x/a.%04d.groom', first = 9, last = 10 }",
+                ["x/a.0009.groom", "x/a.0010.groom"],
+            ),
+            (
+                "{ files = 'a.##.groom', first = 99, last = 100 }",
+                ["a.99.groom", "a.100.groom"],
+            ),
+            ("{ files = 'a%d', first = 0, last = 1 }", ["a0", "a1"]),
+        ] {
+            assert_eq!(read(text).expect(text), expected, "{text}");
+        }
+        for (text, said) in [
+            (
+                "{ files = 'a.groom', first = 1, last = 2 }",
+                "motion.frames.files",
+            ),
+            (
+                "{ files = 'a%xd', first = 1, last = 2 }",
+                "motion.frames.files",
+            ),
+            (
+                "{ files = 'a%9999d', first = 1, last = 2 }",
+                "motion.frames.files",
+            ),
+            (
+                "{ files = 'a##', first = 2, last = 1 }",
+                "motion.frames.last",
+            ),
+            (
+                "{ files = 'a##', first = 0, last = 4000000000 }",
+                "at most 100000",
+            ),
+            ("{ files = 'a##', first = 1 }", "{ files, first, last }"),
+            ("3", "{ files, first, last }"),
+        ] {
+            let error = read(text).expect_err(text).to_string();
+            assert!(error.contains(said), "{text}: {error}");
+        }
     }
 
     #[test]

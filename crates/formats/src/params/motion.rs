@@ -15,7 +15,8 @@ pub const MOTION: Section<MotionSection> = Section {
     params: &[
         Param::new("frames", "Frames", Kind::Files, at!(MotionSection.frames)).help(
             "`.groom` files, one pose each, with the strands and points of `groom.file`; the first \
-             at time 0. Between two the hair moves straight; after the last it stays.",
+             at time 0. Between two the hair moves straight; after the last it stays. Numbered files \
+             as `{ files = \"pose.%04d.groom\", first = 1, last = 24 }`, or with `####`.",
         ),
         Param::number("fps", "Frame rate", [1e-3, 1e3], at!(MotionSection.fps))
             .absent(Absent::Number(MotionSection::DEFAULT_FPS))
