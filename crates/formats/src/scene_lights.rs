@@ -336,7 +336,7 @@ mod tests {
             ("[[lights.added]]\nwide = 1.0", "wide"),
             (
                 &"[[lights.added]]\n".repeat(MAX_ADDED_LIGHTS + 1),
-                "lights.added is 65, expected at most 64",
+                "lights.added is 65, must be at most 64",
             ),
         ] {
             let error = Scene::from_lines(text).expect_err(text).to_string();

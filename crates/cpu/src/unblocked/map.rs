@@ -308,8 +308,9 @@ impl Batch {
         let unused = i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]) + map.n_texels();
         let side = view.side as i32;
         let mut n_texels = 0;
-        let mut column = i32x8::simd_from(simd, self.first);
-        for _ in 0..n_columns {
+        let first = i32x8::simd_from(simd, self.first);
+        for step in 0..n_columns {
+            let column = first + step;
             // As `shadow_map::cast_shadows`.
             let along = column.to_float::<f32x8<S>>() + 0.5 - start;
             let y = along * rise + across;
@@ -330,7 +331,6 @@ impl Batch {
                     covered = row.simd_lt(top) & is_column;
                 }
             }
-            column += 1;
         }
         n_texels
     }
