@@ -106,7 +106,7 @@ fn scene_in(folder: &Path, (name, toml): (&str, &str), hair: &GrowSpec) -> Scene
     let lights = LightSet::from_bytes(SAMPLE_LIGHTS).expect("lights");
     lights.write(&at("lights")).expect("written");
     std::fs::write(at("toml"), toml).expect("written");
-    let mut scene = Scene::read(&at("toml")).expect("a scene");
+    let mut scene = Scene::read(at("toml")).expect("a scene");
     (scene.groom.file, scene.lights.file) = (
         format!("{name}.groom").into(),
         format!("{name}.lights").into(),
