@@ -141,14 +141,13 @@ fn unknown(of: &str, key: &str, known: &'static [&'static str]) -> StepError {
 
 /// The brush at `key`, whose complaints name its own key.
 fn brush(key: &str, value: Value) -> Result<Brush, StepError> {
-    if let Value::Object(keys) = &value {
-        // Each of its keys may stand alone.
-        for (name, value) in keys {
-            let alone = Map::from_iter([(name.clone(), value.clone())]);
-            typed::<Brush>(&format!("{key}.{name}"), Value::Object(alone))?;
-        }
+    let keys: Map<String, Value> = typed(key, value)?;
+    // Each of its keys may stand alone.
+    for (name, value) in &keys {
+        let alone = Map::from_iter([(name.clone(), value.clone())]);
+        typed::<Brush>(&format!("{key}.{name}"), Value::Object(alone))?;
     }
-    typed(key, value)
+    typed(key, Value::Object(keys))
 }
 
 /// A stroke, whose complaints name the key of the brush.

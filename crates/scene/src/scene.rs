@@ -66,8 +66,7 @@ pub struct PreparedScene {
     pub exposure: f32,
     /// Curve or LUT to the 8-bit picture.
     pub display: DisplayTransform,
-    /// What else stands in the light and in the view; at most
-    /// [`MAX_PROXIES`](strandlight_formats::MAX_PROXIES) count.
+    /// What else stands in the light and in the view; at most [`MAX_PROXIES`] count.
     pub proxies: Vec<Proxy>,
     /// Picture size that the scene asks for.
     pub size: [u32; 2],

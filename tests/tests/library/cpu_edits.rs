@@ -481,7 +481,7 @@ fn first_pictures_of_views_are_close_to_the_last() {
     let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
     let mut live = InteractiveRenderer::new(scene.clone());
     while !live.advance(Duration::ZERO).expect("a step").is_done {}
-    for turn in [0.1, 0.3, -0.4] {
+    for turn in [0.1, 0.25, 0.1] {
         let before = live.display().pixels.to_vec();
         let mut camera = scene.camera;
         camera.eye.x += turn * camera.eye.distance(camera.target);

@@ -151,22 +151,21 @@ mod tests {
         }
     }
 
-    /// The light that [`highlight`] places is reflected more than any other near it.
+    /// The light that [`highlight`] places stands on the eye's side of the strand, and is reflected more than others
+    /// above and below it.
     #[test]
     fn the_highlight_is_brightest_where_it_is_placed() {
         let scene = scene(&[Lobe::R]);
         let point = nearest(&scene.strands, Vec3::ZERO).expect("a point");
-        for eye in [[0.0, 0.0, 10.0], [3.0, 6.0, 8.0], [0.0, -7.0, 2.0]].map(Vec3::from) {
+        for eye in [[0.0, 0.0, 10.0], [3.0, 6.0, 8.0], [0.0, -3.0, 5.0]].map(Vec3::from) {
             let placed = highlight(&scene, eye, point);
             assert!((placed.length() - 1.0).abs() < 1e-5);
+            let [side, side_of_eye] =
+                [placed, eye].map(|d| (d * Vec3::new(1.0, 0.0, 1.0)).normalize());
+            assert!(side.dot(side_of_eye) > 0.9999, "{eye}: {side}");
             let across = placed.cross(Vec3::Y).normalize();
-            // Up and down, and about the strand.
-            let others = [
-                glam::Quat::from_axis_angle(across, 0.1) * placed,
-                glam::Quat::from_axis_angle(across, -0.1) * placed,
-                glam::Quat::from_rotation_y(0.5) * placed,
-                glam::Quat::from_rotation_y(-0.5) * placed,
-            ];
+            let others = [0.1, -0.1, 0.3, -0.3]
+                .map(|angle| glam::Quat::from_axis_angle(across, angle) * placed);
             let mut lights = vec![light(placed.to_array(), 1.0)];
             lights.extend(others.map(|other| light(other.to_array(), 1.0)));
             let found = brightest(&scene, &lights, eye, point).expect("a light");
