@@ -258,6 +258,7 @@ fn a_picture_is_written_in_the_size_and_format_that_were_asked_for() {
     view.until_drawn("Layers", |view| view.click(view.middle("OpenEXR format")));
     view.until_drawn("Layers", |view| view.click(view.middle("Layers")));
     let layers = scene.folder.path().join("layers.exr");
+    view.click(view.middle("Path"));
     view.type_path(&layers);
     view.wait_for_next("picture", 2);
     let layers = std::fs::read(&layers).expect("a picture");
