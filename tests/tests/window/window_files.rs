@@ -269,6 +269,7 @@ fn a_picture_is_written_in_the_size_and_format_that_were_asked_for() {
     view.type_number("Width", "60");
     view.type_number("Height", "40");
     view.type_number("Turntable frames", "3");
+    view.click(view.middle("Path"));
     view.type_path(&scene.folder.path().join("turn_##.png"));
     view.wait_for_next("picture", 3);
     let frames = [0, 1, 2].map(|ix| {
