@@ -187,6 +187,8 @@ fn other_than_colours_is_shown_on_both_renderers() {
         }
         // From the menu, and back.
         view.click(view.middle("View menu"));
+        view.wait_for_place("Show menu");
+        view.click(view.middle("Show menu"));
         view.wait_for_place("Tangent entry");
         view.click(view.middle("Tangent entry"));
         view.wait_until_gone("Tangent entry");

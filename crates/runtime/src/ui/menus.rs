@@ -82,8 +82,8 @@ pub fn show(
         entry(ui, "Help", true, Command::Help);
         entry(ui, "Close", true, Command::Close);
     });
-    #[cfg(not(target_arch = "wasm32"))]
-    let mut arriving = None;
+    // What a menu holds is left to submenus where it would not fit into a low window.
+    let mut submenus = Vec::new();
     let view = ui.menu_button("View", |ui| {
         ui.set_min_width(200.0);
         entry(ui, "Frame all hair", true, Command::Frame);
@@ -93,9 +93,12 @@ pub fn show(
         entry(ui, "View before", input.can_look[0], Command::ViewBack);
         entry(ui, "View after", input.can_look[1], Command::ViewForward);
         ui.separator();
-        for (side, name) in Side::ALL {
-            entry(ui, name, true, Command::Look(side));
-        }
+        let menu = ui.menu_button("Look from", |ui| {
+            for (side, name) in Side::ALL {
+                entry(ui, name, true, Command::Look(side));
+            }
+        });
+        submenus.push(("Look from menu", menu.response));
         ui.separator();
         #[cfg(not(target_arch = "wasm32"))]
         {
@@ -113,9 +116,12 @@ pub fn show(
                 let is_other = now != Some(inspection);
                 entry(ui, text, is_other, Command::Inspect(Some(inspection)));
             };
-            for (inspection, name) in Inspection::ALL {
-                inspect(ui, name, inspection);
-            }
+            let menu = ui.menu_button("Show", |ui| {
+                for (inspection, name) in Inspection::ALL {
+                    inspect(ui, name, inspection);
+                }
+            });
+            submenus.push(("Show menu", menu.response));
             let menu = ui.menu_button("Parts of the light", |ui| {
                 for inspection in Inspection::of_arriving_light() {
                     inspect(ui, &inspection.name(), inspection);
@@ -127,15 +133,14 @@ pub fn show(
                     }
                 }
             });
-            arriving = Some(menu.response);
+            submenus.push(("Parts of the light menu", menu.response));
             ui.separator();
         }
         entry(ui, "Panel", true, Command::Panel);
     });
     changes.place("File menu", &file.response);
     changes.place("View menu", &view.response);
-    #[cfg(not(target_arch = "wasm32"))]
-    if let Some(arriving) = arriving {
-        changes.place("Parts of the light menu", &arriving);
+    for (name, response) in submenus {
+        changes.place(name, &response);
     }
 }

@@ -589,6 +589,10 @@ impl<'a> View<'a> {
 
 impl Drop for View<'_> {
     fn drop(&mut self) {
+        // What the window looked like when the test failed.
+        if std::thread::panicking() && std::env::var_os("STRANDLIGHT_KEEP_SHOTS").is_some() {
+            let _ = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.shot()));
+        }
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
