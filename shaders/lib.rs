@@ -85,6 +85,7 @@ modules!(
     "lib/tone",
     "lib/transmittance",
     "lib/view",
+    "lib/width_profile",
     "lib/wind",
     "pass/accumulate",
     "pass/bench",

@@ -7,6 +7,7 @@ struct Pass {
     pass_ix: u32,
     // Samples of the pass that count, the first ones.
     n_samples: u32,
+    even: vec4f,
 }
 
 @group(0) @binding(0) var<uniform> view: View;

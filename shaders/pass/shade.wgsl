@@ -19,6 +19,9 @@
 // #if TABLES
 // #import lib/multiple_tables
 // #endif
+// #if WIDE
+// #import lib/width_profile
+// #endif
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> batch: Batch;
@@ -71,6 +74,11 @@
 // Single scattering of narrow lights, times the view's radiance scale: [point][half][place], see
 // lib/along_segments.
 @group(0) @binding(24) var<storage, read_write> along: array<vec4u>;
+
+// #if WIDE
+// Of strands that are wider than a pixel.
+@group(0) @binding(25) var<uniform> profile: WidthProfile;
+// #endif
 
 const MAPS_PER_WORD: u32 = 4u;
 
@@ -175,6 +183,17 @@ fn count_term(counter: u32, evaluated: u32) {
     count(counter + 1u, batch.n_lights - evaluated);
 }
 
+// #if WIDE
+// Factors of R, TT and TRT over the width of a strand.
+fn sides_of(light: LightInFrame, eye: DirectionInFrame) -> vec3f {
+    let place = profile_place(light, eye);
+    let here = place.first;
+    let wider = here + N_PROFILE_LAGS;
+    return profile_sides(place, profile.sides[here], profile.sides[here + 1u],
+        profile.sides[wider], profile.sides[wider + 1u]);
+}
+// #endif
+
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3u) {
     let point_ix = batch.first_point + id.x;
@@ -206,6 +225,8 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     let row = 0u;
 // #endif
     var sum = vec3f(0.0);
+    // Mean over the channels of how much brighter single scattering is at the right edge than in the middle.
+    var side = 0.0;
     var evaluated = vec4u(0u);
 // #if BOUNCE
     var lobes = bounced_at(grid_position(grid, position));
@@ -246,6 +267,11 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
                 source, eye, shading, shares, axes, table_c, lobes_tt, lobes_trt);
             sum += light.rgb * scattered;
             evaluated.x++;
+// #if WIDE
+            let of_side = shadowed_single_scattering(source, eye, shading,
+                shares * sides_of(source, eye), axes, table_c, lobes_tt, lobes_trt);
+            side += dot(light.rgb, of_side) / 3.0;
+// #endif
         }
         if (TERMS & TERM_LOCAL) != 0u && direct_power * batch.max_local >= batch.min_power {
 // #if TABLES
@@ -307,7 +333,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     if batch.first_light > 0u {
         before = radiance[point_ix];
     }
-    radiance[point_ix] = before + vec4f(sum * view.radiance_scale, 0.0);
+    radiance[point_ix] = before + vec4f(sum, side) * view.radiance_scale;
 // #if BOUNCE
 // #else
     if (TERMS & TERM_SINGLE) != 0u {
@@ -332,6 +358,9 @@ fn shade_narrow(@builtin(global_invocation_id) id: vec3u) {
     }
     let position = points[point_ix].xyz;
     var sums = array<vec3f, 8>();
+// #if WIDE
+    var side = 0.0;
+// #endif
     if in_view(screen_position(view, position)) {
         let before = tangents[point_ix].w;
         let after = normals[point_ix].w;
@@ -383,6 +412,21 @@ fn shade_narrow(@builtin(global_invocation_id) id: vec3u) {
                     source, eye, shading, vec3f(1.0), axes, table_c, lobes_tt, lobes_trt);
                 nodes[node] = light.rgb * scattered;
             }
+// #if WIDE
+            let u = tangents[point_ix].xyz;
+            let v = normals[point_ix].xyz;
+            let frame = transpose(mat3x3f(u, v, cross(u, v)));
+            let eye = direction_in_frame(frame * (view.eye - position));
+            let source = light_in_frame(frame * light.direction, light.lambda);
+            let of_side = shadowed_single_scattering(
+                source, eye, shading, sides_of(source, eye), axes, table_c, lobes_tt, lobes_trt);
+            var n_places = 0u;
+            for (var place = 0u; place < N_PLACES; place++) {
+                n_places += n_lit[place];
+            }
+            let share = f32(n_places) / f32(N_PLACES * light.n_maps);
+            side += share * dot(light.rgb, of_side) / 3.0;
+// #endif
             let of_map = view.radiance_scale / f32(light.n_maps);
             for (var place = 0u; place < N_PLACES; place++) {
                 let half_ix = place / HALF;
@@ -392,6 +436,9 @@ fn shade_narrow(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
+// #if WIDE
+    radiance[point_ix].w += side * view.radiance_scale;
+// #endif
     for (var half_ix = 0u; half_ix < 2u; half_ix++) {
         let at = HALF * half_ix;
         along[2u * point_ix + half_ix] = vec4u(

@@ -13,6 +13,8 @@ struct Pass {
     pass_ix: u32,
     // Samples of the pass that count, the first ones.
     n_samples: u32,
+    // Of wide strands: WidthProfile.even of lib/width_profile.
+    even: vec4f,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -62,6 +64,10 @@ struct Corner {
     @location(4) @interpolate(flat, first) along_here: vec4u,
     @location(5) @interpolate(flat, first) along_next: vec4u,
 // #endif
+// #if WIDE
+    // Half of the width here and at the next point, px; then the sides of the radiance, see pass/shade.
+    @location(6) @interpolate(flat, first) wide: vec4f,
+// #endif
 }
 
 @vertex
@@ -82,6 +88,13 @@ fn ribbon(@builtin(vertex_index) vertex: u32) -> Corner {
     out.along_here = along[2u * point + 1u];
     out.along_next = along[min(2u * point + 2u, 2u * view.n_points - 1u)];
 // #endif
+// #if WIDE
+    let next = min(point + 1u, view.n_points - 1u);
+    let here_across = vec2f(edges[2u * point] - edges[2u * point + 1u]);
+    let next_across = vec2f(edges[2u * next] - edges[2u * next + 1u]);
+    let half_widths = vec2f(length(here_across), length(next_across)) * (0.5 / 256.0);
+    out.wide = vec4f(half_widths, radiance[point].w, radiance[next].w);
+// #endif
 // #if HOSTED
     let ndc = vec2f(edges[vertex]) / (128.0 * vec2f(view.size)) * vec2f(1.0, -1.0);
     let depth = mix(view.near, view.far, bitcast<f32>(ends.x));
@@ -94,6 +107,9 @@ fn ribbon(@builtin(vertex_index) vertex: u32) -> Corner {
 // #endif
     return out;
 }
+
+// Strands that are wider have a profile over their width. Twin in crates/scene/src/camera.rs.
+const WIDE_PX: f32 = 2.0;
 
 struct Covered {
     @location(0) color: vec4f,
@@ -114,6 +130,18 @@ fn cover(in: Corner) -> Covered {
     var value = mix(in.here, in.next, t);
 // #if NARROW
     value += vec4f(along_segment(in.along_here, in.along_next, t), 0.0);
+// #endif
+// #if WIDE
+    if max(in.wide.x, in.wide.y) > 0.5 * WIDE_PX {
+        let along = in.spine.zw;
+        let to = pixel + 0.5 - moved - in.spine.xy;
+        let off = (along.x * to.y - along.y * to.x) / length(along);
+        let across = clamp(off / mix(in.wide.x, in.wide.y, t), -1.0, 1.0);
+        let mean = max((value.r + value.g + value.b) / 3.0, 1e-30);
+        let side = clamp(mix(in.wide.z, in.wide.w, t) / mean, -1.0, 1.0);
+        let second = 1.5 * across * across - 0.5;
+        value *= vec4f(1.0 + side * across + current.even.rgb * second, 1.0);
+    }
 // #endif
     let key = coverage_key(in.segment, u32(pixel.x), u32(pixel.y));
     var out: Covered;

@@ -120,6 +120,9 @@ impl Frame {
                 self.forget(Stage::ProxyLight);
             }
         }
+        if edit == Edit::Hair {
+            self.profile = None;
+        }
         if edit == Edit::Background {
             self.version += 1;
         }

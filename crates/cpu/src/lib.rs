@@ -143,9 +143,9 @@ pub(crate) fn render_observed(
     proxies.look(&view);
     let mut picture = stats.stage("draw", |stats| {
         let projected = project::project(&view, strands);
-        let drawn = raster::draw(
-            &view, strands, &projected, &radiance, &proxies, samples, observer,
-        );
+        let even = scene.width_profile(&view).map(|profile| profile.even);
+        let lit = (&radiance, even);
+        let drawn = raster::draw(&view, strands, &projected, lit, &proxies, samples, observer);
         stats.pixels_visited = drawn.visited;
         let bytes = 24 * projected.len() as u64 + 16 * drawn.sums.len() as u64;
         Ok::<_, RenderError>((drawn.sums, bytes))
@@ -162,7 +162,8 @@ pub(crate) fn render_observed(
     Ok((picture, stats))
 }
 
-/// Radiance of every point towards the camera: rgb, and zero. Points outside the view are black.
+/// Radiance of every point towards the camera: rgb, and of wide strands how much brighter the right edge is than the
+/// middle (mean over the channels), else zero. Points outside the view are black.
 ///
 /// # Errors
 /// As [`render`].

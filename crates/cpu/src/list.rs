@@ -23,7 +23,7 @@ use super::triangles::Triangles;
 
 use bins::{Bins, TILE};
 use tile::Scratch;
-pub(super) use tile::Tile;
+pub(super) use tile::{Entry, Tile};
 
 /// Segments that a part of the binning goes through at once.
 const CHUNK: usize = 1 << 15;
@@ -35,6 +35,8 @@ pub(super) struct VisibilityList {
     pub tiles: Vec<Tile>,
     /// Pairs of a pixel and a segment that were looked at, and of these with some coverage.
     pub counts: [u64; 2],
+    /// Are there ribbons with a profile over their width?
+    pub has_wide: bool,
 }
 
 /// A list that is being made, some segments and then some tiles at a time.
@@ -55,8 +57,11 @@ impl Listing {
         let points: Vec<ScreenPoint> = strands
             .points
             .par_iter()
-            .zip(&strands.tangents)
-            .map(|(point, tangent)| screen_point(view, point, tangent))
+            .zip(strands.tangents.par_iter().zip(&strands.normals))
+            .map(|(point, (tangent, normal))| ScreenPoint {
+                is_tip: normal[3] == 0.0,
+                ..screen_point(view, point, tangent)
+            })
             .collect();
         Listing {
             points,
@@ -110,6 +115,7 @@ impl Listing {
         let sum = |ix: usize| tiles.iter().map(|tile| tile.counts[ix]).sum();
         VisibilityList {
             counts: [sum(0), sum(1)],
+            has_wide: tiles.iter().any(|tile| tile.has_wide),
             tiles,
         }
     }

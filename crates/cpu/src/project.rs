@@ -37,6 +37,7 @@ fn project_point(view: &ViewUniform, point: &[f32; 4], tangent: &[f32; 4]) -> Pr
         half_width: half,
         depth,
         coverage,
+        ..
     } = screen_point(view, point, tangent);
     if coverage < 0.0 {
         return Projected {

@@ -1,11 +1,12 @@
 //! Radiance of the visible points: at them, and along the segments between them.
 
-use super::along_segments::Along;
+use super::along_segments::{Along, PLACES};
 
 /// Radiance of the visible points.
 #[derive(Clone, Debug)]
 pub(super) struct Radiance {
-    /// rgb times the view's radiance scale, and zero.
+    /// rgb times the view's radiance scale, and of single scattering of wide strands how much brighter its mean over
+    /// the channels is at the right edge than in the middle; else zero.
     pub at: Vec<[f32; 4]>,
     /// What single scattering of narrow lights adds to it along the segments; nothing where there are none such.
     pub along: Vec<Along>,
@@ -92,6 +93,25 @@ impl Radiance {
     pub fn bytes(&self) -> u64 {
         (size_of_val(&self.at[..]) + size_of_val(&self.along[..])) as u64
     }
+}
+
+/// Of the channels.
+pub(super) fn mean([r, g, b]: [f32; 3]) -> f32 {
+    (r + g + b) * (1.0 / 3.0)
+}
+
+/// Factors of the profile of a wide strand on radiance r, g, b whose side, [`Radiance::at`], this is, at places across
+/// the strand that have such means of them and of their squares. `even` is that of the fibre.
+#[inline(always)]
+pub(super) fn profile_factors(
+    rgb: [f32; 3],
+    side: f32,
+    even: &[f32; 4],
+    [across, across_2]: [f32; 2],
+) -> [f32; 3] {
+    let side = (side / mean(rgb).max(f32::MIN_POSITIVE)).clamp(-1.0, 1.0);
+    let second = 1.5 * across_2 - 0.5;
+    [0, 1, 2].map(|channel: usize| 1.0 + side * across + even[channel] * second)
 }
 
 /// Radiance of the same points before an edit that left shadows as they were, or another view.
@@ -215,7 +235,10 @@ fn change<T: Numbers>(
     let Between { ends, beyond, .. } = between;
     let about = [beyond[0], ends[0], ends[1], beyond[1]];
     let (was, is) = (about.map(|at| before[at]), about.map(|at| values[at]));
-    for (ix, value) in values[place].numbers_mut().iter_mut().enumerate() {
+    // What may be negative has no factors.
+    mix(values, place, between);
+    let radiance = values[place].numbers_mut().iter_mut().take(T::N_RADIANCE);
+    for (ix, value) in radiance.enumerate() {
         let factor_of =
             |at: usize| (is[at].numbers()[ix] + least) / (was[at].numbers()[ix] + least);
         let factors = [0, 1, 2, 3].map(factor_of);
@@ -233,11 +256,15 @@ fn change<T: Numbers>(
 
 /// Numbers of a place.
 pub(super) trait Numbers: Copy {
+    /// How many of them, the first ones, are radiance: none is negative.
+    const N_RADIANCE: usize;
     fn numbers(&self) -> &[f32];
     fn numbers_mut(&mut self) -> &mut [f32];
 }
 
 impl Numbers for [f32; 4] {
+    const N_RADIANCE: usize = 3;
+
     fn numbers(&self) -> &[f32] {
         self
     }
@@ -247,6 +274,8 @@ impl Numbers for [f32; 4] {
 }
 
 impl Numbers for Along {
+    const N_RADIANCE: usize = 3 * PLACES;
+
     fn numbers(&self) -> &[f32] {
         self.as_flattened()
     }

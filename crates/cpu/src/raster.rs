@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
-use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::camera::{ViewUniform, WIDE_PX};
 use strandlight_scene::sampling::{
     PASS_SAMPLES, SAMPLE_POSITIONS, coverage_key, coverage_mask, pass_jitter,
 };
@@ -20,7 +20,7 @@ use strandlight_scene::strands::Strands;
 use super::along_segments::{Along, along_segment};
 use super::project::Projected;
 use super::proxies::Proxies;
-use super::radiance::Radiance;
+use super::radiance::{Radiance, profile_factors};
 use super::transmittance::mix;
 
 /// Longest side of a tile in pixels; each is drawn by one thread.
@@ -61,6 +61,8 @@ struct Hair<'a> {
     strands: &'a Strands,
     projected: &'a [Projected],
     radiance: &'a Radiance,
+    /// Of wide strands over their width.
+    even: Option<[f32; 4]>,
     proxies: &'a Proxies,
     /// The segments in the picture, from front to back.
     ribbons: &'a [Ribbon],
@@ -72,7 +74,7 @@ pub(super) fn draw(
     view: &ViewUniform,
     strands: &Strands,
     projected: &[Projected],
-    radiance: &Radiance,
+    (radiance, even): (&Radiance, Option<[f32; 4]>),
     proxies: &Proxies,
     samples: u32,
     observer: Observer,
@@ -83,6 +85,7 @@ pub(super) fn draw(
         strands,
         projected,
         radiance,
+        even,
         proxies,
         ribbons: &ribbons,
         samples,
@@ -376,6 +379,8 @@ struct Spine<'a> {
     radiance: [&'a [f32; 4]; 2],
     /// Of narrow lights about either end.
     narrow: Option<[&'a Along; 2]>,
+    /// Where the segment is wide: half its width at the ends, px, and [`Hair::even`].
+    wide: Option<([f32; 2], [f32; 4])>,
 }
 
 impl Tile {
@@ -452,7 +457,14 @@ impl Tile {
             let (mid_a, mid_b) = (middle(a), middle(b));
             let along = [mid_b[0] - mid_a[0], mid_b[1] - mid_a[1]];
             let squared = (along[0] * along[0] + along[1] * along[1]).max(1e-6);
+            let half = |p: &Projected| {
+                let [x, y] = [0, 1].map(|axis: usize| (p.edges[axis] - p.edges[axis + 2]) as f32);
+                (x * x + y * y).sqrt() * (0.5 / PX as f32)
+            };
+            let half = [half(a), half(b)];
+            let is_wide = half[0].max(half[1]) > 0.5 * WIDE_PX;
             let spine = Spine {
+                wide: hair.even.filter(|_| is_wide).map(|even| (half, even)),
                 segment: ribbon.segment,
                 a: mid_a,
                 along: along.map(|x| x / squared),
@@ -564,6 +576,17 @@ impl Tile {
             let light = along_segment(first, second, t);
             for (value, light) in color.iter_mut().zip(light) {
                 *value += light;
+            }
+        }
+        if let Some((half, even)) = &spine.wide {
+            let [x, y] = along;
+            let off = (x * to[1] - y * to[0]) / (x * x + y * y).sqrt();
+            let at = (off / mix(half[0], half[1], t)).clamp(-1.0, 1.0);
+            let [red, green, blue, _] = color;
+            let factors =
+                profile_factors([red, green, blue], mix(a[3], b[3], t), even, [at, at * at]);
+            for (value, factor) in color.iter_mut().zip(factors) {
+                *value *= factor;
             }
         }
         for (sample, depth) in depths.into_iter().enumerate() {

@@ -19,6 +19,8 @@ pub(super) struct ScreenPoint {
     pub depth: f32,
     /// Coverage of the ribbon; below zero: not drawn.
     pub coverage: f32,
+    /// Is it the last one of a strand? Where nobody said so it is not.
+    pub is_tip: bool,
 }
 
 /// Projects a point (x, y, z, radius) with its tangent.
@@ -55,5 +57,6 @@ pub(super) fn screen_point(
         half_width: 0.5 * drawn,
         depth: (depth - view.near) / (view.far - view.near),
         coverage: width / drawn,
+        is_tip: false,
     }
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
     DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, PaintedHair, SampleAverages,
-    SampleLobes, Shading, ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
+    SampleLobes, Shading, ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, WidthProfile,
     direct_local_scattering, forward_light, forward_table, global_scattering, local_scattering,
     painted_averages, painted_fibre, painted_shading, sample_forward, sample_painted_forward,
     shadowed_single_scattering, unpack_paint, unpack_record,
@@ -17,7 +17,7 @@ use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::along_segments::{Along, Answers, Nodes, PLACES, add_along, frames_about, shares_along};
 use super::bounce::BounceLight;
-use super::radiance::Radiance;
+use super::radiance::{Radiance, mean};
 use super::shadow_map::Visibility;
 use super::transmittance::{Shadows, mix_all};
 use super::unblocked::VisiblePoint;
@@ -59,7 +59,8 @@ pub(super) fn shade(
     let mut along: Vec<Option<&mut Along>> = along.iter_mut().map(Some).collect();
     along.resize_with(n_points, || None);
     let reaching = Reaching::new(scene, grid, shadows, visibility);
-    let shader = PointShader::new(scene, view);
+    let profile = scene.width_profile(view);
+    let shader = PointShader::new(scene, view, profile.as_ref());
     at.par_iter_mut()
         .zip(along)
         .enumerate()
@@ -135,7 +136,7 @@ pub(super) fn shade_bounce(
     bounce: &BounceLight,
     radiance: &mut Radiance,
 ) {
-    let shader = PointShader::new(scene, view);
+    let shader = PointShader::new(scene, view, None);
     let points = radiance.at.par_iter_mut().enumerate();
     points.for_each(|(point, radiance)| {
         let position = Vec3::from_slice(&scene.strands.points[point]);
@@ -156,11 +157,16 @@ pub(super) struct PointShader<'a> {
     forward: ForwardTable,
     hair: PaintedHair,
     terms: Terms,
+    profile: Option<&'a WidthProfile>,
 }
 
 impl<'a> PointShader<'a> {
-    /// For the points of `scene` as `view` sees them.
-    pub fn new(scene: &'a PreparedScene, view: &'a ViewUniform) -> PointShader<'a> {
+    /// For the points of `scene` as `view` sees them, with a `profile` where strands are wide.
+    pub fn new(
+        scene: &'a PreparedScene,
+        view: &'a ViewUniform,
+        profile: Option<&'a WidthProfile>,
+    ) -> PointShader<'a> {
         let optics = scene.hair.optics();
         PointShader {
             scene,
@@ -169,10 +175,11 @@ impl<'a> PointShader<'a> {
             forward: forward_table(scene.hair.averages()),
             hair: optics.painted_hair(),
             terms: Terms::new(scene),
+            profile,
         }
     }
 
-    /// Adds `lights` to the radiance of a point (rgb, 0), times the view's radiance scale.
+    /// Adds `lights` to the radiance of a point (rgb, and its side, see [`Radiance`]), times the view's radiance scale.
     /// `arriving` has, by light, its record there and its unblocked shares, of all modes and of TT.
     /// Single scattering of narrow lights is added to that `along` the segments, where there is one,
     /// by the answers of their maps.
@@ -206,7 +213,7 @@ impl<'a> PointShader<'a> {
             let shading = painted_shading(views, fibre);
             (shading, painted_averages(views, fibre, paint))
         });
-        let mut sum = [0.0; 3];
+        let mut sum = [0.0; 4];
         let mut evaluated = [0; 4];
         let (answers, mut along) = along.unzip();
         let world_eye = Vec3::from(self.view.eye);
@@ -215,7 +222,8 @@ impl<'a> PointShader<'a> {
             let (record, unblocked, unblocked_tt) = arriving(ix, light);
             let direction = in_frame(Vec3::from(light.direction));
             let source = LightInFrame::from_vector(direction, light.lambda);
-            let of_light = (light, &source, &eye);
+            let of_light = (light, &source, &eye, self.view.radiance_scale);
+            let sides = self.profile.map(|profile| profile.sides(&source, &eye));
             let arriving = (&record, unblocked, unblocked_tt);
             let along = match (answers, &frames, along.as_deref_mut()) {
                 (Some(answers), Some(frames), Some(along)) if light.is_narrow() => {
@@ -225,7 +233,7 @@ impl<'a> PointShader<'a> {
                 }
                 _ => None,
             };
-            let sums = (&mut sum, along, &mut evaluated);
+            let sums = (&mut sum, along, &mut evaluated, sides);
             match &painted {
                 Some((shading, averages)) => {
                     let forward = |sin_theta| {
@@ -241,8 +249,8 @@ impl<'a> PointShader<'a> {
                 }
             }
         }
-        for channel in 0..3 {
-            radiance[channel] += sum[channel] * self.view.radiance_scale;
+        for (radiance, sum) in radiance.iter_mut().zip(sum) {
+            *radiance += sum * self.view.radiance_scale;
         }
         let drawn = [TERM_SINGLE, TERM_LOCAL, TERM_GLOBAL, TERM_LOCAL];
         Counts {
@@ -311,21 +319,35 @@ impl Terms {
         self.bits & TERM_SINGLE != 0 && light.power >= self.min_power
     }
 
-    /// Adds what the eye sees of one light: scattered by a fibre, of which there are what single and
+    /// Adds what the eye sees of one light, in a view of such a radiance scale: scattered by a fibre, of which there are what single and
     /// global scattering read, averages, and a_f and beta_f^2 by the sine of the inclination. Single
     /// scattering of a narrow light goes along the segments.
     fn add<A: SampleAverages + ?Sized>(
         &self,
-        (light, source, eye): (&LightRecord, &LightInFrame, &DirectionInFrame),
+        (light, source, eye, scale): (&LightRecord, &LightInFrame, &DirectionInFrame, f32),
         (record, unblocked, unblocked_tt): (&ShadowRecord, f32, f32),
         (shading, averages, forward): (
             &Shading<impl SampleLobes>,
             &A,
             impl Fn(f32) -> ([f32; 3], [f32; 3]),
         ),
-        (sum, along, evaluated): (&mut [f32; 3], Option<NarrowSum>, &mut [u64; 4]),
+        (sum, along, evaluated, sides): (
+            &mut [f32; 4],
+            Option<NarrowSum>,
+            &mut [u64; 4],
+            Option<[f32; 3]>,
+        ),
     ) {
         let is_along = along.is_some();
+        // Factors of the modes, and so of their shares of the light.
+        let side = |shares: [f32; 3]| match sides {
+            Some(sides) => {
+                let shares = [0, 1, 2].map(|mode: usize| shares[mode] * sides[mode]);
+                let scattered = shadowed_single_scattering(source, eye, shading, shares);
+                mean([0, 1, 2].map(|channel: usize| light.rgb[channel] * scattered[channel]))
+            }
+            None => 0.0,
+        };
         if let Some((Some(shares), frames, along)) = along
             && self.has_single_of(light)
         {
@@ -336,8 +358,12 @@ impl Terms {
                 [0, 1, 2].map(|channel: usize| light.rgb[channel] * scattered[channel])
             });
             add_along(along, &shares, &nodes);
+            // Shares are times the view's scale, as the sum is in the end.
+            let share = shares.iter().sum::<f32>() / PLACES as f32 / scale;
+            sum[3] += side([share; 3]);
             evaluated[0] += 1;
         }
+        let mut of_single = 0.0;
         let mut add = |factor: [f32; 3], scattered: [f32; 3], term: usize| {
             for channel in 0..3 {
                 sum[channel] += factor[channel] * light.rgb[channel] * scattered[channel];
@@ -351,6 +377,7 @@ impl Terms {
             let shares = [unblocked, unblocked_tt, unblocked];
             let scattered = shadowed_single_scattering(source, eye, shading, shares);
             add([1.0; 3], scattered, 0);
+            of_single = side(shares);
         }
         if self.bits & TERM_LOCAL != 0 && direct_power * self.max_local >= self.min_power {
             let scattered = direct_local_scattering(source, eye, averages);
@@ -358,6 +385,7 @@ impl Terms {
             add([factor; 3], scattered, 1);
         }
         if self.bits & (TERM_LOCAL | TERM_GLOBAL) == 0 {
+            sum[3] += of_single;
             return;
         }
         let (a_f, beta_f_2) = forward(record.sin_theta);
@@ -373,6 +401,7 @@ impl Terms {
             let scattered = local_scattering(towards, eye, sigma_f, averages);
             add(factor.map(|factor| density_back * factor), scattered, 3);
         }
+        sum[3] += of_single;
     }
 }
 

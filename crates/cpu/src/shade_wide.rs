@@ -6,7 +6,8 @@
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, ForwardTable, Shading, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, forward_table,
+    DirectionInFrame, ForwardTable, LightInFrame, Shading, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
+    WidthProfile, forward_table,
 };
 use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scattering::wide::{
@@ -22,7 +23,7 @@ mod bounce;
 use super::along_segments::{Along, Nodes, PLACES, add_along, frames_about, shares_along};
 use super::arriving::{Arriving, Columns};
 use super::frame::kept::{N_NODES, half, n_numbers, narrow_columns};
-use super::radiance::Radiance;
+use super::radiance::{Radiance, mean};
 use super::shade::{Counts, Terms};
 use super::unblocked::{Unblocked, VisiblePoint};
 
@@ -56,6 +57,8 @@ pub(super) struct WideShader<'a> {
     wide_narrow: WideLights,
     /// What shadow maps say, once there are some.
     maps: Option<&'a Unblocked>,
+    /// Where strands are wide.
+    profile: Option<&'a WidthProfile>,
 }
 
 /// A narrow light.
@@ -125,11 +128,13 @@ struct Scratch {
 struct AlongOf {
     shares: Option<[f32; PLACES]>,
     nodes: Nodes<[f32; 3]>,
+    /// The side of what is scattered at the point itself, see [`Radiance::at`].
+    side: f32,
 }
 
 /// What a thread writes of its points.
 struct Found<'a> {
-    /// rgb times the view's radiance scale, and zero.
+    /// See [`Radiance::at`].
     radiance: &'a mut [[f32; 4]],
     /// Of narrow lights; nothing where there are none.
     along: &'a mut [Along],
@@ -147,10 +152,10 @@ pub(super) struct WideShaded {
 
 impl<'a> WideShader<'a> {
     /// For the `lights` that arrive, as `view` sees `scene`, narrow ones along segments by `maps`, once there are some. By
-    /// `peaks`, of drafts, what hardly counts is left to chance.
+    /// `peaks`, of drafts, what hardly counts is left to chance. Wide strands have a `profile`.
     pub fn new(
         scene: &'a PreparedScene,
-        view: &'a ViewUniform,
+        (view, profile): (&'a ViewUniform, Option<&'a WidthProfile>),
         tables: &'a MultipleTables,
         (arriving, lights): (&'a Arriving, &[LightRecord]),
         maps: Option<&'a Unblocked>,
@@ -197,6 +202,7 @@ impl<'a> WideShader<'a> {
             wide_narrow: WideLights::new(&narrow_directions, &narrow_lambdas),
             narrow,
             maps,
+            profile,
         }
     }
 
@@ -350,9 +356,16 @@ impl<'a> WideShader<'a> {
                 responses,
             );
             for entry in responses.entries() {
-                let sum = &mut narrow[entry.light as usize].nodes[node];
-                for (sum, value) in sum.iter_mut().zip(entry.rgb) {
+                let of = &mut narrow[entry.light as usize];
+                for (sum, value) in of.nodes[node].iter_mut().zip(entry.rgb) {
                     *sum += value;
+                }
+                // At the point itself.
+                if let (Some(profile), 1) = (self.profile, node) {
+                    let record = &self.narrow[entry.light as usize].record;
+                    let sides = sides(profile, record.direction, record.lambda, &place);
+                    let rgb = [0, 1, 2].map(|c: usize| record.rgb[c] * entry.rgb[c]);
+                    of.side += sides[entry.mode as usize] * mean(rgb);
                 }
             }
         }
@@ -381,7 +394,7 @@ impl<'a> WideShader<'a> {
         is_kept: bool,
         scratch: &mut Scratch,
         counts: &mut Counts,
-    ) -> [f32; 3] {
+    ) -> [f32; 4] {
         let place = self.place(at.point);
         let arriving = self.arriving.at(at.place);
         self.narrow(simd, at, scratch);
@@ -408,7 +421,7 @@ impl<'a> WideShader<'a> {
         }
         let terms = &self.terms;
         let n_lights = self.colors.len();
-        let mut sum = [0.0; 3];
+        let mut sum = [0.0; 4];
         if terms.bits & TERM_SINGLE != 0 {
             weights.clear();
             let mut n = 0;
@@ -430,6 +443,9 @@ impl<'a> WideShader<'a> {
                 n -= u64::from(*weight > 0.0);
                 n += u64::from(along.shares.is_some());
                 *weight = 0.0;
+                // Shares are times the view's scale, as the sum is in the end.
+                let shares = along.shares.iter().flatten().sum::<f32>() / PLACES as f32;
+                sum[3] += shares / self.view.radiance_scale * along.side;
             }
             let weights = weights.as_flattened();
             let (unblocked, unblocked_tt) = (unblocked.as_flattened(), unblocked_tt.as_flattened());
@@ -451,8 +467,15 @@ impl<'a> WideShader<'a> {
                     unblocked[ix]
                 };
                 let rgb = &self.colors[ix];
-                for (channel, sum) in sum.iter_mut().enumerate() {
-                    *sum += rgb[channel] * share * entry.rgb[channel];
+                let scattered = [0, 1, 2].map(|c: usize| rgb[c] * share * entry.rgb[c]);
+                for (sum, scattered) in sum.iter_mut().zip(scattered) {
+                    *sum += scattered;
+                }
+                if let Some(profile) = self.profile {
+                    let lights = &self.lights[ix / LANES];
+                    let direction = lights.direction.map(|axis| axis[ix % LANES]);
+                    let sides = sides(profile, direction, lights.lambda[ix % LANES], &place);
+                    sum[3] += sides[entry.mode as usize] * mean(scattered);
                 }
                 if is_kept {
                     for (of_lights, value) in of_lights.iter_mut().zip(entry.rgb) {
@@ -559,6 +582,13 @@ impl<'a> WideShader<'a> {
         }
         found
     }
+}
+
+/// Factors of the modes of a light over the width of a strand, at a place of it.
+fn sides(profile: &WidthProfile, direction: [f32; 3], lambda: f32, place: &Place) -> [f32; 3] {
+    let towards = Vec3::from(direction);
+    let in_frame = place.frame.map(|axis| Vec3::from(axis).dot(towards));
+    profile.sides(&LightInFrame::from_vector(in_frame, lambda), &place.view)
 }
 
 /// Modes of lights that are expected to be less than this share of a point's single scattering are left

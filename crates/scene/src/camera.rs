@@ -90,6 +90,10 @@ strandlight_scattering::mirrors! {
     }
 }
 
+/// Strands that are wider on the screen, px, have a profile over their width, and round tips.
+#[doc(hidden)]
+pub const WIDE_PX: f32 = 2.0;
+
 /// Depth range and pixel frame of `camera` looking at `strands`.
 #[doc(hidden)]
 pub fn view_uniform(

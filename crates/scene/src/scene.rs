@@ -13,7 +13,7 @@ use strandlight_scattering::closed_form::{
 use crate::assets::{Assets, ModesToRead, camera, densities};
 use crate::beside::Beside;
 use crate::budget::LIGHT_BATCH;
-use crate::camera::Camera;
+use crate::camera::{Camera, ViewUniform, WIDE_PX};
 use crate::display::DisplayTransform;
 use crate::error::{RenderError, SceneError};
 use crate::files::Files;
@@ -27,6 +27,7 @@ use crate::strands::Strands;
 use crate::tables::ShadingTables;
 use crate::variation::varied_paint;
 use crate::volume::{Grid, largest, power, sweep_directions};
+use strandlight_scattering::closed_form::WidthProfile;
 use strandlight_scattering::multiple_tables::MultipleSource;
 use strandlight_scattering::spherical_gaussian::solid_angle;
 
@@ -513,6 +514,17 @@ impl PreparedScene {
         let lights = self.measured_lights();
         let total: f32 = lights.iter().map(|light| largest(power(light))).sum();
         (total * self.negligible_share).min(f32::MAX)
+    }
+
+    /// How light is spread over the width of a strand, where `view` may show some that are wider than [`WIDE_PX`].
+    /// Pictures of single modes, which must add up to that of all, have none.
+    #[doc(hidden)]
+    pub fn width_profile(&self, view: &ViewUniform) -> Option<WidthProfile> {
+        if self.reference_amplitudes.is_some() {
+            return None;
+        }
+        let widest = self.strands.max_diameter * view.focal_px / view.near;
+        (widest > WIDE_PX).then(|| WidthProfile::new(self.hair.hair(), self.hair.fresnel()))
     }
 
     /// A power of two that brings radiance in this scene near 1: half-float targets keep three

@@ -103,6 +103,50 @@ fn pictures_under_suns_agree() {
     }
 }
 
+/// Strands some pixels wide have a profile over their width: of the set's lights, of suns, and of paint.
+#[test]
+fn wide_strands_agree() {
+    let context = context();
+    let mut scene = wig_scene(400);
+    scene.camera.fov_y *= 0.03;
+    let mut flat = scene.clone();
+    flat.reference_amplitudes = Some(scene.lights.iter().map(|light| light.rgb).collect());
+    let (flat, _) = cpu::render(&flat, &scene.camera, SIZE, 64).unwrap();
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let tolerance = held(&context, PICTURE_TOLERANCE, 0.01);
+    let check = |what: &str, scene: &PreparedScene, renderer: &mut ProgressiveRenderer| {
+        let (gpu, _) = renderer.render_to_image(&scene.camera, SIZE, 64).unwrap();
+        let (cpu, _) = cpu::render(scene, &scene.camera, SIZE, 64).unwrap();
+        keep(&format!("wide-{what}-gpu"), &gpu);
+        keep(&format!("wide-{what}-cpu"), &cpu);
+        let error = picture_rmse(&gpu, &cpu);
+        println!("{what}: {error:.2e}");
+        assert!(error < tolerance, "{what}: {error}");
+        cpu
+    };
+    let round = check("plain", &scene, &mut renderer);
+    // It shows, and the picture keeps its light.
+    let difference = picture_rmse(&round, &flat);
+    let mean = |picture: &Picture| picture.rgba.iter().map(|p| p[1]).sum::<f32>();
+    let ratio = mean(&round) / mean(&flat);
+    println!("profile: {difference:.3}, light {ratio:.4}");
+    assert!(difference > 0.03, "{difference}");
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    scene
+        .lights
+        .push(light([0.9, 0.3, 0.3], 0.01, [4e3, 3.8e3, 3.4e3]));
+    renderer.set_lights(scene.lights.clone()).unwrap();
+    let sunlit = check("sun", &scene, &mut renderer);
+    assert!(picture_rmse(&sunlit, &round) > 0.05);
+    // From afar it is off again, and back.
+    let near = scene.camera;
+    scene.camera.fov_y *= 20.0;
+    check("far", &scene, &mut renderer);
+    scene.camera = near;
+    let again = check("again", &scene, &mut renderer);
+    assert!(again.rgba == sunlit.rgba);
+}
+
 #[test]
 fn the_comparison_notices_a_wrong_picture() {
     let scene = wig_scene(400);

@@ -38,7 +38,7 @@ const TWIN_FILES: [(&str, &str); 17] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 10] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 11] = [
     (
         "lib/along_segments",
         "LEAST_NORMAL",
@@ -50,6 +50,7 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 10] = [
         "crates/scene/src/shadow_maps.rs",
     ),
     ("pass/bounce", "NO_SURFACE", "crates/scene/src/bounce.rs"),
+    ("pass/strands", "WIDE_PX", "crates/scene/src/camera.rs"),
     (
         "pass/shade",
         "MAPS_PER_WORD",

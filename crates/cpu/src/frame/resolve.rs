@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 use super::super::along_segments::along_segment;
 use super::super::composite::composite;
-use super::super::list::{Tile, VisibilityList};
+use super::super::list::{Entry, Tile, VisibilityList};
 use super::super::proxies::Proxies;
-use super::super::radiance::Radiance;
+use super::super::radiance::{Radiance, profile_factors};
 use super::super::transmittance::mix;
 use super::state::{Frame, Picturing};
 
@@ -19,17 +19,52 @@ impl Frame {
         if let (Some((list, _)), Some(shaded), Some(proxies)) =
             (&self.list, &self.shaded, &self.proxies)
         {
-            resolve(list, &shaded.radiance, proxies, self.size, &mut rgba);
+            let profile = self.profile.filter(|_| list.has_wide);
+            let strands = OfStrands {
+                radiance: &shaded.radiance,
+                even: profile.map(|profile| profile.even),
+            };
+            resolve(list, &strands, proxies, self.size, &mut rgba);
         }
         composite(picturing.scene, &picturing.view, 1, &mut rgba);
         rgba
     }
 }
 
+/// What the strands of a list send to the eye.
+struct OfStrands<'a> {
+    radiance: &'a Radiance,
+    /// Of their profile over the width, where there are wide ones.
+    even: Option<[f32; 4]>,
+}
+
+impl OfStrands<'_> {
+    /// Radiance of an entry, times the view's radiance scale.
+    #[inline(always)]
+    fn at(&self, entry: &Entry) -> [f32; 3] {
+        let (first, t) = (entry.first as usize, entry.t());
+        let (a, b) = (&self.radiance.at[first], &self.radiance.at[first + 1]);
+        let mut rgb = [0, 1, 2].map(|channel: usize| mix(a[channel], b[channel], t));
+        if let Some([first, second]) = self.radiance.along_from(first) {
+            let light = along_segment(first, second, t);
+            for (value, light) in rgb.iter_mut().zip(light) {
+                *value += light;
+            }
+        }
+        if let Some(even) = &self.even {
+            let factors = profile_factors(rgb, mix(a[3], b[3], t), even, entry.across());
+            for (value, factor) in rgb.iter_mut().zip(factors) {
+                *value *= factor;
+            }
+        }
+        rgb
+    }
+}
+
 /// Adds up what each pixel shows: rgb times the view's radiance scale, and coverage.
 fn resolve(
     list: &VisibilityList,
-    radiance: &Radiance,
+    strands: &OfStrands,
     proxies: &Proxies,
     size: [u32; 2],
     rgba: &mut [[f32; 4]],
@@ -51,14 +86,14 @@ fn resolve(
     }
     bands.into_par_iter().for_each(|(tiles, band)| {
         for tile in tiles {
-            resolve_tile(tile, (radiance, proxies), size[0], band);
+            resolve_tile(tile, (strands, proxies), size[0], band);
         }
     });
 }
 
 fn resolve_tile(
     tile: &Tile,
-    (radiance, proxies): (&Radiance, &Proxies),
+    (strands, proxies): (&OfStrands, &Proxies),
     width: u32,
     band: &mut [[f32; 4]],
 ) {
@@ -69,17 +104,8 @@ fn resolve_tile(
     for (pixel, range) in tile.starts.windows(2).enumerate() {
         let mut sum = [0.0; 4];
         for entry in &tile.entries[range[0] as usize..range[1] as usize] {
-            let first = entry.first as usize;
-            let (a, b) = (&radiance.at[first], &radiance.at[first + 1]);
-            let t = entry.t();
-            for (channel, sum) in sum.iter_mut().enumerate().take(3) {
-                *sum += entry.weight * mix(a[channel], b[channel], t);
-            }
-            if let Some([first, second]) = radiance.along_from(first) {
-                let light = along_segment(first, second, t);
-                for (sum, light) in sum.iter_mut().zip(light) {
-                    *sum += entry.weight * light;
-                }
+            for (sum, value) in sum.iter_mut().zip(strands.at(entry)) {
+                *sum += entry.weight * value;
             }
             sum[3] += entry.weight;
         }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 use rayon::prelude::*;
+use strandlight_scattering::closed_form::WidthProfile;
 use strandlight_scattering::closed_form::{PackedRecord, TERM_GLOBAL, TERM_LOCAL};
 use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scattering::wide::{Level, Peaks, dispatch};
@@ -42,7 +43,7 @@ impl Frame {
 
     fn shade_some(&mut self, picturing: &Picturing) {
         let scene = picturing.scene;
-        let (Some(lights), Some((_, visible)), Some((grid, _)), Some(records)) =
+        let (Some(lights), Some((list, visible)), Some((grid, _)), Some(records)) =
             (&self.lights, &self.list, &self.volume, &self.records)
         else {
             return;
@@ -86,6 +87,10 @@ impl Frame {
             self.kept = None;
             return;
         }
+        if list.has_wide && self.profile.is_none() {
+            self.profile = scene.width_profile(&picturing.view);
+        }
+        let profile = self.profile.as_ref().filter(|_| list.has_wide);
         let through = self.through.as_ref().or(self.through_before.as_ref());
         let maps = match (&self.unblocked, through) {
             (Some(of_lights), Some(through)) if lights.plan.n_slots > 0 => Some(Maps {
@@ -197,7 +202,8 @@ impl Frame {
             let of_lights = (&*arriving, &lights.records[..]);
             let view = &picturing.view;
             let maps = maps.filter(|_| has_narrow).map(|maps| maps.of_lights);
-            let shader = WideShader::new(scene, view, tables, of_lights, maps, shading.peaks);
+            let seen = (view, profile);
+            let shader = WideShader::new(scene, seen, tables, of_lights, maps, shading.peaks);
             let bounce = self.bounce.as_ref().filter(|_| shading.group == 0);
             if let Some(bounce) = bounce {
                 let bounced = self.bounced.take_if(|bounced| bounced.is_current);
@@ -240,6 +246,7 @@ impl Frame {
                 lights: &lights.records,
                 records: &records.packed,
                 maps,
+                profile,
             };
             let (mut radiance, counts) = lit.shade(&painted, &visible.points, has_narrow);
             if let Some(bounce) = &self.bounce {
@@ -347,12 +354,13 @@ struct Lit<'a> {
     lights: &'a [LightRecord],
     records: &'a [PackedRecord],
     maps: Option<Maps<'a>>,
+    profile: Option<&'a WidthProfile>,
 }
 
 impl Lit<'_> {
     /// Radiance of some visible points, along segments where there are narrow lights.
     fn shade(&self, places: &[u32], visible: &[u32], has_narrow: bool) -> (Radiance, Counts) {
-        let shader = PointShader::new(self.scene, self.view);
+        let shader = PointShader::new(self.scene, self.view, self.profile);
         let n_voxels = self.grid.n_voxels();
         let lift = SELF_LIFT * self.grid.h;
         let through = self
@@ -397,7 +405,7 @@ impl Lit<'_> {
 
     /// Bounce light at some visible points: rgb times the view's radiance scale, and zero.
     fn shade_bounce(&self, bounce: &BounceLight, places: &[u32], visible: &[u32]) -> Vec<[f32; 4]> {
-        let shader = PointShader::new(self.scene, self.view);
+        let shader = PointShader::new(self.scene, self.view, None);
         let of_place = |&place: &u32| shader.shade_bounce(bounce, visible[place as usize] as usize);
         places.par_iter().with_min_len(16).map(of_place).collect()
     }

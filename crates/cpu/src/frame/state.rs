@@ -1,5 +1,6 @@
 //! What a picture is made of: the scene as stages read it, and what they keep.
 
+use strandlight_scattering::closed_form::WidthProfile;
 use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scene::beside::Beside;
 use strandlight_scene::camera::ViewUniform;
@@ -70,6 +71,8 @@ pub(in super::super) struct Frame {
     pub(super) kept: Option<Kept>,
     /// Light of the proxies that the visible points scatter.
     pub(super) bounced: Option<Bounced>,
+    /// Of the fibre over its width, where a view shows strands that are wide.
+    pub(super) profile: Option<WidthProfile>,
     pub(super) shading: Option<Shading>,
     pub(super) shaded: Option<Shaded>,
     /// Radiance before edits that left points and shadows as they are, or of the view before.

@@ -112,7 +112,15 @@ fn differences(samples: [u32; 3]) -> [(f64, f64); 3] {
         let list = VisibilityList::new(&view, &strands, &no_proxies());
         let projected = project(&view, &strands);
         let none = Proxies::none();
-        let drawn = raster::draw(&view, &strands, &projected, &radiance, &none, n, &|_| ());
+        let drawn = raster::draw(
+            &view,
+            &strands,
+            &projected,
+            (&radiance, None),
+            &none,
+            n,
+            &|_| (),
+        );
         let mean = |sums: &[f32; 4]| sums.map(|sum| f64::from(sum) / f64::from(n));
         let samples: Vec<[f64; 4]> = drawn.sums.iter().map(mean).collect();
         let (error, ratio) = compare(&resolved(&list, &radiance.at, size), &samples, size);
@@ -127,7 +135,8 @@ fn differences(samples: [u32; 3]) -> [(f64, f64); 3] {
 #[test]
 fn slow_the_list_is_the_picture_of_many_samples() {
     // Most of the difference of thin strands is noise of the samples.
-    let limits = [0.015, 0.015, 0.01];
+    // Samples draw square tips.
+    let limits = [0.015, 0.015, 0.0125];
     for ((error, ratio), limit) in differences([512, 512, 256]).into_iter().zip(limits) {
         assert!(error < limit, "{error}");
         assert!((ratio - 1.0).abs() < 0.004, "{ratio}");
@@ -139,7 +148,7 @@ fn slow_the_list_is_the_picture_of_many_samples() {
 #[ignore = "takes minutes"]
 fn the_list_is_the_picture_of_very_many_samples() {
     let [thin, middle, wide] = differences([16_384; 3]);
-    for ((error, ratio), limit) in [(thin, 0.005), (middle, 0.005), (wide, 0.01)] {
+    for ((error, ratio), limit) in [(thin, 0.005), (middle, 0.005), (wide, 0.0125)] {
         assert!(error < limit, "{error}");
         assert!((ratio - 1.0).abs() < 0.001, "{ratio}");
     }
@@ -200,4 +209,86 @@ fn a_proxy_hides_what_is_behind_it() {
     assert!(head > 0.05, "{head}");
     // Nothing shows through the head.
     assert!((hair + head - 1.0).abs() < 1e-4, "{hair} {head}");
+}
+
+/// Half a circle of radius 1 in `n` segments, 0.1 wide, flat before the camera; and its list.
+fn arc(n: u32) -> VisibilityList {
+    let points: Vec<[f32; 3]> = (0..=n)
+        .map(|ix| {
+            let (sin, cos) = (std::f32::consts::PI * ix as f32 / n as f32).sin_cos();
+            [cos, sin - 0.5, 0.0]
+        })
+        .collect();
+    let strands = Strands::new(&points, &[0, n + 1], |_, _| 0.1, false).expect("valid");
+    let camera = Camera {
+        eye: Vec3::new(0.0, 0.0, 10.0),
+        target: Vec3::ZERO,
+        up: Vec3::Y,
+        fov_y: 0.25,
+    };
+    let view = view_uniform(&camera, &strands, [320, 320], 1.0);
+    VisibilityList::new(&view, &strands, &no_proxies())
+}
+
+#[test]
+fn bent_segments_follow_the_curve_and_tips_are_round() {
+    let coverage = |list: &VisibilityList| {
+        let radiance = [[0.0; 4]; 300];
+        let picture = resolved(list, &radiance, [320, 320]);
+        picture.iter().map(|pixel| pixel[3]).collect::<Vec<f64>>()
+    };
+    // 22 degrees a segment: straight ones leave the curve by 2.4 px, of 13 that it is wide.
+    let (coarse, fine) = (coverage(&arc(8)), coverage(&arc(180)));
+    let sum = |picture: &[f64]| picture.iter().sum::<f64>();
+    // The first and the last know their direction from one side alone.
+    let middle = |picture: &[f64]| {
+        let columns = picture.chunks(320).flat_map(|row| &row[80..240]);
+        columns.copied().collect::<Vec<f64>>()
+    };
+    let off = middle(&coarse)
+        .into_iter()
+        .zip(middle(&fine))
+        .map(|(a, b)| (a - b).abs());
+    let off = off.sum::<f64>() / sum(&middle(&fine));
+    println!("{off:.4} of {:.1} px", sum(&fine));
+    assert!(off < 0.02, "{off}");
+    assert!((sum(&coarse) / sum(&fine) - 1.0).abs() < 0.003);
+    // The tip, on the left, has no corners: its last row is narrower than the strand.
+    let width_of = |row: usize| fine[320 * row..][..160].iter().sum::<f64>();
+    let last = (0..320)
+        .rposition(|row| width_of(row) > 0.5)
+        .expect("there");
+    let above = width_of(last - 20);
+    assert!(width_of(last) < 0.7 * above, "{} {above}", width_of(last));
+}
+
+#[test]
+fn entries_of_a_wide_strand_show_all_of_its_width() {
+    let list = arc(180);
+    assert!(list.has_wide);
+    let (mut weights, mut sums) = (0.0, [0.0; 2]);
+    let mut edges = [1.0_f32, -1.0];
+    for entry in list.tiles.iter().flat_map(|tile| &tile.entries) {
+        let [across, across_2] = entry.across();
+        weights += f64::from(entry.weight);
+        sums[0] += f64::from(entry.weight * across);
+        sums[1] += f64::from(entry.weight * across_2);
+        edges = [edges[0].min(across), edges[1].max(across)];
+    }
+    let [mean, mean_square] = sums.map(|sum| sum / weights);
+    // The outer side of the arc is longer: a strand of radius r and half width h has the mean h / 3 r.
+    assert!(
+        (mean - 0.05 / 3.0).abs() < 0.01 || (mean + 0.05 / 3.0).abs() < 0.01,
+        "{mean}"
+    );
+    assert!((mean_square - 1.0 / 3.0).abs() < 0.01, "{mean_square}");
+    assert!(edges[0] < -0.9 && edges[1] > 0.9, "{edges:?}");
+    // Thin strands have no sides.
+    let strands = strands(300, 0.005);
+    let camera = Camera::framing(strands.centre, strands.radius, 0.5);
+    let view = view_uniform(&camera, &strands, [48, 32], 1.0);
+    let thin = VisibilityList::new(&view, &strands, &no_proxies());
+    assert!(!thin.has_wide && thin.n_entries() > 0);
+    let entries = thin.tiles.iter().flat_map(|tile| &tile.entries);
+    assert!(entries.into_iter().all(|entry| entry.across()[0] == 0.0));
 }

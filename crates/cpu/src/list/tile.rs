@@ -4,12 +4,12 @@ use glam::Vec3;
 use strandlight_scattering::wide::Simd;
 use strandlight_scene::background::ray_direction;
 use strandlight_scene::beside::Beside;
-use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::camera::{ViewUniform, WIDE_PX};
 use strandlight_scene::proxy::entry_distance;
 
 use super::super::screen_point::ScreenPoint;
 use super::super::triangles::Triangles;
-use super::bins::{Ribbon, TILE};
+use super::bins::{Piece, Ribbon, TILE};
 
 /// Pixels of a tile.
 const TILE_PIXELS: usize = (TILE * TILE) as usize;
@@ -26,6 +26,9 @@ const CLOSED: f32 = 1.0 / 256.0;
 /// Weights below this are added to the entry before.
 const LEAST_WEIGHT: f32 = 1.0 / 65_536.0;
 
+/// How far a round tip reaches beyond the last point, as a share of its length: it covers as much as a square one.
+const BEYOND_TIP: f32 = 1.0 - std::f32::consts::FRAC_PI_4;
+
 /// No proxy is there.
 const NONE: u32 = u32::MAX;
 
@@ -36,14 +39,29 @@ pub(crate) struct Entry {
     pub first: u32,
     /// Share of the way to the second point, unorm16.
     t: u16,
+    /// Mean of the places across the ribbon that the pixel shows, snorm8: -1 at the left edge, 1 at the right one.
+    across: i8,
+    /// Mean of their squares, unorm8.
+    across_2: u8,
     /// Share of the pixel's colour.
     pub weight: f32,
 }
+
+/// Means of places across a narrow ribbon, and of their squares: all of its width.
+const ALL_ACROSS: [f32; 2] = [0.0, 1.0 / 3.0];
 
 impl Entry {
     /// Share of the way to the second point, 0..=1.
     pub fn t(&self) -> f32 {
         f32::from(self.t) * (1.0 / 65_535.0)
+    }
+
+    /// Means of the places across the ribbon, -1..=1, and of their squares.
+    pub fn across(&self) -> [f32; 2] {
+        [
+            f32::from(self.across) * (1.0 / 127.0),
+            f32::from(self.across_2) * (1.0 / 255.0),
+        ]
     }
 }
 
@@ -75,6 +93,8 @@ pub(crate) struct Tile {
     pub proxies: Vec<ProxyEntry>,
     /// Pairs of a pixel and a segment that were looked at, and of these with some coverage.
     pub(super) counts: [u64; 2],
+    /// Are there ribbons with a profile over their width?
+    pub has_wide: bool,
 }
 
 /// A ribbon in a pixel, until nothing can come before it any more.
@@ -83,6 +103,8 @@ struct Pending {
     depth: f32,
     first: u32,
     t: f32,
+    /// Means over the width, see [`Entry`].
+    across: [f32; 2],
     alpha: f32,
     /// Share of each place's surroundings that the ribbon covers.
     covers: [f32; PLACES],
@@ -120,6 +142,7 @@ pub(super) struct Scratch {
     size: [u32; 2],
     n_open: usize,
     counts: [u64; 2],
+    has_wide: bool,
 }
 
 /// Where a place lies from the middle of its pixel, px.
@@ -154,6 +177,7 @@ impl Scratch {
         (self.origin, self.size) = (origin, size);
         self.n_open = (size[0] * size[1]) as usize;
         self.counts = [0; 2];
+        self.has_wide = false;
         self.ribbons.clear();
         self.blocked.clear();
         if !beside.is_empty() {
@@ -251,8 +275,8 @@ impl Scratch {
                     let nearest = f32::from_bits((key >> 32) as u32);
                     let first = key as u32;
                     let (a, b) = (&points[first as usize], &points[first as usize + 1]);
-                    if let Some(ribbon) = Ribbon::new(a, b) {
-                        self.draw(&ribbon, first, nearest);
+                    for piece in Piece::of(a, b) {
+                        self.draw(&piece, first, nearest);
                     }
                 }
                 self.ribbons = ribbons;
@@ -264,10 +288,13 @@ impl Scratch {
         );
     }
 
-    /// Adds a ribbon to the pixels it touches. No ribbon after it is nearer than `nearest`.
+    /// Adds a part of a segment to the pixels it touches. No segment after it is nearer than `nearest`.
     #[inline(always)]
-    fn draw(&mut self, ribbon: &Ribbon, first: u32, nearest: f32) {
+    fn draw(&mut self, piece: &Piece, first: u32, nearest: f32) {
+        let ribbon = &piece.ribbon;
         let Ribbon { along, half, .. } = *ribbon;
+        let is_wide = half[0].max(half[1]) > 0.5 * WIDE_PX;
+        self.has_wide |= is_wide;
         let reach = half[0].max(half[1]) + 0.5 * (along[0].abs() + along[1].abs());
         let bound = |axis: usize| {
             let [low, high] = ribbon.range(axis);
@@ -319,14 +346,24 @@ impl Scratch {
                     0.5
                 };
                 let half_width = half[0] + (half[1] - half[0]) * t;
+                let mut half_at = [half_width; PLACES];
+                let mut end_at = 0.0;
+                if is_wide && ribbon.is_tip {
+                    // Seen end on it is flat.
+                    let reach = half_width.min(length);
+                    end_at = BEYOND_TIP * reach;
+                    for (half, to_end) in half_at.iter_mut().zip(to_end) {
+                        *half *= round((end_at - end - to_end) / reach);
+                    }
+                }
                 let mut covers = [0.0; PLACES];
                 let mut sum = 0.0;
                 for place in 0..PLACES {
                     let distance = (off + off_at[place]).abs();
                     let inside =
-                        ((half_width - distance) * PLACES_SIDE as f32 + 0.5).clamp(0.0, 1.0);
+                        ((half_at[place] - distance) * PLACES_SIDE as f32 + 0.5).clamp(0.0, 1.0);
                     // Half open, so that a strand covers no place twice.
-                    let is_on = (begin + from_begin[place] >= 0.0) & (end + to_end[place] < 0.0);
+                    let is_on = (begin + from_begin[place] >= 0.0) & (end + to_end[place] < end_at);
                     covers[place] = if is_on { inside } else { 0.0 };
                 }
                 for cover in covers {
@@ -336,10 +373,16 @@ impl Scratch {
                     continue;
                 }
                 self.counts[1] += 1;
+                let mut across = ALL_ACROSS;
+                if is_wide {
+                    let whole = half[0] + (half[1] - half[0]) * t;
+                    across = means_across(&covers, off, &off_at, whole).map(|mean| mean / sum);
+                }
                 let pending = Pending {
                     depth: ribbon.depth[0] + (ribbon.depth[1] - ribbon.depth[0]) * t,
                     first,
-                    t,
+                    t: piece.t[0] + piece.t[1] * t,
+                    across,
                     alpha: ribbon.coverage[0] + (ribbon.coverage[1] - ribbon.coverage[0]) * t,
                     covers,
                 };
@@ -359,6 +402,7 @@ impl Scratch {
                 depth,
                 first,
                 t,
+                across,
                 alpha,
                 covers,
             } = pixel.pending[pixel.done];
@@ -377,7 +421,7 @@ impl Scratch {
                 left += *open;
             }
             let weight = weight * (1.0 / PLACES as f32);
-            pixel.add(first, t, weight);
+            pixel.add(first, t, across, weight);
             if left < CLOSED * PLACES as f32 {
                 pixel.is_closed = true;
                 self.n_open -= 1;
@@ -397,6 +441,7 @@ impl Scratch {
             origin,
             size,
             counts: self.counts,
+            has_wide: self.has_wide,
             ..Tile::default()
         };
         if n_entries == 0 && self.blocked.is_empty() {
@@ -429,6 +474,29 @@ impl Scratch {
     }
 }
 
+/// Width of a round tip at a share of its length from its end, 0..=1 of the whole.
+fn round(from_end: f32) -> f32 {
+    let from_middle = 1.0 - from_end.clamp(0.0, 1.0);
+    (1.0 - from_middle * from_middle).sqrt()
+}
+
+/// Sums over the places, as far as they are covered, of where they lie across a ribbon, and of the squares. Its half
+/// width and how far its middle is `off` the middle of the pixel are px.
+fn means_across(
+    covers: &[f32; PLACES],
+    off: f32,
+    off_at: &[f32; PLACES],
+    half_width: f32,
+) -> [f32; 2] {
+    let mut sums = [0.0; 2];
+    for (cover, off_at) in covers.iter().zip(off_at) {
+        let at = ((off + off_at) / half_width).clamp(-1.0, 1.0);
+        sums[0] += cover * at;
+        sums[1] += cover * at * at;
+    }
+    sums
+}
+
 impl Pixel {
     #[inline(always)]
     fn insert(&mut self, new: Pending) {
@@ -442,7 +510,7 @@ impl Pixel {
     }
 
     #[inline(always)]
-    fn add(&mut self, first: u32, t: f32, weight: f32) {
+    fn add(&mut self, first: u32, t: f32, across: [f32; 2], weight: f32) {
         if weight <= 0.0 {
             return;
         }
@@ -455,6 +523,8 @@ impl Pixel {
         self.entries.push(Entry {
             first,
             t: (t * 65_535.0 + 0.5) as i32 as u16,
+            across: (across[0] * 127.0).round() as i8,
+            across_2: (across[1] * 255.0 + 0.5) as u8,
             weight,
         });
     }

@@ -43,6 +43,7 @@ fn drawn(strands: &Strands, camera: &Camera, size: [u32; 2], sides: [i32; 2]) ->
         strands,
         projected: &projected,
         radiance: &radiance,
+        even: None,
         proxies: &proxies,
         ribbons: &ribbons,
         samples: 10,

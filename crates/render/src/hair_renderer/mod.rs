@@ -156,7 +156,7 @@ impl HairRenderer {
         let projection = Projection::new(context)?;
         let ribbons = Ribbons::new(context, &projection, &strands);
         let lit = lighting.lit_points();
-        let strand_pass = StrandPass::new(context, options.as_ref(), &ribbons, &lit)?;
+        let strand_pass = StrandPass::new(context, options.as_ref(), &ribbons, &lit, false)?;
         Ok(HairRenderer {
             context: context.clone(),
             volume,

@@ -52,11 +52,6 @@ impl HairRenderer {
         {
             steps.extend(self.lighting.map_steps());
         }
-        if !self.strand_pass.is_narrow && self.lighting.narrow().have_room() {
-            let lit = self.lighting.lit_points();
-            self.strand_pass =
-                StrandPass::new(context, self.options.as_ref(), &self.ribbons, &lit)?;
-        }
         if dirty.has(Inputs::PROXIES) {
             let (volume, strands) = (&self.volume, &self.strands);
             self.lighting.set_proxies(context, scene, volume, strands)?;
@@ -77,13 +72,22 @@ impl HairRenderer {
         }
         self.lighting
             .set_multiple(context, scene, dirty.hair.as_ref())?;
-        self.lighting.set_kind(context, scene)?;
         let mut view = view_uniform(
             &scene.camera,
             &scene.strands,
             scene.size,
             scene.radiance_scale(),
         );
+        let profile = scene.width_profile(&view);
+        self.ribbons.even = profile.as_ref().map_or([0.0; 4], |profile| profile.even);
+        self.lighting.set_profile(context, profile);
+        self.lighting.set_kind(context, scene)?;
+        let is_narrow = self.strand_pass.is_narrow || self.lighting.narrow().have_room();
+        let is_wide = self.lighting.has_profile();
+        if (self.strand_pass.is_narrow, self.strand_pass.is_wide) != (is_narrow, is_wide) {
+            let (options, lit) = (self.options.as_ref(), self.lighting.lit_points());
+            self.strand_pass = StrandPass::new(context, options, &self.ribbons, &lit, is_wide)?;
+        }
         view.margin_px += self.margin * scene.size[0].max(scene.size[1]) as f32;
         self.lighting.begin(context, &view);
         steps.extend(self.lighting.through_steps(view.eye, view.forward));

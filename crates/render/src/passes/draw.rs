@@ -19,6 +19,7 @@ struct Pass {
     jitter: [i32; 2],
     pass_ix: u32,
     n_samples: u32,
+    even: [f32; 4],
 }
 
 /// Mirrored by `Chunk` in `shaders/pass/ribbons.wgsl`.
@@ -30,7 +31,7 @@ struct Chunk {
 }
 
 strandlight_scattering::mirrors! {
-    Pass as "Pass" in "pass/strands" { jitter, pass_ix, n_samples }
+    Pass as "Pass" in "pass/strands" { jitter, pass_ix, n_samples, even }
     Chunk as "Chunk" in "pass/ribbons" { first_segment, n_segments }
 }
 
@@ -51,6 +52,8 @@ pub(crate) struct Ribbons {
     project: wgpu::BindGroup,
     chunks: Vec<RibbonChunk>,
     n_points: u32,
+    /// Of wide strands over their width.
+    pub even: [f32; 4],
 }
 
 /// Segments that share an index buffer.
@@ -118,6 +121,7 @@ impl Ribbons {
             chunks,
             points,
             n_points,
+            even: [0.0; 4],
         }
     }
 
@@ -181,6 +185,7 @@ impl Ribbons {
             jitter: pass_jitter(pass_ix),
             pass_ix,
             n_samples,
+            even: self.even,
         };
         let bytes = bytemuck::bytes_of(&pass);
         context.write(&self.pass, 0, bytes);
@@ -192,6 +197,7 @@ impl Ribbons {
             jitter: [0, 0],
             pass_ix: frame,
             n_samples: PASS_SAMPLES,
+            even: self.even,
         };
         context.write(&self.pass, 0, bytemuck::bytes_of(&pass));
     }

@@ -10,6 +10,7 @@ use super::bounce::{self, BouncePass};
 use super::meshes::{Light, Meshes};
 use super::narrow::{NarrowLights, NarrowPass};
 use super::preview::{self, Drafted};
+use super::profile::{self, Profile};
 use super::proxies::Proxies;
 use super::resources::{
     StrandBuffers, bind, buffer_of, compute_pass, compute_with, groups_of_64, module_with, step,
@@ -25,6 +26,7 @@ use strandlight_formats::SrbfLight;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scattering::closed_form::TERM_SINGLE;
+use strandlight_scattering::closed_form::WidthProfile;
 use strandlight_scene::RenderError;
 use strandlight_scene::bounce::{N_LOBES, PassedWeights, passed_weights};
 use strandlight_scene::budget::LIGHT_BATCH;
@@ -49,15 +51,18 @@ struct Kind {
     paint: Option<PaintKinds>,
     /// Multiple scattering is looked up.
     has_tables: bool,
+    /// Strands have a profile over their width.
+    has_profile: bool,
 }
 
 impl Kind {
-    fn of(scene: &PreparedScene) -> Kind {
+    fn of(scene: &PreparedScene, has_profile: bool) -> Kind {
         Kind {
             terms: scene.terms(),
             modes: scene.hair.optics().fibre.modes,
             paint: scene.hair.paint(),
             has_tables: scene.multiple().is_some(),
+            has_profile,
         }
     }
 
@@ -69,6 +74,9 @@ impl Kind {
     ) -> Result<(wgpu::ShaderModule, wgpu::ComputePipeline), RenderError> {
         let mut features = self.paint.map_or(Vec::new(), PaintKinds::features);
         features.extend(self.has_tables.then_some("TABLES"));
+        // Light from proxies comes from all around.
+        let is_wide = self.has_profile && !more.contains(&bounce::FEATURE);
+        features.extend(is_wide.then_some(profile::FEATURE));
         features.extend(more);
         let module = module_with(context, "pass/shade", &features)?;
         let constants = [
@@ -118,6 +126,7 @@ pub(crate) struct Lighting {
     narrow: NarrowLights,
     proxies: Option<Proxies>,
     bounce: Option<BouncePass>,
+    profile: Profile,
     /// What light on the proxies depends on of the fibre.
     passed: (wgpu::Buffer, PassedWeights),
     /// All lights, as the sweeps read them.
@@ -169,6 +178,7 @@ impl Lighting {
             narrow: NarrowLights::new(context),
             proxies: Proxies::new(context, scene, n_radiance)?,
             bounce: BouncePass::new(context, scene)?,
+            profile: Profile::default(),
             passed: {
                 let weights = passed_weights(scene);
                 (uniform(context, "passed", &weights), weights)
@@ -398,13 +408,23 @@ impl Lighting {
         Ok(())
     }
 
+    /// Takes the profile of wide strands, if there are some.
+    pub fn set_profile(&mut self, context: &Context, profile: Option<WidthProfile>) {
+        self.profile.set(context, profile);
+    }
+
+    /// Are there wide strands?
+    pub fn has_profile(&self) -> bool {
+        self.profile.is_there()
+    }
+
     /// Compiles what the terms and modes of `scene` need, unless they were drawn before.
     pub fn set_kind(
         &mut self,
         context: &Context,
         scene: &PreparedScene,
     ) -> Result<(), RenderError> {
-        let kind = Kind::of(scene);
+        let kind = Kind::of(scene, self.has_profile());
         if self.proxies.is_some() {
             let weights = passed_weights(scene);
             if weights != self.passed.1 {
@@ -751,6 +771,7 @@ impl Lighting {
                     (17, self.maps.visibility().as_entire_binding()),
                 ];
                 resources.extend(self.scattering.bindings());
+                resources.extend(self.profile.binding());
                 ((batch, into), bind(context, &layout, &resources))
             })
             .collect();
@@ -759,8 +780,7 @@ impl Lighting {
 
     /// Makes pipeline and bind groups of narrow lights, unless they are there.
     fn bind_narrow(&mut self, context: &Context, strands: &StrandBuffers) {
-        let shade = &mut self.shades[self.current];
-        if shade.narrow.is_some() {
+        if self.shades[self.current].narrow.is_some() {
             return;
         }
         let mut bindings = vec![
@@ -772,8 +792,12 @@ impl Lighting {
             (23, self.maps.answers().as_entire_binding()),
         ];
         bindings.extend(self.scattering.single_bindings());
+        bindings.extend(self.profile.binding());
+        let radiance = self.has_profile().then_some(&self.radiance[..]);
+        let shade = &self.shades[self.current];
         let shader = (&shade.module, shade.kind.modes);
-        shade.narrow = Some(NarrowPass::new(context, shader, &self.narrow, &bindings));
+        let narrow = NarrowPass::new(context, shader, (&self.narrow, radiance), &bindings);
+        self.shades[self.current].narrow = Some(narrow);
     }
 
     /// Narrow lights, which segments are shaded with.
@@ -788,7 +812,7 @@ impl Lighting {
         self.radiance.iter().zip(along).collect()
     }
 
-    /// `[point]` (rgb, 0), times the view's radiance scale.
+    /// `[point]` (rgb, and the side of wide strands), times the view's radiance scale.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn radiance(&self, ix: usize) -> &wgpu::Buffer {
         &self.radiance[ix]

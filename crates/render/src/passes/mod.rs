@@ -20,6 +20,7 @@ pub(crate) mod noise;
 pub(crate) mod painted;
 pub(crate) mod parts;
 mod preview;
+mod profile;
 mod proxies;
 pub(crate) mod readback;
 pub(crate) mod resources;

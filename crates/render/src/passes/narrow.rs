@@ -85,24 +85,26 @@ pub(super) struct NarrowPass {
 }
 
 impl NarrowPass {
-    /// Of the shader of shading, for the modes of its fibre, with the `bindings` that do not depend on the lights.
+    /// Of the shader of shading, for the modes of its fibre, with the `bindings` that do not depend on the lights. Where
+    /// strands are wide it adds to the `radiance` of points.
     pub fn new(
         context: &Context,
         (module, modes): (&wgpu::ShaderModule, u32),
-        lights: &NarrowLights,
+        (lights, radiance): (&NarrowLights, Option<&[wgpu::Buffer]>),
         bindings: &[(u32, wgpu::BindingResource)],
     ) -> NarrowPass {
         let constants = [("MODES", f64::from(modes))];
         let pipeline = compute_with(context, module, "shade_narrow", &constants);
         let layout = pipeline.get_bind_group_layout(0);
-        let of_along = |along: &wgpu::Buffer| {
+        let of_along = |(ix, along): (usize, &wgpu::Buffer)| {
             let mut bindings = bindings.to_vec();
             bindings.push((7, lights.lights.as_entire_binding()));
             bindings.push((24, along.as_entire_binding()));
+            bindings.extend(radiance.map(|buffers| (9, buffers[ix].as_entire_binding())));
             bind(context, &layout, &bindings)
         };
         NarrowPass {
-            groups: lights.along.iter().map(of_along).collect(),
+            groups: lights.along.iter().enumerate().map(of_along).collect(),
             pipeline,
         }
     }

@@ -3,6 +3,7 @@
 use super::covering::covering;
 use super::draw::{LitPoints, Ribbons};
 use super::film::viewport_side;
+use super::profile;
 use super::resources::{module_with, uniform};
 use crate::gpu::{Context, ResourceCounters};
 use crate::hair_options::HairOptions;
@@ -48,6 +49,8 @@ pub(crate) struct StrandPass {
     groups: Vec<wgpu::BindGroup>,
     /// Does it draw light of narrow lights?
     pub is_narrow: bool,
+    /// Have wide strands a profile?
+    pub is_wide: bool,
 }
 
 fn is_narrow(lit: &[LitPoints]) -> bool {
@@ -55,22 +58,25 @@ fn is_narrow(lit: &[LitPoints]) -> bool {
 }
 
 /// What the shader is to have.
-fn features(lit: &[LitPoints], hosted: Option<&'static str>) -> Vec<&'static str> {
+fn features(lit: &[LitPoints], is_wide: bool, hosted: Option<&'static str>) -> Vec<&'static str> {
     let narrow = is_narrow(lit).then_some(NARROW);
-    hosted.into_iter().chain(narrow).collect()
+    let wide = is_wide.then_some(profile::FEATURE);
+    hosted.into_iter().chain(narrow).chain(wide).collect()
 }
 
 impl StrandPass {
-    /// Draws `ribbons`, lit by one of `lit`, as `options` of a host say, or else into films.
+    /// Draws `ribbons`, lit by one of `lit`, as `options` of a host say, or else into films; where some are wide with a
+    /// profile.
     pub fn new(
         context: &Context,
         options: Option<&HairOptions>,
         ribbons: &Ribbons,
         lit: &[LitPoints],
+        is_wide: bool,
     ) -> Result<StrandPass, RenderError> {
         match options {
-            Some(options) => StrandPass::for_host(context, options, ribbons, lit),
-            None => StrandPass::for_film(context, ribbons, lit),
+            Some(options) => StrandPass::for_host(context, options, ribbons, lit, is_wide),
+            None => StrandPass::for_film(context, ribbons, lit, is_wide),
         }
     }
 
@@ -79,8 +85,9 @@ impl StrandPass {
         context: &Context,
         ribbons: &Ribbons,
         lit: &[LitPoints],
+        is_wide: bool,
     ) -> Result<StrandPass, RenderError> {
-        let module = module_with(context, "pass/strands", &features(lit, None))?;
+        let module = module_with(context, "pass/strands", &features(lit, is_wide, None))?;
         // Corners are in 1/256 px from the middle.
         let clip_per_unit = 1.0 / (128.0 * f64::from(viewport_side(context)));
         let constants = [("CLIP_PER_UNIT", clip_per_unit)];
@@ -89,6 +96,7 @@ impl StrandPass {
         Ok(StrandPass {
             groups: ribbons.bind_strands(context, &layout, lit, &[]),
             is_narrow: is_narrow(lit),
+            is_wide,
             pipeline,
             host: None,
         })
@@ -100,8 +108,10 @@ impl StrandPass {
         options: &HairOptions,
         ribbons: &Ribbons,
         lit: &[LitPoints],
+        is_wide: bool,
     ) -> Result<StrandPass, RenderError> {
-        let module = module_with(context, "pass/strands", &features(lit, Some(HOSTED)))?;
+        let features = features(lit, is_wide, Some(HOSTED));
+        let module = module_with(context, "pass/strands", &features)?;
         ResourceCounters::add(&context.resource_counters().pipelines);
         let compare = match options.reverse_z {
             true => wgpu::CompareFunction::Greater,
@@ -145,6 +155,7 @@ impl StrandPass {
         let groups = ribbons.bind_strands(context, &layout, lit, &further);
         Ok(StrandPass {
             is_narrow: is_narrow(lit),
+            is_wide,
             pipeline,
             host: Some(host),
             groups,

@@ -43,6 +43,7 @@ mod special;
 mod tables;
 mod through;
 mod transmittance;
+mod width_profile;
 
 pub use averages::{
     AverageTexel, Averages, LocalAverages, SampleAverages, pack_averages, sample_averages,
@@ -105,6 +106,7 @@ pub use transmittance::{
     LEAST_SHARE, P_1, P_2, PackedRecord, RECORD_SCALE, ShadowRecord, add_to_record, depth_of_share,
     forward_events, pack_record, pass_through, transmitted, unpack_record,
 };
+pub use width_profile::WidthProfile;
 
 pub(crate) use constants::SQRT_PI;
 pub(crate) use eccentric::BUMP_SHARPNESS;
@@ -133,6 +135,7 @@ pub fn layouts() -> Vec<Layout> {
         painted_averages::LAYOUTS,
         painted_lobes::LAYOUTS,
         tables::LAYOUTS,
+        width_profile::LAYOUTS,
         crate::multiple_tables::LAYOUTS,
     ]
     .concat()
