@@ -1,6 +1,7 @@
 //! The window with the CPU renderer: the same edits, and no work at rest.
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use strandlight_tests::{assert_done, strandview};
@@ -221,4 +222,65 @@ fn without_a_hardware_gpu_the_cpu_draws_and_the_window_says_why() {
     let difference = view.without_mouse().difference(&of_gpu);
     println!("{name} against the GPU renderer: {difference:.2} levels");
     assert!(difference < 8.0, "{difference}");
+}
+
+/// Milliseconds from a mouse's movement to the first picture of what it did, over a drag in `n` steps.
+fn latencies(view: &View, name: &str, from: [i32; 2], step: [i32; 2], n: i32) {
+    view.move_to(from);
+    view.tool("xdotool", &["mousedown", "1"]);
+    let mut found = Vec::new();
+    for ix in 1..=n {
+        // Back and forth.
+        let turn = if ix <= n / 2 { ix } else { n - ix };
+        let at = [from[0] + step[0] * turn, from[1] + step[1] * turn];
+        let before = view.count("shown");
+        let start = Instant::now();
+        view.move_at_once(at);
+        while view.count("shown") == before && start.elapsed() < Duration::from_secs(5) {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        // The first few pixels may be no drag yet.
+        if ix > 2 {
+            found.push(start.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    view.tool("xdotool", &["mouseup", "1"]);
+    found.sort_by(f64::total_cmp);
+    let at = |share: f64| found[((found.len() - 1) as f64 * share).round() as usize];
+    println!(
+        "{name}: {:.0} ms in the middle, {:.0} ms at the 95th percentile, {:.0} ms at most",
+        at(0.5),
+        at(0.95),
+        at(1.0)
+    );
+}
+
+/// `cargo test --release -p strandlight-tests --test window latency -- --ignored --nocapture`
+#[test]
+#[ignore = "a measurement: from input to pixels, of the sample, on the CPU"]
+fn measure_latency() {
+    let desktop = Desktop::start();
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut view = View::open_in(
+        &desktop,
+        folder.path(),
+        &["--backend", "cpu", "--size", "1072x560"],
+    );
+    let [left, top, right, bottom] = view.place("View");
+    println!("picture of {} x {}", right - left, bottom - top);
+    let middle = view.middle("View");
+    for again in 0..2 {
+        println!("{}:", ["first", "again"][again]);
+        latencies(&view, "orbit", middle, [6, 1], 40);
+        view.settle();
+        let slider = view.place("IOR slider");
+        let start = [slider[0] + 8, (slider[1] + slider[3]) / 2];
+        latencies(&view, "slider", start, [2, 0], 40);
+        view.settle();
+        view.key("b");
+        std::thread::sleep(Duration::from_millis(500));
+        latencies(&view, "brush", [middle[0], middle[1] - 60], [4, 3], 40);
+        view.key("b");
+        view.settle();
+    }
 }

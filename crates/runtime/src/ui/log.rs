@@ -5,7 +5,8 @@
 //! `device` (the window is open, and the device if there is one; the scene is read next), `renderer` (which draws, and the
 //! reason where that is the CPU), `first_picture` (the first
 //! picture of hair on screen, a draft), `ready` (the first lit one), `places` (where controls are,
-//! pixels, whenever that changes), `drawn` (a frame of the window is on screen), `frame` (a picture
+//! pixels, whenever that changes), `drawn` (a frame of the window is on screen), `shown` (that has a picture, if a draft,
+//! of a change since), `frame` (a picture
 //! has all its samples), `view` (another view), `question` (its name), `opened` (another scene),
 //! `edit`, `stroke`, `undo`, `redo`, `saved`, `reloaded`, `picked` (the light that makes a
 //! highlight), `picture` (a PNG), `resized`, `error`, `lost` (a device), `closed`.

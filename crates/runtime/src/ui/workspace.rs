@@ -92,6 +92,8 @@ pub struct Workspace {
     pub(super) is_first: bool,
     /// The finished picture of what is shown now was not logged yet.
     pub(super) is_stale: bool,
+    /// A change of which nothing is on screen yet.
+    pub(super) is_awaited: bool,
     /// What the page was last told of the picture.
     #[cfg(target_arch = "wasm32")]
     pub(super) told: Progress,
@@ -169,6 +171,7 @@ impl Workspace {
             is_empty: true,
             is_first: true,
             is_stale: true,
+            is_awaited: false,
             #[cfg(target_arch = "wasm32")]
             told: Progress::default(),
             is_stuck: false,
@@ -427,6 +430,9 @@ impl Workspace {
     }
 
     fn note_picture(&mut self) {
+        if self.progress.is_shown && std::mem::take(&mut self.is_awaited) {
+            self.log.write("shown", json!({}));
+        }
         let device = || match self.viewer.renderer().device() {
             Some(context) => format!("{} ({})", context.adapter_name, context.backend),
             None => self.viewer.report().stats.backend.clone(),

@@ -325,6 +325,12 @@ impl<'a> View<'a> {
         pause();
     }
 
+    /// The same without a pause.
+    pub fn move_at_once(&self, [x, y]: [i32; 2]) {
+        let (x, y) = (x.to_string(), y.to_string());
+        self.tool("xdotool", &["mousemove", "--window", &self.window, &x, &y]);
+    }
+
     pub fn click(&self, place: [i32; 2]) {
         self.move_to(place);
         self.tool("xdotool", &["mousedown", "1"]);
