@@ -48,8 +48,12 @@ impl Frame {
         if edit == Edit::View {
             // The next view starts with what this one shows, if it shows anything.
             if let (Some((_, visible)), Some(shaded)) = (&self.list, self.shaded.take()) {
-                self.before_view = Some((visible.points.clone(), shaded.radiance));
+                self.before_view = match shaded.quality {
+                    Quality::Carried => self.carried_from.take(),
+                    _ => Some((visible.points.clone(), shaded.radiance)),
+                };
             }
+            self.carried_from = None;
             self.keep_for_next_view(are_kept);
         } else if Stage::ShadowMaps.inputs().contains(&edit) {
             (self.through_before, self.arriving_before) = (None, None);
@@ -79,6 +83,7 @@ impl Frame {
         } else {
             self.before = None;
             self.before_view.take_if(|_| edit != Edit::View);
+            self.carried_from = None;
         }
         if edit != Edit::Colors && Stage::Shade.inputs().contains(&edit) {
             self.forget_kept();
@@ -247,7 +252,13 @@ impl Frame {
     /// Has it all light?
     pub fn has_all_light(&self) -> bool {
         self.quality()
-            .is_some_and(|quality| quality != Quality::Draft)
+            .is_some_and(|quality| !matches!(quality, Quality::Carried | Quality::Draft))
+    }
+
+    /// Is there a picture that was shaded for this view?
+    fn has_shaded(&self) -> bool {
+        self.quality()
+            .is_some_and(|quality| quality != Quality::Carried)
     }
 
     /// What the work took since it was last asked.
@@ -300,7 +311,7 @@ impl Frame {
             .lights
             .as_ref()
             .is_some_and(|lights| lights.plan.views.is_empty());
-        let has_draft = self.shaded.is_some() || !picturing.has_drafts || has_none;
+        let has_draft = self.has_shaded() || !picturing.has_drafts || has_none;
         let maps = match &self.unblocked {
             None => Stage::ShadowMaps,
             Some(_) => Stage::ThroughMaps,
@@ -353,7 +364,7 @@ impl Frame {
     fn is_recolored(&self, picturing: &Picturing) -> bool {
         let kept = self.kept.as_ref().zip(self.lights.as_ref());
         picturing.has_drafts
-            && self.shaded.is_none()
+            && !self.has_shaded()
             && (self.unblocked.is_some() && self.through.is_some())
             && kept.is_some_and(|(kept, lights)| kept.serves(&lights.records))
     }

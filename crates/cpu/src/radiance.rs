@@ -159,6 +159,11 @@ impl RadianceBefore {
         }
     }
 
+    /// Radiance of the view before at the places, black where it was not seen; and where it was.
+    pub fn seen(&self) -> Option<(Radiance, &[bool])> {
+        Some((self.radiance.clone(), self.was_seen.as_deref()?))
+    }
+
     /// Were all of these places seen?
     fn has(&self, place: usize, Between { ends, beyond, .. }: &Between) -> bool {
         self.was_seen.as_ref().is_none_or(|was_seen| {

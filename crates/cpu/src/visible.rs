@@ -11,6 +11,9 @@ const FIRST_SHARE: f64 = 0.99;
 /// Of neighbours along a strand that have such weight, one in so many is shaded first.
 const STRIDE: usize = 3;
 
+/// Share of the points with much weight that the view before must have shown, for its radiance to be carried over.
+const CARRIED_SHARE: f32 = 0.75;
+
 /// Both ends of every segment in a visibility list: what has to be lit and shaded.
 #[derive(Clone, Debug, Default)]
 pub(super) struct VisiblePoints {
@@ -100,6 +103,23 @@ impl VisiblePoints {
             let place = place as usize;
             mix(values, place, &between[place]);
         }
+    }
+
+    /// Radiance of the view before, and along the strands between points that it showed; [`None`] where these are too few.
+    pub fn carried(&self, before: &RadianceBefore) -> Option<Radiance> {
+        let (mut radiance, was_seen) = before.seen()?;
+        let first = &self.order[..self.n_first];
+        let n_seen = first.iter().filter(|place| was_seen[**place as usize]);
+        if (n_seen.count() as f32) < CARRIED_SHARE * first.len() as f32 {
+            return None;
+        }
+        let between = between(was_seen, &self.is_joined);
+        for (place, between) in between.iter().enumerate() {
+            if !was_seen[place] {
+                radiance.mix(place, between);
+            }
+        }
+        Some(radiance)
     }
 
     /// By place: those about it of the first `n_done` of the order.

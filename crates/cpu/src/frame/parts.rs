@@ -18,6 +18,8 @@ use super::super::shade::Counts;
 /// How far radiance is that of the complete picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quality {
+    /// It is that of the view before, where points are that this one shows too.
+    Carried,
     /// Shadows are those of the volume, or the light through to the eye is that of the view before.
     Draft,
     /// Some points are shaded, the others are interpolated.

@@ -43,6 +43,7 @@ impl Frame {
 
     fn shade_some(&mut self, picturing: &Picturing) {
         let scene = picturing.scene;
+        let is_shaded = self.has_shaded();
         let (Some(lights), Some((list, visible)), Some((grid, _)), Some(records)) =
             (&self.lights, &self.list, &self.volume, &self.records)
         else {
@@ -67,7 +68,7 @@ impl Frame {
         if tables.is_none() || scene.paint().is_some() {
             self.kept = None;
         }
-        if quality == Quality::Whole && picturing.has_drafts && self.shaded.is_none() {
+        if quality == Quality::Whole && picturing.has_drafts && !self.has_shaded() {
             let kept = self.kept.as_ref();
             let kept = kept.filter(|kept| kept.serves(&lights.records));
             if let (Some(kept), Some(maps)) = (kept, &self.unblocked) {
@@ -137,7 +138,7 @@ impl Frame {
         };
         let of_group = &lights.lit[group];
         let has_narrow = !shading.radiance.along.is_empty();
-        let is_first_picture = self.shaded.is_none();
+        let is_first_picture = !is_shaded;
         let places = &shading.order[shading.n_done..];
         let slice = n_places.div_ceil(8).clamp(SLICE.start, SLICE.end);
         let n_left = match shading.n_first - shading.n_done.min(shading.n_first) {
@@ -295,7 +296,7 @@ impl Frame {
         }
     }
 
-    fn show(&mut self, picturing: &Picturing, quality: Quality, radiance: Radiance) {
+    pub(super) fn show(&mut self, picturing: &Picturing, quality: Quality, radiance: Radiance) {
         let Some((list, visible)) = &self.list else {
             return;
         };

@@ -19,7 +19,7 @@ use super::super::transmittance::transmittance_beside;
 use super::super::unblocked::{Casting, Unblocked};
 use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
-use super::parts::{ProxyLight, Records};
+use super::parts::{ProxyLight, Quality, Records};
 use super::state::{Frame, Picturing};
 
 /// Shares at all points are kept if they have at most this many bytes.
@@ -83,10 +83,19 @@ impl Frame {
         if let Some((list, visible)) = found {
             bytes = list.bytes() + size_of_val(&visible.points[..]) as u64;
             self.stats.pixels_visited = list.counts[0];
+            let mut carried = None;
             if let Some((seen, radiance)) = self.before_view.take() {
-                self.before = Some(RadianceBefore::of_view(&seen, &radiance, &visible.points));
+                let before = RadianceBefore::of_view(&seen, &radiance, &visible.points);
+                if picturing.has_drafts {
+                    carried = visible.carried(&before);
+                }
+                self.before = Some(before);
+                self.carried_from = carried.is_some().then_some((seen, radiance));
             }
             self.list = Some((list, visible));
+            if let Some(radiance) = carried {
+                self.show(picturing, Quality::Carried, radiance);
+            }
         }
         self.ran("list", seconds, bytes);
     }

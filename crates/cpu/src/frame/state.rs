@@ -79,6 +79,8 @@ pub(in super::super) struct Frame {
     pub(super) before: Option<RadianceBefore>,
     /// The visible points and radiance of the view before, until it is known what the next one shows.
     pub(super) before_view: Option<(Vec<u32>, Radiance)>,
+    /// The same while the picture is [carried](super::parts::Quality::Carried) over from it.
+    pub(super) carried_from: Option<(Vec<u32>, Radiance)>,
     /// Radiance before an edit of the paint.
     pub(super) before_paint: Option<Painted>,
     /// Of the work since they were last taken.
