@@ -165,7 +165,7 @@ fn exponent_for(largest: f32) -> i32 {
 
 fn check_size(width: u32, height: u32, n_texels: usize) -> Result<()> {
     in_range("width", width.into(), 4.0, MAX_PANORAMA_WIDTH.into())?;
-    if width % 2 != 0 || height != width / 2 {
+    if !width.is_multiple_of(2) || height != width / 2 {
         let size = format!("{width} x {height}");
         return Err(Error::value("size", size, "twice as wide as high"));
     }

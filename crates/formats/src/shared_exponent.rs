@@ -74,7 +74,8 @@ mod tests {
         for exponent in 0..32_u32 {
             for mantissa in (0..512_u32).step_by(7) {
                 // The largest mantissa of a texel has its first bit, but with the smallest exponent.
-                let texel = 256 + mantissa / 2 | mantissa << 9 | 3 << 18 | exponent << 27;
+                let red = 256 + mantissa / 2;
+                let texel = red | (mantissa << 9) | (3 << 18) | (exponent << 27);
                 let rgb = decode(texel);
                 assert_eq!(decode(encode(rgb)), rgb, "{texel:x}");
                 n_checked += 1;

@@ -476,9 +476,14 @@ mod tests {
         .expect("edited");
         let below = at("below");
         std::fs::create_dir(&below).expect("made");
+        std::fs::write(below.join("studio-2.lights"), "").expect("written");
         seen.save_as(&below.join("mine.toml")).expect("saved");
         let there = names(&below);
-        assert!(there.contains(&"studio-2.panorama".to_owned()), "{there:?}");
+        assert!(there.contains(&"studio-2-2.lights".to_owned()), "{there:?}");
+        assert!(
+            there.contains(&"studio-2-2.panorama".to_owned()),
+            "{there:?}"
+        );
         let again = Session::open(&below.join("mine.toml")).expect("it is whole");
         assert_eq!(again.panorama().map(|it| it.map.width()), Some(4));
         // What was undone leads to where it was.
@@ -490,7 +495,7 @@ mod tests {
         seen.redo();
         assert_eq!(
             seen.scene().lights.panorama,
-            Some("studio-2.panorama".into())
+            Some("studio-2-2.panorama".into())
         );
     }
 

@@ -13,7 +13,7 @@ use strandlight_images::Map;
 /// # Errors
 /// `Value`: a width that is odd, or that no panorama has.
 pub fn panorama(map: &Map, width: u32) -> Result<Panorama> {
-    if width % 2 != 0 {
+    if !width.is_multiple_of(2) {
         return Err(Error::Value {
             file: Default::default(),
             line: None,

@@ -225,7 +225,7 @@ impl Session {
     fn place_held(&self, scene: &mut Scene, is_painted: bool) -> Vec<Held> {
         let folder = scene.folder.clone();
         let mut made: Vec<Held> = Vec::new();
-        let mut place = |from: PathBuf, file: &mut PathBuf| {
+        let mut place = |from: PathBuf, called: &Path, file: &mut PathBuf| {
             if let Some(known) = made.iter().find(|held| held.from == from) {
                 *file = known.name();
                 return;
@@ -235,22 +235,32 @@ impl Session {
             };
             let is_taken =
                 |to: &Path| to.symlink_metadata().is_ok() || made.iter().any(|held| held.to == to);
-            let to = free_name(&folder.join(from.file_name().unwrap_or_default()), is_taken);
+            let to = free_name(
+                &folder.join(called.file_name().unwrap_or_default()),
+                is_taken,
+            );
             let held = Held { from, to, bytes };
             *file = held.name();
             made.push(held);
         };
         if !is_painted {
-            place(self.scene.groom_path(), &mut scene.groom.file);
+            let groom = self.scene.groom_path();
+            place(groom.clone(), &groom, &mut scene.groom.file);
         }
-        place(self.scene.lights_path(), &mut scene.lights.file);
+        let lights = self.scene.lights_path();
+        place(lights.clone(), &lights, &mut scene.lights.file);
         if let (Some(from), Some(file)) = (self.scene.panorama_path(), &mut scene.lights.panorama) {
-            place(from, file);
+            // Called as its light set is, wherever that is written.
+            let called = match from == lights.with_extension("panorama") {
+                true => scene.lights.file.with_extension("panorama"),
+                false => from.clone(),
+            };
+            place(from, &called, file);
         }
         let meshes = self.scene.mesh_paths();
         for (ix, from) in meshes {
             if let Some(ProxySection::Mesh { mesh, .. }) = scene.proxies.get_mut(ix) {
-                place(from, mesh);
+                place(from.clone(), &from, mesh);
             }
         }
         made

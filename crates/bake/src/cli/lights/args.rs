@@ -102,7 +102,9 @@ fn parse_count(text: &str) -> Result<usize, String> {
 
 fn parse_width(text: &str) -> Result<u32, String> {
     match text.parse() {
-        Ok(width) if (4..=MAX_PANORAMA_WIDTH).contains(&width) && width % 2 == 0 => Ok(width),
+        Ok(width) if (4..=MAX_PANORAMA_WIDTH).contains(&width) && width.is_multiple_of(2) => {
+            Ok(width)
+        }
         _ => Err(format!("not an even number from 4 to {MAX_PANORAMA_WIDTH}")),
     }
 }
