@@ -3,8 +3,8 @@
 //! broken.
 
 use strandlight_formats::{
-    BakedFile, Cube, ExportOptions, GROOM_FORMATS, Groom, ImportOptions, LightSet, Mesh, Scene,
-    SourceFile, TableFile, UpAxis, groom_format,
+    BakedFile, Cube, ExportOptions, GROOM_FORMATS, Groom, ImportOptions, LightSet, Mesh, Panorama,
+    Scene, SourceFile, TableFile, UpAxis, groom_format,
 };
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -45,6 +45,19 @@ pub fn mesh(bytes: &[u8]) -> bool {
         let again = mesh.to_bytes().expect("what was read can be written");
         assert!(Mesh::from_bytes(&again).expect("what was written can be read") == mesh);
         let _ = mesh.smooth_normals();
+        true
+    })
+}
+
+/// A panorama that was read is written and read again as it was.
+pub fn panorama(bytes: &[u8]) -> bool {
+    sealed_and_not(bytes, |bytes| {
+        let Ok(panorama) = Panorama::from_bytes(bytes) else {
+            return false;
+        };
+        let again = panorama.to_bytes().expect("what was read can be written");
+        assert!(Panorama::from_bytes(&again).expect("what was written can be read") == panorama);
+        assert!(panorama.pixels().iter().flatten().all(|x| x.is_finite()));
         true
     })
 }

@@ -67,6 +67,7 @@ modules!(
     "lib/mean_cosine",
     "lib/multiple_scattering",
     "lib/multiple_tables",
+    "lib/panorama",
     "lib/paper/azimuthal",
     "lib/paper/fresnel",
     "lib/outer_integral",

@@ -2,14 +2,20 @@
 // Twin: crates/cpu/src/composite.rs.
 // #import lib/view
 // #import lib/light
+// #if PANORAMA
+// #import lib/panorama
+// #endif
 
 struct Backdrop {
     color: vec3f,
-    // 0 nothing, 1 `color`, 2 the lights
+    // 0 nothing, 1 `color`, 2 the lights, 3 the map
     kind: u32,
     n_lights: u32,
     n_samples: u32,
     pad: vec2u,
+    // Of the map: what its texels are multiplied by, and by how much of a turn it is turned.
+    factor: vec3f,
+    turn: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -17,6 +23,9 @@ struct Backdrop {
 @group(0) @binding(2) var<storage, read> lights: array<Light>;
 @group(0) @binding(3) var<storage, read> sums: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> picture: array<vec4f>;
+// #if PANORAMA
+@group(0) @binding(5) var map: texture_2d<f32>;
+// #endif
 
 @compute @workgroup_size(8, 8)
 fn composite(@builtin(global_invocation_id) id: vec3u) {
@@ -38,6 +47,12 @@ fn composite(@builtin(global_invocation_id) id: vec3u) {
                 behind += light_radiance(lights[light_ix], omega);
             }
         }
+        // #if PANORAMA
+        if backdrop.kind == 3u {
+            let omega = ray_direction(view, vec2f(view.origin + id.xy) + 0.5);
+            behind = panorama_radiance(map, omega, backdrop.turn, backdrop.factor);
+        }
+        // #endif
         rgb += (1.0 - alpha) * behind;
         alpha = 1.0;
     }

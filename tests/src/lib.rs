@@ -109,6 +109,7 @@ pub mod generated;
 pub mod luts;
 pub mod optics;
 pub mod oracle;
+pub mod panoramas;
 pub mod random;
 pub mod render_common;
 pub mod samples;

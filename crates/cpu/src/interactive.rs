@@ -11,6 +11,7 @@ use strandlight_scene::budget::check_target;
 use strandlight_scene::interactive::{Progress, RenderReport};
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::Paint;
+use strandlight_scene::panorama::TurnedPanorama;
 use strandlight_scene::progress::{Deadline, timed};
 use strandlight_scene::proxy::Proxy;
 #[cfg(not(target_arch = "wasm32"))]
@@ -362,6 +363,13 @@ impl Backend for InteractiveRenderer {
     fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background) {
         self.renderer.set_grade(exposure, display, background);
         self.edited();
+    }
+
+    fn set_panorama(&mut self, panorama: Option<TurnedPanorama>) {
+        if self.scene().panorama != panorama {
+            self.renderer.set_panorama(panorama);
+            self.edited();
+        }
     }
 
     fn shade_view_only(&mut self) {

@@ -9,6 +9,7 @@ use strandlight_scene::budget::check_frame;
 use strandlight_scene::motion::Wind;
 use strandlight_scene::motion::wind::bent_strands;
 use strandlight_scene::paint::Paint;
+use strandlight_scene::panorama::TurnedPanorama;
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::scene::check_lights;
 use strandlight_scene::stats::Observer;
@@ -322,6 +323,13 @@ impl Backend for CpuRenderer {
         let scene = &mut self.scene;
         (scene.exposure, scene.display, scene.background) = (exposure, display, background);
         self.edited(Edit::Background);
+    }
+
+    fn set_panorama(&mut self, panorama: Option<TurnedPanorama>) {
+        if self.scene.panorama != panorama {
+            self.scene.panorama = panorama;
+            self.edited(Edit::Background);
+        }
     }
 
     /// Nothing else is ever shaded.

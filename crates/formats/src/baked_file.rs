@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::write::write_file;
 
 /// A kind of file that is a [`Container`]: [`Groom`](crate::Groom), [`LightSet`](crate::LightSet),
-/// [`Mesh`](crate::Mesh), [`TableFile`](crate::TableFile).
+/// [`Mesh`](crate::Mesh), [`Panorama`](crate::Panorama), [`TableFile`](crate::TableFile).
 ///
 /// A kind says how it is laid out in sections; reading from and writing to files, with errors that
 /// name them, is the same for all.

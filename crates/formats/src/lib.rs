@@ -6,6 +6,7 @@
 //! - [`LightSet`]: an environment as spherical Gaussian lights, as a `.lights` file.
 //! - [`Scene`]: a TOML file that names the others, with camera and parameters.
 //! - [`Mesh`]: a head for the hair to stand on, as a `.mesh` file.
+//! - [`Panorama`]: the environment map behind the hair, as a `.panorama` file.
 //! - [`Cube`]: a LUT for the display, read from a `.cube` file.
 //!
 //! (And [`TableFile`]: baked tables that describe their own axes.)
@@ -74,6 +75,7 @@ mod mitsuba;
 mod npy;
 mod npy_array;
 mod paint;
+mod panorama;
 pub mod params;
 mod pbrt;
 mod ply;
@@ -91,6 +93,7 @@ mod scene_place;
 mod scene_proxy;
 mod scene_text;
 mod scene_variation;
+mod shared_exponent;
 mod sniff;
 mod strand_list;
 mod suggest;
@@ -131,6 +134,7 @@ pub use npy_array::NpyArray;
 pub use paint::{
     DYE, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
 };
+pub use panorama::{MAX_PANORAMA_WIDTH, Panorama, PanoramaSource};
 #[doc(hidden)]
 pub use preset::preset_names;
 #[doc(hidden)]

@@ -258,6 +258,8 @@ impl LutInput {
 pub enum Background {
     /// The environment as the light set has it.
     Lights,
+    /// The environment map, of [`LightsSection::panorama`](crate::LightsSection::panorama).
+    Panorama,
     /// Nothing: black, alpha 0.
     None,
     /// A plain linear colour.
@@ -268,6 +270,7 @@ impl Serialize for Background {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Background::Lights => serializer.serialize_str("lights"),
+            Background::Panorama => serializer.serialize_str("panorama"),
             Background::None => serializer.serialize_str("none"),
             Background::Color(rgb) => rgb.serialize(serializer),
         }
@@ -281,12 +284,13 @@ impl<'de> Deserialize<'de> for Background {
             type Value = Background;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("\"lights\", \"none\" or [r, g, b]")
+                f.write_str("\"lights\", \"panorama\", \"none\" or [r, g, b]")
             }
 
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Background, E> {
                 match text {
                     "lights" => Ok(Background::Lights),
+                    "panorama" => Ok(Background::Panorama),
                     "none" => Ok(Background::None),
                     _ => Err(E::invalid_value(de::Unexpected::Str(text), &self)),
                 }

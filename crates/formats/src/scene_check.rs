@@ -5,7 +5,7 @@ use strandlight_scattering::Model;
 use crate::error::{Error, Result};
 use crate::light_set::MAX_LIGHTS;
 use crate::params;
-use crate::scene::CameraSection;
+use crate::scene::{Background, CameraSection, Scene};
 use crate::scene_hair::HairSection;
 use crate::scene_lights::{LightsSection, MAX_ADDED_LIGHTS};
 use crate::scene_motion::MotionSection;
@@ -120,6 +120,15 @@ impl ProxySection {
         let name = |key: &str| format!("proxy[{ix}].{key}");
         self.section().validate_as(self, name)
     }
+}
+
+/// Checks that there is a panorama where it is to be seen.
+pub(crate) fn background(scene: &Scene) -> Result<()> {
+    if scene.render.background == Background::Panorama && scene.lights.panorama.is_none() {
+        let range = "a .panorama file where render.background is \"panorama\"";
+        return Err(Error::value("lights.panorama", "absent", range));
+    }
+    Ok(())
 }
 
 /// Checks all proxies of a scene.

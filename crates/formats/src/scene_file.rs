@@ -8,7 +8,7 @@ use crate::error::{Error, FileName, Result};
 use crate::input::{STANDARD_STREAM, folder_of, read_file, read_start};
 use crate::params;
 use crate::preset::overlaid;
-use crate::scene::{GroomSection, RenderSection, Scene};
+use crate::scene::{Background, GroomSection, RenderSection, Scene};
 use crate::scene_check;
 use crate::scene_hair::HairSection;
 use crate::scene_lights::LightsSection;
@@ -124,6 +124,20 @@ impl Scene {
         self.resolve(&self.lights.file)
     }
 
+    /// The path of the panorama, if there is one.
+    pub fn panorama_path(&self) -> Option<PathBuf> {
+        let panorama = self.lights.panorama.as_ref();
+        panorama.map(|panorama| self.resolve(panorama))
+    }
+
+    /// The path of the panorama where it is the background: nothing else reads it.
+    pub fn seen_panorama_path(&self) -> Option<PathBuf> {
+        match self.render.background {
+            Background::Panorama => self.panorama_path(),
+            _ => None,
+        }
+    }
+
     /// Paths of the grooms that the hair moves through.
     pub fn frame_paths(&self) -> Vec<PathBuf> {
         let frames = self.motion.iter().flat_map(|motion| &motion.frames);
@@ -178,7 +192,8 @@ impl Scene {
         if let Some(motion) = &self.motion {
             motion.validate()?;
         }
-        params::RENDER.validate(&self.render)
+        params::RENDER.validate(&self.render)?;
+        scene_check::background(self)
     }
 }
 

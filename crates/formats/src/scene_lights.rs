@@ -20,6 +20,10 @@ pub const MAX_ADDED_LIGHTS: usize = 64;
 pub struct LightsSection {
     /// A `.lights` file.
     pub file: PathBuf,
+    /// A `.panorama` file: the map that the lights were fitted to, for the background
+    /// [`Background::Panorama`](crate::Background::Panorama).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub panorama: Option<PathBuf>,
     /// Factor on all lights.
     #[serde(default = "one")]
     pub intensity: f64,
@@ -135,6 +139,7 @@ impl LightsSection {
     pub fn new(file: impl Into<PathBuf>) -> Self {
         LightsSection {
             file: file.into(),
+            panorama: None,
             intensity: 1.0,
             rotate_deg: 0.0,
             tint: white(),
@@ -201,10 +206,11 @@ impl LightsSection {
         }
     }
 
-    /// Takes `file` in place of a set of `n_before` lights: what was said of its single lights is forgotten, that of
-    /// added lights, whose numbers follow those of the `n_after` of the new set, stays.
+    /// Takes `file` in place of a set of `n_before` lights: what was said of its single lights is forgotten, and so is the
+    /// panorama; what was said of added lights, whose numbers follow those of the `n_after` of the new set, stays.
     pub fn change_set(&mut self, file: PathBuf, n_before: usize, n_after: usize) {
         self.file = file;
+        self.panorama = None;
         self.adjust.clear();
         for lights in [&mut self.muted, &mut self.solo] {
             lights.retain(|&ix| ix as usize >= n_before);
@@ -226,7 +232,7 @@ const fn white() -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scene;
+    use crate::scene::{Background, Scene};
 
     #[test]
     fn factors_are_those_of_all_keys() {
@@ -305,12 +311,30 @@ mod tests {
 
     #[test]
     fn every_key_survives_the_file() {
-        let text = "tint = [1.0, 0.5, 0.0]\nmuted = [3]\nsolo = [1, 3, 4]\n\
+        let text = "panorama = 'c.panorama'\ntint = [1.0, 0.5, 0.0]\nmuted = [3]\nsolo = [1, 3, 4]\n\
                     [[lights.adjust]]\nlight = 4\nintensity = 3.0\n\
                     [[lights.added]]\nazimuth_deg = -60.0\nwidth_deg = 4.0\ncolor = [1.0, 0.9, 0.8]\n";
         let read = Scene::from_lines(text).expect("valid");
         let again = Scene::from_toml(&read.to_toml_string().expect("valid")).expect("valid");
         assert_eq!(again, read);
+    }
+
+    #[test]
+    fn a_map_in_the_background_has_a_file() {
+        let behind = "[render]\nbackground = 'panorama'\n";
+        let error = Scene::from_lines(behind).expect_err("no file");
+        for needle in ["lights.panorama is absent", ".panorama file", "line 4"] {
+            assert!(error.to_string().contains(needle), "{error}");
+        }
+        let named = format!("panorama = 'sky.panorama'\n{behind}");
+        let mut scene = Scene::from_lines(&named).expect("valid");
+        assert_eq!(scene.render.background, Background::Panorama);
+        assert_eq!(scene.seen_panorama_path(), Some("sky.panorama".into()));
+        scene.render.background = Background::None;
+        assert_eq!(scene.seen_panorama_path(), None);
+        assert_eq!(scene.panorama_path(), Some("sky.panorama".into()));
+        scene.lights.change_set("other.lights".into(), 1, 1);
+        assert_eq!(scene.panorama_path(), None);
     }
 
     #[test]

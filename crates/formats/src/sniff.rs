@@ -132,6 +132,7 @@ impl FileKind {
             FileKind::Ours(Kind::Lights) => "a light set",
             FileKind::Ours(Kind::Groom) => "a groom",
             FileKind::Ours(Kind::Mesh) => "a mesh",
+            FileKind::Ours(Kind::Panorama) => "a panorama",
             FileKind::OursUnknown => "a file of a kind unknown to this program",
             FileKind::Scene => "a scene",
             FileKind::Hair(format) => format.title,
@@ -149,6 +150,7 @@ impl FileKind {
             FileKind::Ours(Kind::Lights) => "a scene names it as lights.file",
             FileKind::Ours(Kind::Groom) => "a scene names it as groom.file",
             FileKind::Ours(Kind::Mesh) => "a scene names it in a [[proxy]] of kind mesh",
+            FileKind::Ours(Kind::Panorama) => "a scene names it as lights.panorama",
             FileKind::OursUnknown => "a newer version may read it",
             FileKind::Scene => "`strandlight render` draws it",
             FileKind::Cube => "a scene names it as render.lut",
@@ -288,6 +290,7 @@ mod tests {
             (ours(Kind::Lights), "a light set"),
             (ours(Kind::Tables), "a tables file"),
             (ours(Kind::Mesh), "a mesh"),
+            (ours(Kind::Panorama), "a panorama"),
             ([&MAGIC[..], b"NEWS"].concat(), "unknown to this program"),
             (b"HAIR\x10\x27\0\0".to_vec(), "a .hair file"),
             (b"hair\x10\x27\0\0".to_vec(), "a .hair file"),
@@ -352,7 +355,7 @@ mod tests {
             );
             n_checked += 1;
         }
-        assert_eq!(n_checked, 47);
+        assert_eq!(n_checked, 48);
     }
 
     #[test]

@@ -233,7 +233,7 @@ mod random {
             size in prop::array::uniform2(1u32..=16_384),
             samples in 1u32..=65536,
             background in prop_oneof![
-                Just(Background::Lights), Just(Background::None),
+                Just(Background::Lights), Just(Background::Panorama), Just(Background::None),
                 prop::array::uniform3(0f32..1e6).prop_map(Background::Color)],
         ) -> Scene {
             let mut scene = Scene::new(groom, lights);
@@ -260,6 +260,8 @@ mod random {
             scene.render.lut = (samples % 3 == 0).then(|| "looks/\u{e9}.cube".into());
             scene.render.lut_input = LutInput::ALL[samples as usize % 3];
             scene.render.background = background;
+            scene.lights.panorama = (samples % 2 == 0 || background == Background::Panorama)
+                .then(|| "maps/sky.panorama".into());
             scene.proxies = (0..samples as usize % 9).map(|ix| ProxySection::Ground {
                 height: 1e6 * numbers[ix % 8],
                 albedo: [numbers[1], 0.0, 1.0],

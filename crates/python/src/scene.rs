@@ -112,6 +112,7 @@ fn files(scene: &Scene, groom: Option<&Groom>, lights: Option<&LightSet>) -> Out
         .tables_path()
         .into_iter()
         .chain(scene.lut_path())
+        .chain(scene.seen_panorama_path())
         .chain(meshes)
         .chain(scene.frame_paths())
     {

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use strandlight_data::{SAMPLE_GROOM, SAMPLE_LIGHTS, SAMPLE_MESH, SAMPLE_SCENE};
 use strandlight_formats::{
-    BakedFile, Error, FileKind, Groom, ImportOptions, Kind, NoteKind, ProxySection, SNIFF_BYTES,
-    Scene, SourceFile, StatedBy, UpAxis, read_start,
+    Background, BakedFile, Error, FileKind, Groom, ImportOptions, Kind, NoteKind, ProxySection,
+    SNIFF_BYTES, Scene, SourceFile, StatedBy, UpAxis, read_start,
 };
 
 use crate::error::SessionError;
@@ -29,6 +29,8 @@ pub enum Openable {
     Lights,
     /// An environment map, to which lights are fitted.
     Map,
+    /// An environment map for the background.
+    Panorama,
     /// A LUT for the display.
     Lut,
 }
@@ -41,6 +43,7 @@ impl Openable {
             Openable::Groom | Openable::Hair => "Groom",
             Openable::Lights => "Light set",
             Openable::Map => "Map",
+            Openable::Panorama => "Panorama",
             Openable::Lut => "LUT",
         }
     }
@@ -54,7 +57,9 @@ pub enum CannotOpen {
     #[error(transparent)]
     File(#[from] Error),
     /// It is something else.
-    #[error("{name} is {what}; open a scene, hair, a light set, an HDR map or a LUT{advice}")]
+    #[error(
+        "{name} is {what}; open a scene, hair, a light set, an HDR map, a panorama or a LUT{advice}"
+    )]
     Kind {
         /// Name of the file.
         name: String,
@@ -93,6 +98,7 @@ pub fn kind_of(path: &Path) -> Result<Openable, CannotOpen> {
         FileKind::Scene => Ok(Openable::Scene),
         FileKind::Ours(Kind::Groom) => Ok(Openable::Groom),
         FileKind::Ours(Kind::Lights) => Ok(Openable::Lights),
+        FileKind::Ours(Kind::Panorama) => Ok(Openable::Panorama),
         FileKind::Hair(_) => Ok(Openable::Hair),
         FileKind::Map(_) => Ok(Openable::Map),
         FileKind::Cube => Ok(Openable::Lut),
@@ -182,20 +188,47 @@ pub fn beside(path: &Path, extension: &str, files: &Files) -> PathBuf {
     free_name(&path.with_extension(extension), |path| files.exists(path))
 }
 
-/// Fits lights to an environment map by `strandlight lights`; answers the light set as a file, and how
-/// good it is.
+/// Names beside `path` for a light set and its panorama, which no file on disk or in `files` has: the same but for the
+/// extension, so that one is found by the other.
+pub fn beside_map(path: &Path, files: &Files) -> [PathBuf; 2] {
+    let panorama_of = |lights: &Path| lights.with_extension("panorama");
+    let is_taken = |lights: &Path| files.exists(lights) || files.exists(&panorama_of(lights));
+    let lights = free_name(&path.with_extension("lights"), is_taken);
+    let panorama = panorama_of(&lights);
+    [lights, panorama]
+}
+
+/// What `strandlight lights` makes of an environment map.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The light set, as a file.
+    pub lights: Vec<u8>,
+    /// The map for the background, as a file.
+    pub panorama: Vec<u8>,
+    /// How good the lights are, in words.
+    pub figures: String,
+}
+
+/// Fits lights to an environment map by `strandlight lights`.
 ///
 /// # Errors
 /// No such program, or what it says.
-pub fn fit_map(path: &Path, work: &Work) -> Result<(Vec<u8>, String), CannotOpen> {
+pub fn fit_map(path: &Path, work: &Work) -> Result<Fitted, CannotOpen> {
     let scratch = Scratch::new().map_err(Error::from)?;
     let out = scratch.join("fitted.lights");
+    let behind = scratch.join("fitted.panorama");
     let what = format!("fitting lights to {}", name_of(path));
     let (map, to) = (path.as_os_str(), out.as_os_str());
-    let said = work.strandlight(&what, ["lights".as_ref(), map, "-o".as_ref(), to])?;
+    let mut words = vec!["lights".as_ref(), map, "-o".as_ref(), to];
+    words.extend(["--panorama".as_ref(), behind.as_os_str()]);
+    let said = work.strandlight(&what, words)?;
     // `wrote FILE: light set, format 1.1, 40 lights (...), ...`
     let figures = said.rsplit_once("light set, ").map_or("", |(_, rest)| rest);
-    Ok((Files::Disk.read(&out, u64::MAX)?, figures.to_owned()))
+    Ok(Fitted {
+        lights: Files::Disk.read(&out, u64::MAX)?,
+        panorama: Files::Disk.read(&behind, u64::MAX)?,
+        figures: figures.to_owned(),
+    })
 }
 
 fn name_of(path: &Path) -> String {
@@ -204,7 +237,7 @@ fn name_of(path: &Path) -> String {
 }
 
 /// Opens any file: a scene, or a scene made around a groom, hair of another program, a light set, an
-/// environment map or a LUT, with what is built in for the rest. Such a scene is called after the file and was
+/// environment map, a panorama or a LUT, with what is built in for the rest. Such a scene is called after the file and was
 /// never saved.
 ///
 /// # Errors
@@ -218,6 +251,10 @@ pub fn open(path: &Path, work: &Work) -> Result<Session, CannotOpen> {
     let whole = std::path::absolute(path).map_err(Error::from)?;
     let (groom, lights) = match kind {
         Openable::Lut => (None, None),
+        Openable::Panorama => {
+            let lights = whole.with_extension("lights");
+            (None, files.exists(&lights).then_some(lights))
+        }
         Openable::Groom => (Some(whole.clone()), None),
         Openable::Hair => {
             let groom = beside(&whole, "groom", &files);
@@ -225,24 +262,54 @@ pub fn open(path: &Path, work: &Work) -> Result<Session, CannotOpen> {
             (Some(groom), None)
         }
         Openable::Map => {
-            let lights = beside(&whole, "lights", &files);
-            files.hold(&lights, fit_map(&whole, work)?.0);
+            let [lights, panorama] = beside_map(&whole, &files);
+            let fitted = fit_map(&whole, work)?;
+            files.hold(&lights, fitted.lights);
+            files.hold(&panorama, fitted.panorama);
             (None, Some(lights))
         }
         Openable::Lights | Openable::Scene => (None, Some(whole.clone())),
     };
     let lut = (kind == Openable::Lut).then(|| whole.clone());
-    Ok(around(&whole, groom, lights, lut, files)?)
+    let panorama = match kind {
+        Openable::Panorama => Some(whole.clone()),
+        _ => lights
+            .as_deref()
+            .and_then(|lights| panorama_of(lights, &files)),
+    };
+    // Whoever opens a map wants to see it.
+    let is_seen = matches!(kind, Openable::Panorama | Openable::Map);
+    let lit = Lit {
+        lights,
+        panorama,
+        is_seen,
+    };
+    Ok(around(&whole, groom, lit, lut, files)?)
 }
 
-/// A scene around a groom, a light set, a LUT or none of them, called after `path`.
+/// The panorama of a light set: the one beside it that is called the same, if there is one.
+pub fn panorama_of(lights: &Path, files: &Files) -> Option<PathBuf> {
+    let panorama = lights.with_extension("panorama");
+    files.exists(&panorama).then_some(panorama)
+}
+
+/// What a scene is lit by, and what is behind its hair.
+#[derive(Default)]
+struct Lit {
+    lights: Option<PathBuf>,
+    panorama: Option<PathBuf>,
+    /// Is the panorama the background?
+    is_seen: bool,
+}
+
+/// A scene around a groom, a light set, a panorama, a LUT or none of them, called after `path`.
 ///
 /// # Errors
 /// What cannot be read or drawn, by name.
 fn around(
     path: &Path,
     groom: Option<PathBuf>,
-    lights: Option<PathBuf>,
+    lit: Lit,
     lut: Option<PathBuf>,
     files: Files,
 ) -> Result<Session, SessionError> {
@@ -256,13 +323,19 @@ fn around(
         Some(groom) => groom,
         None => made("plain.groom", crate::plain_hair::groom().to_bytes()?),
     };
-    let lights = lights.unwrap_or_else(|| made("studio.lights", SAMPLE_LIGHTS.to_owned()));
+    let lights = lit
+        .lights
+        .unwrap_or_else(|| made("studio.lights", SAMPLE_LIGHTS.to_owned()));
     let name = |path: PathBuf| match path.strip_prefix(&folder) {
         Ok(below) => below.to_owned(),
         Err(_) => path,
     };
     let mut scene = Scene::new(name(groom), name(lights));
     scene.render.lut = lut.map(name);
+    scene.lights.panorama = lit.panorama.map(name);
+    if lit.is_seen && scene.lights.panorama.is_some() {
+        scene.render.background = Background::Panorama;
+    }
     scene.hair = scene.hair.with_preset("brown")?;
     let scene_path = beside(path, "toml", &files);
     files.hold(&scene_path, scene.to_toml_string()?.into_bytes());
@@ -328,12 +401,18 @@ fn hold(files: &Files, home: &Path, file: &mut PathBuf, bytes: Vec<u8>) {
 /// None but bugs.
 pub fn plain(home: &Path) -> Result<Session, CannotOpen> {
     let path = home.join("plain.groom");
-    Ok(around(&path, None, None, None, Files::over_disk())?)
+    Ok(around(
+        &path,
+        None,
+        Lit::default(),
+        None,
+        Files::over_disk(),
+    )?)
 }
 
 #[cfg(test)]
 mod tests {
-    use strandlight_formats::{ExportOptions, LightSet, groom_format};
+    use strandlight_formats::{ExportOptions, LightSet, Panorama, groom_format};
 
     use super::*;
 
@@ -358,6 +437,68 @@ mod tests {
         folder
     }
 
+    fn panorama() -> Panorama {
+        Panorama::from_pixels(4, &[[1.0, 0.5, 0.25]; 8]).expect("valid")
+    }
+
+    #[test]
+    fn a_panorama_comes_with_its_light_set_and_is_saved_with_it() {
+        let folder = folder();
+        let (work, at) = (Work::default(), |name: &str| folder.path().join(name));
+        let plain = open(&at("studio.lights"), &work).expect("opened");
+        assert_eq!(plain.scene().lights.panorama, None);
+        panorama().write(&at("studio.panorama")).expect("written");
+        let lit = open(&at("studio.lights"), &work).expect("opened");
+        let scene = lit.scene();
+        assert_eq!(scene.lights.panorama, Some("studio.panorama".into()));
+        assert_eq!(scene.render.background, Background::Lights);
+        assert!(
+            lit.panorama().is_none(),
+            "it is not seen, so it is not read"
+        );
+        let mut seen = open(&at("studio.panorama"), &work).expect("opened");
+        assert_eq!(seen.scene().lights.file, Path::new("studio.lights"));
+        assert_eq!(seen.scene().render.background, Background::Panorama);
+        let found = seen.panorama().expect("it is read").radiance(glam::Vec3::Y);
+        assert!((found[0] - 1.0).abs() < 1e-3 && (found[2] - 0.25).abs() < 1e-3);
+
+        // Both in memory: written under one name, which is free for both, and found from elsewhere.
+        let files = seen.files().clone();
+        let [lights, behind] = beside_map(&at("studio.hdr"), &files);
+        assert!(lights.ends_with("studio-2.lights") && behind.ends_with("studio-2.panorama"));
+        files.hold(&lights, SAMPLE_LIGHTS);
+        files.hold(&behind, panorama().to_bytes().expect("valid"));
+        let names_of = [&lights, &behind].map(|path| seen.path_in_scene(path));
+        let [file, map] = names_of;
+        seen.edit("Light set", |scene| {
+            (scene.lights.file, scene.lights.panorama) = (file, Some(map));
+        })
+        .expect("edited");
+        let below = at("below");
+        std::fs::create_dir(&below).expect("made");
+        std::fs::write(below.join("studio-2.lights"), "").expect("written");
+        seen.save_as(&below.join("mine.toml")).expect("saved");
+        let there = names(&below);
+        assert!(there.contains(&"studio-2-2.lights".to_owned()), "{there:?}");
+        assert!(
+            there.contains(&"studio-2-2.panorama".to_owned()),
+            "{there:?}"
+        );
+        let again = Session::open(&below.join("mine.toml")).expect("it is whole");
+        assert_eq!(again.panorama().map(|it| it.map.width()), Some(4));
+        // What was undone leads to where it was.
+        seen.undo();
+        assert_eq!(
+            seen.scene().lights.panorama,
+            Some("../studio.panorama".into())
+        );
+        seen.redo();
+        assert_eq!(
+            seen.scene().lights.panorama,
+            Some("studio-2-2.panorama".into())
+        );
+    }
+
     fn names(folder: &Path) -> Vec<String> {
         let entries = std::fs::read_dir(folder).expect("a folder").flatten();
         let mut names: Vec<String> = entries
@@ -376,6 +517,7 @@ mod tests {
         std::fs::write(at("broken.toml"), "version = \n[").expect("written");
         std::fs::write(at("look.txt"), "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n").expect("written");
         std::fs::write(at("BROKEN.CUBE"), "0 0 0\n# no size\nx\n").expect("written");
+        panorama().write(&at("sky.panorama")).expect("written");
         // The name says nothing.
         std::fs::rename(at("head.abc"), at("head.txt")).expect("renamed");
         for (name, kind) in [
@@ -388,6 +530,7 @@ mod tests {
             ("head.hair", Openable::Hair),
             ("head.groom", Openable::Groom),
             ("studio.lights", Openable::Lights),
+            ("sky.panorama", Openable::Panorama),
         ] {
             assert_eq!(kind_of(&at(name)).expect(name), kind, "{name}");
         }

@@ -502,7 +502,10 @@ impl<B: Backend + ?Sized> Viewer<B> {
         // The window's picture has its own.
         of_picture.set(Edits::SIZE, self.window.is_none());
         let background = self.session.scene().render.background;
-        if change.has(of_picture) || background != self.renderer.scene().background {
+        let panorama = self.session.panorama();
+        let shown = self.renderer.scene();
+        let is_behind = background == shown.background && panorama == shown.panorama;
+        if change.has(of_picture) || !is_behind {
             self.picture_is_outdated();
         }
         let has_motion = self.motion.is_some();
@@ -550,6 +553,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         if change.has(Edits::GRADE) {
             let render = &scene.render;
             let display = assets.display(render);
+            renderer.set_panorama(panorama);
             renderer.set_grade(render.exposure as f32, display, render.background);
         }
         self.show_paint(change)

@@ -181,6 +181,7 @@ async fn fetched(scene: &str, tables: &str) -> Result<(PathBuf, Files), WebError
     names.extend([read.groom_path(), read.lights_path()]);
     names.extend(read.frame_paths());
     names.extend(read.lut_path());
+    names.extend(read.seen_panorama_path());
     names.extend(read.mesh_paths().into_iter().map(|(_, path)| path));
     names.sort();
     names.dedup();

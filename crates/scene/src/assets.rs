@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::{Quat, Vec3};
 use strandlight_formats::{
     AddedLight, Attribute, CameraSection, Cube, Domain, Groom, HairSection, LightSet,
-    LightsSection, RenderSection, Scene, SrbfLight, TableFile, TableReader,
+    LightsSection, Panorama, RenderSection, Scene, SrbfLight, TableFile, TableReader,
 };
 use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
@@ -24,6 +24,7 @@ use crate::files::Files;
 use crate::lut::Lut;
 use crate::material::{HairMaterial, LobeTables};
 use crate::mesh::MeshShape;
+use crate::panorama::TurnedPanorama;
 use crate::proxy::Proxy;
 use crate::strands::Strands;
 use crate::tables::{ShadingTables, TablesError};
@@ -60,6 +61,8 @@ pub struct Assets {
     pub meshes: Arc<BTreeMap<PathBuf, Arc<MeshShape>>>,
     /// The LUT that pictures are shown by, where there is one.
     pub lut: Option<Arc<Cube>>,
+    /// The map behind the hair, where the background is one.
+    pub panorama: Option<Arc<Panorama>>,
     /// The groom's own fibre diameters; `None` where its file has none.
     pub diameters: Option<Diameters>,
 }
@@ -168,6 +171,7 @@ impl Assets {
             tables: Arc::new(tables(scene, files, modes)?),
             meshes: Arc::new(meshes(scene, files, &BTreeMap::new())?),
             lut: lut(scene, files)?,
+            panorama: panorama(scene, files)?,
         };
         check_lights_named(&scene.lights, &assets.lights)?;
         Ok(assets)
@@ -199,6 +203,9 @@ impl Assets {
         }
         if after.lut_path() != before.lut_path() {
             assets.lut = lut(after, files)?;
+        }
+        if after.seen_panorama_path() != before.seen_panorama_path() {
+            assets.panorama = panorama(after, files)?;
         }
         check_lights_named(&after.lights, &assets.lights)?;
         Ok(assets)
@@ -245,6 +252,12 @@ impl Assets {
             }),
             None => section.tone_map.into(),
         }
+    }
+
+    /// The map behind the hair, turned and multiplied as `section` says.
+    pub fn turned_panorama(&self, section: &LightsSection) -> Option<TurnedPanorama> {
+        let map = self.panorama.clone()?;
+        Some(TurnedPanorama::new(map, section))
     }
 
     /// The view of a scene that says none: all of the groom.
@@ -311,6 +324,16 @@ fn lut(scene: &Scene, files: &Files) -> Result<Option<Arc<Cube>>, SceneError> {
     let cube = files.cube(&path);
     let cube = cube.map_err(|error| SceneError::from(error).at_key("render.lut"))?;
     Ok(Some(Arc::new(cube)))
+}
+
+/// Reads the panorama that `scene` names, where it is the background.
+fn panorama(scene: &Scene, files: &Files) -> Result<Option<Arc<Panorama>>, SceneError> {
+    let Some(path) = scene.seen_panorama_path() else {
+        return Ok(None);
+    };
+    let panorama = files.panorama(&path);
+    let panorama = panorama.map_err(|error| SceneError::from(error).at_key("lights.panorama"))?;
+    Ok(Some(Arc::new(panorama)))
 }
 
 /// Reads the meshes that `scene` names and that are not among those `known`.

@@ -10,6 +10,7 @@ use crate::display::DisplayTransform;
 use crate::error::RenderError;
 use crate::motion::Wind;
 use crate::paint::Paint;
+use crate::panorama::TurnedPanorama;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::picture::Picture;
 use crate::proxy::Proxy;
@@ -103,6 +104,9 @@ pub trait Backend {
 
     /// Sets how radiance becomes a picture on a screen, and what is seen between the strands.
     fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background);
+
+    /// Sets the map that [`Background::Panorama`] shows.
+    fn set_panorama(&mut self, panorama: Option<TurnedPanorama>);
 
     /// Shades only the strands in the view, for a single picture. Otherwise a device may shade some
     /// around it, so that the camera can turn.

@@ -6,7 +6,7 @@ use strandlight_formats::{Background, SrbfLight};
 use crate::PreparedScene;
 use crate::camera::ViewUniform;
 
-/// What lies behind the hair at a point of the screen; `None` for nothing.
+/// What lies behind the hair at a point of the screen; `None` for nothing. Without its panorama, it is the lights.
 pub fn background_at(
     scene: &PreparedScene,
     view: &ViewUniform,
@@ -16,6 +16,13 @@ pub fn background_at(
         Background::None => None,
         Background::Color(color) => Some(color),
         Background::Lights => Some(radiance(&scene.lights, ray_direction(view, x, y))),
+        Background::Panorama => {
+            let omega = ray_direction(view, x, y);
+            Some(match &scene.panorama {
+                Some(panorama) => panorama.radiance(omega),
+                None => radiance(&scene.lights, omega),
+            })
+        }
     }
 }
 

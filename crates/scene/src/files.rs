@@ -9,8 +9,8 @@ use std::time::SystemTime;
 
 use strandlight_formats::container::{Container, Kind};
 use strandlight_formats::{
-    BakedFile, Cube, Error, FileName, Groom, GroomHeader, LightSet, Mesh, Scene, TableReader,
-    check_writable, content_hash, file_hash, open_file, read_file, write_file,
+    BakedFile, Cube, Error, FileName, Groom, GroomHeader, LightSet, Mesh, Panorama, Scene,
+    TableReader, check_writable, content_hash, file_hash, open_file, read_file, write_file,
 };
 
 use crate::error::SceneError;
@@ -202,6 +202,16 @@ impl Files {
     pub fn mesh(&self, path: &Path) -> Result<Mesh, Error> {
         self.container(path, Kind::Mesh)
             .and_then(Mesh::from_container)
+            .map_err(|error| error.in_file(path))
+    }
+
+    /// Reads a panorama.
+    ///
+    /// # Errors
+    /// As [`Panorama::read`].
+    pub fn panorama(&self, path: &Path) -> Result<Panorama, Error> {
+        self.container(path, Kind::Panorama)
+            .and_then(Panorama::from_container)
             .map_err(|error| error.in_file(path))
     }
 

@@ -44,6 +44,7 @@ pub mod motion;
 #[doc(hidden)]
 pub mod optics;
 pub mod paint;
+pub mod panorama;
 pub mod picture;
 #[doc(hidden)]
 pub mod probe;

@@ -123,6 +123,11 @@ impl Recorder {
             None => None,
         };
         nameless.render.lut = lut.as_ref().map(PathBuf::from);
+        let panorama = match scene.seen_panorama_path() {
+            Some(path) => Some(self.hash(&path)?),
+            None => None,
+        };
+        nameless.lights.panorama = panorama.as_ref().map(PathBuf::from);
         let motion = Motion::new(scene, &self.files);
         if let (Some(motion), Some(section)) = (&motion, &mut nameless.motion) {
             let mut frames = Vec::new();
@@ -140,6 +145,9 @@ impl Recorder {
             .with("tables", tables);
         if let Some(lut) = lut {
             provenance = provenance.with("lut", lut);
+        }
+        if let Some(panorama) = panorama {
+            provenance = provenance.with("panorama", panorama);
         }
         if motion.is_some() {
             provenance = provenance.with("time", seconds);
@@ -197,6 +205,7 @@ mod tests {
             ("a.lights", b"lights".to_vec()),
             ("a.cube", b"look".to_vec()),
             ("b.cube", b"look".to_vec()),
+            ("a.panorama", b"map".to_vec()),
         ])
     }
 
@@ -229,6 +238,16 @@ mod tests {
         assert_ne!(through.get(SCENE), first.get(SCENE));
         shown.render.lut = Some("b.cube".into());
         assert_eq!(through, recorded(&shown, 0.0));
+        let mut behind = scene.clone();
+        behind.lights.panorama = Some("x.panorama".into());
+        assert_eq!(first, recorded(&behind, 0.0), "it is not seen");
+        behind.lights.panorama = Some("a.panorama".into());
+        behind.render.background = strandlight_formats::Background::Panorama;
+        let hash = content_hash(b"map");
+        assert_eq!(
+            recorded(&behind, 0.0).get("strandlight/panorama"),
+            Some(&*hash)
+        );
         let missing = Recorder::new(&files()).record(&Scene::new("x.groom", "a.lights"), 0.0);
         let missing = missing.expect_err("not there").to_string();
         assert!(missing.contains("x.groom"), "{missing}");

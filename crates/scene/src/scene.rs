@@ -20,6 +20,7 @@ use crate::files::Files;
 use crate::material::{EditReport, HairMaterial};
 use crate::motion::{Motion, wind};
 use crate::paint::{Paint, PaintKinds, PaintedPoint};
+use crate::panorama::TurnedPanorama;
 use crate::proxy::{Proxy, ProxyRecords};
 use crate::shadow_maps::ShadowPlan;
 use crate::stats::Stats;
@@ -63,6 +64,8 @@ pub struct PreparedScene {
     pub camera: Camera,
     /// What is seen between the strands.
     pub background: Background,
+    /// The map behind the hair, where [`Background::Panorama`] shows it.
+    pub panorama: Option<TurnedPanorama>,
     /// Stops: radiance is multiplied by `2^exposure` before the display transform.
     pub exposure: f32,
     /// Curve or LUT to the 8-bit picture.
@@ -217,6 +220,7 @@ impl PreparedScene {
             tables: assets.tables.shading.clone(),
             camera,
             background: scene.render.background,
+            panorama: assets.turned_panorama(&scene.lights),
             exposure: scene.render.exposure as f32,
             display: assets.display(&scene.render),
             proxies: assets.proxies(scene),
@@ -257,6 +261,7 @@ impl PreparedScene {
             tables,
             camera,
             background,
+            panorama: None,
             exposure: 0.0,
             display: DisplayTransform::default(),
             proxies: Vec::new(),

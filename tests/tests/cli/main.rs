@@ -16,6 +16,7 @@ mod lights_command;
 mod mesh_command;
 mod outputs;
 mod painted_command;
+mod panorama_command;
 mod pipeline;
 mod probe_cli;
 mod reference_command;

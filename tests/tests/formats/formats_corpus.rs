@@ -50,6 +50,11 @@ fn mesh() {
 }
 
 #[test]
+fn panorama() {
+    replay("panorama", checks::panorama);
+}
+
+#[test]
 fn tables() {
     replay("tables", checks::tables);
 }
@@ -127,12 +132,13 @@ fn changed_corpus() {
         (state >> 33) as usize % below.max(1)
     };
     type Check = fn(&[u8]) -> bool;
-    let targets: [(&str, &str, Check); 25] = [
+    let targets: [(&str, &str, Check); 26] = [
         ("groom", "good_v1", checks::groom),
         ("groom", "good_v1_1", checks::groom),
         ("lights", "good_v1", checks::lights),
         ("lights", "good_v1_1", checks::lights),
         ("mesh", "good_v1", checks::mesh),
+        ("panorama", "good_v1", checks::panorama),
         ("tables", "good_v1", checks::tables),
         ("scene", "good_v1", checks::scene),
         ("hair", "good_v1", checks::hair),
@@ -176,5 +182,5 @@ fn changed_corpus() {
             n_checked += 1;
         }
     }
-    assert_eq!(n_checked, 75_000);
+    assert_eq!(n_checked, 78_000);
 }

@@ -6,7 +6,7 @@ use std::io::{Cursor, Read, Seek, SeekFrom};
 
 use strandlight_formats::{
     Attribute, Axis, BakedFile, Container, Domain, Error, FitReport, Groom, Kind, LightSet,
-    LightSetInfo, Mesh, Spacing, SrbfLight, Table, TableFile, TableInfo, TableReader,
+    LightSetInfo, Mesh, Panorama, Spacing, SrbfLight, Table, TableFile, TableInfo, TableReader,
 };
 
 fn groom() -> Vec<u8> {
@@ -58,6 +58,12 @@ fn mesh() -> Vec<u8> {
     mesh.and_then(|mesh| mesh.to_bytes()).expect("valid")
 }
 
+fn panorama() -> Vec<u8> {
+    let pixels: Vec<[f32; 3]> = (0..8).map(|ix| [ix as f32, 0.5, 1e5]).collect();
+    let panorama = Panorama::from_pixels(4, &pixels);
+    panorama.and_then(|made| made.to_bytes()).expect("valid")
+}
+
 fn table(name: &str, first: f32) -> Table {
     let axis = |name: &str, count| Axis {
         name: name.to_owned(),
@@ -87,13 +93,16 @@ fn tables() -> Vec<u8> {
 type Reader = fn(&[u8]) -> Option<Error>;
 
 /// A small good file of each kind and its reader, answering the error if there is one.
-fn kinds() -> [(&'static str, Vec<u8>, Reader); 4] {
+fn kinds() -> [(&'static str, Vec<u8>, Reader); 5] {
     [
         ("groom", groom(), |bytes| Groom::from_bytes(bytes).err()),
         ("lights", lights(), |bytes| {
             LightSet::from_bytes(bytes).err()
         }),
         ("mesh", mesh(), |bytes| Mesh::from_bytes(bytes).err()),
+        ("panorama", panorama(), |bytes| {
+            Panorama::from_bytes(bytes).err()
+        }),
         ("tables", tables(), |bytes| {
             TableFile::from_bytes(bytes).err()
         }),
@@ -319,6 +328,7 @@ fn bulk_data_is_aligned() {
         (Kind::Lights, lights()),
         (Kind::Tables, tables()),
         (Kind::Mesh, mesh()),
+        (Kind::Panorama, panorama()),
     ] {
         let container = Container::from_bytes(&bytes, kind).expect("good");
         assert!(container.sections().len() >= 2);
@@ -383,6 +393,47 @@ fn a_wrong_record_is_refused() {
             assert!(message.contains("report."), "{message}");
         }
     }
+}
+
+/// Any bits are texels, so the size is all that can contradict them.
+#[test]
+fn a_panorama_of_another_size_is_refused() {
+    let bytes = panorama();
+    let container = Container::from_bytes(&bytes, Kind::Panorama).expect("good");
+    let section = container.find(*b"META", 0).expect("every panorama has one");
+    let meta = section.offset as usize;
+    // The record starts with width, height and exponent.
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("4 bytes"));
+    assert_eq!([0, 4, 8].map(|at| word(meta + at)), [4, 2, 1]);
+    for (at, value, needle) in [
+        (0, 6, "size is 6 x 2"),
+        (4, 3, "size is 4 x 3"),
+        (0, 4100, "width is 4100"),
+        (0, 0, "width is 0"),
+        (8, 113, "exponent is 113"),
+        (8, i32::MIN as u32, "exponent is -2147483648"),
+    ] {
+        let mut wrong = bytes.clone();
+        wrong[meta + at..meta + at + 4].copy_from_slice(&u32::to_le_bytes(value));
+        checks::seal(&mut wrong);
+        let message = Panorama::from_bytes(&wrong).expect_err(needle).to_string();
+        assert!(message.contains(needle), "{message}");
+    }
+    let [mut wide, mut other] = [bytes.clone(), bytes.clone()];
+    wide[meta..meta + 8].copy_from_slice(&[8, 0, 0, 0, 4, 0, 0, 0]);
+    checks::seal(&mut wide);
+    let message = Panorama::from_bytes(&wide)
+        .expect_err("must fail")
+        .to_string();
+    assert!(message.contains("number of texels is 8"), "{message}");
+    let texels = container
+        .find(*b"TXLS", 0)
+        .expect("every panorama has them");
+    let at = texels.offset as usize;
+    other[at..at + 4].fill(0xff);
+    checks::seal(&mut other);
+    let read = Panorama::from_bytes(&other).expect("any bits are texels");
+    assert_eq!(read.texel(0, 0), [65_408.0; 3]);
 }
 
 #[test]

@@ -1,17 +1,21 @@
 //! The GPU's picture against the CPU's: whole, and stage by stage.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use strandlight_cpu as cpu;
-use strandlight_formats::{Background, ImportOptions, SourceFile};
+use strandlight_formats::{Background, ImportOptions, LightsSection, Panorama, SourceFile};
 use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_render::passes::PartLimits;
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::unpack_record;
+use strandlight_scene::panorama::TurnedPanorama;
 use strandlight_scene::shadow_maps::{MAX_DEPTH_COMPLEXITY, SHADOW_SIDE};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::Grid;
 use strandlight_scene::{Backend, Camera, Picture, PreparedScene, Stats};
+use strandlight_tests::panoramas::striped;
 use strandlight_tests::render_common::{
     self, Random, context, keep, light, picture_rmse, relative_rmse, wig_scene,
 };
@@ -37,10 +41,12 @@ fn held(context: &Context, measured: f64, on_gpus: f64) -> f64 {
 fn pictures_agree_for_every_background() {
     let context = context();
     let mut scene = wig_scene(400);
+    scene.panorama = Some(turned_map(&striped(64), 40.0));
     for (name, background) in [
         ("none", Background::None),
         ("color", Background::Color([0.2, 0.3, 0.1])),
         ("lights", Background::Lights),
+        ("panorama", Background::Panorama),
     ] {
         scene.background = background;
         let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
@@ -58,6 +64,82 @@ fn pictures_agree_for_every_background() {
         let covered = cpu.rgba.iter().filter(|p| p[3] > 0.0).count();
         assert!(covered > 1000, "{covered} pixels covered");
     }
+}
+
+/// `map` as a scene has it that turns its lights by `degrees` and tints them.
+fn turned_map(map: &Panorama, degrees: f64) -> TurnedPanorama {
+    let mut section = LightsSection::new("a.lights");
+    (section.rotate_deg, section.intensity) = (degrees, 1.5);
+    section.tint = [1.0, 0.5, 0.75];
+    TurnedPanorama::new(Arc::new(map.clone()), &section)
+}
+
+/// Largest difference of pixels that no hair is in the way of, over 1 and the pixel's own value, and how many there are.
+fn apart_behind(gpu: &Picture, cpu: &Picture, hair: &Picture) -> (f32, usize) {
+    let pixels = gpu.rgba.iter().zip(&cpu.rgba).zip(&hair.rgba);
+    let empty = pixels.filter(|(_, hair)| hair[3] == 0.0);
+    let off = empty.map(|((a, b), _)| {
+        let off = (0..3).map(|c| (a[c] - b[c]).abs() / (1.0 + b[c]));
+        off.fold(0.0, f32::max)
+    });
+    off.fold((0.0, 0), |(most, n), off| (off.max(most), n + 1))
+}
+
+/// The map behind the hair is the same on both, however it is turned, wherever the camera looks, and while it comes and
+/// goes; it is on the device only while it is seen.
+#[test]
+fn maps_behind_the_hair_agree() {
+    let context = context();
+    let mut scene = wig_scene(60);
+    let (hair, _) = cpu::render(&scene, &scene.camera, SIZE, 4).unwrap();
+    let map = striped(128);
+    let mut progressive = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let (exposure, display) = (scene.exposure, scene.display.clone());
+    let plain = progressive.still(SIZE, 4).unwrap();
+    // Sides of texels are no smoother than bilinear, so a place may be off by the accuracy of the device's functions.
+    let tolerance = held(&context, 3e-4, 1e-2) as f32;
+    for degrees in [0.0, 33.0, 181.5, -90.0] {
+        scene.background = Background::Panorama;
+        scene.panorama = Some(turned_map(&map, degrees));
+        progressive.set_panorama(scene.panorama.clone());
+        progressive.set_grade(exposure, display.clone(), scene.background);
+        let gpu = progressive.still(SIZE, 4).unwrap();
+        let (cpu, _) = cpu::render(&scene, &scene.camera, SIZE, 4).unwrap();
+        keep(&format!("behind-{degrees}-gpu"), &gpu);
+        keep(&format!("behind-{degrees}-cpu"), &cpu);
+        let (most, n) = apart_behind(&gpu, &cpu, &hair);
+        println!("map turned by {degrees}: {most:.2e} in {n} pixels");
+        assert!(most < tolerance && n > 3000, "{degrees}: {most} in {n}");
+        // Negative control: turned by a degree more it is another one.
+        scene.panorama = Some(turned_map(&map, degrees + 1.0));
+        let (other, _) = cpu::render(&scene, &scene.camera, SIZE, 4).unwrap();
+        assert!(apart_behind(&gpu, &other, &hair).0 > 4.0 * tolerance.min(0.01));
+    }
+    // To the zenith, the nadir and along the seam.
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let centre = scene.camera.target;
+    for way in [Vec3::Y, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::new(1.0, 0.3, 0.2)] {
+        let mut camera = scene.camera;
+        camera.target = centre + 100.0 * Vec3::Z;
+        camera.eye = camera.target - 50.0 * way;
+        camera.up = if way.z == 0.0 && way.x == 0.0 {
+            Vec3::Z
+        } else {
+            Vec3::Y
+        };
+        camera.fov_y = 1.6;
+        let (gpu, _) = renderer.render_to_image(&camera, SIZE, 4).unwrap();
+        let (cpu, _) = cpu::render(&scene, &camera, SIZE, 4).unwrap();
+        scene.background = Background::None;
+        let (hair, _) = cpu::render(&scene, &camera, SIZE, 4).unwrap();
+        scene.background = Background::Panorama;
+        let (most, n) = apart_behind(&gpu, &cpu, &hair);
+        println!("towards {way}: {most:.2e} in {n} pixels");
+        assert!(most < tolerance && n > 3000, "{way}: {most} in {n}");
+    }
+    progressive.set_panorama(None);
+    progressive.set_grade(exposure, display, Background::None);
+    assert!(progressive.still(SIZE, 4).unwrap().rgba == plain.rgba);
 }
 
 /// Suns, whose shadows are found along segments, of all backends; then without them.
@@ -349,7 +431,8 @@ fn a_close_up_costs_no_more_than_its_pixels_allow() {
 fn a_picture_in_tiles_is_the_whole_picture() {
     let context = context();
     let mut scene = wig_scene(400);
-    scene.background = Background::Lights;
+    scene.background = Background::Panorama;
+    scene.panorama = Some(turned_map(&striped(64), 10.0));
     let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
     let (whole, _) = renderer.render_to_image(&scene.camera, SIZE, 16).unwrap();
     let parts = PartLimits {

@@ -15,6 +15,7 @@ mod mesh;
 mod motion;
 mod multiple_scattering;
 mod packages;
+mod panorama;
 mod public_api;
 mod refinements;
 mod shaders_constants;

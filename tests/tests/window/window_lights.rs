@@ -1,6 +1,8 @@
 //! Lights in the window: those that are added by hand, sets in place of each other, and parts of the light.
 
-use strandlight_formats::{BakedFile, LightSet};
+use strandlight_formats::{Background, BakedFile, LightSet};
+use strandlight_tests::panoramas::striped;
+use strandlight_tests::project_root;
 
 use crate::window_common::{Desktop, SAME, SmallScene, View};
 
@@ -155,6 +157,132 @@ fn light_sets_of_the_folder_take_each_other_s_place() {
     }
     view.without_mouse().assert_same(&start);
     view.close_unsaved();
+}
+
+/// Opens the section that chooses the background.
+fn open_render(view: &mut View) {
+    view.click(view.middle("Hair"));
+    view.wait_until_gone("IOR slider");
+    view.click(view.middle("Render"));
+    view.wait_for_place("Background Map");
+}
+
+#[test]
+fn the_map_is_chosen_turned_and_follows_the_light_set() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let at = |name: &str| scene.folder.path().join(name);
+    let other = LightSet::read(&at("small.lights")).expect("a light set");
+    other.write(&at("tall.lights")).expect("written");
+    other.write(&at("zenith.lights")).expect("written");
+    for backend in ["cpu", "gpu"] {
+        let words = ["--backend", backend, "--size", "860x900"];
+        std::fs::write(&scene.path, SmallScene::text("")).expect("written");
+        for name in ["small.panorama", "zenith.panorama"] {
+            let _ = std::fs::remove_file(at(name));
+        }
+        // Without a map there is nothing to choose.
+        let mut view = View::open(&desktop, &scene.path, &words);
+        open_render(&mut view);
+        let start = view.without_mouse();
+        let edits = view.count("edit");
+        view.click(view.middle("Background Map"));
+        view.settle();
+        view.without_mouse().assert_same(&start);
+        assert_eq!(
+            view.count("edit"),
+            edits,
+            "a map that is not there was chosen"
+        );
+
+        // A map that is dropped comes with its lights, and takes its place in the background.
+        striped(256).write(&at("small.panorama")).expect("written");
+        view.after("edit", |view| view.drop_files(&[&at("small.panorama")]));
+        let dropped = view.without_mouse();
+        dropped.assert_different(&start);
+        view.after("edit", |view| view.click(view.middle("Background Lights")));
+        view.without_mouse().assert_same(&start);
+        view.after("edit", |view| view.click(view.middle("Background Map")));
+        view.without_mouse().assert_same(&dropped);
+
+        // It turns with the lights, and back.
+        let middle = view.middle("View");
+        view.after("edit", |view| {
+            view.tool("xdotool", &["keydown", "ctrl", "keydown", "shift"]);
+            view.drag(1, middle, [80, 0]);
+            view.tool("xdotool", &["keyup", "shift", "keyup", "ctrl"]);
+        });
+        view.without_mouse().assert_different(&dropped);
+        view.after("undo", |view| view.key("ctrl+z"));
+        view.without_mouse().assert_same(&dropped);
+
+        // The next light set of the folder has no map: its lights are seen, and one step back takes all of it back.
+        view.after("edit", |view| view.key("period"));
+        let lights = view.without_mouse();
+        lights.assert_different(&dropped);
+        let before = view.count("saved");
+        view.key("ctrl+s");
+        view.wait_for_next("saved", before);
+        let saved = scene.read();
+        assert_eq!(saved.lights.file.to_str(), Some("tall.lights"));
+        assert_eq!(saved.lights.panorama, None);
+        assert_eq!(saved.render.background, Background::Lights);
+        view.after("undo", |view| view.key("ctrl+z"));
+        view.without_mouse().assert_same(&dropped);
+
+        // The one before it has one, which is there with it.
+        striped(64).write(&at("zenith.panorama")).expect("written");
+        view.after("edit", |view| view.key("comma"));
+        view.without_mouse().assert_different(&lights);
+        let before = view.count("saved");
+        view.key("ctrl+s");
+        view.wait_for_next("saved", before);
+        let saved = scene.read();
+        assert_eq!(saved.lights.file.to_str(), Some("zenith.lights"));
+        let panorama = saved.lights.panorama.as_deref();
+        assert_eq!(panorama.and_then(|it| it.to_str()), Some("zenith.panorama"));
+        assert_eq!(saved.render.background, Background::Panorama);
+        view.close();
+    }
+}
+
+#[test]
+fn a_map_that_is_fitted_can_be_seen_too() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let map = scene.folder.path().join("studio.exr");
+    std::fs::copy(project_root().join("data/sample/studio.exr"), &map).expect("copied");
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    open_render(&mut view);
+    view.after("edit", |view| view.drop_files(&[&map]));
+    let lights = view.without_mouse();
+    view.after("edit", |view| view.click(view.middle("Background Map")));
+    let seen = view.without_mouse();
+    // The same light, sharper.
+    assert!(seen.difference(&lights) > 2.0 * SAME);
+    assert!(!scene.folder.path().join("studio.panorama").exists());
+    let before = view.count("saved");
+    view.key("ctrl+s");
+    view.wait_for_next("saved", before);
+    let saved = scene.read();
+    let file = |name: &str| Some(std::path::PathBuf::from(name));
+    assert_eq!(saved.lights.file.to_str(), Some("studio.lights"));
+    assert_eq!(saved.lights.panorama, file("studio.panorama"));
+    view.close();
+    let view = View::open(&desktop, &scene.path, &CPU);
+    view.without_mouse().assert_same(&seen);
+    view.close();
+    // Opened alone, it is what one sees.
+    let lone = scene.folder.path().join("lone");
+    std::fs::create_dir(&lone).expect("made");
+    std::fs::copy(&map, lone.join("sky.exr")).expect("copied");
+    let mut view = View::open(&desktop, &lone.join("sky.exr"), &CPU);
+    view.asked("save as", |view| view.key("ctrl+s"));
+    view.key("Return");
+    view.wait_for_next("saved", 0);
+    let saved = view.saved().expect("a scene");
+    let saved = strandlight_formats::Scene::read(saved).expect("a scene");
+    assert_eq!(saved.render.background, Background::Panorama);
+    assert_eq!(saved.lights.panorama, file("sky.panorama"));
+    view.close();
 }
 
 #[test]

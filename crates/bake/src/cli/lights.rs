@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Outcome {
 fn run_fit(args: &FitArgs) -> Outcome {
     // The one layout there is; the match makes a new one stop here.
     let Layout::Latlong = args.layout;
-    let beside = [&args.residual, &args.timings, &args.preview];
+    let beside = [&args.residual, &args.timings, &args.preview, &args.panorama];
     let outputs = [&args.output].into_iter().chain(&args.report);
     let outputs = outputs.chain(beside.into_iter().flatten());
     let outputs: Vec<&Path> = outputs.map(PathBuf::as_path).collect();
@@ -66,6 +66,9 @@ fn run_fit(args: &FitArgs) -> Outcome {
     }
     if let Some(residual) = &args.residual {
         check_extension(residual, "exr")?;
+    }
+    if let Some(panorama) = &args.panorama {
+        check_extension(panorama, "panorama")?;
     }
     let plan = Plan::of(args)?;
     let progress = progress("fitting lights", plan.steps() + OTHER_STEPS);

@@ -6,6 +6,7 @@ mod groom;
 mod lights;
 mod line;
 mod mesh;
+mod panorama;
 mod reference;
 
 use std::path::{Path, PathBuf};
@@ -13,7 +14,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use strandlight_bake::tables::{Check, verify_tables};
 use strandlight_formats::{
-    BakedFile, Error, FileKind, Groom, Kind, LightSet, Mesh, SNIFF_BYTES, TableFile, read_start,
+    BakedFile, Error, FileKind, Groom, Kind, LightSet, Mesh, Panorama, SNIFF_BYTES, TableFile,
+    read_start,
 };
 use strandlight_images::Map;
 
@@ -21,14 +23,14 @@ use super::{Failure, Outcome, note, parse_error, print_line};
 use line::Line;
 use reference::Reference;
 
-/// Check baked files: tables against other methods, light sets against their map, grooms
-/// and meshes against their own invariants
+/// Check baked files: tables against other methods, light sets against their map, grooms,
+/// meshes and panoramas against their own invariants
 ///
 /// Checks every file, even after a failure. Exits with 2 when a file cannot be read, else with 1
 /// when a check fails.
 #[derive(clap::Args)]
 pub struct Args {
-    /// .tables, .lights, .groom and .mesh files
+    /// .tables, .lights, .groom, .mesh and .panorama files
     #[arg(required = true)]
     files: Vec<PathBuf>,
     /// Map that the light sets were fitted to
@@ -206,6 +208,9 @@ fn verify(path: &Path, reference: Option<&Reference<'_>>) -> Verdict {
                 Kind::Mesh => Mesh::read(path)
                     .map(|mesh| mesh::checks(&mesh))
                     .map_err(Refused::from),
+                Kind::Panorama => Panorama::read(path)
+                    .map(|panorama| panorama::checks(&panorama))
+                    .map_err(Refused::from),
                 _ => Err(Refused::unreadable(
                     path,
                     "no checks are available for this file",
@@ -228,7 +233,7 @@ fn kind_of(path: &Path) -> Result<Kind, Refused> {
         FileKind::Ours(kind) => Ok(kind),
         other => {
             let what = other.describe();
-            let what = format!("not a tables file, light set, groom or mesh: {what}");
+            let what = format!("not a tables file, light set, groom, mesh or panorama: {what}");
             Err(Refused::unreadable(path, what))
         }
     }

@@ -9,7 +9,7 @@
 //!   counts beside it.
 //! - [`separate`]: compact sources as lights, the rest as a map.
 //! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at;
-//!   [`light_set()`]: the file.
+//!   [`light_set()`]: the file; [`panorama()`]: the map for the background of pictures.
 //! - [`exchange`]: light sets for other programs; [`rig`]: as lights of USD.
 //!
 //! ```
@@ -33,6 +33,7 @@ mod fit;
 mod harmonics;
 mod light_set;
 mod linear;
+mod panorama;
 mod preview;
 mod projection;
 mod report;
@@ -51,6 +52,7 @@ pub use budget::{
 pub use cells::radiance;
 pub use fit::{Fit, FitError, FitOptions, MAX_LIGHTS, STEPS, fit};
 pub use light_set::light_set;
+pub use panorama::panorama;
 pub use preview::{Pictures, light_set_png, pictures, preview_png};
 pub use report::evaluate;
 pub use residual::{MAX_SUNS, Separated, evaluate_with_residual, rest_parameter, separate};

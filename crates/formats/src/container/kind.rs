@@ -25,11 +25,19 @@ pub enum Kind {
     Groom,
     /// `.mesh`
     Mesh,
+    /// `.panorama`
+    Panorama,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Kind; 4] = [Kind::Tables, Kind::Lights, Kind::Groom, Kind::Mesh];
+    pub const ALL: [Kind; 5] = [
+        Kind::Tables,
+        Kind::Lights,
+        Kind::Groom,
+        Kind::Mesh,
+        Kind::Panorama,
+    ];
 
     /// The four letters in the header.
     pub(crate) const fn tag(self) -> [u8; 4] {
@@ -38,6 +46,7 @@ impl Kind {
             Kind::Lights => *b"LGHT",
             Kind::Groom => *b"GROM",
             Kind::Mesh => *b"MESH",
+            Kind::Panorama => *b"PANO",
         }
     }
 
@@ -48,13 +57,14 @@ impl Kind {
             Kind::Lights => "light set",
             Kind::Groom => "groom",
             Kind::Mesh => "mesh",
+            Kind::Panorama => "panorama",
         }
     }
 
     /// The version this program writes; it reads every major up to this one.
     pub const fn version(self) -> (u16, u16) {
         match self {
-            Kind::Tables | Kind::Mesh => (1, 0),
+            Kind::Tables | Kind::Mesh | Kind::Panorama => (1, 0),
             // 1.1 records the kind of the lights, and what a groom was imported from.
             Kind::Lights | Kind::Groom => (1, 1),
         }

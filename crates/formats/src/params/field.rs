@@ -290,6 +290,7 @@ impl Plain for Background {
     fn to_value(&self) -> Value {
         match self {
             Background::Lights => Value::Text("lights".to_owned()),
+            Background::Panorama => Value::Text("panorama".to_owned()),
             Background::None => Value::Text("none".to_owned()),
             Background::Color(rgb) => Value::Vector(rgb.map(f64::from)),
         }
@@ -298,6 +299,7 @@ impl Plain for Background {
     fn from_value(value: Value) -> Option<Background> {
         match value {
             Value::Text(text) if text == "lights" => Some(Background::Lights),
+            Value::Text(text) if text == "panorama" => Some(Background::Panorama),
             Value::Text(text) if text == "none" => Some(Background::None),
             Value::Vector(rgb) => Some(Background::Color(rgb.map(|x| x as f32))),
             _ => None,

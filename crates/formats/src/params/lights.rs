@@ -15,6 +15,16 @@ pub const LIGHTS: Section<LightsSection> = Section {
         Param::new("file", "Light set", Kind::File, at!(LightsSection.file))
             .absent(Absent::Refused)
             .help("A `.lights` file."),
+        Param::new(
+            "panorama",
+            "Panorama",
+            Kind::File,
+            at!(LightsSection.panorama),
+        )
+        .help(
+            "A `.panorama` file: the map that the lights were fitted to, for `render.background` \
+             `\"panorama\"`. It turns with `rotate_deg`, times `intensity` and `tint`.",
+        ),
         Param::number(
             "rotate_deg",
             "Rotate",

@@ -141,6 +141,11 @@ const LUT_INPUTS: &[Word] = &[
 
 const BACKGROUNDS: &[Word] = &[
     ("lights", "Lights", "The environment of the lights."),
+    (
+        "panorama",
+        "Map",
+        "The environment map itself, of `lights.panorama`.",
+    ),
     ("none", "None", "Transparent in saved pictures."),
 ];
 

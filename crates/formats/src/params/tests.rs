@@ -95,6 +95,7 @@ fn the_rows_are_all_the_keys_of_a_scene() {
     scene.tables = Some(crate::TablesSection {
         file: "a.tables".into(),
     });
+    scene.lights.panorama = Some("a.panorama".into());
     scene.lights.muted = vec![1];
     scene.lights.solo = vec![2];
     scene.lights.adjust = vec![LightAdjust::new(3)];

@@ -1,11 +1,12 @@
 //! What pictures of the renderer's own are drawn and developed with, besides the strands.
 
+use super::behind::Behind;
 use super::draw::Ribbons;
 use super::lighting::Lighting;
 use super::proxies::DrawnProxies;
 use super::resources::{compute, shader};
 use crate::gpu::Context;
-use strandlight_scene::RenderError;
+use strandlight_scene::{PreparedScene, RenderError};
 
 /// Side of the viewport in pixels, with what is drawn in its middle: a power of two, so that
 /// corners come out the same whatever it is. Software devices slow down wherever a triangle is
@@ -27,6 +28,8 @@ pub(crate) struct Film {
     viewport: f32,
     pub(super) accumulate: wgpu::ComputePipeline,
     pub(super) composite: wgpu::ComputePipeline,
+    /// The map behind the hair, while it is seen.
+    pub(super) behind: Option<Behind>,
 }
 
 impl Film {
@@ -37,6 +40,7 @@ impl Film {
             viewport: viewport_side(context),
             accumulate: compute(context, &shader(context, "pass/accumulate")?, "accumulate"),
             composite: compute(context, &shader(context, "pass/composite")?, "composite"),
+            behind: None,
         })
     }
 
@@ -45,6 +49,24 @@ impl Film {
         let proxies = lighting.proxies();
         let current = (ribbons.view(), ribbons.current());
         self.proxies = proxies.map(|proxies| proxies.drawn(context, current.0, current.1));
+    }
+
+    /// Takes the map that `scene` shows behind its hair, or gives it up.
+    ///
+    /// # Errors
+    /// A map wider than the adapter's textures; none is there then.
+    pub fn set_behind(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+    ) -> Result<(), RenderError> {
+        self.behind = Behind::renewed(self.behind.take(), context, scene)?;
+        Ok(())
+    }
+
+    /// Bytes of that map on the device.
+    pub fn behind_bytes(&self) -> u64 {
+        self.behind.as_ref().map_or(0, Behind::bytes)
     }
 
     /// Draws the proxies into a picture of `size`, lit by the radiance buffer `radiance`, and sets

@@ -1,5 +1,6 @@
 //! What a scene needs on a device, known before anything is made there.
 
+use super::behind::seen;
 use super::draw;
 use super::multiple::multiple_bytes;
 use super::painted::paint_bytes;
@@ -100,6 +101,13 @@ impl DeviceBytes {
                 name: "the tables of multiple scattering",
                 bytes: textures + rows + size_of_val(&source.profiles[..]) as u64,
                 largest: rows,
+            });
+        }
+        if let Some(behind) = seen(scene) {
+            bytes.parts.push(DevicePart {
+                name: "the map behind the hair",
+                bytes: size_of_val(behind.map.texels()) as u64,
+                largest: 0,
             });
         }
         if scene.paint().is_some() {

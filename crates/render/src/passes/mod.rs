@@ -5,6 +5,7 @@
 //! (project, ribbons, passes of four samples, accumulate) -> `composite`. `strand_pass` draws the
 //! ribbons, into the passes of a film or of a host, which accumulates and composes itself.
 
+mod behind;
 mod bounce;
 pub(crate) mod clock;
 mod covering;

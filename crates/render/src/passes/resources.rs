@@ -136,6 +136,35 @@ pub(crate) fn read_back<T: bytemuck::Pod>(
     Ok(bytemuck::pod_collect_to_vec(&bytes))
 }
 
+/// A texture's whole, none of its sides being zero.
+pub(crate) fn texture(
+    context: &Context,
+    label: &'static str,
+    [width, height]: [u32; 2],
+    sample_count: u32,
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::TextureView {
+    let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
+    let n_texels = u64::from(width) * u64::from(height) * u64::from(sample_count);
+    context.resource_counters().add_texture(n_texels * texel);
+    let texture = context.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
 /// Records and submits commands.
 pub(crate) fn submit(context: &Context, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
     context.submit(record);

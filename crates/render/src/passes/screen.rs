@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use super::draw::Ribbons;
-use super::resources::{bind, buffer_of, compute, compute_pass, shader, step, submit, uniform};
+use super::resources::{
+    bind, buffer_of, compute, compute_pass, shader, step, submit, texture, uniform,
+};
 #[cfg(not(target_arch = "wasm32"))]
 use super::resources::{failed, labelled};
 use super::stamp::Stamp;
-use super::target::{Target, texture};
+use super::target::Target;
 use crate::gpu::Context;
 use strandlight_formats::Cube;
 use strandlight_scene::lut::{LUT_LINEAR, LUT_LOG2, LUT_SRGB, Lut, LutInput};

@@ -1,13 +1,18 @@
 //! Pictures of one size, or tiles of larger ones: samples, their sums, and the linear picture made
 //! of these.
 
+use std::sync::Arc;
+
+use super::behind::seen;
 use super::covering::{COLOR, DEPTH};
 use super::draw::Ribbons;
 use super::film::Film;
-use super::resources::{bind, compute_pass, step, storage, submit, uniform};
+use super::resources::{bind, compute_pass, step, storage, submit, texture, uniform};
 use super::stamp::Stamp;
 use crate::gpu::Context;
-use strandlight_formats::Background;
+use strandlight_formats::{Background, Panorama};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::panorama::TurnedPanorama;
 use strandlight_scene::sampling::PASS_SAMPLES;
 
 /// Mirrored by `Backdrop` in `shaders/pass/composite.wgsl`.
@@ -19,10 +24,14 @@ struct Backdrop {
     n_lights: u32,
     n_samples: u32,
     pad: [u32; 2],
+    factor: [f32; 3],
+    turn: f32,
 }
 
 strandlight_scattering::mirrors! {
-    Backdrop as "Backdrop" in "pass/composite" { color, kind, n_lights, n_samples, pad }
+    Backdrop as "Backdrop" in "pass/composite" {
+        color, kind, n_lights, n_samples, pad, factor, turn,
+    }
 }
 
 /// Rows of a target that a submission draws.
@@ -62,6 +71,8 @@ pub(crate) struct Target {
     composite: wgpu::BindGroup,
     /// The lights that `composite` is bound to.
     lights: wgpu::Buffer,
+    /// The map behind the hair that it is bound to.
+    map: Option<Arc<Panorama>>,
 }
 
 impl Target {
@@ -103,6 +114,7 @@ impl Target {
             backdrop,
             accumulate,
             lights: lights.clone(),
+            map: film.behind.as_ref().map(|behind| behind.map.clone()),
         }
     }
 
@@ -171,32 +183,43 @@ impl Target {
         pass
     }
 
-    /// Turns the sums of `samples` samples into the linear picture, before `background` or the
-    /// first `n_lights` of `lights`.
+    /// Turns the sums of `samples` samples into the linear picture, before the background of `scene`: a colour, the
+    /// first `n_lights` of `lights`, or the map of [`Film::set_behind`].
     pub fn composite(
         &mut self,
         context: &Context,
         film: &Film,
         ribbons: &Ribbons,
-        (background, samples): (&Background, u32),
+        (scene, samples): (&PreparedScene, u32),
         (lights, n_lights): (&wgpu::Buffer, u32),
         stamp: Stamp,
     ) {
-        let (kind, color) = match *background {
+        let behind = film.behind.as_ref();
+        let map = behind.and_then(|_| seen(scene));
+        let (kind, color) = match scene.background {
             Background::None => (0, [0.0; 3]),
             Background::Color(color) => (1, color),
-            Background::Lights => (2, [0.0; 3]),
+            Background::Panorama if map.is_some() => (3, [0.0; 3]),
+            Background::Lights | Background::Panorama => (2, [0.0; 3]),
         };
+        let (factor, turn) = map.map_or(([0.0; 3], 0.0), TurnedPanorama::uniform);
         let backdrop = Backdrop {
             color,
             kind,
             n_lights,
             n_samples: samples,
             pad: [0; 2],
+            factor,
+            turn,
         };
         let bytes = bytemuck::bytes_of(&backdrop);
         context.write(&self.backdrop, 0, bytes);
-        if self.lights != *lights {
+        let map = behind.map(|behind| &behind.map);
+        let is_bound = match (map, &self.map) {
+            (Some(map), Some(bound)) => Arc::ptr_eq(map, bound),
+            (map, bound) => map.is_none() && bound.is_none(),
+        };
+        if self.lights != *lights || !is_bound {
             let buffers = [
                 ribbons.view(),
                 &self.backdrop,
@@ -206,11 +229,13 @@ impl Target {
             ];
             self.composite = bind_composite(context, film, buffers);
             self.lights = lights.clone();
+            self.map = map.cloned();
         }
         submit(context, |encoder| {
             let mut pass = compute_pass(encoder, stamp);
             let groups = self.size.map(|n| n.div_ceil(8));
-            step(&mut pass, &film.composite, &self.composite, groups);
+            let pipeline = behind.map_or(&film.composite, |behind| &behind.composite);
+            step(&mut pass, pipeline, &self.composite, groups);
         });
     }
 
@@ -236,36 +261,12 @@ impl Target {
 }
 
 fn bind_composite(context: &Context, film: &Film, buffers: [&wgpu::Buffer; 5]) -> wgpu::BindGroup {
-    let resources = [0, 1, 2, 3, 4].map(|ix| (ix as u32, buffers[ix].as_entire_binding()));
-    let layout = film.composite.get_bind_group_layout(0);
+    let buffers = buffers.iter().map(|buffer| buffer.as_entire_binding());
+    let texels = film.behind.as_ref().map(|behind| &behind.texels);
+    let resources: Vec<_> = (0..)
+        .zip(buffers.chain(texels.map(wgpu::BindingResource::TextureView)))
+        .collect();
+    let pipeline = film.behind.as_ref().map(|behind| &behind.composite);
+    let layout = pipeline.unwrap_or(&film.composite).get_bind_group_layout(0);
     bind(context, &layout, &resources)
-}
-
-/// A texture's whole, none of its sides being zero.
-pub(crate) fn texture(
-    context: &Context,
-    label: &'static str,
-    [width, height]: [u32; 2],
-    sample_count: u32,
-    format: wgpu::TextureFormat,
-    usage: wgpu::TextureUsages,
-) -> wgpu::TextureView {
-    let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
-    let n_texels = u64::from(width) * u64::from(height) * u64::from(sample_count);
-    context.resource_counters().add_texture(n_texels * texel);
-    let texture = context.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d {
-            width,
-            height,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    });
-    texture.create_view(&Default::default())
 }

@@ -10,6 +10,7 @@ use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::camera::Camera;
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::Paint;
+use strandlight_scene::panorama::TurnedPanorama;
 use strandlight_scene::proxy::Proxy;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_scene::stats::Observer;
@@ -108,6 +109,14 @@ impl Backend for ProgressiveRenderer {
         let before = (scene.exposure, &scene.display, scene.background);
         if before != (exposure, &display, background) {
             (scene.exposure, scene.display, scene.background) = (exposure, display, background);
+            self.hair.begin_report();
+            self.picture.shown = 0;
+        }
+    }
+
+    fn set_panorama(&mut self, panorama: Option<TurnedPanorama>) {
+        if self.hair.scene.panorama != panorama {
+            self.hair.scene.panorama = panorama;
             self.hair.begin_report();
             self.picture.shown = 0;
         }

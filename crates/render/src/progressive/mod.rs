@@ -262,6 +262,6 @@ impl ProgressiveRenderer {
     fn device_bytes(&self) -> u64 {
         let target = self.target.as_ref().map_or(0, Target::bytes);
         let [width, height] = self.size.map(u64::from);
-        self.hair.bytes() + target + 4 * width * height
+        self.hair.bytes() + target + self.film.behind_bytes() + 4 * width * height
     }
 }

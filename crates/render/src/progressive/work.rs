@@ -192,8 +192,10 @@ impl ProgressiveRenderer {
                 let Some(target) = &mut self.target else {
                     return Ok(());
                 };
-                let (context, film, ribbons) = (&self.hair.context, &self.film, &self.hair.ribbons);
-                let background = (&self.hair.scene.background, samples);
+                let (context, scene) = (&self.hair.context, &self.hair.scene);
+                self.film.set_behind(context, scene)?;
+                let (film, ribbons) = (&self.film, &self.hair.ribbons);
+                let background = (scene, samples);
                 let lit = self.hair.lighting.lit();
                 let stamp = self.hair.clock.stamp("composite");
                 target.composite(context, film, ribbons, background, lit, stamp);

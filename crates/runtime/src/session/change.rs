@@ -1,6 +1,7 @@
 //! What differs between two states of a document, in terms of what must be recomputed.
 
 use std::ops::Range;
+use std::path::PathBuf;
 
 use strandlight_formats::{
     AddedLight, GroomSection, HairSection, LightsSection, RenderSection, Scene, TablesSection,
@@ -150,10 +151,17 @@ impl Change {
         edits |= edits_of_variation(before, after);
         let is_label = edits.contains(Edits::LABEL)
             || before.variation != *variation && !edits.intersects(Edits::VARIATION | Edits::SHAPE);
-        edits.set(Edits::LABEL, is_label);
         edits.set(
             Edits::GRADE,
-            edits.contains(Edits::GRADE) || before.lut_path() != after.lut_path(),
+            edits.contains(Edits::GRADE)
+                || before.lut_path() != after.lut_path()
+                || behind(before) != behind(after),
+        );
+        // A map that is not seen changes nothing.
+        let has_other_map = before.lights.panorama != lights.panorama;
+        edits.set(
+            Edits::LABEL,
+            is_label || has_other_map && !edits.contains(Edits::GRADE),
         );
         Change { edits, paint: None }
     }
@@ -217,9 +225,18 @@ impl Change {
     }
 }
 
+/// What is seen of the panorama.
+fn behind(scene: &Scene) -> Option<(PathBuf, f64, f64, [f64; 3])> {
+    let lights = &scene.lights;
+    let path = scene.seen_panorama_path()?;
+    Some((path, lights.rotate_deg, lights.intensity, lights.tint))
+}
+
 fn edits_of_lights(before: &LightsSection, after: &LightsSection) -> Edits {
     let LightsSection {
         file: _,
+        // Only where it is seen: with the background.
+        panorama: _,
         intensity,
         rotate_deg,
         tint,

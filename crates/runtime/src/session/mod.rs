@@ -44,6 +44,7 @@ use strandlight_scene::files::Files;
 pub use strandlight_scene::keys::camera_section as section_of;
 use strandlight_scene::keys::with_values;
 use strandlight_scene::paint::{Paint, Stroke};
+use strandlight_scene::panorama::TurnedPanorama;
 use strandlight_scene::scene::PreparedScene;
 
 /// A scene that is open for editing.
@@ -141,6 +142,11 @@ impl Session {
         &self.snapshot.assets.lights
     }
 
+    /// The map behind the hair, turned and multiplied as the scene says, where it is seen.
+    pub fn panorama(&self) -> Option<TurnedPanorama> {
+        self.snapshot.assets.turned_panorama(&self.scene.lights)
+    }
+
     /// The document, ready to be rendered: see [`PreparedScene::new`].
     ///
     /// # Errors
@@ -182,7 +188,7 @@ impl Session {
             let after = AssetSnapshot::new(assets, self.next_paint_state())?;
             let before = std::mem::replace(&mut self.snapshot, after.clone());
             Some(Box::new([before, after]))
-        } else if change.has(Edits::LIGHTS | Edits::TABLES) || has_other_lut(&assets, before) {
+        } else if change.has(Edits::LIGHTS | Edits::TABLES) || has_other_grade(&assets, before) {
             let before = std::mem::replace(&mut self.snapshot.assets, assets.clone());
             // The groom is the same, so its paint is not the step's business.
             Some(Box::new([before, assets].map(|assets| AssetSnapshot {
@@ -384,7 +390,7 @@ impl Session {
                         (Edits::GEOMETRY, !Arc::ptr_eq(&old.groom, &new.groom)),
                         (Edits::LIGHTS, !Arc::ptr_eq(&old.lights, &new.lights)),
                         (Edits::TABLES, !Arc::ptr_eq(&old.tables, &new.tables)),
-                        (Edits::GRADE, has_other_lut(&old, new)),
+                        (Edits::GRADE, has_other_grade(&old, new)),
                     ] {
                         change.edits.set(edit, is_other || change.has(edit));
                     }
@@ -421,7 +427,9 @@ impl Direction {
     }
 }
 
-/// Are pictures shown by another LUT, or by one and by none?
-fn has_other_lut(a: &Assets, b: &Assets) -> bool {
-    a.lut.as_ref().map(Arc::as_ptr) != b.lut.as_ref().map(Arc::as_ptr)
+/// Are pictures shown by another LUT, or before another map, or by one and by none?
+fn has_other_grade(a: &Assets, b: &Assets) -> bool {
+    let has_other_lut = a.lut.as_ref().map(Arc::as_ptr) != b.lut.as_ref().map(Arc::as_ptr);
+    let map = |assets: &Assets| assets.panorama.as_ref().map(Arc::as_ptr);
+    has_other_lut || map(a) != map(b)
 }

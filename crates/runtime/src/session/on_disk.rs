@@ -21,6 +21,7 @@ impl OnDisk {
             .into_iter()
             .chain(scene.tables_path())
             .chain(scene.lut_path())
+            .chain(scene.panorama_path())
             .chain(scene.frame_paths())
             .chain(scene.mesh_paths().into_iter().map(|(_, path)| path))
             .map(|path| {

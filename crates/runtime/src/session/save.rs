@@ -105,6 +105,7 @@ impl Session {
             ("light set", Some(scene.lights_path())),
             ("tables", scene.tables_path()),
             ("LUT", scene.lut_path()),
+            ("panorama", scene.panorama_path()),
         ];
         let frames = scene.frame_paths().into_iter();
         let frames = frames.map(|frame| ("groom of a frame", Some(frame)));
@@ -132,7 +133,7 @@ impl Session {
     /// from stay where only values have changed. Files that it names stay where they
     /// are: relative paths are written so that they lead there. If the hair was painted since the
     /// groom was read or written, the groom goes to a new file beside the scene, called
-    /// `NAME-painted.groom` or with a number after that. Grooms, light sets and meshes that were made
+    /// `NAME-painted.groom` or with a number after that. Grooms, light sets, panoramas and meshes that were made
     /// here and are in memory only are written beside the scene, under free names.
     ///
     /// # Errors
@@ -186,8 +187,13 @@ impl Session {
         self.history.for_each_scene(|remembered| {
             let has_groom = remembered.groom_path() == old_groom;
             let has_lights = remembered.lights_path() == old_lights;
-            let meshes = remembered.mesh_paths();
+            let (meshes, panorama) = (remembered.mesh_paths(), remembered.panorama_path());
             move_to(remembered, &folder);
+            if let (Some(from), Some(file)) = (panorama, &mut remembered.lights.panorama)
+                && let Some(held) = made.iter().find(|held| held.from == from)
+            {
+                *file = held.name();
+            }
             if has_groom {
                 remembered.groom.file.clone_from(&scene.groom.file);
             }
@@ -219,7 +225,7 @@ impl Session {
     fn place_held(&self, scene: &mut Scene, is_painted: bool) -> Vec<Held> {
         let folder = scene.folder.clone();
         let mut made: Vec<Held> = Vec::new();
-        let mut place = |from: PathBuf, file: &mut PathBuf| {
+        let mut place = |from: PathBuf, called: &Path, file: &mut PathBuf| {
             if let Some(known) = made.iter().find(|held| held.from == from) {
                 *file = known.name();
                 return;
@@ -229,19 +235,32 @@ impl Session {
             };
             let is_taken =
                 |to: &Path| to.symlink_metadata().is_ok() || made.iter().any(|held| held.to == to);
-            let to = free_name(&folder.join(from.file_name().unwrap_or_default()), is_taken);
+            let to = free_name(
+                &folder.join(called.file_name().unwrap_or_default()),
+                is_taken,
+            );
             let held = Held { from, to, bytes };
             *file = held.name();
             made.push(held);
         };
         if !is_painted {
-            place(self.scene.groom_path(), &mut scene.groom.file);
+            let groom = self.scene.groom_path();
+            place(groom.clone(), &groom, &mut scene.groom.file);
         }
-        place(self.scene.lights_path(), &mut scene.lights.file);
+        let lights = self.scene.lights_path();
+        place(lights.clone(), &lights, &mut scene.lights.file);
+        if let (Some(from), Some(file)) = (self.scene.panorama_path(), &mut scene.lights.panorama) {
+            // Called as its light set is, wherever that is written.
+            let called = match from == lights.with_extension("panorama") {
+                true => scene.lights.file.with_extension("panorama"),
+                false => from.clone(),
+            };
+            place(from, &called, file);
+        }
         let meshes = self.scene.mesh_paths();
         for (ix, from) in meshes {
             if let Some(ProxySection::Mesh { mesh, .. }) = scene.proxies.get_mut(ix) {
-                place(from, mesh);
+                place(from.clone(), &from, mesh);
             }
         }
         made
@@ -351,7 +370,8 @@ fn move_to(scene: &mut Scene, folder: &Path) {
         ProxySection::Mesh { mesh, .. } => Some(mesh),
         _ => None,
     });
-    let files = files.into_iter().chain(tables).chain(lut);
+    let panorama = scene.lights.panorama.as_mut();
+    let files = files.into_iter().chain(tables).chain(lut).chain(panorama);
     for file in files.chain(frames).chain(meshes) {
         *file = path_from(folder, &from.join(&*file), file);
     }

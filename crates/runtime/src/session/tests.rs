@@ -2,8 +2,9 @@
 
 use serde_json::{Map, Value, json};
 use strandlight_formats::{
-    AddedLight, BakedFile, CameraSection, Groom, LightAdjust, LightSet, LutInput, Melanin,
-    MotionSection, ProxySection, Scene, SrbfLight, TablesSection, VariationSection, WindSection,
+    AddedLight, Background, BakedFile, CameraSection, Groom, LightAdjust, LightSet, LutInput,
+    Melanin, MotionSection, Panorama, ProxySection, Scene, SrbfLight, TablesSection,
+    VariationSection, WindSection,
 };
 
 use super::*;
@@ -97,6 +98,7 @@ fn every_key_of_a_scene_is_covered() {
     full.lights.added = vec![AddedLight::default()];
     full.render.lut = Some("dark.cube".into());
     full.render.lut_input = LutInput::Srgb;
+    full.lights.panorama = Some("sky.panorama".into());
     full.motion = Some(MotionSection {
         wind: Some(WindSection::default()),
         ..MotionSection::default()
@@ -158,6 +160,7 @@ fn every_key_of_a_scene_is_covered() {
                 "motion.frames.0" => json!("2.groom"),
                 "render.tone_map" => json!("none"),
                 "render.lut" => json!("other.cube"),
+                "lights.panorama" => json!("other.panorama"),
                 "render.lut_input" => json!("linear"),
                 "render.background" => json!("none"),
                 "render.scattering" => json!("single"),
@@ -414,6 +417,67 @@ fn another_groom_comes_and_goes_with_its_step() {
         session.camera(),
         section_of(&session.prepared().expect("drawable").camera)
     );
+}
+
+#[test]
+fn a_map_in_the_background_comes_and_goes_with_its_step() {
+    let mut session = session();
+    let map = |brightness: f32| {
+        let map = Panorama::from_pixels(4, &[[brightness; 3]; 8]).expect("valid");
+        map.to_bytes().expect("valid")
+    };
+    session.files().hold(Path::new("/s/1.panorama"), map(1.0));
+    session.files().hold(Path::new("/s/2.panorama"), map(2.0));
+    let red = |session: &Session| {
+        let prepared = session.prepared().expect("drawable");
+        let panorama = prepared.panorama?;
+        Some(panorama.radiance(glam::Vec3::X)[0])
+    };
+    // Named, and not seen: nothing is drawn anew, and nothing is read.
+    let missing = |s: &mut Scene| s.lights.panorama = Some("3.panorama".into());
+    assert_eq!(edit(&mut session, "name", missing).names(), ["label"]);
+    assert_eq!(red(&session), None);
+    let first = |s: &mut Scene| s.lights.panorama = Some("1.panorama".into());
+    assert_eq!(edit(&mut session, "other", first).names(), ["label"]);
+    let seen = |s: &mut Scene| s.render.background = Background::Panorama;
+    assert_eq!(edit(&mut session, "seen", seen).names(), ["grade"]);
+    assert_eq!(red(&session), Some(1.0));
+    let second = |s: &mut Scene| s.lights.panorama = Some("2.panorama".into());
+    assert_eq!(edit(&mut session, "second", second).names(), ["grade"]);
+    assert_eq!(red(&session), Some(2.0));
+    // It follows what lights follow.
+    let bright = |s: &mut Scene| s.lights.intensity = 0.5;
+    let names = edit(&mut session, "bright", bright).names();
+    assert_eq!(names, ["grade", "light_colors"]);
+    assert_eq!(red(&session), Some(1.0));
+    let turned = |s: &mut Scene| s.lights.rotate_deg = 30.0;
+    let names = edit(&mut session, "turned", turned).names();
+    assert_eq!(names, ["grade", "lights"]);
+    for (wanted, names) in [
+        (1.0, &["grade", "lights"][..]),
+        (2.0, &["grade", "light_colors"]),
+        (1.0, &["grade"]),
+    ] {
+        assert_eq!(session.undo().expect("a step").names(), names);
+        assert_eq!(red(&session), Some(wanted));
+    }
+    assert_eq!(session.undo().expect("a step").names(), ["grade"]);
+    assert_eq!(red(&session), None);
+    session.redo();
+    assert_eq!(red(&session), Some(1.0));
+    // One that is not there is refused, and so is none.
+    for change in [missing, |s: &mut Scene| s.lights.panorama = None] {
+        let error = session.edit("bad", change).expect_err("no map");
+        assert!(error.to_string().contains("lights.panorama"), "{error}");
+        assert_eq!(red(&session), Some(1.0));
+    }
+    let over = session.save_as(Path::new("/s/1.panorama"));
+    let over = over.expect_err("the scene is made of it").to_string();
+    assert!(over.contains("panorama"), "{over}");
+    session.save_as(Path::new("/t/b.toml")).expect("written");
+    let named = session.scene().lights.panorama.clone();
+    assert_eq!(named, Some("../s/1.panorama".into()));
+    assert_eq!(red(&session), Some(1.0));
 }
 
 #[test]

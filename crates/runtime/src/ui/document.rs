@@ -50,6 +50,7 @@ mod native {
                 Some(scene.lights_path()),
                 scene.tables_path(),
                 scene.lut_path(),
+                scene.panorama_path(),
             ];
             let meshes = scene.mesh_paths().into_iter().map(|(_, path)| path);
             self.seen = (files.into_iter().chain(others).flatten())

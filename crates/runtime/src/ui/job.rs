@@ -14,7 +14,7 @@ mod native {
     use egui::{Modal, RichText, Ui};
     use web_time::Instant;
 
-    use crate::opening::{self, CannotOpen};
+    use crate::opening::{self, CannotOpen, Fitted};
     use crate::session::Session;
     use crate::ui::field::Changes;
     use crate::ui::job::bar;
@@ -39,14 +39,12 @@ mod native {
             /// What was taken, dropped and doubted.
             notes: Vec<String>,
         },
-        /// A light set, as a file, fitted to a map.
+        /// A light set fitted to a map, and the map for the background.
         Lights {
             /// The map.
             from: PathBuf,
-            /// A `.lights` file.
-            bytes: Vec<u8>,
-            /// How good it is.
-            figures: String,
+            /// Light set, panorama, and how good they are.
+            fitted: Fitted,
         },
         /// The desktop's dialog was closed.
         Chosen {

@@ -412,7 +412,10 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
         panel::lights::show(ui, scene, of_scene, key, &mut state.lights, changes);
     });
     section(ui, "Render", false, changes, |ui, changes| {
-        panel::picture::show(ui, scene, &mut state.backdrop, changes);
+        let session = input.viewer.session();
+        let panorama = scene.panorama_path();
+        let has_map = panorama.is_some_and(|path| session.files().exists(&path));
+        panel::picture::show(ui, scene, (&mut state.backdrop, has_map), changes);
     });
     section(ui, "Motion", false, changes, |ui, changes| {
         panel::motion::show(ui, scene, &mut state.motion, changes);

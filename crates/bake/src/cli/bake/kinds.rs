@@ -28,6 +28,7 @@ pub const KINDS: [KindInfo; 3] = [
             ("report", "json"),
             ("page", "html"),
             ("preview", "png"),
+            ("panorama", "panorama"),
             ("residual", "exr"),
         ],
         revision: 1,
@@ -48,8 +49,9 @@ pub const KINDS: [KindInfo; 3] = [
 
 /// Options that a manifest says in other words, or that say nothing about the outputs.
 /// A scene of `hair` would be an input that nobody looks at.
-const NO_KEYS: [&str; 9] = [
-    "output", "report", "preview", "residual", "timings", "json", "hair", "help", "frames",
+const NO_KEYS: [&str; 10] = [
+    "output", "report", "preview", "panorama", "residual", "timings", "json", "hair", "help",
+    "frames",
 ];
 
 /// The command whose options are the keys of `kind`.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use strandlight_bake::lights::{MAX_LIGHTS, MAX_SUNS, Metric};
-use strandlight_formats::{HairSection, Scene, preset_names};
+use strandlight_formats::{HairSection, MAX_PANORAMA_WIDTH, Scene, preset_names};
 use strandlight_scattering::HairParams;
 
 use super::repeat::Line;
@@ -73,6 +73,14 @@ pub struct FitArgs {
     /// Write map, light set, difference and lights as a picture
     #[arg(long, value_name = "P.png")]
     pub preview: Option<PathBuf>,
+    /// Write the map itself, for the background of pictures: `lights.panorama` of a scene
+    #[arg(long, value_name = "X.panorama")]
+    pub panorama: Option<PathBuf>,
+    #[arg(long, value_name = "PIXELS", default_value_t = 2048, value_parser = parse_width,
+        requires = "panorama", help = format!(
+            "Width of the panorama, even, 4 to {MAX_PANORAMA_WIDTH}; a map that is narrower keeps its own"
+        ))]
+    pub panorama_width: u32,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
@@ -89,6 +97,15 @@ fn parse_count(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=MAX_LIGHTS).contains(&count) => Ok(count),
         _ => Err(format!("not a number from 1 to {MAX_LIGHTS}")),
+    }
+}
+
+fn parse_width(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(width) if (4..=MAX_PANORAMA_WIDTH).contains(&width) && width.is_multiple_of(2) => {
+            Ok(width)
+        }
+        _ => Err(format!("not an even number from 4 to {MAX_PANORAMA_WIDTH}")),
     }
 }
 
@@ -165,6 +182,10 @@ pub fn command(args: &FitArgs) -> String {
     }
     if let Some(path) = &args.preview {
         line.path("--preview", path);
+    }
+    if let Some(path) = &args.panorama {
+        line.path("--panorama", path);
+        line.value("--panorama-width", args.panorama_width);
     }
     for path in &args.report {
         line.path("--report", path);

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use serde_json::{Map as Object, Value};
 use strandlight_bake::lights::{
-    FitOptions, evaluate, evaluate_with_residual, fibre_error_of, light_set, pictures, preview_png,
-    rest_parameter,
+    FitOptions, evaluate, evaluate_with_residual, fibre_error_of, light_set, panorama, pictures,
+    preview_png, rest_parameter,
 };
 use strandlight_formats::{BakedFile, FitReport};
 use strandlight_images::{Map, MapSelection, exr_file};
@@ -148,6 +148,13 @@ fn files(
     if let Some(path) = args.preview.as_ref().filter(|_| results.is_kept()) {
         let (bytes, seconds) = timed(|| preview_png(&results.set, map));
         stages.push(("preview", seconds));
+        let bytes = bytes.map_err(|error| Failure::file(path, error))?;
+        files.push((path.clone(), bytes));
+    }
+    if let Some(path) = args.panorama.as_ref().filter(|_| results.is_kept()) {
+        let (made, seconds) = timed(|| panorama(map, args.panorama_width));
+        stages.push(("panorama", seconds));
+        let bytes = made.and_then(|made| made.to_bytes());
         let bytes = bytes.map_err(|error| Failure::file(path, error))?;
         files.push((path.clone(), bytes));
     }

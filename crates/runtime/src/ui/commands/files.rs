@@ -257,7 +257,7 @@ fn save_as_question(path: String, then: Then) -> Question {
 
 /// Endings of the files that can be opened.
 fn openable_extensions() -> Vec<String> {
-    let ours = ["toml", "groom", "lights", "exr", "hdr", "cube"].into_iter();
+    let ours = ["toml", "groom", "lights", "panorama", "exr", "hdr", "cube"].into_iter();
     let formats = strandlight_formats::GROOM_FORMATS.iter();
     let others = formats.flat_map(|format| format.info().extensions);
     ours.chain(others.copied()).map(str::to_owned).collect()

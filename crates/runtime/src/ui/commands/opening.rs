@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
+use strandlight_formats::Background;
 use strandlight_scene::RenderError;
 use strandlight_scene::interactive::Progress;
 
@@ -40,7 +41,9 @@ impl Workspace {
         let name = name_of(path);
         match kind_of(path) {
             Ok(Openable::Scene) => self.before_losing(Then::Open(from)),
-            Ok(kind @ (Openable::Groom | Openable::Lights | Openable::Lut)) => {
+            Ok(
+                kind @ (Openable::Groom | Openable::Lights | Openable::Panorama | Openable::Lut),
+            ) => {
                 self.swap(kind, path, path);
             }
             Ok(Openable::Hair) => self.begin(Job::start(format!("Reading {name}"), move |_| {
@@ -54,12 +57,8 @@ impl Workspace {
             Ok(Openable::Map) => {
                 let title = format!("Fitting lights to {name}");
                 self.begin(Job::start(title, move |work| {
-                    let (bytes, figures) = fit_map(&from, work)?;
-                    Ok(Made::Lights {
-                        from,
-                        bytes,
-                        figures,
-                    })
+                    let fitted = fit_map(&from, work)?;
+                    Ok(Made::Lights { from, fitted })
                 }));
             }
             Err(error) => self.fail(&error.to_string()),
@@ -80,7 +79,7 @@ impl Workspace {
 
     /// Takes up what work has made.
     pub(in crate::ui) fn poll_job(&mut self) {
-        use crate::opening::{Openable, beside};
+        use crate::opening::{Openable, beside, beside_map};
 
         let news = self.job.as_ref().map_or(News::None, Job::news);
         if matches!(news, News::None) {
@@ -101,16 +100,13 @@ impl Workspace {
                     self.say(&format!("{}: {}", name_of(&from), notes.join("; ")));
                 }
             }
-            News::Made(Made::Lights {
-                from,
-                bytes,
-                figures,
-            }) => {
+            News::Made(Made::Lights { from, fitted }) => {
                 let path = std::path::absolute(&from).unwrap_or_else(|_| from.clone());
-                let path = beside(&path, "lights", &files);
-                files.hold(&path, bytes);
+                let [path, panorama] = beside_map(&path, &files);
+                files.hold(&path, fitted.lights);
+                files.hold(&panorama, fitted.panorama);
                 if self.swap(Openable::Lights, &path, &from) {
-                    self.say(&format!("{}: {figures}", name_of(&from)));
+                    self.say(&format!("{}: {}", name_of(&from), fitted.figures));
                 }
             }
             News::Made(Made::Chosen {
@@ -140,7 +136,7 @@ impl Workspace {
         self.window.request_redraw();
     }
 
-    /// Puts another groom, light set or LUT into the scene, that of the file `from`, which is remembered; answers
+    /// Puts another groom, light set, panorama or LUT into the scene, that of the file `from`, which is remembered; answers
     /// whether it is another one.
     pub(super) fn swap(
         &mut self,
@@ -155,14 +151,14 @@ impl Workspace {
         is_other
     }
 
-    /// [`Workspace::swap`] of which nothing is remembered.
+    /// [`Workspace::swap`] of which nothing is remembered. With a light set comes its panorama.
     pub(super) fn put_in(
         &mut self,
         kind: crate::opening::Openable,
         path: &Path,
         from: &Path,
     ) -> bool {
-        use crate::opening::Openable;
+        use crate::opening::{Openable, panorama_of};
 
         let file = self.viewer.session().path_in_scene(path);
         let name = name_of(from);
@@ -175,12 +171,30 @@ impl Workspace {
             _ => None,
         };
         let n_after = n_after.map_or(n_before, |set| set.lights.len());
+        let files = session.files();
+        let is_seen = session.scene().render.background == Background::Panorama;
+        let panorama = match kind {
+            Openable::Lights => panorama_of(path, files),
+            _ => None,
+        };
+        // Of one that cannot be read the lights can still be taken.
+        let panorama = panorama.filter(|path| !is_seen || files.panorama(path).is_ok());
+        let panorama = panorama.map(|path| session.path_in_scene(&path));
         self.viewer.commit();
         let changed = self.viewer.edit(&label, |scene| match kind {
             Openable::Lights if scene.lights.file != file => {
                 scene.lights.change_set(file, n_before, n_after);
+                scene.lights.panorama = panorama;
+                if is_seen && scene.lights.panorama.is_none() {
+                    scene.render.background = Background::Lights;
+                }
             }
+            Openable::Lights if scene.lights.panorama.is_none() => scene.lights.panorama = panorama,
             Openable::Lights => {}
+            Openable::Panorama => {
+                scene.lights.panorama = Some(file);
+                scene.render.background = Background::Panorama;
+            }
             Openable::Lut => scene.render.lut = Some(file),
             _ => scene.groom.file = file,
         });

@@ -11,15 +11,19 @@ use crate::ui::field::named;
 use crate::ui::field::{Changes, rounded};
 use crate::ui::param::{Rows, help};
 
+/// Why there is no map to choose, and how to get one.
+const NO_MAP: &str = "The scene has no panorama. Open or drop an HDR map, or a .panorama file that `strandlight \
+                      lights --panorama` made of one.";
+
 /// A colour behind the hair to begin with: middle grey.
 const BACKDROP: [f32; 3] = [0.18; 3];
 
 /// Scattering, grading, background, samples and shadow maps. `backdrop` is the last colour that was
-/// behind the hair.
+/// behind the hair; `has_map` says whether the scene's panorama is there.
 pub fn show(
     ui: &mut Ui,
     scene: &mut Scene,
-    backdrop: &mut Option<[f32; 3]>,
+    (backdrop, has_map): (&mut Option<[f32; 3]>, bool),
     changes: &mut Changes,
 ) {
     let plain = RenderSection::default();
@@ -39,7 +43,7 @@ pub fn show(
                     named,
                     words,
                     &numbers,
-                    (&mut rows.target.background, backdrop),
+                    (&mut rows.target.background, backdrop, has_map),
                     changes,
                 );
             }
@@ -85,7 +89,7 @@ fn background(
     (label, help): (&str, &str),
     words: &[Word],
     numbers: &Numbers,
-    (background, backdrop): (&mut Background, &mut Option<[f32; 3]>),
+    (background, backdrop, has_map): (&mut Background, &mut Option<[f32; 3]>, bool),
     changes: &mut Changes,
 ) {
     if let Background::Color(rgb) = background {
@@ -93,18 +97,22 @@ fn background(
     }
     let kind = match background {
         Background::Lights => 0,
-        Background::None => 1,
-        Background::Color(_) => 2,
+        Background::Panorama => 1,
+        Background::None => 2,
+        Background::Color(_) => 3,
     };
     named(ui, label, help, |ui| {
         let words = words.iter().map(|(_, name, help)| (*name, *help));
         for (ix, (name, help)) in words.chain([("Colour", "A constant colour.")]).enumerate() {
-            let choice = ui.selectable_label(kind == ix, name).on_hover_text(help);
+            let button = egui::Button::selectable(kind == ix, name);
+            let choice = ui.add_enabled(ix != 1 || kind == 1 || has_map, button);
+            let choice = choice.on_hover_text(help).on_disabled_hover_text(NO_MAP);
             changes.place(format!("{label} {name}"), &choice);
             if choice.clicked() && kind != ix {
                 *background = match ix {
                     0 => Background::Lights,
-                    1 => Background::None,
+                    1 => Background::Panorama,
+                    2 => Background::None,
                     _ => Background::Color(backdrop.unwrap_or(BACKDROP)),
                 };
                 changes.note(label);
