@@ -269,9 +269,9 @@ fn measure_latency() {
     let [left, top, right, bottom] = view.place("View");
     println!("picture of {} x {}", right - left, bottom - top);
     let middle = view.middle("View");
-    for again in 0..2 {
-        println!("{}:", ["first", "again"][again]);
-        latencies(&view, "orbit", middle, [6, 1], 40);
+    for round in ["first", "again"] {
+        println!("{round}:");
+        latencies(&view, "orbit", middle, [6, 1], 30);
         view.settle();
         let slider = view.place("IOR slider");
         let start = [slider[0] + 8, (slider[1] + slider[3]) / 2];

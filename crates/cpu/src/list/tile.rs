@@ -196,7 +196,8 @@ impl Scratch {
                     surface: [NONE; PLACES],
                 };
                 let middle = [self.origin[0] + x, self.origin[1] + y].map(|n| n as f32 + 0.5);
-                for ix in 0..PLACES {
+                let n_places = if beside.records().n > 0 { PLACES } else { 0 };
+                for ix in 0..n_places {
                     let [dx, dy] = place(ix);
                     let direction = ray_direction(view, middle[0] + dx, middle[1] + dy);
                     let away = direction.dot(Vec3::from(view.forward));

@@ -35,6 +35,9 @@ use strandlight_scene::interactive::Progress;
 /// Work on the picture in a frame while the user drags something, and otherwise.
 const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis(40)];
 
+/// The same until there is a picture of the view: there is nothing else to see, and frames in between would delay it.
+const BUDGET_OF_VIEWS: Duration = Duration::from_millis(100);
+
 /// Frames in a row that are made for what has no size yet.
 const MOST_ROUGH: u32 = 4;
 
@@ -354,7 +357,10 @@ impl Workspace {
     }
 
     fn advance(&mut self, is_busy: bool) {
-        let budget = BUDGETS[usize::from(!is_busy)];
+        let budget = match self.progress.is_shown || self.is_empty {
+            true => BUDGETS[usize::from(!is_busy)],
+            false => BUDGET_OF_VIEWS,
+        };
         match self.viewer.advance(budget) {
             Ok(progress) => {
                 self.progress = progress;
