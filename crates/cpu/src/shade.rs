@@ -222,8 +222,13 @@ impl<'a> PointShader<'a> {
             let (record, unblocked, unblocked_tt) = arriving(ix, light);
             let direction = in_frame(Vec3::from(light.direction));
             let source = LightInFrame::from_vector(direction, light.lambda);
-            let of_light = (light, &source, &eye, self.view.radiance_scale);
-            let sides = self.profile.map(|profile| profile.sides(&source, &eye));
+            let of_light = LightAt {
+                light,
+                source: &source,
+                eye: &eye,
+                scale: self.view.radiance_scale,
+                sides: self.profile.map(|profile| profile.sides(&source, &eye)),
+            };
             let arriving = (&record, unblocked, unblocked_tt);
             let along = match (answers, &frames, along.as_deref_mut()) {
                 (Some(answers), Some(frames), Some(along)) if light.is_narrow() => {
@@ -233,7 +238,7 @@ impl<'a> PointShader<'a> {
                 }
                 _ => None,
             };
-            let sums = (&mut sum, along, &mut evaluated, sides);
+            let sums = (&mut sum, along, &mut evaluated);
             match &painted {
                 Some((shading, averages)) => {
                     let forward = |sin_theta| {
@@ -292,6 +297,17 @@ type NarrowSum<'a> = (
     &'a mut Along,
 );
 
+/// A light at a point.
+struct LightAt<'a> {
+    light: &'a LightRecord,
+    source: &'a LightInFrame,
+    eye: &'a DirectionInFrame,
+    /// The view's radiance scale.
+    scale: f32,
+    /// Factors of its modes over the width of a strand, where that is wide.
+    sides: Option<[f32; 3]>,
+}
+
 /// The terms that are drawn.
 pub(super) struct Terms {
     /// [`TERM_SINGLE`], [`TERM_LOCAL`], [`TERM_GLOBAL`].
@@ -319,25 +335,27 @@ impl Terms {
         self.bits & TERM_SINGLE != 0 && light.power >= self.min_power
     }
 
-    /// Adds what the eye sees of one light, in a view of such a radiance scale: scattered by a fibre, of which there are what single and
+    /// Adds what the eye sees of one light: scattered by a fibre, of which there are what single and
     /// global scattering read, averages, and a_f and beta_f^2 by the sine of the inclination. Single
     /// scattering of a narrow light goes along the segments.
     fn add<A: SampleAverages + ?Sized>(
         &self,
-        (light, source, eye, scale): (&LightRecord, &LightInFrame, &DirectionInFrame, f32),
+        of_light: LightAt,
         (record, unblocked, unblocked_tt): (&ShadowRecord, f32, f32),
         (shading, averages, forward): (
             &Shading<impl SampleLobes>,
             &A,
             impl Fn(f32) -> ([f32; 3], [f32; 3]),
         ),
-        (sum, along, evaluated, sides): (
-            &mut [f32; 4],
-            Option<NarrowSum>,
-            &mut [u64; 4],
-            Option<[f32; 3]>,
-        ),
+        (sum, along, evaluated): (&mut [f32; 4], Option<NarrowSum>, &mut [u64; 4]),
     ) {
+        let LightAt {
+            light,
+            source,
+            eye,
+            scale,
+            sides,
+        } = of_light;
         let is_along = along.is_some();
         // Factors of the modes, and so of their shares of the light.
         let side = |shares: [f32; 3]| match sides {
