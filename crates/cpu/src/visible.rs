@@ -264,6 +264,28 @@ mod tests {
     }
 
     #[test]
+    fn the_view_before_is_carried_over_if_it_showed_most() {
+        let visible = visible();
+        let of = |seen: &[u32]| {
+            let mut radiance = Radiance::black(seen.len(), false);
+            for (at, point) in radiance.at.iter_mut().zip(seen) {
+                *at = [1.0 + *point as f32; 4];
+            }
+            visible.carried(&RadianceBefore::of_view(seen, &radiance, &visible.points))
+        };
+        // All but one of the nine points with much weight: it lies between two others.
+        let carried = of(&[0, 1, 3, 4, 7, 8, 9, 10]).expect("enough");
+        let found: Vec<f32> = carried.at.iter().map(|at| at[0]).collect();
+        assert_eq!(
+            found,
+            [1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 5.0, 8.0, 9.0, 10.0, 11.0]
+        );
+        // The second strand alone.
+        assert!(of(&[7, 8, 9, 10]).is_none());
+        assert!(of(&[]).is_none());
+    }
+
+    #[test]
     fn a_strand_without_first_places_has_what_another_has() {
         let visible = VisiblePoints::in_order(
             (0..4).collect(),
