@@ -15,6 +15,7 @@ use super::proxies::Proxies;
 use super::resources::{StrandBuffers, buffer_of, compute_with, module_with, storage, uniform};
 use super::shadow_map::ShadowMaps;
 use super::shadows::{Batch, Sweep};
+#[cfg(not(target_arch = "wasm32"))]
 use super::stamp::Stamp;
 use super::volume::Volume;
 use crate::gpu::Context;
