@@ -83,8 +83,10 @@ fn slow_runs_that_are_killed_resume_to_the_same_bytes() {
     let folder = project(12);
     let at = folder.path();
     let out = at.join("out");
+    // The command may have to be built first, which is no part of the run.
+    let mut first = bake(at);
     let start = Instant::now();
-    assert_done(&mut bake(at));
+    assert_done(&mut first);
     let whole_run = start.elapsed();
     let whole = files(&out);
     // 12 grooms, a light set, its picture, 13 records.
