@@ -10,6 +10,9 @@
 //! The picture is that of [`super::raster`] with very many samples, up to the filter.
 
 mod bins;
+mod blocked;
+mod pixel;
+mod places;
 mod tile;
 
 use rayon::prelude::*;
@@ -22,8 +25,9 @@ use super::screen_point::{ScreenPoint, screen_point};
 use super::triangles::Triangles;
 
 use bins::{Bins, TILE};
+pub(super) use pixel::Entry;
 use tile::Scratch;
-pub(super) use tile::{Entry, Tile};
+pub(super) use tile::Tile;
 
 /// Segments that a part of the binning goes through at once.
 const CHUNK: usize = 1 << 15;
@@ -98,10 +102,12 @@ impl Listing {
                 let x = TILE * (ix as u32 % n_across);
                 let y = TILE * (ix as u32 / n_across);
                 let size = [TILE.min(width - x), TILE.min(height - y)];
-                scratch.start(view, (beside, triangles), [x, y], size);
                 let ribbons = self.bins.iter().flat_map(|bins| bins.of_tile(ix));
-                scratch.ribbons.extend(ribbons);
-                dispatch!(level, simd => scratch.fill(simd, &self.points));
+                dispatch!(level, simd => {
+                    scratch.start(view, (beside, triangles), [x, y], size);
+                    scratch.ribbons.extend(ribbons);
+                    scratch.fill(simd, &self.points);
+                });
                 scratch.tile(view, [x, y], size)
             })
             .collect();

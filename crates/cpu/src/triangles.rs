@@ -20,12 +20,28 @@ const REACH: f32 = 1.0;
 
 /// A triangle of a mesh as the eye sees it.
 #[derive(Clone)]
-struct Triangle {
+pub(super) struct Triangle {
     /// For each corner, the side of the plane through the eye and the other two: a constant, and
     /// the growth along x and y.
-    sides: [[f64; 3]; 3],
+    pub sides: [[f64; 3]; 3],
     /// Times the inverse of the sum of the sides, the depth along the line of sight, cm.
-    depth: f64,
+    pub depth: f64,
+}
+
+impl Triangle {
+    /// The sides at a place of the picture, unless no place less than `reach` from it along either axis is inside.
+    #[inline(always)]
+    pub fn at(&self, [x, y]: [f64; 2], reach: f64) -> Option<[f64; 3]> {
+        let mut at = [0.0; 3];
+        let (mut is_left, mut is_right) = (true, true);
+        for (at, [side, along_x, along_y]) in at.iter_mut().zip(self.sides) {
+            *at = side + x * along_x + y * along_y;
+            let change = reach * (along_x.abs() + along_y.abs());
+            is_left &= *at >= -change;
+            is_right &= *at <= change;
+        }
+        (is_left || is_right).then_some(at)
+    }
 }
 
 /// The triangles of all meshes, sorted into tiles of the picture.
@@ -119,6 +135,12 @@ impl Triangles {
         let range = self.starts[tile] as usize..self.starts[tile + 1] as usize;
         let found = self.bins[range].iter();
         found.map(|&ix| (ix, self.bounds[ix as usize]))
+    }
+
+    /// One of those that are [`Triangles::near`].
+    #[inline]
+    pub fn triangle(&self, ix: u32) -> &Triangle {
+        &self.triangles[ix as usize]
     }
 
     /// Depth at which the ray through a point of the picture meets a triangle, cm.

@@ -37,36 +37,32 @@ pub(super) struct Ribbon {
 }
 
 /// A part of a segment on the screen: all of it where it is straight there.
+#[derive(Clone, Copy)]
 pub(super) struct Piece {
     pub ribbon: Ribbon,
     /// Share of the segment's way where it begins, and how much of it the piece is.
     pub t: [f32; 2],
 }
 
-impl Piece {
-    /// The pieces of the segment between two neighbouring points.
+impl Ribbon {
+    /// How many pieces the segment is drawn in.
     #[inline(always)]
-    pub fn of(a: &ScreenPoint, b: &ScreenPoint) -> impl Iterator<Item = Piece> {
-        let whole = Ribbon::new(a, b);
-        let bend = whole.map_or(0.0, |ribbon| ribbon.bend);
-        // A piece of a parabola leaves its line by the square of its share.
-        let n = match bend > 0.0 {
-            true => ((bend / FLAT).sqrt().ceil() as u32).clamp(2, MAX_PIECES),
+    pub fn n_pieces(&self) -> u32 {
+        match self.bend > 0.0 {
+            // A piece of a parabola leaves its line by the square of its share.
+            true => ((self.bend / FLAT).sqrt().ceil() as u32).clamp(2, MAX_PIECES),
             false => 1,
-        };
+        }
+    }
+
+    /// Piece `ix` of the `n` of a segment between two neighbouring points.
+    pub fn piece(a: &ScreenPoint, b: &ScreenPoint, ix: u32, n: u32) -> Option<Piece> {
         let share = 1.0 / n as f32;
-        (0..n).filter_map(move |ix| {
-            let t = [ix as f32 * share, share];
-            let ribbon = match n {
-                1 => whole?,
-                _ => {
-                    let begin = between(a, b, t[0]);
-                    let end = between(a, b, if ix + 1 == n { 1.0 } else { t[0] + share });
-                    Ribbon::new(&begin, &end)?
-                }
-            };
-            Some(Piece { ribbon, t })
-        })
+        let t = [ix as f32 * share, share];
+        let begin = between(a, b, t[0]);
+        let end = between(a, b, if ix + 1 == n { 1.0 } else { t[0] + share });
+        let ribbon = Ribbon::new(&begin, &end)?;
+        Some(Piece { ribbon, t })
     }
 }
 

@@ -3,7 +3,7 @@
 use core::f32::consts::FRAC_PI_2;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, mask32x8};
+use fearless_simd::{Simd, f32x8};
 
 use crate::closed_form::{
     CLAMP, COSINE_SHARPNESS, FISHER_CLAMP, GAUSS_HERMITE, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE,
@@ -162,18 +162,20 @@ impl<S: Simd> OuterRules<S> {
             let some = is_some.select(f32x8::splat(simd, some[i]), f32x8::splat(simd, all[i]));
             *constant = is_few.select(f32x8::splat(simd, few[i]), some);
         }
-        // Nodes that come in: at u, with a share of the mass.
-        let none = mask32x8::splat(simd, false);
+        // Nodes that come in: at u, with a share of the mass. One where there are some, zero elsewhere: numbers stay in
+        // registers where masks that are combined do not.
+        let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
         let second = match counts[1] == 2 && ix < 2 {
-            true => !is_few & extent.simd_lt(NARROW_END),
-            false => none,
+            true => is_few.select(zero, extent.simd_lt(NARROW_END).select(one, zero)),
+            false => zero,
         };
         let third = match counts[2] == 3 {
-            true => !is_some & extent.simd_lt(MIDDLE_END),
-            false => none,
+            true => is_some.select(zero, extent.simd_lt(MIDDLE_END).select(one, zero)),
+            false => zero,
         };
-        let smooth = second | third;
+        let smooth = second.max(third).simd_gt(0.5);
         if smooth.any_true() {
+            let third = third.simd_gt(0.5);
             let side = ix as f32 - 1.0;
             let outer =
                 f32x8::splat(simd, 0.5) - (extent - MIDDLE) * (1.0 / (3.0 * (MIDDLE_END - MIDDLE)));
