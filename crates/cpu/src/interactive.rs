@@ -24,6 +24,9 @@ use strandlight_scene::{
 use super::CpuRenderer;
 use super::fade::Fade;
 
+/// Work in a step on a view that has no picture of its own yet, at least: else a drag would see none.
+const WORK_ON_VIEWS: Duration = Duration::from_millis(30);
+
 /// What a screen shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Display<'a> {
@@ -52,6 +55,8 @@ pub struct InteractiveRenderer {
     frame_version: u64,
     /// Is there a picture of the view and size as last set?
     is_shown: bool,
+    /// Is it that of another view, as seen from this one?
+    is_reprojected: bool,
     /// Is what is shown of the scene as it was last set, so that what follows refines it?
     is_current: bool,
     /// Is it lit as the scene was last set?
@@ -79,6 +84,7 @@ impl InteractiveRenderer {
             version: 0,
             frame_version: 0,
             is_shown: false,
+            is_reprojected: false,
             is_current: false,
             is_shaded: false,
             is_done: false,
@@ -109,6 +115,11 @@ impl InteractiveRenderer {
         }) {
             self.fade = None;
         }
+        self.reproject();
+        let budget = match self.is_reprojected {
+            true => budget.max(WORK_ON_VIEWS),
+            false => budget,
+        };
         let advance = self.renderer.advance(self.size, Deadline::after(budget));
         if (advance.version != self.frame_version || !self.is_shown)
             && let Some(picture) = self.renderer.shown(self.size)
@@ -195,6 +206,24 @@ impl InteractiveRenderer {
         }
     }
 
+    /// Shows the last picture as the view sees it that was set, until that has a picture.
+    fn reproject(&mut self) {
+        if self.is_shown {
+            return;
+        }
+        let (picture, seconds) = timed(|| self.renderer.reprojected(self.size));
+        if let Some(picture) = picture {
+            let stats = Stats {
+                stages: Vec::new(),
+                ..self.report.stats.clone()
+            };
+            self.show(&picture, stats);
+            self.report.ran("reproject");
+            self.report.took("reproject", seconds);
+            (self.is_shown, self.is_reprojected) = (true, true);
+        }
+    }
+
     /// Takes up a picture, and what it took.
     fn show(&mut self, picture: &Picture, stats: Stats) {
         let scene = self.renderer.scene();
@@ -218,6 +247,7 @@ impl InteractiveRenderer {
         self.shown = size;
         self.version += 1;
         self.is_shown = !self.renderer.has_waiting_view();
+        self.is_reprojected = false;
         self.is_current = !self.renderer.has_waiting();
         self.note(&stats);
         let report = &mut self.report;

@@ -37,6 +37,7 @@ mod data_layers;
 mod fade;
 mod frame;
 mod interactive;
+mod last_view;
 mod light_reaching;
 mod list;
 mod project;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use strandlight_formats::{Background, Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::budget::check_frame;
+use strandlight_scene::camera::view_uniform;
 use strandlight_scene::motion::Wind;
 use strandlight_scene::motion::wind::bent_strands;
 use strandlight_scene::paint::Paint;
@@ -18,7 +19,9 @@ use strandlight_scene::{
     Backend, Camera, DisplayTransform, Picture, PreparedScene, RenderError, SceneError, Stats,
 };
 
+use super::composite::composite;
 use super::frame::{Edit, Frame};
+use super::last_view::LastView;
 use super::{PointShadows, ShadowSource, render_observed};
 use strandlight_scene::progress::Deadline;
 
@@ -34,6 +37,8 @@ pub struct CpuRenderer {
     /// The scene that is being drawn by [`CpuRenderer::advance`], and edits since then.
     drawn: Option<PreparedScene>,
     waiting: Vec<Edit>,
+    /// The picture of another view, until the view as last set has one.
+    last_view: Option<LastView>,
     /// The strands without wind, while there is some.
     rest: Option<Arc<Strands>>,
     /// Draws samples in place of a visibility list.
@@ -61,6 +66,7 @@ impl CpuRenderer {
             scene,
             drawn: None,
             waiting: Vec::new(),
+            last_view: None,
             rest: None,
             is_sampled: false,
             shadows: None,
@@ -90,6 +96,9 @@ impl CpuRenderer {
         if self.drawn.is_some() && !self.frame.has_picture() {
             self.waiting.push(edit);
         } else {
+            if edit == Edit::View {
+                self.keep_view();
+            }
             self.drawn = None;
             self.frame.edited(edit);
         }
@@ -108,11 +117,43 @@ impl CpuRenderer {
     /// Takes up the edits that waited.
     fn take_edits(&mut self) {
         if !self.waiting.is_empty() {
+            if self.has_waiting_view() {
+                self.keep_view();
+            }
             self.drawn = None;
             for edit in self.waiting.drain(..) {
                 self.frame.edited(edit);
             }
         }
+    }
+
+    /// Keeps the picture that is shown, if there is one, for views to come.
+    fn keep_view(&mut self) {
+        let shown = self
+            .drawn
+            .as_ref()
+            .and_then(|drawn| self.frame.last_view(drawn));
+        if shown.is_some() {
+            self.last_view = shown;
+        }
+    }
+
+    /// The picture of another view as the view that was set last sees it, while that has no picture of its own.
+    pub(super) fn reprojected(&self, size: [u32; 2]) -> Option<Picture> {
+        let last = self
+            .last_view
+            .as_ref()
+            .filter(|last| last.view.size == size)?;
+        let scene = &self.scene;
+        let view = view_uniform(&scene.camera, &scene.strands, size, scene.radiance_scale());
+        let mut rgba = last.seen_from(&view);
+        composite(scene, &view, 1, &mut rgba);
+        let [width, height] = size;
+        Some(Picture {
+            width,
+            height,
+            rgba,
+        })
     }
 
     /// Are pictures of this size drawn in steps?
@@ -131,6 +172,9 @@ impl CpuRenderer {
         let camera = scene.camera;
         let is_time = || deadline.is_to_come();
         let is_done = self.frame.advance(scene, &camera, size, is_time);
+        if self.frame.has_picture() && self.waiting.is_empty() {
+            self.last_view = None;
+        }
         Advance {
             is_done: is_done && self.waiting.is_empty(),
             is_complete: self.frame.has_all_light() && self.waiting.is_empty(),

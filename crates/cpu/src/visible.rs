@@ -5,10 +5,11 @@ use strandlight_scene::strands::Strands;
 use super::list::VisibilityList;
 use super::radiance::{Between, Radiance, RadianceBefore, mix};
 
-/// Share of all weight that the points which are shaded first have.
-const FIRST_SHARE: f64 = 0.99;
+/// Shares of all weight: that of the points which make up nearly all of the picture, and of those among which the ones are
+/// chosen that are shaded before all others.
+const SHARES: [f64; 2] = [0.99, 0.9];
 
-/// Of neighbours along a strand that have such weight, one in so many is shaded first.
+/// Of neighbours along a strand that have such weight, one in so many is chosen.
 const STRIDE: usize = 3;
 
 /// Share of the points with much weight that the view before must have shown, for its radiance to be carried over.
@@ -19,13 +20,15 @@ const CARRIED_SHARE: f32 = 0.75;
 pub(super) struct VisiblePoints {
     /// Indices of [`Strands::points`], growing.
     pub points: Vec<u32>,
-    /// Places in `points`: first one in three of those that make up nearly all of the picture, then the others
-    /// of these, then the rest.
+    /// Places in `points`: first one in [`STRIDE`] of those with much weight, then the others that make up nearly
+    /// all of the picture, then the rest.
     pub order: Vec<u32>,
-    /// How many of `order` are one in three.
+    /// How many of `order` are one in so many.
     pub n_thinned: usize,
     /// How many make up nearly all of the picture.
     pub n_first: usize,
+    /// Places of one in [`STRIDE`] of those that make up nearly all of the picture, at which bounce light is found.
+    pub of_bounce: Vec<u32>,
     /// By place: is the next one the other end of a segment?
     is_joined: Vec<bool>,
 }
@@ -53,17 +56,23 @@ impl VisiblePoints {
             is_joined[entry.first as usize] = true;
         }
         let weights: Vec<f32> = points.iter().map(|ix| weights[*ix as usize]).collect();
-        let least = least_of_first(weights.clone());
-        let has_weight: Vec<bool> = weights.iter().map(|weight| *weight >= least).collect();
+        let has_weight = least_weights(weights.clone())
+            .map(|least| weights.iter().map(|weight| *weight >= least).collect());
         VisiblePoints::in_order(points, &has_weight, is_joined)
     }
 
-    /// By place: does it have much weight, and is the next one the other end of a segment?
-    fn in_order(points: Vec<u32>, has_weight: &[bool], is_joined: Vec<bool>) -> VisiblePoints {
-        let is_thinned = thinned(has_weight, &is_joined);
+    /// By place: has it the weights of both [`SHARES`], and is the next one the other end of a segment?
+    fn in_order(
+        points: Vec<u32>,
+        [has_weight, has_much]: &[Vec<bool>; 2],
+        is_joined: Vec<bool>,
+    ) -> VisiblePoints {
+        let is_thinned = thinned(has_much, &is_joined);
         let places = 0..points.len() as u32;
         let (mut order, others): (Vec<u32>, Vec<u32>) =
             places.partition(|place| is_thinned[*place as usize]);
+        let has_bounce = thinned(has_weight, &is_joined);
+        let of_bounce = (0..).zip(has_bounce).filter(|(_, has_bounce)| *has_bounce);
         let n_thinned = order.len();
         let (much, little): (Vec<u32>, Vec<u32>) = others
             .into_iter()
@@ -76,6 +85,7 @@ impl VisiblePoints {
             order,
             n_thinned,
             n_first,
+            of_bounce: of_bounce.map(|(place, _)| place).collect(),
             is_joined,
         }
     }
@@ -86,7 +96,7 @@ impl VisiblePoints {
         if n_done == 0 || n_done == self.order.len() {
             return;
         }
-        let between = self.between(n_done);
+        let between = self.between(&self.order[..n_done]);
         for &place in &self.order[n_done..] {
             let place = place as usize;
             match before {
@@ -96,12 +106,16 @@ impl VisiblePoints {
         }
     }
 
-    /// Interpolates values from the places that are one in three to all others.
-    pub fn spread(&self, values: &mut [[f32; 4]]) {
-        let between = self.between(self.n_thinned);
-        for &place in &self.order[self.n_thinned..] {
-            let place = place as usize;
-            mix(values, place, &between[place]);
+    /// Interpolates bounce light from the places at which it is found to all others.
+    pub fn spread_bounce(&self, values: &mut [[f32; 4]]) {
+        if self.of_bounce.is_empty() {
+            return;
+        }
+        for (place, between) in self.between(&self.of_bounce).iter().enumerate() {
+            // At those places it is what it is.
+            if between.ends != [place; 2] {
+                mix(values, place, between);
+            }
         }
     }
 
@@ -122,17 +136,17 @@ impl VisiblePoints {
         Some(radiance)
     }
 
-    /// By place: those about it of the first `n_done` of the order.
-    fn between(&self, n_done: usize) -> Vec<Between> {
+    /// By place: those about it of the places that are `done`.
+    fn between(&self, done: &[u32]) -> Vec<Between> {
         let mut is_done = vec![false; self.points.len()];
-        for &place in &self.order[..n_done] {
+        for &place in done {
             is_done[place as usize] = true;
         }
         between(&is_done, &self.is_joined)
     }
 }
 
-/// By place: is it one of those in three? They are the middles of neighbours along a strand, and ends that no
+/// By place: is it one in [`STRIDE`] of those with weight? They are the middles of neighbours along a strand, and ends that no
 /// middle is beside.
 fn thinned(has_weight: &[bool], is_joined: &[bool]) -> Vec<bool> {
     let goes_on = |place: usize| {
@@ -202,18 +216,23 @@ fn between(is_done: &[bool], is_joined: &[bool]) -> Vec<Between> {
         .collect()
 }
 
-/// The least weight of those that add up to [`FIRST_SHARE`] of all.
-fn least_of_first(mut weights: Vec<f32>) -> f32 {
+/// The least weights of those that add up to [`SHARES`] of all.
+fn least_weights(mut weights: Vec<f32>) -> [f32; 2] {
     weights.sort_unstable_by(|a, b| b.total_cmp(a));
     let all: f64 = weights.iter().map(|w| f64::from(*w)).sum();
     let mut sum = 0.0;
-    for weight in weights {
-        sum += f64::from(weight);
-        if sum >= FIRST_SHARE * all {
-            return weight;
+    let mut least = [0.0; 2];
+    for weight in weights.into_iter().rev() {
+        // How much those have that are not less.
+        let share = (all - sum) / all;
+        for (least, wanted) in least.iter_mut().zip(SHARES) {
+            if share >= wanted {
+                *least = weight;
+            }
         }
+        sum += f64::from(weight);
     }
-    0.0
+    least
 }
 
 #[cfg(test)]
@@ -222,38 +241,45 @@ mod tests {
 
     #[test]
     fn the_first_have_nearly_all_of_the_weight() {
-        let least = least_of_first(vec![0.5, 0.001, 0.3, 0.195, 0.002, 0.002]);
-        assert_eq!(least, 0.195);
-        assert_eq!(least_of_first(Vec::new()), 0.0);
+        let [nearly_all, much] = least_weights(vec![0.5, 0.001, 0.36, 0.02, 0.1, 0.017, 0.002]);
+        assert_eq!([nearly_all, much], [0.017, 0.1]);
+        assert_eq!(least_weights(Vec::new()), [0.0; 2]);
     }
 
-    /// Two strands and, on the first, two points of little weight.
+    /// Two strands and, on the first, two points of little weight; before these and at its end, points of not much.
     fn visible() -> VisiblePoints {
         let has_weight = [
             true, true, true, true, true, false, false, true, true, true, true,
         ];
+        let mut has_much = has_weight;
+        (has_much[4], has_much[10]) = (false, false);
         let mut is_joined = [true; 11];
         (is_joined[6], is_joined[10]) = (false, false);
-        VisiblePoints::in_order((0..11).collect(), &has_weight, is_joined.to_vec())
+        VisiblePoints::in_order(
+            (0..11).collect(),
+            &[has_weight.to_vec(), has_much.to_vec()],
+            is_joined.to_vec(),
+        )
     }
 
     #[test]
-    fn every_third_neighbour_is_the_first() {
+    fn one_neighbour_in_some_is_the_first() {
         let visible = visible();
-        assert_eq!(visible.order, [1, 4, 8, 10, 0, 2, 3, 7, 9, 5, 6]);
-        assert_eq!((visible.n_thinned, visible.n_first), (4, 9));
+        assert_eq!(visible.order, [1, 3, 8, 0, 2, 4, 7, 9, 10, 5, 6]);
+        assert_eq!((visible.n_thinned, visible.n_first), (3, 9));
+        assert_eq!(visible.of_bounce, [1, 4, 8, 10]);
     }
 
     #[test]
     fn others_are_interpolated_along_their_strand() {
         let visible = visible();
         let mut radiance = Radiance::black(11, true);
-        for place in [1, 4, 8, 10] {
+        for place in [0, 1, 2, 3, 8] {
             radiance.at[place] = [place as f32, 0.0, 0.0, 0.0];
             radiance.along[place] = [[place as f32; 3]; _];
         }
-        visible.fill(&mut radiance, visible.n_thinned, None);
-        let expected = [1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 8.0, 8.0, 9.0, 10.0];
+        visible.fill(&mut radiance, visible.n_thinned + 2, None);
+        let expected = [0.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0, 8.0, 8.0, 8.0, 8.0];
         for (place, expected) in expected.into_iter().enumerate() {
             assert!((radiance.at[place][0] - expected).abs() < 1e-5, "{place}");
             assert!(
@@ -261,6 +287,21 @@ mod tests {
                 "{place}"
             );
         }
+    }
+
+    #[test]
+    fn bounce_light_is_interpolated_from_where_it_is_found() {
+        let visible = visible();
+        let mut bounced = [[0.0; 4]; 11];
+        for &place in &visible.of_bounce {
+            bounced[place as usize] = [place as f32; 4];
+        }
+        visible.spread_bounce(&mut bounced);
+        let expected = [1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 8.0, 8.0, 9.0, 10.0];
+        for (found, expected) in bounced.iter().zip(expected) {
+            assert!((found[0] - expected).abs() < 1e-5, "{found:?} {expected}");
+        }
+        VisiblePoints::default().spread_bounce(&mut []);
     }
 
     #[test]
@@ -289,7 +330,10 @@ mod tests {
     fn a_strand_without_first_places_has_what_another_has() {
         let visible = VisiblePoints::in_order(
             (0..4).collect(),
-            &[false, true, false, false],
+            &[
+                vec![false, true, false, false],
+                vec![false, true, false, false],
+            ],
             vec![false, false, true, false],
         );
         let mut radiance = Radiance::black(4, false);

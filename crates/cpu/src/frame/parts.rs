@@ -68,12 +68,12 @@ impl ProxyLight {
     }
 }
 
-/// Light of the proxies that the visible points of plain hair scatter. It changes slowly along strands: it is found at one
-/// point in three and interpolated.
+/// Light of the proxies that the visible points of plain hair scatter. It changes slowly along strands: it is found at some
+/// of the points and interpolated.
 pub(super) struct Bounced {
     /// By place: rgb times the view's radiance scale, and zero.
     pub at: Vec<[f32; 4]>,
-    /// Of the places that are one in three, as many as are found.
+    /// Of `VisiblePoints::of_bounce`, as many as are found.
     pub n_done: usize,
     /// What the proxies sent back in all.
     pub sent_back: [f32; 3],

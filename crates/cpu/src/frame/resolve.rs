@@ -2,9 +2,12 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use strandlight_scene::PreparedScene;
+use strandlight_scene::camera::view_uniform;
 
 use super::super::along_segments::along_segment;
 use super::super::composite::composite;
+use super::super::last_view::LastView;
 use super::super::list::{Entry, Tile, VisibilityList};
 use super::super::proxies::Proxies;
 use super::super::radiance::{Radiance, profile_factors};
@@ -16,18 +19,65 @@ impl Frame {
     pub(super) fn composite(&self, picturing: &Picturing) -> Vec<[f32; 4]> {
         let [width, height] = self.size;
         let mut rgba = vec![[0.0; 4]; (width * height) as usize];
-        if let (Some((list, _)), Some(shaded), Some(proxies)) =
-            (&self.list, &self.shaded, &self.proxies)
-        {
-            let profile = self.profile.filter(|_| list.has_wide);
-            let strands = OfStrands {
-                radiance: &shaded.radiance,
-                even: profile.map(|profile| profile.even),
-            };
-            resolve(list, &strands, proxies, self.size, &mut rgba);
-        }
+        self.resolve(&mut rgba);
         composite(picturing.scene, &picturing.view, 1, &mut rgba);
         rgba
+    }
+
+    /// The last picture with its depths, to be seen from elsewhere; [`None`] where there is none.
+    pub fn last_view(&self, scene: &PreparedScene) -> Option<LastView> {
+        let (Some((list, visible)), Some(_)) = (&self.list, &self.shaded) else {
+            return None;
+        };
+        let size = self.size;
+        let n_pixels = (size[0] * size[1]) as usize;
+        let view = view_uniform(&scene.camera, &scene.strands, size, scene.radiance_scale());
+        let mut rgba = vec![[0.0; 4]; n_pixels];
+        self.resolve(&mut rgba);
+        let (eye, forward) = (Vec3::from(view.eye), Vec3::from(view.forward));
+        let depth_of = |position: Vec3| (position - eye).dot(forward);
+        let points = visible.points.par_iter();
+        let depths: Vec<f32> = points
+            .map(|point| depth_of(Vec3::from_slice(&scene.strands.points[*point as usize])))
+            .collect();
+        let mut depth = vec![0.0; n_pixels];
+        each_tile(list, size, &mut depth, |tile, band| {
+            for (pixel, range) in tile.starts.windows(2).enumerate() {
+                let entries = &tile.entries[range[0] as usize..range[1] as usize];
+                let first = |entry: &Entry| entry.first as usize;
+                let sum = entries.iter().map(|entry| {
+                    let [a, b] = [0, 1].map(|ix: usize| depths[first(entry) + ix]);
+                    entry.weight * mix(a, b, entry.t())
+                });
+                band[tile.place(pixel, size[0])] = sum.sum();
+            }
+            for entry in &tile.proxies {
+                let place = tile.place(entry.pixel as usize, size[0]);
+                band[place] += entry.weight * depth_of(Vec3::from(entry.position));
+            }
+        });
+        for (depth, [.., coverage]) in depth.iter_mut().zip(&rgba) {
+            *depth /= coverage.max(f32::MIN_POSITIVE);
+        }
+        Some(LastView { view, rgba, depth })
+    }
+
+    /// Adds up what each pixel shows: rgb times the view's radiance scale, and coverage.
+    fn resolve(&self, rgba: &mut [[f32; 4]]) {
+        let (Some((list, _)), Some(shaded), Some(proxies)) =
+            (&self.list, &self.shaded, &self.proxies)
+        else {
+            return;
+        };
+        let profile = self.profile.filter(|_| list.has_wide);
+        let strands = OfStrands {
+            radiance: &shaded.radiance,
+            even: profile.map(|profile| profile.even),
+        };
+        let width = self.size[0];
+        each_tile(list, self.size, rgba, |tile, band| {
+            resolve_tile(tile, (&strands, proxies), width, band);
+        });
     }
 }
 
@@ -61,34 +111,26 @@ impl OfStrands<'_> {
     }
 }
 
-/// Adds up what each pixel shows: rgb times the view's radiance scale, and coverage.
-fn resolve(
+/// Hands each tile its band of `values`, by pixel of a picture.
+fn each_tile<T: Send>(
     list: &VisibilityList,
-    strands: &OfStrands,
-    proxies: &Proxies,
     size: [u32; 2],
-    rgba: &mut [[f32; 4]],
+    values: &mut [T],
+    op: impl Fn(&Tile, &mut [T]) + Sync,
 ) {
     // A row of tiles is a band of the picture.
-    let across = list
-        .tiles
-        .iter()
-        .take_while(|tile| tile.origin[1] == 0)
-        .count();
-    let rows = list.tiles.chunks(across.max(1));
+    let tiles = list.tiles.iter();
+    let across = tiles.take_while(|tile| tile.origin[1] == 0).count();
     let mut bands = Vec::new();
-    let mut rest = rgba;
-    for tiles in rows {
-        let height = tiles[0].size[1];
-        let (band, after) = rest.split_at_mut((size[0] * height) as usize);
+    let mut rest = values;
+    for tiles in list.tiles.chunks(across.max(1)) {
+        let (band, after) = rest.split_at_mut((size[0] * tiles[0].size[1]) as usize);
         bands.push((tiles, band));
         rest = after;
     }
-    bands.into_par_iter().for_each(|(tiles, band)| {
-        for tile in tiles {
-            resolve_tile(tile, (strands, proxies), size[0], band);
-        }
-    });
+    bands
+        .into_par_iter()
+        .for_each(|(tiles, band)| tiles.iter().for_each(|tile| op(tile, band)));
 }
 
 fn resolve_tile(
@@ -97,10 +139,6 @@ fn resolve_tile(
     width: u32,
     band: &mut [[f32; 4]],
 ) {
-    let place = |pixel: usize| {
-        let [x, y] = [pixel as u32 % tile.size[0], pixel as u32 / tile.size[0]];
-        (tile.origin[0] + x + width * y) as usize
-    };
     for (pixel, range) in tile.starts.windows(2).enumerate() {
         let mut sum = [0.0; 4];
         for entry in &tile.entries[range[0] as usize..range[1] as usize] {
@@ -109,11 +147,11 @@ fn resolve_tile(
             }
             sum[3] += entry.weight;
         }
-        band[place(pixel)] = sum;
+        band[tile.place(pixel, width)] = sum;
     }
     for entry in &tile.proxies {
         let sent_back = proxies.sent_back(entry.surface, Vec3::from(entry.position));
-        let sum = &mut band[place(entry.pixel as usize)];
+        let sum = &mut band[tile.place(entry.pixel as usize, width)];
         for (channel, value) in sent_back.into_iter().enumerate() {
             sum[channel] += entry.weight * value;
         }

@@ -214,7 +214,7 @@ impl Frame {
                     sent_back: self.proxies.as_ref().map_or([0.0; 3], Proxies::total),
                     is_current: true,
                 }));
-                let missing = &visible.order[bounced.n_done..visible.n_thinned];
+                let missing = &visible.of_bounce[bounced.n_done..];
                 let missing = &missing[..missing.len().min(slice)];
                 if !missing.is_empty() {
                     let found = shader.shade_bounce(bounce, missing, &visible.points);
@@ -222,8 +222,8 @@ impl Frame {
                         bounced.at[place as usize] = found;
                     }
                     bounced.n_done += missing.len();
-                    if bounced.n_done == visible.n_thinned {
-                        visible.spread(&mut bounced.at);
+                    if bounced.n_done == visible.of_bounce.len() {
+                        visible.spread_bounce(&mut bounced.at);
                     }
                     return;
                 }
