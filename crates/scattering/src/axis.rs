@@ -121,8 +121,15 @@ impl Spacing {
 impl Axis {
     /// Position of `value` in 0..=1; values outside `min..=max` (and NaN) are clamped to an end.
     pub fn unit_from_value(&self, value: f64) -> f64 {
-        let first = self.spacing.warp(self.min);
-        let last = self.spacing.warp(self.max);
+        self.unit_between(self.warped_ends(), value)
+    }
+
+    fn warped_ends(&self) -> [f64; 2] {
+        [self.spacing.warp(self.min), self.spacing.warp(self.max)]
+    }
+
+    /// [`Axis::unit_from_value`], given the warped ends.
+    fn unit_between(&self, [first, last]: [f64; 2], value: f64) -> f64 {
         let x = value.max(self.min).min(self.max);
         ((self.spacing.warp(x) - first) / (last - first)).clamp(0.0, 1.0)
     }
@@ -139,6 +146,7 @@ impl Axis {
         if self.spacing == Spacing::Linear {
             return self.min + (self.max - self.min) * unit;
         }
+        let ends = self.warped_ends();
         let (mut low, mut high) = (self.min, self.max);
         // Ends when the midpoint no longer splits the interval; some 1100 halvings at most,
         // 60 to 90 in practice.
@@ -147,7 +155,7 @@ impl Axis {
             if middle <= low || middle >= high {
                 return middle;
             }
-            if self.unit_from_value(middle) < unit {
+            if self.unit_between(ends, middle) < unit {
                 low = middle;
             } else {
                 high = middle;

@@ -1,19 +1,41 @@
 //! Numerical integration in f64: Gauss-Legendre rules, an adaptive Gauss-Kronrod rule for
 //! vector-valued integrands, and the tanh-sinh rule for checking the others.
 
+use std::collections::BTreeMap;
+use std::sync::{Arc, PoisonError, RwLock};
+
 /// A Gauss-Legendre rule on -1..=1.
 #[derive(Clone, Debug)]
 pub struct GaussLegendre {
-    nodes: Vec<f64>,
-    weights: Vec<f64>,
+    /// Nodes and weights.
+    nodes: Arc<[(f64, f64)]>,
 }
+
+/// Rules of so many nodes at most are kept once they are found: inner integrals ask for the same ones over and over.
+const MAX_KEPT: usize = 256;
+
+static KEPT: RwLock<BTreeMap<usize, GaussLegendre>> = RwLock::new(BTreeMap::new());
 
 impl GaussLegendre {
     /// The rule of `n` >= 1 nodes (n = 0 is taken as 1): exact to degree 2n - 1; nodes by
     /// Newton's method on the Legendre recurrence, good to 1e-15 for n in the hundreds.
     pub fn new(n: usize) -> Self {
         let n = n.max(1);
-        let (mut nodes, mut weights) = (vec![0.0; n], vec![0.0; n]);
+        if n > MAX_KEPT {
+            return GaussLegendre::find(n);
+        }
+        let kept = KEPT.read().unwrap_or_else(PoisonError::into_inner);
+        if let Some(rule) = kept.get(&n) {
+            return rule.clone();
+        }
+        drop(kept);
+        let rule = GaussLegendre::find(n);
+        let mut kept = KEPT.write().unwrap_or_else(PoisonError::into_inner);
+        kept.entry(n).or_insert(rule).clone()
+    }
+
+    fn find(n: usize) -> Self {
+        let mut nodes = vec![(0.0, 0.0); n];
         for i in 0..n.div_ceil(2) {
             let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
             let mut slope = 1.0;
@@ -31,21 +53,19 @@ impl GaussLegendre {
                 slope = legendre(n, x).1;
             }
             let weight = 2.0 / ((1.0 - x * x) * slope * slope);
-            nodes[i] = -x;
-            nodes[n - 1 - i] = x;
-            weights[i] = weight;
-            weights[n - 1 - i] = weight;
+            nodes[i] = (-x, weight);
+            nodes[n - 1 - i] = (x, weight);
         }
-        GaussLegendre { nodes, weights }
+        GaussLegendre {
+            nodes: nodes.into(),
+        }
     }
 
     /// Nodes and weights on `a..=b`, in rising order.
     pub fn on(&self, a: f64, b: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-        self.nodes
-            .iter()
-            .zip(&self.weights)
-            .map(move |(x, w)| (middle + half * x, half * w))
+        let nodes = self.nodes.iter();
+        nodes.map(move |(x, w)| (middle + half * x, half * w))
     }
 
     /// Integral of `f` over `a..=b`.

@@ -165,9 +165,8 @@ impl Pixel {
                 shares[place] = open[place] * (drawn.covers[place] * drawn.alpha);
             }
             if let Some(blocked) = blocked {
-                for place in 0..PLACES {
-                    let is_seen = depth <= blocked.depth[place];
-                    shares[place] = if is_seen { shares[place] } else { 0.0 };
+                for (share, blocked) in shares.iter_mut().zip(&blocked.depth) {
+                    *share = if depth <= *blocked { *share } else { 0.0 };
                 }
             }
             for place in 0..PLACES {
@@ -175,9 +174,8 @@ impl Pixel {
             }
             let mut left = open;
             if let Some(blocked) = blocked {
-                for place in 0..PLACES {
-                    let is_seen = depth <= blocked.depth[place];
-                    left[place] = if is_seen { left[place] } else { 0.0 };
+                for (left, blocked) in left.iter_mut().zip(&blocked.depth) {
+                    *left = if depth <= *blocked { *left } else { 0.0 };
                 }
             }
             let weight = sum(simd, &shares) * (1.0 / PLACES as f32);

@@ -75,13 +75,10 @@ impl HeightMap {
             Vec3::new(x, y, point.z)
         });
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        let range = |low: f32, high: f32, n: usize| {
-            // Casts saturate.
-            let first = low.ceil().max(0.0) as usize;
-            first..((high.floor() + 1.0).max(0.0) as usize).min(n)
-        };
-        let rows = range(low.y, high.y, self.dims[1]);
-        let columns = range(low.x, high.x, self.dims[0]);
+        let (rows, columns) = (
+            texels(low.y, high.y, self.dims[1]),
+            texels(low.x, high.x, self.dims[0]),
+        );
         if rows.is_empty() || columns.is_empty() {
             return;
         }
@@ -91,21 +88,21 @@ impl HeightMap {
             return;
         }
         // Shares of b and of c, as linear functions of the place.
-        let share_b = [(c.y - a.y) / area, (a.x - c.x) / area];
-        let share_c = [(a.y - b.y) / area, (b.x - a.x) / area];
+        let per_area = 1.0 / area;
+        let share_b = [(c.y - a.y) * per_area, (a.x - c.x) * per_area];
+        let share_c = [(a.y - b.y) * per_area, (b.x - a.x) * per_area];
+        let (to_b, to_c) = (b.z - a.z, c.z - a.z);
         for row in rows {
             let y = row as f32 - a.y;
-            let heights = &mut self.heights[row * self.dims[0]..][..self.dims[0]];
-            for column in columns.clone() {
+            let heights = &mut self.heights[row * self.dims[0]..][columns.clone()];
+            for (height, column) in heights.iter_mut().zip(columns.clone()) {
                 let x = column as f32 - a.x;
                 let on_b = x * share_b[0] + y * share_b[1];
                 let on_c = x * share_c[0] + y * share_c[1];
                 // A little beyond the edges, so that none is left open.
-                if on_b >= -1e-4 && on_c >= -1e-4 && on_b + on_c <= 1.0 + 1e-4 {
-                    let height = a.z + on_b * (b.z - a.z) + on_c * (c.z - a.z);
-                    let own = &mut heights[column];
-                    *own = own.max(height.min(high.z));
-                }
+                let is_on = (on_b >= -1e-4) & (on_c >= -1e-4) & (on_b + on_c <= 1.0 + 1e-4);
+                let found = (a.z + on_b * to_b + on_c * to_c).min(high.z);
+                *height = if is_on && found > *height { found } else { *height };
             }
         }
     }
@@ -133,6 +130,18 @@ impl HeightMap {
             .min(pairs[1][0].min(pairs[1][1]));
         lowest > position.dot(self.towards) + CLEAR / self.texels_per_cm
     }
+}
+
+/// Those of `n` whose middles lie within a range.
+fn texels(low: f32, high: f32, n: usize) -> std::ops::Range<usize> {
+    // Casts saturate, and cut off what `floor` would.
+    let floor = low.max(0.0) as usize;
+    let first = floor + usize::from((floor as f32) < low);
+    let end = match high >= 0.0 {
+        true => (high as usize).saturating_add(1).min(n),
+        false => 0,
+    };
+    first..end.max(first)
 }
 
 impl Placed {
