@@ -144,7 +144,7 @@ pub(crate) fn render_observed(
     proxies.look(&view);
     let mut picture = stats.stage("draw", |stats| {
         let projected = project::project(&view, strands);
-        let even = scene.width_profile(&view).map(|profile| profile.even);
+        let even = scene.width_profile(&view, None).map(|profile| profile.even);
         let lit = (&radiance, even);
         let drawn = raster::draw(&view, strands, &projected, lit, &proxies, samples, observer);
         stats.pixels_visited = drawn.visited;

@@ -59,7 +59,7 @@ pub(super) fn shade(
     let mut along: Vec<Option<&mut Along>> = along.iter_mut().map(Some).collect();
     along.resize_with(n_points, || None);
     let reaching = Reaching::new(scene, grid, shadows, visibility);
-    let profile = scene.width_profile(view);
+    let profile = scene.width_profile(view, None);
     let shader = PointShader::new(scene, view, profile.as_ref());
     at.par_iter_mut()
         .zip(along)

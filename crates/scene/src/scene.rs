@@ -522,14 +522,20 @@ impl PreparedScene {
     }
 
     /// How light is spread over the width of a strand, where `view` may show some that are wider than [`WIDE_PX`].
-    /// Pictures of single modes, which must add up to that of all, have none.
+    /// Pictures of single modes, which must add up to that of all, have none. `kept` may be that of another view, if
+    /// the hair was not edited since.
     #[doc(hidden)]
-    pub fn width_profile(&self, view: &ViewUniform) -> Option<WidthProfile> {
+    pub fn width_profile(
+        &self,
+        view: &ViewUniform,
+        kept: Option<WidthProfile>,
+    ) -> Option<WidthProfile> {
         if self.reference_amplitudes.is_some() {
             return None;
         }
         let widest = self.strands.max_diameter * view.focal_px / view.near;
-        (widest > WIDE_PX).then(|| WidthProfile::new(self.hair.hair(), self.hair.fresnel()))
+        let find = || WidthProfile::new(self.hair.hair(), self.hair.fresnel());
+        (widest > WIDE_PX).then(|| kept.unwrap_or_else(find))
     }
 
     /// A power of two that brings radiance in this scene near 1: half-float targets keep three

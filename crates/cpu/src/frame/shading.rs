@@ -89,7 +89,7 @@ impl Frame {
             return;
         }
         if list.has_wide && self.profile.is_none() {
-            self.profile = scene.width_profile(&picturing.view);
+            self.profile = scene.width_profile(&picturing.view, None);
         }
         let profile = self.profile.as_ref().filter(|_| list.has_wide);
         let through = self.through.as_ref().or(self.through_before.as_ref());

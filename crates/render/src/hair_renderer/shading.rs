@@ -78,7 +78,8 @@ impl HairRenderer {
             scene.size,
             scene.radiance_scale(),
         );
-        let profile = scene.width_profile(&view);
+        let kept = self.lighting.profile().filter(|_| dirty.hair.is_none());
+        let profile = scene.width_profile(&view, kept);
         self.ribbons.even = profile.as_ref().map_or([0.0; 4], |profile| profile.even);
         self.lighting.set_profile(context, profile);
         self.lighting.set_kind(context, scene)?;

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::resources::uniform;
-use crate::gpu::{Context, ResourceCounters};
+use super::resources::{self, uniform};
+use crate::gpu::Context;
 use strandlight_scattering::closed_form::{N_AVERAGE_COLUMNS, PaintTexel};
 use strandlight_scattering::dual_scattering::PaintedAverageTable;
 use strandlight_scattering::lobes::PaintedTexture;
@@ -42,13 +42,13 @@ impl Painted {
         let size = [PAINT_WIDTH as u32, rows as u32];
         let format = wgpu::TextureFormat::Rgba32Uint;
         let paint = texture(context, "paint", format, size);
-        write_rows(context, &paint, 0, bytemuck::cast_slice(&texels));
+        write_rows(context, paint.texture(), 0, bytemuck::cast_slice(&texels));
         Painted {
             hair: uniform(context, "painted hair", &optics.painted_hair()),
             tt: upload_painted(context, "painted lobes TT", &optics.painted.tt),
             trt: upload_painted(context, "painted lobes TRT", &optics.painted.trt),
             averages: upload_averages(context, &optics.painted.averages),
-            paint: paint.create_view(&Default::default()),
+            paint,
             texels,
         }
     }
@@ -115,8 +115,7 @@ impl Painted {
             let size = [width as u32, (texels.len() / width / 16) as u32];
             let old = view.texture();
             if [old.width(), old.height()] != size {
-                let new = texture(context, part.name, old.format(), size);
-                *view = new.create_view(&Default::default());
+                *view = texture(context, part.name, old.format(), size);
                 is_other = true;
             }
             write_rows(context, view.texture(), 0, &texels);
@@ -159,9 +158,9 @@ pub(crate) fn upload_painted(
     let texels = lobes.texels();
     let width = lobes.shapes.len();
     let size = [width as u32, (texels.len() / width) as u32];
-    let texture = texture(context, label, wgpu::TextureFormat::Rgba32Uint, size);
-    write_rows(context, &texture, 0, bytemuck::cast_slice(&texels));
-    texture.create_view(&Default::default())
+    let view = texture(context, label, wgpu::TextureFormat::Rgba32Uint, size);
+    write_rows(context, view.texture(), 0, bytemuck::cast_slice(&texels));
+    view
 }
 
 /// The texture of painted averages, `rgba32float`.
@@ -172,32 +171,25 @@ pub(crate) fn upload_averages(
     let rows = averages.texels.len() / N_AVERAGE_COLUMNS;
     let size = [N_AVERAGE_COLUMNS as u32, rows as u32];
     let format = wgpu::TextureFormat::Rgba32Float;
-    let texture = texture(context, "painted averages", format, size);
-    write_rows(context, &texture, 0, bytemuck::cast_slice(&averages.texels));
-    texture.create_view(&Default::default())
+    let view = texture(context, "painted averages", format, size);
+    write_rows(
+        context,
+        view.texture(),
+        0,
+        bytemuck::cast_slice(&averages.texels),
+    );
+    view
 }
 
+/// One that is written by rows.
 fn texture(
     context: &Context,
     label: &'static str,
     format: wgpu::TextureFormat,
-    [width, height]: [u32; 2],
-) -> wgpu::Texture {
-    ResourceCounters::add(&context.resource_counters().textures);
-    context.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d {
-            width,
-            height,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    })
+    size: [u32; 2],
+) -> wgpu::TextureView {
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    resources::texture(context, label, size, 1, format, usage)
 }
 
 /// Writes whole rows of 16 byte texels, from row `first` on.

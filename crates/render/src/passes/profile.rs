@@ -30,6 +30,11 @@ impl Profile {
         self.now = profile;
     }
 
+    /// The one that was set.
+    pub fn now(&self) -> Option<WidthProfile> {
+        self.now
+    }
+
     /// Is there one?
     pub fn is_there(&self) -> bool {
         self.now.is_some()

@@ -102,7 +102,11 @@ impl HeightMap {
                 // A little beyond the edges, so that none is left open.
                 let is_on = (on_b >= -1e-4) & (on_c >= -1e-4) & (on_b + on_c <= 1.0 + 1e-4);
                 let found = (a.z + on_b * to_b + on_c * to_c).min(high.z);
-                *height = if is_on && found > *height { found } else { *height };
+                *height = if is_on && found > *height {
+                    found
+                } else {
+                    *height
+                };
             }
         }
     }

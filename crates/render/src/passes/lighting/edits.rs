@@ -230,6 +230,11 @@ impl Lighting {
         self.profile.set(context, profile);
     }
 
+    /// The one that was set.
+    pub fn profile(&self) -> Option<WidthProfile> {
+        self.profile.now()
+    }
+
     /// Are there wide strands?
     pub fn has_profile(&self) -> bool {
         self.profile.is_there()
