@@ -1,5 +1,7 @@
 //! The document without a device.
 
+mod masks;
+
 use serde_json::{Map, Value, json};
 use strandlight_formats::{
     AddedLight, Background, BakedFile, CameraSection, Groom, LightAdjust, LightSet, LutInput,
@@ -692,6 +694,7 @@ fn dyed(points: std::ops::Range<u32>, before: &Paint) -> Stroke {
     });
     Stroke {
         changed: changed.collect(),
+        ..Stroke::default()
     }
 }
 

@@ -9,7 +9,7 @@ mod views;
 
 use serde_json::{Value, json};
 use strandlight_scattering::color::reflectance_from_sigma_a;
-use strandlight_scene::paint::Picker;
+use strandlight_scene::paint::{Brush, BrushEffect, Picker};
 use web_time::Instant;
 
 use super::keys::Command;
@@ -136,7 +136,12 @@ impl Workspace {
             Command::Reload => self.reload(),
             Command::Screenshot => self.screenshot(),
             Command::Paint => self.state.paint.is_on = !self.state.paint.is_on,
-            Command::Flood => self.flood(),
+            Command::Flood => {
+                let brush = self.state.paint.brush(self.viewer.session().scene());
+                self.flood(&brush);
+            }
+            Command::InvertMask => self.flood_mask(BrushEffect::InvertProtection),
+            Command::ClearMask => self.flood_mask(BrushEffect::Protect(0.0)),
             Command::LargerBrush => self.state.paint.scale(1.25),
             Command::SmallerBrush => self.state.paint.scale(0.8),
             Command::Play => {
@@ -191,7 +196,10 @@ impl Workspace {
         if !state.is_on && !self.is_stroking {
             return;
         }
-        let brush = state.brush(self.viewer.session().scene());
+        let mut brush = state.brush(self.viewer.session().scene());
+        if self.egui.input(|input| input.modifiers.shift) {
+            brush.effect = state.other(brush.effect);
+        }
         let drag = |viewer: &mut Viewer, path: &[[f32; 2]]| {
             let mut places = path.iter();
             places.try_for_each(|&place| viewer.drag(place))
@@ -232,10 +240,20 @@ impl Workspace {
         self.is_outdated |= self.state.paint.radius_px != circle;
     }
 
-    /// Paints all hair with the brush.
-    fn flood(&mut self) {
-        let brush = self.state.paint.brush(self.viewer.session().scene());
-        match self.viewer.flood(&brush) {
+    /// Changes the mask of all hair, whatever the brush is.
+    fn flood_mask(&mut self, effect: BrushEffect) {
+        self.flood(&Brush {
+            effect,
+            ..Brush::default()
+        });
+    }
+
+    /// Paints all hair with a brush.
+    fn flood(&mut self, brush: &Brush) {
+        match self.viewer.flood(brush) {
+            Ok(change) if change.is_empty() && brush.effect.is_of_mask() => {
+                self.say("The mask is so already");
+            }
             Ok(change) if change.is_empty() => self.say("Nothing to paint there"),
             Ok(_) => self.changed("flood", json!({})),
             Err(error) => self.fail(&error.to_string()),

@@ -30,6 +30,7 @@ mod layout;
 mod legend;
 mod log;
 mod looks;
+mod mask_layer;
 mod menus;
 mod number;
 mod orbit;

@@ -361,10 +361,13 @@ impl Workspace {
             true => BUDGETS[usize::from(!is_busy)],
             false => BUDGET_OF_VIEWS,
         };
+        let is_mask_shown = self.state.paint.is_mask_shown();
+        self.viewer.set_mask_shown(is_mask_shown);
         match self.viewer.advance(budget) {
             Ok(progress) => {
                 self.progress = progress;
                 self.is_stuck = false;
+                self.note_mask();
             }
             // The next frame recovers.
             Err(RenderError::DeviceLost(_)) => self.window.request_redraw(),
@@ -432,6 +435,17 @@ impl Workspace {
             // A window that could not be shown is tried again now and then.
             let longest = if is_working { 1 } else { 3600 };
             self.wake = Instant::now().checked_add(delay.min(Duration::from_secs(longest)));
+        }
+    }
+
+    /// Tells the log once that the mask is shown, and has a frame made where it is another than was laid out.
+    fn note_mask(&mut self) {
+        let version = self.viewer.mask_display().map(|display| display.version);
+        let layer = &mut self.state.paint.mask_layer;
+        self.is_outdated |= version != layer.version();
+        if std::mem::replace(&mut layer.is_noted, version.is_some()) != version.is_some() {
+            let is_shown = version.is_some();
+            self.log.write("mask", json!({ "is_shown": is_shown }));
         }
     }
 
@@ -549,6 +563,7 @@ impl Workspace {
         if let Some(photo) = &mut self.state.paint.photo {
             photo.forget_texture();
         }
+        self.state.paint.mask_layer.forget();
         self.state.thumbnails.forget();
         // egui sends its fonts again to the new device, and remembers what was open.
         let memory = self.egui.memory(Clone::clone);
