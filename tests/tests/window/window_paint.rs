@@ -1,6 +1,7 @@
 //! Variation and brushes in a real window: the panel's sections, a photo, colours that are picked.
 
 use strandlight_formats::BakedFile;
+use strandlight_tests::project_root;
 
 use crate::window_common::{Desktop, SAME, Shot, SmallScene, View};
 
@@ -103,8 +104,25 @@ fn brushes_flood_and_blur_and_colours_are_picked() {
     view.settle();
     view.click(view.middle("Reference photo"));
     view.after("flood", |view| view.click(view.middle("Flood button")));
-    view.without_mouse().assert_different(&dyed);
-    view.close_unsaved();
+    let green = view.without_mouse();
+    green.assert_different(&dyed);
+    // A JPEG takes its place: red, white and blue meet in its middle. One for printers is refused.
+    let samples = project_root().join("crates/runtime/src/ui/photo/samples");
+    view.until_drawn("Reference photo", |view| {
+        view.drop_files(&[&samples.join("baseline.jpg")]);
+    });
+    view.settle();
+    view.click(view.middle("Reference photo"));
+    view.after("flood", |view| view.click(view.middle("Flood button")));
+    view.without_mouse().assert_different(&green);
+    let count = view.count("error");
+    view.drop_files(&[&samples.join("cmyk.jpg")]);
+    view.wait_for_next("error", count);
+    let events = view.events();
+    let error = events.iter().rev().find(|it| it["event"] == "error");
+    let message = error.expect("logged")["message"].as_str();
+    assert!(message.is_some_and(|it| it.starts_with("cmyk.jpg has CMYK colours")));
+    assert!(view.is_running());
 }
 
 /// How much bluer `shot` is than `other` in the mean: the tint of a mask.

@@ -155,7 +155,7 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 40] = {
             CTRL,
             Key::O,
             Command::Open,
-            "Open a scene, hair, lights or a map",
+            "Open a scene, hair, lights, a map or a photo",
         ),
         (CTRL, Key::R, Command::Reload, "Reload from disk"),
         (CTRL, Key::Q, Command::Close, "Close the window"),

@@ -298,11 +298,7 @@ fn mask(ui: &mut Ui, is_masked: bool, changes: &mut Changes, commands: &mut Vec<
                 commands.push(command);
             }
         }
-        ui.weak(if is_masked {
-            "in use"
-        } else {
-            "none"
-        });
+        ui.weak(if is_masked { "in use" } else { "none" });
     });
 }
 
@@ -341,7 +337,7 @@ fn picking(ui: &mut Ui, state: &mut PaintState, changes: &mut Changes) {
             state.is_picking = !state.is_picking;
         }
         if state.photo.is_none() {
-            ui.weak("or drop a PNG photo");
+            ui.weak("or drop a photo (PNG, JPEG)");
         } else if ui.selectable_label(state.is_photo_open, "Photo").clicked() {
             state.is_photo_open = !state.is_photo_open;
         }
