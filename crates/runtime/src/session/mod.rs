@@ -14,7 +14,7 @@ mod keys;
 mod on_disk;
 mod save;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use change::Change;
 // The table of ARCHITECTURE.md is made from them.

@@ -61,7 +61,7 @@ fn files() -> Files {
     ])
 }
 
-fn session() -> Session {
+pub(crate) fn session() -> Session {
     match Session::open_in(Path::new("/s/a.toml"), files()) {
         Ok(session) => session,
         Err(error) => panic!("{error}"),

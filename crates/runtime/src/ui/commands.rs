@@ -16,9 +16,9 @@ use super::keys::Command;
 use super::layout::UiOutput;
 use super::panel::motion::end_of;
 use super::questions::{Question, Then};
+use super::stroke_input::drag;
 use super::view::ViewportInput;
 use super::workspace::Workspace;
-use crate::viewer::Viewer;
 
 impl Workspace {
     /// Applies the output of a frame. Returns whether the user is dragging something.
@@ -200,26 +200,13 @@ impl Workspace {
         if self.egui.input(|input| input.modifiers.shift) {
             brush.effect = state.other(brush.effect);
         }
-        let drag = |viewer: &mut Viewer, path: &[[f32; 2]]| {
-            let mut places = path.iter();
-            places.try_for_each(|&place| viewer.drag(place))
-        };
-        let press = |viewer: &mut Viewer| {
-            if let Some(pressure) = viewport.pressure {
-                viewer.set_pressure(pressure);
-            }
-        };
         let painted = match (&viewport.brush, self.is_stroking) {
             (Some(path), false) => {
                 self.is_stroking = true;
                 let pressed = self.viewer.press(brush);
-                press(&mut self.viewer);
                 pressed.and_then(|()| drag(&mut self.viewer, path))
             }
-            (Some(path), true) => {
-                press(&mut self.viewer);
-                drag(&mut self.viewer, path)
-            }
+            (Some(path), true) => drag(&mut self.viewer, path),
             (None, true) => {
                 self.is_stroking = false;
                 self.end_stroke();

@@ -111,9 +111,9 @@ impl Photo {
 
     fn decode(name: String, bytes: &[u8]) -> Result<Photo, PhotoError> {
         if jpeg::is_jpeg(bytes) {
-            let (size, pixels, orientation) = jpeg::decode(&name, bytes)?;
-            let (size, pixels) = reduced(size, &pixels);
-            let (size, pixels) = orientation.upright(size, pixels);
+            let decoded = jpeg::decode(&name, bytes)?;
+            let (size, pixels) = reduced(decoded.size, &decoded.pixels);
+            let (size, pixels) = decoded.orientation.upright(size, pixels);
             return Ok(Photo {
                 name,
                 size,

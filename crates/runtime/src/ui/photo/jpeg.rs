@@ -88,14 +88,21 @@ impl Orientation {
     }
 }
 
-/// Size, pixels (sRGB, rows from the top of the file) and orientation.
+/// A photo as its file has it.
+pub struct Decoded {
+    /// Width and height.
+    pub size: [usize; 2],
+    /// sRGB, rows from the top of the file.
+    pub pixels: Vec<[u8; 3]>,
+    /// How it stands upright.
+    pub orientation: Orientation,
+}
+
+/// Reads a JPEG.
 ///
 /// # Errors
 /// What is damaged, too large, or of colours that mean nothing without the profile of a printer.
-pub fn decode(
-    name: &str,
-    bytes: &[u8],
-) -> Result<([usize; 2], Vec<[u8; 3]>, Orientation), PhotoError> {
+pub fn decode(name: &str, bytes: &[u8]) -> Result<Decoded, PhotoError> {
     let wrong = |source| PhotoError::Jpeg {
         name: name.to_owned(),
         source,
@@ -129,8 +136,11 @@ pub fn decode(
     let orientation = decoder.exif().and_then(|exif| orientation(exif));
     let data = decoder.decode().map_err(wrong)?;
     let pixels = data.as_chunks::<3>().0.to_vec();
-    let orientation = Orientation::of(orientation.unwrap_or(1));
-    Ok((size, pixels, orientation))
+    Ok(Decoded {
+        size,
+        pixels,
+        orientation: Orientation::of(orientation.unwrap_or(1)),
+    })
 }
 
 /// The number of the orientation in EXIF data, which are a TIFF header and a list of tags; none where that is
