@@ -1,20 +1,23 @@
 //! A reference photo beside the picture, from which colours are picked.
 
+mod error;
 mod jpeg;
 
 use std::io::Cursor;
 use std::path::Path;
 
 use egui::{ColorImage, Sense, TextureHandle, TextureOptions};
-use strandlight_formats::{Error, read_file};
+use strandlight_formats::read_file;
 
 use super::field::Changes;
+use error::MAX_PIXELS;
+
+pub use error::PhotoError;
 
 /// Longest file that is read.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// Most pixels of a file, 64 Mi, and bytes that decoding may take.
-const MAX_PIXELS: u64 = 64 << 20;
+/// Bytes that decoding may take.
 const MAX_DECODED: usize = 1 << 30;
 
 /// Longest side that is shown; larger photos are reduced by whole factors.
@@ -39,44 +42,6 @@ pub fn is_photo(path: &Path) -> bool {
         read.is_ok() && (jpeg::is_jpeg(&bytes) || bytes == *b"\x89PNG\r\n\x1a\n")
     };
     has_name || begins()
-}
-
-/// A photo that cannot be shown.
-#[derive(Debug, thiserror::Error)]
-pub enum PhotoError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    File(#[from] Error),
-    /// It is neither PNG nor JPEG, or a damaged PNG.
-    #[error("{name}: {source}")]
-    Png {
-        /// Name of the file.
-        name: String,
-        /// What is wrong.
-        source: png::DecodingError,
-    },
-    /// It is a damaged JPEG, or one of a kind that is not read.
-    #[error("{name}: {}", jpeg::fault(source))]
-    Jpeg {
-        /// Name of the file.
-        name: String,
-        /// What is wrong.
-        source: zune_jpeg::errors::DecodeErrors,
-    },
-    /// Its colours are those of inks.
-    #[error("{name} has CMYK colours: save it as RGB, or as PNG")]
-    Colors {
-        /// Name of the file.
-        name: String,
-    },
-    /// It has more pixels than are decoded.
-    #[error("{name} has {pixels} pixels, more than {MAX_PIXELS}")]
-    TooLarge {
-        /// Name of the file.
-        name: String,
-        /// Width times height.
-        pixels: u64,
-    },
 }
 
 /// A photo, reduced to what is shown.

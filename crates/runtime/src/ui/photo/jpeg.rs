@@ -1,12 +1,11 @@
 //! Photos as cameras write them: JPEG, baseline or progressive, upright by their EXIF orientation.
 
 use zune_jpeg::JpegDecoder;
-use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::{MAX_PIXELS, PhotoError};
+use super::error::{MAX_PIXELS, PhotoError};
 
 /// Most scans of a progressive file. Programs write some ten; each takes time whatever it holds.
 const MAX_SCANS: usize = 32;
@@ -17,20 +16,6 @@ const MAX_JPEG_SIDE: usize = 65_535;
 /// Do these bytes begin as a JPEG does?
 pub fn is_jpeg(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0xff, 0xd8, 0xff])
-}
-
-/// What is wrong with a file, in one line.
-pub fn fault(error: &DecodeErrors) -> String {
-    match error {
-        DecodeErrors::IoErrors(_) | DecodeErrors::ExhaustedData => {
-            "the file is cut short".to_owned()
-        }
-        other => other
-            .to_string()
-            .split_whitespace()
-            .collect::<Vec<_>>()
-            .join(" "),
-    }
 }
 
 /// How a picture is turned to stand upright: columns and rows are swapped first, then sides.
