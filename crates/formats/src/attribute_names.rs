@@ -32,7 +32,7 @@ const fn row(
 }
 
 /// The attributes with a meaning beyond their name. Widths are not among them: each format has a
-/// place of its own for these. Paint (`dye`, `width_scale`, `shift_scale`) keeps its names.
+/// place of its own for these. Paint (`dye`, `width_scale`, `shift_scale`) and its `mask` keep their names.
 pub(crate) static ATTRIBUTE_NAMES: [AttributeName; 9] = [
     row(
         "root_uv",

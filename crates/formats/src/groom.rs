@@ -40,7 +40,7 @@ impl Domain {
 /// file's* unit, for export) come from files of other programs. Paint is [`dye`](crate::DYE) (4:
 /// sigma_a per fibre radius, linear RGB, and its weight), [`width_scale`](crate::WIDTH_SCALE) (1)
 /// and [`shift_scale`](crate::SHIFT_SCALE) (1), for whatever domain; a groom without them is not
-/// painted.
+/// painted. [`mask`](crate::MASK) (1) protects it from brushes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
     /// Lower-case ASCII name, letters, digits and `_`.

@@ -132,7 +132,7 @@ pub use mesh::{MAX_TRIANGLES, MAX_VERTICES, Mesh, MeshSource};
 #[doc(hidden)]
 pub use npy_array::NpyArray;
 pub use paint::{
-    DYE, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
+    DYE, MASK, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
 };
 pub use panorama::{MAX_PANORAMA_WIDTH, Panorama, PanoramaSource};
 #[doc(hidden)]

@@ -11,6 +11,9 @@ pub const WIDTH_SCALE: &str = "width_scale";
 /// Name of the factor of all longitudinal shifts: 1 component,
 /// [`MIN_SCALE`]..=[`MAX_SCALE`].
 pub const SHIFT_SCALE: &str = "shift_scale";
+/// Name of the mask, which protects paint from brushes and is no paint itself: 1 component, 0 (not at
+/// all)..=1 (wholly). The name is a common one: an attribute of another shape or range is left to whoever wrote it.
+pub const MASK: &str = "mask";
 /// The attributes of paint and their numbers of components.
 pub const PAINT_ATTRIBUTES: [(&str, u32); 3] = [(DYE, 4), (WIDTH_SCALE, 1), (SHIFT_SCALE, 1)];
 

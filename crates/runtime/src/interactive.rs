@@ -1,6 +1,5 @@
 //! What a window asks of a renderer beyond [`Backend`].
 
-#[cfg(not(target_arch = "wasm32"))]
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
@@ -56,7 +55,6 @@ pub enum Display<'a> {
 
 /// A [`strandlight_cpu::Display::version`] that no other picture has, of any viewer: no renderer's own comes
 /// that far.
-#[cfg(not(target_arch = "wasm32"))]
 pub fn new_version() -> u64 {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     1 << 63 | COUNT.fetch_add(1, Ordering::Relaxed)

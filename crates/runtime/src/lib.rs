@@ -23,6 +23,7 @@ mod inspection;
 mod interactive;
 #[cfg(not(target_arch = "wasm32"))]
 mod light_layer;
+mod mask_view;
 #[cfg(not(target_arch = "wasm32"))]
 #[doc(hidden)]
 pub mod opening;

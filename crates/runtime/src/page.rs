@@ -1,6 +1,7 @@
 //! The page around the viewer: what it shows, knows of the scene, and offers as files.
 
 use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
 use std::path::PathBuf;
 
 use js_sys::{Array, Function, Promise, Uint8Array};
@@ -17,6 +18,52 @@ thread_local! {
     static TELL: RefCell<Option<Function>> = const { RefCell::new(None) };
     /// Has the scene changes that were not saved?
     static IS_MODIFIED: Cell<bool> = const { Cell::new(false) };
+    /// Pressures of the pen in the event that the browser is telling of, one for each place; none of other pointers.
+    static PEN: RefCell<VecDeque<f64>> = const { RefCell::new(VecDeque::new()) };
+}
+
+/// Listens to pens from now on, before the canvas hears of them: winit tells of pens as of mice, without pressure.
+pub fn listen_to_pens() {
+    let get = |of: &JsValue, key: &str| js_sys::Reflect::get(of, &key.into()).ok();
+    let pressure = move |event: &JsValue| get(event, "pressure").and_then(|it| it.as_f64());
+    let listen = Closure::<dyn Fn(JsValue)>::new(move |event: JsValue| {
+        let kind = get(&event, "pointerType").and_then(|kind| kind.as_string());
+        let mut pressures = VecDeque::new();
+        if kind.as_deref() == Some("pen") {
+            // Of the places that a move comes by winit tells one after the other.
+            let all = get(&event, "getCoalescedEvents")
+                .and_then(|get_all| get_all.dyn_into::<Function>().ok())
+                .and_then(|get_all| get_all.call0(&event).ok())
+                .and_then(|all| all.dyn_into::<Array>().ok());
+            pressures.extend(
+                all.into_iter()
+                    .flat_map(|all| all.to_vec())
+                    .filter_map(|it| pressure(&it)),
+            );
+            if pressures.is_empty() {
+                pressures.extend(pressure(&event));
+            }
+        }
+        PEN.set(pressures);
+    });
+    let page = js_sys::global();
+    let add = get(&page, "addEventListener").and_then(|add| add.dyn_into::<Function>().ok());
+    for kind in ["pointerdown", "pointermove", "pointerup", "pointercancel"] {
+        if let Some(add) = &add {
+            // Without it pens are mice; `true` for before the canvas.
+            let _ = add.call3(&page, &kind.into(), listen.as_ref(), &true.into());
+        }
+    }
+    // As long as the page.
+    listen.forget();
+}
+
+/// Pressure of the pen at the next place of the event that the browser is telling of, 0..=1; none of other pointers.
+pub fn pen_pressure() -> Option<f64> {
+    PEN.with_borrow_mut(|pressures| match pressures.len() {
+        0 | 1 => pressures.front().copied(),
+        _ => pressures.pop_front(),
+    })
 }
 
 /// Takes the function of the page that [`tell`] calls, or none any more.

@@ -4,6 +4,7 @@
 //! of it to recompute, and no more. Windows and pages have an [`InteractiveBackend`], on the GPU or
 //! the CPU; frames of a script can come from any.
 
+mod masked;
 mod painting;
 #[cfg(not(target_arch = "wasm32"))]
 mod shown;
@@ -23,6 +24,7 @@ use crate::ground_truth::GroundTruth;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::inspection::Inspector;
 use crate::interactive::{Display, InteractiveBackend};
+use crate::mask_view::MaskView;
 use crate::session::{Change, Edits, Saved, Session, section_of};
 use strandlight_cpu::InteractiveRenderer;
 use strandlight_render::ProgressiveRenderer;
@@ -65,8 +67,9 @@ pub struct Viewer<B: Backend + ?Sized = dyn InteractiveBackend> {
     /// What is shown in place of the picture's colours.
     #[cfg(not(target_arch = "wasm32"))]
     inspector: Option<Inspector>,
+    /// The mask over the picture.
+    mask_view: MaskView,
     /// Another number for every other picture, whatever it is graded with.
-    #[cfg(not(target_arch = "wasm32"))]
     n_outdated: u64,
 }
 
@@ -161,6 +164,7 @@ impl Viewer {
             self.go_to_ground_truth(&progress)?;
             self.inspect(&progress)?;
         }
+        self.follow_mask(&progress)?;
         Ok(progress)
     }
 
@@ -213,7 +217,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             ground_truth: None,
             #[cfg(not(target_arch = "wasm32"))]
             inspector: None,
-            #[cfg(not(target_arch = "wasm32"))]
+            mask_view: MaskView::default(),
             n_outdated: 0,
         };
         viewer.set_light_colors()?;
@@ -282,12 +286,10 @@ impl<B: Backend + ?Sized> Viewer<B> {
 
     /// What is shown is another picture from now on.
     fn picture_is_outdated(&mut self) {
+        self.n_outdated += 1;
         #[cfg(not(target_arch = "wasm32"))]
-        {
-            self.n_outdated += 1;
-            if let Some(truth) = &mut self.ground_truth {
-                truth.outdated();
-            }
+        if let Some(truth) = &mut self.ground_truth {
+            truth.outdated();
         }
     }
 
@@ -497,8 +499,13 @@ impl<B: Backend + ?Sized> Viewer<B> {
         if change.has(Edits::CAMERA) {
             self.view = None;
         }
+        // Another groom has a mask of its own.
+        if change.has(Edits::MASK | Edits::GEOMETRY) {
+            self.mask_view.is_outdated();
+        }
         // How it is graded can change while it goes on.
-        let mut of_picture = Edits::all() - (Edits::GRADE | Edits::SAMPLES | Edits::LABEL);
+        let mut of_picture =
+            Edits::all() - (Edits::GRADE | Edits::SAMPLES | Edits::LABEL | Edits::MASK);
         // The window's picture has its own.
         of_picture.set(Edits::SIZE, self.window.is_none());
         let background = self.session.scene().render.background;

@@ -52,6 +52,8 @@ pub async fn open(
     tell: Function,
 ) -> Result<View, JsError> {
     page::set_tell(Some(tell));
+    static PENS: std::sync::Once = std::sync::Once::new();
+    PENS.call_once(page::listen_to_pens);
     std::panic::set_hook(Box::new(|info| {
         web_sys::console::error_1(&info.to_string().into());
         page::say(&format!("Internal error: {info} (please report it)"));

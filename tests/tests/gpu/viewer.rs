@@ -169,12 +169,12 @@ fn edits_run_the_stages_of_their_rules() {
         }
         covered |= change.edits;
     }
-    // Paint is edited by strokes; the others put the whole scene on the device again.
+    // Paint and mask are edited by strokes; the others put the whole scene on the device again.
     let others = EDITS
         .iter()
         .filter(|rule| !covered.contains(rule.edit) && !rule.inputs.is_all());
     let others: Vec<_> = others.map(|rule| rule.name).collect();
-    assert_eq!(others, ["samples", "paint"]);
+    assert_eq!(others, ["samples", "paint", "mask"]);
 }
 
 fn finish(viewer: &mut Viewer) {

@@ -11,6 +11,7 @@ mod history;
 mod invalid_parameters;
 mod invalidation;
 mod lights;
+mod masks;
 mod mesh;
 mod motion;
 mod multiple_scattering;

@@ -209,6 +209,51 @@ fn a_page_edits_paints_keeps_and_carries_on() {
     browser.wait_for("globalThis.devices?.length === 1");
 }
 
+#[test]
+fn fingers_and_pens_paint_as_hard_as_they_press() {
+    let mut browser = Browser::start(WITH_WEBGPU, [760, 480]);
+    browser.before_pages(WATCH);
+    browser.go(&serve(page()));
+    browser.wait_for(&is_done(true));
+    let [left, top, right, bottom] = place(&mut browser, "View");
+    let y = top + 0.4 * (bottom - top);
+    let [from, to] = [0.3, 0.7].map(|share| [left + share * (right - left), y]);
+    browser.key('b');
+    // Most dye of all points, where the brush does all that it does.
+    let painted = |browser: &mut Browser, act: &dyn Fn(&mut Browser)| -> f32 {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        browser.download_to(folder.path());
+        after(browser, "stroke", false, act);
+        after(browser, "saved", true, |browser| browser.control('s'));
+        let file = folder.path().join("scene-painted.groom");
+        browser.wait_until("a saved groom", |_| Groom::read(&file).is_ok());
+        let groom = Groom::read(&file).expect("a groom");
+        let dye = groom.attribute("dye").expect("dyed");
+        let weights = dye.data.iter().skip(3).step_by(4);
+        let most = weights.fold(0.0f32, |most, &weight| most.max(weight));
+        after(browser, "undo", false, |browser| browser.control('z'));
+        most
+    };
+    for (what, force, expected) in [
+        ("finger", 0.4, 0.4),
+        ("finger", 0.8, 0.8),
+        // That of fingers which are not measured, by the standard of pointer events.
+        ("finger", 0.5, 1.0),
+        ("pen", 0.3, 0.3),
+        ("pen", 0.7, 0.7),
+        ("mouse", 1.0, 1.0),
+    ] {
+        let most = painted(&mut browser, &|browser| match what {
+            "finger" => browser.press(from, to, force),
+            "pen" => browser.draw(from, to, force),
+            _ => browser.drag(from, to),
+        });
+        println!("{what} with force {force}: weight {most}");
+        assert!((most - expected).abs() < 0.02, "{what} {force}: {most}");
+    }
+    assert_eq!(browser.console, Vec::<String>::new());
+}
+
 /// Without samples, the title of a finished picture.
 fn is_done_on_cpu(is_saved: bool) -> String {
     is_done(is_saved).replace(&format!("{SAMPLES}/{SAMPLES}"), "done")

@@ -1,5 +1,8 @@
 //! Variation and brushes in a real window: the panel's sections, a photo, colours that are picked.
 
+use strandlight_formats::BakedFile;
+use strandlight_tests::project_root;
+
 use crate::window_common::{Desktop, SAME, Shot, SmallScene, View};
 
 /// Closes the section on top and opens another.
@@ -101,7 +104,151 @@ fn brushes_flood_and_blur_and_colours_are_picked() {
     view.settle();
     view.click(view.middle("Reference photo"));
     view.after("flood", |view| view.click(view.middle("Flood button")));
-    view.without_mouse().assert_different(&dyed);
+    let green = view.without_mouse();
+    green.assert_different(&dyed);
+    // A JPEG takes its place: red, white and blue meet in its middle. One for printers is refused.
+    let samples = project_root().join("crates/runtime/src/ui/photo/samples");
+    view.until_drawn("Reference photo", |view| {
+        view.drop_files(&[&samples.join("baseline.jpg")]);
+    });
+    view.settle();
+    view.click(view.middle("Reference photo"));
+    view.after("flood", |view| view.click(view.middle("Flood button")));
+    view.without_mouse().assert_different(&green);
+    let count = view.count("error");
+    view.drop_files(&[&samples.join("cmyk.jpg")]);
+    view.wait_for_next("error", count);
+    let events = view.events();
+    let error = events.iter().rev().find(|it| it["event"] == "error");
+    let message = error.expect("logged")["message"].as_str();
+    assert!(message.is_some_and(|it| it.starts_with("cmyk.jpg has CMYK colours")));
+    assert!(view.is_running());
+}
+
+/// How much bluer `shot` is than `other` in the mean: the tint of a mask.
+fn bluer(shot: &Shot, other: &Shot) -> f64 {
+    let blue = |shot: &Shot| -> f64 {
+        let pixels = shot.rgb.as_chunks::<3>().0;
+        let sum: f64 = pixels
+            .iter()
+            .map(|&[r, _, b]| f64::from(b) - f64::from(r))
+            .sum();
+        sum / pixels.len() as f64
+    };
+    blue(shot) - blue(other)
+}
+
+/// A window with the mask brush, which has gone over some hair; where that is, and pictures before and after.
+fn with_mask<'a>(
+    desktop: &'a Desktop,
+    scene: &SmallScene,
+    backend: &str,
+) -> (View<'a>, [i32; 2], [Shot; 2]) {
+    let more = ["--size", "860x640", "--backend", backend];
+    let mut view = View::open(desktop, &scene.path, &more);
+    let bare = view.picture();
+    open_section(&mut view, "Hair", "Paint");
+    view.after("places", |view| view.click(view.middle("Paint toggle")));
+    // The overlay is there as soon as the brush is, and shows nothing yet.
+    view.after("mask", |view| view.click(view.middle("Mask brush")));
+    view.without_mouse().assert_same(&bare);
+    view.type_number("Soft edge", "0");
+    let [left, top, right, bottom] = view.place("View");
+    let hair = [left + (right - left) * 2 / 5, top + (bottom - top) * 2 / 5];
+    view.after("stroke", |view| view.drag(1, hair, [60, 20]));
+    let masked = view.without_mouse();
+    let around = |shot: &Shot| around(&view, shot, hair);
+    let tint = bluer(&around(&masked), &around(&bare));
+    println!("{backend}: the mask is {tint:.2} levels bluer");
+    assert!(tint > 5.0, "{backend}: the mask is not seen: {tint}");
+    (view, hair, [bare, masked])
+}
+
+/// The part of the picture that a stroke from `hair` on goes over.
+fn around(view: &View, shot: &Shot, hair: [i32; 2]) -> Shot {
+    let [left, top, ..] = view.place("View");
+    let corner = [hair[0] - left - 40, hair[1] - top - 40].map(|at| at as usize);
+    shot.part(corner, [140, 100])
+}
+
+#[test]
+fn masks_are_painted_shown_kept_off_and_saved() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let (mut view, hair, [bare, masked]) = with_mask(&desktop, &scene, "cpu");
+    let around = |view: &View, shot: &Shot| around(view, shot, hair);
+
+    // Without its brush, or without the tick, the picture is as it was: masks are in no picture.
+    view.click(view.middle("Show mask"));
+    view.without_mouse().assert_same(&bare);
+    view.click(view.middle("Show mask"));
+    view.without_mouse().assert_same(&masked);
+    view.click(view.middle("Colour brush"));
+    view.without_mouse().assert_same(&bare);
+
+    // Where it is masked, colour keeps off.
+    view.settle();
+    view.after("flood", |view| view.click(view.middle("Flood button")));
+    let spared = view.without_mouse();
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.after("flood", |view| view.click(view.middle("Clear mask button")));
+    view.after("flood", |view| view.click(view.middle("Flood button")));
+    let dyed = view.without_mouse();
+    let inside = around(&view, &spared).difference(&around(&view, &dyed));
+    assert!(inside > 2.0 * SAME, "the mask let dye through: {inside}");
+    spared.assert_different(&bare);
+    for _ in 0..2 {
+        view.after("undo", |view| view.key("ctrl+z"));
+    }
+    view.without_mouse().assert_same(&bare);
+
+    // The mask is back; released by Shift, and that undone; inverted; all of it by a flood.
+    view.after("mask", |view| view.click(view.middle("Mask brush")));
+    view.without_mouse().assert_same(&masked);
+    view.after("stroke", |view| {
+        view.tool("xdotool", &["keydown", "shift"]);
+        view.drag(1, hair, [60, 20]);
+        view.tool("xdotool", &["keyup", "shift"]);
+    });
+    view.without_mouse().assert_same(&bare);
+    view.after("undo", |view| view.key("ctrl+z"));
+    view.after("flood", |view| {
+        view.click(view.middle("Invert mask button"));
+    });
+    let inverted = view.without_mouse();
+    let tint = bluer(&around(&view, &inverted), &around(&view, &masked));
+    assert!(tint < -2.0, "not inverted: {tint}");
+    assert!(bluer(&inverted, &masked) > 0.0);
+    view.after("flood", |view| view.click(view.middle("Flood button")));
+    assert!(bluer(&view.without_mouse(), &inverted) > 0.0);
+    // Another view has the mask where its hair is.
+    let count = view.count("mask");
+    view.after("view", |view| view.key("3"));
+    view.wait_for("the mask of the other view", |events| {
+        let told: Vec<_> = events.iter().filter(|it| it["event"] == "mask").collect();
+        told.len() >= count + 2 && told.last().is_some_and(|it| it["is_shown"] == true)
+    });
+    let side = view.without_mouse();
+    view.click(view.middle("Show mask"));
+    let tint = bluer(&side, &view.without_mouse());
+    assert!(tint > 1.0, "the view has no mask: {tint}");
+
+    view.after("saved", |view| view.key("ctrl+s"));
+    let groom = scene.path.with_file_name("small-painted.groom");
+    let groom = strandlight_formats::Groom::read(&groom).expect("a groom");
+    let mask = groom.attribute("mask").expect("saved");
+    assert!(mask.components == 1 && mask.data.iter().all(|&it| it == 1.0));
+    assert!(groom.attribute("dye").is_none());
+    view.close();
+}
+
+#[test]
+fn masks_are_shown_over_pictures_of_a_device_too() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let (view, _, [bare, masked]) = with_mask(&desktop, &scene, "gpu");
+    view.click(view.middle("Show mask"));
+    view.without_mouse().assert_same(&bare);
+    view.click(view.middle("Show mask"));
+    view.without_mouse().assert_same(&masked);
     view.close_unsaved();
 }
 

@@ -55,6 +55,8 @@ bitflags::bitflags! {
         const VARIATION = 1 << 18;
         /// Clumps and frizz.
         const SHAPE = 1 << 19;
+        /// Mask of points: what brushes leave alone, which no picture shows.
+        const MASK = 1 << 20;
     }
 }
 
@@ -75,7 +77,7 @@ const fn rule(name: &'static str, edit: Edits, inputs: Inputs) -> EditRule {
 }
 
 /// What every edit sets on a renderer: the roots of the invalidation graph.
-pub const EDITS: [EditRule; 20] = [
+pub const EDITS: [EditRule; 21] = [
     rule("camera", Edits::CAMERA, Inputs::VIEW),
     rule("size", Edits::SIZE, Inputs::VIEW),
     rule("samples", Edits::SAMPLES, Inputs::empty()),
@@ -95,6 +97,7 @@ pub const EDITS: [EditRule; 20] = [
     rule("geometry", Edits::GEOMETRY, Inputs::all()),
     rule("tables", Edits::TABLES, Inputs::all()),
     rule("paint", Edits::PAINT, Inputs::PAINT),
+    rule("mask", Edits::MASK, Inputs::empty()),
     rule("variation", Edits::VARIATION, Inputs::PAINT),
     rule("shape", Edits::SHAPE, Inputs::all()),
     rule("proxies", Edits::PROXIES, Inputs::PROXIES),
@@ -180,7 +183,7 @@ impl Change {
     /// Everything: the document was replaced.
     pub fn everything() -> Change {
         Change {
-            edits: Edits::all().difference(Edits::PAINT),
+            edits: Edits::all().difference(Edits::PAINT | Edits::MASK),
             paint: None,
         }
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use strandlight_formats::Scene;
 
-use super::asset_snapshot::AssetSnapshot;
+use super::asset_snapshot::{AssetSnapshot, PaintState};
 use strandlight_scene::paint::Stroke;
 
 /// Most steps that are remembered.
@@ -23,10 +23,10 @@ pub(super) enum Step {
         after: Box<Scene>,
         snapshot: Option<Box<[AssetSnapshot; 2]>>,
     },
-    /// A stroke, and the states of the paint around it.
+    /// A stroke, and the states of paint and mask around it.
     Stroke {
         stroke: Arc<Stroke>,
-        states: [u64; 2],
+        states: [PaintState; 2],
     },
 }
 
@@ -34,7 +34,7 @@ impl Step {
     fn stroke_points(&self) -> usize {
         match self {
             Step::Scene { .. } => 0,
-            Step::Stroke { stroke, .. } => stroke.changed.len(),
+            Step::Stroke { stroke, .. } => stroke.changed.len() + stroke.masked.len(),
         }
     }
 }

@@ -14,7 +14,7 @@ mod keys;
 mod on_disk;
 mod save;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use change::Change;
 // The table of ARCHITECTURE.md is made from them.
@@ -34,7 +34,7 @@ use serde_json::{Map, Value};
 use strandlight_formats::{CameraSection, Groom, LightSet, Scene};
 
 use crate::error::SessionError;
-use asset_snapshot::AssetSnapshot;
+use asset_snapshot::{AssetSnapshot, PaintState};
 use errors::check_size;
 use history::{History, Step};
 use on_disk::OnDisk;
@@ -43,7 +43,7 @@ use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
 pub use strandlight_scene::keys::camera_section as section_of;
 use strandlight_scene::keys::with_values;
-use strandlight_scene::paint::{Paint, Stroke};
+use strandlight_scene::paint::{BrushEffect, Canvas, Paint, PointMask, Stroke};
 use strandlight_scene::panorama::TurnedPanorama;
 use strandlight_scene::scene::PreparedScene;
 
@@ -56,7 +56,7 @@ pub struct Session {
     snapshot: AssetSnapshot,
     history: History,
     on_disk: OnDisk,
-    /// States of the paint so far.
+    /// States of paint and mask so far.
     n_paint_states: u64,
     /// Grooms that saving has made.
     written_grooms: BTreeSet<PathBuf>,
@@ -83,7 +83,7 @@ impl Session {
         let assets = Assets::read(&scene, &files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;
         Ok(Session {
-            on_disk: OnDisk::new(path, &scene, 0, &files),
+            on_disk: OnDisk::new(path, &scene, PaintState::default(), &files),
             path: path.to_owned(),
             snapshot: AssetSnapshot::new(assets, 0)?,
             n_paint_states: 0,
@@ -135,6 +135,35 @@ impl Session {
         let n_points = self.snapshot.assets.groom.points.len();
         let unpainted = || Arc::new(Paint::unpainted(n_points));
         Arc::make_mut(self.snapshot.paint.get_or_insert_with(unpainted))
+    }
+
+    /// What brushes leave alone; `None` where nothing was ever protected.
+    pub fn mask(&self) -> Option<&PointMask> {
+        self.snapshot.mask.as_deref()
+    }
+
+    /// Is any hair protected from brushes?
+    pub fn is_masked(&self) -> bool {
+        self.mask().is_some_and(PointMask::is_protecting)
+    }
+
+    /// The mask, for a stroke that ends with [`Session::stroke`].
+    pub fn mask_mut(&mut self) -> &mut PointMask {
+        let n_points = self.snapshot.assets.groom.points.len();
+        let none = || Arc::new(PointMask::none(n_points));
+        Arc::make_mut(self.snapshot.mask.get_or_insert_with(none))
+    }
+
+    /// What a brush with this effect changes, for a stroke that ends with [`Session::stroke`]. Hair that is masked
+    /// alone gets no paint by it.
+    pub fn canvas(&mut self, effect: BrushEffect) -> Canvas<'_> {
+        if effect.is_of_mask() {
+            return Canvas::Mask(self.mask_mut());
+        }
+        self.paint_mut();
+        let AssetSnapshot { paint, mask, .. } = &mut self.snapshot;
+        let paint = Arc::make_mut(paint.get_or_insert_default());
+        Canvas::Paint(paint, mask.as_deref())
     }
 
     /// The light set as its file has it.
@@ -194,7 +223,8 @@ impl Session {
             Some(Box::new([before, assets].map(|assets| AssetSnapshot {
                 assets,
                 paint: None,
-                paint_state: 0,
+                mask: None,
+                paint_state: PaintState::default(),
                 file_state: None,
             })))
         } else {
@@ -209,23 +239,58 @@ impl Session {
         Ok(change)
     }
 
-    /// Gives the points of `stroke` their paint, as one step to undo. Points that have it already,
+    /// Gives the points of `stroke` their paint and mask, as one step to undo. Points that have it already,
     /// because they were changed while the stroke was made, stay as they are.
     pub fn stroke(&mut self, stroke: Stroke) -> Change {
-        let Some(range) = stroke.range() else {
+        if stroke.is_empty() {
+            // The stroke may have made paint that says nothing: hair without any is drawn as bare hair.
+            self.snapshot.paint.take_if(|paint| !paint.is_painted());
             return Change::default();
+        }
+        let change = self.apply(&stroke, Direction::After);
+        let (before, number) = (self.snapshot.paint_state, self.next_paint_state());
+        let after = &mut self.snapshot.paint_state;
+        if !stroke.changed.is_empty() {
+            after.paint = number;
+        }
+        if !stroke.masked.is_empty() {
+            after.mask = number;
+        }
+        let states = [before, *after];
+        let label = match stroke.changed.is_empty() {
+            true => "mask",
+            false => "paint",
         };
-        self.paint_mut().apply(&stroke);
-        let states = [self.snapshot.paint_state, self.next_paint_state()];
-        self.snapshot.paint_state = states[1];
         let step = Step::Stroke {
             stroke: Arc::new(stroke),
             states,
         };
         self.history.close();
-        self.history.push("paint", step);
+        self.history.push(label, step);
         self.history.close();
-        Change::painted(range)
+        change
+    }
+
+    /// What there is of paint and mask alone is made where a stroke needs it.
+    fn apply(&mut self, stroke: &Stroke, direction: Direction) -> Change {
+        let mut change = Change::default();
+        if !stroke.changed.is_empty() {
+            let paint = self.paint_mut();
+            let range = match direction {
+                Direction::Before => paint.revert(stroke),
+                Direction::After => paint.apply(stroke),
+            };
+            change = Change::painted(range.unwrap_or_default());
+        }
+        if !stroke.masked.is_empty() {
+            let mask = self.mask_mut();
+            match direction {
+                Direction::Before => mask.revert(stroke),
+                Direction::After => mask.apply(stroke),
+            };
+            change.edits |= Edits::MASK;
+        }
+        change
     }
 
     fn next_paint_state(&mut self) -> u64 {
@@ -380,7 +445,7 @@ impl Session {
                         Arc::ptr_eq(&snapshot.assets.groom, &self.snapshot.assets.groom);
                     let old = std::mem::replace(&mut self.snapshot, snapshot);
                     if keeps_paint {
-                        self.snapshot.paint = old.paint;
+                        (self.snapshot.paint, self.snapshot.mask) = (old.paint, old.mask);
                         self.snapshot.paint_state = old.paint_state;
                         self.snapshot.file_state = old.file_state;
                     }
@@ -398,14 +463,10 @@ impl Session {
                 change
             }
             Step::Stroke { stroke, states } => {
-                let paint = self.paint_mut();
-                let range = match direction {
-                    Direction::Before => paint.revert(&stroke),
-                    Direction::After => paint.apply(&stroke),
-                };
+                let change = self.apply(&stroke, direction);
                 let [before, after] = states;
                 self.snapshot.paint_state = direction.pick(before, after);
-                Change::painted(range.unwrap_or_default())
+                change
             }
         }
     }

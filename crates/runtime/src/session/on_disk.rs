@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use super::asset_snapshot::PaintState;
 use strandlight_formats::Scene;
 use strandlight_scene::files::Files;
 
@@ -10,13 +11,13 @@ use strandlight_scene::files::Files;
 #[derive(Clone, Debug)]
 pub(super) struct OnDisk {
     pub scene: Scene,
-    pub paint_state: u64,
+    pub paint_state: PaintState,
     /// The files and when they were written.
     pub written: Vec<(PathBuf, Option<SystemTime>)>,
 }
 
 impl OnDisk {
-    pub fn new(path: &Path, scene: &Scene, paint_state: u64, files: &Files) -> OnDisk {
+    pub fn new(path: &Path, scene: &Scene, paint_state: PaintState, files: &Files) -> OnDisk {
         let written = [path.to_owned(), scene.groom_path(), scene.lights_path()]
             .into_iter()
             .chain(scene.tables_path())

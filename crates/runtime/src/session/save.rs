@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use strandlight_formats::{BakedFile, Groom, ProxySection, Scene};
 
-use super::asset_snapshot::AssetSnapshot;
+use super::asset_snapshot::{AssetSnapshot, PaintState};
 use super::errors::check_size;
 use super::history::Step;
 use super::on_disk::OnDisk;
@@ -37,9 +37,18 @@ impl Session {
 
     /// Is the paint other than the groom's file has it?
     pub fn is_repainted(&self) -> bool {
-        let state = self.snapshot.paint_state;
+        self.differs_from_file(|state| state.paint)
+    }
+
+    /// Is the paint or the mask other than the groom's file has it?
+    fn has_own_groom(&self) -> bool {
+        self.differs_from_file(|state| state)
+    }
+
+    fn differs_from_file<T: PartialEq>(&self, of: impl Fn(PaintState) -> T) -> bool {
+        let state = of(self.snapshot.paint_state);
         // Another groom that was put into the scene is as its own file has it.
-        state != self.on_disk.paint_state && Some(state) != self.snapshot.file_state
+        state != of(self.on_disk.paint_state) && Some(state) != self.snapshot.file_state.map(of)
     }
 
     /// Has a file of the document been written by another program since it was read or saved?
@@ -55,7 +64,7 @@ impl Session {
     /// A file that [`Session::save`] would replace although another program has written it since it
     /// was read or saved.
     pub fn conflict(&self) -> Option<&Path> {
-        let groom = match self.is_repainted() {
+        let groom = match self.has_own_groom() {
             true => Some(self.groom_to_write(&self.path)),
             false => None,
         };
@@ -131,7 +140,7 @@ impl Session {
 
     /// Writes the scene to `path`, which it has from then on; comments of the file that it was read
     /// from stay where only values have changed. Files that it names stay where they
-    /// are: relative paths are written so that they lead there. If the hair was painted since the
+    /// are: relative paths are written so that they lead there. If the hair was painted or masked since the
     /// groom was read or written, the groom goes to a new file beside the scene, called
     /// `NAME-painted.groom` or with a number after that. Grooms, light sets, panoramas and meshes that were made
     /// here and are in memory only are written beside the scene, under free names.
@@ -155,7 +164,7 @@ impl Session {
         self.check_target(path)?;
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
         let mut scene = self.scene.clone();
-        let is_painted = self.is_repainted() || groom.is_some();
+        let is_painted = self.has_own_groom() || groom.is_some();
         move_to(&mut scene, &folder);
         let made = self.place_held(&mut scene, is_painted);
         let mut saved = Saved::default();
@@ -285,11 +294,14 @@ impl Session {
         free.unwrap_or_else(|| named(10_000))
     }
 
-    /// The groom with its paint as attributes.
+    /// The groom with its paint and its mask as attributes.
     pub fn painted_groom(&self) -> Groom {
         let mut groom = Groom::clone(&self.snapshot.assets.groom);
         if let Some(paint) = &self.snapshot.paint {
             paint.write_to(&mut groom);
+        }
+        if let Some(mask) = &self.snapshot.mask {
+            mask.write_to(&mut groom);
         }
         let parameters = &mut groom.source.parameters;
         parameters.retain(|(key, _)| key != SAVED_BY.0);
@@ -310,7 +322,7 @@ impl Session {
         check_size(&scene).map_err(in_scene)?;
         let state = self.next_paint_state();
         let after = AssetSnapshot::new(assets, state)?;
-        self.on_disk = OnDisk::new(&self.path, &scene, state, &self.files);
+        self.on_disk = OnDisk::new(&self.path, &scene, PaintState::of(state), &self.files);
         let mut before = std::mem::replace(&mut self.snapshot, after.clone());
         before.file_state = None;
         let step = Step::Scene {

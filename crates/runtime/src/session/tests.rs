@@ -1,5 +1,7 @@
 //! The document without a device.
 
+mod masks;
+
 use serde_json::{Map, Value, json};
 use strandlight_formats::{
     AddedLight, Background, BakedFile, CameraSection, Groom, LightAdjust, LightSet, LutInput,
@@ -59,7 +61,7 @@ fn files() -> Files {
     ])
 }
 
-fn session() -> Session {
+pub(crate) fn session() -> Session {
     match Session::open_in(Path::new("/s/a.toml"), files()) {
         Ok(session) => session,
         Err(error) => panic!("{error}"),
@@ -692,6 +694,7 @@ fn dyed(points: std::ops::Range<u32>, before: &Paint) -> Stroke {
     });
     Stroke {
         changed: changed.collect(),
+        ..Stroke::default()
     }
 }
 

@@ -9,16 +9,16 @@ mod views;
 
 use serde_json::{Value, json};
 use strandlight_scattering::color::reflectance_from_sigma_a;
-use strandlight_scene::paint::Picker;
+use strandlight_scene::paint::{Brush, BrushEffect, Picker};
 use web_time::Instant;
 
 use super::keys::Command;
 use super::layout::UiOutput;
 use super::panel::motion::end_of;
 use super::questions::{Question, Then};
+use super::stroke_input::drag;
 use super::view::ViewportInput;
 use super::workspace::Workspace;
-use crate::viewer::Viewer;
 
 impl Workspace {
     /// Applies the output of a frame. Returns whether the user is dragging something.
@@ -136,7 +136,12 @@ impl Workspace {
             Command::Reload => self.reload(),
             Command::Screenshot => self.screenshot(),
             Command::Paint => self.state.paint.is_on = !self.state.paint.is_on,
-            Command::Flood => self.flood(),
+            Command::Flood => {
+                let brush = self.state.paint.brush(self.viewer.session().scene());
+                self.flood(&brush);
+            }
+            Command::InvertMask => self.flood_mask(BrushEffect::InvertProtection),
+            Command::ClearMask => self.flood_mask(BrushEffect::Protect(0.0)),
             Command::LargerBrush => self.state.paint.scale(1.25),
             Command::SmallerBrush => self.state.paint.scale(0.8),
             Command::Play => {
@@ -191,27 +196,17 @@ impl Workspace {
         if !state.is_on && !self.is_stroking {
             return;
         }
-        let brush = state.brush(self.viewer.session().scene());
-        let drag = |viewer: &mut Viewer, path: &[[f32; 2]]| {
-            let mut places = path.iter();
-            places.try_for_each(|&place| viewer.drag(place))
-        };
-        let press = |viewer: &mut Viewer| {
-            if let Some(pressure) = viewport.pressure {
-                viewer.set_pressure(pressure);
-            }
-        };
+        let mut brush = state.brush(self.viewer.session().scene());
+        if self.egui.input(|input| input.modifiers.shift) {
+            brush.effect = state.other(brush.effect);
+        }
         let painted = match (&viewport.brush, self.is_stroking) {
             (Some(path), false) => {
                 self.is_stroking = true;
                 let pressed = self.viewer.press(brush);
-                press(&mut self.viewer);
                 pressed.and_then(|()| drag(&mut self.viewer, path))
             }
-            (Some(path), true) => {
-                press(&mut self.viewer);
-                drag(&mut self.viewer, path)
-            }
+            (Some(path), true) => drag(&mut self.viewer, path),
             (None, true) => {
                 self.is_stroking = false;
                 self.end_stroke();
@@ -232,10 +227,20 @@ impl Workspace {
         self.is_outdated |= self.state.paint.radius_px != circle;
     }
 
-    /// Paints all hair with the brush.
-    fn flood(&mut self) {
-        let brush = self.state.paint.brush(self.viewer.session().scene());
-        match self.viewer.flood(&brush) {
+    /// Changes the mask of all hair, whatever the brush is.
+    fn flood_mask(&mut self, effect: BrushEffect) {
+        self.flood(&Brush {
+            effect,
+            ..Brush::default()
+        });
+    }
+
+    /// Paints all hair with a brush.
+    fn flood(&mut self, brush: &Brush) {
+        match self.viewer.flood(brush) {
+            Ok(change) if change.is_empty() && brush.effect.is_of_mask() => {
+                self.say("The mask is so already");
+            }
             Ok(change) if change.is_empty() => self.say("Nothing to paint there"),
             Ok(_) => self.changed("flood", json!({})),
             Err(error) => self.fail(&error.to_string()),

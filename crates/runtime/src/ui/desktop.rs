@@ -22,7 +22,7 @@ pub fn has_dialogs() -> bool {
 #[cfg(target_os = "linux")]
 pub fn open(scene: &Path, extensions: &[String]) -> Option<PathBuf> {
     dialog("Open", scene)
-        .add_filter("Scenes, hair, lights, maps and LUTs", extensions)
+        .add_filter("Scenes, hair, lights, maps, LUTs and photos", extensions)
         .add_filter("All files", &["*"])
         .pick_file()
 }

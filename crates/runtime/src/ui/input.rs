@@ -47,12 +47,17 @@ pub fn split(mut raw: RawInput) -> Vec<RawInput> {
 }
 
 /// Has all fingers on one screen: winit names a device for each in a page, and the interface sees
-/// two fingers together on one device only.
+/// two fingers together on one device only. And takes away the force of touches that is none: the standard of pointer events
+/// has 0.5 for what is not measured.
 #[cfg(target_arch = "wasm32")]
 pub fn on_one_screen(mut raw: RawInput) -> RawInput {
     for event in &mut raw.events {
-        if let Event::Touch { device_id, .. } = event {
+        if let Event::Touch {
+            device_id, force, ..
+        } = event
+        {
             *device_id = egui::TouchDeviceId(0);
+            *force = force.filter(|&force| force != 0.5);
         }
     }
     raw

@@ -73,6 +73,10 @@ pub enum Command {
     Paint,
     /// Paints all hair with the brush.
     Flood,
+    /// Protects what is not protected from brushes, and releases the rest.
+    InvertMask,
+    /// Releases all hair.
+    ClearMask,
     /// Makes the brush larger.
     LargerBrush,
     /// Makes it smaller.
@@ -151,7 +155,7 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 40] = {
             CTRL,
             Key::O,
             Command::Open,
-            "Open a scene, hair, lights or a map",
+            "Open a scene, hair, lights, a map or a photo",
         ),
         (CTRL, Key::R, Command::Reload, "Reload from disk"),
         (CTRL, Key::Q, Command::Close, "Close the window"),
@@ -298,9 +302,10 @@ pub fn name_of(ctx: &egui::Context, modifiers: Modifiers, key: Key) -> String {
 }
 
 /// What the mouse does over the picture.
-pub const MOUSE: [(&str, &str); 9] = [
+pub const MOUSE: [(&str, &str); 10] = [
     ("Drag", "Orbit about the target; paint while painting"),
     ("Ctrl + drag", "Orbit while painting"),
+    ("Shift + drag", "Release with the mask brush"),
     ("Middle drag, or Shift + drag", "Pan"),
     ("Ctrl + Shift + drag", "Turn the lights of the set"),
     ("Wheel, or right drag", "Dolly in and out"),

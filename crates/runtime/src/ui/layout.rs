@@ -232,6 +232,10 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
         let size = input.viewer.session().scene().render.size;
         panel::camera::frame(ui, response.rect, size);
     }
+    state
+        .paint
+        .mask_layer
+        .show(ui, input.viewer.mask_display(), response.rect);
     wipe(ui, state, &camera, &viewport, response.rect, changes);
     #[cfg(not(target_arch = "wasm32"))]
     legend::show(ui, input.viewer, viewport.hover, response.rect);
@@ -401,7 +405,8 @@ fn sections(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut 
         panel::history::show(ui, session, &state.thumbnails, changes, commands);
     });
     section(ui, "Paint", false, changes, |ui, changes| {
-        panel::paint::show(ui, &mut state.paint, changes, commands);
+        let is_masked = input.viewer.session().is_masked();
+        panel::paint::show(ui, &mut state.paint, is_masked, changes, commands);
     });
     section(ui, "Lights", false, changes, |ui, changes| {
         let prepared = input.viewer.prepared();

@@ -1,45 +1,47 @@
 //! A reference photo beside the picture, from which colours are picked.
 
+mod error;
+mod jpeg;
+
 use std::io::Cursor;
 use std::path::Path;
 
 use egui::{ColorImage, Sense, TextureHandle, TextureOptions};
-use strandlight_formats::{Error, read_file};
+use strandlight_formats::read_file;
 
 use super::field::Changes;
+use error::MAX_PIXELS;
+
+pub use error::PhotoError;
 
 /// Longest file that is read.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// Most pixels of a file, 64 Mi, and bytes that decoding may take.
-const MAX_PIXELS: u64 = 64 << 20;
+/// Bytes that decoding may take.
 const MAX_DECODED: usize = 1 << 30;
 
 /// Longest side that is shown; larger photos are reduced by whole factors.
 const MAX_SIDE: usize = 1024;
 
-/// A photo that cannot be shown.
-#[derive(Debug, thiserror::Error)]
-pub enum PhotoError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    File(#[from] Error),
-    /// It is no PNG, or a damaged one.
-    #[error("{name}: {source}")]
-    Png {
-        /// Name of the file.
-        name: String,
-        /// What is wrong.
-        source: png::DecodingError,
-    },
-    /// It has more pixels than are decoded.
-    #[error("{name} has {pixels} pixels, more than {MAX_PIXELS}")]
-    TooLarge {
-        /// Name of the file.
-        name: String,
-        /// Width times height.
-        pixels: u64,
-    },
+/// Extensions of photos.
+#[cfg(not(target_arch = "wasm32"))]
+pub const EXTENSIONS: [&str; 3] = ["png", "jpg", "jpeg"];
+
+/// Is the file at `path` a photo, by its name or by how it begins?
+#[cfg(not(target_arch = "wasm32"))]
+pub fn is_photo(path: &Path) -> bool {
+    use std::io::Read;
+
+    let has_name = path.extension().is_some_and(|of_file| {
+        let mut known = EXTENSIONS.iter();
+        known.any(|extension| of_file.eq_ignore_ascii_case(extension))
+    });
+    let begins = || {
+        let mut bytes = [0; 8];
+        let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut bytes));
+        read.is_ok() && (jpeg::is_jpeg(&bytes) || bytes == *b"\x89PNG\r\n\x1a\n")
+    };
+    has_name || begins()
 }
 
 /// A photo, reduced to what is shown.
@@ -60,7 +62,8 @@ impl std::fmt::Debug for Photo {
 }
 
 impl Photo {
-    /// Reads a PNG of 8 or 16 bits, taken for sRGB; alpha is over black.
+    /// Reads a PNG of 8 or 16 bits or a JPEG, taken for sRGB whatever profile it has; alpha is over black, and a JPEG is
+    /// turned upright by its EXIF orientation.
     ///
     /// # Errors
     /// A file that is none, is damaged or too large, by name.
@@ -72,6 +75,17 @@ impl Photo {
     }
 
     fn decode(name: String, bytes: &[u8]) -> Result<Photo, PhotoError> {
+        if jpeg::is_jpeg(bytes) {
+            let decoded = jpeg::decode(&name, bytes)?;
+            let (size, pixels) = reduced(decoded.size, &decoded.pixels);
+            let (size, pixels) = decoded.orientation.upright(size, pixels);
+            return Ok(Photo {
+                name,
+                size,
+                pixels,
+                texture: None,
+            });
+        }
         let wrong = |source: png::DecodingError| PhotoError::Png {
             name: name.clone(),
             source,

@@ -1,8 +1,9 @@
 //! The picture, and the camera under the mouse.
 
-use egui::{Event, PointerButton, Rect, Sense, Ui};
+use egui::{PointerButton, Rect, Sense, Ui};
 
 use super::orbit::{self, Bounds};
+use super::stroke_input::{self, Sample};
 use super::theme;
 use strandlight_scene::Camera;
 
@@ -26,9 +27,7 @@ pub struct ViewportInput {
     /// Where the mouse is over it.
     pub hover: Option<[f32; 2]>,
     /// Where the brush went while it was down; none where it is up.
-    pub brush: Option<Vec<[f32; 2]>>,
-    /// Force of the touch in this frame, 0..=1, where the device tells it.
-    pub pressure: Option<f32>,
+    pub brush: Option<Vec<Sample>>,
     /// Where the mouse moved the camera to.
     pub camera: Option<Camera>,
     /// Degrees that it turned the lights by, counter-clockwise seen from above.
@@ -80,8 +79,7 @@ pub fn show(
         is_dragged: response.dragged(),
         hover: response.hover_pos().map(pixel),
         brush: at(is_brush && response.is_pointer_button_down_on() && primary_down(ui))
-            .map(|last| brush_path(ui).map(pixel).chain([last]).collect()),
-        pressure: touch_force(ui),
+            .map(|last| ui.input(|input| stroke_input::path(&input.events, pixel, last))),
         camera: match is_turning {
             true => None,
             false => move_camera(ui, &response, camera, bounds, is_brush),
@@ -91,40 +89,8 @@ pub fn show(
     (viewport, response)
 }
 
-/// Force of the last touch of this frame; none of a mouse, and of screens that do not measure it.
-fn touch_force(ui: &Ui) -> Option<f32> {
-    ui.input(|input| {
-        let mut forces = input.events.iter().rev().filter_map(|event| match event {
-            Event::Touch { force, .. } => *force,
-            _ => None,
-        });
-        forces.find(|&force| force > 0.0)
-    })
-}
-
 fn primary_down(ui: &Ui) -> bool {
     ui.input(|input| input.pointer.button_down(PointerButton::Primary))
-}
-
-/// All places of the mouse in this frame since the button went down: in a slow frame there are
-/// many, and a stroke goes through each.
-fn brush_path(ui: &Ui) -> impl Iterator<Item = egui::Pos2> {
-    let mut path = Vec::new();
-    ui.input(|input| {
-        for event in &input.events {
-            match event {
-                Event::PointerButton {
-                    button: PointerButton::Primary,
-                    pressed: true,
-                    pos,
-                    ..
-                } => path = vec![*pos],
-                Event::PointerMoved(pos) => path.push(*pos),
-                _ => {}
-            }
-        }
-    });
-    path.into_iter()
 }
 
 /// Where `camera` goes if the mouse moves it in this frame.

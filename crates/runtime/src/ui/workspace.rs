@@ -23,6 +23,7 @@ use super::presets::Presets;
 use super::screen::{Painted, Screen};
 use super::settings::Settings;
 use super::theme;
+use super::title::title;
 use super::views::Views;
 use crate::choice::BackendChoice;
 #[cfg(not(target_arch = "wasm32"))]
@@ -68,6 +69,9 @@ pub struct Workspace {
     pub(super) state: UiState,
     pub(super) clipboard: Clipboard,
     modifiers: ModifiersState,
+    /// A pen over the page.
+    #[cfg(target_arch = "wasm32")]
+    pen: super::pen::Pen,
     pub(super) log: EventLog,
     /// Where the user looked from.
     pub(super) views: Views,
@@ -158,6 +162,8 @@ impl Workspace {
             look_job: None,
             clipboard: Clipboard::default(),
             modifiers: ModifiersState::default(),
+            #[cfg(target_arch = "wasm32")]
+            pen: super::pen::Pen::default(),
             log,
             progress: Progress::default(),
             #[cfg(not(target_arch = "wasm32"))]
@@ -210,6 +216,15 @@ impl Workspace {
         if *event == WindowEvent::RedrawRequested {
             return self.redraw();
         }
+        #[cfg(target_arch = "wasm32")]
+        let touch = match event {
+            WindowEvent::CursorMoved { .. } | WindowEvent::MouseInput { .. } => {
+                self.pen.touch(event, crate::page::pen_pressure())
+            }
+            _ => self.pen.touch(event, None),
+        };
+        #[cfg(target_arch = "wasm32")]
+        let event = touch.as_ref().unwrap_or(event);
         if clipboard::pastes(event, self.modifiers)
             && let Some(text) = self.clipboard.text()
         {
@@ -361,10 +376,13 @@ impl Workspace {
             true => BUDGETS[usize::from(!is_busy)],
             false => BUDGET_OF_VIEWS,
         };
+        let is_mask_shown = self.state.paint.is_mask_shown();
+        self.viewer.set_mask_shown(is_mask_shown);
         match self.viewer.advance(budget) {
             Ok(progress) => {
                 self.progress = progress;
                 self.is_stuck = false;
+                self.note_mask();
             }
             // The next frame recovers.
             Err(RenderError::DeviceLost(_)) => self.window.request_redraw(),
@@ -432,6 +450,17 @@ impl Workspace {
             // A window that could not be shown is tried again now and then.
             let longest = if is_working { 1 } else { 3600 };
             self.wake = Instant::now().checked_add(delay.min(Duration::from_secs(longest)));
+        }
+    }
+
+    /// Tells the log once that the mask is shown, and has a frame made where it is another than was laid out.
+    fn note_mask(&mut self) {
+        let version = self.viewer.mask_display().map(|display| display.version);
+        let layer = &mut self.state.paint.mask_layer;
+        self.is_outdated |= version != layer.version();
+        if std::mem::replace(&mut layer.is_noted, version.is_some()) != version.is_some() {
+            let is_shown = version.is_some();
+            self.log.write("mask", json!({ "is_shown": is_shown }));
         }
     }
 
@@ -549,6 +578,7 @@ impl Workspace {
         if let Some(photo) = &mut self.state.paint.photo {
             photo.forget_texture();
         }
+        self.state.paint.mask_layer.forget();
         self.state.thumbnails.forget();
         // egui sends its fonts again to the new device, and remembers what was open.
         let memory = self.egui.memory(Clone::clone);
@@ -566,57 +596,5 @@ impl Workspace {
         );
         self.say("The graphics device was lost and opened again.");
         self.window.request_redraw();
-    }
-}
-
-/// The window's title: the file, whether it must be saved, and how far the picture is.
-fn title(name: &str, is_modified: bool, progress: &Progress) -> String {
-    let star = if is_modified { "*" } else { "" };
-    let Progress {
-        samples,
-        total_samples,
-        is_shaded,
-        is_done,
-        ..
-    } = progress;
-    // Until an edit is shaded, the samples are those of the picture before it.
-    let picture = match is_shaded {
-        true if *total_samples > 0 => format!("{samples}/{total_samples}"),
-        true if *is_done => "done".to_owned(),
-        _ => "shading".to_owned(),
-    };
-    format!("strandview - {name}{star} - {picture}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_title_tells_of_no_samples_before_an_edit_is_shaded() {
-        let mut progress = Progress {
-            samples: 20,
-            total_samples: 20,
-            is_shown: true,
-            is_shaded: true,
-            is_done: true,
-            noise: None,
-        };
-        assert_eq!(
-            title("a.toml", true, &progress),
-            "strandview - a.toml* - 20/20"
-        );
-        (progress.is_shaded, progress.is_done) = (false, false);
-        assert_eq!(
-            title("a.toml", false, &progress),
-            "strandview - a.toml - shading"
-        );
-        // A picture without samples.
-        (progress.samples, progress.total_samples) = (0, 0);
-        for (is_done, wanted) in [(false, "shading"), (true, "done")] {
-            (progress.is_shaded, progress.is_done) = (true, is_done);
-            let title = title("a.toml", false, &progress);
-            assert_eq!(title, format!("strandview - a.toml - {wanted}"));
-        }
     }
 }

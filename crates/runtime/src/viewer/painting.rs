@@ -1,7 +1,7 @@
 //! Brushes, and what the renderer is told of paint and of what lies under it.
 
 use strandlight_scene::material::check_paintable;
-use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, PaintKinds, Picker};
+use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Canvas, PaintKinds, Picker};
 use strandlight_scene::{Backend, RenderError, SceneError};
 
 use super::Viewer;
@@ -15,7 +15,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn press(&mut self, brush: Brush) -> Result<(), RenderError> {
         self.release()?;
-        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
+        self.check_brush(&brush)?;
         self.active_stroke = Some(ActiveStroke::new(brush).map_err(SceneError::from)?);
         Ok(())
     }
@@ -34,13 +34,27 @@ impl<B: Backend + ?Sized> Viewer<B> {
         let picker = self
             .picker
             .get_or_insert_with(|| Picker::new(&scene.strands));
-        let paint = self.session.paint_mut();
-        let changed = active_stroke.drag(picker, paint, &scene.camera, size, cursor);
+        let is_of_mask = active_stroke.effect().is_of_mask();
+        let canvas = self.session.canvas(active_stroke.effect());
+        let changed = active_stroke.drag(picker, canvas, &scene.camera, size, cursor);
         self.active_stroke = Some(active_stroke);
         match changed {
+            Some(_) if is_of_mask => {
+                self.mask_view.is_outdated();
+                Ok(())
+            }
             Some(range) => self.show(&Change::painted(range)),
             None => Ok(()),
         }
+    }
+
+    /// Elliptic fibres cannot be painted; what is protected of them makes no difference.
+    fn check_brush(&self, brush: &Brush) -> Result<(), RenderError> {
+        if brush.effect.is_of_mask() {
+            return Ok(());
+        }
+        let hair = self.session.scene().hair.params();
+        Ok(check_paintable(&hair).map_err(SceneError::from)?)
     }
 
     /// The brush goes up: its stroke is one step to undo.
@@ -51,7 +65,10 @@ impl<B: Backend + ?Sized> Viewer<B> {
         let Some(active_stroke) = self.active_stroke.take() else {
             return Ok(Change::default());
         };
-        let stroke = active_stroke.finish(self.session.paint_mut());
+        let stroke = match self.session.canvas(active_stroke.effect()) {
+            Canvas::Paint(paint, _) => active_stroke.finish(paint),
+            Canvas::Mask(mask) => active_stroke.finish_mask(mask),
+        };
         let change = self.session.stroke(stroke);
         self.show(&change)?;
         Ok(change)
@@ -63,15 +80,15 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// The first value of the brush outside its range; whatever the device refuses.
     pub fn stroke(&mut self, stroke: &BrushStroke) -> Result<Change, RenderError> {
         self.release()?;
-        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
+        self.check_brush(&stroke.brush)?;
         let size = self.size();
         let scene = self.renderer.scene();
         let picker = self
             .picker
             .get_or_insert_with(|| Picker::new(&scene.strands));
-        let paint = self.session.paint_mut();
+        let canvas = self.session.canvas(stroke.brush.effect);
         let stroke = picker
-            .stroke(paint, &scene.camera, size, stroke)
+            .stroke(canvas, &scene.camera, size, stroke)
             .map_err(SceneError::from)?;
         let change = self.session.stroke(stroke);
         self.show(&change)?;
@@ -84,12 +101,12 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// As [`Viewer::stroke`].
     pub fn flood(&mut self, brush: &Brush) -> Result<Change, RenderError> {
         self.release()?;
-        check_paintable(&self.session.scene().hair.params()).map_err(SceneError::from)?;
+        self.check_brush(brush)?;
         let scene = self.renderer.scene();
         let picker = self
             .picker
             .get_or_insert_with(|| Picker::new(&scene.strands));
-        let stroke = picker.flood(self.session.paint_mut(), brush);
+        let stroke = picker.flood(self.session.canvas(brush.effect), brush);
         let change = self.session.stroke(stroke.map_err(SceneError::from)?);
         self.show(&change)?;
         Ok(change)

@@ -32,7 +32,8 @@ impl Viewer {
             .is_some_and(GroundTruth::is_working);
         let inspector = self.inspector.as_ref();
         let is_drawing = inspector.is_some_and(|inspector| inspector.apart.is_drawing());
-        (is_tracing || is_drawing).then_some(ground_truth::PERIOD)
+        let is_looking = self.mask_view.is_working();
+        (is_tracing || is_drawing || is_looking).then_some(ground_truth::PERIOD)
     }
 
     /// Shows something else than the picture's colours once the picture is finished, or them again. An error
@@ -169,7 +170,7 @@ impl Viewer {
     }
 
     /// The scene with its hair where it is now, which a device may have bent for itself.
-    fn moved_scene(&mut self) -> Result<PreparedScene, RenderError> {
+    pub(super) fn moved_scene(&mut self) -> Result<PreparedScene, RenderError> {
         let mut scene = self.renderer.scene().clone();
         let device = self.renderer.device();
         if let (Some(motion @ Motion::Wind(_)), Some(_)) = (&mut self.motion, device) {

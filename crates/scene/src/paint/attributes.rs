@@ -1,10 +1,10 @@
 //! Paint as attributes of a groom.
 
 use strandlight_formats::{
-    Attribute, DYE, Domain, Error, Groom, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
+    Attribute, DYE, Domain, Error, Groom, MASK, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
 };
 
-use super::{Paint, PaintedPoint};
+use super::{Paint, PaintedPoint, PointMask};
 
 impl Paint {
     /// The paint of `groom`, whose attributes may be of any domain; [`None`] if it has none.
@@ -33,32 +33,9 @@ impl Paint {
         Ok(Some(paint))
     }
 
-    /// Hands each point its values of the attribute called `name`, if there is one.
     fn read(&mut self, groom: &Groom, name: &str, set: impl Fn(&mut PaintedPoint, &[f32])) {
-        let Some(attribute) = groom.attribute(name) else {
-            return;
-        };
-        let values = attribute.data.chunks_exact(attribute.components as usize);
-        match attribute.domain {
-            Domain::Point => {
-                for (point, value) in self.points.iter_mut().zip(values) {
-                    set(point, value);
-                }
-            }
-            Domain::Strand => {
-                for (strand, value) in values.enumerate() {
-                    for point in &mut self.points[groom.strand(strand)] {
-                        set(point, value);
-                    }
-                }
-            }
-            Domain::Groom => {
-                for value in values.take(1) {
-                    for point in &mut self.points {
-                        set(point, value);
-                    }
-                }
-            }
+        if let Some(attribute) = groom.attribute(name) {
+            for_each_point(groom, attribute, &mut self.points, set);
         }
     }
 
@@ -70,19 +47,7 @@ impl Paint {
             return;
         }
         let mut set = |name: &str, components: u32, is_needed: bool, data: Vec<f32>| {
-            let place = groom.attributes.iter().position(|a| a.name == name);
-            let attribute = Attribute {
-                name: name.to_owned(),
-                domain: Domain::Point,
-                components,
-                data,
-            };
-            match (place, is_needed) {
-                (Some(ix), true) => groom.attributes[ix] = attribute,
-                (Some(ix), false) => drop(groom.attributes.remove(ix)),
-                (None, true) => groom.attributes.push(attribute),
-                (None, false) => {}
-            }
+            set_attribute(groom, name, components, is_needed.then_some(data));
         };
         let points = &self.points;
         let dyed = |point: &PaintedPoint| {
@@ -98,8 +63,93 @@ impl Paint {
     }
 }
 
+impl PointMask {
+    /// The mask of `groom`, whose attribute may be of any domain; [`None`] if it has none. An attribute of that name
+    /// with more components or with values outside 0..=1 is another program's, and no mask.
+    pub fn from_groom(groom: &Groom) -> Option<PointMask> {
+        let attribute = groom.attribute(MASK).filter(|mask| is_mask(mask))?;
+        let mut mask = PointMask::none(groom.points.len());
+        for_each_point(groom, attribute, &mut mask.points, |point, mask| {
+            *point = mask[0];
+        });
+        Some(mask)
+    }
+
+    /// Writes the mask into the attribute of `groom` in place of what is called so there. A mask that protects nothing is
+    /// left out, and only one like it is taken away. The mask must have an entry for each point of the groom, or it
+    /// is not written.
+    pub fn write_to(&self, groom: &mut Groom) {
+        if self.points.len() != groom.points.len() {
+            return;
+        }
+        if self.is_protecting() {
+            set_attribute(groom, MASK, 1, Some(self.points.clone()));
+        } else if groom.attribute(MASK).is_some_and(is_mask) {
+            set_attribute(groom, MASK, 1, None);
+        }
+    }
+}
+
+/// The name is a common one, so its bearer need not be ours.
+fn is_mask(attribute: &Attribute) -> bool {
+    let is_share = |value: &f32| (0.0..=1.0).contains(value);
+    attribute.components == 1 && attribute.data.iter().all(is_share)
+}
+
+/// Hands each of `points`, those of `groom`, its values of `attribute`.
+fn for_each_point<T>(
+    groom: &Groom,
+    attribute: &Attribute,
+    points: &mut [T],
+    set: impl Fn(&mut T, &[f32]),
+) {
+    let values = attribute
+        .data
+        .chunks_exact(attribute.components.max(1) as usize);
+    match attribute.domain {
+        Domain::Point => {
+            for (point, value) in points.iter_mut().zip(values) {
+                set(point, value);
+            }
+        }
+        Domain::Strand => {
+            for (strand, value) in values.enumerate() {
+                for point in &mut points[groom.strand(strand)] {
+                    set(point, value);
+                }
+            }
+        }
+        Domain::Groom => {
+            for value in values.take(1) {
+                for point in &mut *points {
+                    set(point, value);
+                }
+            }
+        }
+    }
+}
+
+/// Puts an attribute of points into `groom`, in place of one of that name, or takes that away.
+fn set_attribute(groom: &mut Groom, name: &str, components: u32, data: Option<Vec<f32>>) {
+    let place = groom.attributes.iter().position(|a| a.name == name);
+    let attribute = data.map(|data| Attribute {
+        name: name.to_owned(),
+        domain: Domain::Point,
+        components,
+        data,
+    });
+    match (place, attribute) {
+        (Some(ix), Some(attribute)) => groom.attributes[ix] = attribute,
+        (Some(ix), None) => drop(groom.attributes.remove(ix)),
+        (None, Some(attribute)) => groom.attributes.push(attribute),
+        (None, None) => {}
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use strandlight_formats::BakedFile;
+
     use super::*;
 
     fn groom() -> Groom {
@@ -149,5 +199,57 @@ mod tests {
         painted.attributes[0] = attribute(DYE, Domain::Groom, 3, &[1.0, 2.0, 3.0]);
         let error = Paint::from_groom(&painted).unwrap_err();
         assert!(error.to_string().contains("dye"), "{error}");
+    }
+
+    #[test]
+    fn masks_come_back_and_are_no_paint() {
+        let mut masked = groom();
+        assert_eq!(PointMask::from_groom(&masked), None);
+        let mut mask = PointMask::none(5);
+        mask.points[2] = 0.25;
+        mask.points[4] = 1.0;
+        mask.write_to(&mut masked);
+        masked.validate().unwrap();
+        let bytes = masked.to_bytes().unwrap();
+        let again = Groom::from_bytes(&bytes).unwrap();
+        assert_eq!(PointMask::from_groom(&again), Some(mask.clone()));
+        assert_eq!(
+            Paint::from_groom(&again).unwrap(),
+            None,
+            "hair that is masked alone is shaded as bare hair"
+        );
+        // Paint goes its own way.
+        Paint::unpainted(5).write_to(&mut masked);
+        assert_eq!(PointMask::from_groom(&masked), Some(mask));
+        PointMask::none(5).write_to(&mut masked);
+        assert_eq!(masked, groom());
+        PointMask::none(4).write_to(&mut masked);
+        assert_eq!(masked, groom());
+    }
+
+    #[test]
+    fn masks_of_others_are_left_alone() {
+        let attribute = |components, data: &[f32]| Attribute {
+            name: MASK.to_owned(),
+            domain: Domain::Strand,
+            components,
+            data: data.to_vec(),
+        };
+        let with = |attribute| Groom {
+            attributes: vec![attribute],
+            ..groom()
+        };
+        let by_strand = with(attribute(1, &[0.0, 1.0]));
+        let found = PointMask::from_groom(&by_strand).unwrap();
+        assert_eq!(found.points, [0.0, 0.0, 0.0, 1.0, 1.0]);
+        for other in [attribute(2, &[0.0; 4]), attribute(1, &[0.5, 7.0])] {
+            let mut groom = with(other);
+            groom.validate().unwrap();
+            assert_eq!(PointMask::from_groom(&groom), None);
+            PointMask::none(5).write_to(&mut groom);
+            assert_eq!(groom.attributes.len(), 1);
+            found.write_to(&mut groom);
+            assert_eq!(PointMask::from_groom(&groom).as_ref(), Some(&found));
+        }
     }
 }

@@ -5,7 +5,7 @@ use strandlight_formats::{MAX_SCALE, MAX_SIGMA_A, MIN_SCALE};
 use super::PaintedPoint;
 pub use crate::error::BrushError;
 
-/// What a brush puts on hair.
+/// What a brush does to hair: to its paint, or to the mask that protects paint from brushes.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BrushEffect {
@@ -21,6 +21,20 @@ pub enum BrushEffect {
     Blur,
     /// Takes up the paint that it goes over and lays it on along its way.
     Smear,
+    /// The mask towards this: 1 protects the paint from brushes, 0 releases it.
+    Protect(f32),
+    /// The mask towards its opposite: what is protected is released, and the rest protected.
+    InvertProtection,
+}
+
+impl BrushEffect {
+    /// Does it change the mask, and no paint?
+    pub fn is_of_mask(self) -> bool {
+        matches!(
+            self,
+            BrushEffect::Protect(_) | BrushEffect::InvertProtection
+        )
+    }
 }
 
 /// Where along a strand a brush works, in shares of its length: 0 at the root, 1 at the tip.
@@ -112,6 +126,10 @@ impl Brush {
             BrushEffect::WidthScale(scale) | BrushEffect::ShiftScale(scale) => scale,
             _ => 1.0,
         };
+        let protect = match self.effect {
+            BrushEffect::Protect(protect) => protect,
+            _ => 0.0,
+        };
         for (key, value, min, max) in [
             ("radius_cm", self.radius_cm, 1e-4, MAX_LENGTH_CM),
             ("strength", self.strength, 0.0, 1.0),
@@ -119,6 +137,7 @@ impl Brush {
             ("dye[1]", g, 0.0, MAX_SIGMA_A),
             ("dye[2]", b, 0.0, MAX_SIGMA_A),
             ("scale", scale, MIN_SCALE, MAX_SCALE),
+            ("protect", protect, 0.0, 1.0),
             ("softness", self.softness, 0.0, 1.0),
             ("along_cm", self.along_cm, 0.0, MAX_LENGTH_CM),
             ("mask.from", self.mask.from, 0.0, 1.0),
@@ -162,7 +181,7 @@ impl Brush {
 
     /// `point` under the brush with this coverage, 0..=1. Dye covers what is there; scales go
     /// towards the brush's by factors. What blur and smear lay on depends on the hair around: here they do
-    /// nothing.
+    /// nothing, as do brushes for the mask.
     pub fn applied(&self, point: &PaintedPoint, coverage: f32) -> PaintedPoint {
         if coverage <= 0.0 {
             return *point;
@@ -191,7 +210,10 @@ impl Brush {
             BrushEffect::ShiftScale(scale) => {
                 painted.shift_scale = towards(point.shift_scale, scale)
             }
-            BrushEffect::Blur | BrushEffect::Smear => return *point,
+            BrushEffect::Blur
+            | BrushEffect::Smear
+            | BrushEffect::Protect(_)
+            | BrushEffect::InvertProtection => return *point,
             BrushEffect::Erase => {
                 painted.weight *= 1.0 - a;
                 painted.width_scale = towards(point.width_scale, 1.0);
@@ -202,6 +224,23 @@ impl Brush {
             }
         }
         painted.clamped()
+    }
+
+    /// A point's mask, 0..=1, under the brush with this coverage, 0..=1. Brushes for paint do nothing to it.
+    pub fn masked(&self, mask: f32, coverage: f32) -> f32 {
+        let to = match self.effect {
+            BrushEffect::Protect(protect) => protect,
+            BrushEffect::InvertProtection => 1.0 - mask,
+            _ => return mask,
+        };
+        // False for NaN; exact at the ends, so that protected is protected wholly.
+        if coverage >= 1.0 {
+            return to;
+        }
+        match coverage > 0.0 {
+            true => (mask + coverage * (to - mask)).clamp(0.0, 1.0),
+            false => mask,
+        }
     }
 }
 
@@ -254,6 +293,13 @@ mod tests {
         let stroke: BrushStroke = serde_json::from_str(text).unwrap();
         assert_eq!(stroke.brush.effect, BrushEffect::Erase);
         assert_eq!(stroke.path, StrokePath::World(vec![[1.0, 2.0, 3.0]]));
+        let text =
+            r#"{"brush": {"effect": {"protect": 1}, "mask": {"to": 0.5}}, "path": [[1, 2]]}"#;
+        let stroke: BrushStroke = serde_json::from_str(text).unwrap();
+        assert_eq!(stroke.brush.effect, BrushEffect::Protect(1.0));
+        assert_eq!(stroke.brush.mask.to, 0.5);
+        let invert: BrushEffect = serde_json::from_str(r#""invert_protection""#).unwrap();
+        assert_eq!(invert, BrushEffect::InvertProtection);
         let wrong = r#"{"brush": {"radius": 2}, "path": []}"#;
         assert!(serde_json::from_str::<BrushStroke>(wrong).is_err());
     }
@@ -266,6 +312,13 @@ mod tests {
             ..Brush::default()
         };
         assert_eq!(wrong.validate().unwrap_err().key, "scale");
+        for protect in [-0.1, 1.5, f32::NAN] {
+            let wrong = Brush {
+                effect: BrushEffect::Protect(protect),
+                ..Brush::default()
+            };
+            assert_eq!(wrong.validate().unwrap_err().key, "protect");
+        }
         let wrong = Brush {
             radius_cm: f32::NAN,
             ..Brush::default()

@@ -1,40 +1,60 @@
 //! A brush over all hair at once.
 
 use super::mean::Mean;
-use super::{Brush, BrushEffect, BrushError, Paint, PaintedPoint, Picker, Stroke};
+use super::{Brush, BrushEffect, BrushError, Canvas, Paint, PaintedPoint, Picker, Stroke};
 
 impl Picker {
-    /// What `brush` does to `paint`, which stays as it is, if it covers all hair: with its strength, where its
-    /// mask has it. Blur takes the mean of each strand within its radius of a point, smear does nothing.
+    /// What `brush` does to `canvas`, which stays as it is, if it covers all hair: with its strength, where its part of
+    /// the strands has it and the mask lets it. Blur takes the mean of each strand within its radius of a point, smear
+    /// does nothing.
     ///
     /// # Errors
     /// The first value of the brush outside its range.
-    pub fn flood(&self, paint: &Paint, brush: &Brush) -> Result<Stroke, BrushError> {
+    pub fn flood<'a>(
+        &self,
+        canvas: impl Into<Canvas<'a>>,
+        brush: &Brush,
+    ) -> Result<Stroke, BrushError> {
         brush.validate()?;
-        let mut changed = Vec::new();
-        if brush.effect == BrushEffect::Smear {
-            return Ok(Stroke { changed });
+        let canvas = canvas.into();
+        let mut stroke = Stroke::default();
+        if brush.effect == BrushEffect::Smear
+            || brush.effect.is_of_mask() != matches!(canvas, Canvas::Mask(_))
+        {
+            return Ok(stroke);
         }
         for strand in self.strands() {
             let length = self.arc(strand.end - 1).max(1e-9);
             for point in strand.clone() {
-                let Some(before) = paint.points.get(point as usize) else {
-                    continue;
-                };
                 let coverage = brush.strength * brush.mask.at(self.arc(point) / length);
-                let after = match brush.effect {
-                    BrushEffect::Blur if coverage > 0.0 => {
-                        let mean = self.mean_along(paint, brush, strand, point);
-                        before.towards(&mean.unwrap_or(*before), coverage)
+                let mask = canvas.mask_at(point);
+                match &canvas {
+                    Canvas::Mask(_) => {
+                        let after = brush.masked(mask, coverage);
+                        if after != mask && (point as usize) < canvas.len() {
+                            stroke.masked.push((point, mask, after));
+                        }
                     }
-                    _ => brush.applied(before, coverage),
-                };
-                if after != *before {
-                    changed.push((point, *before, after));
+                    Canvas::Paint(paint, _) => {
+                        let Some(before) = paint.points.get(point as usize) else {
+                            continue;
+                        };
+                        let coverage = coverage * (1.0 - mask);
+                        let after = match brush.effect {
+                            BrushEffect::Blur if coverage > 0.0 => {
+                                let mean = self.mean_along(paint, brush, strand, point);
+                                before.towards(&mean.unwrap_or(*before), coverage)
+                            }
+                            _ => brush.applied(before, coverage),
+                        };
+                        if after != *before {
+                            stroke.changed.push((point, *before, after));
+                        }
+                    }
                 }
             }
         }
-        Ok(Stroke { changed })
+        Ok(stroke)
     }
 
     /// Mean paint of a strand around one of its points, nearer ones counting more.

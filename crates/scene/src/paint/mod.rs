@@ -2,6 +2,7 @@
 //!
 //! - [`Paint`]: a [`PaintedPoint`] for each point of a groom, read from and written to its
 //!   attributes ([`strandlight_formats::PAINT_ATTRIBUTES`]).
+//! - [`PointMask`]: what of it brushes leave alone; a brush changes one of the two, its [`Canvas`].
 //! - [`Picker`]: finds the strand under the cursor and the points around it.
 //! - [`Brush`] and [`BrushStroke`]: what a person or a script does; [`ActiveStroke`] makes it
 //!   a [`Stroke`], which knows each point before and after and so can be undone.
@@ -11,7 +12,7 @@
 //!
 //! let mut paint = Paint::unpainted(3);
 //! let dyed = PaintedPoint { sigma_a: [0.1, 0.9, 2.0], weight: 1.0, ..PaintedPoint::NONE };
-//! let stroke = Stroke { changed: vec![(1, PaintedPoint::NONE, dyed)] };
+//! let stroke = Stroke { changed: vec![(1, PaintedPoint::NONE, dyed)], ..Stroke::default() };
 //! assert_eq!(paint.apply(&stroke), Some(1..2));
 //! assert!(paint.is_painted());
 //! paint.revert(&stroke);
@@ -24,6 +25,7 @@ mod brush;
 mod flood;
 mod grid;
 mod kinds;
+mod mask;
 mod mean;
 mod optics;
 mod picker;
@@ -34,6 +36,7 @@ pub use active_stroke::ActiveStroke;
 pub use brush::{Brush, BrushEffect, BrushError, BrushMask, BrushStroke, StrokePath};
 #[doc(hidden)]
 pub use kinds::PaintKinds;
+pub use mask::{Canvas, PointMask};
 #[doc(hidden)]
 pub use optics::PaintedOptics;
 pub(crate) use optics::{no_painted_averages, no_painted_lobes};

@@ -199,6 +199,22 @@ impl Picker {
         self.arcs.get(point as usize).copied().unwrap_or(0.0)
     }
 
+    /// The groom's point at `share` (0 root..=1 tip) of the length of the strand that `point` is on, and the share of
+    /// the way from there to the next; [`None`] if that strand cannot be seen.
+    #[doc(hidden)]
+    pub fn at_share(&self, point: u32, share: f32) -> Option<(u32, f32)> {
+        let strand = self.strand_of(point)?;
+        let arcs = self.arcs.get(strand.start as usize..strand.end as usize)?;
+        let arc = arcs.last()? * share.clamp(0.0, 1.0);
+        let ix = arcs.partition_point(|&at| at <= arc).saturating_sub(1);
+        let (from, to) = (arcs[ix], arcs.get(ix + 1));
+        let fraction = match to {
+            Some(&to) if to > from => ((arc - from) / (to - from)).clamp(0.0, 1.0),
+            _ => 0.0,
+        };
+        Some((strand.start + ix as u32, fraction))
+    }
+
     /// Pixels that a ball of `radius` cm at `position` is wide to either side.
     pub fn radius_px(camera: &Camera, size: [u32; 2], position: Vec3, radius: f32) -> f32 {
         let focal = 0.5 * size[1].max(1) as f32 / (0.5 * camera.fov_y).tan();

@@ -263,6 +263,43 @@ impl Browser {
         self.call("Input.dispatchTouchEvent", end);
     }
 
+    /// Drags one finger that presses with `force`, 0..=1.
+    pub fn press(&mut self, from: [f64; 2], to: [f64; 2], force: f64) {
+        const STEPS: u32 = 8;
+        for step in 0..=STEPS {
+            let t = f64::from(step) / f64::from(STEPS);
+            let [x, y] = [0, 1].map(|axis: usize| from[axis] + t * (to[axis] - from[axis]));
+            let kind = if step == 0 { "touchStart" } else { "touchMove" };
+            let point = json!({ "x": x, "y": y, "id": 0, "force": force });
+            let touch = json!({ "type": kind, "touchPoints": [point] });
+            self.call("Input.dispatchTouchEvent", touch);
+            std::thread::sleep(Duration::from_millis(30));
+        }
+        let end = json!({ "type": "touchEnd", "touchPoints": [] });
+        self.call("Input.dispatchTouchEvent", end);
+    }
+
+    /// Drags a pen that presses with `force`, 0..=1, and lifts it.
+    pub fn draw(&mut self, from: [f64; 2], to: [f64; 2], force: f64) {
+        const STEPS: u32 = 8;
+        let mut pen = |kind: &str, at: [f64; 2], force: f64| {
+            let is_down = kind != "mouseReleased" && force > 0.0;
+            let event = json!({ "type": kind, "x": at[0], "y": at[1], "pointerType": "pen", "force": force,
+                                "button": if force > 0.0 || kind == "mouseReleased" { "left" } else { "none" },
+                                "buttons": u32::from(is_down), "clickCount": 1 });
+            self.call("Input.dispatchMouseEvent", event);
+            std::thread::sleep(Duration::from_millis(30));
+        };
+        pen("mouseMoved", from, 0.0);
+        pen("mousePressed", from, force);
+        for step in 1..=STEPS {
+            let t = f64::from(step) / f64::from(STEPS);
+            let at = [0, 1].map(|axis: usize| from[axis] + t * (to[axis] - from[axis]));
+            pen("mouseMoved", at, force);
+        }
+        pen("mouseReleased", to, 0.0);
+    }
+
     /// Presses Tab.
     pub fn tab(&mut self) {
         for kind in ["rawKeyDown", "keyUp"] {

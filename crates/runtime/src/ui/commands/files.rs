@@ -260,5 +260,9 @@ fn openable_extensions() -> Vec<String> {
     let ours = ["toml", "groom", "lights", "panorama", "exr", "hdr", "cube"].into_iter();
     let formats = strandlight_formats::GROOM_FORMATS.iter();
     let others = formats.flat_map(|format| format.info().extensions);
-    ours.chain(others.copied()).map(str::to_owned).collect()
+    let all = ours.chain(others.copied());
+    // A page takes no photos.
+    #[cfg(not(target_arch = "wasm32"))]
+    let all = all.chain(crate::ui::photo::EXTENSIONS);
+    all.map(str::to_owned).collect()
 }

@@ -12,7 +12,7 @@ use crate::session::Session;
 use crate::ui::document::Document;
 use crate::ui::job::{Job, Made, News, Wanted};
 use crate::ui::layout::UiState;
-use crate::ui::photo::Photo;
+use crate::ui::photo::{Photo, is_photo};
 use crate::ui::questions::{Then, name_of};
 use crate::ui::views::Views;
 use crate::ui::workspace::Workspace;
@@ -25,10 +25,7 @@ impl Workspace {
         use strandlight_formats::BakedFile;
 
         self.end_stroke();
-        if path
-            .extension()
-            .is_some_and(|it| it.eq_ignore_ascii_case("png"))
-        {
+        if is_photo(path) {
             match Photo::read(path) {
                 Ok(photo) => self.state.paint.open_photo(photo),
                 Err(error) => self.fail(&error.to_string()),

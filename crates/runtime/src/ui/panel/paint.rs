@@ -7,6 +7,7 @@ use strandlight_scattering::color::sigma_a_from_reflectance;
 use crate::ui::color::ColorField;
 use crate::ui::field::{Changes, Field, named, row};
 use crate::ui::keys::Command;
+use crate::ui::mask_layer::MaskLayer;
 use crate::ui::photo::Photo;
 use strandlight_scene::paint::{Brush, BrushEffect, BrushMask};
 
@@ -19,6 +20,7 @@ enum What {
     Erase,
     Blur,
     Smear,
+    Mask,
 }
 
 /// The dye to begin with: red.
@@ -36,7 +38,13 @@ pub struct PaintState {
     /// A reference photo, and whether it is shown.
     pub photo: Option<Photo>,
     pub is_photo_open: bool,
+    /// The mask over the picture.
+    pub mask_layer: MaskLayer,
     what: What,
+    /// The mask brush releases hair in place of protecting it.
+    is_releasing: bool,
+    /// The mask is hidden even while its brush is chosen.
+    is_mask_hidden: bool,
     /// Colour of a whole head that is dyed so, linear RGB.
     reflectance: [f64; 3],
     width_scale: f64,
@@ -46,18 +54,22 @@ pub struct PaintState {
     softness: f64,
     along_cm: f64,
     is_symmetric: bool,
-    mask: [f64; 3],
+    /// Part of each strand: from, to, and how softly it ends.
+    part: [f64; 3],
 }
 
 impl Default for PaintState {
     fn default() -> Self {
-        let (brush, mask) = (Brush::default(), BrushMask::default());
+        let (brush, part) = (Brush::default(), BrushMask::default());
         PaintState {
             is_on: false,
             radius_px: None,
             is_picking: false,
             photo: None,
             is_photo_open: false,
+            mask_layer: MaskLayer::default(),
+            is_releasing: false,
+            is_mask_hidden: false,
             what: What::Dye,
             reflectance: DYE,
             width_scale: 0.5,
@@ -67,7 +79,7 @@ impl Default for PaintState {
             softness: brush.softness.into(),
             along_cm: brush.along_cm.into(),
             is_symmetric: brush.is_symmetric,
-            mask: [mask.from, mask.to, mask.soft].map(|x| (f64::from(x) * 1e3).round() / 1e3),
+            part: [part.from, part.to, part.soft].map(|x| (f64::from(x) * 1e3).round() / 1e3),
         }
     }
 }
@@ -76,7 +88,7 @@ impl PaintState {
     /// The brush for the hair of `scene`.
     pub fn brush(&self, scene: &Scene) -> Brush {
         let caustic_width = scene.hair.params().caustic_width;
-        let [from, to, soft] = self.mask.map(|x| x as f32);
+        let [from, to, soft] = self.part.map(|x| x as f32);
         Brush {
             radius_cm: self.radius_cm as f32,
             strength: self.strength as f32,
@@ -90,6 +102,8 @@ impl PaintState {
                 What::Erase => BrushEffect::Erase,
                 What::Blur => BrushEffect::Blur,
                 What::Smear => BrushEffect::Smear,
+                What::Mask if self.is_releasing => BrushEffect::Protect(0.0),
+                What::Mask => BrushEffect::Protect(1.0),
             },
             softness: self.softness as f32,
             along_cm: self.along_cm as f32,
@@ -97,20 +111,35 @@ impl PaintState {
             mask: BrushMask { from, to, soft },
         }
     }
+
+    /// What the brush does with Shift: for the mask the opposite.
+    pub fn other(&self, effect: BrushEffect) -> BrushEffect {
+        match effect {
+            BrushEffect::Protect(protect) => BrushEffect::Protect(1.0 - protect),
+            _ => effect,
+        }
+    }
+
+    /// Is the mask shown over the picture?
+    pub fn is_mask_shown(&self) -> bool {
+        self.what == What::Mask && !self.is_mask_hidden
+    }
 }
 
 /// Parts of a strand: from, to.
-const MASKS: [(&str, [f64; 2]); 4] = [
+const PARTS: [(&str, [f64; 2]); 4] = [
     ("Whole", [0.0, 1.0]),
     ("Root", [0.0, 0.3]),
     ("Middle", [0.35, 0.65]),
     ("Tip", [0.7, 1.0]),
 ];
 
-/// The brush. Its settings are no edit of the scene; `places` hears where they are.
+/// The brush. Its settings are no edit of the scene; `places` hears where they are. `is_masked` tells of hair that is
+/// protected.
 pub fn show(
     ui: &mut Ui,
     state: &mut PaintState,
+    is_masked: bool,
     places: &mut Changes,
     commands: &mut Vec<Command>,
 ) {
@@ -134,6 +163,8 @@ pub fn show(
     brushes(ui, "Brush", help, &BRUSHES, state, &mut changes);
     let help = "Brushes for the paint that is there.";
     brushes(ui, "Blend", help, &BLENDING, state, &mut changes);
+    let help = "Hair that is masked is left alone by all other brushes, as far as it is masked.";
+    brushes(ui, "Protect", help, &PROTECTING, state, &mut changes);
     let scale = f64::from(MIN_SCALE)..=f64::from(MAX_SCALE);
     match state.what {
         What::Dye => {
@@ -156,6 +187,7 @@ pub fn show(
                 .help("1 keeps the hair's shift.")
                 .show(ui, &mut state.shift_scale, &mut changes);
         }
+        What::Mask => protecting(ui, state, &mut changes),
         What::Erase | What::Blur | What::Smear => {}
     }
     let plain = Brush::default();
@@ -180,16 +212,17 @@ pub fn show(
     named(ui, "Symmetric", help, |ui| {
         ui.checkbox(&mut state.is_symmetric, "Mirror left and right");
     });
-    mask(ui, state, &mut changes);
+    part(ui, state, &mut changes);
     row(ui, |ui| {
         let can_flood = state.what != What::Smear;
         let button = ui.add_enabled(can_flood, egui::Button::new("Flood"));
         changes.place("Flood button", &button);
-        let help = "Paints all hair, within the part above and with the strength. Blur evens out along each strand.";
+        let help = "Paints or masks all hair, within the part above and with the strength. Blur evens out along each strand.";
         if button.on_hover_text(help).clicked() {
             commands.push(Command::Flood);
         }
     });
+    mask(ui, is_masked, &mut changes, commands);
     places.places.append(&mut changes.places);
     places.refused = places.refused.take().or(changes.refused);
 }
@@ -217,6 +250,57 @@ const BLENDING: [NamedBrush; 2] = [
     (What::Blur, "Blur", "Evens out the paint under the brush."),
     (What::Smear, "Smear", "Drags paint along the stroke."),
 ];
+
+/// What keeps the others off.
+const PROTECTING: [NamedBrush; 1] = [(
+    What::Mask,
+    "Mask",
+    "Protects hair from the other brushes; Shift + drag releases it. Masks change no picture and are saved with the groom.",
+)];
+
+/// What the mask brush does.
+fn protecting(ui: &mut Ui, state: &mut PaintState, changes: &mut Changes) {
+    let help = "Protect hair from brushes, or release it. Shift while dragging does the other.";
+    named(ui, "Mask brush", help, |ui| {
+        for (name, is_releasing) in [("Protect", false), ("Release", true)] {
+            let label = ui.selectable_label(state.is_releasing == is_releasing, name);
+            changes.place(format!("{name} choice"), &label);
+            if label.clicked() {
+                state.is_releasing = is_releasing;
+            }
+        }
+    });
+    let help = "Tints masked hair blue while this brush is chosen.";
+    named(ui, "Overlay", help, |ui| {
+        let mut is_shown = !state.is_mask_hidden;
+        let shown = ui.checkbox(&mut is_shown, "Show the mask");
+        changes.place("Show mask", &shown);
+        state.is_mask_hidden = !is_shown;
+    });
+}
+
+/// Whether hair is masked, and what is done to the mask as a whole.
+fn mask(ui: &mut Ui, is_masked: bool, changes: &mut Changes, commands: &mut Vec<Command>) {
+    let help = "Masked hair is left alone by brushes.";
+    named(ui, "Mask", help, |ui| {
+        for (text, is_enabled, command, help) in [
+            (
+                "Invert",
+                true,
+                Command::InvertMask,
+                "Masks what is not masked, and releases the rest.",
+            ),
+            ("Clear", is_masked, Command::ClearMask, "Releases all hair."),
+        ] {
+            let button = ui.add_enabled(is_enabled, egui::Button::new(text));
+            changes.place(format!("{text} mask button"), &button);
+            if button.on_hover_text(help).clicked() {
+                commands.push(command);
+            }
+        }
+        ui.weak(if is_masked { "in use" } else { "none" });
+    });
+}
 
 /// A row of brushes to choose from.
 fn brushes(
@@ -253,24 +337,24 @@ fn picking(ui: &mut Ui, state: &mut PaintState, changes: &mut Changes) {
             state.is_picking = !state.is_picking;
         }
         if state.photo.is_none() {
-            ui.weak("or drop a PNG photo");
+            ui.weak("or drop a photo (PNG, JPEG)");
         } else if ui.selectable_label(state.is_photo_open, "Photo").clicked() {
             state.is_photo_open = !state.is_photo_open;
         }
     });
 }
 
-fn mask(ui: &mut Ui, state: &mut PaintState, changes: &mut Changes) {
+fn part(ui: &mut Ui, state: &mut PaintState, changes: &mut Changes) {
     let help = "Part of each strand that receives paint";
     named(ui, "Part", help, |ui| {
-        for (name, [from, to]) in MASKS {
-            let is_chosen = state.mask[..2] == [from, to];
+        for (name, [from, to]) in PARTS {
+            let is_chosen = state.part[..2] == [from, to];
             if ui.selectable_label(is_chosen, name).clicked() {
-                [state.mask[0], state.mask[1]] = [from, to];
+                [state.part[0], state.part[1]] = [from, to];
             }
         }
     });
-    let [from, to, soft] = &mut state.mask;
+    let [from, to, soft] = &mut state.part;
     Field::new("Part from", 0.0..=1.0, 0.0)
         .help("0 is the root, 1 the tip.")
         .show(ui, from, changes);

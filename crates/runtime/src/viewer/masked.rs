@@ -1,0 +1,61 @@
+//! The mask that is shown over the picture.
+
+use strandlight_scene::RenderError;
+use strandlight_scene::interactive::Progress;
+use strandlight_scene::paint::Picker;
+
+use super::Viewer;
+
+impl Viewer {
+    /// Shows hair that is protected from brushes tinted, in a layer over the picture, or no longer.
+    pub fn set_mask_shown(&mut self, is_shown: bool) {
+        self.mask_view.set_wanted(is_shown);
+    }
+
+    /// The layer, of the size of the picture that is shown: sRGB times alpha. None where it is not wanted, and for a moment
+    /// after the view has changed.
+    pub fn mask_display(&self) -> Option<strandlight_cpu::Display<'_>> {
+        self.mask_view.display()
+    }
+
+    /// Makes the layer anew where mask or picture changed. It waits for the picture to be shown: until then the view may
+    /// be turning.
+    pub(super) fn follow_mask(&mut self, progress: &Progress) -> Result<(), RenderError> {
+        if !self.mask_view.is_wanted() {
+            return Ok(());
+        }
+        let (size, number) = (self.size(), self.n_outdated);
+        let is_still = progress.is_shown && progress.is_shaded && !size.contains(&0);
+        if is_still && self.mask_view.wants(number) {
+            let scene = self.scene_of_mask()?;
+            #[cfg(not(target_arch = "wasm32"))]
+            self.mask_view.start(number, scene, size);
+            #[cfg(target_arch = "wasm32")]
+            {
+                let strands = &scene.strands;
+                let picker = self.picker.get_or_insert_with(|| Picker::new(strands));
+                let offsets = &self.session.groom().strand_offsets;
+                self.mask_view.find(number, &scene, size, offsets, picker)?;
+            }
+        }
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            let strands = &self.renderer.scene().strands;
+            let picker = self.picker.get_or_insert_with(|| Picker::new(strands));
+            let offsets = &self.session.groom().strand_offsets;
+            self.mask_view.take(offsets, picker)?;
+        }
+        self.mask_view.tint(number, self.session.mask());
+        Ok(())
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn scene_of_mask(&mut self) -> Result<strandlight_scene::PreparedScene, RenderError> {
+        self.moved_scene()
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn scene_of_mask(&mut self) -> Result<strandlight_scene::PreparedScene, RenderError> {
+        Ok(self.renderer.scene().clone())
+    }
+}
