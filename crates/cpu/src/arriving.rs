@@ -148,20 +148,30 @@ impl Arriving {
     /// The same of other visible points: what is there of those that were visible `before` is kept.
     pub fn of_view(&self, before: &[u32], visible: &[u32]) -> Arriving {
         let per_point = N_NUMBERS * self.row();
-        let mut arriving = Arriving::new(&self.lights, visible.len());
         let mut missing = Vec::new();
         let mut was = (0..).zip(before).peekable();
-        for (place, point) in visible.iter().enumerate() {
+        // Where each was among those before.
+        let places = (0..).zip(visible).map(|(place, point)| {
             while was.next_if(|(_, other)| *other < point).is_some() {}
-            match was.next_if(|(_, other)| *other == point) {
-                Some((old, _)) => {
-                    let from: usize = per_point * old;
-                    let numbers = &self.numbers[from..from + per_point];
-                    arriving.numbers[per_point * place..][..per_point].copy_from_slice(numbers);
-                }
-                None => missing.push(place as u32),
+            let old = was.next_if(|(_, other)| *other == point);
+            if old.is_none() {
+                missing.push(place);
             }
-        }
+            old.map(|(old, _): (usize, _)| old)
+        });
+        let places: Vec<Option<usize>> = places.collect();
+        let mut arriving = Arriving::new(&self.lights, visible.len());
+        arriving
+            .numbers
+            .par_chunks_mut((per_point * CHUNK).max(1))
+            .zip(places.par_chunks(CHUNK))
+            .for_each(|(numbers, places)| {
+                for (numbers, old) in numbers.chunks_mut(per_point.max(1)).zip(places) {
+                    if let Some(old) = old {
+                        numbers.copy_from_slice(&self.numbers[per_point * old..][..per_point]);
+                    }
+                }
+            });
         arriving.missing = Some(missing);
         arriving
     }
@@ -263,16 +273,19 @@ impl Arriving {
         }
     }
 
-    /// Takes the unblocked shares that shadow maps found, of the lights of `all` that have some.
+    /// Takes the unblocked shares that shadow maps found at `places`, which begin with a whole [`CHUNK`], of the lights of
+    /// `all` that have some.
     pub fn take_shares(
         &mut self,
         scene: &PreparedScene,
         eye: [f32; 3],
         (all, maps): (&[LightRecord], Maps),
         visible: &[u32],
+        places: Range<usize>,
     ) {
         let n_row = self.row();
         let per_point = N_NUMBERS * n_row;
+        let first = places.start;
         let columns: Vec<(usize, u32)> = self
             .lights
             .iter()
@@ -285,16 +298,16 @@ impl Arriving {
         }
         let pack = |share: f32| (share * ONE + 0.5) as i32 as u16;
         let through = ThroughShares::new(&scene.strands, eye, maps);
-        self.numbers
+        self.numbers[per_point * places.start..per_point * places.end]
             .par_chunks_mut(per_point * CHUNK)
-            .zip(visible.par_chunks(CHUNK))
+            .zip(visible[places].par_chunks(CHUNK))
             .enumerate()
             .for_each_init(Scratch::default, |scratch, (chunk, (numbers, points))| {
                 let places = numbers.chunks_exact_mut(per_point).zip(points);
                 dispatch!(Level::new(), simd => {
                     for (ix, (numbers, &point)) in places.enumerate() {
                         let at = VisiblePoint {
-                            place: CHUNK * chunk + ix,
+                            place: first + CHUNK * chunk + ix,
                             point: point as usize,
                         };
                         through.find(simd, at, scratch);

@@ -147,7 +147,7 @@ impl Frame {
             self.through_before = through;
         }
         // Shares of other maps would stay beside those of the volume.
-        if are_kept || !self.has_shares {
+        if are_kept || self.n_shares == 0 {
             if let (Some(arriving), Some((_, visible))) = (self.arriving.take(), self.list.take()) {
                 let is_filled = arriving.is_filled();
                 self.arriving_before = is_filled.then_some((arriving, visible.points));

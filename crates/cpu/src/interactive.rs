@@ -24,7 +24,8 @@ use strandlight_scene::{
 use super::CpuRenderer;
 use super::fade::Fade;
 
-/// Work in a step on a view that has no picture of its own yet, at least: else a drag would see none.
+/// Work in a step on a view that is shown [as seen from another](CpuRenderer::reprojected): less, and a drag would see no
+/// picture of its own; more, and it would lag.
 const WORK_ON_VIEWS: Duration = Duration::from_millis(30);
 
 /// What a screen shows.
@@ -117,11 +118,14 @@ impl InteractiveRenderer {
         }
         self.reproject();
         let budget = match self.is_reprojected {
-            true => budget.max(WORK_ON_VIEWS),
+            true => WORK_ON_VIEWS,
             false => budget,
         };
         let advance = self.renderer.advance(self.size, Deadline::after(budget));
-        if (advance.version != self.frame_version || !self.is_shown)
+        if self.is_reprojected && self.renderer.has_waiting_view() {
+            // If there is a picture, it is of a view that was left meanwhile.
+            self.frame_version = advance.version;
+        } else if (advance.version != self.frame_version || !self.is_shown)
             && let Some(picture) = self.renderer.shown(self.size)
         {
             self.frame_version = advance.version;

@@ -31,6 +31,9 @@ use super::state::{Frame, Picturing};
 /// Visible points that are shaded at a time: an eighth of them, within this.
 const SLICE: Range<usize> = 64..4096;
 
+/// Visible points that shares of shadow maps are taken at, at a time: some 10 ms on two cores.
+const SHARES_AT_ONCE: usize = 1 << 13;
+
 impl Frame {
     pub(super) fn shade(&mut self, picturing: &Picturing) {
         let ((), seconds) = timed(|| self.shade_some(picturing));
@@ -178,13 +181,18 @@ impl Frame {
             if !arriving.is_filled() {
                 let from = (&lights.records[..], &records.packed[..]);
                 arriving.fill(scene, grid, from, &visible.points);
-                self.has_shares = false;
+                self.n_shares = 0;
                 return;
             }
-            if let Some(maps) = maps.filter(|_| !self.has_shares) {
+            if let Some(maps) = maps.filter(|_| self.n_shares < n_places) {
+                let end = (self.n_shares + SHARES_AT_ONCE).min(n_places);
                 let maps = (&lights.records[..], maps);
-                arriving.take_shares(scene, picturing.view.eye, maps, &visible.points);
-                self.has_shares = true;
+                let places = self.n_shares..end;
+                arriving.take_shares(scene, picturing.view.eye, maps, &visible.points, places);
+                self.n_shares = end;
+                if end < n_places {
+                    return;
+                }
             }
             let is_kept = picturing.has_drafts
                 && quality == Quality::Whole

@@ -129,7 +129,7 @@ impl Frame {
                 self.stats.texels_visited += unblocked.n_texels;
                 self.unblocked = Some(unblocked);
                 // Those at more points are the same at these.
-                self.has_shares &= is_extended;
+                self.n_shares = if is_extended { self.n_shares } else { 0 };
             }
             unfinished => self.casting = unfinished,
         }
@@ -158,7 +158,7 @@ impl Frame {
                 bytes = maps.bytes();
                 self.stats.texels_visited += maps.n_texels;
                 let forward = picturing.view.forward;
-                self.has_shares &= is_extended;
+                self.n_shares = if is_extended { self.n_shares } else { 0 };
                 if maps.is_everywhere() {
                     self.through_before = None;
                 }

@@ -65,8 +65,8 @@ pub(in super::super) struct Frame {
     pub(super) arriving: Option<Arriving>,
     /// That of the view before, and its visible points.
     pub(super) arriving_before: Option<(Arriving, Vec<u32>)>,
-    /// Has it the shares of the shadow maps?
-    pub(super) has_shares: bool,
+    /// Visible points at which it has the shares of the shadow maps.
+    pub(super) n_shares: usize,
     /// Of the last complete picture.
     pub(super) kept: Option<Kept>,
     /// Light of the proxies that the visible points scatter.
