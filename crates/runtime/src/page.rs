@@ -20,13 +20,18 @@ thread_local! {
     static IS_MODIFIED: Cell<bool> = const { Cell::new(false) };
     /// Pressures of the pen in the event that the browser is telling of, one for each place; none of other pointers.
     static PEN: RefCell<VecDeque<f64>> = const { RefCell::new(VecDeque::new()) };
+    /// What listens to pens.
+    static LISTENER: RefCell<Option<Listener>> = const { RefCell::new(None) };
 }
+
+type Listener = Closure<dyn Fn(JsValue)>;
 
 /// Listens to pens from now on, before the canvas hears of them: winit tells of pens as of mice, without pressure.
 pub fn listen_to_pens() {
+    stop_listening();
     let get = |of: &JsValue, key: &str| js_sys::Reflect::get(of, &key.into()).ok();
     let pressure = move |event: &JsValue| get(event, "pressure").and_then(|it| it.as_f64());
-    let listen = Closure::<dyn Fn(JsValue)>::new(move |event: JsValue| {
+    let listener = Listener::new(move |event: JsValue| {
         let kind = get(&event, "pointerType").and_then(|kind| kind.as_string());
         let mut pressures = VecDeque::new();
         if kind.as_deref() == Some("pen") {
@@ -46,16 +51,26 @@ pub fn listen_to_pens() {
         }
         PEN.set(pressures);
     });
-    let page = js_sys::global();
-    let add = get(&page, "addEventListener").and_then(|add| add.dyn_into::<Function>().ok());
-    for kind in ["pointerdown", "pointermove", "pointerup", "pointercancel"] {
-        if let Some(add) = &add {
-            // Without it pens are mice; `true` for before the canvas.
-            let _ = add.call3(&page, &kind.into(), listen.as_ref(), &true.into());
-        }
+    // Where that is refused, pens are mice.
+    let _ = call_for_pointers("addEventListener", &listener);
+    LISTENER.set(Some(listener));
+}
+
+/// Listens no longer: a page that went on calling would keep the memory of a viewer that is closed.
+pub fn stop_listening() {
+    if let Some(listener) = LISTENER.take() {
+        let _ = call_for_pointers("removeEventListener", &listener);
     }
-    // As long as the page.
-    listen.forget();
+}
+
+/// Calls a method of the page with each event of pointers and `listener`, which hears of it before the canvas does.
+fn call_for_pointers(method: &str, listener: &Listener) -> Result<(), JsValue> {
+    let page = js_sys::global();
+    let method: Function = js_sys::Reflect::get(&page, &method.into())?.dyn_into()?;
+    for kind in ["pointerdown", "pointermove", "pointerup", "pointercancel"] {
+        method.call3(&page, &kind.into(), listener.as_ref(), &JsValue::TRUE)?;
+    }
+    Ok(())
 }
 
 /// Pressure of the pen at the next place of the event that the browser is telling of, 0..=1; none of other pointers.

@@ -52,8 +52,6 @@ pub async fn open(
     tell: Function,
 ) -> Result<View, JsError> {
     page::set_tell(Some(tell));
-    static PENS: std::sync::Once = std::sync::Once::new();
-    PENS.call_once(page::listen_to_pens);
     std::panic::set_hook(Box::new(|info| {
         web_sys::console::error_1(&info.to_string().into());
         page::say(&format!("Internal error: {info} (please report it)"));
@@ -77,7 +75,9 @@ pub async fn open(
         canvas,
         has_panel,
     };
-    ui::start(launch).map(View).map_err(refused)
+    let view = ui::start(launch).map_err(refused)?;
+    page::listen_to_pens();
+    Ok(View(view))
 }
 
 #[wasm_bindgen]
@@ -161,6 +161,7 @@ impl View {
     /// Called while the viewer is at work.
     pub fn close(&self) -> Result<(), JsError> {
         page::set_tell(None);
+        page::stop_listening();
         self.0.close().map_err(refused)
     }
 }
