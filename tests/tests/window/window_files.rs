@@ -158,7 +158,7 @@ fn what_cannot_be_opened_is_refused_by_what_it_is() {
     let mut view = View::open(&desktop, &scene.path, &CPU);
     for (name, needle) in [
         ("notes.txt", "some other text"),
-        ("photo.jpg", "JPEG"),
+        ("photo.jpg", "the file is cut short"),
         ("broken.exr", "broken.exr"),
         ("broken.hair", "broken.hair"),
         ("broken.cube", "broken.cube:3: row is 0 nan 0"),
