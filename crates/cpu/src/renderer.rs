@@ -247,6 +247,7 @@ impl Backend for CpuRenderer {
         scene.hair.keep_plain();
         self.frame = Frame::of(&scene);
         (self.scene, self.rest, self.drawn) = (scene, None, None);
+        self.last_view = None;
         self.waiting.clear();
         Ok(())
     }

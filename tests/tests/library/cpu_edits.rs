@@ -504,13 +504,32 @@ fn first_pictures_of_views_are_close_to_the_last() {
         let step = distance(&reprojected, &last);
         println!("{turn}: {step:.4}, then {steps:.4?} of {edit:.4}");
         assert!(step > 0.0 && edit > 1.5 * step, "{turn}: {step} of {edit}");
-        // The last but one is the first of its own.
-        assert!(
-            steps.len() > 1 && steps[steps.len() - 2] < 0.02,
-            "{turn}: {steps:?}"
-        );
+        // The last but one is of its own points.
+        assert!(steps.len() > 1, "{turn}: {steps:?}");
+        let own = steps[steps.len() - 2];
+        assert!(own < 0.02 && edit > 2.0 * own, "{turn}: {own} of {edit}");
         assert!(steps.iter().all(|one| *one <= step), "{turn}: {steps:?}");
     }
+}
+
+/// What one scene showed is not shown as another one's.
+#[test]
+fn another_scene_is_not_shown_as_the_last_view_of_the_one_before() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_small_scene(
+        folder.path(),
+        &curtain(20, 6, 0.2, 0.0),
+        key_and_sky(),
+        |_| (),
+    );
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    let mut live = InteractiveRenderer::new(scene.clone());
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    let mut camera = scene.camera;
+    camera.eye.x += 1.0;
+    live.set_camera(camera);
+    live.set_scene(scene).expect("a scene");
+    assert!(!live.advance(Duration::ZERO).expect("a step").is_shown);
 }
 
 /// Between pictures of 96 pixels in a row, in means over 4 x 4, over their brightness.
