@@ -1,5 +1,8 @@
 // The view. Twin: ViewUniform in crates/scene/src/camera.rs.
 
+// Strands that are wider on the screen, px, have a profile over their width, and round tips.
+const WIDE_PX: f32 = 2.0;
+
 struct View {
     eye: vec3f,
     focal_px: f32,

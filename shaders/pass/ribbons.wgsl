@@ -1,15 +1,8 @@
 // What all passes of a frame need of each segment: which corners its two triangles join, the line
 // along its middle, and its coverage. Segments that no pass can see get triangles without area.
-// Twin: Ribbon in crates/cpu/src/raster.rs.
+// Twin: Ribbon in crates/cpu/src/raster/ribbons.rs.
 // #import lib/view
-
-struct Chunk {
-    first_segment: u32,
-    n_segments: u32,
-}
-
-// Jitter moves a ribbon by at most this much, 1/256 px.
-const MAX_JITTER: i32 = 64;
+// #import lib/ribbon
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> chunk: Chunk;
@@ -23,15 +16,6 @@ const MAX_JITTER: i32 = 64;
 // Six a segment of the chunk. Vertex 2 p is the left edge of point p, 2 p + 1 the right one.
 @group(0) @binding(6) var<storage, read_write> corners: array<u32>;
 
-// Whether the box around both ends touches the part of the picture that is drawn, in some pass.
-fn in_picture(a: vec4i, b: vec4i) -> bool {
-    let low = min(min(a.xy, a.zw), min(b.xy, b.zw));
-    let high = max(max(a.xy, a.zw), max(b.xy, b.zw));
-    let start = 256 * vec2i(view.origin) - 128 * vec2i(view.size);
-    let end = start + 256 * vec2i(view.extent);
-    return all(low <= end + MAX_JITTER) && all(high >= start - MAX_JITTER);
-}
-
 @compute @workgroup_size(256)
 fn ribbons(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= chunk.n_segments {
@@ -44,7 +28,7 @@ fn ribbons(@builtin(global_invocation_id) id: vec3u) {
     let coverage = bitcast<f32>(depth_coverage[first].y);
     let next_coverage = bitcast<f32>(depth_coverage[first + 1u].y);
     let at = 6u * id.x;
-    if coverage < 0.0 || next_coverage < 0.0 || !in_picture(a, b) {
+    if coverage < 0.0 || next_coverage < 0.0 || !in_picture(view, a, b, 0) {
         // A vertex behind the last: in the middle of the picture, so that nothing is clipped.
         for (var corner = 0u; corner < 6u; corner++) {
             corners[at + corner] = 2u * view.n_points;

@@ -1,10 +1,14 @@
 // Draws every segment as a ribbon of two triangles facing the camera; a ribbon thinner than a
-// pixel takes a share of the samples, chosen so that every order of layers comes out right.
+// pixel takes a share of the samples, chosen so that every order of layers comes out right. Bent segments and tips of
+// close-ups come in pieces.
 // Twin: crates/cpu/src/raster.rs.
 // #import lib/view
 // #import lib/sampling
 // #if NARROW
 // #import lib/along_segments
+// #endif
+// #if CLOSE_UP
+// #import lib/piece
 // #endif
 
 struct Pass {
@@ -28,6 +32,10 @@ struct Pass {
 // #if NARROW
 // Of narrow lights, [point][half].
 @group(0) @binding(7) var<storage, read> along: array<vec4u>;
+// #endif
+
+// #if CLOSE_UP
+@group(0) @binding(8) var<storage, read> pieces: array<Piece>;
 // #endif
 
 // #if HOSTED
@@ -68,48 +76,84 @@ struct Corner {
     // Half of the width here and at the next point, px; then the sides of the radiance, see pass/shade.
     @location(6) @interpolate(flat, first) wide: vec4f,
 // #endif
+// #if CLOSE_UP
+    // The share of the segment's way where the spine begins, and how much of that way it is.
+    @location(7) @interpolate(flat, first) part: vec2f,
+// #endif
+}
+
+// What fragments need of a segment, or of its part with a spine of its own.
+fn of_segment(first: u32, spine: vec4f) -> Corner {
+    var out: Corner;
+    let ends = depth_coverage[first];
+    let next = min(first + 1u, view.n_points - 1u);
+    out.spine = vec4f(spine.xy + vec2f(current.jitter) * (1.0 / 256.0), spine.zw);
+    out.here = vec4f(radiance[first].rgb, bitcast<f32>(ends.y));
+    out.next = vec4f(radiance[next].rgb, bitcast<f32>(ends.z));
+    out.segment = ends.w;
+// #if NARROW
+    out.along_here = along[2u * first + 1u];
+    out.along_next = along[min(2u * first + 2u, 2u * view.n_points - 1u)];
+// #endif
+// #if WIDE
+    let here_across = vec2f(edges[2u * first] - edges[2u * first + 1u]);
+    let next_across = vec2f(edges[2u * next] - edges[2u * next + 1u]);
+    let half_widths = vec2f(length(here_across), length(next_across)) * (0.5 / 256.0);
+    out.wide = vec4f(half_widths, radiance[first].w, radiance[next].w);
+// #endif
+// #if CLOSE_UP
+    out.part = vec2f(0.0, 1.0);
+// #endif
+    return out;
+}
+
+// An edge in 1/256 px from the middle of the picture, at a depth in 0..1.
+fn position(edge: vec2i, z: f32) -> vec4f {
+// #if HOSTED
+    let ndc = vec2f(edge) / (128.0 * vec2f(view.size)) * vec2f(1.0, -1.0);
+    let depth = mix(view.near, view.far, z);
+    return vec4f(ndc + host.shift, host.depth.x + host.depth.y / depth, 1.0);
+// #else
+    // From the middle of the picture to that of the part that is drawn.
+    let moved = 256 * vec2i(view.origin) + 128 * vec2i(view.extent) - 128 * vec2i(view.size);
+    let at = vec2f(edge + current.jitter - moved) * CLIP_PER_UNIT;
+    return vec4f(at.x, -at.y, z, 1.0);
+// #endif
 }
 
 @vertex
 fn ribbon(@builtin(vertex_index) vertex: u32) -> Corner {
     let point = vertex / 2u;
-    var out: Corner;
     if point >= view.n_points {
+        var out: Corner;
         out.position = vec4f(0.0, 0.0, 0.0, 1.0);
         return out;
     }
-    let ends = depth_coverage[point];
-    let spine = spines[point];
-    out.spine = vec4f(spine.xy + vec2f(current.jitter) * (1.0 / 256.0), spine.zw);
-    out.here = vec4f(radiance[point].rgb, bitcast<f32>(ends.y));
-    out.next = vec4f(radiance[min(point + 1u, view.n_points - 1u)].rgb, bitcast<f32>(ends.z));
-    out.segment = ends.w;
-// #if NARROW
-    out.along_here = along[2u * point + 1u];
-    out.along_next = along[min(2u * point + 2u, 2u * view.n_points - 1u)];
-// #endif
-// #if WIDE
-    let next = min(point + 1u, view.n_points - 1u);
-    let here_across = vec2f(edges[2u * point] - edges[2u * point + 1u]);
-    let next_across = vec2f(edges[2u * next] - edges[2u * next + 1u]);
-    let half_widths = vec2f(length(here_across), length(next_across)) * (0.5 / 256.0);
-    out.wide = vec4f(half_widths, radiance[point].w, radiance[next].w);
-// #endif
-// #if HOSTED
-    let ndc = vec2f(edges[vertex]) / (128.0 * vec2f(view.size)) * vec2f(1.0, -1.0);
-    let depth = mix(view.near, view.far, bitcast<f32>(ends.x));
-    out.position = vec4f(ndc + host.shift, host.depth.x + host.depth.y / depth, 1.0);
-// #else
-    // From the middle of the picture to that of the part that is drawn.
-    let moved = 256 * vec2i(view.origin) + 128 * vec2i(view.extent) - 128 * vec2i(view.size);
-    let at = vec2f(edges[vertex] + current.jitter - moved) * CLIP_PER_UNIT;
-    out.position = vec4f(at.x, -at.y, bitcast<f32>(ends.x), 1.0);
-// #endif
+    var out = of_segment(point, spines[point]);
+    out.position = position(edges[vertex], bitcast<f32>(depth_coverage[point].x));
     return out;
 }
 
-// Strands that are wider have a profile over their width. Twin in crates/scene/src/camera.rs.
-const WIDE_PX: f32 = 2.0;
+// #if CLOSE_UP
+// Six vertices a piece.
+@vertex
+fn piece(@builtin(vertex_index) vertex: u32) -> Corner {
+    let piece = pieces[vertex / 6u];
+    let middle = 0.5 * vec2f(view.size);
+    let start = vec2f(piece.begin.xy + piece.begin.zw) * (1.0 / 512.0) + middle;
+    let along = vec2f(piece.end.xy + piece.end.zw) * (1.0 / 512.0) + middle - start;
+    var out = of_segment(piece.first, vec4f(start, along / max(dot(along, along), 1e-6)));
+    let part = unpack2x16unorm(piece.part);
+    out.part = vec2f(part.x, part.y - part.x);
+    // As the corners of a segment: left, right, left at the end; right, right at the end, left at the end.
+    let corner = vertex % 6u;
+    let is_end = corner == 2u || corner >= 4u;
+    let edges = select(piece.begin, piece.end, is_end);
+    let is_right = corner == 1u || corner == 3u || corner == 4u;
+    out.position = position(select(edges.xy, edges.zw, is_right), select(piece.depth.x, piece.depth.y, is_end));
+    return out;
+}
+// #endif
 
 struct Covered {
     @location(0) color: vec4f,
@@ -126,7 +170,10 @@ fn cover(in: Corner) -> Covered {
     let pixel = floor(in.position.xy) + vec2f(view.origin);
     let moved = vec2f(0.0);
 // #endif
-    let t = clamp(dot(pixel + 0.5 - moved - in.spine.xy, in.spine.zw), 0.0, 1.0);
+    var t = clamp(dot(pixel + 0.5 - moved - in.spine.xy, in.spine.zw), 0.0, 1.0);
+// #if CLOSE_UP
+    t = in.part.x + in.part.y * t;
+// #endif
     var value = mix(in.here, in.next, t);
 // #if NARROW
     value += vec4f(along_segment(in.along_here, in.along_next, t), 0.0);

@@ -214,6 +214,25 @@ pub fn wig_scene(n_strands: usize) -> PreparedScene {
     scene(strands, lights(), &HairParams::default())
 }
 
+/// A close-up of 60 rings that are not quite closed, in `n` segments each.
+pub fn rings(n: usize) -> PreparedScene {
+    let mut points = Vec::new();
+    let mut offsets = vec![0];
+    for ring in 0..60 {
+        let (x, y) = ((ring % 10) as f32 - 4.5, (ring / 10) as f32 - 2.5);
+        points.extend((0..=n).map(|ix| {
+            let (sin, cos) = (5.0 * ix as f32 / n as f32 + ring as f32).sin_cos();
+            [1.6 * x + 0.6 * cos, 1.6 * y + 0.6 * sin, 0.3 * sin]
+        }));
+        offsets.push(points.len() as u32);
+    }
+    let strands = Strands::new(&points, &offsets, |_, _| 0.25, false).expect("a valid groom");
+    let mut scene = scene(strands, lights(), &HairParams::default());
+    scene.camera.eye = Vec3::new(0.0, 0.0, 14.0);
+    scene.camera.target = Vec3::ZERO;
+    scene
+}
+
 /// Root of the mean squared difference over the root mean square of `b`.
 pub fn relative_rmse(a: &[f32], b: &[f32]) -> f64 {
     assert_eq!(a.len(), b.len());

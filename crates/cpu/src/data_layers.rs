@@ -188,7 +188,7 @@ fn nearest(strands: &Strands, beside: &Beside, view: &ViewUniform) -> Vec<u64> {
         })
         .collect();
     let projected = project(view, strands);
-    let ribbons = ribbons(view, strands, &projected);
+    let ribbons = ribbons(view, strands, &projected, false);
     ribbons.par_iter().for_each(|ribbon| {
         let spine = Spine::new(view, strands, ribbon.segment);
         ribbon.for_each_centre([width as i32, height as i32], |[x, y]| {

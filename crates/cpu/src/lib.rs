@@ -40,6 +40,7 @@ mod interactive;
 mod last_view;
 mod light_reaching;
 mod list;
+mod pieces;
 mod project;
 mod proxies;
 mod proxy_light;
@@ -145,8 +146,10 @@ pub(crate) fn render_observed(
     let mut picture = stats.stage("draw", |stats| {
         let projected = project::project(&view, strands);
         let even = scene.width_profile(&view, None).map(|profile| profile.even);
+        let ribbons = raster::ribbons(&view, strands, &projected, scene.is_close_up(&view));
         let lit = (&radiance, even);
-        let drawn = raster::draw(&view, strands, &projected, lit, &proxies, samples, observer);
+        let of_view = (&view, &**strands, &projected[..], &ribbons[..]);
+        let drawn = raster::draw(of_view, lit, &proxies, samples, observer);
         stats.pixels_visited = drawn.visited;
         let bytes = 24 * projected.len() as u64 + 16 * drawn.sums.len() as u64;
         Ok::<_, RenderError>((drawn.sums, bytes))

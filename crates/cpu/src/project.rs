@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::strands::Strands;
 
-use super::screen_point::{ScreenPoint, screen_point};
+use super::screen_point::{edges_at, screen_point};
 
 /// A point of a strand on the screen.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,9 +17,6 @@ pub(super) struct Projected {
     pub coverage: f32,
 }
 
-/// Largest screen coordinate in 1/256 px; f32 holds it exactly.
-const MAX_SCREEN: f32 = 8_388_608.0;
-
 /// Projects every point.
 pub(super) fn project(view: &ViewUniform, strands: &Strands) -> Vec<Projected> {
     strands
@@ -31,30 +28,16 @@ pub(super) fn project(view: &ViewUniform, strands: &Strands) -> Vec<Projected> {
 }
 
 fn project_point(view: &ViewUniform, point: &[f32; 4], tangent: &[f32; 4]) -> Projected {
-    let ScreenPoint {
-        at: [x, y],
-        along,
-        half_width: half,
-        depth,
-        coverage,
-        ..
-    } = screen_point(view, point, tangent);
-    if coverage < 0.0 {
+    let point = screen_point(view, point, tangent);
+    if point.coverage < 0.0 {
         return Projected {
-            coverage,
+            coverage: point.coverage,
             ..Projected::default()
         };
     }
-    let across = [-along[1], along[0]];
-    let snap = |x: f32| (x * 256.0).round_ties_even().clamp(-MAX_SCREEN, MAX_SCREEN) as i32;
     Projected {
-        edges: [
-            snap(x + half * across[0]),
-            snap(y + half * across[1]),
-            snap(x - half * across[0]),
-            snap(y - half * across[1]),
-        ],
-        depth,
-        coverage,
+        edges: edges_at(&point),
+        depth: point.depth,
+        coverage: point.coverage,
     }
 }

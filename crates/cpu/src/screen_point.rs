@@ -1,10 +1,14 @@
-//! Points of strands on the screen, for ribbons in 1/256 px and for the visibility list.
+//! Points of strands on the screen, for ribbons in 1/256 px and for the visibility list. Twin:
+//! `shaders/lib/screen_point.wgsl`.
 
 use glam::Vec3;
 use strandlight_scene::camera::{ViewUniform, screen_position};
 
 /// Strands are drawn at least this wide (px); thinner ones cover part of it.
 const MIN_WIDTH_PX: f32 = 1.0;
+
+/// Largest screen coordinate in 1/256 px; f32 holds it exactly.
+const MAX_SCREEN: f32 = 8_388_608.0;
 
 /// A point of a strand on the screen, as it is.
 #[derive(Clone, Copy, Debug, Default)]
@@ -59,4 +63,18 @@ pub(super) fn screen_point(
         coverage: width / drawn,
         is_tip: false,
     }
+}
+
+/// Left edge x, y, right edge x, y of a ribbon at a point in 1/256 px: snapped, so that every rasteriser sees the same
+/// numbers.
+pub(super) fn edges_at(point: &ScreenPoint) -> [i32; 4] {
+    let ([x, y], half) = (point.at, point.half_width);
+    let across = [-point.along[1], point.along[0]];
+    let snap = |x: f32| (x * 256.0).round_ties_even().clamp(-MAX_SCREEN, MAX_SCREEN) as i32;
+    [
+        snap(x + half * across[0]),
+        snap(y + half * across[1]),
+        snap(x - half * across[0]),
+        snap(y - half * across[1]),
+    ]
 }

@@ -533,9 +533,14 @@ impl PreparedScene {
         if self.reference_amplitudes.is_some() {
             return None;
         }
-        let widest = self.strands.max_diameter * view.focal_px / view.near;
         let find = || WidthProfile::new(self.hair.hair(), self.hair.fresnel());
-        (widest > WIDE_PX).then(|| kept.unwrap_or_else(find))
+        self.is_close_up(view).then(|| kept.unwrap_or_else(find))
+    }
+
+    /// May strands be wider than [`WIDE_PX`] somewhere in `view`?
+    #[doc(hidden)]
+    pub fn is_close_up(&self, view: &ViewUniform) -> bool {
+        self.strands.max_diameter * view.focal_px / view.near > WIDE_PX
     }
 
     /// A power of two that brings radiance in this scene near 1: half-float targets keep three

@@ -8,7 +8,7 @@ use strandlight_render::{
     HairError, HairOptions, HairRenderer, HairView, PrepareBudget, ProgressiveRenderer, wgpu,
 };
 use strandlight_scene::PreparedScene;
-use strandlight_tests::render_common::{context, wig_scene};
+use strandlight_tests::render_common::{context, rings, wig_scene};
 
 const SIZE: [u32; 2] = [96, 72];
 const NEAR: f32 = 0.5;
@@ -273,6 +273,28 @@ fn hair_in_a_hosts_pass_is_that_of_pictures() {
         let closer = block_rmse(&mean, &expected.rgba);
         println!("mean of 16 frames: {closer:.4}");
         assert!(closer < 0.5 * error, "{closer} {error}");
+    }
+}
+
+/// Close up, bent segments and tips come in pieces; from afar they do not, and again they do.
+#[test]
+fn close_ups_in_a_hosts_pass_are_those_of_pictures() {
+    let context = context();
+    let near = rings(9);
+    let mut afar = near.clone();
+    afar.camera.eye *= 8.0;
+    let options = options(4, true);
+    let mut hair = hair(&context, options, &near);
+    let mut pictures = ProgressiveRenderer::new(&context, near.clone()).unwrap();
+    for scene in [&near, &afar, &near] {
+        let (expected, _) = pictures.render_to_image(&scene.camera, SIZE, 4).unwrap();
+        let view = view_of(scene, &options);
+        let at = (SIZE, 0.0, depth_of(&view, 800.0));
+        let budget = PrepareBudget::Complete;
+        let found = frame(&context, &mut hair, &options, &view, at, budget);
+        let error = block_rmse(&found.color, &expected.rgba);
+        println!("from {}: {error:.2e}", scene.camera.eye.z);
+        assert!(error < 1e-3, "{error}");
     }
 }
 

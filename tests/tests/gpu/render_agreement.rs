@@ -17,7 +17,7 @@ use strandlight_scene::volume::Grid;
 use strandlight_scene::{Backend, Camera, Picture, PreparedScene, Stats};
 use strandlight_tests::panoramas::striped;
 use strandlight_tests::render_common::{
-    self, Random, context, keep, light, picture_rmse, relative_rmse, wig_scene,
+    self, Random, context, keep, light, picture_rmse, relative_rmse, rings, wig_scene,
 };
 use strandlight_tests::samples::{hair_file, real_file};
 
@@ -227,6 +227,33 @@ fn wide_strands_agree() {
     scene.camera = near;
     let again = check("again", &scene, &mut renderer);
     assert!(again.rgba == sunlit.rgba);
+}
+
+/// Rings of a few segments each follow their circles, with round tips, on both backends.
+#[test]
+fn bent_segments_follow_the_curve_and_tips_are_round() {
+    let context = context();
+    let draw = |n: usize| {
+        let scene = rings(n);
+        let size = [320, 200];
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (gpu, _) = renderer.render_to_image(&scene.camera, size, 64).unwrap();
+        let (cpu, _) = cpu::render(&scene, &scene.camera, size, 64).unwrap();
+        keep(&format!("rings-{n}-gpu"), &gpu);
+        keep(&format!("rings-{n}-cpu"), &cpu);
+        let error = picture_rmse(&gpu, &cpu);
+        println!("{n}: {error:.2e}");
+        assert!(error < PICTURE_TOLERANCE, "{n}: {error}");
+        gpu
+    };
+    let [coarse, fine] = [9, 120].map(draw);
+    let alpha = |picture: &Picture| picture.rgba.iter().map(|p| p[3]).collect::<Vec<_>>();
+    let [coarse, fine] = [coarse, fine].map(|picture| alpha(&picture));
+    let sum = |alpha: &[f32]| alpha.iter().sum::<f32>();
+    let off: f32 = coarse.iter().zip(&fine).map(|(a, b)| (a - b).abs()).sum();
+    let off = off / sum(&fine);
+    println!("{off:.4} of {}", sum(&fine));
+    assert!(off < 0.05, "{off}");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
-const TWIN_FILES: [(&str, &str); 17] = [
+const TWIN_FILES: [(&str, &str); 21] = [
     ("lib/bounce", "crates/scene/src/bounce.rs"),
     ("lib/grid", "crates/scene/src/volume.rs"),
     ("lib/light", "crates/scene/src/shadow_maps.rs"),
@@ -28,7 +28,11 @@ const TWIN_FILES: [(&str, &str); 17] = [
         "crates/scattering/src/multiple_tables/fill.rs",
     ),
     ("pass/preview", "crates/render/src/passes/preview.rs"),
-    ("pass/project", "crates/cpu/src/project.rs"),
+    ("lib/pieces", "crates/cpu/src/pieces.rs"),
+    ("lib/ribbon", "crates/cpu/src/raster/ribbons.rs"),
+    ("lib/screen_point", "crates/cpu/src/screen_point.rs"),
+    ("lib/view", "crates/scene/src/camera.rs"),
+    ("pass/pieces", "crates/render/src/passes/pieces.rs"),
     ("pass/proxies", "crates/cpu/src/proxies.rs"),
     ("pass/shade", "crates/render/src/passes/painted.rs"),
     ("pass/shadow_map", "crates/cpu/src/shadow_map.rs"),
@@ -38,7 +42,7 @@ const TWIN_FILES: [(&str, &str); 17] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 11] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 9] = [
     (
         "lib/along_segments",
         "LEAST_NORMAL",
@@ -50,7 +54,6 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 11] = [
         "crates/scene/src/shadow_maps.rs",
     ),
     ("pass/bounce", "NO_SURFACE", "crates/scene/src/bounce.rs"),
-    ("pass/strands", "WIDE_PX", "crates/scene/src/camera.rs"),
     (
         "pass/shade",
         "MAPS_PER_WORD",
@@ -65,11 +68,6 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 11] = [
         "pass/shade",
         "LAST_FORWARD",
         "crates/scattering/src/closed_form/multiple_scattering.rs",
-    ),
-    (
-        "pass/project",
-        "MIN_WIDTH_PX",
-        "crates/cpu/src/screen_point.rs",
     ),
     (
         "pass/shadow_map",
@@ -141,7 +139,7 @@ fn values_elsewhere() -> Vec<(&'static str, &'static str, Vec<f64>)> {
 }
 
 /// Constants that mean nothing to Rust: module, name, why.
-const WGSL_ONLY: [(&str, &str, &str); 5] = [
+const WGSL_ONLY: [(&str, &str, &str); 4] = [
     (
         "lib/along_segments",
         "MANTISSA_BITS",
@@ -158,11 +156,6 @@ const WGSL_ONLY: [(&str, &str, &str); 5] = [
         "nothing but the draft on the device has it",
     ),
     ("pass/noise", "N_THREADS", "size of the workgroup"),
-    (
-        "pass/ribbons",
-        "MAX_JITTER",
-        "a bound; the test below holds it",
-    ),
 ];
 
 /// Constants that a shader has in parts: module, names in order, name of the whole in Rust.
@@ -343,10 +336,10 @@ fn every_constant_has_the_value_of_its_twin() {
     assert!(WGSL_ONLY.iter().all(|(_, _, why)| !why.is_empty()));
 }
 
-/// Passes leave room for the jitter by `MAX_JITTER` of `pass/ribbons`.
+/// Passes leave room for the jitter by `MAX_JITTER` of `lib/ribbon`.
 #[test]
 fn no_pass_is_moved_further_than_the_shaders_leave_room_for() {
-    let bound = shader_constants("pass/ribbons")["MAX_JITTER"][0];
+    let bound = shader_constants("lib/ribbon")["MAX_JITTER"][0];
     let moves = (0..10_000).flat_map(strandlight_scene::sampling::pass_jitter);
     let most = moves.map(|by| f64::from(by.abs())).fold(0.0, f64::max);
     assert!(most <= bound && most > 0.9 * bound, "{most} {bound}");

@@ -1,18 +1,10 @@
 //! Segments on the screen, sorted into tiles.
 
+use super::super::pieces::{LEAST_LENGTH, bend, between, n_pieces};
 use super::super::screen_point::ScreenPoint;
 
 /// Side of a tile, px.
 pub(super) const TILE: u32 = 16;
-
-/// Segments shorter than this on the screen, px, are seen end on.
-const LEAST_LENGTH: f32 = 1e-3;
-
-/// A segment that leaves the line between its ends by more than this, px, is drawn in pieces.
-const FLAT: f32 = 0.15;
-
-/// Most pieces of a segment.
-const MAX_PIECES: u32 = 12;
 
 /// A segment on the screen.
 #[derive(Clone, Copy)]
@@ -32,7 +24,7 @@ pub(super) struct Ribbon {
     pub coverage: [f32; 2],
     /// Does the strand end with it?
     pub is_tip: bool,
-    /// How far the strand between the ends leaves the line, px; more than [`FLAT`], or nothing.
+    /// How far the strand between the ends leaves the line, px; see [`bend`].
     bend: f32,
 }
 
@@ -48,11 +40,7 @@ impl Ribbon {
     /// How many pieces the segment is drawn in.
     #[inline(always)]
     pub fn n_pieces(&self) -> u32 {
-        match self.bend > 0.0 {
-            // A piece of a parabola leaves its line by the square of its share.
-            true => ((self.bend / FLAT).sqrt().ceil() as u32).clamp(2, MAX_PIECES),
-            false => 1,
-        }
+        n_pieces(self.bend)
     }
 
     /// Piece `ix` of the `n` of a segment between two neighbouring points.
@@ -63,54 +51,6 @@ impl Ribbon {
         let end = between(a, b, if ix + 1 == n { 1.0 } else { t[0] + share });
         let ribbon = Ribbon::new(&begin, &end)?;
         Some(Piece { ribbon, t })
-    }
-}
-
-/// A point on the cubic that leaves both ends of a segment along the strand.
-fn between(a: &ScreenPoint, b: &ScreenPoint, t: f32) -> ScreenPoint {
-    if t <= 0.0 || t >= 1.0 {
-        return if t <= 0.0 { *a } else { *b };
-    }
-    let d = [b.at[0] - a.at[0], b.at[1] - a.at[1]];
-    let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
-    let rest = 1.0 - t;
-    let of_b = t * t * (3.0 - 2.0 * t);
-    let (from_a, from_b) = (length * t * rest * rest, -length * t * t * rest);
-    let (slope_a, slope_b) = (
-        length * rest * (1.0 - 3.0 * t),
-        length * t * (3.0 * t - 2.0),
-    );
-    let slope = 6.0 * t * rest;
-    let axis = |ix: usize| {
-        let at = a.at[ix] + of_b * d[ix] + from_a * a.along[ix] + from_b * b.along[ix];
-        (
-            at,
-            slope * d[ix] + slope_a * a.along[ix] + slope_b * b.along[ix],
-        )
-    };
-    let ((x, dx), (y, dy)) = (axis(0), axis(1));
-    let speed = (dx * dx + dy * dy).sqrt().max(1e-12);
-    let mix = |a: f32, b: f32| a + (b - a) * t;
-    ScreenPoint {
-        at: [x, y],
-        along: [dx / speed, dy / speed],
-        half_width: mix(a.half_width, b.half_width),
-        depth: mix(a.depth, b.depth),
-        coverage: mix(a.coverage, b.coverage),
-        is_tip: false,
-    }
-}
-
-/// How far the strand between two points leaves the line between them, px, where that is worth pieces.
-fn bend(a: &ScreenPoint, b: &ScreenPoint, along: [f32; 2], length: f32) -> f32 {
-    let off = |of: &ScreenPoint| along[0] * of.along[1] - along[1] * of.along[0];
-    let ahead = |of: &ScreenPoint| along[0] * of.along[0] + along[1] * of.along[1];
-    // Of the cubic's inner control points, a third of the way along the strand, three quarters.
-    let bend = 0.25 * length * off(a).abs().max(off(b).abs());
-    // What turns back on the screen is not smooth there.
-    match bend > FLAT && ahead(a) > 0.5 && ahead(b) > 0.5 {
-        true => bend,
-        false => 0.0,
     }
 }
 

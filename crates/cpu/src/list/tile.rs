@@ -4,6 +4,7 @@ use strandlight_scattering::wide::Simd;
 use strandlight_scene::beside::Beside;
 use strandlight_scene::camera::{ViewUniform, WIDE_PX};
 
+use super::super::pieces::{BEYOND_TIP, round_tip};
 use super::super::screen_point::ScreenPoint;
 use super::super::triangles::Triangles;
 use super::bins::{Piece, Ribbon, TILE, key};
@@ -16,9 +17,6 @@ const TILE_PIXELS: usize = (TILE * TILE) as usize;
 
 /// Segments whose ends are fetched at a time: fetching one does not wait for the other.
 const FETCHED: usize = 16;
-
-/// How far a round tip reaches beyond the last point, as a share of its length: it covers as much as a square one.
-const BEYOND_TIP: f32 = 1.0 - std::f32::consts::FRAC_PI_4;
 
 /// Means of places across a narrow ribbon, and of their squares: all of its width.
 const ALL_ACROSS: [f32; 2] = [0.0, 1.0 / 3.0];
@@ -210,7 +208,7 @@ impl Scratch {
                     let reach = half_width.min(length);
                     end_at = BEYOND_TIP * reach;
                     for (half, to_end) in half_at.iter_mut().zip(to_end) {
-                        *half *= round((end_at - end - to_end) / reach);
+                        *half *= round_tip((end_at - end - to_end) / reach);
                     }
                 }
                 let mut covers = [0.0; PLACES];
@@ -303,12 +301,6 @@ impl Scratch {
 /// Bits of the first `n` pixels of a row.
 fn below(n: u32) -> u32 {
     (1 << n) - 1
-}
-
-/// Width of a round tip at a share of its length from its end, 0..=1 of the whole.
-fn round(from_end: f32) -> f32 {
-    let from_middle = 1.0 - from_end.clamp(0.0, 1.0);
-    (1.0 - from_middle * from_middle).sqrt()
 }
 
 /// Sums over the places, as far as they are covered, of where they lie across a ribbon, and of the squares. Its half

@@ -25,7 +25,13 @@ fn strands(n: usize, diameter: f32) -> Strands {
 
 /// The picture in parts of `sides`, and by drawing every segment over all of it in another
 /// order.
-fn drawn(strands: &Strands, camera: &Camera, size: [u32; 2], sides: [i32; 2]) -> [Drawn; 2] {
+fn drawn(
+    strands: &Strands,
+    camera: &Camera,
+    size: [u32; 2],
+    sides: [i32; 2],
+    is_close_up: bool,
+) -> [Drawn; 2] {
     let view = view_uniform(camera, strands, size, 1.0);
     let projected = project(&view, strands);
     let at: Vec<[f32; 4]> = (0..strands.points.len())
@@ -36,7 +42,7 @@ fn drawn(strands: &Strands, camera: &Camera, size: [u32; 2], sides: [i32; 2]) ->
         at,
         along: Vec::new(),
     };
-    let ribbons = ribbons(&view, strands, &projected);
+    let ribbons = ribbons(&view, strands, &projected, is_close_up);
     let proxies = Proxies::none();
     let hair = Hair {
         view: &view,
@@ -80,10 +86,12 @@ fn parts_and_order_change_no_bit() {
         };
         for camera in [framing, inside] {
             for sides in [[TILE, LEAST_TILE], [9, 5], [1, 1], [4096, 1]] {
-                let [parts, whole] = drawn(&strands, &camera, size, sides);
-                let covered = whole.sums.iter().filter(|sum| sum[3] > 0.0).count();
-                assert!(covered > 300, "{covered}");
-                assert_eq!(parts.sums, whole.sums, "{diameter} {sides:?}");
+                for is_close_up in [false, true] {
+                    let [parts, whole] = drawn(&strands, &camera, size, sides, is_close_up);
+                    let covered = whole.sums.iter().filter(|sum| sum[3] > 0.0).count();
+                    assert!(covered > 300, "{covered}");
+                    assert_eq!(parts.sums, whole.sums, "{diameter} {sides:?} {is_close_up}");
+                }
             }
         }
     }
@@ -93,7 +101,7 @@ fn parts_and_order_change_no_bit() {
 fn what_is_hidden_is_not_drawn() {
     let strands = strands(3000, 2.0);
     let camera = Camera::framing(strands.centre, strands.radius, 0.5);
-    let [parts, whole] = drawn(&strands, &camera, [64, 64], [TILE, LEAST_TILE]);
+    let [parts, whole] = drawn(&strands, &camera, [64, 64], [TILE, LEAST_TILE], false);
     assert!(parts.sums == whole.sums);
     let opaque = parts.sums.iter().filter(|sum| sum[3] == 10.0).count();
     println!("{opaque} of {} pixels are opaque", parts.sums.len());

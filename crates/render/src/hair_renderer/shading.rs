@@ -4,7 +4,7 @@ use super::HairRenderer;
 use super::job::{DirtyFlags, ShadingJob, Stepped};
 use crate::invalidation::Inputs;
 use crate::passes::deform::Deform;
-use crate::passes::strand_pass::StrandPass;
+use crate::passes::strand_pass::{Drawn, StrandPass};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::view_uniform;
 
@@ -83,11 +83,18 @@ impl HairRenderer {
         self.ribbons.even = profile.as_ref().map_or([0.0; 4], |profile| profile.even);
         self.lighting.set_profile(context, profile);
         self.lighting.set_kind(context, scene)?;
-        let is_narrow = self.strand_pass.is_narrow || self.lighting.narrow().have_room();
-        let is_wide = self.lighting.has_profile();
-        if (self.strand_pass.is_narrow, self.strand_pass.is_wide) != (is_narrow, is_wide) {
+        let is_close_up = scene.is_close_up(&view);
+        self.ribbons
+            .set_close_up(context, &self.strands, is_close_up)?;
+        let drawn = Drawn {
+            is_narrow: self.strand_pass.drawn.is_narrow || self.lighting.narrow().have_room(),
+            is_wide: self.lighting.has_profile(),
+            is_close_up,
+        };
+        if self.strand_pass.drawn != drawn {
             let (options, lit) = (self.options.as_ref(), self.lighting.lit_points());
-            self.strand_pass = StrandPass::new(context, options, &self.ribbons, &lit, is_wide)?;
+            self.strand_pass = StrandPass::new(context, options, &self.ribbons, &lit, drawn)?;
+            self.is_projected = false;
         }
         view.margin_px += self.margin * scene.size[0].max(scene.size[1]) as f32;
         self.lighting.begin(context, &view);

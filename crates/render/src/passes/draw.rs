@@ -1,5 +1,6 @@
 //! Projecting the strands and rasterising the ribbons in passes of four samples.
 
+use super::pieces::Pieces;
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, labelled, shader, step, storage, submit, uniform,
 };
@@ -22,7 +23,7 @@ struct Pass {
     even: [f32; 4],
 }
 
-/// Mirrored by `Chunk` in `shaders/pass/ribbons.wgsl`.
+/// Mirrored by `Chunk` in `shaders/lib/ribbon.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Chunk {
@@ -32,7 +33,7 @@ struct Chunk {
 
 strandlight_scattering::mirrors! {
     Pass as "Pass" in "pass/strands" { jitter, pass_ix, n_samples, even }
-    Chunk as "Chunk" in "pass/ribbons" { first_segment, n_segments }
+    Chunk as "Chunk" in "lib/ribbon" { first_segment, n_segments }
 }
 
 /// Radiance of the points, and of narrow lights along the segments, where there is some.
@@ -48,17 +49,21 @@ pub(crate) struct Projection {
 pub(crate) struct Ribbons {
     view: wgpu::Buffer,
     pass: wgpu::Buffer,
-    points: [wgpu::Buffer; 3],
+    pub(super) points: [wgpu::Buffer; 3],
     project: wgpu::BindGroup,
-    chunks: Vec<RibbonChunk>,
+    pub(super) chunks: Vec<RibbonChunk>,
+    /// In close-ups.
+    pieces: Option<Pieces>,
     n_points: u32,
     /// Of wide strands over their width.
     pub even: [f32; 4],
 }
 
 /// Segments that share an index buffer.
-struct RibbonChunk {
-    corners: wgpu::Buffer,
+pub(super) struct RibbonChunk {
+    /// Which these are, [`Chunk`].
+    pub range: wgpu::Buffer,
+    pub corners: wgpu::Buffer,
     group: wgpu::BindGroup,
     n_segments: u32,
 }
@@ -92,7 +97,7 @@ impl Ribbons {
                 first_segment,
                 n_segments,
             };
-            let chunk = uniform(context, "chunk", &chunk);
+            let range = uniform(context, "chunk", &chunk);
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDEX;
             let corners = labelled(context, "corners", u64::from(n_segments) * 24, usage);
             let group = bind(
@@ -100,7 +105,7 @@ impl Ribbons {
                 &projection.ribbons.get_bind_group_layout(0),
                 &[
                     (0, view.as_entire_binding()),
-                    (1, chunk.as_entire_binding()),
+                    (1, range.as_entire_binding()),
                     (2, strands.segments.as_entire_binding()),
                     (3, edges.as_entire_binding()),
                     (4, depth_coverage.as_entire_binding()),
@@ -109,6 +114,7 @@ impl Ribbons {
                 ],
             );
             chunks.push(RibbonChunk {
+                range,
                 corners,
                 group,
                 n_segments,
@@ -119,19 +125,44 @@ impl Ribbons {
             pass,
             project,
             chunks,
+            pieces: None,
             points,
             n_points,
             even: [0.0; 4],
         }
     }
 
-    /// Bindings of a pipeline that draws the strands, one group for each buffer of radiance.
+    /// Is the view a close-up from now on, whose bent segments and tips come in pieces? What draws them is to be bound
+    /// anew where it was none or is none any more.
+    pub fn set_close_up(
+        &mut self,
+        context: &Context,
+        strands: &StrandBuffers,
+        is_close_up: bool,
+    ) -> Result<(), RenderError> {
+        match is_close_up {
+            true if self.pieces.is_none() => {
+                self.pieces = Some(Pieces::new(context, strands, self)?)
+            }
+            true => (),
+            false => self.pieces = None,
+        }
+        Ok(())
+    }
+
+    /// The pieces of a close-up.
+    pub(super) fn pieces(&self) -> Option<&Pieces> {
+        self.pieces.as_ref()
+    }
+
+    /// Bindings of a pipeline that draws the strands, one group for each buffer of radiance: without those in
+    /// `unused`, with `further` ones.
     pub fn bind_strands(
         &self,
         context: &Context,
         layout: &wgpu::BindGroupLayout,
         lit: &[LitPoints],
-        further: &[(u32, wgpu::BindingResource)],
+        (unused, further): (&[u32], &[(u32, wgpu::BindingResource)]),
     ) -> Vec<wgpu::BindGroup> {
         let [edges, depth_coverage, spines] = &self.points;
         let of_lit = |(radiance, along): &LitPoints| {
@@ -145,6 +176,7 @@ impl Ribbons {
             ];
             resources.extend(along.map(|along| (7, along.as_entire_binding())));
             resources.extend_from_slice(further);
+            resources.retain(|(binding, _)| !unused.contains(binding));
             bind(context, layout, &resources)
         };
         lit.iter().map(of_lit).collect()
@@ -175,6 +207,9 @@ impl Ribbons {
             for chunk in &self.chunks {
                 let groups = [chunk.n_segments.div_ceil(256), 1];
                 step(&mut pass, &projection.ribbons, &chunk.group, groups);
+            }
+            if let Some(pieces) = &self.pieces {
+                pieces.make(&mut pass, self.chunks.iter().map(|chunk| chunk.n_segments));
             }
         });
     }
@@ -213,7 +248,7 @@ impl Ribbons {
     pub fn bytes(&self) -> u64 {
         let points: u64 = self.points.iter().map(wgpu::Buffer::size).sum();
         let corners = self.chunks.iter().map(|chunk| chunk.corners.size());
-        points + corners.sum::<u64>()
+        points + corners.sum::<u64>() + self.pieces.as_ref().map_or(0, Pieces::bytes)
     }
 }
 

@@ -4,10 +4,12 @@ use super::behind::seen;
 use super::draw;
 use super::multiple::multiple_bytes;
 use super::painted::paint_bytes;
+use super::pieces;
 use super::shadows::STEP_BYTES;
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::LIGHT_BATCH;
+use strandlight_scene::camera::view_uniform;
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::shadow_maps::{BYTES_ALONG, SHADOW_SIDE};
 use strandlight_scene::volume::{CHANNELS, Grid};
@@ -76,6 +78,12 @@ impl DeviceBytes {
         let mut ribbons = part("the strands on the screen", &[of_points; 3]);
         ribbons.bytes += 24 * n_segments;
         ribbons.largest = ribbons.largest.max(corners);
+        let view = view_uniform(&scene.camera, &scene.strands, size, 1.0);
+        if scene.is_close_up(&view) {
+            let pieces = pieces::bytes(n_segments);
+            ribbons.bytes += pieces;
+            ribbons.largest = ribbons.largest.max(pieces);
+        }
         let mut kept = part("the lights' records", &[a_light * in_batch]);
         kept.bytes = records + leaving + STEP_BYTES;
         let mut picture = part("the picture", &[16 * pixels; 2]);

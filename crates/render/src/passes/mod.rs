@@ -20,6 +20,7 @@ mod narrow;
 pub(crate) mod noise;
 pub(crate) mod painted;
 pub(crate) mod parts;
+mod pieces;
 mod preview;
 mod profile;
 mod proxies;
@@ -49,6 +50,7 @@ use strandlight_scene::strands::Strands;
 pub(crate) fn layouts() -> Vec<Layout> {
     [
         draw::LAYOUTS,
+        pieces::LAYOUTS,
         preview::LAYOUTS,
         noise::LAYOUTS,
         screen::LAYOUTS,

@@ -3,6 +3,7 @@
 use super::covering::covering;
 use super::draw::{LitPoints, Ribbons};
 use super::film::viewport_side;
+use super::pieces::{self, Pieces};
 use super::profile;
 use super::resources::{module_with, uniform};
 use crate::gpu::{Context, ResourceCounters};
@@ -15,8 +16,15 @@ const HOSTED: &str = "HOSTED";
 /// Turns on light of narrow lights along segments.
 const NARROW: &str = "NARROW";
 
-/// Entry points of the vertices and the fragments.
-const ENTRIES: [&str; 2] = ["ribbon", "cover"];
+/// Entry points of the vertices: of segments, and of their pieces in close-ups.
+const VERTICES: [&str; 2] = ["ribbon", "piece"];
+
+/// Entry point of the fragments.
+const FRAGMENTS: &str = "cover";
+
+/// Bindings of what [`Ribbons`] have of segments.
+const EDGES: u32 = 2;
+const SPINES: u32 = 4;
 
 /// How the host projects; mirrored by `Host` in `shaders/pass/strands.wgsl`.
 #[repr(C)]
@@ -40,125 +48,97 @@ strandlight_scattering::mirrors! {
     Host as "Host" in "pass/strands" { depth, shift, corner, scale, pad }
 }
 
+/// What of strands is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Drawn {
+    /// Light of narrow lights along them.
+    pub is_narrow: bool,
+    /// The profile of wide ones.
+    pub is_wide: bool,
+    /// Pieces of bent segments and of tips.
+    pub is_close_up: bool,
+}
+
+impl Drawn {
+    /// What the shader is to have.
+    fn features(self, hosted: Option<&'static str>) -> Vec<&'static str> {
+        let further = [
+            (self.is_narrow, NARROW),
+            (self.is_wide, profile::FEATURE),
+            (self.is_close_up, pieces::FEATURE),
+        ];
+        let further = further.into_iter().filter(|(is_on, _)| *is_on);
+        hosted
+            .into_iter()
+            .chain(further.map(|(_, name)| name))
+            .collect()
+    }
+}
+
 /// Draws strands into passes.
 pub(crate) struct StrandPass {
-    pipeline: wgpu::RenderPipeline,
+    segments: Drawing,
+    /// In close-ups.
+    pieces: Option<Drawing>,
     /// How the host projects; none for a film.
     host: Option<wgpu::Buffer>,
-    /// By buffer of radiance.
+    /// What it was made for.
+    pub drawn: Drawn,
+}
+
+/// A pipeline with its bindings by buffer of radiance.
+struct Drawing {
+    pipeline: wgpu::RenderPipeline,
     groups: Vec<wgpu::BindGroup>,
-    /// Does it draw light of narrow lights?
-    pub is_narrow: bool,
-    /// Have wide strands a profile?
-    pub is_wide: bool,
-}
-
-fn is_narrow(lit: &[LitPoints]) -> bool {
-    lit.iter().any(|(_, along)| along.is_some())
-}
-
-/// What the shader is to have.
-fn features(lit: &[LitPoints], is_wide: bool, hosted: Option<&'static str>) -> Vec<&'static str> {
-    let narrow = is_narrow(lit).then_some(NARROW);
-    let wide = is_wide.then_some(profile::FEATURE);
-    hosted.into_iter().chain(narrow).chain(wide).collect()
 }
 
 impl StrandPass {
-    /// Draws `ribbons`, lit by one of `lit`, as `options` of a host say, or else into films; where some are wide with a
-    /// profile.
+    /// Draws `ribbons`, lit by one of `lit`, as `options` of a host say, or else into films.
     pub fn new(
         context: &Context,
         options: Option<&HairOptions>,
         ribbons: &Ribbons,
         lit: &[LitPoints],
-        is_wide: bool,
+        drawn: Drawn,
     ) -> Result<StrandPass, RenderError> {
-        match options {
-            Some(options) => StrandPass::for_host(context, options, ribbons, lit, is_wide),
-            None => StrandPass::for_film(context, ribbons, lit, is_wide),
-        }
-    }
-
-    /// Draws `ribbons`, lit by one of `lit`, into films.
-    fn for_film(
-        context: &Context,
-        ribbons: &Ribbons,
-        lit: &[LitPoints],
-        is_wide: bool,
-    ) -> Result<StrandPass, RenderError> {
-        let module = module_with(context, "pass/strands", &features(lit, is_wide, None))?;
+        let features = drawn.features(options.map(|_| HOSTED));
+        let module = module_with(context, "pass/strands", &features)?;
+        let host = options.map(|_| {
+            let host: Host = bytemuck::Zeroable::zeroed();
+            uniform(context, "host", &host)
+        });
         // Corners are in 1/256 px from the middle.
         let clip_per_unit = 1.0 / (128.0 * f64::from(viewport_side(context)));
         let constants = [("CLIP_PER_UNIT", clip_per_unit)];
-        let pipeline = covering(context, "strands", &module, ENTRIES, &constants);
-        let layout = pipeline.get_bind_group_layout(0);
-        Ok(StrandPass {
-            groups: ribbons.bind_strands(context, &layout, lit, &[]),
-            is_narrow: is_narrow(lit),
-            is_wide,
-            pipeline,
-            host: None,
-        })
-    }
-
-    /// Draws `ribbons`, lit by one of `lit`, as `options` say.
-    fn for_host(
-        context: &Context,
-        options: &HairOptions,
-        ribbons: &Ribbons,
-        lit: &[LitPoints],
-        is_wide: bool,
-    ) -> Result<StrandPass, RenderError> {
-        let features = features(lit, is_wide, Some(HOSTED));
-        let module = module_with(context, "pass/strands", &features)?;
-        ResourceCounters::add(&context.resource_counters().pipelines);
-        let compare = match options.reverse_z {
-            true => wgpu::CompareFunction::Greater,
-            false => wgpu::CompareFunction::Less,
+        let drawing = |vertices: &'static str, pieces: Option<&wgpu::Buffer>| {
+            let pipeline = match options {
+                Some(options) => hosted(context, options, &module, vertices),
+                None => {
+                    let entries = [vertices, FRAGMENTS];
+                    covering(context, vertices, &module, entries, &constants)
+                }
+            };
+            // Pieces have edges and spines of their own; the profile is as wide as the segment.
+            let unused: &[u32] = match (pieces.is_some(), drawn.is_wide) {
+                (false, _) => &[],
+                (true, true) => &[SPINES],
+                (true, false) => &[EDGES, SPINES],
+            };
+            let host = host.as_ref().map(|host| (6, host.as_entire_binding()));
+            let pieces = pieces.map(|pieces| (8, pieces.as_entire_binding()));
+            let further: Vec<_> = host.into_iter().chain(pieces).collect();
+            let layout = pipeline.get_bind_group_layout(0);
+            Drawing {
+                groups: ribbons.bind_strands(context, &layout, lit, (unused, &further)),
+                pipeline,
+            }
         };
-        let descriptor = wgpu::RenderPipelineDescriptor {
-            label: Some("hair"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some(ENTRIES[0]),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: options.depth_format,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(compare),
-                stencil: Default::default(),
-                bias: Default::default(),
-            }),
-            multisample: wgpu::MultisampleState {
-                count: options.sample_count,
-                ..Default::default()
-            },
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(ENTRIES[1]),
-                compilation_options: Default::default(),
-                targets: &[Some(options.color_format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        };
-        let pipeline = context.device.create_render_pipeline(&descriptor);
-        let host: Host = bytemuck::Zeroable::zeroed();
-        let host = uniform(context, "host", &host);
-        let layout = pipeline.get_bind_group_layout(0);
-        let further = [(6, host.as_entire_binding())];
-        let groups = ribbons.bind_strands(context, &layout, lit, &further);
+        let pieces = ribbons.pieces().map(Pieces::buffer);
         Ok(StrandPass {
-            is_narrow: is_narrow(lit),
-            is_wide,
-            pipeline,
-            host: Some(host),
-            groups,
+            segments: drawing(VERTICES[0], None),
+            pieces: pieces.map(|pieces| drawing(VERTICES[1], Some(pieces))),
+            host,
+            drawn,
         })
     }
 
@@ -171,8 +151,63 @@ impl StrandPass {
 
     /// Draws the strands, lit by the radiance buffer `radiance`, into the viewport of `pass`.
     pub fn draw(&self, pass: &mut wgpu::RenderPass, ribbons: &Ribbons, radiance: usize) {
+        self.segments.set(pass, radiance);
+        ribbons.draw_segments(pass);
+        if let (Some(drawing), Some(pieces)) = (&self.pieces, ribbons.pieces()) {
+            drawing.set(pass, radiance);
+            pieces.draw(pass);
+        }
+    }
+}
+
+impl Drawing {
+    fn set(&self, pass: &mut wgpu::RenderPass, radiance: usize) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.groups[radiance], &[]);
-        ribbons.draw_segments(pass);
     }
+}
+
+/// A pipeline for the passes of a host.
+fn hosted(
+    context: &Context,
+    options: &HairOptions,
+    module: &wgpu::ShaderModule,
+    vertices: &'static str,
+) -> wgpu::RenderPipeline {
+    ResourceCounters::add(&context.resource_counters().pipelines);
+    let compare = match options.reverse_z {
+        true => wgpu::CompareFunction::Greater,
+        false => wgpu::CompareFunction::Less,
+    };
+    let descriptor = wgpu::RenderPipelineDescriptor {
+        label: Some("hair"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(vertices),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: options.depth_format,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(compare),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: wgpu::MultisampleState {
+            count: options.sample_count,
+            ..Default::default()
+        },
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(FRAGMENTS),
+            compilation_options: Default::default(),
+            targets: &[Some(options.color_format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    };
+    context.device.create_render_pipeline(&descriptor)
 }

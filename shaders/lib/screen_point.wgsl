@@ -1,0 +1,54 @@
+// Points of strands on the screen. Twin: crates/cpu/src/screen_point.rs.
+// #import lib/view
+
+// Strands are drawn at least this wide (px); thinner ones cover part of it.
+const MIN_WIDTH_PX: f32 = 1.0;
+
+// Largest screen coordinate in 1/256 px; f32 holds it exactly.
+const MAX_SCREEN: f32 = 8388608.0;
+
+struct ScreenPoint {
+    // Where its middle is, px.
+    at: vec2f,
+    // Unit vector along the strand, root to tip.
+    along: vec2f,
+    // Half the width of the ribbon, px; MIN_WIDTH_PX / 2 at least.
+    half_width: f32,
+    // 0..1 between the near and far planes.
+    depth: f32,
+    // Coverage of the ribbon; below zero: not drawn.
+    coverage: f32,
+}
+
+// Projects a point (x, y, z, radius) with its tangent.
+fn screen_point(view: View, point: vec4f, tangent: vec3f) -> ScreenPoint {
+    let screen = screen_position(view, point.xyz);
+    let depth = screen.z;
+    if depth < view.near {
+        return ScreenPoint(vec2f(0.0), vec2f(0.0), 0.0, 0.0, -1.0);
+    }
+    // The tangent's image, up to a positive factor: d/ds of (x, y) / depth.
+    let away = dot(tangent, view.forward);
+    let dx = view.focal_px * dot(tangent, view.right) - (screen.x - 0.5 * f32(view.size.x)) * away;
+    let dy = -view.focal_px * dot(tangent, view.up) - (screen.y - 0.5 * f32(view.size.y)) * away;
+    let size = sqrt(dx * dx + dy * dy);
+    // A strand seen end on has no direction on the screen; any will do.
+    var along = vec2f(0.0, -1.0);
+    if size > 1e-6 * view.focal_px {
+        along = vec2f(dx, dy) / size;
+    }
+    let width = 2.0 * point.w * view.focal_px / depth;
+    let drawn = max(width, MIN_WIDTH_PX);
+    let z = (depth - view.near) / (view.far - view.near);
+    return ScreenPoint(screen.xy, along, 0.5 * drawn, z, width / drawn);
+}
+
+// Left edge x, y, right edge x, y of a ribbon at a point, from the middle of the picture in 1/256 px: snapped, so that
+// every rasteriser sees the same numbers.
+fn edges_at(view: View, point: ScreenPoint) -> vec4i {
+    let half_across = point.half_width * vec2f(-point.along.y, point.along.x);
+    let snapped = round(vec4f(point.at + half_across, point.at - half_across) * 256.0);
+    let kept = vec4i(clamp(snapped, vec4f(-MAX_SCREEN), vec4f(MAX_SCREEN)));
+    // Exact: half of the picture is a whole number of units.
+    return kept - 128 * vec4i(view.size.xyxy);
+}
