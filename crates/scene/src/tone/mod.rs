@@ -1,5 +1,7 @@
 //! From linear radiance to what a screen shows.
 
+mod aces2;
+
 pub use strandlight_formats::ToneMap;
 
 /// [`ToneMap::None`] in shaders.
