@@ -7,6 +7,9 @@ use glam::{DMat3, DVec2, DVec3};
 /// Lightness of white.
 pub const J_WHITE: f64 = 100.0;
 
+/// Lightness of middle grey on the display, which is to have 10.013 nits.
+pub const GREY_J: f64 = 34.096_534_820_384_93;
+
 /// F_L of CIECAM02 for the adapting luminance of 100 cd/m2 that ACES 2 takes: with k = 1 / 501,
 /// `0.2 k^4 * 500 + 0.1 (1 - k^4)^2 * 500^(1/3)`.
 const F_L: f64 = 0.793_700_527_546_167_3;

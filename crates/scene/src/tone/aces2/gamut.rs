@@ -3,57 +3,52 @@
 
 use glam::DVec3;
 
-use super::appearance::{
-    AP1, Appearance, C_Z, J_WHITE, Jmh, REC709, degrees, hue_at, lightness,
-};
-use super::{GREY_LUMINANCE, mix};
+use super::appearance::{Appearance, C_Z, GREY_J, J_WHITE, Jmh, degrees, hue_at};
+use super::{bisected, mix};
 
-/// How far the boundaries below and above the cusp are blended, as a share of the cusp's M.
-const SMOOTHNESS: f64 = 0.12;
+/// How wide the boundaries below and above the cusp are blended, as a share of the cusp's M.
+const BLEND: f64 = 0.12;
 
-/// By how much the cusp is moved out for that the blend takes a part of it.
-const CUSP_GAIN: f64 = 1.0 + 0.27 * SMOOTHNESS;
+/// By how much the cusp is moved out, since the blend cuts it off.
+const CUSP_GAIN: f64 = 1.0 + 0.27 * BLEND;
 
-/// Slope of the lines of compression: larger is flatter.
+/// How flat the lines of compression are.
 const FOCUS_DISTANCE: f64 = 1.35;
 
-/// Shares of the boundary below which nothing is compressed.
+/// Share of M at the boundary that is left alone, at least.
 const THRESHOLD: f64 = 0.75;
 
 /// Exponent of the boundary below the cusp.
 const LOWER_GAMMA: f64 = 1.14;
 
-/// Exponents of the boundary above the cusp that are tried.
+/// Exponents of the boundary above the cusp are within these.
 const UPPER_GAMMAS: [f64; 2] = [0.4, 5.0];
 
-/// What is known of a hue.
+/// The gamuts at a hue.
 #[derive(Clone, Copy, Debug)]
 pub struct HueGamut {
     /// Largest M in AP1 at the lightness of white.
     pub reach_m: f64,
-    /// The display's most colourful colour.
+    /// J and M of the display's most colourful colour.
     cusp_j: f64,
     cusp_m: f64,
     /// 1 / exponent of the display's boundary above the cusp.
     upper_gamma_inv: f64,
 }
 
-/// A line of compression.
+/// A line of compression, `J = j_axis + slope M`.
 struct Line {
-    /// J at M = 0.
     j_axis: f64,
-    /// dJ / dM.
     slope: f64,
 }
 
 impl HueGamut {
-    /// Lightness at which colours are compressed without a change of it.
+    /// J of the line along which J stays as it is.
     fn focus_j(&self) -> f64 {
-        let share = (1.3 - self.cusp_j / J_WHITE).min(1.0);
-        mix(self.cusp_j, lightness(GREY_LUMINANCE), share)
+        mix(self.cusp_j, GREY_J, (1.3 - self.cusp_j / J_WHITE).min(1.0))
     }
 
-    /// By what slopes are divided at a lightness: lines get flatter towards white.
+    /// By what slopes are divided for colours of this J: lines get flatter towards white.
     fn gain(&self, j: f64) -> f64 {
         let flat_from = mix(self.cusp_j, J_WHITE, 0.3);
         let gain = J_WHITE * FOCUS_DISTANCE;
@@ -64,9 +59,9 @@ impl HueGamut {
         gain * (1.0 + decades * decades)
     }
 
-    /// The line through (`j`, `m`): `J = j_axis + s M` with the slope
-    /// `s = min(j_axis, 100 - j_axis) (j_axis - focus) / (focus gain)`, where the first factor is that
-    /// of the side of the focus on which the colour lies. A quadratic equation in `j_axis`.
+    /// The line through (`j`, `m`). Its slope is
+    /// `(j_axis - focus_j) / (focus_j gain)` times `j_axis`, or times `J_WHITE - j_axis` for colours lighter
+    /// than the focus, which makes `j_axis` the root of a quadratic equation.
     fn line(&self, j: f64, m: f64, gain: f64) -> Line {
         let focus = self.focus_j();
         let m = m / gain;
@@ -79,17 +74,26 @@ impl HueGamut {
             let c = J_WHITE * m + j;
             2.0 * c / (b + (b * b - 4.0 * a * c).sqrt())
         };
-        let factor = if j_axis < focus { j_axis } else { J_WHITE - j_axis };
+        let factor = if j_axis < focus {
+            j_axis
+        } else {
+            J_WHITE - j_axis
+        };
         Line {
             j_axis,
             slope: factor * (j_axis - focus) / (focus * gain),
         }
     }
 
-    /// M at which a line leaves the display's gamut; `through_cusp` is J of the line through the
-    /// cusp at M = 0.
+    /// M at which `line` leaves the display's gamut; `through_cusp` is `j_axis` of the line through
+    /// the cusp.
     fn boundary(&self, line: &Line, through_cusp: f64) -> f64 {
-        let lower = crossing(line, 1.0 / LOWER_GAMMA, [self.cusp_j, self.cusp_m], through_cusp);
+        let lower = crossing(
+            line,
+            1.0 / LOWER_GAMMA,
+            [self.cusp_j, self.cusp_m],
+            through_cusp,
+        );
         let from_white = Line {
             j_axis: J_WHITE - line.j_axis,
             slope: -line.slope,
@@ -101,12 +105,13 @@ impl HueGamut {
             J_WHITE - through_cusp,
         );
         // A smooth minimum.
-        let width = SMOOTHNESS * self.cusp_m;
+        let width = BLEND * self.cusp_m;
         let near = (1.0 - (lower - upper).abs() / width).max(0.0);
         lower.min(upper) - near.powi(3) * width / 6.0
     }
 
-    /// The colour in the display's gamut, of the same hue. `model_gamma_inv` is 1 / [`C_Z`].
+    /// `color`, of this hue, where the display can show it or nearly: along its line, M in AP1 is
+    /// compressed to M in the display's gamut.
     pub fn compressed(&self, color: Jmh) -> Jmh {
         let Jmh { j, m, hue } = color;
         if m <= 0.0 || j > J_WHITE {
@@ -129,16 +134,17 @@ impl HueGamut {
     }
 }
 
-/// About where a line meets the curve `J = corner_j (M / corner_m)^gamma`, by two straight lines: one
-/// from black to the corner, and the given one, moved so that they meet as line and curve do where the
-/// line is that of `reference` at M = 0.
+/// M at which a line meets the curve `J = corner_j (M / corner_m)^gamma`, about: where it would meet the
+/// straight line to the corner, if it began at the `j_axis` that is as much of `reference` on that line
+/// as on the curve. Right for the line that begins at `reference`, where that meets the corner.
 fn crossing(line: &Line, gamma_inv: f64, [corner_j, corner_m]: [f64; 2], reference: f64) -> f64 {
     let moved = reference * (line.j_axis / reference).powf(gamma_inv);
     moved * corner_m / (corner_j - line.slope * corner_m)
 }
 
-/// M after compression that takes `reach` to `boundary` and leaves small M alone.
-fn compressed_m(m: f64, boundary: f64, reach: f64) -> f64 {
+/// M after a compression by Reinhard's curve that takes `reach` to `boundary` and leaves small M
+/// alone.
+pub fn compressed_m(m: f64, boundary: f64, reach: f64) -> f64 {
     let share = (boundary / reach).max(THRESHOLD);
     let from = share * boundary;
     if m <= from || share >= 1.0 {
@@ -151,26 +157,25 @@ fn compressed_m(m: f64, boundary: f64, reach: f64) -> f64 {
 
 /// [`HueGamut`]s by hue.
 pub struct Gamut {
-    /// With their hues from 0 to 360 degrees: every degree, and the corners of the display's gamut.
+    /// Behind their hues, 0 to 360 degrees: every degree, and where the display's gamut has corners.
     hues: Vec<(f64, HueGamut)>,
 }
 
 impl Gamut {
-    pub fn new() -> Gamut {
-        let (source, display) = (Appearance::new(&AP1), Appearance::new(&REC709));
-        let corners = corners(&display);
+    pub fn new(scene: &Appearance, display: &Appearance) -> Gamut {
+        let corners = corners(display);
         let mut angles: Vec<f64> = (0..=360).map(f64::from).collect();
         angles.extend(corners.map(|(angle, _)| angle));
         angles.sort_by(f64::total_cmp);
         let at = |angle: f64| {
-            let (cusp_j, cusp_m) = cusp(&display, &corners, angle);
+            let (cusp_j, cusp_m) = cusp(display, &corners, angle);
             let mut gamut = HueGamut {
-                reach_m: reach_m(&source, angle),
+                reach_m: reach_m(scene, angle),
                 cusp_j,
                 cusp_m: cusp_m * CUSP_GAIN,
                 upper_gamma_inv: 1.0,
             };
-            gamut.upper_gamma_inv = 1.0 / upper_gamma(&display, gamut, angle);
+            gamut.upper_gamma_inv = 1.0 / upper_gamma(display, gamut, angle);
             (angle, gamut)
         };
         Gamut {
@@ -195,28 +200,18 @@ impl Gamut {
 
 /// Red, yellow, green, cyan, blue and magenta with their angles.
 fn corners(display: &Appearance) -> [(f64, DVec3); 6] {
-    [[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1]].map(|rgb| {
+    [
+        [1, 0, 0],
+        [1, 1, 0],
+        [0, 1, 0],
+        [0, 1, 1],
+        [0, 0, 1],
+        [1, 0, 1],
+    ]
+    .map(|rgb| {
         let rgb = DVec3::from(rgb.map(f64::from));
         (degrees(display.look(rgb).1.hue), rgb)
     })
-}
-
-/// The `value` in `low..high` at which `is_above` begins to hold, to `tolerance`.
-fn bisected(
-    mut low: f64,
-    mut high: f64,
-    tolerance: f64,
-    is_above: impl Fn(f64) -> bool,
-) -> f64 {
-    while high - low > tolerance {
-        let middle = 0.5 * (low + high);
-        if is_above(middle) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    high
 }
 
 /// J and M of the most colourful colour of a hue: on an edge of the display's cube that touches
@@ -229,7 +224,7 @@ fn cusp(display: &Appearance, corners: &[(f64, DVec3); 6], angle: f64) -> (f64, 
         .find(|((from, _), (to, _))| turned(angle, *from) < turned(*to, *from));
     let ((first, from), (_, to)) = edge.expect("hues go around once");
     let wanted = turned(angle, first);
-    let share = bisected(0.0, 1.0, 1e-9, |share| {
+    let share = bisected(0.0, 1.0, 1e-7, |share| {
         let hue = display.look(from.lerp(to, share)).1.hue;
         // Next to the first corner, the angle may lie before it.
         let passed = turned(degrees(hue), first);
@@ -239,17 +234,17 @@ fn cusp(display: &Appearance, corners: &[(f64, DVec3); 6], angle: f64) -> (f64, 
     (look.j, look.m)
 }
 
-/// M at which colours as light as white leave the space: a channel goes below 0.
-fn reach_m(source: &Appearance, angle: f64) -> f64 {
+/// M at which colours as light as white leave AP1: a channel falls below 0.
+fn reach_m(scene: &Appearance, angle: f64) -> f64 {
     let hue = hue_at(angle);
     bisected(0.0, 1300.0, 1e-2, |m| {
-        let rgb = source.rgb(Jmh { j: J_WHITE, m, hue });
+        let rgb = scene.rgb(Jmh { j: J_WHITE, m, hue });
         rgb.min_element() < 0.0
     })
 }
 
-/// The smallest exponent of the boundary above the cusp that keeps it outside of the display's
-/// gamut on five lines.
+/// The smallest exponent with which the boundary above the cusp is outside of the display's gamut
+/// on each of five lines.
 fn upper_gamma(display: &Appearance, gamut: HueGamut, angle: f64) -> f64 {
     let hue = hue_at(angle);
     let lines = [0.01, 0.1, 0.5, 0.8, 0.99].map(|share| {

@@ -1,31 +1,123 @@
-//! ACES 2.
+//! ACES 2, the output transform of the Academy Color Encoding System 2.0 for SDR displays: white of
+//! 100 nits, colours of Rec.709. As in `Lib.Academy.OutputTransform.ctl` of the Academy: colours by
+//! their looks ([`appearance`]), lightness by a tone scale, then chroma and gamut ([`gamut`])
+//! compressed at the same hue. Pictures are shown by a table of it ([`grid`]).
 
 mod appearance;
 mod gamut;
+mod grid;
+#[cfg(test)]
+mod tests;
+
+use std::sync::OnceLock;
 
 use glam::{DMat3, DVec3};
 
-use appearance::{AP1, Appearance, C_Z, J_WHITE, Jmh, REC709, degrees, lightness, luminance, rgb_from_rgb};
+use appearance::{
+    AP1, Appearance, C_Z, J_WHITE, Jmh, REC709, degrees, lightness, luminance, rgb_from_rgb,
+};
 use gamut::Gamut;
+pub(crate) use grid::lut;
 
-/// Luminance that the display has for middle grey, 0.18, in shares of white's.
-const GREY_LUMINANCE: f64 = 0.10013;
+/// Brightest radiance in AP1 that the transform takes: eight times that which is shown as white.
+const BRIGHTEST: f64 = 1024.0;
 
-fn mix(a: f64, b: f64, t: f64) -> f64 {
-    a + (b - a) * t
+/// ACES 2 (Academy, 2025), linear Rec.709 in and out, for a display with a white of 100 nits: the
+/// curve is that of a film print, and bright colours turn white at the hue that an eye sees. 0.18 in
+/// is 0.10 out, 128 and more are 1. Negative radiance and NaN are 0.
+///
+/// Within 5e-4 of OpenColorIO 2.6, whose tables are coarser (99 of 100 colours of 1e-4 to 100 within
+/// 5e-5); [`display`](super::display) has a table of this.
+pub fn aces2(rgb: [f32; 3]) -> [f32; 3] {
+    transform().shown(rgb).map(|x| x.clamp(0.0, 1.0))
 }
 
-/// The tone scale (Daniele): luminance that the display has for luminance in the scene.
+/// Made once, in some milliseconds.
+fn transform() -> &'static OutputTransform {
+    static TRANSFORM: OnceLock<OutputTransform> = OnceLock::new();
+    TRANSFORM.get_or_init(OutputTransform::new)
+}
+
+struct OutputTransform {
+    ap1_from_rec709: DMat3,
+    scene: Appearance,
+    display: Appearance,
+    gamut: Gamut,
+}
+
+impl OutputTransform {
+    fn new() -> OutputTransform {
+        let (scene, display) = (Appearance::new(&AP1), Appearance::new(&REC709));
+        OutputTransform {
+            ap1_from_rec709: rgb_from_rgb(&AP1, &REC709),
+            gamut: Gamut::new(&scene, &display),
+            scene,
+            display,
+        }
+    }
+
+    /// As [`aces2`], not clipped to 0..=1: compression ends near the edge of the display's gamut.
+    fn shown(&self, rgb: [f32; 3]) -> [f32; 3] {
+        let rgb = DVec3::from(rgb.map(|x| f64::from(x.max(0.0))));
+        let in_ap1 = (self.ap1_from_rec709 * rgb).min(DVec3::splat(BRIGHTEST));
+        let (achromatic, look) = self.scene.look(in_ap1);
+        let gamut = self.gamut.at(degrees(look.hue));
+        let j = lightness(tone_scale(luminance(achromatic)));
+        let m = compressed_chroma(look, j, gamut.reach_m);
+        let shown = gamut.compressed(Jmh { j, m, ..look });
+        self.display.rgb(shown).as_vec3().to_array()
+    }
+}
+
+/// Luminance in the scene at which the curve of [`tone_scale`] is half as high as far above, but for
+/// its contrast. From 0.18 in the scene as 10.013 nits, and 128 as 100.
+const HALF: f64 = 0.919_858_254_178_288_8;
+
+/// What the curve tends to, from the same.
+const SCALE: f64 = 1.047_103_762_443_455;
+
+/// Scale of [`unit_of_m`] for white of 100 nits: `(0.03379 * 100)^0.30596 - 0.45135`.
+const UNIT: f64 = 1.000_053_062_619_541_4;
+
+/// The tone scale (Daniele): luminance on the display, in shares of white's, of luminance in the
+/// scene. A curve of Michaelis and Menten with a toe: 0.18 is 0.1, 128 is 1.
 fn tone_scale(luminance: f64) -> f64 {
     const CONTRAST: f64 = 1.15;
-    const TOE: f64 = 0.04;
-    const SHOULDER: f64 = 0.919_858_254_178_288_8;
-    const SCALE: f64 = 1.047_103_762_443_455;
-    let f = SCALE * (luminance / (luminance + SHOULDER)).powf(CONTRAST);
-    f * f / (f + TOE)
+    const FLARE: f64 = 0.04;
+    let x = SCALE * (luminance / (luminance + HALF)).powf(CONTRAST);
+    x * x / (x + FLARE)
 }
 
-/// About `x` above `limit`.
+/// M after the tone scale has made the lightness of `look` `j`: scaled along, then compressed where
+/// colours are bright and expanded where they are dark. `reach_m` is that of the hue.
+fn compressed_chroma(look: Jmh, j: f64, reach_m: f64) -> f64 {
+    const COMPRESSION: f64 = 2.4;
+    const EXPANSION: f64 = 1.3;
+    const EXPANSION_FROM: f64 = 0.005;
+    if look.m == 0.0 {
+        return 0.0;
+    }
+    let unit = unit_of_m(look);
+    let light = j / J_WHITE;
+    let dark = (1.0 - light).max(0.0);
+    let limit = light.powf(1.0 / C_Z) * reach_m / unit;
+    let scaled = look.m * (j / look.j).powf(1.0 / C_Z) / unit;
+    let from = (light * light + EXPANSION_FROM).sqrt();
+    let expanded = limit - toe(limit - scaled, limit - 0.001, EXPANSION * dark, from);
+    unit * toe(expanded, limit, COMPRESSION * light, dark)
+}
+
+/// What M is measured in when chroma is compressed, by hue.
+fn unit_of_m(Jmh { hue, .. }: Jmh) -> f64 {
+    let twice = hue.rotate(hue);
+    let thrice = twice.rotate(hue);
+    let cosines = 11.34072 * hue.x + 16.46899 * twice.x + 7.88380 * thrice.x;
+    let sines = 14.66441 * hue.y - 6.37224 * twice.y + 9.19364 * thrice.y;
+    UNIT * (77.12896 + cosines + sines)
+}
+
+/// A curve through 0 and `limit` that is below `x` between them, the more the larger `k1` is and the
+/// smaller `k2`. Beyond `limit`, `x`.
 fn toe(x: f64, limit: f64, k1: f64, k2: f64) -> f64 {
     if x > limit {
         return x;
@@ -37,75 +129,21 @@ fn toe(x: f64, limit: f64, k1: f64, k2: f64) -> f64 {
     0.5 * (b + (b * b + 4.0 * k2 * k3 * x).sqrt())
 }
 
-/// Colourfulness by which chroma is measured, by the hue.
-fn usual_m(Jmh { hue, .. }: Jmh) -> f64 {
-    let twice = hue.rotate(hue);
-    let thrice = twice.rotate(hue);
-    let m = 77.12896 + 11.34072 * hue.x + 16.46899 * twice.x + 7.88380 * thrice.x
-        + 14.66441 * hue.y - 6.37224 * twice.y + 9.19364 * thrice.y;
-    m * 1.000_053_062_619_541_4
+/// Between `a` at 0 and `b` at 1.
+fn mix(a: f64, b: f64, t: f64) -> f64 {
+    a + (b - a) * t
 }
 
-fn chroma_compressed(color: Jmh, j: f64, reach_m: f64) -> f64 {
-    if color.m == 0.0 {
-        return 0.0;
-    }
-    let usual = usual_m(color);
-    let share = j / J_WHITE;
-    let rest = (1.0 - share).max(0.0);
-    let limit = share.powf(1.0 / C_Z) * reach_m / usual;
-    let m = color.m * (j / color.j).powf(1.0 / C_Z) / usual;
-    let m = limit - toe(limit - m, limit - 0.001, 1.3 * rest, (share * share + 0.005).sqrt());
-    toe(m, limit, 2.4 * share, rest) * usual
-}
-
-/// The whole.
-pub(crate) struct OutputTransform {
-    ap1_from_rec709: DMat3,
-    source: Appearance,
-    display: Appearance,
-    gamut: Gamut,
-}
-
-impl OutputTransform {
-    pub(crate) fn new() -> OutputTransform {
-        OutputTransform {
-            ap1_from_rec709: rgb_from_rgb(&AP1, &REC709),
-            source: Appearance::new(&AP1),
-            display: Appearance::new(&REC709),
-            gamut: Gamut::new(),
+/// Where in `low..high`, to `tolerance`, `is_beyond` begins to hold.
+fn bisected(low: f64, high: f64, tolerance: f64, is_beyond: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (low, high);
+    while high - low > tolerance {
+        let middle = 0.5 * (low + high);
+        if is_beyond(middle) {
+            high = middle;
+        } else {
+            low = middle;
         }
     }
-
-    /// Linear.
-    pub(crate) fn shown(&self, rgb: [f32; 3]) -> [f32; 3] {
-        let rgb = DVec3::from(rgb.map(|x| f64::from(x.clamp(-1e6, 1e6))));
-        let rgb = (self.ap1_from_rec709 * rgb).map(|x| x.max(0.0).min(1024.0));
-        let (achromatic, look) = self.source.look(rgb);
-        let j = lightness(tone_scale(luminance(achromatic)));
-        let gamut = self.gamut.at(degrees(look.hue));
-        let m = chroma_compressed(look, j, gamut.reach_m);
-        let color = gamut.compressed(Jmh { j, m, ..look });
-        let rgb = self.display.rgb(color);
-        rgb.clamp(DVec3::ZERO, DVec3::ONE).as_vec3().to_array()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    #[ignore = "prints"]
-    fn compare() {
-        let t = std::time::Instant::now();
-        let transform = OutputTransform::new();
-        eprintln!("new {:?}", t.elapsed());
-        let bytes = std::fs::read("/tmp/colors.bin").unwrap();
-        let v: Vec<f32> = bytes.chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
-        let t = std::time::Instant::now();
-        let out: Vec<u8> = v.chunks(3).flat_map(|c| transform.shown([c[0], c[1], c[2]])).flat_map(f32::to_le_bytes).collect();
-        eprintln!("{} colours {:?}", v.len() / 3, t.elapsed());
-        std::fs::write("/tmp/found.bin", out).unwrap();
-    }
+    high
 }
