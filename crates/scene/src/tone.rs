@@ -12,7 +12,7 @@ pub const TONE_NONE: u32 = 0;
 pub const TONE_FILMIC: u32 = 1;
 /// [`ToneMap::Agx`] in shaders.
 pub const TONE_AGX: u32 = 2;
-/// A LUT in place of the curve in shaders.
+/// A LUT in place of the curve in shaders; [`ToneMap::Aces2`] is one.
 pub const TONE_LUT: u32 = 3;
 
 /// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied). [`ToneMap::Aces2`] is
