@@ -202,7 +202,7 @@ pub enum ToneMap {
     Filmic,
     /// AgX: highlights roll off further and turn white; colours keep their hue.
     Agx,
-    /// ACES 2.0 for SDR: deep shadows and strong contrast; bright colours turn white and keep their hue.
+    /// ACES 2.0 for SDR displays: darker, with more contrast; bright colours turn white and keep their hue.
     Aces2,
     /// Clipped at 1.
     None,

@@ -26,7 +26,7 @@ impl Default for DisplayTransform {
 
 impl DisplayTransform {
     /// The LUT that pictures are shown by: that of [`DisplayTransform::Lut`], or the one that ACES 2
-    /// is shown by, which its first use makes, in some 50 ms.
+    /// is shown by, which its first use makes, in some 40 ms.
     pub fn lut(&self) -> Option<&Lut> {
         match self {
             DisplayTransform::Lut(lut) => Some(lut),

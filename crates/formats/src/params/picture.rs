@@ -117,7 +117,8 @@ const TONE_MAPS: &[Word] = &[
     (
         "aces2",
         "ACES 2",
-        "ACES 2.0 for SDR: more contrast than filmic; bright colours turn white and keep their hue.",
+        "ACES 2.0 for SDR displays: darker than filmic, with more contrast; bright colours turn white \
+         and keep their hue.",
     ),
     (
         "none",

@@ -22,12 +22,12 @@ pub(crate) use grid::lut;
 /// Brightest radiance in AP1 that the transform takes: eight times that which is shown as white.
 const BRIGHTEST: f64 = 1024.0;
 
-/// ACES 2 (Academy, 2025), linear Rec.709 in and out, for a display with a white of 100 nits: the
-/// curve is that of a film print, and bright colours turn white at the hue that an eye sees. 0.18 in
-/// is 0.10 out, 128 and more are 1. Negative radiance and NaN are 0.
+/// ACES 2 (Academy, 2025), linear Rec.709 in and out, for displays whose white has 100 nits: a curve
+/// with much contrast, beyond which bright colours turn white at the hue that the eye sees. 0.18 in is
+/// 0.10 out, greys of 128 and more are 1. Negative radiance and NaN are taken as 0.
 ///
-/// Within 5e-4 of OpenColorIO 2.6, whose tables are coarser (99 of 100 colours of 1e-4 to 100 within
-/// 5e-5); [`display`](super::display) has a table of this.
+/// Within 5e-4 of OpenColorIO 2.6, whose tables take hues at other steps, on 500 000 random colours of
+/// at most 100 (99 of 100 within 5e-5). [`display`](super::display) interpolates in a table of this.
 pub fn aces2(rgb: [f32; 3]) -> [f32; 3] {
     transform().shown(rgb).map(|x| x.clamp(0.0, 1.0))
 }
@@ -69,11 +69,11 @@ impl OutputTransform {
     }
 }
 
-/// Luminance in the scene at which the curve of [`tone_scale`] is half as high as far above, but for
-/// its contrast. From 0.18 in the scene as 10.013 nits, and 128 as 100.
+/// Luminance in the scene at which [`tone_scale`], but for contrast and toe, is half of [`SCALE`]. Such
+/// that 0.18 in the scene has 10 nits, and 128 has 100.
 const HALF: f64 = 0.919_858_254_178_288_8;
 
-/// What the curve tends to, from the same.
+/// What [`tone_scale`] tends to, but for its toe.
 const SCALE: f64 = 1.047_103_762_443_455;
 
 /// Scale of [`unit_of_m`] for white of 100 nits: `(0.03379 * 100)^0.30596 - 0.45135`.

@@ -8,7 +8,11 @@ use super::{OutputTransform, bisected, tone_scale, transform};
 use crate::lut::{Lut, radiance};
 use crate::tone::srgb_from_linear;
 
-/// Samples along an edge of the grid.
+/// Samples along an edge of the grid. Largest difference of a channel from [`aces2`](super::aces2), in
+/// levels of 255, in the mean, of 99 of 100 colours and at most, of 400 000: 0.37, 2.4 and 12.5 for any
+/// colours within ten stops of middle grey, 0.12, 0.81 and 1.5 for colours of hair, 0.14, 0.39 and 0.52 for
+/// those below 0.02. With 33 samples 99 of 100 colours of hair are within 0.94, with 49 within 0.53, in
+/// 2.3 times the time: 37 take some 30 ms.
 const GRID_SIZE: u32 = 37;
 
 /// Samples of the curve before it: so many that it is straight between them to 1e-5.
