@@ -180,7 +180,7 @@ fn what_ap1_reaches_is_compressed_to_the_edge_and_little_else() {
     for [boundary, reach] in [[10.0, 12.0], [40.0, 90.0], [50.0, 49.0]] {
         let full = compressed_m(reach, boundary, reach);
         assert!((full - boundary.min(reach)).abs() < 1e-9, "{full}");
-        let share = (boundary / reach).max(0.75).min(1.0);
+        let share = (boundary / reach).clamp(0.75, 1.0);
         let kept = 0.999 * share * boundary.min(reach);
         assert_eq!(compressed_m(kept, boundary, reach), kept);
     }
