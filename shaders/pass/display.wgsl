@@ -7,7 +7,7 @@
 struct Grade {
     // 2^exposure
     scale: f32,
-    // TONE_NONE, TONE_FILMIC, TONE_AGX or TONE_LUT; what follows is of the last.
+    // TONE_NONE, TONE_FILMIC, TONE_AGX or TONE_LUT, which is ACES 2 too; what follows is of the last.
     tone_map: u32,
     // LUT_LOG2, LUT_SRGB or LUT_LINEAR
     lut_input: u32,

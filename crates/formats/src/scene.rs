@@ -202,19 +202,22 @@ pub enum ToneMap {
     Filmic,
     /// AgX: highlights roll off further and turn white; colours keep their hue.
     Agx,
+    /// ACES 2.0 for SDR displays: darker, with more contrast; bright colours turn white and keep their hue.
+    Aces2,
     /// Clipped at 1.
     None,
 }
 
 impl ToneMap {
     /// All choices.
-    pub const ALL: [ToneMap; 3] = [ToneMap::Filmic, ToneMap::Agx, ToneMap::None];
+    pub const ALL: [ToneMap; 4] = [ToneMap::Filmic, ToneMap::Agx, ToneMap::Aces2, ToneMap::None];
 
     /// Its name in scene files.
     pub const fn name(self) -> &'static str {
         match self {
             ToneMap::Filmic => "filmic",
             ToneMap::Agx => "agx",
+            ToneMap::Aces2 => "aces2",
             ToneMap::None => "none",
         }
     }

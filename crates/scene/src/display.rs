@@ -25,6 +25,16 @@ impl Default for DisplayTransform {
 }
 
 impl DisplayTransform {
+    /// The LUT that pictures are shown by: that of [`DisplayTransform::Lut`], or the one that ACES 2
+    /// is shown by, which its first use makes, in some 40 ms.
+    pub fn lut(&self) -> Option<&Lut> {
+        match self {
+            DisplayTransform::Lut(lut) => Some(lut),
+            DisplayTransform::ToneMap(ToneMap::Aces2) => Some(tone::aces2_lut()),
+            DisplayTransform::ToneMap(_) => None,
+        }
+    }
+
     /// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied).
     pub fn display(&self, rgb: [f32; 3]) -> [f32; 3] {
         match self {

@@ -54,6 +54,11 @@ fn encoded(v: f32, input: LutInput) -> f32 {
     }
 }
 
+/// Radiance that is encoded so by [`LutInput::Log2`].
+pub(crate) fn radiance(encoded: f32) -> f32 {
+    0.18 * (20.0 * encoded - 10.0).exp2()
+}
+
 /// Where `v` lies among samples 0 to `size` - 1 at inputs from `low` to `high`.
 fn place(v: f32, low: f32, high: f32, size: u32) -> f32 {
     ((v - low) / (high - low)).clamp(0.0, 1.0) * (size - 1) as f32
@@ -156,6 +161,8 @@ mod tests {
         ] {
             let found = encoded(0.18 * f32::exp2(stops), LutInput::Log2);
             assert!((found - wanted).abs() < 1e-6, "{stops}: {found}");
+            let back = encoded(radiance(wanted), LutInput::Log2);
+            assert!((back - wanted).abs() < 1e-6, "{wanted}: {back}");
         }
         assert_eq!(encoded(0.0, LutInput::Log2), 0.0);
         assert_eq!(encoded(-1.0, LutInput::Srgb), 0.0);

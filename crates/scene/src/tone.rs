@@ -1,5 +1,9 @@
 //! From linear radiance to what a screen shows.
 
+mod aces2;
+
+pub use aces2::aces2;
+pub(crate) use aces2::lut as aces2_lut;
 pub use strandlight_formats::ToneMap;
 
 /// [`ToneMap::None`] in shaders.
@@ -8,12 +12,14 @@ pub const TONE_NONE: u32 = 0;
 pub const TONE_FILMIC: u32 = 1;
 /// [`ToneMap::Agx`] in shaders.
 pub const TONE_AGX: u32 = 2;
-/// A LUT in place of the curve in shaders.
+/// A LUT in place of the curve in shaders; [`ToneMap::Aces2`] is one.
 pub const TONE_LUT: u32 = 3;
 
-/// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied).
+/// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied). [`ToneMap::Aces2`] is
+/// interpolated in a table of [`aces2`] that its first use makes, in some 40 ms.
 pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [f32; 3] {
     let rgb = match tone_map {
+        ToneMap::Aces2 => return aces2_lut().display(rgb.map(|x| x.max(0.0))),
         ToneMap::Filmic => filmic(rgb),
         ToneMap::Agx => agx(rgb),
         ToneMap::None => rgb,

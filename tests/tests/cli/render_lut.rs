@@ -5,6 +5,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use strandlight_formats::content_hash;
+use strandlight_scene::tone::{aces2, level, srgb_from_linear};
 use strandlight_tests::luts::grid_cube;
 use strandlight_tests::{assert_done, assert_refused, strandlight, strandview};
 
@@ -23,6 +24,22 @@ fn shown(path: &Path) -> (Vec<u8>, Option<String>) {
     let mut pixels = vec![0; reader.output_buffer_size().expect("of a size")];
     reader.next_frame(&mut pixels).expect("whole");
     (pixels, lut)
+}
+
+/// The bits of the linear values of an OpenEXR picture of 60x40.
+fn linear(path: &Path) -> Vec<[u32; 4]> {
+    let image = exr::prelude::read_first_rgba_layer_from_file(
+        path,
+        |size, _| vec![[0_u32; 4]; size.area()],
+        |pixels: &mut Vec<[u32; 4]>, at, (r, g, b, a): (f32, f32, f32, f32)| {
+            pixels[at.y() * 60 + at.x()] = [r, g, b, a].map(f32::to_bits);
+        },
+    );
+    image
+        .expect("an OpenEXR file")
+        .layer_data
+        .channel_data
+        .pixels
 }
 
 /// Draws `a.toml` in `folder` with the keys `set`.
@@ -97,6 +114,39 @@ fn gpu_a_lut_takes_the_place_of_the_tone_map() {
     lut_shows_what_it_should("gpu");
 }
 
+fn aces_2_shows_what_it_should(backend: &str) {
+    let folder = folder_with_luts();
+    let at = folder.path();
+    let tone_map = "render.tone_map=\"aces2\"";
+    draw(at, backend, "aces2.png", &[tone_map]);
+    draw(at, backend, "agx.png", &["render.tone_map=\"agx\""]);
+    draw(at, backend, "linear.exr", &[tone_map]);
+    let (found, lut) = shown(&at.join("aces2.png"));
+    assert_eq!(lut, None, "of no file");
+    let wanted: Vec<u8> = linear(&at.join("linear.exr"))
+        .into_iter()
+        .flat_map(|pixel| {
+            let [r, g, b, alpha] = pixel.map(f32::from_bits);
+            assert!(alpha > 0.999, "the sky is behind the hair");
+            aces2([r, g, b]).map(|x| level(srgb_from_linear(x), 0.0))
+        })
+        .collect();
+    // Dither and the grid's error.
+    let (most, _) = apart(&found, &wanted);
+    assert!(most <= 2, "{most}");
+    assert!(apart(&found, &shown(&at.join("agx.png")).0).0 > 10);
+}
+
+#[test]
+fn aces_2_is_a_tone_map() {
+    aces_2_shows_what_it_should("cpu");
+}
+
+#[test]
+fn gpu_aces_2_is_a_tone_map() {
+    aces_2_shows_what_it_should("gpu");
+}
+
 #[test]
 fn linear_pictures_are_not_touched_and_frames_of_the_viewer_are_the_same() {
     let folder = folder_with_luts();
@@ -104,21 +154,7 @@ fn linear_pictures_are_not_touched_and_frames_of_the_viewer_are_the_same() {
     let lut = "render.lut=\"looks/swapped.cube\"";
     draw(at, "cpu", "plain.exr", &[]);
     draw(at, "cpu", "lut.exr", &[lut]);
-    let pixels = |name: &str| {
-        let image = exr::prelude::read_first_rgba_layer_from_file(
-            at.join(name),
-            |size, _| vec![[0_u32; 4]; size.area()],
-            |pixels: &mut Vec<[u32; 4]>, at, (r, g, b, a): (f32, f32, f32, f32)| {
-                pixels[at.y() * 60 + at.x()] = [r, g, b, a].map(f32::to_bits);
-            },
-        );
-        image
-            .expect("an OpenEXR file")
-            .layer_data
-            .channel_data
-            .pixels
-    };
-    assert!(pixels("plain.exr") == pixels("lut.exr"));
+    assert!(linear(&at.join("plain.exr")) == linear(&at.join("lut.exr")));
     assert!(
         header(&at.join("lut.exr"))
             .0

@@ -401,7 +401,7 @@ fn small_budgets_and_devices_that_are_not_waited_for_give_the_same_picture() {
         assert!(apart.iter().all(|&x| x <= 1) && others * 100 < apart.len());
     }
     // Without a background the screen's colours are multiplied by alpha.
-    let transforms = [ToneMap::None.into(), ToneMap::Agx.into()];
+    let transforms = [ToneMap::None, ToneMap::Agx, ToneMap::Aces2].map(DisplayTransform::from);
     for transform in transforms.into_iter().chain(luts()) {
         progressive.set_grade(-1.0, transform.clone(), Background::None);
         let picture = progressive.finish(SAMPLES).unwrap();

@@ -115,6 +115,12 @@ const TONE_MAPS: &[Word] = &[
         "AgX: softer than filmic; bright colours turn white and keep their hue.",
     ),
     (
+        "aces2",
+        "ACES 2",
+        "ACES 2.0 for SDR displays: darker than filmic, with more contrast; bright colours turn white \
+         and keep their hue.",
+    ),
+    (
         "none",
         "None",
         "No curve, clipped at white, for measurements.",

@@ -18,7 +18,7 @@ from ._lights import LightSet, Progress
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-ToneMap = Literal["filmic", "agx", "none"]
+ToneMap = Literal["filmic", "agx", "aces2", "none"]
 LutInput = Literal["log2", "srgb", "linear"]
 
 

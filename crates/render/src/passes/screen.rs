@@ -43,25 +43,21 @@ strandlight_scattering::mirrors! {
 
 impl Grade {
     fn new(exposure: f32, display: &DisplayTransform) -> Grade {
+        let tone_map = match display {
+            DisplayTransform::ToneMap(ToneMap::None) => TONE_NONE,
+            DisplayTransform::ToneMap(ToneMap::Filmic) => TONE_FILMIC,
+            DisplayTransform::ToneMap(ToneMap::Agx) => TONE_AGX,
+            DisplayTransform::ToneMap(ToneMap::Aces2) | DisplayTransform::Lut(_) => TONE_LUT,
+        };
         let plain = Grade {
             scale: exposure.exp2(),
+            tone_map,
             ..bytemuck::Zeroable::zeroed()
         };
-        let Lut { cube, input } = match display {
-            DisplayTransform::Lut(lut) => lut,
-            DisplayTransform::ToneMap(tone_map) => {
-                return Grade {
-                    tone_map: match tone_map {
-                        ToneMap::None => TONE_NONE,
-                        ToneMap::Filmic => TONE_FILMIC,
-                        ToneMap::Agx => TONE_AGX,
-                    },
-                    ..plain
-                };
-            }
+        let Some(Lut { cube, input }) = display.lut() else {
+            return plain;
         };
         let mut grade = Grade {
-            tone_map: TONE_LUT,
             lut_input: match input {
                 LutInput::Log2 => LUT_LOG2,
                 LutInput::Srgb => LUT_SRGB,
@@ -106,10 +102,7 @@ impl LutOnDevice {
     }
 
     fn set(&mut self, context: &Context, display: &DisplayTransform) {
-        let cube = match display {
-            DisplayTransform::Lut(lut) => Some(&lut.cube),
-            DisplayTransform::ToneMap(_) => None,
-        };
+        let cube = display.lut().map(|lut| &lut.cube);
         if self.of.as_ref().map(Arc::as_ptr) != cube.map(Arc::as_ptr) {
             self.samples = LutOnDevice::samples(context, cube.map(|cube| &**cube));
             self.of = cube.cloned();
