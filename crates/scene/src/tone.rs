@@ -18,7 +18,7 @@ pub const TONE_AGX: u32 = 2;
 pub const TONE_LUT: u32 = 3;
 
 /// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied). [`ToneMap::Aces2`] is
-/// interpolated in a table of [`aces2`] that its first use makes, in some 40 ms.
+/// interpolated in a table of [`aces2()`] that its first use makes, in some 40 ms.
 pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [f32; 3] {
     let rgb = match tone_map {
         ToneMap::Aces2 => return aces2_lut().display(rgb.map(|x| x.max(0.0))),

@@ -1,6 +1,6 @@
 //! ACES 2, the output transform of the Academy Color Encoding System 2.0 for SDR displays: white of
 //! 100 nits, colours of Rec.709. As in `Lib.Academy.OutputTransform.ctl` of the Academy: colours by
-//! their looks ([`appearance`]), lightness by a tone scale ([`transform`]), then chroma and gamut
+//! their looks ([`appearance`]), lightness by a tone scale ([`mod@transform`]), then chroma and gamut
 //! ([`gamut`]) compressed at the same hue. Pictures are shown by a table of it ([`grid`]).
 
 mod appearance;
