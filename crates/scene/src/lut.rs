@@ -5,7 +5,7 @@ use std::sync::Arc;
 pub use strandlight_formats::LutInput;
 use strandlight_formats::{Cube, CubeTable};
 
-use crate::tone::srgb_from_linear;
+use crate::tone::srgb::srgb_from_linear;
 
 /// [`LutInput::Log2`] in shaders.
 pub const LUT_LOG2: u32 = 0;

@@ -1,9 +1,11 @@
 //! From linear radiance to what a screen shows.
 
 mod aces2;
+pub(crate) mod srgb;
 
 pub use aces2::aces2;
 pub(crate) use aces2::lut as aces2_lut;
+pub use srgb::srgb_from_linear;
 pub use strandlight_formats::ToneMap;
 
 /// [`ToneMap::None`] in shaders.
@@ -16,7 +18,7 @@ pub const TONE_AGX: u32 = 2;
 pub const TONE_LUT: u32 = 3;
 
 /// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied). [`ToneMap::Aces2`] is
-/// interpolated in a table of [`aces2`] that its first use makes, in some 40 ms.
+/// interpolated in a table of [`aces2()`] that its first use makes, in some 40 ms.
 pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [f32; 3] {
     let rgb = match tone_map {
         ToneMap::Aces2 => return aces2_lut().display(rgb.map(|x| x.max(0.0))),
@@ -79,15 +81,6 @@ pub fn agx(rgb: [f32; 3]) -> [f32; 3] {
     });
     // The curve is made for a display of gamma 2.2.
     transform(&OUT, curved).map(|x| x.clamp(0.0, 1.0).powf(2.2))
-}
-
-/// The sRGB transfer curve (IEC 61966-2-1), 0..=1 to 0..=1.
-pub fn srgb_from_linear(x: f32) -> f32 {
-    if x <= 0.003_130_8 {
-        12.92 * x
-    } else {
-        1.055 * x.powf(1.0 / 2.4) - 0.055
-    }
 }
 
 /// What is added to the levels of a pixel (column, row) before they are rounded, within 63/128 of a

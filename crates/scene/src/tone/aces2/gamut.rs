@@ -1,10 +1,10 @@
 //! The gamuts of ACES 2, hue by hue, and the compression of colours from what AP1 reaches into what
 //! the display shows.
 
-use glam::DVec3;
+use glam::{DVec3, FloatExt};
 
 use super::appearance::{Appearance, C_Z, GREY_J, J_WHITE, Jmh, degrees, hue_at};
-use super::{bisected, mix};
+use super::bisection::bisected;
 
 /// How wide the boundaries below and above the cusp are blended, as a share of the cusp's M.
 const BLEND: f64 = 0.12;
@@ -45,12 +45,13 @@ struct Line {
 impl HueGamut {
     /// J of the line along which J stays as it is.
     fn focus_j(&self) -> f64 {
-        mix(self.cusp_j, GREY_J, (1.3 - self.cusp_j / J_WHITE).min(1.0))
+        self.cusp_j
+            .lerp(GREY_J, (1.3 - self.cusp_j / J_WHITE).min(1.0))
     }
 
     /// By what slopes are divided for colours of this J: lines get flatter towards white.
     fn gain(&self, j: f64) -> f64 {
-        let flat_from = mix(self.cusp_j, J_WHITE, 0.3);
+        let flat_from = self.cusp_j.lerp(J_WHITE, 0.3);
         let gain = J_WHITE * FOCUS_DISTANCE;
         if j <= flat_from {
             return gain;
@@ -190,10 +191,10 @@ impl Gamut {
         let [(low, a), (high, b)] = [self.hues[above - 1], self.hues[above]];
         let t = (angle - low) / (high - low);
         HueGamut {
-            reach_m: mix(a.reach_m, b.reach_m, t),
-            cusp_j: mix(a.cusp_j, b.cusp_j, t),
-            cusp_m: mix(a.cusp_m, b.cusp_m, t),
-            upper_gamma_inv: mix(a.upper_gamma_inv, b.upper_gamma_inv, t),
+            reach_m: a.reach_m.lerp(b.reach_m, t),
+            cusp_j: a.cusp_j.lerp(b.cusp_j, t),
+            cusp_m: a.cusp_m.lerp(b.cusp_m, t),
+            upper_gamma_inv: a.upper_gamma_inv.lerp(b.upper_gamma_inv, t),
         }
     }
 }
@@ -248,7 +249,7 @@ fn reach_m(scene: &Appearance, angle: f64) -> f64 {
 fn upper_gamma(display: &Appearance, gamut: HueGamut, angle: f64) -> f64 {
     let hue = hue_at(angle);
     let lines = [0.01, 0.1, 0.5, 0.8, 0.99].map(|share| {
-        let j = mix(gamut.cusp_j, J_WHITE, share);
+        let j = gamut.cusp_j.lerp(J_WHITE, share);
         let gain = gamut.gain(j);
         let through_cusp = gamut.line(gamut.cusp_j, gamut.cusp_m, gain).j_axis;
         (gamut.line(j, gamut.cusp_m, gain), through_cusp)

@@ -4,9 +4,10 @@ use std::sync::{Arc, OnceLock};
 
 use strandlight_formats::{Cube, CubeTable, LutInput};
 
-use super::{OutputTransform, bisected, tone_scale, transform};
+use super::bisection::bisected;
+use super::transform::{OutputTransform, tone_scale, transform};
 use crate::lut::{Lut, radiance};
-use crate::tone::srgb_from_linear;
+use crate::tone::srgb::srgb_from_linear;
 
 /// Samples along an edge of the grid. Largest difference of a channel from [`aces2`](super::aces2), in
 /// levels of 255, in the mean, of 99 of 100 colours and at most, of 400 000: 0.37, 2.4 and 12.5 for any

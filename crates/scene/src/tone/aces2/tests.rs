@@ -1,7 +1,9 @@
-use super::appearance::GREY_J;
+use glam::DVec3;
+
+use super::appearance::{Appearance, GREY_J, J_WHITE, REC709, lightness, luminance};
 use super::gamut::compressed_m;
-use super::grid::lut;
-use super::*;
+use super::transform::{HALF, SCALE, UNIT, tone_scale};
+use super::{aces2, lut, transform};
 use crate::tone::{self, ToneMap, srgb_from_linear};
 
 /// Linear Rec.709, and what OpenColorIO 2.6 shows of it by
