@@ -93,6 +93,17 @@ fn numbers_pictures_and_tolerance() {
     // In the dark little is seen.
     let darker = json(&["--exposure", "-5"])["flip"]["mean"].as_f64();
     assert!(darker < Some(flip), "{darker:?} {flip}");
+    // Another curve, other differences.
+    let by_curve = |curve: &str| {
+        let flip = &json(&["--tone-map", curve])["flip"];
+        assert_eq!(flip["tone_map"], curve);
+        flip["mean"].as_f64().expect("a number")
+    };
+    let mut found = ["filmic", "agx", "aces2", "none"].map(by_curve);
+    assert_eq!(found[0], flip);
+    found.sort_by(f64::total_cmp);
+    let apart = found.windows(2).all(|pair| pair[1] - pair[0] > 1e-4);
+    assert!(apart, "{found:?}");
 
     let output = compare(at, &args)
         .args(["--tolerance", "0.08"])

@@ -242,11 +242,17 @@ fn session(size: [u32; 2], seed: u64) {
     let _ = std::fs::remove_file(&frame);
     render(&saved, &backend, [shown.width, shown.height], &frame);
     let difference = png(&frame).difference(&shown);
-    assert!(
-        difference < crate::window_common::SAME,
-        "seed {seed}: what is saved differs by {difference} after {:#?}",
-        session.tail()
-    );
+    if let Some(folder) = std::env::var_os("STRANDLIGHT_KEEP_SHOTS") {
+        let name = format!("saved-{seed}.png");
+        std::fs::copy(&frame, Path::new(&folder).join(name)).expect("the folder is there");
+    }
+    if difference >= crate::window_common::SAME {
+        let scene = std::fs::read_to_string(&saved).expect("readable");
+        panic!(
+            "seed {seed}: what is saved differs by {difference} after {:#?}\n{scene}",
+            session.tail()
+        );
+    }
 }
 
 fn render(scene: &Path, backend: &str, [width, height]: [usize; 2], to: &Path) {

@@ -8,7 +8,7 @@ use strandlight_reference::compare::{
     Comparison, FlipMap, Layer, PIXELS_PER_DEGREE, Region, compare, flip_png, heat_scale,
     signed_png,
 };
-use strandlight_scene::tone::filmic;
+use strandlight_scene::tone::{aces2, agx, filmic};
 
 use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 
@@ -66,6 +66,10 @@ pub struct Args {
 enum Curve {
     /// The renderer's filmic curve
     Filmic,
+    /// AgX
+    Agx,
+    /// ACES 2.0 for SDR displays
+    Aces2,
     /// No tone mapping, clipped at 1
     None,
 }
@@ -138,8 +142,11 @@ impl Args {
             return rgb;
         }
         let exposed = rgb.map(|x| x * self.exposure.exp2());
+        let light = exposed.map(|x| x.max(0.0));
         match self.tone_map {
-            Curve::Filmic => filmic(exposed.map(|x| x.max(0.0))),
+            Curve::Filmic => filmic(light),
+            Curve::Agx => agx(light),
+            Curve::Aces2 => aces2(light),
             Curve::None => exposed,
         }
     }
@@ -176,6 +183,8 @@ impl Args {
                 "tone_map": match (is_display, self.tone_map) {
                     (true, _) => "as in the files",
                     (false, Curve::Filmic) => "filmic",
+                    (false, Curve::Agx) => "agx",
+                    (false, Curve::Aces2) => "aces2",
                     (false, Curve::None) => "none",
                 },
                 "file": self.flip.as_deref().map(name),

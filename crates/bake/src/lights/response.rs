@@ -29,10 +29,11 @@ use rayon::prelude::*;
 use strandlight_scattering::exact::azimuthal_average;
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::special::bessel_i_ratio_1;
+use strandlight_scattering::wide::{Level, dispatch};
 use strandlight_scattering::{HairParams, Lobe};
 
 use super::cells::Cell;
-use super::sphere::{Random, Vec3, dot, tangents};
+use super::sphere::{Random, Vec3, tangents};
 
 /// Pairs of fibre and view of the fibre error.
 pub const FIBRES: usize = 512;
@@ -167,62 +168,128 @@ impl Response {
     }
 
     /// Integral of each channel of `cells` against the response of one fibre and view.
-    fn integrate(&self, fibre: &Fibre, tables: &AzimuthTables, cells: &[Cell]) -> [f64; 3] {
+    fn integrate(&self, fibre: &Fibre, tables: &AzimuthTables, cells: &CellColumns) -> [f64; 3] {
         let longitudinal = self.longitudinal_table(fibre.theta_o);
+        let tints = [0, 1, 2].map(|c| [0, 1, 2].map(|t| self.lobes[t].tint[c]));
         let (sin_o, cos_o) = fibre.theta_o.sin_cos();
         let mut sum = [0.0; 3];
-        for cell in cells {
-            let sin_i = dot(cell.direction, fibre.tangent).clamp(-1.0, 1.0);
-            let cos_i = (1.0 - sin_i * sin_i).max(1e-24).sqrt();
-            let cos_phi = (dot(cell.direction, fibre.view) - sin_i * sin_o) / (cos_i * cos_o);
-            let m = lerp(&longitudinal, sin_i);
-            if m == [0.0; 3] {
-                continue;
+        // Plain loops in wider vectors: the same sums, and so the same bits.
+        dispatch!(Level::new(), _simd => {
+            let [mut sin_i, mut cos_phi, mut n_r] = [[0.0; TOGETHER]; 3];
+            for block in &cells.blocks {
+                angles(fibre, [sin_o, cos_o], block, &mut sin_i, &mut cos_phi, &mut n_r);
+                for ix in 0..TOGETHER {
+                    let m = lerp(&longitudinal, sin_i[ix]);
+                    let n = lerp(&tables.0, cos_phi[ix].clamp(-1.0, 1.0));
+                    let modes = [m[0] * n_r[ix], m[1] * n[1], m[2] * n[2]];
+                    for c in 0..3 {
+                        let [r, tt, trt] = tints[c];
+                        let modes = modes[0] * r + modes[1] * tt + modes[2] * trt;
+                        sum[c] += modes * block.energy[c][ix];
+                    }
+                }
             }
-            let n = lerp(&tables.0, cos_phi.clamp(-1.0, 1.0));
-            // R's square root is steep at phi = pi: no table.
-            let n_r = 0.25 * (0.5 * (1.0 + cos_phi)).max(0.0).sqrt();
-            let modes = [m[0] * n_r, m[1] * n[1], m[2] * n[2]];
-            for (c, sum) in sum.iter_mut().enumerate() {
-                let [r, tt, trt] = [0, 1, 2].map(|t| modes[t] * self.lobes[t].tint[c]);
-                *sum += (r + tt + trt) * cell.energy[c];
-            }
-        }
+        });
         sum
     }
 
     /// [`Response::longitudinal`] of the three modes at sin theta_i = -1 + 2 k / INTERVALS.
-    fn longitudinal_table(&self, theta_o: f64) -> Vec<[f64; 3]> {
+    fn longitudinal_table(&self, theta_o: f64) -> Vec<[f64; 4]> {
         (0..=INTERVALS)
             .map(|k| {
                 let theta_i = (-1.0 + 2.0 * k as f64 / INTERVALS as f64).asin();
-                [0, 1, 2].map(|t| self.longitudinal(t, theta_i, theta_o))
+                let [r, tt, trt] = [0, 1, 2].map(|t| self.longitudinal(t, theta_i, theta_o));
+                [r, tt, trt, 0.0]
             })
             .collect()
     }
 }
 
-/// [`Response::azimuthal`] of the three modes over cos phi.
-struct AzimuthTables(Vec<[f64; 3]>);
+/// [`Response::azimuthal`] of TT and TRT over cos phi; R's square root is steep at phi = pi: no table.
+struct AzimuthTables(Vec<[f64; 4]>);
 
 impl AzimuthTables {
     fn new(response: &Response) -> Self {
         let node = |k: usize| -1.0 + 2.0 * k as f64 / INTERVALS as f64;
-        AzimuthTables(
-            (0..=INTERVALS)
-                .map(|k| [0, 1, 2].map(|t| response.azimuthal(t, node(k))))
-                .collect(),
-        )
+        let values = |k| {
+            let [tt, trt] = [1, 2].map(|t| response.azimuthal(t, node(k)));
+            [0.0, tt, trt, 0.0]
+        };
+        AzimuthTables((0..=INTERVALS).map(values).collect())
     }
 }
 
-/// Linear interpolation of a table over [-1, 1].
-fn lerp(table: &[[f64; 3]], x: f64) -> [f64; 3] {
+/// Linear interpolation of a table over [-1, 1]: of four values, which are one vector.
+#[inline(always)]
+fn lerp(table: &[[f64; 4]], x: f64) -> [f64; 4] {
     let position = (x + 1.0) * (0.5 * INTERVALS as f64);
     let ix = (position as usize).min(INTERVALS - 1);
     let f = position - ix as f64;
-    let (a, b) = (table[ix], table[ix + 1]);
-    [0, 1, 2].map(|t| a[t] + f * (b[t] - a[t]))
+    let (a, b) = (&table[ix], &table[ix + 1]);
+    let mut found = [0.0; 4];
+    for t in 0..4 {
+        found[t] = a[t] + f * (b[t] - a[t]);
+    }
+    found
+}
+
+/// Cells whose angles are found together.
+const TOGETHER: usize = 8;
+
+/// Cells in blocks, their numbers side by side.
+struct CellColumns {
+    blocks: Vec<CellBlock>,
+}
+
+#[derive(Clone, Copy)]
+struct CellBlock {
+    /// x, y and z of the unit vectors.
+    direction: [[f64; TOGETHER]; 3],
+    /// By channel; none of cells that fill the last block.
+    energy: [[f64; TOGETHER]; 3],
+}
+
+impl CellColumns {
+    fn new(cells: &[Cell]) -> CellColumns {
+        let block = |cells: &[Cell]| {
+            let mut block = CellBlock {
+                direction: [[1.0; TOGETHER], [0.0; TOGETHER], [0.0; TOGETHER]],
+                energy: [[0.0; TOGETHER]; 3],
+            };
+            for (ix, cell) in cells.iter().enumerate() {
+                for axis in 0..3 {
+                    block.direction[axis][ix] = cell.direction[axis];
+                    block.energy[axis][ix] = cell.energy[axis];
+                }
+            }
+            block
+        };
+        CellColumns {
+            blocks: cells.chunks(TOGETHER).map(block).collect(),
+        }
+    }
+}
+
+/// Of each cell of a block sin theta_i and cos phi about a fibre, whose theta_o has this sine and cosine, and N_R.
+#[inline(always)]
+fn angles(
+    fibre: &Fibre,
+    [sin_o, cos_o]: [f64; 2],
+    block: &CellBlock,
+    sin_i: &mut [f64; TOGETHER],
+    cos_phi: &mut [f64; TOGETHER],
+    n_r: &mut [f64; TOGETHER],
+) {
+    let [x, y, z] = &block.direction;
+    let (u, v) = (&fibre.tangent, &fibre.view);
+    for ix in 0..TOGETHER {
+        let sin = (x[ix] * u[0] + y[ix] * u[1] + z[ix] * u[2]).clamp(-1.0, 1.0);
+        let cos = (1.0 - sin * sin).max(1e-24).sqrt();
+        let along_view = x[ix] * v[0] + y[ix] * v[1] + z[ix] * v[2];
+        sin_i[ix] = sin;
+        cos_phi[ix] = (along_view - sin * sin_o) / (cos * cos_o);
+        n_r[ix] = 0.25 * (0.5 * (1.0 + cos_phi[ix])).max(0.0).sqrt();
+    }
 }
 
 /// Integral of `exp(sharpness (cos phi - 1))` over a turn, by the trapezoidal rule: exact to
@@ -301,7 +368,8 @@ impl FibreJudge {
 
     fn responses(&self, cells: &[Cell]) -> Vec<[f64; 3]> {
         let fibres = self.fibres.par_iter();
-        let response = |fibre| self.response.integrate(fibre, &self.tables, cells);
+        let cells = CellColumns::new(cells);
+        let response = |fibre| self.response.integrate(fibre, &self.tables, &cells);
         fibres.map(response).collect()
     }
 
@@ -491,11 +559,11 @@ mod tests {
         let map = Map::new(width, height, pixels).unwrap();
         let response = Response::default();
         let tables = AzimuthTables::new(&response);
-        let cells = map_cells_of(&map, 1);
+        let cells = CellColumns::new(&map_cells_of(&map, 1));
         // Variance over frames, without the mean: the fine structure is what matters.
         let mean: [f64; 3] = map.energy().map(|e| e / (4.0 * std::f64::consts::PI));
         let uniform = Map::new(width, height, vec![mean.map(|x| x as f32); width * height]);
-        let uniform = map_cells_of(&uniform.unwrap(), 1);
+        let uniform = CellColumns::new(&map_cells_of(&uniform.unwrap(), 1));
         let frames = fibres(2000, 77);
         let [structure, flat] = frames
             .par_iter()

@@ -5,6 +5,8 @@
 //! multiplies `m_n` by `I_n(kappa) / I_0(kappa)`, so errors of the *inner integral* (Xu 2011
 //! Eq 12) for any light are weighted sums of errors of moments; no caustic, no quadrature in phi.
 
+use crate::wide::{Level, dispatch};
+
 use crate::circular_gaussian::sharpness;
 use crate::fresnel::Fresnel;
 use crate::hair::Lobe;
@@ -119,19 +121,19 @@ impl Section {
         let step: Vec<f64> = self.psi.iter().map(|psi| 2.0 * psi.cos()).collect();
         let mut here = vec![1.0; n];
         let mut before: Vec<f64> = step.iter().map(|step| 0.5 * step).collect();
-        let mut kept_orders = ORDERS.iter().enumerate().peekable();
-        for order in 0..N_HARMONICS {
-            if let Some((ix, _)) = kept_orders.next_if(|&(_, &next)| next == order) {
-                for (moments, kept) in moments.iter_mut().zip(&kept) {
-                    moments[ix] = dot(kept, &here);
+        // Plain loops in wider vectors: the same sums, and so the same bits.
+        dispatch!(Level::new(), _simd => {
+            let mut ix = 0;
+            for order in 0..N_HARMONICS {
+                if ix < N_MOMENTS && ORDERS[ix] == order {
+                    for (moments, kept) in moments.iter_mut().zip(&kept) {
+                        moments[ix] = dot(kept, &here);
+                    }
+                    ix += 1;
                 }
+                advance(&mut here, &mut before, &step);
             }
-            for ((here, before), step) in here.iter_mut().zip(&mut before).zip(&step) {
-                let next = step * *here - *before;
-                *before = *here;
-                *here = next;
-            }
-        }
+        });
         moments
     }
 }
@@ -165,7 +167,18 @@ fn transmittance_over_sin_alpha(
     }
 }
 
+/// From cosines of one order, and those before, to the next.
+#[inline(always)]
+fn advance(here: &mut [f64], before: &mut [f64], step: &[f64]) {
+    for ((here, before), step) in here.iter_mut().zip(before).zip(step) {
+        let next = step * *here - *before;
+        *before = *here;
+        *here = next;
+    }
+}
+
 /// Sum of products in eight partial sums.
+#[inline(always)]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (chunks_a, rest_a) = a.as_chunks::<8>();

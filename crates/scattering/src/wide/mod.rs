@@ -63,7 +63,7 @@ pub use transmittance::{RecordSums, Stretch, add_to_record};
 /// Lanes of a vector.
 pub const LANES: usize = 8;
 
-/// Every instruction set of this machine, the best first, and none at all.
+/// Every instruction set of this machine, the best first, and, with the feature `fallback`, none at all.
 #[cfg(test)]
 pub(crate) fn levels() -> Vec<(&'static str, Level)> {
     let best = Level::new();
@@ -72,6 +72,7 @@ pub(crate) fn levels() -> Vec<(&'static str, Level)> {
     {
         levels.extend(best.as_sse2().map(|sse2| ("SSE2", sse2.level())));
     }
+    #[cfg(feature = "fallback")]
     levels.push(("none", Level::Fallback(fearless_simd::Fallback::new())));
     levels
 }
