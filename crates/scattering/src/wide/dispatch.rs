@@ -38,7 +38,11 @@ macro_rules! wide_vectorize {
 }
 
 /// Without any instruction set, which tests alone ask for on x86.
-#[cfg(all(test, feature = "fallback", any(target_arch = "x86", target_arch = "x86_64")))]
+#[cfg(all(
+    test,
+    feature = "fallback",
+    any(target_arch = "x86", target_arch = "x86_64")
+))]
 #[doc(hidden)]
 #[macro_export]
 macro_rules! wide_fallback {
@@ -51,7 +55,10 @@ macro_rules! wide_fallback {
 }
 
 /// Without any instruction set, which tests alone ask for on x86.
-#[cfg(all(not(all(test, feature = "fallback")), any(target_arch = "x86", target_arch = "x86_64")))]
+#[cfg(all(
+    not(all(test, feature = "fallback")),
+    any(target_arch = "x86", target_arch = "x86_64")
+))]
 #[doc(hidden)]
 #[macro_export]
 macro_rules! wide_fallback {

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 use strandlight_formats::Mesh;
+use strandlight_scattering::wide::prelude::*;
+use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8};
 
 /// Most texels along a side: some 2 mm of a bust. More make shadows of the mesh on hair far from it
 /// sharper, and every map takes longer.
@@ -31,6 +33,8 @@ pub struct HeightMap {
     corner: [f32; 2],
     texels_per_cm: f32,
     dims: [usize; 2],
+    /// Texels from row to row: a vector more than there are, which are raised at a time.
+    stride: usize,
     /// `[row][column]`, cm; far below where there is no surface.
     heights: Vec<f32>,
 }
@@ -59,16 +63,30 @@ impl HeightMap {
             corner: [low.x, low.y],
             texels_per_cm: 1.0 / texel,
             dims,
-            heights: vec![f32::NEG_INFINITY; dims[0] * dims[1]],
+            stride: dims[0] + LANES,
+            heights: vec![f32::NEG_INFINITY; (dims[0] + LANES) * dims[1]],
         };
-        for triangle in &mesh.triangles {
-            map.draw(triangle.map(|ix| points[ix as usize]));
-        }
+        dispatch!(Level::new(), simd => map.draw_all(simd, &points, &mesh.triangles));
         map
     }
 
+    #[inline(always)]
+    fn draw_all<S: Simd>(&mut self, simd: S, points: &[Vec3], triangles: &[[u32; 3]]) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for triangle in triangles {
+                    let [a, b, c] = *triangle;
+                    let corners = [points[a as usize], points[b as usize], points[c as usize]];
+                    self.draw(simd, corners);
+                }
+            },
+        );
+    }
+
     /// Raises the texels whose middles a triangle covers.
-    fn draw(&mut self, corners: [Vec3; 3]) {
+    #[inline(always)]
+    fn draw<S: Simd>(&mut self, simd: S, corners: [Vec3; 3]) {
         let [a, b, c] = corners.map(|point| {
             let x = (point.x - self.corner[0]) * self.texels_per_cm;
             let y = (point.y - self.corner[1]) * self.texels_per_cm;
@@ -92,21 +110,24 @@ impl HeightMap {
         let share_b = [(c.y - a.y) * per_area, (a.x - c.x) * per_area];
         let share_c = [(a.y - b.y) * per_area, (b.x - a.x) * per_area];
         let (to_b, to_c) = (b.z - a.z, c.z - a.z);
+        let end = columns.end as f32 - 0.5;
+        let lanes = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
         for row in rows {
             let y = row as f32 - a.y;
-            let heights = &mut self.heights[row * self.dims[0]..][columns.clone()];
-            for (height, column) in heights.iter_mut().zip(columns.clone()) {
-                let x = column as f32 - a.x;
+            for first in columns.clone().step_by(LANES) {
+                let heights = &mut self.heights[self.stride * row + first..][..LANES];
+                let before = f32x8::from_slice(simd, heights);
+                let column = lanes + first as f32;
+                let x = column - a.x;
                 let on_b = x * share_b[0] + y * share_b[1];
                 let on_c = x * share_c[0] + y * share_c[1];
+                let on_a = 1.0 - (on_b + on_c);
+                // No column after the last.
+                let inside = on_a.min(on_b).min(on_c).min(end - column);
+                let found = (on_b * to_b + on_c * to_c + a.z).min(high.z);
                 // A little beyond the edges, so that none is left open.
-                let is_on = (on_b >= -1e-4) & (on_c >= -1e-4) & (on_b + on_c <= 1.0 + 1e-4);
-                let found = (a.z + on_b * to_b + on_c * to_c).min(high.z);
-                *height = if is_on && found > *height {
-                    found
-                } else {
-                    *height
-                };
+                let is_on = inside.simd_ge(-1e-4);
+                is_on.select(found.max(before), before).store_slice(heights);
             }
         }
     }
@@ -123,8 +144,8 @@ impl HeightMap {
         if !is_on {
             return false;
         }
-        let first = x as usize + self.dims[0] * y as usize;
-        let second = first + self.dims[0];
+        let first = x as usize + self.stride * y as usize;
+        let second = first + self.stride;
         let pairs = [
             &self.heights[first..first + 2],
             &self.heights[second..second + 2],
@@ -137,6 +158,7 @@ impl HeightMap {
 }
 
 /// Those of `n` whose middles lie within a range.
+#[inline(always)]
 fn texels(low: f32, high: f32, n: usize) -> std::ops::Range<usize> {
     // Casts saturate, and cut off what `floor` would.
     let floor = low.max(0.0) as usize;
