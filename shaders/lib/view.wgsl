@@ -3,6 +3,9 @@
 // Strands that are wider on the screen, px, have a profile over their width, and round tips.
 const WIDE_PX: f32 = 2.0;
 
+// Pixels around the picture in which points are shaded at least.
+const LEAST_MARGIN_PX: f32 = 16.0;
+
 struct View {
     eye: vec3f,
     focal_px: f32,
@@ -36,4 +39,11 @@ fn ray_direction(view: View, at_px: vec2f) -> vec3f {
     let across = at_px.x - 0.5 * f32(view.size.x);
     let upwards = 0.5 * f32(view.size.y) - at_px.y;
     return normalize(view.forward * view.focal_px + view.right * across + view.up * upwards);
+}
+
+// How far from the picture, px, a point of this depth is shaded whose strand reaches `reach` cm from it: to the other
+// ends of its segments, and over its width. So both ends of what is seen of a segment are.
+fn shading_margin(view: View, depth: f32, reach: f32) -> f32 {
+    let reach_px = reach * view.focal_px / max(depth - reach, view.near);
+    return view.margin_px + max(reach_px - LEAST_MARGIN_PX, 0.0);
 }

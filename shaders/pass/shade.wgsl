@@ -150,10 +150,14 @@ fn record_at(first: u32, g: vec3f) -> ShadowRecord {
 }
 // #endif
 
-// Whether a point at this place of the screen can touch the picture.
-fn in_view(screen: vec3f) -> bool {
-    let low = vec2f(-view.margin_px);
-    let high = vec2f(view.size) + view.margin_px;
+// Whether a point or a segment that it is an end of can touch the picture.
+fn in_view(point_ix: u32) -> bool {
+    let point = points[point_ix];
+    let screen = screen_position(view, point.xyz);
+    let half_way = max(tangents[point_ix].w, normals[point_ix].w);
+    let margin = shading_margin(view, screen.z, 2.0 * half_way + point.w);
+    let low = vec2f(-margin);
+    let high = vec2f(view.size) + margin;
     return screen.z >= view.near && all(screen.xy > low) && all(screen.xy < high);
 }
 
@@ -201,7 +205,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let position = points[point_ix].xyz;
-    if !in_view(screen_position(view, position)) {
+    if !in_view(point_ix) {
 // #if BOUNCE
 // #else
         count(0u, 1u);
@@ -361,7 +365,7 @@ fn shade_narrow(@builtin(global_invocation_id) id: vec3u) {
 // #if WIDE
     var side = 0.0;
 // #endif
-    if in_view(screen_position(view, position)) {
+    if in_view(point_ix) {
         let before = tangents[point_ix].w;
         let after = normals[point_ix].w;
         let others = vec3u(

@@ -10,9 +10,10 @@ use strandlight_scattering::closed_form::{
     shadowed_single_scattering, unpack_paint, unpack_record,
 };
 use strandlight_scene::PreparedScene;
-use strandlight_scene::camera::{ViewUniform, screen_position};
+use strandlight_scene::camera::{ViewUniform, screen_position, shading_margin};
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::{NO_SLOT, unblocked_share};
+use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::along_segments::{Along, Answers, Nodes, PLACES, add_along, frames_about, shares_along};
@@ -65,8 +66,7 @@ pub(super) fn shade(
         .zip(along)
         .enumerate()
         .map(|(point, (radiance, along))| {
-            let position = Vec3::from_slice(&scene.strands.points[point]);
-            if !in_view(view, screen_position(view, position)) {
+            if !in_view(view, &scene.strands, point) {
                 return Counts {
                     points_skipped: 1,
                     ..Counts::default()
@@ -139,8 +139,7 @@ pub(super) fn shade_bounce(
     let shader = PointShader::new(scene, view, None);
     let points = radiance.at.par_iter_mut().enumerate();
     points.for_each(|(point, radiance)| {
-        let position = Vec3::from_slice(&scene.strands.points[point]);
-        if in_view(view, screen_position(view, position)) {
+        if in_view(view, &scene.strands, point) {
             let found = shader.shade_bounce(bounce, point);
             for (sum, value) in radiance.iter_mut().zip(found) {
                 *sum += value;
@@ -423,9 +422,13 @@ impl Terms {
     }
 }
 
-/// Whether a point at this place of the screen can touch the picture.
-fn in_view(view: &ViewUniform, [x, y, depth]: [f32; 3]) -> bool {
-    let inside = |at: f32, size: u32| at > -view.margin_px && at < size as f32 + view.margin_px;
+/// Whether a point or a segment that it is an end of can touch the picture.
+fn in_view(view: &ViewUniform, strands: &Strands, point: usize) -> bool {
+    let [.., radius] = strands.points[point];
+    let [x, y, depth] = screen_position(view, Vec3::from_slice(&strands.points[point]));
+    let half_way = strands.tangents[point][3].max(strands.normals[point][3]);
+    let margin = shading_margin(view, depth, 2.0 * half_way + radius);
+    let inside = |at: f32, size: u32| at > -margin && at < size as f32 + margin;
     depth >= view.near && inside(x, view.size[0]) && inside(y, view.size[1])
 }
 

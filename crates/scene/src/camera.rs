@@ -68,7 +68,8 @@ pub struct ViewUniform {
     pub far: f32,
     /// Unit vector into the picture.
     pub forward: [f32; 3],
-    /// Points are shaded if they lie within this many pixels around the picture.
+    /// Points are shaded if they lie within this many pixels around the picture; more of wide strands and of long
+    /// segments, see [`shading_margin`].
     pub margin_px: f32,
     /// Width and height in pixels.
     pub size: [u32; 2],
@@ -94,6 +95,9 @@ strandlight_scattering::mirrors! {
 #[doc(hidden)]
 pub const WIDE_PX: f32 = 2.0;
 
+/// Pixels around the picture in which points are shaded at least.
+const LEAST_MARGIN_PX: f32 = 16.0;
+
 /// Depth range and pixel frame of `camera` looking at `strands`.
 #[doc(hidden)]
 pub fn view_uniform(
@@ -117,7 +121,7 @@ pub fn view_uniform(
         up: up.to_array(),
         far,
         forward: forward.to_array(),
-        margin_px: 16.0,
+        margin_px: LEAST_MARGIN_PX,
         size,
         radiance_scale,
         n_points: strands.points.len() as u32,
@@ -135,6 +139,14 @@ pub fn screen_position(view: &ViewUniform, position: Vec3) -> [f32; 3] {
     let x = 0.5 * view.size[0] as f32 + scale * from_eye.dot(Vec3::from(view.right));
     let y = 0.5 * view.size[1] as f32 - scale * from_eye.dot(Vec3::from(view.up));
     [x, y, depth]
+}
+
+/// How far from the picture, px, a point of this depth is shaded whose strand reaches `reach` cm from it: to the other
+/// ends of its segments, and over its width. So both ends of what is seen of a segment are.
+#[doc(hidden)]
+pub fn shading_margin(view: &ViewUniform, depth: f32, reach: f32) -> f32 {
+    let reach_px = reach * view.focal_px / (depth - reach).max(view.near);
+    view.margin_px + (reach_px - LEAST_MARGIN_PX).max(0.0)
 }
 
 #[cfg(test)]

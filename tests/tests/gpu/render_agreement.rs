@@ -256,6 +256,35 @@ fn bent_segments_follow_the_curve_and_tips_are_round() {
     assert!(off < 0.05, "{off}");
 }
 
+/// What is seen of a segment is lit by both of its ends, however far away the other one is: close up, the picture is the
+/// middle of a larger one.
+#[test]
+fn segments_that_leave_the_picture_are_lit_to_its_border() {
+    let context = context();
+    let mut scene = rings(9);
+    scene.camera.fov_y *= 0.1;
+    let mut wider = scene.clone();
+    wider.camera.fov_y = 2.0 * (3.0 * (0.5 * scene.camera.fov_y).tan()).atan();
+    let (size, larger) = ([160, 100], [480, 300]);
+    let draw = |scene: &PreparedScene, size: [u32; 2]| {
+        let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+        let (gpu, _) = renderer.render_to_image(&scene.camera, size, 16).unwrap();
+        let (cpu, _) = cpu::render(scene, &scene.camera, size, 16).unwrap();
+        [gpu, cpu]
+    };
+    let found = draw(&scene, size);
+    for (picture, larger) in found.into_iter().zip(draw(&wider, larger)) {
+        let rows = larger.rgba.chunks(480).skip(100).take(100);
+        let middle = Picture {
+            rgba: rows.flat_map(|row| row[160..320].to_vec()).collect(),
+            ..picture.clone()
+        };
+        let error = picture_rmse(&picture, &middle);
+        println!("{error:.2e}");
+        assert!(error < PICTURE_TOLERANCE, "{error}");
+    }
+}
+
 #[test]
 fn the_comparison_notices_a_wrong_picture() {
     let scene = wig_scene(400);

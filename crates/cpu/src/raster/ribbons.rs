@@ -45,7 +45,7 @@ impl Rect {
 }
 
 /// A segment on the screen or a piece of one, without jitter.
-pub(in super::super) struct Ribbon {
+pub(crate) struct Ribbon {
     /// Its place among the segments.
     pub segment: u32,
     /// Of equally deep ones the lower is seen: segments in their order, then pieces in theirs.
@@ -61,7 +61,7 @@ pub(in super::super) struct Ribbon {
 }
 
 /// The segments that touch the picture, from front to back; in a close-up, bent ones and tips in pieces.
-pub(in super::super) fn ribbons(
+pub(crate) fn ribbons(
     view: &ViewUniform,
     strands: &Strands,
     projected: &[Projected],

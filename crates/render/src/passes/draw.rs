@@ -1,6 +1,6 @@
 //! Projecting the strands and rasterising the ribbons in passes of four samples.
 
-use super::pieces::Pieces;
+use super::pieces::{Pieces, Whole};
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, labelled, shader, step, storage, submit, uniform,
 };
@@ -49,9 +49,9 @@ pub(crate) struct Projection {
 pub(crate) struct Ribbons {
     view: wgpu::Buffer,
     pass: wgpu::Buffer,
-    pub(super) points: [wgpu::Buffer; 3],
+    points: [wgpu::Buffer; 3],
     project: wgpu::BindGroup,
-    pub(super) chunks: Vec<RibbonChunk>,
+    chunks: Vec<RibbonChunk>,
     /// In close-ups.
     pieces: Option<Pieces>,
     n_points: u32,
@@ -60,10 +60,10 @@ pub(crate) struct Ribbons {
 }
 
 /// Segments that share an index buffer.
-pub(super) struct RibbonChunk {
+struct RibbonChunk {
     /// Which these are, [`Chunk`].
-    pub range: wgpu::Buffer,
-    pub corners: wgpu::Buffer,
+    range: wgpu::Buffer,
+    corners: wgpu::Buffer,
     group: wgpu::BindGroup,
     n_segments: u32,
 }
@@ -140,12 +140,19 @@ impl Ribbons {
         strands: &StrandBuffers,
         is_close_up: bool,
     ) -> Result<(), RenderError> {
-        match is_close_up {
-            true if self.pieces.is_none() => {
-                self.pieces = Some(Pieces::new(context, strands, self)?)
-            }
-            true => (),
-            false => self.pieces = None,
+        if is_close_up != self.pieces.is_some() {
+            let [edges, depth_coverage, _] = &self.points;
+            let chunks = self.chunks.iter();
+            let whole = Whole {
+                view: &self.view,
+                edges,
+                depth_coverage,
+                chunks: chunks.map(|chunk| [&chunk.range, &chunk.corners]).collect(),
+            };
+            self.pieces = match is_close_up {
+                true => Some(Pieces::new(context, strands, &whole)?),
+                false => None,
+            };
         }
         Ok(())
     }

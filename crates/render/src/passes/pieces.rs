@@ -1,6 +1,5 @@
 //! Bent segments and tips of close-ups in pieces, which are drawn in place of whole segments.
 
-use super::draw::Ribbons;
 use super::resources::{StrandBuffers, bind, compute, labelled, shader, step, storage};
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
@@ -29,6 +28,15 @@ strandlight_scattering::mirrors! {
     Piece as "Piece" in "lib/piece" { begin, end, depth, first, part }
 }
 
+/// What is there of whole segments on the screen.
+pub(super) struct Whole<'a> {
+    pub view: &'a wgpu::Buffer,
+    pub edges: &'a wgpu::Buffer,
+    pub depth_coverage: &'a wgpu::Buffer,
+    /// By chunk of segments: which these are, and their corners.
+    pub chunks: Vec<[&'a wgpu::Buffer; 2]>,
+}
+
 /// Room for the pieces of a view, and what makes them.
 pub(super) struct Pieces {
     pieces: wgpu::Buffer,
@@ -54,11 +62,11 @@ fn room(n_segments: u64) -> u64 {
 }
 
 impl Pieces {
-    /// Room for those of `strands`, whose ribbons are `ribbons`.
+    /// Room for those of `strands`.
     pub fn new(
         context: &Context,
         strands: &StrandBuffers,
-        ribbons: &Ribbons,
+        whole: &Whole,
     ) -> Result<Pieces, RenderError> {
         let n_segments = u64::from(strands.n_segments);
         let n_blocks = n_segments.div_ceil(u64::from(BLOCK));
@@ -73,18 +81,17 @@ impl Pieces {
         let module = shader(context, "pass/pieces")?;
         let [count, place, cut] =
             ["count", "place", "cut_segments"].map(|entry| compute(context, &module, entry));
-        let [edges, depth_coverage, _] = &ribbons.points;
-        let of_chunk = |chunk: &super::draw::RibbonChunk| {
+        let of_chunk = |[range, corners]: &[&wgpu::Buffer; 2]| {
             let resources = [
-                (0, ribbons.view().as_entire_binding()),
-                (1, chunk.range.as_entire_binding()),
+                (0, whole.view.as_entire_binding()),
+                (1, range.as_entire_binding()),
                 (2, strands.segments.as_entire_binding()),
-                (3, edges.as_entire_binding()),
+                (3, whole.edges.as_entire_binding()),
                 (5, strands.points.as_entire_binding()),
                 (7, strands.tangents.as_entire_binding()),
                 (8, blocks.as_entire_binding()),
-                (4, depth_coverage.as_entire_binding()),
-                (6, chunk.corners.as_entire_binding()),
+                (4, whole.depth_coverage.as_entire_binding()),
+                (6, corners.as_entire_binding()),
                 (9, pieces.as_entire_binding()),
             ];
             let counted = bind(context, &count.get_bind_group_layout(0), &resources[..7]);
@@ -93,7 +100,7 @@ impl Pieces {
                 bind(context, &cut.get_bind_group_layout(0), &resources),
             ]
         };
-        let chunks = ribbons.chunks.iter().map(of_chunk).collect();
+        let chunks = whole.chunks.iter().map(of_chunk).collect();
         let resources = [
             (8, blocks.as_entire_binding()),
             (9, pieces.as_entire_binding()),
