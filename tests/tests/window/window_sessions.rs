@@ -175,9 +175,15 @@ fn put_away(view: &mut View) {
         last.is_some_and(|event| !event["inspection"].is_null())
     };
     for _ in 0..10 {
-        if is_inspected(view) {
-            view.key("n");
-            std::thread::sleep(Duration::from_millis(200));
+        if !is_inspected(view) {
+            break;
+        }
+        // However busy the machine is: a second one would go on to the first of what can be shown.
+        let before = view.count("inspect");
+        view.key("n");
+        let start = Instant::now();
+        while view.count("inspect") == before && start.elapsed() < Duration::from_secs(5) {
+            std::thread::sleep(Duration::from_millis(20));
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Once for the strands and the lights: `voxelise` (shadow volume) -> shadow maps,
 //! `transmittance`. A frame: the maps towards the eye -> `shade`, in batches of lights -> `draw`
-//! (project, ribbons, passes of four samples, accumulate) -> `composite`. `strand_pass` draws the
+//! (project, ribbons, in close-ups pieces, passes of four samples, accumulate) -> `composite`. `strand_pass` draws the
 //! ribbons, into the passes of a film or of a host, which accumulates and composes itself.
 
 mod behind;

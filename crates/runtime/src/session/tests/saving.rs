@@ -1,0 +1,159 @@
+//! What is saved, and what others save.
+
+use super::*;
+
+#[test]
+fn saving_and_reopening_gives_the_same_document() {
+    let mut session = session();
+    edit(&mut session, "all", |s| {
+        s.hair.melanin = Some(Melanin::default());
+        s.lights.adjust_mut(1).intensity = 0.5;
+        s.lights.muted = vec![0];
+        s.render.exposure = 0.1;
+    });
+    assert!(session.is_modified());
+    let saved = session.save().expect("written");
+    assert_eq!(saved.files, [Path::new("/s/a.toml")]);
+    assert!(!session.is_modified());
+    let again = Session::open_in(Path::new("/s/a.toml"), session.files().clone());
+    assert_eq!(again.expect("readable").scene(), session.scene());
+    session.undo();
+    assert!(session.is_modified());
+    session.redo();
+    assert!(!session.is_modified());
+}
+
+#[test]
+fn a_scene_saved_elsewhere_names_the_same_files() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    for name in ["s", "t", "t/u"] {
+        std::fs::create_dir(at.join(name)).expect("made");
+    }
+    std::fs::write(at.join("s/a.toml"), SCENE).expect("written");
+    std::fs::write(at.join("s/a.groom"), groom(1.0)).expect("written");
+    std::fs::write(at.join("b.lights"), lights()).expect("written");
+    let mut session = Session::open(&at.join("s/a.toml")).expect("readable");
+    edit(&mut session, "exposure", |s| s.render.exposure = 1.0);
+    session.save_as(&at.join("t/u/c.toml")).expect("written");
+    assert_eq!(session.scene().groom.file, Path::new("../../s/a.groom"));
+    assert_eq!(session.scene().lights.file, Path::new("../../b.lights"));
+    let again = Session::open(&at.join("t/u/c.toml")).expect("readable");
+    assert_eq!(again.scene(), session.scene());
+    // What can be undone moved along.
+    let change = session.undo().expect("a step");
+    assert_eq!(change.names(), ["grade"]);
+    session.save().expect("written");
+    assert!(Session::open(&at.join("t/u/c.toml")).is_ok());
+    let original = std::fs::read_to_string(at.join("s/a.toml")).expect("read");
+    assert_eq!(original, SCENE, "the old file is as it was");
+    let error = session
+        .save_as(&at.join("none/c.toml"))
+        .expect_err("no folder");
+    assert!(error.to_string().contains("c.toml"), "{error}");
+    // A write by another program is noticed, and taken by reloading.
+    assert!(!session.is_changed_on_disk());
+    let path = at.join("t/u/c.toml");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let text = format!("{text}\n[hair]\neta = 1.7 # thicker\n");
+    std::fs::write(&path, text).expect("written");
+    let later = std::time::SystemTime::now() + std::time::Duration::from_secs(5);
+    let file = std::fs::File::options()
+        .write(true)
+        .open(&path)
+        .expect("opened");
+    file.set_modified(later).expect("set");
+    assert!(session.is_changed_on_disk());
+    assert!(session.reload().expect("readable").has(Edits::GEOMETRY));
+    assert_eq!(session.scene().hair.eta, 1.7);
+    assert!(!session.is_modified() && !session.is_changed_on_disk());
+    // Saving keeps comments beside the values.
+    edit(&mut session, "eta", |s| s.hair.eta = 1.65);
+    session.save().expect("written");
+    let text = std::fs::read_to_string(&path).expect("read");
+    assert!(text.contains("eta = 1.65 # thicker"), "{text}");
+    session.undo();
+    session.undo();
+    assert_eq!(session.scene().hair.eta, 1.55);
+}
+
+#[test]
+fn what_others_wrote_is_known_before_it_is_replaced() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    let scene = SCENE.replace("../b", "b");
+    std::fs::write(at("a.toml"), &scene).expect("written");
+    std::fs::write(at("other.toml"), &scene).expect("written");
+    std::fs::write(at("a.groom"), groom(1.0)).expect("written");
+    std::fs::write(at("b.lights"), lights()).expect("written");
+    let mut session = Session::open(&at("a.toml")).expect("readable");
+    edit(&mut session, "eta", |s| s.hair.eta = 1.7);
+    // Another scene is another's; the own one, by whatever way, and a new name are not.
+    assert!(session.replaces_other(&at("other.toml")));
+    assert!(!session.replaces_other(&at("new.toml")));
+    assert!(!session.replaces_other(&at("a.toml")));
+    assert!(!session.replaces_other(&folder.path().join(".").join("a.toml")));
+    // A scene is never written over what it is made of.
+    for (name, needle) in [("a.groom", "groom"), ("b.lights", "light set")] {
+        let before = std::fs::read(at(name)).expect("read");
+        let error = session.save_as(&at(name)).expect_err(name).to_string();
+        assert!(error.contains(name) && error.contains(needle), "{error}");
+        assert_eq!(std::fs::read(at(name)).expect("read"), before);
+    }
+    // Files beside or below the scene are named from there.
+    assert_eq!(session.path_in_scene(&at("c.groom")), Path::new("c.groom"));
+    let above = folder.path().with_file_name("c.groom");
+    assert_eq!(session.path_in_scene(&above), Path::new("../c.groom"));
+
+    let touch = |name: &str, seconds: u64| {
+        let file = std::fs::File::options().write(true).open(at(name));
+        let later = std::time::SystemTime::now() + std::time::Duration::from_secs(seconds);
+        file.expect("opened").set_modified(later).expect("set");
+    };
+    assert_eq!(session.conflict(), None);
+    touch("b.lights", 5);
+    assert!(session.is_changed_on_disk());
+    assert_eq!(session.conflict(), None, "saving does not write the lights");
+    touch("a.toml", 5);
+    assert_eq!(session.conflict(), Some(&*at("a.toml")));
+    session.keep_mine();
+    assert_eq!(session.conflict(), None);
+    touch("a.toml", 9);
+    assert!(session.conflict().is_some(), "written once more");
+    session.save().expect("written");
+    assert_eq!(session.conflict(), None);
+}
+
+#[test]
+fn values_laid_over_the_file_are_how_the_scene_was_opened() {
+    let mut session = session();
+    let path = Path::new("/s/a.toml");
+    let values = |value: Value| match value {
+        Value::Object(values) => values,
+        other => panic!("{other}"),
+    };
+    let over = values(json!({ "render.samples": 64, "camera.fov_deg": 30.0 }));
+    session.apply_cli_overrides(&over).expect("valid");
+    assert!(!session.is_modified() && !session.can_undo());
+    let wrong = values(json!({ "hair.eta": 9.0 }));
+    assert!(session.apply_cli_overrides(&wrong).is_err());
+    edit(&mut session, "eta", |s| s.hair.eta = 1.7);
+    assert!(session.is_modified());
+    session.undo();
+    assert!(!session.is_modified());
+    // They stay over a file that another program has written, until they are written themselves.
+    let exposed = format!("{SCENE}[render]\nsamples = 8\nexposure = 1.5\n");
+    let write = |session: &Session| session.files().write(path, exposed.as_bytes());
+    write(&session).expect("written");
+    session.reload().expect("readable");
+    let render = &session.scene().render;
+    assert_eq!((render.samples, render.exposure), (64, 1.5));
+    assert!(!session.is_modified());
+    session.save().expect("written");
+    let saved = session.files().scene(path).expect("readable");
+    assert_eq!(saved.render.samples, 64);
+    assert_eq!(saved.camera.expect("written").fov_deg, 30.0);
+    write(&session).expect("written");
+    session.reload().expect("readable");
+    assert_eq!(session.scene().render.samples, 8);
+}
