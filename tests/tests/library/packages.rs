@@ -1,5 +1,6 @@
 //! What users of the library crates take with them.
 
+use std::collections::BTreeSet;
 use std::process::Command;
 
 use strandlight_tests::project_root;
@@ -16,6 +17,33 @@ fn dependencies(package: &str, options: &[&str]) -> String {
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{error}");
     String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+/// Packages with their features, by `cargo tree` with `options`.
+fn features(options: &[&str]) -> BTreeSet<String> {
+    let output = Command::new(env!("CARGO"))
+        .current_dir(project_root())
+        .args(["tree", "--locked", "--offline", "--prefix", "none"])
+        .args(["--format", "{p} {f}"])
+        .args(options)
+        .output()
+        .expect("cargo runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{error}");
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    let lines = text.lines().map(|line| line.trim_end_matches(" (*)"));
+    lines.map(str::to_owned).collect()
+}
+
+/// Or else all that they are made of is built twice: for the tests, and for the programs that tests call.
+#[test]
+fn tests_turn_on_no_features_of_what_the_programs_are_made_of() {
+    let programs = ["-p", "strandlight-bake", "-p", "strandlight-runtime"];
+    let programs = features(&[&programs[..], &["--edges", "normal"]].concat());
+    let with_tests = features(&["--workspace"]);
+    assert!(programs.len() > 100 && with_tests.len() > programs.len());
+    let twice: Vec<_> = programs.difference(&with_tests).collect();
+    assert!(twice.is_empty(), "{twice:#?}");
 }
 
 fn has(tree: &str, package: &str) -> bool {
