@@ -19,7 +19,7 @@ use crate::passes::deform::Deform;
 use crate::passes::draw::{Projection, Ribbons};
 use crate::passes::lighting::Lighting;
 use crate::passes::resources::StrandBuffers;
-use crate::passes::strand_pass::{Drawn, StrandPass};
+use crate::passes::strand_pass::{StrandFeatures, StrandPass};
 use crate::passes::volume::Volume;
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::{ViewUniform, view_uniform};
@@ -156,7 +156,7 @@ impl HairRenderer {
         let projection = Projection::new(context)?;
         let ribbons = Ribbons::new(context, &projection, &strands);
         let lit = lighting.lit_points();
-        let drawn = Drawn {
+        let drawn = StrandFeatures {
             is_narrow: lit.iter().any(|(_, along)| along.is_some()),
             is_wide: false,
             is_close_up: false,

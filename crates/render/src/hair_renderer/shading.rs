@@ -4,7 +4,7 @@ use super::HairRenderer;
 use super::job::{DirtyFlags, ShadingJob, Stepped};
 use crate::invalidation::Inputs;
 use crate::passes::deform::Deform;
-use crate::passes::strand_pass::{Drawn, StrandPass};
+use crate::passes::strand_pass::{StrandFeatures, StrandPass};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::view_uniform;
 
@@ -86,7 +86,7 @@ impl HairRenderer {
         let is_close_up = scene.is_close_up(&view);
         self.ribbons
             .set_close_up(context, &self.strands, is_close_up)?;
-        let drawn = Drawn {
+        let drawn = StrandFeatures {
             is_narrow: self.strand_pass.drawn.is_narrow || self.lighting.narrow().have_room(),
             is_wide: self.lighting.has_profile(),
             is_close_up,

@@ -1,6 +1,6 @@
 //! Projecting the strands and rasterising the ribbons in passes of four samples.
 
-use super::pieces::{Pieces, Whole};
+use super::pieces::{PieceBuffers, Whole};
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, labelled, shader, step, storage, submit, uniform,
 };
@@ -53,7 +53,7 @@ pub(crate) struct Ribbons {
     project: wgpu::BindGroup,
     chunks: Vec<RibbonChunk>,
     /// In close-ups.
-    pieces: Option<Pieces>,
+    pieces: Option<PieceBuffers>,
     n_points: u32,
     /// Of wide strands over their width.
     pub even: [f32; 4],
@@ -150,7 +150,7 @@ impl Ribbons {
                 chunks: chunks.map(|chunk| [&chunk.range, &chunk.corners]).collect(),
             };
             self.pieces = match is_close_up {
-                true => Some(Pieces::new(context, strands, &whole)?),
+                true => Some(PieceBuffers::new(context, strands, &whole)?),
                 false => None,
             };
         }
@@ -158,7 +158,7 @@ impl Ribbons {
     }
 
     /// The pieces of a close-up.
-    pub(super) fn pieces(&self) -> Option<&Pieces> {
+    pub(super) fn pieces(&self) -> Option<&PieceBuffers> {
         self.pieces.as_ref()
     }
 
@@ -255,7 +255,7 @@ impl Ribbons {
     pub fn bytes(&self) -> u64 {
         let points: u64 = self.points.iter().map(wgpu::Buffer::size).sum();
         let corners = self.chunks.iter().map(|chunk| chunk.corners.size());
-        points + corners.sum::<u64>() + self.pieces.as_ref().map_or(0, Pieces::bytes)
+        points + corners.sum::<u64>() + self.pieces.as_ref().map_or(0, PieceBuffers::bytes)
     }
 }
 

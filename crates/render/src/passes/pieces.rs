@@ -38,7 +38,7 @@ pub(super) struct Whole<'a> {
 }
 
 /// Room for the pieces of a view, and what makes them.
-pub(super) struct Pieces {
+pub(super) struct PieceBuffers {
     pieces: wgpu::Buffer,
     /// Of the draw.
     arguments: wgpu::Buffer,
@@ -61,13 +61,13 @@ fn room(n_segments: u64) -> u64 {
     (18 * n_segments).min(u64::from(MOST))
 }
 
-impl Pieces {
+impl PieceBuffers {
     /// Room for those of `strands`.
     pub fn new(
         context: &Context,
         strands: &StrandBuffers,
         whole: &Whole,
-    ) -> Result<Pieces, RenderError> {
+    ) -> Result<PieceBuffers, RenderError> {
         let n_segments = u64::from(strands.n_segments);
         let n_blocks = n_segments.div_ceil(u64::from(BLOCK));
         let pieces = storage(
@@ -107,7 +107,7 @@ impl Pieces {
             (10, arguments.as_entire_binding()),
         ];
         let place_group = bind(context, &place.get_bind_group_layout(0), &resources);
-        Ok(Pieces {
+        Ok(PieceBuffers {
             pieces,
             arguments,
             blocks,

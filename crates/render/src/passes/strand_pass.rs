@@ -3,7 +3,7 @@
 use super::covering::covering;
 use super::draw::{LitPoints, Ribbons};
 use super::film::viewport_side;
-use super::pieces::{self, Pieces};
+use super::pieces::{self, PieceBuffers};
 use super::profile;
 use super::resources::{module_with, uniform};
 use crate::gpu::{Context, ResourceCounters};
@@ -50,7 +50,7 @@ strandlight_scattering::mirrors! {
 
 /// What of strands is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Drawn {
+pub(crate) struct StrandFeatures {
     /// Light of narrow lights along them.
     pub is_narrow: bool,
     /// The profile of wide ones.
@@ -59,7 +59,7 @@ pub(crate) struct Drawn {
     pub is_close_up: bool,
 }
 
-impl Drawn {
+impl StrandFeatures {
     /// What the shader is to have.
     fn features(self, hosted: Option<&'static str>) -> Vec<&'static str> {
         let further = [
@@ -83,7 +83,7 @@ pub(crate) struct StrandPass {
     /// How the host projects; none for a film.
     host: Option<wgpu::Buffer>,
     /// What it was made for.
-    pub drawn: Drawn,
+    pub drawn: StrandFeatures,
 }
 
 /// A pipeline with its bindings by buffer of radiance.
@@ -99,7 +99,7 @@ impl StrandPass {
         options: Option<&HairOptions>,
         ribbons: &Ribbons,
         lit: &[LitPoints],
-        drawn: Drawn,
+        drawn: StrandFeatures,
     ) -> Result<StrandPass, RenderError> {
         let features = drawn.features(options.map(|_| HOSTED));
         let module = module_with(context, "pass/strands", &features)?;
@@ -133,7 +133,7 @@ impl StrandPass {
                 pipeline,
             }
         };
-        let pieces = ribbons.pieces().map(Pieces::buffer);
+        let pieces = ribbons.pieces().map(PieceBuffers::buffer);
         Ok(StrandPass {
             segments: drawing(VERTICES[0], None),
             pieces: pieces.map(|pieces| drawing(VERTICES[1], Some(pieces))),
