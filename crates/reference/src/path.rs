@@ -1,7 +1,7 @@
 //! Path tracing of the exact scattering function: unbiased, with any number of events.
 //!
-//! A path walks from the eye. At each crossing the environment is sampled directly and by
-//! scattering, the two combined by the power heuristic (Veach 1997); after [`ROULETTE_FROM`]
+//! A path walks from the eye. At each crossing the environment is sampled directly, several times at the
+//! first two, and by scattering, the two combined by the power heuristic (Veach 1997); after [`ROULETTE_FROM`]
 //! events it goes on with a probability that follows what it carries.
 //!
 //! Proxies are further events: light by way of them counts as sent back.
@@ -31,6 +31,10 @@ const EARLY_ROULETTE: f64 = 4.0;
 
 /// Events after which a path is given up; white hair needs some hundred.
 pub const MAX_EVENTS: u32 = 4096;
+
+/// Directions drawn by the light at the first events of a path, and at all later ones. One more costs less
+/// than the noise that it takes away as long as few events have passed (`accuracy.md`).
+const N_LIGHT_DRAWS: [u32; 3] = [4, 2, 1];
 
 /// How paths find the light. All give the same picture but for noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,7 +93,25 @@ struct Albedo {
     turns: Vec<Vec<f64>>,
 }
 
-/// Weight of a draw of density `own` beside another way of density `other`.
+/// Directions drawn by the light at event number `event` of a path, 1 or more.
+fn n_light_draws(event: u32) -> u32 {
+    let ix = (event as usize - 1).min(N_LIGHT_DRAWS.len() - 1);
+    N_LIGHT_DRAWS[ix]
+}
+
+/// Draw `ix` of the `n` that `first` begins: each in a stratum of the lights of its own, its place in the
+/// light by an additive sequence (1/g and 1/g^2, g the plastic number).
+fn spread(first: [f64; 3], ix: u32, n: u32) -> [f64; 3] {
+    let steps = [
+        1.0 / f64::from(n),
+        0.754_877_666_246_692_7,
+        0.569_840_290_998_053_2,
+    ];
+    std::array::from_fn(|axis| (first[axis] + f64::from(ix) * steps[axis]).fract())
+}
+
+/// Weight of a draw of density `own`, that of one draw times their number, beside another way of density
+/// `other` (Veach 1997).
 fn power_heuristic(own: f64, other: f64) -> f64 {
     if own.is_infinite() {
         return 1.0;
@@ -149,7 +171,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// One path that leaves the eye at `start` towards the unit vector `direction`. `first` are
-    /// numbers in 0..1 that draw the light of the first event, for those who spread them evenly.
+    /// numbers in 0..1 that draw the first light of the first event, for those who spread them evenly.
     pub fn trace(
         &self,
         start: &Start,
@@ -181,26 +203,31 @@ impl<'a> PathTracer<'a> {
             }
 
             // Light drawn by itself.
-            if self.estimator != Estimator::Fibre
-                && let Some(emitted) = match traced.events {
-                    1 => self.environment.at(first),
-                    _ => self.environment.sample(random),
-                }
-            {
-                let sent = place.by.sends(emitted.direction);
-                let pdf = f64::from(emitted.pdf);
-                let weight = match self.estimator {
-                    Estimator::Light => 1.0,
-                    _ => power_heuristic(pdf, sent.pdf),
+            let n_draws = n_light_draws(traced.events);
+            if self.estimator != Estimator::Fibre {
+                let first = match traced.events {
+                    1 => first,
+                    _ => std::array::from_fn(|_| random.uniform(0.0, 1.0)),
                 };
-                let brought: [f64; 3] = std::array::from_fn(|c| {
-                    let radiance = f64::from(emitted.radiance[c]);
-                    carried[c] * sent.share[c] * radiance * weight / pdf
-                });
-                if brought.iter().any(|&x| x > 0.0)
-                    && !self.world.is_blocked(&start, emitted.direction)
-                {
-                    traced.add(brought, has_turned || (is_beyond && sent.is_turned));
+                for draw in 0..n_draws {
+                    let Some(emitted) = self.environment.at(spread(first, draw, n_draws)) else {
+                        break;
+                    };
+                    let sent = place.by.sends(emitted.direction);
+                    let pdf = f64::from(n_draws) * f64::from(emitted.pdf);
+                    let weight = match self.estimator {
+                        Estimator::Light => 1.0,
+                        _ => power_heuristic(pdf, sent.pdf),
+                    };
+                    let brought: [f64; 3] = std::array::from_fn(|c| {
+                        let radiance = f64::from(emitted.radiance[c]);
+                        carried[c] * sent.share[c] * radiance * weight / pdf
+                    });
+                    if brought.iter().any(|&x| x > 0.0)
+                        && !self.world.is_blocked(&start, emitted.direction)
+                    {
+                        traced.add(brought, has_turned || (is_beyond && sent.is_turned));
+                    }
                 }
             }
 
@@ -217,7 +244,9 @@ impl<'a> PathTracer<'a> {
             if met == Met::Nothing {
                 let (radiance, pdf) = self.environment.radiance(direction);
                 let weight = match self.estimator {
-                    Estimator::Both => power_heuristic(drawn.pdf, f64::from(pdf)),
+                    Estimator::Both => {
+                        power_heuristic(drawn.pdf, f64::from(n_draws) * f64::from(pdf))
+                    }
                     Estimator::Light => 0.0,
                     Estimator::Fibre => 1.0,
                 };

@@ -299,6 +299,22 @@ fn a_lone_strand_is_the_single_scattering_integral() {
 }
 
 #[test]
+fn draws_of_the_light_lie_in_strata_of_their_own() {
+    let mut random = SplitMix64(8);
+    for n in [1, 2, 4] {
+        let first = three(&mut random);
+        let drawn: Vec<[f64; 3]> = (0..n).map(|ix| spread(first, ix, n)).collect();
+        assert_eq!(drawn[0], first);
+        let mut strata: Vec<u32> = (drawn.iter())
+            .map(|u| (u[0] * f64::from(n)) as u32)
+            .collect();
+        strata.sort();
+        assert_eq!(strata, (0..n).collect::<Vec<_>>());
+        assert!(drawn.iter().flatten().all(|u| (0.0..1.0).contains(u)));
+    }
+}
+
+#[test]
 fn slow_all_ways_of_finding_the_light_agree() {
     let strands = ball();
     let rays = Rays::new(&strands);
