@@ -8,6 +8,7 @@
 use serde_json::{Value, json};
 use strandlight_cpu::CpuRenderer;
 use strandlight_formats::{Background, Scene};
+use strandlight_reference::compare::Layer;
 use strandlight_reference::converge::{Converged, Convergence, TILE};
 use strandlight_reference::environment::LightSampler;
 use strandlight_reference::{Environment, PathTracer, TracedScene};
@@ -91,6 +92,9 @@ pub struct Point {
     pub inside: f64,
     /// Mean of the converged picture over that of the truth.
     pub mean_ratio: f64,
+    /// Relative RMSE of the mean over the seeds of the samples' means, and of the converged pictures, less
+    /// what is noise of these means; none where that hides it, as of one seed.
+    pub bias: [Option<f64>; 2],
 }
 
 impl Convergences {
@@ -121,6 +125,8 @@ impl Convergences {
                 "expected": point.expected,
                 "inside": point.inside,
                 "mean_ratio": point.mean_ratio,
+                "bias_plain": point.bias[0],
+                "bias_converged": point.bias[1],
             })
         };
         let [strands, points, lights] = self.counts;
@@ -223,13 +229,13 @@ pub fn converge(
     let layers = [0, 1].map(|ix: usize| blocks(&halves[ix].0));
     let truth = Truth::new(&layers).ok_or(ConvergeError::Black)?;
     let tiles = Tiles::new(&halves);
-    let mut sums = vec![[0.0; 2]; options.samples.len()];
+    let mut runs: Vec<[Runs; 2]> = vec![Default::default(); options.samples.len()];
     let mut points = vec![Point::default(); options.samples.len()];
     let share = 1.0 / f64::from(options.seeds);
     for _ in 0..options.seeds {
         let mut convergence = Convergence::new(fast.clone(), &base, seeds.next_u64());
         let mut core_seconds = Some(0.0);
-        for ((&samples, point), sums) in options.samples.iter().zip(&mut points).zip(&mut sums) {
+        for ((&samples, point), runs) in options.samples.iter().zip(&mut points).zip(&mut runs) {
             let more = samples - convergence.samples();
             let (_, seconds) = clocked(|| convergence.trace(&base, &tracer, more));
             core_seconds = core_seconds.zip(seconds).map(|(sum, more)| sum + more);
@@ -238,8 +244,8 @@ pub fn converge(
             point.core_seconds =
                 core_seconds.map(|s| point.core_seconds.unwrap_or(0.0) + share * s);
             let (plain, _) = convergence.plain();
-            for (sum, picture) in sums.iter_mut().zip([&plain, &converged.picture]) {
-                *sum += share * truth.mean_square(&blocks(picture));
+            for (runs, picture) in runs.iter_mut().zip([&plain, &converged.picture]) {
+                runs.add(blocks(picture), &truth);
             }
             point.expected += share * converged.relative_error.powi(2);
             point.inside += share * tiles.inside(&converged);
@@ -247,9 +253,9 @@ pub fn converge(
             done();
         }
     }
-    for (point, [plain, converged]) in points.iter_mut().zip(sums) {
-        let root = |square: f64| (square > 0.0).then(|| square.sqrt());
-        (point.plain, point.converged) = (root(plain), root(converged));
+    for (point, runs) in points.iter_mut().zip(&runs) {
+        [point.plain, point.converged] = runs.each_ref().map(Runs::error);
+        point.bias = runs.each_ref().map(|runs| runs.bias(&truth));
         point.expected = point.expected.sqrt();
     }
     Ok(Convergences {
@@ -266,6 +272,53 @@ pub fn converge(
         seeds: options.seeds,
         truth_noise: truth.noise(),
     })
+}
+
+/// Pictures of several seeds, as means over blocks.
+#[derive(Clone, Default)]
+struct Runs {
+    n: f64,
+    /// Their sum.
+    sum: Option<Layer>,
+    /// Sum of the squares of their relative RMSEs.
+    squares: f64,
+}
+
+impl Runs {
+    fn add(&mut self, picture: Layer, truth: &Truth) {
+        self.n += 1.0;
+        self.squares += truth.mean_square(&picture);
+        match &mut self.sum {
+            None => self.sum = Some(picture),
+            Some(sum) => {
+                for (sum, value) in sum.rgb.iter_mut().zip(&picture.rgb) {
+                    for (sum, value) in sum.iter_mut().zip(value) {
+                        *sum += value;
+                    }
+                }
+            }
+        }
+    }
+
+    fn error(&self) -> Option<f64> {
+        root(self.squares / self.n)
+    }
+
+    /// The error of their mean. What a picture is off by on average is more than that, by the noise of a
+    /// picture; of the noise the mean has a share of `1 / n`.
+    fn bias(&self, truth: &Truth) -> Option<f64> {
+        let mut mean = self.sum.clone()?;
+        for value in mean.rgb.iter_mut().flatten() {
+            *value /= self.n as f32;
+        }
+        let of_mean = truth.mean_square(&mean);
+        let spread = self.squares / self.n - of_mean;
+        (self.n > 1.0).then(|| root(of_mean - spread / (self.n - 1.0)))?
+    }
+}
+
+fn root(square: f64) -> Option<f64> {
+    (square > 0.0).then(|| square.sqrt())
 }
 
 /// Means of paths alone, and their variance.
@@ -356,4 +409,44 @@ fn tile_sums(picture: &Picture, of: impl Fn(usize) -> [f32; 4]) -> Vec<[f64; 3]>
         }
     }
     sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pictures that are off by 5 % in the mean, and by 20 % each.
+    #[test]
+    fn the_noise_of_runs_is_no_bias() {
+        let n = 2000;
+        let layer = |value: &mut dyn FnMut() -> f32| {
+            let rgb = (0..n).map(|_| [value(), value(), value()]).collect();
+            Layer::new(n, 1, rgb, vec![1.0; n])
+        };
+        let halves = [0, 1].map(|_| layer(&mut || 1.0));
+        let truth = Truth::new(&halves).expect("not black");
+        let mut random = SplitMix64(3);
+        let mut runs_about = |mean: f64| {
+            let mut runs = Runs::default();
+            for _ in 0..8 {
+                let noise = 0.2 * 3.0_f64.sqrt();
+                runs.add(
+                    layer(&mut || (mean + random.uniform(-noise, noise)) as f32),
+                    &truth,
+                );
+            }
+            runs
+        };
+        let runs = runs_about(1.05);
+        let error = runs.error().expect("wrong");
+        assert!((error - 0.2_f64.hypot(0.05)).abs() < 5e-3, "{error}");
+        let bias = runs.bias(&truth).expect("wrong in the mean");
+        assert!((bias - 0.05).abs() < 5e-3, "{bias}");
+        // A share of 1/8 of the noise would be 7 %.
+        let none = runs_about(1.0).bias(&truth).unwrap_or(0.0);
+        assert!(none < 0.02, "{none}");
+        let mut one = Runs::default();
+        one.add(layer(&mut || 1.05), &truth);
+        assert_eq!(one.bias(&truth), None);
+    }
 }

@@ -128,12 +128,12 @@ fn print_converge(path: &Path, found: &Convergences) -> Outcome {
         percent(Some(found.truth_noise), 2),
     ))?;
     print_line(format_args!(
-        "  {:>8} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8}",
-        "samples", "core-s", "paths", "converged", "expected", "inside", "mean"
+        "  {:>8} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8}",
+        "samples", "core-s", "paths", "converged", "expected", "inside", "mean", "bias"
     ))?;
     for point in &found.points {
         print_line(format_args!(
-            "  {:>8} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8.4}",
+            "  {:>8} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8.4} {:>8}",
             point.samples,
             seconds(point.core_seconds),
             percent(point.plain, 2),
@@ -141,6 +141,7 @@ fn print_converge(path: &Path, found: &Convergences) -> Outcome {
             percent(Some(point.expected), 2),
             percent(Some(point.inside), 1),
             point.mean_ratio,
+            percent(point.bias[1], 2),
         ))?;
     }
     let [plain, converged] = found.slopes();
