@@ -33,7 +33,7 @@ const EARLY_ROULETTE: f64 = 4.0;
 pub const MAX_EVENTS: u32 = 4096;
 
 /// Directions drawn by the light at the first events of a path, and at all later ones. One more costs less
-/// than the noise that it takes away as long as few events have passed (`accuracy.md`).
+/// than the noise that it takes away as long as few events have passed (measured in the book's `accuracy.md`).
 const N_LIGHT_DRAWS: [u32; 3] = [4, 2, 1];
 
 /// How paths find the light. All give the same picture but for noise.
@@ -191,8 +191,6 @@ impl<'a> PathTracer<'a> {
         let mut has_turned = false;
         while traced.events < MAX_EVENTS {
             traced.events += 1;
-            // Only what lies beyond the seen fibre can turn light back.
-            let is_beyond = traced.events > 1;
             let Some(place) = self.place(&met, direction) else {
                 return traced;
             };
@@ -209,26 +207,8 @@ impl<'a> PathTracer<'a> {
                     1 => first,
                     _ => std::array::from_fn(|_| random.uniform(0.0, 1.0)),
                 };
-                for draw in 0..n_draws {
-                    let Some(emitted) = self.environment.at(spread(first, draw, n_draws)) else {
-                        break;
-                    };
-                    let sent = place.by.sends(emitted.direction);
-                    let pdf = f64::from(n_draws) * f64::from(emitted.pdf);
-                    let weight = match self.estimator {
-                        Estimator::Light => 1.0,
-                        _ => power_heuristic(pdf, sent.pdf),
-                    };
-                    let brought: [f64; 3] = std::array::from_fn(|c| {
-                        let radiance = f64::from(emitted.radiance[c]);
-                        carried[c] * sent.share[c] * radiance * weight / pdf
-                    });
-                    if brought.iter().any(|&x| x > 0.0)
-                        && !self.world.is_blocked(&start, emitted.direction)
-                    {
-                        traced.add(brought, has_turned || (is_beyond && sent.is_turned));
-                    }
-                }
+                let draws = (0..n_draws).map(|draw| spread(first, draw, n_draws));
+                self.add_light(&mut traced, &place, draws, carried, has_turned);
             }
 
             // Light, or what comes next, drawn by scattering.
@@ -239,7 +219,8 @@ impl<'a> PathTracer<'a> {
                 *carried *= weight;
             }
             direction = drawn.direction;
-            has_turned |= is_beyond && drawn.is_turned;
+            // Only what lies beyond the seen fibre can turn light back.
+            has_turned |= traced.events > 1 && drawn.is_turned;
             met = self.world.met(&start, direction);
             if met == Met::Nothing {
                 let (radiance, pdf) = self.environment.radiance(direction);
@@ -269,6 +250,38 @@ impl<'a> PathTracer<'a> {
         }
         traced.is_capped = true;
         traced
+    }
+
+    /// Adds light from directions that the environment has at the numbers of `draws`, sent on at `place` by a
+    /// path that has `carried` so much and has turned before or not.
+    fn add_light(
+        &self,
+        traced: &mut Traced,
+        place: &Place,
+        draws: impl ExactSizeIterator<Item = [f64; 3]>,
+        carried: [f64; 3],
+        has_turned: bool,
+    ) {
+        let n_draws = draws.len() as f64;
+        // Only what lies beyond the seen fibre can turn light back.
+        let is_beyond = traced.events > 1;
+        for emitted in draws.filter_map(|draw| self.environment.at(draw)) {
+            let sent = place.by.sends(emitted.direction);
+            let pdf = n_draws * f64::from(emitted.pdf);
+            let weight = match self.estimator {
+                Estimator::Light => 1.0,
+                _ => power_heuristic(pdf, sent.pdf),
+            };
+            let brought: [f64; 3] = std::array::from_fn(|c| {
+                let radiance = f64::from(emitted.radiance[c]);
+                carried[c] * sent.share[c] * radiance * weight / pdf
+            });
+            if brought.iter().any(|&x| x > 0.0)
+                && !self.world.is_blocked(&place.start, emitted.direction)
+            {
+                traced.add(brought, has_turned || (is_beyond && sent.is_turned));
+            }
+        }
     }
 
     /// What scatters at `met` on a path that comes along `direction`.

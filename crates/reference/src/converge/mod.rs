@@ -216,7 +216,8 @@ impl Convergence {
                 relative_error_of_fast: f64::INFINITY,
             };
         }
-        let mut field = Field::new(size, self.scales());
+        let n_sequences = self.n_samples.min(N_SEQUENCES);
+        let mut field = Field::new(size, self.scales(), n_sequences - 1);
         for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
             let (mean, variance) = sums.mean_and_variance(self.n_samples);
             field.set(pixel as usize, mean, variance);

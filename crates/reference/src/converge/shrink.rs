@@ -33,6 +33,10 @@ const REACH: usize = 7;
 /// leaves a tenth more error; 0.5 shows a seventh more noise where the picture is right.
 const CAUTION: f32 = 1.0;
 
+/// As [`CAUTION`], of blocks smaller than [`BLOCK`], over the degrees of freedom of their variances: noise of
+/// single pixels is seen as grain.
+const FINE_CAUTION: f32 = 15.0;
+
 /// Side of the smallest blocks that may be believed by themselves: of fewer pixels the noise is not known
 /// well enough.
 const FROM_ITSELF: usize = 8;
@@ -48,6 +52,8 @@ const N_SHIFTS: usize = 8;
 pub(super) struct Field {
     size: [usize; 2],
     pixels: Vec<Cell>,
+    /// Degrees of freedom of the variances: how many differences each is known from.
+    freedom: u32,
 }
 
 /// Sums over a block.
@@ -88,8 +94,9 @@ pub(super) struct Errors {
 }
 
 impl Field {
-    /// No correction; `scales` of pixels that get none are 0.
-    pub fn new(size: [usize; 2], scales: Vec<[f32; 3]>) -> Field {
+    /// No correction; `scales` of pixels that get none are 0. Variances will have so many degrees of freedom,
+    /// 1 or more.
+    pub fn new(size: [usize; 2], scales: Vec<[f32; 3]>, freedom: u32) -> Field {
         let cell = |scale| Cell {
             scale,
             ..Cell::default()
@@ -97,6 +104,7 @@ impl Field {
         Field {
             size,
             pixels: scales.into_iter().map(cell).collect(),
+            freedom,
         }
     }
 
@@ -319,8 +327,13 @@ fn pass(field: &Field, shift: [usize; 2]) -> Vec<([usize; 2], Vec<Estimate>)> {
             });
             let parent = parent.unwrap_or_default();
             let own = &details[at];
-            let mut evidence = Evidence::new(&around[at], CAUTION);
-            if 1 << ix >= FROM_ITSELF {
+            let side = 1 << ix;
+            let caution = match side < BLOCK {
+                true => FINE_CAUTION / field.freedom as f32,
+                false => CAUTION,
+            };
+            let mut evidence = Evidence::new(&around[at], caution);
+            if side >= FROM_ITSELF {
                 evidence = evidence.or_more(Evidence::new(own, OWN_CAUTION));
             }
             estimate(&level.cells[at], own, &evidence, &parent)
