@@ -415,8 +415,9 @@ fn pictures_are_measured_on_the_cpu() {
         let of = |key: &str| edit[key].as_f64().unwrap();
         let [first, last] = [of("first_milliseconds"), of("settled_milliseconds")];
         assert!(first > 0.0 && first <= last, "{edit}");
-        let near = of("near_milliseconds");
-        assert!(near > 0.0 && near <= last, "{edit}");
+        let shown = of("shown_milliseconds");
+        assert!(shown > 0.0 && shown <= first, "{edit}");
+        assert!((0.0..1.0).contains(&of("shown_off")), "{edit}");
         assert!(of("longest_milliseconds") > 0.0, "{edit}");
     }
     let table = assert_done(&mut bench(&["--window"]));

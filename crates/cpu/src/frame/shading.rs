@@ -117,7 +117,8 @@ impl Frame {
                 },
                 group: 0,
                 order: visible.order.clone(),
-                n_first: match has_before {
+                // Shares of the volume change slowly along strands.
+                n_first: match has_before || self.unblocked.is_none() {
                     true => visible.n_thinned,
                     false => visible.n_first,
                 },

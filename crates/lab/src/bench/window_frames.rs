@@ -14,16 +14,15 @@ use super::process_clock::{core_seconds, since};
 /// What the window gives the renderer at a time.
 const BUDGET: Duration = Duration::from_millis(8);
 
-/// How little a picture that is near the last one differs from it: relative RMS of their levels.
-pub const NEAR: f64 = 0.05;
-
 /// From one kind of edit to its pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WindowCost {
     /// What was edited.
     pub name: &'static str,
-    /// Median milliseconds to the first new picture from which on all are [`NEAR`] the last one.
-    pub near_milliseconds: f64,
+    /// Median milliseconds to the first new picture, a draft perhaps.
+    pub shown_milliseconds: f64,
+    /// How far that one is from the last one at most: relative RMS difference of their levels.
+    pub shown_off: f64,
     /// Median milliseconds to the first picture of every light and term.
     pub first_milliseconds: f64,
     /// Mean seconds of all cores together to that one, where the system tells.
@@ -39,7 +38,8 @@ impl WindowCost {
     pub fn to_json(&self) -> Value {
         json!({
             "name": self.name,
-            "near_milliseconds": self.near_milliseconds,
+            "shown_milliseconds": self.shown_milliseconds,
+            "shown_off": self.shown_off,
             "first_milliseconds": self.first_milliseconds,
             "first_core_seconds": self.first_core_seconds,
             "settled_milliseconds": self.settled_milliseconds,
@@ -50,7 +50,8 @@ impl WindowCost {
 
 /// One edit.
 struct Run {
-    near: f64,
+    shown: f64,
+    off: f64,
     first: f64,
     first_core_seconds: Option<f64>,
     settled: f64,
@@ -85,7 +86,8 @@ pub fn window_costs(
         let mean = |seconds: Vec<f64>| seconds.iter().sum::<f64>() / seconds.len() as f64;
         costs.push(WindowCost {
             name,
-            near_milliseconds: median(runs.iter().map(|run| run.near)),
+            shown_milliseconds: median(runs.iter().map(|run| run.shown)),
+            shown_off: runs.iter().fold(0.0, |most, run| run.off.max(most)),
             first_milliseconds: median(runs.iter().map(|run| run.first)),
             first_core_seconds: seconds.map(mean),
             settled_milliseconds: median(runs.iter().map(|run| run.settled)),
@@ -102,19 +104,18 @@ fn watch(
 ) -> Result<Run, RenderError> {
     let milliseconds = |since: Instant| 1e3 * since.elapsed().as_secs_f64();
     let (before, start) = (core_seconds(), Instant::now());
-    let mut version = live.display().version;
+    let version = live.display().version;
     edit(live)?;
     let mut longest = milliseconds(start);
     let mut first = None;
-    let mut shown = Vec::new();
+    let mut shown = None;
     loop {
         let step = Instant::now();
         let progress = live.advance(BUDGET)?;
         longest = milliseconds(step).max(longest);
         let display = live.display();
-        if display.version != version {
-            version = display.version;
-            shown.push((milliseconds(start), display.pixels.to_vec()));
+        if display.version != version && shown.is_none() {
+            shown = Some((milliseconds(start), display.pixels.to_vec()));
         }
         if progress.is_shown && progress.is_shaded && first.is_none() {
             first = Some((milliseconds(start), since(before)));
@@ -122,8 +123,13 @@ fn watch(
         if progress.is_done {
             let settled = milliseconds(start);
             let (first, first_core_seconds) = first.unwrap_or((settled, since(before)));
+            let (shown, off) = match shown {
+                Some((shown, pixels)) => (shown, difference(&pixels, live.display().pixels)),
+                None => (settled, 0.0),
+            };
             return Ok(Run {
-                near: near(&shown).unwrap_or(settled),
+                shown,
+                off,
                 first,
                 first_core_seconds,
                 settled,
@@ -133,26 +139,19 @@ fn watch(
     }
 }
 
-/// When the first of those at the end of `shown` was there that are near the last.
-fn near(shown: &[(f64, Vec<[u8; 4]>)]) -> Option<f64> {
-    let (_, last) = shown.last()?;
-    let pictures = shown.iter().rev();
-    let near = pictures.take_while(|(_, pixels)| difference(pixels, last) <= NEAR);
-    near.last().map(|(milliseconds, _)| *milliseconds)
-}
-
-/// Relative RMS difference of the levels of a picture from those of `last`; none of pictures of one size
-/// that are black, and infinite between sizes.
+/// Relative RMS difference of the levels of a picture, without alpha, from those of `last`; none of pictures
+/// of one size that are black, and infinite between sizes.
 fn difference(pixels: &[[u8; 4]], last: &[[u8; 4]]) -> f64 {
     if pixels.len() != last.len() {
         return f64::INFINITY;
     }
     let square = |level: u8| u64::from(level) * u64::from(level);
-    let levels = pixels.as_flattened().iter().zip(last.as_flattened());
     let (mut off, mut all) = (0, 0);
-    for (a, b) in levels {
-        off += square(a.abs_diff(*b));
-        all += square(*b);
+    for (a, b) in pixels.iter().zip(last) {
+        for (a, b) in a.iter().zip(b).take(3) {
+            off += square(a.abs_diff(*b));
+            all += square(*b);
+        }
     }
     match off {
         0 => 0.0,
@@ -165,20 +164,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_are_near_from_the_first_that_stays_so() {
-        let picture = |level: u8| vec![[level; 4]; 3];
-        let shown = |levels: &[u8]| {
-            let times = levels.iter().zip(1..);
-            let shown: Vec<_> = times
-                .map(|(level, at)| (f64::from(at), picture(*level)))
-                .collect();
-            near(&shown)
-        };
-        assert_eq!(shown(&[]), None);
-        assert_eq!(shown(&[100]), Some(1.0));
-        assert_eq!(shown(&[50, 96, 101, 100]), Some(2.0));
-        assert_eq!(shown(&[100, 50, 104, 100]), Some(3.0));
-        assert_eq!(shown(&[0, 1, 0]), Some(3.0));
+    fn pictures_differ_by_their_levels_without_alpha() {
+        let picture = |level: u8| vec![[level, level, level, 255]; 3];
+        assert_eq!(difference(&picture(100), &picture(100)), 0.0);
+        assert!((difference(&picture(95), &picture(100)) - 0.05).abs() < 1e-12);
+        assert_eq!(difference(&picture(0), &picture(0)), 0.0);
         assert_eq!(difference(&picture(1), &[]), f64::INFINITY);
     }
 }

@@ -31,9 +31,10 @@ use crate::cli::{Failure, Outcome, print_line};
 /// shaded, as medians in milliseconds, ratios to the first frame of each group, and the slowest
 /// stage; the frames of a group are interleaved, and its results are printed on stderr as they come.
 ///
-/// `--window`: the same edits in a window on the CPU: time until pictures are within 5 % of the last one
-/// (relative RMS of their levels), time to the first picture of every light and term, seconds of all
-/// cores to it, time to the last one, and the longest time without an answer to input.
+/// `--window`: the same edits in a window on the CPU: time to the first new picture, a draft perhaps, and how
+/// far it is from the last one at most (relative RMS of their levels); time to the first picture of every
+/// light and term, seconds of all cores to it, time to the last one, and the longest time without an
+/// answer to input.
 ///
 /// `--against PROGRAM` runs this build and another, each as `bench frames --json` in a process of its
 /// own, in the order this, other, other, this, and prints the other's time over ours.
@@ -267,11 +268,12 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
     })?;
     if !args.json {
         print_line(format_args!(
-            "{}: cpu: {} threads, in a window\n  {:20} {:>10} {:>10} {:>8} {:>10} {:>10}",
+            "{}: cpu: {} threads, in a window\n  {:20} {:>10} {:>7} {:>10} {:>8} {:>10} {:>10}",
             path.display(),
             rayon::current_num_threads(),
             "",
-            "near, ms",
+            "shown, ms",
+            "off, %",
             "first, ms",
             "core-s",
             "last, ms",
@@ -283,9 +285,10 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
         };
         costs.iter().try_for_each(|cost| {
             print_line(format_args!(
-                "  {:20} {:10.1} {:10.1} {} {:10.1} {:10.1}",
+                "  {:20} {:10.1} {:7.1} {:10.1} {} {:10.1} {:10.1}",
                 cost.name,
-                cost.near_milliseconds,
+                cost.shown_milliseconds,
+                100.0 * cost.shown_off,
                 cost.first_milliseconds,
                 seconds(cost.first_core_seconds),
                 cost.settled_milliseconds,
