@@ -33,7 +33,7 @@ const EARLY_ROULETTE: f64 = 4.0;
 pub const MAX_EVENTS: u32 = 4096;
 
 /// Directions drawn by the light at the first events of a path, and at all later ones. One more costs less
-/// than the noise that it takes away as long as few events have passed (measured in the book's `accuracy.md`).
+/// than the noise that it takes away as long as few events have passed (measured in docs/book/src/accuracy/accuracy.md).
 const N_LIGHT_DRAWS: [u32; 3] = [4, 2, 1];
 
 /// How paths find the light. All give the same picture but for noise.
