@@ -9,8 +9,9 @@
 //!
 //! both summed over the n blocks around it (James and Stein 1961): where the differences are no larger
 //! than noise may be there is none. A block of [`FROM_ITSELF`] pixels a side and more whose own difference is
-//! far above noise, as along a rim of light that the picture lacks, is believed by itself. The whole picture differs from 0, the picture as it was. All is
-//! averaged over several places of the grid of blocks, so that its lines do not show.
+//! far above noise, as along a rim of light that the picture lacks, is believed by itself. The whole picture
+//! differs from 0, the picture as it was. All is averaged over several places of the grid of blocks, so that
+//! its lines do not show.
 //!
 //! The error that is left is told by Stein's estimate (1981), without knowing the truth, less what the
 //! places of the grid differ.
