@@ -51,6 +51,7 @@ modules!(
     "lib/bounce",
     "lib/circular_gaussian",
     "lib/constants",
+    "lib/coverage",
     "lib/eccentric",
     "lib/fibre",
     "lib/fisher",
@@ -116,6 +117,7 @@ modules!(
     "pass/shadow_map",
     "pass/through_shares",
     "pass/transmittance",
+    "pass/visibility",
     "pass/voxelise",
 );
 

@@ -40,9 +40,10 @@ struct Batch {
     max_local: f32,
     // 1 where single scattering of narrow lights is found along segments.
     are_along: u32,
+    // 1 where the points are places in a list of them.
+    are_listed: u32,
     pad_0: u32,
     pad_1: u32,
-    pad_2: u32,
 }
 
 // L(omega) of one light (Xu 2011 Eq 1), in the form without cancellation.

@@ -104,3 +104,37 @@ fn light_map_place(proxy: Proxy, position: vec3f) -> vec2f {
     let polar = acos(clamp(q.y / length(q), -1.0, 1.0)) / 3.1415927;
     return vec2f(azimuth - floor(azimuth), polar) * f32(LIGHT_MAP_SIDE);
 }
+
+// The texels of all light maps between which a point of the surface lies.
+struct LightMapTexels {
+    // Left and right of the upper row, then of the lower.
+    corners: vec4u,
+    // From the left to the right ones, and from the upper to the lower, 0..=1.
+    f: vec2f,
+}
+
+fn light_map_texel(proxy: Proxy, ix: u32, column: i32, row: i32) -> u32 {
+    let side = i32(LIGHT_MAP_SIDE);
+    // Around an ellipsoid; the ground's outermost texels are far away.
+    var x = clamp(column, 0, side - 1);
+    if proxy.kind != GROUND {
+        x = (column + side) % side;
+    }
+    let y = clamp(row, 0, side - 1);
+    return u32(i32(ix) * side * side + y * side + x);
+}
+
+// Those of proxy `ix`.
+fn light_map_texels(proxy: Proxy, ix: u32, position: vec3f) -> LightMapTexels {
+    let at = light_map_place(proxy, position) - 0.5;
+    let base = floor(at);
+    let x = i32(base.x);
+    let y = i32(base.y);
+    let corners = vec4u(
+        light_map_texel(proxy, ix, x, y),
+        light_map_texel(proxy, ix, x + 1, y),
+        light_map_texel(proxy, ix, x, y + 1),
+        light_map_texel(proxy, ix, x + 1, y + 1),
+    );
+    return LightMapTexels(corners, at - base);
+}

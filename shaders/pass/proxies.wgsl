@@ -32,27 +32,12 @@ fn whole_picture(@builtin(vertex_index) vertex: u32, @builtin(instance_index) pr
     return Corner(vec4f(at, 0.0, 1.0), proxy);
 }
 
-fn light_map_texel(proxy: u32, column: i32, row: i32) -> vec3f {
-    let side = i32(LIGHT_MAP_SIDE);
-    // Around an ellipsoid; the ground's outermost texels are far away.
-    var x = clamp(column, 0, side - 1);
-    if proxies.list[proxy].kind != GROUND {
-        x = (column + side) % side;
-    }
-    let y = clamp(row, 0, side - 1);
-    return light_maps[i32(proxy) * side * side + y * side + x].rgb;
-}
-
 // Bilinear.
 fn sent_back(proxy: u32, position: vec3f) -> vec3f {
-    let at = light_map_place(proxies.list[proxy], position) - 0.5;
-    let base = floor(at);
-    let f = at - base;
-    let x = i32(base.x);
-    let y = i32(base.y);
-    let row_0 = mix(light_map_texel(proxy, x, y), light_map_texel(proxy, x + 1, y), f.x);
-    let row_1 = mix(light_map_texel(proxy, x, y + 1), light_map_texel(proxy, x + 1, y + 1), f.x);
-    return mix(row_0, row_1, f.y);
+    let texels = light_map_texels(proxies.list[proxy], proxy, position);
+    let row_0 = mix(light_maps[texels.corners.x], light_maps[texels.corners.y], texels.f.x);
+    let row_1 = mix(light_maps[texels.corners.z], light_maps[texels.corners.w], texels.f.x);
+    return mix(row_0, row_1, texels.f.y).rgb;
 }
 
 // What the rays through the samples of a pixel meet.

@@ -49,7 +49,8 @@
 // #endif
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4f>;
 // 64 bit each, low word first: points skipped; then for each term of SINGLE_COUNTER.. how many
-// products of point and light were evaluated, and how many skipped.
+// products of point and light were evaluated, and how many skipped. From FIRST_SHADED on the points that are shaded,
+// where these are listed.
 @group(0) @binding(10) var<storage, read_write> counters: array<atomic<u32>>;
 @group(0) @binding(11) var<uniform> axes: TableAxes;
 @group(0) @binding(12) var table_c: texture_2d<u32>;
@@ -84,6 +85,9 @@ const MAPS_PER_WORD: u32 = 4u;
 
 // The terms that are drawn; the others are not part of the pipeline.
 override TERMS: u32 = 7u;
+
+// Words of counters before the points that are shaded.
+const FIRST_SHADED: u32 = 20u;
 
 const SINGLE_COUNTER: u32 = 1u;
 const DIRECT_LOCAL_COUNTER: u32 = 3u;
@@ -150,6 +154,14 @@ fn record_at(first: u32, g: vec3f) -> ShadowRecord {
 }
 // #endif
 
+// The point at a place of the batch.
+fn shaded_point(place: u32) -> u32 {
+    if batch.are_listed == 0u {
+        return place;
+    }
+    return atomicLoad(&counters[FIRST_SHADED + place]);
+}
+
 // Whether a point or a segment that it is an end of can touch the picture.
 fn in_view(point_ix: u32) -> bool {
     let point = points[point_ix];
@@ -200,10 +212,11 @@ fn sides_of(light: LightInFrame, eye: DirectionInFrame) -> vec3f {
 
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3u) {
-    let point_ix = batch.first_point + id.x;
-    if point_ix >= batch.end_point {
+    let place = batch.first_point + id.x;
+    if place >= batch.end_point {
         return;
     }
+    let point_ix = shaded_point(place);
     let position = points[point_ix].xyz;
     if !in_view(point_ix) {
 // #if BOUNCE
@@ -356,10 +369,11 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
 // Single scattering of the narrow lights of the batch at the places about each point.
 @compute @workgroup_size(64)
 fn shade_narrow(@builtin(global_invocation_id) id: vec3u) {
-    let point_ix = batch.first_point + id.x;
-    if point_ix >= batch.end_point {
+    let place = batch.first_point + id.x;
+    if place >= batch.end_point {
         return;
     }
+    let point_ix = shaded_point(place);
     let position = points[point_ix].xyz;
     var sums = array<vec3f, 8>();
 // #if WIDE

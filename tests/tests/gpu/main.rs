@@ -11,3 +11,4 @@ mod render_physics;
 mod twins_gpu;
 mod variation;
 mod viewer;
+mod visibility_list;

@@ -438,16 +438,16 @@ fn strands_wider_than_the_groom_cost_no_more_than_pixels_and_texels_allow() {
     assert_eq!(whole.draws, 4);
     // Submissions of a bounded number of pixels draw the same.
     renderer.set_parts(PartLimits {
-        tile_side: None,
         drawn: 500_000,
+        ..PartLimits::default()
     });
     let (bands, stats) = renderer.render_to_image(&scene.camera, size, 16).unwrap();
     assert!(stats.draws >= 12 && stats.draws <= 20, "{}", stats.draws);
     assert_eq!(bands, gpu);
     let mut progressive = ProgressiveRenderer::new(&context, scene).unwrap();
     progressive.set_parts(PartLimits {
-        tile_side: None,
         drawn: 500_000,
+        ..PartLimits::default()
     });
     assert_eq!(progressive.still(size, 16).unwrap(), gpu);
 }

@@ -12,8 +12,9 @@ use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
-const TWIN_FILES: [(&str, &str); 21] = [
+const TWIN_FILES: [(&str, &str); 23] = [
     ("lib/bounce", "crates/scene/src/bounce.rs"),
+    ("lib/coverage", "crates/cpu/src/list/places.rs"),
     ("lib/grid", "crates/scene/src/volume.rs"),
     ("lib/light", "crates/scene/src/shadow_maps.rs"),
     ("lib/lut", "crates/scene/src/lut.rs"),
@@ -37,12 +38,35 @@ const TWIN_FILES: [(&str, &str); 21] = [
     ("pass/shade", "crates/render/src/passes/painted.rs"),
     ("pass/shadow_map", "crates/cpu/src/shadow_map.rs"),
     ("pass/transmittance", "crates/cpu/src/transmittance.rs"),
+    ("pass/visibility", "crates/render/src/passes/visibility.rs"),
 ];
 
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 9] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 15] = [
+    ("lib/coverage", "CLOSED", "crates/cpu/src/list/pixel.rs"),
+    (
+        "pass/shade",
+        "FIRST_SHADED",
+        "crates/render/src/passes/lighting.rs",
+    ),
+    (
+        "pass/visibility",
+        "FIRST_SHADED",
+        "crates/render/src/passes/lighting.rs",
+    ),
+    (
+        "pass/visibility",
+        "NEXT_TO_EYE",
+        "crates/cpu/src/triangles.rs",
+    ),
+    (
+        "pass/visibility",
+        "NO_SURFACE",
+        "crates/scene/src/bounce.rs",
+    ),
+    ("pass/visibility", "REACH", "crates/cpu/src/triangles.rs"),
     (
         "lib/along_segments",
         "LEAST_NORMAL",

@@ -5,8 +5,8 @@ use strandlight_scattering::wide::Simd;
 use super::blocked::Blocked;
 use super::places::{PLACES, sum};
 
-/// A pixel is closed once less than this share of what lies behind shows.
-const CLOSED: f32 = 1.0 / 256.0;
+/// A pixel is closed once less than this share of what lies behind shows: 1/256.
+const CLOSED: f32 = 0.003_906_25;
 
 /// Weights below this are added to the entry before.
 const LEAST_WEIGHT: f32 = 1.0 / 65_536.0;

@@ -6,12 +6,13 @@ use strandlight_scattering::wide::{LANES, Simd, f32x8, prelude::*};
 pub(super) const PLACES_SIDE: usize = 4;
 
 /// Places of a pixel, row by row: two vectors.
-pub(super) const PLACES: usize = PLACES_SIDE * PLACES_SIDE;
+pub(super) const PLACES: usize = 16;
 
 /// How far along either axis the outermost places lie from the middle of their pixel, px.
-pub(super) const FARTHEST: f32 = 0.5 - 0.5 / PLACES_SIDE as f32;
+pub(super) const FARTHEST: f32 = 0.375;
 
-const _: () = assert!(PLACES == 2 * LANES);
+const _: () = assert!(PLACES == PLACES_SIDE * PLACES_SIDE && PLACES == 2 * LANES);
+const _: () = assert!(FARTHEST == place(PLACES - 1)[0]);
 
 /// Where a place lies from the middle of its pixel, px.
 pub(super) const fn place(ix: usize) -> [f32; 2] {

@@ -10,6 +10,8 @@ mod prepare;
 mod set;
 mod shading;
 mod view;
+#[cfg(not(target_arch = "wasm32"))]
+mod visible;
 
 use crate::gpu::{Context, GpuError, ResourceCounts};
 use crate::hair_options::HairOptions;
@@ -29,6 +31,8 @@ use strandlight_scene::scene::PreparedScene;
 
 pub(crate) use job::{DirtyFlags, ShadingJob, Stepped};
 pub use view::{HairView, ViewError};
+#[cfg(not(target_arch = "wasm32"))]
+use visible::Visible;
 
 /// Margin of pictures whose view may turn.
 const MARGIN: f32 = 0.15;
@@ -98,6 +102,9 @@ pub struct HairRenderer {
     strands: StrandBuffers,
     projection: Projection,
     strand_pass: StrandPass,
+    /// Of pictures that are drawn without samples.
+    #[cfg(not(target_arch = "wasm32"))]
+    visible: Option<Visible>,
     /// The wind that bends the strands of the scene, and what does.
     wind: Option<Wind>,
     deform: Option<Deform>,
@@ -178,6 +185,8 @@ impl HairRenderer {
             strands,
             projection,
             strand_pass,
+            #[cfg(not(target_arch = "wasm32"))]
+            visible: None,
             wind: None,
             deform: None,
             has_volume: false,
@@ -242,6 +251,8 @@ impl HairRenderer {
     pub(crate) fn bytes(&self) -> u64 {
         let lighting = self.lighting.bytes().map(|(_, bytes)| bytes);
         let fixed = self.strands.bytes() + self.volume.bytes() + self.ribbons.bytes();
+        #[cfg(not(target_arch = "wasm32"))]
+        let fixed = fixed + self.visible.as_ref().map_or(0, Visible::bytes);
         fixed + lighting.iter().sum::<u64>()
     }
 }

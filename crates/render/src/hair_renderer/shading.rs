@@ -44,6 +44,12 @@ impl HairRenderer {
             let lighting = &mut self.lighting;
             lighting.set_points(context, scene, &self.volume, &self.strands, is_other);
         }
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(visible) = &mut self.visible
+            && dirty.has(Inputs::POINTS | Inputs::PROXIES)
+        {
+            visible.forget();
+        }
         if dirty.has(Inputs::LIGHTS) {
             let lighting = &mut self.lighting;
             lighting.set_lights(context, scene, &self.volume, &self.strands);
@@ -98,6 +104,8 @@ impl HairRenderer {
         }
         view.margin_px += self.margin * scene.size[0].max(scene.size[1]) as f32;
         self.lighting.begin(context, &view);
+        #[cfg(not(target_arch = "wasm32"))]
+        self.list_visible(&view)?;
         steps.extend(self.lighting.through_steps(view.eye, view.forward));
         steps.extend(self.lighting.table_steps());
         steps.extend(self.lighting.shade_steps(chunk));

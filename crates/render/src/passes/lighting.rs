@@ -12,6 +12,8 @@ use super::narrow::{NarrowLights, NarrowPass};
 use super::profile;
 use super::profile::Profile;
 use super::proxies::Proxies;
+#[cfg(not(target_arch = "wasm32"))]
+use super::resources::grow;
 use super::resources::{StrandBuffers, buffer_of, compute_with, module_with, storage, uniform};
 use super::shadow_map::ShadowMaps;
 use super::shadows::{Batch, Sweep};
@@ -32,6 +34,12 @@ use strandlight_scene::shadow_maps::ShadowPlan;
 /// Points shaded by one step by default: at most some seconds of work on a
 /// software device.
 pub(crate) const POINT_CHUNK: u32 = 1 << 15;
+
+/// Words of counters in their buffer, before the points that are shaded where these are listed.
+pub(super) const FIRST_SHADED: u32 = 20;
+
+/// Bytes of these.
+pub(crate) const COUNTER_BYTES: u64 = 4 * FIRST_SHADED as u64;
 
 /// What a pipeline of shading is compiled for: what is not there is not in its code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -114,7 +122,9 @@ pub(crate) struct Lighting {
     scattering: super::scattering::Scattering,
     view: wgpu::Buffer,
     batch: wgpu::Buffer,
+    /// And the points that are shaded, where these are listed: how many.
     counters: wgpu::Buffer,
+    n_listed: Option<u32>,
     radiance: Vec<wgpu::Buffer>,
     narrow: NarrowLights,
     proxies: Option<Proxies>,
@@ -164,7 +174,8 @@ impl Lighting {
             scattering: super::scattering::Scattering::new(context, scene)?,
             view: uniform(context, "view", &view),
             batch: uniform(context, "batch", &batch),
-            counters: storage(context, "counters", 80),
+            counters: storage(context, "counters", COUNTER_BYTES + 16),
+            n_listed: None,
             radiance: (0..n_radiance)
                 .map(|_| storage(context, "radiance", a_point))
                 .collect(),
@@ -221,6 +232,22 @@ impl Lighting {
     /// As [`strandlight_scene::stats::Stats::set_counters`] reads them.
     pub fn counters(&self) -> &wgpu::Buffer {
         &self.counters
+    }
+
+    /// Where the points go that alone are to be shaded from now on, from word [`FIRST_SHADED`] on; then
+    /// [`Lighting::shade_listed`] says how many.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn room_for_list(&mut self, context: &Context) -> &wgpu::Buffer {
+        let bytes = COUNTER_BYTES + 4 * u64::from(self.n_points);
+        if grow(context, &mut self.counters, bytes) {
+            self.forget_groups();
+        }
+        &self.counters
+    }
+
+    /// Shades so many listed points in the steps to come, or all.
+    pub fn shade_listed(&mut self, n: Option<u32>) {
+        self.n_listed = n;
     }
 
     /// Batches that shading ran over, each of which counted all points.

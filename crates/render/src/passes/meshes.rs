@@ -121,6 +121,12 @@ impl Meshes {
         }))
     }
 
+    /// Position, normal and albedo of the places, and which of them the corners of triangles are.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn shape(&self) -> [&wgpu::Buffer; 2] {
+        [&self.surfaces, &self.corners]
+    }
+
     /// Light of the places at first: that of `scene` in the open.
     pub fn open_light(&self, scene: &PreparedScene) -> Vec<[f32; 4]> {
         let of = |surface: &Surface| {

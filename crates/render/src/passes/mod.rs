@@ -34,6 +34,8 @@ pub(crate) mod stamp;
 pub(crate) mod step;
 pub(crate) mod strand_pass;
 pub(crate) mod target;
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) mod visibility;
 pub(crate) mod volume;
 
 pub use memory_estimate::{DeviceBytes, DevicePart};
@@ -58,6 +60,8 @@ pub(crate) fn layouts() -> Vec<Layout> {
         shadows::LAYOUTS,
         strand_pass::LAYOUTS,
         target::LAYOUTS,
+        #[cfg(not(target_arch = "wasm32"))]
+        visibility::LAYOUTS,
     ]
     .concat()
 }

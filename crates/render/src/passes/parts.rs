@@ -17,6 +17,9 @@ const TILE_SIDE: u32 = 2048;
 /// least. A few seconds on a software device, which waits at most a minute.
 const MAX_DRAWN: u64 = 256 << 20;
 
+/// Most pairs of a pixel and a segment that are listed together: 96 MiB, and about a second of a software device.
+const MAX_HITS: u32 = 8 << 20;
+
 /// Pixels in the height of a row that the estimate is made for.
 const BLOCK: u32 = 8;
 
@@ -28,6 +31,8 @@ pub struct PartLimits {
     pub tile_side: Option<u32>,
     /// Most pixels of strands in a submission.
     pub drawn: u64,
+    /// Most pairs of a pixel and a segment that are listed together, or a row of pixels.
+    pub hits: u32,
 }
 
 impl Default for PartLimits {
@@ -35,6 +40,7 @@ impl Default for PartLimits {
         PartLimits {
             tile_side: None,
             drawn: MAX_DRAWN,
+            hits: MAX_HITS,
         }
     }
 }

@@ -36,7 +36,8 @@ pub(super) struct Batch {
     pub density_back: f32,
     pub max_local: f32,
     pub are_along: u32,
-    pub pad: [u32; 3],
+    pub are_listed: u32,
+    pub pad: [u32; 2],
 }
 
 /// Which slice of the volume a dispatch sweeps, and along which of its lights' directions; mirrored
@@ -51,7 +52,7 @@ struct Step {
 strandlight_scattering::mirrors! {
     Batch as "Batch" in "lib/light" {
         first_light, n_lights, first_point, end_point, min_power, density_forward, density_back,
-        max_local, are_along, pad,
+        max_local, are_along, are_listed, pad,
     }
     Step as "Step" in "pass/transmittance" { k, slice_ix }
 }

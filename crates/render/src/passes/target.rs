@@ -59,96 +59,43 @@ impl PassSamples {
     }
 }
 
-/// What pictures of one size are drawn into.
-pub(crate) struct Target {
-    size: [u32; 2],
+/// The samples of a pass.
+struct Samples {
     color: wgpu::TextureView,
     depth: wgpu::TextureView,
-    sums: wgpu::Buffer,
-    picture: wgpu::Buffer,
-    backdrop: wgpu::Buffer,
     accumulate: wgpu::BindGroup,
-    composite: wgpu::BindGroup,
-    /// The lights that `composite` is bound to.
-    lights: wgpu::Buffer,
-    /// The map behind the hair that it is bound to.
-    map: Option<Arc<Panorama>>,
 }
 
-impl Target {
-    /// Room for pictures of `size`, none of whose sides is zero, with `lights` behind them.
-    pub fn new(
+impl Samples {
+    /// Room for those of pictures of `size`, and what adds them to `sums`.
+    fn new(
         context: &Context,
         film: &Film,
         ribbons: &Ribbons,
         size: [u32; 2],
-        lights: &wgpu::Buffer,
-    ) -> Target {
+        sums: &wgpu::Buffer,
+    ) -> Samples {
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
         let to_read = usage | wgpu::TextureUsages::TEXTURE_BINDING;
         let color = texture(context, "samples", size, 4, COLOR, to_read);
-        let depth = texture(context, "depth", size, 4, DEPTH, usage);
-        let bytes = u64::from(size[0]) * u64::from(size[1]) * 16;
-        let sums = storage(context, "sums", bytes);
-        let picture = storage(context, "picture", bytes);
-        let backdrop: Backdrop = bytemuck::Zeroable::zeroed();
-        let backdrop = uniform(context, "backdrop", &backdrop);
-        let accumulate = bind(
-            context,
-            &film.accumulate.get_bind_group_layout(0),
-            &[
-                (0, ribbons.view().as_entire_binding()),
-                (1, wgpu::BindingResource::TextureView(&color)),
-                (2, sums.as_entire_binding()),
-                (3, ribbons.current().as_entire_binding()),
-            ],
-        );
-        let buffers = [ribbons.view(), &backdrop, lights, &sums, &picture];
-        Target {
-            composite: bind_composite(context, film, buffers),
-            size,
+        let resources = [
+            (0, ribbons.view().as_entire_binding()),
+            (1, wgpu::BindingResource::TextureView(&color)),
+            (2, sums.as_entire_binding()),
+            (3, ribbons.current().as_entire_binding()),
+        ];
+        let layout = film.accumulate.get_bind_group_layout(0);
+        Samples {
+            accumulate: bind(context, &layout, &resources),
+            depth: texture(context, "depth", size, 4, DEPTH, usage),
             color,
-            depth,
-            sums,
-            picture,
-            backdrop,
-            accumulate,
-            lights: lights.clone(),
-            map: film.behind.as_ref().map(|behind| behind.map.clone()),
         }
-    }
-
-    /// Samples in the next passes are the first.
-    pub fn clear(&self, context: &Context) {
-        submit(context, |encoder| encoder.clear_buffer(&self.sums, 0, None));
-    }
-
-    /// Draws a band of four samples a pixel with `draw`; the last band adds those that count to
-    /// the sums. `stamp` is for passes of one band.
-    pub fn pass(
-        &self,
-        context: &Context,
-        (film, ribbons): (&Film, &Ribbons),
-        samples: PassSamples,
-        band: &Band,
-        stamp: Stamp,
-        draw: impl FnOnce(&mut wgpu::RenderPass),
-    ) {
-        ribbons.set_pass(context, samples.pass_ix, samples.n);
-        submit(context, |encoder| {
-            draw(&mut self.begin_pass(encoder, band, &stamp.clone().first()));
-            if band.end < self.size[1] {
-                return;
-            }
-            let mut pass = compute_pass(encoder, stamp.last());
-            let groups = self.size.map(|n| n.div_ceil(8));
-            step(&mut pass, &film.accumulate, &self.accumulate, groups);
-        });
     }
 
     fn begin_pass<'encoder>(
         &self,
         encoder: &'encoder mut wgpu::CommandEncoder,
+        [width, height]: [u32; 2],
         band: &Band,
         stamp: &Stamp,
     ) -> wgpu::RenderPass<'encoder> {
@@ -178,9 +125,84 @@ impl Target {
             timestamp_writes: stamp.render_writes(),
             ..Default::default()
         });
-        let n_rows = band.end.min(self.size[1]) - band.start;
-        pass.set_scissor_rect(0, band.start, self.size[0], n_rows);
+        let n_rows = band.end.min(height) - band.start;
+        pass.set_scissor_rect(0, band.start, width, n_rows);
         pass
+    }
+}
+
+/// What pictures of one size are drawn into.
+pub(crate) struct Target {
+    size: [u32; 2],
+    /// Once there was a pass.
+    samples: Option<Samples>,
+    sums: wgpu::Buffer,
+    picture: wgpu::Buffer,
+    backdrop: wgpu::Buffer,
+    composite: wgpu::BindGroup,
+    /// The lights that `composite` is bound to.
+    lights: wgpu::Buffer,
+    /// The map behind the hair that it is bound to.
+    map: Option<Arc<Panorama>>,
+}
+
+impl Target {
+    /// Room for pictures of `size`, none of whose sides is zero, with `lights` behind them.
+    pub fn new(
+        context: &Context,
+        film: &Film,
+        ribbons: &Ribbons,
+        size: [u32; 2],
+        lights: &wgpu::Buffer,
+    ) -> Target {
+        let bytes = u64::from(size[0]) * u64::from(size[1]) * 16;
+        let sums = storage(context, "sums", bytes);
+        let picture = storage(context, "picture", bytes);
+        let backdrop: Backdrop = bytemuck::Zeroable::zeroed();
+        let backdrop = uniform(context, "backdrop", &backdrop);
+        let buffers = [ribbons.view(), &backdrop, lights, &sums, &picture];
+        Target {
+            composite: bind_composite(context, film, buffers),
+            size,
+            samples: None,
+            sums,
+            picture,
+            backdrop,
+            lights: lights.clone(),
+            map: film.behind.as_ref().map(|behind| behind.map.clone()),
+        }
+    }
+
+    /// Samples in the next passes are the first.
+    pub fn clear(&self, context: &Context) {
+        submit(context, |encoder| encoder.clear_buffer(&self.sums, 0, None));
+    }
+
+    /// Draws a band of four samples a pixel with `draw`; the last band adds those that count to
+    /// the sums. `stamp` is for passes of one band.
+    pub fn pass(
+        &mut self,
+        context: &Context,
+        (film, ribbons): (&Film, &Ribbons),
+        of_pass: PassSamples,
+        band: &Band,
+        stamp: Stamp,
+        draw: impl FnOnce(&mut wgpu::RenderPass),
+    ) {
+        ribbons.set_pass(context, of_pass.pass_ix, of_pass.n);
+        let (size, sums) = (self.size, &self.sums);
+        let samples = self
+            .samples
+            .get_or_insert_with(|| Samples::new(context, film, ribbons, size, sums));
+        submit(context, |encoder| {
+            draw(&mut samples.begin_pass(encoder, size, band, &stamp.clone().first()));
+            if band.end < size[1] {
+                return;
+            }
+            let mut pass = compute_pass(encoder, stamp.last());
+            let groups = size.map(|n| n.div_ceil(8));
+            step(&mut pass, &film.accumulate, &samples.accumulate, groups);
+        });
     }
 
     /// Turns the sums of `samples` samples into the linear picture, before the background of `scene`: a colour, the
@@ -256,7 +278,8 @@ impl Target {
 
     pub fn bytes(&self) -> u64 {
         let samples = u64::from(self.size[0]) * u64::from(self.size[1]) * 4;
-        self.sums.size() + self.picture.size() + samples * 12
+        let samples = self.samples.as_ref().map_or(0, |_| samples * 12);
+        self.sums.size() + self.picture.size() + samples
     }
 }
 

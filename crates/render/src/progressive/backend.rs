@@ -28,7 +28,13 @@ impl Backend for ProgressiveRenderer {
     }
 
     fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
+        #[cfg(not(target_arch = "wasm32"))]
+        let by_list = self.by_list;
         *self = ProgressiveRenderer::new(self.context(), scene)?;
+        #[cfg(not(target_arch = "wasm32"))]
+        if by_list {
+            self.draw_by_list()?;
+        }
         Ok(())
     }
 

@@ -37,6 +37,7 @@ use crate::gpu::Context;
 use crate::hair_renderer::HairRenderer;
 use crate::passes::clock::Clock;
 use crate::passes::film::Film;
+use crate::passes::lighting::COUNTER_BYTES;
 use crate::passes::noise::Noise;
 use crate::passes::parts::{self, Spread, Tile};
 use crate::passes::readback::Readback;
@@ -83,6 +84,11 @@ pub struct ProgressiveRenderer {
     still_bytes: [u64; 2],
     /// The picture is read back when it is finished: nothing is shown before.
     is_still: bool,
+    /// Stills are drawn by a visibility list where that is possible; was the last one?
+    #[cfg(not(target_arch = "wasm32"))]
+    by_list: bool,
+    #[cfg(not(target_arch = "wasm32"))]
+    was_by_list: bool,
 }
 
 /// What there is of the picture.
@@ -147,7 +153,7 @@ impl ProgressiveRenderer {
             screen: Screen::new(context, [1, 1]),
             next_screen: None,
             noise: Noise::new(context)?,
-            counters: (Readback::new(context, 80), 1),
+            counters: (Readback::new(context, COUNTER_BYTES), 1),
             has_preview: true,
             picture: Drawn::default(),
             pacer: Pacer::new(!cfg!(target_arch = "wasm32")),
@@ -156,6 +162,10 @@ impl ProgressiveRenderer {
             #[cfg(not(target_arch = "wasm32"))]
             still_bytes: [0; 2],
             is_still: false,
+            #[cfg(not(target_arch = "wasm32"))]
+            by_list: false,
+            #[cfg(not(target_arch = "wasm32"))]
+            was_by_list: false,
             hair,
         };
         renderer.set_size(renderer.hair.scene.size)?;
@@ -180,6 +190,19 @@ impl ProgressiveRenderer {
     /// long it took, as it has to in a browser.
     pub fn set_waiting(&mut self, is_waiting: bool) {
         self.pacer = Pacer::new(is_waiting && !cfg!(target_arch = "wasm32"));
+    }
+
+    /// Draws whole pictures of other hosts than screens, [`Backend::render`](crate::Backend::render),
+    /// without samples: from a visibility list, as the CPU renderer does. Scenes too large for the device are drawn with samples all
+    /// the same.
+    ///
+    /// # Errors
+    /// Whatever the device refuses.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn draw_by_list(&mut self) -> Result<(), RenderError> {
+        self.hair.use_list()?;
+        self.by_list = true;
+        self.hair.context.check("visibility list").map_err(failed)
     }
 
     /// How far the picture has come.

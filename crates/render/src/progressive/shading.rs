@@ -3,7 +3,7 @@
 use super::ProgressiveRenderer;
 use crate::hair_renderer::{DirtyFlags, Stepped};
 use crate::invalidation::Inputs;
-use crate::passes::lighting::POINT_CHUNK;
+use crate::passes::lighting::{COUNTER_BYTES, POINT_CHUNK};
 use strandlight_scene::RenderError;
 
 /// Points that the first job lights at a time.
@@ -50,7 +50,11 @@ impl ProgressiveRenderer {
                         .set_proxies(&hair.context, &hair.ribbons, &hair.lighting);
                 }
                 let counters = hair.lighting.counters();
-                if self.counters.0.send(&hair.context, counters, 80, |_| ()) {
+                if self
+                    .counters
+                    .0
+                    .send(&hair.context, counters, COUNTER_BYTES, |_| ())
+                {
                     self.counters.1 = hair.lighting.n_batches();
                 }
                 if self.hair.is_projected {

@@ -74,8 +74,14 @@ impl ProgressiveRenderer {
                 .map_or(0, |(_, bytes)| *bytes),
         };
         let mut stats = report.frame_stats(bytes);
-        stats.samples = samples;
-        stats.passes = samples.div_ceil(PASS_SAMPLES);
+        // Those that are not listed were skipped as well.
+        if stats.visible_points > 0 {
+            stats.points_skipped += stats.points as u64 - stats.visible_points;
+        }
+        if !self.was_by_list {
+            stats.samples = samples;
+            stats.passes = samples.div_ceil(PASS_SAMPLES);
+        }
         stats
     }
 
@@ -207,6 +213,7 @@ impl ProgressiveRenderer {
     #[doc(hidden)]
     pub fn set_parts(&mut self, limits: PartLimits) {
         self.parts = limits;
+        self.hair.set_most_hits(limits.hits);
         self.restart_picture();
     }
 
@@ -271,8 +278,9 @@ impl ProgressiveRenderer {
 
     fn finish_target(&mut self, observer: Observer) -> Result<Vec<[f32; 4]>, RenderError> {
         self.light_whole(observer)?;
+        self.was_by_list = self.is_still && self.by_list && self.finish_by_list(observer)?;
         let n_passes = self.total_samples().div_ceil(PASS_SAMPLES);
-        while !self.advance(Duration::from_secs(1))?.is_done {
+        while !self.was_by_list && !self.advance(Duration::from_secs(1))?.is_done {
             let drawn = f64::from(self.picture.passes) / f64::from(n_passes);
             observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * drawn);
         }
@@ -282,5 +290,20 @@ impl ProgressiveRenderer {
         let pixels = read_back(&self.hair.context, "picture", target.picture())?;
         self.take_counters();
         Ok(pixels)
+    }
+    /// Draws the target, whose light is there, from the visibility list. Answers whether there is one.
+    fn finish_by_list(&mut self, observer: Observer) -> Result<bool, RenderError> {
+        let view = self.drawn_view();
+        let Some(sums) = self.target.as_ref().map(|target| target.sums().clone()) else {
+            return Ok(false);
+        };
+        let is_drawn = self.hair.draw_visible(&view, &sums, &mut |done| {
+            observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * done);
+        })?;
+        if is_drawn {
+            self.hair.ribbons.set_view(&self.hair.context, &view);
+            self.compose(1)?;
+        }
+        Ok(is_drawn)
     }
 }

@@ -143,9 +143,6 @@ impl ProgressiveRenderer {
                 self.submitted("project", 1.0)
             }
             Work::Pass => {
-                let Some(target) = &self.target else {
-                    return Ok(());
-                };
                 let samples = self.total_samples();
                 let Drawn {
                     band_ends,
@@ -159,6 +156,9 @@ impl ProgressiveRenderer {
                     _ => Stamp::default(),
                 };
                 let (hair, film) = (&self.hair, &self.film);
+                let Some(target) = &mut self.target else {
+                    return Ok(());
+                };
                 if *passes == 0 && *bands == 0 {
                     target.clear(&hair.context);
                 }
@@ -188,18 +188,7 @@ impl ProgressiveRenderer {
                 Ok(())
             }
             Work::Show => {
-                let samples = self.samples_of(self.picture.passes);
-                let Some(target) = &mut self.target else {
-                    return Ok(());
-                };
-                let (context, scene) = (&self.hair.context, &self.hair.scene);
-                self.film.set_behind(context, scene)?;
-                let (film, ribbons) = (&self.film, &self.hair.ribbons);
-                let background = (scene, samples);
-                let lit = self.hair.lighting.lit();
-                let stamp = self.hair.clock.stamp("composite");
-                target.composite(context, film, ribbons, background, lit, stamp);
-                self.submitted("composite", 1.0)?;
+                self.compose(self.samples_of(self.picture.passes))?;
                 let passes = self.picture.passes;
                 let Some(target) = self.target.as_ref().filter(|_| self.tile.is_none()) else {
                     // Tiles are not shown.
@@ -219,5 +208,19 @@ impl ProgressiveRenderer {
                 self.submitted("display", 1.0)
             }
         }
+    }
+    /// Puts the background behind sums of so many samples.
+    pub(super) fn compose(&mut self, samples: u32) -> Result<(), RenderError> {
+        let Some(target) = &mut self.target else {
+            return Ok(());
+        };
+        let (context, scene) = (&self.hair.context, &self.hair.scene);
+        self.film.set_behind(context, scene)?;
+        let (film, ribbons) = (&self.film, &self.hair.ribbons);
+        let lit = self.hair.lighting.lit();
+        let stamp = self.hair.clock.stamp("composite");
+        target.composite(context, film, ribbons, (scene, samples), lit, stamp);
+        self.hair.report.device_bytes = self.device_bytes();
+        self.submitted("composite", 1.0)
     }
 }

@@ -22,7 +22,13 @@ impl Args {
         work: impl Fn(Open) -> Result<T, RenderError>,
     ) -> Result<T, Failure> {
         let on_gpu = |context: &Context| {
-            work(&|scene| Ok(Box::new(ProgressiveRenderer::new(context, scene)?)))
+            work(&|scene| {
+                let mut renderer = ProgressiveRenderer::new(context, scene)?;
+                if self.samples.is_none() {
+                    renderer.draw_by_list()?;
+                }
+                Ok(Box::new(renderer))
+            })
         };
         let on_cpu = || work(&|scene| Ok(self.on_cpu(scene)));
         let instead = |error: &dyn std::fmt::Display| {

@@ -5,6 +5,8 @@ use super::super::meshes::Meshes;
 use super::super::proxies::Proxies;
 use super::super::resources::{StrandBuffers, write};
 use super::super::shadows::SweptLights;
+#[cfg(not(target_arch = "wasm32"))]
+use super::super::visibility::ShownProxies;
 use super::super::volume::Volume;
 use super::{Kind, Lighting, Lit, Shade};
 use crate::gpu::Context;
@@ -135,6 +137,17 @@ impl Lighting {
 
     pub(super) fn meshes(&self) -> Option<&Meshes> {
         self.proxies.as_ref().and_then(Proxies::meshes)
+    }
+
+    /// The proxies in the light that radiance buffer `ix` has, if there are any.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn shown_proxies(&self, ix: usize) -> Option<ShownProxies<'_>> {
+        let proxies = self.proxies.as_ref()?;
+        Some(ShownProxies {
+            records: proxies.records(),
+            light: proxies.light_map(ix),
+            meshes: self.meshes().map(Meshes::shape),
+        })
     }
 
     /// The proxies, if there are any.

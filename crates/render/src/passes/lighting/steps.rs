@@ -9,7 +9,7 @@ use super::super::shadows::Batch;
 use super::super::stamp::Stamp;
 use super::super::step::Step;
 use super::super::volume::Volume;
-use super::{Lighting, Lit};
+use super::{COUNTER_BYTES, Lighting, Lit};
 use crate::gpu::Context;
 use std::ops::Range;
 use strandlight_scattering::closed_form::TERM_SINGLE;
@@ -93,30 +93,31 @@ impl Lighting {
             if !self.sweep.is_kept() {
                 steps.extend(self.sweeps_of(batch));
             }
-            let chunks = (0..self.n_points).step_by(chunk.max(64) as usize);
-            steps.extend(chunks.map(|first| Step::Shade {
-                batch,
-                points: first..(first + chunk.max(64)).min(self.n_points),
-            }));
+            let shade = |points| Step::Shade { batch, points };
+            steps.extend(self.chunks(chunk).map(shade));
             if self.proxies.is_some() {
                 steps.push(Step::Proxies { batch });
             }
         }
         if let Some(bounce) = self.bounce.as_ref().filter(|_| self.n_lit > 0) {
             steps.extend(bounce.is_stale.then_some(Step::Bounce));
-            let chunks = (0..self.n_points).step_by(chunk.max(64) as usize);
-            steps.extend(chunks.map(|first| Step::ShadeBounce {
-                points: first..(first + chunk.max(64)).min(self.n_points),
-            }));
+            let shade = |points| Step::ShadeBounce { points };
+            steps.extend(self.chunks(chunk).map(shade));
         }
         // Without narrow lights by now it clears what others left.
         if self.narrow.have_room() {
-            let chunks = (0..self.n_points).step_by(chunk.max(64) as usize);
-            steps.extend(chunks.map(|first| Step::Narrow {
-                points: first..(first + chunk.max(64)).min(self.n_points),
-            }));
+            let shade = |points| Step::Narrow { points };
+            steps.extend(self.chunks(chunk).map(shade));
         }
         steps
+    }
+
+    /// The points that are shaded, at most `chunk` at a time.
+    fn chunks(&self, chunk: u32) -> impl Iterator<Item = Range<u32>> + use<> {
+        let n = self.n_listed.unwrap_or(self.n_points);
+        let chunk = chunk.max(64);
+        let firsts = (0..n).step_by(chunk as usize);
+        firsts.map(move |first| first..(first + chunk).min(n))
     }
 
     pub(super) fn sweeps_of(&self, batch: usize) -> impl Iterator<Item = Step> + use<> {
@@ -129,7 +130,7 @@ impl Lighting {
         let bytes = bytemuck::bytes_of(view);
         context.write(&self.view, 0, bytes);
         submit(context, |encoder| {
-            encoder.clear_buffer(&self.counters, 0, None);
+            encoder.clear_buffer(&self.counters, 0, Some(COUNTER_BYTES));
         });
     }
 
@@ -270,6 +271,7 @@ impl Lighting {
             (6, strands.normals.as_entire_binding()),
             (8, bounced.as_entire_binding()),
             (9, self.radiance[into].as_entire_binding()),
+            (10, self.counters.as_entire_binding()),
         ];
         resources.extend(self.scattering.bindings());
         let group = bind(context, &pipeline.get_bind_group_layout(0), &resources);
@@ -299,7 +301,8 @@ impl Lighting {
             density_back: self.densities[1],
             max_local: self.max_local,
             are_along: u32::from(self.narrow.are_along && self.narrow.have_room()),
-            pad: [0; 3],
+            are_listed: u32::from(self.n_listed.is_some()),
+            pad: [0; 2],
         };
         let bytes = bytemuck::bytes_of(&uniform);
         context.write(&self.batch, 0, bytes);
@@ -352,6 +355,7 @@ impl Lighting {
             (4, strands.points.as_entire_binding()),
             (5, strands.tangents.as_entire_binding()),
             (6, strands.normals.as_entire_binding()),
+            (10, self.counters.as_entire_binding()),
             (23, self.maps.answers().as_entire_binding()),
         ];
         bindings.extend(self.scattering.single_bindings());

@@ -1,0 +1,109 @@
+//! Pictures by a visibility list: only what they show is shaded, and nothing is sampled.
+
+use web_time::Instant;
+
+use super::HairRenderer;
+use crate::passes::visibility::{Seen, VisibilityPass};
+use strandlight_scene::RenderError;
+use strandlight_scene::camera::ViewUniform;
+
+/// The visibility list of a renderer.
+pub(super) struct Visible {
+    pass: VisibilityPass,
+    /// Of which view it is, and how much that shows.
+    listed: Option<(ViewUniform, Seen)>,
+}
+
+impl Visible {
+    /// The points or what is beside them have moved.
+    pub fn forget(&mut self) {
+        self.listed = None;
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.pass.bytes()
+    }
+}
+
+impl HairRenderer {
+    /// Finds out what pictures show before they are shaded, from now on.
+    pub(crate) fn use_list(&mut self) -> Result<(), RenderError> {
+        if self.visible.is_none() {
+            let pass = VisibilityPass::new(&self.context, &self.strands)?;
+            self.visible = Some(Visible { pass, listed: None });
+        }
+        Ok(())
+    }
+
+    /// Lists at most so many pairs of a pixel and a segment together, or a row of pixels.
+    pub(crate) fn set_most_hits(&mut self, most_hits: u32) {
+        if let Some(visible) = &mut self.visible {
+            visible.pass.most_hits = most_hits;
+            visible.forget();
+        }
+    }
+
+    /// Has the job to come shade only the points that `view` shows, where no other view is to follow, or all.
+    pub(super) fn list_visible(&mut self, view: &ViewUniform) -> Result<(), RenderError> {
+        self.lighting.shade_listed(None);
+        if self.margin > 0.0 {
+            return Ok(());
+        }
+        if let Some(seen) = self.list(view)? {
+            self.lighting.shade_listed(Some(seen.points));
+            self.report.stats.visible_points = u64::from(seen.points);
+            self.report.stats.list_entries = u64::from(seen.entries);
+        }
+        Ok(())
+    }
+
+    /// Makes the list of `view`, unless it is there. [`None`] if none is made, or the device has no room for it.
+    fn list(&mut self, view: &ViewUniform) -> Result<Option<Seen>, RenderError> {
+        // Light does not matter.
+        let view = ViewUniform {
+            radiance_scale: 1.0,
+            margin_px: 0.0,
+            ..*view
+        };
+        let Some(visible) = &mut self.visible else {
+            return Ok(None);
+        };
+        if let Some((_, seen)) = visible.listed.filter(|(before, _)| *before == view) {
+            return Ok(Some(seen));
+        }
+        visible.listed = None;
+        let start = Instant::now();
+        let stamp = self.clock.stamp("list");
+        let shaded = self.lighting.room_for_list(&self.context).clone();
+        let is_narrow = self.lighting.lit_points()[self.front].1.is_some();
+        let kind = (self.lighting.shown_proxies(self.front), is_narrow);
+        let (context, strands) = (&self.context, &self.strands);
+        let seen = (visible.pass).list(context, &view, strands, kind, &shaded, &stamp)?;
+        visible.listed = seen.map(|seen| (view, seen));
+        self.report.ran("list");
+        self.report.took("list", start.elapsed().as_secs_f64());
+        Ok(seen)
+    }
+
+    /// Draws `view`, lit as shown, into `sums`, one sample a pixel. Answers whether the device could; otherwise it takes
+    /// samples.
+    pub(crate) fn draw_visible(
+        &mut self,
+        view: &ViewUniform,
+        sums: &wgpu::Buffer,
+        observer: &mut dyn FnMut(f64),
+    ) -> Result<bool, RenderError> {
+        if self.list(view)?.is_none() {
+            return Ok(false);
+        }
+        let start = Instant::now();
+        if let Some(Visible { pass, .. }) = &mut self.visible {
+            let proxies = self.lighting.shown_proxies(self.front);
+            let lit = (self.lighting.lit_points()[self.front], self.ribbons.even);
+            pass.draw(&self.context, &self.strands, proxies, lit, sums, observer)?;
+            self.report.ran("draw");
+            self.report.took("draw", start.elapsed().as_secs_f64());
+        }
+        Ok(true)
+    }
+}

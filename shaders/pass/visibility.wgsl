@@ -1,0 +1,820 @@
+// Draws strands without samples, from a list of what each pixel shows, from front to back, with the share of the pixel
+// that it covers. `find_hits` counts the ribbons that may cover something of a pixel and then, once `sum_rows`,
+// `place_rows` and `place_pixels` have made room, writes them; `list_pixels` takes those of a pixel by depth, until hardly
+// anything of what is behind can be seen, and leaves the list of the pixel in their place; `list_seen` lists the points
+// that some pixel shows; `resolve` is the list times their radiance. The order in which hits come does not matter.
+// Twin: crates/cpu/src/list.rs.
+// #import lib/view
+// #import lib/screen_point
+// #import lib/pieces
+// #import lib/coverage
+// #if NARROW
+// #import lib/along_segments
+// #endif
+// #if PROXIES
+// #import lib/proxy
+// #endif
+
+struct ListLayout {
+    // Columns and rows of tiles, which triangles of meshes are sorted into.
+    n_tiles: vec2u,
+    // Of the band that there is room for, and where they end.
+    first_row: u32,
+    end_row: u32,
+    n_segments: u32,
+    // 0: hits are counted; 1: they are written.
+    is_writing: u32,
+    pad_0: u32,
+    pad_1: u32,
+    // Of wide strands: WidthProfile.even of lib/width_profile.
+    even: vec4f,
+}
+
+// What there is of a pixel.
+struct Pixel {
+    n_hits: atomic<u32>,
+    // Where the next hit goes; once all are there, where they end.
+    next: atomic<u32>,
+    // At the end of the hits, the first entry last.
+    n_entries: u32,
+    pad: u32,
+}
+
+// A surface behind the hair of a pixel.
+struct SeenSurface {
+    // Which proxy, or from their number on which triangle.
+    surface: u32,
+    // Share of the pixel.
+    weight: f32,
+    // Where it is, from the middle of the pixel, px: two numbers of 16 bits.
+    moved: u32,
+    // Along the line of sight, cm.
+    depth: f32,
+}
+
+// A triangle of a mesh as the eye sees it.
+struct Triangle {
+    // For each corner, the side of the plane through the eye and the other two: a constant, and the growth along x and
+    // y from the middle of the picture, px. Rays through the triangle have the same side of all three.
+    sides: array<vec4f, 3>,
+    // Which surfaces.
+    corners: vec3u,
+    // Times the inverse of the sum of the sides, the depth along the line of sight, cm.
+    depth: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> list: ListLayout;
+@group(0) @binding(2) var<storage, read> segments: array<u32>;
+@group(0) @binding(3) var<storage, read> points: array<vec4f>;
+@group(0) @binding(4) var<storage, read> tangents: array<vec4f>;
+// w: half the distance to the point after, or 0 at a tip.
+@group(0) @binding(5) var<storage, read> normals: array<vec4f>;
+// Points on the screen: place and direction; half of the width, depth, coverage, and 1 at a tip.
+@group(0) @binding(6) var<storage, read_write> placed: array<array<vec4f, 2>>;
+// The same, to be read.
+@group(0) @binding(7) var<storage, read> screen: array<array<vec4f, 2>>;
+// Row by row.
+@group(0) @binding(8) var<storage, read_write> pixels: array<Pixel>;
+// Of each row its number of hits, then the hits of the band before it.
+@group(0) @binding(9) var<storage, read_write> rows: array<u32>;
+// Three words each. Of a hit the bits of its depth, the first point of its segment, and which piece of that; of an entry
+// the first point, where in the ribbon it is, see `packed_place`, and its weight.
+@group(0) @binding(10) var<storage, read_write> hits: array<u32>;
+// A bit for each point of a segment that is seen; then the number of entries.
+@group(0) @binding(11) var<storage, read_write> seen: array<atomic<u32>>;
+// As in pass/shade, whose counters come first.
+@group(0) @binding(12) var<storage, read_write> shaded: array<u32>;
+// Numbers of points that are seen and of entries.
+@group(0) @binding(13) var<storage, read_write> totals: vec2u;
+@group(0) @binding(14) var<storage, read> radiance: array<vec4f>;
+// Sum of one sample.
+@group(0) @binding(15) var<storage, read_write> picture: array<vec4f>;
+// #if NARROW
+// Of narrow lights, [point][half].
+@group(0) @binding(16) var<storage, read> along: array<vec4u>;
+// #endif
+// #if PROXIES
+@group(0) @binding(17) var<uniform> proxies: Proxies;
+// #endif
+// [pixel], those with the largest weight of their kind.
+@group(0) @binding(18) var<storage, read_write> behind: array<array<SeenSurface, N_BEHIND>>;
+// [proxy][row][column], then [surface] of meshes: (rgb, 0), times the view's radiance scale.
+@group(0) @binding(19) var<storage, read> light_maps: array<vec4f>;
+// #if MESHES
+// [surface] position, normal, albedo
+@group(0) @binding(20) var<storage, read> surfaces: array<array<vec4f, 3>>;
+// [triangle][corner]: which surface.
+@group(0) @binding(21) var<storage, read> corners: array<u32>;
+@group(0) @binding(22) var<storage, read_write> placed_triangles: array<Triangle>;
+// The same, to be read.
+@group(0) @binding(23) var<storage, read> triangles: array<Triangle>;
+// Of each tile its number of triangles, then where they start, then where they end; after that the triangles of all
+// tiles.
+@group(0) @binding(24) var<storage, read_write> tiles: array<atomic<u32>>;
+// #endif
+
+// Side of a tile, px.
+const TILE: u32 = 16u;
+
+// Surfaces of a pixel that are kept: two proxies and a triangle.
+const N_BEHIND: u32 = 3u;
+
+// Threads of a group that goes through segments, triangles or a row.
+const GROUP: u32 = 256u;
+
+// Words of counters before the points that are shaded.
+const FIRST_SHADED: u32 = 20u;
+
+const NO_SURFACE: u32 = 0xffffffffu;
+
+// Depth up to which places on the screen are not to be trusted, cm.
+const NEXT_TO_EYE: f32 = 0.01;
+
+// How far beyond its outline a triangle is looked for, px.
+const REACH: f32 = 1.0;
+
+var<workgroup> sums: array<u32, GROUP>;
+
+@compute @workgroup_size(GROUP)
+fn place_points(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let point = id.x + id.y * groups.x * GROUP;
+    if point >= view.n_points {
+        return;
+    }
+    let at = screen_point(view, points[point], tangents[point].xyz);
+    let is_tip = select(0.0, 1.0, normals[point].w == 0.0);
+    placed[point] = array<vec4f, 2>(
+        vec4f(at.at, at.along), vec4f(at.half_width, at.depth, at.coverage, is_tip));
+}
+
+fn screen_point_of(point: u32) -> ScreenPoint {
+    let at = screen[point];
+    return ScreenPoint(at[0].xy, at[0].zw, at[1].x, at[1].y, at[1].z);
+}
+
+fn segment_ribbon(first: u32) -> Ribbon {
+    return ribbon_of(screen_point_of(first), screen_point_of(first + 1u), screen[first + 1u][1].w != 0.0);
+}
+
+fn piece_of_segment(first: u32, ix: u32, n: u32) -> Ribbon {
+    return piece_ribbon(
+        screen_point_of(first), screen_point_of(first + 1u), ix, n, screen[first + 1u][1].w != 0.0);
+}
+
+// Counts or writes the pixels of the band that a ribbon may cover something of.
+fn hit_pixels(ribbon: Ribbon, first: u32, piece: u32) {
+    if ribbon.bend < 0.0 {
+        return;
+    }
+    // From the corner of the part of the picture that is drawn.
+    let origin = vec2f(view.origin);
+    let reach = ribbon_reach(ribbon);
+    let low = floor(min(ribbon.a, ribbon.b) - reach - origin);
+    let high = floor(max(ribbon.a, ribbon.b) + reach - origin) + 1.0;
+    let extent = vec2f(view.extent);
+    let left = u32(clamp(low.x, 0.0, extent.x));
+    let right = u32(clamp(high.x, 0.0, extent.x));
+    let top = u32(clamp(low.y, f32(list.first_row), f32(list.end_row)));
+    let bottom = u32(clamp(high.y, f32(list.first_row), f32(list.end_row)));
+    // Of a steep ribbon a row shows what is about where its middle crosses it.
+    let is_steep = abs(ribbon.along.y) > 0.01;
+    let wide = (reach + FARTHEST) / abs(ribbon.along.y) + 0.5;
+    for (var y = top; y < bottom; y++) {
+        var begin = left;
+        var end = right;
+        if is_steep {
+            let middle = ribbon.a.x + (origin.y + f32(y) + 0.5 - ribbon.a.y) * (ribbon.along.x / ribbon.along.y);
+            begin = max(begin, u32(clamp(floor(middle - wide - origin.x), 0.0, extent.x)));
+            end = min(end, u32(clamp(ceil(middle + wide - origin.x), 0.0, extent.x)));
+        }
+        for (var x = begin; x < end; x++) {
+            let place = ribbon_place(ribbon, origin + vec2f(f32(x), f32(y)) + 0.5);
+            if !place.is_near {
+                continue;
+            }
+            let pixel = x + view.extent.x * y;
+            if list.is_writing == 0u {
+                atomicAdd(&pixels[pixel].n_hits, 1u);
+            } else {
+                let hit = 3u * atomicAdd(&pixels[pixel].next, 1u);
+                hits[hit] = bitcast<u32>(max(mix(ribbon.depth.x, ribbon.depth.y, place.t), 0.0));
+                hits[hit + 1u] = first;
+                hits[hit + 2u] = piece;
+            }
+        }
+    }
+}
+
+// Those of all segments.
+@compute @workgroup_size(GROUP)
+fn find_hits(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let segment = id.x + id.y * groups.x * GROUP;
+    if segment >= list.n_segments {
+        return;
+    }
+    let first = segments[segment];
+    let whole = segment_ribbon(first);
+    let n = n_pieces(whole.bend);
+    for (var ix = 0u; ix < n; ix++) {
+        if n == 1u {
+            hit_pixels(whole, first, 0u);
+        } else {
+            hit_pixels(piece_of_segment(first, ix, n), first, ix);
+        }
+    }
+}
+
+// The share of `n` that a thread of a group goes through: where it begins and ends.
+fn share_of(local: u32, n: u32) -> vec2u {
+    let share = (n + GROUP - 1u) / GROUP;
+    let begin = min(local * share, n);
+    return vec2u(begin, min(begin + share, n));
+}
+
+// Once every thread left a sum: that of the threads before.
+fn sum_before(local: u32) -> u32 {
+    workgroupBarrier();
+    var before = 0u;
+    for (var ix = 0u; ix < local; ix++) {
+        before += sums[ix];
+    }
+    return before;
+}
+
+// A group for each row.
+@compute @workgroup_size(GROUP)
+fn sum_rows(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+    let row = view.extent.x * group.x;
+    let share = share_of(local, view.extent.x);
+    var sum = 0u;
+    for (var x = share.x; x < share.y; x++) {
+        sum += atomicLoad(&pixels[row + x].n_hits);
+    }
+    sums[local] = sum;
+    let before = sum_before(local);
+    if local == GROUP - 1u {
+        rows[group.x] = before + sum;
+    }
+}
+
+// A group for all rows of the band.
+@compute @workgroup_size(GROUP)
+fn place_rows(@builtin(local_invocation_index) local: u32) {
+    let share = share_of(local, list.end_row - list.first_row) + list.first_row;
+    var sum = 0u;
+    for (var row = share.x; row < share.y; row++) {
+        sum += rows[row];
+    }
+    sums[local] = sum;
+    var before = sum_before(local);
+    for (var row = share.x; row < share.y; row++) {
+        let n = rows[row];
+        rows[row] = before;
+        before += n;
+    }
+}
+
+// A group for each row of the band.
+@compute @workgroup_size(GROUP)
+fn place_pixels(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+    let y = list.first_row + group.x;
+    let row = view.extent.x * y;
+    let share = share_of(local, view.extent.x);
+    var sum = 0u;
+    for (var x = share.x; x < share.y; x++) {
+        sum += atomicLoad(&pixels[row + x].n_hits);
+    }
+    sums[local] = sum;
+    var before = rows[y] + sum_before(local);
+    for (var x = share.x; x < share.y; x++) {
+        atomicStore(&pixels[row + x].next, before);
+        before += atomicLoad(&pixels[row + x].n_hits);
+    }
+}
+
+// #if MESHES
+fn triangle_side(normal: vec3f) -> vec4f {
+    return vec4f(view.focal_px * dot(normal, view.forward), dot(normal, view.right), -dot(normal, view.up), 0.0);
+}
+
+// The columns and rows of tiles that a triangle may be seen in, and where they end; all where a corner is next to the
+// eye or behind it.
+fn tiles_of(corners_from_eye: array<vec3f, 3>) -> vec4u {
+    let most = vec2f(list.n_tiles);
+    var low = vec2f(1e30);
+    var high = vec2f(-1e30);
+    var n_next = 0u;
+    var n_behind = 0u;
+    for (var ix = 0u; ix < 3u; ix++) {
+        let corner = corners_from_eye[ix];
+        let depth = dot(corner, view.forward);
+        n_next += select(0u, 1u, depth <= NEXT_TO_EYE);
+        n_behind += select(0u, 1u, depth <= 0.0);
+        let across = vec2f(dot(corner, view.right), -dot(corner, view.up));
+        let at = 0.5 * vec2f(view.size) + view.focal_px * across / max(depth, NEXT_TO_EYE);
+        low = min(low, at);
+        high = max(high, at);
+    }
+    if n_behind == 3u {
+        return vec4u(0u);
+    }
+    if n_next > 0u {
+        return vec4u(0u, 0u, list.n_tiles);
+    }
+    let origin = vec2f(view.origin);
+    let first = clamp(floor((low - REACH - origin) / f32(TILE)), vec2f(0.0), most);
+    let end = clamp(floor((high + REACH - origin) / f32(TILE)) + 1.0, vec2f(0.0), most);
+    return vec4u(vec2u(first), vec2u(end));
+}
+
+fn corners_of(triangle: u32) -> array<vec3f, 3> {
+    return array<vec3f, 3>(
+        surfaces[corners[3u * triangle]][0].xyz - view.eye,
+        surfaces[corners[3u * triangle + 1u]][0].xyz - view.eye,
+        surfaces[corners[3u * triangle + 2u]][0].xyz - view.eye,
+    );
+}
+
+@compute @workgroup_size(GROUP)
+fn count_triangles(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let triangle = id.x + id.y * groups.x * GROUP;
+    if triangle >= arrayLength(&corners) / 3u {
+        return;
+    }
+    let from_eye = corners_of(triangle);
+    let a = from_eye[0];
+    let b = from_eye[1];
+    let c = from_eye[2];
+    let sides = array<vec4f, 3>(triangle_side(cross(b, c)), triangle_side(cross(c, a)), triangle_side(cross(a, b)));
+    let of_corners = vec3u(corners[3u * triangle], corners[3u * triangle + 1u], corners[3u * triangle + 2u]);
+    placed_triangles[triangle] = Triangle(sides, of_corners, view.focal_px * dot(a, cross(b, c)));
+    let near = tiles_of(from_eye);
+    for (var row = near.y; row < near.w; row++) {
+        for (var column = near.x; column < near.z; column++) {
+            atomicAdd(&tiles[column + list.n_tiles.x * row], 1u);
+        }
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn place_triangles(@builtin(local_invocation_index) local: u32) {
+    let n_tiles = list.n_tiles.x * list.n_tiles.y;
+    let share = share_of(local, n_tiles);
+    var sum = 0u;
+    for (var tile = share.x; tile < share.y; tile++) {
+        sum += atomicLoad(&tiles[tile]);
+    }
+    sums[local] = sum;
+    var before = n_tiles + sum_before(local);
+    for (var tile = share.x; tile < share.y; tile++) {
+        let n = atomicLoad(&tiles[tile]);
+        atomicStore(&tiles[tile], before);
+        before += n;
+    }
+    if local == GROUP - 1u {
+        totals = vec2u(before, 0u);
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn sort_triangles(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let triangle = id.x + id.y * groups.x * GROUP;
+    if triangle >= arrayLength(&corners) / 3u {
+        return;
+    }
+    let near = tiles_of(corners_of(triangle));
+    for (var row = near.y; row < near.w; row++) {
+        for (var column = near.x; column < near.z; column++) {
+            let place = atomicAdd(&tiles[column + list.n_tiles.x * row], 1u);
+            atomicStore(&tiles[place], triangle);
+        }
+    }
+}
+// #endif
+
+// What proxies and meshes hide of a pixel.
+struct Blocked {
+    // Depth of the nearest at each place, row by row; more than any hair's where there is none.
+    depth: array<vec4f, 4>,
+    // Which proxy, or from their number on which triangle.
+    surface: array<vec4u, 4>,
+    is_any: bool,
+}
+
+// #if PROXIES
+// The surface that the first triangle is: triangles come after the proxies.
+fn first_triangle() -> u32 {
+    return proxies.n;
+}
+// #else
+fn first_triangle() -> u32 {
+    return 0u;
+}
+// #endif
+
+// Where a place lies from the middle of its pixel, px.
+fn from_middle(row: u32, column: u32) -> vec2f {
+    return (vec2f(f32(column), f32(row)) + 0.5) / f32(PLACES_SIDE) - 0.5;
+}
+
+fn block(blocked: ptr<function, Blocked>, row: u32, column: u32, depth: f32, surface: u32) {
+    let z = (depth - view.near) / (view.far - view.near);
+    if z < (*blocked).depth[row][column] {
+        (*blocked).depth[row][column] = z;
+        (*blocked).surface[row][column] = surface;
+        (*blocked).is_any = true;
+    }
+}
+
+// #if MESHES
+fn block_by_triangles(blocked: ptr<function, Blocked>, tile: u32, middle: vec2f) {
+    let from_picture_middle = middle - 0.5 * vec2f(view.size);
+    var place = list.n_tiles.x * list.n_tiles.y;
+    if tile > 0u {
+        place = atomicLoad(&tiles[tile - 1u]);
+    }
+    let end = atomicLoad(&tiles[tile]);
+    for (; place < end; place++) {
+        let triangle = atomicLoad(&tiles[place]);
+        let seen_triangle = triangles[triangle];
+        var at = vec3f(0.0);
+        var change = vec3f(0.0);
+        for (var ix = 0u; ix < 3u; ix++) {
+            at[ix] = seen_triangle.sides[ix].x + dot(seen_triangle.sides[ix].yz, from_picture_middle);
+            change[ix] = size_across(seen_triangle.sides[ix].yz);
+        }
+        if any(at < -change) && any(at > change) {
+            continue;
+        }
+        for (var row = 0u; row < PLACES_SIDE; row++) {
+            for (var column = 0u; column < PLACES_SIDE; column++) {
+                let moved = from_middle(row, column);
+                let sides = at + vec3f(
+                    dot(seen_triangle.sides[0].yz, moved), dot(seen_triangle.sides[1].yz, moved), dot(seen_triangle.sides[2].yz, moved));
+                let depth = seen_triangle.depth / (sides.x + sides.y + sides.z);
+                // Neither behind the eye nor along the plane.
+                if (all(sides >= vec3f(0.0)) || all(sides <= vec3f(0.0))) && depth > 0.0 && depth < 1e30 {
+                    block(blocked, row, column, depth, first_triangle() + triangle);
+                }
+            }
+        }
+    }
+}
+// #else
+fn block_by_triangles(blocked: ptr<function, Blocked>, tile: u32, middle: vec2f) {}
+// #endif
+
+// #if PROXIES
+fn blocked_places(tile: u32, middle: vec2f) -> Blocked {
+    var blocked: Blocked;
+    for (var row = 0u; row < PLACES_SIDE; row++) {
+        blocked.depth[row] = vec4f(1e30);
+        blocked.surface[row] = vec4u(NO_SURFACE);
+    }
+    for (var row = 0u; row < PLACES_SIDE && proxies.n > 0u; row++) {
+        for (var column = 0u; column < PLACES_SIDE; column++) {
+            let direction = ray_direction(view, middle + from_middle(row, column));
+            let away = dot(direction, view.forward);
+            for (var proxy = 0u; proxy < proxies.n; proxy++) {
+                let distance = entry_distance(proxies.list[proxy], view.eye, direction);
+                if distance > 0.0 {
+                    block(&blocked, row, column, distance * away, proxy);
+                }
+            }
+        }
+    }
+    block_by_triangles(&blocked, tile, middle);
+    return blocked;
+}
+// 1 for a proxy, or for a triangle.
+fn by_kind(surface: u32) -> vec2f {
+    return select(vec2f(0.0, 1.0), vec2f(1.0, 0.0), surface < first_triangle());
+}
+
+// Keeps the surfaces that are seen at open places.
+fn keep_surfaces(pixel: u32, blocked: Blocked, open: array<vec4f, 4>) {
+    var kept = array<SeenSurface, N_BEHIND>();
+    // Of proxies and of triangles: the weight of all, and of those that are kept.
+    var all_weight = vec2f(0.0);
+    var kept_weight = vec2f(0.0);
+    var least_surface = 0u;
+    while blocked.is_any {
+        // The next one; most pixels show one or two.
+        var surface = NO_SURFACE;
+        for (var row = 0u; row < PLACES_SIDE; row++) {
+            for (var column = 0u; column < PLACES_SIDE; column++) {
+                let other = blocked.surface[row][column];
+                surface = select(surface, other, other >= least_surface && other < surface);
+            }
+        }
+        if surface == NO_SURFACE {
+            break;
+        }
+        least_surface = surface + 1u;
+        // Its weight, and times it where its places lie from the middle, and how deep.
+        var weight = 0.0;
+        var moved = vec2f(0.0);
+        var depth = 0.0;
+        for (var row = 0u; row < PLACES_SIDE; row++) {
+            for (var column = 0u; column < PLACES_SIDE; column++) {
+                let share = open[row][column];
+                if blocked.surface[row][column] == surface && share > 0.0 {
+                    weight += share;
+                    moved += share * from_middle(row, column);
+                    depth += share * blocked.depth[row][column];
+                }
+            }
+        }
+        if weight <= 0.0 {
+            continue;
+        }
+        all_weight += weight * by_kind(surface);
+        // In the place of the proxy with less weight, or of the triangle.
+        var least = N_BEHIND - 1u;
+        if surface < first_triangle() {
+            least = select(0u, 1u, kept[1].weight < kept[0].weight);
+        }
+        if weight > kept[least].weight {
+            kept_weight += (weight - kept[least].weight) * by_kind(surface);
+            let way = mix(view.near, view.far, depth / weight);
+            kept[least] = SeenSurface(surface, weight, pack2x16snorm(moved / weight), way);
+        }
+    }
+    // Those that are kept stand for the others of their kind.
+    for (var ix = 0u; ix < N_BEHIND; ix++) {
+        let of_kind = by_kind(kept[ix].surface);
+        kept[ix].weight *= dot(all_weight, of_kind) / max(dot(kept_weight, of_kind) * PLACES, 1e-6);
+    }
+    behind[pixel] = kept;
+}
+// #endif
+
+// A hit; sorted by depth, then by point, then by piece. No two of a pixel are equal.
+struct Hit {
+    depth: u32,
+    first: u32,
+    piece: u32,
+}
+
+fn hit_at(place: u32) -> Hit {
+    return Hit(hits[3u * place], hits[3u * place + 1u], hits[3u * place + 2u]);
+}
+
+fn put_hit(place: u32, hit: Hit) {
+    hits[3u * place] = hit.depth;
+    hits[3u * place + 1u] = hit.first;
+    hits[3u * place + 2u] = hit.piece;
+}
+
+fn is_before(a: Hit, b: Hit) -> bool {
+    if a.depth != b.depth {
+        return a.depth < b.depth;
+    }
+    if a.first != b.first {
+        return a.first < b.first;
+    }
+    return a.piece < b.piece;
+}
+
+// Puts a hit into the heap of `n` hits from `start` on, at the place `at` or below: the nearest is on top.
+fn sift(start: u32, n: u32, at: u32, hit: Hit) {
+    var place = at;
+    loop {
+        var below = 2u * place + 1u;
+        if below >= n {
+            break;
+        }
+        var nearest = hit_at(start + below);
+        if below + 1u < n {
+            let other = hit_at(start + below + 1u);
+            if is_before(other, nearest) {
+                nearest = other;
+                below++;
+            }
+        }
+        if is_before(hit, nearest) {
+            break;
+        }
+        put_hit(start + place, nearest);
+        place = below;
+    }
+    put_hit(start + place, hit);
+}
+
+// Share of the way along its segment, and means over the width.
+fn packed_place(t: f32, across: vec2f) -> u32 {
+    let of_across = u32(i32(round(127.0 * across.x)) & 255) | (u32(round(255.0 * across.y)) << 8u);
+    return u32(t * 65535.0 + 0.5) | (of_across << 16u);
+}
+
+fn mark(point: u32) {
+    let bit = 1u << (point % 32u);
+    // Looking is cheaper than changing.
+    if (atomicLoad(&seen[point / 32u]) & bit) == 0u {
+        atomicOr(&seen[point / 32u], bit);
+    }
+}
+
+// A thread for each pixel of the band.
+@compute @workgroup_size(8, 8)
+fn list_pixels(@builtin(global_invocation_id) id: vec3u) {
+    let at = vec2u(id.x, list.first_row + id.y);
+    if at.x >= view.extent.x || at.y >= list.end_row {
+        return;
+    }
+    let pixel = at.x + view.extent.x * at.y;
+    let middle = vec2f(view.origin + at) + 0.5;
+    // Of each place what nothing covers yet.
+    var open = array<vec4f, 4>(vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0));
+    var is_blocked = false;
+// #if PROXIES
+    let tile = at.x / TILE + list.n_tiles.x * (at.y / TILE);
+    let blocked = blocked_places(tile, middle);
+    is_blocked = blocked.is_any;
+// #endif
+    var n = atomicLoad(&pixels[pixel].n_hits);
+    let end = atomicLoad(&pixels[pixel].next);
+    let start = end - n;
+    for (var place = n / 2u; place > 0u; place--) {
+        sift(start, n, place - 1u, hit_at(start + place - 1u));
+    }
+    var n_entries = 0u;
+    var is_closed = false;
+    while n > 0u && !is_closed {
+        let hit = hit_at(start);
+        n--;
+        if n > 0u {
+            sift(start, n, 0u, hit_at(start + n));
+        }
+        var ribbon = segment_ribbon(hit.first);
+        var part = vec2f(0.0, 1.0);
+        let n_of_segment = n_pieces(ribbon.bend);
+        if n_of_segment > 1u {
+            ribbon = piece_of_segment(hit.first, hit.piece, n_of_segment);
+            part = vec2f(f32(hit.piece), 1.0) / f32(n_of_segment);
+        }
+        let place = ribbon_place(ribbon, middle);
+        let covered = cover_places(ribbon, place);
+        let coverage = mix(ribbon.coverage.x, ribbon.coverage.y, place.t);
+        var weight = 0.0;
+        var left = 0.0;
+        for (var row = 0u; row < PLACES_SIDE; row++) {
+            var shares = open[row] * covered.covers[row] * coverage;
+            var is_before_surface = vec4<bool>(true);
+// #if PROXIES
+            is_before_surface = vec4f(bitcast<f32>(hit.depth)) <= blocked.depth[row];
+// #endif
+            shares = select(vec4f(0.0), shares, is_before_surface);
+            open[row] -= shares;
+            left += dot(select(vec4f(0.0), open[row], is_before_surface), vec4f(1.0));
+            weight += dot(shares, vec4f(1.0));
+        }
+        is_closed = left < CLOSED * PLACES;
+        if weight > 0.0 {
+            // There is room: the hit was taken off the heap.
+            n_entries++;
+            let t = part.x + part.y * place.t;
+            let entry = 3u * (end - n_entries);
+            hits[entry] = hit.first;
+            hits[entry + 1u] = packed_place(t, covered.across);
+            hits[entry + 2u] = bitcast<u32>(weight / PLACES);
+            mark(hit.first);
+            mark(hit.first + 1u);
+        }
+    }
+    pixels[pixel].n_entries = n_entries;
+    if n_entries > 0u {
+        atomicAdd(&seen[(view.n_points + 31u) / 32u], n_entries);
+    }
+    if is_closed && !is_blocked {
+        // Hair is behind all that was left out.
+        let left = open[0] + open[1] + open[2] + open[3];
+        let scale = 1.0 / (1.0 - dot(left, vec4f(1.0)) / PLACES);
+        for (var ix = 1u; ix <= n_entries; ix++) {
+            let entry = 3u * (end - ix) + 2u;
+            hits[entry] = bitcast<u32>(scale * bitcast<f32>(hits[entry]));
+        }
+    }
+// #if PROXIES
+    keep_surfaces(pixel, blocked, open);
+// #endif
+}
+
+@compute @workgroup_size(GROUP)
+fn list_seen(@builtin(local_invocation_index) local: u32) {
+    let n_words = (view.n_points + 31u) / 32u;
+    let share = share_of(local, n_words);
+    var sum = 0u;
+    for (var word = share.x; word < share.y; word++) {
+        sum += countOneBits(atomicLoad(&seen[word]));
+    }
+    sums[local] = sum;
+    var place = FIRST_SHADED + sum_before(local);
+    for (var word = share.x; word < share.y; word++) {
+        var bits = atomicLoad(&seen[word]);
+        while bits != 0u {
+            shaded[place] = 32u * word + countTrailingZeros(bits);
+            bits &= bits - 1u;
+            place++;
+        }
+    }
+    if local == GROUP - 1u {
+        totals = vec2u(place - FIRST_SHADED, atomicLoad(&seen[n_words]));
+    }
+}
+
+// #if NARROW
+fn light_along(first: u32, t: f32) -> vec3f {
+    return along_segment(along[2u * first + 1u], along[2u * first + 2u], t);
+}
+// #else
+fn light_along(first: u32, t: f32) -> vec3f {
+    return vec3f(0.0);
+}
+// #endif
+
+// Radiance of an entry.
+fn radiance_of(first: u32, place: u32) -> vec3f {
+    let t = f32(place & 65535u) / 65535.0;
+    let across = f32(extractBits(i32(place), 16u, 8u)) / 127.0;
+    let across_2 = f32(place >> 24u) / 255.0;
+    let a = radiance[first];
+    let b = radiance[first + 1u];
+    let rgb = mix(a.rgb, b.rgb, t) + light_along(first, t);
+    // All zeros where there are no wide strands.
+    let mean = max((rgb.r + rgb.g + rgb.b) / 3.0, 1e-30);
+    let side = clamp(mix(a.w, b.w, t) / mean, -1.0, 1.0);
+    return rgb * (1.0 + side * across + list.even.rgb * (1.5 * across_2 - 0.5));
+}
+
+// #if MESHES
+// Linear over the triangle, at a place of the picture.
+fn sent_back_by_triangle(triangle: u32, at: vec2f) -> vec3f {
+    let seen_triangle = triangles[triangle];
+    let from_picture_middle = at - 0.5 * vec2f(view.size);
+    var sum = vec3f(0.0);
+    var shares = 0.0;
+    for (var ix = 0u; ix < 3u; ix++) {
+        // A place beside the triangle is taken for one on its edge.
+        let at_place = seen_triangle.sides[ix].x + dot(seen_triangle.sides[ix].yz, from_picture_middle);
+        let side = max(sign(seen_triangle.depth) * at_place, 0.0);
+        sum += side * light_maps[seen_triangle.corners[ix]].rgb;
+        shares += side;
+    }
+    return sum / max(shares, 1e-30);
+}
+// #else
+fn sent_back_by_triangle(triangle: u32, at: vec2f) -> vec3f {
+    return vec3f(0.0);
+}
+// #endif
+
+// #if PROXIES
+fn sent_back(surface: u32, middle: vec2f, position: vec3f) -> vec3f {
+    if surface >= first_triangle() {
+        return sent_back_by_triangle(surface - first_triangle(), middle);
+    }
+    let texels = light_map_texels(proxies.list[surface], surface, position);
+    let row_0 = mix(light_maps[texels.corners.x], light_maps[texels.corners.y], texels.f.x);
+    let row_1 = mix(light_maps[texels.corners.z], light_maps[texels.corners.w], texels.f.x);
+    return mix(row_0, row_1, texels.f.y).rgb;
+}
+
+// What the surfaces of a pixel with this middle add to its sums: rgb and coverage.
+fn radiance_behind(pixel: u32, middle: vec2f) -> vec4f {
+    var sum = vec4f(0.0);
+    for (var ix = 0u; ix < N_BEHIND; ix++) {
+        let found = behind[pixel][ix];
+        if found.weight > 0.0 {
+            let at = middle + unpack2x16snorm(found.moved);
+            let direction = ray_direction(view, at);
+            let way = found.depth / dot(direction, view.forward);
+            sum += found.weight * vec4f(sent_back(found.surface, at, view.eye + way * direction), 1.0);
+        }
+    }
+    return sum;
+}
+// #else
+fn radiance_behind(pixel: u32, middle: vec2f) -> vec4f {
+    return vec4f(0.0);
+}
+// #endif
+
+// A thread for each pixel of the band.
+@compute @workgroup_size(8, 8)
+fn resolve(@builtin(global_invocation_id) id: vec3u) {
+    let at = vec2u(id.x, list.first_row + id.y);
+    if at.x >= view.extent.x || at.y >= list.end_row {
+        return;
+    }
+    let pixel = at.x + view.extent.x * at.y;
+    let end = atomicLoad(&pixels[pixel].next);
+    var sum = vec4f(0.0);
+    for (var ix = 1u; ix <= pixels[pixel].n_entries; ix++) {
+        let entry = 3u * (end - ix);
+        let weight = bitcast<f32>(hits[entry + 2u]);
+        sum += weight * vec4f(radiance_of(hits[entry], hits[entry + 1u]), 1.0);
+    }
+    picture[pixel] = sum + radiance_behind(pixel, vec2f(view.origin + at) + 0.5);
+}
