@@ -241,8 +241,8 @@ impl Bench {
             assert_eq!(texts.get(name), Some(value), "{name}: {what}");
         }
         let is_on_gpu = pair.contains(&("--backend", "gpu"));
-        // The CPU draws without samples unless it is told otherwise.
-        let samples = match is_on_gpu || has("--samples") || has("--transmittance") {
+        // Nothing is sampled unless that is asked for.
+        let samples = match has("--samples") || has("--transmittance") {
             true => scene.render.samples,
             false => 0,
         };

@@ -666,6 +666,6 @@ mod tests {
         assert_eq!(bands(&[5, 5, 90, 1, 0], 100), [0..3, 3..5]);
         // A row may have more by itself.
         assert_eq!(bands(&[1, 300, 1, 100], 100), [0..1, 1..2, 2..3, 3..4]);
-        assert_eq!(bands(&[0; 7], 100), [0..7]);
+        assert_eq!(bands(&[0; 7], 100), vec![0..7]);
     }
 }
