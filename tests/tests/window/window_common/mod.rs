@@ -9,6 +9,7 @@ use std::fmt::Write;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -77,6 +78,8 @@ impl Desktop {
             .env("XDG_STATE_HOME", self.folder.path().join("state"))
             .env("XDG_CONFIG_HOME", self.folder.path().join("config"))
             .env("XDG_CACHE_HOME", self.folder.path().join("cache"))
+            // Shaders that a software driver compiled are not: they take seconds, most of a test.
+            .env("MESA_SHADER_CACHE_DIR", shader_cache())
             .env("WINIT_X11_SCALE_FACTOR", "1");
         command
     }
@@ -89,6 +92,11 @@ impl Drop for Desktop {
     }
 }
 
+/// Where Mesa's drivers keep compiled shaders for all windows.
+fn shader_cache() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("shader-cache")
+}
+
 /// A scene of some hundred strands under eight lights, in a folder of its own.
 pub struct SmallScene {
     pub folder: tempfile::TempDir,
@@ -97,6 +105,24 @@ pub struct SmallScene {
 
 impl SmallScene {
     pub fn new() -> SmallScene {
+        // Made once for all tests of the program.
+        static MADE: OnceLock<[Vec<u8>; 2]> = OnceLock::new();
+        let [groom, lights] = MADE.get_or_init(Self::make);
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        let path = at("small.toml");
+        for (file, bytes) in [
+            (at("small.groom"), &groom[..]),
+            (at("small.lights"), &lights[..]),
+            (path.clone(), Self::text("").as_bytes()),
+        ] {
+            std::fs::write(file, bytes).expect("it can be written");
+        }
+        SmallScene { folder, path }
+    }
+
+    /// The bytes of its groom and of its lights.
+    fn make() -> [Vec<u8>; 2] {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name);
         let mut groom = strandlight();
@@ -107,9 +133,7 @@ impl SmallScene {
         let mut lights = strandlight();
         lights.arg("lights").arg(map).args(["--count", "8", "-o"]);
         assert_done(lights.arg(at("small.lights")));
-        let path = at("small.toml");
-        std::fs::write(&path, Self::text("")).expect("it can be written");
-        SmallScene { folder, path }
+        ["small.groom", "small.lights"].map(|name| std::fs::read(at(name)).expect("it is there"))
     }
 
     /// The scene's file with more keys in `[hair]`.
