@@ -12,6 +12,8 @@ mod shading;
 mod view;
 #[cfg(not(target_arch = "wasm32"))]
 mod visible;
+#[cfg(not(target_arch = "wasm32"))]
+mod visible_list;
 
 use crate::gpu::{Context, GpuError, ResourceCounts};
 use crate::hair_options::HairOptions;
@@ -32,7 +34,7 @@ use strandlight_scene::scene::PreparedScene;
 pub(crate) use job::{DirtyFlags, ShadingJob, Stepped};
 pub use view::{HairView, ViewError};
 #[cfg(not(target_arch = "wasm32"))]
-use visible::Visible;
+use visible_list::VisibleList;
 
 /// Margin of pictures whose view may turn.
 const MARGIN: f32 = 0.15;
@@ -104,7 +106,7 @@ pub struct HairRenderer {
     strand_pass: StrandPass,
     /// Of pictures that are drawn without samples.
     #[cfg(not(target_arch = "wasm32"))]
-    visible: Option<Visible>,
+    visible: Option<VisibleList>,
     /// The wind that bends the strands of the scene, and what does.
     wind: Option<Wind>,
     deform: Option<Deform>,
@@ -252,7 +254,7 @@ impl HairRenderer {
         let lighting = self.lighting.bytes().map(|(_, bytes)| bytes);
         let fixed = self.strands.bytes() + self.volume.bytes() + self.ribbons.bytes();
         #[cfg(not(target_arch = "wasm32"))]
-        let fixed = fixed + self.visible.as_ref().map_or(0, Visible::bytes);
+        let fixed = fixed + self.visible.as_ref().map_or(0, VisibleList::bytes);
         fixed + lighting.iter().sum::<u64>()
     }
 }

@@ -3,34 +3,17 @@
 use web_time::Instant;
 
 use super::HairRenderer;
+use super::visible_list::VisibleList;
 use crate::passes::visibility::{Seen, VisibilityPass};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
-
-/// The visibility list of a renderer.
-pub(super) struct Visible {
-    pass: VisibilityPass,
-    /// Of which view it is, and how much that shows.
-    listed: Option<(ViewUniform, Seen)>,
-}
-
-impl Visible {
-    /// The points or what is beside them have moved.
-    pub fn forget(&mut self) {
-        self.listed = None;
-    }
-
-    pub fn bytes(&self) -> u64 {
-        self.pass.bytes()
-    }
-}
 
 impl HairRenderer {
     /// Finds out what pictures show before they are shaded, from now on.
     pub(crate) fn use_list(&mut self) -> Result<(), RenderError> {
         if self.visible.is_none() {
             let pass = VisibilityPass::new(&self.context, &self.strands)?;
-            self.visible = Some(Visible { pass, listed: None });
+            self.visible = Some(VisibleList { pass, listed: None });
         }
         Ok(())
     }
@@ -97,7 +80,7 @@ impl HairRenderer {
             return Ok(false);
         }
         let start = Instant::now();
-        if let Some(Visible { pass, .. }) = &mut self.visible {
+        if let Some(VisibleList { pass, .. }) = &mut self.visible {
             let proxies = self.lighting.shown_proxies(self.front);
             let lit = (self.lighting.lit_points()[self.front], self.ribbons.even);
             pass.draw(&self.context, &self.strands, proxies, lit, sums, observer)?;

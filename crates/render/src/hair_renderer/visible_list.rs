@@ -1,0 +1,22 @@
+//! The visibility list of a renderer.
+
+use crate::passes::visibility::{Seen, VisibilityPass};
+use strandlight_scene::camera::ViewUniform;
+
+/// The list, and what it is of.
+pub(super) struct VisibleList {
+    pub pass: VisibilityPass,
+    /// Of which view it is, and how much that shows.
+    pub listed: Option<(ViewUniform, Seen)>,
+}
+
+impl VisibleList {
+    /// The points or what is beside them have moved.
+    pub fn forget(&mut self) {
+        self.listed = None;
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.pass.bytes()
+    }
+}
