@@ -246,6 +246,7 @@ impl Lighting {
     }
 
     /// Shades so many listed points in the steps to come, or all.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn shade_listed(&mut self, n: Option<u32>) {
         self.n_listed = n;
     }
