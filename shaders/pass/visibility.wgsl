@@ -76,7 +76,7 @@ struct Triangle {
 @group(0) @binding(7) var<storage, read> screen: array<array<vec4f, 2>>;
 // Row by row.
 @group(0) @binding(8) var<storage, read_write> pixels: array<Pixel>;
-// Of each row its number of hits, then the hits of the band before it.
+// Of each row its number of hits; then of each row the hits of the band before it.
 @group(0) @binding(9) var<storage, read_write> rows: array<u32>;
 // Three words each. Of a hit the bits of its depth, the first point of its segment, and which piece of that; of an entry
 // the first point, where in the ribbon it is, see `packed_place`, and its weight.
@@ -269,9 +269,8 @@ fn place_rows(@builtin(local_invocation_index) local: u32) {
     sums[local] = sum;
     var before = sum_before(local);
     for (var row = share.x; row < share.y; row++) {
-        let n = rows[row];
-        rows[row] = before;
-        before += n;
+        rows[view.extent.y + row] = before;
+        before += rows[row];
     }
 }
 
@@ -286,7 +285,7 @@ fn place_pixels(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
         sum += atomicLoad(&pixels[row + x].n_hits);
     }
     sums[local] = sum;
-    var before = rows[y] + sum_before(local);
+    var before = rows[view.extent.y + y] + sum_before(local);
     for (var x = share.x; x < share.y; x++) {
         atomicStore(&pixels[row + x].next, before);
         before += atomicLoad(&pixels[row + x].n_hits);

@@ -213,3 +213,29 @@ fn edits_at_rest_keep_the_list() {
     let mut fresh = by_list(&context, renderer.scene());
     assert!(picture_rmse(&drawn(&mut fresh).0, &moved) < 1e-5);
 }
+
+/// What is drawn by samples after a still has all its points, those that the still did not show as well.
+#[test]
+fn samples_after_a_list_are_those_of_a_fresh_scene() {
+    let context = context();
+    let scene = near(wig_scene(400));
+    let mut fresh = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let of_points = fresh.point_radiance(&scene.camera, SIZE).unwrap();
+    let mut renderer = by_list(&context, &scene);
+    renderer.set_size(SIZE).unwrap();
+    let (still, stats) = drawn(&mut renderer);
+    assert!(stats.visible_points < stats.points as u64);
+    let found = renderer.point_radiance(&scene.camera, SIZE).unwrap();
+    assert_eq!(found, of_points);
+    assert_eq!(drawn(&mut renderer).0, still);
+    fresh.shade_view_only();
+    fresh.set_size(SIZE).unwrap();
+    let expected = fresh.finish(16).unwrap();
+    assert_eq!(renderer.finish(16).unwrap(), expected);
+    // A window that turns has points beyond the view.
+    let mut window = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    window.draw_by_list().unwrap();
+    let (with_margin, stats) = drawn(&mut window);
+    assert!(picture_rmse(&with_margin, &still) < 1e-5);
+    assert!(stats.list_entries > 0 && stats.visible_points > 0);
+}

@@ -107,6 +107,9 @@ pub struct HairRenderer {
     /// Of pictures that are drawn without samples.
     #[cfg(not(target_arch = "wasm32"))]
     visible: Option<VisibleList>,
+    /// A still is drawn, and nothing else of its view.
+    #[cfg(not(target_arch = "wasm32"))]
+    draws_still: bool,
     /// The wind that bends the strands of the scene, and what does.
     wind: Option<Wind>,
     deform: Option<Deform>,
@@ -189,6 +192,8 @@ impl HairRenderer {
             strand_pass,
             #[cfg(not(target_arch = "wasm32"))]
             visible: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            draws_still: false,
             wind: None,
             deform: None,
             has_volume: false,
@@ -254,7 +259,7 @@ impl HairRenderer {
         let lighting = self.lighting.bytes().map(|(_, bytes)| bytes);
         let fixed = self.strands.bytes() + self.volume.bytes() + self.ribbons.bytes();
         #[cfg(not(target_arch = "wasm32"))]
-        let fixed = fixed + self.visible.as_ref().map_or(0, VisibleList::bytes);
+        let fixed = fixed + self.list_bytes();
         fixed + lighting.iter().sum::<u64>()
     }
 }

@@ -4,6 +4,7 @@ use web_time::Instant;
 
 use super::HairRenderer;
 use super::visible_list::VisibleList;
+use crate::invalidation::Inputs;
 use crate::passes::visibility::{Seen, VisibilityPass};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
@@ -26,18 +27,28 @@ impl HairRenderer {
         }
     }
 
-    /// Has the job to come shade only the points that `view` shows, where no other view is to follow, or all.
+    /// Has the job to come shade only the points that `view` shows, where a still by list is all that is drawn of it,
+    /// or all.
     pub(super) fn list_visible(&mut self, view: &ViewUniform) -> Result<(), RenderError> {
         self.lighting.shade_listed(None);
-        if self.margin > 0.0 {
-            return Ok(());
-        }
-        if let Some(seen) = self.list(view)? {
-            self.lighting.shade_listed(Some(seen.points));
-            self.report.stats.visible_points = u64::from(seen.points);
-            self.report.stats.list_entries = u64::from(seen.entries);
+        if self.draws_still && self.margin == 0.0 {
+            let seen = self.list(view)?;
+            self.lighting.shade_listed(seen.map(|seen| seen.points));
         }
         Ok(())
+    }
+
+    /// Says whether a still is drawn from now on. What draws anything else needs all points: those of the last
+    /// still are shaded anew if they were listed.
+    pub(crate) fn set_draws_still(&mut self, draws_still: bool) {
+        self.draws_still = draws_still;
+        let is_partly_lit = !draws_still && self.lighting.n_listed().is_some();
+        self.dirty.mark(Inputs::VIEW, is_partly_lit);
+    }
+
+    /// Bytes of the list.
+    pub(crate) fn list_bytes(&self) -> u64 {
+        self.visible.as_ref().map_or(0, VisibleList::bytes)
     }
 
     /// Makes the list of `view`, unless it is there. [`None`] if none is made, or the device has no room for it.
@@ -63,6 +74,11 @@ impl HairRenderer {
         let (context, strands) = (&self.context, &self.strands);
         let seen = (visible.pass).list(context, &view, strands, kind, &shaded, &stamp)?;
         visible.listed = seen.map(|seen| (view, seen));
+        // A tile is not the picture.
+        if let Some(seen) = seen.filter(|_| view.extent == view.size) {
+            self.report.stats.visible_points = u64::from(seen.points);
+            self.report.stats.list_entries = u64::from(seen.entries);
+        }
         self.report.ran("list");
         self.report.took("list", start.elapsed().as_secs_f64());
         Ok(seen)

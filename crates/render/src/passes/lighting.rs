@@ -251,6 +251,12 @@ impl Lighting {
         self.n_listed = n;
     }
 
+    /// How many listed points the last steps shade, unless they shade all.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn n_listed(&self) -> Option<u32> {
+        self.n_listed
+    }
+
     /// Batches that shading ran over, each of which counted all points.
     pub fn n_batches(&self) -> u64 {
         let lit = self.batches.iter().filter(|lit| lit.n > 0);

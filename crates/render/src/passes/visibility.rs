@@ -335,7 +335,7 @@ impl VisibilityPass {
         let room = [
             (&mut buffers.points, u64::from(self.n_points) * 32),
             (&mut buffers.pixels, n_pixels * size_of::<Pixel>() as u64),
-            (&mut buffers.rows, height * 4),
+            (&mut buffers.rows, 2 * height * 4),
             (&mut buffers.behind, of_behind),
             (
                 &mut buffers.triangles,
@@ -479,7 +479,6 @@ impl VisibilityPass {
             return Ok(None);
         }
         grow(context, &mut self.buffers.hits, bytes);
-        // Rows are summed again for every band.
         Ok(Some(bands))
     }
 
@@ -531,13 +530,11 @@ impl VisibilityPass {
         } = &self.buffers;
         let Pipelines {
             find_hits,
-            sum_rows,
             place_rows,
             place_pixels,
             ..
         } = &self.pipelines;
-        let summed = group(context, sum_rows, &[(0, view), (8, pixels), (9, rows)]);
-        let placed_rows = group(context, place_rows, &[(1, layout), (9, rows)]);
+        let placed_rows = group(context, place_rows, &[(0, view), (1, layout), (9, rows)]);
         let of_rows = [(0, view), (1, layout), (8, pixels), (9, rows)];
         let placed_pixels = group(context, place_pixels, &of_rows);
         let written = self.bind_hits(context, strands);
@@ -551,7 +548,6 @@ impl VisibilityPass {
         let listed = group(context, &kind.list_pixels, &resources);
         submit(context, |encoder| {
             let mut pass = compute_pass(encoder, Stamp::default());
-            step(&mut pass, sum_rows, &summed, [self.extent[1], 1]);
             step(&mut pass, place_rows, &placed_rows, [1, 1]);
             step(
                 &mut pass,

@@ -192,9 +192,8 @@ impl ProgressiveRenderer {
         self.pacer = Pacer::new(is_waiting && !cfg!(target_arch = "wasm32"));
     }
 
-    /// Draws whole pictures of other hosts than screens, [`Backend::render`](crate::Backend::render),
-    /// without samples: from a visibility list, as the CPU renderer does. Scenes too large for the device are drawn with samples all
-    /// the same.
+    /// Draws the pictures of [`Backend::render`](crate::Backend::render) and [`ProgressiveRenderer::still`] by a visibility list
+    /// from now on, without samples, as the CPU renderer does. Those that the device has no room for are drawn with samples all the same.
     ///
     /// # Errors
     /// Whatever the device refuses.

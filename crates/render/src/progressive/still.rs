@@ -23,6 +23,7 @@ impl ProgressiveRenderer {
     /// # Errors
     /// As [`check_frame`], and as [`ProgressiveRenderer::advance`].
     pub fn finish(&mut self, samples: u32) -> Result<Picture, RenderError> {
+        self.hair.set_draws_still(false);
         self.finish_observed(samples, &|_| ())
     }
 
@@ -66,6 +67,7 @@ impl ProgressiveRenderer {
         let drawing = self.still_bytes;
         let bytes = |name: &str| match name {
             "voxelise" => self.hair.volume.bytes(),
+            "list" => self.hair.list_bytes(),
             "draw" => drawing[0],
             "composite" => drawing[1],
             _ => lighting
@@ -75,8 +77,8 @@ impl ProgressiveRenderer {
         };
         let mut stats = report.frame_stats(bytes);
         // Those that are not listed were skipped as well.
-        if stats.visible_points > 0 {
-            stats.points_skipped += stats.points as u64 - stats.visible_points;
+        if let Some(n) = self.hair.lighting.n_listed() {
+            stats.points_skipped += stats.points as u64 - u64::from(n);
         }
         if !self.was_by_list {
             stats.samples = samples;
@@ -96,6 +98,7 @@ impl ProgressiveRenderer {
         size: [u32; 2],
     ) -> Result<Vec<[f32; 4]>, RenderError> {
         check_frame(size, 1)?;
+        self.hair.set_draws_still(false);
         self.hair.set_margin(0.0);
         self.set_camera(*camera);
         let before = self.hair.scene.size;
@@ -189,6 +192,7 @@ impl ProgressiveRenderer {
         let tiles = parts::tiles(size, &self.hair.context.device.limits(), &self.parts);
         let before = self.size;
         self.is_still = true;
+        self.hair.set_draws_still(self.by_list);
         let picture = match tiles.len() {
             1 => self
                 .set_size(size)
@@ -279,6 +283,9 @@ impl ProgressiveRenderer {
     fn finish_target(&mut self, observer: Observer) -> Result<Vec<[f32; 4]>, RenderError> {
         self.light_whole(observer)?;
         self.was_by_list = self.is_still && self.by_list && self.finish_by_list(observer)?;
+        if !self.was_by_list {
+            self.hair.set_draws_still(false);
+        }
         let n_passes = self.total_samples().div_ceil(PASS_SAMPLES);
         while !self.was_by_list && !self.advance(Duration::from_secs(1))?.is_done {
             let drawn = f64::from(self.picture.passes) / f64::from(n_passes);

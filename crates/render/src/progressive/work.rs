@@ -36,6 +36,10 @@ impl ProgressiveRenderer {
         // Lets callbacks run; a browser runs them anyway.
         let _ = self.hair.context.device.poll(wgpu::PollType::Poll);
         self.hair.context.check("advance").map_err(failed)?;
+        #[cfg(not(target_arch = "wasm32"))]
+        if !self.is_still {
+            self.hair.set_draws_still(false);
+        }
         self.take_counters();
         self.noise.take();
         let report = &mut self.hair.report;
