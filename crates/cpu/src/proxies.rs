@@ -114,7 +114,8 @@ impl Proxies {
         for (light, packed) in lights.iter().zip(packed.chunks_exact(grid.n_voxels())) {
             if light.power > 0.0 {
                 let of_light = (light, sweeps);
-                let arriving = surfaces.irradiance(&self.beside, grid, of_light, packed, voxels);
+                let arriving =
+                    surfaces.irradiance((&self.beside, &[]), grid, of_light, packed, voxels);
                 self.add(&surfaces, (view, passed), light.rgb, &arriving);
             }
         }

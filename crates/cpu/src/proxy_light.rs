@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{PackedRecord, irradiance, unpack_record};
-use strandlight_scene::beside::{Beside, Places, Surface, Towards};
+use strandlight_scene::beside::{Beside, HeightMaps, Places, Surface, Towards};
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::volume::{Grid, SELF_LIFT};
 
@@ -29,7 +29,7 @@ impl Surfaces {
     pub fn new(beside: &Beside) -> Surfaces {
         let list = beside.surfaces();
         Surfaces {
-            places: beside.places(list.iter().map(|surface| surface.position)),
+            places: beside.places(list.len(), |ix| list[ix].position),
             list,
         }
     }
@@ -40,10 +40,10 @@ impl Surfaces {
     }
 
     /// Irradiance of a light of amplitude 1 behind the hair at the three exponents of its records, by surface; `packed` are its records by voxel,
-    /// `voxels` the places of the voxels.
+    /// `voxels` the places of the voxels, and `maps` those of its directions where they are known.
     pub fn irradiance(
         &self,
-        beside: &Beside,
+        (beside, maps): (&Beside, &[HeightMaps]),
         grid: &Grid,
         (light, sweeps): (&LightRecord, &[[f32; 4]]),
         packed: &[PackedRecord],
@@ -56,9 +56,17 @@ impl Surfaces {
         }
         let first = light.first_sweep as usize;
         let directions = &sweeps[first..first + light.n_sweeps as usize];
+        let towards_direction = |(k, d): (usize, &[f32; 4])| {
+            let d = Vec3::from_slice(d);
+            match maps.get(k) {
+                Some(maps) => beside.towards_by(d, maps.clone()),
+                None => beside.towards(d),
+            }
+        };
         let towards: Vec<Towards> = directions
             .par_iter()
-            .map(|d| beside.towards(Vec3::from_slice(d)))
+            .enumerate()
+            .map(|(k, d)| towards_direction((k, d)))
             .collect();
         let mut n_open: Vec<AtomicU8> = Vec::new();
         n_open.resize_with(grid.n_voxels(), || AtomicU8::new(UNKNOWN));

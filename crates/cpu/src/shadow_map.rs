@@ -70,8 +70,7 @@ pub(super) fn draw_maps(
     let n_points = strands.points.len();
     let mut map: Vec<AtomicU32> = Vec::new();
     let mut sums = vec![0.0; n_points];
-    let positions = strands.points.iter().map(|point| Vec3::from_slice(point));
-    let places = beside.places(positions);
+    let places = beside.places(n_points, |ix| Vec3::from_slice(&strands.points[ix]));
     for view in views {
         let towards = beside.towards(Vec3::from(view.towards));
         map.clear();

@@ -2,12 +2,13 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use strandlight_scattering::closed_form::{PackedRecord, ShadowRecord, pack_record};
+use strandlight_scattering::closed_form::{PackedRecord, ShadowRecord};
 use strandlight_scattering::wide::prelude::*;
 use strandlight_scattering::wide::{
-    LANES, Level, RecordSums, Simd, Stretch, add_to_record, dispatch, f32x8, transpose,
+    LANES, Level, RecordSums, Simd, Stretch, add_to_record, dispatch, f32x8, pack_records,
+    transpose,
 };
-use strandlight_scene::beside::{Beside, Places};
+use strandlight_scene::beside::{Beside, HeightMaps, Places, Towards};
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::volume::Grid;
 
@@ -50,13 +51,35 @@ pub fn transmittance_beside(
     sweeps: &[[f32; 4]],
     beside: (&Beside, &Places),
 ) -> Vec<PackedRecord> {
+    let mut records = vec![[0; 2]; grid.n_voxels() * lights.len()];
+    let mut wanted: Vec<_> = lights.iter().map(|_| Some(Vec::new())).collect();
+    find_records(
+        grid,
+        volume,
+        (lights, sweeps),
+        beside,
+        (&mut records, &mut wanted),
+    );
+    records
+}
+
+/// Writes the records of those of the lights whose maps are wanted, each of them by one thread; and the maps of what stands
+/// beside the hair, by direction of the light.
+pub(super) fn find_records(
+    grid: &Grid,
+    volume: &[[f32; 8]],
+    (lights, sweeps): (&[LightRecord], &[[f32; 4]]),
+    (beside, places): (&Beside, &Places),
+    (records, maps): (&mut [PackedRecord], &mut [Option<Vec<HeightMaps>>]),
+) {
     let n_voxels = grid.n_voxels();
-    let mut result = vec![[0; 2]; n_voxels * lights.len()];
-    result
+    records
         .par_chunks_mut(n_voxels)
-        .zip(lights)
-        .filter(|(_, light)| light.power > 0.0)
-        .for_each_init(Sweeping::default, |sweeping, (out, light)| {
+        .zip(lights.par_iter().zip(maps))
+        .with_max_len(1)
+        .filter_map(|(out, (light, maps))| Some((out, light, maps.as_mut()?)))
+        .filter(|(_, light, _)| light.power > 0.0)
+        .for_each_init(Sweeping::default, |sweeping, (out, light, maps)| {
             let first = light.first_sweep as usize;
             let directions = &sweeps[first..first + light.n_sweeps as usize];
             sweeping.sums.clear();
@@ -64,14 +87,15 @@ pub fn transmittance_beside(
             dispatch!(Level::new(), simd => {
                 for (k, &[x, y, z, _]) in directions.iter().enumerate() {
                     let turn = [k, directions.len()].map(|n| n as f32);
-                    sweep(simd, (grid, volume), beside, [x, y, z], turn, sweeping);
+                    let d = [x, y, z];
+                    let towards = (!beside.is_empty()).then(|| beside.towards(Vec3::from(d)));
+                    let blocking = towards.as_ref().map(|towards| (towards, places));
+                    sweep(simd, (grid, volume), blocking, d, turn, sweeping);
+                    maps.extend(towards.map(|towards| towards.maps().clone()));
                 }
-                for (packed, sum) in out.iter_mut().zip(&sweeping.sums) {
-                    *packed = pack_record(sum);
-                }
+                pack(simd, &sweeping.sums, out);
             });
         });
-    result
 }
 
 /// What a thread sweeps in.
@@ -119,7 +143,7 @@ impl Slice {
 fn sweep<S: Simd>(
     simd: S,
     (grid, volume): (&Grid, &[[f32; 8]]),
-    (beside, places): (&Beside, &Places),
+    blocking: Option<(&Towards, &Places)>,
     d: [f32; 3],
     [k, n_directions]: [f32; 2],
     sweeping: &mut Sweeping,
@@ -141,7 +165,6 @@ fn sweep<S: Simd>(
     let (shift_b, shift_c) = (d[axis_b] * slope, d[axis_c] * slope);
     let (whole_b, whole_c) = (shift_b.floor(), shift_c.floor());
     let (f_b, f_c) = (shift_b - whole_b, shift_c - whole_c);
-    let towards = (!beside.is_empty()).then(|| beside.towards(Vec3::from(d)));
     let Sweeping {
         sums,
         slices: [leaving, next],
@@ -185,28 +208,34 @@ fn sweep<S: Simd>(
                             let through = <[f32; LANES]>::from(through);
                             numbers[to..to + n_lanes].copy_from_slice(&through[..n_lanes]);
                         }
-                        let mut is_blocked = [false; LANES];
-                        if let Some(towards) = &towards {
-                            for (lane, is_blocked) in is_blocked[..n_lanes].iter_mut().enumerate() {
+                        let mut blocked = 0;
+                        if let Some((towards, places)) = blocking {
+                            let mut indices = [0; LANES];
+                            for (lane, index) in indices.iter_mut().enumerate() {
+                                *index = voxel(lane);
+                            }
+                            let position = |lane: usize| {
                                 let mut voxel = [0; 3];
                                 voxel[axis] = slice as u32;
                                 voxel[axis_b] = (b + lane) as u32;
                                 voxel[axis_c] = c as u32;
-                                let index = first + lane * stride[axis_b];
-                                *is_blocked = towards.is_blocked(places, index, grid.centre(voxel));
-                            }
+                                grid.centre(voxel)
+                            };
+                            blocked = towards.are_blocked(simd, places, indices, position);
                         }
                         let sum = gather(simd, sums, voxel);
                         // Directions behind proxies say nothing of the hair's inclination.
-                        let n_before = match towards {
+                        let n_before = match blocking {
                             Some(_) => sum.shares[2].simd_gt(none).select(all_before, none),
                             None => all_before,
                         };
                         let sum = add_to_record(&sum, here, n_before, n_directions);
-                        let [x, y, z] = sum.shares.map(<[f32; LANES]>::from);
+                        let [x, y, z] = sum.shares;
+                        let (x, y) = (<[f32; LANES]>::from(x), <[f32; LANES]>::from(y));
+                        let z = <[f32; LANES]>::from(z);
                         let sin_theta = <[f32; LANES]>::from(sum.sin_theta);
                         for lane in 0..n_lanes {
-                            if !is_blocked[lane] {
+                            if blocked >> lane & 1 == 0 {
                                 sums[voxel(lane)] = ShadowRecord {
                                     shares: [x[lane], y[lane], z[lane]],
                                     sin_theta: sin_theta[lane],
@@ -263,6 +292,24 @@ fn gather<S: Simd>(
         shares: [of(0), of(1), of(2)],
         sin_theta: of(3),
     }
+}
+
+/// Packs the records of all voxels.
+#[inline(always)]
+fn pack<S: Simd>(simd: S, sums: &[ShadowRecord], out: &mut [PackedRecord]) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            for (sums, out) in sums.chunks(LANES).zip(out.chunks_mut(LANES)) {
+                let words = pack_records(&gather(simd, sums, |lane| lane.min(sums.len() - 1)));
+                let (low, high) = (words[0], words[1]);
+                let (low, high) = (<[i32; LANES]>::from(low), <[i32; LANES]>::from(high));
+                for (lane, packed) in out.iter_mut().enumerate() {
+                    *packed = [low[lane] as u32, high[lane] as u32];
+                }
+            }
+        },
+    );
 }
 
 /// As WGSL's `mix`.
@@ -415,9 +462,10 @@ mod tests {
                     let d = Vec3::from(d).normalize().to_array();
                     let turn = [k as f32, directions.len() as f32];
                     let scene = (&grid, &volume[..]);
-                    let beside = (&beside, &places);
-                    sweep_by_voxels(scene, beside, d, turn, &mut exact);
-                    dispatch!(Level::new(), simd => sweep(simd, scene, beside, d, turn, &mut found));
+                    sweep_by_voxels(scene, (&beside, &places), d, turn, &mut exact);
+                    let towards = beside.towards(Vec3::from(d));
+                    let blocking = (!beside.is_empty()).then_some((&towards, &places));
+                    dispatch!(Level::new(), simd => sweep(simd, scene, blocking, d, turn, &mut found));
                 }
                 let mut darkest = 1.0_f32;
                 for (found, exact) in found.sums.iter().zip(&exact) {

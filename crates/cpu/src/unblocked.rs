@@ -184,8 +184,8 @@ impl Casting {
             }
             Part::Receive => {
                 let places = &*self.places.get_or_insert_with(|| {
-                    let seen = strips.seen.iter();
-                    beside.places(seen.map(|seen| strips.position(seen)))
+                    let position = |ix: usize| strips.position(&strips.seen[ix]);
+                    beside.places(strips.seen.len(), position)
                 });
                 works.for_each(|(work, view)| work.receive(view, strips, (beside, places)));
                 self.add(n);

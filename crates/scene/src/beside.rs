@@ -1,6 +1,10 @@
 //! All that stands beside the hair, as the passes ask about it; those on the GPU by way of bits.
 
+use std::sync::Arc;
+
 use glam::Vec3;
+use rayon::prelude::*;
+use strandlight_scattering::wide::{LANES, Simd};
 
 use crate::mesh::{HeightMap, MeshProxy, Placed};
 use crate::proxy::{
@@ -48,8 +52,11 @@ enum Own {
 pub struct Towards<'a> {
     records: &'a [ProxyRecord],
     direction: Vec3,
-    maps: Vec<HeightMap>,
+    maps: HeightMaps,
 }
+
+/// By mesh, what a light in some direction sees first of it.
+pub type HeightMaps = Arc<[HeightMap]>;
 
 impl Beside {
     /// The first [`MAX_PROXIES`](strandlight_formats::MAX_PROXIES) of `proxies`.
@@ -88,9 +95,12 @@ impl Beside {
         &self.meshes
     }
 
-    /// Where places of the world lie to the meshes.
-    pub fn places(&self, positions: impl Iterator<Item = Vec3> + Clone) -> Places {
-        let of = |mesh: &MeshProxy| positions.clone().map(|at| mesh.place(at)).collect();
+    /// Where `n` places of the world lie to the meshes.
+    pub fn places(&self, n: usize, position: impl Fn(usize) -> Vec3 + Sync) -> Places {
+        let of = |mesh: &MeshProxy| {
+            let places = (0..n).into_par_iter().with_min_len(1024);
+            places.map(|ix| mesh.place(position(ix))).collect()
+        };
         Places {
             placed: self.meshes.iter().map(of).collect(),
         }
@@ -98,10 +108,11 @@ impl Beside {
 
     /// The middles of voxels, where they lie to the meshes.
     pub fn places_of_voxels(&self, grid: &Grid) -> Places {
-        match self.meshes.is_empty() {
-            true => Places::default(),
-            false => self.places(voxels(grid).map(|voxel| grid.centre(voxel))),
-        }
+        let [n_x, n_y, _] = grid.dims;
+        self.places(grid.n_voxels(), |ix| {
+            let ix = ix as u32;
+            grid.centre([ix % n_x, ix / n_x % n_y, ix / (n_x * n_y)])
+        })
     }
 
     /// Where light is found: texels of the light maps, `[proxy][row][column]`, then vertices of the
@@ -135,10 +146,15 @@ impl Beside {
     /// What stands before a light in `direction`, a unit vector.
     pub fn towards(&self, direction: Vec3) -> Towards<'_> {
         let maps = self.meshes.iter().map(|mesh| mesh.height_map(direction));
+        self.towards_by(direction, maps.collect())
+    }
+
+    /// The same, by the [`Towards::maps`] of this direction.
+    pub fn towards_by(&self, direction: Vec3, maps: HeightMaps) -> Towards<'_> {
         Towards {
             records: self.records.list(),
             direction,
-            maps: maps.collect(),
+            maps,
         }
     }
 }
@@ -157,10 +173,40 @@ impl Towards<'_> {
         self.direction
     }
 
+    /// What it knows of the meshes, for [`Beside::towards_by`].
+    pub fn maps(&self) -> &HeightMaps {
+        &self.maps
+    }
+
     /// Whether a proxy stands between the light and `position`, which is number `ix` of `places`.
     #[inline]
     pub fn is_blocked(&self, places: &Places, ix: usize, position: Vec3) -> bool {
         is_blocked(self.records, position, self.direction) || self.is_hidden(places, ix, None)
+    }
+
+    /// [`Towards::is_blocked`] of eight places with these numbers, a bit each.
+    #[inline(always)]
+    pub fn are_blocked<S: Simd>(
+        &self,
+        simd: S,
+        places: &Places,
+        ix: [usize; LANES],
+        position: impl Fn(usize) -> Vec3,
+    ) -> u32 {
+        let mut blocked = 0;
+        if !self.records.is_empty() {
+            for lane in 0..LANES {
+                let is_blocked = is_blocked(self.records, position(lane), self.direction);
+                blocked |= u32::from(is_blocked) << lane;
+            }
+        }
+        for (map, placed) in self.maps.iter().zip(&places.placed) {
+            let [a, b, c, d, e, f, g, h] = ix;
+            let [a, b, c, d] = [&placed[a], &placed[b], &placed[c], &placed[d]];
+            let [e, f, g, h] = [&placed[e], &placed[f], &placed[g], &placed[h]];
+            blocked |= map.hidden(simd, [a, b, c, d, e, f, g, h]);
+        }
+        blocked
     }
 
     /// Whether another proxy stands before `surface`, which is number `ix` of `places`, or another
@@ -221,9 +267,8 @@ pub fn bits(each: impl Iterator<Item = bool>) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use glam::Quat;
+    use strandlight_scattering::wide::{Level, dispatch};
 
     use super::*;
     use crate::mesh::MeshShape;
@@ -255,14 +300,25 @@ mod tests {
             (1.05, 0.02),
             (1.5, 0.01),
         ] {
-            let positions = (0..400).map(|ix| offset + radii * r * unit(ix));
-            let places = [&exact, &mesh].map(|beside| beside.places(positions.clone()));
+            let position = |ix: usize| offset + radii * r * unit(ix as u32);
+            let places = [&exact, &mesh].map(|beside| beside.places(400, position));
             let (mut n_hidden, mut n_wrong) = (0, 0);
             for direction in (0..400).step_by(13).map(unit) {
                 let towards = [&exact, &mesh].map(|beside| beside.towards(direction));
-                for (ix, position) in positions.clone().enumerate() {
-                    let [wanted, found] =
-                        [0, 1].map(|of: usize| towards[of].is_blocked(&places[of], ix, position));
+                for ix in 0..400 {
+                    let [wanted, found] = [0, 1]
+                        .map(|of: usize| towards[of].is_blocked(&places[of], ix, position(ix)));
+                    let eight = std::array::from_fn(|lane| (ix + 7 * lane) % 400);
+                    for (of, is_blocked) in [wanted, found].into_iter().enumerate() {
+                        let blocked = dispatch!(Level::new(), simd => {
+                            let position = |lane: usize| position(eight[lane]);
+                            towards[of].are_blocked(simd, &places[of], eight, position)
+                        });
+                        assert_eq!(blocked & 1 == 1, is_blocked, "{of} {ix}");
+                        let last = (eight[7], position(eight[7]));
+                        let last = towards[of].is_blocked(&places[of], last.0, last.1);
+                        assert_eq!(blocked >> 7 == 1, last, "{of} {ix}");
+                    }
                     n_hidden += u32::from(wanted);
                     n_wrong += u32::from(found != wanted);
                 }

@@ -7,6 +7,7 @@
 use std::f32::consts::TAU;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::bust::{FIELD, Field, distance, normal};
 use super::noise::{Noise, Purpose};
@@ -91,8 +92,10 @@ impl Layered {
         };
         layered.lock_of = layered.nearest_of(n_locks);
         layered.wisp_of = layered.nearest_of(n_wisps);
-        layered.lock_paths = (0..n_locks).map(|ix| layered.path(ix)).collect();
+        let lock_paths = (0..n_locks).into_par_iter();
+        layered.lock_paths = lock_paths.map(|ix| layered.path(ix)).collect();
         layered.wisp_paths = (0..n_wisps)
+            .into_par_iter()
             .map(|ix| {
                 let mut path = layered.path(ix);
                 layered.draw_to(
@@ -119,7 +122,6 @@ impl Layered {
             let best = guides.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
             best.map_or(0, |(ix, _)| ix)
         };
-        use rayon::prelude::*;
         self.roots.par_iter().map(nearest).collect()
     }
 
@@ -283,9 +285,9 @@ fn comb(root: Root) -> Vec3 {
 /// `count` roots, evenly spread over the scalp for any prefix.
 fn roots(count: u32, noise: Noise) -> Vec<Root> {
     let spacing = (5.0 / count as f32).sqrt();
-    let mut roots = Vec::with_capacity(count as usize);
+    let mut found = Vec::with_capacity(count as usize);
     let mut ix = 0_u32;
-    while roots.len() < count as usize {
+    while found.len() < count as usize {
         let even = even_direction(ix);
         let jitter = [0, 1, 2].map(|axis| noise.signed(ix, Purpose::RootU, axis));
         let unit = (even + 0.35 * spacing * Vec3::from(jitter)).normalize();
@@ -295,16 +297,19 @@ fn roots(count: u32, noise: Noise) -> Vec<Root> {
         let grows = inside > 0.0 && noise.unit(ix, Purpose::RootV, 1) < dense;
         ix += 1;
         if grows {
-            let (position, normal) = on_scalp(unit * HEAD_RADII);
-            roots.push(Root {
-                position,
-                normal,
-                unit,
-                inside,
-            });
+            found.push((unit, inside));
         }
     }
-    roots
+    let root = |(unit, inside): (Vec3, f32)| {
+        let (position, normal) = on_scalp(unit * HEAD_RADII);
+        Root {
+            position,
+            normal,
+            unit,
+            inside,
+        }
+    };
+    found.into_par_iter().map(root).collect()
 }
 
 /// The place of the surface nearest to `point`, about, and its normal.

@@ -106,8 +106,7 @@ impl Panels {
     }
 
     fn toned(&self, panel: &Panel<f64>) -> Panel<u8> {
-        let exposed = panel.iter().map(|rgb| rgb.map(|x| x * self.exposure));
-        exposed.map(tone).collect()
+        toned(panel, self.exposure)
     }
 
     fn difference(&self) -> Panel<u8> {
@@ -129,8 +128,10 @@ pub fn light_set_png(set: &LightSet) -> Result<Vec<u8>, png::EncodingError> {
     };
     let of_set = reconstruct(set, grid);
     let exposure = exposure(&of_set);
-    let toned = of_set.iter().map(|rgb| tone(rgb.map(|x| x * exposure)));
-    let panels = [toned.collect(), discs(set, &of_set, exposure, grid)];
+    let panels = [
+        toned(&of_set, exposure),
+        discs(set, &of_set, exposure, grid),
+    ];
     encode_panels(&panels, grid)
 }
 
@@ -194,6 +195,11 @@ fn luminance(rgb: [f64; 3]) -> f64 {
     0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
 
+fn toned(panel: &Panel<f64>, exposure: f64) -> Panel<u8> {
+    let exposed = panel.par_iter().map(|rgb| rgb.map(|x| x * exposure));
+    exposed.map(tone).collect()
+}
+
 /// Extended Reinhard with white at 16, then sRGB.
 fn tone(rgb: [f64; 3]) -> [u8; 3] {
     rgb.map(|x| srgb(x * (1.0 + x / 256.0) / (1.0 + x)))
@@ -225,30 +231,54 @@ fn heat(x: f64) -> [u8; 3] {
 /// The dimmed map with a circle for each light, in its colour.
 fn discs(set: &LightSet, map: &Panel<f64>, exposure: f64, grid: LatLong) -> Panel<u8> {
     let pixel = PI / grid.height as f64;
-    let mut panel: Panel<u8> = map
+    let circles: Vec<Circle> = set
+        .lights
         .iter()
-        .map(|rgb| tone(rgb.map(|x| 0.25 * x * exposure)))
+        .map(|light| {
+            let strongest = light.rgb.iter().fold(f32::MIN_POSITIVE, |m, x| m.max(*x));
+            // Never smaller than what can be seen.
+            let radius = f64::from(light.lambda).max(2.5 * pixel);
+            Circle {
+                axis: light.direction.map(f64::from),
+                colour: light
+                    .rgb
+                    .map(|x| srgb(0.15 + 0.85 * f64::from(x / strongest))),
+                radius,
+                // A little less, for what rounding does.
+                least_cosine: (radius + 0.6 * pixel).min(PI).cos() - 1e-9,
+            }
+        })
         .collect();
-    // Faint lights first, so that strong ones stay on top.
-    for light in set.lights.iter().rev() {
-        let axis = light.direction.map(f64::from);
-        let strongest = light.rgb.iter().fold(f32::MIN_POSITIVE, |m, x| m.max(*x));
-        let colour = light
-            .rgb
-            .map(|x| srgb(0.15 + 0.85 * f64::from(x / strongest)));
-        // Never smaller than what can be seen.
-        let radius = f64::from(light.lambda).max(2.5 * pixel);
-        for j in 0..grid.height {
-            for i in 0..grid.width {
-                let direction = grid.direction(i as f64 + 0.5, j as f64 + 0.5);
-                let angle = dot(direction, axis).clamp(-1.0, 1.0).acos();
-                if (angle - radius).abs() < 0.6 * pixel || angle < 1.2 * pixel {
-                    panel[j * grid.width + i] = colour;
+    let mut panel = toned(map, 0.25 * exposure);
+    let rows = panel.par_chunks_mut(grid.width).enumerate();
+    rows.for_each(|(j, row)| {
+        for (i, rgb) in row.iter_mut().enumerate() {
+            let direction = grid.direction(i as f64 + 0.5, j as f64 + 0.5);
+            let is_on = |circle: &&Circle| {
+                let cosine = dot(direction, circle.axis);
+                if cosine < circle.least_cosine {
+                    return false;
                 }
+                let angle = cosine.clamp(-1.0, 1.0).acos();
+                (angle - circle.radius).abs() < 0.6 * pixel || angle < 1.2 * pixel
+            };
+            // Strong lights come first.
+            if let Some(circle) = circles.iter().find(is_on) {
+                *rgb = circle.colour;
             }
         }
-    }
+    });
     panel
+}
+
+/// What shows a light.
+struct Circle {
+    axis: [f64; 3],
+    colour: [u8; 3],
+    /// Radians.
+    radius: f64,
+    /// Of the angle to the axis, on the circle.
+    least_cosine: f64,
 }
 
 /// A PNG of panels, two in a row.

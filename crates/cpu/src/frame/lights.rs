@@ -49,7 +49,7 @@ impl Frame {
         });
         if let Some(before) = &self.records {
             let mut pairs = before.is_lit.iter().zip(&is_lit);
-            if !pairs.all(|(before, now)| *before || !now) {
+            if !pairs.all(|(before, now)| before.unwrap_or(true) || !now) {
                 self.forget(Stage::Transmittance);
                 self.forget(Stage::ProxyLight);
             }

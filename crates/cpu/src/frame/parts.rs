@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scattering::wide::Peaks;
-use strandlight_scene::beside::Places;
+use strandlight_scene::beside::{HeightMaps, Places};
 use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::ShadowPlan;
@@ -44,10 +44,12 @@ pub(super) struct Lights {
 pub(super) struct Records {
     /// `[light][voxel]`; none of lights that were black.
     pub packed: Vec<PackedRecord>,
-    /// By light as far as it is done: was it not black?
-    pub is_lit: Vec<bool>,
+    /// By light, once it is done: was it not black?
+    pub is_lit: Vec<Option<bool>>,
     /// Of the voxels.
     pub places: Places,
+    /// `[light][direction]` of the lights that are done, until light on the proxies is found by them.
+    pub maps: Vec<Vec<HeightMaps>>,
 }
 
 /// What arrives of the lights at the proxies.

@@ -1,5 +1,7 @@
 //! The stages before shading, a step of each at a time.
 
+use std::cmp::Reverse;
+
 use rayon::prelude::*;
 use strandlight_scattering::multiple_tables::{Job, MultipleTables};
 use strandlight_scene::PreparedScene;
@@ -15,7 +17,7 @@ use super::super::proxies::Proxies;
 use super::super::proxy_light::Surfaces;
 use super::super::radiance::RadianceBefore;
 use super::super::through_shares::Through;
-use super::super::transmittance::transmittance_beside;
+use super::super::transmittance::find_records;
 use super::super::unblocked::{Casting, Unblocked};
 use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
@@ -171,42 +173,55 @@ impl Frame {
 
     /// Are there records of all lights?
     pub(super) fn has_records(&self) -> bool {
-        let n = self.lights.as_ref().map(|lights| lights.records.len());
-        self.records.as_ref().map(|records| records.is_lit.len()) == n
+        (self.records.as_ref()).is_some_and(|records| records.is_lit.iter().all(Option::is_some))
     }
 
+    /// Finds the records of as many lights as there are threads.
     pub(super) fn transmit(&mut self, picturing: &Picturing) {
         let (Some(lights), Some((grid, volume))) = (&self.lights, &self.volume) else {
             return;
         };
-        let records = self.records.get_or_insert_with(|| Records {
-            packed: Vec::with_capacity(grid.n_voxels() * lights.records.len()),
-            is_lit: Vec::new(),
-            places: picturing.beside.places_of_voxels(grid),
-        });
-        let first = records.is_lit.len();
-        // The black ones are no work.
-        let mut n = 0;
-        let is_last = |is_lit: &bool| {
-            n += usize::from(*is_lit);
-            n == rayon::current_num_threads()
-        };
-        let range = match lights.is_lit[first..].iter().position(is_last) {
-            Some(last) => first..first + last + 1,
-            None => first..lights.is_lit.len(),
-        };
+        let n_lights = lights.records.len();
         let ((), seconds) = timed(|| {
-            let of_range = &lights.records[range.clone()];
+            let records = self.records.get_or_insert_with(|| Records {
+                packed: vec![[0; 2]; grid.n_voxels() * n_lights],
+                is_lit: vec![None; n_lights],
+                places: picturing.beside.places_of_voxels(grid),
+                maps: vec![Vec::new(); n_lights],
+            });
+            // The black ones are no work.
+            let mut missing = Vec::new();
+            for (ix, done) in records.is_lit.iter_mut().enumerate() {
+                match lights.is_lit[ix] {
+                    true if done.is_none() => missing.push(ix),
+                    true => {}
+                    false => *done = done.or(Some(false)),
+                }
+            }
+            // Those of as many directions together, so that no thread waits for another.
+            missing.sort_by_key(|&ix| Reverse(lights.records[ix].n_sweeps));
+            missing.truncate(rayon::current_num_threads());
+            let mut maps = vec![None; n_lights];
+            for &ix in &missing {
+                maps[ix] = Some(Vec::new());
+                records.is_lit[ix] = Some(true);
+            }
+            let lights = (&lights.records[..], &lights.sweeps[..]);
             let beside = (&picturing.beside, &records.places);
-            let found = transmittance_beside(grid, volume, of_range, &lights.sweeps, beside);
-            records.packed.extend(found);
-            records.is_lit.extend(&lights.is_lit[range.clone()]);
+            find_records(
+                grid,
+                volume,
+                lights,
+                beside,
+                (&mut records.packed, &mut maps),
+            );
+            for (of_light, found) in records.maps.iter_mut().zip(maps) {
+                *of_light = found.unwrap_or(std::mem::take(of_light));
+            }
         });
-        let is_last = range.end == lights.is_lit.len();
-        let bytes = if is_last {
-            size_of_val(&records.packed[..]) as u64
-        } else {
-            0
+        let bytes = match (&self.records, self.has_records()) {
+            (Some(records), true) => size_of_val(&records.packed[..]) as u64,
+            _ => 0,
         };
         self.ran("transmittance", seconds, bytes);
     }
@@ -249,9 +264,11 @@ impl Frame {
             let packed = &records.packed[n * found.n_done..][..n];
             let of_light = (light, &lights.sweeps[..]);
             let places = &records.places;
-            let arriving = found
-                .surfaces
-                .irradiance(beside, grid, of_light, packed, places);
+            let maps = records.maps.get(found.n_done).map_or(&[][..], |maps| maps);
+            let arriving =
+                found
+                    .surfaces
+                    .irradiance((beside, maps), grid, of_light, packed, places);
             match &mut found.lit {
                 Some(lit) => lit.add(
                     &found.surfaces,
@@ -266,6 +283,10 @@ impl Frame {
             }
             found.n_done += 1;
         });
+        if let (true, Some(records)) = (self.has_proxy_light(), &mut self.records) {
+            // They are many bytes.
+            records.maps = Vec::new();
+        }
         if !beside.is_empty() {
             self.ran("light on proxies", seconds, 0);
         }

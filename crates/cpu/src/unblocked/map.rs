@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::Vec3;
 use strandlight_scattering::wide::prelude::*;
 use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8, i32x8};
-use strandlight_scene::beside::{self, Beside};
+use strandlight_scene::beside::{self, Beside, Towards};
 use strandlight_scene::shadow_maps::{N_PLACES, ShadowView};
 
 use super::super::shadow_map::{CLEAR_RADII, HEIGHT_UNITS, NAME_BITS, OWN_POINTS, name_of};
@@ -55,13 +55,8 @@ impl Work {
         dispatch!(Level::new(), simd => receive(simd, view, strips, self));
         if !beside.is_empty() {
             let towards = beside.towards(Vec3::from(view.towards));
-            for (ix, seen) in strips.seen.iter().enumerate() {
-                let lit = &mut self.lit[seen.place as usize];
-                // Dearer than what hair says, so only where that leaves something.
-                if *lit != 0 && towards.is_blocked(places, ix, strips.position(seen)) {
-                    *lit = 0;
-                }
-            }
+            let lit = &mut self.lit;
+            dispatch!(Level::new(), simd => block(simd, strips, (&towards, places), lit));
         }
     }
 }
@@ -238,7 +233,8 @@ fn cast<S: Simd>(
                     let segments = segments(simd, view, wanted.side, from, at, radii);
                     let n = (strip.n_segments - segment).min(LANES as u32) as usize;
                     for lane in 0..n {
-                        let blocks = [0, 1, 2, 3].map(|ix: usize| segments.blocks[ix][lane]);
+                        let [left, top, right, bottom] = &segments.blocks;
+                        let blocks = [left[lane], top[lane], right[lane], bottom[lane]];
                         if wanted.is_above(blocks, segments.highest[lane]) {
                             let name = name_of(strip.first + segment + lane as u32);
                             batch.push(&segments, lane, name);
@@ -376,10 +372,6 @@ fn segments<S: Simd>(
     let last = is_there.select(last, first);
     // Ribbons are wider along rows and columns than across, by sqrt(2) at most.
     let reach = radius * 1.5 + 1.0;
-    let block = |texel: f32x8<S>| {
-        let block = (texel * (1.0 / BLOCK as f32)).max(0.0);
-        block.min((blocks - 1) as f32).to_int::<i32x8<S>>().into()
-    };
     Segments {
         along: along.into(),
         across: across.into(),
@@ -393,12 +385,19 @@ fn segments<S: Simd>(
         last: last.into(),
         is_steep: is_steep.to_bitmask() as u32,
         blocks: [
-            block(ax.min(bx) - reach),
-            block(ay.min(by) - reach),
-            block(ax.max(bx) + reach),
-            block(ay.max(by) + reach),
+            blocks_of(ax.min(bx) - reach, blocks),
+            blocks_of(ay.min(by) - reach, blocks),
+            blocks_of(ax.max(bx) + reach, blocks),
+            blocks_of(ay.max(by) + reach, blocks),
         ],
     }
+}
+
+/// The blocks of eight rows or columns; there are so many along a side.
+#[inline(always)]
+fn blocks_of<S: Simd>(texel: f32x8<S>, blocks: i32) -> [i32; LANES] {
+    let block = (texel * (1.0 / BLOCK as f32)).max(0.0);
+    block.min((blocks - 1) as f32).to_int::<i32x8<S>>().into()
 }
 
 /// First rows whose centres are not before `y`, texels.
@@ -418,6 +417,44 @@ fn receive<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, work: &mut Work
                 let radius = strips.points[3][seen.at as usize];
                 work.lit[seen.place as usize] =
                     receive_point(simd, view, seen, radius, &work.at, &work.map);
+            }
+        },
+    );
+}
+
+/// Darkens the points that something stands before.
+#[inline(always)]
+fn block<S: Simd>(
+    simd: S,
+    strips: &Strips,
+    (towards, places): (&Towards, &beside::Places),
+    lit: &mut [u8],
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let mut at = [(0, 0); LANES];
+            let mut n = 0;
+            for (ix, seen) in strips.seen.iter().enumerate() {
+                // Dearer than what hair says, so only where that leaves something.
+                if lit[seen.place as usize] != 0 {
+                    at[n] = (ix, seen.place);
+                    n += 1;
+                }
+                if n == LANES || ix + 1 == strips.seen.len() {
+                    let mut indices = [0; LANES];
+                    for lane in 0..n {
+                        indices[lane] = at[lane].0;
+                    }
+                    let position = |lane: usize| strips.position(&strips.seen[indices[lane]]);
+                    let blocked = towards.are_blocked(simd, places, indices, position);
+                    for (lane, (_, place)) in at[..n].iter().enumerate() {
+                        if blocked >> lane & 1 == 1 {
+                            lit[*place as usize] = 0;
+                        }
+                    }
+                    n = 0;
+                }
             }
         },
     );

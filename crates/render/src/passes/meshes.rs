@@ -159,10 +159,10 @@ impl Meshes {
         context.write(&self.surfaces, 0, bytemuck::cast_slice(&rows));
         let points = scene.strands.points.iter();
         self.points = points.map(|point| Vec3::from_slice(point)).collect();
-        self.places_of_points = self.beside.places(self.points.iter().copied());
+        self.places_of_points = self.beside.places(self.points.len(), |ix| self.points[ix]);
         let places = self
             .beside
-            .places(surfaces.iter().map(|surface| surface.position));
+            .places(surfaces.len(), |ix| surfaces[ix].position);
         let voxels = self.beside.places_of_voxels(grid);
         let (mut of_surfaces, mut of_voxels) = (Vec::new(), Vec::new());
         for direction in directions {

@@ -20,6 +20,13 @@ pub const RECORD_SCALE: f32 = 32768.0;
 /// [`RECORD_SCALE`].
 pub const LEAST_SHARE: f32 = 2e-9;
 
+/// The smallest normal half float, 2^-14, and the largest.
+pub(crate) const LEAST_HALF: f32 = 6.103_515_6e-5;
+pub(crate) const MOST_HALF: f32 = 65504.0;
+
+/// The difference of the exponents' biases, 112, where a float has its exponent.
+pub(crate) const HALF_BIAS: u32 = 112 << 23;
+
 /// Shadow of a light at a place.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -145,13 +152,12 @@ pub fn forward_events(record: &ShadowRecord, p: [f32; 3], share: [f32; 3]) -> [f
 
 /// Bits of the half float nearest to `x`, 0..=65504; below its smallest normal number, zero.
 pub(super) fn half_bits(x: f32) -> u32 {
-    // The smallest normal half float, 2^-14; 112 is the difference of the exponents' biases.
-    if x < 6.103_515_6e-5 {
+    if x < LEAST_HALF {
         return 0;
     }
-    let bits = x.min(65504.0).to_bits();
+    let bits = x.min(MOST_HALF).to_bits();
     let rounded = bits + 0xfff + ((bits >> 13) & 1);
-    (rounded - (112 << 23)) >> 13
+    (rounded - HALF_BIAS) >> 13
 }
 
 /// The value of [`half_bits`].
@@ -159,7 +165,7 @@ pub(super) fn from_half_bits(bits: u32) -> f32 {
     if bits == 0 {
         return 0.0;
     }
-    f32::from_bits((bits << 13) + (112 << 23))
+    f32::from_bits((bits << 13) + HALF_BIAS)
 }
 
 #[cfg(test)]

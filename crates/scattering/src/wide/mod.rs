@@ -7,7 +7,7 @@
 //! - [`WideLights`]: the lights of a scene; [`single_scattering()`] fills [`Responses`] with what a
 //!   [`Place`] answers to those that are wanted, each mode for itself.
 //! - [`sample_forward`], [`forward_light`]: what multiple scattering starts from.
-//! - [`Stretch`], [`add_to_record`]: what hair leaves of a light, in eight voxels.
+//! - [`Stretch`], [`add_to_record`], [`pack_records`]: what hair leaves of a light, in eight voxels.
 //! - [`math`]: elementary and special functions.
 //!
 //! Functions are generic over the instruction set, a [`Simd`] token, and inlined into their caller.
@@ -58,7 +58,7 @@ pub use roulette::{Peaks, Roulette};
 pub use rows::transpose;
 pub use single_scattering::{Response, Responses, single_scattering, single_scattering_at};
 pub use through::through_kernel;
-pub use transmittance::{RecordSums, Stretch, add_to_record};
+pub use transmittance::{RecordSums, Stretch, add_to_record, pack_records};
 
 /// Lanes of a vector.
 pub const LANES: usize = 8;

@@ -1,9 +1,9 @@
 //! What hair leaves of a light, in eight voxels at a time. Twin: `closed_form/transmittance.rs`.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::{Simd, f32x8, i32x8};
 
-use crate::closed_form::{P_1, P_2};
+use crate::closed_form::{HALF_BIAS, LEAST_HALF, MOST_HALF, P_1, P_2, RECORD_SCALE};
 
 use super::math::{clamp, exp, ln};
 
@@ -83,6 +83,24 @@ pub fn add_to_record<S: Simd>(
     }
 }
 
+/// [`crate::closed_form::pack_record`] of each lane: the words of all, word by word.
+#[inline(always)]
+pub fn pack_records<S: Simd>(record: &RecordSums<S>) -> [i32x8<S>; 2] {
+    let [a, b, c] = record.shares;
+    let (a, b) = (half_bits(a * RECORD_SCALE), half_bits(b * RECORD_SCALE));
+    let c = half_bits(c * RECORD_SCALE);
+    [a | (b << 16), c | (half_bits(record.sin_theta) << 16)]
+}
+
+/// The bits of half floats, as [`crate::closed_form::pack_record`] finds them.
+#[inline(always)]
+fn half_bits<S: Simd>(x: f32x8<S>) -> i32x8<S> {
+    let bits: i32x8<S> = x.min(MOST_HALF).bitcast();
+    let rounded = bits + 0xfff + ((bits >> 13) & 1);
+    let bits = (rounded - HALF_BIAS as i32) >> 13;
+    x.simd_ge(LEAST_HALF).select(bits, bits ^ bits)
+}
+
 const _: () = assert!(
     P_1 == 4.0 * P_2,
     "`Stretch` takes powers of one exponential"
@@ -147,6 +165,53 @@ mod tests {
                             "{name} {ix}: {found} {exact}"
                         );
                     }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn packed_records_are_those_of_the_scalar_twin() {
+        let mut random = SplitMix64(4);
+        // Nothing, all, next to the least and the most that a half float holds, and a tie.
+        let least = LEAST_HALF / RECORD_SCALE;
+        let fixed = [
+            0.0,
+            1.0,
+            0.999 * least,
+            least,
+            1.9999,
+            3.0,
+            0.5 + 1.0 / 4096.0,
+            1e-5,
+        ];
+        for (name, level) in levels() {
+            for round in 0..200 {
+                let records: [ShadowRecord; LANES] = std::array::from_fn(|lane| {
+                    let mut number = || random.uniform(-22.0, 0.1).exp() as f32;
+                    ShadowRecord {
+                        shares: match round {
+                            0 => [fixed[lane]; 3],
+                            _ => [number(), number(), number()],
+                        },
+                        sin_theta: number().min(1.0),
+                    }
+                });
+                let found: [[i32; LANES]; 2] = dispatch!(level, simd => {
+                    let of = |numbers: [f32; LANES]| f32x8::simd_from(simd, numbers);
+                    let [low, high] = pack_records(&RecordSums {
+                        shares: [
+                            of(records.map(|record| record.shares[0])),
+                            of(records.map(|record| record.shares[1])),
+                            of(records.map(|record| record.shares[2])),
+                        ],
+                        sin_theta: of(records.map(|record| record.sin_theta)),
+                    });
+                    [low.into(), high.into()]
+                });
+                for (lane, record) in records.iter().enumerate() {
+                    let found = found.map(|words| words[lane] as u32);
+                    assert_eq!(found, closed_form::pack_record(record), "{name} {record:?}");
                 }
             }
         }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use strandlight_formats::Mesh;
 use strandlight_scattering::wide::prelude::*;
-use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8};
+use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8, i32x8};
 
 /// Most texels along a side: some 2 mm of a bust. More make shadows of the mesh on hair far from it
 /// sharper, and every map takes longer.
@@ -155,6 +155,70 @@ impl HeightMap {
             .min(pairs[1][0].min(pairs[1][1]));
         lowest > position.dot(self.towards) + CLEAR / self.texels_per_cm
     }
+}
+
+impl HeightMap {
+    /// [`HeightMap::is_above`] of eight places: x, y and z; and their components along the light.
+    #[inline(always)]
+    fn are_above<S: Simd>(&self, simd: S, position: [f32x8<S>; 3]) -> u32 {
+        let at_x = (along(position, self.right) - self.corner[0]) * self.texels_per_cm;
+        let at_y = (along(position, self.up) - self.corner[1]) * self.texels_per_cm;
+        let (last_x, last_y) = ((self.dims[0] - 1) as f32, (self.dims[1] - 1) as f32);
+        let is_on =
+            at_x.simd_ge(0.0) & at_y.simd_ge(0.0) & at_x.simd_lt(last_x) & at_y.simd_lt(last_y);
+        if !is_on.any_true() {
+            return 0;
+        }
+        let zero = f32x8::splat(simd, 0.0);
+        let column: [i32; LANES] = is_on.select(at_x, zero).to_int::<i32x8<S>>().into();
+        let row: [i32; LANES] = is_on.select(at_y, zero).to_int::<i32x8<S>>().into();
+        let mut lowest = [f32::NEG_INFINITY; LANES];
+        for (lane, lowest) in lowest.iter_mut().enumerate() {
+            let first = column[lane] as usize + self.stride * row[lane] as usize;
+            let second = first + self.stride;
+            if let (Some([a, b]), Some([c, d])) = (
+                self.heights.get(first..first + 2),
+                self.heights.get(second..second + 2),
+            ) {
+                *lowest = a.min(*b).min(c.min(*d));
+            }
+        }
+        let lowest = f32x8::simd_from(simd, lowest);
+        let height = along(position, self.towards) + CLEAR / self.texels_per_cm;
+        (is_on & lowest.simd_gt(height)).to_bitmask() as u32
+    }
+
+    /// Which of eight places the mesh hides from the light, a bit each: [`Placed::is_hidden`].
+    #[inline(always)]
+    pub fn hidden<S: Simd>(&self, simd: S, placed: [&Placed; LANES]) -> u32 {
+        let (mut position, mut normal) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        for (lane, placed) in placed.into_iter().enumerate() {
+            for axis in 0..3 {
+                position[axis][lane] = placed.position[axis];
+                normal[axis][lane] = placed.normal[axis];
+            }
+        }
+        let [x, y, z] = normal;
+        let normal = [
+            f32x8::simd_from(simd, x),
+            f32x8::simd_from(simd, y),
+            f32x8::simd_from(simd, z),
+        ];
+        let [x, y, z] = position;
+        let position = [
+            f32x8::simd_from(simd, x),
+            f32x8::simd_from(simd, y),
+            f32x8::simd_from(simd, z),
+        ];
+        let facing = along(normal, self.towards);
+        facing.simd_lt(0.0).to_bitmask() as u32 | self.are_above(simd, position)
+    }
+}
+
+/// Components of eight vectors along an axis.
+#[inline(always)]
+fn along<S: Simd>([x, y, z]: [f32x8<S>; 3], axis: Vec3) -> f32x8<S> {
+    x * axis.x + y * axis.y + z * axis.z
 }
 
 /// Those of `n` whose middles lie within a range.
