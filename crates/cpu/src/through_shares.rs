@@ -1,9 +1,12 @@
 //! Unblocked shares of TT at visible points, eight maps at a time: what `shadow_map::through_shares`
 //! computes one after the other.
 
+use std::ops::Range;
+
 use glam::Vec3;
+use strandlight_scattering::closed_form::THROUGH_LEAST;
 use strandlight_scattering::wide::prelude::*;
-use strandlight_scattering::wide::{LANES, Simd, f32x8, through_kernel};
+use strandlight_scattering::wide::{LANES, Simd, f32x8, sums, through_kernel};
 use strandlight_scene::shadow_maps::{Mixture, ShadowPlan};
 use strandlight_scene::strands::Strands;
 
@@ -33,9 +36,21 @@ pub(super) struct ThroughShares<'a> {
     maps: Maps<'a>,
     /// Whole vectors of maps: x, y, z towards their light.
     towards: [Vec<f32>; 3],
-    /// `[slot][map]`, whole vectors of maps.
-    weights: Vec<f32>,
+    /// By slot, which of `weighed` are of it.
+    weighed_of: Vec<Range<usize>>,
+    weighed: Vec<Weighed>,
 }
+
+/// A vector of maps that count for a slot.
+struct Weighed {
+    /// The first of them.
+    first: usize,
+    weights: [f32; LANES],
+}
+
+/// Share of the largest weight of a slot up to which maps do not count: what they would add is a millionth at most, whatever
+/// the kernel says of them and of the others.
+const LEAST_WEIGHT: f32 = 1e-6 * THROUGH_LEAST;
 
 /// What a thread finds shares in.
 #[derive(Default)]
@@ -57,16 +72,27 @@ impl<'a> ThroughShares<'a> {
             numbers.resize(n_row, 0.0);
             numbers
         };
-        let rows = weights.chunks_exact(n.max(1)).flat_map(|row| {
-            let padding = std::iter::repeat_n(&0.0, n_row - n);
-            row.iter().chain(padding).copied()
-        });
+        let (mut weighed_of, mut weighed) = (Vec::new(), Vec::new());
+        for row in weights.chunks_exact(n.max(1)) {
+            let start = weighed.len();
+            let least = LEAST_WEIGHT * row.iter().copied().fold(0.0, f32::max);
+            for (ix, some) in row.chunks(LANES).enumerate() {
+                if some.iter().any(|weight| *weight > least) {
+                    let mut weights = [0.0; LANES];
+                    weights[..some.len()].copy_from_slice(some);
+                    let first = ix * LANES;
+                    weighed.push(Weighed { first, weights });
+                }
+            }
+            weighed_of.push(start..weighed.len());
+        }
         ThroughShares {
             strands,
             eye: Vec3::from(eye),
             maps,
             towards: [0, 1, 2].map(axis),
-            weights: rows.collect(),
+            weighed_of,
+            weighed,
         }
     }
 
@@ -105,17 +131,23 @@ impl<'a> ThroughShares<'a> {
             (lit * found).store_slice(&mut answers[range]);
         }
         shares.clear();
-        for row in self.weights.chunks_exact(n_row.max(1)) {
-            let mut unblocked = f32x8::splat(simd, 0.0);
-            let mut all = unblocked;
-            for first in (0..n_row).step_by(LANES) {
-                let range = first..first + LANES;
-                let weight = f32x8::from_slice(simd, &row[range.clone()]);
-                all += weight * f32x8::from_slice(simd, &kernel[range.clone()]);
-                unblocked += weight * f32x8::from_slice(simd, &answers[range]);
+        for slots in self.weighed_of.chunks(LANES) {
+            let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
+            let (mut unblocked, mut all) = ([zero; LANES], [zero; LANES]);
+            for (slot, range) in slots.iter().enumerate() {
+                for Weighed { first, weights } in &self.weighed[range.clone()] {
+                    let range = *first..first + LANES;
+                    let weights = f32x8::load_array_ref(simd, weights);
+                    let kernel = f32x8::from_slice(simd, &kernel[range.clone()]);
+                    all[slot] = weights.mul_add(kernel, all[slot]);
+                    let answers = f32x8::from_slice(simd, &answers[range]);
+                    unblocked[slot] = weights.mul_add(answers, unblocked[slot]);
+                }
             }
-            let [unblocked, all]: [[f32; LANES]; 2] = [unblocked.into(), all.into()];
-            shares.push((unblocked.iter().sum::<f32>() / all.iter().sum::<f32>()).min(1.0));
+            let all = sums(all);
+            let found = (sums(unblocked) / all).min(1.0);
+            let found = all.simd_gt(0.0).select(found, one);
+            shares.extend_from_slice(&<[f32; LANES]>::from(found)[..slots.len()]);
         }
     }
 }

@@ -55,7 +55,7 @@ pub use multiple_scattering::{
     sample_forward,
 };
 pub use roulette::{Peaks, Roulette};
-pub use rows::transpose;
+pub use rows::{sums, transpose};
 pub use single_scattering::{Response, Responses, single_scattering, single_scattering_at};
 pub use through::through_kernel;
 pub use transmittance::{RecordSums, Stretch, add_to_record, pack_records};

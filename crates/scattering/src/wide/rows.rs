@@ -31,7 +31,7 @@ pub fn transpose<S: Simd>(rows: [f32x8<S>; LANES]) -> [f32x8<S>; LANES] {
 
 /// Sums of the numbers of each row.
 #[inline(always)]
-pub(super) fn sums<S: Simd>([a, b, c, d, e, f, g, h]: [f32x8<S>; LANES]) -> f32x8<S> {
+pub fn sums<S: Simd>([a, b, c, d, e, f, g, h]: [f32x8<S>; LANES]) -> f32x8<S> {
     let ae = a.zip_low(e) + a.zip_high(e);
     let bf = b.zip_low(f) + b.zip_high(f);
     let cg = c.zip_low(g) + c.zip_high(g);
