@@ -31,12 +31,14 @@ struct Passed {
     here: [f32; 4],
 }
 
+/// Nodes whose rays are found at a time.
+const NODES_AT_ONCE: usize = 512;
+
 /// What rays from the nodes meet, and the hair before it: the same for lights of any colour and for any hair.
 pub(super) struct BounceRays {
-    grid: Grid,
+    bounce: Bounce,
     layout: BounceLayout,
-    nodes: Vec<u32>,
-    /// By node of these.
+    /// By node, of those that are found.
     passed: Vec<Vec<Passed>>,
 }
 
@@ -53,9 +55,19 @@ pub(super) struct BounceLight {
 }
 
 impl BounceRays {
-    /// Of `scene`; `None` where nothing is sent back.
-    pub fn new(scene: &PreparedScene, grid: &Grid, volume: &[[f32; 8]]) -> Option<BounceRays> {
+    /// Of `scene`, nothing found yet; `None` where nothing is sent back.
+    pub fn new(scene: &PreparedScene) -> Option<BounceRays> {
         let bounce = Bounce::new(scene)?;
+        Some(BounceRays {
+            layout: bounce.layout(),
+            passed: Vec::with_capacity(bounce.nodes.len()),
+            bounce,
+        })
+    }
+
+    /// Finds what the rays of some more nodes meet, and the hair of `volume` before it.
+    pub fn step(&mut self, grid: &Grid, volume: &[[f32; 8]]) {
+        let bounce = &self.bounce;
         let of_node = |node: &u32| {
             let start = bounce.start(*node);
             let rays = bounce.rays.iter();
@@ -69,26 +81,26 @@ impl BounceRays {
             });
             passed.collect()
         };
-        Some(BounceRays {
-            passed: bounce.nodes.par_iter().map(of_node).collect(),
-            layout: bounce.layout(),
-            grid: bounce.grid,
-            nodes: bounce.nodes,
-        })
+        let missing = &bounce.nodes[self.passed.len()..];
+        let missing = &missing[..missing.len().min(NODES_AT_ONCE)];
+        self.passed.par_extend(missing.par_iter().map(of_node));
+    }
+
+    /// Is it known of all nodes?
+    pub fn is_found(&self) -> bool {
+        self.passed.len() == self.bounce.nodes.len()
     }
 
     /// The light where the surfaces send back so much, rgb times the view's radiance scale.
     pub fn light(&self, sent_back: &[[f32; 3]]) -> BounceLight {
         let lobes = self.passed.par_iter();
         let lobes: Vec<_> = lobes.map(|passed| self.lobes(passed, sent_back)).collect();
-        let mut nodes = vec![[Lobe::default(); N_LOBES]; self.grid.n_voxels()];
-        for (node, lobes) in self.nodes.iter().zip(lobes) {
+        let grid = self.bounce.grid;
+        let mut nodes = vec![[Lobe::default(); N_LOBES]; grid.n_voxels()];
+        for (node, lobes) in self.bounce.nodes.iter().zip(lobes) {
             nodes[*node as usize] = lobes;
         }
-        BounceLight {
-            grid: self.grid,
-            nodes,
-        }
+        BounceLight { grid, nodes }
     }
 
     fn lobes(&self, passed: &[Passed], sent_back: &[[f32; 3]]) -> [Lobe; N_LOBES] {

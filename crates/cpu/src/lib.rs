@@ -266,8 +266,11 @@ fn light(
         counts.points_skipped = 0;
         counts = counts.and(batch_counts);
     }
-    if let (Some(rays), ShadowSource::Sweep) = (BounceRays::new(scene, grid, volume), shadows) {
+    if let (Some(mut rays), ShadowSource::Sweep) = (BounceRays::new(scene), shadows) {
         let ((), seconds) = timed(|| {
+            while !rays.is_found() {
+                rays.step(grid, volume);
+            }
             let bounce = rays.light(proxies.at_surfaces());
             shade::shade_bounce(scene, view, &bounce, &mut radiance);
         });

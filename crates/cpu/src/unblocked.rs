@@ -112,8 +112,8 @@ enum Part {
     Project,
     /// Drawing, from this strip on.
     Cast(usize),
-    /// Looking it up.
-    Receive,
+    /// Looking it up, from this one of the points that are looked up on.
+    Receive(usize),
 }
 
 impl Casting {
@@ -178,18 +178,24 @@ impl Casting {
                 let end = range.end;
                 works.for_each(|(work, view)| work.cast(view, strips, range.clone()));
                 self.part = match end == strips.strips.len() {
-                    true => Part::Receive,
+                    true => Part::Receive(0),
                     false => Part::Cast(end),
                 };
             }
-            Part::Receive => {
+            Part::Receive(first) => {
                 let places = &*self.places.get_or_insert_with(|| {
                     let position = |ix: usize| strips.position(&strips.seen[ix]);
                     beside.places(strips.seen.len(), position)
                 });
-                works.for_each(|(work, view)| work.receive(view, strips, (beside, places)));
-                self.add(n);
-                self.part = Part::Project;
+                let range = strips.some_seen(first);
+                let end = range.end;
+                let stands = (beside, places);
+                works.for_each(|(work, view)| work.receive(view, strips, range.clone(), stands));
+                self.part = Part::Receive(end);
+                if end == strips.seen.len() {
+                    self.add(n);
+                    self.part = Part::Project;
+                }
             }
         }
         self.n_done == self.views.len()

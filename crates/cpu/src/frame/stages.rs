@@ -294,26 +294,22 @@ impl Frame {
 
     /// Finds what rays to the proxies meet, then the light that comes along them.
     pub(super) fn find_bounce(&mut self, picturing: &Picturing) {
-        let Some((grid, volume)) = &self.volume else {
-            return;
-        };
-        let seconds = match &self.bounce_rays {
-            None => {
-                let (rays, seconds) = timed(|| BounceRays::new(picturing.scene, grid, volume));
-                self.bounce_rays = rays;
-                seconds
-            }
-            Some(rays) => {
-                let (lit, seconds) = timed(|| {
-                    let lit = self.lit_proxies(picturing)?;
-                    Some((rays.light(lit.at_surfaces()), lit))
-                });
-                (self.bounce, self.proxies) = lit.unzip();
-                seconds
-            }
-        };
+        let ((), seconds) = timed(|| match (&mut self.bounce_rays, &self.volume) {
+            (None, _) => self.bounce_rays = BounceRays::new(picturing.scene),
+            (Some(rays), Some((grid, volume))) if !rays.is_found() => rays.step(grid, volume),
+            (Some(_), _) => self.light_bounce(picturing),
+        });
         let bytes = self.bounce.as_ref().map_or(0, BounceLight::bytes);
         self.ran("bounce", seconds, bytes);
+    }
+
+    /// Finds the light that comes along the rays that were found.
+    fn light_bounce(&mut self, picturing: &Picturing) {
+        let rays = self.bounce_rays.as_ref();
+        if let Some((rays, lit)) = rays.zip(self.lit_proxies(picturing)) {
+            self.bounce = Some(rays.light(lit.at_surfaces()));
+            self.proxies = Some(lit);
+        }
     }
 
     /// The proxies in the light of the lights as they are.

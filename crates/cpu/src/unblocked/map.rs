@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::Vec3;
 use strandlight_scattering::wide::prelude::*;
 use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8, i32x8};
-use strandlight_scene::beside::{self, Beside, Towards};
+use strandlight_scene::beside::{self, Beside, HeightMaps, Towards};
 use strandlight_scene::shadow_maps::{N_PLACES, ShadowView};
 
 use super::super::shadow_map::{CLEAR_RADII, HEIGHT_UNITS, NAME_BITS, OWN_POINTS, name_of};
@@ -23,6 +23,8 @@ pub(super) struct Work {
     map: Map,
     /// By visible point: which of the places along the strand about it are lit.
     pub lit: Vec<u8>,
+    /// Of what stands beside the hair, while points are looked up.
+    heights: Option<HeightMaps>,
     /// Texels of strands that were drawn.
     pub n_texels: u64,
 }
@@ -48,15 +50,25 @@ impl Work {
         &mut self,
         view: &ShadowView,
         strips: &Strips,
+        range: Range<usize>,
         (beside, places): (&Beside, &beside::Places),
     ) {
-        self.lit.clear();
-        self.lit.resize(strips.n_places, u8::MAX);
-        dispatch!(Level::new(), simd => receive(simd, view, strips, self));
+        if range.start == 0 {
+            self.lit.clear();
+            self.lit.resize(strips.n_places, u8::MAX);
+            self.heights = None;
+        }
+        let range = || range.clone();
+        dispatch!(Level::new(), simd => receive(simd, view, strips, range(), self));
         if !beside.is_empty() {
-            let towards = beside.towards(Vec3::from(view.towards));
+            let d = Vec3::from(view.towards);
+            let towards = match self.heights.take() {
+                Some(heights) => beside.towards_by(d, heights),
+                None => beside.towards(d),
+            };
             let lit = &mut self.lit;
-            dispatch!(Level::new(), simd => block(simd, strips, (&towards, places), lit));
+            dispatch!(Level::new(), simd => block(simd, strips, range(), (&towards, places), lit));
+            self.heights = (range().end < strips.seen.len()).then(|| towards.maps().clone());
         }
     }
 }
@@ -409,11 +421,17 @@ fn rows_from<S: Simd>(y: f32x8<S>, side: i32) -> i32x8<S> {
 
 /// Finds the lit ones of [`N_PLACES`] places along the strand about each visible point.
 #[inline(always)]
-fn receive<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, work: &mut Work) {
+fn receive<S: Simd>(
+    simd: S,
+    view: &ShadowView,
+    strips: &Strips,
+    range: Range<usize>,
+    work: &mut Work,
+) {
     simd.vectorize(
         #[inline(always)]
         || {
-            for seen in &strips.seen {
+            for seen in &strips.seen[range] {
                 let radius = strips.points[3][seen.at as usize];
                 work.lit[seen.place as usize] =
                     receive_point(simd, view, seen, radius, &work.at, &work.map);
@@ -427,6 +445,7 @@ fn receive<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, work: &mut Work
 fn block<S: Simd>(
     simd: S,
     strips: &Strips,
+    range: Range<usize>,
     (towards, places): (&Towards, &beside::Places),
     lit: &mut [u8],
 ) {
@@ -435,13 +454,14 @@ fn block<S: Simd>(
         || {
             let mut at = [(0, 0); LANES];
             let mut n = 0;
-            for (ix, seen) in strips.seen.iter().enumerate() {
+            for ix in range.clone() {
+                let seen = &strips.seen[ix];
                 // Dearer than what hair says, so only where that leaves something.
                 if lit[seen.place as usize] != 0 {
                     at[n] = (ix, seen.place);
                     n += 1;
                 }
-                if n == LANES || ix + 1 == strips.seen.len() {
+                if n == LANES || ix + 1 == range.end {
                     let mut indices = [0; LANES];
                     for lane in 0..n {
                         indices[lane] = at[lane].0;

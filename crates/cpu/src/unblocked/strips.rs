@@ -7,7 +7,10 @@ use strandlight_scattering::wide::LANES;
 use strandlight_scene::strands::Strands;
 
 /// Segments that are drawn into a map at a time.
-const SEGMENTS_AT_ONCE: u32 = 1 << 18;
+const SEGMENTS_AT_ONCE: u32 = 1 << 16;
+
+/// Points that are looked up at a time.
+const SEEN_AT_ONCE: usize = 1 << 17;
 
 /// Strands in an order in which one follows another that is near, and where they are looked up.
 #[derive(Default)]
@@ -52,6 +55,11 @@ impl Strips {
             Some(last) => first..first + last + 1,
             None => first..self.strips.len(),
         }
+    }
+
+    /// Points from `first` on that are looked up at a time, in [`Strips::seen`].
+    pub fn some_seen(&self, first: usize) -> Range<usize> {
+        first..(first + SEEN_AT_ONCE).min(self.seen.len())
     }
 
     /// Of a point that is looked up, cm.
