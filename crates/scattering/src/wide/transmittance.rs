@@ -98,7 +98,8 @@ fn half_bits<S: Simd>(x: f32x8<S>) -> i32x8<S> {
     let bits: i32x8<S> = x.min(MOST_HALF).bitcast();
     let rounded = bits + 0xfff + ((bits >> 13) & 1);
     let bits = (rounded - HALF_BIAS as i32) >> 13;
-    x.simd_ge(LEAST_HALF).select(bits, bits ^ bits)
+    x.simd_ge(LEAST_HALF)
+        .select(bits, i32x8::splat(x.token(), 0))
 }
 
 const _: () = assert!(
