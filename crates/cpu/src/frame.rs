@@ -311,7 +311,9 @@ impl Frame {
             .lights
             .as_ref()
             .is_some_and(|lights| lights.plan.views.is_empty());
-        let has_draft = self.has_shaded() || !picturing.has_drafts || has_none;
+        // What is carried over from the view before is one, if only maps of the line of sight are to come.
+        let is_carried = self.quality() == Some(Quality::Carried) && self.unblocked.is_some();
+        let has_draft = self.has_shaded() || is_carried || !picturing.has_drafts || has_none;
         let maps = match &self.unblocked {
             None => Stage::ShadowMaps,
             Some(_) => Stage::ThroughMaps,
