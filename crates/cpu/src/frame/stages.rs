@@ -30,6 +30,9 @@ const MAX_SHARE_BYTES: usize = 256 << 20;
 /// What arrives of each light at the proxies is kept if it has at most this many bytes.
 const MAX_PROXY_BYTES: usize = 64 << 20;
 
+/// Height maps of meshes are kept, for light on the proxies, if they are at most so many: some 64 MB.
+const MAX_HEIGHT_MAPS: usize = 256;
+
 /// Are answers of the maps of `plan` at all points few enough to be kept, so that they serve any view?
 pub(super) fn can_be_everywhere(plan: &ShadowPlan, n_points: usize) -> bool {
     plan.n_slots > 0 && Unblocked::bytes_of(plan.n_maps(), n_points) <= MAX_SHARE_BYTES
@@ -215,8 +218,11 @@ impl Frame {
                 beside,
                 (&mut records.packed, &mut maps),
             );
-            for (of_light, found) in records.maps.iter_mut().zip(maps) {
-                *of_light = found.unwrap_or(std::mem::take(of_light));
+            let n_maps = lights.1.len() * picturing.beside.meshes().len();
+            if n_maps <= MAX_HEIGHT_MAPS {
+                for (of_light, found) in records.maps.iter_mut().zip(maps) {
+                    *of_light = found.unwrap_or(std::mem::take(of_light));
+                }
             }
         });
         let bytes = match (&self.records, self.has_records()) {
