@@ -24,8 +24,9 @@ struct ListLayout {
     n_segments: u32,
     // 0: hits are counted; 1: they are written.
     is_writing: u32,
-    pad_0: u32,
-    pad_1: u32,
+    // 1: not all points were lit, and those that were not are black.
+    is_draft: u32,
+    pad: u32,
     // Of wide strands: WidthProfile.even of lib/width_profile.
     even: vec4f,
 }
@@ -83,8 +84,8 @@ struct Triangle {
 @group(0) @binding(10) var<storage, read_write> hits: array<u32>;
 // A bit for each point of a segment that is seen; then the number of entries.
 @group(0) @binding(11) var<storage, read_write> seen: array<atomic<u32>>;
-// As in pass/shade, whose counters come first.
-@group(0) @binding(12) var<storage, read_write> shaded: array<u32>;
+// The points that are seen, in order.
+@group(0) @binding(12) var<storage, read_write> seen_points: array<u32>;
 // Numbers of points that are seen and of entries.
 @group(0) @binding(13) var<storage, read_write> totals: vec2u;
 @group(0) @binding(14) var<storage, read> radiance: array<vec4f>;
@@ -122,9 +123,6 @@ const N_BEHIND: u32 = 3u;
 
 // Threads of a group that goes through segments, triangles or a row.
 const GROUP: u32 = 256u;
-
-// Words of counters before the points that are shaded.
-const FIRST_SHADED: u32 = 20u;
 
 const NO_SURFACE: u32 = 0xffffffffu;
 
@@ -709,17 +707,17 @@ fn list_seen(@builtin(local_invocation_index) local: u32) {
         sum += countOneBits(atomicLoad(&seen[word]));
     }
     sums[local] = sum;
-    var place = FIRST_SHADED + sum_before(local);
+    var place = sum_before(local);
     for (var word = share.x; word < share.y; word++) {
         var bits = atomicLoad(&seen[word]);
         while bits != 0u {
-            shaded[place] = 32u * word + countTrailingZeros(bits);
+            seen_points[place] = 32u * word + countTrailingZeros(bits);
             bits &= bits - 1u;
             place++;
         }
     }
     if local == GROUP - 1u {
-        totals = vec2u(place - FIRST_SHADED, atomicLoad(&seen[n_words]));
+        totals = vec2u(place, atomicLoad(&seen[n_words]));
     }
 }
 
@@ -745,6 +743,11 @@ fn radiance_of(first: u32, place: u32) -> vec3f {
     let mean = max((rgb.r + rgb.g + rgb.b) / 3.0, 1e-30);
     let side = clamp(mix(a.w, b.w, t) / mean, -1.0, 1.0);
     return rgb * (1.0 + side * across + list.even.rgb * (1.5 * across_2 - 0.5));
+}
+
+// Were both ends of a segment lit?
+fn is_lit(first: u32) -> bool {
+    return any(radiance[first].rgb != vec3f(0.0)) && any(radiance[first + 1u].rgb != vec3f(0.0));
 }
 
 // #if MESHES
@@ -810,10 +813,22 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     let pixel = at.x + view.extent.x * at.y;
     let end = atomicLoad(&pixels[pixel].next);
     var sum = vec4f(0.0);
+    var of_lit = vec4f(0.0);
     for (var ix = 1u; ix <= pixels[pixel].n_entries; ix++) {
         let entry = 3u * (end - ix);
         let weight = bitcast<f32>(hits[entry + 2u]);
-        sum += weight * vec4f(radiance_of(hits[entry], hits[entry + 1u]), 1.0);
+        let one = weight * vec4f(radiance_of(hits[entry], hits[entry + 1u]), 1.0);
+        sum += one;
+        if list.is_draft != 0u && is_lit(hits[entry]) {
+            of_lit += one;
+        }
+    }
+    if of_lit.a > 0.0 {
+        // What was lit stands for what was not.
+        sum = of_lit * (sum.a / of_lit.a);
+    } else if list.is_draft != 0u && all(sum.rgb == vec3f(0.0)) {
+        // It is not there yet.
+        sum = vec4f(0.0);
     }
     picture[pixel] = sum + radiance_behind(pixel, vec2f(view.origin + at) + 0.5);
 }

@@ -64,8 +64,9 @@ const fn rule(
 ///
 /// Two run in part only: another view draws the shadow maps towards the eye, if the line of sight
 /// turned, and another amplitude draws maps only where a light got so bright that it needs one that
-/// it has not; both are left out here.
-pub const STAGES: [StageRule; 8] = [
+/// it has not; both are left out here. Pictures by samples run `project` and no `list`, those without samples `list`
+/// before `shade` and no `project`.
+pub const STAGES: [StageRule; 9] = [
     rule("voxelise", &[Inputs::POINTS], &[]),
     rule(
         "shadow maps",
@@ -90,7 +91,12 @@ pub const STAGES: [StageRule; 8] = [
         &["shadow maps", "transmittance"],
     ),
     rule("project", &[Inputs::POINTS, Inputs::VIEW], &[]),
-    rule("draw", &[], &["shade", "project"]),
+    rule(
+        "list",
+        &[Inputs::POINTS, Inputs::PROXIES, Inputs::VIEW],
+        &[],
+    ),
+    rule("draw", &[], &["shade", "project", "list"]),
     rule("composite", &[Inputs::GRADE], &["draw"]),
     rule("display", &[Inputs::GRADE], &["composite"]),
 ];

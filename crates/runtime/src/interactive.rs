@@ -92,8 +92,7 @@ impl InteractiveBackend for ProgressiveRenderer {
     }
 
     fn set_device(&mut self, context: &Context, scene: PreparedScene) -> Result<(), RenderError> {
-        *self = ProgressiveRenderer::new(context, scene)?;
-        Ok(())
+        self.move_to(context, scene)
     }
 }
 

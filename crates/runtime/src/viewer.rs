@@ -88,7 +88,7 @@ impl Viewer {
     /// What cannot be drawn, by name; whatever the device refuses.
     pub fn new(context: &Context, session: Session) -> Result<Viewer, RenderError> {
         Viewer::on(session, |scene| -> Result<Box<dyn InteractiveBackend>, _> {
-            Ok(Box::new(ProgressiveRenderer::new(context, scene)?))
+            Ok(Box::new(on_device(context, scene)?))
         })
     }
 
@@ -106,7 +106,7 @@ impl Viewer {
         let on_cpu = |scene| Box::new(InteractiveRenderer::new(scene));
         let (renderer, reason): (Box<dyn InteractiveBackend>, _) = match chosen {
             Chosen::Cpu(reason) => (on_cpu(scene), Some(reason)),
-            Chosen::Gpu(context) => match ProgressiveRenderer::new(&context, scene) {
+            Chosen::Gpu(context) => match on_device(&context, scene) {
                 Ok(renderer) => (Box::new(renderer), None),
                 Err(error) if choice == BackendChoice::Auto => {
                     let scene = unmuted_scene(&session).map_err(RenderError::from)?;
@@ -605,4 +605,16 @@ fn unmuted_scene(session: &Session) -> Result<PreparedScene, SceneError> {
     let mut prepared = session.prepared()?;
     prepared.lights = session.assets().planned_lights(&session.scene().lights);
     Ok(prepared)
+}
+
+/// What draws `scene` on the device: without samples, but in a page, which cannot wait for the list.
+fn on_device(context: &Context, scene: PreparedScene) -> Result<ProgressiveRenderer, RenderError> {
+    let renderer = ProgressiveRenderer::new(context, scene)?;
+    #[cfg(not(target_arch = "wasm32"))]
+    let renderer = {
+        let mut renderer = renderer;
+        renderer.draw_by_list()?;
+        renderer
+    };
+    Ok(renderer)
 }

@@ -291,7 +291,7 @@ fn every_edit_gives_the_picture_of_a_fresh_start_and_touches_what_it_must() {
         for StageRule { name: stage, .. } in STAGES {
             // Another line of sight: the maps towards the eye alone.
             let turns = stage == "shadow maps" && case.inputs == Inputs::VIEW;
-            let must_run = stale.contains(&stage) || turns;
+            let must_run = stale.contains(&stage) && stage != "list" || turns;
             assert_eq!(report.runs(stage) > 0, must_run, "{name}: {stage}");
         }
         if case.is_free {

@@ -164,7 +164,8 @@ fn edits_run_the_stages_of_their_rules() {
         let stale: Vec<_> = stale_stages(change.inputs()).collect();
         let report = viewer.report();
         for StageRule { name: stage, .. } in STAGES {
-            let must_run = stale.contains(&stage);
+            // Windows draw without samples.
+            let must_run = stale.contains(&stage) && stage != "project";
             assert_eq!(report.runs(stage) > 0, must_run, "{key}: {stage}");
         }
         covered |= change.edits;

@@ -1,6 +1,7 @@
 //! Pictures without samples: the GPU's visibility list against the CPU's, and what is done again after edits.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use glam::{Quat, Vec3};
 use strandlight_cpu::CpuRenderer;
@@ -238,4 +239,178 @@ fn samples_after_a_list_are_those_of_a_fresh_scene() {
     let (with_margin, stats) = drawn(&mut window);
     assert!(picture_rmse(&with_margin, &still) < 1e-5);
     assert!(stats.list_entries > 0 && stats.visible_points > 0);
+}
+
+/// Works until nothing is left to do, and answers what is shown then.
+fn shown(renderer: &mut ProgressiveRenderer) -> Vec<[u8; 4]> {
+    while !renderer.advance(Duration::from_secs(1)).unwrap().is_done {}
+    renderer.read_display().unwrap()
+}
+
+/// A window by list of `scene`, as it is shown.
+fn window(context: &Context, scene: &PreparedScene) -> (ProgressiveRenderer, Vec<[u8; 4]>) {
+    let mut renderer = ProgressiveRenderer::new(context, scene.clone()).unwrap();
+    renderer.draw_by_list().unwrap();
+    renderer.set_size(SIZE).unwrap();
+    let picture = shown(&mut renderer);
+    (renderer, picture)
+}
+
+/// Mean and largest difference of levels.
+fn difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> (f64, u8) {
+    let levels = a.as_flattened().iter().zip(b.as_flattened());
+    let differences: Vec<u8> = levels.map(|(a, b)| a.abs_diff(*b)).collect();
+    let sum: f64 = differences.iter().copied().map(f64::from).sum();
+    let most = differences.iter().copied().max().unwrap_or(0);
+    (sum / differences.len() as f64, most)
+}
+
+/// A window by list has no samples and shows what a still has; after every edit it shows what a fresh one does, and does
+/// no more than the edit takes.
+#[test]
+fn windows_are_drawn_by_list_after_every_edit() {
+    let context = context();
+    let mut scene = wig_scene(400);
+    scene.proxies = head_and_ground(&scene);
+    scene.background = Background::Color([0.02, 0.03, 0.05]);
+    let (mut renderer, first) = window(&context, &scene);
+    let progress = renderer.progress();
+    assert_eq!((progress.samples, progress.total_samples), (0, 0));
+    assert!(progress.is_done && progress.is_shown && progress.noise.is_none());
+    let report = renderer.report().clone();
+    assert_eq!((report.runs("list"), report.runs("project")), (1, 0));
+    assert!(report.stats.visible_points < report.stats.points as u64);
+    let (still, stats) = drawn(&mut by_list(&context, &scene));
+    assert_eq!(stats.visible_points, report.stats.visible_points);
+    let (mean, most) = difference(&first, &still.to_srgb8(scene.exposure, &scene.display));
+    assert!(mean < 0.6 && most <= 3, "{mean} {most}");
+
+    type Edit = fn(&mut ProgressiveRenderer);
+    // How often each makes a list, and draws it: a draft first where the view or the points moved.
+    let edits: [(&str, [u32; 2], Edit); 8] = [
+        ("view", [1, 2], |renderer| {
+            let mut camera = renderer.scene().camera;
+            let turn = Quat::from_rotation_y(0.4);
+            camera.eye = camera.target + turn * (camera.eye - camera.target);
+            renderer.set_camera(camera);
+        }),
+        ("hair", [0, 1], |renderer| {
+            let mut hair = *renderer.scene().hair.hair();
+            hair.sigma_a = [0.1, 0.3, 0.6];
+            renderer.set_hair(&hair, &Lobe::ALL).unwrap();
+        }),
+        ("colours of the lights", [0, 1], |renderer| {
+            let lights = renderer.scene().lights.iter();
+            let rgb: Vec<_> = lights.map(|light| light.rgb.map(|x| 0.5 * x)).collect();
+            renderer.set_light_colors(&rgb).unwrap();
+        }),
+        ("grade", [0, 0], |renderer| {
+            let display = renderer.scene().display.clone();
+            renderer.set_grade(2.0, display, Background::Color([0.1, 0.2, 0.3]));
+        }),
+        ("points", [1, 2], |renderer| {
+            let points = renderer.scene().strands.points.iter();
+            let moved: Vec<_> = points.map(|[x, y, z, r]| [*x, y + 0.3, *z, *r]).collect();
+            renderer.set_points(&moved).unwrap();
+        }),
+        ("proxies", [1, 1], |renderer| {
+            renderer.set_proxies(Vec::new())
+        }),
+        ("size", [1, 2], |renderer| {
+            renderer.set_size([90, 70]).unwrap()
+        }),
+        ("close-up", [1, 2], |renderer| {
+            let scene = near(renderer.scene().clone());
+            renderer.set_camera(scene.camera);
+        }),
+    ];
+    for (name, expected, edit) in edits {
+        edit(&mut renderer);
+        let edited = shown(&mut renderer);
+        let runs = ["list", "draw"].map(|stage| renderer.report().runs(stage));
+        assert_eq!(runs, expected, "{name}");
+        let mut fresh = ProgressiveRenderer::new(&context, renderer.scene().clone()).unwrap();
+        fresh.draw_by_list().unwrap();
+        let (mean, most) = difference(&edited, &shown(&mut fresh));
+        assert!(mean < 0.01 && most <= 2, "{name}: {mean} {most}");
+    }
+    renderer.set_samples(128);
+    assert!(renderer.progress().is_done);
+    // A still of another size, and back.
+    let before = renderer.read_display().unwrap();
+    let still = renderer.still([64, 48], 16).unwrap();
+    assert_eq!(still.width, 64);
+    assert_eq!(shown(&mut renderer), before);
+    // On another device it is drawn in the same way.
+    let scene = renderer.scene().clone();
+    renderer.move_to(&context, scene).unwrap();
+    renderer.set_size([90, 70]).unwrap();
+    assert_eq!(difference(&shown(&mut renderer), &before).1, 0);
+    assert_eq!(renderer.progress().total_samples, 0);
+}
+
+/// What a view shows before its points are lit has no holes where the view before did not see them, and is gone once
+/// they are.
+#[test]
+fn drafts_of_a_turning_view_have_no_holes() {
+    let context = context();
+    let mut scene = wig_scene(400);
+    // It hides what is behind it.
+    scene.proxies = head_and_ground(&scene);
+    scene.proxies.truncate(1);
+    let (mut renderer, _) = window(&context, &scene);
+    let mut camera = renderer.scene().camera;
+    camera.eye = camera.target + Quat::from_rotation_y(0.3) * (camera.eye - camera.target);
+    renderer.set_camera(camera);
+    let mut draft = None;
+    while draft.is_none() {
+        let progress = renderer.advance(Duration::ZERO).unwrap();
+        assert!(!progress.is_done, "no draft was shown");
+        draft = progress.is_shown.then(|| renderer.read_display().unwrap());
+    }
+    let draft = draft.unwrap_or_default();
+    let last = shown(&mut renderer);
+    let level = |[r, g, b, _]: [u8; 4]| u32::from(r) + u32::from(g) + u32::from(b);
+    let lit = draft.iter().zip(&last);
+    let lit: Vec<_> = lit
+        .map(|(a, b)| (level(*a), level(*b)))
+        .filter(|(_, b)| *b > 30)
+        .collect();
+    let dark = lit.iter().filter(|(a, b)| 2 * a < *b).count();
+    assert!(lit.len() > 1000 && dark == 0, "{dark} of {}", lit.len());
+    // The outline is that of the view at once, but for strands that no view showed yet.
+    let other = draft.iter().zip(&last).filter(|(a, b)| a[3] != b[3]);
+    assert!(other.clone().all(|(a, b)| a[3] < b[3]) && other.count() < 20);
+    let (mean, _) = difference(&draft, &last);
+    assert!(mean > 0.1, "{mean}");
+}
+
+/// A picture that has no room for its list is drawn by samples.
+#[test]
+fn windows_without_room_for_a_list_are_sampled() {
+    // Three surfaces of 16 bytes behind each of 364,000 pixels do not fit.
+    let context = Context::within(|limits| limits.max_storage_buffer_binding_size = 16 << 20);
+    let (context, size) = (context.unwrap(), [700, 520]);
+    let mut scene = wig_scene(100);
+    scene.proxies = head_and_ground(&scene);
+    scene.samples = 8;
+    let (mut renderer, _) = window(&context, &scene);
+    assert_eq!(renderer.progress().total_samples, 0);
+    renderer.set_size(size).unwrap();
+    let picture = shown(&mut renderer);
+    let progress = renderer.progress();
+    assert_eq!((progress.samples, progress.total_samples), (8, 8));
+    let mut sampled = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    sampled.set_size(size).unwrap();
+    assert_eq!(difference(&shown(&mut sampled), &picture).1, 0);
+    let mut camera = scene.camera;
+    camera.eye *= 1.1;
+    renderer.set_camera(camera);
+    let turned = shown(&mut renderer);
+    sampled.set_camera(camera);
+    assert_eq!(difference(&shown(&mut sampled), &turned).1, 0);
+    // A smaller one has room again.
+    renderer.set_size(SIZE).unwrap();
+    shown(&mut renderer);
+    assert_eq!(renderer.progress().total_samples, 0);
 }

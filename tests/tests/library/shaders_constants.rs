@@ -44,15 +44,10 @@ const TWIN_FILES: [(&str, &str); 23] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 15] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 14] = [
     ("lib/coverage", "CLOSED", "crates/cpu/src/list/pixel.rs"),
     (
         "pass/shade",
-        "FIRST_SHADED",
-        "crates/render/src/passes/lighting.rs",
-    ),
-    (
-        "pass/visibility",
         "FIRST_SHADED",
         "crates/render/src/passes/lighting.rs",
     ),

@@ -107,9 +107,9 @@ pub struct HairRenderer {
     /// Of pictures that are drawn without samples.
     #[cfg(not(target_arch = "wasm32"))]
     visible: Option<VisibleList>,
-    /// A still is drawn, and nothing else of its view.
+    /// Only the points that the list of a view has are shaded.
     #[cfg(not(target_arch = "wasm32"))]
-    draws_still: bool,
+    draws_by_list: bool,
     /// The wind that bends the strands of the scene, and what does.
     wind: Option<Wind>,
     deform: Option<Deform>,
@@ -193,7 +193,7 @@ impl HairRenderer {
             #[cfg(not(target_arch = "wasm32"))]
             visible: None,
             #[cfg(not(target_arch = "wasm32"))]
-            draws_still: false,
+            draws_by_list: false,
             wind: None,
             deform: None,
             has_volume: false,
@@ -222,6 +222,11 @@ impl HairRenderer {
     /// [`HairRenderer::prepare`] goes on.
     pub fn is_complete(&self) -> bool {
         self.front_scale.is_some() && self.job.is_none() && self.dirty.is_clean()
+    }
+
+    /// Are only the points lit that some view shows?
+    pub(crate) fn is_partly_lit(&self) -> bool {
+        self.lighting.n_listed().is_some()
     }
 
     /// What was made on the device; submissions of a host stay 0.

@@ -105,7 +105,7 @@ impl HairRenderer {
         view.margin_px += self.margin * scene.size[0].max(scene.size[1]) as f32;
         self.lighting.begin(context, &view);
         #[cfg(not(target_arch = "wasm32"))]
-        self.list_visible(&view)?;
+        self.list_visible(&view, &dirty)?;
         steps.extend(self.lighting.through_steps(view.eye, view.forward));
         steps.extend(self.lighting.table_steps());
         steps.extend(self.lighting.shade_steps(chunk));

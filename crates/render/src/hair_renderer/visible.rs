@@ -2,10 +2,10 @@
 
 use web_time::Instant;
 
-use super::HairRenderer;
 use super::visible_list::VisibleList;
+use super::{DirtyFlags, HairRenderer};
 use crate::invalidation::Inputs;
-use crate::passes::visibility::{Seen, VisibilityPass};
+use crate::passes::visibility::{ListedLight, Seen, VisibilityPass};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
 
@@ -27,22 +27,36 @@ impl HairRenderer {
         }
     }
 
-    /// Has the job to come shade only the points that `view` shows, where a still by list is all that is drawn of it,
-    /// or all.
-    pub(super) fn list_visible(&mut self, view: &ViewUniform) -> Result<(), RenderError> {
-        self.lighting.shade_listed(None);
-        if self.draws_still && self.margin == 0.0 {
-            let seen = self.list(view)?;
-            self.lighting.shade_listed(seen.map(|seen| seen.points));
-        }
+    /// Has the job to come, for what is `dirty`, shade only the points that `view` shows, where these are all that is
+    /// drawn, or all.
+    pub(super) fn list_visible(
+        &mut self,
+        view: &ViewUniform,
+        dirty: &DirtyFlags,
+    ) -> Result<(), RenderError> {
+        let seen = match self.draws_by_list {
+            true => self.list(view)?,
+            false => None,
+        };
+        let Some((seen, VisibleList { pass, .. })) = seen.zip(self.visible.as_ref()) else {
+            self.lighting.shade_listed(&self.context, None);
+            return Ok(());
+        };
+        // Drafts of other views have what was lit before, if that looks as it did.
+        let is_view_only = !dirty.is_new && dirty.inputs == Inputs::VIEW;
+        let has_scale = self.front_scale == Some(view.radiance_scale);
+        let before = (is_view_only && has_scale).then_some(self.front);
+        (self.lighting).begin_listed(&self.context, before, 1 - self.front);
+        let points = Some((pass.seen_points(), seen.points));
+        self.lighting.shade_listed(&self.context, points);
         Ok(())
     }
 
-    /// Says whether a still is drawn from now on. What draws anything else needs all points: those of the last
-    /// still are shaded anew if they were listed.
-    pub(crate) fn set_draws_still(&mut self, draws_still: bool) {
-        self.draws_still = draws_still;
-        let is_partly_lit = !draws_still && self.lighting.n_listed().is_some();
+    /// Says whether pictures are drawn by list from now on. Samples need all points: they are shaded anew if those
+    /// of a list alone were.
+    pub(crate) fn set_draws_by_list(&mut self, draws_by_list: bool) {
+        self.draws_by_list = draws_by_list;
+        let is_partly_lit = !draws_by_list && self.lighting.n_listed().is_some();
         self.dirty.mark(Inputs::VIEW, is_partly_lit);
     }
 
@@ -63,17 +77,16 @@ impl HairRenderer {
             return Ok(None);
         };
         if let Some((_, seen)) = visible.listed.filter(|(before, _)| *before == view) {
-            return Ok(Some(seen));
+            return Ok(seen);
         }
         visible.listed = None;
         let start = Instant::now();
         let stamp = self.clock.stamp("list");
-        let shaded = self.lighting.room_for_list(&self.context).clone();
         let is_narrow = self.lighting.lit_points()[self.front].1.is_some();
         let kind = (self.lighting.shown_proxies(self.front), is_narrow);
         let (context, strands) = (&self.context, &self.strands);
-        let seen = (visible.pass).list(context, &view, strands, kind, &shaded, &stamp)?;
-        visible.listed = seen.map(|seen| (view, seen));
+        let seen = (visible.pass).list(context, &view, strands, kind, &stamp)?;
+        visible.listed = Some((view, seen));
         // A tile is not the picture.
         if let Some(seen) = seen.filter(|_| view.extent == view.size) {
             self.report.stats.visible_points = u64::from(seen.points);
@@ -84,12 +97,13 @@ impl HairRenderer {
         Ok(seen)
     }
 
-    /// Draws `view`, lit as shown, into `sums`, one sample a pixel. Answers whether the device could; otherwise it takes
-    /// samples.
+    /// Draws `view`, lit as shown, into `sums`, one sample a pixel; where points that it shows were not lit, a draft.
+    /// Answers whether the device could; otherwise it takes samples.
     pub(crate) fn draw_visible(
         &mut self,
         view: &ViewUniform,
         sums: &wgpu::Buffer,
+        is_draft: bool,
         observer: &mut dyn FnMut(f64),
     ) -> Result<bool, RenderError> {
         if self.list(view)?.is_none() {
@@ -98,7 +112,11 @@ impl HairRenderer {
         let start = Instant::now();
         if let Some(VisibleList { pass, .. }) = &mut self.visible {
             let proxies = self.lighting.shown_proxies(self.front);
-            let lit = (self.lighting.lit_points()[self.front], self.ribbons.even);
+            let lit = ListedLight {
+                points: self.lighting.lit_points()[self.front],
+                even: self.ribbons.even,
+                is_draft,
+            };
             pass.draw(&self.context, &self.strands, proxies, lit, sums, observer)?;
             self.report.ran("draw");
             self.report.took("draw", start.elapsed().as_secs_f64());

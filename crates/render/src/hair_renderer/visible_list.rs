@@ -6,8 +6,8 @@ use strandlight_scene::camera::ViewUniform;
 /// The list, and what it is of.
 pub(super) struct VisibleList {
     pub pass: VisibilityPass,
-    /// Of which view it is, and how much that shows.
-    pub listed: Option<(ViewUniform, Seen)>,
+    /// Of which view it is, and how much that shows; nothing if the device has no room for it.
+    pub listed: Option<(ViewUniform, Option<Seen>)>,
 }
 
 impl VisibleList {

@@ -12,9 +12,9 @@ use super::narrow::{NarrowLights, NarrowPass};
 use super::profile;
 use super::profile::Profile;
 use super::proxies::Proxies;
-#[cfg(not(target_arch = "wasm32"))]
-use super::resources::grow;
 use super::resources::{StrandBuffers, buffer_of, compute_with, module_with, storage, uniform};
+#[cfg(not(target_arch = "wasm32"))]
+use super::resources::{grow, submit};
 use super::shadow_map::ShadowMaps;
 use super::shadows::{Batch, Sweep};
 #[cfg(not(target_arch = "wasm32"))]
@@ -234,25 +234,42 @@ impl Lighting {
         &self.counters
     }
 
-    /// Where the points go that alone are to be shaded from now on, from word [`FIRST_SHADED`] on; then
-    /// [`Lighting::shade_listed`] says how many.
+    /// Shades the first so many points of a list in the steps to come, or all.
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn room_for_list(&mut self, context: &Context) -> &wgpu::Buffer {
+    pub fn shade_listed(&mut self, context: &Context, listed: Option<(&wgpu::Buffer, u32)>) {
+        self.n_listed = listed.map(|(_, n)| n);
+        let Some((points, n)) = listed.filter(|(_, n)| *n > 0) else {
+            return;
+        };
         let bytes = COUNTER_BYTES + 4 * u64::from(self.n_points);
         if grow(context, &mut self.counters, bytes) {
             self.forget_groups();
         }
-        &self.counters
+        let counters = &self.counters;
+        submit(context, |encoder| {
+            let bytes = 4 * u64::from(n);
+            encoder.copy_buffer_to_buffer(points, 0, counters, COUNTER_BYTES, bytes);
+        });
     }
 
-    /// Shades so many listed points in the steps to come, or all.
+    /// Has the points that the steps to come do not shade into the buffer `into` look as in the buffer `before`, or
+    /// black.
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn shade_listed(&mut self, n: Option<u32>) {
-        self.n_listed = n;
+    pub fn begin_listed(&self, context: &Context, before: Option<usize>, into: usize) {
+        let Some(before) = before else {
+            self.clear(context, into);
+            return;
+        };
+        submit(context, |encoder| {
+            for buffers in [&self.radiance[..], self.narrow.along()] {
+                if let (Some(from), Some(to)) = (buffers.get(before), buffers.get(into)) {
+                    encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
+                }
+            }
+        });
     }
 
     /// How many listed points the last steps shade, unless they shade all.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn n_listed(&self) -> Option<u32> {
         self.n_listed
     }

@@ -39,7 +39,8 @@ struct ListLayout {
     end_row: u32,
     n_segments: u32,
     is_writing: u32,
-    pad: [u32; 2],
+    is_draft: u32,
+    pad: u32,
     even: [f32; 4],
 }
 
@@ -74,7 +75,7 @@ struct Triangle {
 
 strandlight_scattering::mirrors! {
     ListLayout as "ListLayout" in "pass/visibility" {
-        n_tiles, first_row, end_row, n_segments, is_writing, pad, even,
+        n_tiles, first_row, end_row, n_segments, is_writing, is_draft, pad, even,
     }
     Pixel as "Pixel" in "pass/visibility" { n_hits, next, n_entries, pad }
     SeenSurface as "SeenSurface" in "pass/visibility" { surface, weight, moved, depth }
@@ -99,6 +100,27 @@ pub(crate) struct Seen {
     pub points: u32,
     /// Pairs of a pixel and a ribbon.
     pub entries: u32,
+}
+
+/// The light in which a list is drawn.
+#[derive(Clone, Copy)]
+pub(crate) struct ListedLight<'a> {
+    /// Radiance of the points.
+    pub points: LitPoints<'a>,
+    /// The profile over the width of wide strands.
+    pub even: [f32; 4],
+    /// Points that were not lit are black, and those of their pixel that were stand for them.
+    pub is_draft: bool,
+}
+
+/// What a layout is for.
+enum Use {
+    /// Hits are counted.
+    Counts,
+    /// Hits are written.
+    Writes,
+    /// The list is drawn, as [`ListedLight::even`] and [`ListedLight::is_draft`] say.
+    Draws([f32; 4], bool),
 }
 
 /// What all scenes need.
@@ -143,6 +165,8 @@ struct Buffers {
     rows: wgpu::Buffer,
     hits: wgpu::Buffer,
     seen: wgpu::Buffer,
+    /// The points among `seen`, in order.
+    seen_points: wgpu::Buffer,
     totals: wgpu::Buffer,
     /// Of proxies.
     behind: wgpu::Buffer,
@@ -199,6 +223,7 @@ impl VisibilityPass {
                     "seen points",
                     (u64::from(n_points.div_ceil(32)) + 1) * 4,
                 ),
+                seen_points: storage(context, "points of a list", 4 * u64::from(n_points)),
                 totals: storage(context, "totals of a list", 8),
                 behind: empty("surfaces behind"),
                 triangles: empty("triangles"),
@@ -213,15 +238,14 @@ impl VisibilityPass {
         })
     }
 
-    /// Makes the list of `strands` among `proxies` as `view` sees them, and writes the points that it shows to `shaded`,
-    /// after its counters. [`None`] if it does not fit the device; nothing can be drawn then.
+    /// Makes the list of `strands` among `proxies` as `view` sees them, and that of the points which it shows.
+    /// [`None`] if it does not fit the device; nothing can be drawn then.
     pub fn list(
         &mut self,
         context: &Context,
         view: &ViewUniform,
         strands: &StrandBuffers,
         (proxies, is_narrow): (Option<ShownProxies>, bool),
-        shaded: &wgpu::Buffer,
         stamp: &Stamp,
     ) -> Result<Option<Seen>, RenderError> {
         self.listed = None;
@@ -229,7 +253,7 @@ impl VisibilityPass {
             return Ok(None);
         }
         self.set_kind(context, proxies, is_narrow)?;
-        self.write_layout(context, 0..view.extent[1], false, [0.0; 4]);
+        self.write_layout(context, 0..view.extent[1], Use::Counts);
         let meshes = proxies.and_then(|proxies| proxies.meshes);
         if let Some(meshes) = meshes
             && !self.sort_triangles(context, meshes)?
@@ -247,9 +271,13 @@ impl VisibilityPass {
             self.list_band(context, strands, proxies, ix)?;
         }
         let Buffers {
-            view, seen, totals, ..
+            view,
+            seen,
+            seen_points,
+            totals,
+            ..
         } = &self.buffers;
-        let resources = [(0, view), (11, seen), (12, shaded), (13, totals)];
+        let resources = [(0, view), (11, seen), (12, seen_points), (13, totals)];
         let list_seen = &self.pipelines.list_seen;
         let group = group(context, list_seen, &resources);
         submit(context, |encoder| {
@@ -263,23 +291,29 @@ impl VisibilityPass {
         }))
     }
 
-    /// Draws the picture that was listed of `strands` among `proxies` into `sums`, one sample a pixel, in the light of
-    /// `lit` with this profile over the width of wide strands. Tells `observer` the share that is done.
+    /// The points that the last list shows, [`Seen::points`] of them.
+    pub fn seen_points(&self) -> &wgpu::Buffer {
+        &self.buffers.seen_points
+    }
+
+    /// Draws the picture that was listed of `strands` among `proxies` into `sums`, one sample a pixel, as `lit`. Tells
+    /// `observer` the share that is done.
     pub fn draw(
         &mut self,
         context: &Context,
         strands: &StrandBuffers,
         proxies: Option<ShownProxies>,
-        ((radiance, along), even): (LitPoints, [f32; 4]),
+        lit: ListedLight,
         sums: &wgpu::Buffer,
         observer: &mut dyn FnMut(f64),
     ) -> Result<(), RenderError> {
+        let (radiance, along) = lit.points;
         self.set_kind(context, proxies, along.is_some())?;
         let n_bands = self.bands.len();
         for ix in 0..n_bands {
             self.list_band(context, strands, proxies, ix)?;
             let rows = self.bands[ix].clone();
-            self.write_layout(context, rows.clone(), false, even);
+            self.write_layout(context, rows.clone(), Use::Draws(lit.even, lit.is_draft));
             let Some(kind) = &self.kind else {
                 return Ok(());
             };
@@ -309,7 +343,7 @@ impl VisibilityPass {
                     self.groups_of_pixels(&rows),
                 );
             });
-            context.wait("visibility list").map_err(failed)?;
+            self.wait(context)?;
             observer((ix + 1) as f64 / n_bands as f64);
         }
         Ok(())
@@ -468,7 +502,8 @@ impl VisibilityPass {
         });
         let mut rows: Vec<u32> = read_back(context, "rows", rows)?;
         rows.truncate(height as usize);
-        let bands = bands(&rows, self.most_hits);
+        let fitting = u32::try_from(limit(context) / HIT_BYTES).unwrap_or(u32::MAX);
+        let bands = bands(&rows, self.most_hits.min(fitting));
         let most = bands
             .iter()
             .map(|band| hits_of(&rows, band))
@@ -514,7 +549,7 @@ impl VisibilityPass {
             return Ok(());
         };
         let band = self.bands[ix].clone();
-        self.write_layout(context, band.clone(), true, [0.0; 4]);
+        self.write_layout(context, band.clone(), Use::Writes);
         let Buffers {
             view,
             layout,
@@ -563,19 +598,32 @@ impl VisibilityPass {
                 self.groups_of_pixels(&band),
             );
         });
-        context.wait("visibility list").map_err(failed)?;
+        self.wait(context)?;
         self.listed = Some(ix);
         Ok(())
     }
 
-    fn write_layout(&self, context: &Context, rows: Range<u32>, is_writing: bool, even: [f32; 4]) {
+    /// Waits for a band, so that no more than one is on its way; a picture of one does not wait.
+    fn wait(&self, context: &Context) -> Result<(), RenderError> {
+        match self.bands.len() {
+            ..=1 => Ok(()),
+            _ => context.wait("visibility list").map_err(failed),
+        }
+    }
+
+    fn write_layout(&self, context: &Context, rows: Range<u32>, of: Use) {
+        let (even, is_draft) = match of {
+            Use::Draws(even, is_draft) => (even, is_draft),
+            Use::Counts | Use::Writes => ([0.0; 4], false),
+        };
         let layout = ListLayout {
             n_tiles: self.n_tiles(),
             first_row: rows.start,
             end_row: rows.end,
             n_segments: self.n_segments,
-            is_writing: u32::from(is_writing),
-            pad: [0; 2],
+            is_writing: u32::from(matches!(of, Use::Writes)),
+            is_draft: u32::from(is_draft),
+            pad: 0,
             even,
         };
         context.write(&self.buffers.layout, 0, bytemuck::bytes_of(&layout));
@@ -596,13 +644,19 @@ impl VisibilityPass {
             rows,
             hits,
             seen,
+            seen_points,
             behind,
             triangles,
             tiles,
             ..
         } = &self.buffers;
-        let buffers = [points, pixels, rows, hits, seen, behind, triangles, tiles];
-        buffers.iter().map(|buffer| buffer.size()).sum()
+        let of_hair = [points, pixels, rows, hits, seen, seen_points];
+        let beside = [behind, triangles, tiles];
+        of_hair
+            .iter()
+            .chain(&beside)
+            .map(|buffer| buffer.size())
+            .sum()
     }
 }
 

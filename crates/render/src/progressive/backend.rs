@@ -28,14 +28,8 @@ impl Backend for ProgressiveRenderer {
     }
 
     fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
-        #[cfg(not(target_arch = "wasm32"))]
-        let by_list = self.by_list;
-        *self = ProgressiveRenderer::new(self.context(), scene)?;
-        #[cfg(not(target_arch = "wasm32"))]
-        if by_list {
-            self.draw_by_list()?;
-        }
-        Ok(())
+        let context = self.context().clone();
+        self.move_to(&context, scene)
     }
 
     fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
@@ -96,7 +90,9 @@ impl Backend for ProgressiveRenderer {
     }
 
     fn set_samples(&mut self, samples: u32) {
-        if samples != self.hair.scene.samples {
+        if self.is_by_list() {
+            self.hair.scene.samples = samples;
+        } else if samples != self.hair.scene.samples {
             let total_samples = self.total_samples();
             let before = self.samples_of(self.picture.passes);
             self.hair.scene.samples = samples;

@@ -84,7 +84,7 @@ pub struct ProgressiveRenderer {
     still_bytes: [u64; 2],
     /// The picture is read back when it is finished: nothing is shown before.
     is_still: bool,
-    /// Stills are drawn by a visibility list where that is possible; was the last one?
+    /// Pictures are drawn by a visibility list where that is possible; was the last still?
     #[cfg(not(target_arch = "wasm32"))]
     by_list: bool,
     #[cfg(not(target_arch = "wasm32"))]
@@ -101,6 +101,8 @@ struct Drawn {
     passes: u32,
     /// Passes in the picture on the screen, if it is of this view, light and grade.
     shown: u32,
+    /// The device has no room for a list of it.
+    is_sampled: bool,
 }
 
 impl ProgressiveRenderer {
@@ -175,6 +177,20 @@ impl ProgressiveRenderer {
         Ok(renderer)
     }
 
+    /// Puts `scene` on the device of `context` in place of what is on this one, drawn in the same way.
+    ///
+    /// # Errors
+    /// As [`ProgressiveRenderer::new`]; nothing is changed then.
+    pub fn move_to(&mut self, context: &Context, scene: PreparedScene) -> Result<(), RenderError> {
+        let mut renderer = ProgressiveRenderer::new(context, scene)?;
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.by_list {
+            renderer.draw_by_list()?;
+        }
+        *self = renderer;
+        Ok(())
+    }
+
     /// The device.
     pub fn context(&self) -> &Context {
         &self.hair.context
@@ -192,8 +208,8 @@ impl ProgressiveRenderer {
         self.pacer = Pacer::new(is_waiting && !cfg!(target_arch = "wasm32"));
     }
 
-    /// Draws the pictures of [`Backend::render`](crate::Backend::render) and [`ProgressiveRenderer::still`] by a visibility list
-    /// from now on, without samples, as the CPU renderer does. Those that the device has no room for are drawn with samples all the same.
+    /// Draws all pictures but those of [`ProgressiveRenderer::finish`] by a visibility list from now on, without samples,
+    /// as the CPU renderer does. Those that the device has no room for are drawn with samples all the same.
     ///
     /// # Errors
     /// Whatever the device refuses.
@@ -201,20 +217,24 @@ impl ProgressiveRenderer {
     pub fn draw_by_list(&mut self) -> Result<(), RenderError> {
         self.hair.use_list()?;
         self.by_list = true;
+        self.restart_picture();
         self.hair.context.check("visibility list").map_err(failed)
     }
 
     /// How far the picture has come.
     pub fn progress(&self) -> Progress {
         let is_shaded = self.hair.is_complete();
-        let total_samples = self.total_samples();
-        let samples = self.samples_of(self.picture.shown);
+        let (samples, total_samples) = match self.is_by_list() {
+            true => (0, 0),
+            false => (self.samples_of(self.picture.shown), self.total_samples()),
+        };
+        let is_whole = self.picture.shown >= self.n_passes();
         Progress {
             samples,
             total_samples,
-            is_shown: samples > 0,
+            is_shown: self.picture.shown > 0,
             is_shaded,
-            is_done: self.target.is_none() || is_shaded && samples == total_samples,
+            is_done: self.target.is_none() || is_shaded && is_whole,
             noise: self.noise.of(self.picture.shown),
         }
     }
@@ -260,6 +280,22 @@ impl ProgressiveRenderer {
         self.picture.bands = 0;
         self.picture.passes = 0;
         self.picture.shown = 0;
+    }
+
+    /// Is the picture drawn by a visibility list, in one pass?
+    fn is_by_list(&self) -> bool {
+        #[cfg(target_arch = "wasm32")]
+        return false;
+        #[cfg(not(target_arch = "wasm32"))]
+        return self.by_list && !self.picture.is_sampled;
+    }
+
+    /// Passes that the picture gets at rest.
+    fn n_passes(&self) -> u32 {
+        match self.is_by_list() {
+            true => 1,
+            false => self.total_samples().div_ceil(PASS_SAMPLES),
+        }
     }
 
     /// Samples a pixel that the picture gets at rest.

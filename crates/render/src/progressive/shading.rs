@@ -13,7 +13,17 @@ impl ProgressiveRenderer {
     /// Begins a job with what was set.
     pub(super) fn begin(&mut self) -> Result<(), RenderError> {
         let chunk = self.chunk();
-        self.hair.begin(DirtyFlags::default(), false, chunk)
+        self.hair.begin(DirtyFlags::default(), false, chunk)?;
+        self.has_begun();
+        Ok(())
+    }
+
+    /// A list that was made again is drawn again.
+    fn has_begun(&mut self) {
+        let job = self.hair.job.as_ref();
+        if self.is_by_list() && job.is_some_and(|job| job.dirty.has(Inputs::POINTS)) {
+            self.restart_samples();
+        }
     }
 
     /// Lights all points by a guess, so that there is something to see.
@@ -41,7 +51,11 @@ impl ProgressiveRenderer {
     pub(super) fn light(&mut self) -> Result<(), RenderError> {
         let chunk = self.chunk();
         match self.hair.step(chunk)? {
-            None | Some(Stepped::Restarted) => Ok(()),
+            None => Ok(()),
+            Some(Stepped::Restarted) => {
+                self.has_begun();
+                Ok(())
+            }
             Some(Stepped::Ran(stage, units)) => self.submitted(stage, units),
             Some(Stepped::Done(job)) => {
                 let hair = &self.hair;

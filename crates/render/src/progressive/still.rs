@@ -23,8 +23,17 @@ impl ProgressiveRenderer {
     /// # Errors
     /// As [`check_frame`], and as [`ProgressiveRenderer::advance`].
     pub fn finish(&mut self, samples: u32) -> Result<Picture, RenderError> {
-        self.hair.set_draws_still(false);
-        self.finish_observed(samples, &|_| ())
+        let by_list = std::mem::take(&mut self.by_list);
+        if by_list {
+            self.restart_samples();
+        }
+        self.hair.set_draws_by_list(false);
+        let picture = self.finish_observed(samples, &|_| ());
+        self.by_list = by_list;
+        if by_list {
+            self.restart_samples();
+        }
+        picture
     }
 
     fn finish_observed(
@@ -98,7 +107,7 @@ impl ProgressiveRenderer {
         size: [u32; 2],
     ) -> Result<Vec<[f32; 4]>, RenderError> {
         check_frame(size, 1)?;
-        self.hair.set_draws_still(false);
+        self.hair.set_draws_by_list(false);
         self.hair.set_margin(0.0);
         self.set_camera(*camera);
         let before = self.hair.scene.size;
@@ -192,7 +201,7 @@ impl ProgressiveRenderer {
         let tiles = parts::tiles(size, &self.hair.context.device.limits(), &self.parts);
         let before = self.size;
         self.is_still = true;
-        self.hair.set_draws_still(self.by_list);
+        self.hair.set_draws_by_list(self.by_list);
         let picture = match tiles.len() {
             1 => self
                 .set_size(size)
@@ -284,7 +293,8 @@ impl ProgressiveRenderer {
         self.light_whole(observer)?;
         self.was_by_list = self.is_still && self.by_list && self.finish_by_list(observer)?;
         if !self.was_by_list {
-            self.hair.set_draws_still(false);
+            self.picture.is_sampled = true;
+            self.hair.set_draws_by_list(false);
         }
         let n_passes = self.total_samples().div_ceil(PASS_SAMPLES);
         while !self.was_by_list && !self.advance(Duration::from_secs(1))?.is_done {
@@ -300,16 +310,30 @@ impl ProgressiveRenderer {
     }
     /// Draws the target, whose light is there, from the visibility list. Answers whether there is one.
     fn finish_by_list(&mut self, observer: Observer) -> Result<bool, RenderError> {
-        let view = self.drawn_view();
-        let Some(sums) = self.target.as_ref().map(|target| target.sums().clone()) else {
-            return Ok(false);
-        };
-        let is_drawn = self.hair.draw_visible(&view, &sums, &mut |done| {
+        let is_drawn = self.resolve(false, &mut |done| {
             observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * done);
         })?;
         if is_drawn {
-            self.hair.ribbons.set_view(&self.hair.context, &view);
             self.compose(1)?;
+        }
+        Ok(is_drawn)
+    }
+
+    /// Draws the sums of the target from the visibility list, as [`HairRenderer::draw_visible`] does.
+    ///
+    /// [`HairRenderer::draw_visible`]: crate::HairRenderer::draw_visible
+    pub(super) fn resolve(
+        &mut self,
+        is_draft: bool,
+        observer: &mut dyn FnMut(f64),
+    ) -> Result<bool, RenderError> {
+        let Some(target) = &self.target else {
+            return Ok(false);
+        };
+        let (view, sums) = (self.drawn_view(), target.sums().clone());
+        let is_drawn = self.hair.draw_visible(&view, &sums, is_draft, observer)?;
+        if is_drawn {
+            self.hair.ribbons.set_view(&self.hair.context, &view);
         }
         Ok(is_drawn)
     }

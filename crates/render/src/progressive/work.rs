@@ -19,6 +19,9 @@ const DRAFT_PASSES: u32 = 4;
 /// The next piece of work.
 enum Work {
     Project,
+    /// Draws the picture from the visibility list.
+    #[cfg(not(target_arch = "wasm32"))]
+    Resolve,
     Pass,
     Begin,
     Preview,
@@ -38,7 +41,7 @@ impl ProgressiveRenderer {
         self.hair.context.check("advance").map_err(failed)?;
         #[cfg(not(target_arch = "wasm32"))]
         if !self.is_still {
-            self.hair.set_draws_still(false);
+            self.hair.set_draws_by_list(self.is_by_list());
         }
         self.take_counters();
         self.noise.take();
@@ -59,7 +62,7 @@ impl ProgressiveRenderer {
                 is_first = is_small && is_first;
                 self.work(&work)?;
             }
-            let is_finished = self.samples_of(self.picture.passes) == self.total_samples();
+            let is_finished = self.picture.passes >= self.n_passes();
             if self.picture.shown < self.picture.passes && (is_finished || !self.is_still) {
                 self.work(&Work::Show)?;
             }
@@ -84,31 +87,13 @@ impl ProgressiveRenderer {
 
     /// What is to be done next, `drafts` passes having been there when this turn began.
     fn next(&self, drafts: u32) -> Option<Work> {
-        let passes = self.picture.passes;
         let is_resting = self.hair.job.is_none() && self.hair.dirty.is_clean();
-        if self.hair.front_scale.is_some() {
-            if !self.hair.is_projected {
-                return Some(Work::Project);
-            }
-            let cycle = self.hair.job.as_ref().map(|job| &job.dirty);
-            let moves = |dirty: &DirtyFlags| dirty.has(Inputs::VIEW | Inputs::POINTS);
-            let is_draft = moves(&self.hair.dirty) || cycle.is_some_and(moves);
-            // A first look is not worth more.
-            let most = if self.hair.report.shadings == 0 {
-                1
-            } else {
-                DRAFT_PASSES
-            };
-            // While points are being lit, a draft: one pass in a turn.
-            let may_draw = match is_resting {
-                true => passes < self.total_samples().div_ceil(PASS_SAMPLES),
-                false => passes == 0 || is_draft && passes == drafts && passes < most,
-            };
-            if may_draw {
-                return Some(Work::Pass);
-            }
-        }
+        let drawing = match self.hair.front_scale.is_some() {
+            true => self.next_drawing(is_resting, drafts),
+            false => None,
+        };
         match &self.hair.job {
+            _ if drawing.is_some() => drawing,
             Some(_) if self.hair.front_scale.is_none() && self.has_preview => Some(Work::Preview),
             Some(_) => Some(Work::Light),
             None if !is_resting => Some(Work::Begin),
@@ -116,10 +101,44 @@ impl ProgressiveRenderer {
         }
     }
 
+    /// What of the picture is drawn before points are lit further.
+    fn next_drawing(&self, is_resting: bool, drafts: u32) -> Option<Work> {
+        let passes = self.picture.passes;
+        let cycle = self.hair.job.as_ref().map(|job| &job.dirty);
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.is_by_list() {
+            // Until a job is done its proxies are there and their light is not.
+            let may_draw = passes == 0 && !cycle.is_some_and(|dirty| dirty.has(Inputs::PROXIES));
+            return may_draw.then_some(Work::Resolve);
+        }
+        if self.hair.is_partly_lit() {
+            return None;
+        }
+        if !self.hair.is_projected {
+            return Some(Work::Project);
+        }
+        let moves = |dirty: &DirtyFlags| dirty.has(Inputs::VIEW | Inputs::POINTS);
+        let is_draft = moves(&self.hair.dirty) || cycle.is_some_and(moves);
+        // A first look is not worth more.
+        let most = if self.hair.report.shadings == 0 {
+            1
+        } else {
+            DRAFT_PASSES
+        };
+        // While points are being lit, a draft: one pass in a turn.
+        let may_draw = match is_resting {
+            true => passes < self.n_passes(),
+            false => passes == 0 || is_draft && passes == drafts && passes < most,
+        };
+        may_draw.then_some(Work::Pass)
+    }
+
     fn has_time(&self, work: &Work, is_first: bool) -> bool {
         let (stage, units) = match work {
             Work::Begin | Work::Preview => return true,
             Work::Project => ("project", 1.0),
+            #[cfg(not(target_arch = "wasm32"))]
+            Work::Resolve => ("draw", 1.0),
             Work::Pass => ("draw", 1.0),
             Work::Show => ("display", 1.0),
             Work::Light => {
@@ -145,6 +164,18 @@ impl ProgressiveRenderer {
                     parts::bands(&view, &self.hair.scene.strands, &self.spread, &self.parts);
                 self.restart_samples();
                 self.submitted("project", 1.0)
+            }
+            #[cfg(not(target_arch = "wasm32"))]
+            Work::Resolve => {
+                let is_draft = !self.hair.is_complete();
+                match self.resolve(is_draft, &mut |_| ())? {
+                    true => self.picture.passes = 1,
+                    false => {
+                        self.picture.is_sampled = true;
+                        self.hair.set_draws_by_list(false);
+                    }
+                }
+                Ok(())
             }
             Work::Pass => {
                 let samples = self.total_samples();
@@ -192,8 +223,11 @@ impl ProgressiveRenderer {
                 Ok(())
             }
             Work::Show => {
-                self.compose(self.samples_of(self.picture.passes))?;
                 let passes = self.picture.passes;
+                self.compose(match self.is_by_list() {
+                    true => 1,
+                    false => self.samples_of(passes),
+                })?;
                 let Some(target) = self.target.as_ref().filter(|_| self.tile.is_none()) else {
                     // Tiles are not shown.
                     self.picture.shown = passes;

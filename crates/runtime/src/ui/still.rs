@@ -1,4 +1,4 @@
-//! A picture as a file: of which size, with how many samples, in which format, under which name; or the
+//! A picture as a file: of which size, in which format, under which name; or the
 //! frames of a turntable, or a picture in layers.
 
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use super::picker::{Picker, Purpose};
 #[cfg(not(target_arch = "wasm32"))]
 use super::sequence::file_of;
 use crate::script::MAX_FRAMES;
-use strandlight_scene::budget::{MAX_SAMPLES, MAX_SIDE};
+use strandlight_scene::budget::MAX_SIDE;
 
 /// Sizes that are asked for by name.
 const SIZES: [(&str, [u32; 2]); 4] = [
@@ -28,8 +28,6 @@ pub struct Still {
     pub picker: Picker,
     /// Width and height.
     pub size: [u32; 2],
-    /// Samples a pixel on the GPU.
-    pub samples: u32,
     /// Frames of a full turn about the vertical; 1: a picture.
     pub frames: u32,
     /// With all layers beside the picture, in an OpenEXR file.
@@ -38,12 +36,11 @@ pub struct Still {
 
 impl Still {
     /// A picture of `size` to begin with.
-    pub fn new(path: String, size: [u32; 2], samples: u32) -> Self {
+    pub fn new(path: String, size: [u32; 2]) -> Self {
         let kinds = ["png", "exr"].map(str::to_owned).to_vec();
         Still {
             picker: Picker::new(Purpose::Save, path, kinds),
             size,
-            samples,
             frames: 1,
             has_layers: false,
         }
@@ -136,16 +133,6 @@ pub fn show(ui: &mut Ui, still: &mut Still, asked: &Asked<'_>, places: &mut Chan
         {
             still.size[ix] = value as u32;
         }
-    }
-    let mut samples = f64::from(still.samples);
-    if Field::new("Samples", 1.0..=f64::from(MAX_SAMPLES), samples)
-        .decimals(0)
-        .slider(1.0..=256.0)
-        .logarithmic()
-        .help("Samples per pixel on the GPU. The CPU draws without samples.")
-        .show(ui, &mut samples, &mut changes)
-    {
-        still.samples = samples as u32;
     }
     let mut frames = f64::from(still.frames);
     if Field::new("Turntable frames", 1.0..=f64::from(MAX_FRAMES), 1.0)

@@ -26,9 +26,8 @@ impl Workspace {
     /// Asks of which size a picture is to be, and where it goes.
     pub(super) fn ask_still(&mut self) {
         let size = self.viewer.size();
-        let samples = self.viewer.session().scene().render.samples;
         let path = self.document.next_picture();
-        let still = Box::new(Still::new(path, size, samples));
+        let still = Box::new(Still::new(path, size));
         self.ask(Question::Still {
             still,
             failure: None,
@@ -77,7 +76,6 @@ impl Workspace {
             session.edit("picture", |scene| {
                 scene.camera = Some(view);
                 scene.render.size = still.size;
-                scene.render.samples = still.samples;
             })?;
             session.save_as(&scene)?;
             let mut arguments = vec!["render".into(), scene.into_os_string()];
