@@ -9,8 +9,9 @@ struct Through {
     n_maps: u32,
     // Rows of four slots.
     n_rows: u32,
-    pad_0: u32,
-    pad_1: u32,
+    // The points whose shares are found: all, or 1: those that are listed, so many.
+    are_listed: u32,
+    n_listed: u32,
 }
 
 @group(0) @binding(0) var<uniform> through: Through;
@@ -26,8 +27,15 @@ struct Through {
 // [row][mode][point], eight bits a slot: those of TT are written.
 @group(0) @binding(7) var<storage, read_write> visibility: array<u32>;
 
+// As in pass/shade: from FIRST_SHADED on the points that are listed.
+@group(0) @binding(8) var<storage, read> counters: array<u32>;
+
 const MAPS_PER_WORD: u32 = 4u;
 const N_PLACES: u32 = 8u;
+const FIRST_SHADED: u32 = 20u;
+
+// Rows that are summed at a time.
+const N_ROWS: u32 = 4u;
 
 // One thread a point.
 @compute @workgroup_size(64)
@@ -35,29 +43,38 @@ fn through_shares(
     @builtin(global_invocation_id) id: vec3u,
     @builtin(num_workgroups) groups: vec3u,
 ) {
-    let point_ix = id.x + id.y * groups.x * 64u;
-    if point_ix >= through.n_points {
+    let place = id.x + id.y * groups.x * 64u;
+    if place >= select(through.n_points, through.n_listed, through.are_listed == 1u) {
         return;
+    }
+    var point_ix = place;
+    if through.are_listed == 1u {
+        point_ix = counters[FIRST_SHADED + place];
     }
     let u = tangents[point_ix].xyz;
     let v = normals[point_ix].xyz;
     let frame = transpose(mat3x3f(u, v, cross(u, v)));
     let to_eye = through.eye - points[point_ix].xyz;
     let eye = frame * (to_eye / max(length(to_eye), 1e-20));
-    for (var row = 0u; row < through.n_rows; row++) {
-        var unblocked = vec4f(0.0);
-        var all_of_it = vec4f(0.0);
+    for (var first = 0u; first < through.n_rows; first += N_ROWS) {
+        let end = min(first + N_ROWS, through.n_rows);
+        var unblocked = array<vec4f, N_ROWS>();
+        var all_of_it = array<vec4f, N_ROWS>();
         for (var map = 0u; map < through.n_maps; map++) {
             let word = answers[map / MAPS_PER_WORD * through.n_points + point_ix];
             let lit = countOneBits((word >> (8u * (map % MAPS_PER_WORD))) & 255u);
             let kernel = through_kernel(frame * towards[map].xyz, eye);
-            let weight = weights[row * through.n_maps + map] * kernel;
-            all_of_it += weight;
-            unblocked += weight * f32(lit);
+            for (var row = first; row < end; row++) {
+                let weight = weights[row * through.n_maps + map] * kernel;
+                all_of_it[row - first] += weight;
+                unblocked[row - first] += weight * f32(lit);
+            }
         }
-        let shares = min(unblocked / (max(all_of_it, vec4f(1e-30)) * f32(N_PLACES)), vec4f(1.0));
-        let bits = vec4u(shares * 255.0 + 0.5);
-        visibility[(2u * row + 1u) * through.n_points + point_ix] =
-            bits.x | (bits.y << 8u) | (bits.z << 16u) | (bits.w << 24u);
+        for (var row = first; row < end; row++) {
+            let ratio = unblocked[row - first] / max(all_of_it[row - first], vec4f(1e-30));
+            let bits = vec4u(min(ratio / f32(N_PLACES), vec4f(1.0)) * 255.0 + 0.5);
+            visibility[(2u * row + 1u) * through.n_points + point_ix] =
+                bits.x | (bits.y << 8u) | (bits.z << 16u) | (bits.w << 24u);
+        }
     }
 }

@@ -287,11 +287,17 @@ fn windows_are_drawn_by_list_after_every_edit() {
 
     type Edit = fn(&mut ProgressiveRenderer);
     // How often each makes a list, and draws it: a draft first where the view or the points moved.
-    let edits: [(&str, [u32; 2], Edit); 8] = [
+    let edits: [(&str, [u32; 2], Edit); 9] = [
         ("view", [1, 2], |renderer| {
             let mut camera = renderer.scene().camera;
             let turn = Quat::from_rotation_y(0.4);
             camera.eye = camera.target + turn * (camera.eye - camera.target);
+            renderer.set_camera(camera);
+        }),
+        ("view, not turned", [1, 2], |renderer| {
+            let mut camera = renderer.scene().camera;
+            let across = Vec3::new(0.0, 1.5, 0.0);
+            (camera.eye, camera.target) = (camera.eye + across, camera.target + across);
             renderer.set_camera(camera);
         }),
         ("hair", [0, 1], |renderer| {

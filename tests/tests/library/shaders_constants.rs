@@ -44,10 +44,15 @@ const TWIN_FILES: [(&str, &str); 23] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 14] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 15] = [
     ("lib/coverage", "CLOSED", "crates/cpu/src/list/pixel.rs"),
     (
         "pass/shade",
+        "FIRST_SHADED",
+        "crates/render/src/passes/lighting.rs",
+    ),
+    (
+        "pass/through_shares",
         "FIRST_SHADED",
         "crates/render/src/passes/lighting.rs",
     ),

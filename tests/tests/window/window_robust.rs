@@ -83,7 +83,7 @@ fn a_finished_picture_is_left_alone() {
     view.after("reloaded", |_| {
         std::fs::write(&scene.path, long).expect("it can be written");
     });
-    assert!(view.title().ends_with("64/64"), "{}", view.title());
+    assert!(view.title().ends_with("done"), "{}", view.title());
     view.move_to([2, 2]);
     view.assert_at_rest("refined");
 }

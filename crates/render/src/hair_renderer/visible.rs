@@ -5,6 +5,7 @@ use web_time::Instant;
 use super::visible_list::VisibleList;
 use super::{DirtyFlags, HairRenderer};
 use crate::invalidation::Inputs;
+use crate::passes::lighting::Listed;
 use crate::passes::visibility::{ListedLight, Seen, VisibilityPass};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
@@ -14,7 +15,11 @@ impl HairRenderer {
     pub(crate) fn use_list(&mut self) -> Result<(), RenderError> {
         if self.visible.is_none() {
             let pass = VisibilityPass::new(&self.context, &self.strands)?;
-            self.visible = Some(VisibleList { pass, listed: None });
+            self.visible = Some(VisibleList {
+                pass,
+                listed: None,
+                n_made: 0,
+            });
         }
         Ok(())
     }
@@ -38,7 +43,7 @@ impl HairRenderer {
             true => self.list(view)?,
             false => None,
         };
-        let Some((seen, VisibleList { pass, .. })) = seen.zip(self.visible.as_ref()) else {
+        let Some((seen, VisibleList { pass, n_made, .. })) = seen.zip(self.visible.as_ref()) else {
             self.lighting.shade_listed(&self.context, None);
             return Ok(());
         };
@@ -47,7 +52,11 @@ impl HairRenderer {
         let has_scale = self.front_scale == Some(view.radiance_scale);
         let before = (is_view_only && has_scale).then_some(self.front);
         (self.lighting).begin_listed(&self.context, before, 1 - self.front);
-        let points = Some((pass.seen_points(), seen.points));
+        let listed = Listed {
+            n: seen.points,
+            list: *n_made,
+        };
+        let points = Some((pass.seen_points(), listed));
         self.lighting.shade_listed(&self.context, points);
         Ok(())
     }
@@ -80,6 +89,7 @@ impl HairRenderer {
             return Ok(seen);
         }
         visible.listed = None;
+        visible.n_made += 1;
         let start = Instant::now();
         let stamp = self.clock.stamp("list");
         let is_narrow = self.lighting.lit_points()[self.front].1.is_some();

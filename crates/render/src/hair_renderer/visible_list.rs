@@ -8,6 +8,8 @@ pub(super) struct VisibleList {
     pub pass: VisibilityPass,
     /// Of which view it is, and how much that shows; nothing if the device has no room for it.
     pub listed: Option<(ViewUniform, Option<Seen>)>,
+    /// How many were made.
+    pub n_made: u64,
 }
 
 impl VisibleList {

@@ -108,6 +108,25 @@ struct Lit {
     n: u32,
 }
 
+/// Points that alone are shaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Listed {
+    /// How many.
+    pub n: u32,
+    /// Which list it is; no other has this number.
+    pub list: u64,
+}
+
+/// What shares of TT were found for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ThroughShares {
+    eye: [f32; 3],
+    /// Where it looks.
+    forward: [f32; 3],
+    /// At the points of which list, unless it was all.
+    list: Option<u64>,
+}
+
 /// Pipelines and buffers of shading.
 pub(crate) struct Lighting {
     sweep: Sweep,
@@ -115,16 +134,16 @@ pub(crate) struct Lighting {
     /// The lights whose power shared out the maps: one that is black by now keeps its own.
     planned_lights: Vec<SrbfLight>,
     plan: ShadowPlan,
-    /// The eye whose shares of TT are in the visibility buffer, and where it looks.
-    through: Option<([f32; 3], [f32; 3])>,
+    /// Whose shares of TT are in the visibility buffer.
+    through: Option<ThroughShares>,
     shades: Vec<Shade>,
     current: usize,
     scattering: super::scattering::Scattering,
     view: wgpu::Buffer,
     batch: wgpu::Buffer,
-    /// And the points that are shaded, where these are listed: how many.
+    /// And the points that are shaded, where these are listed.
     counters: wgpu::Buffer,
-    n_listed: Option<u32>,
+    listed: Option<Listed>,
     radiance: Vec<wgpu::Buffer>,
     narrow: NarrowLights,
     proxies: Option<Proxies>,
@@ -175,7 +194,7 @@ impl Lighting {
             view: uniform(context, "view", &view),
             batch: uniform(context, "batch", &batch),
             counters: storage(context, "counters", COUNTER_BYTES + 16),
-            n_listed: None,
+            listed: None,
             radiance: (0..n_radiance)
                 .map(|_| storage(context, "radiance", a_point))
                 .collect(),
@@ -234,11 +253,11 @@ impl Lighting {
         &self.counters
     }
 
-    /// Shades the first so many points of a list in the steps to come, or all.
+    /// Shades the points of a list in the steps to come, which it has in this buffer, or all.
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn shade_listed(&mut self, context: &Context, listed: Option<(&wgpu::Buffer, u32)>) {
-        self.n_listed = listed.map(|(_, n)| n);
-        let Some((points, n)) = listed.filter(|(_, n)| *n > 0) else {
+    pub fn shade_listed(&mut self, context: &Context, listed: Option<(&wgpu::Buffer, Listed)>) {
+        self.listed = listed.map(|(_, listed)| listed);
+        let Some((points, Listed { n, .. })) = listed.filter(|(_, listed)| listed.n > 0) else {
             return;
         };
         let bytes = COUNTER_BYTES + 4 * u64::from(self.n_points);
@@ -271,7 +290,7 @@ impl Lighting {
 
     /// How many listed points the last steps shade, unless they shade all.
     pub fn n_listed(&self) -> Option<u32> {
-        self.n_listed
+        self.listed.map(|listed| listed.n)
     }
 
     /// Batches that shading ran over, each of which counted all points.

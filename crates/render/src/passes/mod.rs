@@ -85,7 +85,18 @@ pub fn shadow_maps(
             maps.draw(context, view, Default::default());
             context.wait("shadow map").map_err(resources::failed)?;
         }
-        maps.share(context, plan, (eye, forward), Default::default());
+        let all = (
+            &resources::storage(context, "counters", lighting::COUNTER_BYTES),
+            None,
+        );
+        maps.share(
+            context,
+            plan,
+            (eye, forward),
+            &buffers,
+            all,
+            Default::default(),
+        );
         let mut visibility = resources::read_back(context, "unblocked", maps.visibility())?;
         // Buffers are never empty.
         visibility.truncate(plan.n_words(strands.points.len()));

@@ -18,11 +18,14 @@ struct Through {
     n_points: u32,
     n_maps: u32,
     n_rows: u32,
-    pad: [u32; 2],
+    are_listed: u32,
+    n_listed: u32,
 }
 
 strandlight_scattering::mirrors! {
-    Through as "Through" in "pass/through_shares" { eye, n_points, n_maps, n_rows, pad }
+    Through as "Through" in "pass/through_shares" {
+        eye, n_points, n_maps, n_rows, are_listed, n_listed,
+    }
 }
 
 /// Pipelines of the maps, the current map and the visibility of all.
@@ -42,8 +45,10 @@ pub(super) struct ShadowMaps {
     weights: wgpu::Buffer,
     /// What blocks light besides strands.
     proxies: Option<Blocker>,
-    /// To cast, receive and share.
-    groups: Option<[wgpu::BindGroup; 3]>,
+    /// To cast and receive.
+    groups: Option<[wgpu::BindGroup; 2]>,
+    /// To share, with the counters that it is bound to.
+    share_group: Option<(wgpu::Buffer, wgpu::BindGroup)>,
     n_points: u32,
     n_segments: u32,
 }
@@ -68,6 +73,7 @@ impl ShadowMaps {
             weights: storage(context, "weights of maps", 0),
             proxies: None,
             groups: None,
+            share_group: None,
             n_points: strands.n_points,
             n_segments: strands.n_segments,
         })
@@ -115,11 +121,12 @@ impl ShadowMaps {
             | is_other;
         if has_grown || self.groups.is_none() {
             self.groups = Some(self.bind(context, strands));
+            self.share_group = None;
         }
         is_other
     }
 
-    fn bind(&self, context: &Context, strands: &StrandBuffers) -> [wgpu::BindGroup; 3] {
+    fn bind(&self, context: &Context, strands: &StrandBuffers) -> [wgpu::BindGroup; 2] {
         let cast = bind(
             context,
             &self.cast.get_bind_group_layout(0),
@@ -143,26 +150,34 @@ impl ShadowMaps {
         let blockers = self.proxies.iter();
         resources.extend(blockers.map(|one| (one.binding, one.buffer.as_entire_binding())));
         let layout = self.receive.get_bind_group_layout(0);
-        let share = bind(
-            context,
-            &self.share.get_bind_group_layout(0),
-            &[
-                (0, self.through.as_entire_binding()),
-                (1, strands.points.as_entire_binding()),
-                (2, strands.tangents.as_entire_binding()),
-                (3, strands.normals.as_entire_binding()),
-                (4, self.towards.as_entire_binding()),
-                (5, self.weights.as_entire_binding()),
-                (6, self.answers.as_entire_binding()),
-                (7, self.visibility.as_entire_binding()),
-            ],
-        );
-        [cast, bind(context, &layout, &resources), share]
+        [cast, bind(context, &layout, &resources)]
+    }
+
+    fn bind_share(
+        &self,
+        context: &Context,
+        strands: &StrandBuffers,
+        counters: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        let resources = [
+            &self.through,
+            &strands.points,
+            &strands.tangents,
+            &strands.normals,
+            &self.towards,
+            &self.weights,
+            &self.answers,
+            &self.visibility,
+            counters,
+        ];
+        let resources = resources.map(wgpu::Buffer::as_entire_binding);
+        let resources: Vec<_> = (0..).zip(resources).collect();
+        bind(context, &self.share.get_bind_group_layout(0), &resources)
     }
 
     /// Draws one map of a plan that there is room for, and writes its row of the visibility buffer.
     pub fn draw(&self, context: &Context, view: &ShadowView, stamp: Stamp) {
-        let Some([cast, receive, _]) = &self.groups else {
+        let Some([cast, receive]) = &self.groups else {
             return;
         };
         context.write(&self.view, 0, bytemuck::bytes_of(view));
@@ -180,17 +195,16 @@ impl ShadowMaps {
     }
 
     /// Finds TT's shares for an eye that looks along `forward`, once all maps of a plan that there is
-    /// room for are drawn.
+    /// room for are drawn: at all points of `strands`, or at the first so many that are listed after `counters`.
     pub fn share(
-        &self,
+        &mut self,
         context: &Context,
         plan: &ShadowPlan,
         (eye, forward): ([f32; 3], [f32; 3]),
+        strands: &StrandBuffers,
+        (counters, n_listed): (&wgpu::Buffer, Option<u32>),
         stamp: Stamp,
     ) {
-        let Some([_, _, share]) = &self.groups else {
-            return;
-        };
         let mixture = plan.mixture(forward);
         let n_maps = mixture.towards.len();
         let towards: Vec<[f32; 4]> = mixture
@@ -209,14 +223,24 @@ impl ShadowMaps {
             n_points: self.n_points,
             n_maps: n_maps as u32,
             n_rows: n_rows(plan) as u32,
-            pad: [0; 2],
+            are_listed: u32::from(n_listed.is_some()),
+            n_listed: n_listed.unwrap_or(0),
         };
         context.write(&self.through, 0, bytemuck::bytes_of(&through));
         context.write(&self.towards, 0, bytemuck::cast_slice(&towards));
         context.write(&self.weights, 0, bytemuck::cast_slice(&weights));
+        let is_bound = (self.share_group.as_ref()).is_some_and(|(bound, _)| bound == counters);
+        if !is_bound {
+            let group = self.bind_share(context, strands, counters);
+            self.share_group = Some((counters.clone(), group));
+        }
+        let Some((_, group)) = &self.share_group else {
+            return;
+        };
+        let n = n_listed.unwrap_or(self.n_points);
         submit(context, |encoder| {
             let mut pass = compute_pass(encoder, stamp);
-            step(&mut pass, &self.share, share, groups_of_64(self.n_points));
+            step(&mut pass, &self.share, group, groups_of_64(n));
         });
     }
 

@@ -343,7 +343,7 @@ impl VisibilityPass {
                     self.groups_of_pixels(&rows),
                 );
             });
-            self.wait(context)?;
+            context.wait("visibility list").map_err(failed)?;
             observer((ix + 1) as f64 / n_bands as f64);
         }
         Ok(())
@@ -598,17 +598,12 @@ impl VisibilityPass {
                 self.groups_of_pixels(&band),
             );
         });
-        self.wait(context)?;
+        if self.bands.len() > 1 {
+            // No more than one is on its way.
+            context.wait("visibility list").map_err(failed)?;
+        }
         self.listed = Some(ix);
         Ok(())
-    }
-
-    /// Waits for a band, so that no more than one is on its way; a picture of one does not wait.
-    fn wait(&self, context: &Context) -> Result<(), RenderError> {
-        match self.bands.len() {
-            ..=1 => Ok(()),
-            _ => context.wait("visibility list").map_err(failed),
-        }
     }
 
     fn write_layout(&self, context: &Context, rows: Range<u32>, of: Use) {

@@ -9,7 +9,7 @@ use super::super::shadows::Batch;
 use super::super::stamp::Stamp;
 use super::super::step::Step;
 use super::super::volume::Volume;
-use super::{COUNTER_BYTES, Lighting, Lit};
+use super::{COUNTER_BYTES, Lighting, Lit, ThroughShares};
 use crate::gpu::Context;
 use std::ops::Range;
 use strandlight_scattering::closed_form::TERM_SINGLE;
@@ -39,11 +39,25 @@ impl Lighting {
     /// What finds the shares of TT for an eye that looks along `forward`: nothing if they are those of the
     /// last one, and no maps if that one looked along it.
     pub fn through_steps(&mut self, eye: [f32; 3], forward: [f32; 3]) -> Vec<Step> {
-        let before = self.through.replace((eye, forward));
-        if before == Some((eye, forward)) || self.plan.n_slots == 0 {
+        let found = ThroughShares {
+            eye,
+            forward,
+            list: self.listed.map(|listed| listed.list),
+        };
+        let before = self.through.replace(found);
+        // All points are those of any list.
+        let of_all = ThroughShares {
+            list: None,
+            ..found
+        };
+        if before.is_some_and(|before| before == found || before == of_all) {
+            self.through = before;
             return Vec::new();
         }
-        let is_turned = before.is_none_or(|(_, before)| before != forward);
+        if self.plan.n_slots == 0 {
+            return Vec::new();
+        }
+        let is_turned = before.is_none_or(|before| before.forward != forward);
         let views = match is_turned {
             true => self.plan.through(forward),
             false => Vec::new(),
@@ -114,7 +128,7 @@ impl Lighting {
 
     /// The points that are shaded, at most `chunk` at a time.
     fn chunks(&self, chunk: u32) -> impl Iterator<Item = Range<u32>> + use<> {
-        let n = self.n_listed.unwrap_or(self.n_points);
+        let n = self.n_listed().unwrap_or(self.n_points);
         let chunk = chunk.max(64);
         let firsts = (0..n).step_by(chunk as usize);
         firsts.map(move |first| first..(first + chunk).min(n))
@@ -179,8 +193,10 @@ impl Lighting {
                 self.maps.draw(context, view, stamp);
             }
             Step::Through { eye, forward } => {
-                self.maps
-                    .share(context, &self.plan, (*eye, *forward), stamp);
+                let n_listed = self.listed.map(|listed| listed.n);
+                let listed = (&self.counters, n_listed);
+                let sight = (*eye, *forward);
+                (self.maps).share(context, &self.plan, sight, strands, listed, stamp);
             }
             Step::Sweep { batch, k } => {
                 self.sweep.sweep(context, &volume.grid, *batch, *k, stamp);
@@ -301,7 +317,7 @@ impl Lighting {
             density_back: self.densities[1],
             max_local: self.max_local,
             are_along: u32::from(self.narrow.are_along && self.narrow.have_room()),
-            are_listed: u32::from(self.n_listed.is_some()),
+            are_listed: u32::from(self.listed.is_some()),
             pad: [0; 2],
         };
         let bytes = bytemuck::bytes_of(&uniform);
