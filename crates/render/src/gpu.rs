@@ -114,6 +114,8 @@ pub(crate) struct ResourceCounters {
     pub geometry_uploads: AtomicU64,
     pub bytes: AtomicU64,
     pub submissions: AtomicU64,
+    pub workgroups: AtomicU64,
+    pub written_bytes: AtomicU64,
 }
 
 impl ResourceCounters {
@@ -134,6 +136,18 @@ impl ResourceCounters {
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
     }
 
+    /// Counts the workgroups of a dispatch.
+    pub fn add_workgroups(&self, [x, y]: [u32; 2]) {
+        let n = u64::from(x) * u64::from(y);
+        self.workgroups.fetch_add(n, Ordering::Relaxed);
+    }
+
+    /// Counts bytes that go to the device.
+    pub fn add_written(&self, bytes: usize) {
+        self.written_bytes
+            .fetch_add(bytes as u64, Ordering::Relaxed);
+    }
+
     pub fn counts(&self) -> ResourceCounts {
         let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         ResourceCounts {
@@ -144,6 +158,8 @@ impl ResourceCounters {
             geometry_uploads: of(&self.geometry_uploads),
             bytes: of(&self.bytes),
             submissions: of(&self.submissions),
+            workgroups: of(&self.workgroups),
+            written_bytes: of(&self.written_bytes),
         }
     }
 }
@@ -374,6 +390,7 @@ impl Context {
     /// Writes `bytes` (a multiple of 4) into `buffer`: after the commands before and before those
     /// to come, recorded or submitted.
     pub(crate) fn write(&self, buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]) {
+        self.resource_counters.add_written(bytes.len());
         let mut recorder = self.recorder();
         let Recorder { encoder, belt } = &mut *recorder;
         let size = wgpu::BufferSize::new(bytes.len() as u64);

@@ -301,6 +301,7 @@ fn read_back(
 
 /// Writes the whole of a texture of 16 byte texels.
 fn write_texels(context: &Context, texture: &wgpu::Texture, texels: &[u8]) {
+    context.resource_counters().add_written(texels.len());
     context.queue.write_texture(
         texture.as_image_copy(),
         texels,

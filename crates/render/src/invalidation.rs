@@ -63,7 +63,7 @@ const fn rule(
 /// All stages in the order they run.
 ///
 /// Two run in part only: another view draws the shadow maps towards the eye, if the line of sight
-/// turned, and another amplitude draws maps only where a light got so bright that it needs one that
+/// turned, and looks them up at other points, and another amplitude draws maps only where a light got so bright that it needs one that
 /// it has not; both are left out here. Pictures by samples run `project` and no `list`, those without samples `list`
 /// before `shade` and no `project`.
 pub const STAGES: [StageRule; 9] = [

@@ -42,6 +42,10 @@ pub struct ResourceCounts {
     pub bytes: u64,
     /// Submissions to the queue.
     pub submissions: u64,
+    /// Workgroups of compute shaders, of 64 to 256 threads each.
+    pub workgroups: u64,
+    /// Bytes written to buffers and textures from outside of the device.
+    pub written_bytes: u64,
 }
 
 impl ResourceCounts {
@@ -55,6 +59,8 @@ impl ResourceCounts {
             geometry_uploads: self.geometry_uploads - before.geometry_uploads,
             bytes: self.bytes - before.bytes,
             submissions: self.submissions - before.submissions,
+            workgroups: self.workgroups - before.workgroups,
+            written_bytes: self.written_bytes - before.written_bytes,
         }
     }
 }

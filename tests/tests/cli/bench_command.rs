@@ -281,6 +281,25 @@ fn gpu_frames_are_measured_side_by_side() {
     assert_eq!(stages("grade"), ["composite", "display"]);
     assert!(!stages("dyed, a stroke").contains(&"transmittance"));
     assert!(stages("wind").contains(&"transmittance"));
+    // Only what the picture shows is shaded, and nothing is listed again for an edit of the hair.
+    let of = |name: &str, key: &str| -> u64 {
+        let frame = frames.iter().find(|frame| frame["name"] == name).unwrap();
+        frame[key].as_u64().unwrap()
+    };
+    let color = |key| of("colour of the hair", key);
+    let n_points = document["points"].as_u64().unwrap();
+    assert!((1..=n_points).contains(&color("shaded_points")));
+    assert!(color("list_entries") > 0 && color("products") > 0);
+    assert!(stages("view").contains(&"list") && !stages("widths").contains(&"list"));
+    assert_eq!(of("64 samples, colour of the hair", "list_entries"), 0);
+    let sampled = of("64 samples, colour of the hair", "shaded_points");
+    assert_eq!(sampled, n_points);
+    // Less work, less of it: nothing is shaded for another exposure.
+    let grade = |key| of("grade", key);
+    assert_eq!([grade("shaded_points"), grade("products")], [0, 0]);
+    assert!(grade("workgroups") < color("workgroups"));
+    assert!(grade("written_bytes") < color("written_bytes"));
+    assert!(color("workgroups") < of("everything", "workgroups"));
 }
 
 /// What pictures on the CPU redo after an edit, and what they count.

@@ -258,10 +258,12 @@ const CASES: [Case; 9] = [
     },
 ];
 
-/// What was made on the device. Drawing submits, whatever was edited.
+/// What was made on the device. Drawing submits, writes and runs shaders, whatever was edited.
 fn made_by(report: &RenderReport) -> ResourceCounts {
     ResourceCounts {
         submissions: 0,
+        workgroups: 0,
+        written_bytes: 0,
         ..report.counts
     }
 }

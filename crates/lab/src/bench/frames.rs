@@ -1,6 +1,6 @@
 //! What frames cost after an edit on a GPU, beside one another on the same device.
 //!
-//! A frame goes from the edit to a picture of four samples a pixel that is lit as it should be.
+//! A frame goes from the edit to a picture that is lit as it should be, without samples as in a window.
 //! Frames that are compared take turns, so that both see the same machine.
 
 use std::slice::from_ref;
@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use strandlight_formats::{SrbfLight, WindSection};
 use strandlight_render::gpu::Context;
 use strandlight_render::{Backend, ProgressiveRenderer};
+use strandlight_scene::interactive::RenderReport;
 use strandlight_scene::motion::{Wind, wind};
 use strandlight_scene::paint::{Paint, PaintedPoint};
 use strandlight_scene::volume;
@@ -33,6 +34,42 @@ pub struct FrameCost {
     pub ratio: f64,
     /// Median milliseconds of each stage that ran.
     pub stages: Vec<(&'static str, f64)>,
+    /// What the last frame took.
+    pub work: FrameWork,
+}
+
+/// What the device did for a frame, and for what.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameWork {
+    /// Workgroups of compute shaders.
+    pub workgroups: u64,
+    /// Bytes written to the device.
+    pub written_bytes: u64,
+    /// Points that were shaded.
+    pub points: u64,
+    /// Pairs of a pixel and a segment of the visibility list; none with samples.
+    pub list_entries: u64,
+    /// Products of a point and a light of all terms, where points were shaded.
+    pub products: u64,
+}
+
+impl FrameWork {
+    fn of(report: &RenderReport) -> FrameWork {
+        let is_shaded = report.runs("shade") > 0;
+        let if_shaded = |n: u64| if is_shaded { n } else { 0 };
+        let stats = &report.stats;
+        let points = match stats.list_entries {
+            0 => stats.points as u64,
+            _ => stats.visible_points,
+        };
+        FrameWork {
+            workgroups: report.counts.workgroups,
+            written_bytes: report.counts.written_bytes,
+            points: if_shaded(points),
+            list_entries: stats.list_entries,
+            products: if_shaded(stats.terms.iter().map(|term| term.products).sum()),
+        }
+    }
 }
 
 impl FrameCost {
@@ -45,6 +82,11 @@ impl FrameCost {
             "milliseconds": self.milliseconds,
             "ratio": self.ratio,
             "stages": self.stages.iter().map(stage).collect::<Vec<_>>(),
+            "workgroups": self.work.workgroups,
+            "written_bytes": self.work.written_bytes,
+            "shaded_points": self.work.points,
+            "list_entries": self.work.list_entries,
+            "products": self.work.products,
         })
     }
 }
@@ -54,14 +96,15 @@ impl FrameCost {
 struct Kind {
     name: String,
     renderer: usize,
-    samples: u32,
+    /// Samples a pixel; none where a list takes their place.
+    samples: Option<u32>,
     edit: Box<Edit>,
 }
 
 type Edit = dyn Fn(&mut ProgressiveRenderer, &Base, bool) -> Result<(), RenderError>;
 
-/// Milliseconds of a frame, and of its stages.
-type Run = (f64, Vec<(&'static str, f64)>);
+/// Milliseconds of a frame, and of its stages; what it took.
+type Run = (f64, Vec<(&'static str, f64)>, FrameWork);
 
 /// What edits start from.
 struct Base {
@@ -89,15 +132,15 @@ pub enum Progress<'a> {
 type Observer<'a> = &'a dyn Fn(Progress);
 
 /// Kinds of frames in all groups.
-const N_KINDS: u64 = 8 + 2 + 3 + 3 + 3 + 4 + 2;
+const N_KINDS: u64 = 8 + 2 + 3 + 3 + 4 + 4 + 2;
 
 /// Frames that [`frame_costs`] draws with so many repetitions.
 pub fn n_frames(repetitions: u32) -> u64 {
     2 * N_KINDS * (u64::from(repetitions) + 1)
 }
 
-/// Edits against a frame that recomputes everything; 10 lights against all of them; shadow maps and
-/// samples step by step; painted hair and a stroke against hair that is not; wind against hair that
+/// Edits against a frame that recomputes everything; 10 lights against all of them; shadow maps step by step; the
+/// visibility list and samples; painted hair and a stroke against hair that is not; wind against hair that
 /// is moved otherwise. Medians of two frames a repetition; `observer` is called after each frame
 /// and group.
 ///
@@ -137,7 +180,7 @@ fn kind(
     Kind {
         name: name.to_owned(),
         renderer: 0,
-        samples: 4,
+        samples: None,
         edit: Box::new(edit),
     }
 }
@@ -215,11 +258,14 @@ fn shadow_maps(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, R
 }
 
 fn samples(bench: &Bench, scene: &PreparedScene) -> Result<Vec<FrameCost>, RenderError> {
-    let kinds = [4, 16, 64].map(|samples| Kind {
-        samples,
+    let by_list = kind("no samples, colour of the hair", color);
+    let sampled = [4, 16, 64].map(|samples| Kind {
+        renderer: 1,
+        samples: Some(samples),
         ..kind(&format!("{samples} samples, colour of the hair"), color)
     });
-    measure(bench, "samples", from_ref(scene), &kinds)
+    let kinds: Vec<Kind> = [by_list].into_iter().chain(sampled).collect();
+    measure(bench, "samples", &[scene.clone(), scene.clone()], &kinds)
 }
 
 /// The same hair without paint, all of it dyed, and with other widths and shifts as well; nothing
@@ -322,10 +368,14 @@ fn measure(
 ) -> Result<Vec<FrameCost>, RenderError> {
     let start = Instant::now();
     let mut lives = Vec::with_capacity(scenes.len());
-    for scene in scenes {
+    for (ix, scene) in scenes.iter().enumerate() {
         let mut scene = scene.clone();
         scene.samples = 4;
         let mut renderer = ProgressiveRenderer::new(bench.context, scene.clone())?;
+        let mut of_it = kinds.iter().filter(|kind| kind.renderer == ix);
+        if of_it.all(|kind| kind.samples.is_none()) {
+            renderer.draw_by_list()?;
+        }
         to_the_end(&mut renderer)?;
         let points = scene.strands.points.clone();
         lives.push((renderer, Base { scene, points }));
@@ -335,7 +385,7 @@ fn measure(
     for round in 0..=bench.repetitions {
         for (kind, runs) in kinds.iter().zip(&mut runs) {
             let (renderer, base) = &mut lives[kind.renderer];
-            renderer.set_samples(kind.samples);
+            renderer.set_samples(kind.samples.unwrap_or(4));
             to_the_end(renderer)?;
             let mut turn = |there| -> Result<(), RenderError> {
                 let start = Instant::now();
@@ -345,7 +395,8 @@ fn measure(
                 let stages = renderer.report().stages.iter();
                 let stages = stages.map(|stage| (stage.name, stage.milliseconds));
                 if round > 0 {
-                    runs.push((milliseconds, stages.collect()));
+                    let work = FrameWork::of(renderer.report());
+                    runs.push((milliseconds, stages.collect(), work));
                 }
                 (bench.observer)(Progress::Frame);
                 Ok(())
@@ -357,9 +408,9 @@ fn measure(
     let first = median(runs[0].iter().map(|run| run.0));
     let cost = |(kind, runs): (&Kind, &Vec<Run>)| {
         let milliseconds = median(runs.iter().map(|run| run.0));
-        let stages = runs.first().map_or(Vec::new(), |(_, stages)| {
+        let stages = runs.first().map_or(Vec::new(), |(_, stages, _)| {
             let of = |name| {
-                let stages = runs.iter().flat_map(|(_, stages)| stages);
+                let stages = runs.iter().flat_map(|(_, stages, _)| stages);
                 median(stages.filter(|stage| stage.0 == name).map(|stage| stage.1))
             };
             stages.iter().map(|&(name, _)| (name, of(name))).collect()
@@ -370,6 +421,9 @@ fn measure(
             milliseconds,
             ratio: milliseconds / first,
             stages,
+            work: runs
+                .last()
+                .map_or(FrameWork::default(), |(_, _, work)| *work),
         }
     };
     let costs: Vec<FrameCost> = kinds.iter().zip(&runs).map(cost).collect();

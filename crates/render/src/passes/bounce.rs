@@ -120,7 +120,7 @@ impl BouncePass {
             ],
         );
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             step(
                 &mut pass,
                 &self.pipeline,

@@ -55,7 +55,7 @@ impl Deform {
         let bytes = bytemuck::bytes_of(wind);
         context.write(&self.wind, 0, bytes);
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             let groups = groups_of_64(wind.n_strands);
             step(&mut pass, &self.pipeline, &self.group, groups);
         });

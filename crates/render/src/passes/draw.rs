@@ -208,7 +208,7 @@ impl Ribbons {
     /// Projects the points and prepares the segments, once for all passes of a view.
     pub fn project(&self, context: &Context, projection: &Projection, stamp: Stamp) {
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             let groups = [self.n_points.div_ceil(256), 1];
             step(&mut pass, &projection.project, &self.project, groups);
             for chunk in &self.chunks {

@@ -216,7 +216,7 @@ impl Meshes {
             ],
         );
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             step(
                 &mut pass,
                 &self.light,

@@ -130,7 +130,7 @@ impl Multiple {
         });
         let n_threads = [rows / ROW_TEXELS as u32, rows, direct, direct];
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             for ((pipeline, group), n) in fill.0.iter().zip(&groups).zip(n_threads) {
                 step(&mut pass, pipeline, group, groups_of_64(n));
             }

@@ -112,7 +112,7 @@ impl NarrowPass {
     /// Shades the segments about `n_points` points.
     pub fn run(&self, context: &Context, n_points: u32, into: usize, stamp: Stamp) {
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             let groups = groups_of_64(n_points);
             step(&mut pass, &self.pipeline, &self.groups[into], groups);
         });

@@ -101,7 +101,7 @@ impl Noise {
             bind(context, &self.pipeline.get_bind_group_layout(0), &resources)
         });
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             step(&mut pass, &self.pipeline, group, [1, 1]);
         });
         self.take();

@@ -1,6 +1,8 @@
 //! Bent segments and tips of close-ups in pieces, which are drawn in place of whole segments.
 
-use super::resources::{StrandBuffers, bind, compute, labelled, shader, step, storage};
+use super::resources::{
+    ComputePass, StrandBuffers, bind, compute, labelled, shader, step, storage,
+};
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
 
@@ -120,11 +122,7 @@ impl PieceBuffers {
     }
 
     /// Makes those of the view, once its ribbons are there; of each chunk of segments its number.
-    pub fn make(
-        &self,
-        pass: &mut wgpu::ComputePass,
-        n_segments: impl Iterator<Item = u32> + Clone,
-    ) {
+    pub fn make(&self, pass: &mut ComputePass, n_segments: impl Iterator<Item = u32> + Clone) {
         let chunks = || self.chunks.iter().zip(n_segments.clone());
         for ([group, _], n) in chunks() {
             step(pass, &self.count, group, [n.div_ceil(BLOCK), 1]);

@@ -148,7 +148,7 @@ pub(super) fn take(
         (pipeline, group, proxies.n())
     });
     submit(context, |encoder| {
-        let mut pass = compute_pass(encoder, stamp);
+        let mut pass = compute_pass(context, encoder, stamp);
         let groups = groups_of_64(strands.n_points);
         step(&mut pass, &pipeline, &group, groups);
         if let Some((pipeline, group, n)) = &of_proxies {

@@ -158,7 +158,7 @@ impl Proxies {
             ],
         );
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             let n_texels = LIGHT_MAP_SIDE * LIGHT_MAP_SIDE;
             step(
                 &mut pass,

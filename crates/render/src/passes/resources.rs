@@ -251,36 +251,64 @@ pub(crate) fn bind(
 
 /// Starts a compute pass.
 pub(crate) fn compute_pass<'e>(
+    context: &'e Context,
     encoder: &'e mut wgpu::CommandEncoder,
     stamp: Stamp,
-) -> wgpu::ComputePass<'e> {
-    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+) -> ComputePass<'e> {
+    let pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
         label: None,
         timestamp_writes: stamp.compute_writes(),
-    })
+    });
+    ComputePass {
+        pass,
+        counters: context.resource_counters(),
+    }
+}
+
+/// A pass whose workgroups are counted.
+pub(crate) struct ComputePass<'e> {
+    pass: wgpu::ComputePass<'e>,
+    counters: &'e ResourceCounters,
+}
+
+impl ComputePass<'_> {
+    pub fn set_pipeline(&mut self, pipeline: &wgpu::ComputePipeline) {
+        self.pass.set_pipeline(pipeline);
+    }
+
+    /// Sets the bindings, with these offsets of those that have one.
+    pub fn set_group(&mut self, group: &wgpu::BindGroup, offsets: &[u32]) {
+        self.pass.set_bind_group(0, group, offsets);
+    }
+
+    pub fn dispatch(&mut self, groups: [u32; 2]) {
+        self.counters.add_workgroups(groups);
+        self.pass.dispatch_workgroups(groups[0], groups[1], 1);
+    }
 }
 
 /// Adds a dispatch to a pass.
 pub(crate) fn step(
-    pass: &mut wgpu::ComputePass,
+    pass: &mut ComputePass,
     pipeline: &wgpu::ComputePipeline,
     group: &wgpu::BindGroup,
-    [x, y]: [u32; 2],
+    groups: [u32; 2],
 ) {
     pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, group, &[]);
-    pass.dispatch_workgroups(x, y, 1);
+    pass.set_group(group, &[]);
+    pass.dispatch(groups);
 }
 
 /// Records one dispatch.
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn dispatch(
+    context: &Context,
     encoder: &mut wgpu::CommandEncoder,
     pipeline: &wgpu::ComputePipeline,
     group: &wgpu::BindGroup,
     size: [u32; 2],
 ) {
-    let mut pass = compute_pass(encoder, Stamp::default());
+    let mut pass = compute_pass(context, encoder, Stamp::default());
     step(&mut pass, pipeline, group, size);
 }
 

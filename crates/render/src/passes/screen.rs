@@ -211,7 +211,7 @@ impl Screen {
             (version, group)
         });
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             let groups = target.size().map(|n| n.div_ceil(8));
             step(&mut pass, &show.pipeline, group, groups);
         });

@@ -183,7 +183,7 @@ impl ShadowMaps {
         context.write(&self.view, 0, bytemuck::bytes_of(view));
         submit(context, |encoder| {
             encoder.clear_buffer(&self.map, 0, Some(bytes(view)));
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             step(&mut pass, &self.cast, cast, groups_of_64(self.n_segments));
             step(
                 &mut pass,
@@ -239,7 +239,7 @@ impl ShadowMaps {
         };
         let n = n_listed.unwrap_or(self.n_points);
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             step(&mut pass, &self.share, group, groups_of_64(n));
         });
     }

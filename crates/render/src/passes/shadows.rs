@@ -227,13 +227,13 @@ impl Sweep {
         let n_slices = grid.dims.into_iter().max().unwrap_or(0);
         let groups = largest_slice(grid).div_ceil(64);
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             pass.set_pipeline(&self.pipeline);
             for slice in 0..n_slices {
                 let step =
                     u64::from(k * strandlight_scene::volume::GRID_SIDE + slice) * STEP_STRIDE;
-                pass.set_bind_group(0, &batch.group, &[step as u32]);
-                pass.dispatch_workgroups(groups, batch.n_lights, 1);
+                pass.set_group(&batch.group, &[step as u32]);
+                pass.dispatch([groups, batch.n_lights]);
             }
         });
     }

@@ -199,7 +199,7 @@ impl Target {
             if band.end < size[1] {
                 return;
             }
-            let mut pass = compute_pass(encoder, stamp.last());
+            let mut pass = compute_pass(context, encoder, stamp.last());
             let groups = size.map(|n| n.div_ceil(8));
             step(&mut pass, &film.accumulate, &samples.accumulate, groups);
         });
@@ -254,7 +254,7 @@ impl Target {
             self.map = map.cloned();
         }
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             let groups = self.size.map(|n| n.div_ceil(8));
             let pipeline = behind.map_or(&film.composite, |behind| &behind.composite);
             step(&mut pass, pipeline, &self.composite, groups);

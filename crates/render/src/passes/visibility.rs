@@ -281,7 +281,7 @@ impl VisibilityPass {
         let list_seen = &self.pipelines.list_seen;
         let group = group(context, list_seen, &resources);
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp.clone().last());
+            let mut pass = compute_pass(context, encoder, stamp.clone().last());
             step(&mut pass, list_seen, &group, [1, 1]);
         });
         let totals: Vec<u32> = read_back(context, "totals of a list", totals)?;
@@ -335,7 +335,7 @@ impl VisibilityPass {
             }
             let group = group(context, &kind.resolve, &resources);
             submit(context, |encoder| {
-                let mut pass = compute_pass(encoder, Stamp::default());
+                let mut pass = compute_pass(context, encoder, Stamp::default());
                 step(
                     &mut pass,
                     &kind.resolve,
@@ -439,7 +439,7 @@ impl VisibilityPass {
         let placed = group(context, place, &[(1, layout), (13, totals), (24, tiles)]);
         submit(context, |encoder| {
             encoder.clear_buffer(tiles, 0, None);
-            let mut pass = compute_pass(encoder, Stamp::default());
+            let mut pass = compute_pass(context, encoder, Stamp::default());
             step(&mut pass, count, &counted, n_triangles);
             step(&mut pass, place, &placed, [1, 1]);
         });
@@ -456,7 +456,7 @@ impl VisibilityPass {
         }
         let sorted = group(context, sort, &[&read[..], &[(24, &larger)]].concat());
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, Stamp::default());
+            let mut pass = compute_pass(context, encoder, Stamp::default());
             step(&mut pass, sort, &sorted, n_triangles);
         });
         self.buffers.tiles = larger;
@@ -495,7 +495,7 @@ impl VisibilityPass {
         let height = self.extent[1];
         submit(context, |encoder| {
             encoder.clear_buffer(pixels, 0, None);
-            let mut pass = compute_pass(encoder, stamp.clone().first());
+            let mut pass = compute_pass(context, encoder, stamp.clone().first());
             step(&mut pass, place_points, &placed, groups(self.n_points));
             step(&mut pass, find_hits, &counted, groups(self.n_segments));
             step(&mut pass, sum_rows, &summed, [height, 1]);
@@ -582,7 +582,7 @@ impl VisibilityPass {
         }
         let listed = group(context, &kind.list_pixels, &resources);
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, Stamp::default());
+            let mut pass = compute_pass(context, encoder, Stamp::default());
             step(&mut pass, place_rows, &placed_rows, [1, 1]);
             step(
                 &mut pass,

@@ -82,7 +82,7 @@ impl Volume {
     pub fn fill(&self, context: &Context, stamp: Stamp) {
         submit(context, |encoder| {
             encoder.clear_buffer(&self.sums, 0, None);
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             let [splat, resolve] = &self.groups;
             let size = groups_of_64(self.grid.n_segments);
             step(&mut pass, &self.splat, splat, size);

@@ -68,7 +68,7 @@ pub fn gpu_multiple_answers(
         let group = bind(context, &pipeline.get_bind_group_layout(0), &bindings);
         submit(context, |encoder| {
             let groups = (questions.len() as u32).div_ceil(64);
-            dispatch(encoder, &pipeline, &group, [groups, 1]);
+            dispatch(context, encoder, &pipeline, &group, [groups, 1]);
         });
         read_back(context, "answers", &output)
     })

@@ -62,7 +62,7 @@ pub fn gpu_painted_lobes(
             );
             submit(context, |encoder| {
                 let groups = (points.len() as u32).div_ceil(64);
-                dispatch(encoder, &pipeline, &group, [groups, 1]);
+                dispatch(context, encoder, &pipeline, &group, [groups, 1]);
             });
             all.extend(read_back::<[f32; 16]>(context, "answers", &output)?);
         }
@@ -146,7 +146,7 @@ pub fn gpu_paint_answers(
             );
             submit(context, |encoder| {
                 let groups = (questions.len() as u32).div_ceil(64);
-                dispatch(encoder, &pipeline, &group, [groups, 1]);
+                dispatch(context, encoder, &pipeline, &group, [groups, 1]);
             });
             all.extend(read_back::<[f32; 24]>(context, "answers", &output)?);
         }

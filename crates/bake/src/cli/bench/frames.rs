@@ -27,9 +27,8 @@ use crate::cli::{Failure, Outcome, print_line};
 /// Benchmark the first picture from nothing, and after each kind of edit
 ///
 /// On the CPU: complete pictures, by clock and by seconds of all cores together, and what they
-/// counted. On the GPU: frames from the edit to a picture of 4 samples per pixel with all points
-/// shaded, as medians in milliseconds, ratios to the first frame of each group, and the slowest
-/// stage; the frames of a group are interleaved, and its results are printed on stderr as they come.
+/// counted. On the GPU: frames from the edit to the finished picture of a window, as medians in milliseconds,
+/// ratios to the first frame of each group, what the device did and for what, and the slowest stage; the frames of a group are interleaved, and its results are printed on stderr as they come.
 ///
 /// `--window`: the same edits in a window on the CPU: time to the first new picture, a draft perhaps, and how
 /// far it is from the last one at most (relative RMS of their levels); time to the first picture of every
@@ -459,6 +458,9 @@ fn print_frames(
         prepared.size[0],
         prepared.size[1],
     ))?;
+    print_line(
+        "  workgroups, MB written, points shaded, million products, pairs of a pixel and a segment; the slowest stage",
+    )?;
     let mut group = "";
     for cost in costs {
         if cost.group != group {
@@ -466,9 +468,17 @@ fn print_frames(
             print_line(group)?;
         }
         let most = slowest(&cost.stages);
+        let work = &cost.work;
         let line = format!(
-            "  {:46} {:9.2} ms {:7.3}  {most}",
-            cost.name, cost.milliseconds, cost.ratio
+            "  {:46} {:9.2} ms {:7.3} {:9} {:9.3} {:9} {:9.2} {:9}  {most}",
+            cost.name,
+            cost.milliseconds,
+            cost.ratio,
+            work.workgroups,
+            1e-6 * work.written_bytes as f64,
+            work.points,
+            1e-6 * work.products as f64,
+            work.list_entries,
         );
         print_line(line.trim_end())?;
     }

@@ -213,7 +213,7 @@ impl Lighting {
                 };
                 let [x, y] = groups_of_64(points.end - points.start);
                 submit(context, |encoder| {
-                    let mut pass = compute_pass(encoder, stamp);
+                    let mut pass = compute_pass(context, encoder, stamp);
                     step(&mut pass, &shade.pipeline, group, [x, y]);
                 });
             }
@@ -292,7 +292,7 @@ impl Lighting {
         resources.extend(self.scattering.bindings());
         let group = bind(context, &pipeline.get_bind_group_layout(0), &resources);
         submit(context, |encoder| {
-            let mut pass = compute_pass(encoder, stamp);
+            let mut pass = compute_pass(context, encoder, stamp);
             step(
                 &mut pass,
                 pipeline,
