@@ -102,6 +102,7 @@ struct Drawn {
     /// Passes in the picture on the screen, if it is of this view, light and grade.
     shown: u32,
     /// The device has no room for a list of it.
+    #[cfg(not(target_arch = "wasm32"))]
     is_sampled: bool,
 }
 
@@ -180,14 +181,16 @@ impl ProgressiveRenderer {
     /// Puts `scene` on the device of `context` in place of what is on this one, drawn in the same way.
     ///
     /// # Errors
-    /// As [`ProgressiveRenderer::new`]; nothing is changed then.
+    /// As [`ProgressiveRenderer::new`] and [`ProgressiveRenderer::draw_by_list`].
     pub fn move_to(&mut self, context: &Context, scene: PreparedScene) -> Result<(), RenderError> {
-        let mut renderer = ProgressiveRenderer::new(context, scene)?;
+        let renderer = ProgressiveRenderer::new(context, scene)?;
         #[cfg(not(target_arch = "wasm32"))]
-        if self.by_list {
-            renderer.draw_by_list()?;
-        }
+        let by_list = self.by_list;
         *self = renderer;
+        #[cfg(not(target_arch = "wasm32"))]
+        if by_list {
+            self.draw_by_list()?;
+        }
         Ok(())
     }
 
