@@ -745,9 +745,20 @@ fn radiance_of(first: u32, place: u32) -> vec3f {
     return rgb * (1.0 + side * across + list.even.rgb * (1.5 * across_2 - 0.5));
 }
 
-// Were both ends of a segment lit?
+// #if NARROW
+fn is_lit_along(first: u32) -> bool {
+    return any(along[2u * first + 1u] != vec4u(0u)) && any(along[2u * first + 2u] != vec4u(0u));
+}
+// #else
+fn is_lit_along(first: u32) -> bool {
+    return false;
+}
+// #endif
+
+// Were both ends of a segment lit? Points that were not are black.
 fn is_lit(first: u32) -> bool {
-    return any(radiance[first].rgb != vec3f(0.0)) && any(radiance[first + 1u].rgb != vec3f(0.0));
+    let are_lit = any(radiance[first].rgb != vec3f(0.0)) && any(radiance[first + 1u].rgb != vec3f(0.0));
+    return are_lit || is_lit_along(first);
 }
 
 // #if MESHES

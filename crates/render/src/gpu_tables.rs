@@ -62,9 +62,7 @@ impl GpuTables {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        context
-            .queue
-            .write_buffer(&uniform, 0, bytemuck::bytes_of(axes));
+        context.write(&uniform, 0, bytemuck::bytes_of(axes));
         let upload_h = |label, texels: &[[f32; 4]]| {
             let format = wgpu::TextureFormat::Rgba32Float;
             upload(

@@ -347,8 +347,30 @@ fn windows_are_drawn_by_list_after_every_edit() {
     let still = renderer.still([64, 48], 16).unwrap();
     assert_eq!(still.width, 64);
     assert_eq!(shown(&mut renderer), before);
+    // Samples when they are asked for, and no longer.
+    renderer.finish(4).unwrap();
+    assert_eq!(shown(&mut renderer), before);
+    assert_eq!(renderer.progress().total_samples, 0);
+    // Hair without light is there at once in a view that turns.
+    let rgb = vec![[0.0; 3]; renderer.scene().lights.len()];
+    renderer.set_light_colors(&rgb).unwrap();
+    let black = shown(&mut renderer);
+    let eye = renderer.scene().camera.eye;
+    let moved = Camera {
+        eye: eye * 1.001,
+        ..renderer.scene().camera
+    };
+    renderer.set_camera(moved);
+    renderer.advance(Duration::ZERO).unwrap();
+    let draft = renderer.read_display().unwrap();
+    let last = shown(&mut renderer);
+    assert!(difference(&draft, &last).1 == 0 && difference(&black, &before).1 > 0);
+    let rgb: Vec<_> = scene.lights.iter().map(|light| light.rgb).collect();
+    renderer.set_light_colors(&rgb).unwrap();
+    shown(&mut renderer);
     // On another device it is drawn in the same way.
     let scene = renderer.scene().clone();
+    let before = shown(&mut renderer);
     renderer.move_to(&context, scene).unwrap();
     renderer.set_size([90, 70]).unwrap();
     assert_eq!(difference(&shown(&mut renderer), &before).1, 0);
@@ -403,6 +425,12 @@ fn windows_without_room_for_a_list_are_sampled() {
     let (mut renderer, _) = window(&context, &scene);
     assert_eq!(renderer.progress().total_samples, 0);
     renderer.set_size(size).unwrap();
+    // Samples show all points, and those that the list had not are not lit.
+    let mut progress = renderer.progress();
+    while !progress.is_shown {
+        progress = renderer.advance(Duration::ZERO).unwrap();
+    }
+    assert!(progress.is_shaded);
     let picture = shown(&mut renderer);
     let progress = renderer.progress();
     assert_eq!((progress.samples, progress.total_samples), (8, 8));

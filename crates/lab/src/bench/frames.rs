@@ -392,6 +392,8 @@ fn measure(
                 (kind.edit)(renderer, base, there)?;
                 to_the_end(renderer)?;
                 let milliseconds = 1e3 * start.elapsed().as_secs_f64();
+                // Takes the counts that shading left.
+                renderer.advance(Duration::ZERO)?;
                 let stages = renderer.report().stages.iter();
                 let stages = stages.map(|stage| (stage.name, stage.milliseconds));
                 if round > 0 {

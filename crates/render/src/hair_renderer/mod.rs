@@ -95,6 +95,8 @@ pub struct HairRenderer {
     /// The buffer of radiance that is shown, and its scale; none before anything is lit.
     pub(crate) front: usize,
     pub(crate) front_scale: Option<f32>,
+    /// The list whose points alone are lit in it; none where all are.
+    front_list: Option<u64>,
     /// The ribbons are those of the points on the device and of the view.
     pub(crate) is_projected: bool,
     pub(crate) clock: Clock,
@@ -183,6 +185,7 @@ impl HairRenderer {
             job: None,
             front: 0,
             front_scale: None,
+            front_list: None,
             is_projected: false,
             clock,
             report: RenderReport::default(),
@@ -224,9 +227,9 @@ impl HairRenderer {
         self.front_scale.is_some() && self.job.is_none() && self.dirty.is_clean()
     }
 
-    /// Are only the points lit that some view shows?
+    /// Are only the points lit, of the radiance that is shown, that some view shows?
     pub(crate) fn is_partly_lit(&self) -> bool {
-        self.lighting.n_listed().is_some()
+        self.front_list.is_some()
     }
 
     /// What was made on the device; submissions of a host stay 0.

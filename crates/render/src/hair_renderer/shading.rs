@@ -158,6 +158,7 @@ impl HairRenderer {
         }
         let Some(step) = job.steps.pop_front() else {
             self.front = 1 - self.front;
+            self.front_list = self.lighting.listed().map(|listed| listed.list);
             self.front_scale = Some(job.view.radiance_scale);
             self.report.stats.scattering = self.scene.scattering().name();
             self.report.stats.skipped = self.scene.skipped();

@@ -107,25 +107,27 @@ impl HairRenderer {
         Ok(seen)
     }
 
-    /// Draws `view`, lit as shown, into `sums`, one sample a pixel; where points that it shows were not lit, a draft.
-    /// Answers whether the device could; otherwise it takes samples.
+    /// Draws `view`, lit as shown, into `sums`, one sample a pixel. Points that it shows need not have been lit if it
+    /// `may_be_draft`. Answers whether the device could; otherwise it takes samples.
     pub(crate) fn draw_visible(
         &mut self,
         view: &ViewUniform,
         sums: &wgpu::Buffer,
-        is_draft: bool,
+        may_be_draft: bool,
         observer: &mut dyn FnMut(f64),
     ) -> Result<bool, RenderError> {
         if self.list(view)?.is_none() {
             return Ok(false);
         }
         let start = Instant::now();
-        if let Some(VisibleList { pass, .. }) = &mut self.visible {
+        if let Some(VisibleList { pass, n_made, .. }) = &mut self.visible {
+            let is_other = self.front_list.is_some_and(|list| list != *n_made);
             let proxies = self.lighting.shown_proxies(self.front);
             let lit = ListedLight {
                 points: self.lighting.lit_points()[self.front],
                 even: self.ribbons.even,
-                is_draft,
+                // Without lights all are black.
+                is_draft: may_be_draft && is_other && self.lighting.lit().1 > 0,
             };
             pass.draw(&self.context, &self.strands, proxies, lit, sums, observer)?;
             self.report.ran("draw");

@@ -277,6 +277,7 @@ impl Lighting {
     pub fn begin_listed(&self, context: &Context, before: Option<usize>, into: usize) {
         let Some(before) = before else {
             self.clear(context, into);
+            self.narrow.clear(context, into);
             return;
         };
         submit(context, |encoder| {
@@ -288,7 +289,12 @@ impl Lighting {
         });
     }
 
-    /// How many listed points the last steps shade, unless they shade all.
+    /// The points that the last steps shade, unless they shade all.
+    pub fn listed(&self) -> Option<Listed> {
+        self.listed
+    }
+
+    /// How many that are.
     pub fn n_listed(&self) -> Option<u32> {
         self.listed.map(|listed| listed.n)
     }

@@ -45,9 +45,9 @@ pub(crate) fn buffer_of<T: bytemuck::Pod>(
 ) -> wgpu::Buffer {
     let zero = [T::zeroed()];
     let contents = if contents.is_empty() { &zero } else { contents };
-    context
-        .resource_counters()
-        .add_buffer(size_of_val(contents) as u64);
+    let counters = context.resource_counters();
+    counters.add_buffer(size_of_val(contents) as u64);
+    counters.add_written(size_of_val(contents));
     context
         .device
         .create_buffer_init(&wgpu::util::BufferInitDescriptor {

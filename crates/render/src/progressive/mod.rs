@@ -13,6 +13,10 @@
 //! once, lit as they were when last complete, as a draft. Before the first cycle is done, the draft
 //! is lit by a guess: it is there before any shadow is looked for, and nothing of it remains.
 //!
+//! [`ProgressiveRenderer::draw_by_list`] has a visibility list take the place of samples: it is made once for a view,
+//! only its points are lit, and every cycle draws it once. A draft of another view is drawn by a list of its own; points
+//! of it that were not lit are left out.
+//!
 //! Which stages an edit makes stale stands in [`STAGES`](crate::invalidation::STAGES).
 //!
 //! Nothing is allocated on the device but where something grows, and pipelines are kept by what
@@ -181,16 +185,18 @@ impl ProgressiveRenderer {
     /// Puts `scene` on the device of `context` in place of what is on this one, drawn in the same way.
     ///
     /// # Errors
-    /// As [`ProgressiveRenderer::new`] and [`ProgressiveRenderer::draw_by_list`].
+    /// As [`ProgressiveRenderer::new`] and [`ProgressiveRenderer::draw_by_list`]; nothing is changed then.
     pub fn move_to(&mut self, context: &Context, scene: PreparedScene) -> Result<(), RenderError> {
         let renderer = ProgressiveRenderer::new(context, scene)?;
         #[cfg(not(target_arch = "wasm32"))]
-        let by_list = self.by_list;
+        let renderer = {
+            let mut renderer = renderer;
+            if self.by_list {
+                renderer.draw_by_list()?;
+            }
+            renderer
+        };
         *self = renderer;
-        #[cfg(not(target_arch = "wasm32"))]
-        if by_list {
-            self.draw_by_list()?;
-        }
         Ok(())
     }
 
@@ -206,7 +212,7 @@ impl ProgressiveRenderer {
 
     /// Whether [`ProgressiveRenderer::advance`] waits for what it has submitted, as it does
     /// natively by default, or leaves the device to itself and learns later how
-    /// long it took, as it has to in a browser.
+    /// long it took, as it has to in a browser. A visibility list waits in any case.
     pub fn set_waiting(&mut self, is_waiting: bool) {
         self.pacer = Pacer::new(is_waiting && !cfg!(target_arch = "wasm32"));
     }

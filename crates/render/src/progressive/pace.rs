@@ -192,7 +192,8 @@ impl Pacer {
         });
     }
 
-    fn learn(&mut self, stage: &'static str, units: f64, seconds: f64) {
+    /// Notes how long so many units took.
+    pub fn learn(&mut self, stage: &'static str, units: f64, seconds: f64) {
         let rate = seconds / units.max(1e-9);
         match self.rates.iter_mut().find(|(name, _)| *name == stage) {
             Some((_, known)) => *known += 0.3 * (rate - *known),

@@ -13,15 +13,27 @@ impl ProgressiveRenderer {
     /// Begins a job with what was set.
     pub(super) fn begin(&mut self) -> Result<(), RenderError> {
         let chunk = self.chunk();
+        if self.is_by_list() {
+            // Listing waits for the device: not for what others submitted.
+            self.flush()?;
+        }
         self.hair.begin(DirtyFlags::default(), false, chunk)?;
         self.has_begun();
         Ok(())
     }
 
-    /// A list that was made again is drawn again.
+    /// A list of other points is drawn; there may be room for one now.
     fn has_begun(&mut self) {
-        let job = self.hair.job.as_ref();
-        if self.is_by_list() && job.is_some_and(|job| job.dirty.has(Inputs::POINTS)) {
+        let Some(job) = &self.hair.job else {
+            return;
+        };
+        let moved = job.dirty.has(Inputs::POINTS);
+        let was_sampled = !self.is_by_list();
+        #[cfg(not(target_arch = "wasm32"))]
+        if !self.is_still && job.dirty.has(Inputs::POINTS | Inputs::PROXIES) {
+            self.picture.is_sampled = false;
+        }
+        if self.is_by_list() && (moved || was_sampled) {
             self.restart_samples();
         }
     }

@@ -293,7 +293,7 @@ impl ProgressiveRenderer {
         self.light_whole(observer)?;
         self.was_by_list = self.is_still && self.by_list && self.finish_by_list(observer)?;
         if !self.was_by_list {
-            self.picture.is_sampled = true;
+            self.picture.is_sampled = self.by_list;
             self.hair.set_draws_by_list(false);
         }
         let n_passes = self.total_samples().div_ceil(PASS_SAMPLES);
@@ -324,14 +324,16 @@ impl ProgressiveRenderer {
     /// [`HairRenderer::draw_visible`]: crate::HairRenderer::draw_visible
     pub(super) fn resolve(
         &mut self,
-        is_draft: bool,
+        may_be_draft: bool,
         observer: &mut dyn FnMut(f64),
     ) -> Result<bool, RenderError> {
         let Some(target) = &self.target else {
             return Ok(false);
         };
         let (view, sums) = (self.drawn_view(), target.sums().clone());
-        let is_drawn = self.hair.draw_visible(&view, &sums, is_draft, observer)?;
+        let is_drawn = self
+            .hair
+            .draw_visible(&view, &sums, may_be_draft, observer)?;
         if is_drawn {
             self.hair.ribbons.set_view(&self.hair.context, &view);
         }

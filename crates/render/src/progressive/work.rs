@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+#[cfg(not(target_arch = "wasm32"))]
+use web_time::Instant;
+
 use super::{Drawn, Progress, ProgressiveRenderer, pace};
 use crate::hair_renderer::DirtyFlags;
 use crate::invalidation::Inputs;
@@ -59,20 +62,36 @@ impl ProgressiveRenderer {
                 }
                 // Not worth a turn of their own.
                 let is_small = matches!(work, Work::Project | Work::Begin | Work::Preview);
-                is_first = is_small && is_first;
+                is_first = (is_small || Self::is_resolving(&work)) && is_first;
                 self.work(&work)?;
             }
             let is_finished = self.picture.passes >= self.n_passes();
             if self.picture.shown < self.picture.passes && (is_finished || !self.is_still) {
                 self.work(&Work::Show)?;
             }
-            let report = &mut self.hair.report;
-            let took = |(name, _, _, seconds): pace::Finished| report.took(name, seconds);
-            self.pacer.flush(&self.hair.context, took)?;
+            self.flush()?;
             self.hair.clock.start_reading(&self.hair.context);
         }
         self.hair.report.counts = self.hair.context.counts().since(self.hair.counts_before);
         Ok(self.progress())
+    }
+
+    /// Waits for what was submitted, where anybody waits.
+    pub(super) fn flush(&mut self) -> Result<(), RenderError> {
+        let report = &mut self.hair.report;
+        let took = |(name, _, _, seconds): pace::Finished| report.took(name, seconds);
+        self.pacer.flush(&self.hair.context, took)
+    }
+
+    /// Is it a picture by list? A turn has light besides, or a view that turns would never be lit.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn is_resolving(work: &Work) -> bool {
+        matches!(work, Work::Resolve)
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn is_resolving(_: &Work) -> bool {
+        false
     }
 
     /// Notes the counts of products that the last shading left, once they are there.
@@ -107,8 +126,9 @@ impl ProgressiveRenderer {
         let cycle = self.hair.job.as_ref().map(|job| &job.dirty);
         #[cfg(not(target_arch = "wasm32"))]
         if self.is_by_list() {
-            // Until a job is done its proxies are there and their light is not.
-            let may_draw = passes == 0 && !cycle.is_some_and(|dirty| dirty.has(Inputs::PROXIES));
+            // Until a job is done its proxies are there and their light is not, but for a first look.
+            let is_unlit = cycle.is_some_and(|dirty| dirty.has(Inputs::PROXIES));
+            let may_draw = passes == 0 && !(is_unlit && self.hair.report.shadings > 0);
             return may_draw.then_some(Work::Resolve);
         }
         if self.hair.is_partly_lit() {
@@ -167,9 +187,14 @@ impl ProgressiveRenderer {
             }
             #[cfg(not(target_arch = "wasm32"))]
             Work::Resolve => {
-                let is_draft = !self.hair.is_complete();
-                match self.resolve(is_draft, &mut |_| ())? {
-                    true => self.picture.passes = 1,
+                // Listing waits for the device: not for what others submitted.
+                self.flush()?;
+                let start = Instant::now();
+                match self.resolve(true, &mut |_| ())? {
+                    true => {
+                        self.picture.passes = 1;
+                        self.pacer.learn("draw", 1.0, start.elapsed().as_secs_f64());
+                    }
                     false => {
                         self.picture.is_sampled = true;
                         self.hair.set_draws_by_list(false);
