@@ -163,7 +163,7 @@ fn values_elsewhere() -> Vec<(&'static str, &'static str, Vec<f64>)> {
 }
 
 /// Constants that mean nothing to Rust: module, name, why.
-const WGSL_ONLY: [(&str, &str, &str); 4] = [
+const WGSL_ONLY: [(&str, &str, &str); 5] = [
     (
         "lib/along_segments",
         "MANTISSA_BITS",
@@ -180,6 +180,11 @@ const WGSL_ONLY: [(&str, &str, &str); 4] = [
         "nothing but the draft on the device has it",
     ),
     ("pass/noise", "N_THREADS", "size of the workgroup"),
+    (
+        "pass/through_shares",
+        "N_ROWS",
+        "the CPU takes the kernel of a map once for all slots",
+    ),
 ];
 
 /// Constants that a shader has in parts: module, names in order, name of the whole in Rust.
