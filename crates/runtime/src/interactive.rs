@@ -34,6 +34,10 @@ pub trait InteractiveBackend: Backend {
     #[cfg(not(target_arch = "wasm32"))]
     fn over_nothing(&mut self, size: [u32; 2]) -> Result<Picture, RenderError>;
 
+    /// Draws with samples from now on, where a visibility list took their place on a device.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn draw_with_samples(&mut self) {}
+
     /// The device that draws; none on the CPU.
     fn device(&self) -> Option<&Context>;
 
@@ -85,6 +89,11 @@ impl InteractiveBackend for ProgressiveRenderer {
         // What is shown has its background again before anybody sees it without.
         self.advance(Duration::ZERO)?;
         Ok(drawn?.0)
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn draw_with_samples(&mut self) {
+        ProgressiveRenderer::draw_with_samples(self);
     }
 
     fn device(&self) -> Option<&Context> {

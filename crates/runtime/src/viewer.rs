@@ -121,6 +121,12 @@ impl Viewer {
         Ok(viewer)
     }
 
+    /// Draws with samples from now on, where a device would draw by a visibility list.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn draw_with_samples(&mut self) {
+        self.renderer.draw_with_samples();
+    }
+
     /// Why the CPU draws; `None` where the GPU does.
     pub fn cpu_reason(&self) -> Option<&CpuReason> {
         self.cpu_reason.as_ref()

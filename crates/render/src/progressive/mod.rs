@@ -230,6 +230,13 @@ impl ProgressiveRenderer {
         self.hair.context.check("visibility list").map_err(failed)
     }
 
+    /// Draws all pictures with samples from now on, as before [`ProgressiveRenderer::draw_by_list`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn draw_with_samples(&mut self) {
+        self.by_list = false;
+        self.restart_picture();
+    }
+
     /// How far the picture has come.
     pub fn progress(&self) -> Progress {
         let is_shaded = self.hair.is_complete();

@@ -29,8 +29,8 @@ pub fn help() -> String {
                          together at most {MAX_PIXELS} pixels
                          [default: 1280x720 points for the window, else the scene's]
   --time SECONDS         Animation time in seconds, 0..={MAX_SECONDS} [default: 0]
-  --samples N            Samples per pixel where a GPU has no room for a visibility list,
-                         1..={MAX_SAMPLES} [default: the scene's]
+  --samples N            Samples per pixel of frames drawn on a GPU, 1..={MAX_SAMPLES} [default: the
+                         scene's]; a window draws without, where it can
   --backend BACKEND      Renderer: auto, gpu or cpu; auto uses the GPU if there is one, and the CPU
                          rather than a software adapter [default: auto]
   --quiet                Print nothing on stderr except errors

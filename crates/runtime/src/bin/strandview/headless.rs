@@ -53,7 +53,9 @@ fn open(args: &Args) -> Answer<Session> {
 /// Puts the scene on the renderer that was chosen; says why if that is the CPU for want of a GPU.
 fn viewer(args: &Args, session: Session) -> Answer<Viewer> {
     let chosen = args.backend.decide(Context::new)?;
-    let viewer = Viewer::choose(args.backend, chosen, session)?;
+    let mut viewer = Viewer::choose(args.backend, chosen, session)?;
+    // As many as were asked for.
+    viewer.draw_with_samples();
     if let (Some(CpuReason::Failed(reason)), false) = (viewer.cpu_reason(), args.quiet) {
         let _ = writeln!(std::io::stderr(), "rendering on the CPU: {reason}");
     }
