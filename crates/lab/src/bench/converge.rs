@@ -1,6 +1,6 @@
 //! How fast `render --converge` goes to the truth, and whether it knows how far it is.
 //!
-//! For some numbers of samples: the error of the samples' plain means, that of the converged picture,
+//! For some numbers of samples: the error of the plain means of as many of each pixel, that of the converged picture,
 //! the error that it expects of itself, and how many tiles lie within the 95 % interval that it states;
 //! all over several seeds. Errors are relative RMSEs of means over 4x4 pixels against two estimates of
 //! the truth by path tracing (see `truth`).
@@ -82,7 +82,9 @@ pub struct Point {
     pub samples: u32,
     /// Seconds of all cores for the samples.
     pub core_seconds: Option<f64>,
-    /// Relative RMSE of the samples' means.
+    /// Those for as many samples of each pixel.
+    pub plain_core_seconds: Option<f64>,
+    /// Relative RMSE of the means of these.
     pub plain: Option<f64>,
     /// Of the converged picture.
     pub converged: Option<f64>,
@@ -108,10 +110,11 @@ impl Convergences {
         [of(|point| point.plain), of(|point| point.converged)]
     }
 
-    /// Core-seconds of plain paths to the error of the last converged picture, over its own.
+    /// Core-seconds of plain paths to the error of the last converged picture, over those of its samples.
     pub fn gain(&self) -> Option<f64> {
         let last = self.points.last()?;
-        Some((last.plain? / last.converged?).powi(2))
+        let samples = (last.plain? / last.converged?).powi(2);
+        Some(samples * last.plain_core_seconds? / last.core_seconds?)
     }
 
     /// As JSON.
@@ -120,6 +123,7 @@ impl Convergences {
             json!({
                 "samples": point.samples,
                 "core_seconds": point.core_seconds,
+                "plain_core_seconds": point.plain_core_seconds,
                 "plain": point.plain,
                 "converged": point.converged,
                 "expected": point.expected,
@@ -150,17 +154,20 @@ impl Convergences {
     /// Errors over core-seconds.
     pub fn panel(&self, title: &str) -> Panel {
         let fast = self.fast_core_seconds.unwrap_or(f64::NAN);
-        let of = |name: &str, error: fn(&Point) -> Option<f64>| Series {
+        type Of = fn(&Point) -> Option<f64>;
+        let of = |name: &str, seconds: Of, error: Of| Series {
             name: name.to_owned(),
             mark: Mark::LinePoints,
             points: (self.points.iter())
                 .map(|point| {
-                    let seconds = point.core_seconds.unwrap_or(f64::NAN);
+                    let seconds = seconds(point).unwrap_or(f64::NAN);
                     (fast + seconds, 100.0 * error(point).unwrap_or(f64::NAN))
                 })
                 .collect(),
             ..Series::default()
         };
+        let seconds: Of = |point| point.core_seconds;
+        let plain_seconds: Of = |point| point.plain_core_seconds;
         let fast = Series {
             name: "fast picture".to_owned(),
             mark: Mark::Points,
@@ -173,9 +180,11 @@ impl Convergences {
             y: AxisStyle::log("relative RMSE of 4x4 means, %"),
             series: vec![
                 fast,
-                of("path tracing", |point| point.plain),
-                of("converged", |point| point.converged),
-                of("expected by converged", |point| Some(point.expected)),
+                of("path tracing", plain_seconds, |point| point.plain),
+                of("converged", seconds, |point| point.converged),
+                of("expected by converged", seconds, |point| {
+                    Some(point.expected)
+                }),
             ],
         }
     }
@@ -234,16 +243,21 @@ pub fn converge(
     let share = 1.0 / f64::from(options.seeds);
     for _ in 0..options.seeds {
         let mut convergence = Convergence::new(fast.clone(), &base, seeds.next_u64());
-        let mut core_seconds = Some(0.0);
+        let mut even = Convergence::new(fast.clone(), &base, seeds.next_u64()).evenly();
+        let mut core_seconds = [Some(0.0); 2];
         for ((&samples, point), runs) in options.samples.iter().zip(&mut points).zip(&mut runs) {
             let more = samples - convergence.samples();
             let (_, seconds) = clocked(|| convergence.trace(&base, &tracer, more));
-            core_seconds = core_seconds.zip(seconds).map(|(sum, more)| sum + more);
+            let (_, plain_seconds) = clocked(|| even.trace(&base, &tracer, more));
+            let of_point = [&mut point.core_seconds, &mut point.plain_core_seconds];
+            let found = [seconds, plain_seconds].into_iter().zip(of_point);
+            for (sum, (more, of_point)) in core_seconds.iter_mut().zip(found) {
+                *sum = sum.zip(more).map(|(sum, more)| sum + more);
+                *of_point = sum.map(|s| of_point.unwrap_or(0.0) + share * s);
+            }
             let converged = convergence.converged();
             point.samples = samples;
-            point.core_seconds =
-                core_seconds.map(|s| point.core_seconds.unwrap_or(0.0) + share * s);
-            let (plain, _) = convergence.plain();
+            let (plain, _) = even.plain();
             for (runs, picture) in runs.iter_mut().zip([&plain, &converged.picture]) {
                 runs.add(blocks(picture), &truth);
             }
@@ -329,7 +343,7 @@ fn estimate(
     samples: u32,
     seeds: &mut SplitMix64,
 ) -> (Picture, Vec<[f32; 3]>) {
-    let mut convergence = Convergence::new(fast.clone(), scene, seeds.next_u64());
+    let mut convergence = Convergence::new(fast.clone(), scene, seeds.next_u64()).evenly();
     convergence.trace(scene, tracer, samples);
     convergence.plain()
 }

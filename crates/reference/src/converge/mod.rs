@@ -1,8 +1,8 @@
 //! From a fast picture to the truth: path tracing corrects a picture only as far as it is surer than
 //! the picture.
 //!
-//! Every pixel that shows anything takes camera samples of an [`Integrator`]; what counts is by how much
-//! they differ from the fast picture. Their mean would be the truth with all its noise. Instead the
+//! Pixels that show anything take camera samples of an [`Integrator`], more where they are noisier (see
+//! `allocation`); what counts is by how much they differ from the fast picture. Their mean would be the truth with all its noise. Instead the
 //! difference is taken apart by scale (in `shrink`), from the whole picture down to single pixels, and
 //! each part is believed as far as it exceeds its own noise. So a few samples mend what is wrong over
 //! large areas, noise never adds more than it mends, and with more samples the picture goes to the
@@ -10,6 +10,7 @@
 //!
 //! The same numbers say how wrong the picture still is: see [`Converged`].
 
+mod allocation;
 mod shrink;
 #[cfg(all(test, feature = "files"))]
 mod tests;
@@ -24,6 +25,7 @@ use strandlight_scene::{Picture, PreparedScene};
 use crate::backdrop::Backdrop;
 use crate::camera::{MAX_SAMPLES, camera_ray};
 use crate::integrator::Integrator;
+use allocation::{Allocation, Noise};
 use shrink::{Field, Shrunk, shrink};
 
 /// Side in pixels of the tiles whose error is told.
@@ -40,6 +42,10 @@ pub struct Convergence {
     pixels: Vec<u32>,
     /// Of each of them.
     sums: Vec<Sums>,
+    /// Samples that each of them takes.
+    allocation: Allocation,
+    is_even: bool,
+    /// Mean over them.
     n_samples: u32,
     seed: u64,
 }
@@ -61,7 +67,10 @@ const N_SEQUENCES: u32 = 4;
 
 /// Sums over the samples of a pixel, by sequence: sample less fast picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Sums([[f64; 3]; N_SEQUENCES as usize]);
+struct Sums {
+    n_samples: u32,
+    of: [[f64; 3]; N_SEQUENCES as usize],
+}
 
 /// The picture so far, and how far it may be from the truth.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +82,7 @@ pub struct Converged {
     /// Standard errors of means over tiles of [`TILE`] pixels from the upper left corner on, rows of
     /// tiles one after another.
     pub tile_error: Vec<[f32; 3]>,
-    /// Samples of each pixel.
+    /// Samples of each pixel, the mean.
     pub samples: u32,
     /// Relative RMSE of means over 4x4 pixels that is to be expected, and what it was for the fast
     /// picture; no less than what can be told from noise. Infinite before there are two samples.
@@ -102,6 +111,8 @@ impl Convergence {
             .collect();
         Convergence {
             sums: vec![Sums::default(); pixels.len()],
+            allocation: Allocation::even(pixels.len()),
+            is_even: false,
             pixels,
             behind: Backdrop::of(scene, [fast.width, fast.height]).behind,
             fast,
@@ -110,13 +121,21 @@ impl Convergence {
         }
     }
 
-    /// Samples of each pixel so far.
+    /// The same with as many samples of each pixel, whatever their noise.
+    pub fn evenly(self) -> Self {
+        Convergence {
+            is_even: true,
+            ..self
+        }
+    }
+
+    /// Samples of each pixel so far, the mean of those that show anything.
     pub fn samples(&self) -> u32 {
         self.n_samples
     }
 
-    /// Adds `n_samples` samples of what `scene`'s camera sees to each pixel that shows anything. The
-    /// samples of two calls are those of one, whatever the number of threads.
+    /// Adds `n_samples` samples, on average, of what `scene`'s camera sees to each pixel that shows anything.
+    /// The samples of two calls are those of one, whatever the number of threads.
     ///
     /// # Panics
     /// If there would be more than [`MAX_SAMPLES`].
@@ -142,16 +161,36 @@ impl Convergence {
             n_samples <= MAX_SAMPLES - self.n_samples,
             "too many samples"
         );
-        let samples = self.n_samples..self.n_samples + n_samples;
+        let end = self.n_samples + n_samples;
+        while self.n_samples < end {
+            let next = Allocation::next(self.n_samples);
+            self.trace_until(scene, integrator, next.min(end), is_wanted)?;
+            if self.n_samples == next && !self.is_even {
+                self.allocate();
+            }
+        }
+        Some(())
+    }
+
+    /// Samples as they are allocated now, until pixels have `n_samples` on average.
+    fn trace_until(
+        &mut self,
+        scene: &PreparedScene,
+        integrator: &dyn Integrator,
+        n_samples: u32,
+        is_wanted: &(dyn Fn() -> bool + Sync),
+    ) -> Option<()> {
         let width = self.fast.width as usize;
         let size = [self.fast.width, self.fast.height];
         let view = view_uniform(&scene.camera, &scene.strands, size, 1.0);
         let (fast, behind, seed) = (&self.fast.rgba, &self.behind, self.seed);
+        let allocation = &self.allocation;
         self.pixels
             .par_chunks(64)
             .zip(self.sums.par_chunks_mut(64))
-            .try_for_each(|(pixels, sums)| {
-                for (&pixel, sums) in pixels.iter().zip(sums) {
+            .enumerate()
+            .try_for_each(|(chunk, (pixels, sums))| {
+                for ((&pixel, sums), number) in pixels.iter().zip(sums).zip(64 * chunk..) {
                     if !is_wanted() {
                         return None;
                     }
@@ -161,13 +200,14 @@ impl Convergence {
                     let [r, g, b, alpha] = fast[ix].map(f64::from);
                     let shown: [f64; 3] =
                         std::array::from_fn(|c| [r, g, b][c] + (1.0 - alpha) * behind[c]);
-                    let mut keys = SplitMix64::of_item(seed, u64::from(pixel));
+                    let mut keys = keys_of(seed, pixel);
                     let keys: [u64; N_SEQUENCES as usize] =
                         std::array::from_fn(|_| keys.next_u64());
-                    for sample in samples.clone() {
+                    let until = allocation.samples(number, n_samples);
+                    for sample in sums.n_samples..until {
                         let sequence = (sample % N_SEQUENCES) as usize;
                         let (key, sample) = (keys[sequence], sample / N_SEQUENCES);
-                        let sum = &mut sums.0[sequence];
+                        let sum = &mut sums.of[sequence];
                         let mut random = SplitMix64::of_item(key, u64::from(sample));
                         let ray = camera_ray(&view, at, key, sample);
                         let seen = integrator.sample(&ray, &mut random);
@@ -178,11 +218,32 @@ impl Convergence {
                             sum[c] += hair[c] + seen.matte[c] + open - shown[c];
                         }
                     }
+                    sums.n_samples = until;
                 }
                 Some(())
             })?;
-        self.n_samples += n_samples;
+        self.n_samples = n_samples;
         Some(())
+    }
+
+    /// Shares out the samples to come by the noise of those there are.
+    fn allocate(&mut self) {
+        let scales = self.scales();
+        let sum = |values: [f32; 3]| values.map(f64::from).iter().sum::<f64>();
+        let noise = self.pixels.iter().zip(&self.sums).map(|(&pixel, sums)| {
+            let (_, variance) = sums.mean_and_variance();
+            Noise {
+                pixel,
+                scale: sum(scales[pixel as usize]),
+                variance: f64::from(sums.n_samples) * sum(variance),
+            }
+        });
+        let noise: Vec<Noise> = noise.collect();
+        let seed = self.seed;
+        let dither = |pixel: &u32| SplitMix64(!keys_of(seed, *pixel).next_u64()).uniform(0.0, 1.0);
+        let dithers = self.pixels.iter().map(dither);
+        self.allocation
+            .decide(self.n_samples, &noise, self.fast.width as usize, dithers);
     }
 
     /// The mean of the samples, noise and all, and its variance in each pixel: pictures without any
@@ -191,7 +252,7 @@ impl Convergence {
         let mut picture = self.over_background();
         let mut variances = vec![[0.0; 3]; picture.rgba.len()];
         for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
-            let (mean, variance) = sums.mean_and_variance(self.n_samples);
+            let (mean, variance) = sums.mean_and_variance();
             let rgba = &mut picture.rgba[pixel as usize];
             for (value, mean) in rgba.iter_mut().zip(mean) {
                 *value += mean;
@@ -216,10 +277,9 @@ impl Convergence {
                 relative_error_of_fast: f64::INFINITY,
             };
         }
-        let n_sequences = self.n_samples.min(N_SEQUENCES);
-        let mut field = Field::new(size, self.scales(), n_sequences - 1);
+        let mut field = Field::new(size, self.scales(), self.freedom());
         for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
-            let (mean, variance) = sums.mean_and_variance(self.n_samples);
+            let (mean, variance) = sums.mean_and_variance();
             field.set(pixel as usize, mean, variance);
         }
         let Shrunk {
@@ -252,6 +312,22 @@ impl Convergence {
             relative_error: (blocks.sum.max(blocks.doubt) / radiance).sqrt(),
             relative_error_of_fast: (blocks.sum_of_zero.max(0.0) / radiance).sqrt(),
             picture,
+        }
+    }
+
+    /// Degrees of freedom of the pixels' variances, those of most of the noise.
+    fn freedom(&self) -> f32 {
+        let [mut sum, mut of] = [0.0; 2];
+        for sums in &self.sums {
+            let (_, variance) = sums.mean_and_variance();
+            let variance: f32 = variance.iter().sum();
+            let freedom = sums.n_samples.clamp(2, N_SEQUENCES) - 1;
+            sum += f64::from(variance) * f64::from(freedom);
+            of += f64::from(variance);
+        }
+        match of > 0.0 {
+            true => (sum / of) as f32,
+            false => 1.0,
         }
     }
 
@@ -299,26 +375,31 @@ impl Convergence {
 }
 
 impl Sums {
-    /// The mean of `n_samples` differences, and the variance of that mean.
-    fn mean_and_variance(&self, n_samples: u32) -> ([f32; 3], [f32; 3]) {
-        let n = f64::from(n_samples.max(1));
+    /// The mean of the differences, and the variance of that mean.
+    fn mean_and_variance(&self) -> ([f32; 3], [f32; 3]) {
+        let n = f64::from(self.n_samples.max(1));
         let mean: [f64; 3] =
-            std::array::from_fn(|c| self.0.iter().map(|sum| sum[c]).sum::<f64>() / n);
+            std::array::from_fn(|c| self.of.iter().map(|sum| sum[c]).sum::<f64>() / n);
         let mut variance = [0.0; 3];
-        for (ix, sum) in (0..).zip(&self.0) {
+        for (ix, sum) in (0..).zip(&self.of) {
             // The first sequences have one more where they do not share evenly.
-            let of_sequence = f64::from((n_samples + N_SEQUENCES - 1 - ix) / N_SEQUENCES);
+            let of_sequence = f64::from((self.n_samples + N_SEQUENCES - 1 - ix) / N_SEQUENCES);
             for c in 0..3 {
                 variance[c] += (sum[c] - of_sequence * mean[c]).powi(2) / (n * n);
             }
         }
-        let n_sequences = f64::from(n_samples.clamp(2, N_SEQUENCES));
+        let n_sequences = f64::from(self.n_samples.clamp(2, N_SEQUENCES));
         let unbiased = n_sequences / (n_sequences - 1.0);
         (
             mean.map(|x| x as f32),
             variance.map(|x| (unbiased * x) as f32),
         )
     }
+}
+
+/// Keys of the sequences of a pixel.
+fn keys_of(seed: u64, pixel: u32) -> SplitMix64 {
+    SplitMix64::of_item(seed, u64::from(pixel))
 }
 
 /// Sum of the squares of means over 4x4 pixels, channels together.

@@ -54,7 +54,7 @@ pub(super) struct Field {
     size: [usize; 2],
     pixels: Vec<Cell>,
     /// Degrees of freedom of the variances: how many differences each is known from.
-    freedom: u32,
+    freedom: f32,
 }
 
 /// Sums over a block.
@@ -96,8 +96,8 @@ pub(super) struct Errors {
 
 impl Field {
     /// No correction; `scales` of pixels that get none are 0. Variances will have so many degrees of freedom,
-    /// 1 or more.
-    pub fn new(size: [usize; 2], scales: Vec<[f32; 3]>, freedom: u32) -> Field {
+    /// the mean, 1 or more.
+    pub fn new(size: [usize; 2], scales: Vec<[f32; 3]>, freedom: f32) -> Field {
         let cell = |scale| Cell {
             scale,
             ..Cell::default()
@@ -160,6 +160,30 @@ impl Detail {
         }
         self.count += other.count;
     }
+
+    /// The mean of what this is the sum of, as large as it is to be where `block` is as bright: without the
+    /// noise what is measured goes with the scale, and so about does the noise.
+    fn as_bright_as(&self, block: &Detail) -> Local {
+        let mut local = Local::default();
+        for c in 0..3 {
+            let weight = match self.weight[c] > 0.0 {
+                true => block.weight[c] / self.weight[c],
+                false => 0.0,
+            };
+            local.noise[c] = weight * self.noise[c];
+            local.signal[c] = weight * (self.measured[c] - self.noise[c]);
+        }
+        local
+    }
+}
+
+/// What is expected of a block.
+#[derive(Clone, Copy, Debug, Default)]
+struct Local {
+    /// Mean square of its difference.
+    signal: [f32; 3],
+    /// That of the noise.
+    noise: [f32; 3],
 }
 
 /// See the top of this file. Tiles have a side of `tile` pixels, a power of two up to [`TOP`].
@@ -277,7 +301,7 @@ impl Means {
                 let spread = (squares[c] / n - mean * mean).max(0.0);
                 total += f64::from(errors[c] / n - spread);
                 // Of one block neither is known well: the noise that was let in, at least.
-                errors[c].max(noise[c]) / n
+                (errors[c] / n - spread).max(0.5 * noise[c] / n)
             })
         });
         Errors {
@@ -330,14 +354,16 @@ fn pass(field: &Field, shift: [usize; 2]) -> Vec<([usize; 2], Vec<Estimate>)> {
             let own = &details[at];
             let side = 1 << ix;
             let caution = match side < BLOCK {
-                true => FINE_CAUTION / field.freedom as f32,
+                true => FINE_CAUTION / field.freedom,
                 false => CAUTION,
             };
             let mut evidence = Evidence::new(&around[at], caution);
+            let mut local = around[at].as_bright_as(own);
             if side >= FROM_ITSELF {
                 evidence = evidence.or_more(Evidence::new(own, OWN_CAUTION));
+                local.noise = own.noise;
             }
-            estimate(&level.cells[at], own, &evidence, &parent)
+            estimate(&level.cells[at], own, &local, &evidence, &parent)
         });
         let estimates = estimates.collect();
         found.push((level.size, estimates));
@@ -445,19 +471,19 @@ fn around(details: &[Detail], [width, height]: [usize; 2]) -> Vec<Detail> {
     sums
 }
 
-/// How far the difference of a block is believed, and by what.
-struct Evidence<'a> {
+/// How far the difference of a block is believed.
+#[derive(Clone, Copy, Debug)]
+struct Evidence {
     /// What the difference is multiplied by.
     gain: f32,
     /// How the gain follows the differences themselves, in Stein's estimate.
     slope: f32,
-    of: &'a Detail,
 }
 
-impl<'a> Evidence<'a> {
+impl Evidence {
     /// By `of`, sums over blocks. A mean square of n numbers scatters by sqrt(2 / n) of itself; noise counts
     /// as so much more than it is expected to be, times `caution`.
-    fn new(of: &'a Detail, caution: f32) -> Evidence<'a> {
+    fn new(of: &Detail, caution: f32) -> Evidence {
         let caution = 1.0 + caution * (2.0 / of.count).sqrt();
         let total = |values: &[f32; 3]| values.iter().sum::<f32>();
         let (measured, noise) = (total(&of.measured), total(&of.noise));
@@ -471,10 +497,10 @@ impl<'a> Evidence<'a> {
             true => 4.0 * caution * share_of_noise / of.count,
             false => 0.0,
         };
-        Evidence { gain, slope, of }
+        Evidence { gain, slope }
     }
 
-    fn or_more(self, other: Evidence<'a>) -> Evidence<'a> {
+    fn or_more(self, other: Evidence) -> Evidence {
         match self.gain > other.gain {
             true => self,
             false => other,
@@ -486,6 +512,7 @@ impl<'a> Evidence<'a> {
 fn estimate(
     cell: &Cell,
     detail: &Detail,
+    local: &Local,
     evidence: &Evidence,
     (parent, above): &(Cell, Estimate),
 ) -> Estimate {
@@ -493,24 +520,18 @@ fn estimate(
     if cell.scale[0] <= 0.0 {
         return estimate;
     }
-    let Evidence {
-        gain,
-        slope,
-        of: around,
-    } = *evidence;
+    let Evidence { gain, slope } = *evidence;
     for c in 0..3 {
         let share = match parent.scale[c] > 0.0 {
             true => cell.scale[c] / parent.scale[c],
             false => 0.0,
         };
-        // What is around, as large as it is to be where the block is as bright.
-        let weight = detail.weight[c] / around.weight[c];
-        let [noise, measured] = [around.noise[c], around.measured[c]].map(|x| weight * x);
-        let risk = (1.0 - gain).powi(2) * measured + (2.0 * gain - 1.0 + slope) * noise;
+        let (noise, signal) = (local.noise[c], local.signal[c]);
+        let risk = (1.0 - gain).powi(2) * signal + (gain * gain + slope) * noise;
         estimate.rho[c] = above.rho[c] + gain * detail.difference[c];
         estimate.error[c] = share * share * above.error[c] + risk;
         estimate.noise[c] = share * share * above.noise[c] + gain * gain * noise;
-        estimate.signal[c] = share * share * above.signal[c] + measured - noise;
+        estimate.signal[c] = share * share * above.signal[c] + signal;
         // Channels share their paths.
         estimate.doubt += (1.0 - gain).powi(2) * std::f32::consts::SQRT_2 * noise;
     }

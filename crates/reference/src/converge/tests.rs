@@ -97,12 +97,12 @@ fn without_noise_it_is_the_mean_of_the_samples() {
     let [_, fast] = pictures(&noisy, |x, y| 0.3 + 0.5 * (7.0 * x + 3.0 * y).sin().abs());
     let mut film = Film::new(SIZE);
     film.expose(&scene, &noisy, 256, 5, &|_| ());
-    let mut convergence = Convergence::new(fast, &scene, 5);
+    let mut convergence = Convergence::new(fast, &scene, 5).evenly();
     // The same in each sequence: there is no noise.
     convergence.trace(&scene, &noisy, 256);
     for sums in &mut convergence.sums {
-        let mean = [0, 1, 2].map(|c: usize| sums.0.iter().map(|sum| sum[c]).sum::<f64>() / 4.0);
-        sums.0 = [mean; 4];
+        let mean = [0, 1, 2].map(|c: usize| sums.of.iter().map(|sum| sum[c]).sum::<f64>() / 4.0);
+        sums.of = [mean; 4];
     }
     let converged = convergence.converged();
     for (found, expected) in converged.picture.rgba.iter().zip(&film.single().rgb) {
@@ -229,10 +229,10 @@ fn a_lone_wrong_place_is_mended_and_its_error_is_told() {
         off += (mean_of_tile(&converged.picture) / expected - 1.0) / n_seeds as f64;
         error += f64::from(converged.tile_error[tile][0]) / expected / n_seeds as f64;
     }
-    // As everything around is right, it is not believed wholly.
-    println!("{before:.3} before, {off:.3} after, told {error:.3}");
+    // As everything around is right, it is not believed wholly; nor is its error known from there.
+    println!("{before:.4} before, {off:.4} after, told {error:.4}");
     assert!(off.abs() < 0.08, "{off}");
-    assert!(error > off.abs() / 3.0, "{error} {off}");
+    assert!(error > off.abs() / 5.0, "{error} {off}");
 }
 
 #[test]
