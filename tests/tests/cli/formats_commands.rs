@@ -4,12 +4,12 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
-use strandlight_formats::{Axis, BakedFile, LightSet, Spacing, SrbfLight, Table, TableFile};
+use strandlight_formats::{BakedFile, LightSet, SrbfLight};
 use strandlight_tests::samples::{hair_file, real_file};
 use strandlight_tests::{assert_refused, strandlight};
 
 /// Runs `strandlight ARGS` in `folder`, which must do it, and answers its stdout.
-fn done(folder: &Path, args: &[&str]) -> String {
+pub(super) fn done(folder: &Path, args: &[&str]) -> String {
     let output = strandlight()
         .current_dir(folder)
         .args(args)
@@ -20,12 +20,12 @@ fn done(folder: &Path, args: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
-fn json(folder: &Path, file: &str) -> Value {
+pub(super) fn json(folder: &Path, file: &str) -> Value {
     serde_json::from_str(&done(folder, &["inspect", file, "--json"])).expect("one JSON document")
 }
 
 /// Two strands, the first in a corner: 2 + 3 points with a thickness array, in inches.
-fn small_hair() -> Vec<u8> {
+pub(super) fn small_hair() -> Vec<u8> {
     let mut bytes = b"HAIR".to_vec();
     for word in [2u32, 5, 1 | 2 | 4, 9] {
         bytes.extend(word.to_le_bytes());
@@ -337,91 +337,6 @@ fn styles_are_listed() {
 }
 
 #[test]
-fn files_of_other_kinds_are_called_by_their_names() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
-    LightSet {
-        lights: vec![SrbfLight {
-            direction: [0.0, 0.0, 1.0],
-            lambda: 0.5,
-            rgb: [1.0; 3],
-        }],
-        ..LightSet::default()
-    }
-    .write(&at.join("a.lights"))
-    .expect("written");
-    tables().write(&at.join("a.tables")).expect("written");
-    fs::write(at.join("good.hair"), small_hair()).expect("written");
-    done(at, &["groom", "import", "good.hair", "-o", "a.groom"]);
-    let groom = fs::read(at.join("a.groom")).expect("written");
-    let mut n_checked = 0;
-    for (name, start, what) in [
-        ("a.abc", &b"Ogawa\xff\0\x01"[..], "Alembic archive (Ogawa)"),
-        ("a.usda", b"#usda 1.0\ndef", "USD file"),
-        ("a.usdc", b"PXR-USDC\0\x08", "USD file"),
-        ("a.usdz", b"PK\x03\x04\0\0", "zip archive"),
-        ("a.tfx", b"version 2.0\nnumStrands 1\n", "TressFX .tfx file"),
-        ("a.xml", b"<?xml version=\"1.0\"?>", "XML file"),
-        ("a.obj", b"v 0 0 1\nv 0 1 1\n", "OBJ file"),
-        ("a.ply", b"ply\nformat ascii 1.0\n", "PLY file of strands"),
-        ("a.glb", b"glTF\x02\0\0\0", "glTF file"),
-        ("a.bgeo", b"\x7fNSJb\0", "Houdini geometry"),
-        ("a.exr", b"\x76\x2f\x31\x01\x02\0\0\0", "OpenEXR picture"),
-        ("a.hdr", b"#?RADIANCE\n", "Radiance .hdr picture"),
-        ("b.groom", &groom, "a groom"),
-        ("b.hair", &small_hair(), "a .hair file"),
-        (
-            "b.lights",
-            &fs::read(at.join("a.lights")).expect("written"),
-            "a light set",
-        ),
-        (
-            "b.tables",
-            &fs::read(at.join("a.tables")).expect("written"),
-            "a tables file",
-        ),
-    ] {
-        fs::write(at.join(name), start).expect("written");
-        let is_map = name == "a.exr" || name == "a.hdr";
-        // Hair, if cut off: import says where it ends.
-        let is_hair = ["a.abc", "a.usda", "a.usdc", "a.tfx", "a.ply", "b.hair"].contains(&name);
-        let mut lines: Vec<Vec<&str>> = vec![vec!["render", name, "-o", "x.png"]];
-        if !is_hair {
-            lines.push(vec!["groom", "import", name, "-o", "x.groom"]);
-        }
-        if !is_map {
-            lines.push(vec!["lights", name, "-o", "x.lights"]);
-        }
-        if name.starts_with("a.") && !is_hair {
-            lines.push(vec!["inspect", name]);
-        }
-        if name.starts_with("a.") || is_hair {
-            lines.push(vec!["verify", name]);
-        }
-        for args in lines {
-            assert_refused(strandlight().current_dir(at).args(args), &[name, what]);
-            n_checked += 1;
-        }
-        // The same as a scene's groom.
-        let scene = format!("[groom]\nfile = '{name}'\n[lights]\nfile = 'a.lights'\n");
-        fs::write(at.join("a.toml"), format!("version = 1\n{scene}")).expect("written");
-        if name != "b.groom" {
-            let args = ["render", "a.toml", "-o", "x.png"];
-            assert_refused(strandlight().current_dir(at).args(args), &[name, what]);
-            n_checked += 1;
-        }
-    }
-    assert!(n_checked > 70, "{n_checked}");
-    // A groom that is longer than any scene.
-    let mut long = groom;
-    long.resize(2 << 20, 0);
-    fs::write(at.join("long.groom"), long).expect("written");
-    let args = ["render", "long.groom", "-o", "x.png"];
-    let needles = ["long.groom: not a scene: it is a groom", "groom.file"];
-    assert_refused(strandlight().current_dir(at).args(args), &needles);
-}
-
-#[test]
 fn hair_of_others_comes_back() {
     let mut files = vec![(hair_file(300, 16), 300, 4800)];
     if let Some(path) = real_file("hair/cyuksel_straight.hair") {
@@ -558,202 +473,6 @@ fn point_lists_in_and_out() {
         "35 left (at byte 52)",
     ];
     assert_refused(strandlight().current_dir(at).args(args), &needles);
-}
-
-#[test]
-fn light_set_as_json_and_picture() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
-    let light = |direction, lambda, rgb| SrbfLight {
-        direction,
-        lambda,
-        rgb,
-    };
-    let set = LightSet {
-        lights: vec![
-            light([0.0, 0.0, 1.0], 0.5, [1.0, 2.0, 3.0]),
-            light([0.0, 1.0, 0.0], 0.1, [0.1, 0.0, 0.0]),
-        ],
-        ..LightSet::default()
-    };
-    set.write(&at.join("a.lights")).expect("written");
-    for document in [json(at, "a.lights"), {
-        done(at, &["export", "a.lights", "-o", "a.json"]);
-        serde_json::from_slice(&fs::read(at.join("a.json")).expect("written")).expect("JSON")
-    }] {
-        let expected = serde_json::json!([
-            {"direction": [0.0, 0.0, 1.0], "lambda": 0.5, "rgb": [1.0, 2.0, 3.0]},
-            {"direction": [0.0, 1.0, 0.0], "lambda": 0.1, "rgb": [0.1, 0.0, 0.0]},
-        ]);
-        let mut lights = document["lights"].clone();
-        for (light, wanted) in lights
-            .as_array_mut()
-            .expect("a list")
-            .iter_mut()
-            .zip([8.0, 200.0])
-        {
-            let light = light.as_object_mut().expect("a light");
-            let sharpness = light.remove("sharpness").and_then(|value| value.as_f64());
-            assert!(sharpness.is_some_and(|value| (value / wanted - 1.0).abs() < 1e-6));
-        }
-        assert_eq!(lights, expected);
-        assert_eq!(document["light_kind"], "srbf");
-    }
-    done(at, &["export", "a.lights", "-o", "a.exr", "--width", "64"]);
-    let map = strandlight_images::Map::read(&at.join("a.exr")).expect("a map");
-    assert_eq!((map.width(), map.height()), (64, 32));
-    // Pixel (32, 16) looks along +Z but for half a pixel in both angles.
-    let angle = 0.5 * std::f64::consts::PI / 32.0;
-    let cosine = angle.cos() * angle.cos();
-    let expected = 2.0 * (2.0 * (cosine - 1.0) / 0.25).exp();
-    let green = f64::from(map.pixels()[16 * 64 + 32][1]);
-    assert!((green / expected - 1.0).abs() < 1e-5, "{green} {expected}");
-}
-
-fn tables() -> TableFile {
-    let axis = |name: &str, min, max, count, spacing| Axis {
-        name: name.to_owned(),
-        min,
-        max,
-        count,
-        spacing,
-    };
-    let names = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
-    // All of C_0 in b_0 at the first texel, in b_8 at the others.
-    let texel = |first: bool| {
-        let mut texel = [0.0f32; 8];
-        texel[7] = if first { 0.0 } else { 1.0 };
-        texel
-    };
-    TableFile {
-        fresnel: "schlick".to_owned(),
-        tables: vec![
-            Table {
-                name: "C".to_owned(),
-                axes: vec![
-                    axis("kappa", 0.0, 2e6, 2, Spacing::InverseSqrt),
-                    axis("cos_half_phi", 0.0, 1.0, 3, Spacing::RootSquare),
-                ],
-                channels: names("b1 b2 b3 b4 b5 b6 b7 b8"),
-                data: (0..6).flat_map(|ix| texel(ix == 0)).collect(),
-                max_interpolation_error: 0.0,
-            },
-            Table {
-                name: "H_TT".to_owned(),
-                axes: vec![
-                    axis("eta", 1.0, 10.0, 2, Spacing::Reciprocal),
-                    axis("cos_theta_d", 0.0, 1.0, 2, Spacing::Linear),
-                ],
-                channels: names("H0 H2 H4 H6"),
-                data: (0..16).map(|ix| ix as f32).collect(),
-                max_interpolation_error: 0.5,
-            },
-        ],
-        ..TableFile::default()
-    }
-}
-
-/// Shape text and floats of a float32 .npy.
-fn npy(path: &Path) -> (String, Vec<f32>) {
-    let bytes = fs::read(path).expect("written");
-    let header = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
-    let text = String::from_utf8_lossy(&bytes[10..10 + header]).into_owned();
-    let floats = bytes[10 + header..]
-        .chunks_exact(4)
-        .map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]))
-        .collect();
-    (text, floats)
-}
-
-#[test]
-fn tables_as_arrays_and_pictures() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
-    tables().write(&at.join("a.tables")).expect("written");
-    let info = json(at, "a.tables");
-    assert_eq!(info["tables"][1]["name"], "H_TT");
-    assert_eq!(info["tables"][1]["format"], "rgba32float");
-    assert_eq!(info["tables"][1]["max_interpolation_error"], 0.5);
-    assert_eq!(info["tables"][0]["axes"][0]["spacing"], "inverse-sqrt");
-
-    done(at, &["export", "a.tables", "-o", "x.npy"]);
-    let (header, c) = npy(&at.join("x_C.npy"));
-    assert!(header.contains("(7, 2, 3,)"), "{header}");
-    // First row: kappa = 0, so C_0 is 2 pi. With all in b_0, C_k = 0 for k > 0; in b_8, C_k = C_0.
-    let full = std::f32::consts::TAU;
-    assert_eq!(c[..3], [full; 3]);
-    assert_eq!(c[6..9], [0.0, full, full]);
-    // Second row: lambda = 0.001, where C_0 = sqrt(2 pi / kappa) (1 + 1 / (8 kappa)).
-    let narrow = (std::f64::consts::TAU / 2e6).sqrt();
-    assert!(
-        (f64::from(c[3]) / narrow - 1.0).abs() < 1e-6,
-        "{} {narrow}",
-        c[3]
-    );
-    let (header, h) = npy(&at.join("x_H_TT.npy"));
-    assert!(header.contains("(4, 2, 2,)"), "{header}");
-    assert_eq!(h[..8], [0.0, 4.0, 8.0, 12.0, 1.0, 5.0, 9.0, 13.0]);
-    assert!(at.join("x_H_TT_eta.npy").exists());
-
-    fs::create_dir(at.join("out")).expect("a folder");
-    done(at, &["export", "a.tables", "-o", "out"]);
-    assert_eq!(npy(&at.join("out/C.npy")).1, c);
-    done(at, &["export", "a.tables", "-o", "y.exr"]);
-    assert!(
-        fs::read(at.join("y_H_TT.exr"))
-            .expect("written")
-            .starts_with(&[0x76, 0x2f, 0x31, 0x01])
-    );
-}
-
-#[test]
-fn wrong_requests_are_refused() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
-    tables().write(&at.join("a.tables")).expect("written");
-    fs::write(at.join("a.hair"), small_hair()).expect("written");
-    let mut broken = fs::read(at.join("a.tables")).expect("written");
-    let last = broken.len() - 1;
-    broken[last] ^= 1;
-    fs::write(at.join("broken.tables"), &broken).expect("written");
-    fs::create_dir(at.join("folder.groom")).expect("a folder");
-    let before = fs::read_dir(at).expect("readable").count();
-    for (args, needle) in [
-        (&["export", "a.tables", "-o", "x.png"][..], "x.png"),
-        (&["export", "broken.tables", "-o", "x.npy"], "damaged"),
-        (&["export", "a.hair", "-o", "x.hair"], "a.hair"),
-        (&["export", "folder.groom", "-o", "x.hair"], "folder.groom"),
-        (&["inspect", "folder.groom"], "directory"),
-        (&["inspect", "broken.tables"], "DATA 1"),
-        (
-            &["groom", "import", "a.tables", "-o", "x.groom"],
-            "a.tables",
-        ),
-        (
-            &["groom", "generate", "--style", "mohawk", "-o", "x.groom"],
-            "mohawk",
-        ),
-        (
-            &[
-                "groom",
-                "generate",
-                "--style",
-                "bob",
-                "--strands",
-                "0",
-                "-o",
-                "x.groom",
-            ],
-            "strands",
-        ),
-    ] {
-        assert_refused(strandlight().current_dir(at).args(args), &[needle]);
-        assert_eq!(
-            fs::read_dir(at).expect("readable").count(),
-            before,
-            "{args:?}"
-        );
-    }
 }
 
 /// The exit code says that it failed where stderr takes nothing.
