@@ -3,17 +3,20 @@
 //!
 //! These tests fail where a tool is missing: `tests/run` installs them.
 
+mod desktop;
 mod drop;
+mod shot;
 
 use std::fmt::Write;
-use std::io::{BufRead, BufReader, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
+pub use desktop::{Desktop, SmallScene};
 use serde_json::Value;
-use strandlight_tests::{assert_done, project_root, strandlight, strandview};
+pub use shot::{DIFFERENT, SAME, Shot};
+use strandlight_tests::strandview;
 
 /// No step of a test takes nearly as long; a step that does hangs.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -23,134 +26,6 @@ const CHANGES: [&str; 9] = [
     "stroke", "edit", "view", "undo", "redo", "reloaded", "opened", "resized", "lost",
 ];
 
-/// Pictures of the same scene differ by no more: root mean square, 0..=255.
-pub const SAME: f64 = 0.5;
-
-/// Pictures that look different differ by more.
-pub const DIFFERENT: f64 = 4.0;
-
-/// An X server without a screen to look at.
-pub struct Desktop {
-    server: Child,
-    display: String,
-    /// Of the runtime files that windows want.
-    folder: tempfile::TempDir,
-}
-
-impl Desktop {
-    pub fn start() -> Desktop {
-        let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1600x1000x24"])
-            .args(["-nolisten", "tcp"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("window tests need Xvfb, xdotool and ImageMagick (Debian: xvfb xdotool imagemagick)");
-        let mut number = String::new();
-        let stdout = server.stdout.take().expect("it is piped");
-        BufReader::new(stdout)
-            .read_line(&mut number)
-            .expect("Xvfb names its display");
-        assert!(!number.trim().is_empty(), "Xvfb did not start");
-        Desktop {
-            server,
-            display: format!(":{}", number.trim()),
-            folder: tempfile::tempdir().expect("a folder"),
-        }
-    }
-
-    /// A file that the program keeps from one start to the next.
-    pub fn state(&self, name: &str) -> String {
-        let path = self.folder.path().join("state/strandlight").join(name);
-        std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-    }
-
-    /// `command` with this display and no other.
-    pub fn on(&self, mut command: Command) -> Command {
-        command
-            .env("DISPLAY", &self.display)
-            .env_remove("WAYLAND_DISPLAY")
-            .env_remove("WAYLAND_SOCKET")
-            // Nor a desktop with dialogs of its own.
-            .env_remove("DBUS_SESSION_BUS_ADDRESS")
-            .env("XDG_RUNTIME_DIR", self.folder.path())
-            // What is remembered is the test's own.
-            .env("XDG_STATE_HOME", self.folder.path().join("state"))
-            .env("XDG_CONFIG_HOME", self.folder.path().join("config"))
-            .env("XDG_CACHE_HOME", self.folder.path().join("cache"))
-            // Shaders that a software driver compiled are not: they take seconds, most of a test.
-            .env("MESA_SHADER_CACHE_DIR", shader_cache())
-            .env("WINIT_X11_SCALE_FACTOR", "1");
-        command
-    }
-}
-
-impl Drop for Desktop {
-    fn drop(&mut self) {
-        let _ = self.server.kill();
-        let _ = self.server.wait();
-    }
-}
-
-/// Where Mesa's drivers keep compiled shaders for all windows.
-fn shader_cache() -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join("shader-cache")
-}
-
-/// A scene of some hundred strands under eight lights, in a folder of its own.
-pub struct SmallScene {
-    pub folder: tempfile::TempDir,
-    pub path: PathBuf,
-}
-
-impl SmallScene {
-    pub fn new() -> SmallScene {
-        // Made once for all tests of the program.
-        static MADE: OnceLock<[Vec<u8>; 2]> = OnceLock::new();
-        let [groom, lights] = MADE.get_or_init(Self::make);
-        let folder = tempfile::tempdir().expect("a folder");
-        let at = |name: &str| folder.path().join(name);
-        let path = at("small.toml");
-        for (file, bytes) in [
-            (at("small.groom"), &groom[..]),
-            (at("small.lights"), &lights[..]),
-            (path.clone(), Self::text("").as_bytes()),
-        ] {
-            std::fs::write(file, bytes).expect("it can be written");
-        }
-        SmallScene { folder, path }
-    }
-
-    /// The bytes of its groom and of its lights.
-    fn make() -> [Vec<u8>; 2] {
-        let folder = tempfile::tempdir().expect("a folder");
-        let at = |name: &str| folder.path().join(name);
-        let mut groom = strandlight();
-        groom.args(["groom", "generate", "--style", "wavy", "--strands", "300"]);
-        groom.args(["--points-per-strand", "8", "-o"]);
-        assert_done(groom.arg(at("small.groom")));
-        let map = project_root().join("data/sample/studio.exr");
-        let mut lights = strandlight();
-        lights.arg("lights").arg(map).args(["--count", "8", "-o"]);
-        assert_done(lights.arg(at("small.lights")));
-        ["small.groom", "small.lights"].map(|name| std::fs::read(at(name)).expect("it is there"))
-    }
-
-    /// The scene's file with more keys in `[hair]`.
-    pub fn text(hair: &str) -> String {
-        format!(
-            "version = 1\n[groom]\nfile = 'small.groom'\n[lights]\nfile = 'small.lights'\n\
-             [hair]\npreset = 'blond'\n{hair}\n\
-             [render]\nsize = [400, 300]\nsamples = 8\nshadow_maps = 4\nexposure = 1.0\n"
-        )
-    }
-
-    /// What the file holds now.
-    pub fn read(&self) -> strandlight_formats::Scene {
-        strandlight_formats::Scene::read(&self.path).expect("a scene")
-    }
-}
-
 /// An open window.
 pub struct View<'a> {
     desktop: &'a Desktop,
@@ -159,14 +34,6 @@ pub struct View<'a> {
     /// X's number of the window.
     window: String,
     folder: tempfile::TempDir,
-}
-
-/// A picture from the screen.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Shot {
-    pub width: usize,
-    pub height: usize,
-    pub rgb: Vec<u8>,
 }
 
 impl<'a> View<'a> {
@@ -554,7 +421,7 @@ impl<'a> View<'a> {
         self.tool("import", &["-window", &self.window, "-depth", "8", &file]);
         let bytes = std::fs::read(&path).expect("import writes it");
         if let Some(folder) = std::env::var_os("STRANDLIGHT_KEEP_SHOTS") {
-            keep(Path::new(&folder), &path);
+            shot::keep(Path::new(&folder), &path);
         }
         Shot::from_ppm(&bytes)
     }
@@ -628,87 +495,7 @@ impl Drop for View<'_> {
     }
 }
 
-impl Shot {
-    fn from_ppm(bytes: &[u8]) -> Shot {
-        let mut words = Vec::new();
-        let mut at = 0;
-        while words.len() < 4 {
-            let start = at;
-            while !bytes[at].is_ascii_whitespace() {
-                at += 1;
-            }
-            words.push(String::from_utf8_lossy(&bytes[start..at]).into_owned());
-            at += 1;
-        }
-        assert_eq!((&words[0][..], &words[3][..]), ("P6", "255"));
-        let number = |ix: usize| words[ix].parse().expect("a number");
-        let shot = Shot {
-            width: number(1),
-            height: number(2),
-            rgb: bytes[at..].to_vec(),
-        };
-        assert_eq!(shot.rgb.len(), 3 * shot.width * shot.height);
-        shot
-    }
-
-    /// A part of it.
-    pub fn part(&self, at: [usize; 2], size: [usize; 2]) -> Shot {
-        self.cut(at, size)
-    }
-
-    fn cut(&self, [left, top]: [usize; 2], [width, height]: [usize; 2]) -> Shot {
-        let row = |y: usize| &self.rgb[3 * (y * self.width + left)..][..3 * width];
-        Shot {
-            width,
-            height,
-            rgb: (top..top + height)
-                .flat_map(|y| row(y).iter().copied())
-                .collect(),
-        }
-    }
-
-    pub fn assert_same(&self, other: &Shot) {
-        let difference = self.difference(other);
-        assert!(difference < SAME, "pictures differ by {difference}");
-    }
-
-    pub fn assert_different(&self, other: &Shot) {
-        let difference = self.difference(other);
-        assert!(
-            difference > DIFFERENT,
-            "pictures differ by {difference} only"
-        );
-    }
-
-    /// Root mean square difference of all channels, 0..=255.
-    pub fn difference(&self, other: &Shot) -> f64 {
-        assert_eq!((self.width, self.height), (other.width, other.height));
-        let squares = self.rgb.iter().zip(&other.rgb).map(|(&a, &b)| {
-            let difference = f64::from(a) - f64::from(b);
-            difference * difference
-        });
-        (squares.sum::<f64>() / self.rgb.len() as f64).sqrt()
-    }
-
-    /// Root mean square of the deviation from the mean: 0 where there is nothing to see.
-    pub fn contrast(&self) -> f64 {
-        let n = self.rgb.len() as f64;
-        let mean = self.rgb.iter().map(|&x| f64::from(x)).sum::<f64>() / n;
-        let squares = self.rgb.iter().map(|&x| (f64::from(x) - mean).powi(2));
-        (squares.sum::<f64>() / n).sqrt()
-    }
-}
-
 /// Longer than a frame of a small scene: the next event is in another frame.
 fn pause() {
     std::thread::sleep(Duration::from_millis(60));
-}
-
-/// Copies a screenshot to a folder that keeps it, under the next number.
-fn keep(folder: &Path, shot: &Path) {
-    use std::sync::atomic::{AtomicU32, Ordering};
-    static COUNT: AtomicU32 = AtomicU32::new(0);
-    let number = COUNT.fetch_add(1, Ordering::Relaxed);
-    let name = format!("{}-{number:03}.ppm", std::process::id());
-    std::fs::copy(shot, folder.join(name)).expect("the folder is there");
 }
