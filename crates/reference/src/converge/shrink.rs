@@ -446,28 +446,31 @@ fn details(level: &Level, above: Option<&Level>) -> Vec<Detail> {
         }
         detail
     };
-    level.cells.iter().enumerate().map(of).collect()
+    level.cells.par_iter().enumerate().map(of).collect()
 }
 
 /// Sums over the blocks around each, along rows and then along columns.
 fn around(details: &[Detail], [width, height]: [usize; 2]) -> Vec<Detail> {
     let mut rows = vec![Detail::default(); details.len()];
-    for y in 0..height {
-        for x in 0..width {
-            let sum = &mut rows[y * width + x];
-            for from in x.saturating_sub(REACH)..(x + REACH + 1).min(width) {
-                sum.add(&details[y * width + from]);
+    rows.par_chunks_mut(width)
+        .zip(details.par_chunks(width))
+        .for_each(|(sums, details)| {
+            for (x, sum) in sums.iter_mut().enumerate() {
+                for from in x.saturating_sub(REACH)..(x + REACH + 1).min(width) {
+                    sum.add(&details[from]);
+                }
             }
-        }
-    }
+        });
     let mut sums = vec![Detail::default(); details.len()];
-    for y in 0..height {
-        for from in y.saturating_sub(REACH)..(y + REACH + 1).min(height) {
-            for x in 0..width {
-                sums[y * width + x].add(&rows[from * width + x]);
+    sums.par_chunks_mut(width)
+        .enumerate()
+        .for_each(|(y, sums)| {
+            for from in y.saturating_sub(REACH)..(y + REACH + 1).min(height) {
+                for (sum, row) in sums.iter_mut().zip(&rows[from * width..]) {
+                    sum.add(row);
+                }
             }
-        }
-    }
+        });
     sums
 }
 

@@ -157,6 +157,10 @@ fn pursue(
         _ => None,
     };
     let end = args.until.iter().filter_map(is_time).min();
+    let is_error_wanted = args
+        .until
+        .iter()
+        .any(|goal| matches!(goal, Until::Error(_)));
     let mut next = 2_u32;
     let mut told = 0.0;
     loop {
@@ -177,13 +181,24 @@ fn pursue(
             progress.finish();
             return converged;
         }
-        let mut longest = LONGEST;
-        if let Some(end) = end {
-            longest = longest.min(end.saturating_sub(start.elapsed()));
-        }
         let [of_one, of_picture] = seconds;
-        let seconds = [of_one, of_picture.min(longest.as_secs_f64())];
-        next = next_step(converged.samples, seconds, longest).min(most - converged.samples);
+        let by_goal = match is_error_wanted {
+            true => next_step(converged.samples, seconds, LONGEST),
+            // Pictures before the last are only looked at.
+            false => ((LONGEST.as_secs_f64() / of_one) as u32).clamp(1, converged.samples),
+        };
+        let by_time = end.map_or(f64::INFINITY, |end| {
+            let left = end.saturating_sub(start.elapsed()).as_secs_f64();
+            (left - of_picture) / of_one
+        });
+        // Better a little less than asked for than much more.
+        if by_time < 0.5 {
+            progress.finish();
+            return converged;
+        }
+        next = by_goal
+            .min(by_time.max(1.0) as u32)
+            .min(most - converged.samples);
     }
 }
 
