@@ -456,8 +456,8 @@ fn around(details: &[Detail], [width, height]: [usize; 2]) -> Vec<Detail> {
         .zip(details.par_chunks(width))
         .for_each(|(sums, details)| {
             for (x, sum) in sums.iter_mut().enumerate() {
-                for from in x.saturating_sub(REACH)..(x + REACH + 1).min(width) {
-                    sum.add(&details[from]);
+                for detail in &details[x.saturating_sub(REACH)..(x + REACH + 1).min(width)] {
+                    sum.add(detail);
                 }
             }
         });
