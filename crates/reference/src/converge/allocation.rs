@@ -4,13 +4,13 @@
 //! one (Neyman 1934). At first all have as many. After 2, 4, 8, ... samples a pixel their noise says how
 //! those up to the next power of two are shared out, so that it does not matter by which steps they are taken.
 //! A pixel's own samples have no say in how many it takes next, which would bias their mean: its noise
-//! is that of the [`TILE`]s around its own, as much larger as the pixel is brighter.
+//! is that of the tiles around its own, as much larger as the pixel is brighter.
 
 /// Samples of all pixels before their noise is believed.
 pub(super) const FIRST: u32 = 2;
 
-/// Side in pixels of the tiles that noise is told of.
-const TILE: usize = 8;
+/// Side in pixels of the tiles that noise is told of; smaller than those that errors are told of.
+const SIDE: usize = 8;
 
 /// Tiles to each side whose noise counts.
 const REACH: usize = 2;
@@ -100,9 +100,9 @@ impl Allocation {
 fn deviations(noise: &[Noise], width: usize) -> Vec<f64> {
     let place = |noise: &Noise| {
         let pixel = noise.pixel as usize;
-        [pixel % width / TILE, pixel / width / TILE]
+        [pixel % width / SIDE, pixel / width / SIDE]
     };
-    let across = width.div_ceil(TILE);
+    let across = width.div_ceil(SIDE);
     let down = noise.iter().map(|noise| place(noise)[1] + 1).max();
     let mut tiles = vec![[0.0; 2]; across * down.unwrap_or(0)];
     for noise in noise {
@@ -207,7 +207,7 @@ mod tests {
         let mut after = Allocation::even(noise.len());
         after.decide(FIRST, &noise, 64, dithers());
         // Beside another of its tile, and one of the next tile.
-        let [own, other, next] = [20 * 64 + 20, 20 * 64 + 21, 20 * 64 + 20 + TILE];
+        let [own, other, next] = [20 * 64 + 20, 20 * 64 + 21, 20 * 64 + 20 + SIDE];
         let share = |allocation: &Allocation, ix: usize| allocation.due[ix][1];
         assert_eq!(share(&after, own), share(&after, other));
         assert!(share(&after, own) < share(&before, own) + 1e-9);
