@@ -26,7 +26,7 @@ use crate::backdrop::Backdrop;
 use crate::camera::{MAX_SAMPLES, camera_ray};
 use crate::integrator::Integrator;
 use allocation::{Allocation, Noise};
-use shrink::{Field, Shrunk, shrink};
+use shrink::{Field, Sample, Shrunk, shrink};
 
 /// Side in pixels of the tiles whose error is told.
 pub const TILE: u32 = 16;
@@ -40,6 +40,8 @@ pub struct Convergence {
     behind: Vec<Option<[f32; 3]>>,
     /// Pixels that take samples: those that show anything, and their neighbours.
     pixels: Vec<u32>,
+    /// What differences of each of them are likely to go with.
+    scales: Vec<[f32; 3]>,
     /// Of each of them.
     sums: Vec<Sums>,
     /// Samples that each of them takes.
@@ -110,6 +112,7 @@ impl Convergence {
             .map(|ix| ix as u32)
             .collect();
         Convergence {
+            scales: scales(&fast, &pixels),
             sums: vec![Sums::default(); pixels.len()],
             allocation: Allocation::even(pixels.len()),
             is_even: false,
@@ -228,13 +231,13 @@ impl Convergence {
 
     /// Shares out the samples to come by the noise of those there are.
     fn allocate(&mut self) {
-        let scales = self.scales();
         let sum = |values: [f32; 3]| values.map(f64::from).iter().sum::<f64>();
-        let noise = self.pixels.iter().zip(&self.sums).map(|(&pixel, sums)| {
+        let of_pixels = self.pixels.iter().zip(&self.scales).zip(&self.sums);
+        let noise = of_pixels.map(|((&pixel, &scale), sums)| {
             let (_, variance) = sums.mean_and_variance();
             Noise {
                 pixel,
-                scale: sum(scales[pixel as usize]),
+                scale: sum(scale),
                 variance: f64::from(sums.n_samples) * sum(variance),
             }
         });
@@ -277,11 +280,17 @@ impl Convergence {
                 relative_error_of_fast: f64::INFINITY,
             };
         }
-        let mut field = Field::new(size, self.scales(), self.freedom());
-        for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
-            let (mean, variance) = sums.mean_and_variance();
-            field.set(pixel as usize, mean, variance);
-        }
+        let samples = self.pixels.iter().zip(&self.sums).zip(&self.scales);
+        let samples = samples.map(|((&pixel, sums), &scale)| {
+            let (correction, variance) = sums.mean_and_variance();
+            let sample = Sample {
+                correction,
+                variance,
+                scale,
+            };
+            (pixel as usize, sample)
+        });
+        let field = Field::new(size, samples, self.freedom());
         let Shrunk {
             correction,
             pixels,
@@ -345,33 +354,6 @@ impl Convergence {
             ..self.fast
         }
     }
-
-    /// What differences are likely to go with: the fast picture, and where it is black some of what is
-    /// elsewhere.
-    fn scales(&self) -> Vec<[f32; 3]> {
-        /// Share of the mean radiance of the hair.
-        const FLOOR: f64 = 0.05;
-        /// Coverage that pixels have at least.
-        const LEAST: f64 = 1.0 / 64.0;
-        let mut mean = [0.0; 3];
-        let mut coverage = 0.0;
-        for rgba in &self.fast.rgba {
-            for (mean, value) in mean.iter_mut().zip(rgba) {
-                *mean += f64::from(*value);
-            }
-            coverage += f64::from(rgba[3]);
-        }
-        let overall = mean.iter().sum::<f64>() / 3.0;
-        let floor = mean.map(|x| FLOOR * (x + 0.1 * overall) / f64::max(coverage, 1.0));
-        let mut scales = vec![[0.0; 3]; self.fast.rgba.len()];
-        for &pixel in &self.pixels {
-            let rgba = self.fast.rgba[pixel as usize].map(f64::from);
-            let covered = rgba[3].max(LEAST);
-            scales[pixel as usize] =
-                std::array::from_fn(|c| (rgba[c].max(0.0) + floor[c] * covered + 1e-12) as f32);
-        }
-        scales
-    }
 }
 
 impl Sums {
@@ -395,6 +377,31 @@ impl Sums {
             variance.map(|x| (unbiased * x) as f32),
         )
     }
+}
+
+/// What differences of `pixels` are likely to go with: the `fast` picture, and where it is black some of
+/// what is elsewhere.
+fn scales(fast: &Picture, pixels: &[u32]) -> Vec<[f32; 3]> {
+    /// Share of the mean radiance of the hair.
+    const FLOOR: f64 = 0.05;
+    /// Coverage that pixels have at least.
+    const LEAST: f64 = 1.0 / 64.0;
+    let mut mean = [0.0; 3];
+    let mut coverage = 0.0;
+    for rgba in &fast.rgba {
+        for (mean, value) in mean.iter_mut().zip(rgba) {
+            *mean += f64::from(*value);
+        }
+        coverage += f64::from(rgba[3]);
+    }
+    let overall = mean.iter().sum::<f64>() / 3.0;
+    let floor = mean.map(|x| FLOOR * (x + 0.1 * overall) / f64::max(coverage, 1.0));
+    let scale = |&pixel: &u32| {
+        let rgba = fast.rgba[pixel as usize].map(f64::from);
+        let covered = rgba[3].max(LEAST);
+        std::array::from_fn(|c| (rgba[c].max(0.0) + floor[c] * covered + 1e-12) as f32)
+    };
+    pixels.iter().map(scale).collect()
 }
 
 /// Keys of the sequences of a pixel.
