@@ -44,7 +44,7 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
     }
     let start = Instant::now();
     let in_scene = |error: SceneError| Failure::input(error.in_file(&args.scene));
-    let mut prepared = PreparedScene::load_at(scene, args.time).map_err(in_scene)?;
+    let prepared = PreparedScene::load_at(scene, args.time).map_err(in_scene)?;
     let provenance = Recorder::new(&Files::Disk).record(scene, args.time);
     let mut provenance = provenance.map_err(in_scene)?;
     let environment = match &args.map {
@@ -59,16 +59,22 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
         }
     };
     // What is behind the hair comes last.
-    let background = std::mem::replace(&mut prepared.background, Background::None);
+    let mut over_nothing = prepared.clone();
+    over_nothing.background = Background::None;
     let samples = scene.render.samples;
-    let drawn = args.on_backend(|open| {
-        let mut backend = open(prepared.clone())?;
-        backend.shade_view_only();
-        backend.render(size, samples, &|_| ())
+    let (drawn, traced) = std::thread::scope(|scope| {
+        // One thread makes the hierarchies while the picture leaves it some time.
+        let traced = scope.spawn(|| TracedScene::new(&prepared));
+        let drawn = args.on_backend(|open| {
+            let mut backend = open(over_nothing.clone())?;
+            backend.shade_view_only();
+            backend.render(size, samples, &|_| ())
+        });
+        let traced = traced.join();
+        let traced = traced.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        (drawn, traced)
     });
     let (fast, stats) = drawn?;
-    prepared.background = background;
-    let traced = TracedScene::new(&prepared);
     let traced = traced.map_err(|error| Failure::file(&args.scene, error))?;
     let tracer = traced.tracer(&environment);
     let mut convergence = Convergence::new(fast, &prepared, args.seed);
