@@ -1,6 +1,7 @@
 //! What one ray from the camera sees, by one method or another.
 
 use glam::Vec3;
+use strandlight_formats::Scattering;
 
 use crate::rays::Start;
 use strandlight_scattering::random::SplitMix64;
@@ -63,6 +64,16 @@ impl Layers {
     /// The sum of the layers of the hair.
     pub fn total(&self) -> [f64; 3] {
         std::array::from_fn(|c| self.single[c] + self.global[c] + self.local[c])
+    }
+
+    /// The hair's radiance by `scattering`.
+    pub fn of(&self, scattering: Scattering) -> [f64; 3] {
+        match scattering {
+            Scattering::Single => self.single,
+            Scattering::Global => self.global,
+            Scattering::Local => self.local,
+            Scattering::Total => self.total(),
+        }
     }
 }
 

@@ -12,6 +12,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::Vec3;
+use strandlight_formats::Scattering;
 use strandlight_scattering::exact::{Bcsdf, BcsdfView};
 use strandlight_scene::proxy::ProxyRecord;
 use strandlight_scene::strands::Strands;
@@ -81,6 +82,8 @@ pub struct PathTracer<'a> {
     fibres: Fibres<'a>,
     environment: &'a Environment,
     estimator: Estimator,
+    /// Of the hair's light, what is wanted.
+    scattering: Scattering,
     /// What S is divided by.
     albedo: Option<Albedo>,
 }
@@ -146,6 +149,7 @@ impl<'a> PathTracer<'a> {
             fibres: fibres.into(),
             environment,
             estimator: Estimator::default(),
+            scattering: Scattering::Total,
             albedo: None,
         }
     }
@@ -166,6 +170,12 @@ impl<'a> PathTracer<'a> {
     /// The same with another way of finding the light.
     pub fn with_estimator(self, estimator: Estimator) -> Self {
         PathTracer { estimator, ..self }
+    }
+
+    /// The same for those who read of the hair's light only that by `scattering`: paths end where all that
+    /// follows is another part.
+    pub fn with_scattering(self, scattering: Scattering) -> Self {
+        PathTracer { scattering, ..self }
     }
 
     /// The same with S divided by the albedo that `white`, the same fibre without absorption, has
@@ -243,6 +253,15 @@ impl<'a> PathTracer<'a> {
                     let brought = |c: usize| carried[c] * weight * f64::from(radiance[c]);
                     traced.add(std::array::from_fn(brought), has_turned);
                 }
+                return traced;
+            }
+            // Proxies are seen in all light.
+            let is_over = match self.scattering {
+                Scattering::Single => true,
+                Scattering::Global => has_turned,
+                Scattering::Local | Scattering::Total => false,
+            };
+            if is_over && traced.is_covered {
                 return traced;
             }
             let mut stays = max(carried);

@@ -315,6 +315,48 @@ fn draws_of_the_light_lie_in_strata_of_their_own() {
 }
 
 #[test]
+fn paths_of_a_part_bring_what_whole_ones_bring_of_it() {
+    let strands = ball();
+    let rays = Rays::new(&strands);
+    let hair = HairParams {
+        sigma_a: [0.05, 0.3, 1.5],
+        ..HairParams::default()
+    };
+    let bcsdf = bcsdf(&hair);
+    let environment = furnace();
+    let tracer = || PathTracer::new(&strands, &rays, &bcsdf, &environment);
+    let whole = tracer();
+    let n_events = [
+        Scattering::Single,
+        Scattering::Global,
+        Scattering::Local,
+        Scattering::Total,
+    ]
+    .map(|scattering| {
+        let part = tracer().with_scattering(scattering);
+        let mut n_events = 0;
+        for ix in 0..2000 {
+            let sample = |tracer: &PathTracer| {
+                let (start, towards, mut random) = at_ball(5, ix);
+                tracer.trace(&start, towards, three(&mut random), &mut random)
+            };
+            let [part, whole] = [&part, &whole].map(sample);
+            let of = |traced: &Traced| match scattering {
+                Scattering::Single => traced.single,
+                Scattering::Global => traced.forward,
+                Scattering::Local | Scattering::Total => traced.total,
+            };
+            assert_eq!(of(&part), of(&whole), "{scattering:?} {ix}");
+            n_events += part.events;
+        }
+        n_events
+    });
+    let [single, global, local, total] = n_events;
+    assert!(single <= 2000 && local == total, "{n_events:?}");
+    assert!(single < global && global < total, "{n_events:?}");
+}
+
+#[test]
 fn slow_all_ways_of_finding_the_light_agree() {
     let strands = ball();
     let rays = Rays::new(&strands);

@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use strandlight_cpu::{Display, levels};
-use strandlight_formats::Scattering;
 use strandlight_reference::converge::{Converged, Convergence, next_step};
 use strandlight_reference::environment::LightSampler;
 use strandlight_reference::{Environment, MAX_SAMPLES, TracedScene};
@@ -31,9 +30,6 @@ const GOAL: f64 = 0.01;
 /// Samples of a step take this long, or as long as its picture.
 const LONGEST: Duration = Duration::from_millis(1000);
 
-/// Most pixels: some 300 bytes are kept of each.
-const MAX_PIXELS: u64 = 1 << 23;
-
 /// The seed of all samples, that of `strandlight render --converge`.
 const SEED: u64 = 0;
 
@@ -53,12 +49,6 @@ pub struct TruthProgress {
 /// What cannot be traced.
 #[derive(Debug, thiserror::Error)]
 pub enum TruthError {
-    /// A part of the light.
-    #[error("ground truth has all scattering, not {} alone", .0.name())]
-    Scattering(Scattering),
-    /// Too many pixels.
-    #[error("ground truth has at most {MAX_PIXELS} pixels; {}x{} is more", .0[0], .0[1])]
-    TooLarge([u32; 2]),
     /// Fibres without an exact model.
     #[error(transparent)]
     Fibres(#[from] BcsdfError),
@@ -134,20 +124,6 @@ impl GroundTruth {
         let is_ending = self.ending.as_ref().is_some_and(|it| !it.is_finished());
         let is_free = self.run.is_none() && self.error.is_none() && !is_ending;
         is_free && rest.elapsed() >= REST
-    }
-
-    /// Can pictures of `scene` in `size` be traced?
-    ///
-    /// # Errors
-    /// Why not, but for fibres without an exact model, which show later.
-    pub fn check(scene: &PreparedScene, size: [u32; 2]) -> Result<(), TruthError> {
-        match scene.scattering() {
-            Scattering::Total if u64::from(size[0]) * u64::from(size[1]) > MAX_PIXELS => {
-                Err(TruthError::TooLarge(size))
-            }
-            Scattering::Total => Ok(()),
-            part => Err(TruthError::Scattering(part)),
-        }
     }
 
     /// Traces nothing until something is changed.
@@ -297,6 +273,7 @@ fn trace(subject: Subject, is_wanted: &AtomicBool, found: &Mutex<Found>) {
         }
     };
     let tracer = traced.tracer(&environment);
+    let tracer = tracer.with_scattering(scene.scattering());
     if !wanted() {
         return;
     }

@@ -91,6 +91,35 @@ fn slow_pictures_go_to_the_truth_and_say_how_far_they_are() {
 }
 
 #[test]
+fn slow_parts_of_the_light_go_to_their_truth() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let read = |name: &str, layer: Option<&str>| {
+        let layer = Layer::read(&at.join(name), layer);
+        layer
+            .unwrap_or_else(|error| panic!("{name}: {error}"))
+            .boxed(4)
+    };
+    let truth = "reference a.toml --method path --samples 1000 --seed 5 --quiet -o truth.exr";
+    assert!(output(at, truth).status.success());
+    for part in ["single", "global", "local"] {
+        let more = format!("--scattering {part} --set render.background=none");
+        json(at, &format!("{CONVERGE} c.exr --until 200 {more}"));
+        let fast = format!("render a.toml --backend cpu --quiet -o fast.exr {more}");
+        assert!(output(at, &fast).status.success());
+        let truth = read("truth.exr", Some(part));
+        let off = |name: &str| {
+            let compared = compare(&read(name, None), &truth).expect("comparable");
+            compared.hair.relative_rmse
+        };
+        let [fast, converged] = ["fast.exr", "c.exr"].map(off);
+        println!("{part}: fast {fast:.4}, converged {converged:.4}");
+        assert!(converged < 0.5 * fast, "{part}: {fast} {converged}");
+    }
+}
+
+#[test]
 fn slow_same_samples_give_the_same_bytes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
@@ -131,10 +160,6 @@ fn slow_goals_end_it_and_what_cannot_be_is_refused() {
     for (more, needle) in [
         ("--until 0%", "an error like 1%"),
         ("--until 1", "an error like 1%"),
-        (
-            "--scattering single",
-            "traces all scattering, not single alone",
-        ),
         ("--aov lights", "cannot be used with"),
         ("--turntable 4", "cannot be used with"),
         ("--map no.exr", "no.exr"),

@@ -7,7 +7,7 @@
 
 use serde_json::{Value, json};
 use strandlight_cpu::CpuRenderer;
-use strandlight_formats::{Background, Scene};
+use strandlight_formats::{Background, Scattering, Scene};
 use strandlight_reference::compare::Layer;
 use strandlight_reference::converge::{Converged, Convergence, TILE};
 use strandlight_reference::environment::LightSampler;
@@ -61,6 +61,8 @@ pub struct Convergences {
     pub size: [u32; 2],
     /// Strands, points and lights.
     pub counts: [usize; 3],
+    /// What of the hair's light is converged.
+    pub scattering: Scattering,
     /// Seconds of all cores to the fast picture, and its error.
     pub fast_core_seconds: Option<f64>,
     /// See `fast_core_seconds`; none if the truth's noise hides it.
@@ -140,6 +142,7 @@ impl Convergences {
             "strands": strands,
             "points": points,
             "lights": lights,
+            "scattering": self.scattering.name(),
             "seeds": self.seeds,
             "truth_noise": self.truth_noise,
             "fast": { "core_seconds": self.fast_core_seconds, "relative_rmse": self.fast_error },
@@ -206,7 +209,7 @@ pub fn n_steps(options: &Options) -> u64 {
     1 + 2 + u64::from(options.seeds) * of_a_seed
 }
 
-/// Converges `scene` on its light set, with nothing behind it. `done` is called after each of
+/// Converges the scattering that `scene` has on its light set, with nothing behind it. `done` is called after each of
 /// [`n_steps`].
 ///
 /// # Errors
@@ -229,6 +232,7 @@ pub fn converge(
     let traced = traced?;
     let environment = Environment::Lights(LightSampler::new(&base.lights));
     let tracer = traced.tracer(&environment);
+    let tracer = tracer.with_scattering(base.scattering());
     let mut seeds = SplitMix64(options.seed);
     let halves = [0, 1].map(|_| {
         let half = estimate(&base, &tracer, &fast, options.truth_samples, &mut seeds);
@@ -279,6 +283,7 @@ pub fn converge(
             base.strands.points.len(),
             base.lights.len(),
         ],
+        scattering: base.scattering(),
         fast_core_seconds,
         fast_error: truth.relative_rmse(&blocks(&fast)),
         traced_core_seconds,

@@ -18,6 +18,7 @@ mod tests;
 use std::time::Duration;
 
 use rayon::prelude::*;
+use strandlight_formats::Scattering;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::camera::view_uniform;
 use strandlight_scene::{Picture, PreparedScene};
@@ -47,6 +48,8 @@ pub struct Convergence {
     /// Samples that each of them takes.
     allocation: Allocation,
     is_even: bool,
+    /// What of the hair's light the picture has.
+    scattering: Scattering,
     /// Mean over them.
     n_samples: u32,
     seed: u64,
@@ -94,8 +97,8 @@ pub struct Converged {
 }
 
 impl Convergence {
-    /// From `fast`, radiance times coverage over nothing, to what `scene` has over its background, with
-    /// the random numbers of `seed`.
+    /// From `fast`, radiance times coverage over nothing, to what `scene` has over its background, both
+    /// with the scattering that `scene` has, with the random numbers of `seed`.
     pub fn new(fast: Picture, scene: &PreparedScene, seed: u64) -> Self {
         let [width, height] = [fast.width as usize, fast.height as usize];
         // Samples meet what lists do not have, along edges.
@@ -116,6 +119,7 @@ impl Convergence {
             sums: vec![Sums::default(); pixels.len()],
             allocation: Allocation::even(pixels.len()),
             is_even: false,
+            scattering: scene.scattering(),
             pixels,
             behind: Backdrop::of(scene, [fast.width, fast.height]).behind,
             fast,
@@ -187,6 +191,7 @@ impl Convergence {
         let size = [self.fast.width, self.fast.height];
         let view = view_uniform(&scene.camera, &scene.strands, size, 1.0);
         let (fast, behind, seed) = (&self.fast.rgba, &self.behind, self.seed);
+        let scattering = self.scattering;
         let allocation = &self.allocation;
         self.pixels
             .par_chunks(64)
@@ -214,7 +219,7 @@ impl Convergence {
                         let mut random = SplitMix64::of_item(key, u64::from(sample));
                         let ray = camera_ray(&view, at, key, sample);
                         let seen = integrator.sample(&ray, &mut random);
-                        let hair = seen.total();
+                        let hair = seen.of(scattering);
                         let is_open = !seen.is_covered && !seen.is_matte;
                         for c in 0..3 {
                             let open = if is_open { behind[c] } else { 0.0 };

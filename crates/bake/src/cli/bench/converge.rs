@@ -117,8 +117,9 @@ fn print_converge(path: &Path, found: &Convergences) -> Outcome {
     };
     let seconds = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.1}"));
     print_line(format_args!(
-        "{}: {strands} strands, {points} points, {lights} lights, {width}x{height}, {} seeds",
+        "{}: {strands} strands, {points} points, {lights} lights, {} scattering, {width}x{height}, {} seeds",
         path.display(),
+        found.scattering.name(),
         found.seeds
     ))?;
     print_line(format_args!(

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use strandlight_formats::{Background, Scattering, Scene};
+use strandlight_formats::{Background, Scene};
 use strandlight_images::Map;
 use strandlight_images::exr_file::{self, floats};
 use strandlight_reference::converge::{Converged, Convergence, TILE, next_step};
@@ -29,18 +29,12 @@ const LONGEST: Duration = Duration::from_secs(5);
 
 /// Renders `scene` at `size` to the output.
 pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcome {
-    let refused = |text: String| Err(Failure::file(&args.scene, text));
     if u64::from(size[0]) * u64::from(size[1]) > MAX_PIXELS {
-        return refused(format!(
+        let text = format!(
             "--converge draws at most {MAX_PIXELS} pixels; {}x{} is more",
             size[0], size[1]
-        ));
-    }
-    if scene.render.scattering != Scattering::Total {
-        return refused(format!(
-            "--converge traces all scattering, not {} alone; leave it total",
-            scene.render.scattering.name()
-        ));
+        );
+        return Err(Failure::file(&args.scene, text));
     }
     let start = Instant::now();
     let in_scene = |error: SceneError| Failure::input(error.in_file(&args.scene));
@@ -77,6 +71,7 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
     let (fast, stats) = drawn?;
     let traced = traced.map_err(|error| Failure::file(&args.scene, error))?;
     let tracer = traced.tracer(&environment);
+    let tracer = tracer.with_scattering(prepared.scattering());
     let mut convergence = Convergence::new(fast, &prepared, args.seed);
     let converged = pursue(args, start, &mut |n| {
         let start = Instant::now();
