@@ -1,8 +1,12 @@
 // Points of strands on the screen. Twin: crates/cpu/src/screen_point.rs.
 // #import lib/view
 
-// Strands are drawn at least this wide (px); thinner ones cover part of it.
-const MIN_WIDTH_PX: f32 = 1.0;
+// Samples draw strands at least this wide (px); thinner ones cover part of it.
+const SAMPLED_WIDTH_PX: f32 = 1.0;
+
+// A visibility list has them at least this wide (px). Wider ribbons would hide each other by chance where strands do not,
+// and its places do not resolve narrower ones.
+const LISTED_WIDTH_PX: f32 = 0.6;
 
 // Largest screen coordinate in 1/256 px; f32 holds it exactly.
 const MAX_SCREEN: f32 = 8388608.0;
@@ -12,7 +16,7 @@ struct ScreenPoint {
     at: vec2f,
     // Unit vector along the strand, root to tip.
     along: vec2f,
-    // Half the width of the ribbon, px; MIN_WIDTH_PX / 2 at least.
+    // Half the width of the ribbon, px.
     half_width: f32,
     // 0..1 between the near and far planes.
     depth: f32,
@@ -20,8 +24,8 @@ struct ScreenPoint {
     coverage: f32,
 }
 
-// Projects a point (x, y, z, radius) with its tangent.
-fn screen_point(view: View, point: vec4f, tangent: vec3f) -> ScreenPoint {
+// Projects a point (x, y, z, radius) with its tangent, for ribbons at least `least_width` px wide.
+fn screen_point(view: View, point: vec4f, tangent: vec3f, least_width: f32) -> ScreenPoint {
     let screen = screen_position(view, point.xyz);
     let depth = screen.z;
     if depth < view.near {
@@ -38,7 +42,7 @@ fn screen_point(view: View, point: vec4f, tangent: vec3f) -> ScreenPoint {
         along = vec2f(dx, dy) / size;
     }
     let width = 2.0 * point.w * view.focal_px / depth;
-    let drawn = max(width, MIN_WIDTH_PX);
+    let drawn = max(width, least_width);
     let z = (depth - view.near) / (view.far - view.near);
     return ScreenPoint(screen.xy, along, 0.5 * drawn, z, width / drawn);
 }

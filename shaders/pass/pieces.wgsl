@@ -27,7 +27,7 @@ const BLOCK: u32 = 256u;
 var<workgroup> counts: array<u32, BLOCK>;
 
 fn screen_point_of(point: u32) -> ScreenPoint {
-    return screen_point(view, points[point], tangents[point].xyz);
+    return screen_point(view, points[point], tangents[point].xyz, SAMPLED_WIDTH_PX);
 }
 
 // What segment `first_segment` + `ix` of the chunk is drawn in, if it may be seen: pieces stay within its length of its

@@ -16,7 +16,7 @@ fn project(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= view.n_points {
         return;
     }
-    let point = screen_point(view, points[id.x], tangents[id.x].xyz);
+    let point = screen_point(view, points[id.x], tangents[id.x].xyz, SAMPLED_WIDTH_PX);
     depth_coverage[id.x] = bitcast<vec4u>(vec4f(point.depth, point.coverage, 0.0, 0.0));
     edges[id.x] = select(edges_at(view, point), vec4i(0), point.coverage < 0.0);
 }

@@ -140,7 +140,7 @@ fn place_points(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
     if point >= view.n_points {
         return;
     }
-    let at = screen_point(view, points[point], tangents[point].xyz);
+    let at = screen_point(view, points[point], tangents[point].xyz, LISTED_WIDTH_PX);
     let is_tip = select(0.0, 1.0, normals[point].w == 0.0);
     placed[point] = array<vec4f, 2>(
         vec4f(at.at, at.along), vec4f(at.half_width, at.depth, at.coverage, is_tip));

@@ -22,6 +22,7 @@ use strandlight_scene::{PreparedScene, RenderError};
 use super::list::VisibilityList;
 use super::project::project;
 use super::raster::ribbons;
+use super::screen_point::SAMPLED_WIDTH_PX;
 use super::transmittance::mix;
 use super::triangles::Triangles;
 
@@ -187,7 +188,7 @@ fn nearest(strands: &Strands, beside: &Beside, view: &ViewUniform) -> Vec<u64> {
             AtomicU64::new(packed(depth, NO_SEGMENT))
         })
         .collect();
-    let projected = project(view, strands);
+    let projected = project(view, strands, SAMPLED_WIDTH_PX);
     let ribbons = ribbons(view, strands, &projected, false);
     ribbons.par_iter().for_each(|ribbon| {
         let spine = Spine::new(view, strands, ribbon.segment);

@@ -69,6 +69,7 @@ pub use voxelise::voxelise;
 
 use bounce::BounceRays;
 use radiance::Radiance;
+use screen_point::SAMPLED_WIDTH_PX;
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::bounce::passed_weights;
 use strandlight_scene::budget::{LIGHT_BATCH, check_frame};
@@ -144,7 +145,7 @@ pub(crate) fn render_observed(
     )?;
     proxies.look(&view);
     let mut picture = stats.stage("draw", |stats| {
-        let projected = project::project(&view, strands);
+        let projected = project::project(&view, strands, SAMPLED_WIDTH_PX);
         let even = scene.width_profile(&view, None).map(|profile| profile.even);
         let ribbons = raster::ribbons(&view, strands, &projected, scene.is_close_up(&view));
         let lit = (&radiance, even);

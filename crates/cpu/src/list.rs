@@ -21,7 +21,7 @@ use strandlight_scene::beside::Beside;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::strands::Strands;
 
-use super::screen_point::{ScreenPoint, screen_point};
+use super::screen_point::{LISTED_WIDTH_PX, ScreenPoint, screen_point};
 use super::triangles::Triangles;
 
 use bins::{Bins, TILE};
@@ -64,7 +64,7 @@ impl Listing {
             .zip(strands.tangents.par_iter().zip(&strands.normals))
             .map(|(point, (tangent, normal))| ScreenPoint {
                 is_tip: normal[3] == 0.0,
-                ..screen_point(view, point, tangent)
+                ..screen_point(view, point, tangent, LISTED_WIDTH_PX)
             })
             .collect();
         Listing {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::strands::Strands;
 
-use super::screen_point::{edges_at, screen_point};
+use super::screen_point::{ScreenPoint, edges_at, screen_point};
 
 /// A point of a strand on the screen.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,18 +17,17 @@ pub(super) struct Projected {
     pub coverage: f32,
 }
 
-/// Projects every point.
-pub(super) fn project(view: &ViewUniform, strands: &Strands) -> Vec<Projected> {
+/// Projects every point, for ribbons at least `least_width` px wide.
+pub(super) fn project(view: &ViewUniform, strands: &Strands, least_width: f32) -> Vec<Projected> {
     strands
         .points
         .par_iter()
         .zip(&strands.tangents)
-        .map(|(point, tangent)| project_point(view, point, tangent))
+        .map(|(point, tangent)| project_point(&screen_point(view, point, tangent, least_width)))
         .collect()
 }
 
-fn project_point(view: &ViewUniform, point: &[f32; 4], tangent: &[f32; 4]) -> Projected {
-    let point = screen_point(view, point, tangent);
+fn project_point(point: &ScreenPoint) -> Projected {
     if point.coverage < 0.0 {
         return Projected {
             coverage: point.coverage,
@@ -36,7 +35,7 @@ fn project_point(view: &ViewUniform, point: &[f32; 4], tangent: &[f32; 4]) -> Pr
         };
     }
     Projected {
-        edges: edges_at(&point),
+        edges: edges_at(point),
         depth: point.depth,
         coverage: point.coverage,
     }

@@ -4,8 +4,12 @@
 use glam::Vec3;
 use strandlight_scene::camera::{ViewUniform, screen_position};
 
-/// Strands are drawn at least this wide (px); thinner ones cover part of it.
-const MIN_WIDTH_PX: f32 = 1.0;
+/// Samples draw strands at least this wide (px); thinner ones cover part of it.
+pub(super) const SAMPLED_WIDTH_PX: f32 = 1.0;
+
+/// A visibility list has them at least this wide (px). Wider ribbons would hide each other by chance where strands do not,
+/// and its places do not resolve narrower ones.
+pub(super) const LISTED_WIDTH_PX: f32 = 0.6;
 
 /// Largest screen coordinate in 1/256 px; f32 holds it exactly.
 const MAX_SCREEN: f32 = 8_388_608.0;
@@ -17,7 +21,7 @@ pub(super) struct ScreenPoint {
     pub at: [f32; 2],
     /// Unit vector along the strand, root to tip.
     pub along: [f32; 2],
-    /// Half the width of the ribbon, px; [`MIN_WIDTH_PX`] / 2 at least.
+    /// Half the width of the ribbon, px.
     pub half_width: f32,
     /// 0..1 between the near and far planes.
     pub depth: f32,
@@ -27,11 +31,12 @@ pub(super) struct ScreenPoint {
     pub is_tip: bool,
 }
 
-/// Projects a point (x, y, z, radius) with its tangent.
+/// Projects a point (x, y, z, radius) with its tangent, for ribbons at least `least_width` px wide.
 pub(super) fn screen_point(
     view: &ViewUniform,
     point: &[f32; 4],
     tangent: &[f32; 4],
+    least_width: f32,
 ) -> ScreenPoint {
     let [x, y, depth] = screen_position(view, Vec3::new(point[0], point[1], point[2]));
     if depth < view.near {
@@ -54,7 +59,7 @@ pub(super) fn screen_point(
         along = [dx / size, dy / size];
     }
     let width = 2.0 * point[3] * view.focal_px / depth;
-    let drawn = width.max(MIN_WIDTH_PX);
+    let drawn = width.max(least_width);
     ScreenPoint {
         at: [x, y],
         along,

@@ -230,7 +230,7 @@ fn pictures_are_compared_with_brute_force() {
         let mut command = strandlight();
         command.args(["bench", "peers", "--size", "48x32", "--repetitions", "1"]);
         command
-            .args(["--truth-samples", "64"])
+            .args(["--truth-samples", "256"])
             .args(extra)
             .arg(&scene);
         command
@@ -242,7 +242,7 @@ fn pictures_are_compared_with_brute_force() {
     };
     let found = document(&[]);
     let path = scene.display().to_string();
-    assert_eq!(found["truth_samples"], 64);
+    assert_eq!(found["truth_samples"], 256);
     let found = &found["scenes"][0];
     assert_eq!(found["scene"], path);
     assert_eq!(found["size"], serde_json::json!([48, 32]));

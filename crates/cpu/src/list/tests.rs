@@ -110,7 +110,7 @@ fn differences(samples: [u32; 3]) -> [(f64, f64); 3] {
             along: Vec::new(),
         };
         let list = VisibilityList::new(&view, &strands, &no_proxies());
-        let projected = project(&view, &strands);
+        let projected = project(&view, &strands, LISTED_WIDTH_PX);
         let none = Proxies::none();
         let ribbons = raster::ribbons(&view, &strands, &projected, diameter == 0.3);
         let of_view = (&view, &strands, &projected[..], &ribbons[..]);
@@ -239,7 +239,7 @@ fn bent_segments_follow_the_curve_and_tips_are_round() {
     let fine = follow_the_curve_and_are_round(by_list);
     let by_samples = |n: u32| {
         let (strands, view) = arc_strands(n);
-        let projected = project(&view, &strands);
+        let projected = project(&view, &strands, LISTED_WIDTH_PX);
         let radiance = Radiance {
             at: vec![[0.0; 4]; strands.points.len()],
             along: Vec::new(),

@@ -7,7 +7,7 @@ use strandlight_scene::strands::Strands;
 
 use super::super::pieces::Pieces;
 use super::super::project::Projected;
-use super::super::screen_point::{ScreenPoint, edges_at, screen_point};
+use super::super::screen_point::{SAMPLED_WIDTH_PX, ScreenPoint, edges_at, screen_point};
 
 /// 1/256 px in a pixel.
 pub(super) const PX: i32 = 256;
@@ -133,8 +133,14 @@ struct Curve {
 impl Curve {
     /// That from point `first` on; [`None`] if it is drawn as a whole.
     fn new(view: &ViewUniform, strands: &Strands, first: usize) -> Option<Curve> {
-        let ends = [first, first + 1]
-            .map(|p| screen_point(view, &strands.points[p], &strands.tangents[p]));
+        let ends = [first, first + 1].map(|p| {
+            screen_point(
+                view,
+                &strands.points[p],
+                &strands.tangents[p],
+                SAMPLED_WIDTH_PX,
+            )
+        });
         let is_tip = strands.normals[first + 1][3] == 0.0;
         let pieces = Pieces::new(&ends[0], &ends[1], is_tip)?;
         Some(Curve { ends, pieces })

@@ -2,6 +2,7 @@ use glam::Vec3;
 use strandlight_scene::camera::{Camera, view_uniform};
 
 use super::super::project::project;
+use super::super::screen_point::SAMPLED_WIDTH_PX;
 use super::*;
 
 /// Thick and thin strands across each other, some of them equally deep.
@@ -33,7 +34,7 @@ fn drawn(
     is_close_up: bool,
 ) -> [Drawn; 2] {
     let view = view_uniform(camera, strands, size, 1.0);
-    let projected = project(&view, strands);
+    let projected = project(&view, strands, SAMPLED_WIDTH_PX);
     let at: Vec<[f32; 4]> = (0..strands.points.len())
         .map(|ix| [0.1, 0.2, 0.3].map(|x| x + (x * ix as f32).sin().abs()))
         .map(|[r, g, b]| [r, g, b, 0.0])
