@@ -27,7 +27,7 @@ use crate::backdrop::Backdrop;
 use crate::camera::{MAX_SAMPLES, camera_ray};
 use crate::integrator::Integrator;
 use allocation::{Allocation, Noise};
-use shrink::{Field, Sample, Shrunk, shrink};
+use shrink::{Cell, Field, Shrunk, shrink};
 
 /// Side in pixels of the tiles whose error is told.
 pub const TILE: u32 = 16;
@@ -285,17 +285,17 @@ impl Convergence {
                 relative_error_of_fast: f64::INFINITY,
             };
         }
-        let samples = self.pixels.iter().zip(&self.sums).zip(&self.scales);
-        let samples = samples.map(|((&pixel, sums), &scale)| {
+        let known = self.pixels.iter().zip(&self.sums).zip(&self.scales);
+        let known = known.map(|((&pixel, sums), &scale)| {
             let (correction, variance) = sums.mean_and_variance();
-            let sample = Sample {
+            let cell = Cell {
                 correction,
                 variance,
                 scale,
             };
-            (pixel as usize, sample)
+            (pixel as usize, cell)
         });
-        let field = Field::new(size, samples, self.freedom());
+        let field = Field::new(size, known, self.freedom());
         let Shrunk {
             correction,
             pixels,

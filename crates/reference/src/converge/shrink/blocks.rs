@@ -4,53 +4,17 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Estimate, Field, N_LEVELS, Sample, TOP};
+use super::estimate::Estimate;
+use super::field::{Cell, Detail, Field};
+
+/// Levels of blocks below the whole picture: sides of 1, 2, 4, ... 64 pixels.
+const N_LEVELS: usize = 7;
+
+/// Side of the largest of them.
+pub(super) const TOP: usize = 1 << (N_LEVELS - 1);
 
 /// Blocks to each side over which noise and signal are told apart.
 const REACH: usize = 7;
-
-/// Sums over a block.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Cell {
-    pub correction: [f32; 3],
-    pub variance: [f32; 3],
-    pub scale: [f32; 3],
-}
-
-impl Cell {
-    pub fn of(sample: Sample) -> Cell {
-        let Sample {
-            correction,
-            variance,
-            scale,
-        } = sample;
-        Cell {
-            correction,
-            variance,
-            scale,
-        }
-    }
-
-    /// Whether any of its pixels may be corrected.
-    pub fn is_shown(&self) -> bool {
-        self.scale[0] > 0.0
-    }
-
-    fn add(&mut self, other: &Cell) {
-        for c in 0..3 {
-            self.correction[c] += other.correction[c];
-            self.variance[c] += other.variance[c];
-            self.scale[c] += other.scale[c];
-        }
-    }
-
-    fn ratio(&self, c: usize) -> f32 {
-        match self.scale[c] > 0.0 {
-            true => self.correction[c] / self.scale[c],
-            false => 0.0,
-        }
-    }
-}
 
 /// One place of the grid over what a picture shows: whole blocks of [`TOP`] pixels a side.
 #[derive(Clone, Copy, Debug)]
@@ -99,58 +63,6 @@ impl Grid {
         let first = from / side;
         let of_first = to.min((first + 1) * side) - from;
         [(first, of_first), (first + 1, to - from - of_first)]
-    }
-}
-
-/// What a block differs from the larger one by, or sums of that over blocks.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Detail {
-    /// Of the ratio; not summed.
-    pub difference: [f32; 3],
-    /// Square of that of the block's sum, and its noise.
-    pub measured: [f32; 3],
-    pub noise: [f32; 3],
-    /// Square of the scale; 0 where nothing is shown.
-    pub weight: [f32; 3],
-    /// 1, or 0 where nothing is shown.
-    pub count: f32,
-}
-
-impl Detail {
-    fn add(&mut self, other: &Detail) {
-        for c in 0..3 {
-            self.measured[c] += other.measured[c];
-            self.noise[c] += other.noise[c];
-            self.weight[c] += other.weight[c];
-        }
-        self.count += other.count;
-    }
-
-    fn new(cell: &Cell, parent: Option<&Cell>) -> Detail {
-        if !cell.is_shown() {
-            return Detail::default();
-        }
-        let mut detail = Detail {
-            count: 1.0,
-            ..Detail::default()
-        };
-        for c in 0..3 {
-            let (difference, variance) = match parent {
-                None => (cell.ratio(c), cell.variance[c]),
-                Some(parent) => {
-                    // The block is a part of the larger one.
-                    let share = cell.scale[c] / parent.scale[c];
-                    let rest = (parent.variance[c] - cell.variance[c]).max(0.0);
-                    let noise = (1.0 - share).powi(2) * cell.variance[c] + share * share * rest;
-                    (cell.ratio(c) - parent.ratio(c), noise)
-                }
-            };
-            detail.difference[c] = difference;
-            detail.measured[c] = (difference * cell.scale[c]).powi(2);
-            detail.noise[c] = variance;
-            detail.weight[c] = cell.scale[c] * cell.scale[c];
-        }
-        detail
     }
 }
 
@@ -245,15 +157,39 @@ impl Level {
                 }
             });
     }
+
+    /// Estimates all blocks, of `side` pixels, from those of the level `above`. `rows` are what
+    /// [`Level::compare`] made of this level, and `freedom` that of the variances.
+    pub fn estimate(&mut self, above: Option<&Level>, rows: &[Detail], side: usize, freedom: f32) {
+        let size = self.size;
+        let (cells, details) = (&self.cells, &self.details);
+        self.estimates
+            .par_chunks_mut(size[0])
+            .enumerate()
+            .for_each_init(Vec::new, |around, (y, estimates)| {
+                around_row(rows, size, y, around);
+                let own = y * size[0]..(y + 1) * size[0];
+                let of_row = cells[own.clone()].iter().zip(&details[own]);
+                for (((x, estimate), (cell, own)), around) in
+                    (0..).zip(estimates).zip(of_row).zip(&*around)
+                {
+                    let parent = above.map(|above| above.around([x, y]));
+                    let parent = parent.unwrap_or_default();
+                    let of = (own, around);
+                    *estimate = Estimate::new(cell, of, (side, freedom), &parent);
+                }
+            });
+    }
+
+    /// The block of this level that the block `at` of the level below is a part of, and its estimate.
+    fn around(&self, at: [usize; 2]) -> (Cell, Estimate) {
+        let from = self.parent(at);
+        (self.cells[from], self.estimates[from])
+    }
 }
 
 /// Sums over the blocks around each of row `y` of a level of `size`, from its sums along `rows`.
-pub(super) fn around_row(
-    rows: &[Detail],
-    [width, height]: [usize; 2],
-    y: usize,
-    sums: &mut Vec<Detail>,
-) {
+fn around_row(rows: &[Detail], [width, height]: [usize; 2], y: usize, sums: &mut Vec<Detail>) {
     sums.clear();
     sums.resize(width, Detail::default());
     for from in y.saturating_sub(REACH)..(y + REACH + 1).min(height) {

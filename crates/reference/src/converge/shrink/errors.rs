@@ -3,12 +3,15 @@
 use rayon::prelude::*;
 
 use super::blocks::{Grid, Level};
-use super::{Field, N_SHIFTS};
+use super::field::Field;
+
+/// Places of the grid.
+pub(super) const N_SHIFTS: usize = 8;
 
 /// Mean square errors that are to be expected, of means over blocks of one size from the upper left corner
 /// on.
 #[derive(Clone, Debug)]
-pub(in crate::converge) struct Errors {
+pub(crate) struct Errors {
     /// Side of a block, pixels.
     side: usize,
     /// Of each block.
