@@ -3,7 +3,7 @@
 //!
 //! Values are those of the nearest strand at the centre of the pixel, where the picture of the strands
 //! without jitter has them. They are not filtered: a mean of two depths or two numbers is neither. A
-//! strand thinner than a pixel counts as one pixel wide, as in the picture. Proxies hide strands and have
+//! strand thinner than a pixel counts as one pixel wide, as samples draw it. Proxies hide strands and have
 //! no data of their own.
 
 use std::sync::atomic::{AtomicU64, Ordering};
