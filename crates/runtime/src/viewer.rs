@@ -613,14 +613,9 @@ fn unmuted_scene(session: &Session) -> Result<PreparedScene, SceneError> {
     Ok(prepared)
 }
 
-/// What draws `scene` on the device: without samples, but in a page, which cannot wait for the list.
+/// What draws `scene` on the device: by a visibility list, without samples.
 fn on_device(context: &Context, scene: PreparedScene) -> Result<ProgressiveRenderer, RenderError> {
-    let renderer = ProgressiveRenderer::new(context, scene)?;
-    #[cfg(not(target_arch = "wasm32"))]
-    let renderer = {
-        let mut renderer = renderer;
-        renderer.draw_by_list()?;
-        renderer
-    };
+    let mut renderer = ProgressiveRenderer::new(context, scene)?;
+    renderer.draw_by_list()?;
     Ok(renderer)
 }

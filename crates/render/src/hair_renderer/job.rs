@@ -94,11 +94,20 @@ pub(crate) struct ShadingJob {
     pub view: ViewUniform,
     pub steps: VecDeque<Step>,
     pub n_steps: usize,
+    /// Most points that a step shades.
+    pub chunk: u32,
+    /// The view whose list is to say which points are shaded; the steps that shade them are planned when it is there.
+    pub awaited_list: Option<ViewUniform>,
     /// It took the place of one that was given up.
     pub is_second_try: bool,
 }
 
 impl ShadingJob {
+    /// Are its further steps not known yet?
+    pub fn awaits_list(&self) -> bool {
+        self.awaited_list.is_some()
+    }
+
     /// May it be given up for a new edit? Once, and early, so that dragging a slider shows
     /// something.
     pub fn may_restart(&self) -> bool {
@@ -108,6 +117,8 @@ impl ShadingJob {
 
 /// What a step of a job was.
 pub(crate) enum Stepped {
+    /// Which points are to be shaded is not known yet.
+    AwaitsList,
     /// A step of a stage, of so many units, was submitted.
     Ran(&'static str, f64),
     /// An edit came early in the job, which began again.

@@ -10,9 +10,7 @@ mod prepare;
 mod set;
 mod shading;
 mod view;
-#[cfg(not(target_arch = "wasm32"))]
 mod visible;
-#[cfg(not(target_arch = "wasm32"))]
 mod visible_list;
 
 use crate::gpu::{Context, GpuError, ResourceCounts};
@@ -33,7 +31,7 @@ use strandlight_scene::scene::PreparedScene;
 
 pub(crate) use job::{DirtyFlags, ShadingJob, Stepped};
 pub use view::{HairView, ViewError};
-#[cfg(not(target_arch = "wasm32"))]
+pub(crate) use visible::ListDrawn;
 use visible_list::VisibleList;
 
 /// Margin of pictures whose view may turn.
@@ -107,10 +105,8 @@ pub struct HairRenderer {
     projection: Projection,
     strand_pass: StrandPass,
     /// Of pictures that are drawn without samples.
-    #[cfg(not(target_arch = "wasm32"))]
     visible: Option<VisibleList>,
     /// Only the points that the list of a view has are shaded.
-    #[cfg(not(target_arch = "wasm32"))]
     draws_by_list: bool,
     /// The wind that bends the strands of the scene, and what does.
     wind: Option<Wind>,
@@ -193,9 +189,7 @@ impl HairRenderer {
             strands,
             projection,
             strand_pass,
-            #[cfg(not(target_arch = "wasm32"))]
             visible: None,
-            #[cfg(not(target_arch = "wasm32"))]
             draws_by_list: false,
             wind: None,
             deform: None,
@@ -266,9 +260,7 @@ impl HairRenderer {
     pub(crate) fn bytes(&self) -> u64 {
         let lighting = self.lighting.bytes().map(|(_, bytes)| bytes);
         let fixed = self.strands.bytes() + self.volume.bytes() + self.ribbons.bytes();
-        #[cfg(not(target_arch = "wasm32"))]
-        let fixed = fixed + self.list_bytes();
-        fixed + lighting.iter().sum::<u64>()
+        fixed + self.list_bytes() + lighting.iter().sum::<u64>()
     }
 }
 

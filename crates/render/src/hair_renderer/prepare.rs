@@ -52,7 +52,7 @@ impl HairRenderer {
             }
             match self.step(POINT_CHUNK)? {
                 Some(Stepped::Ran(..)) => left -= 1,
-                Some(Stepped::Restarted | Stepped::Done(_)) | None => {}
+                Some(Stepped::Restarted | Stepped::AwaitsList | Stepped::Done(_)) | None => {}
             }
         }
         Ok(())

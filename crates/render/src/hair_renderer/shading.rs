@@ -1,6 +1,7 @@
 //! Shading of all points, step by step.
 
 use super::HairRenderer;
+use super::visible_list::list_view;
 use super::job::{DirtyFlags, ShadingJob, Stepped};
 use crate::invalidation::Inputs;
 use crate::passes::deform::Deform;
@@ -44,7 +45,6 @@ impl HairRenderer {
             let lighting = &mut self.lighting;
             lighting.set_points(context, scene, &self.volume, &self.strands, is_other);
         }
-        #[cfg(not(target_arch = "wasm32"))]
         if let Some(visible) = &mut self.visible
             && dirty.has(Inputs::POINTS | Inputs::PROXIES)
         {
@@ -104,20 +104,37 @@ impl HairRenderer {
         }
         view.margin_px += self.margin * scene.size[0].max(scene.size[1]) as f32;
         self.lighting.begin(context, &view);
-        #[cfg(not(target_arch = "wasm32"))]
-        self.list_visible(&view, &dirty)?;
-        steps.extend(self.lighting.through_steps(view.eye, view.forward));
-        steps.extend(self.lighting.table_steps());
-        steps.extend(self.lighting.shade_steps(chunk));
         self.is_projected &= !dirty.has(Inputs::POINTS);
         self.job = Some(ShadingJob {
             dirty,
             view,
             n_steps: steps.len(),
             steps: steps.into(),
+            chunk,
+            awaited_list: self.draws_by_list.then(|| list_view(&view)),
             is_second_try,
         });
+        if self.draws_by_list {
+            self.take_list()?;
+        } else {
+            self.lighting.shade_listed(&self.context, None);
+            self.plan_shading();
+        }
         Ok(())
+    }
+
+    /// Plans the steps of the job after those of shadows, of which points being known.
+    pub(super) fn plan_shading(&mut self) {
+        let Some(job) = &mut self.job else {
+            return;
+        };
+        let lighting = &mut self.lighting;
+        let (eye, forward) = (job.view.eye, job.view.forward);
+        let mut steps = lighting.through_steps(eye, forward);
+        steps.extend(lighting.table_steps());
+        steps.extend(lighting.shade_steps(job.chunk));
+        job.n_steps += steps.len();
+        job.steps.extend(steps);
     }
 
     /// Lights all points of the shown buffer by a guess, so that there is something to see before
@@ -156,6 +173,12 @@ impl HairRenderer {
                 .fill(&self.context, self.clock.stamp("voxelise"));
             self.report.ran("voxelise");
         }
+        if job.steps.is_empty() && job.awaits_list() && !self.take_list()? {
+            return Ok(Some(Stepped::AwaitsList));
+        }
+        let Some(job) = &mut self.job else {
+            return Ok(None);
+        };
         let Some(step) = job.steps.pop_front() else {
             self.front = 1 - self.front;
             self.front_list = self.lighting.listed().map(|listed| listed.list);

@@ -2,29 +2,52 @@
 
 use web_time::Instant;
 
-use super::visible_list::VisibleList;
-use super::{DirtyFlags, HairRenderer};
+use super::HairRenderer;
+use super::visible_list::{ViewList, VisibleList, list_view};
 use crate::invalidation::Inputs;
 use crate::passes::lighting::Listed;
-use crate::passes::visibility::{ListedLight, Seen, VisibilityPass};
+use crate::passes::resources::failed;
+use crate::passes::visibility::{ListedLight, Made, VisibilityPass};
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
 
+/// What came of drawing a view by list.
+#[derive(Clone, Copy)]
+pub(crate) enum ListDrawn {
+    /// A picture of this view: the one that was asked for, or one that was asked for before and is there only now.
+    Of(ViewUniform),
+    /// The device has not answered yet how much there is to list.
+    NotYet,
+    /// The device has no room for the list. Samples need none.
+    NoRoom,
+}
+
 impl HairRenderer {
-    /// Finds out what pictures show before they are shaded, from now on.
-    pub(crate) fn use_list(&mut self) -> Result<(), RenderError> {
+    /// Finds out what pictures show before they are shaded, from now on. Lists wait for the device if it `is_waiting`;
+    /// else they come some calls later.
+    pub(crate) fn use_list(&mut self, is_waiting: bool) -> Result<(), RenderError> {
         if self.visible.is_none() {
             let pass = VisibilityPass::new(&self.context, &self.strands)?;
             self.visible = Some(VisibleList {
                 pass,
                 listed: None,
+                making: None,
                 n_made: 0,
             });
         }
+        self.set_waiting(is_waiting);
         Ok(())
     }
 
+    /// As [`HairRenderer::use_list`] says.
+    pub(crate) fn set_waiting(&mut self, is_waiting: bool) {
+        if let Some(visible) = &mut self.visible {
+            visible.pass.is_waiting = is_waiting;
+        }
+    }
+
     /// Lists at most so many pairs of a pixel and a segment together, or a row of pixels.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn set_most_hits(&mut self, most_hits: u32) {
         if let Some(visible) = &mut self.visible {
             visible.pass.most_hits = most_hits;
@@ -32,24 +55,33 @@ impl HairRenderer {
         }
     }
 
-    /// Has the job to come, for what is `dirty`, shade only the points that `view` shows, where these are all that is
-    /// drawn, or all.
-    pub(super) fn list_visible(
-        &mut self,
-        view: &ViewUniform,
-        dirty: &DirtyFlags,
-    ) -> Result<(), RenderError> {
-        let seen = match self.draws_by_list {
-            true => self.list(view)?,
-            false => None,
+    /// Gives the job, which awaits the list of its view, the points that this shows to shade. Answers whether the list
+    /// is there.
+    pub(super) fn take_list(&mut self) -> Result<bool, RenderError> {
+        let Some(awaited) = self.job.as_ref().and_then(|job| job.awaited_list) else {
+            return Ok(true);
         };
-        let Some((seen, VisibleList { pass, n_made, .. })) = seen.zip(self.visible.as_ref()) else {
+        self.list(&awaited)?;
+        Ok(self.job.as_ref().is_none_or(|job| !job.awaits_list()))
+    }
+
+    /// Has the job shade the points of this list alone, which it awaits, or all if there is no room for it.
+    fn give_list(&mut self, list: &ViewList) {
+        let Some(job) = self.job.as_mut() else {
+            return;
+        };
+        if job.awaited_list != Some(list.view) {
+            return;
+        }
+        job.awaited_list = None;
+        let seen = list.seen.zip(self.visible.as_ref());
+        let Some((seen, VisibleList { pass, n_made, .. })) = seen else {
             self.lighting.shade_listed(&self.context, None);
-            return Ok(());
+            return self.plan_shading();
         };
         // Drafts of other views have what was lit before, if that looks as it did.
-        let is_view_only = !dirty.is_new && dirty.inputs == Inputs::VIEW;
-        let has_scale = self.front_scale == Some(view.radiance_scale);
+        let is_view_only = !job.dirty.is_new && job.dirty.inputs == Inputs::VIEW;
+        let has_scale = self.front_scale == Some(job.view.radiance_scale);
         let before = (is_view_only && has_scale).then_some(self.front);
         (self.lighting).begin_listed(&self.context, before, 1 - self.front);
         let listed = Listed {
@@ -58,7 +90,7 @@ impl HairRenderer {
         };
         let points = Some((pass.seen_points(), listed));
         self.lighting.shade_listed(&self.context, points);
-        Ok(())
+        self.plan_shading();
     }
 
     /// Says whether pictures are drawn by list from now on. Samples need all points: they are shaded anew if those
@@ -74,29 +106,61 @@ impl HairRenderer {
         self.visible.as_ref().map_or(0, VisibleList::bytes)
     }
 
-    /// Makes the list of `view`, unless it is there. [`None`] if none is made, or the device has no room for it.
-    fn list(&mut self, view: &ViewUniform) -> Result<Option<Seen>, RenderError> {
-        // Light does not matter.
-        let view = ViewUniform {
-            radiance_scale: 1.0,
-            margin_px: 0.0,
-            ..*view
-        };
-        let Some(visible) = &mut self.visible else {
-            return Ok(None);
-        };
-        if let Some((_, seen)) = visible.listed.filter(|(before, _)| *before == view) {
-            return Ok(seen);
+    /// The list of `view`, as [`list_view`] has it, made unless it is there. Who does not wait gets the list of another
+    /// view if one was under way, and [`None`] as long as there is none.
+    fn list(&mut self, view: &ViewUniform) -> Result<Option<ViewList>, RenderError> {
+        loop {
+            let Some(visible) = &mut self.visible else {
+                let (view, seen) = (*view, None);
+                return Ok(Some(ViewList { view, seen }));
+            };
+            if visible.making.is_none() {
+                if let Some(listed) = visible.listed.filter(|listed| listed.view == *view) {
+                    self.give_list(&listed);
+                    return Ok(Some(listed));
+                }
+                self.begin_list(view)?;
+                continue;
+            }
+            let is_waiting = visible.pass.is_waiting;
+            match self.proceed_list()? {
+                Some(listed) if listed.view == *view || !is_waiting => return Ok(Some(listed)),
+                Some(_) => {}
+                None if is_waiting => self.context.wait("visibility list").map_err(failed)?,
+                None => return Ok(None),
+            }
         }
+    }
+
+    fn begin_list(&mut self, view: &ViewUniform) -> Result<(), RenderError> {
+        let Some(visible) = &mut self.visible else {
+            return Ok(());
+        };
         visible.listed = None;
+        visible.making = Some((*view, Instant::now()));
         visible.n_made += 1;
-        let start = Instant::now();
         let stamp = self.clock.stamp("list");
         let is_narrow = self.lighting.lit_points()[self.front].1.is_some();
         let kind = (self.lighting.shown_proxies(self.front), is_narrow);
-        let (context, strands) = (&self.context, &self.strands);
-        let seen = (visible.pass).list(context, &view, strands, kind, &stamp)?;
-        visible.listed = Some((view, seen));
+        (visible.pass).begin(&self.context, view, &self.strands, kind, stamp)
+    }
+
+    /// The list under way, once it is there.
+    fn proceed_list(&mut self) -> Result<Option<ViewList>, RenderError> {
+        let Some(visible) = &mut self.visible else {
+            return Ok(None);
+        };
+        let proxies = self.lighting.shown_proxies(self.front);
+        let clock = &mut self.clock;
+        let made = (visible.pass).proceed(&self.context, &self.strands, proxies, || {
+            clock.stamp("list")
+        })?;
+        let (Made::Whole(seen), Some((view, start))) = (made, visible.making) else {
+            return Ok(None);
+        };
+        let listed = ViewList { view, seen };
+        visible.making = None;
+        visible.listed = Some(listed);
         // A tile is not the picture.
         if let Some(seen) = seen.filter(|_| view.extent == view.size) {
             self.report.stats.visible_points = u64::from(seen.points);
@@ -104,20 +168,30 @@ impl HairRenderer {
         }
         self.report.ran("list");
         self.report.took("list", start.elapsed().as_secs_f64());
-        Ok(seen)
+        self.give_list(&listed);
+        Ok(Some(listed))
     }
 
     /// Draws `view`, lit as shown, into `sums`, one sample a pixel. Points that it shows need not have been lit if it
-    /// `may_be_draft`. Answers whether the device could; otherwise it takes samples.
+    /// `may_be_draft`.
     pub(crate) fn draw_visible(
         &mut self,
         view: &ViewUniform,
         sums: &wgpu::Buffer,
         may_be_draft: bool,
         observer: &mut dyn FnMut(f64),
-    ) -> Result<bool, RenderError> {
-        if self.list(view)?.is_none() {
-            return Ok(false);
+    ) -> Result<ListDrawn, RenderError> {
+        // What a job awaits comes first: it would never get it while the view keeps turning.
+        let awaited = self.job.as_ref().and_then(|job| job.awaited_list);
+        let wanted = awaited.unwrap_or_else(|| list_view(view));
+        let Some(list) = self.list(&wanted)? else {
+            return Ok(ListDrawn::NotYet);
+        };
+        if (list.view.size, list.view.extent) != (view.size, view.extent) {
+            return Ok(ListDrawn::NotYet);
+        }
+        if list.seen.is_none() {
+            return Ok(ListDrawn::NoRoom);
         }
         let start = Instant::now();
         if let Some(VisibleList { pass, n_made, .. }) = &mut self.visible {
@@ -131,8 +205,14 @@ impl HairRenderer {
             };
             pass.draw(&self.context, &self.strands, proxies, lit, sums, observer)?;
             self.report.ran("draw");
-            self.report.took("draw", start.elapsed().as_secs_f64());
+            if pass.is_waiting {
+                self.report.took("draw", start.elapsed().as_secs_f64());
+            }
         }
-        Ok(true)
+        Ok(ListDrawn::Of(ViewUniform {
+            radiance_scale: view.radiance_scale,
+            margin_px: view.margin_px,
+            ..list.view
+        }))
     }
 }

@@ -1,14 +1,26 @@
 //! The visibility list of a renderer.
 
+use web_time::Instant;
+
 use crate::passes::visibility::{Seen, VisibilityPass};
 use strandlight_scene::camera::ViewUniform;
+
+/// A list that is there.
+#[derive(Clone, Copy)]
+pub(super) struct ViewList {
+    /// Of which view.
+    pub view: ViewUniform,
+    /// How much that shows; nothing if the device has no room for it.
+    pub seen: Option<Seen>,
+}
 
 /// The list, and what it is of.
 pub(super) struct VisibleList {
     pub pass: VisibilityPass,
-    /// Of which view it is, and how much that shows; nothing if the device has no room for it.
-    pub listed: Option<(ViewUniform, Option<Seen>)>,
-    /// How many were made.
+    pub listed: Option<ViewList>,
+    /// The view whose list is under way, and since when.
+    pub making: Option<(ViewUniform, Instant)>,
+    /// How many were begun.
     pub n_made: u64,
 }
 
@@ -16,9 +28,20 @@ impl VisibleList {
     /// The points or what is beside them have moved.
     pub fn forget(&mut self) {
         self.listed = None;
+        self.making = None;
+        self.pass.forget();
     }
 
     pub fn bytes(&self) -> u64 {
         self.pass.bytes()
+    }
+}
+
+/// `view` as lists know it: light does not matter.
+pub(super) fn list_view(view: &ViewUniform) -> ViewUniform {
+    ViewUniform {
+        radiance_scale: 1.0,
+        margin_px: 0.0,
+        ..*view
     }
 }

@@ -12,9 +12,9 @@ use super::narrow::{NarrowLights, NarrowPass};
 use super::profile;
 use super::profile::Profile;
 use super::proxies::Proxies;
-use super::resources::{StrandBuffers, buffer_of, compute_with, module_with, storage, uniform};
-#[cfg(not(target_arch = "wasm32"))]
-use super::resources::{grow, submit};
+use super::resources::{
+    StrandBuffers, buffer_of, compute_with, grow, module_with, storage, submit, uniform,
+};
 use super::shadow_map::ShadowMaps;
 use super::shadows::{Batch, Sweep};
 #[cfg(not(target_arch = "wasm32"))]
@@ -254,7 +254,6 @@ impl Lighting {
     }
 
     /// Shades the points of a list in the steps to come, which it has in this buffer, or all.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn shade_listed(&mut self, context: &Context, listed: Option<(&wgpu::Buffer, Listed)>) {
         self.listed = listed.map(|(_, listed)| listed);
         let Some((points, Listed { n, .. })) = listed.filter(|(_, listed)| listed.n > 0) else {
@@ -273,7 +272,6 @@ impl Lighting {
 
     /// Has the points that the steps to come do not shade into the buffer `into` look as in the buffer `before`, or
     /// black.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn begin_listed(&self, context: &Context, before: Option<usize>, into: usize) {
         let Some(before) = before else {
             self.clear(context, into);

@@ -122,7 +122,6 @@ impl Meshes {
     }
 
     /// Position, normal and albedo of the places, and which of them the corners of triangles are.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn shape(&self) -> [&wgpu::Buffer; 2] {
         [&self.surfaces, &self.corners]
     }

@@ -34,7 +34,6 @@ pub(crate) mod stamp;
 pub(crate) mod step;
 pub(crate) mod strand_pass;
 pub(crate) mod target;
-#[cfg(not(target_arch = "wasm32"))]
 pub(crate) mod visibility;
 pub(crate) mod volume;
 
@@ -60,7 +59,6 @@ pub(crate) fn layouts() -> Vec<Layout> {
         shadows::LAYOUTS,
         strand_pass::LAYOUTS,
         target::LAYOUTS,
-        #[cfg(not(target_arch = "wasm32"))]
         visibility::LAYOUTS,
     ]
     .concat()

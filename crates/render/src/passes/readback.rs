@@ -34,6 +34,11 @@ impl Readback {
         self.state.load(Ordering::Acquire) == IDLE
     }
 
+    /// Could so many bytes be sent now?
+    pub fn has_room(&self, bytes: u64) -> bool {
+        self.is_idle() && bytes <= self.staging.size()
+    }
+
     /// Sends the first `bytes` of `from`, after what `before` records; answers whether it could.
     pub fn send(
         &mut self,

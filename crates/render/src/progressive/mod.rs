@@ -15,7 +15,9 @@
 //!
 //! [`ProgressiveRenderer::draw_by_list`] has a visibility list take the place of samples: it is made once for a view,
 //! only its points are lit, and every cycle draws it once. A draft of another view is drawn by a list of its own; points
-//! of it that were not lit are left out.
+//! of it that were not lit are left out. A list takes the device two answers; who does not wait goes on with shadow maps
+//! meanwhile, and draws a view that has been left by then all the same, so that there is something to see of a view that
+//! keeps turning.
 //!
 //! Which stages an edit makes stale stands in [`STAGES`](crate::invalidation::STAGES).
 //!
@@ -89,10 +91,11 @@ pub struct ProgressiveRenderer {
     /// The picture is read back when it is finished: nothing is shown before.
     is_still: bool,
     /// Pictures are drawn by a visibility list where that is possible; was the last still?
-    #[cfg(not(target_arch = "wasm32"))]
     by_list: bool,
     #[cfg(not(target_arch = "wasm32"))]
     was_by_list: bool,
+    /// The device has not answered yet in this turn how much there is to list.
+    is_listing: bool,
 }
 
 /// What there is of the picture.
@@ -106,7 +109,6 @@ struct Drawn {
     /// Passes in the picture on the screen, if it is of this view, light and grade.
     shown: u32,
     /// The device has no room for a list of it.
-    #[cfg(not(target_arch = "wasm32"))]
     is_sampled: bool,
 }
 
@@ -169,10 +171,10 @@ impl ProgressiveRenderer {
             #[cfg(not(target_arch = "wasm32"))]
             still_bytes: [0; 2],
             is_still: false,
-            #[cfg(not(target_arch = "wasm32"))]
             by_list: false,
             #[cfg(not(target_arch = "wasm32"))]
             was_by_list: false,
+            is_listing: false,
             hair,
         };
         renderer.set_size(renderer.hair.scene.size)?;
@@ -187,15 +189,10 @@ impl ProgressiveRenderer {
     /// # Errors
     /// As [`ProgressiveRenderer::new`] and [`ProgressiveRenderer::draw_by_list`]; nothing is changed then.
     pub fn move_to(&mut self, context: &Context, scene: PreparedScene) -> Result<(), RenderError> {
-        let renderer = ProgressiveRenderer::new(context, scene)?;
-        #[cfg(not(target_arch = "wasm32"))]
-        let renderer = {
-            let mut renderer = renderer;
-            if self.by_list {
-                renderer.draw_by_list()?;
-            }
-            renderer
-        };
+        let mut renderer = ProgressiveRenderer::new(context, scene)?;
+        if self.by_list {
+            renderer.draw_by_list()?;
+        }
         *self = renderer;
         Ok(())
     }
@@ -212,9 +209,10 @@ impl ProgressiveRenderer {
 
     /// Whether [`ProgressiveRenderer::advance`] waits for what it has submitted, as it does
     /// natively by default, or leaves the device to itself and learns later how
-    /// long it took, as it has to in a browser. A visibility list waits in any case.
+    /// long it took, as it has to in a browser.
     pub fn set_waiting(&mut self, is_waiting: bool) {
         self.pacer = Pacer::new(is_waiting && !cfg!(target_arch = "wasm32"));
+        self.hair.set_waiting(self.pacer.is_waiting());
     }
 
     /// Draws all pictures but those of [`ProgressiveRenderer::finish`] by a visibility list from now on, without samples,
@@ -222,9 +220,8 @@ impl ProgressiveRenderer {
     ///
     /// # Errors
     /// Whatever the device refuses.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn draw_by_list(&mut self) -> Result<(), RenderError> {
-        self.hair.use_list()?;
+        self.hair.use_list(self.pacer.is_waiting())?;
         self.by_list = true;
         self.restart_picture();
         self.hair.context.check("visibility list").map_err(failed)
@@ -300,10 +297,7 @@ impl ProgressiveRenderer {
 
     /// Is the picture drawn by a visibility list, in one pass?
     fn is_by_list(&self) -> bool {
-        #[cfg(target_arch = "wasm32")]
-        return false;
-        #[cfg(not(target_arch = "wasm32"))]
-        return self.by_list && !self.picture.is_sampled;
+        self.by_list && !self.picture.is_sampled
     }
 
     /// Passes that the picture gets at rest.

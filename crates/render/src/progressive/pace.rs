@@ -68,6 +68,11 @@ impl Pacer {
         }
     }
 
+    /// Does it wait for the device?
+    pub fn is_waiting(&self) -> bool {
+        self.is_waiting
+    }
+
     /// Starts a turn of `budget`; tells `note` of what was finished since the last one.
     pub fn begin(&mut self, budget: Duration, note: impl FnMut(Finished)) {
         self.start = Instant::now();

@@ -29,7 +29,6 @@ impl ProgressiveRenderer {
         };
         let moved = job.dirty.has(Inputs::POINTS);
         let was_sampled = !self.is_by_list();
-        #[cfg(not(target_arch = "wasm32"))]
         if !self.is_still && job.dirty.has(Inputs::POINTS | Inputs::PROXIES) {
             self.picture.is_sampled = false;
         }
@@ -64,6 +63,10 @@ impl ProgressiveRenderer {
         let chunk = self.chunk();
         match self.hair.step(chunk)? {
             None => Ok(()),
+            Some(Stepped::AwaitsList) => {
+                self.is_listing = true;
+                Ok(())
+            }
             Some(Stepped::Restarted) => {
                 self.has_begun();
                 Ok(())

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::ProgressiveRenderer;
+use crate::hair_renderer::ListDrawn;
 use crate::invalidation::Inputs;
 use crate::passes::PartLimits;
 use crate::passes::parts::{self, Tile};
@@ -143,6 +144,9 @@ impl ProgressiveRenderer {
                     let left = job.steps.len() as f64 / job.n_steps.max(1) as f64;
                     observer(LIGHTING_SHARE * (1.0 - left));
                     self.light()?;
+                    if std::mem::take(&mut self.is_listing) {
+                        self.wait_for_list()?;
+                    }
                 }
             }
         }
@@ -308,34 +312,24 @@ impl ProgressiveRenderer {
         self.take_counters();
         Ok(pixels)
     }
-    /// Draws the target, whose light is there, from the visibility list. Answers whether there is one.
-    fn finish_by_list(&mut self, observer: Observer) -> Result<bool, RenderError> {
-        let is_drawn = self.resolve(false, &mut |done| {
-            observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * done);
-        })?;
-        if is_drawn {
-            self.compose(1)?;
-        }
-        Ok(is_drawn)
+
+    /// Waits for the device's next answer, which windows that do not wait leave to later turns.
+    fn wait_for_list(&self) -> Result<(), RenderError> {
+        self.hair.context.wait("visibility list").map_err(failed)
     }
 
-    /// Draws the sums of the target from the visibility list, as [`HairRenderer::draw_visible`] does.
-    ///
-    /// [`HairRenderer::draw_visible`]: crate::HairRenderer::draw_visible
-    pub(super) fn resolve(
-        &mut self,
-        may_be_draft: bool,
-        observer: &mut dyn FnMut(f64),
-    ) -> Result<bool, RenderError> {
-        let Some(target) = &self.target else {
-            return Ok(false);
+    /// Draws the target, whose light is there, from the visibility list. Answers whether there is one.
+    fn finish_by_list(&mut self, observer: Observer) -> Result<bool, RenderError> {
+        let mut observer = |done| observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * done);
+        let drawn = loop {
+            match self.resolve(false, &mut observer)? {
+                ListDrawn::NotYet => self.wait_for_list()?,
+                drawn => break drawn,
+            }
         };
-        let (view, sums) = (self.drawn_view(), target.sums().clone());
-        let is_drawn = self
-            .hair
-            .draw_visible(&view, &sums, may_be_draft, observer)?;
+        let is_drawn = matches!(drawn, ListDrawn::Of(_));
         if is_drawn {
-            self.hair.ribbons.set_view(&self.hair.context, &view);
+            self.compose(1)?;
         }
         Ok(is_drawn)
     }

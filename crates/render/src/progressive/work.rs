@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
-#[cfg(not(target_arch = "wasm32"))]
 use web_time::Instant;
 
 use super::{Drawn, Progress, ProgressiveRenderer, pace};
-use crate::hair_renderer::DirtyFlags;
+use crate::hair_renderer::{DirtyFlags, ListDrawn};
 use crate::invalidation::Inputs;
 use crate::passes::noise::Noise;
 use crate::passes::parts;
@@ -23,7 +22,6 @@ const DRAFT_PASSES: u32 = 4;
 enum Work {
     Project,
     /// Draws the picture from the visibility list.
-    #[cfg(not(target_arch = "wasm32"))]
     Resolve,
     Pass,
     Begin,
@@ -42,7 +40,7 @@ impl ProgressiveRenderer {
         // Lets callbacks run; a browser runs them anyway.
         let _ = self.hair.context.device.poll(wgpu::PollType::Poll);
         self.hair.context.check("advance").map_err(failed)?;
-        #[cfg(not(target_arch = "wasm32"))]
+        self.is_listing = false;
         if !self.is_still {
             self.hair.set_draws_by_list(self.is_by_list());
         }
@@ -62,7 +60,8 @@ impl ProgressiveRenderer {
                 }
                 // Not worth a turn of their own.
                 let is_small = matches!(work, Work::Project | Work::Begin | Work::Preview);
-                is_first = (is_small || Self::is_resolving(&work)) && is_first;
+                // A turn has light besides a picture by list, or a view that turns would never be lit.
+                is_first = (is_small || matches!(work, Work::Resolve)) && is_first;
                 self.work(&work)?;
             }
             let is_finished = self.picture.passes >= self.n_passes();
@@ -81,17 +80,6 @@ impl ProgressiveRenderer {
         let report = &mut self.hair.report;
         let took = |(name, _, _, seconds): pace::Finished| report.took(name, seconds);
         self.pacer.flush(&self.hair.context, took)
-    }
-
-    /// Is it a picture by list? A turn has light besides, or a view that turns would never be lit.
-    #[cfg(not(target_arch = "wasm32"))]
-    fn is_resolving(work: &Work) -> bool {
-        matches!(work, Work::Resolve)
-    }
-
-    #[cfg(target_arch = "wasm32")]
-    fn is_resolving(_: &Work) -> bool {
-        false
     }
 
     /// Notes the counts of products that the last shading left, once they are there.
@@ -114,6 +102,7 @@ impl ProgressiveRenderer {
         match &self.hair.job {
             _ if drawing.is_some() => drawing,
             Some(_) if self.hair.front_scale.is_none() && self.has_preview => Some(Work::Preview),
+            Some(job) if self.is_listing && job.awaits_list() && job.steps.is_empty() => None,
             Some(_) => Some(Work::Light),
             None if !is_resting => Some(Work::Begin),
             None => None,
@@ -124,11 +113,12 @@ impl ProgressiveRenderer {
     fn next_drawing(&self, is_resting: bool, drafts: u32) -> Option<Work> {
         let passes = self.picture.passes;
         let cycle = self.hair.job.as_ref().map(|job| &job.dirty);
-        #[cfg(not(target_arch = "wasm32"))]
         if self.is_by_list() {
             // Until a job is done its proxies are there and their light is not, but for a first look.
             let is_unlit = cycle.is_some_and(|dirty| dirty.has(Inputs::PROXIES));
-            let may_draw = passes == 0 && !(is_unlit && self.hair.report.shadings > 0);
+            let may_draw = passes == 0
+                && !self.is_listing
+                && !(is_unlit && self.hair.report.shadings > 0);
             return may_draw.then_some(Work::Resolve);
         }
         if self.hair.is_partly_lit() {
@@ -157,7 +147,6 @@ impl ProgressiveRenderer {
         let (stage, units) = match work {
             Work::Begin | Work::Preview => return true,
             Work::Project => ("project", 1.0),
-            #[cfg(not(target_arch = "wasm32"))]
             Work::Resolve => ("draw", 1.0),
             Work::Pass => ("draw", 1.0),
             Work::Show => ("display", 1.0),
@@ -185,22 +174,30 @@ impl ProgressiveRenderer {
                 self.restart_samples();
                 self.submitted("project", 1.0)
             }
-            #[cfg(not(target_arch = "wasm32"))]
             Work::Resolve => {
-                // Listing waits for the device: not for what others submitted.
+                // Listing may wait for the device: not for what others submitted.
                 self.flush()?;
                 let start = Instant::now();
+                let asked = self.drawn_view();
                 match self.resolve(true, &mut |_| ())? {
-                    true => {
-                        self.picture.passes = 1;
-                        self.pacer.learn("draw", 1.0, start.elapsed().as_secs_f64());
+                    ListDrawn::Of(view) => {
+                        self.drew_by_list(start)?;
+                        if view == asked {
+                            self.picture.passes = 1;
+                            return Ok(());
+                        }
+                        self.work(&Work::Show)
                     }
-                    false => {
+                    ListDrawn::NotYet => {
+                        self.is_listing = true;
+                        Ok(())
+                    }
+                    ListDrawn::NoRoom => {
                         self.picture.is_sampled = true;
                         self.hair.set_draws_by_list(false);
+                        Ok(())
                     }
                 }
-                Ok(())
             }
             Work::Pass => {
                 let samples = self.total_samples();
@@ -272,6 +269,41 @@ impl ProgressiveRenderer {
             }
         }
     }
+
+    /// Notes that a picture by list was begun at `start`, and is done if anybody waits.
+    fn drew_by_list(&mut self, start: Instant) -> Result<(), RenderError> {
+        if self.pacer.is_waiting() {
+            (self.pacer).learn("draw", 1.0, start.elapsed().as_secs_f64());
+            return Ok(());
+        }
+        let report = &mut self.hair.report;
+        self.pacer
+            .submitted(&self.hair.context, "draw", 1.0, |(name, _, _, seconds)| {
+                report.took(name, seconds);
+            })
+    }
+
+    /// Draws the sums of the target from the visibility list, as [`HairRenderer::draw_visible`] does.
+    ///
+    /// [`HairRenderer::draw_visible`]: crate::HairRenderer::draw_visible
+    pub(super) fn resolve(
+        &mut self,
+        may_be_draft: bool,
+        observer: &mut dyn FnMut(f64),
+    ) -> Result<ListDrawn, RenderError> {
+        let Some(target) = &self.target else {
+            return Ok(ListDrawn::NoRoom);
+        };
+        let (view, sums) = (self.drawn_view(), target.sums().clone());
+        let drawn = self
+            .hair
+            .draw_visible(&view, &sums, may_be_draft, observer)?;
+        if let ListDrawn::Of(view) = drawn {
+            self.hair.ribbons.set_view(&self.hair.context, &view);
+        }
+        Ok(drawn)
+    }
+
     /// Puts the background behind sums of so many samples.
     pub(super) fn compose(&mut self, samples: u32) -> Result<(), RenderError> {
         let Some(target) = &mut self.target else {

@@ -5,7 +5,6 @@ use super::super::meshes::Meshes;
 use super::super::proxies::Proxies;
 use super::super::resources::{StrandBuffers, write};
 use super::super::shadows::SweptLights;
-#[cfg(not(target_arch = "wasm32"))]
 use super::super::visibility::ShownProxies;
 use super::super::volume::Volume;
 use super::{Kind, Lighting, Lit, Shade};
@@ -140,7 +139,6 @@ impl Lighting {
     }
 
     /// The proxies in the light that radiance buffer `ix` has, if there are any.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn shown_proxies(&self, ix: usize) -> Option<ShownProxies<'_>> {
         let proxies = self.proxies.as_ref()?;
         Some(ShownProxies {

@@ -168,7 +168,6 @@ impl Lighting {
     }
 
     /// Makes all points black.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn clear(&self, context: &Context, into: usize) {
         submit(context, |encoder| {
             encoder.clear_buffer(&self.radiance[into], 0, None);

@@ -1,0 +1,278 @@
+//! The list itself.
+
+use std::ops::Range;
+
+use super::super::readback::Readback;
+use super::super::resources::{StrandBuffers, compute_pass, failed, grow, step, submit};
+use super::super::stamp::Stamp;
+use super::bands::{bands, hits_of};
+use super::buffers::{Buffers, HIT_BYTES, TOTALS_BYTES, limit};
+use super::pipelines::{Pipelines, group, groups};
+use super::{Asked, Made, Seen, ShownProxies, Use, VisibilityPass};
+use crate::gpu::Context;
+use strandlight_scene::RenderError;
+use strandlight_scene::camera::ViewUniform;
+
+impl VisibilityPass {
+    /// Begins the list of `strands` among `proxies` as `view` sees them, and that of the points which it shows; the one
+    /// before is lost.
+    pub fn begin(
+        &mut self,
+        context: &Context,
+        view: &ViewUniform,
+        strands: &StrandBuffers,
+        (proxies, is_narrow): (Option<ShownProxies>, bool),
+        stamp: Stamp,
+    ) -> Result<(), RenderError> {
+        self.forget();
+        self.extent = view.extent;
+        let meshes = proxies.and_then(|proxies| proxies.meshes);
+        let n_triangles = meshes.map_or(0, |[_, corners]| (corners.size() / 12) as u32);
+        let numbers = [self.n_points, n_triangles];
+        let has_proxies = proxies.is_some();
+        if !(self.buffers).fit(context, numbers, view.extent, has_proxies) {
+            return Ok(());
+        }
+        context.write(&self.buffers.view, 0, bytemuck::bytes_of(view));
+        self.set_kind(context, proxies, is_narrow)?;
+        self.write_layout(context, 0..view.extent[1], Use::Counts);
+        self.count_hits(context, strands, stamp);
+        if let Some(meshes) = meshes {
+            self.count_triangles(context, meshes);
+        }
+        self.ask(context, Asked::Rows);
+        Ok(())
+    }
+
+    /// Goes on with the list that was begun, as far as the device has answered; `strands` and `proxies` are those of
+    /// then.
+    pub fn proceed(
+        &mut self,
+        context: &Context,
+        strands: &StrandBuffers,
+        proxies: Option<ShownProxies>,
+        stamp: impl FnOnce() -> Stamp,
+    ) -> Result<Made, RenderError> {
+        let asked = self.asked;
+        if asked == Asked::Nothing {
+            return Ok(Made::Whole(None));
+        }
+        let Some(numbers) = self.answer.take::<u32>() else {
+            if self.answer.is_idle() {
+                // It was lost on its way, which the context has the reason of.
+                self.forget();
+                context.check("visibility list").map_err(failed)?;
+                return Ok(Made::Whole(None));
+            }
+            return Ok(Made::NotYet);
+        };
+        if asked == Asked::Seen {
+            self.asked = Asked::Nothing;
+            return Ok(Made::Whole(Some(Seen {
+                points: numbers[0],
+                entries: numbers[1],
+            })));
+        }
+        let height = self.extent[1] as usize;
+        let meshes = proxies.and_then(|proxies| proxies.meshes);
+        let has_room = self.make_room(context, &numbers[..height])
+            && meshes.is_none_or(|meshes| {
+                let n_sorted = numbers[2 * height];
+                self.sort_triangles(context, meshes, n_sorted)
+            });
+        if !has_room {
+            self.forget();
+            return Ok(Made::Whole(None));
+        }
+        submit(context, |encoder| {
+            encoder.clear_buffer(&self.buffers.seen, 0, None)
+        });
+        for ix in 0..self.bands.len() {
+            self.list_band(context, strands, proxies, ix)?;
+        }
+        self.list_seen(context, stamp());
+        self.ask(context, Asked::Seen);
+        Ok(Made::NotYet)
+    }
+
+    /// There is no list, nor is one under way.
+    pub fn forget(&mut self) {
+        self.listed = None;
+        self.asked = Asked::Nothing;
+        self.bands.clear();
+    }
+
+    /// Has the device answer what it has counted.
+    fn ask(&mut self, context: &Context, asked: Asked) {
+        let Buffers { rows, totals, .. } = &self.buffers;
+        let of_rows = 2 * 4 * u64::from(self.extent[1]);
+        let (from, bytes) = match asked {
+            Asked::Rows => (rows, of_rows + TOTALS_BYTES),
+            Asked::Seen | Asked::Nothing => (totals, TOTALS_BYTES),
+        };
+        // An answer that nobody took may still be on its way.
+        if !self.answer.has_room(bytes) {
+            self.answer = Readback::new(context, bytes);
+        }
+        self.answer.send(context, from, bytes, |encoder| {
+            if asked == Asked::Rows {
+                encoder.copy_buffer_to_buffer(totals, 0, rows, of_rows, TOTALS_BYTES);
+            }
+        });
+        self.asked = asked;
+    }
+
+    /// Counts the hits of all pixels.
+    fn count_hits(&self, context: &Context, strands: &StrandBuffers, stamp: Stamp) {
+        let Buffers {
+            view,
+            points,
+            pixels,
+            rows,
+            ..
+        } = &self.buffers;
+        let Pipelines {
+            place_points,
+            find_hits,
+            sum_rows,
+            ..
+        } = &self.pipelines;
+        let of_strands = [
+            (3, &strands.points),
+            (4, &strands.tangents),
+            (5, &strands.normals),
+        ];
+        let placed = [&[(0, view), (6, points)], &of_strands[..]].concat();
+        let placed = group(context, place_points, &placed);
+        let counted = self.bind_hits(context, strands);
+        let summed = group(context, sum_rows, &[(0, view), (8, pixels), (9, rows)]);
+        submit(context, |encoder| {
+            encoder.clear_buffer(pixels, 0, None);
+            let mut pass = compute_pass(context, encoder, stamp);
+            step(&mut pass, place_points, &placed, groups(self.n_points));
+            step(&mut pass, find_hits, &counted, groups(self.n_segments));
+            step(&mut pass, sum_rows, &summed, [self.extent[1], 1]);
+        });
+    }
+
+    /// Shares rows of so many hits out into bands, and makes room for those of one. Answers whether it fits the device.
+    fn make_room(&mut self, context: &Context, rows: &[u32]) -> bool {
+        let fitting = u32::try_from(limit(context) / HIT_BYTES).unwrap_or(u32::MAX);
+        self.bands = bands(rows, self.most_hits.min(fitting));
+        let most = self.bands.iter().map(|band| hits_of(rows, band));
+        let most = most.max().unwrap_or(0);
+        let bytes = most * HIT_BYTES;
+        if bytes > limit(context) || most > u64::from(u32::MAX) / 3 {
+            return false;
+        }
+        grow(context, &mut self.buffers.hits, bytes);
+        true
+    }
+
+    fn bind_hits(&self, context: &Context, strands: &StrandBuffers) -> wgpu::BindGroup {
+        let Buffers {
+            view,
+            layout,
+            points,
+            pixels,
+            hits,
+            ..
+        } = &self.buffers;
+        let resources = [
+            (0, view),
+            (1, layout),
+            (2, &strands.segments),
+            (7, points),
+            (8, pixels),
+            (10, hits),
+        ];
+        group(context, &self.pipelines.find_hits, &resources)
+    }
+
+    /// Makes the list of a band, unless it is there.
+    pub(super) fn list_band(
+        &mut self,
+        context: &Context,
+        strands: &StrandBuffers,
+        proxies: Option<ShownProxies>,
+        ix: usize,
+    ) -> Result<(), RenderError> {
+        let (Some(kind), false) = (&self.kind, self.listed == Some(ix)) else {
+            return Ok(());
+        };
+        let band: Range<u32> = self.bands[ix].clone();
+        self.write_layout(context, band.clone(), Use::Writes);
+        let Buffers {
+            view,
+            layout,
+            points,
+            pixels,
+            rows,
+            hits,
+            seen,
+            behind,
+            triangles,
+            tiles,
+            ..
+        } = &self.buffers;
+        let Pipelines {
+            find_hits,
+            place_rows,
+            place_pixels,
+            ..
+        } = &self.pipelines;
+        let placed_rows = group(context, place_rows, &[(0, view), (1, layout), (9, rows)]);
+        let of_rows = [(0, view), (1, layout), (8, pixels), (9, rows)];
+        let placed_pixels = group(context, place_pixels, &of_rows);
+        let written = self.bind_hits(context, strands);
+        let mut resources = vec![(0, view), (1, layout), (7, points), (8, pixels), (10, hits)];
+        resources.push((11, seen));
+        if let Some(proxies) = proxies {
+            resources.extend([(17, proxies.records), (18, behind)]);
+            let of_meshes = [(23, triangles), (24, tiles)];
+            resources.extend(proxies.meshes.iter().flat_map(|_| of_meshes));
+        }
+        let listed = group(context, &kind.list_pixels, &resources);
+        submit(context, |encoder| {
+            let mut pass = compute_pass(context, encoder, Stamp::default());
+            step(&mut pass, place_rows, &placed_rows, [1, 1]);
+            step(
+                &mut pass,
+                place_pixels,
+                &placed_pixels,
+                [band.len() as u32, 1],
+            );
+            step(&mut pass, find_hits, &written, groups(self.n_segments));
+            step(
+                &mut pass,
+                &kind.list_pixels,
+                &listed,
+                self.groups_of_pixels(&band),
+            );
+        });
+        if self.bands.len() > 1 {
+            // No more than one is on its way.
+            self.wait(context)?;
+        }
+        self.listed = Some(ix);
+        Ok(())
+    }
+
+    /// Lists the points that are seen.
+    fn list_seen(&self, context: &Context, stamp: Stamp) {
+        let Buffers {
+            view,
+            seen,
+            seen_points,
+            totals,
+            ..
+        } = &self.buffers;
+        let resources = [(0, view), (11, seen), (12, seen_points), (13, totals)];
+        let list_seen = &self.pipelines.list_seen;
+        let group = group(context, list_seen, &resources);
+        submit(context, |encoder| {
+            let mut pass = compute_pass(context, encoder, stamp);
+            step(&mut pass, list_seen, &group, [1, 1]);
+        });
+    }
+}

@@ -1,0 +1,194 @@
+//! Strands without samples: a list of what each pixel shows, the points that this is, and the list times their
+//! radiance. See `shaders/pass/visibility.wgsl`.
+//!
+//! How much room a list takes is known when the device has counted: [`VisibilityPass::begin`] has it count, and
+//! [`VisibilityPass::proceed`] goes on with what has been answered. Nobody waits but who wants to.
+
+mod bands;
+mod buffers;
+mod drawing;
+mod making;
+mod pipelines;
+mod triangles;
+
+use std::ops::Range;
+
+use super::draw::LitPoints;
+use super::parts::PartLimits;
+use super::readback::Readback;
+use super::resources::{StrandBuffers, failed};
+use super::{meshes, proxies};
+use crate::gpu::Context;
+use buffers::{Buffers, ListLayout, TOTALS_BYTES};
+use pipelines::{Kind, Pipelines};
+use strandlight_scene::RenderError;
+
+pub(crate) use buffers::LAYOUTS;
+
+/// Side of a tile, px.
+const TILE: u32 = 16;
+
+/// Light of narrow lights along segments.
+const NARROW: &str = "NARROW";
+
+/// What stands before and behind the hair.
+#[derive(Clone, Copy)]
+pub(crate) struct ShownProxies<'a> {
+    /// Records of the proxies.
+    pub records: &'a wgpu::Buffer,
+    /// Their light, and that of the vertices of meshes.
+    pub light: &'a wgpu::Buffer,
+    /// Vertices of meshes and corners of their triangles, if there are any.
+    pub meshes: Option<[&'a wgpu::Buffer; 2]>,
+}
+
+/// How much of a view the picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Seen {
+    /// Points.
+    pub points: u32,
+    /// Pairs of a pixel and a ribbon.
+    pub entries: u32,
+}
+
+/// How far the list is that was begun last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Made {
+    /// The device has not answered yet.
+    NotYet,
+    /// It is there; [`None`] if the device has no room for it, and nothing can be drawn.
+    Whole(Option<Seen>),
+}
+
+/// The light in which a list is drawn.
+#[derive(Clone, Copy)]
+pub(crate) struct ListedLight<'a> {
+    /// Radiance of the points.
+    pub points: LitPoints<'a>,
+    /// The profile over the width of wide strands.
+    pub even: [f32; 4],
+    /// Points that were not lit are black, and those of their pixel that were stand for them.
+    pub is_draft: bool,
+}
+
+/// What a layout is for.
+enum Use {
+    /// Hits are counted.
+    Counts,
+    /// Hits are written.
+    Writes,
+    /// The list is drawn, as [`ListedLight::even`] and [`ListedLight::is_draft`] say.
+    Draws([f32; 4], bool),
+}
+
+/// What the device has been asked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Asked {
+    /// Nothing.
+    Nothing,
+    /// How many hits the rows have, and how many triangles the tiles.
+    Rows,
+    /// How much is seen.
+    Seen,
+}
+
+/// The list of a picture, and what makes and draws it.
+pub(crate) struct VisibilityPass {
+    pipelines: Pipelines,
+    kind: Option<Kind>,
+    buffers: Buffers,
+    extent: [u32; 2],
+    n_segments: u32,
+    n_points: u32,
+    /// Most hits of a band; a row may have more.
+    pub most_hits: u32,
+    /// Waits for each of several bands before the next is begun.
+    pub is_waiting: bool,
+    /// Rows whose hits there is room for at a time.
+    bands: Vec<Range<u32>>,
+    /// The band whose list is there.
+    listed: Option<usize>,
+    asked: Asked,
+    answer: Readback,
+}
+
+impl VisibilityPass {
+    /// For `strands`.
+    pub fn new(context: &Context, strands: &StrandBuffers) -> Result<VisibilityPass, RenderError> {
+        Ok(VisibilityPass {
+            pipelines: Pipelines::new(context)?,
+            kind: None,
+            buffers: Buffers::new(context, strands),
+            extent: [0; 2],
+            n_segments: strands.n_segments,
+            n_points: strands.n_points,
+            most_hits: PartLimits::default().hits,
+            is_waiting: !cfg!(target_arch = "wasm32"),
+            bands: Vec::new(),
+            listed: None,
+            asked: Asked::Nothing,
+            answer: Readback::new(context, TOTALS_BYTES),
+        })
+    }
+
+    /// The points that the last list shows, [`Seen::points`] of them.
+    pub fn seen_points(&self) -> &wgpu::Buffer {
+        &self.buffers.seen_points
+    }
+
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
+        self.buffers.bytes()
+    }
+
+    fn set_kind(
+        &mut self,
+        context: &Context,
+        proxies: Option<ShownProxies>,
+        is_narrow: bool,
+    ) -> Result<(), RenderError> {
+        let mut features = Vec::new();
+        features.extend(proxies.map(|_| proxies::FEATURE));
+        let meshes = proxies.and_then(|proxies| proxies.meshes);
+        features.extend(meshes.map(|_| meshes::FEATURE));
+        features.extend(is_narrow.then_some(NARROW));
+        let has_other = |kind: &Kind| kind.features != features;
+        if self.kind.as_ref().is_none_or(has_other) {
+            self.kind = Some(Kind::new(context, features)?);
+        }
+        Ok(())
+    }
+
+    fn write_layout(&self, context: &Context, rows: Range<u32>, of: Use) {
+        let (even, is_draft) = match of {
+            Use::Draws(even, is_draft) => (even, is_draft),
+            Use::Counts | Use::Writes => ([0.0; 4], false),
+        };
+        let layout = ListLayout {
+            n_tiles: self.n_tiles(),
+            first_row: rows.start,
+            end_row: rows.end,
+            n_segments: self.n_segments,
+            is_writing: u32::from(matches!(of, Use::Writes)),
+            is_draft: u32::from(is_draft),
+            pad: 0,
+            even,
+        };
+        context.write(&self.buffers.layout, 0, bytemuck::bytes_of(&layout));
+    }
+
+    fn n_tiles(&self) -> [u32; 2] {
+        self.extent.map(|n| n.div_ceil(TILE))
+    }
+
+    fn groups_of_pixels(&self, rows: &Range<u32>) -> [u32; 2] {
+        [self.extent[0].div_ceil(8), (rows.len() as u32).div_ceil(8)]
+    }
+
+    fn wait(&self, context: &Context) -> Result<(), RenderError> {
+        match self.is_waiting {
+            true => context.wait("visibility list").map_err(failed),
+            false => Ok(()),
+        }
+    }
+}
