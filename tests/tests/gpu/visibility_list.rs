@@ -448,3 +448,59 @@ fn windows_without_room_for_a_list_are_sampled() {
     shown(&mut renderer);
     assert_eq!(renderer.progress().total_samples, 0);
 }
+
+/// Who does not wait for the device, as a page cannot, is shown the same picture some turns later, and a view that keeps
+/// turning while it turns.
+#[test]
+fn lists_are_drawn_without_waiting_for_them() {
+    let context = context();
+    let mut scene = wig_scene(400);
+    scene.proxies = head_and_ground(&scene);
+    scene.proxies.push(mesh(&scene));
+    let (_, expected) = window(&context, &scene);
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    renderer.draw_by_list().unwrap();
+    renderer.set_waiting(false);
+    renderer.set_size(SIZE).unwrap();
+    assert_eq!(difference(&shown(&mut renderer), &expected).1, 0);
+    let parts = PartLimits {
+        hits: 5000,
+        ..PartLimits::default()
+    };
+    renderer.set_parts(parts);
+    assert_eq!(difference(&shown(&mut renderer), &expected).1, 0);
+
+    const TURN: Duration = Duration::from_millis(5);
+    let camera = scene.camera;
+    let turned = |step: u32| Camera {
+        eye: camera.target
+            + Quat::from_rotation_y(0.01 * step as f32) * (camera.eye - camera.target),
+        ..camera
+    };
+    renderer.set_camera(turned(1));
+    renderer.advance(TURN).unwrap();
+    assert_eq!(renderer.report().runs("list"), 0, "it was waited for");
+    // A still waits for the list that is under way.
+    let still = renderer.still(SIZE, 1).unwrap();
+    let fresh = drawn(&mut by_list(&context, renderer.scene())).0;
+    assert!(picture_rmse(&still, &fresh) < 1e-5);
+
+    let shadings = renderer.report().shadings;
+    let mut pictures = vec![renderer.read_display().unwrap()];
+    let mut step = 1;
+    while pictures.len() < 8 || renderer.report().shadings < shadings + 3 {
+        step += 1;
+        renderer.set_camera(turned(step));
+        renderer.advance(TURN).unwrap();
+        let picture = renderer.read_display().unwrap();
+        if pictures.last() != Some(&picture) {
+            pictures.push(picture);
+        }
+        assert!(step < 300, "{} pictures", pictures.len());
+    }
+    let last = shown(&mut renderer);
+    let mut scene = renderer.scene().clone();
+    scene.camera = turned(step);
+    let (mean, most) = difference(&last, &window(&context, &scene).1);
+    assert!(mean < 0.01 && most <= 2, "{mean} {most}");
+}

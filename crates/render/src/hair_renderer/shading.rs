@@ -1,8 +1,8 @@
 //! Shading of all points, step by step.
 
 use super::HairRenderer;
-use super::visible_list::list_view;
 use super::job::{DirtyFlags, ShadingJob, Stepped};
+use super::visible_list::list_view;
 use crate::invalidation::Inputs;
 use crate::passes::deform::Deform;
 use crate::passes::strand_pass::{StrandFeatures, StrandPass};

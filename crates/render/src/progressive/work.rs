@@ -116,9 +116,8 @@ impl ProgressiveRenderer {
         if self.is_by_list() {
             // Until a job is done its proxies are there and their light is not, but for a first look.
             let is_unlit = cycle.is_some_and(|dirty| dirty.has(Inputs::PROXIES));
-            let may_draw = passes == 0
-                && !self.is_listing
-                && !(is_unlit && self.hair.report.shadings > 0);
+            let may_draw =
+                passes == 0 && !self.is_listing && !(is_unlit && self.hair.report.shadings > 0);
             return may_draw.then_some(Work::Resolve);
         }
         if self.hair.is_partly_lit() {
