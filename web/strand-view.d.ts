@@ -27,7 +27,7 @@ export interface ChangeDetail {
   label?: string;
 }
 
-/** How far the picture is. The CPU's has no samples to count. */
+/** How far the picture is. There are no samples to count unless a GPU has no room for a visibility list. */
 export interface ProgressDetail {
   samples: number;
   totalSamples: number;
@@ -46,7 +46,7 @@ export interface StrandViewEventMap {
   load: CustomEvent<LoadDetail>;
   change: CustomEvent<ChangeDetail>;
   progress: CustomEvent<ProgressDetail>;
-  /** The picture has all its samples. */
+  /** The picture is complete. */
   done: CustomEvent<{ samples: number }>;
   error: CustomEvent<ErrorDetail>;
 }
@@ -93,7 +93,7 @@ export class StrandView extends HTMLElement {
   /** The value of a key; undefined where the scene leaves it to its default. */
   get(key: string): SceneValue | undefined;
 
-  /** The picture as a PNG, when it has all its samples. */
+  /** The picture as a PNG, when it is complete. */
   snapshot(): Promise<Blob>;
 
   /** Gives memory and device back. The element shows nothing until another scene is loaded. */

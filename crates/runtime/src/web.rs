@@ -116,7 +116,7 @@ impl View {
         self.0.set_camera(object(keys)?).map_err(refused)
     }
 
-    /// Has the picture all its samples?
+    /// Is the picture complete?
     ///
     /// # Errors
     /// No scene.

@@ -7,7 +7,7 @@ use strandlight_formats::{BakedFile, Groom, Scene};
 use crate::web_common::browser::{Browser, WITH_WEBGPU, WITHOUT_WEBGPU};
 use crate::web_common::picture::{Pixels, keep, native, native_on_cpu};
 use crate::web_common::server::serve;
-use crate::web_common::{SAMPLES, SCENE, build, page};
+use crate::web_common::{SCENE, build, page};
 
 const SIZE: [u32; 2] = [760, 400];
 
@@ -15,7 +15,7 @@ const SIZE: [u32; 2] = [760, 400];
 /// picture of the scene as it was saved, or not saved?
 fn is_done(is_saved: bool) -> String {
     let star = if is_saved { "" } else { "*" };
-    let title = format!("strandview - scene.toml{star} - {SAMPLES}/{SAMPLES}");
+    let title = format!("strandview - scene.toml{star} - done");
     format!("document.querySelector('canvas')?.getAttribute('alt') === {title:?}")
 }
 
@@ -254,18 +254,13 @@ fn fingers_and_pens_paint_as_hard_as_they_press() {
     assert_eq!(browser.console, Vec::<String>::new());
 }
 
-/// Without samples, the title of a finished picture.
-fn is_done_on_cpu(is_saved: bool) -> String {
-    is_done(is_saved).replace(&format!("{SAMPLES}/{SAMPLES}"), "done")
-}
-
 #[test]
 fn without_webgpu_the_cpu_draws_the_page() {
     let folder = page();
     let mut browser = Browser::start(WITHOUT_WEBGPU, SIZE);
     browser.before_pages("globalThis.strandview_log = [];");
     browser.go(&serve(folder));
-    browser.wait_for(&is_done_on_cpu(true));
+    browser.wait_for(&is_done(true));
     let log = browser.evaluate("strandview_log.find(line => line.includes('\"renderer\"'))");
     let line: serde_json::Value =
         serde_json::from_str(log.as_str().unwrap_or_default()).expect("the renderer is logged");
@@ -285,14 +280,14 @@ fn without_webgpu_the_cpu_draws_the_page() {
     let slider = place(&mut browser, "IOR slider");
     let middle = [(slider[0] + slider[2]) / 2.0, (slider[1] + slider[3]) / 2.0];
     browser.drag(middle, [slider[2] - 2.0, middle[1]]);
-    browser.wait_for(&is_done_on_cpu(false));
+    browser.wait_for(&is_done(false));
     browser.mouse_away();
     let edited = look(&mut browser, "web-cpu-slid").part(extent);
     let difference = edited.difference(&opened);
     println!("slid against opened: {difference:.3} levels");
     assert!(difference > 0.5, "the slider did nothing: {difference}");
     browser.control('z');
-    browser.wait_for(&is_done_on_cpu(true));
+    browser.wait_for(&is_done(true));
     let mut undone = look(&mut browser, "web-cpu-undone").part(extent);
     assert!(undone.difference(&opened) < 0.05);
 

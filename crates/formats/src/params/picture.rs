@@ -222,8 +222,8 @@ pub const RENDER: Section<RenderSection> = Section {
         .slider(4.0, 1024.0)
         .logarithmic()
         .help(
-            "Samples per pixel where pictures are drawn with samples: in web pages and by \
-                 `strandview` without a window on a GPU, and where a GPU has no room for a visibility list. More give smoother strands and take longer.",
+            "Samples per pixel where pictures are drawn with samples: by `strandview` \
+                 without a window on a GPU, and where a GPU has no room for a visibility list. More give smoother strands and take longer.",
         ),
         Param::numbers(
             "shadow_maps",

@@ -16,9 +16,6 @@ use strandlight_tests::render_common::{lights, wig};
 /// The scene of the page.
 pub const SCENE: &str = "small.toml";
 
-/// Samples a pixel; more than a draft has.
-pub const SAMPLES: u32 = 20;
-
 /// Writes a scene of some hundred strands, with a background that no hair has.
 pub fn scene_in(folder: &Path) -> PathBuf {
     let (points, strand_offsets) = wig(200, 12);
@@ -45,7 +42,6 @@ pub fn scene_in(folder: &Path) -> PathBuf {
         up: [0.0, 1.0, 0.0],
         fov_deg: 40.0,
     });
-    scene.render.samples = SAMPLES;
     scene.render.shadow_maps = 8;
     scene.render.background = Background::Color([0.02, 0.05, 0.3]);
     let path = folder.join(SCENE);

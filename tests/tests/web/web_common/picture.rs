@@ -8,8 +8,6 @@ use strandlight_render::ProgressiveRenderer;
 use strandlight_scene::{Backend, PreparedScene};
 use strandlight_tests::render_common;
 
-use super::SAMPLES;
-
 /// 8-bit colours, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pixels {
@@ -90,8 +88,9 @@ pub fn native(folder: &Path, size: [usize; 2]) -> Pixels {
     let prepared = PreparedScene::load(&scene).expect("all files");
     let context = render_common::context();
     let mut renderer = ProgressiveRenderer::new(&context, prepared.clone()).expect("a renderer");
+    renderer.draw_by_list().expect("a renderer");
     let (picture, _) = renderer
-        .render_to_image(&prepared.camera, scene.render.size, SAMPLES)
+        .render_to_image(&prepared.camera, scene.render.size, 1)
         .expect("a picture");
     let texels = picture.to_srgb8(prepared.exposure, &prepared.display);
     Pixels {
@@ -107,7 +106,7 @@ pub fn native_on_cpu(folder: &Path, size: [usize; 2]) -> Pixels {
     let prepared = PreparedScene::load(&scene).expect("all files");
     let (exposure, display) = (prepared.exposure, prepared.display.clone());
     let (picture, _) = CpuRenderer::new(prepared)
-        .render(size.map(|side| side as u32), SAMPLES, &|_| ())
+        .render(size.map(|side| side as u32), 1, &|_| ())
         .expect("a picture");
     let texels = picture.to_srgb8(exposure, &display);
     Pixels {
