@@ -1,68 +1,18 @@
-// Draws strands without samples, from a list of what each pixel shows, from front to back, with the share of the pixel
-// that it covers. `find_hits` counts the ribbons that may cover something of a pixel and then, once `sum_rows`,
+// The visibility list: what each pixel shows, from front to back, with the share of the pixel that it covers; strands
+// are drawn from it without samples (`pass/listed_picture`). `find_hits` counts the ribbons that may cover something of a pixel and then, once `sum_rows`,
 // `place_rows` and `place_pixels` have made room, writes them; `list_pixels` takes those of a pixel by depth, until hardly
 // anything of what is behind can be seen, and leaves the list of the pixel in their place; `list_seen` lists the points
-// that some pixel shows; `resolve` is the list times their radiance. The order in which hits come does not matter.
+// that some pixel shows. The order in which hits come does not matter.
 // Twin: crates/cpu/src/list.rs.
 // #import lib/view
 // #import lib/screen_point
 // #import lib/pieces
 // #import lib/coverage
-// #if NARROW
-// #import lib/along_segments
-// #endif
+// #import lib/visible_list
+// #import lib/group_sums
 // #if PROXIES
 // #import lib/proxy
 // #endif
-
-struct ListLayout {
-    // Columns and rows of tiles, which triangles of meshes are sorted into.
-    n_tiles: vec2u,
-    // Of the band that there is room for, and where they end.
-    first_row: u32,
-    end_row: u32,
-    n_segments: u32,
-    // 0: hits are counted; 1: they are written.
-    is_writing: u32,
-    // 1: not all points were lit, and those that were not are black.
-    is_draft: u32,
-    pad: u32,
-    // Of wide strands: WidthProfile.even of lib/width_profile.
-    even: vec4f,
-}
-
-// What there is of a pixel.
-struct Pixel {
-    n_hits: atomic<u32>,
-    // Where the next hit goes; once all are there, where they end.
-    next: atomic<u32>,
-    // At the end of the hits, the first entry last.
-    n_entries: u32,
-    pad: u32,
-}
-
-// A surface behind the hair of a pixel.
-struct SeenSurface {
-    // Which proxy, or from their number on which triangle.
-    surface: u32,
-    // Share of the pixel.
-    weight: f32,
-    // Where it is, from the middle of the pixel, px: two numbers of 16 bits.
-    moved: u32,
-    // Along the line of sight, cm.
-    depth: f32,
-}
-
-// A triangle of a mesh as the eye sees it.
-struct Triangle {
-    // For each corner, the side of the plane through the eye and the other two: a constant, and the growth along x and
-    // y from the middle of the picture, px. Rays through the triangle have the same side of all three.
-    sides: array<vec4f, 3>,
-    // Which surfaces.
-    corners: vec3u,
-    // Times the inverse of the sum of the sides, the depth along the line of sight, cm.
-    depth: f32,
-}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> list: ListLayout;
@@ -88,51 +38,19 @@ struct Triangle {
 @group(0) @binding(12) var<storage, read_write> seen_points: array<u32>;
 // Numbers of points that are seen and of entries.
 @group(0) @binding(13) var<storage, read_write> totals: vec2u;
-@group(0) @binding(14) var<storage, read> radiance: array<vec4f>;
-// Sum of one sample.
-@group(0) @binding(15) var<storage, read_write> picture: array<vec4f>;
-// #if NARROW
-// Of narrow lights, [point][half].
-@group(0) @binding(16) var<storage, read> along: array<vec4u>;
-// #endif
 // #if PROXIES
 @group(0) @binding(17) var<uniform> proxies: Proxies;
 // #endif
 // [pixel], those with the largest weight of their kind.
 @group(0) @binding(18) var<storage, read_write> behind: array<array<SeenSurface, N_BEHIND>>;
-// [proxy][row][column], then [surface] of meshes: (rgb, 0), times the view's radiance scale.
-@group(0) @binding(19) var<storage, read> light_maps: array<vec4f>;
 // #if MESHES
-// [surface] position, normal, albedo
-@group(0) @binding(20) var<storage, read> surfaces: array<array<vec4f, 3>>;
-// [triangle][corner]: which surface.
-@group(0) @binding(21) var<storage, read> corners: array<u32>;
-@group(0) @binding(22) var<storage, read_write> placed_triangles: array<Triangle>;
-// The same, to be read.
 @group(0) @binding(23) var<storage, read> triangles: array<Triangle>;
 // Of each tile its number of triangles, then where they start, then where they end; after that the triangles of all
 // tiles.
 @group(0) @binding(24) var<storage, read_write> tiles: array<atomic<u32>>;
 // #endif
 
-// Side of a tile, px.
-const TILE: u32 = 16u;
-
-// Surfaces of a pixel that are kept: two proxies and a triangle.
-const N_BEHIND: u32 = 3u;
-
-// Threads of a group that goes through segments, triangles or a row.
-const GROUP: u32 = 256u;
-
 const NO_SURFACE: u32 = 0xffffffffu;
-
-// Depth up to which places on the screen are not to be trusted, cm.
-const NEXT_TO_EYE: f32 = 0.01;
-
-// How far beyond its outline a triangle is looked for, px.
-const REACH: f32 = 1.0;
-
-var<workgroup> sums: array<u32, GROUP>;
 
 @compute @workgroup_size(GROUP)
 fn place_points(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
@@ -223,23 +141,6 @@ fn find_hits(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) 
     }
 }
 
-// The share of `n` that a thread of a group goes through: where it begins and ends.
-fn share_of(local: u32, n: u32) -> vec2u {
-    let share = (n + GROUP - 1u) / GROUP;
-    let begin = min(local * share, n);
-    return vec2u(begin, min(begin + share, n));
-}
-
-// Once every thread left a sum: that of the threads before.
-fn sum_before(local: u32) -> u32 {
-    workgroupBarrier();
-    var before = 0u;
-    for (var ix = 0u; ix < local; ix++) {
-        before += sums[ix];
-    }
-    return before;
-}
-
 // A group for each row.
 @compute @workgroup_size(GROUP)
 fn sum_rows(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
@@ -289,106 +190,6 @@ fn place_pixels(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
         before += atomicLoad(&pixels[row + x].n_hits);
     }
 }
-
-// #if MESHES
-fn triangle_side(normal: vec3f) -> vec4f {
-    return vec4f(view.focal_px * dot(normal, view.forward), dot(normal, view.right), -dot(normal, view.up), 0.0);
-}
-
-// The columns and rows of tiles that a triangle may be seen in, and where they end; all where a corner is next to the
-// eye or behind it.
-fn tiles_of(corners_from_eye: array<vec3f, 3>) -> vec4u {
-    let most = vec2f(list.n_tiles);
-    var low = vec2f(1e30);
-    var high = vec2f(-1e30);
-    var n_next = 0u;
-    var n_behind = 0u;
-    for (var ix = 0u; ix < 3u; ix++) {
-        let corner = corners_from_eye[ix];
-        let depth = dot(corner, view.forward);
-        n_next += select(0u, 1u, depth <= NEXT_TO_EYE);
-        n_behind += select(0u, 1u, depth <= 0.0);
-        let across = vec2f(dot(corner, view.right), -dot(corner, view.up));
-        let at = 0.5 * vec2f(view.size) + view.focal_px * across / max(depth, NEXT_TO_EYE);
-        low = min(low, at);
-        high = max(high, at);
-    }
-    if n_behind == 3u {
-        return vec4u(0u);
-    }
-    if n_next > 0u {
-        return vec4u(0u, 0u, list.n_tiles);
-    }
-    let origin = vec2f(view.origin);
-    let first = clamp(floor((low - REACH - origin) / f32(TILE)), vec2f(0.0), most);
-    let end = clamp(floor((high + REACH - origin) / f32(TILE)) + 1.0, vec2f(0.0), most);
-    return vec4u(vec2u(first), vec2u(end));
-}
-
-fn corners_of(triangle: u32) -> array<vec3f, 3> {
-    return array<vec3f, 3>(
-        surfaces[corners[3u * triangle]][0].xyz - view.eye,
-        surfaces[corners[3u * triangle + 1u]][0].xyz - view.eye,
-        surfaces[corners[3u * triangle + 2u]][0].xyz - view.eye,
-    );
-}
-
-@compute @workgroup_size(GROUP)
-fn count_triangles(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let triangle = id.x + id.y * groups.x * GROUP;
-    if triangle >= arrayLength(&corners) / 3u {
-        return;
-    }
-    let from_eye = corners_of(triangle);
-    let a = from_eye[0];
-    let b = from_eye[1];
-    let c = from_eye[2];
-    let sides = array<vec4f, 3>(triangle_side(cross(b, c)), triangle_side(cross(c, a)), triangle_side(cross(a, b)));
-    let of_corners = vec3u(corners[3u * triangle], corners[3u * triangle + 1u], corners[3u * triangle + 2u]);
-    placed_triangles[triangle] = Triangle(sides, of_corners, view.focal_px * dot(a, cross(b, c)));
-    let near = tiles_of(from_eye);
-    for (var row = near.y; row < near.w; row++) {
-        for (var column = near.x; column < near.z; column++) {
-            atomicAdd(&tiles[column + list.n_tiles.x * row], 1u);
-        }
-    }
-}
-
-@compute @workgroup_size(GROUP)
-fn place_triangles(@builtin(local_invocation_index) local: u32) {
-    let n_tiles = list.n_tiles.x * list.n_tiles.y;
-    let share = share_of(local, n_tiles);
-    var sum = 0u;
-    for (var tile = share.x; tile < share.y; tile++) {
-        sum += atomicLoad(&tiles[tile]);
-    }
-    sums[local] = sum;
-    var before = n_tiles + sum_before(local);
-    for (var tile = share.x; tile < share.y; tile++) {
-        let n = atomicLoad(&tiles[tile]);
-        atomicStore(&tiles[tile], before);
-        before += n;
-    }
-    if local == GROUP - 1u {
-        totals = vec2u(before, 0u);
-    }
-}
-
-@compute @workgroup_size(GROUP)
-fn sort_triangles(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let triangle = id.x + id.y * groups.x * GROUP;
-    if triangle >= arrayLength(&corners) / 3u {
-        return;
-    }
-    let near = tiles_of(corners_of(triangle));
-    for (var row = near.y; row < near.w; row++) {
-        for (var column = near.x; column < near.z; column++) {
-            let place = atomicAdd(&tiles[column + list.n_tiles.x * row], 1u);
-            atomicStore(&tiles[place], triangle);
-        }
-    }
-}
-// #endif
 
 // What proxies and meshes hide of a pixel.
 struct Blocked {
@@ -719,127 +520,4 @@ fn list_seen(@builtin(local_invocation_index) local: u32) {
     if local == GROUP - 1u {
         totals = vec2u(place, atomicLoad(&seen[n_words]));
     }
-}
-
-// #if NARROW
-fn light_along(first: u32, t: f32) -> vec3f {
-    return along_segment(along[2u * first + 1u], along[2u * first + 2u], t);
-}
-// #else
-fn light_along(first: u32, t: f32) -> vec3f {
-    return vec3f(0.0);
-}
-// #endif
-
-// Radiance of an entry.
-fn radiance_of(first: u32, place: u32) -> vec3f {
-    let t = f32(place & 65535u) / 65535.0;
-    let across = f32(extractBits(i32(place), 16u, 8u)) / 127.0;
-    let across_2 = f32(place >> 24u) / 255.0;
-    let a = radiance[first];
-    let b = radiance[first + 1u];
-    let rgb = mix(a.rgb, b.rgb, t) + light_along(first, t);
-    // All zeros where there are no wide strands.
-    let mean = max((rgb.r + rgb.g + rgb.b) / 3.0, 1e-30);
-    let side = clamp(mix(a.w, b.w, t) / mean, -1.0, 1.0);
-    return rgb * (1.0 + side * across + list.even.rgb * (1.5 * across_2 - 0.5));
-}
-
-// #if NARROW
-fn is_lit_along(first: u32) -> bool {
-    return any(along[2u * first + 1u] != vec4u(0u)) && any(along[2u * first + 2u] != vec4u(0u));
-}
-// #else
-fn is_lit_along(first: u32) -> bool {
-    return false;
-}
-// #endif
-
-// Were both ends of a segment lit? Points that were not are black.
-fn is_lit(first: u32) -> bool {
-    let are_lit = any(radiance[first].rgb != vec3f(0.0)) && any(radiance[first + 1u].rgb != vec3f(0.0));
-    return are_lit || is_lit_along(first);
-}
-
-// #if MESHES
-// Linear over the triangle, at a place of the picture.
-fn sent_back_by_triangle(triangle: u32, at: vec2f) -> vec3f {
-    let seen_triangle = triangles[triangle];
-    let from_picture_middle = at - 0.5 * vec2f(view.size);
-    var sum = vec3f(0.0);
-    var shares = 0.0;
-    for (var ix = 0u; ix < 3u; ix++) {
-        // A place beside the triangle is taken for one on its edge.
-        let at_place = seen_triangle.sides[ix].x + dot(seen_triangle.sides[ix].yz, from_picture_middle);
-        let side = max(sign(seen_triangle.depth) * at_place, 0.0);
-        sum += side * light_maps[seen_triangle.corners[ix]].rgb;
-        shares += side;
-    }
-    return sum / max(shares, 1e-30);
-}
-// #else
-fn sent_back_by_triangle(triangle: u32, at: vec2f) -> vec3f {
-    return vec3f(0.0);
-}
-// #endif
-
-// #if PROXIES
-fn sent_back(surface: u32, middle: vec2f, position: vec3f) -> vec3f {
-    if surface >= first_triangle() {
-        return sent_back_by_triangle(surface - first_triangle(), middle);
-    }
-    let texels = light_map_texels(proxies.list[surface], surface, position);
-    let row_0 = mix(light_maps[texels.corners.x], light_maps[texels.corners.y], texels.f.x);
-    let row_1 = mix(light_maps[texels.corners.z], light_maps[texels.corners.w], texels.f.x);
-    return mix(row_0, row_1, texels.f.y).rgb;
-}
-
-// What the surfaces of a pixel with this middle add to its sums: rgb and coverage.
-fn radiance_behind(pixel: u32, middle: vec2f) -> vec4f {
-    var sum = vec4f(0.0);
-    for (var ix = 0u; ix < N_BEHIND; ix++) {
-        let found = behind[pixel][ix];
-        if found.weight > 0.0 {
-            let at = middle + unpack2x16snorm(found.moved);
-            let direction = ray_direction(view, at);
-            let way = found.depth / dot(direction, view.forward);
-            sum += found.weight * vec4f(sent_back(found.surface, at, view.eye + way * direction), 1.0);
-        }
-    }
-    return sum;
-}
-// #else
-fn radiance_behind(pixel: u32, middle: vec2f) -> vec4f {
-    return vec4f(0.0);
-}
-// #endif
-
-// A thread for each pixel of the band.
-@compute @workgroup_size(8, 8)
-fn resolve(@builtin(global_invocation_id) id: vec3u) {
-    let at = vec2u(id.x, list.first_row + id.y);
-    if at.x >= view.extent.x || at.y >= list.end_row {
-        return;
-    }
-    let pixel = at.x + view.extent.x * at.y;
-    let end = atomicLoad(&pixels[pixel].next);
-    var sum = vec4f(0.0);
-    var of_lit = vec4f(0.0);
-    for (var ix = 1u; ix <= pixels[pixel].n_entries; ix++) {
-        let entry = 3u * (end - ix);
-        let weight = bitcast<f32>(hits[entry + 2u]);
-        let one = weight * vec4f(radiance_of(hits[entry], hits[entry + 1u]), 1.0);
-        sum += one;
-        if list.is_draft != 0u && is_lit(hits[entry]) {
-            of_lit += one;
-        }
-    }
-    if of_lit.a > 0.0 {
-        // What was lit stands for what was not.
-        sum = of_lit * (sum.a / of_lit.a);
-    } else if list.is_draft != 0u && all(sum.rgb == vec3f(0.0)) {
-        // It is not there yet.
-        sum = vec4f(0.0);
-    }
-    picture[pixel] = sum + radiance_behind(pixel, vec2f(view.origin + at) + 0.5);
 }

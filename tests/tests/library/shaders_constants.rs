@@ -12,7 +12,7 @@ use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
-const TWIN_FILES: [(&str, &str); 23] = [
+const TWIN_FILES: [(&str, &str); 24] = [
     ("lib/bounce", "crates/scene/src/bounce.rs"),
     ("lib/coverage", "crates/cpu/src/list/places.rs"),
     ("lib/grid", "crates/scene/src/volume.rs"),
@@ -38,13 +38,20 @@ const TWIN_FILES: [(&str, &str); 23] = [
     ("pass/shade", "crates/render/src/passes/painted.rs"),
     ("pass/shadow_map", "crates/cpu/src/shadow_map.rs"),
     ("pass/transmittance", "crates/cpu/src/transmittance.rs"),
-    ("pass/visibility", "crates/render/src/passes/visibility.rs"),
+    (
+        "lib/group_sums",
+        "crates/render/src/passes/visibility/pipelines.rs",
+    ),
+    (
+        "lib/visible_list",
+        "crates/render/src/passes/visibility/buffers.rs",
+    ),
 ];
 
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 15] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 16] = [
     ("lib/coverage", "CLOSED", "crates/cpu/src/list/pixel.rs"),
     (
         "pass/shade",
@@ -57,7 +64,7 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 15] = [
         "crates/render/src/passes/lighting.rs",
     ),
     (
-        "pass/visibility",
+        "pass/listed_triangles",
         "NEXT_TO_EYE",
         "crates/cpu/src/triangles.rs",
     ),
@@ -66,7 +73,16 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 15] = [
         "NO_SURFACE",
         "crates/scene/src/bounce.rs",
     ),
-    ("pass/visibility", "REACH", "crates/cpu/src/triangles.rs"),
+    (
+        "pass/listed_triangles",
+        "REACH",
+        "crates/cpu/src/triangles.rs",
+    ),
+    (
+        "lib/visible_list",
+        "TILE",
+        "crates/render/src/passes/visibility/mod.rs",
+    ),
     (
         "lib/along_segments",
         "LEAST_NORMAL",

@@ -13,7 +13,7 @@ pub(super) const HIT_BYTES: u64 = 12;
 /// Bytes of two totals.
 pub(super) const TOTALS_BYTES: u64 = 8;
 
-/// Mirrored by `ListLayout` in `shaders/pass/visibility.wgsl`.
+/// Mirrored by `ListLayout` in `shaders/lib/visible_list.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct ListLayout {
@@ -57,12 +57,12 @@ pub(super) struct Triangle {
 }
 
 strandlight_scattering::mirrors! {
-    ListLayout as "ListLayout" in "pass/visibility" {
+    ListLayout as "ListLayout" in "lib/visible_list" {
         n_tiles, first_row, end_row, n_segments, is_writing, is_draft, pad, even,
     }
-    Pixel as "Pixel" in "pass/visibility" { n_hits, next, n_entries, pad }
-    SeenSurface as "SeenSurface" in "pass/visibility" { surface, weight, moved, depth }
-    Triangle as "Triangle" in "pass/visibility" { sides, corners, depth }
+    Pixel as "Pixel" in "lib/visible_list" { n_hits, next, n_entries, pad }
+    SeenSurface as "SeenSurface" in "lib/visible_list" { surface, weight, moved, depth }
+    Triangle as "Triangle" in "lib/visible_list" { sides, corners, depth }
 }
 
 /// What lists are made of.

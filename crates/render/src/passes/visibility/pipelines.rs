@@ -44,13 +44,18 @@ pub(super) struct Kind {
 
 impl Kind {
     pub fn new(context: &Context, features: Vec<&'static str>) -> Result<Kind, RenderError> {
-        let module = module_with(context, "pass/visibility", &features)?;
-        let pipeline = |entry| compute(context, &module, entry);
-        let of_triangles = ["count_triangles", "place_triangles", "sort_triangles"];
+        let list = module_with(context, "pass/visibility", &features)?;
+        let picture = module_with(context, "pass/listed_picture", &features)?;
+        let mut triangles = None;
+        if features.contains(&meshes::FEATURE) {
+            let module = module_with(context, "pass/listed_triangles", &[])?;
+            let entries = ["count_triangles", "place_triangles", "sort_triangles"];
+            triangles = Some(entries.map(|entry| compute(context, &module, entry)));
+        }
         Ok(Kind {
-            list_pixels: pipeline("list_pixels"),
-            resolve: pipeline("resolve"),
-            triangles: (features.contains(&meshes::FEATURE)).then(|| of_triangles.map(pipeline)),
+            list_pixels: compute(context, &list, "list_pixels"),
+            resolve: compute(context, &picture, "resolve"),
+            triangles,
             features,
         })
     }
