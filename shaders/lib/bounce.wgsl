@@ -5,6 +5,8 @@
 const N_LOBES: u32 = 2u;
 // Rays of a node of the bounce grid.
 const N_RAYS: u32 = 48u;
+// How far beyond the surface that it meets hair counts for a ray, voxels of the shadow volume.
+const BEYOND: f32 = 1.0;
 // Concentrations of a lobe's light.
 const LEAST_KAPPA: f32 = 0.1;
 const MOST_KAPPA: f32 = 200.0;

@@ -50,7 +50,7 @@ fn lobe_of(surface: u32) -> u32 {
     return 1u - ((sizes.grounds >> min(proxy, 31u)) & 1u);
 }
 
-// What hair lets pass on `distance` cm from `start`.
+// What hair lets pass on `distance` cm from `start`, to a surface on which hair may lie.
 fn pass_hair(start: vec3f, direction: vec3f, distance: f32) -> vec4f {
     let d = select(direction, vec3f(1e-8), abs(direction) < vec3f(1e-8));
     let dims = vec3f(grid.dims);
@@ -59,7 +59,7 @@ fn pass_hair(start: vec3f, direction: vec3f, distance: f32) -> vec4f {
     let near = min(low, high);
     let far = max(low, high);
     let entry = max(max(near.x, near.y), max(near.z, 0.0));
-    let exit = min(min(far.x, far.y), min(far.z, distance));
+    let exit = min(min(far.x, far.y), min(far.z, distance + BEYOND * grid.h));
     if exit <= entry {
         return OPEN;
     }

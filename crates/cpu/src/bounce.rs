@@ -6,7 +6,9 @@ use strandlight_scattering::closed_form::{
     LEAST_SHARE, ShadowRecord, depth_of_share, pass_through,
 };
 use strandlight_scene::PreparedScene;
-use strandlight_scene::bounce::{Bounce, BounceLayout, N_LOBES, NO_SURFACE, lobe_light, lobe_of};
+use strandlight_scene::bounce::{
+    BEYOND, Bounce, BounceLayout, N_LOBES, NO_SURFACE, lobe_light, lobe_of,
+};
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::volume::Grid;
 
@@ -174,7 +176,7 @@ impl BounceLight {
     }
 }
 
-/// What hair lets pass on `distance` cm from `start`.
+/// What hair lets pass on `distance` cm from `start`, to a surface on which hair may lie.
 fn pass_hair(
     grid: &Grid,
     volume: &[[f32; 8]],
@@ -189,7 +191,8 @@ fn pass_hair(
     let low = (origin - start) / d;
     let high = (origin + dims * grid.h - start) / d;
     let entry = low.min(high).max_element().max(0.0);
-    let exit = low.max(high).min_element().min(distance);
+    let end = distance + BEYOND * grid.h;
+    let exit = low.max(high).min_element().min(end);
     if exit <= entry {
         return OPEN;
     }
@@ -218,4 +221,35 @@ fn pass_hair(
     }
     let [a, b, c, _] = pass_through(OPEN, depth, 0.0);
     [a, b, c, sin_2_depth]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Strands that lie on a surface are in voxels below it as well, and are before what it sends back.
+    #[test]
+    fn hair_that_is_smeared_below_a_surface_counts() {
+        let grid = Grid {
+            origin: [0.0; 3],
+            h: 0.5,
+            dims: [4, 8, 4],
+            ..bytemuck::Zeroable::zeroed()
+        };
+        // As dense in all directions, in the lower half.
+        let hair = [3.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+        let mut volume = vec![[0.0; 8]; grid.n_voxels()];
+        for ix in 0..volume.len() as u32 {
+            if ix / 4 % 8 < 4 {
+                volume[ix as usize] = hair;
+            }
+        }
+        let start = Vec3::new(1.0, 3.0, 1.0);
+        // The surface is where the hair ends.
+        let [share, ..] = pass_hair(&grid, &volume, start, Vec3::NEG_Y, 1.0);
+        let expected = (-BEYOND * grid.h * 6.0_f32.sqrt()).exp();
+        assert!((share - expected).abs() < 1e-3, "{share} {expected}");
+        let above = pass_hair(&grid, &volume, start, Vec3::NEG_Y, 0.4);
+        assert_eq!(above, OPEN);
+    }
 }

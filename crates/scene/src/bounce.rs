@@ -37,6 +37,10 @@ const LEAST_KAPPA: f32 = 0.1;
 /// And the largest: that of a few rays.
 const MOST_KAPPA: f32 = 200.0;
 
+/// How far beyond the surface that it meets hair counts for a ray, voxels of the shadow volume: strands that lie on
+/// a surface are smeared over voxels on both sides of it.
+pub const BEYOND: f32 = 1.0;
+
 /// What a ray meets; mirrored by `BounceHit` in `shaders/pass/bounce.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
