@@ -1,4 +1,4 @@
-// Groups of threads that sum up what is listed, one after the other.
+// Sums over what the threads of one group go through.
 
 // Threads of a group that goes through segments, triangles or a row.
 const GROUP: u32 = 256u;

@@ -13,7 +13,8 @@ pub struct Progress {
     pub samples: u32,
     /// Samples a pixel that it will have.
     pub total_samples: u32,
-    /// A picture of the view as it was last set is shown, a draft perhaps.
+    /// A picture of the view as it was last set is shown, a draft perhaps; or, where nobody waits for the device and
+    /// the view keeps turning, one of a view that was set a little before.
     pub is_shown: bool,
     /// The light of all points is that of the scene and view as they were last set; if not, the
     /// picture is a draft.

@@ -484,6 +484,15 @@ fn lists_are_drawn_without_waiting_for_them() {
     let still = renderer.still(SIZE, 1).unwrap();
     let fresh = drawn(&mut by_list(&context, renderer.scene())).0;
     assert!(picture_rmse(&still, &fresh) < 1e-5);
+    // And takes none of another view, which is under way when all of its own is lit.
+    shown(&mut renderer);
+    renderer.set_camera(turned(20));
+    renderer.advance(TURN).unwrap();
+    renderer.set_camera(turned(2));
+    renderer.finish(1).unwrap();
+    let still = renderer.still(SIZE, 1).unwrap();
+    let fresh = drawn(&mut by_list(&context, renderer.scene())).0;
+    assert!(picture_rmse(&still, &fresh) < 1e-5);
 
     let shadings = renderer.report().shadings;
     let mut pictures = vec![renderer.read_display().unwrap()];
@@ -492,6 +501,7 @@ fn lists_are_drawn_without_waiting_for_them() {
         step += 1;
         renderer.set_camera(turned(step));
         renderer.advance(TURN).unwrap();
+        assert!(renderer.progress().is_shown || pictures.len() < 3);
         let picture = renderer.read_display().unwrap();
         if pictures.last() != Some(&picture) {
             pictures.push(picture);

@@ -111,7 +111,7 @@ impl ShadingJob {
     /// May it be given up for a new edit? Once, and early, so that dragging a slider shows
     /// something.
     pub fn may_restart(&self) -> bool {
-        !self.is_second_try && 2 * self.steps.len() > self.n_steps
+        !self.is_second_try && (self.awaits_list() || 2 * self.steps.len() > self.n_steps)
     }
 }
 

@@ -52,7 +52,9 @@ impl HairRenderer {
             }
             match self.step(POINT_CHUNK)? {
                 Some(Stepped::Ran(..)) => left -= 1,
-                Some(Stepped::Restarted | Stepped::AwaitsList | Stepped::Done(_)) | None => {}
+                // Hosts have no lists.
+                Some(Stepped::AwaitsList) => break,
+                Some(Stepped::Restarted | Stepped::Done(_)) | None => {}
             }
         }
         Ok(())

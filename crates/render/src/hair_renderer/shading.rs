@@ -105,16 +105,17 @@ impl HairRenderer {
         view.margin_px += self.margin * scene.size[0].max(scene.size[1]) as f32;
         self.lighting.begin(context, &view);
         self.is_projected &= !dirty.has(Inputs::POINTS);
+        let draws_by_list = self.draws_by_list && self.visible.is_some();
         self.job = Some(ShadingJob {
             dirty,
             view,
             n_steps: steps.len(),
             steps: steps.into(),
             chunk,
-            awaited_list: self.draws_by_list.then(|| list_view(&view)),
+            awaited_list: draws_by_list.then(|| list_view(&view)),
             is_second_try,
         });
-        if self.draws_by_list {
+        if draws_by_list {
             self.take_list()?;
         } else {
             self.lighting.shade_listed(&self.context, None);
@@ -123,7 +124,7 @@ impl HairRenderer {
         Ok(())
     }
 
-    /// Plans the steps of the job after those of shadows, of which points being known.
+    /// Plans the steps of the job after those of shadows, once it is known which points are shaded.
     pub(super) fn plan_shading(&mut self) {
         let Some(job) = &mut self.job else {
             return;
@@ -173,12 +174,13 @@ impl HairRenderer {
                 .fill(&self.context, self.clock.stamp("voxelise"));
             self.report.ran("voxelise");
         }
-        if job.steps.is_empty() && job.awaits_list() && !self.take_list()? {
-            return Ok(Some(Stepped::AwaitsList));
-        }
+        let is_known = !job.awaits_list() || self.take_list()?;
         let Some(job) = &mut self.job else {
             return Ok(None);
         };
+        if !is_known && job.steps.is_empty() {
+            return Ok(Some(Stepped::AwaitsList));
+        }
         let Some(step) = job.steps.pop_front() else {
             self.front = 1 - self.front;
             self.front_list = self.lighting.listed().map(|listed| listed.list);

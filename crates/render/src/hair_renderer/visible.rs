@@ -15,8 +15,8 @@ use strandlight_scene::camera::ViewUniform;
 #[derive(Clone, Copy)]
 pub(crate) enum ListDrawn {
     /// A picture of this view: the one that was asked for, or one that was asked for before and is there only now.
-    Of(ViewUniform),
-    /// The device has not answered yet how much there is to list.
+    Of { view: ViewUniform, is_asked: bool },
+    /// The device has not answered yet how much there is to list, of this view or of one before.
     NotYet,
     /// The device has no room for the list. Samples need none.
     NoRoom,
@@ -27,23 +27,31 @@ impl HairRenderer {
     /// else they come some calls later.
     pub(crate) fn use_list(&mut self, is_waiting: bool) -> Result<(), RenderError> {
         if self.visible.is_none() {
-            let pass = VisibilityPass::new(&self.context, &self.strands)?;
+            let pass = VisibilityPass::new(&self.context, &self.strands, is_waiting)?;
             self.visible = Some(VisibleList {
                 pass,
                 listed: None,
                 making: None,
                 n_made: 0,
+                has_submitted: false,
             });
         }
         self.set_waiting(is_waiting);
         Ok(())
     }
 
-    /// As [`HairRenderer::use_list`] says.
-    pub(crate) fn set_waiting(&mut self, is_waiting: bool) {
-        if let Some(visible) = &mut self.visible {
-            visible.pass.is_waiting = is_waiting;
+    /// As [`HairRenderer::use_list`] says. Answers how it was before.
+    pub(crate) fn set_waiting(&mut self, is_waiting: bool) -> bool {
+        match &mut self.visible {
+            Some(visible) => std::mem::replace(&mut visible.pass.is_waiting, is_waiting),
+            None => is_waiting,
         }
+    }
+
+    /// Was something submitted for a list since the last call?
+    pub(crate) fn has_submitted_list(&mut self) -> bool {
+        let visible = self.visible.as_mut();
+        visible.is_some_and(|visible| std::mem::take(&mut visible.has_submitted))
     }
 
     /// Lists at most so many pairs of a pixel and a segment together, or a row of pixels.
@@ -70,7 +78,7 @@ impl HairRenderer {
         let Some(job) = self.job.as_mut() else {
             return;
         };
-        if job.awaited_list != Some(list.view) {
+        if !job.awaited_list.is_some_and(|view| list.is_of(&view)) {
             return;
         }
         job.awaited_list = None;
@@ -97,6 +105,11 @@ impl HairRenderer {
     /// of a list alone were.
     pub(crate) fn set_draws_by_list(&mut self, draws_by_list: bool) {
         self.draws_by_list = draws_by_list;
+        let job = self.job.as_mut().filter(|_| !draws_by_list);
+        if job.is_some_and(|job| job.awaited_list.take().is_some()) {
+            self.lighting.shade_listed(&self.context, None);
+            self.plan_shading();
+        }
         let is_partly_lit = !draws_by_list && self.lighting.n_listed().is_some();
         self.dirty.mark(Inputs::VIEW, is_partly_lit);
     }
@@ -115,7 +128,7 @@ impl HairRenderer {
                 return Ok(Some(ViewList { view, seen }));
             };
             if visible.making.is_none() {
-                if let Some(listed) = visible.listed.filter(|listed| listed.view == *view) {
+                if let Some(listed) = visible.listed.filter(|listed| listed.is_of(view)) {
                     self.give_list(&listed);
                     return Ok(Some(listed));
                 }
@@ -124,7 +137,7 @@ impl HairRenderer {
             }
             let is_waiting = visible.pass.is_waiting;
             match self.proceed_list()? {
-                Some(listed) if listed.view == *view || !is_waiting => return Ok(Some(listed)),
+                Some(listed) if listed.is_of(view) || !is_waiting => return Ok(Some(listed)),
                 Some(_) => {}
                 None if is_waiting => self.context.wait("visibility list").map_err(failed)?,
                 None => return Ok(None),
@@ -139,6 +152,7 @@ impl HairRenderer {
         visible.listed = None;
         visible.making = Some((*view, Instant::now()));
         visible.n_made += 1;
+        visible.has_submitted = true;
         let stamp = self.clock.stamp("list");
         let is_narrow = self.lighting.lit_points()[self.front].1.is_some();
         let kind = (self.lighting.shown_proxies(self.front), is_narrow);
@@ -155,6 +169,7 @@ impl HairRenderer {
         let made = (visible.pass).proceed(&self.context, &self.strands, proxies, || {
             clock.stamp("list")
         })?;
+        visible.has_submitted |= made == Made::Listing;
         let (Made::Whole(seen), Some((view, start))) = (made, visible.making) else {
             return Ok(None);
         };
@@ -182,16 +197,26 @@ impl HairRenderer {
         observer: &mut dyn FnMut(f64),
     ) -> Result<ListDrawn, RenderError> {
         // What a job awaits comes first: it would never get it while the view keeps turning.
+        let own = list_view(view);
         let awaited = self.job.as_ref().and_then(|job| job.awaited_list);
-        let wanted = awaited.unwrap_or_else(|| list_view(view));
-        let Some(list) = self.list(&wanted)? else {
+        let Some(mut list) = self.list(&awaited.unwrap_or(own))? else {
             return Ok(ListDrawn::NotYet);
         };
-        if (list.view.size, list.view.extent) != (view.size, view.extent) {
-            return Ok(ListDrawn::NotYet);
+        let can_be_drawn = |list: &ViewList| {
+            list.seen.is_some() && (list.view.size, list.view.extent) == (view.size, view.extent)
+        };
+        if !can_be_drawn(&list) && !list.is_of(&own) {
+            let Some(next) = self.list(&own)? else {
+                return Ok(ListDrawn::NotYet);
+            };
+            list = next;
         }
-        if list.seen.is_none() {
-            return Ok(ListDrawn::NoRoom);
+        let is_asked = list.is_of(&own);
+        if !can_be_drawn(&list) {
+            return Ok(match is_asked {
+                true => ListDrawn::NoRoom,
+                false => ListDrawn::NotYet,
+            });
         }
         let start = Instant::now();
         if let Some(VisibleList { pass, n_made, .. }) = &mut self.visible {
@@ -209,10 +234,13 @@ impl HairRenderer {
                 self.report.took("draw", start.elapsed().as_secs_f64());
             }
         }
-        Ok(ListDrawn::Of(ViewUniform {
-            radiance_scale: view.radiance_scale,
-            margin_px: view.margin_px,
-            ..list.view
-        }))
+        Ok(ListDrawn::Of {
+            view: ViewUniform {
+                radiance_scale: view.radiance_scale,
+                margin_px: view.margin_px,
+                ..list.view
+            },
+            is_asked,
+        })
     }
 }

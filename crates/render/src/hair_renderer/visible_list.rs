@@ -14,6 +14,13 @@ pub(super) struct ViewList {
     pub seen: Option<Seen>,
 }
 
+impl ViewList {
+    /// Is it that of `view`, as [`list_view`] has it? A camera that is no number is its own.
+    pub fn is_of(&self, view: &ViewUniform) -> bool {
+        bytemuck::bytes_of(&self.view) == bytemuck::bytes_of(view)
+    }
+}
+
 /// The list, and what it is of.
 pub(super) struct VisibleList {
     pub pass: VisibilityPass,
@@ -22,6 +29,8 @@ pub(super) struct VisibleList {
     pub making: Option<(ViewUniform, Instant)>,
     /// How many were begun.
     pub n_made: u64,
+    /// Something was submitted for a list since this was last asked.
+    pub has_submitted: bool,
 }
 
 impl VisibleList {

@@ -110,6 +110,8 @@ struct Drawn {
     shown: u32,
     /// The device has no room for a list of it.
     is_sampled: bool,
+    /// What is on the screen is a view that was asked for before this one.
+    is_of_before: bool,
 }
 
 impl ProgressiveRenderer {
@@ -245,7 +247,7 @@ impl ProgressiveRenderer {
         Progress {
             samples,
             total_samples,
-            is_shown: self.picture.shown > 0,
+            is_shown: self.picture.shown > 0 || self.picture.is_of_before,
             is_shaded,
             is_done: self.target.is_none() || is_shaded && is_whole,
             noise: self.noise.of(self.picture.shown),
@@ -283,7 +285,10 @@ impl ProgressiveRenderer {
 
     /// The view or the part of it that is drawn is another.
     fn restart_picture(&mut self) {
-        self.picture = Drawn::default();
+        self.picture = Drawn {
+            is_of_before: self.picture.is_of_before,
+            ..Drawn::default()
+        };
         self.hair.is_projected = false;
         self.noise.restart();
     }

@@ -14,7 +14,7 @@ impl ProgressiveRenderer {
     pub(super) fn begin(&mut self) -> Result<(), RenderError> {
         let chunk = self.chunk();
         if self.is_by_list() {
-            // Listing waits for the device: not for what others submitted.
+            // Listing may wait for the device: not for what others submitted.
             self.flush()?;
         }
         self.hair.begin(DirtyFlags::default(), false, chunk)?;

@@ -135,6 +135,18 @@ impl ProgressiveRenderer {
 
     /// Lights all points as last set, without drawing.
     fn light_whole(&mut self, observer: Observer) -> Result<(), RenderError> {
+        self.waiting(|renderer| renderer.light_steps(observer))
+    }
+
+    /// Does `work` waiting for the device, as windows need not.
+    fn waiting<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+        let before = self.hair.set_waiting(true);
+        let done = work(self);
+        self.hair.set_waiting(before);
+        done
+    }
+
+    fn light_steps(&mut self, observer: Observer) -> Result<(), RenderError> {
         self.take_counters();
         let has_preview = std::mem::replace(&mut self.has_preview, false);
         while !self.hair.is_complete() {
@@ -144,9 +156,6 @@ impl ProgressiveRenderer {
                     let left = job.steps.len() as f64 / job.n_steps.max(1) as f64;
                     observer(LIGHTING_SHARE * (1.0 - left));
                     self.light()?;
-                    if std::mem::take(&mut self.is_listing) {
-                        self.wait_for_list()?;
-                    }
                 }
             }
         }
@@ -295,7 +304,8 @@ impl ProgressiveRenderer {
 
     fn finish_target(&mut self, observer: Observer) -> Result<Vec<[f32; 4]>, RenderError> {
         self.light_whole(observer)?;
-        self.was_by_list = self.is_still && self.by_list && self.finish_by_list(observer)?;
+        let by_list = self.is_still && self.by_list;
+        self.was_by_list = by_list && self.waiting(|renderer| renderer.finish_by_list(observer))?;
         if !self.was_by_list {
             self.picture.is_sampled = self.by_list;
             self.hair.set_draws_by_list(false);
@@ -313,21 +323,11 @@ impl ProgressiveRenderer {
         Ok(pixels)
     }
 
-    /// Waits for the device's next answer, which windows that do not wait leave to later turns.
-    fn wait_for_list(&self) -> Result<(), RenderError> {
-        self.hair.context.wait("visibility list").map_err(failed)
-    }
-
     /// Draws the target, whose light is there, from the visibility list. Answers whether there is one.
     fn finish_by_list(&mut self, observer: Observer) -> Result<bool, RenderError> {
         let mut observer = |done| observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * done);
-        let drawn = loop {
-            match self.resolve(false, &mut observer)? {
-                ListDrawn::NotYet => self.wait_for_list()?,
-                drawn => break drawn,
-            }
-        };
-        let is_drawn = matches!(drawn, ListDrawn::Of(_));
+        let drawn = self.resolve(false, &mut observer)?;
+        let is_drawn = matches!(drawn, ListDrawn::Of { .. });
         if is_drawn {
             self.compose(1)?;
         }

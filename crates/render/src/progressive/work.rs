@@ -63,6 +63,9 @@ impl ProgressiveRenderer {
                 // A turn has light besides a picture by list, or a view that turns would never be lit.
                 is_first = (is_small || matches!(work, Work::Resolve)) && is_first;
                 self.work(&work)?;
+                if self.hair.has_submitted_list() && !self.pacer.is_waiting() {
+                    self.submitted_only("list")?;
+                }
             }
             let is_finished = self.picture.passes >= self.n_passes();
             if self.picture.shown < self.picture.passes && (is_finished || !self.is_still) {
@@ -177,11 +180,11 @@ impl ProgressiveRenderer {
                 // Listing may wait for the device: not for what others submitted.
                 self.flush()?;
                 let start = Instant::now();
-                let asked = self.drawn_view();
                 match self.resolve(true, &mut |_| ())? {
-                    ListDrawn::Of(view) => {
+                    ListDrawn::Of { is_asked, .. } => {
                         self.drew_by_list(start)?;
-                        if view == asked {
+                        self.picture.is_of_before = !is_asked;
+                        if is_asked {
                             self.picture.passes = 1;
                             return Ok(());
                         }
@@ -275,11 +278,14 @@ impl ProgressiveRenderer {
             (self.pacer).learn("draw", 1.0, start.elapsed().as_secs_f64());
             return Ok(());
         }
+        self.submitted_only("draw")
+    }
+
+    /// Tells the pacer alone of a run of `stage`, which the report has.
+    fn submitted_only(&mut self, stage: &'static str) -> Result<(), RenderError> {
         let report = &mut self.hair.report;
-        self.pacer
-            .submitted(&self.hair.context, "draw", 1.0, |(name, _, _, seconds)| {
-                report.took(name, seconds);
-            })
+        let took = |(name, _, _, seconds): pace::Finished| report.took(name, seconds);
+        self.pacer.submitted(&self.hair.context, stage, 1.0, took)
     }
 
     /// Draws the sums of the target from the visibility list, as [`HairRenderer::draw_visible`] does.
@@ -297,7 +303,7 @@ impl ProgressiveRenderer {
         let drawn = self
             .hair
             .draw_visible(&view, &sums, may_be_draft, observer)?;
-        if let ListDrawn::Of(view) = drawn {
+        if let ListDrawn::Of { view, .. } = drawn {
             self.hair.ribbons.set_view(&self.hair.context, &view);
         }
         Ok(drawn)

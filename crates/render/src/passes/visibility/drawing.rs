@@ -24,7 +24,7 @@ impl VisibilityPass {
         self.set_kind(context, proxies, along.is_some())?;
         let n_bands = self.bands.len();
         for ix in 0..n_bands {
-            self.list_band(context, strands, proxies, ix)?;
+            self.list_band(context, strands, proxies, ix, Stamp::default())?;
             let rows = self.bands[ix].clone();
             self.write_layout(context, rows.clone(), Use::Draws(lit.even, lit.is_draft));
             let Some(kind) = &self.kind else {

@@ -87,12 +87,17 @@ impl VisibilityPass {
         submit(context, |encoder| {
             encoder.clear_buffer(&self.buffers.seen, 0, None)
         });
+        let stamp = stamp();
         for ix in 0..self.bands.len() {
-            self.list_band(context, strands, proxies, ix)?;
+            let stamp = match ix {
+                0 => stamp.clone().first(),
+                _ => Stamp::default(),
+            };
+            self.list_band(context, strands, proxies, ix, stamp)?;
         }
-        self.list_seen(context, stamp());
+        self.list_seen(context, stamp.last());
         self.ask(context, Asked::Seen);
-        Ok(Made::NotYet)
+        Ok(Made::Listing)
     }
 
     /// There is no list, nor is one under way.
@@ -196,6 +201,7 @@ impl VisibilityPass {
         strands: &StrandBuffers,
         proxies: Option<ShownProxies>,
         ix: usize,
+        stamp: Stamp,
     ) -> Result<(), RenderError> {
         let (Some(kind), false) = (&self.kind, self.listed == Some(ix)) else {
             return Ok(());
@@ -234,7 +240,7 @@ impl VisibilityPass {
         }
         let listed = group(context, &kind.list_pixels, &resources);
         submit(context, |encoder| {
-            let mut pass = compute_pass(context, encoder, Stamp::default());
+            let mut pass = compute_pass(context, encoder, stamp);
             step(&mut pass, place_rows, &placed_rows, [1, 1]);
             step(
                 &mut pass,
@@ -251,7 +257,7 @@ impl VisibilityPass {
             );
         });
         if self.bands.len() > 1 {
-            // No more than one is on its way.
+            // Who waits has no more than one on its way.
             self.wait(context)?;
         }
         self.listed = Some(ix);

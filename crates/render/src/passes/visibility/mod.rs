@@ -56,6 +56,8 @@ pub(crate) struct Seen {
 pub(crate) enum Made {
     /// The device has not answered yet.
     NotYet,
+    /// It has, and lists now.
+    Listing,
     /// It is there; [`None`] if the device has no room for it, and nothing can be drawn.
     Whole(Option<Seen>),
 }
@@ -102,7 +104,7 @@ pub(crate) struct VisibilityPass {
     n_points: u32,
     /// Most hits of a band; a row may have more.
     pub most_hits: u32,
-    /// Waits for each of several bands before the next is begun.
+    /// Whoever asks waits for the device: for answers, and for each band.
     pub is_waiting: bool,
     /// Rows whose hits there is room for at a time.
     bands: Vec<Range<u32>>,
@@ -113,8 +115,12 @@ pub(crate) struct VisibilityPass {
 }
 
 impl VisibilityPass {
-    /// For `strands`.
-    pub fn new(context: &Context, strands: &StrandBuffers) -> Result<VisibilityPass, RenderError> {
+    /// For `strands`; see [`VisibilityPass::is_waiting`].
+    pub fn new(
+        context: &Context,
+        strands: &StrandBuffers,
+        is_waiting: bool,
+    ) -> Result<VisibilityPass, RenderError> {
         Ok(VisibilityPass {
             pipelines: Pipelines::new(context)?,
             kind: None,
@@ -123,7 +129,7 @@ impl VisibilityPass {
             n_segments: strands.n_segments,
             n_points: strands.n_points,
             most_hits: PartLimits::default().hits,
-            is_waiting: !cfg!(target_arch = "wasm32"),
+            is_waiting,
             bands: Vec::new(),
             listed: None,
             asked: Asked::Nothing,
