@@ -154,9 +154,11 @@ fn slow_goals_end_it_and_what_cannot_be_is_refused() {
     let report = json(at, &format!("{CONVERGE} a.exr --until 20%"));
     let error = report["converge"]["relative_error"].as_f64();
     assert!(error.is_some_and(|error| error <= 0.2), "{error:?}");
+    // The time ends it, which is up before a step that would take longer: the error is far from there.
     let report = json(at, &format!("{CONVERGE} a.exr --until 0.0001%,1s"));
-    let seconds = report["converge"]["seconds"].as_f64();
-    assert!(seconds.is_some_and(|seconds| seconds >= 1.0), "{seconds:?}");
+    let error = report["converge"]["relative_error"].as_f64();
+    assert!(error.is_some_and(|error| error > 1e-3), "{error:?}");
+    assert!(report["converge"]["seconds"].as_f64().is_some());
     for (more, needle) in [
         ("--until 0%", "an error like 1%"),
         ("--until 1", "an error like 1%"),
