@@ -182,7 +182,10 @@ impl HairRenderer {
             self.report.stats.list_entries = u64::from(seen.entries);
         }
         self.report.ran("list");
-        self.report.took("list", start.elapsed().as_secs_f64());
+        // Who does not wait hears from the pacer what it took.
+        if visible.pass.is_waiting {
+            self.report.took("list", start.elapsed().as_secs_f64());
+        }
         self.give_list(&listed);
         Ok(Some(listed))
     }
@@ -196,8 +199,8 @@ impl HairRenderer {
         may_be_draft: bool,
         observer: &mut dyn FnMut(f64),
     ) -> Result<ListDrawn, RenderError> {
-        // What a job awaits comes first: it would never get it while the view keeps turning.
         let own = list_view(view);
+        // What a job awaits comes first: it would never get it while the view keeps turning.
         let awaited = self.job.as_ref().and_then(|job| job.awaited_list);
         let Some(mut list) = self.list(&awaited.unwrap_or(own))? else {
             return Ok(ListDrawn::NotYet);
