@@ -77,13 +77,24 @@ pub struct Context {
     recorder: Arc<Mutex<Recorder>>,
 }
 
-/// Where commands go while a host's encoder is recorded.
+/// Where commands go that are not submitted at once.
 #[derive(Default)]
 struct Recorder {
-    /// The host's encoder; none: commands are submitted at once.
+    /// The host's, or that of the commands which are collected; none: they are submitted at once.
     encoder: Option<wgpu::CommandEncoder>,
+    /// Commands without a host are submitted together, at the next [`Context::flush`].
+    is_collecting: bool,
     /// Carries what is written between commands of that encoder.
     belt: Option<wgpu::util::StagingBelt>,
+}
+
+impl Recorder {
+    /// Ends what is written between the commands of `encoder`.
+    fn finish(&mut self, encoder: &wgpu::CommandEncoder) {
+        if let Some(belt) = &mut self.belt {
+            belt.finish_and_recall_on_submit(encoder);
+        }
+    }
 }
 
 impl std::fmt::Debug for Recorder {
@@ -95,7 +106,7 @@ impl std::fmt::Debug for Recorder {
 }
 
 /// Bytes of a chunk of staging memory: the uniforms of many steps.
-const BELT_CHUNK: u64 = 64 << 10;
+const BELT_CHUNK: u64 = 256 << 10;
 
 /// What a device said of itself outside any error scope.
 #[derive(Debug, Default)]
@@ -367,32 +378,70 @@ impl Context {
         if let Some(recorded) = recorder.encoder.take() {
             *encoder = recorded;
         }
-        if let Some(belt) = &mut recorder.belt {
-            belt.finish_and_recall_on_submit(encoder);
-        }
+        recorder.finish(encoder);
         result
     }
 
-    /// Records commands and submits them, unless a host's encoder takes them.
-    pub(crate) fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+    /// Has the commands of `work` wait for each other, and submits them together where something has to be waited for or
+    /// read, or at the end: every submission costs a fast device more than small steps do.
+    pub(crate) fn collect<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.recorder().is_collecting = true;
+        let result = work();
+        self.flush();
+        self.recorder().is_collecting = false;
+        result
+    }
+
+    /// Are commands collected?
+    pub(crate) fn is_collecting(&self) -> bool {
+        self.recorder().is_collecting
+    }
+
+    /// Submits the commands that were collected.
+    pub(crate) fn flush(&self) {
         let mut recorder = self.recorder();
+        if !recorder.is_collecting {
+            return;
+        }
+        let Some(encoder) = recorder.encoder.take() else {
+            return;
+        };
+        recorder.finish(&encoder);
+        drop(recorder);
+        self.submit_now(encoder);
+    }
+
+    fn submit_now(&self, encoder: wgpu::CommandEncoder) {
+        ResourceCounters::add(&self.resource_counters.submissions);
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// Records commands and submits them, unless a host's encoder takes them or they are collected.
+    pub(crate) fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+        let new = || self.device.create_command_encoder(&Default::default());
+        let mut recorder = self.recorder();
+        if recorder.is_collecting {
+            recorder.encoder.get_or_insert_with(new);
+        }
         if let Some(encoder) = &mut recorder.encoder {
             record(encoder);
             return;
         }
         drop(recorder);
-        ResourceCounters::add(&self.resource_counters.submissions);
-        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let mut encoder = new();
         record(&mut encoder);
-        self.queue.submit([encoder.finish()]);
+        self.submit_now(encoder);
     }
 
     /// Writes `bytes` (a multiple of 4) into `buffer`: after the commands before and before those
     /// to come, recorded or submitted.
     pub(crate) fn write(&self, buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]) {
         self.resource_counters.add_written(bytes.len());
+        if bytes.len() as u64 > BELT_CHUNK {
+            self.flush();
+        }
         let mut recorder = self.recorder();
-        let Recorder { encoder, belt } = &mut *recorder;
+        let Recorder { encoder, belt, .. } = &mut *recorder;
         let size = wgpu::BufferSize::new(bytes.len() as u64);
         match (encoder, size) {
             (Some(encoder), Some(size)) => {
@@ -405,6 +454,20 @@ impl Context {
             (None, Some(_)) => self.queue.write_buffer(buffer, offset, bytes),
             (_, None) => {}
         }
+    }
+
+    /// Writes the texels of a part of a texture: after the commands before, unless a host has them, and before those to
+    /// come.
+    pub(crate) fn write_texture(
+        &self,
+        texture: wgpu::TexelCopyTextureInfo,
+        texels: &[u8],
+        layout: wgpu::TexelCopyBufferLayout,
+        size: wgpu::Extent3d,
+    ) {
+        self.resource_counters.add_written(texels.len());
+        self.flush();
+        self.queue.write_texture(texture, texels, layout, size);
     }
 
     fn recorder(&self) -> std::sync::MutexGuard<'_, Recorder> {
@@ -453,6 +516,7 @@ impl Context {
 
     /// Waits until all submitted work is done, at most a minute.
     pub fn wait(&self, what: &'static str) -> Result<(), GpuError> {
+        self.flush();
         self.device
             .poll(wgpu::PollType::Wait {
                 submission_index: None,
@@ -473,6 +537,7 @@ impl Context {
     ) -> Result<Vec<u8>, GpuError> {
         let failed = |source: Cause| GpuError::Failed { what, source };
         let (sender, receiver) = std::sync::mpsc::channel();
+        self.flush();
         buffer.map_async(wgpu::MapMode::Read, .., move |result| {
             // The receiver lives until the answer has come.
             let _ = sender.send(result);

@@ -293,16 +293,13 @@ fn read_back(
         usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
-    let mut encoder = context.device.create_command_encoder(&Default::default());
-    copy(&mut encoder, &staging);
-    context.queue.submit([encoder.finish()]);
+    context.submit(|encoder| copy(encoder, &staging));
     context.read_buffer("optics", &staging)
 }
 
 /// Writes the whole of a texture of 16 byte texels.
 fn write_texels(context: &Context, texture: &wgpu::Texture, texels: &[u8]) {
-    context.resource_counters().add_written(texels.len());
-    context.queue.write_texture(
+    context.write_texture(
         texture.as_image_copy(),
         texels,
         wgpu::TexelCopyBufferLayout {

@@ -43,8 +43,7 @@ impl GpuTables {
                 usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
                 view_formats: &[],
             });
-            context.resource_counters().add_written(texels.len());
-            context.queue.write_texture(
+            context.write_texture(
                 texture.as_image_copy(),
                 texels,
                 wgpu::TexelCopyBufferLayout {

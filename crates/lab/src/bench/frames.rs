@@ -32,15 +32,28 @@ pub struct FrameCost {
     pub milliseconds: f64,
     /// The same over those of the group's first frame.
     pub ratio: f64,
-    /// Median milliseconds of each stage that ran.
-    pub stages: Vec<(&'static str, f64)>,
+    /// Each stage that ran.
+    pub stages: Vec<StageCost>,
     /// What the last frame took.
     pub work: FrameWork,
+}
+
+/// The cost of a stage of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StageCost {
+    /// Its name.
+    pub name: &'static str,
+    /// Median milliseconds until its results were there; a share of the time of stages that were waited for together.
+    pub milliseconds: f64,
+    /// Median milliseconds by the device's time stamps, where it has them.
+    pub gpu_milliseconds: Option<f64>,
 }
 
 /// What the device did for a frame, and for what.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameWork {
+    /// Submissions of commands.
+    pub submissions: u64,
     /// Workgroups of compute shaders.
     pub workgroups: u64,
     /// Bytes written to the device.
@@ -63,6 +76,7 @@ impl FrameWork {
             _ => stats.visible_points,
         };
         FrameWork {
+            submissions: report.counts.submissions,
             workgroups: report.counts.workgroups,
             written_bytes: report.counts.written_bytes,
             points: if_shaded(points),
@@ -75,13 +89,20 @@ impl FrameWork {
 impl FrameCost {
     /// As JSON.
     pub fn to_json(&self) -> Value {
-        let stage = |(name, milliseconds): &(&str, f64)| json!({ "name": name, "milliseconds": milliseconds });
+        let stage = |stage: &StageCost| {
+            json!({
+                "name": stage.name,
+                "milliseconds": stage.milliseconds,
+                "gpu_milliseconds": stage.gpu_milliseconds,
+            })
+        };
         json!({
             "group": self.group,
             "name": self.name,
             "milliseconds": self.milliseconds,
             "ratio": self.ratio,
             "stages": self.stages.iter().map(stage).collect::<Vec<_>>(),
+            "submissions": self.work.submissions,
             "workgroups": self.work.workgroups,
             "written_bytes": self.work.written_bytes,
             "shaded_points": self.work.points,
@@ -103,8 +124,8 @@ struct Kind {
 
 type Edit = dyn Fn(&mut ProgressiveRenderer, &Base, bool) -> Result<(), RenderError>;
 
-/// Milliseconds of a frame, and of its stages; what it took.
-type Run = (f64, Vec<(&'static str, f64)>, FrameWork);
+/// Milliseconds of a frame, its stages, and what it took.
+type Run = (f64, Vec<StageCost>, FrameWork);
 
 /// What edits start from.
 struct Base {
@@ -395,7 +416,11 @@ fn measure(
                 // Takes the counts that shading left.
                 renderer.advance(Duration::ZERO)?;
                 let stages = renderer.report().stages.iter();
-                let stages = stages.map(|stage| (stage.name, stage.milliseconds));
+                let stages = stages.map(|stage| StageCost {
+                    name: stage.name,
+                    milliseconds: stage.milliseconds,
+                    gpu_milliseconds: stage.gpu_milliseconds,
+                });
                 if round > 0 {
                     let work = FrameWork::of(renderer.report());
                     runs.push((milliseconds, stages.collect(), work));
@@ -411,11 +436,10 @@ fn measure(
     let cost = |(kind, runs): (&Kind, &Vec<Run>)| {
         let milliseconds = median(runs.iter().map(|run| run.0));
         let stages = runs.first().map_or(Vec::new(), |(_, stages, _)| {
-            let of = |name| {
-                let stages = runs.iter().flat_map(|(_, stages, _)| stages);
-                median(stages.filter(|stage| stage.0 == name).map(|stage| stage.1))
-            };
-            stages.iter().map(|&(name, _)| (name, of(name))).collect()
+            stages
+                .iter()
+                .map(|stage| median_stage(runs, stage.name))
+                .collect()
         });
         FrameCost {
             group,
@@ -435,6 +459,20 @@ fn measure(
         starting,
     });
     Ok(costs)
+}
+
+/// The stage `name` of `runs`.
+fn median_stage(runs: &[Run], name: &'static str) -> StageCost {
+    let of_name = || {
+        let stages = runs.iter().flat_map(|(_, stages, _)| stages);
+        stages.filter(move |stage| stage.name == name)
+    };
+    let measured = || of_name().filter_map(|stage| stage.gpu_milliseconds);
+    StageCost {
+        name,
+        milliseconds: median(of_name().map(|stage| stage.milliseconds)),
+        gpu_milliseconds: measured().next().map(|_| median(measured())),
+    }
 }
 
 /// Until the picture is finished.

@@ -14,8 +14,13 @@ use strandlight_scene::camera::ViewUniform;
 /// What came of drawing a view by list.
 #[derive(Clone, Copy)]
 pub(crate) enum ListDrawn {
-    /// A picture of this view: the one that was asked for, or one that was asked for before and is there only now.
-    Of { view: ViewUniform, is_asked: bool },
+    /// A picture of this view, begun at `start`: the one that was asked for, or one that was asked for before and is
+    /// there only now.
+    Of {
+        view: ViewUniform,
+        is_asked: bool,
+        start: Instant,
+    },
     /// The device has not answered yet how much there is to list, of this view or of one before.
     NotYet,
     /// The device has no room for the list. Samples need none.
@@ -112,6 +117,14 @@ impl HairRenderer {
         }
         let is_partly_lit = !draws_by_list && self.lighting.n_listed().is_some();
         self.dirty.mark(Inputs::VIEW, is_partly_lit);
+    }
+
+    /// Is the list of `view` there?
+    pub(crate) fn has_list(&self, view: &ViewUniform) -> bool {
+        let visible = self.visible.as_ref();
+        let listed = visible.filter(|visible| visible.making.is_none());
+        let listed = listed.and_then(|visible| visible.listed);
+        listed.is_some_and(|listed| listed.is_of(&list_view(view)))
     }
 
     /// Bytes of the list.
@@ -232,10 +245,6 @@ impl HairRenderer {
                 is_draft: may_be_draft && is_other && self.lighting.lit().1 > 0,
             };
             pass.draw(&self.context, &self.strands, proxies, lit, sums, observer)?;
-            self.report.ran("draw");
-            if pass.is_waiting {
-                self.report.took("draw", start.elapsed().as_secs_f64());
-            }
         }
         Ok(ListDrawn::Of {
             view: ViewUniform {
@@ -244,6 +253,7 @@ impl HairRenderer {
                 ..list.view
             },
             is_asked,
+            start,
         })
     }
 }

@@ -76,10 +76,7 @@ fn upload(context: &Context, map: &Panorama) -> Result<wgpu::TextureView, Render
     let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
     let format = wgpu::TextureFormat::Rgb9e5Ufloat;
     let view = texture(context, "panorama", [width, height], 1, format, usage);
-    context
-        .resource_counters()
-        .add_written(size_of_val(map.texels()));
-    context.queue.write_texture(
+    context.write_texture(
         view.texture().as_image_copy(),
         bytemuck::cast_slice(map.texels()),
         wgpu::TexelCopyBufferLayout {

@@ -197,8 +197,7 @@ fn write_rows(context: &Context, texture: &wgpu::Texture, first: u32, texels: &[
     let row_bytes = 16 * texture.width();
     let mut to = texture.as_image_copy();
     to.origin.y = first;
-    context.resource_counters().add_written(texels.len());
-    context.queue.write_texture(
+    context.write_texture(
         to,
         texels,
         wgpu::TexelCopyBufferLayout {

@@ -17,8 +17,11 @@ const TILE_SIDE: u32 = 2048;
 /// least. A few seconds on a software device, which waits at most a minute.
 const MAX_DRAWN: u64 = 256 << 20;
 
-/// Most pairs of a pixel and a segment that are listed together: 96 MiB, and about a second of a software device.
-const MAX_HITS: u32 = 8 << 20;
+/// Most pairs of a pixel and a segment that are listed together on a software device: 96 MiB, and about a second.
+pub(crate) const SOFTWARE_HITS: u32 = 8 << 20;
+
+/// The same on a GPU, where an edit lists again what is not kept: 384 MiB.
+const MAX_HITS: u32 = 32 << 20;
 
 /// Pixels in the height of a row that the estimate is made for.
 const BLOCK: u32 = 8;

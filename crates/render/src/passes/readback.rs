@@ -51,18 +51,17 @@ impl Readback {
             return false;
         }
         self.bytes = bytes;
-        submit(context, |encoder| {
-            before(encoder);
-            encoder.copy_buffer_to_buffer(from, 0, &self.staging, 0, bytes);
-        });
         self.state.store(UNDER_WAY, Ordering::Release);
         let state = Arc::clone(&self.state);
         let arrived = move |result: Result<(), wgpu::BufferAsyncError>| {
             let now = if result.is_ok() { HERE } else { LOST };
             state.store(now, Ordering::Release);
         };
-        self.staging
-            .map_async(wgpu::MapMode::Read, 0..bytes, arrived);
+        submit(context, |encoder| {
+            before(encoder);
+            encoder.copy_buffer_to_buffer(from, 0, &self.staging, 0, bytes);
+            encoder.map_buffer_on_submit(&self.staging, wgpu::MapMode::Read, 0..bytes, arrived);
+        });
         true
     }
 

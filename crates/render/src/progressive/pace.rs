@@ -12,7 +12,7 @@ use strandlight_scene::RenderError;
 /// What a unit of work of a kind never seen before is taken for, seconds a step.
 const UNKNOWN: f64 = 2e-3;
 
-/// Work is submitted in lots of about this many seconds before it is waited for: waiting costs a
+/// Work is waited for in lots of about this many seconds: waiting costs a
 /// fast device more than small steps do.
 const LOT: f64 = 1.5e-3;
 
@@ -36,13 +36,48 @@ pub(super) struct Pacer {
     submitted: f64,
 }
 
-/// Steps of one stage that were submitted and not waited for.
+/// Steps that were not waited for: of one stage, or of all whose commands were collected together.
 struct Lot {
+    stages: Vec<InLot>,
+    /// By estimate.
+    seconds: f64,
+    start: Instant,
+}
+
+/// What a lot has of a stage.
+struct InLot {
     stage: &'static str,
     runs: u32,
     units: f64,
+    /// By estimate.
     seconds: f64,
-    start: Instant,
+}
+
+impl Lot {
+    fn new(start: Instant) -> Lot {
+        Lot {
+            stages: Vec::new(),
+            seconds: 0.0,
+            start,
+        }
+    }
+
+    fn add(&mut self, stage: &'static str, units: f64, seconds: f64) {
+        self.seconds += seconds;
+        match self.stages.iter_mut().find(|of| of.stage == stage) {
+            Some(of) => {
+                of.runs += 1;
+                of.units += units;
+                of.seconds += seconds;
+            }
+            None => self.stages.push(InLot {
+                stage,
+                runs: 1,
+                units,
+                seconds,
+            }),
+        }
+    }
 }
 
 /// What is under way.
@@ -116,7 +151,14 @@ impl Pacer {
             .map(|(_, rate)| *rate)
     }
 
-    /// Says that a step was submitted.
+    /// The next step began at `start`, unless there were others before it.
+    pub fn began(&mut self, start: Instant) {
+        if self.is_waiting {
+            self.lot.get_or_insert_with(|| Lot::new(start));
+        }
+    }
+
+    /// Says that a step was submitted, or collected.
     ///
     /// # Errors
     /// The device failed.
@@ -133,26 +175,19 @@ impl Pacer {
             self.watch(context, stage, units, estimate);
             return Ok(());
         }
-        if self.lot.as_ref().is_some_and(|lot| lot.stage != stage) {
+        let is_other = |lot: &Lot| lot.stages.last().is_some_and(|of| of.stage != stage);
+        if !context.is_collecting() && self.lot.as_ref().is_some_and(is_other) {
             self.flush(context, &mut note)?;
         }
-        let lot = self.lot.get_or_insert_with(|| Lot {
-            stage,
-            runs: 0,
-            units: 0.0,
-            seconds: 0.0,
-            start: Instant::now(),
-        });
-        lot.runs += 1;
-        lot.units += units;
-        lot.seconds += estimate;
+        let lot = (self.lot).get_or_insert_with(|| Lot::new(Instant::now()));
+        lot.add(stage, units, estimate);
         if lot.seconds >= LOT {
             self.flush(context, note)?;
         }
         Ok(())
     }
 
-    /// Waits for what was submitted, where anybody waits.
+    /// Waits for what was submitted, where anybody waits. Each stage has its share of the time by the estimates.
     ///
     /// # Errors
     /// The device failed.
@@ -164,10 +199,16 @@ impl Pacer {
         let Some(lot) = self.lot.take() else {
             return Ok(());
         };
-        context.wait(lot.stage).map_err(failed)?;
-        let seconds = lot.start.elapsed().as_secs_f64();
-        self.learn(lot.stage, lot.units, seconds);
-        note((lot.stage, lot.runs, lot.units, seconds));
+        let Some(last) = lot.stages.last() else {
+            return Ok(());
+        };
+        context.wait(last.stage).map_err(failed)?;
+        let scale = lot.start.elapsed().as_secs_f64() / lot.seconds.max(1e-12);
+        for of in lot.stages {
+            let seconds = scale * of.seconds;
+            self.learn(of.stage, of.units, seconds);
+            note((of.stage, of.runs, of.units, seconds));
+        }
         Ok(())
     }
 

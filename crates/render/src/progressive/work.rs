@@ -2,8 +2,6 @@
 
 use std::time::Duration;
 
-use web_time::Instant;
-
 use super::{Drawn, Progress, ProgressiveRenderer, pace};
 use crate::hair_renderer::{DirtyFlags, ListDrawn};
 use crate::invalidation::Inputs;
@@ -37,6 +35,14 @@ impl ProgressiveRenderer {
     /// [`RenderError::DeviceLost`], after which a new context and a new `ProgressiveRenderer` are
     /// needed, or whatever else the device refuses.
     pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+        if !self.pacer.is_waiting() {
+            return self.advance_step_by_step(budget);
+        }
+        let context = self.hair.context.clone();
+        context.collect(|| self.advance_step_by_step(budget))
+    }
+
+    fn advance_step_by_step(&mut self, budget: Duration) -> Result<Progress, RenderError> {
         // Lets callbacks run; a browser runs them anyway.
         let _ = self.hair.context.device.poll(wgpu::PollType::Poll);
         self.hair.context.check("advance").map_err(failed)?;
@@ -71,8 +77,8 @@ impl ProgressiveRenderer {
             if self.picture.shown < self.picture.passes && (is_finished || !self.is_still) {
                 self.work(&Work::Show)?;
             }
-            self.flush()?;
             self.hair.clock.start_reading(&self.hair.context);
+            self.flush()?;
         }
         self.hair.report.counts = self.hair.context.counts().since(self.hair.counts_before);
         Ok(self.progress())
@@ -177,12 +183,12 @@ impl ProgressiveRenderer {
                 self.submitted("project", 1.0)
             }
             Work::Resolve => {
-                // Listing may wait for the device: not for what others submitted.
-                self.flush()?;
-                let start = Instant::now();
+                if !self.hair.has_list(&self.drawn_view()) {
+                    // Listing may wait for the device: not for what others submitted.
+                    self.flush()?;
+                }
                 match self.resolve(true, &mut |_| ())? {
                     ListDrawn::Of { is_asked, .. } => {
-                        self.drew_by_list(start)?;
                         self.picture.is_of_before = !is_asked;
                         if is_asked {
                             self.picture.passes = 1;
@@ -272,15 +278,6 @@ impl ProgressiveRenderer {
         }
     }
 
-    /// Notes that a picture by list was begun at `start`, and is done if anybody waits.
-    fn drew_by_list(&mut self, start: Instant) -> Result<(), RenderError> {
-        if self.pacer.is_waiting() {
-            (self.pacer).learn("draw", 1.0, start.elapsed().as_secs_f64());
-            return Ok(());
-        }
-        self.submitted_only("draw")
-    }
-
     /// Tells the pacer alone of a run of `stage`, which the report has.
     fn submitted_only(&mut self, stage: &'static str) -> Result<(), RenderError> {
         let report = &mut self.hair.report;
@@ -303,8 +300,10 @@ impl ProgressiveRenderer {
         let drawn = self
             .hair
             .draw_visible(&view, &sums, may_be_draft, observer)?;
-        if let ListDrawn::Of { view, .. } = drawn {
+        if let ListDrawn::Of { view, start, .. } = drawn {
             self.hair.ribbons.set_view(&self.hair.context, &view);
+            self.pacer.began(start);
+            self.submitted("draw", 1.0)?;
         }
         Ok(drawn)
     }

@@ -459,7 +459,7 @@ fn print_frames(
         prepared.size[1],
     ))?;
     print_line(
-        "  workgroups, MB written, points shaded, million products, pairs of a pixel and a segment; the slowest stage",
+        "  submissions, workgroups, MB written, points shaded, million products, pairs of a pixel and a segment; the stage that took the device longest",
     )?;
     let mut group = "";
     for cost in costs {
@@ -467,13 +467,19 @@ fn print_frames(
             group = cost.group;
             print_line(group)?;
         }
-        let most = slowest(&cost.stages);
+        let stages = cost.stages.iter();
+        let stages = stages.map(|stage| {
+            let milliseconds = stage.gpu_milliseconds.unwrap_or(stage.milliseconds);
+            (stage.name, milliseconds)
+        });
+        let most = slowest(&stages.collect::<Vec<_>>());
         let work = &cost.work;
         let line = format!(
-            "  {:46} {:9.2} ms {:7.3} {:9} {:9.3} {:9} {:9.2} {:9}  {most}",
+            "  {:46} {:9.2} ms {:7.3} {:5} {:9} {:9.3} {:9} {:9.2} {:9}  {most}",
             cost.name,
             cost.milliseconds,
             cost.ratio,
+            work.submissions,
             work.workgroups,
             1e-6 * work.written_bytes as f64,
             work.points,

@@ -56,7 +56,9 @@ impl VisibilityPass {
                     self.groups_of_pixels(&rows),
                 );
             });
-            self.wait(context)?;
+            if n_bands > 1 {
+                self.wait(context)?;
+            }
             observer((ix + 1) as f64 / n_bands as f64);
         }
         Ok(())

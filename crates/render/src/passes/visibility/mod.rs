@@ -14,7 +14,7 @@ mod triangles;
 use std::ops::Range;
 
 use super::draw::LitPoints;
-use super::parts::PartLimits;
+use super::parts::{PartLimits, SOFTWARE_HITS};
 use super::readback::Readback;
 use super::resources::{StrandBuffers, failed};
 use super::{meshes, proxies};
@@ -128,7 +128,10 @@ impl VisibilityPass {
             extent: [0; 2],
             n_segments: strands.n_segments,
             n_points: strands.n_points,
-            most_hits: PartLimits::default().hits,
+            most_hits: match context.is_software() {
+                true => SOFTWARE_HITS,
+                false => PartLimits::default().hits,
+            },
             is_waiting,
             bands: Vec::new(),
             listed: None,
