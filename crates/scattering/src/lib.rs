@@ -39,6 +39,8 @@ pub mod fresnel;
 pub mod h_moments;
 mod hair;
 #[doc(hidden)]
+pub mod jobs;
+#[doc(hidden)]
 pub mod layout;
 #[doc(hidden)]
 pub mod lobes;

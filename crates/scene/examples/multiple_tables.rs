@@ -19,7 +19,8 @@ use strandlight_scattering::closed_form::{
     global_scattering, local_scattering, sample_averages,
 };
 use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::multiple_tables::{Job, MultipleSource, MultipleTables};
+use strandlight_scattering::jobs::{Job, in_turn};
+use strandlight_scattering::multiple_tables::{MultipleSource, MultipleTables};
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8};
 use strandlight_scattering::{HairParams, Lobe};
@@ -180,7 +181,12 @@ fn cost(repetitions: u64) -> Result<(), Failed> {
     let start = on_core()?;
     for _ in 0..repetitions {
         let terms = TERM_GLOBAL | TERM_LOCAL;
-        black_box(MultipleSource::new(black_box(&shading), averages, terms));
+        black_box(MultipleSource::new(
+            black_box(&shading),
+            averages,
+            terms,
+            in_turn,
+        ));
     }
     let source = (on_core()? - start) as f64 * 1e-6 / repetitions as f64;
     println!("what a GPU fills them from {source:.2} ms");

@@ -108,11 +108,7 @@ impl Beside {
 
     /// The middles of voxels, where they lie to the meshes.
     pub fn places_of_voxels(&self, grid: &Grid) -> Places {
-        let [n_x, n_y, _] = grid.dims;
-        self.places(grid.n_voxels(), |ix| {
-            let ix = ix as u32;
-            grid.centre([ix % n_x, ix / n_x % n_y, ix / (n_x * n_y)])
-        })
+        self.places(grid.n_voxels(), |ix| grid.centre(voxel(grid, ix)))
     }
 
     /// Where light is found: texels of the light maps, `[proxy][row][column]`, then vertices of the
@@ -156,6 +152,29 @@ impl Beside {
             direction,
             maps,
         }
+    }
+
+    /// What is hidden from lights in these directions: of surfaces at these places [`Towards::is_behind_other`],
+    /// `[direction][surface]`, and of voxels [`Towards::is_blocked`], `[direction][voxel]`; a bit each, and whole words for
+    /// each direction.
+    pub fn hidden_along(
+        &self,
+        directions: &[[f32; 4]],
+        (surfaces, of_surfaces): (&[Surface], &Places),
+        (grid, of_voxels): (&Grid, &Places),
+    ) -> (Vec<u32>, Vec<u32>) {
+        let hidden = directions.par_iter().map(|direction| {
+            let towards = self.towards(Vec3::from_slice(direction));
+            let surfaces = bits(surfaces.len(), |ix| {
+                towards.is_behind_other(&surfaces[ix], of_surfaces, ix)
+            });
+            let voxels = bits(grid.n_voxels(), |ix| {
+                towards.is_blocked(of_voxels, ix, grid.centre(voxel(grid, ix)))
+            });
+            (surfaces, voxels)
+        });
+        let (surfaces, voxels): (Vec<_>, Vec<_>) = hidden.unzip();
+        (surfaces.concat(), voxels.concat())
     }
 }
 
@@ -223,12 +242,6 @@ impl Towards<'_> {
         }) || self.is_hidden(places, ix, own_mesh)
     }
 
-    /// [`Towards::is_blocked`] of all voxels, a bit each.
-    pub fn blocked_voxels(&self, places: &Places, grid: &Grid) -> Vec<u32> {
-        let voxels = voxels(grid).enumerate();
-        bits(voxels.map(|(ix, voxel)| self.is_blocked(places, ix, grid.centre(voxel))))
-    }
-
     /// Whether a mesh does; of the mesh `own`, on whose surface the place is, only what stands above
     /// it.
     #[inline]
@@ -244,25 +257,20 @@ impl Towards<'_> {
     }
 }
 
-/// The voxels in their order.
-fn voxels(grid: &Grid) -> impl Iterator<Item = [u32; 3]> + Clone {
-    let [n_x, n_y, n_z] = grid.dims;
-    let row = move |y, z| (0..n_x).map(move |x| [x, y, z]);
-    (0..n_z).flat_map(move |z| (0..n_y).flat_map(move |y| row(y, z)))
+/// The voxel with this number in their order.
+fn voxel(grid: &Grid, ix: usize) -> [u32; 3] {
+    let ([n_x, n_y, _], ix) = (grid.dims, ix as u32);
+    [ix % n_x, ix / n_x % n_y, ix / (n_x * n_y)]
 }
 
-/// A bit each, the lowest of a word first.
-pub fn bits(each: impl Iterator<Item = bool>) -> Vec<u32> {
-    let mut words = Vec::new();
-    for (ix, is_set) in each.enumerate() {
-        if ix % 32 == 0 {
-            words.push(0);
-        }
-        if let Some(word) = words.last_mut() {
-            *word |= u32::from(is_set) << (ix % 32);
-        }
-    }
-    words
+/// A bit for each of `n`, the lowest of a word first.
+pub fn bits(n: usize, is_set: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
+    let word = |word: usize| {
+        let of_word = 32 * word..n.min(32 * (word + 1));
+        of_word.fold(0, |bits, ix| bits | u32::from(is_set(ix)) << (ix % 32))
+    };
+    let words = (0..n.div_ceil(32)).into_par_iter().with_min_len(64);
+    words.map(word).collect()
 }
 
 #[cfg(test)]

@@ -7,6 +7,8 @@
 //! of edits, the parts are bit for bit those of [`HairMaterial::new`] with the last parameters.
 
 use std::sync::Arc;
+
+use rayon::prelude::*;
 use web_time::Instant;
 
 use strandlight_formats::TableFile;
@@ -19,6 +21,7 @@ use strandlight_scattering::dual_scattering::{
     AverageTable, DEFAULT_AVERAGE_LAYERS, DEFAULT_SCALES, N_INCLINATIONS, PaintedAverageTable,
 };
 use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::jobs::Job;
 use strandlight_scattering::lobes::{
     DEFAULT_LOBE_TEXELS, DEFAULT_PAINTED_TEXELS, Energies, LobePlaces, LobeRows, LobeTable,
     LobeTexture, PackedShapes, PaintedTexture, Shares, slice_painted,
@@ -146,6 +149,24 @@ pub const RULES: [Rule; 17] = {
     ]
 };
 
+/// The texture of TT's lobes and what it is made of.
+const OF_TT: [Part; 5] = [
+    Part::RowTt,
+    Part::EnergiesTt,
+    Part::ShapesTt,
+    Part::SharesTt,
+    Part::LobesTt,
+];
+
+/// The texture of TRT's lobes and what it is made of.
+const OF_TRT: [Part; 5] = [
+    Part::RowTrt,
+    Part::EnergiesTrt,
+    Part::ShapesTrt,
+    Part::SharesTrt,
+    Part::LobesTrt,
+];
+
 /// What became of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -257,6 +278,72 @@ impl LobeTables {
     }
 }
 
+/// What the texture of TT's or TRT's lobes is made of.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct LobeSources {
+    row: Option<LobeRows>,
+    energies: Option<Energies>,
+    shapes: Option<PackedShapes>,
+    shares: Option<Shares>,
+}
+
+/// Makes the texture of one mode's lobes, and what it is made of.
+#[derive(Clone, Copy)]
+struct LobeMaker<'a> {
+    mode: Lobe,
+    hair: &'a HairParams,
+    fresnel: Fresnel,
+    table: Option<&'a LobeTable>,
+}
+
+impl LobeMaker<'_> {
+    /// Makes `part`, which is one of this mode, of what is there.
+    fn make(&self, part: Part, sources: &mut LobeSources, texture: &mut LobeTexture) {
+        let hair = self.hair;
+        let places = || LobePlaces::new(self.mode, hair, DEFAULT_LOBE_TEXELS);
+        let row = sources.row.as_ref();
+        match part {
+            Part::RowTt | Part::RowTrt => {
+                sources.row = self.table.map(|table| LobeRows::new(table, &places()));
+            }
+            Part::EnergiesTt | Part::EnergiesTrt => {
+                let energies = Energies::new(&places(), hair.sigma_a, self.fresnel);
+                sources.energies = Some(energies);
+            }
+            Part::ShapesTt | Part::ShapesTrt => {
+                sources.shapes = row.map(|row| PackedShapes::new(row, hair.caustic_width));
+            }
+            Part::SharesTt | Part::SharesTrt => {
+                sources.shares = row.map(|row| Shares::new(row, hair.sigma_a));
+            }
+            _ => {
+                let lobes = match (&sources.shapes, &sources.energies, &sources.shares) {
+                    (Some(shapes), Some(energies), Some(shares)) => {
+                        LobeTexture::new(shapes, energies, shares)
+                    }
+                    _ => no_lobes(),
+                };
+                *texture = lobes.scaled(hair.intensity.get(self.mode));
+            }
+        }
+    }
+}
+
+/// Parts that are made while others are, and what that took.
+type Timed = Vec<(Part, f64)>;
+
+/// Does `work` and notes that it made `part`.
+fn timed(part: Part, made: &mut Timed, work: impl FnOnce()) {
+    let start = Instant::now();
+    work();
+    made.push((part, 1e6 * start.elapsed().as_secs_f64()));
+}
+
+/// Runs all jobs at once.
+fn at_once(jobs: Vec<Job>) {
+    jobs.into_par_iter().for_each(Job::run);
+}
+
 /// Everything that shading reads of one fibre, and what it takes to edit it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HairMaterial {
@@ -269,11 +356,8 @@ pub struct HairMaterial {
     paint: Option<PaintKinds>,
     /// Are the parts of hair that is not painted there beside those of painted hair?
     keeps_plain: bool,
-    /// Of TT and TRT, as the following.
-    rows: [Option<LobeRows>; 2],
-    energies: [Option<Energies>; 2],
-    shapes: [Option<PackedShapes>; 2],
-    shares: [Option<Shares>; 2],
+    /// Of TT and TRT.
+    sources: [LobeSources; 2],
     /// Which of `optics` is made.
     made: [bool; RULES.len()],
     optics: Optics,
@@ -302,10 +386,7 @@ impl HairMaterial {
             is_multiple: false,
             paint: None,
             keeps_plain: false,
-            rows: [None, None],
-            energies: [None, None],
-            shapes: [None, None],
-            shares: [None, None],
+            sources: Default::default(),
             made: [false; RULES.len()],
             optics: Optics::paper(fibre),
         };
@@ -446,32 +527,93 @@ impl HairMaterial {
             // The fibre holds the modes as well.
             let of_modes = rule.part == Part::Fibre && modes_differ;
             let stale = !self.made[ix] || of_parameters || of_sources || of_modes;
-            let start = Instant::now();
             let outcome = match (needed, stale) {
-                (false, _) => {
-                    self.drop_part(rule.part);
-                    Outcome::Absent
-                }
+                (false, _) => Outcome::Absent,
                 (true, false) => Outcome::Kept,
-                (true, true) => {
-                    self.make(rule.part, fibre);
-                    Outcome::Rebuilt
-                }
+                (true, true) => Outcome::Rebuilt,
             };
+            if !needed {
+                self.drop_part(rule.part);
+            }
             self.made[ix] = needed;
-            let microseconds = match outcome {
-                Outcome::Rebuilt => 1e6 * start.elapsed().as_secs_f64(),
-                _ => 0.0,
-            };
             parts.push(PartReport {
                 part: rule.part,
                 name: rule.name,
                 outcome,
-                gpu_bytes: if needed { self.gpu_bytes(rule.part) } else { 0 },
-                microseconds,
+                gpu_bytes: 0,
+                microseconds: 0.0,
             });
         }
+        let rebuilt = parts
+            .iter()
+            .filter(|report| report.outcome == Outcome::Rebuilt);
+        let rebuilt: Vec<Part> = rebuilt.map(|report| report.part).collect();
+        for (part, microseconds) in self.make_all(&rebuilt, fibre) {
+            let report = parts.iter_mut().find(|report| report.part == part);
+            if let Some(report) = report {
+                report.microseconds = microseconds;
+            }
+        }
+        for report in &mut parts {
+            if report.outcome != Outcome::Absent {
+                report.gpu_bytes = self.gpu_bytes(report.part);
+            }
+        }
         EditReport { parts }
+    }
+
+    /// Makes `parts`, which are in the order of [`RULES`]: the lobes of both modes and the averages, which are not made
+    /// of each other, at once, and then what is made of them.
+    fn make_all(&mut self, parts: &[Part], fibre: Fibre) -> Timed {
+        let mut made = Timed::with_capacity(parts.len());
+        let is_among = |those: &[Part]| parts.iter().any(|part| those.contains(part));
+        let has_averages = is_among(&[Part::Averages]);
+        let [tt, trt] = &mut self.sources;
+        let optics = &mut self.optics;
+        let maker = |mode, table| LobeMaker {
+            mode,
+            hair: &self.hair,
+            fresnel: self.fresnel,
+            table,
+        };
+        let lobes =
+            |maker: LobeMaker, those: [Part; 5], sources: &mut LobeSources, texture: &mut _| {
+                let mut made = Timed::new();
+                for &part in parts.iter().filter(|part| those.contains(part)) {
+                    timed(part, &mut made, || maker.make(part, sources, texture));
+                }
+                made
+            };
+        let averages = |averages: &mut Vec<AverageTexel>| {
+            let mut made = Timed::new();
+            if has_averages {
+                timed(Part::Averages, &mut made, || {
+                    let table = AverageTable::with(&self.hair, self.fresnel, at_once);
+                    *averages = pack_averages(&table);
+                });
+            }
+            made
+        };
+        let (of_tt, of_trt) = (
+            maker(Lobe::Tt, self.tables.tt.as_ref()),
+            maker(Lobe::Trt, self.tables.trt.as_ref()),
+        );
+        let (first, (second, third)) = rayon::join(
+            || averages(&mut optics.averages),
+            || {
+                rayon::join(
+                    || lobes(of_tt, OF_TT, tt, &mut optics.tt),
+                    || lobes(of_trt, OF_TRT, trt, &mut optics.trt),
+                )
+            },
+        );
+        made.extend([first, second, third].concat());
+        for &part in parts {
+            if made.iter().all(|(done, _)| *done != part) {
+                timed(part, &mut made, || self.make(part, fibre));
+            }
+        }
+        made
     }
 
     /// The parameters.
@@ -514,27 +656,13 @@ impl HairMaterial {
         }
     }
 
-    /// Makes `part`, whose sources are there.
+    /// Makes `part`, whose sources are there, unless it is one of [`HairMaterial::make_all`]'s own.
     fn make(&mut self, part: Part, fibre: Fibre) {
         match part {
             Part::Fibre => self.optics.fibre = fibre,
             Part::Reflectance => {
                 let reflectance = Reflectance::new(self.fresnel, self.hair.eta);
                 self.optics.reflectance = reflectance.scaled(self.hair.intensity.r);
-            }
-            Part::RowTt => self.rows[0] = self.row(Lobe::Tt),
-            Part::RowTrt => self.rows[1] = self.row(Lobe::Trt),
-            Part::EnergiesTt => self.energies[0] = Some(self.energies_of(Lobe::Tt)),
-            Part::EnergiesTrt => self.energies[1] = Some(self.energies_of(Lobe::Trt)),
-            Part::ShapesTt => self.make_shapes(0),
-            Part::ShapesTrt => self.make_shapes(1),
-            Part::SharesTt => self.make_shares(0),
-            Part::SharesTrt => self.make_shares(1),
-            Part::LobesTt => self.optics.tt = self.lobes(0).scaled(self.hair.intensity.tt),
-            Part::LobesTrt => self.optics.trt = self.lobes(1).scaled(self.hair.intensity.trt),
-            Part::Averages => {
-                let table = AverageTable::new(&self.hair, self.fresnel);
-                self.optics.averages = pack_averages(&table);
             }
             Part::Multiple => {
                 // Multiple scattering reads none of the baked tables but the lobes.
@@ -546,7 +674,7 @@ impl HairMaterial {
                 };
                 let shading = self.optics.shading(none);
                 let terms = TERM_GLOBAL | TERM_LOCAL;
-                let source = MultipleSource::new(&shading, &self.optics.averages, terms);
+                let source = MultipleSource::new(&shading, &self.optics.averages, terms, at_once);
                 self.optics.multiple = Some(source);
             }
             Part::PaintedTt => self.optics.painted.tt = self.painted_lobes(Lobe::Tt),
@@ -562,6 +690,7 @@ impl HairMaterial {
                 let table = PaintedAverageTable::new(&self.hair, self.fresnel, size);
                 self.optics.painted.averages = table;
             }
+            _ => {}
         }
     }
 
@@ -573,48 +702,18 @@ impl HairMaterial {
             .unwrap_or_else(no_painted_lobes)
     }
 
-    fn row(&self, mode: Lobe) -> Option<LobeRows> {
-        let places = LobePlaces::new(mode, &self.hair, DEFAULT_LOBE_TEXELS);
-        self.table(mode).map(|table| LobeRows::new(table, &places))
-    }
-
-    fn energies_of(&self, mode: Lobe) -> Energies {
-        let places = LobePlaces::new(mode, &self.hair, DEFAULT_LOBE_TEXELS);
-        Energies::new(&places, self.hair.sigma_a, self.fresnel)
-    }
-
-    fn make_shapes(&mut self, ix: usize) {
-        let caustic_width = self.hair.caustic_width;
-        let shapes = self.rows[ix].as_ref();
-        self.shapes[ix] = shapes.map(|row| PackedShapes::new(row, caustic_width));
-    }
-
-    fn make_shares(&mut self, ix: usize) {
-        let shares = self.rows[ix].as_ref();
-        self.shares[ix] = shares.map(|row| Shares::new(row, self.hair.sigma_a));
-    }
-
-    fn lobes(&self, ix: usize) -> LobeTexture {
-        match (&self.shapes[ix], &self.energies[ix], &self.shares[ix]) {
-            (Some(shapes), Some(energies), Some(shares)) => {
-                LobeTexture::new(shapes, energies, shares)
-            }
-            _ => no_lobes(),
-        }
-    }
-
     fn drop_part(&mut self, part: Part) {
         match part {
             Part::Fibre => {}
             Part::Reflectance => self.optics.reflectance = bytemuck::Zeroable::zeroed(),
-            Part::RowTt => self.rows[0] = None,
-            Part::EnergiesTt => self.energies[0] = None,
-            Part::EnergiesTrt => self.energies[1] = None,
-            Part::RowTrt => self.rows[1] = None,
-            Part::ShapesTt => self.shapes[0] = None,
-            Part::ShapesTrt => self.shapes[1] = None,
-            Part::SharesTt => self.shares[0] = None,
-            Part::SharesTrt => self.shares[1] = None,
+            Part::RowTt => self.sources[0].row = None,
+            Part::EnergiesTt => self.sources[0].energies = None,
+            Part::EnergiesTrt => self.sources[1].energies = None,
+            Part::RowTrt => self.sources[1].row = None,
+            Part::ShapesTt => self.sources[0].shapes = None,
+            Part::ShapesTrt => self.sources[1].shapes = None,
+            Part::SharesTt => self.sources[0].shares = None,
+            Part::SharesTrt => self.sources[1].shares = None,
             Part::LobesTt => self.optics.tt = no_lobes(),
             Part::LobesTrt => self.optics.trt = no_lobes(),
             Part::Averages => self.optics.averages = Vec::new(),

@@ -365,7 +365,10 @@ fn map_side(strands: &Strands, reach: f32) -> u32 {
         let length = Vec3::from_slice(a).distance(Vec3::from_slice(b));
         f64::from(length * (a[3] + b[3]).min(widest))
     };
-    let area: f64 = strands.segments.iter().map(area_of).sum();
+    let area = match strands.max_diameter <= widest {
+        true => strands.area,
+        false => strands.segments.iter().map(area_of).sum(),
+    };
     let complexity = (area / f64::from(2.0 * reach).powi(2)) as f32;
     if complexity <= MAX_DEPTH_COMPLEXITY {
         return SHADOW_SIDE;

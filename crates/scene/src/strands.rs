@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::error::SceneError;
 
@@ -21,6 +22,12 @@ const MAX_TURN: f32 = 8.0 * std::f32::consts::PI / 180.0;
 
 /// Most pieces that one segment of the groom is split into.
 const MAX_SPLIT: u32 = 16;
+
+/// Strands whose frames one task finds.
+const STRANDS_AT_A_TIME: usize = 64;
+
+/// Segments that one task measures.
+const SEGMENTS_AT_A_TIME: usize = 1 << 16;
 
 /// Where a refined point comes from: between the groom's points `point` and `point + 1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +64,10 @@ pub struct Strands {
     pub bounds: (Vec3, Vec3),
     /// Largest fibre diameter, cm.
     pub max_diameter: f32,
+    /// How long all segments are together, cm.
+    pub length: f64,
+    /// How much they cover flattened out, cm^2.
+    pub area: f64,
     /// By point; shared by all that moved from the same strands.
     origins: Arc<[Origin]>,
     /// By drawn strand: its index in the groom; shared likewise.
@@ -122,6 +133,7 @@ impl Strands {
         }
         strands.origins = origins.into();
         strands.ids = ids.into();
+        strands.measure();
         Ok(strands)
     }
 
@@ -238,41 +250,102 @@ impl Strands {
         if points.len() != self.points.len() {
             return Err(SceneError::Offsets);
         }
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for (point, &[x, y, z, _]) in points.iter().enumerate() {
-            if [x, y, z].iter().any(is_far) {
-                return Err(SceneError::Point { point });
-            }
-            low = low.min(Vec3::new(x, y, z));
-            high = high.max(Vec3::new(x, y, z));
+        let is_far_point = |p: &[f32; 4]| p[..3].iter().any(is_far);
+        if let Some(point) = points.par_iter().position_first(is_far_point) {
+            return Err(SceneError::Point { point });
         }
+        self.check_radii(|point| points[point][3])?;
+        let corners = |p: &[f32; 4]| [Vec3::from_slice(p); 2];
+        let [low, high] = points.par_iter().map(corners).reduce(
+            || [Vec3::INFINITY, Vec3::NEG_INFINITY],
+            |[a, b], [c, d]| [a.min(c), b.max(d)],
+        );
         let centre = 0.5 * (low + high);
         let distance = |p: &[f32; 4]| Vec3::from_slice(p).distance(centre);
         let mut moved = Strands {
+            points: points.to_vec(),
+            tangents: vec![[0.0; 4]; points.len()],
+            normals: vec![[0.0; 4]; points.len()],
             segments: self.segments.clone(),
             n_strands: self.n_strands,
             n_degenerate: self.n_degenerate,
             centre,
-            radius: points.iter().map(distance).fold(0.0, f32::max),
+            radius: points.par_iter().map(distance).reduce(|| 0.0, f32::max),
             bounds: (low, high),
+            max_diameter: widest(points),
             origins: Arc::clone(&self.origins),
             ids: Arc::clone(&self.ids),
             n_groom_points: self.n_groom_points,
             ..Strands::default()
         };
-        let mut positions = Vec::new();
-        for (strand, segments) in self.strand_segments().enumerate() {
-            positions.clear();
-            for &[x, y, z, radius] in &points[segments[0] as usize..][..=segments.len()] {
-                if !(radius.is_finite() && radius > 0.0) {
-                    let value = 2.0 * radius;
-                    return Err(SceneError::Diameter { strand, value });
+        let lengths: Vec<usize> = self.ranges().map(|[_, n]| n as usize).collect();
+        let mut rest = (points, &mut moved.tangents[..], &mut moved.normals[..]);
+        let of_strands = lengths.chunks(STRANDS_AT_A_TIME).map(|lengths| {
+            let n = lengths.iter().sum();
+            let (points, tangents, normals) = std::mem::take(&mut rest);
+            let (points, tangents, normals) = (
+                points.split_at(n),
+                tangents.split_at_mut(n),
+                normals.split_at_mut(n),
+            );
+            rest = (points.1, tangents.1, normals.1);
+            (lengths, (points.0, tangents.0, normals.0))
+        });
+        let of_strands: Vec<_> = of_strands.collect();
+        of_strands
+            .into_par_iter()
+            .for_each(|(lengths, (points, tangents, normals))| {
+                let mut first = 0;
+                for &n in lengths {
+                    let range = first..first + n;
+                    find_frames(
+                        &points[range.clone()],
+                        &mut tangents[range.clone()],
+                        &mut normals[range],
+                    );
+                    first += n;
                 }
-                positions.push((Vec3::new(x, y, z), radius));
-            }
-            moved.push_points(&positions);
-        }
+            });
+        moved.measure();
         Ok(moved)
+    }
+
+    /// Refuses the first strand with a radius that is not positive.
+    fn check_radii(&self, radius: impl Fn(usize) -> f32 + Sync) -> Result<(), SceneError> {
+        let is_wrong = |point: usize| !(radius(point).is_finite() && radius(point) > 0.0);
+        let wrong = (0..self.points.len())
+            .into_par_iter()
+            .find_first(|&point| is_wrong(point));
+        let Some(point) = wrong else {
+            return Ok(());
+        };
+        let mut ranges = self.ranges();
+        let strand = ranges.position(|[first, n]| point < (first + n) as usize);
+        Err(SceneError::Diameter {
+            strand: strand.unwrap_or(0),
+            value: 2.0 * radius(point),
+        })
+    }
+
+    /// Notes length and area of all segments, whatever the number of threads in the same order.
+    fn measure(&mut self) {
+        let of_segments = |segments: &[u32]| {
+            let (mut length, mut area) = (0.0, 0.0);
+            for &first in segments {
+                let [a, b] = [0, 1].map(|next| &self.points[first as usize + next]);
+                let of_segment = f64::from(Vec3::from_slice(a).distance(Vec3::from_slice(b)));
+                length += of_segment;
+                area += of_segment * f64::from(a[3] + b[3]);
+            }
+            (length, area)
+        };
+        let parts = self
+            .segments
+            .par_chunks(SEGMENTS_AT_A_TIME)
+            .map(of_segments);
+        let parts: Vec<(f64, f64)> = parts.collect();
+        let add = |(a, b), (c, d)| (a + c, b + d);
+        (self.length, self.area) = parts.into_iter().fold((0.0, 0.0), add);
     }
 
     /// The same strands with other fibre radii in cm, in the order of [`Strands::points`]; bounds
@@ -284,19 +357,13 @@ impl Strands {
         if radii.len() != self.points.len() {
             return Err(SceneError::Offsets);
         }
-        for (strand, [first, n]) in self.ranges().enumerate() {
-            let of_strand = &radii[first as usize..][..n as usize];
-            let is_wrong = |radius: &&f32| !(radius.is_finite() && **radius > 0.0);
-            if let Some(radius) = of_strand.iter().find(is_wrong) {
-                let value = 2.0 * radius;
-                return Err(SceneError::Diameter { strand, value });
-            }
-        }
+        self.check_radii(|point| radii[point])?;
         let mut strands = self.clone();
         for (point, &radius) in strands.points.iter_mut().zip(radii) {
             point[3] = radius;
         }
-        strands.max_diameter = 2.0 * radii.iter().copied().fold(0.0, f32::max);
+        strands.max_diameter = widest(&strands.points);
+        strands.measure();
         Ok(strands)
     }
 
@@ -394,52 +461,59 @@ impl Strands {
         let last = knots.len() - 1;
         push(knots[last], places[last][0], 0.0);
 
-        self.push_points(&positions);
+        for &(position, radius) in &positions {
+            let [x, y, z] = position.to_array();
+            self.points.push([x, y, z, radius]);
+            self.max_diameter = self.max_diameter.max(2.0 * radius);
+        }
         let end = self.points.len();
+        self.tangents.resize(end, [0.0; 4]);
+        self.normals.resize(end, [0.0; 4]);
+        find_frames(
+            &self.points[first..],
+            &mut self.tangents[first..],
+            &mut self.normals[first..],
+        );
         self.segments.extend((first..end - 1).map(|ix| ix as u32));
         self.n_strands += 1;
     }
+}
 
-    /// Appends points (position, radius) of one strand, and their frames.
-    fn push_points(&mut self, positions: &[(Vec3, f32)]) {
-        let mut normal = Vec3::ZERO;
-        let mut last_tangent = Vec3::ZERO;
-        for (ix, &(position, radius)) in positions.iter().enumerate() {
-            let direction =
-                |a: usize, b: usize| (positions[b].0 - positions[a].0).normalize_or_zero();
-            let after = if ix + 1 < positions.len() {
-                direction(ix, ix + 1)
-            } else {
-                Vec3::ZERO
-            };
-            let before = if ix > 0 {
-                direction(ix - 1, ix)
-            } else {
-                Vec3::ZERO
-            };
-            let tangent = (before + after)
-                .try_normalize()
-                .or_else(|| after.try_normalize())
-                .or_else(|| before.try_normalize())
-                .unwrap_or(Vec3::Y);
-            normal = if ix == 0 {
-                first_normal(tangent)
-            } else {
-                transport(normal, last_tangent, tangent)
-            };
-            last_tangent = tangent;
-            let half_to = |other: Option<&(Vec3, f32)>| {
-                other.map_or(0.0, |(there, _)| 0.5 * there.distance(position))
-            };
-            let before = half_to(ix.checked_sub(1).map(|ix| &positions[ix]));
-            let after = half_to(positions.get(ix + 1));
-            self.points
-                .push([position.x, position.y, position.z, radius]);
-            self.tangents
-                .push([tangent.x, tangent.y, tangent.z, before]);
-            self.normals.push([normal.x, normal.y, normal.z, after]);
-            self.max_diameter = self.max_diameter.max(2.0 * radius);
-        }
+/// Largest diameter of `points`.
+fn widest(points: &[[f32; 4]]) -> f32 {
+    let radii = points.par_iter().map(|point| point[3]);
+    2.0 * radii.reduce(|| 0.0, f32::max)
+}
+
+/// Frames at the points of one strand.
+fn find_frames(points: &[[f32; 4]], tangents: &mut [[f32; 4]], normals: &mut [[f32; 4]]) {
+    let at = |ix: usize| Vec3::from_slice(&points[ix]);
+    let mut normal = Vec3::ZERO;
+    let mut last_tangent = Vec3::ZERO;
+    // Direction to the point after, and half the distance.
+    let (mut before, mut half_before) = (Vec3::ZERO, 0.0);
+    for ix in 0..points.len() {
+        let (after, half_after) = match ix + 1 < points.len() {
+            true => (
+                (at(ix + 1) - at(ix)).normalize_or_zero(),
+                0.5 * at(ix + 1).distance(at(ix)),
+            ),
+            false => (Vec3::ZERO, 0.0),
+        };
+        let tangent = (before + after)
+            .try_normalize()
+            .or_else(|| after.try_normalize())
+            .or_else(|| before.try_normalize())
+            .unwrap_or(Vec3::Y);
+        normal = if ix == 0 {
+            first_normal(tangent)
+        } else {
+            transport(normal, last_tangent, tangent)
+        };
+        last_tangent = tangent;
+        tangents[ix] = tangent.extend(half_before).to_array();
+        normals[ix] = normal.extend(half_after).to_array();
+        (before, half_before) = (after, half_after);
     }
 }
 

@@ -10,7 +10,8 @@ use strandlight_scattering::closed_form::{
     global_scattering, local_scattering, sample_averages,
 };
 use strandlight_scattering::fresnel::Fresnel;
-use strandlight_scattering::multiple_tables::{Job, MultipleTables};
+use strandlight_scattering::jobs::Job;
+use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::{HairParams, Lobe, Model, PerLobe};
 use strandlight_scene::material::{HairMaterial, LobeTables};

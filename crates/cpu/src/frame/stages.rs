@@ -3,7 +3,8 @@
 use std::cmp::Reverse;
 
 use rayon::prelude::*;
-use strandlight_scattering::multiple_tables::{Job, MultipleTables};
+use strandlight_scattering::jobs::Job;
+use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::bounce::passed_weights;
 use strandlight_scene::progress::timed;

@@ -163,15 +163,8 @@ impl Meshes {
             .beside
             .places(surfaces.len(), |ix| surfaces[ix].position);
         let voxels = self.beside.places_of_voxels(grid);
-        let (mut of_surfaces, mut of_voxels) = (Vec::new(), Vec::new());
-        for direction in directions {
-            let towards = self.beside.towards(Vec3::from_slice(direction));
-            let each = surfaces.iter().enumerate();
-            of_surfaces.extend(bits(
-                each.map(|(ix, surface)| towards.is_behind_other(surface, &places, ix)),
-            ));
-            of_voxels.extend(towards.blocked_voxels(&voxels, grid));
-        }
+        let (of_surfaces, of_voxels) =
+            (self.beside).hidden_along(directions, (&surfaces, &places), (grid, &voxels));
         write(context, &mut self.hidden_surfaces, &of_surfaces);
         write(context, &mut self.hidden_voxels, &of_voxels);
     }
@@ -179,9 +172,10 @@ impl Meshes {
     /// Writes which points are hidden from a light in `direction`.
     pub fn hide_points(&self, context: &Context, direction: Vec3) {
         let towards = self.beside.towards(direction);
-        let points = self.points.iter().enumerate();
         let places = &self.places_of_points;
-        let hidden = bits(points.map(|(ix, point)| towards.is_blocked(places, ix, *point)));
+        let hidden = bits(self.points.len(), |ix| {
+            towards.is_blocked(places, ix, self.points[ix])
+        });
         context.write(&self.hidden_points, 0, bytemuck::cast_slice(&hidden));
     }
 

@@ -121,42 +121,17 @@ pub(crate) fn tiles(size: [u32; 2], limits: &wgpu::Limits, parts: &PartLimits) -
         .collect()
 }
 
-/// How long the strands are together, cm, and how much they cover flattened out, cm^2.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Spread {
-    length: f64,
-    area: f64,
-}
-
-impl Spread {
-    pub fn of(strands: &Strands) -> Spread {
-        let mut spread = Spread::default();
-        for &first in &strands.segments {
-            let [a, b] = [0, 1].map(|next| &strands.points[first as usize + next]);
-            let length = f64::from(Vec3::from_slice(a).distance(Vec3::from_slice(b)));
-            spread.length += length;
-            spread.area += length * f64::from(a[3] + b[3]);
-        }
-        spread
-    }
-
-    /// The pixels of strands in a pass are not more, about.
-    fn pixels(&self, view: &ViewUniform) -> f64 {
-        let scale = f64::from(view.focal_px / view.near);
-        scale * (self.length + scale * self.area)
-    }
+/// The pixels of strands in a pass are not more, about.
+fn pixels(strands: &Strands, view: &ViewUniform) -> f64 {
+    let scale = f64::from(view.focal_px / view.near);
+    scale * (strands.length + scale * strands.area)
 }
 
 /// Rows, counted from the top of the tile that `view` shows, where the bands of a pass end: each
 /// with at most so many pixels of strands as `parts` says, by estimate, or one row of blocks.
-pub(crate) fn bands(
-    view: &ViewUniform,
-    strands: &Strands,
-    spread: &Spread,
-    parts: &PartLimits,
-) -> Vec<u32> {
+pub(crate) fn bands(view: &ViewUniform, strands: &Strands, parts: &PartLimits) -> Vec<u32> {
     let height = view.extent[1];
-    if spread.pixels(view) <= parts.drawn as f64 {
+    if pixels(strands, view) <= parts.drawn as f64 {
         return vec![height];
     }
     let mut bands = Vec::new();
@@ -280,8 +255,7 @@ mod tests {
         let strands = Strands::new(&bars, &offsets, |_, _| 2.0, true).expect("valid");
         let camera = Camera::framing(Vec3::ZERO, 4.0, 0.5);
         let view = view_uniform(&camera, &strands, [200, 100], 1.0);
-        let spread = Spread::of(&strands);
-        let whole = bands(&view, &strands, &spread, &PartLimits::default());
+        let whole = bands(&view, &strands, &PartLimits::default());
         assert_eq!(whole, [100]);
         let drawn: f64 = drawn_by_block(&view, &strands).iter().sum();
         // Each bar is a quarter of the height of the view.
@@ -290,7 +264,7 @@ mod tests {
             drawn: (drawn / 4.0) as u64,
             ..PartLimits::default()
         };
-        let ends = bands(&view, &strands, &spread, &parts);
+        let ends = bands(&view, &strands, &parts);
         assert!((4..=9).contains(&ends.len()), "{ends:?}");
         assert!(ends.is_sorted() && ends.last() == Some(&100));
     }

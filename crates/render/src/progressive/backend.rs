@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::ProgressiveRenderer;
-use crate::passes::parts::Spread;
 use crate::passes::target::PassSamples;
 use strandlight_formats::{Background, Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
@@ -54,14 +53,11 @@ impl Backend for ProgressiveRenderer {
     }
 
     fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-        self.hair.set_points(points)?;
-        self.spread = Spread::of(&self.hair.scene.strands);
-        Ok(())
+        self.hair.set_points(points)
     }
 
     fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
         self.hair.set_radii(radii)?;
-        self.spread = Spread::of(&self.hair.scene.strands);
         Ok(())
     }
 

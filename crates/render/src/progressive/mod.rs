@@ -45,7 +45,7 @@ use crate::passes::clock::Clock;
 use crate::passes::film::Film;
 use crate::passes::lighting::COUNTER_BYTES;
 use crate::passes::noise::Noise;
-use crate::passes::parts::{self, Spread, Tile};
+use crate::passes::parts::{self, Tile};
 use crate::passes::readback::Readback;
 use crate::passes::resources::failed;
 use crate::passes::screen::{DisplayPipeline, Screen};
@@ -70,7 +70,6 @@ pub struct ProgressiveRenderer {
     /// The part of the picture that is drawn, unless it is all of it.
     tile: Option<Tile>,
     parts: PartLimits,
-    spread: Spread,
     target: Option<Target>,
     screen: Screen,
     /// Of another size, not drawn yet.
@@ -159,7 +158,6 @@ impl ProgressiveRenderer {
             size: [0, 0],
             tile: None,
             parts: PartLimits::default(),
-            spread: Spread::of(&hair.scene.strands),
             target: None,
             screen: Screen::new(context, [1, 1]),
             next_screen: None,

@@ -177,8 +177,7 @@ impl ProgressiveRenderer {
             Work::Project => {
                 let view = self.drawn_view();
                 self.hair.project(&view);
-                self.picture.band_ends =
-                    parts::bands(&view, &self.hair.scene.strands, &self.spread, &self.parts);
+                self.picture.band_ends = parts::bands(&view, &self.hair.scene.strands, &self.parts);
                 self.restart_samples();
                 self.submitted("project", 1.0)
             }

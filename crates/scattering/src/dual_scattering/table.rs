@@ -20,6 +20,7 @@ use super::event::{BREATH, Event, event_of_modes};
 use super::longitudinal::{full_angle, outgoing};
 use crate::fresnel::Fresnel;
 use crate::hair::{HairParams, Lobe, Model};
+use crate::jobs::{self, Job, in_turn};
 use crate::quadrature::GaussLegendre;
 
 /// Inclinations of a table, evenly over -pi/2..=pi/2, ends included (Xu 2011 section 5: 128).
@@ -35,6 +36,8 @@ pub(super) const N_TURNS: usize = 6;
 /// Nodes over theta_o, and where M_t is cut off: erfc(3.5) = 7e-7.
 pub(super) const N_OUTGOING: usize = 16;
 pub(super) const REACH: f64 = 3.5;
+/// Columns or rows that one job finds.
+const IN_A_JOB: usize = 16;
 
 /// All averages of one fibre over the incident inclination.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,18 +104,23 @@ struct Columns {
 }
 
 impl Columns {
-    fn new(azimuth: &AzimuthRule, lobe: Lobe, eta: f64) -> Columns {
+    /// Of all modes.
+    fn of_modes(azimuth: &AzimuthRule, eta: f64, run: impl FnOnce(Vec<Job>)) -> [Columns; 3] {
         let taps = Taps::new(eta);
-        let values = (0..N_COLUMNS).map(|ix| {
-            let Halves { forward, backward } = azimuth.halves(lobe, taps.cos_theta_d(ix));
+        let value = |ix: usize| {
+            let lobe = Lobe::ALL[ix / N_COLUMNS];
+            let cos_theta_d = taps.cos_theta_d(ix % N_COLUMNS);
+            let Halves { forward, backward } = azimuth.halves(lobe, cos_theta_d);
             let [a, b, c] = forward;
             let [d, e, f] = backward;
             [a, b, c, d, e, f]
-        });
-        Columns {
+        };
+        let mut values = vec![[0.0; 6]; Lobe::ALL.len() * N_COLUMNS];
+        jobs::fill(&mut values, IN_A_JOB, value, run);
+        std::array::from_fn(|mode| Columns {
             taps,
-            values: values.collect(),
-        }
+            values: values[mode * N_COLUMNS..][..N_COLUMNS].to_vec(),
+        })
     }
 
     /// Adds `weight` times the values at `cos_theta_d` in 0..=1: the cubic through four columns,
@@ -140,11 +148,11 @@ struct FastEvents<'a> {
 }
 
 impl FastEvents<'_> {
-    fn new(hair: &HairParams, fresnel: Fresnel) -> FastEvents<'_> {
+    fn new(hair: &HairParams, fresnel: Fresnel, run: impl FnOnce(Vec<Job>)) -> FastEvents<'_> {
         let azimuth = AzimuthRule::new(hair, fresnel, N_OFFSETS, N_TURNS);
         FastEvents {
             hair,
-            columns: Lobe::ALL.map(|lobe| Columns::new(&azimuth, lobe, hair.eta)),
+            columns: Columns::of_modes(&azimuth, hair.eta, run),
             rule: GaussLegendre::new(N_OUTGOING),
         }
     }
@@ -173,18 +181,27 @@ impl AverageTable {
     ///
     /// 0.8 ms on one core, 1.7 of an elliptic fibre (example `averages`).
     pub fn new(hair: &HairParams, fresnel: Fresnel) -> AverageTable {
+        AverageTable::with(hair, fresnel, in_turn)
+    }
+
+    /// [`AverageTable::new`] by jobs. `run` has to run all of them, in any order, on as many threads as it likes; the
+    /// table is the same to the bit.
+    #[doc(hidden)]
+    pub fn with(hair: &HairParams, fresnel: Fresnel, run: impl Fn(Vec<Job>)) -> AverageTable {
         let theta = |ix| PI * (ix as f64 / (N_INCLINATIONS - 1) as f64 - 0.5);
         if hair.model == Model::Energy {
             return AverageTable::of_energy(hair, fresnel, theta);
         }
-        let events = FastEvents::new(hair, fresnel);
-        let rows = (0..N_INCLINATIONS).map(|ix| {
+        let events = FastEvents::new(hair, fresnel, &run);
+        let row_at = |ix| {
             let event = events.at(theta(ix));
             row(&event, &all_orders(&event))
-        });
+        };
+        let mut rows = vec![[[0.0; 3]; Average::ALL.len()]; N_INCLINATIONS];
+        jobs::fill(&mut rows, IN_A_JOB, row_at, &run);
         AverageTable {
             model: hair.model,
-            rows: rows.collect(),
+            rows,
         }
     }
 

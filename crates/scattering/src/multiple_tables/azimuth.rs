@@ -12,6 +12,7 @@ use crate::closed_form::{
     Lag, SampleLobes, Shading, further_orders, half_circle_basis, half_circle_r, half_circle_trt,
     half_circle_tt, inclination,
 };
+use crate::jobs::{self, Job};
 
 /// Odd harmonics before they are reduced.
 const N_HARMONICS: usize = 6;
@@ -24,6 +25,9 @@ pub(super) const N_FUNCTIONS: usize = 3;
 
 /// Nodes over cos(theta_d), less one.
 pub(super) const LAST_NODE: f32 = 128.0;
+
+/// Nodes that one job samples.
+const NODES_IN_A_JOB: usize = 16;
 
 /// Nodes below this cosine are about as far apart as those above.
 pub(super) const GRAZING: f32 = 0.2;
@@ -70,7 +74,7 @@ fn cosine_of(node: usize) -> f32 {
 
 impl Profiles {
     /// Of a circular fibre.
-    pub fn new(shading: &Shading<impl SampleLobes>) -> Profiles {
+    pub fn new(shading: &Shading<impl SampleLobes + Sync>, run: impl FnOnce(Vec<Job>)) -> Profiles {
         let lags: [Lag; N_LAGS] = std::array::from_fn(|k| {
             let half = 0.5 * PI * (k as f32 + 0.5) / N_LAGS as f32;
             Lag {
@@ -80,13 +84,16 @@ impl Profiles {
                 cos_view: 0.0,
             }
         });
-        let spectra: [Vec<Spectrum>; 3] = std::array::from_fn(|mode| {
-            if shading.fibre.modes & (1 << mode) == 0 {
-                return Vec::new();
-            }
-            let node = |node| spectrum_of(mode, cosine_of(node), &lags, shading);
-            (0..=LAST_NODE as usize).map(node).collect()
-        });
+        let n_nodes = LAST_NODE as usize + 1;
+        let modes = (0..3).filter(|mode| shading.fibre.modes & (1 << mode) != 0);
+        let modes: Vec<usize> = modes.collect();
+        let mut found = vec![[[0.0; 3]; 1 + N_HARMONICS]; n_nodes * modes.len()];
+        let node = |ix| spectrum_of(modes[ix / n_nodes], cosine_of(ix % n_nodes), &lags, shading);
+        jobs::fill(&mut found, NODES_IN_A_JOB, node, run);
+        let mut spectra: [Vec<Spectrum>; 3] = Default::default();
+        for (mode, found) in modes.iter().zip(found.chunks_exact(n_nodes)) {
+            spectra[*mode] = found.to_vec();
+        }
         let vectors = leading(covariance(&spectra));
         let functions = std::array::from_fn(|harmonic| {
             let [a, b, c] = vectors.map(|vector| vector[harmonic] as f32);

@@ -39,6 +39,7 @@ use crate::closed_form::{
     sample_averages,
 };
 use crate::dual_scattering::N_INCLINATIONS;
+use crate::jobs::Job;
 
 use axes::Axes;
 use azimuth::{LagFunctions, Profiles, Row};
@@ -75,16 +76,6 @@ pub struct MultipleTables {
     direct: Vec<DirectRow>,
 }
 
-/// A part of the work of [`MultipleTables::new`]; all can be done at once.
-pub struct Job<'a>(Box<dyn FnOnce() + Send + 'a>);
-
-impl Job<'_> {
-    /// Does it.
-    pub fn run(self) {
-        (self.0)();
-    }
-}
-
 impl MultipleTables {
     /// Tables for `terms`, a sum of [`TERM_GLOBAL`] and [`TERM_LOCAL`], other bits being ignored. `averages`
     /// are those of the fibre. `run` has to run all jobs, in any order, on as many threads as it likes;
@@ -93,9 +84,9 @@ impl MultipleTables {
         shading: &Shading<impl SampleLobes + Sync>,
         averages: &[AverageTexel],
         terms: u32,
-        run: impl FnOnce(Vec<Job>),
+        run: impl Fn(Vec<Job>),
     ) -> MultipleTables {
-        let plan = Plan::new(shading, averages, terms);
+        let plan = Plan::new(shading, averages, terms, &run);
         let Plan {
             axes, direct_axes, ..
         } = plan;
@@ -202,7 +193,12 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(shading: &Shading<impl SampleLobes>, averages: &[AverageTexel], terms: u32) -> Plan {
+    fn new(
+        shading: &Shading<impl SampleLobes + Sync>,
+        averages: &[AverageTexel],
+        terms: u32,
+        run: impl FnOnce(Vec<Job>),
+    ) -> Plan {
         let fibre = shading.fibre;
         let has_averages = averages.len() >= N_INCLINATIONS;
         let is_round = fibre.eta_swing == 0.0 || fibre.modes & MODE_TRT == 0;
@@ -226,7 +222,7 @@ impl Plan {
                 DIRECT_MIDDLE,
                 least.sigma_b,
             ),
-            profiles: has_global.then(|| Profiles::new(shading)),
+            profiles: has_global.then(|| Profiles::new(shading, run)),
         }
     }
 }
@@ -248,13 +244,13 @@ fn jobs_of<'a, const N: usize>(
     let axes = *axes;
     let layers = rows.chunks_exact_mut(axes.layer()).enumerate();
     let job = |(layer, rows): (usize, &'a mut [[f32; N]])| {
-        Job(Box::new(move || {
+        Job::new(move || {
             let width = axes.width_of(layer);
             for (ix, place) in rows.iter_mut().enumerate() {
                 let [theta_j, theta_o] = axes.inclinations_of(width, ix);
                 *place = row(width, theta_j, theta_o);
             }
-        }))
+        })
     };
     layers.map(job).collect()
 }

@@ -11,6 +11,7 @@ use crate::closed_form::{AverageTexel, SampleLobes, Shading};
 use super::axes::{Axes, LEAST_DIFFERENCE, POLE, SUM_MIDDLE};
 use super::azimuth::{GRAZING, LAST_NODE, LagFunctions, N_FUNCTIONS, Profiles, Row};
 use super::{MultipleTables, Plan};
+use crate::jobs::Job;
 
 /// Texels of a row.
 pub const ROW_TEXELS: usize = 1 + N_FUNCTIONS;
@@ -88,13 +89,14 @@ pub struct MultipleSource {
 }
 
 impl MultipleSource {
-    /// For `terms` as [`MultipleTables::new`] takes them, and the same tables.
+    /// For `terms` and with `run` as [`MultipleTables::new`] takes them, and the same tables.
     pub fn new(
-        shading: &Shading<impl SampleLobes>,
+        shading: &Shading<impl SampleLobes + Sync>,
         averages: &[AverageTexel],
         terms: u32,
+        run: impl FnOnce(Vec<Job>),
     ) -> MultipleSource {
-        let plan = Plan::new(shading, averages, terms);
+        let plan = Plan::new(shading, averages, terms, run);
         let profiles = plan.profiles.as_ref().map(Profiles::rows);
         let profiles = profiles.unwrap_or_else(|| vec![Row::default()]);
         let numbers = profiles.as_flattened().iter();
@@ -184,8 +186,9 @@ mod tests {
     };
     use crate::dual_scattering::AverageTable;
     use crate::fresnel::Fresnel;
+    use crate::jobs::in_turn;
     use crate::multiple_tables::axes::Place;
-    use crate::multiple_tables::{Job, mix};
+    use crate::multiple_tables::mix;
     use crate::random::SplitMix64;
     use crate::{HairParams, Lobe};
 
@@ -219,10 +222,8 @@ mod tests {
         };
         let averages = pack_averages(&AverageTable::new(&hair, Fresnel::Dielectric));
         let terms = TERM_GLOBAL | TERM_LOCAL;
-        let source = MultipleSource::new(&shading, &averages, terms);
-        let tables = MultipleTables::new(&shading, &averages, terms, |jobs| {
-            jobs.into_iter().for_each(Job::run);
-        });
+        let source = MultipleSource::new(&shading, &averages, terms, in_turn);
+        let tables = MultipleTables::new(&shading, &averages, terms, in_turn);
         assert_eq!(source.terms(), tables.terms());
         let [q, p, layers] = source.rows_size();
         assert_eq!((q * p * layers) as usize, ROW_TEXELS * tables.rows().len());
