@@ -11,7 +11,8 @@ struct ListLayout {
     is_writing: u32,
     // 1: not all points were lit, and those that were not are black.
     is_draft: u32,
-    pad: u32,
+    // 1: the entries of the band are kept beside those of the others.
+    is_keeping: u32,
     // Of wide strands: WidthProfile.even of lib/width_profile.
     even: vec4f,
 }

@@ -38,6 +38,8 @@
 @group(0) @binding(12) var<storage, read_write> seen_points: array<u32>;
 // Numbers of points that are seen and of entries.
 @group(0) @binding(13) var<storage, read_write> totals: vec2u;
+// Entries of all bands, if they are kept.
+@group(0) @binding(14) var<storage, read_write> entries: array<u32>;
 // #if PROXIES
 @group(0) @binding(17) var<uniform> proxies: Proxies;
 // #endif
@@ -414,6 +416,18 @@ fn mark(point: u32) {
     }
 }
 
+// Copies the entries of a pixel, which end at this hit, to where those of the pixels before end, if there is room for all.
+fn keep_entries(pixel: u32, end: u32, n_before: u32, n_entries: u32) {
+    let end_there = n_before + n_entries;
+    if 3u * end_there > arrayLength(&entries) {
+        return;
+    }
+    for (var word = 3u * n_entries; word > 0u; word--) {
+        entries[3u * end_there - word] = hits[3u * end - word];
+    }
+    atomicStore(&pixels[pixel].next, end_there);
+}
+
 // A thread for each pixel of the band.
 @compute @workgroup_size(8, 8)
 fn list_pixels(@builtin(global_invocation_id) id: vec3u) {
@@ -482,8 +496,9 @@ fn list_pixels(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     pixels[pixel].n_entries = n_entries;
+    var n_before = 0u;
     if n_entries > 0u {
-        atomicAdd(&seen[(view.n_points + 31u) / 32u], n_entries);
+        n_before = atomicAdd(&seen[(view.n_points + 31u) / 32u], n_entries);
     }
     if is_closed && !is_blocked {
         // Hair is behind all that was left out.
@@ -493,6 +508,9 @@ fn list_pixels(@builtin(global_invocation_id) id: vec3u) {
             let entry = 3u * (end - ix) + 2u;
             hits[entry] = bitcast<u32>(scale * bitcast<f32>(hits[entry]));
         }
+    }
+    if list.is_keeping != 0u {
+        keep_entries(pixel, end, n_before, n_entries);
     }
 // #if PROXIES
     keep_surfaces(pixel, blocked, open);

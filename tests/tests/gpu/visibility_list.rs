@@ -147,6 +147,11 @@ fn a_list_in_parts_is_the_whole_list() {
                 hits: 3000,
                 ..PartLimits::default()
             },
+            // Room for the entries of all bands.
+            PartLimits {
+                hits: stats.list_entries as u32,
+                ..PartLimits::default()
+            },
             PartLimits {
                 tile_side: Some(37),
                 ..PartLimits::default()
@@ -162,6 +167,40 @@ fn a_list_in_parts_is_the_whole_list() {
             );
             assert_eq!(of_parts.visible_points, stats.visible_points, "{name}");
         }
+    }
+}
+
+/// Where there are several bands, an edit draws their entries, which were kept, as it draws those of one; without room
+/// for them it lists band by band again.
+#[test]
+fn entries_of_several_bands_are_kept() {
+    let context = context();
+    let scene = wig_scene(400);
+    let (mut whole, _) = window(&context, &scene);
+    let n_entries = whole.report().stats.list_entries as u32;
+    let mut edited = |renderer: &mut ProgressiveRenderer, sigma_a| {
+        let hair = HairParams {
+            sigma_a,
+            ..HairParams::default()
+        };
+        renderer.set_hair(&hair, &Lobe::ALL).unwrap();
+        (shown(renderer), renderer.report().counts.workgroups)
+    };
+    edited(&mut whole, [1.0; 3]);
+    let (expected, least) = edited(&mut whole, [9.0, 3.0, 1.0]);
+    for (hits, is_kept) in [(n_entries, true), (n_entries - 1, false)] {
+        let (mut renderer, _) = window(&context, &scene);
+        renderer.set_parts(PartLimits {
+            hits,
+            ..PartLimits::default()
+        });
+        // Shades the points of the list in bands.
+        edited(&mut renderer, [1.0; 3]);
+        let (picture, workgroups) = edited(&mut renderer, [9.0, 3.0, 1.0]);
+        assert!(picture == expected, "{hits}");
+        // Slices of points, whose last group is not full, depend on how fast the device is.
+        let is_least = workgroups < least + least / 10;
+        assert_eq!(is_least, is_kept, "{workgroups} for {least}");
     }
 }
 

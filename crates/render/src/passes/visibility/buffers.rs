@@ -23,7 +23,7 @@ pub(super) struct ListLayout {
     pub n_segments: u32,
     pub is_writing: u32,
     pub is_draft: u32,
-    pub pad: u32,
+    pub is_keeping: u32,
     pub even: [f32; 4],
 }
 
@@ -58,7 +58,7 @@ pub(super) struct Triangle {
 
 strandlight_scattering::mirrors! {
     ListLayout as "ListLayout" in "lib/visible_list" {
-        n_tiles, first_row, end_row, n_segments, is_writing, is_draft, pad, even,
+        n_tiles, first_row, end_row, n_segments, is_writing, is_draft, is_keeping, even,
     }
     Pixel as "Pixel" in "lib/visible_list" { n_hits, next, n_entries, pad }
     SeenSurface as "SeenSurface" in "lib/visible_list" { surface, weight, moved, depth }
@@ -74,6 +74,8 @@ pub(super) struct Buffers {
     /// Of each row its hits, then the hits before it in its band; after them `totals` of the triangles.
     pub rows: wgpu::Buffer,
     pub hits: wgpu::Buffer,
+    /// Entries of all bands, where there are several.
+    pub entries: wgpu::Buffer,
     pub seen: wgpu::Buffer,
     /// The points among `seen`, in order.
     pub seen_points: wgpu::Buffer,
@@ -101,6 +103,7 @@ impl Buffers {
             pixels: empty("pixels"),
             rows: empty("rows"),
             hits: empty("hits"),
+            entries: empty("entries"),
             seen: storage(context, "seen points", seen_bytes),
             seen_points: storage(context, "points of a list", 4 * u64::from(n_points)),
             totals: storage(context, "totals of a list", TOTALS_BYTES),
@@ -149,6 +152,7 @@ impl Buffers {
             pixels,
             rows,
             hits,
+            entries,
             seen,
             seen_points,
             behind,
@@ -156,7 +160,7 @@ impl Buffers {
             tiles,
             ..
         } = self;
-        let of_hair = [points, pixels, rows, hits, seen, seen_points];
+        let of_hair = [points, pixels, rows, hits, entries, seen, seen_points];
         let beside = [behind, triangles, tiles];
         let all = of_hair.iter().chain(&beside);
         all.map(|buffer| buffer.size()).sum()

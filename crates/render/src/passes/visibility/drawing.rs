@@ -22,10 +22,15 @@ impl VisibilityPass {
     ) -> Result<(), RenderError> {
         let (radiance, along) = lit.points;
         self.set_kind(context, proxies, along.is_some())?;
-        let n_bands = self.bands.len();
-        for ix in 0..n_bands {
-            self.list_band(context, strands, proxies, ix, Stamp::default())?;
-            let rows = self.bands[ix].clone();
+        let bands = match self.is_kept {
+            true => vec![0..self.extent[1]],
+            false => self.bands.clone(),
+        };
+        let n_bands = bands.len();
+        for (ix, rows) in bands.into_iter().enumerate() {
+            if !self.is_kept {
+                self.list_band(context, strands, proxies, ix, false, Stamp::default())?;
+            }
             self.write_layout(context, rows.clone(), Use::Draws(lit.even, lit.is_draft));
             let Some(kind) = &self.kind else {
                 return Ok(());
@@ -35,9 +40,11 @@ impl VisibilityPass {
                 layout,
                 pixels,
                 hits,
+                entries,
                 ..
             } = &self.buffers;
-            let mut resources = vec![(0, view), (1, layout), (8, pixels), (10, hits)];
+            let listed = if self.is_kept { entries } else { hits };
+            let mut resources = vec![(0, view), (1, layout), (8, pixels), (10, listed)];
             resources.extend([(14, radiance), (15, sums)]);
             resources.extend(along.map(|along| (16, along)));
             if let Some(proxies) = proxies {

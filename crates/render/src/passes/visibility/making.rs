@@ -13,6 +13,9 @@ use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
 
+/// Hits for which one entry is expected; in dense hair there are fewer entries.
+const HITS_PER_ENTRY: u64 = 4;
+
 impl VisibilityPass {
     /// Begins the list of `strands` among `proxies` as `view` sees them, and that of the points which it shows; the one
     /// before is lost.
@@ -68,10 +71,14 @@ impl VisibilityPass {
         };
         if asked == Asked::Seen {
             self.asked = Asked::Nothing;
-            return Ok(Made::Whole(Some(Seen {
-                points: numbers[0],
-                entries: numbers[1],
-            })));
+            let [points, entries] = [numbers[0], numbers[1]];
+            let room = self.buffers.entries.size() / HIT_BYTES;
+            self.is_kept = self.keeps() && u64::from(entries) <= room;
+            if self.keeps() && !self.is_kept && self.make_room_to_keep(context, entries) {
+                self.list_bands(context, strands, proxies, stamp())?;
+                return Ok(Made::Listing);
+            }
+            return Ok(Made::Whole(Some(Seen { points, entries })));
         }
         let height = self.extent[1] as usize;
         let meshes = proxies.and_then(|proxies| proxies.meshes);
@@ -84,25 +91,53 @@ impl VisibilityPass {
             self.forget();
             return Ok(Made::Whole(None));
         }
+        self.list_bands(context, strands, proxies, stamp())?;
+        Ok(Made::Listing)
+    }
+
+    /// Makes the lists of all bands, and has the device answer how much is seen.
+    fn list_bands(
+        &mut self,
+        context: &Context,
+        strands: &StrandBuffers,
+        proxies: Option<ShownProxies>,
+        stamp: Stamp,
+    ) -> Result<(), RenderError> {
         submit(context, |encoder| {
             encoder.clear_buffer(&self.buffers.seen, 0, None)
         });
-        let stamp = stamp();
+        self.listed = None;
         for ix in 0..self.bands.len() {
             let stamp = match ix {
                 0 => stamp.clone().first(),
                 _ => Stamp::default(),
             };
-            self.list_band(context, strands, proxies, ix, stamp)?;
+            self.list_band(context, strands, proxies, ix, self.keeps(), stamp)?;
         }
         self.list_seen(context, stamp.last());
         self.ask(context, Asked::Seen);
-        Ok(Made::Listing)
+        Ok(())
+    }
+
+    /// Are there several bands, whose entries are kept if there is room?
+    fn keeps(&self) -> bool {
+        self.bands.len() > 1
+    }
+
+    /// Makes room for so many entries of all bands, if so many may be kept. Answers whether there is.
+    fn make_room_to_keep(&mut self, context: &Context, n_entries: u32) -> bool {
+        let bytes = u64::from(n_entries) * HIT_BYTES;
+        let may_be_kept = n_entries <= self.most_hits && bytes <= limit(context);
+        if may_be_kept {
+            grow(context, &mut self.buffers.entries, bytes);
+        }
+        may_be_kept
     }
 
     /// There is no list, nor is one under way.
     pub fn forget(&mut self) {
         self.listed = None;
+        self.is_kept = false;
         self.asked = Asked::Nothing;
         self.bands.clear();
     }
@@ -171,6 +206,12 @@ impl VisibilityPass {
             return false;
         }
         grow(context, &mut self.buffers.hits, bytes);
+        if self.keeps() {
+            // A guess; the device answers whether it is enough.
+            let n_hits = rows.iter().map(|n| u64::from(*n)).sum::<u64>();
+            let n_entries = (n_hits / HITS_PER_ENTRY).min(self.most_hits.into());
+            self.make_room_to_keep(context, n_entries as u32);
+        }
         true
     }
 
@@ -194,20 +235,21 @@ impl VisibilityPass {
         group(context, &self.pipelines.find_hits, &resources)
     }
 
-    /// Makes the list of a band, unless it is there.
+    /// Makes the list of a band, unless it is there; its entries are kept beside those of other bands or not.
     pub(super) fn list_band(
         &mut self,
         context: &Context,
         strands: &StrandBuffers,
         proxies: Option<ShownProxies>,
         ix: usize,
+        is_keeping: bool,
         stamp: Stamp,
     ) -> Result<(), RenderError> {
         let (Some(kind), false) = (&self.kind, self.listed == Some(ix)) else {
             return Ok(());
         };
         let band: Range<u32> = self.bands[ix].clone();
-        self.write_layout(context, band.clone(), Use::Writes);
+        self.write_layout(context, band.clone(), Use::Writes { is_keeping });
         let Buffers {
             view,
             layout,
@@ -215,6 +257,7 @@ impl VisibilityPass {
             pixels,
             rows,
             hits,
+            entries,
             seen,
             behind,
             triangles,
@@ -232,7 +275,7 @@ impl VisibilityPass {
         let placed_pixels = group(context, place_pixels, &of_rows);
         let written = self.bind_hits(context, strands);
         let mut resources = vec![(0, view), (1, layout), (7, points), (8, pixels), (10, hits)];
-        resources.push((11, seen));
+        resources.extend([(11, seen), (14, entries)]);
         if let Some(proxies) = proxies {
             resources.extend([(17, proxies.records), (18, behind)]);
             let of_meshes = [(23, triangles), (24, tiles)];

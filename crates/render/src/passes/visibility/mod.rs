@@ -77,8 +77,8 @@ pub(crate) struct ListedLight<'a> {
 enum Use {
     /// Hits are counted.
     Counts,
-    /// Hits are written.
-    Writes,
+    /// Hits are written, and the entries that come of them kept beside those of other bands or not.
+    Writes { is_keeping: bool },
     /// The list is drawn, as [`ListedLight::even`] and [`ListedLight::is_draft`] say.
     Draws([f32; 4], bool),
 }
@@ -102,7 +102,7 @@ pub(crate) struct VisibilityPass {
     extent: [u32; 2],
     n_segments: u32,
     n_points: u32,
-    /// Most hits of a band; a row may have more.
+    /// Most hits of a band, of which a row may have more, and most entries that are kept of several.
     pub most_hits: u32,
     /// Whoever asks waits for the device: for answers, and for each band.
     pub is_waiting: bool,
@@ -110,6 +110,8 @@ pub(crate) struct VisibilityPass {
     bands: Vec<Range<u32>>,
     /// The band whose list is there.
     listed: Option<usize>,
+    /// The entries of all bands are kept: the whole picture is drawn from them.
+    is_kept: bool,
     asked: Asked,
     answer: Readback,
 }
@@ -135,6 +137,7 @@ impl VisibilityPass {
             is_waiting,
             bands: Vec::new(),
             listed: None,
+            is_kept: false,
             asked: Asked::Nothing,
             answer: Readback::new(context, TOTALS_BYTES),
         })
@@ -171,16 +174,16 @@ impl VisibilityPass {
     fn write_layout(&self, context: &Context, rows: Range<u32>, of: Use) {
         let (even, is_draft) = match of {
             Use::Draws(even, is_draft) => (even, is_draft),
-            Use::Counts | Use::Writes => ([0.0; 4], false),
+            Use::Counts | Use::Writes { .. } => ([0.0; 4], false),
         };
         let layout = ListLayout {
             n_tiles: self.n_tiles(),
             first_row: rows.start,
             end_row: rows.end,
             n_segments: self.n_segments,
-            is_writing: u32::from(matches!(of, Use::Writes)),
+            is_writing: u32::from(matches!(of, Use::Writes { .. })),
             is_draft: u32::from(is_draft),
-            pad: 0,
+            is_keeping: u32::from(matches!(of, Use::Writes { is_keeping: true })),
             even,
         };
         context.write(&self.buffers.layout, 0, bytemuck::bytes_of(&layout));
