@@ -110,10 +110,11 @@ fn maps_behind_the_hair_agree() {
         let (most, n) = apart_behind(&gpu, &cpu, &hair);
         println!("map turned by {degrees}: {most:.2e} in {n} pixels");
         assert!(most < tolerance && n > 3000, "{degrees}: {most} in {n}");
-        // Negative control: turned by a degree more it is another one.
-        scene.panorama = Some(turned_map(&map, degrees + 1.0));
+        // Negative control: turned by some degrees more it is another one.
+        scene.panorama = Some(turned_map(&map, degrees + 5.0));
         let (other, _) = cpu::render(&scene, &scene.camera, SIZE, 4).unwrap();
-        assert!(apart_behind(&gpu, &other, &hair).0 > 4.0 * tolerance.min(0.01));
+        let most = apart_behind(&gpu, &other, &hair).0;
+        assert!(most > 4.0 * tolerance, "{most}");
     }
     // To the zenith, the nadir and along the seam.
     let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();

@@ -178,7 +178,7 @@ fn entries_of_several_bands_are_kept() {
     let scene = wig_scene(400);
     let (mut whole, _) = window(&context, &scene);
     let n_entries = whole.report().stats.list_entries as u32;
-    let mut edited = |renderer: &mut ProgressiveRenderer, sigma_a| {
+    let edited = |renderer: &mut ProgressiveRenderer, sigma_a| {
         let hair = HairParams {
             sigma_a,
             ..HairParams::default()
