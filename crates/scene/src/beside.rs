@@ -154,6 +154,24 @@ impl Beside {
         }
     }
 
+    /// Which places at these positions lights in the first of `directions` do not reach, [`Towards::is_blocked`], a bit
+    /// each: as many directions as there are threads, one at least.
+    pub fn hidden_points(
+        &self,
+        directions: &[Vec3],
+        positions: &[Vec3],
+        places: &Places,
+    ) -> Vec<Vec<u32>> {
+        let n = directions.len().min(rayon::current_num_threads());
+        let hidden = directions[..n].par_iter().map(|&direction| {
+            let towards = self.towards(direction);
+            bits(positions.len(), |ix| {
+                towards.is_blocked(places, ix, positions[ix])
+            })
+        });
+        hidden.collect()
+    }
+
     /// What is hidden from lights in these directions: of surfaces at these places [`Towards::is_behind_other`],
     /// `[direction][surface]`, and of voxels [`Towards::is_blocked`], `[direction][voxel]`; a bit each, and whole words for
     /// each direction.
@@ -264,7 +282,7 @@ fn voxel(grid: &Grid, ix: usize) -> [u32; 3] {
 }
 
 /// A bit for each of `n`, the lowest of a word first.
-pub fn bits(n: usize, is_set: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
+fn bits(n: usize, is_set: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
     let word = |word: usize| {
         let of_word = 32 * word..n.min(32 * (word + 1));
         of_word.fold(0, |bits, ix| bits | u32::from(is_set(ix)) << (ix % 32))

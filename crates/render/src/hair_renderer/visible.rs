@@ -244,6 +244,7 @@ impl HairRenderer {
                 // Without lights all are black.
                 is_draft: may_be_draft && is_other && self.lighting.lit().1 > 0,
             };
+            let sums = (sums, self.clock.stamp("draw"));
             pass.draw(&self.context, &self.strands, proxies, lit, sums, observer)?;
         }
         Ok(ListDrawn::Of {

@@ -9,9 +9,10 @@ use super::resources::{
 use super::stamp::Stamp;
 use crate::gpu::Context;
 use glam::Vec3;
+use std::collections::VecDeque;
 use strandlight_scattering::closed_form::irradiance;
 use strandlight_scene::RenderError;
-use strandlight_scene::beside::{Beside, Places, Surface, bits};
+use strandlight_scene::beside::{Beside, Places, Surface};
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::volume::Grid;
 
@@ -35,6 +36,9 @@ pub(super) struct Meshes {
     hidden_points: wgpu::Buffer,
     points: Vec<Vec3>,
     places_of_points: Places,
+    /// The directions that are asked for next, and what of the points is hidden from the first of them.
+    awaited: VecDeque<Vec3>,
+    hidden: VecDeque<Vec<u32>>,
 }
 
 /// What lighting the proxies reads besides.
@@ -117,6 +121,8 @@ impl Meshes {
             hidden_points: storage(context, "hidden points", points),
             points: Vec::new(),
             places_of_points: Places::default(),
+            awaited: VecDeque::new(),
+            hidden: VecDeque::new(),
             beside,
         }))
     }
@@ -151,6 +157,7 @@ impl Meshes {
         grid: &Grid,
         directions: &[[f32; 4]],
     ) {
+        self.forget_directions();
         // The ground's light map lies below the hair.
         self.beside = scene.beside();
         let surfaces = self.beside.surfaces();
@@ -169,14 +176,39 @@ impl Meshes {
         write(context, &mut self.hidden_voxels, &of_voxels);
     }
 
+    /// Says that [`Meshes::hide_points`] is asked for these directions after those which it was said of before, in this
+    /// order: what is hidden from several of them is found at once.
+    pub fn await_directions(&mut self, directions: impl Iterator<Item = Vec3>) {
+        self.awaited.extend(directions);
+    }
+
+    /// [`Meshes::hide_points`] is not asked for the directions that it was said of.
+    pub fn forget_directions(&mut self) {
+        self.awaited.clear();
+        self.hidden.clear();
+    }
+
     /// Writes which points are hidden from a light in `direction`.
-    pub fn hide_points(&self, context: &Context, direction: Vec3) {
-        let towards = self.beside.towards(direction);
-        let places = &self.places_of_points;
-        let hidden = bits(self.points.len(), |ix| {
-            towards.is_blocked(places, ix, self.points[ix])
-        });
-        context.write(&self.hidden_points, 0, bytemuck::cast_slice(&hidden));
+    pub fn hide_points(&mut self, context: &Context, direction: Vec3) {
+        while self.awaited.front().is_some_and(|&next| next != direction) {
+            // Of a job that was given up.
+            self.awaited.pop_front();
+            self.hidden.pop_front();
+        }
+        if self.awaited.is_empty() {
+            self.awaited.push_back(direction);
+        }
+        if self.hidden.is_empty() {
+            let (awaited, points) = (self.awaited.make_contiguous(), &self.points);
+            let hidden = self
+                .beside
+                .hidden_points(awaited, points, &self.places_of_points);
+            self.hidden = hidden.into();
+        }
+        self.awaited.pop_front();
+        if let Some(hidden) = self.hidden.pop_front() {
+            context.write(&self.hidden_points, 0, bytemuck::cast_slice(&hidden));
+        }
     }
 
     /// `[sweep][voxel]`

@@ -112,6 +112,11 @@ impl Proxies {
         self.meshes.as_ref()
     }
 
+    /// The same.
+    pub fn meshes_mut(&mut self) -> Option<&mut Meshes> {
+        self.meshes.as_mut()
+    }
+
     /// See [`Meshes::refresh`]; answers whether there are any.
     pub fn refresh(
         &mut self,

@@ -138,6 +138,10 @@ impl Lighting {
         self.proxies.as_ref().and_then(Proxies::meshes)
     }
 
+    pub(super) fn meshes_mut(&mut self) -> Option<&mut Meshes> {
+        self.proxies.as_mut().and_then(Proxies::meshes_mut)
+    }
+
     /// The proxies in the light that radiance buffer `ix` has, if there are any.
     pub fn shown_proxies(&self, ix: usize) -> Option<ShownProxies<'_>> {
         let proxies = self.proxies.as_ref()?;

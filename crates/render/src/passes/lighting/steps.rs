@@ -18,6 +18,7 @@ use strandlight_scene::bounce::N_LOBES;
 use strandlight_scene::budget::LIGHT_BATCH;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::scene::PreparedScene;
+use strandlight_scene::shadow_maps::ShadowView;
 
 impl Lighting {
     /// What finds the shadows of the lights: all but what depends on the view.
@@ -33,7 +34,19 @@ impl Lighting {
     /// What draws the shadow maps of the lights.
     pub fn map_steps(&mut self) -> Vec<Step> {
         self.through = None;
-        self.plan.views.iter().copied().map(Step::Map).collect()
+        let views = self.plan.views.clone();
+        if let Some(meshes) = self.meshes_mut() {
+            meshes.forget_directions();
+        }
+        self.maps_of(views).collect()
+    }
+
+    /// What draws the maps of `views`.
+    fn maps_of(&mut self, views: Vec<ShadowView>) -> impl Iterator<Item = Step> + use<> {
+        if let Some(meshes) = self.meshes_mut() {
+            meshes.await_directions(views.iter().map(|view| view.towards.into()));
+        }
+        views.into_iter().map(Step::Map)
     }
 
     /// What finds the shares of TT for an eye that looks along `forward`: nothing if they are those of the
@@ -62,7 +75,7 @@ impl Lighting {
             true => self.plan.through(forward),
             false => Vec::new(),
         };
-        let maps = views.into_iter().map(Step::Map);
+        let maps = self.maps_of(views);
         maps.chain([Step::Through { eye, forward }]).collect()
     }
 
@@ -186,7 +199,7 @@ impl Lighting {
     ) {
         match work {
             Step::Map(view) => {
-                if let Some(meshes) = self.meshes() {
+                if let Some(meshes) = self.meshes_mut() {
                     meshes.hide_points(context, view.towards.into());
                 }
                 self.maps.draw(context, view, stamp);

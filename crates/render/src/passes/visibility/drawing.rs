@@ -17,7 +17,7 @@ impl VisibilityPass {
         strands: &StrandBuffers,
         proxies: Option<ShownProxies>,
         lit: ListedLight,
-        sums: &wgpu::Buffer,
+        (sums, stamp): (&wgpu::Buffer, Stamp),
         observer: &mut dyn FnMut(f64),
     ) -> Result<(), RenderError> {
         let (radiance, along) = lit.points;
@@ -54,8 +54,14 @@ impl VisibilityPass {
                 resources.extend(proxies.meshes.map(|_| (23, &self.buffers.triangles)));
             }
             let group = group(context, &kind.resolve, &resources);
+            let stamp = match [ix == 0, ix + 1 == n_bands] {
+                [true, true] => stamp.clone(),
+                [true, false] => stamp.clone().first(),
+                [false, true] => stamp.clone().last(),
+                [false, false] => Stamp::default(),
+            };
             submit(context, |encoder| {
-                let mut pass = compute_pass(context, encoder, Stamp::default());
+                let mut pass = compute_pass(context, encoder, stamp);
                 step(
                     &mut pass,
                     &kind.resolve,
