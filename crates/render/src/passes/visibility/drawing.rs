@@ -22,15 +22,15 @@ impl VisibilityPass {
     ) -> Result<(), RenderError> {
         let (radiance, along) = lit.points;
         self.set_kind(context, proxies, along.is_some())?;
-        let bands = match self.is_kept {
-            true => vec![0..self.extent[1]],
-            false => self.bands.clone(),
-        };
-        let n_bands = bands.len();
-        for (ix, rows) in bands.into_iter().enumerate() {
-            if !self.is_kept {
-                self.list_band(context, strands, proxies, ix, false, Stamp::default())?;
-            }
+        let n_bands = if self.is_kept { 1 } else { self.bands.len() };
+        for ix in 0..n_bands {
+            let rows = match self.is_kept {
+                true => 0..self.extent[1],
+                false => {
+                    self.list_band(context, strands, proxies, ix, false, Stamp::default())?;
+                    self.bands[ix].clone()
+                }
+            };
             self.write_layout(context, rows.clone(), Use::Draws(lit.even, lit.is_draft));
             let Some(kind) = &self.kind else {
                 return Ok(());
