@@ -20,9 +20,10 @@ struct ListLayout {
 // What there is of a pixel.
 struct Pixel {
     n_hits: atomic<u32>,
-    // Where the next hit goes; once all are there, where they end.
+    // Where the next hit goes; once all are there, where they end, and where entries of several bands are kept, where
+    // those of the pixel end.
     next: atomic<u32>,
-    // At the end of the hits, the first entry last.
+    // At that end, the first entry last.
     n_entries: u32,
     pad: u32,
 }

@@ -100,7 +100,8 @@ impl Recorder {
 impl std::fmt::Debug for Recorder {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Recorder")
-            .field("is_recording", &self.encoder.is_some())
+            .field("has_commands", &self.encoder.is_some())
+            .field("is_collecting", &self.is_collecting)
             .finish()
     }
 }
@@ -382,14 +383,28 @@ impl Context {
         result
     }
 
-    /// Has the commands of `work` wait for each other, and submits them together where something has to be waited for or
-    /// read, or at the end: every submission costs a fast device more than small steps do.
+    /// The same device and queue, with commands of its own that are recorded or collected.
+    pub(crate) fn with_own_commands(&self) -> Context {
+        Context {
+            recorder: Arc::default(),
+            ..self.clone()
+        }
+    }
+
+    /// Collects the commands of `work`, and submits them together where something has to be waited for or read, or at
+    /// the end: every submission costs a fast device more than small steps do. Nobody else may use this context meanwhile.
     pub(crate) fn collect<T>(&self, work: impl FnOnce() -> T) -> T {
+        /// Ends collecting, also where `work` panics.
+        struct Collecting<'c>(&'c Context);
+        impl Drop for Collecting<'_> {
+            fn drop(&mut self) {
+                self.0.flush();
+                self.0.recorder().is_collecting = false;
+            }
+        }
         self.recorder().is_collecting = true;
-        let result = work();
-        self.flush();
-        self.recorder().is_collecting = false;
-        result
+        let _collecting = Collecting(self);
+        work()
     }
 
     /// Are commands collected?
@@ -407,8 +422,18 @@ impl Context {
             return;
         };
         recorder.finish(&encoder);
-        drop(recorder);
         self.submit_now(encoder);
+        // A belt panics on a device that is lost, where the queue takes what is written.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        if self.is_lost() {
+            recorder.is_collecting = false;
+            recorder.belt = None;
+        }
+    }
+
+    fn is_lost(&self) -> bool {
+        let faults = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
+        faults.lost.is_some()
     }
 
     fn submit_now(&self, encoder: wgpu::CommandEncoder) {

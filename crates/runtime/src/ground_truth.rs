@@ -2,11 +2,10 @@
 //! correct the finished picture, in a thread of their own.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use strandlight_cpu::{Display, levels};
 use strandlight_reference::converge::{Converged, Convergence, next_step};
 use strandlight_reference::environment::LightSampler;
@@ -16,6 +15,7 @@ use strandlight_scene::DisplayTransform;
 use strandlight_scene::interactive::Progress;
 use strandlight_scene::{Picture, PreparedScene, RenderError};
 
+use crate::apart::apart;
 use crate::interactive::new_version;
 
 /// How long nothing changes before paths are traced: what they need takes a while to make.
@@ -234,22 +234,10 @@ impl Run {
         };
         let (is_wanted, found) = (run.is_wanted.clone(), run.found.clone());
         run.thread = Some(std::thread::spawn(move || {
-            let trace = || trace(subject, &is_wanted, &found);
-            match threads() {
-                Some(threads) => threads.install(trace),
-                None => trace(),
-            }
+            apart(|| trace(subject, &is_wanted, &found));
         }));
         run
     }
-}
-
-/// The threads that trace: with those of the renderer the window would wait for them.
-fn threads() -> Option<&'static ThreadPool> {
-    static THREADS: OnceLock<Option<ThreadPool>> = OnceLock::new();
-    THREADS
-        .get_or_init(|| ThreadPoolBuilder::new().build().ok())
-        .as_ref()
 }
 
 impl Drop for Run {

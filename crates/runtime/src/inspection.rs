@@ -10,6 +10,7 @@ use strandlight_scene::camera::Camera;
 use strandlight_scene::layers::{self, Data, Layer};
 use strandlight_scene::{DisplayTransform, Picture, PreparedScene, RenderError};
 
+use crate::apart::apart;
 use crate::interactive::new_version;
 use crate::light_layer::LightLayer;
 
@@ -235,7 +236,7 @@ impl Apart {
         (self.asked, self.is_drawing) = (Some((wanted, answer)), true);
         std::thread::spawn(move || {
             // Nobody listens any more where the picture alone is shown by now.
-            let _ = tell.send(drawn_apart(wanted.0, scene, size));
+            let _ = tell.send(apart(|| drawn_apart(wanted.0, scene, size)));
         });
     }
 }

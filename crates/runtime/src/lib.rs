@@ -14,6 +14,8 @@
 //! # Ok::<(), strandlight_runtime::ScriptError>(())
 //! ```
 
+#[cfg(not(target_arch = "wasm32"))]
+mod apart;
 mod choice;
 mod error;
 #[cfg(not(target_arch = "wasm32"))]

@@ -136,7 +136,7 @@ impl MaskView {
         self.asked = Some((number, answer));
         std::thread::spawn(move || {
             // Nobody listens any more where the mask is no longer shown.
-            let _ = tell.send(SeenStrands::of(&scene, size));
+            let _ = tell.send(crate::apart::apart(|| SeenStrands::of(&scene, size)));
         });
     }
 

@@ -200,7 +200,7 @@ pub struct PartReport {
     pub outcome: Outcome,
     /// Bytes it has on the GPU: 0 for what stays in memory.
     pub gpu_bytes: usize,
-    /// What making it took; 0 unless rebuilt.
+    /// What making it took, other parts being made at once perhaps; 0 unless rebuilt.
     pub microseconds: f64,
 }
 
@@ -245,7 +245,7 @@ impl EditReport {
         self.rebuilt().map(|report| report.gpu_bytes).sum()
     }
 
-    /// What making the parts took in all.
+    /// What making the parts took in all, one after the other; several are made at once.
     pub fn microseconds(&self) -> f64 {
         self.rebuilt().map(|report| report.microseconds).sum()
     }
@@ -316,7 +316,7 @@ impl LobeMaker<'_> {
             Part::SharesTt | Part::SharesTrt => {
                 sources.shares = row.map(|row| Shares::new(row, hair.sigma_a));
             }
-            _ => {
+            Part::LobesTt | Part::LobesTrt => {
                 let lobes = match (&sources.shapes, &sources.energies, &sources.shares) {
                     (Some(shapes), Some(energies), Some(shares)) => {
                         LobeTexture::new(shapes, energies, shares)
@@ -325,6 +325,13 @@ impl LobeMaker<'_> {
                 };
                 *texture = lobes.scaled(hair.intensity.get(self.mode));
             }
+            Part::Fibre
+            | Part::Reflectance
+            | Part::Averages
+            | Part::Multiple
+            | Part::PaintedTt
+            | Part::PaintedTrt
+            | Part::PaintedAverages => {}
         }
     }
 }
@@ -690,7 +697,18 @@ impl HairMaterial {
                 let table = PaintedAverageTable::new(&self.hair, self.fresnel, size);
                 self.optics.painted.averages = table;
             }
-            _ => {}
+            // Of `make_all`.
+            Part::RowTt
+            | Part::EnergiesTt
+            | Part::ShapesTt
+            | Part::SharesTt
+            | Part::LobesTt
+            | Part::RowTrt
+            | Part::EnergiesTrt
+            | Part::ShapesTrt
+            | Part::SharesTrt
+            | Part::LobesTrt
+            | Part::Averages => {}
         }
     }
 

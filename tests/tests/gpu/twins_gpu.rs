@@ -319,6 +319,9 @@ fn lobes_of_painted_fibres_agree() {
     }
 }
 
+/// Which of the answers of [`paint_answer`], three numbers each.
+const DELTA_B: usize = 4;
+
 #[test]
 fn painted_points_agree() {
     let mut random = SplitMix64(19);
@@ -376,14 +379,12 @@ fn painted_points_agree() {
             }
         }
         println!("{kinds:?}: {worst:?}");
-        assert!(
-            n > 0
-                && worst
-                    .iter()
-                    // Delta_b goes through 0: 3.2e-3 of it on an H200.
-                    .all(|&worst| f64::from(worst) < held(USUAL, 1e-2)),
-            "{worst:?}"
-        );
+        let is_held = |(ix, &worst): (usize, &f32)| {
+            // Delta_b goes through 0: 3.2e-3 of it on an H200.
+            let on_gpus = if ix == DELTA_B { 1e-2 } else { 1e-3 };
+            f64::from(worst) < held(USUAL, on_gpus)
+        };
+        assert!(n > 0 && worst.iter().enumerate().all(is_held), "{worst:?}");
     }
 }
 

@@ -159,6 +159,7 @@ impl HairRenderer {
         clock: Clock,
         options: Option<HairOptions>,
     ) -> Result<HairRenderer, RenderError> {
+        let context = &context.with_own_commands();
         let counts_before = context.counts();
         let strands = StrandBuffers::new(context, &scene.strands);
         let volume = Volume::new(context, &scene.strands, &strands)?;

@@ -6,6 +6,8 @@ use super::HairRenderer;
 use super::visible_list::{ViewList, VisibleList, list_view};
 use crate::invalidation::Inputs;
 use crate::passes::lighting::Listed;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::passes::parts::SOFTWARE_HITS;
 use crate::passes::resources::failed;
 use crate::passes::visibility::{ListedLight, Made, VisibilityPass};
 use strandlight_scene::RenderError;
@@ -62,8 +64,12 @@ impl HairRenderer {
     /// Lists at most so many pairs of a pixel and a segment together, or a row of pixels.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn set_most_hits(&mut self, most_hits: u32) {
+        let is_software = self.context.is_software();
         if let Some(visible) = &mut self.visible {
-            visible.pass.most_hits = most_hits;
+            visible.pass.most_hits = match is_software {
+                true => most_hits.min(SOFTWARE_HITS),
+                false => most_hits,
+            };
             visible.forget();
         }
     }

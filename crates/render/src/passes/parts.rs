@@ -20,8 +20,8 @@ const MAX_DRAWN: u64 = 256 << 20;
 /// Most pairs of a pixel and a segment that are listed together on a software device: 96 MiB, and about a second.
 pub(crate) const SOFTWARE_HITS: u32 = 8 << 20;
 
-/// The same on a GPU, where an edit lists again what is not kept: 384 MiB.
-const MAX_HITS: u32 = 32 << 20;
+/// The same on a GPU: 192 MiB, and as much where the entries of several bands are kept.
+const MAX_HITS: u32 = 16 << 20;
 
 /// Pixels in the height of a row that the estimate is made for.
 const BLOCK: u32 = 8;

@@ -51,6 +51,8 @@ struct InLot {
     units: f64,
     /// By estimate.
     seconds: f64,
+    /// It is not a guess.
+    is_known: bool,
 }
 
 impl Lot {
@@ -62,7 +64,7 @@ impl Lot {
         }
     }
 
-    fn add(&mut self, stage: &'static str, units: f64, seconds: f64) {
+    fn add(&mut self, stage: &'static str, units: f64, (seconds, is_known): (f64, bool)) {
         self.seconds += seconds;
         match self.stages.iter_mut().find(|of| of.stage == stage) {
             Some(of) => {
@@ -75,6 +77,7 @@ impl Lot {
                 runs: 1,
                 units,
                 seconds,
+                is_known,
             }),
         }
     }
@@ -169,7 +172,7 @@ impl Pacer {
         units: f64,
         mut note: impl FnMut(Finished),
     ) -> Result<(), RenderError> {
-        let estimate = self.estimate(stage, units);
+        let (estimate, is_known) = (self.estimate(stage, units), self.rate(stage).is_some());
         self.submitted += estimate;
         if !self.is_waiting {
             self.watch(context, stage, units, estimate);
@@ -180,14 +183,15 @@ impl Pacer {
             self.flush(context, &mut note)?;
         }
         let lot = (self.lot).get_or_insert_with(|| Lot::new(Instant::now()));
-        lot.add(stage, units, estimate);
+        lot.add(stage, units, (estimate, is_known));
         if lot.seconds >= LOT {
             self.flush(context, note)?;
         }
         Ok(())
     }
 
-    /// Waits for what was submitted, where anybody waits. Each stage has its share of the time by the estimates.
+    /// Waits for what was submitted, where anybody waits. Each stage has its share of the time by the estimates; those
+    /// of which nothing was known have what the others leave.
     ///
     /// # Errors
     /// The device failed.
@@ -203,10 +207,24 @@ impl Pacer {
             return Ok(());
         };
         context.wait(last.stage).map_err(failed)?;
-        let scale = lot.start.elapsed().as_secs_f64() / lot.seconds.max(1e-12);
+        let elapsed = lot.start.elapsed().as_secs_f64();
+        let known = lot.stages.iter().filter(|of| of.is_known);
+        let known: f64 = known.map(|of| of.seconds).sum();
+        let is_new = lot.stages.iter().any(|of| !of.is_known);
+        let scale = match is_new && elapsed > known {
+            true => (elapsed - known) / (lot.seconds - known).max(1e-12),
+            false => elapsed / lot.seconds.max(1e-12),
+        };
         for of in lot.stages {
-            let seconds = scale * of.seconds;
-            self.learn(of.stage, of.units, seconds);
+            let is_kept = of.is_known && is_new && elapsed > known;
+            let seconds = if is_kept {
+                of.seconds
+            } else {
+                scale * of.seconds
+            };
+            if of.units > 0.0 && !is_kept {
+                self.learn(of.stage, of.units, seconds);
+            }
             note((of.stage, of.runs, of.units, seconds));
         }
         Ok(())

@@ -315,6 +315,7 @@ impl ProgressiveRenderer {
             let drawn = f64::from(self.picture.passes) / f64::from(n_passes);
             observer(LIGHTING_SHARE + (1.0 - LIGHTING_SHARE) * drawn);
         }
+        self.flush()?;
         let [width, height] = self.size;
         let target = self.target.as_ref();
         let target = target.ok_or(FrameError::Size { width, height })?;

@@ -45,8 +45,11 @@ pub fn run(args: &Args) -> Outcome {
         eccentricity: args.eccentricity,
         ..HairParams::default()
     };
-    let costs = edit_costs(&Arc::new(lobes), fresnel, &hair, args.repetitions as usize)
-        .map_err(Failure::input)?;
+    let repetitions = args.repetitions as usize;
+    let measure = || edit_costs(&Arc::new(lobes), fresnel, &hair, repetitions);
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let costs = one_thread.map_err(Failure::input)?.install(measure);
+    let costs = costs.map_err(Failure::input)?;
     if args.json {
         return print_line(json!({
             "repetitions": args.repetitions,

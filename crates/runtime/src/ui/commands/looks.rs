@@ -159,7 +159,7 @@ impl Workspace {
                 Ok(pixels.collect())
             };
             // A look that cannot be drawn is not shown; putting it on says why.
-            let _ = tell.send(drawn().ok());
+            let _ = tell.send(crate::apart::apart(drawn).ok());
         });
         self.look_job = Some(LookJob {
             name,
