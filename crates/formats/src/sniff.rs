@@ -217,7 +217,9 @@ fn text_kind(text: &str) -> FileKind {
             .map(str::trim)
             .filter(|line| !line.is_empty() && !line.starts_with('#'))
     };
-    if lines().any(is_line_of_a_scene) {
+    // Prose may show a scene in a block of code.
+    let is_markdown = lines().any(|line| line.starts_with("```"));
+    if !is_markdown && lines().any(is_line_of_a_scene) {
         return FileKind::Scene;
     }
     if lines().any(is_size_of_cube) {
@@ -341,6 +343,10 @@ mod tests {
             (b"\xef\xbb\xbfLUT_1D_SIZE 2\r\n".to_vec(), "a LUT (.cube)"),
             (b"1 0\n2\n-20 8 10 0.5\n".to_vec(), "some other text"),
             (b"hair is not a header".to_vec(), "some other text"),
+            (
+                b"# A tool\n```toml\n[groom]\nfile = 'a'\n```\n".to_vec(),
+                "some other text",
+            ),
             (b"version = 1".to_vec(), "some other text"),
             (vec![0; 300], "of an unknown format"),
             (tressfx(3.0, 5), "of an unknown format"),
@@ -355,7 +361,7 @@ mod tests {
             );
             n_checked += 1;
         }
-        assert_eq!(n_checked, 48);
+        assert_eq!(n_checked, 49);
     }
 
     #[test]
