@@ -5,12 +5,13 @@ use std::time::Duration;
 
 use glam::{Quat, Vec3};
 use strandlight_cpu::CpuRenderer;
-use strandlight_formats::Background;
+use strandlight_formats::{Background, WindSection};
 use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_render::passes::PartLimits;
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::mesh::{MeshProxy, MeshShape};
+use strandlight_scene::motion::{Wind, wind};
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::{Backend, Camera, Picture, PreparedScene, Stats};
 use strandlight_tests::render_common::{context, keep, light, picture_rmse, rings, wig_scene};
@@ -202,6 +203,35 @@ fn entries_of_several_bands_are_kept() {
         let is_least = workgroups < least + least / 10;
         assert_eq!(is_least, is_kept, "{workgroups} for {least}");
     }
+}
+
+/// Wind leaves what proxies hide and which of them light may come from, since it bends strands that are at rest as they
+/// were: the picture is that of a fresh renderer.
+#[test]
+fn wind_after_wind_is_drawn_as_at_first() {
+    let context = context();
+    let mut scene = wig_scene(200);
+    scene.proxies = head_and_ground(&scene);
+    scene.proxies.push(mesh(&scene));
+    let section = WindSection::default();
+    scene.strands = wind::with_room(&section, (*scene.strands).clone()).into();
+    let at = |seconds| Some(Wind::at(&section, &scene.strands, seconds));
+    let mut renderer = by_list(&context, &scene);
+    renderer.set_wind(at(1.0)).unwrap();
+    let (before, _) = drawn(&mut renderer);
+    renderer.set_wind(at(3.0)).unwrap();
+    let (picture, _) = drawn(&mut renderer);
+    let change = picture_rmse(&picture, &before);
+    assert!(change > 0.01, "{change}");
+    let mut fresh = by_list(&context, &scene);
+    fresh.set_wind(at(3.0)).unwrap();
+    assert_eq!(drawn(&mut fresh).0, picture);
+    // Without wind it is at rest.
+    renderer.set_wind(None).unwrap();
+    assert_eq!(
+        drawn(&mut renderer).0,
+        drawn(&mut by_list(&context, &scene)).0
+    );
 }
 
 /// An edit of hair or lights shades the points of the list anew; another view, other points or proxies list anew.

@@ -21,6 +21,7 @@ use super::shadows::{Batch, Sweep};
 use super::stamp::Stamp;
 use super::volume::Volume;
 use crate::gpu::Context;
+use std::sync::Arc;
 use strandlight_formats::SrbfLight;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_scattering::closed_form::PackedRecord;
@@ -30,6 +31,7 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::paint::PaintKinds;
 use strandlight_scene::scene::{LightRecord, PreparedScene};
 use strandlight_scene::shadow_maps::ShadowPlan;
+use strandlight_scene::strands::Strands;
 
 /// Points shaded by one step by default: at most some seconds of work on a
 /// software device.
@@ -165,6 +167,8 @@ pub(crate) struct Lighting {
     densities: [f32; 2],
     max_local: f32,
     n_points: u32,
+    /// The strands of the scene, at rest if the wind bends them on the device.
+    strands: Arc<Strands>,
 }
 
 impl Lighting {
@@ -217,6 +221,7 @@ impl Lighting {
             densities: scene.densities,
             max_local: scene.max_local(&scene.hair),
             n_points: strands.n_points,
+            strands: Arc::clone(&scene.strands),
         };
         lighting.block_light(context)?;
         lighting.set_lights(context, scene, volume, strands);

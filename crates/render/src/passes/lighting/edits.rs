@@ -10,6 +10,7 @@ use super::super::volume::Volume;
 use super::{Kind, Lighting, Lit, Shade};
 use crate::gpu::Context;
 use std::ops::Range;
+use std::sync::Arc;
 use strandlight_formats::SrbfLight;
 use strandlight_scattering::closed_form::WidthProfile;
 use strandlight_scene::RenderError;
@@ -169,11 +170,17 @@ impl Lighting {
         if let Some(proxies) = &self.proxies {
             proxies.write(context, &scene.proxy_records());
         }
-        if let Some(bounce) = &mut self.bounce {
-            bounce.refresh(context, scene);
+        // Wind bends what is at rest as it was: nothing that was found from that changes.
+        let are_others = !Arc::ptr_eq(&self.strands, &scene.strands);
+        self.strands = Arc::clone(&scene.strands);
+        match &mut self.bounce {
+            Some(bounce) if are_others => {
+                bounce.refresh(context, scene);
+            }
+            _ => self.stale_bounce(),
         }
         self.plan_maps(context, scene, strands);
-        let is_hidden = self.meshes().is_some();
+        let is_hidden = are_others && self.meshes().is_some();
         if is_hidden {
             let (_, directions) = scene.records_with(&self.plan);
             self.hide(context, scene, volume, &directions);
