@@ -208,21 +208,20 @@ impl Pacer {
         };
         context.wait(last.stage).map_err(failed)?;
         let elapsed = lot.start.elapsed().as_secs_f64();
-        let known = lot.stages.iter().filter(|of| of.is_known);
-        let known: f64 = known.map(|of| of.seconds).sum();
-        let is_new = lot.stages.iter().any(|of| !of.is_known);
-        let scale = match is_new && elapsed > known {
-            true => (elapsed - known) / (lot.seconds - known).max(1e-12),
-            false => elapsed / lot.seconds.max(1e-12),
+        let of = |is_known| {
+            let of = lot.stages.iter().filter(|of| of.is_known == is_known);
+            of.map(|of| of.seconds).sum::<f64>()
+        };
+        let (known, guessed) = (of(true), of(false));
+        let has_guess = guessed > 0.0 && elapsed > known;
+        let [of_known, of_guessed] = match has_guess {
+            true => [1.0, (elapsed - known) / guessed],
+            false => [elapsed / (known + guessed).max(1e-12); 2],
         };
         for of in lot.stages {
-            let is_kept = of.is_known && is_new && elapsed > known;
-            let seconds = if is_kept {
-                of.seconds
-            } else {
-                scale * of.seconds
-            };
-            if of.units > 0.0 && !is_kept {
+            let seconds = of.seconds * if of.is_known { of_known } else { of_guessed };
+            let is_measured = of.units > 0.0 && !(has_guess && of.is_known);
+            if is_measured {
                 self.learn(of.stage, of.units, seconds);
             }
             note((of.stage, of.runs, of.units, seconds));
