@@ -6,6 +6,9 @@
 //! do not exist, nor do the averages where multiple scattering is switched off. Whatever the order
 //! of edits, the parts are bit for bit those of [`HairMaterial::new`] with the last parameters.
 
+mod lobes;
+mod parts;
+
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -23,8 +26,7 @@ use strandlight_scattering::dual_scattering::{
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::jobs::Job;
 use strandlight_scattering::lobes::{
-    DEFAULT_LOBE_TEXELS, DEFAULT_PAINTED_TEXELS, Energies, LobePlaces, LobeRows, LobeTable,
-    LobeTexture, PackedShapes, PaintedTexture, Shares, slice_painted,
+    DEFAULT_PAINTED_TEXELS, LobeTable, LobeTexture, PaintedTexture, slice_painted,
 };
 use strandlight_scattering::multiple_tables::MultipleSource;
 use strandlight_scattering::{HairParams, Lobe, Model};
@@ -33,139 +35,9 @@ pub use crate::error::EditError;
 use crate::optics::{Optics, no_lobes};
 use crate::paint::{PaintKinds, no_painted_averages, no_painted_lobes};
 use crate::tables::{TablesError, lobe_table};
-
-/// Something derived from the parameters; `usize::from(trt)` of the arrays in [`HairMaterial`] is
-/// 0 for TT.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    /// The parameters themselves in single precision; on the GPU.
-    Fibre,
-    /// R's coefficients; on the GPU.
-    Reflectance,
-    /// The baked lobes of TT at this eta.
-    RowTt,
-    /// Exact energies of TT over theta_d.
-    EnergiesTt,
-    /// Widths and places of TT's lobes over theta_d.
-    ShapesTt,
-    /// Shares of TT's lobes over theta_d.
-    SharesTt,
-    /// The texture of TT's lobes; on the GPU.
-    LobesTt,
-    /// The baked lobes of TRT at this eta, or the several of an elliptic fibre.
-    RowTrt,
-    /// Exact energies of TRT over theta_d.
-    EnergiesTrt,
-    /// Widths, w_c included, and places of TRT's lobes over theta_d.
-    ShapesTrt,
-    /// Shares of TRT's lobes over theta_d.
-    SharesTrt,
-    /// The texture of TRT's lobes; on the GPU.
-    LobesTrt,
-    /// The averages of multiple scattering, of all modes whichever are enabled; on the GPU.
-    Averages,
-    /// What the tables of multiple scattering of the enabled modes are filled from; on the GPU,
-    /// which fills them.
-    Multiple,
-    /// The lobes of TT over theta_d and absorption, in the place of those of one fibre where hair
-    /// is painted; on the GPU.
-    PaintedTt,
-    /// Those of TRT; on the GPU.
-    PaintedTrt,
-    /// The averages over inclination, absorption and whichever factors are painted; on the GPU.
-    PaintedAverages,
-}
-
-impl Part {
-    /// Is it for painted hair? The other parts but the fibre and R are for hair that is not.
-    pub const fn is_painted(self) -> bool {
-        matches!(
-            self,
-            Part::PaintedTt | Part::PaintedTrt | Part::PaintedAverages
-        )
-    }
-}
-
-/// One row of [`RULES`].
-#[derive(Clone, Copy, Debug)]
-#[doc(hidden)]
-pub struct Rule {
-    /// What is made.
-    pub part: Part,
-    /// Its name in reports.
-    pub name: &'static str,
-    /// It exists if one of these modes is enabled; the fibre always, the averages and what is made
-    /// of them if multiple scattering is. Painted hair has parts of its own, see [`Part::is_painted`].
-    pub modes: &'static [Lobe],
-    /// Parameters it is made of.
-    pub parameters: &'static [Parameter],
-    /// Parts it is made of; they stand above it.
-    pub sources: &'static [Part],
-}
-
-const fn rule(
-    part: Part,
-    name: &'static str,
-    modes: &'static [Lobe],
-    parameters: &'static [Parameter],
-    sources: &'static [Part],
-) -> Rule {
-    Rule {
-        part,
-        name,
-        modes,
-        parameters,
-        sources,
-    }
-}
-
-/// From parameter to texture, sources first.
-#[rustfmt::skip]
-#[doc(hidden)]
-pub const RULES: [Rule; 17] = {
-    use Parameter::{CausticWidth, Eccentricity, Eta, Intensity, Shift, SigmaA, Width};
-    use Part::*;
-    const TT: &[Lobe] = &[Lobe::Tt];
-    const TRT: &[Lobe] = &[Lobe::Trt];
-    [
-        rule(Fibre,       "fibre",       &Lobe::ALL,  &[Eta, SigmaA, Shift, Width, CausticWidth, Eccentricity], &[]),
-        rule(Reflectance, "reflectance", &[Lobe::R],  &[Eta, Intensity], &[]),
-        rule(RowTt,       "row TT",       TT,         &[Eta],                       &[]),
-        rule(EnergiesTt,  "energies TT",  TT,         &[Eta, SigmaA],               &[]),
-        rule(ShapesTt,    "shapes TT",    TT,         &[],                          &[RowTt]),
-        rule(SharesTt,    "shares TT",    TT,         &[SigmaA],                    &[RowTt]),
-        rule(LobesTt,     "lobes TT",     TT,         &[Intensity],                 &[ShapesTt, EnergiesTt, SharesTt]),
-        rule(RowTrt,      "row TRT",      TRT,        &[Eta, Eccentricity],         &[]),
-        rule(EnergiesTrt, "energies TRT", TRT,        &[Eta, Eccentricity, SigmaA], &[]),
-        rule(ShapesTrt,   "shapes TRT",   TRT,        &[CausticWidth],              &[RowTrt]),
-        rule(SharesTrt,   "shares TRT",   TRT,        &[SigmaA],                    &[RowTrt]),
-        rule(LobesTrt,    "lobes TRT",    TRT,        &[Intensity],                 &[ShapesTrt, EnergiesTrt, SharesTrt]),
-        rule(Averages,    "averages",     &[],        &Parameter::ALL,              &[]),
-        rule(Multiple,    "multiple",    &[],         &[],                          &[Fibre, Reflectance, LobesTt, LobesTrt, Averages]),
-        // Of no absorption: neither its edit nor paint recomputes them.
-        rule(PaintedTt,       "painted lobes TT",  TT,  &[Eta, Intensity],                             &[]),
-        rule(PaintedTrt,      "painted lobes TRT", TRT, &[Eta, CausticWidth, Intensity],               &[]),
-        rule(PaintedAverages, "painted averages",  &[], &[Eta, Shift, Width, CausticWidth, Intensity], &[]),
-    ]
-};
-
-/// The texture of TT's lobes and what it is made of.
-const OF_TT: [Part; 5] = [
-    Part::RowTt,
-    Part::EnergiesTt,
-    Part::ShapesTt,
-    Part::SharesTt,
-    Part::LobesTt,
-];
-
-/// The texture of TRT's lobes and what it is made of.
-const OF_TRT: [Part; 5] = [
-    Part::RowTrt,
-    Part::EnergiesTrt,
-    Part::ShapesTrt,
-    Part::SharesTrt,
-    Part::LobesTrt,
-];
+use lobes::{LobeMaker, LobeSources};
+use parts::{OF_TRT, OF_TT};
+pub use parts::{Part, RULES, Rule};
 
 /// What became of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -275,64 +147,6 @@ impl LobeTables {
             tt: read(Lobe::Tt)?,
             trt: read(Lobe::Trt)?,
         })
-    }
-}
-
-/// What the texture of TT's or TRT's lobes is made of.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct LobeSources {
-    row: Option<LobeRows>,
-    energies: Option<Energies>,
-    shapes: Option<PackedShapes>,
-    shares: Option<Shares>,
-}
-
-/// Makes the texture of one mode's lobes, and what it is made of.
-#[derive(Clone, Copy)]
-struct LobeMaker<'a> {
-    mode: Lobe,
-    hair: &'a HairParams,
-    fresnel: Fresnel,
-    table: Option<&'a LobeTable>,
-}
-
-impl LobeMaker<'_> {
-    /// Makes `part`, which is one of this mode, of what is there.
-    fn make(&self, part: Part, sources: &mut LobeSources, texture: &mut LobeTexture) {
-        let hair = self.hair;
-        let places = || LobePlaces::new(self.mode, hair, DEFAULT_LOBE_TEXELS);
-        let row = sources.row.as_ref();
-        match part {
-            Part::RowTt | Part::RowTrt => {
-                sources.row = self.table.map(|table| LobeRows::new(table, &places()));
-            }
-            Part::EnergiesTt | Part::EnergiesTrt => {
-                let energies = Energies::new(&places(), hair.sigma_a, self.fresnel);
-                sources.energies = Some(energies);
-            }
-            Part::ShapesTt | Part::ShapesTrt => {
-                sources.shapes = row.map(|row| PackedShapes::new(row, hair.caustic_width));
-            }
-            Part::SharesTt | Part::SharesTrt => {
-                sources.shares = row.map(|row| Shares::new(row, hair.sigma_a));
-            }
-            Part::LobesTt | Part::LobesTrt => {
-                let lobes = match (&sources.shapes, &sources.energies, &sources.shares) {
-                    (Some(shapes), Some(energies), Some(shares)) => {
-                        LobeTexture::new(shapes, energies, shares)
-                    }
-                    _ => no_lobes(),
-                };
-                *texture = lobes.scaled(hair.intensity.get(self.mode));
-            }
-            Part::Fibre
-            | Part::Reflectance
-            | Part::Averages
-            | Part::Multiple
-            | Part::PaintedTt
-            | Part::PaintedTrt
-            | Part::PaintedAverages => {}
-        }
     }
 }
 
