@@ -15,11 +15,9 @@ struct ForwardLight {
     sigma_f: f32,
 }
 
-// Of a light of this colour and width, for fibres of average a_f and beta_f_2; unblocked is the
-// share of the light that gets through.
+// Of a light of this colour and width, for fibres of average a_f and beta_f_2.
 fn forward_light(
     record: ShadowRecord,
-    unblocked: f32,
     a_f: vec3f,
     beta_f_2: vec3f,
     rgb: vec3f,
@@ -27,8 +25,7 @@ fn forward_light(
 ) -> ForwardLight {
     let p = clamp(1.0 - a_f, vec3f(0.03), vec3f(1.0));
     let share = transmitted(record, p);
-    let blocked = (1.0 - unblocked) / max(1.0 - record.shares.x, 1e-3);
-    let gained = blocked * max(share - record.shares.x, vec3f(0.0));
+    let gained = max(share - record.shares.x, vec3f(0.0));
     // One width for all channels: each counts by what it carries.
     let brightest = max(max(rgb.x, rgb.y), rgb.z);
     let carried = gained * (rgb / brightest) + 1e-12;

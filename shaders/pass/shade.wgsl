@@ -310,7 +310,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         let at = sample_forward(record.sin_theta);
 // #endif
         let arriving = forward_light(
-            record, unblocked, at.a_f, at.beta_f_2, light.rgb, light.lambda);
+            record, at.a_f, at.beta_f_2, light.rgb, light.lambda);
         let gained = batch.density_forward * arriving.gained;
         let power = max(max(gained.x, gained.y), gained.z) * light.power;
         let radiance_in = light.solid_angle * gained * light.rgb;

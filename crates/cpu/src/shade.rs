@@ -406,7 +406,7 @@ impl Terms {
             return;
         }
         let (a_f, beta_f_2) = forward(record.sin_theta);
-        let arriving = forward_light(record, unblocked, a_f, beta_f_2, light.rgb, light.lambda);
+        let arriving = forward_light(record, a_f, beta_f_2, light.rgb, light.lambda);
         let gained = arriving.gained.map(|gained| density_forward * gained);
         let power = gained[0].max(gained[1]).max(gained[2]) * light.power;
         let factor = gained.map(|gained| light.solid_angle * gained);

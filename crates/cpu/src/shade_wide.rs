@@ -557,7 +557,7 @@ impl<'a> WideShader<'a> {
             sin_theta: sine,
         };
         let averages = sample_forward(&self.forward, sine);
-        let forward = forward_light(&record, unblocked, &averages, &rgb, lambda);
+        let forward = forward_light(&record, &averages, &rgb, lambda);
         let (global, local) =
             self.tables
                 .at_lights(at.theta, view.theta, cos_delta, forward.sigma_f);

@@ -13,7 +13,9 @@
 //! ([`super::direct_local_scattering`]) is what light that comes straight sends into the hair
 //! behind and gets back; M^G ([`super::global_scattering`]) and M^L ([`super::local_scattering`])
 //! are both for light that has been scattered forward. Only blocked light has been, so no light is
-//! counted twice: T_f - T and not T_f multiplies them (Zinke 2008, Figure 5, adds both).
+//! counted twice: T_f - T and not T_f multiplies them (Zinke 2008, Figure 5, adds both). In that
+//! difference both are means over the hair about the point; before M^S and M^{L,dir}, T is the
+//! point's own.
 
 use super::averages::{AverageTexel, sample_averages};
 use super::transmittance::{ShadowRecord, forward_events, transmitted};
@@ -90,8 +92,9 @@ pub struct ForwardLight {
     pub sigma_f: f32,
 }
 
-/// The share T of the light that `unblocked` says gets through may be known better than the record
-/// does: what is blocked then is sent on as the record's blocked light is, (T_f - T) / (1 - T).
+/// T_f and T are the record's here, means over the hair about the point, even where the point's own
+/// unblocked share is known better: scattered light comes from all the hair around, from beside the
+/// straight line to the light too.
 ///
 /// Forward-scattered light of a light of colour `rgb` and width `lambda`; `a_f` and `beta_f_2` are
 /// the averages at the record's inclination, means of +theta and -theta. They are those of the
@@ -100,7 +103,6 @@ pub struct ForwardLight {
 /// each carries.
 pub fn forward_light(
     record: &ShadowRecord,
-    unblocked: f32,
     a_f: [f32; 3],
     beta_f_2: [f32; 3],
     rgb: [f32; 3],
@@ -108,8 +110,7 @@ pub fn forward_light(
 ) -> ForwardLight {
     let p = a_f.map(|a_f| (1.0 - a_f).clamp(0.03, 1.0));
     let share = transmitted(record, p);
-    let blocked = (1.0 - unblocked) / (1.0 - record.shares[0]).max(1e-3);
-    let gained = share.map(|share| blocked * (share - record.shares[0]).max(0.0));
+    let gained = share.map(|share| (share - record.shares[0]).max(0.0));
     // One width for all channels: each counts by what it carries.
     let brightest = rgb[0].max(rgb[1]).max(rgb[2]);
     let carried = [0, 1, 2].map(|c| gained[c] * (rgb[c] / brightest) + 1e-12);
@@ -139,14 +140,7 @@ mod tests {
     #[test]
     fn one_depth_gives_the_expected_count_law() {
         let (a_f, tau, beta_2, lambda) = ([0.9, 0.7, 0.4], 3.0_f32, 0.05, 0.3_f32);
-        let forward = forward_light(
-            &record(tau),
-            (-tau).exp(),
-            a_f,
-            [beta_2; 3],
-            [1.0, 0.0, 0.0],
-            lambda,
-        );
+        let forward = forward_light(&record(tau), a_f, [beta_2; 3], [1.0, 0.0, 0.0], lambda);
         for (gained, a_f) in forward.gained.into_iter().zip(a_f) {
             let exact = (-tau * (1.0 - a_f)).exp() - (-tau).exp();
             assert!((gained - exact).abs() < 1e-4, "{gained} {exact}");
@@ -163,14 +157,7 @@ mod tests {
 
     #[test]
     fn an_open_light_gains_nothing_and_keeps_one_event() {
-        let forward = forward_light(
-            &record(0.0),
-            1.0,
-            [0.9; 3],
-            [0.04; 3],
-            [1e30, 1e-30, 0.0],
-            0.1,
-        );
+        let forward = forward_light(&record(0.0), [0.9; 3], [0.04; 3], [1e30, 1e-30, 0.0], 0.1);
         assert_eq!(forward.gained, [0.0; 3]);
         assert!((forward.sigma_f - 0.05_f32.sqrt()).abs() < 1e-6);
     }
@@ -179,14 +166,7 @@ mod tests {
     fn black_and_white_fibres_stay_in_range() {
         for tau in [0.0, 0.5, 20.0, 2000.0] {
             for a_f in [0.0, 0.5, 0.999] {
-                let forward = forward_light(
-                    &record(tau),
-                    (-tau).exp(),
-                    [a_f; 3],
-                    [0.1; 3],
-                    [1.0; 3],
-                    0.2,
-                );
+                let forward = forward_light(&record(tau), [a_f; 3], [0.1; 3], [1.0; 3], 0.2);
                 assert!(forward.gained.iter().all(|x| (0.0..=1.0).contains(x)));
                 assert!(
                     (0.2..20.0).contains(&forward.sigma_f),
