@@ -19,6 +19,15 @@ fn grid_position(grid: Grid, position: vec3f) -> vec3f {
 // How far towards a light its records are looked up, voxels; found by ray shooting.
 const SELF_LIFT: f32 = 0.12;
 
+// Of a voxel's eight numbers towards d: extinction sigma_t = sqrt(A (A - d^T Q d)), 1/cm, and the mean of sin^2
+// of the inclination, d^T Q d / A.
+fn extinction(v0: vec4f, v1: vec4f, d: vec3f) -> vec2f {
+    let along = d.x * d.x * v0.y + d.y * d.y * v0.z + d.z * d.z * v0.w
+        + 2.0 * (d.x * d.y * v1.x + d.x * d.z * v1.y + d.y * d.z * v1.z);
+    let sigma_t = sqrt(max(v0.x * (v0.x - along), 0.0));
+    return vec2f(sigma_t, clamp(along / max(v0.x, 1e-20), 0.0, 1.0));
+}
+
 // Index of a voxel; x varies fastest.
 fn voxel_index(grid: Grid, voxel: vec3u) -> u32 {
     return voxel.x + grid.dims.x * (voxel.y + grid.dims.y * voxel.z);

@@ -71,14 +71,9 @@ fn pass_hair(start: vec3f, direction: vec3f, distance: f32) -> vec4f {
         let position = start + d * (entry + (f32(ix) + 0.5) * part);
         let voxel = clamp(floor((position - grid.origin) / grid.h), vec3f(0.0), dims - 1.0);
         let index = voxel_index(grid, vec3u(voxel));
-        let v0 = volume[2u * index];
-        let v1 = volume[2u * index + 1u];
-        let along = d.x * d.x * v0.y + d.y * d.y * v0.z + d.z * d.z * v0.w
-            + 2.0 * (d.x * d.y * v1.x + d.x * d.z * v1.y + d.y * d.z * v1.z);
-        let sigma_t = sqrt(max(v0.x * (v0.x - along), 0.0));
-        let sin_2 = clamp(along / max(v0.x, 1e-20), 0.0, 1.0);
-        depth += sigma_t * part;
-        sin_2_depth += sigma_t * part * sin_2;
+        let hair = extinction(volume[2u * index], volume[2u * index + 1u], d);
+        depth += hair.x * part;
+        sin_2_depth += hair.x * part * hair.y;
         if depth > MOST_DEPTH {
             break;
         }

@@ -8,6 +8,7 @@
 // #import lib/grid
 // #import lib/light
 // #import lib/transmittance
+// #import lib/bounce
 // #import lib/irradiance
 // #import lib/surface_light
 // #if MESHES
@@ -26,6 +27,7 @@
 @group(0) @binding(6) var<storage, read_write> light_maps: array<vec4f>;
 // By channel, what the three shares of a record weigh: see passed_weights in crates/scene/src/bounce.rs.
 @group(0) @binding(10) var<uniform> passed: array<vec4f, 3>;
+@group(0) @binding(11) var<storage, read> volume: array<vec4f>;
 // #if MESHES
 // [surface] position, normal, albedo
 @group(0) @binding(7) var<storage, read> surfaces: array<array<vec4f, 3>>;
@@ -142,9 +144,32 @@ fn share_at(light: Light, g: vec3f) -> vec3f {
     return select(vec3f(-1.0), min(sum / max(weights, 1e-20), vec3f(1.0)), weights > 0.0);
 }
 
-// How much of a light's irradiance in the open there is on surface `own`, at three exponents.
-fn share_of_light(light: Light, own: u32, surface: Surface) -> vec3f {
-    let lift = SELF_LIFT * grid.h;
+// Optical depth along the normal of the hair on a surface, from a height above it: strands that lie on it are
+// smeared over voxels on both sides of it.
+fn depth_on_surface(surface: Surface, height: f32) -> f32 {
+    let distance = height + BEYOND * grid.h;
+    let n = ceil(distance / grid.h);
+    let part = distance / n;
+    var depth = 0.0;
+    for (var ix = 0u; ix < u32(n); ix++) {
+        let position = surface.position + surface.normal * (height - (f32(ix) + 0.5) * part);
+        let voxel = floor((position - grid.origin) / grid.h);
+        if all(voxel >= vec3f(0.0)) && all(voxel < vec3f(grid.dims)) {
+            let at = 2u * voxel_index(grid, vec3u(voxel));
+            depth += part * extinction(volume[at], volume[at + 1u], surface.normal).x;
+        }
+    }
+    return depth;
+}
+
+// Shares at a height above a surface, less what the hair below that, of this optical depth, takes. Below 0 where there are none.
+fn share_above(light: Light, surface: Surface, height: f32, depth: f32) -> vec3f {
+    let share = share_at(light, grid_position(grid, surface.position + surface.normal * height));
+    return select(share, pass_through(vec4f(share, 0.0), depth, 0.0).xyz, share.x >= 0.0);
+}
+
+// How much of a light's irradiance in the open there is on surface `own`, at three exponents; `depth` is that of the hair on it, from the lift.
+fn share_of_light(light: Light, own: u32, surface: Surface, depth: f32) -> vec3f {
     let position = surface.position;
     let normal = surface.normal;
     var inside = vec3f(-1.0);
@@ -164,10 +189,11 @@ fn share_of_light(light: Light, own: u32, surface: Surface) -> vec3f {
         } else if entry == 0.0 {
             // The same place for all directions.
             if inside.x < 0.0 {
-                inside = share_at(light, grid_position(grid, position + normal * lift));
+                inside = share_above(light, surface, SELF_LIFT * grid.h, depth);
                 if inside.x < 0.0 {
-                    let higher = position + normal * (HIGHER * grid.h);
-                    inside = max(share_at(light, grid_position(grid, higher)), vec3f(0.0));
+                    let height = HIGHER * grid.h;
+                    let below = depth_on_surface(surface, height);
+                    inside = max(share_above(light, surface, height, below), vec3f(0.0));
                 }
             }
             share = inside;
@@ -187,11 +213,12 @@ fn light_proxies(
         return;
     }
     let surface = surface_at(own);
+    let depth = depth_on_surface(surface, SELF_LIFT * grid.h);
     var sum = vec3f(0.0);
     for (var ix = 0u; ix < batch.n_lights; ix++) {
         let light = lights[batch.first_light + ix];
         let open = irradiance(dot(surface.normal, light.direction), light.lambda);
-        let shares = share_of_light(light, own, surface);
+        let shares = share_of_light(light, own, surface, depth);
         let arriving = vec3f(
             dot(passed[0].xyz, shares), dot(passed[1].xyz, shares), dot(passed[2].xyz, shares));
         sum += light.rgb * (open * arriving);

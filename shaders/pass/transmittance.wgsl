@@ -101,17 +101,11 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
     voxel[axis_b] = b;
     voxel[axis_c] = c;
     let index = voxel_index(grid, voxel);
-    let v0 = volume[2u * index];
-    let v1 = volume[2u * index + 1u];
-    // sigma_t = sqrt(A (A - d^T Q d)), and d^T Q d / A is the mean of sin^2 of the inclination.
-    let along = d.x * d.x * v0.y + d.y * d.y * v0.z + d.z * d.z * v0.w
-        + 2.0 * (d.x * d.y * v1.x + d.x * d.z * v1.y + d.y * d.z * v1.z);
-    let sigma_t = sqrt(max(v0.x * (v0.x - along), 0.0));
-    let sin_2 = clamp(along / max(v0.x, 1e-20), 0.0, 1.0);
+    let hair = extinction(volume[2u * index], volume[2u * index + 1u], d);
     // Half a step from slice to slice before the voxel's centre and half behind it.
-    let depth = 0.5 * grid.h * slope * sigma_t;
-    let here = pass_through(entering, depth, sin_2);
-    leaving[(parity * batch.n_lights + light_ix) * stride + cell] = pass_through(here, depth, sin_2);
+    let depth = 0.5 * grid.h * slope * hair.x;
+    let here = pass_through(entering, depth, hair.y);
+    leaving[(parity * batch.n_lights + light_ix) * stride + cell] = pass_through(here, depth, hair.y);
     let out = light_ix * grid.dims.x * grid.dims.y * grid.dims.z + index;
     var sum = ShadowRecord(vec3f(0.0), 0.0);
     if k > 0u {

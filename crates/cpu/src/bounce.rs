@@ -10,7 +10,7 @@ use strandlight_scene::bounce::{
     BEYOND, Bounce, BounceLayout, N_LOBES, NO_SURFACE, lobe_light, lobe_of,
 };
 use strandlight_scene::scene::LightRecord;
-use strandlight_scene::volume::Grid;
+use strandlight_scene::volume::{Grid, extinction};
 
 use super::voxelise::{grid_position, voxel_index};
 
@@ -206,13 +206,7 @@ fn pass_hair(
             .floor()
             .clamp(Vec3::ZERO, last);
         let voxel = &volume[voxel_index(grid, at.as_uvec3().to_array())];
-        let [a, xx, yy, zz, xy, xz, yz, _] = *voxel;
-        let along = d.x * d.x * xx
-            + d.y * d.y * yy
-            + d.z * d.z * zz
-            + 2.0 * (d.x * d.y * xy + d.x * d.z * xz + d.y * d.z * yz);
-        let sigma_t = (a * (a - along)).max(0.0).sqrt();
-        let sin_2 = (along / a.max(1e-20)).clamp(0.0, 1.0);
+        let [sigma_t, sin_2] = extinction(voxel, d);
         depth += sigma_t * step;
         sin_2_depth += sigma_t * step * sin_2;
         if depth > MOST_DEPTH {

@@ -259,7 +259,7 @@ fn light(
         shade_s += seconds;
         if let Shadows::Volume(packed) = &found {
             let of_view = (view, &passed_weights(scene));
-            proxies.light(of_view, grid, batch, &sweeps, packed, &voxels);
+            proxies.light(of_view, (grid, volume), batch, &sweeps, packed, &voxels);
         }
         done += batch.len();
         observer(LIGHTING_SHARE * done as f64 / lights.len() as f64);

@@ -103,13 +103,13 @@ impl Proxies {
     pub fn light(
         &mut self,
         (view, passed): (&ViewUniform, &PassedWeights),
-        grid: &Grid,
+        (grid, volume): (&Grid, &[[f32; 8]]),
         lights: &[LightRecord],
         sweeps: &[[f32; 4]],
         packed: &[PackedRecord],
         voxels: &Places,
     ) {
-        let surfaces = Surfaces::new(&self.beside);
+        let surfaces = Surfaces::new(&self.beside, grid, volume);
         // Irradiance of all lights would be many bytes.
         for (light, packed) in lights.iter().zip(packed.chunks_exact(grid.n_voxels())) {
             if light.power > 0.0 {

@@ -4,10 +4,11 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;
-use strandlight_scattering::closed_form::{PackedRecord, irradiance, unpack_record};
+use strandlight_scattering::closed_form::{PackedRecord, irradiance, pass_through, unpack_record};
 use strandlight_scene::beside::{Beside, HeightMaps, Places, Surface, Towards};
+use strandlight_scene::bounce::BEYOND;
 use strandlight_scene::scene::LightRecord;
-use strandlight_scene::volume::{Grid, SELF_LIFT};
+use strandlight_scene::volume::{Grid, SELF_LIFT, extinction};
 
 use super::voxelise::{grid_position, voxel_index};
 
@@ -18,18 +19,34 @@ const LEAST_COSINE: f32 = 1e-3;
 /// wide light is seen a little beyond the horizon of its middle.
 const HIGHER: f32 = 3.0;
 
+/// Where records are looked up above a surface, voxels: the first that has some.
+const HEIGHTS: [f32; 2] = [SELF_LIFT, HIGHER];
+
 /// Where light is found on the proxies of a scene.
 pub(super) struct Surfaces {
     list: Vec<Surface>,
     places: Places,
+    /// By surface, [`depth_on_surface`] from the lift and from [`HIGHER`].
+    depths: Vec<[f32; 2]>,
 }
 
 impl Surfaces {
-    /// Those of all that stands `beside` the hair.
-    pub fn new(beside: &Beside) -> Surfaces {
+    /// Those of all that stands `beside` the hair of a shadow volume.
+    pub fn new(beside: &Beside, grid: &Grid, volume: &[[f32; 8]]) -> Surfaces {
         let list = beside.surfaces();
+        let depths = |surface: &Surface| {
+            HEIGHTS.map(|height| {
+                depth_on_surface(
+                    (grid, volume),
+                    surface.position,
+                    surface.normal,
+                    height * grid.h,
+                )
+            })
+        };
         Surfaces {
             places: beside.places(list.len(), |ix| list[ix].position),
+            depths: list.par_iter().map(depths).collect(),
             list,
         }
     }
@@ -87,7 +104,7 @@ impl Surfaces {
                 }
                 let cos = surface.normal.dot(Vec3::from(light.direction));
                 let open = irradiance(cos, light.lambda);
-                let shares = from.share_of_light(surface, &self.places, ix);
+                let shares = from.share_of_light(surface, &self.places, ix, self.depths[ix]);
                 shares.map(|share| open * share)
             })
             .collect()
@@ -111,8 +128,14 @@ const UNKNOWN: u8 = u8::MAX;
 
 impl From<'_> {
     /// How much of a light's irradiance in the open there is on `surface`, number `ix` of `places`, at three exponents.
-    fn share_of_light(&self, surface: &Surface, places: &Places, ix: usize) -> [f32; 3] {
-        let lift = SELF_LIFT * self.grid.h;
+    /// `depths` are those of the hair on the surface.
+    fn share_of_light(
+        &self,
+        surface: &Surface,
+        places: &Places,
+        ix: usize,
+        depths: [f32; 2],
+    ) -> [f32; 3] {
         let mut inside = None;
         let (mut above, mut arriving) = (0.0, [0.0; 3]);
         for towards in self.towards {
@@ -127,10 +150,14 @@ impl From<'_> {
                 None => [1.0; 3],
                 // The same place for all directions.
                 Some(0.0) => *inside.get_or_insert_with(|| {
-                    [lift, HIGHER * self.grid.h]
-                        .iter()
-                        .find_map(|&height| share_at(surface.position + surface.normal * height))
-                        .unwrap_or_default()
+                    let above = |(height, depth): (f32, f32)| {
+                        let height = height * self.grid.h;
+                        let [a, b, c] = share_at(surface.position + surface.normal * height)?;
+                        let [a, b, c, _] = pass_through([a, b, c, 0.0], depth, 0.0);
+                        Some([a, b, c])
+                    };
+                    let mut heights = HEIGHTS.into_iter().zip(depths);
+                    heights.find_map(above).unwrap_or_default()
                 }),
                 Some(entry) => share_at(surface.position + d * entry).unwrap_or_default(),
             };
@@ -181,6 +208,30 @@ impl From<'_> {
     }
 }
 
+/// Optical depth along the normal of the hair on a surface, from `height` cm above it: strands that lie on it are
+/// smeared over voxels on both sides of it.
+fn depth_on_surface(
+    (grid, volume): (&Grid, &[[f32; 8]]),
+    position: Vec3,
+    normal: Vec3,
+    height: f32,
+) -> f32 {
+    let distance = height + BEYOND * grid.h;
+    let n = (distance / grid.h).ceil();
+    let part = distance / n;
+    let dims = Vec3::from(grid.dims.map(|n| n as f32));
+    let mut depth = 0.0;
+    for ix in 0..n as u32 {
+        let position = position + normal * (height - (ix as f32 + 0.5) * part);
+        let voxel = ((position - Vec3::from(grid.origin)) / grid.h).floor();
+        if voxel.cmpge(Vec3::ZERO).all() && voxel.cmplt(dims).all() {
+            let voxel = &volume[voxel_index(grid, voxel.as_uvec3().to_array())];
+            depth += part * extinction(voxel, normal)[0];
+        }
+    }
+    depth
+}
+
 /// How far along a ray the middles of the outer voxels are reached.
 fn entry_of_volume(grid: &Grid, position: Vec3, direction: Vec3) -> Option<f32> {
     let tiny = direction.abs().cmplt(Vec3::splat(1e-8));
@@ -191,4 +242,38 @@ fn entry_of_volume(grid: &Grid, position: Vec3, direction: Vec3) -> Option<f32> 
     let high = (origin + (dims - 0.5) * grid.h - position) / d;
     let entry = low.min(high).max_element().max(0.0);
     (entry < low.max(high).min_element()).then_some(entry)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Hair that lies on a surface is in the voxels above and below it, and is before the surface.
+    #[test]
+    fn hair_on_a_surface_covers_it() {
+        let grid = Grid {
+            origin: [0.0; 3],
+            h: 0.5,
+            dims: [4, 8, 4],
+            ..bytemuck::Zeroable::zeroed()
+        };
+        // As dense in all directions, up to 2.5 cm.
+        let hair = [3.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+        let mut volume = vec![[0.0; 8]; grid.n_voxels()];
+        for (ix, voxel) in volume.iter_mut().enumerate() {
+            if ix / 4 % 8 < 5 {
+                *voxel = hair;
+            }
+        }
+        let on = |y: f32, height: f32| {
+            let position = Vec3::new(1.0, y, 1.0);
+            depth_on_surface((&grid, &volume), position, Vec3::Y, height)
+        };
+        // Hair along 0.25 cm above the surface and BEYOND below it.
+        let expected = (0.25 + BEYOND * grid.h) * 6.0_f32.sqrt();
+        assert!((on(2.0, 0.25) / expected - 1.0).abs() < 1e-5);
+        // Above the hair, and beside the volume.
+        assert_eq!(on(3.25, 0.25), 0.0);
+        assert_eq!(on(-9.0, 0.25), 0.0);
+    }
 }

@@ -94,6 +94,18 @@ impl Grid {
     }
 }
 
+/// Of a voxel's eight numbers towards `d`: extinction `sigma_t = sqrt(A (A - d^T Q d))`, 1/cm, and the mean of sin^2 of the
+/// inclination, d^T Q d / A.
+pub fn extinction(voxel: &[f32; 8], d: Vec3) -> [f32; 2] {
+    let [a, xx, yy, zz, xy, xz, yz, _] = *voxel;
+    let along = d.x * d.x * xx
+        + d.y * d.y * yy
+        + d.z * d.z * zz
+        + 2.0 * (d.x * d.y * xy + d.x * d.z * xz + d.y * d.z * yz);
+    let sigma_t = (a * (a - along)).max(0.0).sqrt();
+    [sigma_t, (along / a.max(1e-20)).clamp(0.0, 1.0)]
+}
+
 /// Directions from the hair towards a light over which its transmittance is averaged.
 ///
 /// One below lambda 0.3, four up to 0.6, eight above: inverse-transform samples of the SRBF

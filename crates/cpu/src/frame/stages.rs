@@ -242,7 +242,7 @@ impl Frame {
     /// Finds what arrives of the next light.
     pub(super) fn light_proxies(&mut self, picturing: &Picturing) {
         let Picturing { scene, beside, .. } = picturing;
-        let (Some(lights), Some((grid, _)), Some(records)) =
+        let (Some(lights), Some((grid, volume)), Some(records)) =
             (&self.lights, &self.volume, &self.records)
         else {
             return;
@@ -251,7 +251,7 @@ impl Frame {
         let passed = passed_weights(scene);
         let ((), seconds) = timed(|| {
             let found = self.proxy_light.get_or_insert_with(|| {
-                let surfaces = Surfaces::new(beside);
+                let surfaces = Surfaces::new(beside, grid, volume);
                 let bytes = size_of::<[f32; 3]>() * surfaces.list().len() * of_all.len();
                 ProxyLight {
                     surfaces,

@@ -49,6 +49,7 @@ pub(super) struct Light<'a> {
     pub lit: &'a wgpu::Buffer,
     pub directions: &'a wgpu::Buffer,
     pub records: &'a wgpu::Buffer,
+    pub volume: &'a wgpu::Buffer,
     /// Of the fibre: [`strandlight_scene::bounce::passed_weights`].
     pub passed: &'a wgpu::Buffer,
 }
@@ -238,6 +239,7 @@ impl Meshes {
                 (8, self.hidden_surfaces.as_entire_binding()),
                 (9, self.hidden_voxels.as_entire_binding()),
                 (10, light.passed.as_entire_binding()),
+                (11, light.volume.as_entire_binding()),
             ],
         );
         submit(context, |encoder| {

@@ -160,6 +160,7 @@ impl Proxies {
                 (6, self.maps[into].as_entire_binding()),
                 (7, self.records.as_entire_binding()),
                 (10, light.passed.as_entire_binding()),
+                (11, light.volume.as_entire_binding()),
             ],
         );
         submit(context, |encoder| {

@@ -255,6 +255,7 @@ impl Lighting {
                     lit: &self.lit,
                     directions: &self.directions,
                     records: self.sweep.records(*batch),
+                    volume: volume.buffer(),
                     passed: &self.passed.0,
                 };
                 proxies.light(context, &light, into, stamp);
