@@ -116,7 +116,8 @@ fn slow_the_renderer_draws_painted_hair_as_the_reference_does() {
     let mut painted = bare.clone();
     let paint = various(&painted.strands);
     painted.set_paint(Some(&paint)).unwrap();
-    assert_drawn_alike(painted, bare, 0.1);
+    // Measured: 0.082 for single scattering, 0.055 for all.
+    assert_drawn_alike(painted, bare, [0.1, 0.062]);
 }
 
 #[test]
@@ -138,13 +139,14 @@ fn slow_the_renderer_draws_varied_hair_as_the_reference_does() {
     assert!(varied.paint().is_some());
     let mut bare = varied.clone();
     bare.set_paint(None).unwrap();
-    // Measured: 0.119 for single scattering, 0.122 for all.
-    assert_drawn_alike(varied, bare, 0.14);
+    // Measured: 0.119 for single scattering, 0.179 for all, 0.071 where strands do not differ in colour: light that
+    // a grey strand gets counts as scattered on by grey ones alone.
+    assert_drawn_alike(varied, bare, [0.14, 0.2]);
 }
 
-/// The renderer's pictures of `scene` are those of the integrators within a relative RMSE of `tolerance`; without its
-/// paint, `bare`, it is other hair.
-fn assert_drawn_alike(mut scene: PreparedScene, mut bare: PreparedScene, tolerance: f64) {
+/// The renderer's pictures of `scene` are those of the integrators within relative RMSEs, for single scattering and for
+/// all; without its paint, `bare`, it is other hair.
+fn assert_drawn_alike(mut scene: PreparedScene, mut bare: PreparedScene, tolerances: [f64; 2]) {
     let size = [72, 48];
     let centre = scene.strands.centre;
     scene.camera.eye = centre + 0.5 * (scene.camera.eye - centre);
@@ -164,7 +166,7 @@ fn assert_drawn_alike(mut scene: PreparedScene, mut bare: PreparedScene, toleran
         (&directional, Scattering::Single, 64),
         (&path, Scattering::Total, 512),
     ];
-    for (integrator, terms, n) in integrators {
+    for ((integrator, terms, n), tolerance) in integrators.into_iter().zip(tolerances) {
         let mut film = Film::new(size);
         film.expose(&scene, integrator, n, 0, &|_| ());
         let means = |scene: &PreparedScene| {
