@@ -139,8 +139,8 @@ fn slow_the_renderer_draws_varied_hair_as_the_reference_does() {
     assert!(varied.paint().is_some());
     let mut bare = varied.clone();
     bare.set_paint(None).unwrap();
-    // Measured: 0.119 for single scattering, 0.179 for all, 0.071 where strands do not differ in colour: light that
-    // a grey strand gets counts as scattered on by grey ones alone.
+    // Measured: 0.119 for single scattering, 0.179 for all, 0.071 where strands do not differ in colour: all hair around
+    // a grey strand counts as grey.
     assert_drawn_alike(varied, bare, [0.14, 0.2]);
 }
 
