@@ -219,25 +219,13 @@ fn pass_hair(
 
 #[cfg(test)]
 mod tests {
+    use super::super::voxelise::even_layer;
     use super::*;
 
     /// Strands that lie on a surface are in voxels below it as well, and are before what it sends back.
     #[test]
     fn hair_that_is_smeared_below_a_surface_counts() {
-        let grid = Grid {
-            origin: [0.0; 3],
-            h: 0.5,
-            dims: [4, 8, 4],
-            ..bytemuck::Zeroable::zeroed()
-        };
-        // As dense in all directions, in the lower half.
-        let hair = [3.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0];
-        let mut volume = vec![[0.0; 8]; grid.n_voxels()];
-        for ix in 0..volume.len() as u32 {
-            if ix / 4 % 8 < 4 {
-                volume[ix as usize] = hair;
-            }
-        }
+        let (grid, volume) = even_layer(4);
         let start = Vec3::new(1.0, 3.0, 1.0);
         // The surface is where the hair ends.
         let [share, ..] = pass_hair(&grid, &volume, start, Vec3::NEG_Y, 1.0);

@@ -246,25 +246,13 @@ fn entry_of_volume(grid: &Grid, position: Vec3, direction: Vec3) -> Option<f32> 
 
 #[cfg(test)]
 mod tests {
+    use super::super::voxelise::even_layer;
     use super::*;
 
     /// Hair that lies on a surface is in the voxels above and below it, and is before the surface.
     #[test]
     fn hair_on_a_surface_covers_it() {
-        let grid = Grid {
-            origin: [0.0; 3],
-            h: 0.5,
-            dims: [4, 8, 4],
-            ..bytemuck::Zeroable::zeroed()
-        };
-        // As dense in all directions, up to 2.5 cm.
-        let hair = [3.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0];
-        let mut volume = vec![[0.0; 8]; grid.n_voxels()];
-        for (ix, voxel) in volume.iter_mut().enumerate() {
-            if ix / 4 % 8 < 5 {
-                *voxel = hair;
-            }
-        }
+        let (grid, volume) = even_layer(5);
         let on = |y: f32, height: f32| {
             let position = Vec3::new(1.0, y, 1.0);
             depth_on_surface((&grid, &volume), position, Vec3::Y, height)

@@ -250,8 +250,7 @@ fn sweep<S: Simd>(
     );
 }
 
-/// Extinction of eight voxels towards `d`, `sigma_t = sqrt(A (A - d^T Q d))` in 1/cm, and the mean of
-/// sin^2 of the inclination there, d^T Q d / A.
+/// [`strandlight_scene::volume::extinction`] of eight voxels.
 #[inline(always)]
 fn extinction<S: Simd>(
     simd: S,
@@ -387,15 +386,8 @@ mod tests {
                     voxel[axis_b] = b;
                     voxel[axis_c] = c;
                     let index = voxel_index(grid, voxel);
-                    let [a, xx, yy, zz, xy, xz, yz, _] = volume[index];
-                    // sigma_t = sqrt(A (A - d^T Q d)), and d^T Q d / A is the mean of sin^2 of the
-                    // inclination.
-                    let along = d[0] * d[0] * xx
-                        + d[1] * d[1] * yy
-                        + d[2] * d[2] * zz
-                        + 2.0 * (d[0] * d[1] * xy + d[0] * d[2] * xz + d[1] * d[2] * yz);
-                    let sigma_t = (a * (a - along)).max(0.0).sqrt();
-                    let sin_2 = (along / a.max(1e-20)).clamp(0.0, 1.0);
+                    let [sigma_t, sin_2] =
+                        strandlight_scene::volume::extinction(&volume[index], Vec3::from(d));
                     // Half a step from slice to slice before the voxel's centre and half behind it.
                     let depth = 0.5 * grid.h * slope * sigma_t;
                     let here = pass_through(entering, depth, sin_2);

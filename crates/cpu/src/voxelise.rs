@@ -154,3 +154,20 @@ pub(super) fn grid_position(grid: &Grid, position: Vec3) -> Vec3 {
 pub(super) fn voxel_index(grid: &Grid, [x, y, z]: [u32; 3]) -> usize {
     (x + grid.dims[0] * (y + grid.dims[1] * z)) as usize
 }
+
+/// For tests: voxels of 0.5 cm from 0, four by eight by four, the lowest `n_rows` of which along y hold hair that is as
+/// dense in all directions and blocks sqrt(6) per cm.
+#[cfg(test)]
+pub(super) fn even_layer(n_rows: usize) -> (Grid, Vec<[f32; 8]>) {
+    let grid = Grid {
+        origin: [0.0; 3],
+        h: 0.5,
+        dims: [4, 8, 4],
+        ..bytemuck::Zeroable::zeroed()
+    };
+    let hair = [3.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+    let in_layer = |ix: usize| ix / 4 % 8 < n_rows;
+    let voxel = |ix| if in_layer(ix) { hair } else { [0.0; 8] };
+    let volume = (0..grid.n_voxels()).map(voxel).collect();
+    (grid, volume)
+}
