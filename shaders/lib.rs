@@ -102,6 +102,7 @@ modules!(
     "pass/deform",
     "pass/display",
     "pass/listed_picture",
+    "pass/listed_pixels",
     "pass/listed_triangles",
     "pass/meshes",
     "pass/multiple_tables",

@@ -82,6 +82,21 @@ fn piece_ribbon(a: ScreenPoint, b: ScreenPoint, ix: u32, n: u32, is_tip: bool) -
     return ribbon_of(between(a, b, t), between(a, b, select(t + share, 1.0, is_last)), is_tip && is_last);
 }
 
+// A point as it is kept: place and direction; half of the width, depth, coverage, and 1 at a tip.
+fn kept_point(at: array<vec4f, 2>) -> ScreenPoint {
+    return ScreenPoint(at[0].xy, at[0].zw, at[1].x, at[1].y, at[1].z);
+}
+
+// The segment between two of them.
+fn kept_ribbon(a: array<vec4f, 2>, b: array<vec4f, 2>) -> Ribbon {
+    return ribbon_of(kept_point(a), kept_point(b), b[1].w != 0.0);
+}
+
+// Piece `ix` of its `n`.
+fn kept_piece(a: array<vec4f, 2>, b: array<vec4f, 2>, ix: u32, n: u32) -> Ribbon {
+    return piece_ribbon(kept_point(a), kept_point(b), ix, n, b[1].w != 0.0);
+}
+
 // Where a pixel is along a ribbon and to its side.
 struct RibbonPlace {
     // px: from the middle of the ribbon; beyond its beginning; beyond its end.

@@ -233,6 +233,30 @@ pub fn rings(n: usize) -> PreparedScene {
     scene
 }
 
+/// Rows of hair so thin that every pixel of theirs shows all of some hundred strands, and one of 200 strands in the same
+/// place.
+pub fn deep() -> PreparedScene {
+    let mut points = Vec::new();
+    let mut offsets = vec![0];
+    let mut add = |y: f32, z: f32| {
+        points.extend((0..=4).map(|ix| [1.5 * ix as f32 - 3.0, y, z]));
+        offsets.push(points.len() as u32);
+    };
+    for row in [-1.0, 1.0] {
+        for ix in 0..300 {
+            add(row + 0.02 * (7 * ix % 11) as f32, 0.01 * ix as f32 - 1.5);
+        }
+    }
+    for _ in 0..200 {
+        add(0.0, 0.5);
+    }
+    let strands = Strands::new(&points, &offsets, |_, _| 0.003, false).expect("a valid groom");
+    let mut scene = scene(strands, lights(), &HairParams::default());
+    scene.camera.eye = Vec3::new(0.0, 0.0, 14.0);
+    scene.camera.target = Vec3::ZERO;
+    scene
+}
+
 /// Root of the mean squared difference over the root mean square of `b`.
 pub fn relative_rmse(a: &[f32], b: &[f32]) -> f64 {
     assert_eq!(a.len(), b.len());

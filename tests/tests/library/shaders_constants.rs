@@ -51,7 +51,12 @@ const TWIN_FILES: [(&str, &str); 24] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 16] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 17] = [
+    (
+        "pass/proxy_light",
+        "LANES",
+        "crates/render/src/passes/meshes.rs",
+    ),
     ("lib/coverage", "CLOSED", "crates/cpu/src/list/pixel.rs"),
     (
         "pass/shade",
@@ -69,7 +74,7 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 16] = [
         "crates/cpu/src/triangles.rs",
     ),
     (
-        "pass/visibility",
+        "pass/listed_pixels",
         "NO_SURFACE",
         "crates/scene/src/bounce.rs",
     ),
@@ -179,7 +184,8 @@ fn values_elsewhere() -> Vec<(&'static str, &'static str, Vec<f64>)> {
 }
 
 /// Constants that mean nothing to Rust: module, name, why.
-const WGSL_ONLY: [(&str, &str, &str); 5] = [
+const WGSL_ONLY: [(&str, &str, &str); 6] = [
+    ("pass/listed_pixels", "NOTHING", "deeper than any hair"),
     (
         "lib/along_segments",
         "MANTISSA_BITS",

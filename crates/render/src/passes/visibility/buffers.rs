@@ -1,6 +1,7 @@
 //! What visibility lists are made of on the device.
 
 use super::super::resources::{StrandBuffers, grow, storage, uniform};
+use super::pipelines::GROUP;
 use crate::gpu::Context;
 use strandlight_scene::camera::ViewUniform;
 
@@ -79,6 +80,7 @@ pub(super) struct Buffers {
     pub seen: wgpu::Buffer,
     /// The points among `seen`, in order.
     pub seen_points: wgpu::Buffer,
+    /// Two totals, then the points of each group of words of `seen`.
     pub totals: wgpu::Buffer,
     /// Of proxies.
     pub behind: wgpu::Buffer,
@@ -95,7 +97,8 @@ impl Buffers {
         let n_points = strands.n_points;
         let empty = |label| storage(context, label, 0);
         // A bit for each point, and the number of entries.
-        let seen_bytes = (u64::from(n_points.div_ceil(32)) + 1) * 4;
+        let seen_bytes = (u64::from(n_seen_words(n_points)) + 1) * 4;
+        let totals_bytes = TOTALS_BYTES + 4 * u64::from(n_seen_words(n_points).div_ceil(GROUP));
         Buffers {
             view: uniform(context, "view", &view),
             layout: uniform(context, "layout of a list", &layout),
@@ -106,7 +109,7 @@ impl Buffers {
             entries: empty("entries"),
             seen: storage(context, "seen points", seen_bytes),
             seen_points: storage(context, "points of a list", 4 * u64::from(n_points)),
-            totals: storage(context, "totals of a list", TOTALS_BYTES),
+            totals: storage(context, "totals of a list", totals_bytes),
             behind: empty("surfaces behind"),
             triangles: empty("triangles"),
             tiles: empty("tiles"),
@@ -165,6 +168,11 @@ impl Buffers {
         let all = of_hair.iter().chain(&beside);
         all.map(|buffer| buffer.size()).sum()
     }
+}
+
+/// Words with a bit for each point.
+pub(super) fn n_seen_words(n_points: u32) -> u32 {
+    n_points.div_ceil(32)
 }
 
 /// Bytes of the largest buffer that can be bound.

@@ -70,7 +70,7 @@ impl VisibilityPass {
                 );
             });
             if n_bands > 1 {
-                self.wait(context)?;
+                self.end_band(context)?;
             }
             observer((ix + 1) as f64 / n_bands as f64);
         }

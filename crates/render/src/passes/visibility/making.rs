@@ -6,7 +6,7 @@ use super::super::readback::Readback;
 use super::super::resources::{StrandBuffers, compute_pass, failed, grow, step, submit};
 use super::super::stamp::Stamp;
 use super::bands::{bands, hits_of};
-use super::buffers::{Buffers, HIT_BYTES, TOTALS_BYTES, limit};
+use super::buffers::{Buffers, HIT_BYTES, TOTALS_BYTES, limit, n_seen_words};
 use super::pipelines::{Pipelines, group, groups};
 use super::{Asked, Made, Seen, ShownProxies, Use, VisibilityPass};
 use crate::gpu::Context;
@@ -300,8 +300,7 @@ impl VisibilityPass {
             );
         });
         if self.bands.len() > 1 {
-            // Who waits has no more than one on its way.
-            self.wait(context)?;
+            self.end_band(context)?;
         }
         self.listed = Some(ix);
         Ok(())
@@ -316,12 +315,20 @@ impl VisibilityPass {
             totals,
             ..
         } = &self.buffers;
-        let resources = [(0, view), (11, seen), (12, seen_points), (13, totals)];
-        let list_seen = &self.pipelines.list_seen;
-        let group = group(context, list_seen, &resources);
+        let Pipelines {
+            count_seen,
+            list_seen,
+            ..
+        } = &self.pipelines;
+        let counted = [(0, view), (11, seen), (13, totals)];
+        let listed = [&counted[..], &[(12, seen_points)]].concat();
+        let counted = group(context, count_seen, &counted);
+        let listed = group(context, list_seen, &listed);
+        let groups = groups(n_seen_words(self.n_points));
         submit(context, |encoder| {
             let mut pass = compute_pass(context, encoder, stamp);
-            step(&mut pass, list_seen, &group, [1, 1]);
+            step(&mut pass, count_seen, &counted, groups);
+            step(&mut pass, list_seen, &listed, groups);
         });
     }
 }

@@ -197,10 +197,16 @@ impl VisibilityPass {
         [self.extent[0].div_ceil(8), (rows.len() as u32).div_ceil(8)]
     }
 
-    fn wait(&self, context: &Context) -> Result<(), RenderError> {
-        match self.is_waiting {
-            true => context.wait("visibility list").map_err(failed),
-            false => Ok(()),
+    /// Ends what is done for one of several bands. Who waits has no more than one on its way to a software device, which
+    /// takes long for each.
+    fn end_band(&self, context: &Context) -> Result<(), RenderError> {
+        match (self.is_waiting, context.is_software()) {
+            (true, true) => context.wait("visibility list").map_err(failed),
+            (true, false) => {
+                context.flush();
+                Ok(())
+            }
+            (false, _) => Ok(()),
         }
     }
 }

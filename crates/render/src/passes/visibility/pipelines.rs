@@ -6,7 +6,7 @@ use crate::gpu::Context;
 use strandlight_scene::RenderError;
 
 /// Threads of a group that goes through segments, triangles or a row.
-const GROUP: u32 = 256;
+pub(super) const GROUP: u32 = 256;
 
 /// What all scenes need.
 pub(super) struct Pipelines {
@@ -15,6 +15,7 @@ pub(super) struct Pipelines {
     pub sum_rows: wgpu::ComputePipeline,
     pub place_rows: wgpu::ComputePipeline,
     pub place_pixels: wgpu::ComputePipeline,
+    pub count_seen: wgpu::ComputePipeline,
     pub list_seen: wgpu::ComputePipeline,
 }
 
@@ -28,6 +29,7 @@ impl Pipelines {
             sum_rows: pipeline("sum_rows"),
             place_rows: pipeline("place_rows"),
             place_pixels: pipeline("place_pixels"),
+            count_seen: pipeline("count_seen"),
             list_seen: pipeline("list_seen"),
         })
     }
@@ -44,7 +46,7 @@ pub(super) struct Kind {
 
 impl Kind {
     pub fn new(context: &Context, features: Vec<&'static str>) -> Result<Kind, RenderError> {
-        let list = module_with(context, "pass/visibility", &features)?;
+        let list = module_with(context, "pass/listed_pixels", &features)?;
         let picture = module_with(context, "pass/listed_picture", &features)?;
         let mut triangles = None;
         if features.contains(&meshes::FEATURE) {
