@@ -203,27 +203,42 @@ fn share_of_light(light: Light, own: u32, surface: Surface, depth: f32) -> vec3f
     return arriving / max(above, LEAST_COSINE);
 }
 
+// Threads that share the lights of a surface out.
+const LANES: u32 = 8u;
+
+// [surface of the group][lane]
+var<workgroup> arrived: array<vec3f, 64>;
+
 @compute @workgroup_size(64)
 fn light_proxies(
-    @builtin(global_invocation_id) id: vec3u,
+    @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) local: u32,
 ) {
-    let own = id.x + id.y * groups.x * 64u;
-    if own >= n_surfaces() {
+    let own = (group.x + group.y * groups.x) * (64u / LANES) + local / LANES;
+    let lane = local % LANES;
+    var sum = vec3f(0.0);
+    if own < n_surfaces() {
+        let surface = surface_at(own);
+        let depth = depth_on_surface(surface, SELF_LIFT * grid.h);
+        for (var ix = lane; ix < batch.n_lights; ix += LANES) {
+            let light = lights[batch.first_light + ix];
+            let open = irradiance(dot(surface.normal, light.direction), light.lambda);
+            let shares = share_of_light(light, own, surface, depth);
+            let arriving = vec3f(
+                dot(passed[0].xyz, shares), dot(passed[1].xyz, shares), dot(passed[2].xyz, shares));
+            sum += light.rgb * (open * arriving);
+        }
+    }
+    arrived[local] = sum;
+    workgroupBarrier();
+    if lane > 0u || own >= n_surfaces() {
         return;
     }
-    let surface = surface_at(own);
-    let depth = depth_on_surface(surface, SELF_LIFT * grid.h);
-    var sum = vec3f(0.0);
-    for (var ix = 0u; ix < batch.n_lights; ix++) {
-        let light = lights[batch.first_light + ix];
-        let open = irradiance(dot(surface.normal, light.direction), light.lambda);
-        let shares = share_of_light(light, own, surface, depth);
-        let arriving = vec3f(
-            dot(passed[0].xyz, shares), dot(passed[1].xyz, shares), dot(passed[2].xyz, shares));
-        sum += light.rgb * (open * arriving);
+    for (var other = 1u; other < LANES; other++) {
+        sum += arrived[local + other];
     }
-    let sent_back = surface.albedo * 0.31830987;
+    let sent_back = surface_at(own).albedo * 0.31830987;
     // The first batch overwrites what was there.
     var before = vec4f(0.0);
     if batch.first_light > 0u {

@@ -19,6 +19,9 @@ use strandlight_scene::volume::Grid;
 /// Feature of the shaders that light is blocked in.
 pub(super) const FEATURE: &str = "MESHES";
 
+/// Threads that share the lights of a place on a surface out.
+pub(super) const LANES: u32 = 8;
+
 /// Pipelines and buffers of a scene's meshes.
 pub(super) struct Meshes {
     beside: Beside,
@@ -248,7 +251,7 @@ impl Meshes {
                 &mut pass,
                 &self.light,
                 &group,
-                groups_of_64(self.n_surfaces),
+                groups_of_64(LANES * self.n_surfaces),
             );
         });
     }

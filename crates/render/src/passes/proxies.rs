@@ -2,7 +2,7 @@
 //! without any has none of this.
 
 use super::covering::covering;
-use super::meshes::{self, DrawnMeshes, Light, Meshes};
+use super::meshes::{self, DrawnMeshes, LANES, Light, Meshes};
 use super::resources::{
     bind, buffer_of, compute, compute_pass, groups_of_64, shader, step, submit, uniform,
 };
@@ -170,7 +170,7 @@ impl Proxies {
                 &mut pass,
                 &self.light,
                 &group,
-                groups_of_64(self.n * n_texels),
+                groups_of_64(LANES * self.n * n_texels),
             );
         });
     }
