@@ -14,7 +14,10 @@ const UNKNOWN: f64 = 2e-3;
 
 /// Work is waited for in lots of about this many seconds: waiting costs a
 /// fast device more than small steps do.
-const LOT: f64 = 1.5e-3;
+const LOT: f64 = 5e-3;
+
+/// Collected commands are submitted at least this often, seconds: the device works on them while others are recorded.
+const SUBMISSION: f64 = 0.4e-3;
 
 /// Most submissions in flight where the caller does not wait for them.
 const MOST_IN_FLIGHT: u32 = 32;
@@ -41,6 +44,8 @@ struct Lot {
     stages: Vec<InLot>,
     /// By estimate.
     seconds: f64,
+    /// Of that, what was not submitted yet.
+    collected: f64,
     start: Instant,
 }
 
@@ -60,12 +65,14 @@ impl Lot {
         Lot {
             stages: Vec::new(),
             seconds: 0.0,
+            collected: 0.0,
             start,
         }
     }
 
     fn add(&mut self, stage: &'static str, units: f64, (seconds, is_known): (f64, bool)) {
         self.seconds += seconds;
+        self.collected += seconds;
         match self.stages.iter_mut().find(|of| of.stage == stage) {
             Some(of) => {
                 of.runs += 1;
@@ -186,6 +193,9 @@ impl Pacer {
         lot.add(stage, units, (estimate, is_known));
         if lot.seconds >= LOT {
             self.flush(context, note)?;
+        } else if lot.collected >= SUBMISSION {
+            lot.collected = 0.0;
+            context.flush();
         }
         Ok(())
     }

@@ -36,8 +36,8 @@ pub(super) const N_TURNS: usize = 6;
 /// Nodes over theta_o, and where M_t is cut off: erfc(3.5) = 7e-7.
 pub(super) const N_OUTGOING: usize = 16;
 pub(super) const REACH: f64 = 3.5;
-/// Columns or rows that one job finds.
-const IN_A_JOB: usize = 16;
+/// Columns or rows that one job finds: some ten microseconds of work.
+const IN_A_JOB: usize = 4;
 
 /// All averages of one fibre over the incident inclination.
 #[derive(Clone, Debug, PartialEq)]

@@ -27,7 +27,7 @@ pub(super) const N_FUNCTIONS: usize = 3;
 pub(super) const LAST_NODE: f32 = 128.0;
 
 /// Nodes that one job samples.
-const NODES_IN_A_JOB: usize = 16;
+const NODES_IN_A_JOB: usize = 4;
 
 /// Nodes below this cosine are about as far apart as those above.
 pub(super) const GRAZING: f32 = 0.2;
