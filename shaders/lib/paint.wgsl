@@ -9,6 +9,8 @@ struct PointPaint {
     weight: f32,
     width_scale: f32,
     shift_scale: f32,
+    // Absorption of the hair around the point; below 0 where that is as the point.
+    around: vec3f,
 }
 
 // What painted points have in common.
@@ -25,12 +27,25 @@ const WIDTH_MIN: f32 = 0.001;
 const WIDTH_MAX: f32 = 1.5;
 const SHIFT_MAX: f32 = 0.5;
 
+// Steps of a channel of absorption around, ten bits.
+const AROUND_STEPS: f32 = 1023.0;
+
+// Absorption around by the last word of a texel.
+fn unpack_around(word: u32) -> vec3f {
+    if word == 0u {
+        return vec3f(-1.0);
+    }
+    let steps = (vec3u(word) >> vec3u(0u, 10u, 20u)) & vec3u(1023u);
+    let place = vec3f(steps) / AROUND_STEPS;
+    return LAYER_MIDDLE * place * place / max(1.0 - place * place, vec3f(1e-3));
+}
+
 // The paint of a texel.
 fn unpack_paint(texel: vec4u) -> PointPaint {
     let rg = unpack2x16float(texel.x);
     let bw = unpack2x16float(texel.y);
-    return PointPaint(
-        vec3f(rg, bw.x), bw.y, bitcast<f32>(texel.z), bitcast<f32>(texel.w));
+    let scales = unpack2x16float(texel.z);
+    return PointPaint(vec3f(rg, bw.x), bw.y, scales.x, scales.y, unpack_around(texel.w));
 }
 
 // The fibre of a painted point.
@@ -42,9 +57,10 @@ fn painted_fibre(fibre: Fibre, paint: PointPaint) -> Fibre {
     return painted;
 }
 
-// Where the averages of a point of this fibre (painted_fibre's) stand.
+// Where the averages of a point of this fibre (painted_fibre's) stand: those of the hair around it.
 fn painted_averages(hair: PaintedHair, fibre: Fibre, paint: PointPaint) -> AverageRow {
-    return average_row(hair.averages, fibre.sigma_a, paint.width_scale, paint.shift_scale);
+    let sigma_a = select(fibre.sigma_a, paint.around, paint.around.x >= 0.0);
+    return average_row(hair.averages, sigma_a, paint.width_scale, paint.shift_scale);
 }
 
 // #if PAINTED

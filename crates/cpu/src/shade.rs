@@ -210,7 +210,7 @@ impl<'a> PointShader<'a> {
         let painted = paint.as_ref().zip(painted.as_ref());
         let painted = painted.map(|(paint, (fibre, views))| {
             let shading = painted_shading(views, fibre);
-            (shading, painted_averages(views, fibre, paint))
+            (shading, painted_averages(views.averages, fibre, paint))
         });
         let mut sum = [0.0; 4];
         let mut evaluated = [0; 4];

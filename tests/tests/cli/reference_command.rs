@@ -219,6 +219,7 @@ fn dyed(folder: &Path, width_scale: f32) {
         weight: 1.0,
         width_scale,
         shift_scale: 1.0,
+        ..PaintedPoint::NONE
     };
     let points = vec![point; groom.points.len()];
     Paint { points }.write_to(&mut groom);

@@ -38,6 +38,7 @@ fn various(scene: &PreparedScene) -> Paint {
             weight: (1.5 * (place - 0.2)).clamp(0.0, 1.0),
             width_scale: 1.0 + 0.8 * (ix / 24 % 3) as f32,
             shift_scale: 1.0 + 0.5 * (ix / 24 % 2) as f32,
+            ..PaintedPoint::NONE
         }
     };
     Paint {
@@ -70,6 +71,7 @@ fn uniform_paint_is_hair_of_that_colour() {
             weight,
             width_scale,
             shift_scale,
+            ..PaintedPoint::NONE
         };
         (point, terms)
     })

@@ -357,6 +357,8 @@ fn painted_points_agree() {
                     weight: random.uniform(0.0, 1.0) as f32,
                     width_scale,
                     shift_scale,
+                    around: (random.uniform(0.0, 1.0) < 0.5)
+                        .then(|| [(); 3].map(|()| random.log_uniform(1e-3, 50.0) as f32)),
                 }),
                 theta: random.uniform(-1.6, 1.6) as f32,
                 sin_theta: random.uniform(0.0, 1.0) as f32,

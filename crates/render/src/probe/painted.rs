@@ -1,7 +1,7 @@
 //! The lobes of painted fibres, on the CPU and on the GPU.
 
 use strandlight_scattering::closed_form::{
-    PaintTexel, average_row, lobe_layer, painted_fibre, sample_painted_averages,
+    PaintTexel, lobe_layer, painted_averages, painted_fibre, sample_painted_averages,
     sample_painted_forward, sample_painted_lobes, unpack_paint,
 };
 use strandlight_scattering::lobes::PaintedTexture;
@@ -96,8 +96,7 @@ pub fn paint_answer(hair: &HairMaterial, question: &PaintQuestion) -> [f32; 24] 
     let averages = optics.painted.averages.view();
     let paint = unpack_paint(&question.paint);
     let fibre = painted_fibre(&common.fibre, &paint);
-    let (width, shift) = (paint.width_scale, paint.shift_scale);
-    let row = average_row(averages.decode, fibre.sigma_a, width, shift);
+    let row = painted_averages(averages, &fibre, &paint).row;
     let at = sample_painted_averages(&averages, &row, question.theta);
     let (a_f, beta_f_2) = sample_painted_forward(&averages, &row, question.sin_theta);
     let all = [

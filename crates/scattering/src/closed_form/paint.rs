@@ -5,7 +5,9 @@ use super::fibre::Fibre;
 use super::painted_averages::{
     PaintedAverages, PaintedAveragesView, PaintedPointAverages, average_row,
 };
-use super::painted_lobes::{PaintedDecode, PaintedPointLobes, PaintedView, lobe_layer};
+use super::painted_lobes::{
+    LAYER_MIDDLE, PaintedDecode, PaintedPointLobes, PaintedView, lobe_layer,
+};
 use super::single_scattering::Shading;
 use super::tables::Tables;
 use super::transmittance::{from_half_bits, half_bits};
@@ -22,11 +24,16 @@ pub struct PointPaint {
     pub width_scale: f32,
     /// Factor of the shifts.
     pub shift_scale: f32,
+    /// Absorption of the hair around the point, 0..=50; [`None`] where that is as the point.
+    pub around: Option<[f32; 3]>,
 }
 
-/// A texel of paint, `rgba32uint`: dye and weight as half floats, low half first, then both
-/// factors as floats.
+/// A texel of paint, `rgba32uint`: dye and weight, then both factors as half floats, low half first; the last word is 0
+/// or has absorption around, see [`unpack_around`].
 pub type PaintTexel = [u32; 4];
+
+/// Steps of a channel of absorption around, ten bits.
+const AROUND_STEPS: f32 = 1023.0;
 
 /// What painted points have in common, byte for byte the uniform `PaintedHair` of the shaders (400
 /// bytes).
@@ -67,23 +74,40 @@ pub struct PaintedViews<'a> {
 /// The texel of a point's paint.
 pub fn pack_paint(paint: &PointPaint) -> PaintTexel {
     let [r, g, b] = paint.dye.map(half_bits);
+    let place = |sigma_a: f32| {
+        let place = (sigma_a / (LAYER_MIDDLE + sigma_a)).sqrt();
+        (place * AROUND_STEPS).round() as u32
+    };
+    let around = paint.around.map(|around| around.map(place));
     [
         r | g << 16,
         b | half_bits(paint.weight) << 16,
-        paint.width_scale.to_bits(),
-        paint.shift_scale.to_bits(),
+        half_bits(paint.width_scale) | half_bits(paint.shift_scale) << 16,
+        around.map_or(0, |[r, g, b]| r | g << 10 | b << 20 | 1 << 31),
     ]
+}
+
+/// Absorption around by the last word of a texel: of each channel, from the lowest bits on, the root of
+/// `sigma_a / (LAYER_MIDDLE + sigma_a)` in [`AROUND_STEPS`]; 0 is none.
+pub fn unpack_around(word: u32) -> Option<[f32; 3]> {
+    let sigma_a = |shift: u32| {
+        let place = (word >> shift & 1023) as f32 / AROUND_STEPS;
+        LAYER_MIDDLE * place * place / (1.0 - place * place).max(1e-3)
+    };
+    (word != 0).then(|| [0, 10, 20].map(sigma_a))
 }
 
 /// The paint of a texel.
 pub fn unpack_paint(texel: &PaintTexel) -> PointPaint {
     let halves = |word: u32| [word & 0xffff, word >> 16].map(from_half_bits);
     let ([r, g], [b, weight]) = (halves(texel[0]), halves(texel[1]));
+    let [width_scale, shift_scale] = halves(texel[2]);
     PointPaint {
         dye: [r, g, b],
         weight,
-        width_scale: f32::from_bits(texel[2]),
-        shift_scale: f32::from_bits(texel[3]),
+        width_scale,
+        shift_scale,
+        around: unpack_around(texel[3]),
     }
 }
 
@@ -105,16 +129,22 @@ pub fn painted_fibre(fibre: &Fibre, paint: &PointPaint) -> Fibre {
     }
 }
 
-/// Where the averages of a point of this `fibre` ([`painted_fibre`]'s) stand.
+/// Where the averages of a point of this `fibre` ([`painted_fibre`]'s) stand: those of the hair around it, which light
+/// comes through and is sent back by.
 pub fn painted_averages<'a>(
-    views: &PaintedViews<'a>,
+    averages: PaintedAveragesView<'a>,
     fibre: &Fibre,
     paint: &PointPaint,
 ) -> PaintedPointAverages<'a> {
     let (width, shift) = (paint.width_scale, paint.shift_scale);
     PaintedPointAverages {
-        view: views.averages,
-        row: average_row(views.averages.decode, fibre.sigma_a, width, shift),
+        view: averages,
+        row: average_row(
+            averages.decode,
+            paint.around.unwrap_or(fibre.sigma_a),
+            width,
+            shift,
+        ),
     }
 }
 
@@ -149,18 +179,25 @@ mod tests {
             weight: 0.7,
             width_scale: 0.3,
             shift_scale: 1.7,
+            around: Some([0.2, 50.0, 3.0]),
         };
         let again = unpack_paint(&pack_paint(&paint));
         for (a, b) in again.dye.iter().zip(paint.dye) {
             assert!((a / b - 1.0).abs() <= 1.0 / 2048.0, "{a} {b}");
         }
         assert!((again.weight - 0.7).abs() <= 0.7 / 2048.0);
-        assert_eq!((again.width_scale, again.shift_scale), (0.3, 1.7));
+        for (a, b) in [(again.width_scale, 0.3), (again.shift_scale, 1.7)] {
+            assert!((a / b - 1.0f32).abs() <= 1.0 / 2048.0, "{a} {b}");
+        }
+        for (a, b) in again.around.unwrap().iter().zip([0.2, 50.0, 3.0]) {
+            assert!((a / b - 1.0f32).abs() <= 0.01, "{a} {b}");
+        }
         let none = PointPaint {
             dye: [0.0; 3],
             weight: 0.0,
             width_scale: 1.0,
             shift_scale: 1.0,
+            around: None,
         };
         assert_eq!(unpack_paint(&pack_paint(&none)), none);
     }

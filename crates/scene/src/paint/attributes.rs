@@ -170,6 +170,7 @@ mod tests {
             weight: 0.5,
             width_scale: 2.0,
             shift_scale: 1.0,
+            ..PaintedPoint::NONE
         };
         paint.write_to(&mut painted);
         let names: Vec<_> = painted.attributes.iter().map(|a| &a.name[..]).collect();

@@ -48,6 +48,7 @@ impl Mean {
             weight: (weight / self.total) as f32,
             width_scale: factor(self.width),
             shift_scale: factor(self.shift),
+            around: None,
         };
         Some(mean.clamped())
     }
@@ -87,6 +88,7 @@ mod tests {
             weight: 1.0,
             width_scale: 4.0,
             shift_scale: 1.0,
+            ..PaintedPoint::NONE
         };
         let mut mean = Mean::default();
         mean.add(&red, 0.5);

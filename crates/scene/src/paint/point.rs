@@ -15,6 +15,10 @@ pub struct PaintedPoint {
     pub width_scale: f32,
     /// Factor of all longitudinal shifts alpha, 0.05..=20.
     pub shift_scale: f32,
+    /// Absorption of the hair around, 0..=50, where strands differ from one another; [`None`] where it is as the point. No
+    /// part of what is painted: [`FibreVariation`](crate::variation::FibreVariation) finds it.
+    #[serde(skip)]
+    pub around: Option<[f32; 3]>,
 }
 
 impl Default for PaintedPoint {
@@ -30,11 +34,13 @@ impl PaintedPoint {
         weight: 0.0,
         width_scale: 1.0,
         shift_scale: 1.0,
+        around: None,
     };
 
     /// Does it make a difference to the hair?
     pub fn is_painted(&self) -> bool {
-        self.weight > 0.0 || self.width_scale != 1.0 || self.shift_scale != 1.0
+        let has_scales = self.width_scale != 1.0 || self.shift_scale != 1.0;
+        self.weight > 0.0 || has_scales || self.around.is_some()
     }
 
     /// The point with every value inside its range; what is not a number becomes that of
@@ -43,11 +49,13 @@ impl PaintedPoint {
         let within = |x: f32, low: f32, high: f32, none: f32| {
             if x.is_nan() { none } else { x.clamp(low, high) }
         };
+        let absorption = |sigma_a: [f32; 3]| sigma_a.map(|x| within(x, 0.0, MAX_SIGMA_A, 0.0));
         PaintedPoint {
-            sigma_a: self.sigma_a.map(|x| within(x, 0.0, MAX_SIGMA_A, 0.0)),
+            sigma_a: absorption(self.sigma_a),
             weight: within(self.weight, 0.0, 1.0, 0.0),
             width_scale: within(self.width_scale, MIN_SCALE, MAX_SCALE, 1.0),
             shift_scale: within(self.shift_scale, MIN_SCALE, MAX_SCALE, 1.0),
+            around: self.around.map(absorption),
         }
     }
 
@@ -66,11 +74,13 @@ impl PaintedPoint {
             true => [0, 1, 2].map(|c| (a * self.sigma_a[c] + b * other.sigma_a[c]) / weight),
             false => [0.0; 3],
         };
+        let around = self.around.zip(other.around);
         PaintedPoint {
             sigma_a,
             weight,
             width_scale: (1.0 - t) * self.width_scale + t * other.width_scale,
             shift_scale: (1.0 - t) * self.shift_scale + t * other.shift_scale,
+            around: around.map(|(a, b)| [0, 1, 2].map(|c| (1.0 - t) * a[c] + t * b[c])),
         }
     }
 
@@ -112,6 +122,7 @@ impl PaintedPoint {
             weight: self.weight,
             width_scale: self.width_scale,
             shift_scale: self.shift_scale,
+            around: self.around,
         })
     }
 }
@@ -128,6 +139,7 @@ mod tests {
             weight: 0.8,
             width_scale: 2.0,
             shift_scale: 0.5,
+            ..PaintedPoint::NONE
         };
         let bare = PaintedPoint::NONE;
         let (a, b) = (bare.on(&hair), dyed.on(&hair));
@@ -152,11 +164,13 @@ mod tests {
             weight: 7.0,
             width_scale: 0.0,
             shift_scale: f32::NAN,
+            around: Some([-1.0, 60.0, 2.0]),
         };
         let clamped = odd.clamped();
         assert_eq!(clamped.sigma_a, [0.0, 0.0, 50.0]);
         assert_eq!((clamped.weight, clamped.width_scale), (1.0, 0.05));
         assert_eq!(clamped.shift_scale, 1.0);
+        assert_eq!(clamped.around, Some([0.0, 50.0, 2.0]));
         assert_eq!(PaintedPoint::NONE.clamped(), PaintedPoint::NONE);
     }
 }

@@ -1,6 +1,7 @@
 //! Absorption and widths that vary from strand to strand.
 
 use std::borrow::Cow;
+use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
 use strandlight_formats::{Groom, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, Scene, VariationSection};
@@ -10,6 +11,9 @@ use super::locks::Locks;
 use super::random::{Purpose, normal, root, strand_keys, uniform};
 use crate::error::SceneError;
 use crate::paint::{Paint, PaintedPoint};
+
+/// Mean way of light through a fibre that it crosses at right angles, fibre radii.
+const MEAN_CHORD: f64 = FRAC_PI_2;
 
 /// What a strand has in place of the fibre of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +86,30 @@ impl FibreVariation {
         })
     }
 
+    /// Absorption of the hair around any strand, of hair of absorption `sigma_a`; [`None`] where strands do not differ in it.
+    ///
+    /// Light meets many strands one after the other, so what they leave of it on the mean counts, as points have shares in
+    /// them: that of a fibre whose attenuation over [`MEAN_CHORD`] is the mean of theirs.
+    fn around(&self, sigma_a: [f64; 3]) -> Option<[f32; 3]> {
+        let first = self.strands.first()?;
+        let is_other = |strand: &StrandFibre| strand.absorption != first.absorption;
+        if !self.strands.iter().any(is_other) {
+            return None;
+        }
+        let mut left = [0.0; 3];
+        for (strand, ends) in self.strands.iter().zip(self.offsets.windows(2)) {
+            let n_points = f64::from(ends[1] - ends[0]);
+            for c in 0..3 {
+                left[c] += n_points * (-MEAN_CHORD * sigma_a[c] * strand.absorption[c]).exp();
+            }
+        }
+        let n_points = f64::from(*self.offsets.last()?);
+        let absorption = |left: f64| -(left / n_points).ln() / MEAN_CHORD;
+        // Of strands that are all as black, what is left is nothing.
+        let of = |left: f64| absorption(left).clamp(0.0, f64::from(MAX_SIGMA_A)) as f32;
+        Some(left.map(of))
+    }
+
     /// `paint` over this variation of hair of absorption `sigma_a`: as paint of hair of one fibre,
     /// which gives each point the fibre that it has. Widths of both are multiplied.
     ///
@@ -111,6 +139,7 @@ impl FibreVariation {
             return Err(SceneError::Offsets);
         }
         let range = range.start.min(n_points)..range.end.min(n_points);
+        let around = self.around(sigma_a);
         let first = self
             .offsets
             .partition_point(|&end| end as usize <= range.start);
@@ -126,16 +155,20 @@ impl FibreVariation {
             });
             for ix in start.max(range.start)..end.min(range.end) {
                 let over = paint.map_or(PaintedPoint::NONE, |paint| paint.points[ix]);
-                let mixed = |c: usize| (1.0 - over.weight) * own[c] + over.weight * over.sigma_a[c];
+                let over_fibre = |fibre: [f32; 3]| {
+                    [0, 1, 2]
+                        .map(|c| (1.0 - over.weight) * fibre[c] + over.weight * over.sigma_a[c])
+                };
                 let (sigma_a, weight) = match fibre.absorption == [1.0; 3] {
                     true => (over.sigma_a, over.weight),
-                    false => ([0, 1, 2].map(mixed), 1.0),
+                    false => (over_fibre(own), 1.0),
                 };
                 varied.points[ix] = PaintedPoint {
                     sigma_a,
                     weight,
                     width_scale: (over.width_scale * fibre.width_scale).clamp(MIN_SCALE, MAX_SCALE),
                     shift_scale: over.shift_scale,
+                    around: around.map(over_fibre),
                 };
             }
         }

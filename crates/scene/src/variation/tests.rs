@@ -201,6 +201,7 @@ fn paint_lies_over_the_variation() {
         weight: 0.25,
         width_scale: 2.0,
         shift_scale: 1.5,
+        ..PaintedPoint::NONE
     };
     paint.points[100..200].fill(dye);
     paint.points[150].weight = 1.0;
@@ -221,6 +222,11 @@ fn paint_lies_over_the_variation() {
         assert!((found.shift.tt - expected.shift.tt).abs() < 1e-6);
     }
     assert_eq!(over.points[150].sigma_a, dye.sigma_a, "wholly covered");
+    assert_eq!(
+        over.points[150].around,
+        Some(dye.sigma_a),
+        "as wholly as its neighbours"
+    );
     assert_eq!(over.points[..100], bare.points[..100]);
     // Piece by piece it comes to the same; what is outside of the range stays.
     for range in [0..1200, 100..101, 95..161, 1199..5000, 7..7] {
@@ -234,6 +240,35 @@ fn paint_lies_over_the_variation() {
         }
     }
     assert!(fibres.under(SIGMA_A, Some(&Paint::unpainted(3))).is_err());
+}
+
+#[test]
+fn hair_around_leaves_what_strands_leave_on_the_mean() {
+    let groom = groom(2000);
+    let grey = FibreVariation::new(&section(|it| it.grey = 0.25), &groom).expect("a variation");
+    let points = grey.under(SIGMA_A, None).expect("of the groom").points;
+    let hair = HairParams {
+        sigma_a: SIGMA_A,
+        ..HairParams::default()
+    };
+    let left = |sigma_a: f64| (-std::f64::consts::FRAC_PI_2 * sigma_a).exp();
+    for c in 0..3 {
+        let mean = points.iter().map(|point| left(point.on(&hair).sigma_a[c]));
+        let mean = mean.sum::<f64>() / points.len() as f64;
+        for point in &points {
+            let around = f64::from(point.around.expect("strands differ")[c]);
+            assert!((left(around) / mean - 1.0).abs() < 1e-5, "{around} {mean}");
+        }
+        assert!(mean > left(SIGMA_A[c]) && mean < 1.0, "{mean}");
+    }
+    // Strands that differ in their widths alone are as those around them.
+    let rough = FibreVariation::new(&section(|it| it.roughness_strand = 0.5), &groom);
+    let points = rough
+        .expect("a variation")
+        .under(SIGMA_A, None)
+        .unwrap()
+        .points;
+    assert!(points.iter().all(|point| point.around.is_none()));
 }
 
 #[test]
