@@ -252,14 +252,14 @@ fn hair_around_leaves_what_strands_leave_on_the_mean() {
         ..HairParams::default()
     };
     let left = |sigma_a: f64| (-std::f64::consts::FRAC_PI_2 * sigma_a).exp();
-    for c in 0..3 {
+    for (c, sigma_a) in SIGMA_A.into_iter().enumerate() {
         let mean = points.iter().map(|point| left(point.on(&hair).sigma_a[c]));
         let mean = mean.sum::<f64>() / points.len() as f64;
         for point in &points {
             let around = f64::from(point.around.expect("strands differ")[c]);
             assert!((left(around) / mean - 1.0).abs() < 1e-5, "{around} {mean}");
         }
-        assert!(mean > left(SIGMA_A[c]) && mean < 1.0, "{mean}");
+        assert!(mean > left(sigma_a) && mean < 1.0, "{mean}");
     }
     // Strands that differ in their widths alone are as those around them.
     let rough = FibreVariation::new(&section(|it| it.roughness_strand = 0.5), &groom);

@@ -1,5 +1,5 @@
 //! Strands without samples: a list of what each pixel shows, the points that this is, and the list times their
-//! radiance. See `shaders/pass/visibility.wgsl`, and `listed_triangles.wgsl` and `listed_picture.wgsl` beside it.
+//! radiance. See `shaders/pass/visibility.wgsl`, and `listed_pixels.wgsl`, `listed_triangles.wgsl` and `listed_picture.wgsl` beside it.
 //!
 //! How much room a list takes is known when the device has counted: [`VisibilityPass::begin`] has it count, and
 //! [`VisibilityPass::proceed`] goes on with what has been answered. Nobody waits but who wants to.
