@@ -1,4 +1,4 @@
-// The picture of a visibility list that `pass/visibility` made: the list of each pixel times the radiance of its points,
+// The picture of a visibility list that `pass/listed_pixels` made: the list of each pixel times the radiance of its points,
 // and what the surfaces behind the hair send back. Twin: crates/cpu/src/frame/resolve.rs.
 // #import lib/view
 // #import lib/visible_list
@@ -13,7 +13,7 @@
 @group(0) @binding(1) var<uniform> list: ListLayout;
 // Row by row.
 @group(0) @binding(8) var<storage, read_write> pixels: array<Pixel>;
-// Three words for each entry: the first point, where in the ribbon it is, see `packed_place` of `pass/visibility`, and its
+// Three words for each entry: the first point, where in the ribbon it is, see `packed_place` of `pass/listed_pixels`, and its
 // weight.
 @group(0) @binding(10) var<storage, read_write> hits: array<u32>;
 @group(0) @binding(14) var<storage, read> radiance: array<vec4f>;

@@ -100,7 +100,7 @@ fn block_by_triangles(blocked: ptr<function, Blocked>, tile: u32, middle: vec2f)
                     dot(seen_triangle.sides[0].yz, moved), dot(seen_triangle.sides[1].yz, moved), dot(seen_triangle.sides[2].yz, moved));
                 let depth = seen_triangle.depth / (sides.x + sides.y + sides.z);
                 // Neither behind the eye nor along the plane.
-                if (all(sides >= vec3f(0.0)) || all(sides <= vec3f(0.0))) && depth > 0.0 && depth < 1e30 {
+                if (all(sides >= vec3f(0.0)) || all(sides <= vec3f(0.0))) && depth > 0.0 && depth < NOTHING {
                     block(blocked, row, column, depth, first_triangle() + triangle);
                 }
             }

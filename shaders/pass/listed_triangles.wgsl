@@ -1,4 +1,4 @@
-// Sorts the triangles of meshes into the tiles of the picture that they may be seen in, for `pass/visibility`:
+// Sorts the triangles of meshes into the tiles of the picture that they may be seen in, for `pass/listed_pixels`:
 // `count_triangles` counts those of each tile and leaves what the eye sees of them, `place_triangles` makes room, and
 // `sort_triangles` puts them there. Twin: crates/cpu/src/triangles.rs.
 // #import lib/view

@@ -94,7 +94,7 @@ fn hit_pixels(ribbon: Ribbon, first: u32, piece: u32) {
 // need not.
 fn is_beside_band(a: array<vec4f, 2>, b: array<vec4f, 2>) -> bool {
     // The inner control points of the cubic are a third of its chord from its ends.
-    let reach = max(a[1].x, b[1].x) + 0.5 + 0.34 * distance(a[0].xy, b[0].xy);
+    let reach = max(a[1].x, b[1].x) + 1.0 + 0.34 * distance(a[0].xy, b[0].xy);
     let y = vec2f(a[0].y, b[0].y) - f32(view.origin.y);
     return max(y.x, y.y) + reach < f32(list.first_row) || min(y.x, y.y) - reach > f32(list.end_row);
 }

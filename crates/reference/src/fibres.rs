@@ -71,8 +71,8 @@ pub enum Averages<'a> {
 pub enum AveragesAt<'a> {
     /// As all others.
     Alike(&'a AverageTable),
-    /// Painted.
-    Painted(PaintedAveragesView<'a>, AverageRow),
+    /// Painted: those of the fibre itself, and of the hair around it.
+    Painted(PaintedAveragesView<'a>, [AverageRow; 2]),
 }
 
 impl<'a> From<&'a AverageTable> for Averages<'a> {
@@ -90,7 +90,9 @@ impl<'a> Averages<'a> {
                 let paint = painted.at(strands, crossing);
                 let sigma_a = paint.on(painted.hair).sigma_a.map(|x| x as f32);
                 let (width, shift) = (paint.width_scale, paint.shift_scale);
-                AveragesAt::Painted(*view, average_row(view.decode, sigma_a, width, shift))
+                let row = |sigma_a| average_row(view.decode, sigma_a, width, shift);
+                let around = paint.around.unwrap_or(sigma_a);
+                AveragesAt::Painted(*view, [row(sigma_a), row(around)])
             }
         }
     }
@@ -104,7 +106,7 @@ impl AveragesAt<'_> {
                 let averages = table.sample(theta);
                 [Average::AF, Average::BetaF].map(|average| averages[average as usize])
             }
-            AveragesAt::Painted(view, row) => {
+            AveragesAt::Painted(view, [row, _]) => {
                 let (a_f, beta_f_2) = sample_painted_forward(view, row, theta.sin().abs());
                 [a_f, beta_f_2]
             }
@@ -119,7 +121,7 @@ impl AveragesAt<'_> {
         }
     }
 
-    /// A_b, Delta_b and sigma_b at the inclination `theta`.
+    /// A_b, Delta_b and sigma_b at the inclination `theta`, of the hair around the fibre.
     pub fn backward(&self, theta: f32) -> [[f32; 3]; 3] {
         match self {
             AveragesAt::Alike(table) => {
@@ -127,7 +129,7 @@ impl AveragesAt<'_> {
                 [Average::Ab, Average::DeltaB, Average::SigmaB]
                     .map(|average| averages[average as usize])
             }
-            AveragesAt::Painted(view, row) => {
+            AveragesAt::Painted(view, [_, row]) => {
                 let averages = sample_painted_averages(view, row, theta);
                 let width = averages.width_b_2.map(|square| square.max(0.0).sqrt());
                 [averages.attenuation_b, averages.shift_b, width]

@@ -44,7 +44,7 @@ struct Lot {
     stages: Vec<InLot>,
     /// By estimate.
     seconds: f64,
-    /// Of that, what was not submitted yet.
+    /// Of that, what was not submitted by the pacer.
     collected: f64,
     start: Instant,
 }
@@ -137,8 +137,11 @@ impl Pacer {
     pub fn has_time(&self, stage: &'static str, units: f64, is_first: bool) -> bool {
         let estimate = self.estimate(stage, units);
         if self.is_waiting {
-            let lot = self.lot.as_ref().map_or(0.0, |lot| lot.seconds);
-            let spent = self.start.elapsed().as_secs_f64() + lot;
+            // The device works on a lot while the rest of it is recorded.
+            let ahead = self.lot.as_ref().map_or(0.0, |lot| {
+                (lot.seconds - lot.start.elapsed().as_secs_f64()).max(0.0)
+            });
+            let spent = self.start.elapsed().as_secs_f64() + ahead;
             return is_first || spent + 0.5 * estimate < self.budget;
         }
         let flight = self.flight.lock().unwrap_or_else(PoisonError::into_inner);
@@ -191,7 +194,8 @@ impl Pacer {
         }
         let lot = (self.lot).get_or_insert_with(|| Lot::new(Instant::now()));
         lot.add(stage, units, (estimate, is_known));
-        if lot.seconds >= LOT {
+        // What a stage takes that nothing is known of is measured alone.
+        if lot.seconds >= LOT || !is_known {
             self.flush(context, note)?;
         } else if lot.collected >= SUBMISSION {
             lot.collected = 0.0;

@@ -10,6 +10,8 @@ use strandlight_scene::variation::FibreVariation;
 /// The fibres of strands that vary, and the document's paint over them: what a renderer is painted with.
 pub(super) struct VariedPaint {
     fibres: FibreVariation,
+    /// Absorption of hair that does not vary, and of the hair around its strands.
+    absorption: ([f64; 3], Option<[f32; 3]>),
     paint: Paint,
 }
 
@@ -23,8 +25,13 @@ impl VariedPaint {
         let Some(fibres) = FibreVariation::new(&scene.variation, groom) else {
             return Ok(None);
         };
-        let paint = fibres.under(scene.hair.params().sigma_a, own)?;
-        Ok(Some(VariedPaint { fibres, paint }))
+        let sigma_a = scene.hair.params().sigma_a;
+        let paint = fibres.under(sigma_a, own)?;
+        Ok(Some(VariedPaint {
+            absorption: (sigma_a, fibres.around(sigma_a)),
+            fibres,
+            paint,
+        }))
     }
 
     /// Takes the document's `own` paint of the groom's points in `changed`; the rest is as it was.
@@ -35,8 +42,11 @@ impl VariedPaint {
         changed: Range<usize>,
     ) -> Result<(), SceneError> {
         let sigma_a = scene.hair.params().sigma_a;
+        if self.absorption.0 != sigma_a {
+            self.absorption = (sigma_a, self.fibres.around(sigma_a));
+        }
         self.fibres
-            .lay_under(sigma_a, own, changed, &mut self.paint)
+            .lay_under(self.absorption, own, changed, &mut self.paint)
     }
 
     /// All of it.

@@ -29,7 +29,8 @@ pub struct PointPaint {
 }
 
 /// A texel of paint, `rgba32uint`: dye and weight, then both factors as half floats, low half first; the last word is 0
-/// or has absorption around, see [`unpack_around`].
+/// or has absorption around: of each channel in ten bits, from the lowest on, the root of `sigma_a / (LAYER_MIDDLE + sigma_a)`,
+/// and the highest bit.
 pub type PaintTexel = [u32; 4];
 
 /// Steps of a channel of absorption around, ten bits.
@@ -87,9 +88,8 @@ pub fn pack_paint(paint: &PointPaint) -> PaintTexel {
     ]
 }
 
-/// Absorption around by the last word of a texel: of each channel, from the lowest bits on, the root of
-/// `sigma_a / (LAYER_MIDDLE + sigma_a)` in [`AROUND_STEPS`]; 0 is none.
-pub fn unpack_around(word: u32) -> Option<[f32; 3]> {
+/// Absorption around by the last word of a texel.
+fn unpack_around(word: u32) -> Option<[f32; 3]> {
     let sigma_a = |shift: u32| {
         let place = (word >> shift & 1023) as f32 / AROUND_STEPS;
         LAYER_MIDDLE * place * place / (1.0 - place * place).max(1e-3)

@@ -89,8 +89,8 @@ impl FibreVariation {
     /// Absorption of the hair around any strand, of hair of absorption `sigma_a`; [`None`] where strands do not differ in it.
     ///
     /// Light meets many strands one after the other, so what they leave of it on the mean counts, as points have shares in
-    /// them: that of a fibre whose attenuation over [`MEAN_CHORD`] is the mean of theirs.
-    fn around(&self, sigma_a: [f64; 3]) -> Option<[f32; 3]> {
+    /// them: that of a fibre whose attenuation over the mean way through one, pi/2 radii, is the mean of theirs.
+    pub fn around(&self, sigma_a: [f64; 3]) -> Option<[f32; 3]> {
         let first = self.strands.first()?;
         let is_other = |strand: &StrandFibre| strand.absorption != first.absorption;
         if !self.strands.iter().any(is_other) {
@@ -118,17 +118,18 @@ impl FibreVariation {
     pub fn under(&self, sigma_a: [f64; 3], paint: Option<&Paint>) -> Result<Paint, SceneError> {
         let n_points = self.offsets.last().map_or(0, |&n| n as usize);
         let mut varied = Paint::unpainted(n_points);
-        self.lay_under(sigma_a, paint, 0..n_points, &mut varied)?;
+        let around = self.around(sigma_a);
+        self.lay_under((sigma_a, around), paint, 0..n_points, &mut varied)?;
         Ok(varied)
     }
 
-    /// [`FibreVariation::under`] for the groom's points in `range`, into `varied`.
+    /// [`FibreVariation::under`] for the groom's points in `range`, into `varied`; `around` is that of `sigma_a`.
     ///
     /// # Errors
     /// `paint` or `varied` of another number of points than the groom has.
     pub fn lay_under(
         &self,
-        sigma_a: [f64; 3],
+        (sigma_a, around): ([f64; 3], Option<[f32; 3]>),
         paint: Option<&Paint>,
         range: Range<usize>,
         varied: &mut Paint,
@@ -139,7 +140,6 @@ impl FibreVariation {
             return Err(SceneError::Offsets);
         }
         let range = range.start.min(n_points)..range.end.min(n_points);
-        let around = self.around(sigma_a);
         let first = self
             .offsets
             .partition_point(|&end| end as usize <= range.start);

@@ -229,10 +229,11 @@ fn paint_lies_over_the_variation() {
     );
     assert_eq!(over.points[..100], bare.points[..100]);
     // Piece by piece it comes to the same; what is outside of the range stays.
+    let absorption = (SIGMA_A, fibres.around(SIGMA_A));
     for range in [0..1200, 100..101, 95..161, 1199..5000, 7..7] {
         let mut pieces = bare.clone();
         fibres
-            .lay_under(SIGMA_A, Some(&paint), range.clone(), &mut pieces)
+            .lay_under(absorption, Some(&paint), range.clone(), &mut pieces)
             .expect("of the groom");
         for (ix, point) in pieces.points.iter().enumerate() {
             let expected = if range.contains(&ix) { &over } else { &bare };

@@ -104,7 +104,7 @@ pub(crate) struct VisibilityPass {
     n_points: u32,
     /// Most hits of a band, of which a row may have more, and most entries that are kept of several.
     pub most_hits: u32,
-    /// Whoever asks waits for the device: for answers, and for each band.
+    /// Whoever asks waits for the device: for answers, and on a software device for each band.
     pub is_waiting: bool,
     /// Rows whose hits there is room for at a time.
     bands: Vec<Range<u32>>,
