@@ -12,13 +12,20 @@ fn open_section(view: &mut View, closed: &str, opened: &str) {
     view.settle();
 }
 
+/// The middle of the view, most of which is hair.
+fn hair_of(view: &mut View) -> Shot {
+    let shot = view.without_mouse();
+    let [left, top, right, bottom] = view.place("View");
+    let size = [right - left, bottom - top].map(|size| size as usize / 2);
+    shot.part([size[0] / 2, size[1] / 2], size)
+}
+
 #[test]
 fn hair_varies_by_its_section_and_undo_takes_that_back() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let mut view = View::open(&desktop, &scene.path, &[]);
-    let start = view.picture();
     open_section(&mut view, "Hair", "Variation");
-    let mut before = start;
+    let mut before = hair_of(&mut view);
     for (name, value) in [
         ("Melanin per strand", "0.6"),
         ("Grey", "0.3"),
@@ -26,7 +33,7 @@ fn hair_varies_by_its_section_and_undo_takes_that_back() {
         ("Seed", "7"),
     ] {
         view.after("edit", |view| view.type_number(name, value));
-        let now = view.without_mouse();
+        let now = hair_of(&mut view);
         now.assert_different(&before);
         before = now;
     }
@@ -41,7 +48,7 @@ fn hair_varies_by_its_section_and_undo_takes_that_back() {
     view.wait_for_next("saved", count);
     assert_eq!(scene.read().variation.clump, 0.9);
     view.after("undo", |view| view.key("ctrl+z"));
-    view.without_mouse().assert_same(&before);
+    hair_of(&mut view).assert_same(&before);
     view.close_unsaved();
 }
 
