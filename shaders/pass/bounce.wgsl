@@ -1,5 +1,6 @@
-// What the proxies send back to the hair, at the nodes of the bounce grid: what rays meet, which was found
-// on the CPU (crates/scene/src/bounce.rs), less what the hair before it blocks. Twin: crates/cpu/src/bounce.rs.
+// What the proxies send back to the hair, at the nodes of the bounce grid, and to each other: what rays meet, which was
+// found on the CPU (crates/scene/src/bounce.rs, interreflection.rs), less what the hair before it blocks. Twins:
+// crates/cpu/src/bounce.rs, interreflection.rs.
 // #import lib/grid
 // #import lib/transmittance
 // #import lib/proxy
@@ -19,6 +20,16 @@ struct BounceLayout {
     pad: vec2u,
 }
 
+// A surface that light from others arrives at.
+struct ReflectingSurface {
+    position: vec3f,
+    // First of what its rays meet, and how many.
+    first: u32,
+    // What a ray stands for: the albedo over the number of rays.
+    weight: vec3f,
+    n: u32,
+}
+
 // The shadow volume's, not that of the nodes.
 @group(0) @binding(0) var<uniform> grid: Grid;
 @group(0) @binding(1) var<uniform> sizes: BounceLayout;
@@ -33,6 +44,18 @@ struct BounceLayout {
 // [index in the bounce grid][lobe]: -ln of the three shares, whose interpolation holds on to the exponential,
 // and the sine of the inclination; power; vector of it.
 @group(0) @binding(7) var<storage, read_write> bounced: array<vec4f>;
+@group(0) @binding(8) var<storage, read> reflecting: array<ReflectingSurface>;
+// By ray that meets another surface, its direction, and how far away that is, cm.
+@group(0) @binding(9) var<storage, read> ways: array<vec4f>;
+// Which surface, as in the light maps.
+@group(0) @binding(10) var<storage, read> met: array<u32>;
+// What the hair before it lets pass at the smallest exponent.
+@group(0) @binding(11) var<storage, read_write> passing: array<f32>;
+// What the surfaces send back of the lights, and of each other as well; `light_maps` in the round before.
+@group(0) @binding(12) var<storage, read> direct: array<vec4f>;
+@group(0) @binding(13) var<storage, read_write> reflected: array<vec4f>;
+// By channel, what the three shares weigh: see passed_weights in crates/scene/src/bounce.rs.
+@group(0) @binding(14) var<uniform> passed: array<vec4f, 3>;
 
 // Nothing is met.
 const NO_SURFACE: u32 = 0xffffffffu;
@@ -118,4 +141,44 @@ fn find_bounce(@builtin(global_invocation_id) id: vec3u) {
         bounced[first + 3u * lobe + 1u] = power;
         bounced[first + 3u * lobe + 2u] = vectors[lobe];
     }
+}
+
+@compute @workgroup_size(64)
+fn find_passing(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let own = (group.x + group.y * groups.x) * 64u + local;
+    if own >= arrayLength(&reflecting) {
+        return;
+    }
+    let surface = reflecting[own];
+    for (var ix = surface.first; ix < surface.first + surface.n; ix++) {
+        passing[ix] = pass_hair(surface.position, ways[ix].xyz, ways[ix].w).z;
+    }
+}
+
+@compute @workgroup_size(64)
+fn reflect_light(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let own = (group.x + group.y * groups.x) * 64u + local;
+    if own >= arrayLength(&reflecting) {
+        return;
+    }
+    let surface = reflecting[own];
+    var arriving = vec3f(0.0);
+    for (var ix = surface.first; ix < surface.first + surface.n; ix++) {
+        let at_p_2 = passing[ix];
+        let at_p_1 = at_p_2 * at_p_2 * (at_p_2 * at_p_2);
+        let at_1 = at_p_1 * at_p_1 * (at_p_1 * at_p_1);
+        let shares = vec3f(at_1, at_p_1, at_p_2);
+        let share = vec3f(
+            dot(passed[0].xyz, shares), dot(passed[1].xyz, shares), dot(passed[2].xyz, shares));
+        arriving += share * light_maps[met[ix]].xyz;
+    }
+    reflected[own] = direct[own] + vec4f(surface.weight * arriving, 0.0);
 }

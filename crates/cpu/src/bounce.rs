@@ -7,11 +7,13 @@ use strandlight_scattering::closed_form::{
 };
 use strandlight_scene::PreparedScene;
 use strandlight_scene::bounce::{
-    BEYOND, Bounce, BounceLayout, N_LOBES, NO_SURFACE, lobe_light, lobe_of,
+    BEYOND, Bounce, BounceLayout, N_LOBES, NO_SURFACE, PassedWeights, lobe_light, lobe_of,
 };
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::volume::{Grid, extinction};
 
+use super::interreflection::Interreflection;
+use super::proxies::Proxies;
 use super::voxelise::{grid_position, voxel_index};
 
 /// What hair lets pass where there is none.
@@ -42,6 +44,8 @@ pub(super) struct BounceRays {
     layout: BounceLayout,
     /// By node, of those that are found.
     passed: Vec<Vec<Passed>>,
+    /// Rays between the proxies, where these light each other.
+    between: Option<Interreflection>,
 }
 
 /// Of a lobe at a node: of the hair that its light passes, -ln of the three shares, whose interpolation holds on to
@@ -60,16 +64,25 @@ impl BounceRays {
     /// Of `scene`, nothing found yet; `None` where nothing is sent back.
     pub fn new(scene: &PreparedScene) -> Option<BounceRays> {
         let bounce = Bounce::new(scene)?;
+        let is_between = scene.has_interreflection();
         Some(BounceRays {
+            between: is_between.then(|| Interreflection::new(&bounce)),
             layout: bounce.layout(),
             passed: Vec::with_capacity(bounce.nodes.len()),
             bounce,
         })
     }
 
-    /// Finds what the rays of some more nodes meet, and the hair of `volume` before it.
+    /// Finds what some more rays meet, and the hair of `volume` before it.
     pub fn step(&mut self, grid: &Grid, volume: &[[f32; 8]]) {
         let bounce = &self.bounce;
+        if let Some(between) = self.between.as_mut().filter(|between| !between.is_found()) {
+            between.step(bounce, |start, direction, distance| {
+                let [_, _, passing, _] = pass_hair(grid, volume, start, direction, distance);
+                passing
+            });
+            return;
+        }
         let of_node = |node: &u32| {
             let start = bounce.start(*node);
             let rays = bounce.rays.iter();
@@ -88,9 +101,17 @@ impl BounceRays {
         self.passed.par_extend(missing.par_iter().map(of_node));
     }
 
-    /// Is it known of all nodes?
+    /// Is it known of all rays?
     pub fn is_found(&self) -> bool {
-        self.passed.len() == self.bounce.nodes.len()
+        let is_between = self.between.as_ref().is_none_or(Interreflection::is_found);
+        is_between && self.passed.len() == self.bounce.nodes.len()
+    }
+
+    /// Adds what `proxies`, in the light of the lights alone, send to each other.
+    pub fn reflect(&self, passed: &PassedWeights, proxies: &mut Proxies) {
+        if let Some(between) = self.between.as_ref().filter(|between| between.is_found()) {
+            between.reflect(passed, proxies.at_surfaces_mut());
+        }
     }
 
     /// The light where the surfaces send back so much, rgb times the view's radiance scale.

@@ -37,6 +37,7 @@ mod data_layers;
 mod fade;
 mod frame;
 mod interactive;
+mod interreflection;
 mod last_view;
 mod light_reaching;
 mod list;
@@ -272,6 +273,7 @@ fn light(
             while !rays.is_found() {
                 rays.step(grid, volume);
             }
+            rays.reflect(&passed_weights(scene), proxies);
             let bounce = rays.light(proxies.at_surfaces());
             shade::shade_bounce(scene, view, &bounce, &mut radiance);
         });

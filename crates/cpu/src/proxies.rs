@@ -82,6 +82,11 @@ impl Proxies {
         &self.sent_back
     }
 
+    /// [`Proxies::at_surfaces`], to be added to.
+    pub fn at_surfaces_mut(&mut self) -> &mut [[f32; 3]] {
+        &mut self.sent_back
+    }
+
     /// The sum of it.
     pub fn total(&self) -> [f32; 3] {
         let mut sums = [0.0; 3];

@@ -47,6 +47,18 @@ enum Own {
     Mesh(usize),
 }
 
+impl Surface {
+    /// Is it that of number `ix` of [`Beside::records`]?
+    pub(crate) fn is_of_record(&self, ix: usize) -> bool {
+        matches!(self.own, Own::Proxy(own) if own == ix)
+    }
+
+    /// Is it that of number `ix` of [`Beside::meshes`]?
+    pub(crate) fn is_of_mesh(&self, ix: usize) -> bool {
+        matches!(self.own, Own::Mesh(own) if own == ix)
+    }
+}
+
 /// What stands before a light.
 #[derive(Clone, Debug)]
 pub struct Towards<'a> {

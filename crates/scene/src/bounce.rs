@@ -8,7 +8,7 @@
 use glam::Vec3;
 use strandlight_scattering::closed_form::{P_2, TERM_GLOBAL, forward_table, sample_forward};
 
-use crate::beside::Beside;
+use crate::beside::{Beside, Surface};
 use crate::mesh::{MeshRays, MetMesh};
 use crate::proxy::{
     GROUND, LIGHT_MAP_SIDE, ProxyRecord, entry_distance, from_unit, is_blocked_by, light_map_place,
@@ -27,6 +27,9 @@ pub const N_RAYS: usize = 48;
 
 /// Nodes along the longest side of the grid, some 1 cm apart on a head.
 pub const SIDE: u32 = 40;
+
+/// Turn from ray to ray, rad.
+pub(crate) const GOLDEN_ANGLE: f32 = 2.399_963;
 
 /// No surface is met.
 pub const NO_SURFACE: u32 = u32::MAX;
@@ -123,7 +126,7 @@ impl Bounce {
         Some(Bounce {
             nodes: used(&grid, &scene.strands),
             grid,
-            rays: rays(),
+            rays: rays().collect(),
             meshes: beside.meshes().iter().map(MeshRays::new).collect(),
             first_vertices,
             beside,
@@ -162,14 +165,30 @@ impl Bounce {
         start
     }
 
+    /// Where light is found on the proxies: [`Beside::surfaces`].
+    pub fn surfaces(&self) -> Vec<Surface> {
+        self.beside.surfaces()
+    }
+
     /// What a ray from `start` meets first.
     pub fn hit(&self, start: Vec3, direction: Vec3) -> BounceHit {
+        self.first_hit(start, direction, None)
+    }
+
+    /// What a ray that leaves `surface` meets first.
+    pub fn hit_from(&self, surface: &Surface, direction: Vec3) -> BounceHit {
+        self.first_hit(surface.position, direction, Some(surface))
+    }
+
+    fn first_hit(&self, start: Vec3, direction: Vec3, left: Option<&Surface>) -> BounceHit {
         let mut nearest = BounceHit {
             surface: NO_SURFACE,
             distance: f32::INFINITY,
         };
         for (ix, proxy) in self.beside.records().list().iter().enumerate() {
-            if !is_blocked_by(proxy, start, direction) {
+            // It is convex.
+            let is_left = left.is_some_and(|surface| surface.is_of_record(ix));
+            if is_left || !is_blocked_by(proxy, start, direction) {
                 continue;
             }
             // None where the start is on it.
@@ -180,9 +199,13 @@ impl Bounce {
                 nearest = BounceHit { surface, distance };
             }
         }
-        for (mesh, first) in self.meshes.iter().zip(&self.first_vertices) {
+        let meshes = self.meshes.iter().zip(&self.first_vertices);
+        for (ix, (mesh, first)) in meshes.enumerate() {
+            let is_left = left.is_some_and(|surface| surface.is_of_mesh(ix));
             let (distance, vertex) = match mesh.met(start, direction) {
                 None => continue,
+                // Normals of vertices are not those of the triangles beside.
+                Some(MetMesh::Here { .. }) if is_left => continue,
                 // The triangle is below it.
                 Some(MetMesh::Here { position, normal }) => {
                     let above = position + 0.05 * normal;
@@ -243,15 +266,13 @@ pub fn lobe_light(rgb: [f32; 3], vector: Vec3) -> LightRecord {
 }
 
 /// Spread evenly.
-fn rays() -> Vec<Vec3> {
-    let ray = |ix: usize| {
+fn rays() -> impl Iterator<Item = Vec3> {
+    (0..N_RAYS).map(|ix| {
         let y = 1.0 - 2.0 * (ix as f32 + 0.5) / N_RAYS as f32;
-        // The golden angle.
-        let (sin, cos) = (2.399_963 * ix as f32).sin_cos();
+        let (sin, cos) = (GOLDEN_ANGLE * ix as f32).sin_cos();
         let r = (1.0 - y * y).sqrt();
         Vec3::new(r * cos, y, r * sin)
-    };
-    (0..N_RAYS).map(ray).collect()
+    })
 }
 
 /// The nodes that look-ups at points of the hair read; all where the strands have room to move in.
@@ -311,8 +332,7 @@ mod tests {
     fn lobes_have_the_power_and_the_mean_direction_of_what_rays_meet() {
         // All around, a half, and a cone.
         for (least, mean) in [(-1.0, 0.0), (0.0, 0.5), (0.7, 0.85)] {
-            let rays = rays();
-            let met: Vec<Vec3> = rays.into_iter().filter(|ray| -ray.y >= least).collect();
+            let met: Vec<Vec3> = rays().filter(|ray| -ray.y >= least).collect();
             let vector: Vec3 = met.iter().sum();
             let n = met.len() as f32;
             let light = lobe_light([0.5 * n, 0.3 * n, 0.2 * n], vector);

@@ -30,6 +30,8 @@ pub mod display;
 mod error;
 pub mod files;
 pub mod interactive;
+#[doc(hidden)]
+pub mod interreflection;
 #[cfg(feature = "keys")]
 #[doc(hidden)]
 pub mod keys;
@@ -84,6 +86,7 @@ pub fn layouts() -> Vec<Layout> {
     let layouts = [
         bounce::LAYOUTS,
         camera::LAYOUTS,
+        interreflection::LAYOUTS,
         motion::wind::LAYOUTS,
         optics::LAYOUTS,
         probe::LAYOUTS,

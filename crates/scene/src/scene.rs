@@ -396,6 +396,14 @@ impl PreparedScene {
         proxies.any(|proxy| proxy.albedo() != [0.0; 3])
     }
 
+    /// Do proxies light each other?
+    #[doc(hidden)]
+    pub fn has_interreflection(&self) -> bool {
+        let proxies = self.proxies.iter().take(MAX_PROXIES);
+        let n = proxies.filter(|proxy| proxy.albedo() != [0.0; 3]).count();
+        n > 1
+    }
+
     /// The proxies as the passes on the CPU ask about them.
     #[doc(hidden)]
     pub fn beside(&self) -> Beside {
@@ -506,6 +514,8 @@ impl PreparedScene {
         }
         if !self.has_bounce() {
             skipped.push("bounce light: no proxy sends light back".to_owned());
+        } else if !self.has_interreflection() {
+            skipped.push("light between proxies: only one sends light back".to_owned());
         }
         if self.scattering == Scattering::Single {
             skipped.push("averages of multiple scattering: single scattering alone".to_owned());

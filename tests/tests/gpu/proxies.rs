@@ -9,6 +9,7 @@ use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::irradiance;
+use strandlight_scene::backend::Backend;
 use strandlight_scene::camera::Camera;
 use strandlight_scene::mesh::{MeshProxy, MeshShape};
 use strandlight_scene::proxy::Proxy;
@@ -367,7 +368,10 @@ fn hair_and_head_throw_shadows_on_the_ground() {
     };
     let (in_shadow, beside) = (seen(&scene, 0.0), seen(&scene, 4.0));
     assert!(in_shadow < 0.95 * beside, "{in_shadow} {beside}");
-    scene.proxies.push(head(&scene, 0.6));
+    let mut head = head(&scene, 0.6);
+    // What it sent back would light its shadow.
+    *head.albedo_mut() = [0.0; 3];
+    scene.proxies.push(head);
     let behind_head = [seen(&scene, 0.0), seen(&scene, 4.0)];
     assert!(behind_head[0] < 1e-2 * beside, "{behind_head:?} {beside}");
     assert!(
@@ -406,4 +410,96 @@ fn a_mesh_looks_the_same_on_both_and_like_the_ellipsoid() {
     keep("mesh", mesh);
     assert!(to_exact < 0.03, "{to_exact}");
     assert!(to_twin < 0.03, "{to_twin}");
+}
+
+/// The underside of a sphere, which no light of the sky reaches, is lit by the ground far below.
+#[test]
+fn the_ground_lights_the_underside_of_a_head() {
+    let sun = light(Vec3::new(1.0, 1.0, 0.2), 0.05);
+    // Beside the sphere, out of the picture.
+    let strands = Strands::new(
+        &[[40.0, 0.0, 0.0], [40.1, 0.2, 0.0]],
+        &[0, 2],
+        |_, _| 0.01,
+        false,
+    )
+    .unwrap();
+    let mut scene = scene(strands, vec![sun], &HairParams::default());
+    let albedos = [[0.5, 0.4, 0.25], [0.8, 0.6, 0.4]];
+    scene.proxies = vec![
+        Proxy::Ellipsoid {
+            centre: Vec3::ZERO,
+            radii: Vec3::splat(3.0),
+            turn: Quat::IDENTITY,
+            albedo: albedos[0],
+        },
+        Proxy::Ground {
+            height: -30.0,
+            albedo: albedos[1],
+        },
+    ];
+    // From between the two, so that the middle of the picture is the lowest place of the sphere.
+    scene.camera = Camera {
+        eye: Vec3::new(0.0, -20.0, 0.0),
+        target: Vec3::ZERO,
+        up: Vec3::Z,
+        fov_y: 0.05,
+    };
+    let on_ground = irradiance(sun.direction[1], sun.lambda);
+    for picture in [on_cpu(&scene), on_gpu(&scene)] {
+        let seen = picture.rgba[36 * 96 + 48];
+        for channel in 0..3 {
+            // The ground is all that the place sees; its own shadow, a hundredth of that, is aside.
+            let sent_back = sun.rgb[channel] * on_ground / std::f32::consts::PI;
+            let expected = albedos[0][channel] * albedos[1][channel] * sent_back;
+            let ratio = seen[channel] / expected;
+            println!("{channel}: {ratio:.4}");
+            assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
+        }
+    }
+}
+
+/// After every edit light between proxies is that of a scene that was so from the beginning.
+#[test]
+fn light_between_proxies_follows_edits() {
+    let mut scene = wig_scene(200);
+    scene.set_scattering(Scattering::Total);
+    scene.proxies = vec![head(&scene, 0.7), ground(&scene)];
+    let context = Context::new().expect("an adapter");
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    let check = |what: &str, scene: &PreparedScene, renderer: &mut ProgressiveRenderer| {
+        let drawn = renderer.render_to_image(&scene.camera, [96, 72], 16);
+        let error = picture_rmse(&drawn.unwrap().0, &on_gpu(scene));
+        println!("{what}: {error:.2e}");
+        assert!(error < 1e-5, "{what}: {error}");
+    };
+    check("at first", &scene, &mut renderer);
+    for light in &mut scene.lights {
+        light.rgb = light.rgb.map(|value| 3.0 * value);
+    }
+    let colors: Vec<_> = scene.lights.iter().map(|light| light.rgb).collect();
+    renderer.set_light_colors(&colors).unwrap();
+    check("brighter lights", &scene, &mut renderer);
+    for (what, albedos) in [
+        ("other albedos", [[0.8, 0.2, 0.1], [0.7; 3]]),
+        ("a black ground", [[0.8, 0.2, 0.1], [0.0; 3]]),
+        ("both again", [[0.3; 3], [0.9; 3]]),
+    ] {
+        for (proxy, albedo) in scene.proxies.iter_mut().zip(albedos) {
+            *proxy.albedo_mut() = albedo;
+        }
+        renderer.set_proxies(scene.proxies.clone());
+        check(what, &scene, &mut renderer);
+    }
+    // The ground alone, then with a mesh, whose places are others.
+    let mesh = Proxy::Mesh(MeshProxy {
+        shape: Arc::new(MeshShape::new(ellipsoid([1.0, 2.0, 1.5], 24))),
+        offset: scene.strands.centre,
+        albedo: [0.5; 3],
+    });
+    for proxies in [vec![ground(&scene)], vec![mesh, ground(&scene)]] {
+        scene.proxies.clone_from(&proxies);
+        renderer.set_proxies(proxies);
+        check("other proxies", &scene, &mut renderer);
+    }
 }

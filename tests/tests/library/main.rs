@@ -8,6 +8,7 @@ mod edit;
 mod golden_pictures;
 mod ground_truth;
 mod history;
+mod interreflection;
 mod invalid_parameters;
 mod invalidation;
 mod lights;

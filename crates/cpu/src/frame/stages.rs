@@ -319,18 +319,22 @@ impl Frame {
         }
     }
 
-    /// The proxies in the light of the lights as they are.
+    /// The proxies in the light of the lights as they are, and of each other.
     pub(super) fn lit_proxies(&self, picturing: &Picturing) -> Option<Proxies> {
         let (lights, found) = (self.lights.as_ref()?, self.proxy_light.as_ref()?);
-        if let Some(lit) = &found.lit {
-            return Some(lit.clone());
-        }
-        let mut proxies = Proxies::new(picturing.scene);
-        let of_view = (&picturing.view, &passed_weights(picturing.scene));
+        let passed = passed_weights(picturing.scene);
+        let mut proxies = match &found.lit {
+            Some(lit) => lit.clone(),
+            None => Proxies::new(picturing.scene),
+        };
         for (light, arriving) in lights.records.iter().zip(&found.arriving) {
             if light.power > 0.0 {
+                let of_view = (&picturing.view, &passed);
                 proxies.add(&found.surfaces, of_view, light.rgb, arriving);
             }
+        }
+        if let Some(rays) = &self.bounce_rays {
+            rays.reflect(&passed, &mut proxies);
         }
         Some(proxies)
     }

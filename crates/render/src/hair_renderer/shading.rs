@@ -43,7 +43,7 @@ impl HairRenderer {
             self.has_volume = true;
             self.report.ran("voxelise");
             let lighting = &mut self.lighting;
-            lighting.set_points(context, scene, &self.volume, &self.strands, is_other);
+            lighting.set_points(context, scene, &self.volume, &self.strands, is_other)?;
         }
         if let Some(visible) = &mut self.visible
             && dirty.has(Inputs::POINTS | Inputs::PROXIES)

@@ -1,6 +1,7 @@
 //! Bounce light on the device: what the proxies send back to the hair, at the nodes of a grid. A scene without
 //! proxies, or with black ones, has none of this.
 
+use super::interreflection::InterreflectionPass;
 use super::resources::{
     bind, buffer_of, compute, compute_pass, groups_of_64, shader, step, storage, submit, uniform,
     write,
@@ -30,6 +31,8 @@ pub(super) struct BouncePass {
     nodes: wgpu::Buffer,
     hits: wgpu::Buffer,
     bounced: wgpu::Buffer,
+    /// Where proxies light each other.
+    between: Option<InterreflectionPass>,
     /// Is it that of other lights, proxies or strands?
     pub is_stale: bool,
 }
@@ -60,22 +63,58 @@ impl BouncePass {
             nodes: buffer_of::<[f32; 4]>(context, "bounce nodes", &[], usage),
             hits: buffer_of::<BounceHit>(context, "bounce hits", &[], usage),
             bounced: storage(context, "bounce light", 16),
+            between: None,
             is_stale: true,
         };
-        pass.take(context, &bounce);
+        pass.take(context, scene, &bounce)?;
         Ok(Some(pass))
     }
 
     /// Takes other strands or proxies for those there were; answers whether there is bounce light.
-    pub fn refresh(&mut self, context: &Context, scene: &PreparedScene) -> bool {
+    pub fn refresh(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+    ) -> Result<bool, RenderError> {
         let bounce = Bounce::new(scene);
         if let Some(bounce) = &bounce {
-            self.take(context, bounce);
+            self.take(context, scene, bounce)?;
         }
-        bounce.is_some()
+        Ok(bounce.is_some())
     }
 
-    fn take(&mut self, context: &Context, bounce: &Bounce) {
+    /// Is there light between proxies?
+    pub fn has_interreflection(&self) -> bool {
+        self.between.is_some()
+    }
+
+    /// The hair is another where proxies are those they were.
+    pub fn stale_hair(&mut self) {
+        self.is_stale = true;
+        if let Some(between) = &mut self.between {
+            between.is_stale = true;
+        }
+    }
+
+    /// Adds to a light map what proxies send to each other: [`InterreflectionPass::reflect`].
+    pub fn reflect(
+        &mut self,
+        context: &Context,
+        volume: &Volume,
+        light: (&wgpu::Buffer, &wgpu::Buffer),
+        stamp: Stamp,
+    ) {
+        if let Some(between) = &mut self.between {
+            between.reflect(context, volume, light, stamp);
+        }
+    }
+
+    fn take(
+        &mut self,
+        context: &Context,
+        scene: &PreparedScene,
+        bounce: &Bounce,
+    ) -> Result<(), RenderError> {
         let (mut nodes, mut hits) = (Vec::new(), Vec::new());
         for &node in &bounce.nodes {
             let start = bounce.start(node);
@@ -89,7 +128,13 @@ impl BouncePass {
         write(context, &mut self.hits, &hits);
         let dark = vec![[0.0_f32; 4]; bounce.grid.n_voxels() * N_LOBES * N_VECTORS];
         write(context, &mut self.bounced, &dark);
+        match &mut self.between {
+            _ if !scene.has_interreflection() => self.between = None,
+            Some(between) => between.take(context, bounce),
+            None => self.between = Some(InterreflectionPass::new(context, bounce)?),
+        }
         self.is_stale = true;
+        Ok(())
     }
 
     /// The grid of the nodes, and the light there.
@@ -133,6 +178,7 @@ impl BouncePass {
 
     pub fn bytes(&self) -> u64 {
         let buffers = [&self.nodes, &self.hits, &self.bounced];
-        buffers.into_iter().map(wgpu::Buffer::size).sum()
+        let between = self.between.as_ref().map_or(0, InterreflectionPass::bytes);
+        between + buffers.into_iter().map(wgpu::Buffer::size).sum::<u64>()
     }
 }

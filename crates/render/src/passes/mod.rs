@@ -12,6 +12,7 @@ mod covering;
 pub(crate) mod deform;
 pub(crate) mod draw;
 pub(crate) mod film;
+mod interreflection;
 pub(crate) mod lighting;
 mod memory_estimate;
 mod meshes;

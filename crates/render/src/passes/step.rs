@@ -21,6 +21,8 @@ pub(crate) enum Step {
     Narrow { points: Range<u32> },
     /// Adds what the proxies send back of a batch of lights.
     Proxies { batch: usize },
+    /// Adds what they send to each other.
+    Interreflection,
     /// Finds what of that comes to the hair.
     Bounce,
     /// Shades points with it.
@@ -35,7 +37,7 @@ impl Step {
             Step::Sweep { .. } => "transmittance",
             Step::Tables => "tables",
             Step::Shade { .. } | Step::Narrow { .. } | Step::ShadeBounce { .. } => "shade",
-            Step::Proxies { .. } | Step::Bounce => "proxies",
+            Step::Proxies { .. } | Step::Interreflection | Step::Bounce => "proxies",
         }
     }
 }

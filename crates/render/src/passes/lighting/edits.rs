@@ -89,8 +89,11 @@ impl Lighting {
         volume: &Volume,
         strands: &StrandBuffers,
     ) -> Result<(), RenderError> {
-        let mut bounce = self.bounce.as_mut();
-        if !bounce.as_mut().is_some_and(|it| it.refresh(context, scene)) {
+        let has_bounce = match &mut self.bounce {
+            Some(bounce) => bounce.refresh(context, scene)?,
+            None => false,
+        };
+        if !has_bounce {
             self.bounce = BouncePass::new(context, scene)?;
         }
         self.set_kind(context, scene)?;
@@ -166,7 +169,7 @@ impl Lighting {
         volume: &Volume,
         strands: &StrandBuffers,
         is_other_volume: bool,
-    ) {
+    ) -> Result<(), RenderError> {
         if let Some(proxies) = &self.proxies {
             proxies.write(context, &scene.proxy_records());
         }
@@ -175,9 +178,10 @@ impl Lighting {
         self.strands = Arc::clone(&scene.strands);
         match &mut self.bounce {
             Some(bounce) if are_others => {
-                bounce.refresh(context, scene);
+                bounce.refresh(context, scene)?;
             }
-            _ => self.stale_bounce(),
+            Some(bounce) => bounce.stale_hair(),
+            None => {}
         }
         self.plan_maps(context, scene, strands);
         let is_hidden = are_others && self.meshes().is_some();
@@ -196,6 +200,7 @@ impl Lighting {
             self.sweep.fit(context, volume, &lights, budget);
             self.forget_groups();
         }
+        Ok(())
     }
 
     /// Takes the densities of `scene`.

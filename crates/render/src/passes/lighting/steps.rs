@@ -105,7 +105,7 @@ impl Lighting {
                 f64::from(points.end - points.start) * 3.0 * f64::from(self.narrow.n())
             }
             Step::Proxies { batch } => f64::from(self.batches[*batch].n.max(1)),
-            Step::Bounce => 1.0,
+            Step::Interreflection | Step::Bounce => 1.0,
             Step::ShadeBounce { points } => f64::from(points.end - points.start) * N_LOBES as f64,
         }
     }
@@ -127,6 +127,8 @@ impl Lighting {
             }
         }
         if let Some(bounce) = self.bounce.as_ref().filter(|_| self.n_lit > 0) {
+            let is_between = bounce.has_interreflection();
+            steps.extend(is_between.then_some(Step::Interreflection));
             steps.extend(bounce.is_stale.then_some(Step::Bounce));
             let shade = |points| Step::ShadeBounce { points };
             steps.extend(self.chunks(chunk).map(shade));
@@ -259,6 +261,12 @@ impl Lighting {
                     passed: &self.passed.0,
                 };
                 proxies.light(context, &light, into, stamp);
+            }
+            Step::Interreflection => {
+                if let (Some(bounce), Some(proxies)) = (&mut self.bounce, &self.proxies) {
+                    let light = (proxies.light_map(into), &self.passed.0);
+                    bounce.reflect(context, volume, light, stamp);
+                }
             }
             Step::Bounce => {
                 if let (Some(bounce), Some(proxies)) = (&mut self.bounce, &self.proxies) {

@@ -1,0 +1,135 @@
+//! Light that proxies send to each other, on the device. A scene with fewer than two that send light back has none
+//! of this.
+
+use super::resources::{
+    bind, buffer_of, compute, compute_pass, groups_of_64, grow, shader, step, storage, submit,
+    write,
+};
+use super::stamp::Stamp;
+use super::volume::Volume;
+use crate::gpu::Context;
+use strandlight_scene::RenderError;
+use strandlight_scene::bounce::Bounce;
+use strandlight_scene::interreflection::{N_ROUNDS, ReflectingSurface, SurfaceRays};
+
+/// Pipelines and buffers of light between proxies.
+pub(super) struct InterreflectionPass {
+    find: wgpu::ComputePipeline,
+    reflect: wgpu::ComputePipeline,
+    reflecting: wgpu::Buffer,
+    n_surfaces: u32,
+    /// By ray that meets a surface, the way to it, which it is, and what the hair before it lets pass.
+    ways: wgpu::Buffer,
+    met: wgpu::Buffer,
+    passing: wgpu::Buffer,
+    /// What the surfaces send back of the lights, and of each other after every second round.
+    direct: wgpu::Buffer,
+    between: wgpu::Buffer,
+    /// Is `passing` that of other hair?
+    pub is_stale: bool,
+}
+
+impl InterreflectionPass {
+    /// That of what `bounce` has.
+    pub fn new(context: &Context, bounce: &Bounce) -> Result<InterreflectionPass, RenderError> {
+        let module = shader(context, "pass/bounce")?;
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        let mut pass = InterreflectionPass {
+            find: compute(context, &module, "find_passing"),
+            reflect: compute(context, &module, "reflect_light"),
+            reflecting: buffer_of::<ReflectingSurface>(context, "reflecting", &[], usage),
+            n_surfaces: 0,
+            ways: buffer_of::<[f32; 4]>(context, "ways between proxies", &[], usage),
+            met: buffer_of::<u32>(context, "met between proxies", &[], usage),
+            passing: storage(context, "passing between proxies", 4),
+            direct: storage(context, "direct light of proxies", 16),
+            between: storage(context, "light between proxies", 16),
+            is_stale: true,
+        };
+        pass.take(context, bounce);
+        Ok(pass)
+    }
+
+    /// Takes other proxies for those there were.
+    pub fn take(&mut self, context: &Context, bounce: &Bounce) {
+        let rays = SurfaceRays::new(bounce);
+        let (reflecting, met) = rays.all_met(bounce);
+        let ways = met.iter().map(|met| met.direction.extend(met.distance));
+        let ways: Vec<[f32; 4]> = ways.map(Into::into).collect();
+        let met: Vec<u32> = met.iter().map(|met| met.surface).collect();
+        // As long as there are surfaces: its length tells the pass.
+        let usage = self.reflecting.usage();
+        self.reflecting = buffer_of(context, "reflecting", &reflecting, usage);
+        write(context, &mut self.ways, &ways);
+        write(context, &mut self.met, &met);
+        self.n_surfaces = reflecting.len() as u32;
+        grow(context, &mut self.passing, 4 * met.len() as u64);
+        for buffer in [&mut self.direct, &mut self.between] {
+            grow(context, buffer, 16 * reflecting.len() as u64);
+        }
+        self.is_stale = true;
+    }
+
+    /// Adds to `light_map`, what the surfaces send back of the lights, what arrives from others; `passed` are the weights of the
+    /// fibre.
+    pub fn reflect(
+        &mut self,
+        context: &Context,
+        volume: &Volume,
+        (light_map, passed): (&wgpu::Buffer, &wgpu::Buffer),
+        stamp: Stamp,
+    ) {
+        let groups = groups_of_64(self.n_surfaces);
+        let find = bind(
+            context,
+            &self.find.get_bind_group_layout(0),
+            &[
+                (0, volume.grid_buffer.as_entire_binding()),
+                (3, volume.buffer().as_entire_binding()),
+                (8, self.reflecting.as_entire_binding()),
+                (9, self.ways.as_entire_binding()),
+                (11, self.passing.as_entire_binding()),
+            ],
+        );
+        let layout = self.reflect.get_bind_group_layout(0);
+        let round = |[before, after]: [&wgpu::Buffer; 2]| {
+            let resources = [
+                (6, before.as_entire_binding()),
+                (8, self.reflecting.as_entire_binding()),
+                (10, self.met.as_entire_binding()),
+                (11, self.passing.as_entire_binding()),
+                (12, self.direct.as_entire_binding()),
+                (13, after.as_entire_binding()),
+                (14, passed.as_entire_binding()),
+            ];
+            bind(context, &layout, &resources)
+        };
+        let rounds = [[light_map, &self.between], [&self.between, light_map]].map(round);
+        submit(context, |encoder| {
+            let bytes = light_map.size().min(self.direct.size());
+            encoder.copy_buffer_to_buffer(light_map, 0, &self.direct, 0, bytes);
+            let mut pass = compute_pass(context, encoder, stamp);
+            if self.is_stale {
+                step(&mut pass, &self.find, &find, groups);
+            }
+            for _ in 0..N_ROUNDS / 2 {
+                for round in &rounds {
+                    step(&mut pass, &self.reflect, round, groups);
+                }
+            }
+        });
+        self.is_stale = false;
+    }
+
+    pub fn bytes(&self) -> u64 {
+        let buffers = [
+            &self.reflecting,
+            &self.ways,
+            &self.met,
+            &self.passing,
+            &self.direct,
+            &self.between,
+        ];
+        buffers.into_iter().map(wgpu::Buffer::size).sum()
+    }
+}
