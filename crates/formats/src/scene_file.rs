@@ -233,7 +233,8 @@ fn check_version(text: &str) -> Result<()> {
 }
 
 fn syntax_error(text: &str, error: &toml::de::Error) -> Error {
-    let start = error.span().map_or(0, |span| span.start).min(text.len());
+    let span = error.span().unwrap_or_default();
+    let start = span.start.min(text.len());
     let before = &text.as_bytes()[..start];
     let line_start = before
         .iter()
@@ -241,7 +242,7 @@ fn syntax_error(text: &str, error: &toml::de::Error) -> Error {
         .map_or(0, |at| at + 1);
     let message = error.message().replace('\n', " ");
     let hint = did_you_mean(&message).map_or(String::new(), |hint| format!("; {hint}"));
-    let what = match key_at(text, start) {
+    let what = match key_at(text, &span) {
         Some(key) => format!("{key}: {message}{hint}"),
         None => message + &hint,
     };

@@ -36,10 +36,14 @@ fn entry<'a>(table: &'a DeTable<'a>, name: &str) -> Option<(Span, &'a DeValue<'a
     Some((key.span(), value.get_ref()))
 }
 
-/// The key whose name or value is written at byte `offset`.
-pub(crate) fn key_at(text: &str, offset: usize) -> Option<String> {
+/// The key whose name or value is written where these bytes begin; `None` if there are none, as in errors of the
+/// whole file.
+pub(crate) fn key_at(text: &str, bytes: &Span) -> Option<String> {
+    if bytes.is_empty() {
+        return None;
+    }
     let root = DeTable::parse(text).ok()?;
-    key_in(root.get_ref(), offset)
+    key_in(root.get_ref(), bytes.start)
 }
 
 fn key_in(table: &DeTable<'_>, offset: usize) -> Option<String> {
@@ -146,6 +150,11 @@ mod tests {
                 "did you mean eumelanin?",
             ),
             (
+                "[[proxy]]\nkind = 'ground'",
+                "dir/s.toml:6:1: proxy[0]: missing field",
+                "`height`",
+            ),
+            (
                 "[rendr]\nsamples = 4",
                 "dir/s.toml:6:2: rendr: unknown field",
                 "did you mean render?",
@@ -157,6 +166,11 @@ mod tests {
                 "{lines}: {message}"
             );
         }
+        // Of the file, whatever stands first in it.
+        let text = HEAD.replace("version = 1\n", "");
+        let error = Scene::from_bytes(text.as_bytes(), "dir/s.toml".as_ref());
+        let message_of_file = error.expect_err("without a version").to_string();
+        assert_eq!(message_of_file, "dir/s.toml:1:1: missing field `version`");
         let unknown = message("[hair]\nfrizz = 1");
         assert!(!unknown.contains("did you mean"), "{unknown}");
     }
