@@ -155,7 +155,10 @@ fn find_passing(
     }
     let surface = reflecting[own];
     for (var ix = surface.first; ix < surface.first + surface.n; ix++) {
-        passing[ix] = pass_hair(surface.position, ways[ix].xyz, ways[ix].w).z;
+        // Hair may lie on the surface that it leaves, too.
+        let before = BEYOND * grid.h;
+        let start = surface.position - before * ways[ix].xyz;
+        passing[ix] = pass_hair(start, ways[ix].xyz, before + ways[ix].w).z;
     }
 }
 

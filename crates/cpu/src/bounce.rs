@@ -38,7 +38,7 @@ struct Passed {
 /// Nodes whose rays are found at a time.
 const NODES_AT_ONCE: usize = 512;
 
-/// What rays from the nodes meet, and the hair before it: the same for lights of any colour and for any hair.
+/// What rays from the nodes meet, and the hair before it: the same for lights of any colour and for any fibre.
 pub(super) struct BounceRays {
     bounce: Bounce,
     layout: BounceLayout,
@@ -78,6 +78,10 @@ impl BounceRays {
         let bounce = &self.bounce;
         if let Some(between) = self.between.as_mut().filter(|between| !between.is_found()) {
             between.step(bounce, |start, direction, distance| {
+                // Hair may lie on the surface that it leaves, too.
+                let before = BEYOND * grid.h;
+                let start = start - before * direction;
+                let distance = before + distance;
                 let [_, _, passing, _] = pass_hair(grid, volume, start, direction, distance);
                 passing
             });

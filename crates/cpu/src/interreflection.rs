@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scene::bounce::{Bounce, PassedWeights};
-use strandlight_scene::interreflection::{N_ROUNDS, SurfaceRays};
+use strandlight_scene::interreflection::{MOST_RAYS, N_ROUNDS, SurfaceRays};
 
 /// Places whose rays are found at a time.
 const PLACES_AT_ONCE: usize = 1024;
@@ -20,7 +20,7 @@ struct Met {
 }
 
 /// What rays from the places on proxies meet of each other, and the hair before it: the same for lights of any colour and for
-/// any hair.
+/// any fibre.
 pub(super) struct Interreflection {
     rays: SurfaceRays,
     /// By place, of those that are found, which of `met` its rays meet.
@@ -31,7 +31,7 @@ pub(super) struct Interreflection {
 impl Interreflection {
     /// Nothing found yet.
     pub fn new(bounce: &Bounce) -> Interreflection {
-        let rays = SurfaceRays::new(bounce);
+        let rays = SurfaceRays::new(bounce, MOST_RAYS);
         Interreflection {
             ranges: Vec::with_capacity(rays.surfaces.len()),
             met: Vec::new(),

@@ -34,6 +34,14 @@ pub(crate) const GOLDEN_ANGLE: f32 = 2.399_963;
 /// No surface is met.
 pub const NO_SURFACE: u32 = u32::MAX;
 
+const NOTHING: BounceHit = BounceHit {
+    surface: NO_SURFACE,
+    distance: f32::INFINITY,
+};
+
+/// On a shorter way, cm, a ray that leaves a mesh meets the triangles beside.
+const LEAST_WAY: f32 = 0.01;
+
 /// Least concentration of a lobe's light: all but even.
 const LEAST_KAPPA: f32 = 0.1;
 
@@ -181,10 +189,7 @@ impl Bounce {
     }
 
     fn first_hit(&self, start: Vec3, direction: Vec3, left: Option<&Surface>) -> BounceHit {
-        let mut nearest = BounceHit {
-            surface: NO_SURFACE,
-            distance: f32::INFINITY,
-        };
+        let mut nearest = NOTHING;
         for (ix, proxy) in self.beside.records().list().iter().enumerate() {
             // It is convex.
             let is_left = left.is_some_and(|surface| surface.is_of_record(ix));
@@ -204,8 +209,11 @@ impl Bounce {
             let is_left = left.is_some_and(|surface| surface.is_of_mesh(ix));
             let (distance, vertex) = match mesh.met(start, direction) {
                 None => continue,
-                // Normals of vertices are not those of the triangles beside.
-                Some(MetMesh::Here { .. }) if is_left => continue,
+                // It goes below the surface that it leaves.
+                Some(MetMesh::Here { .. }) if is_left => return NOTHING,
+                Some(MetMesh::At { distance, .. }) if is_left && distance < LEAST_WAY => {
+                    return NOTHING;
+                }
                 // The triangle is below it.
                 Some(MetMesh::Here { position, normal }) => {
                     let above = position + 0.05 * normal;

@@ -16,8 +16,10 @@ pub const N_RAYS: usize = 48;
 /// How often light goes from proxy to proxy: an even number, as the pass on the device writes to and fro.
 pub const N_ROUNDS: usize = 4;
 
-/// Rays in all, which bounds those of a place where there are many.
-const MOST_RAYS: usize = 4 << 20;
+const _: () = assert!(N_ROUNDS.is_multiple_of(2));
+
+/// Most rays in all: where there are many places, each has fewer.
+pub const MOST_RAYS: usize = 4 << 20;
 
 /// What a ray from a place meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,10 +59,10 @@ pub struct SurfaceRays {
 }
 
 impl SurfaceRays {
-    /// Those of all that `bounce` has.
-    pub fn new(bounce: &Bounce) -> SurfaceRays {
+    /// Those of all that `bounce` has, at most so many in all, or one a place.
+    pub fn new(bounce: &Bounce, most: usize) -> SurfaceRays {
         let surfaces = bounce.surfaces();
-        let n = (MOST_RAYS / surfaces.len().max(1)).clamp(1, N_RAYS);
+        let n = (most.min(MOST_RAYS) / surfaces.len().max(1)).clamp(1, N_RAYS);
         let direction = |ix: usize| {
             let square = (ix as f32 + 0.5) / n as f32;
             let (sin, cos) = (GOLDEN_ANGLE * ix as f32).sin_cos();
@@ -73,9 +75,21 @@ impl SurfaceRays {
         }
     }
 
+    /// Do rays meet the same as those of `other`?
+    pub fn meet_the_same_as(&self, other: &SurfaceRays) -> bool {
+        let key = |surface: &Surface| (surface.position, surface.normal, is_black(surface));
+        self.directions.len() == other.directions.len()
+            && (self.surfaces.iter().map(key)).eq(other.surfaces.iter().map(key))
+    }
+
     /// The share of the light of an even sky that a ray stands for.
     pub fn weight(&self) -> f32 {
         1.0 / self.directions.len() as f32
+    }
+
+    /// [`ReflectingSurface::weight`].
+    pub fn weight_of(&self, surface: &Surface) -> [f32; 3] {
+        surface.albedo.map(|albedo| albedo * self.weight())
     }
 
     /// What the rays from place `ix` meet that sends light back; nothing where the place itself sends none.
@@ -84,8 +98,7 @@ impl SurfaceRays {
         if is_black(surface) {
             return Vec::new();
         }
-        let (x, y) = surface.normal.any_orthonormal_pair();
-        let turn = Mat3::from_cols(x, y, surface.normal);
+        let turn = frame_of(surface.normal);
         let met = self.directions.iter().filter_map(|&direction| {
             let direction = turn * direction;
             let hit = bounce.hit_from(surface, direction);
@@ -108,7 +121,7 @@ impl SurfaceRays {
             let place = ReflectingSurface {
                 position: surface.position.to_array(),
                 first,
-                weight: surface.albedo.map(|albedo| albedo * self.weight()),
+                weight: self.weight_of(surface),
                 n: met.len() as u32,
             };
             first += place.n;
@@ -116,6 +129,13 @@ impl SurfaceRays {
         });
         (places.collect(), of_place.concat())
     }
+}
+
+/// Turns z to `normal`. It changes steadily with that but at +-x, where the ears of a head are, so that no seam of two
+/// sets of rays is seen.
+fn frame_of(normal: Vec3) -> Mat3 {
+    let x = normal.cross(Vec3::X).normalize_or(Vec3::Y);
+    Mat3::from_cols(x, normal.cross(x), normal)
 }
 
 fn is_black(surface: &Surface) -> bool {

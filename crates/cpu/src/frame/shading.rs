@@ -81,6 +81,7 @@ impl Frame {
                 if let Some(bounced) = &self.bounced {
                     let lit = self.lit_proxies(picturing);
                     radiance.add_at(&recolored(bounced, lit.as_ref()));
+                    self.proxies = lit;
                 }
                 self.show(picturing, Quality::Recolored, radiance);
                 return;

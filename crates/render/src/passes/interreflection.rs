@@ -16,13 +16,16 @@ use strandlight_scene::interreflection::{N_ROUNDS, ReflectingSurface, SurfaceRay
 pub(super) struct InterreflectionPass {
     find: wgpu::ComputePipeline,
     reflect: wgpu::ComputePipeline,
+    /// What was taken.
+    rays: Option<SurfaceRays>,
+    places: Vec<ReflectingSurface>,
     reflecting: wgpu::Buffer,
     n_surfaces: u32,
     /// By ray that meets a surface, the way to it, which it is, and what the hair before it lets pass.
     ways: wgpu::Buffer,
     met: wgpu::Buffer,
     passing: wgpu::Buffer,
-    /// What the surfaces send back of the lights, and of each other after every second round.
+    /// What the surfaces send back of the lights, and of each other as well after rounds 1, 3 and so on.
     direct: wgpu::Buffer,
     between: wgpu::Buffer,
     /// Is `passing` that of other hair?
@@ -37,6 +40,8 @@ impl InterreflectionPass {
         let mut pass = InterreflectionPass {
             find: compute(context, &module, "find_passing"),
             reflect: compute(context, &module, "reflect_light"),
+            rays: None,
+            places: Vec::new(),
             reflecting: buffer_of::<ReflectingSurface>(context, "reflecting", &[], usage),
             n_surfaces: 0,
             ways: buffer_of::<[f32; 4]>(context, "ways between proxies", &[], usage),
@@ -50,24 +55,36 @@ impl InterreflectionPass {
         Ok(pass)
     }
 
-    /// Takes other proxies for those there were.
+    /// Takes other proxies, or other hair beside these, for those there were.
     pub fn take(&mut self, context: &Context, bounce: &Bounce) {
-        let rays = SurfaceRays::new(bounce);
-        let (reflecting, met) = rays.all_met(bounce);
+        self.is_stale = true;
+        let limit = context.device.limits().max_storage_buffer_binding_size;
+        let rays = SurfaceRays::new(bounce, (limit / size_of::<[f32; 4]>() as u64) as usize);
+        let is_met = (self.rays.as_ref()).is_some_and(|before| rays.meet_the_same_as(before));
+        if is_met {
+            let weights = rays.surfaces.iter().map(|surface| rays.weight_of(surface));
+            for (place, weight) in self.places.iter_mut().zip(weights) {
+                place.weight = weight;
+            }
+            context.write(&self.reflecting, 0, bytemuck::cast_slice(&self.places));
+            self.rays = Some(rays);
+            return;
+        }
+        let (places, met) = rays.all_met(bounce);
         let ways = met.iter().map(|met| met.direction.extend(met.distance));
         let ways: Vec<[f32; 4]> = ways.map(Into::into).collect();
         let met: Vec<u32> = met.iter().map(|met| met.surface).collect();
-        // As long as there are surfaces: its length tells the pass.
+        // One entry a surface: the shader reads its length.
         let usage = self.reflecting.usage();
-        self.reflecting = buffer_of(context, "reflecting", &reflecting, usage);
+        self.reflecting = buffer_of(context, "reflecting", &places, usage);
         write(context, &mut self.ways, &ways);
         write(context, &mut self.met, &met);
-        self.n_surfaces = reflecting.len() as u32;
+        self.n_surfaces = places.len() as u32;
         grow(context, &mut self.passing, 4 * met.len() as u64);
         for buffer in [&mut self.direct, &mut self.between] {
-            grow(context, buffer, 16 * reflecting.len() as u64);
+            grow(context, buffer, 16 * places.len() as u64);
         }
-        self.is_stale = true;
+        (self.rays, self.places) = (Some(rays), places);
     }
 
     /// Adds to `light_map`, what the surfaces send back of the lights, what arrives from others; `passed` are the weights of the

@@ -165,6 +165,10 @@ impl Meshes {
         // The ground's light map lies below the hair.
         self.beside = scene.beside();
         let surfaces = self.beside.surfaces();
+        if surfaces.len() != self.n_surfaces as usize {
+            // Others are about to take the place of these.
+            return;
+        }
         let rows: Vec<_> = surfaces.iter().map(numbers).collect();
         context.write(&self.surfaces, 0, bytemuck::cast_slice(&rows));
         let points = scene.strands.points.iter();

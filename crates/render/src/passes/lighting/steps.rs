@@ -17,6 +17,7 @@ use strandlight_scene::RenderError;
 use strandlight_scene::bounce::N_LOBES;
 use strandlight_scene::budget::LIGHT_BATCH;
 use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::interreflection::N_ROUNDS;
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::shadow_maps::ShadowView;
 
@@ -105,7 +106,9 @@ impl Lighting {
                 f64::from(points.end - points.start) * 3.0 * f64::from(self.narrow.n())
             }
             Step::Proxies { batch } => f64::from(self.batches[*batch].n.max(1)),
-            Step::Interreflection | Step::Bounce => 1.0,
+            // As much as so many lights.
+            Step::Interreflection => N_ROUNDS as f64,
+            Step::Bounce => 1.0,
             Step::ShadeBounce { points } => f64::from(points.end - points.start) * N_LOBES as f64,
         }
     }
