@@ -54,7 +54,9 @@ def test_what_progress_raises_ends_the_work():
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_ends_the_work():
-    code = "import test_work; print('go', flush=True); test_work.long_work()"
+    # What is started in the background of a shell ignores the signal.
+    heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    code = f"{heed}; import test_work; print('go', flush=True); test_work.long_work()"
     here = os.path.dirname(__file__)
     child = subprocess.Popen(
         [sys.executable, "-c", code], cwd=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

@@ -491,6 +491,28 @@ fn light_between_proxies_follows_edits() {
         renderer.set_proxies(scene.proxies.clone());
         check(what, &scene, &mut renderer);
     }
+    renderer.set_scattering(Scattering::Single);
+    scene.set_scattering(Scattering::Single);
+    check("single scattering", &scene, &mut renderer);
+    renderer.set_scattering(Scattering::Total);
+    scene.set_scattering(Scattering::Total);
+    let albedos = scene.proxies.clone();
+    *scene.proxies[1].albedo_mut() = [0.0; 3];
+    let black = on_gpu(&scene);
+    scene.proxies = albedos;
+    let difference = picture_rmse(&on_gpu(&scene), &black);
+    assert!(difference > 0.05, "light from the ground: {difference}");
+    // The ground's places move with the hair.
+    let moved: Vec<[f32; 4]> = (scene.strands.points.iter())
+        .map(|&[x, y, z, radius]| [x, y + 0.01 * y * y, z, radius])
+        .collect();
+    renderer.set_points(&moved).unwrap();
+    let drawn = renderer.render_to_image(&scene.camera, [96, 72], 16);
+    let moved = renderer.scene().clone();
+    let error = picture_rmse(&drawn.unwrap().0, &on_gpu(&moved));
+    println!("other points: {error:.2e}");
+    assert!(error < 1e-5, "{error}");
+    scene = moved;
     // The ground alone, then with a mesh, whose places are others.
     let mesh = Proxy::Mesh(MeshProxy {
         shape: Arc::new(MeshShape::new(ellipsoid([1.0, 2.0, 1.5], 24))),

@@ -84,7 +84,8 @@ fn rays_meet_what_closed_forms_say() {
                 }
                 // The half of the sky below, tilted.
                 false => {
-                    assert_eq!(of_sphere, 0.0);
+                    // Of triangles one ray may meet those beside its corner.
+                    assert!(of_sphere < 0.03, "{of_sphere}");
                     (of_ground, (1.0 - surface.normal.y) / 2.0)
                 }
             };
