@@ -1,4 +1,4 @@
-//! Bounce light on the device: what the proxies send back to the hair, at the nodes of a grid. A scene without
+//! Bounce light on the device: what the proxies send back to the hair, at the nodes of a grid, and to each other. A scene without
 //! proxies, or with black ones, has none of this.
 
 use super::interreflection::InterreflectionPass;
