@@ -232,6 +232,14 @@ fn check_version(text: &str) -> Result<()> {
     }
 }
 
+/// Which proxy does not parse.
+fn first_wrong_proxy(text: &str) -> Option<usize> {
+    let scene: toml::Table = toml::from_str(text).ok()?;
+    let proxies = scene.get("proxy")?.as_array()?;
+    let is_wrong = |proxy: &toml::Value| ProxySection::deserialize(proxy.clone()).is_err();
+    proxies.iter().position(is_wrong)
+}
+
 fn syntax_error(text: &str, error: &toml::de::Error) -> Error {
     let span = error.span().unwrap_or_default();
     let start = span.start.min(text.len());
@@ -242,7 +250,20 @@ fn syntax_error(text: &str, error: &toml::de::Error) -> Error {
         .map_or(0, |at| at + 1);
     let message = error.message().replace('\n', " ");
     let hint = did_you_mean(&message).map_or(String::new(), |hint| format!("; {hint}"));
-    let what = match key_at(text, &span) {
+    let key = key_at(text, &span);
+    // Of all proxies the parser names the first.
+    if key.as_deref() == Some("proxy[0]")
+        && let Some(ix) = first_wrong_proxy(text)
+        && let Some(line) = line_of(text, &format!("proxy[{ix}]"))
+    {
+        return Error::Syntax {
+            file: FileName::default(),
+            line,
+            column: 1,
+            what: format!("proxy[{ix}]: {message}{hint}"),
+        };
+    }
+    let what = match key {
         Some(key) => format!("{key}: {message}{hint}"),
         None => message + &hint,
     };

@@ -155,6 +155,11 @@ mod tests {
                 "`height`",
             ),
             (
+                "[[proxy]]\nkind = 'ground'\nheight = 0\n[[proxy]]\nkind = 'ground'\n",
+                "dir/s.toml:9:1: proxy[1]: missing field",
+                "`height`",
+            ),
+            (
                 "[rendr]\nsamples = 4",
                 "dir/s.toml:6:2: rendr: unknown field",
                 "did you mean render?",
