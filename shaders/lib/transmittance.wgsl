@@ -28,11 +28,14 @@ fn unpack_record(packed: vec2u) -> ShadowRecord {
 
 // Shares after half a step of optical depth, and what is gathered of depth times sin^2.
 fn pass_through(entering: vec4f, depth: f32, sin_2: f32) -> vec4f {
-    let at_p_2 = exp(-P_2 * depth);
+    return vec4f(entering.xyz * shares_of_ray(exp(-P_2 * depth)), entering.w + depth * sin_2);
+}
+
+// Shares of a single ray at p = 1, P_1 and P_2, of which the last is at_p_2.
+fn shares_of_ray(at_p_2: f32) -> vec3f {
     let squared = at_p_2 * at_p_2;
     let at_p_1 = squared * squared;
-    let at_1 = (at_p_1 * at_p_1) * (at_p_1 * at_p_1);
-    return vec4f(entering.xyz * vec3f(at_1, at_p_1, at_p_2), entering.w + depth * sin_2);
+    return vec3f((at_p_1 * at_p_1) * (at_p_1 * at_p_1), at_p_1, at_p_2);
 }
 
 // Effective optical depth of a share at P_2.

@@ -175,10 +175,7 @@ fn reflect_light(
     let surface = reflecting[own];
     var arriving = vec3f(0.0);
     for (var ix = surface.first; ix < surface.first + surface.n; ix++) {
-        let at_p_2 = passing[ix];
-        let at_p_1 = at_p_2 * at_p_2 * (at_p_2 * at_p_2);
-        let at_1 = at_p_1 * at_p_1 * (at_p_1 * at_p_1);
-        let shares = vec3f(at_1, at_p_1, at_p_2);
+        let shares = shares_of_ray(passing[ix]);
         let share = vec3f(
             dot(passed[0].xyz, shares), dot(passed[1].xyz, shares), dot(passed[2].xyz, shares));
         arriving += share * light_maps[met[ix]].xyz;

@@ -1,5 +1,5 @@
 // Bends the strands in the wind: one thread walks a strand from its root, which stays. Writes
-// points and frames. Twin: crates/scene/src/motion/wind.rs for the points, `push_points` in
+// points and frames. Twin: crates/scene/src/motion/wind.rs for the points, `find_frames` in
 // crates/scene/src/strands.rs for the frames.
 // #import lib/wind
 

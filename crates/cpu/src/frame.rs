@@ -4,9 +4,12 @@
 //! So after an edit of the hair nothing is drawn and no shadow is cast, and after one of the
 //! background nothing is shaded.
 
+mod alone;
+mod inputs;
 pub(super) mod kept;
 mod lights;
 mod parts;
+mod plain;
 mod resolve;
 mod shading;
 mod stage;
@@ -21,7 +24,7 @@ use strandlight_scene::{Picture, PreparedScene, Stats};
 use super::radiance::RadianceBefore;
 use super::unblocked::Unblocked;
 
-use parts::{Painted, Quality, Shaded};
+use parts::{Painted, ProxyLight, Quality, Shaded};
 use shading::needs_tables;
 pub(super) use stage::Edit;
 use stage::Stage;
@@ -56,7 +59,7 @@ impl Frame {
             self.carried_from = None;
             self.keep_for_next_view(are_kept);
         } else if Stage::ShadowMaps.inputs().contains(&edit) {
-            (self.through_before, self.arriving_before) = (None, None);
+            (self.through_before, self.plain.arriving_before) = (None, None);
         }
         if edit == Edit::Paint {
             let whole = self
@@ -88,7 +91,7 @@ impl Frame {
         if edit != Edit::Colors && Stage::Shade.inputs().contains(&edit) {
             self.forget_kept();
             // Paint is no matter of plain points.
-            self.bounced.take_if(|_| edit != Edit::Paint);
+            self.plain.bounced.take_if(|_| edit != Edit::Paint);
         }
         for stage in Stage::ALL {
             let is_stale = stage.inputs().contains(&edit);
@@ -104,26 +107,12 @@ impl Frame {
             Edit::Points | Edit::Lights | Edit::Colors | Edit::Proxies
         ) {
             self.are_lights_current = false;
-            self.forget_lit_proxies();
             // By now only colours can have changed where there is some.
-            if self
-                .proxy_light
-                .as_ref()
-                .is_some_and(|found| !found.is_of_any_color())
-            {
-                self.forget(Stage::ProxyLight);
-            }
+            self.forget_lit_proxies_and_their_colors();
         }
         // What is scattered forward reaches them too.
         if matches!(edit, Edit::Hair | Edit::Terms | Edit::Densities) {
-            self.forget_lit_proxies();
-            if self
-                .proxy_light
-                .as_ref()
-                .is_some_and(|found| !found.is_of_any_color())
-            {
-                self.forget(Stage::ProxyLight);
-            }
+            self.forget_lit_proxies_and_their_colors();
         }
         if edit == Edit::Hair {
             self.profile = None;
@@ -147,26 +136,37 @@ impl Frame {
             self.through_before = through;
         }
         // Shares of other maps would stay beside those of the volume.
-        if are_kept || self.n_shares == 0 {
-            if let (Some(arriving), Some((_, visible))) = (self.arriving.take(), self.list.take()) {
+        if are_kept || self.plain.n_shares == 0 {
+            if let (Some(arriving), Some((_, visible))) =
+                (self.plain.arriving.take(), self.list.take())
+            {
                 let is_filled = arriving.is_filled();
-                self.arriving_before = is_filled.then_some((arriving, visible.points));
+                self.plain.arriving_before = is_filled.then_some((arriving, visible.points));
             }
         } else {
-            self.arriving_before = None;
+            self.plain.arriving_before = None;
         }
     }
 
     /// The proxies are in other light.
     fn forget_lit_proxies(&mut self) {
         (self.proxies, self.bounce) = (None, None);
-        if let Some(bounced) = &mut self.bounced {
+        if let Some(bounced) = &mut self.plain.bounced {
             bounced.is_current = false;
         }
     }
 
+    /// The same, and what arrives at them if it was kept for lights of these colours alone.
+    fn forget_lit_proxies_and_their_colors(&mut self) {
+        self.forget_lit_proxies();
+        let is_of_these_colors = |found: &ProxyLight| !found.is_of_any_color();
+        if self.proxy_light.as_ref().is_some_and(is_of_these_colors) {
+            self.forget(Stage::ProxyLight);
+        }
+    }
+
     fn forget_kept(&mut self) {
-        if let Some(kept) = &mut self.kept {
+        if let Some(kept) = &mut self.plain.kept {
             kept.forget();
         }
     }
@@ -175,11 +175,15 @@ impl Frame {
         match stage {
             Stage::Voxelise => (self.voxelising, self.volume) = (None, None),
             Stage::Transmittance => {
-                (self.records, self.arriving, self.arriving_before) = (None, None, None);
+                (
+                    self.records,
+                    self.plain.arriving,
+                    self.plain.arriving_before,
+                ) = (None, None, None);
             }
-            Stage::List => (self.listing, self.list, self.arriving) = (None, None, None),
+            Stage::List => (self.listing, self.list, self.plain.arriving) = (None, None, None),
             Stage::ShadowMaps => {
-                (self.casting, self.unblocked, self.arriving) = (None, None, None);
+                (self.casting, self.unblocked, self.plain.arriving) = (None, None, None);
             }
             Stage::ThroughMaps => (self.through_casting, self.through) = (None, None),
             Stage::ProxyLight => {
@@ -364,7 +368,7 @@ impl Frame {
 
     /// Can lights of other colours be shown at once, by what was kept?
     fn is_recolored(&self, picturing: &Picturing) -> bool {
-        let kept = self.kept.as_ref().zip(self.lights.as_ref());
+        let kept = self.plain.kept.as_ref().zip(self.lights.as_ref());
         picturing.has_drafts
             && !self.has_shaded()
             && (self.unblocked.is_some() && self.through.is_some())

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 use rayon::prelude::*;
+use strandlight_scattering::closed_form::shares_of_ray;
 use strandlight_scene::bounce::{Bounce, PassedWeights};
 use strandlight_scene::interreflection::{MOST_RAYS, N_ROUNDS, SurfaceRays};
 
@@ -86,9 +87,7 @@ impl Interreflection {
         let mut arriving = [0.0; 3];
         let Range { start, end } = self.ranges[ix].clone();
         for met in &self.met[start as usize..end as usize] {
-            let at_p_2 = met.passing;
-            let at_p_1 = at_p_2 * at_p_2 * (at_p_2 * at_p_2);
-            let at_1 = at_p_1 * at_p_1 * (at_p_1 * at_p_1);
+            let [at_1, at_p_1, at_p_2] = shares_of_ray(met.passing);
             let sent = before[met.surface as usize];
             for channel in 0..3 {
                 let [a, b, c, _] = passed[channel];

@@ -1,7 +1,8 @@
-//! The renderer on the CPU: the same stages and closed forms as the GPU's passes in `shaders/`.
+//! The renderer on the CPU, by the closed forms of the shaders in `shaders/lib`.
 //!
-//! Every file is the twin of the pass of the same name and follows its arithmetic, so that the
-//! two pictures differ by rounding. Work is shared out with rayon; nothing depends on how.
+//! [`CpuRenderer`] draws from a visibility list: it shades only points that the picture shows, and eight
+//! lights at a time. The files named after a pass in `shaders/pass` repeat its arithmetic, for pictures
+//! with samples ([`render`]) and for tests. Rayon shares out the work; results do not depend on how.
 //!
 //! ```
 //! use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight};

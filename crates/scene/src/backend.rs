@@ -20,9 +20,8 @@ use crate::stats::{Observer, Stats};
 
 /// A renderer with a scene on it. Setters edit the scene, [`Backend::render`] draws it as last set.
 ///
-/// The implementations are `ProgressiveRenderer` of `strandlight-render`, which recomputes only what
-/// an edit makes stale, and so does `CpuRenderer` of `strandlight-cpu`. Both draw samples or a visibility
-/// list: their pictures are the same up to the noise of the samples.
+/// Implemented by `ProgressiveRenderer` of `strandlight-render` and `CpuRenderer` of `strandlight-cpu`. Both
+/// recompute only what an edit makes stale. Their pictures agree up to the noise of samples.
 pub trait Backend {
     /// Name of the device, as pictures and reports have it: `cpu`, or `gpu: adapter (API)`.
     fn name(&self) -> String;

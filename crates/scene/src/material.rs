@@ -185,7 +185,7 @@ pub struct HairMaterial {
 }
 
 impl HairMaterial {
-    /// The textures of `hair` for `modes`, for single scattering alone. `segments` is
+    /// The material of `hair` for `modes`, without multiple scattering. `segments` is
     /// [`Fibre::segments`]; `fresnel` is that of `tables`.
     ///
     /// # Errors

@@ -90,6 +90,29 @@ fn answers_come_in_order_and_bad_lines_are_errors() {
     assert!((number(&answers[7]) - 0.493_502_932_095).abs() < 1e-3);
 }
 
+/// Of a stream of queries without end the command answers as many as somebody reads.
+#[test]
+fn it_ends_when_nobody_reads_its_answers() {
+    let mut child = strandlight()
+        .arg("probe")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let mut answers = BufReader::new(child.stdout.take().unwrap());
+    let query = b"{\"q\":\"table_C\",\"k\":3,\"lambda\":0.2,\"phi\":1.0}\n";
+    stdin.write_all(query).unwrap();
+    let mut answer = String::new();
+    answers.read_line(&mut answer).unwrap();
+    assert!(answer.contains("value"), "{answer}");
+    drop(answers);
+    let is_taken = (0..200_000).all(|_| stdin.write_all(query).is_ok());
+    drop(stdin);
+    assert!(child.wait().unwrap().success());
+    assert!(!is_taken, "it goes on without anybody to read it");
+}
+
 /// A line of every kind of query, and bad ones, for some fibres; few enough for the exact model.
 fn mixed_lines() -> Vec<String> {
     let elliptic = HAIR

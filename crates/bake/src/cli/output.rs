@@ -31,16 +31,20 @@ pub fn want_json() {
 /// Prints a line of the result on stdout, or on stderr if stdout holds an output; a closed pipe is
 /// no error.
 pub fn print_line(line: impl fmt::Display) -> Outcome {
+    print_while_read(line).map(|_| ())
+}
+
+/// As [`print_line`]; answers whether stdout is still read, for commands that do nothing but print.
+pub fn print_while_read(line: impl fmt::Display) -> Result<bool, Failure> {
     if HOLDS_FILE.load(Ordering::Relaxed) {
         note!("{line}");
-        return Ok(());
+        return Ok(true);
     }
     HAS_PRINTED.store(true, Ordering::Relaxed);
     match writeln!(io::stdout().lock(), "{line}") {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::Input(format!("standard output: {error}")))
-        }
-        _ => Ok(()),
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+        Err(error) => Err(Failure::Input(format!("standard output: {error}"))),
     }
 }
 

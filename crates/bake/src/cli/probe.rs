@@ -14,7 +14,7 @@ use strandlight_render::probe::GpuProbe;
 use strandlight_scattering::closed_form::paper::MAX_SEGMENTS;
 use strandlight_scene::tables::ShadingTables;
 
-use super::{Failure, Outcome, print_line};
+use super::{Failure, Outcome, print_while_read};
 
 /// Evaluate the scattering model at given points
 ///
@@ -79,10 +79,13 @@ pub fn run(args: &Args) -> Outcome {
             .map(|line| line.and_then(|line| Request::parse(&line)))
             .collect();
         for answer in evaluator.answer(&requests).map_err(Failure::input)? {
-            print_line(match answer {
+            let is_read = print_while_read(match answer {
                 Ok(value) => json!({ "value": value }),
                 Err(error) => json!({ "error": error }),
             })?;
+            if !is_read {
+                return Ok(());
+            }
         }
         if at_end {
             return Ok(());

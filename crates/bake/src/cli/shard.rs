@@ -1,4 +1,4 @@
-//! `--shard I/N`: one machine's share of work that several do together.
+//! `--shard I/N`: one machine's part of work that several do together.
 //!
 //! Items are numbered from 0 in the order of the whole run, and dealt round robin: shard `I` of
 //! `N` does those whose number leaves the rest `I` when divided by `N`. Shards count from 0, as the
@@ -7,9 +7,8 @@
 use std::fmt;
 
 /// Help of `--shard`.
-pub const HELP: &str = "Do only share I of N, I from 0 to N - 1, of what several machines do together; auto \
-                        takes both from Slurm's array job, auto/N takes I from Slurm or from Kubernetes' \
-                        JOB_COMPLETION_INDEX";
+pub const HELP: &str = "Do shard I of N (I counts from 0), one machine's part of the work. auto takes I and N from \
+                        a Slurm array job; auto/N takes I from Slurm or Kubernetes (JOB_COMPLETION_INDEX)";
 
 /// The shard of a command line; for `#[command(flatten)]`. Arguments that are themselves flattened as
 /// an `Option` have a field of their own instead: clap takes no note of what is flattened in those.
@@ -19,7 +18,7 @@ pub struct ShardArg {
     pub shard: Option<Shard>,
 }
 
-/// One of `count` shares, `index` from 0 to `count - 1`.
+/// One of `count` shards, `index` from 0 to `count - 1`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Shard {
     index: u32,
@@ -30,10 +29,10 @@ impl Shard {
     /// All there is to do.
     pub const WHOLE: Shard = Shard { index: 0, count: 1 };
 
-    /// Share `index` of `count`.
+    /// Shard `index` of `count`.
     ///
     /// # Errors
-    /// Why there is no such share.
+    /// Why there is no such shard.
     pub fn new(index: u32, count: u32) -> Result<Shard, String> {
         match (index, count) {
             (_, 0) => Err("there must be at least one shard, and the first is 0/1".to_owned()),

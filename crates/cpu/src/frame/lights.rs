@@ -34,7 +34,7 @@ impl Frame {
             self.forget_kept();
             self.forget(Stage::ShadowMaps);
             self.forget(Stage::ThroughMaps);
-            (self.through_before, self.arriving_before) = (None, None);
+            (self.through_before, self.plain.arriving_before) = (None, None);
         }
         let (records, sweeps) = scene.records_with(&plan);
         let is_lit: Vec<bool> = records.iter().map(|light| light.power > 0.0).collect();

@@ -108,6 +108,27 @@ pub(super) struct Painted {
 }
 
 impl Shading {
+    /// The places of the points to shade next, at most `most`.
+    pub fn next_places(&self, most: usize) -> Vec<u32> {
+        let places = &self.order[self.n_done..];
+        let n = match self.n_first.saturating_sub(self.n_done) {
+            0 => places.len(),
+            n_left => n_left,
+        };
+        places[..n.min(most)].to_vec()
+    }
+
+    /// Have narrow lights a radiance along segments?
+    pub fn has_narrow(&self) -> bool {
+        !self.radiance.along.is_empty()
+    }
+
+    /// Adds what some points have of the lights under way.
+    pub fn add(&mut self, places: &[u32], radiance: &Radiance, counts: Counts) {
+        self.radiance.add(places, radiance);
+        self.counts = self.counts.and(counts);
+    }
+
     /// Keeps the radiance of the points whose paint is what it was.
     pub fn only_repainted(
         &mut self,

@@ -1,38 +1,18 @@
 //! Radiance of the visible points.
 
-use std::ops::Range;
-
-use glam::Vec3;
-use rayon::prelude::*;
-use strandlight_scattering::closed_form::WidthProfile;
-use strandlight_scattering::closed_form::{PackedRecord, TERM_GLOBAL, TERM_LOCAL};
 use strandlight_scattering::multiple_tables::MultipleTables;
-use strandlight_scattering::wide::{Level, Peaks, dispatch};
+use strandlight_scattering::wide::Peaks;
 use strandlight_scene::PreparedScene;
-use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::progress::timed;
 use strandlight_scene::scene::LightRecord;
-use strandlight_scene::shadow_maps::NO_SLOT;
-use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::super::arriving::Arriving;
-use super::super::bounce::BounceLight;
 use super::super::proxies::Proxies;
 use super::super::radiance::Radiance;
-use super::super::shade::{Counts, PointShader, record_at};
-use super::super::shade_wide::WideShader;
-use super::super::through_shares::{Maps, Scratch, ThroughShares};
-use super::super::unblocked::VisiblePoint;
-use super::super::voxelise::grid_position;
-use super::kept::Kept;
+use super::super::shade::Counts;
+use super::inputs::{Inputs, maps_of, tables_for};
 use super::parts::{Bounced, Quality, Shaded, Shading};
 use super::state::{Frame, Picturing};
-
-/// Visible points that are shaded at a time: an eighth of them, within this.
-const SLICE: Range<usize> = 64..4096;
-
-/// Visible points that shares of shadow maps are taken at, at a time: some 10 ms on two cores.
-const SHARES_AT_ONCE: usize = 1 << 13;
 
 impl Frame {
     pub(super) fn shade(&mut self, picturing: &Picturing) {
@@ -46,233 +26,156 @@ impl Frame {
 
     fn shade_some(&mut self, picturing: &Picturing) {
         let scene = picturing.scene;
-        let is_shaded = self.has_shaded();
+        if self.lights.is_none()
+            || self.list.is_none()
+            || self.volume.is_none()
+            || self.records.is_none()
+        {
+            return;
+        }
+        let quality = match self.unblocked.is_some() && self.through.is_some() {
+            true => Quality::Whole,
+            false => Quality::Draft,
+        };
+        self.shading.take_if(|shading| shading.quality != quality);
+        if self.tables_of(scene).is_none() || scene.paint().is_some() {
+            self.plain.kept = None;
+        }
+        if quality == Quality::Whole && self.show_recolored(picturing) {
+            return;
+        }
+        if self.bounce.is_none() && scene.has_bounce() {
+            // It was put off for what was kept, which does not serve.
+            self.plain.kept = None;
+            return;
+        }
+        if self.shading.is_none() {
+            self.begin_shading(picturing, quality);
+        }
+        self.shade_slice(picturing);
+    }
+
+    /// The tables, if there are points that they serve.
+    fn tables_of(&self, scene: &PreparedScene) -> Option<&MultipleTables> {
+        tables_for(scene, self.multiple.as_ref(), self.needs_tables)
+    }
+
+    /// Shows lights of other colours by what was kept; answers whether that was possible.
+    fn show_recolored(&mut self, picturing: &Picturing) -> bool {
+        if !self.is_recolored(picturing) {
+            return false;
+        }
+        let (Some(kept), Some(lights), Some((_, visible)), Some(maps)) =
+            (&self.plain.kept, &self.lights, &self.list, &self.unblocked)
+        else {
+            return false;
+        };
+        let seen = (&*picturing.scene.strands, &visible.points[..]);
+        let scale = picturing.view.radiance_scale;
+        let mut radiance = kept.radiance(&lights.records, seen, maps, scale);
+        if let Some(bounced) = &self.plain.bounced {
+            let lit = self.lit_proxies(picturing);
+            radiance.add_at(&recolored(bounced, lit.as_ref()));
+            self.proxies = lit;
+        }
+        self.show(picturing, Quality::Recolored, radiance);
+        true
+    }
+
+    /// Plans which points and lights are shaded, in which order.
+    fn begin_shading(&mut self, picturing: &Picturing, quality: Quality) {
+        let scene = picturing.scene;
+        let (Some(lights), Some((list, visible))) = (&self.lights, &self.list) else {
+            return;
+        };
+        if list.has_wide && self.profile.is_none() {
+            self.profile = scene.width_profile(&picturing.view, None);
+        }
+        let n_places = visible.points.len();
+        let through = self.through.as_ref().or(self.through_before.as_ref());
+        let has_maps = maps_of(lights, self.unblocked.as_ref(), through).is_some();
+        let has_narrow = has_maps && lights.records.iter().any(LightRecord::is_narrow);
+        let radiance = Radiance::black(n_places, has_narrow);
+        let has_before = (self.before.as_ref()).is_some_and(|before| before.is_like(&radiance));
+        let mut shading = Shading {
+            quality,
+            groups: match self.tables_of(scene) {
+                Some(_) => Arriving::groups(&lights.lit, n_places),
+                // Nothing is kept.
+                None => std::iter::once(0..lights.lit.len()).collect(),
+            },
+            group: 0,
+            order: visible.order.clone(),
+            // Shares of the volume change slowly along strands.
+            n_first: match has_before || self.unblocked.is_none() {
+                true => visible.n_thinned,
+                false => visible.n_first,
+            },
+            n_done: 0,
+            radiance,
+            counts: Counts::default(),
+            peaks: (quality == Quality::Draft).then(|| {
+                let optics = scene.hair.optics();
+                Peaks::of(&optics.shading(scene.tables.view()))
+            }),
+        };
+        if let Some(before) = self.before_paint.take() {
+            shading.only_repainted(before, scene.paint(), &visible.points);
+        }
+        self.shading = Some(shading);
+    }
+
+    /// Shades some more points, or finds something that they need.
+    fn shade_slice(&mut self, picturing: &Picturing) {
+        let is_first_picture = !self.has_shaded();
         let (Some(lights), Some((list, visible)), Some((grid, _)), Some(records)) =
             (&self.lights, &self.list, &self.volume, &self.records)
         else {
             return;
         };
-        let quality = match self.unblocked.is_some() && self.through.is_some() {
-            true => Quality::Whole,
-            false => Quality::Draft,
-        };
-        if self
-            .shading
-            .as_ref()
-            .is_some_and(|shading| shading.quality != quality)
-        {
-            self.shading = None;
-        }
-        let tables = self
-            .multiple
-            .as_ref()
-            .filter(|tables| self.needs_tables == Some(true) && serve(tables, scene));
-        let n_places = visible.points.len();
-        if tables.is_none() || scene.paint().is_some() {
-            self.kept = None;
-        }
-        if quality == Quality::Whole && picturing.has_drafts && !self.has_shaded() {
-            let kept = self.kept.as_ref();
-            let kept = kept.filter(|kept| kept.serves(&lights.records));
-            if let (Some(kept), Some(maps)) = (kept, &self.unblocked) {
-                let scale = picturing.view.radiance_scale;
-                let seen = (&*scene.strands, &visible.points[..]);
-                let mut radiance = kept.radiance(&lights.records, seen, maps, scale);
-                if let Some(bounced) = &self.bounced {
-                    let lit = self.lit_proxies(picturing);
-                    radiance.add_at(&recolored(bounced, lit.as_ref()));
-                    self.proxies = lit;
-                }
-                self.show(picturing, Quality::Recolored, radiance);
-                return;
-            }
-        }
-        if self.bounce.is_none() && scene.has_bounce() {
-            // It was put off for what was kept, which does not serve.
-            self.kept = None;
-            return;
-        }
-        if list.has_wide && self.profile.is_none() {
-            self.profile = scene.width_profile(&picturing.view, None);
-        }
-        let profile = self.profile.as_ref().filter(|_| list.has_wide);
         let through = self.through.as_ref().or(self.through_before.as_ref());
-        let maps = match (&self.unblocked, through) {
-            (Some(of_lights), Some(through)) if lights.plan.n_slots > 0 => Some(Maps {
-                plan: &lights.plan,
-                of_lights,
-                through,
-            }),
-            _ => None,
+        let inputs = Inputs {
+            picturing,
+            lights,
+            visible,
+            grid,
+            records: &records.packed,
+            maps: maps_of(lights, self.unblocked.as_ref(), through),
+            profile: self.profile.as_ref().filter(|_| list.has_wide),
+            bounce: self.bounce.as_ref(),
+            proxies: self.proxies.as_ref(),
         };
-        let has_narrow = maps.is_some() && lights.records.iter().any(LightRecord::is_narrow);
-        let shading = self.shading.get_or_insert_with(|| {
-            let radiance = Radiance::black(n_places, has_narrow);
-            let has_before = (self.before.as_ref()).is_some_and(|before| before.is_like(&radiance));
-            let mut shading = Shading {
-                quality,
-                groups: match tables {
-                    Some(_) => Arriving::groups(&lights.lit, n_places),
-                    // Nothing is kept.
-                    None => std::iter::once(0..lights.lit.len()).collect(),
-                },
-                group: 0,
-                order: visible.order.clone(),
-                // Shares of the volume change slowly along strands.
-                n_first: match has_before || self.unblocked.is_none() {
-                    true => visible.n_thinned,
-                    false => visible.n_first,
-                },
-                n_done: 0,
-                radiance,
-                counts: Counts::default(),
-                peaks: (quality == Quality::Draft).then(|| {
-                    let optics = scene.hair.optics();
-                    Peaks::of(&optics.shading(scene.tables.view()))
-                }),
-            };
-            if let Some(before) = self.before_paint.take() {
-                shading.only_repainted(before, scene.paint(), &visible.points);
-            }
-            shading
-        });
-        let Some(group) = shading.groups.get(shading.group).cloned() else {
+        let tables = tables_for(picturing.scene, self.multiple.as_ref(), self.needs_tables);
+        let Some(shading) = &mut self.shading else {
+            return;
+        };
+        if shading.group == shading.groups.len() {
             // There is no light.
             self.finish_shading(picturing);
             return;
+        }
+        let places = shading.next_places(inputs.slice());
+        let (plain, painted) = match tables {
+            Some(_) => inputs.plain_and_painted(&places),
+            None => (Vec::new(), places.clone()),
         };
-        let of_group = &lights.lit[group];
-        let has_narrow = !shading.radiance.along.is_empty();
-        let is_first_picture = !is_shaded;
-        let places = &shading.order[shading.n_done..];
-        let slice = n_places.div_ceil(8).clamp(SLICE.start, SLICE.end);
-        let n_left = match shading.n_first - shading.n_done.min(shading.n_first) {
-            0 => places.len(),
-            n_left => n_left,
-        };
-        let places = &places[..n_left.min(slice)];
-        let paint = scene.paint();
-        let is_plain = |place: &u32| {
-            let point = visible.points[*place as usize] as usize;
-            paint.is_none_or(|paint| !paint[point].is_painted())
-        };
-        let (plain, painted): (Vec<u32>, Vec<u32>) = match tables {
-            Some(_) => places.iter().partition(|place| is_plain(place)),
-            None => (Vec::new(), places.to_vec()),
-        };
-        let mut found = Vec::with_capacity(2);
         if let Some(tables) = tables.filter(|_| !plain.is_empty()) {
-            let n_groups = shading.groups.len();
-            let serves = |arriving: &Arriving| match n_groups {
-                1 => of_group.iter().all(|ix| arriving.lights.contains(ix)),
-                _ => arriving.lights == of_group,
-            };
-            if !self.arriving.as_ref().is_some_and(serves) {
-                let before = self
-                    .arriving_before
-                    .take()
-                    .filter(|(before, _)| serves(before));
-                self.arriving = Some(match before {
-                    Some((before, points)) => before.of_view(&points, &visible.points),
-                    None => Arriving::new(of_group, n_places),
-                });
-            }
-            let Some(arriving) = &mut self.arriving else {
+            let Some((radiance, counts)) = self.plain.shade(&inputs, tables, shading, &plain)
+            else {
                 return;
             };
-            if !arriving.is_filled() {
-                let from = (&lights.records[..], &records.packed[..]);
-                arriving.fill(scene, grid, from, &visible.points);
-                self.n_shares = 0;
-                return;
-            }
-            if let Some(maps) = maps.filter(|_| self.n_shares < n_places) {
-                let end = (self.n_shares + SHARES_AT_ONCE).min(n_places);
-                let maps = (&lights.records[..], maps);
-                let places = self.n_shares..end;
-                arriving.take_shares(scene, picturing.view.eye, maps, &visible.points, places);
-                self.n_shares = end;
-                if end < n_places {
-                    return;
-                }
-            }
-            let is_kept = picturing.has_drafts
-                && quality == Quality::Whole
-                && n_groups == 1
-                && paint.is_none()
-                && shading.order.len() == n_places;
-            if !is_kept {
-                self.kept = None;
-            } else if !self
-                .kept
-                .as_ref()
-                .is_some_and(|kept| kept.is_of(&arriving.lights, &lights.records, n_places))
-            {
-                self.kept = Kept::new(&arriving.lights, &lights.records, n_places);
-            }
-            let of_lights = (&*arriving, &lights.records[..]);
-            let view = &picturing.view;
-            let maps = maps.filter(|_| has_narrow).map(|maps| maps.of_lights);
-            let seen = (view, profile);
-            let shader = WideShader::new(scene, seen, tables, of_lights, maps, shading.peaks);
-            let bounce = self.bounce.as_ref().filter(|_| shading.group == 0);
-            if let Some(bounce) = bounce {
-                let bounced = self.bounced.take_if(|bounced| bounced.is_current);
-                let bounced = self.bounced.insert(bounced.unwrap_or_else(|| Bounced {
-                    at: vec![[0.0; 4]; n_places],
-                    n_done: 0,
-                    sent_back: self.proxies.as_ref().map_or([0.0; 3], Proxies::total),
-                    is_current: true,
-                }));
-                let missing = &visible.of_bounce[bounced.n_done..];
-                let missing = &missing[..missing.len().min(slice)];
-                if !missing.is_empty() {
-                    let found = shader.shade_bounce(bounce, missing, &visible.points);
-                    for (&place, found) in missing.iter().zip(found) {
-                        bounced.at[place as usize] = found;
-                    }
-                    bounced.n_done += missing.len();
-                    if bounced.n_done == visible.of_bounce.len() {
-                        visible.spread_bounce(&mut bounced.at);
-                    }
-                    return;
-                }
-            }
-            let mut shaded = shader.shade(&plain, &visible.points, self.kept.is_some());
-            if let (Some(_), Some(bounced)) = (bounce, &self.bounced) {
-                let of_plain = plain.iter().map(|place| bounced.at[*place as usize]);
-                shaded.radiance.add_at(&of_plain.collect::<Vec<_>>());
-            }
-            if let Some(kept) = &mut self.kept {
-                kept.take(&lights.records, &plain, &shaded.kept);
-            }
-            found.push((shaded.radiance, shaded.counts, plain));
+            shading.add(&plain, &radiance, counts);
         }
         // These do all lights at once.
         if !painted.is_empty() && shading.group == 0 {
-            let lit = Lit {
-                scene,
-                view: &picturing.view,
-                grid,
-                lights: &lights.records,
-                records: &records.packed,
-                maps,
-                profile,
-            };
-            let (mut radiance, counts) = lit.shade(&painted, &visible.points, has_narrow);
-            if let Some(bounce) = &self.bounce {
-                radiance.add_at(&lit.shade_bounce(bounce, &painted, &visible.points));
-            }
-            found.push((radiance, counts, painted));
+            let (radiance, counts) = inputs.shade_alone(&painted, shading.has_narrow());
+            shading.add(&painted, &radiance, counts);
         }
         shading.n_done += places.len();
-        for (radiance, counts, places) in found {
-            shading.radiance.add(&places, &radiance);
-            shading.counts = shading.counts.and(counts);
-        }
         let is_last = shading.group + 1 == shading.groups.len();
         let is_first_done = shading.n_done >= shading.n_first;
-        if shading.n_done == shading.order.len() || quality == Quality::Draft && is_first_done {
+        let is_draft = shading.quality == Quality::Draft;
+        if shading.n_done == shading.order.len() || is_draft && is_first_done {
             shading.group += 1;
             shading.n_done = 0;
             if is_last {
@@ -299,7 +202,8 @@ impl Frame {
             if is_whole {
                 self.before = None;
             }
-            if let (Some(kept), Some(lights), true) = (&mut self.kept, &self.lights, is_whole) {
+            if let (Some(kept), Some(lights), true) = (&mut self.plain.kept, &self.lights, is_whole)
+            {
                 kept.is_taken(&lights.records);
             }
             self.show(picturing, shading.quality, shading.radiance);
@@ -350,74 +254,4 @@ pub(super) fn needs_tables(scene: &PreparedScene) -> bool {
         None => true,
     };
     has_plain && scene.reference_amplitudes.is_none()
-}
-
-/// Do the tables have all terms of multiple scattering that are drawn?
-fn serve(tables: &MultipleTables, scene: &PreparedScene) -> bool {
-    scene.terms() & (TERM_GLOBAL | TERM_LOCAL) & !tables.terms() == 0
-}
-
-/// What shades visible points that have fibres of their own, and elliptic ones.
-struct Lit<'a> {
-    scene: &'a PreparedScene,
-    view: &'a ViewUniform,
-    grid: &'a Grid,
-    lights: &'a [LightRecord],
-    records: &'a [PackedRecord],
-    maps: Option<Maps<'a>>,
-    profile: Option<&'a WidthProfile>,
-}
-
-impl Lit<'_> {
-    /// Radiance of some visible points, along segments where there are narrow lights.
-    fn shade(&self, places: &[u32], visible: &[u32], has_narrow: bool) -> (Radiance, Counts) {
-        let shader = PointShader::new(self.scene, self.view, self.profile);
-        let n_voxels = self.grid.n_voxels();
-        let lift = SELF_LIFT * self.grid.h;
-        let through = self
-            .maps
-            .map(|maps| ThroughShares::new(&self.scene.strands, self.view.eye, maps));
-        let answers = self.maps.map(|maps| maps.of_lights);
-        let mut found = Radiance::black(places.len(), has_narrow);
-        let mut along: Vec<_> = found.along.iter_mut().map(Some).collect();
-        along.resize_with(places.len(), || None);
-        let counts = found
-            .at
-            .par_iter_mut()
-            .zip(along)
-            .zip(places)
-            .with_min_len(16)
-            .map_init(Scratch::default, |scratch, ((radiance, along), &place)| {
-                let at = VisiblePoint {
-                    place: place as usize,
-                    point: visible[place as usize] as usize,
-                };
-                if let Some(through) = &through {
-                    dispatch!(Level::new(), simd => through.find(simd, at, scratch));
-                }
-                let position = Vec3::from_slice(&self.scene.strands.points[at.point]);
-                let arriving = |ix: usize, light: &LightRecord| {
-                    let lifted = position + Vec3::from(light.direction) * lift;
-                    let g = grid_position(self.grid, lifted);
-                    let record = record_at(self.grid, &self.records[ix * n_voxels..], g);
-                    let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
-                    let slot = light.shadow_index;
-                    if let Some(maps) = self.maps.filter(|_| slot != NO_SLOT) {
-                        unblocked = maps.of_lights.share(slot, at);
-                        unblocked_tt = scratch.shares[slot as usize];
-                    }
-                    (record, unblocked, unblocked_tt)
-                };
-                shader.shade(at, self.lights, arriving, radiance, answers.zip(along))
-            })
-            .reduce(Counts::default, Counts::and);
-        (found, counts)
-    }
-
-    /// Bounce light at some visible points: rgb times the view's radiance scale, and zero.
-    fn shade_bounce(&self, bounce: &BounceLight, places: &[u32], visible: &[u32]) -> Vec<[f32; 4]> {
-        let shader = PointShader::new(self.scene, self.view, None);
-        let of_place = |&place: &u32| shader.shade_bounce(bounce, visible[place as usize] as usize);
-        places.par_iter().with_min_len(16).map(of_place).collect()
-    }
 }

@@ -135,7 +135,7 @@ impl Frame {
                 self.stats.texels_visited += unblocked.n_texels;
                 self.unblocked = Some(unblocked);
                 // Those at more points are the same at these.
-                self.n_shares = if is_extended { self.n_shares } else { 0 };
+                self.plain.n_shares = if is_extended { self.plain.n_shares } else { 0 };
             }
             unfinished => self.casting = unfinished,
         }
@@ -164,7 +164,7 @@ impl Frame {
                 bytes = maps.bytes();
                 self.stats.texels_visited += maps.n_texels;
                 let forward = picturing.view.forward;
-                self.n_shares = if is_extended { self.n_shares } else { 0 };
+                self.plain.n_shares = if is_extended { self.plain.n_shares } else { 0 };
                 if maps.is_everywhere() {
                     self.through_before = None;
                 }

@@ -7,7 +7,6 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::volume::Grid;
 use strandlight_scene::{PreparedScene, Stats};
 
-use super::super::arriving::Arriving;
 use super::super::bounce::{BounceLight, BounceRays};
 use super::super::list::{Listing, VisibilityList};
 use super::super::proxies::Proxies;
@@ -16,8 +15,8 @@ use super::super::through_shares::Through;
 use super::super::unblocked::{Casting, Unblocked};
 use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
-use super::kept::Kept;
-use super::parts::{Bounced, Lights, Painted, ProxyLight, Records, Shaded, Shading};
+use super::parts::{Lights, Painted, ProxyLight, Records, Shaded, Shading};
+use super::plain::PlainPoints;
 
 /// What all stages of a picture read.
 pub(super) struct Picturing<'a> {
@@ -62,15 +61,7 @@ pub(in super::super) struct Frame {
     /// Are there points that tables serve? Unknown after an edit of the paint.
     pub(super) needs_tables: Option<bool>,
     pub(super) multiple: Option<MultipleTables>,
-    pub(super) arriving: Option<Arriving>,
-    /// That of the view before, and its visible points.
-    pub(super) arriving_before: Option<(Arriving, Vec<u32>)>,
-    /// Visible points at which it has the shares of the shadow maps.
-    pub(super) n_shares: usize,
-    /// Of the last complete picture.
-    pub(super) kept: Option<Kept>,
-    /// Light of the proxies that the visible points scatter.
-    pub(super) bounced: Option<Bounced>,
+    pub(super) plain: PlainPoints,
     /// Of the fibre over its width, where a view shows strands that are wide.
     pub(super) profile: Option<WidthProfile>,
     pub(super) shading: Option<Shading>,

@@ -50,7 +50,7 @@ pub enum ConvergeError {
     #[error(transparent)]
     Fibre(#[from] BcsdfError),
     /// No light reaches the eye.
-    #[error("the truth is black, so that no error is relative to it; light the hair")]
+    #[error("the truth is black, so relative errors are undefined: no light reaches the camera")]
     Black,
 }
 

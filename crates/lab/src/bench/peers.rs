@@ -59,7 +59,7 @@ pub enum PeersError {
     #[error(transparent)]
     Fibre(#[from] BcsdfError),
     /// No light reaches the eye.
-    #[error("the truth is black, so that no error is relative to it; light the hair")]
+    #[error("the truth is black, so relative errors are undefined: no light reaches the camera")]
     Black,
     /// The truth is noisier than the picture is wrong.
     #[error("the truth is too noisy to tell the picture's error; take more samples for it")]

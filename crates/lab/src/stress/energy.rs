@@ -20,7 +20,7 @@ use super::target::StressError;
 const BOUND: f64 = 0.01;
 /// Energies below this share of the incident energy are not compared.
 const THRESHOLD: f64 = 1e-6;
-/// Points around the circle of [`energy_over_azimuth`], for lights of at least [`RING_LAMBDA`]:
+/// Points around the circle of [`over_azimuth`], for lights of at least [`RING_LAMBDA`]:
 /// more than two a standard deviation of the narrowest answer.
 const RING: usize = 384;
 const RING_LAMBDA: f64 = 0.05;

@@ -11,11 +11,12 @@ use strandlight_formats::{FileKind, read_file_of_kind};
 use super::error::{CompareError, LayerError};
 use strandlight_images::catch_decoder_panic;
 use strandlight_images::exr_map::{MAGIC, read_samples};
+use strandlight_scene::budget::MAX_TARGET_PIXELS;
 
 /// Largest width and height of a picture.
 pub const MAX_SIDE: usize = 16_384;
-/// Most pixels: as many as a frame of the renderer may have.
-pub const MAX_PIXELS: usize = 8 << 20;
+/// Most pixels: as many as are drawn at once.
+pub const MAX_PIXELS: usize = MAX_TARGET_PIXELS as usize;
 /// Longest file that is read.
 const MAX_FILE_BYTES: u64 = 2 << 30;
 /// First bytes of a PNG.

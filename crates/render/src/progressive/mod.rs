@@ -89,8 +89,9 @@ pub struct ProgressiveRenderer {
     still_bytes: [u64; 2],
     /// The picture is read back when it is finished: nothing is shown before.
     is_still: bool,
-    /// Pictures are drawn by a visibility list where that is possible; was the last still?
+    /// Are pictures drawn by a visibility list, where that is possible?
     by_list: bool,
+    /// Was the last still?
     #[cfg(not(target_arch = "wasm32"))]
     was_by_list: bool,
     /// The device has not answered yet in this turn how much there is to list.

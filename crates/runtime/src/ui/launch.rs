@@ -86,7 +86,7 @@ pub enum Failure {
     )]
     Display(#[source] EventLoopError),
     /// The display failed while the window was open.
-    #[error("cannot open a window: no display ({0}); use --frame OUT.png to render without one")]
+    #[error("the window's event loop failed: {0}")]
     EventLoop(#[source] EventLoopError),
     /// The display has no window for us.
     #[error("the window could not be opened: {0}")]

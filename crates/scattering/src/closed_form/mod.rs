@@ -105,7 +105,7 @@ pub use through::{THROUGH_LEAST, THROUGH_PHI, THROUGH_THETA, through_kernel};
 pub(crate) use transmittance::{HALF_BIAS, LEAST_HALF, MOST_HALF};
 pub use transmittance::{
     LEAST_SHARE, P_1, P_2, PackedRecord, RECORD_SCALE, ShadowRecord, add_to_record, depth_of_share,
-    forward_events, pack_record, pass_through, transmitted, unpack_record,
+    forward_events, pack_record, pass_through, shares_of_ray, transmitted, unpack_record,
 };
 pub use width_profile::WidthProfile;
 

@@ -60,16 +60,21 @@ pub fn unpack_record(packed: &PackedRecord) -> ShadowRecord {
 /// Shares after optical depth `depth`, and the integral of sin^2 of the inclination over depth:
 /// `entering` is what arrives. One exponential serves all three exponents.
 pub fn pass_through(entering: [f32; 4], depth: f32, sin_2: f32) -> [f32; 4] {
-    let at_p_2 = (-P_2 * depth).exp();
-    let squared = at_p_2 * at_p_2;
-    let at_p_1 = squared * squared;
-    let at_1 = (at_p_1 * at_p_1) * (at_p_1 * at_p_1);
+    let [at_1, at_p_1, at_p_2] = shares_of_ray((-P_2 * depth).exp());
     [
         entering[0] * at_1,
         entering[1] * at_p_1,
         entering[2] * at_p_2,
         entering[3] + depth * sin_2,
     ]
+}
+
+/// Shares of a single ray at p = 1, [`P_1`] and [`P_2`], of which the last is `at_p_2`: its 16th and 4th
+/// power and itself.
+pub fn shares_of_ray(at_p_2: f32) -> [f32; 3] {
+    let squared = at_p_2 * at_p_2;
+    let at_p_1 = squared * squared;
+    [(at_p_1 * at_p_1) * (at_p_1 * at_p_1), at_p_1, at_p_2]
 }
 
 /// Effective optical depth -ln(share) / P_2 of a share at [`P_2`].

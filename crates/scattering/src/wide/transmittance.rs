@@ -30,12 +30,8 @@ impl<S: Simd> Stretch<S> {
     /// Of an optical depth; 0 or more.
     #[inline(always)]
     pub fn new(depth: f32x8<S>, sin_2: f32x8<S>) -> Stretch<S> {
-        let at_p_2 = exp(depth * -P_2);
-        let squared = at_p_2 * at_p_2;
-        let at_p_1 = squared * squared;
-        let at_1 = (at_p_1 * at_p_1) * (at_p_1 * at_p_1);
         Stretch {
-            factors: [at_1, at_p_1, at_p_2],
+            factors: shares_of_ray(exp(depth * -P_2)),
             sin_2_depth: depth * sin_2,
         }
     }
@@ -50,6 +46,14 @@ impl<S: Simd> Stretch<S> {
             entering[3] + self.sin_2_depth,
         ]
     }
+}
+
+/// [`crate::closed_form::shares_of_ray`].
+#[inline(always)]
+fn shares_of_ray<S: Simd>(at_p_2: f32x8<S>) -> [f32x8<S>; 3] {
+    let squared = at_p_2 * at_p_2;
+    let at_p_1 = squared * squared;
+    [(at_p_1 * at_p_1) * (at_p_1 * at_p_1), at_p_1, at_p_2]
 }
 
 /// -ln(share) / P_2.

@@ -11,8 +11,8 @@ use crate::cli::{Failure, Outcome, print_line};
 
 /// Look for what is commonly wrong with hair: unit, guides, widths, root order, broken strands
 ///
-/// Reads any hair file, or a .groom, as the file says or as its format has it. Exits with 1 when
-/// something is found, with 2 when the file is no hair or cannot be opened.
+/// Reads a .groom or any hair file, in the unit and axis that it states or its format implies. Exits with
+/// 1 if something is found, with 2 if the file cannot be read as hair.
 #[derive(clap::Args)]
 pub struct Args {
     /// .groom or hair file of another program, - for standard input

@@ -11,9 +11,9 @@ use crate::cli::{Failure, Outcome, check_outputs, note};
 
 /// Join hair of several files into one groom
 ///
-/// Attributes that all files have are kept, and those that have a value that says nothing: diameter
-/// (as the file is drawn), guide and paint. Each file without group_id becomes a group named like
-/// it. Says on stderr what was kept and what was dropped.
+/// Attributes that all files have are kept. Files without diameter, guide or paint get neutral values
+/// (of diameters, those that the file is drawn with), so these are kept too. Each file without group_id
+/// becomes a group named like it. Says on stderr what was kept and what was dropped.
 #[derive(clap::Args)]
 pub struct Args {
     /// .groom or hair files of other programs, in the order of their strands

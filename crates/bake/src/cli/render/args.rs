@@ -71,8 +71,8 @@ pub struct Args {
     #[arg(long, value_name = "WxH", value_parser = parse_size, help = size_help())]
     pub size: Option<[u32; 2]>,
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MAX_SAMPLES.into()),
-        help = format!("Samples per pixel, 1..={MAX_SAMPLES} [default: none: a visibility list says what a pixel shows, \
-            without noise; the scene's, {}, where a GPU has no room for it]", RenderSection::default().samples))]
+        help = format!("Samples per pixel, 1..={MAX_SAMPLES} [default: no samples: a visibility list, free of noise; the \
+            scene's number, {}, where a GPU has no room for the list]", RenderSection::default().samples))]
     pub samples: Option<u32>,
     /// Renderer; auto uses the GPU if there is one, and the CPU rather than a software adapter
     #[arg(long, value_enum, default_value_t = Choice::Auto)]

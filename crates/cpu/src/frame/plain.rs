@@ -1,0 +1,151 @@
+//! Visible points with the scene's fibre, which tables of multiple scattering serve: eight lights at a time, and what
+//! arrives at them is kept for edits.
+
+use strandlight_scattering::multiple_tables::MultipleTables;
+
+use super::super::arriving::Arriving;
+use super::super::proxies::Proxies;
+use super::super::radiance::Radiance;
+use super::super::shade::Counts;
+use super::super::shade_wide::WideShader;
+use super::inputs::Inputs;
+use super::kept::Kept;
+use super::parts::{Bounced, Quality, Shading};
+
+/// Points that shares of shadow maps are taken at, at a time: some 10 ms on two cores.
+const SHARES_AT_ONCE: usize = 1 << 13;
+
+/// What is kept of them.
+#[derive(Default)]
+pub(super) struct PlainPoints {
+    /// What arrives of a group of lights.
+    pub arriving: Option<Arriving>,
+    /// That of the view before, and its visible points.
+    pub arriving_before: Option<(Arriving, Vec<u32>)>,
+    /// Points at which `arriving` has the shares of the shadow maps.
+    pub n_shares: usize,
+    /// Of the last complete picture.
+    pub kept: Option<Kept>,
+    /// Light of the proxies that the points scatter.
+    pub bounced: Option<Bounced>,
+}
+
+impl PlainPoints {
+    /// Radiance of some points, or nothing yet: then something was found that it needs.
+    pub fn shade(
+        &mut self,
+        inputs: &Inputs,
+        tables: &MultipleTables,
+        shading: &Shading,
+        places: &[u32],
+    ) -> Option<(Radiance, Counts)> {
+        if !self.find_arriving(inputs, shading) {
+            return None;
+        }
+        self.plan_kept(inputs, shading);
+        let (scene, records) = (inputs.picturing.scene, &inputs.lights.records[..]);
+        let arriving = self.arriving.as_ref()?;
+        let maps = (inputs.maps.filter(|_| shading.has_narrow())).map(|maps| maps.of_lights);
+        let seen = (&inputs.picturing.view, inputs.profile);
+        let of_lights = (arriving, records);
+        let shader = WideShader::new(scene, seen, tables, of_lights, maps, shading.peaks);
+        let has_bounce = inputs.bounce.is_some() && shading.group == 0;
+        if has_bounce && !step_bounced(&mut self.bounced, inputs, &shader) {
+            return None;
+        }
+        let mut shaded = shader.shade(places, &inputs.visible.points, self.kept.is_some());
+        if let Some(bounced) = self.bounced.as_ref().filter(|_| has_bounce) {
+            let of_places = places.iter().map(|place| bounced.at[*place as usize]);
+            shaded.radiance.add_at(&of_places.collect::<Vec<_>>());
+        }
+        if let Some(kept) = &mut self.kept {
+            kept.take(records, places, &shaded.kept);
+        }
+        Some((shaded.radiance, shaded.counts))
+    }
+
+    /// Works a little on what arrives of the lights under way; answers whether all is known.
+    fn find_arriving(&mut self, inputs: &Inputs, shading: &Shading) -> bool {
+        let (lights, visible) = (inputs.lights, &inputs.visible.points[..]);
+        let of_group = &lights.lit[shading.groups[shading.group].clone()];
+        let serves = |arriving: &Arriving| match shading.groups.len() {
+            1 => of_group.iter().all(|ix| arriving.lights.contains(ix)),
+            _ => arriving.lights == of_group,
+        };
+        let arriving = self.arriving.take_if(|arriving| serves(arriving));
+        let arriving = self.arriving.insert(arriving.unwrap_or_else(|| {
+            let before = self.arriving_before.take();
+            match before.filter(|(before, _)| serves(before)) {
+                Some((before, points)) => before.of_view(&points, visible),
+                None => Arriving::new(of_group, visible.len()),
+            }
+        }));
+        let scene = inputs.picturing.scene;
+        if !arriving.is_filled() {
+            arriving.fill(
+                scene,
+                inputs.grid,
+                (&lights.records, inputs.records),
+                visible,
+            );
+            self.n_shares = 0;
+            return false;
+        }
+        if let Some(maps) = inputs.maps.filter(|_| self.n_shares < visible.len()) {
+            let end = (self.n_shares + SHARES_AT_ONCE).min(visible.len());
+            let eye = inputs.picturing.view.eye;
+            let places = self.n_shares..end;
+            arriving.take_shares(scene, eye, (&lights.records, maps), visible, places);
+            self.n_shares = end;
+        }
+        inputs.maps.is_none() || self.n_shares == visible.len()
+    }
+
+    /// Keeps what each light comes to where a complete picture is shaded whose lights may be edited next.
+    fn plan_kept(&mut self, inputs: &Inputs, shading: &Shading) {
+        let n_places = inputs.visible.points.len();
+        let is_kept = inputs.picturing.has_drafts
+            && shading.quality == Quality::Whole
+            && shading.groups.len() == 1
+            && inputs.picturing.scene.paint().is_none()
+            && shading.order.len() == n_places;
+        let Some(arriving) = self.arriving.as_ref().filter(|_| is_kept) else {
+            self.kept = None;
+            return;
+        };
+        let (lights, all) = (&arriving.lights[..], &inputs.lights.records[..]);
+        let kept = self.kept.take();
+        self.kept = kept
+            .filter(|kept| kept.is_of(lights, all, n_places))
+            .or_else(|| Kept::new(lights, all, n_places));
+    }
+}
+
+/// Finds some more of the light of the proxies; answers whether all of it was known.
+fn step_bounced(bounced: &mut Option<Bounced>, inputs: &Inputs, shader: &WideShader) -> bool {
+    let Some(bounce) = inputs.bounce else {
+        return true;
+    };
+    let visible = inputs.visible;
+    let current = bounced.take_if(|bounced| bounced.is_current);
+    let bounced = bounced.insert(current.unwrap_or_else(|| Bounced {
+        at: vec![[0.0; 4]; visible.points.len()],
+        n_done: 0,
+        sent_back: inputs.proxies.map_or([0.0; 3], Proxies::total),
+        is_current: true,
+    }));
+    let missing = &visible.of_bounce[bounced.n_done..];
+    let missing = &missing[..missing.len().min(inputs.slice())];
+    if missing.is_empty() {
+        return true;
+    }
+    let found = shader.shade_bounce(bounce, missing, &visible.points);
+    for (&place, found) in missing.iter().zip(found) {
+        bounced.at[place as usize] = found;
+    }
+    bounced.n_done += missing.len();
+    if bounced.n_done == visible.of_bounce.len() {
+        visible.spread_bounce(&mut bounced.at);
+    }
+    false
+}
