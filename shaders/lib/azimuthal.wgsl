@@ -7,11 +7,10 @@
 // Sum over the lobes of amplitude times product with the light; sin_half and cos_half of half the
 // azimuth from the lobes' common centre to the light.
 fn azimuthal_lobes(kappa: f32, sin_half: f32, cos_half: f32, lobes: Lobes) -> vec3f {
-    let kappas = 2.0 / (lobes.lambda * lobes.lambda);
-    let middle = sin_half * lobes.cos_half;
-    let apart = cos_half * lobes.sin_half;
-    let near = middle - apart;
-    let far = middle + apart;
+    let angles = lobe_angles_to(lobes, sin_half, cos_half);
+    let kappas = angles.kappa;
+    let near = angles.near;
+    let far = angles.far;
     let p_0 = lobe_integral(kappa, kappas.x, sin_half * sin_half);
     let p_1 = lobe_integral(kappa, kappas.y, near.x * near.x)
         + lobe_integral(kappa, kappas.y, far.x * far.x);

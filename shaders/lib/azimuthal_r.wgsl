@@ -24,6 +24,11 @@ fn azimuthal_r(
     c: texture_2d<u32>,
 ) -> f32 {
     let b = sample_c(c, axes, kappa, lag.cos_half);
+    return bessel_i0e_fast(kappa) * reflected(b, at, reflectance);
+}
+
+// v^2 times the sum over i of P_i(y) b_i, not below 0.
+fn reflected(b: CShares, at: Inclination, reflectance: Reflectance) -> f32 {
     let x = at.cos_theta_d;
     let v = reflectance.scale / (reflectance.scale + x);
     let y = v * (1.0 - x);
@@ -32,5 +37,5 @@ fn azimuthal_r(
     let second = (((((f[13] * y + f[11]) * y + f[9]) * y + f[7]) * y + f[5]) * y + f[3]) * y + f[1];
     let lanes = first * b.first + second * b.second;
     let sum = (lanes.x + lanes.z) + (lanes.y + lanes.w);
-    return bessel_i0e_fast(kappa) * (v * v) * max(sum, 0.0);
+    return (v * v) * max(sum, 0.0);
 }

@@ -16,6 +16,17 @@ fn grid_position(grid: Grid, position: vec3f) -> vec3f {
     return clamp(g, vec3f(0.0), vec3f(grid.dims) - 1.001);
 }
 
+// Where a ray is in the grid, `inset` voxels or more from its faces: the distances from `start` at which it enters, 0
+// or more, and leaves; where it never is, it leaves before it enters.
+fn span_in_grid(grid: Grid, start: vec3f, direction: vec3f, inset: f32) -> vec2f {
+    let d = select(direction, vec3f(1e-8), abs(direction) < vec3f(1e-8));
+    let low = (grid.origin + inset * grid.h - start) / d;
+    let high = (grid.origin + (vec3f(grid.dims) - inset) * grid.h - start) / d;
+    let near = min(low, high);
+    let far = max(low, high);
+    return vec2f(max(max(near.x, near.y), max(near.z, 0.0)), min(far.x, min(far.y, far.z)));
+}
+
 // How far towards a light its records are looked up, voxels; found by ray shooting.
 const SELF_LIFT: f32 = 0.12;
 

@@ -61,25 +61,16 @@ fn half_circle_basis(lag: Lag) -> CShares {
 
 // N_R^G of a dielectric, for the integrals b of half_circle_basis; >= 0.
 fn half_circle_r(b: CShares, at: Inclination, reflectance: Reflectance) -> f32 {
-    let x = at.cos_theta_d;
-    let v = reflectance.scale / (reflectance.scale + x);
-    let y = v * (1.0 - x);
-    let f = reflectance.coefficients;
-    let first = (((((f[12] * y + f[10]) * y + f[8]) * y + f[6]) * y + f[4]) * y + f[2]) * y + f[0];
-    let second = (((((f[13] * y + f[11]) * y + f[9]) * y + f[7]) * y + f[5]) * y + f[3]) * y + f[1];
-    let lanes = first * b.first + second * b.second;
-    let sum = (lanes.x + lanes.z) + (lanes.y + lanes.w);
-    return (v * v) * max(sum, 0.0);
+    return reflected(b, at, reflectance);
 }
 
 // Sum over the lobes of amplitude times share within the half circle; sin_half and cos_half of
 // half the azimuth from the lobes' common centre to the middle of the half circle.
 fn half_circle_lobes(sin_half: f32, cos_half: f32, lobes: Lobes) -> vec3f {
-    let kappas = 2.0 / (lobes.lambda * lobes.lambda);
-    let middle = sin_half * lobes.cos_half;
-    let apart = cos_half * lobes.sin_half;
-    let near = middle - apart;
-    let far = middle + apart;
+    let angles = lobe_angles_to(lobes, sin_half, cos_half);
+    let kappas = angles.kappa;
+    let near = angles.near;
+    let far = angles.far;
     let p_0 = bessel_i0e_fast(kappas.x) * half_circle(kappas.x, 1.0 - 2.0 * sin_half * sin_half);
     let p_1 = bessel_i0e_fast(kappas.y)
         * (half_circle(kappas.y, 1.0 - 2.0 * near.x * near.x)

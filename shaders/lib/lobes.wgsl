@@ -25,6 +25,21 @@ struct Lobes {
     amplitude: array<vec3f, 3>,
 }
 
+// Lobes about a direction: their sharpnesses, and the sines of half the azimuths from the nearer and the farther lobe
+// of each pair to the direction.
+struct LobeAngles {
+    kappa: vec3f,
+    near: vec2f,
+    far: vec2f,
+}
+
+// sin_half and cos_half of half the azimuth from the lobes' common centre to the direction.
+fn lobe_angles_to(lobes: Lobes, sin_half: f32, cos_half: f32) -> LobeAngles {
+    let middle = sin_half * lobes.cos_half;
+    let apart = cos_half * lobes.sin_half;
+    return LobeAngles(2.0 / (lobes.lambda * lobes.lambda), middle - apart, middle + apart);
+}
+
 // Two fractions between those of two words, 0..=1.
 fn mix_fractions(low: u32, high: u32, fraction: f32) -> vec2f {
     return mix(unpack2x16unorm(low), unpack2x16unorm(high), fraction);

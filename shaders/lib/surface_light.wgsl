@@ -10,11 +10,6 @@ const HIGHER: f32 = 3.0;
 
 // How far along a ray the middles of the outer voxels are reached; below 0: never.
 fn entry_of_volume(grid: Grid, position: vec3f, direction: vec3f) -> f32 {
-    let d = select(direction, vec3f(1e-8), abs(direction) < vec3f(1e-8));
-    let low = (grid.origin + 0.5 * grid.h - position) / d;
-    let high = (grid.origin + (vec3f(grid.dims) - 0.5) * grid.h - position) / d;
-    let near = min(low, high);
-    let far = max(low, high);
-    let entry = max(max(near.x, near.y), max(near.z, 0.0));
-    return select(-1.0, entry, entry < min(far.x, min(far.y, far.z)));
+    let span = span_in_grid(grid, position, direction, 0.5);
+    return select(-1.0, span.x, span.x < span.y);
 }

@@ -75,14 +75,9 @@ fn lobe_of(surface: u32) -> u32 {
 
 // What hair lets pass on `distance` cm from `start`, to a surface on which hair may lie.
 fn pass_hair(start: vec3f, direction: vec3f, distance: f32) -> vec4f {
-    let d = select(direction, vec3f(1e-8), abs(direction) < vec3f(1e-8));
-    let dims = vec3f(grid.dims);
-    let low = (grid.origin - start) / d;
-    let high = (grid.origin + dims * grid.h - start) / d;
-    let near = min(low, high);
-    let far = max(low, high);
-    let entry = max(max(near.x, near.y), max(near.z, 0.0));
-    let exit = min(min(far.x, far.y), min(far.z, distance + BEYOND * grid.h));
+    let span = span_in_grid(grid, start, direction, 0.0);
+    let entry = span.x;
+    let exit = min(span.y, distance + BEYOND * grid.h);
     if exit <= entry {
         return OPEN;
     }
@@ -91,10 +86,11 @@ fn pass_hair(start: vec3f, direction: vec3f, distance: f32) -> vec4f {
     var depth = 0.0;
     var sin_2_depth = 0.0;
     for (var ix = 0u; ix < u32(n); ix++) {
-        let position = start + d * (entry + (f32(ix) + 0.5) * part);
-        let voxel = clamp(floor((position - grid.origin) / grid.h), vec3f(0.0), dims - 1.0);
+        let position = start + direction * (entry + (f32(ix) + 0.5) * part);
+        let last = vec3f(grid.dims) - 1.0;
+        let voxel = clamp(floor((position - grid.origin) / grid.h), vec3f(0.0), last);
         let index = voxel_index(grid, vec3u(voxel));
-        let hair = extinction(volume[2u * index], volume[2u * index + 1u], d);
+        let hair = extinction(volume[2u * index], volume[2u * index + 1u], direction);
         depth += hair.x * part;
         sin_2_depth += hair.x * part * hair.y;
         if depth > MOST_DEPTH {

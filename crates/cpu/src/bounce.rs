@@ -209,29 +209,25 @@ fn pass_hair(
     direction: Vec3,
     distance: f32,
 ) -> [f32; 4] {
-    let tiny = direction.abs().cmplt(Vec3::splat(1e-8));
-    let d = Vec3::select(tiny, Vec3::splat(1e-8), direction);
-    let origin = Vec3::from(grid.origin);
-    let dims = Vec3::from(grid.dims.map(|n| n as f32));
-    let low = (origin - start) / d;
-    let high = (origin + dims * grid.h - start) / d;
-    let entry = low.min(high).max_element().max(0.0);
-    let end = distance + BEYOND * grid.h;
-    let exit = low.max(high).min_element().min(end);
+    let Some([entry, exit]) = grid.span(start, direction, 0.0) else {
+        return OPEN;
+    };
+    let exit = exit.min(distance + BEYOND * grid.h);
     if exit <= entry {
         return OPEN;
     }
+    let origin = Vec3::from(grid.origin);
     let n = ((exit - entry) / grid.h).ceil();
     let step = (exit - entry) / n;
-    let last = dims - 1.0;
+    let last = Vec3::from(grid.dims.map(|n| n as f32 - 1.0));
     let (mut depth, mut sin_2_depth) = (0.0, 0.0);
     for ix in 0..n as u32 {
-        let position = start + d * (entry + (ix as f32 + 0.5) * step);
+        let position = start + direction * (entry + (ix as f32 + 0.5) * step);
         let at = ((position - origin) / grid.h)
             .floor()
             .clamp(Vec3::ZERO, last);
         let voxel = &volume[voxel_index(grid, at.as_uvec3().to_array())];
-        let [sigma_t, sin_2] = extinction(voxel, d);
+        let [sigma_t, sin_2] = extinction(voxel, direction);
         depth += sigma_t * step;
         sin_2_depth += sigma_t * step * sin_2;
         if depth > MOST_DEPTH {

@@ -146,10 +146,10 @@ impl From<'_> {
                 continue;
             }
             let share_at = |position: Vec3| self.share_at(grid_position(self.grid, position));
-            let shares = match entry_of_volume(self.grid, surface.position, d) {
+            let shares = match self.grid.span(surface.position, d, 0.5) {
                 None => [1.0; 3],
                 // The same place for all directions.
-                Some(0.0) => *inside.get_or_insert_with(|| {
+                Some([0.0, _]) => *inside.get_or_insert_with(|| {
                     let above = |(height, depth): (f32, f32)| {
                         let height = height * self.grid.h;
                         let [a, b, c] = share_at(surface.position + surface.normal * height)?;
@@ -159,7 +159,7 @@ impl From<'_> {
                     let mut heights = HEIGHTS.into_iter().zip(depths);
                     heights.find_map(above).unwrap_or_default()
                 }),
-                Some(entry) => share_at(surface.position + d * entry).unwrap_or_default(),
+                Some([entry, _]) => share_at(surface.position + d * entry).unwrap_or_default(),
             };
             for (arriving, share) in arriving.iter_mut().zip(shares) {
                 *arriving += weight * share;
@@ -230,18 +230,6 @@ fn depth_on_surface(
         }
     }
     depth
-}
-
-/// How far along a ray the middles of the outer voxels are reached.
-fn entry_of_volume(grid: &Grid, position: Vec3, direction: Vec3) -> Option<f32> {
-    let tiny = direction.abs().cmplt(Vec3::splat(1e-8));
-    let d = Vec3::select(tiny, Vec3::splat(1e-8), direction);
-    let origin = Vec3::from(grid.origin);
-    let dims = Vec3::from(grid.dims.map(|n| n as f32));
-    let low = (origin + 0.5 * grid.h - position) / d;
-    let high = (origin + (dims - 0.5) * grid.h - position) / d;
-    let entry = low.min(high).max_element().max(0.0);
-    (entry < low.max(high).min_element()).then_some(entry)
 }
 
 #[cfg(test)]

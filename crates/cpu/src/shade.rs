@@ -194,9 +194,7 @@ impl<'a> PointShader<'a> {
         let strands = &scene.strands;
         let point = at.point;
         let position = Vec3::from_slice(&strands.points[point]);
-        let u = Vec3::from_slice(&strands.tangents[point]);
-        let v = Vec3::from_slice(&strands.normals[point]);
-        let w = u.cross(v);
+        let [u, v, w] = strands.frame(point);
         let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
         let eye = DirectionInFrame::from_vector(in_frame(Vec3::from(self.view.eye) - position));
         let paint = scene

@@ -375,9 +375,7 @@ impl<'a> WideShader<'a> {
     #[inline(always)]
     fn place(&self, point: usize) -> Place {
         let strands = &self.scene.strands;
-        let u = Vec3::from_slice(&strands.tangents[point]);
-        let v = Vec3::from_slice(&strands.normals[point]);
-        let w = u.cross(v);
+        let [u, v, w] = strands.frame(point);
         let towards = Vec3::from(self.view.eye) - Vec3::from_slice(&strands.points[point]);
         Place {
             frame: [u, v, w].map(|axis: Vec3| axis.to_array()),

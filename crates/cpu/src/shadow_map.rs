@@ -130,9 +130,7 @@ pub(super) fn through_shares(
     let n_maps = mixture.towards.len();
     for (slot, weights) in mixture.weights.chunks_exact(n_maps.max(1)).enumerate() {
         let share_at = |point: usize| {
-            let u = Vec3::from_slice(&strands.tangents[point]);
-            let v = Vec3::from_slice(&strands.normals[point]);
-            let w = u.cross(v);
+            let [u, v, w] = strands.frame(point);
             let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
             let position = Vec3::from_slice(&strands.points[point]);
             let eye = in_frame((Vec3::from(eye) - position).normalize_or_zero());

@@ -110,9 +110,7 @@ impl<'a> ThroughShares<'a> {
         answers.extend(self.maps.through.maps.answers(at));
         answers.resize(n_row, 0.0);
         kernel.resize(n_row, 0.0);
-        let u = Vec3::from_slice(&self.strands.tangents[at.point]);
-        let v = Vec3::from_slice(&self.strands.normals[at.point]);
-        let w = u.cross(v);
+        let [u, v, w] = self.strands.frame(at.point);
         let position = Vec3::from_slice(&self.strands.points[at.point]);
         let eye = (self.eye - position).normalize_or_zero();
         let eye = [u.dot(eye), v.dot(eye), w.dot(eye)];

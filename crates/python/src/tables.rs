@@ -9,7 +9,7 @@ use pyo3::types::{PyBytes, PyDict, PyList};
 use strandlight_bake::tables::{N_STEPS, bake_tables, lean};
 use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{BakedFile, Table, TableFile};
-use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::fresnel::UnknownFresnel;
 
 use crate::arrays::{frozen, shaped};
 use crate::fault::{Fault, Outcome};
@@ -57,10 +57,7 @@ impl Tables {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Tables> {
         work::run(py, progress, |watch| {
-            let term = Fresnel::from_name(fresnel).ok_or_else(|| {
-                let what = format!("fresnel is {fresnel:?}, must be dielectric or schlick");
-                Fault::value(what)
-            })?;
+            let term = (fresnel.parse()).map_err(|error: UnknownFresnel| Fault::value(error.to_string()))?;
             let file = bake_tables(term, &watch.steps(N_STEPS));
             Ok(Tables::new(if is_lean { lean(file) } else { file }))
         })

@@ -1,7 +1,7 @@
 //! Rays from the camera.
 
 use glam::Vec3;
-use strandlight_scattering::random::SplitMix64;
+use strandlight_scattering::random::{R2, SplitMix64};
 use strandlight_scene::camera::ViewUniform;
 
 use crate::integrator::CameraRay;
@@ -37,8 +37,6 @@ pub(super) fn camera_ray(
 
 /// Point `sample` in the unit square of a sequence that fills it evenly, turned by `key`.
 fn in_pixel(key: u64, sample: u32) -> [f64; 2] {
-    // 1/g and 1/g^2, g the plastic number (g^3 = g + 1).
-    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let mut turn = SplitMix64(key);
-    STEPS.map(|step| (turn.uniform(0.0, 1.0) + f64::from(sample) * step).fract())
+    R2.map(|step| (turn.uniform(0.0, 1.0) + f64::from(sample) * step).fract())
 }

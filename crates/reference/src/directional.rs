@@ -9,7 +9,7 @@ use super::integrator::CameraRay;
 use super::{Environment, Fibres, Frame, Integrator, Layers, Met, World};
 use crate::mesh_rays::MeshRays;
 use crate::rays::{Rays, Start};
-use strandlight_scattering::random::SplitMix64;
+use strandlight_scattering::random::{R2, SplitMix64};
 
 /// Lights are taken in this many turns: a camera sample takes every 64th light, the next sample of
 /// its pixel the lights after these, so that 64 samples have taken all.
@@ -29,13 +29,11 @@ pub struct DirectionalLight {
 /// lobe (or pixel) by inverse transform of a low-discrepancy sequence; over all seeds their sum
 /// has the environment's mean.
 pub fn directional_lights(environment: &Environment, n: u32, seed: u64) -> Vec<DirectionalLight> {
-    // 1/g and 1/g^2, g the plastic number.
-    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let mut turn = SplitMix64(seed);
     let turns: [f64; 3] = std::array::from_fn(|_| turn.uniform(0.0, 1.0));
     (0..n)
         .filter_map(|ix| {
-            let spread = |axis: usize| (turns[axis + 1] + f64::from(ix) * STEPS[axis]).fract();
+            let spread = |axis: usize| (turns[axis + 1] + f64::from(ix) * R2[axis]).fract();
             let stratum = (f64::from(ix) + turns[0]) / f64::from(n);
             let drawn = environment.at([stratum, spread(0), spread(1)])?;
             let share = 1.0 / (f64::from(n) * f64::from(drawn.pdf));

@@ -21,7 +21,7 @@ use super::integrator::CameraRay;
 use super::{Environment, Fibres, Frame, Integrator, Layers, Met, Surface, World};
 use crate::mesh_rays::MeshRays;
 use crate::rays::{Rays, Start};
-use strandlight_scattering::random::SplitMix64;
+use strandlight_scattering::random::{R2, SplitMix64};
 
 /// Events before a path goes on only as often as what it carries.
 pub const ROULETTE_FROM: u32 = 8;
@@ -107,13 +107,9 @@ fn n_light_draws(event: u32) -> u32 {
 }
 
 /// Draw `ix` of the `n` that `first` begins: each in a stratum of the lights of its own, its place in the
-/// light by an additive sequence (1/g and 1/g^2, g the plastic number).
+/// light by an additive sequence.
 fn spread(first: [f64; 3], ix: u32, n: u32) -> [f64; 3] {
-    let steps = [
-        1.0 / f64::from(n),
-        0.754_877_666_246_692_7,
-        0.569_840_290_998_053_2,
-    ];
+    let steps = [1.0 / f64::from(n), R2[0], R2[1]];
     std::array::from_fn(|axis| (first[axis] + f64::from(ix) * steps[axis]).fract())
 }
 

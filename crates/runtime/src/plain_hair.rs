@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use strandlight_formats::{Attribute, Domain, Groom};
+use strandlight_scattering::random::GOLDEN_ANGLE;
 
 /// Strands, and points of each.
 const STRANDS: usize = 4000;
@@ -11,8 +12,6 @@ const HEAD: f32 = 9.0;
 const LENGTH: f32 = 22.0;
 /// Diameter, cm: that of real hair would need many times as many strands to cover a head.
 const DIAMETER: f32 = 0.03;
-/// Turns by this, a row of points on a sphere is spread evenly (the golden angle).
-const GOLDEN: f32 = 2.399_963;
 
 /// Straight hair on the upper part of a sphere, the same each time.
 pub fn groom() -> Groom {
@@ -31,7 +30,7 @@ pub fn groom() -> Groom {
         // From the crown to a little below the middle, less in front.
         let share = (ix as f32 + 0.5) / STRANDS as f32;
         let y = 1.0 - 1.25 * share;
-        let around = GOLDEN * ix as f32;
+        let around = GOLDEN_ANGLE as f32 * ix as f32;
         let across = (1.0 - y * y).max(0.0).sqrt();
         let out = Vec3::new(across * around.sin(), y, across * around.cos());
         // The face is free.

@@ -1,5 +1,7 @@
 //! Unpolarised Fresnel reflectance in f64.
 
+use std::str::FromStr;
+
 /// Which Fresnel term.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Fresnel {
@@ -22,11 +24,6 @@ impl Fresnel {
         }
     }
 
-    /// The term called `name`.
-    pub fn from_name(name: &str) -> Option<Fresnel> {
-        Fresnel::ALL.into_iter().find(|term| term.name() == name)
-    }
-
     /// Reflectance of index `eta` >= 1 at incidence cosine `cosine` in 0..=1, the true cosine in
     /// space: `cos(theta_d) sqrt(1 - h^2)`. At eta = 1 the dielectric reflects nothing but at
     /// cosine 0 exactly, where the answer is 1.
@@ -46,6 +43,21 @@ impl Fresnel {
                 (1.0 - r * r) * (1.0 - (1.0 - cosine).powi(5))
             }
         }
+    }
+}
+
+/// No Fresnel term has this name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("fresnel is {0:?}, not dielectric or schlick")]
+pub struct UnknownFresnel(pub String);
+
+impl FromStr for Fresnel {
+    type Err = UnknownFresnel;
+
+    fn from_str(name: &str) -> Result<Fresnel, UnknownFresnel> {
+        let mut terms = Fresnel::ALL.into_iter();
+        let term = terms.find(|term| term.name() == name);
+        term.ok_or_else(|| UnknownFresnel(name.to_owned()))
     }
 }
 
@@ -88,8 +100,12 @@ mod tests {
     #[test]
     fn names_are_inverse() {
         for term in Fresnel::ALL {
-            assert_eq!(Fresnel::from_name(term.name()), Some(term));
+            assert_eq!(term.name().parse(), Ok(term));
         }
-        assert_eq!(Fresnel::from_name("Schlick"), None);
+        let error = "Schlick".parse::<Fresnel>().unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "fresnel is \"Schlick\", not dielectric or schlick"
+        );
     }
 }

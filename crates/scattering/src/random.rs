@@ -1,5 +1,12 @@
 //! Seeded random numbers: the same on every machine and for any number of threads.
 
+/// Steps of an additive sequence that fills the unit square evenly (Roberts 2018): 1/g and 1/g^2, g the plastic
+/// number (g^3 = g + 1).
+pub const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+
+/// Turns by this angle, radians, spread directions about an axis evenly.
+pub const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+
 /// SplitMix64 (Steele, Lea and Flood 2014); the field is its state.
 #[derive(Clone, Debug)]
 pub struct SplitMix64(pub u64);

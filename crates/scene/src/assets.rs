@@ -444,8 +444,7 @@ fn read_tables<R: Read + Seek>(
     Ok(SceneTables {
         shading: ShadingTables::for_modes(&file, &of_tables)?,
         lobes: Arc::new(LobeTables::from_file(&file, &modes)?),
-        fresnel: Fresnel::from_name(&file.fresnel)
-            .ok_or_else(|| TablesError::Fresnel(file.fresnel.clone()))?,
+        fresnel: file.fresnel.parse().map_err(TablesError::from)?,
     })
 }
 

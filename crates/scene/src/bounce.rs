@@ -7,6 +7,7 @@
 
 use glam::Vec3;
 use strandlight_scattering::closed_form::{P_2, TERM_GLOBAL, forward_table, sample_forward};
+use strandlight_scattering::random::GOLDEN_ANGLE;
 
 use crate::beside::{Beside, Surface};
 use crate::mesh::{MeshRays, MetMesh};
@@ -27,9 +28,6 @@ pub const N_RAYS: usize = 48;
 
 /// Nodes along the longest side of the grid, some 1 cm apart on a head.
 pub const SIDE: u32 = 40;
-
-/// Turn from ray to ray, rad.
-pub(crate) const GOLDEN_ANGLE: f32 = 2.399_963;
 
 /// No surface is met.
 pub const NO_SURFACE: u32 = u32::MAX;
@@ -277,7 +275,7 @@ pub fn lobe_light(rgb: [f32; 3], vector: Vec3) -> LightRecord {
 fn rays() -> impl Iterator<Item = Vec3> {
     (0..N_RAYS).map(|ix| {
         let y = 1.0 - 2.0 * (ix as f32 + 0.5) / N_RAYS as f32;
-        let (sin, cos) = (GOLDEN_ANGLE * ix as f32).sin_cos();
+        let (sin, cos) = (GOLDEN_ANGLE as f32 * ix as f32).sin_cos();
         let r = (1.0 - y * y).sqrt();
         Vec3::new(r * cos, y, r * sin)
     })

@@ -6,9 +6,10 @@
 
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
+use strandlight_scattering::random::GOLDEN_ANGLE;
 
 use crate::beside::Surface;
-use crate::bounce::{Bounce, GOLDEN_ANGLE, NO_SURFACE};
+use crate::bounce::{Bounce, NO_SURFACE};
 
 /// Rays from a place.
 pub const N_RAYS: usize = 48;
@@ -65,7 +66,7 @@ impl SurfaceRays {
         let n = (most.min(MOST_RAYS) / surfaces.len().max(1)).clamp(1, N_RAYS);
         let direction = |ix: usize| {
             let square = (ix as f32 + 0.5) / n as f32;
-            let (sin, cos) = (GOLDEN_ANGLE * ix as f32).sin_cos();
+            let (sin, cos) = (GOLDEN_ANGLE as f32 * ix as f32).sin_cos();
             let r = square.sqrt();
             Vec3::new(r * cos, r * sin, (1.0 - square).sqrt())
         };

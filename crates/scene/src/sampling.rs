@@ -1,5 +1,7 @@
 //! Where the samples of a pixel lie, and which of them a thin strand covers.
 
+use strandlight_scattering::random::R2;
+
 /// Positions of the samples of one pass in a pixel, in 1/256 px: the standard 4x pattern that
 /// Vulkan, Metal and Direct3D share.
 pub const SAMPLE_POSITIONS: [[i32; 2]; 4] = [[96, 32], [224, 96], [32, 160], [160, 224]];
@@ -10,10 +12,9 @@ pub const PASS_SAMPLES: u32 = SAMPLE_POSITIONS.len() as u32;
 /// Shift of the picture in a pass, in 1/256 px, within half the spacing of the samples: passes
 /// fill the squares between the four samples evenly (the R2 low-discrepancy sequence).
 pub fn pass_jitter(pass: u32) -> [i32; 2] {
-    // Multiples of 1/g and 1/g^2, g the plastic number (g^3 = g + 1).
     let fraction = |a: f64| (0.5 + f64::from(pass) * a).fract();
     let at = |a: f64| (fraction(a) * 128.0).floor() as i32 - 64;
-    [at(0.754_877_666_246_692_7), at(0.569_840_290_998_053_2)]
+    R2.map(at)
 }
 
 /// A 32-bit mixing function (the finaliser of lowbias32 by C. Wellons). Twin: `hash_u32` in

@@ -77,6 +77,14 @@ pub struct Strands {
 }
 
 impl Strands {
+    /// The frame of a point: along the strand, and two axes across it.
+    #[inline]
+    pub fn frame(&self, point: usize) -> [Vec3; 3] {
+        let u = Vec3::from_slice(&self.tangents[point]);
+        let v = Vec3::from_slice(&self.normals[point]);
+        [u, v, u.cross(v)]
+    }
+
     /// Prepares the strands `offsets[i]..offsets[i + 1]` of `points` (cm). `diameter(strand,
     /// point)` is the fibre diameter in cm.
     ///

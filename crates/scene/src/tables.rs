@@ -4,7 +4,7 @@ use strandlight_formats::{Axis, Table, TableFile};
 use strandlight_scattering::Lobe;
 use strandlight_scattering::axis;
 use strandlight_scattering::closed_form::{PackedShares, TableAxes, Tables, pack_shares};
-use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::fresnel::UnknownFresnel;
 use strandlight_scattering::lobes::{
     LobeAxes, LobeTable, SHAPE_AXIS_NAMES, SHAPE_CHANNELS, SHARE_AXIS_NAMES, SHARE_CHANNELS,
     table_names,
@@ -65,8 +65,8 @@ pub enum TablesError {
     #[error("tables 'H_TT' and 'H_TRT' have different axes")]
     Different,
     /// The tables were made for a Fresnel term that is not known.
-    #[error("unknown fresnel {0:?}")]
-    Fresnel(String),
+    #[error(transparent)]
+    Fresnel(#[from] UnknownFresnel),
 }
 
 /// Name of the file beside a web page with the tables of scenes that name none.
@@ -205,8 +205,7 @@ pub fn lobe_table(file: &TableFile, mode: Lobe) -> Result<LobeTable, TablesError
     }
     let table = LobeTable {
         lobe: mode,
-        fresnel: Fresnel::from_name(&file.fresnel)
-            .ok_or_else(|| invalid("the Fresnel term is unknown"))?,
+        fresnel: file.fresnel.parse()?,
         axes: LobeAxes {
             eta: share_axes[0],
             alpha: share_axes[1],

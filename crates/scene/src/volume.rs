@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use strandlight_formats::SrbfLight;
+use strandlight_scattering::random::GOLDEN_ANGLE;
 use strandlight_scattering::spherical_gaussian::solid_angle;
 
 use crate::strands::Strands;
@@ -81,6 +82,20 @@ impl Grid {
         }
     }
 
+    /// Where a ray is in the grid, `inset` voxels or more from its faces: the distances from `start` at which it enters,
+    /// 0 or more, and leaves. Twin: `span_in_grid` in `shaders/lib/grid.wgsl`.
+    pub fn span(&self, start: Vec3, direction: Vec3, inset: f32) -> Option<[f32; 2]> {
+        let tiny = direction.abs().cmplt(Vec3::splat(1e-8));
+        let d = Vec3::select(tiny, Vec3::splat(1e-8), direction);
+        let origin = Vec3::from(self.origin);
+        let dims = Vec3::from(self.dims.map(|n| n as f32));
+        let low = (origin + inset * self.h - start) / d;
+        let high = (origin + (dims - inset) * self.h - start) / d;
+        let entry = low.min(high).max_element().max(0.0);
+        let exit = low.max(high).min_element();
+        (entry < exit).then_some([entry, exit])
+    }
+
     /// Middle of a voxel, cm.
     #[inline]
     pub fn centre(&self, voxel: [u32; 3]) -> Vec3 {
@@ -142,8 +157,7 @@ pub(crate) fn shifted_lobe_directions(light: &SrbfLight, k: u32, shift: f64) -> 
             let cos = 1.0 + (u + (1.0 - u) * (-2.0 * kappa).exp()).ln() / kappa;
             let cos = cos.clamp(-1.0, 1.0);
             let sin = (1.0 - cos * cos).sqrt() as f32;
-            // The golden angle spreads successive azimuths evenly.
-            let turns = f64::from(ix) * 2.399_963_229_728_653;
+            let turns = f64::from(ix) * GOLDEN_ANGLE;
             let azimuth = turns + std::f64::consts::TAU * (13.0 * (shift - 0.5));
             let across = x * azimuth.cos() as f32 + y * azimuth.sin() as f32;
             (axis * cos as f32 + across * sin)

@@ -3,6 +3,7 @@
 use std::f32::consts::TAU;
 
 use glam::Vec3;
+use strandlight_scattering::random::R2;
 
 use super::noise::{Noise, Purpose};
 
@@ -42,8 +43,6 @@ pub fn smooth(a: f32, b: f32, x: f32) -> f32 {
 
 /// Direction `ix` of the R2 sequence (Roberts 2018), which fills the sphere evenly for every prefix.
 pub fn even_direction(ix: u32) -> Vec3 {
-    // Inverse powers of the plastic number.
-    const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let u = (0.5 + R2[0] * f64::from(ix)).fract() as f32;
     let v = (0.5 + R2[1] * f64::from(ix)).fract() as f32;
     let y = 1.0 - 2.0 * v;

@@ -10,7 +10,7 @@ use strandlight_scattering::closed_form::paper::{
 };
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, DirectionInFrame, Fibre};
 use strandlight_scattering::dual_scattering::{AverageTable, event_separated, published};
-use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::fresnel::{Fresnel, UnknownFresnel};
 use strandlight_scattering::{HairBits, HairParams, Lobe, Model};
 use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
@@ -45,8 +45,8 @@ pub enum ProbeError {
     #[error(transparent)]
     Tables(#[from] TablesError),
     /// Tables of a Fresnel term that is not known.
-    #[error("fresnel {0:?} is unknown")]
-    Fresnel(String),
+    #[error(transparent)]
+    Fresnel(#[from] UnknownFresnel),
     /// The device, in its own words.
     #[error("{0}")]
     Device(String),
@@ -108,7 +108,7 @@ impl Evaluator {
     /// Tables that shading cannot read.
     pub fn new(method: Method, file: &TableFile) -> Result<Evaluator, ProbeError> {
         let tables = ShadingTables::from_file(file)?;
-        let fresnel = fresnel_of(file)?;
+        let fresnel = file.fresnel.parse()?;
         let (backend, scheme) = match method {
             Method::Runtime => (Backend::Cpu(tables), lobes_of(file)),
             Method::Paper(segments) => (Backend::Cpu(tables), Scheme::Paper(segments)),
@@ -126,7 +126,7 @@ impl Evaluator {
         open: impl FnOnce(&ShadingTables) -> Result<Device, String>,
     ) -> Result<Evaluator, ProbeError> {
         let tables = ShadingTables::from_file(file)?;
-        let fresnel = fresnel_of(file)?;
+        let fresnel = file.fresnel.parse()?;
         let device = open(&tables).map_err(ProbeError::Device)?;
         let scheme = lobes_of(file);
         Ok(Evaluator::of(Backend::Device(device), fresnel, scheme))
@@ -521,11 +521,6 @@ fn batch_length(requests: &[Result<Request, String>]) -> usize {
             })
         })
         .count()
-}
-
-fn fresnel_of(file: &TableFile) -> Result<Fresnel, ProbeError> {
-    let unknown = || ProbeError::Fresnel(file.fresnel.clone());
-    Fresnel::from_name(&file.fresnel).ok_or_else(unknown)
 }
 
 fn lobes_of(file: &TableFile) -> Scheme {

@@ -170,7 +170,7 @@ impl Request {
                 let keys = keys(&["mode", "k", "eta", "theta_d", "fresnel"])?;
                 let with_lobes = |name: &str| Lobe::from_name(name).filter(|&it| it != Lobe::R);
                 let fresnel = |keys: &Keys<'_>, key: &str| {
-                    keys.named(key, "dielectric or schlick", Fresnel::from_name)
+                    keys.named(key, "dielectric or schlick", |name| name.parse().ok())
                 };
                 Ok(Request::TableH {
                     lobe: keys.named("mode", "TT or TRT", with_lobes)?,

@@ -1,7 +1,7 @@
 //! The tables of a file that the mathematics reads.
 
 use strandlight_formats::{Table, TableFile};
-use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::fresnel::{Fresnel, UnknownFresnel};
 use strandlight_scattering::table_layout;
 
 /// Why a table cannot be used.
@@ -27,8 +27,8 @@ pub enum TableError {
         expected: String,
     },
     /// The Fresnel term is unknown.
-    #[error("fresnel is {0:?}, not dielectric or schlick")]
-    Fresnel(String),
+    #[error(transparent)]
+    Fresnel(#[from] UnknownFresnel),
     /// The renderer cannot read the tables.
     #[error(transparent)]
     Shading(#[from] strandlight_scene::tables::TablesError),
@@ -39,7 +39,7 @@ pub enum TableError {
 /// # Errors
 /// [`TableError::Fresnel`].
 pub fn fresnel_of(file: &TableFile) -> Result<Fresnel, TableError> {
-    Fresnel::from_name(&file.fresnel).ok_or_else(|| TableError::Fresnel(file.fresnel.clone()))
+    Ok(file.fresnel.parse()?)
 }
 
 /// Names of the axes of `C` (`None`) or of an H table.

@@ -39,9 +39,7 @@ pub fn brightest(
     let strands = &scene.strands;
     let [x, y, z, _] = strands.points[point];
     let position = Vec3::new(x, y, z);
-    let u = Vec3::from_slice(&strands.tangents[point]);
-    let v = Vec3::from_slice(&strands.normals[point]);
-    let w = u.cross(v);
+    let [u, v, w] = strands.frame(point);
     let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
     let view = DirectionInFrame::from_vector(in_frame(eye - position));
     let shading = scene.hair.optics().shading(scene.tables.view());

@@ -3,22 +3,16 @@
 
 use super::circular_gaussian::lobe_integral;
 use super::frame::Lag;
-use super::lobes::Lobes;
+use super::lobes::{LobeAngles, Lobes};
 
 /// Sum over the lobes of amplitude times [`lobe_integral`], per channel; `sin_half` and
 /// `cos_half` of half the azimuth from the lobes' common centre to the light.
 fn azimuthal_lobes(kappa: f32, sin_half: f32, cos_half: f32, lobes: &Lobes) -> [f32; 3] {
-    let kappa_0 = 2.0 / (lobes.lambda[0] * lobes.lambda[0]);
-    let kappa_1 = 2.0 / (lobes.lambda[1] * lobes.lambda[1]);
-    let kappa_2 = 2.0 / (lobes.lambda[2] * lobes.lambda[2]);
-    let middle_1 = sin_half * lobes.cos_half[0];
-    let apart_1 = cos_half * lobes.sin_half[0];
-    let middle_2 = sin_half * lobes.cos_half[1];
-    let apart_2 = cos_half * lobes.sin_half[1];
-    let near_1 = middle_1 - apart_1;
-    let far_1 = middle_1 + apart_1;
-    let near_2 = middle_2 - apart_2;
-    let far_2 = middle_2 + apart_2;
+    let LobeAngles {
+        kappa: [kappa_0, kappa_1, kappa_2],
+        near: [near_1, near_2],
+        far: [far_1, far_2],
+    } = lobes.angles_to(sin_half, cos_half);
     let p_0 = lobe_integral(kappa, kappa_0, sin_half * sin_half);
     let p_1 = lobe_integral(kappa, kappa_1, near_1 * near_1)
         + lobe_integral(kappa, kappa_1, far_1 * far_1);

@@ -75,6 +75,11 @@ pub fn azimuthal_r(
     tables: &Tables,
 ) -> f32 {
     let b = sample_c(tables.c, &tables.axes, kappa, lag.cos_half);
+    bessel_i0e_fast(kappa) * reflected(&b, at, reflectance)
+}
+
+/// v^2 sum over i of P_i(y) b_i, see [`crate::reflectance`], not below 0.
+pub(super) fn reflected(b: &[f32; C_DEGREE], at: &Inclination, reflectance: &Reflectance) -> f32 {
     let x = at.cos_theta_d;
     let v = reflectance.scale / (reflectance.scale + x);
     let y = v * (1.0 - x);
@@ -90,7 +95,7 @@ pub fn azimuthal_r(
     }
     // In this order the lanes stay vectors.
     let sum = (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
-    bessel_i0e_fast(kappa) * (v * v) * sum.max(0.0)
+    (v * v) * sum.max(0.0)
 }
 
 #[cfg(test)]

@@ -5,12 +5,11 @@
 //! alone. TT and TRT are sums of circular Gaussians, of each of which the share within the half
 //! circle is asked. Both halves of the circle sum to the whole, so that lags up to pi/2 do.
 
-use crate::reflectance::REFLECTANCE_DEGREE;
 use crate::table_layout::C_DEGREE;
 
-use super::azimuthal_r::Reflectance;
+use super::azimuthal_r::{Reflectance, reflected};
 use super::frame::{Inclination, Lag};
-use super::lobes::Lobes;
+use super::lobes::{LobeAngles, Lobes};
 use super::special::{bessel_i0e_fast, erf_pair};
 
 use core::f32::consts::{FRAC_1_PI, PI};
@@ -135,37 +134,17 @@ pub fn half_circle_basis(lag: &Lag) -> [f32; C_DEGREE] {
 
 /// N_R^G of a dielectric, for the integrals `b` of [`half_circle_basis`]; >= 0.
 pub fn half_circle_r(b: &[f32; C_DEGREE], at: &Inclination, reflectance: &Reflectance) -> f32 {
-    let x = at.cos_theta_d;
-    let v = reflectance.scale / (reflectance.scale + x);
-    let y = v * (1.0 - x);
-    let mut f = reflectance.coefficients[REFLECTANCE_DEGREE];
-    for row in reflectance.coefficients[..REFLECTANCE_DEGREE].iter().rev() {
-        for (f, coefficient) in f.iter_mut().zip(row) {
-            *f = *f * y + coefficient;
-        }
-    }
-    let mut lanes = [0.0; 4];
-    for (i, lane) in lanes.iter_mut().enumerate() {
-        *lane = f[i] * b[i] + f[i + 4] * b[i + 4];
-    }
-    let sum = (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
-    (v * v) * sum.max(0.0)
+    reflected(b, at, reflectance)
 }
 
 /// Sum over the lobes of amplitude times share within the half circle, per channel; `sin_half` and
 /// `cos_half` of half the azimuth from the lobes' common centre to the middle of the half circle.
 fn half_circle_lobes(sin_half: f32, cos_half: f32, lobes: &Lobes) -> [f32; 3] {
-    let kappa_0 = 2.0 / (lobes.lambda[0] * lobes.lambda[0]);
-    let kappa_1 = 2.0 / (lobes.lambda[1] * lobes.lambda[1]);
-    let kappa_2 = 2.0 / (lobes.lambda[2] * lobes.lambda[2]);
-    let middle_1 = sin_half * lobes.cos_half[0];
-    let apart_1 = cos_half * lobes.sin_half[0];
-    let middle_2 = sin_half * lobes.cos_half[1];
-    let apart_2 = cos_half * lobes.sin_half[1];
-    let near_1 = middle_1 - apart_1;
-    let far_1 = middle_1 + apart_1;
-    let near_2 = middle_2 - apart_2;
-    let far_2 = middle_2 + apart_2;
+    let LobeAngles {
+        kappa: [kappa_0, kappa_1, kappa_2],
+        near: [near_1, near_2],
+        far: [far_1, far_2],
+    } = lobes.angles_to(sin_half, cos_half);
     let p_0 = bessel_i0e_fast(kappa_0) * half_circle(kappa_0, 1.0 - 2.0 * sin_half * sin_half);
     let p_1 = bessel_i0e_fast(kappa_1)
         * (half_circle(kappa_1, 1.0 - 2.0 * near_1 * near_1)

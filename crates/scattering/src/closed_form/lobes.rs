@@ -69,6 +69,30 @@ pub struct Lobes {
     pub amplitude: [[f32; 3]; 3],
 }
 
+/// Lobes about a direction.
+pub(super) struct LobeAngles {
+    /// Their sharpnesses, 2 / lambda^2.
+    pub kappa: [f32; 3],
+    /// Sine of half the azimuth from the nearer lobe of each pair to the direction.
+    pub near: [f32; 2],
+    /// The same of the farther.
+    pub far: [f32; 2],
+}
+
+impl Lobes {
+    /// Seen from a direction; `sin_half` and `cos_half` of half the azimuth from the lobes' common centre to it.
+    #[inline]
+    pub(super) fn angles_to(&self, sin_half: f32, cos_half: f32) -> LobeAngles {
+        let middle = self.cos_half.map(|cos| sin_half * cos);
+        let apart = self.sin_half.map(|sin| cos_half * sin);
+        LobeAngles {
+            kappa: self.lambda.map(|lambda| 2.0 / (lambda * lambda)),
+            near: [middle[0] - apart[0], middle[1] - apart[1]],
+            far: [middle[0] + apart[0], middle[1] + apart[1]],
+        }
+    }
+}
+
 /// Where shading finds the lobes of a mode: those of one fibre, or of a painted point.
 pub trait SampleLobes {
     /// The lobes at `cos_theta_d` >= 0; `eta` is looked at by elliptic fibres alone.

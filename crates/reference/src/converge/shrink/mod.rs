@@ -22,6 +22,7 @@ mod estimate;
 mod field;
 
 use rayon::prelude::*;
+use strandlight_scattering::random::R2;
 
 use blocks::{Grid, TOP};
 use errors::{Errors, Means, N_SHIFTS};
@@ -94,6 +95,5 @@ pub(super) fn shrink(field: &Field, tile: usize) -> Shrunk {
 /// Pixels left of and above the picture in one place of the grid: the points of a plane that an additive
 /// sequence fills evenly.
 fn shift(ix: usize) -> [usize; 2] {
-    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-    STEPS.map(|step| ((ix as f64 * step).fract() * TOP as f64) as usize)
+    R2.map(|step| ((ix as f64 * step).fract() * TOP as f64) as usize)
 }
